@@ -3578,7 +3578,9 @@ typedef struct pd_electrolyte {
     double recipe[PD_SPECIES_MOST];  /* [mol/m3] as written, of the start */
     double initial[PD_SPECIES_MOST]; /* [mol/m3] the same, closed; a solid per volume of water */
     double inlet[PD_SPECIES_MOST];   /* [mol/m3] of what enters, closed */
-    double ph, inlet_ph; /* [-] set at the start, and of what enters; NaN: they follow from the amounts */
+    double inside[PD_SPECIES_MOST];  /* [mol/m3] of what shapes hold at the start, closed */
+    double ph, inlet_ph, inside_ph; /* [-] set at the start, of what enters, of what shapes hold; NaN: they follow from
+                                     * the amounts */
     int balance;         /* index of the ion that makes up for the sum of charges; -1: none, the sum has to be 0 */
     int counter;         /* index of the ion that comes with the acid or base that sets the pH; -1: none */
     pd_activity activity;
@@ -9429,6 +9431,7 @@ typedef struct pd_setup_side {
     pd_expr slide[PD_DIM];    /* of x, y, z, t; in m/s: of a wall along itself */
     int slides;
     int holds;                /* a wall that holds a concentration */
+    int steeps;               /* a wall that holds the species of what enters */
     pd_expr held;             /* of x, y, z, t; in mol/m3 */
     int line;                 /* of the file, 0: none */
 } pd_setup_side;
@@ -9616,6 +9619,7 @@ typedef struct pd_setup {
     int shapes;                        /* entries in use */
     int named[PD_SETUP_SHAPES];        /* of the [shape] sections in their order: the shape of a body; no body: -1 */
     int solid, wall, medium, passive;  /* indices, -1: none */
+    int solution;                      /* the same: fluid that begins with `inside` of the electrolyte */
     pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
     int wall_count;
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
@@ -10278,6 +10282,8 @@ PDI_FN int pdi_wall_holds(const pd_setup *setup);
  * cells. */
 PDI_FN void pdi_wall_velocity(void *user, const double *x, double *u);
 PDI_FN double pdi_wall_held(void *user, const double *x);
+/* The same for species: 1, or NaN where walls are closed for them. */
+PDI_FN double pdi_wall_steeps(void *user, const double *x);
 #endif
 
 #endif
@@ -10726,7 +10732,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
 #ifndef PD_MONITOR_H
 #define PD_MONITOR_H
 
-#define PD_MONITOR_FIGURES 24 /* most figures of a monitor */
+#define PD_MONITOR_FIGURES 80 /* most figures of a monitor: of boxes, of all species and balances */
 
 typedef struct pd_monitor_figure {
     char key[24], unit[16];
@@ -27298,6 +27304,7 @@ static void pdi_electrolyte_remove(pd_electrolyte *e, int k)
         e->recipe[i] = e->recipe[i + 1];
         e->initial[i] = e->initial[i + 1];
         e->inlet[i] = e->inlet[i + 1];
+        e->inside[i] = e->inside[i + 1];
         for (int r = 0; r < e->reactions; r++) e->reaction[r].nu[i] = e->reaction[r].nu[i + 1];
     }
     for (int r = 0; r < e->reactions; r++) e->reaction[r].nu[e->count] = 0.0;
@@ -56572,7 +56579,8 @@ static const pd_key pdi_keys_of_shape[] = {
     {"kind", "-", "part",
      "`solid` (dissolves), `wall`, `medium` (fluid with a diffusivity of its own), `passive` (with `[corrode]`: "
      "fluid there does not attack, as in front of a passive film), `grip` (with `[solid]`: the metal there is "
-     "held), `part` (operand of a set operation only)"},
+     "held), `solution` (fluid that begins with `inside` of the species, 2.20), `part` (operand of a set operation "
+     "only)"},
     {"C", "mol/m3", "no flux",
      "`wall`: concentration that its surface holds"},
     {"D", "m2/s", "required there",
@@ -56611,6 +56619,8 @@ static const pd_key pdi_keys_of_side[] = {
      "noslip: velocity of the wall along itself, an expression in x, y, z, t an axis, 0 across it"},
     {"C", "mol/m3", "inlet, open: 0; wall: no flux",
      "inlet, open: concentration of the inflow; noslip: concentration held by the wall; expressions in x, y, z, t"},
+    {"species", "-", "closed",
+     "noslip: `closed`, or `inlet`: the wall holds the species of what enters (2.20)"},
     {"ux, uy, uz", "m", "-",
      "with `[solid]`: displacement of the metal at the side, expressions in x, y, z, t; an axis without one is free"},
     {"traction", "Pa", "-",
@@ -56944,6 +56954,8 @@ static const pd_key pdi_keys_of_chemistry[] = {
      "at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has this pH"},
     {"inlet_pH", "-", "that of `pH`",
      "the same of what enters"},
+    {"inside_pH", "-", "that of `pH`",
+     "the same at the start in shapes of `kind = solution`"},
     {"counter", "-", "that of `balance`",
      "ion that comes or goes with the acid or base of `pH`"},
     {"balance", "-", "none: charges have to sum to 0",
@@ -56965,7 +56977,9 @@ static const pd_key pdi_keys_of_species[] = {
     {"initial", "mol/m3", "0",
      "concentration that is put in at the start, also in mM or mol/L; of a solid its amount over the volume of water"},
     {"inlet", "mol/m3", "that of `initial`",
-     "the same of what enters"}};
+     "the same of what enters, and of walls with `species = inlet`"},
+    {"inside", "mol/m3", "that of `initial`",
+     "the same at the start in shapes of `kind = solution`"}};
 
 static const pd_key pdi_keys_of_reaction[] = {
     {"equation", "text", "required",
@@ -58534,7 +58548,7 @@ static const pd_expr_symbol pdi_setup_stresses[] = {
 PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
-    setup->solid = setup->wall = setup->medium = setup->passive = -1;
+    setup->solid = setup->wall = setup->medium = setup->passive = setup->solution = -1;
     setup->m = 1.0;
     setup->metal_m = 3.0;
     setup->gb_factor = 1.0;
@@ -59173,6 +59187,18 @@ static pd_status pdi_read_electrolyte_amount(pdi_read_electrolyte *s, int sectio
     return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g mol/m3, expected a value of at least 0", *value);
 }
 
+/* The amount in another solution, that of the start by default. */
+static pd_status pdi_read_electrolyte_other(pdi_read_electrolyte *s, int section, const char *key, double *value)
+{
+    const pd_electrolyte *e = s->e;
+    int solid = e->species[e->count].phase == PD_PHASE_SOLID;
+    *value = solid ? 0.0 : e->initial[e->count];
+    if (!pdi_text_has(s->ctx, s->text, section, key)) return PD_OK;
+    if (!solid) return pdi_read_electrolyte_amount(s, section, key, NULL, value);
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found it of the solid %s, which does not flow",
+                           e->species[e->count].name);
+}
+
 static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
 {
     pd_electrolyte *e = s->e;
@@ -59198,14 +59224,8 @@ static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
         return pdi_text_refuse(s->ctx, s->text, section, "activation", "found without D, expected that of 25 C");
     if (pd_species_read(s->ctx, &desc, &e->species[k]) < 0) return pdi_read_electrolyte_fail(s, section, "species");
     PDI_TRY(pdi_read_electrolyte_amount(s, section, "initial", "0", &e->initial[k]));
-    e->inlet[k] = e->initial[k];
-    if (pdi_text_has(s->ctx, s->text, section, "inlet")) {
-        if (e->species[k].phase == PD_PHASE_SOLID)
-            return pdi_text_refuse(s->ctx, s->text, section, "inlet", "found it of the solid %s, which does not flow",
-                                   label);
-        PDI_TRY(pdi_read_electrolyte_amount(s, section, "inlet", NULL, &e->inlet[k]));
-    }
-    if (e->species[k].phase == PD_PHASE_SOLID) e->inlet[k] = 0.0;
+    PDI_TRY(pdi_read_electrolyte_other(s, section, "inlet", &e->inlet[k]));
+    PDI_TRY(pdi_read_electrolyte_other(s, section, "inside", &e->inside[k]));
     s->section[k] = section;
     e->count++;
     return PD_OK;
@@ -59234,7 +59254,7 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte *s)
         return pdi_text_refuse(s->ctx, s->text, s->section[e->count - 1], "species", "found %d species beside water, "
                                "expected at most %d", e->count, PD_SPECIES_MOST - 1);
     if (!(e->initial[solvent] > 0.0)) e->initial[solvent] = PDI_READ_ELECTROLYTE_WATER;
-    e->inlet[solvent] = e->initial[solvent];
+    e->inlet[solvent] = e->inside[solvent] = e->initial[solvent];
     return PD_OK;
 }
 
@@ -59393,30 +59413,38 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte *s)
         return pdi_text_refuse(s->ctx, s->text, at, "pH", "found beside balance or counter = %s, expected another ion, "
                                "that of a salt", e->species[e->counter].name);
     PDI_TRY(pdi_read_electrolyte_ph(s, "pH", &e->ph));
-    e->inlet_ph = e->ph;
-    return pdi_read_electrolyte_ph(s, "inlet_pH", &e->inlet_ph);
+    e->inlet_ph = e->inside_ph = e->ph;
+    PDI_TRY(pdi_read_electrolyte_ph(s, "inlet_pH", &e->inlet_ph));
+    return pdi_read_electrolyte_ph(s, "inside_pH", &e->inside_ph);
 }
 
-/* Both solutions are neutral and have the pH that is set. */
+/* A solution beside that of the start becomes neutral and has its pH: what misses is said of one of its amounts. */
+static pd_status pdi_read_electrolyte_neutral(pdi_read_electrolyte *s, const char *key, const char *key_ph, double ph,
+                                              double *c)
+{
+    int written = -1;
+    for (int k = 0; k < s->e->count; k++)
+        if (written < 0 && s->section[k] != s->chemistry && pdi_text_has(s->ctx, s->text, s->section[k], key))
+            written = s->section[k];
+    if (pd_electrolyte_close(s->ctx, s->e, ph, c) == PD_OK) return PD_OK;
+    return written < 0 ? pdi_read_electrolyte_fail(s, s->chemistry, key_ph)
+                       : pdi_read_electrolyte_fail(s, written, key);
+}
+
+/* All solutions are neutral and have the pH that is set. */
 static pd_status pdi_read_electrolyte_close(pdi_read_electrolyte *s)
 {
     pd_electrolyte *e = s->e;
     pd_speciation system;
-    int enters = -1;
     if (pdi_electrolyte_build(s->ctx, e, NULL, &system) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
-    for (int k = 0; k < e->count; k++)
-        if (enters < 0 && s->section[k] != s->chemistry && pdi_text_has(s->ctx, s->text, s->section[k], "inlet"))
-            enters = s->section[k];
     memcpy(e->recipe, e->initial, sizeof e->recipe);
     if (pd_electrolyte_close(s->ctx, e, NAN, e->initial) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
     if (pd_electrolyte_close(s->ctx, e, e->ph, e->initial) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "pH");
-    if (pd_electrolyte_close(s->ctx, e, e->inlet_ph, e->inlet) < 0)
-        return enters < 0 ? pdi_read_electrolyte_fail(s, s->chemistry, "inlet_pH")
-                          : pdi_read_electrolyte_fail(s, enters, "inlet");
-    return PD_OK;
+    PDI_TRY(pdi_read_electrolyte_neutral(s, "inlet", "inlet_pH", e->inlet_ph, e->inlet));
+    return pdi_read_electrolyte_neutral(s, "inside", "inside_pH", e->inside_ph, e->inside);
 }
 
 PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text)
@@ -59436,7 +59464,7 @@ PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_r
     s.ctx = ctx;
     s.text = text;
     s.e = e;
-    e->ph = e->inlet_ph = NAN;
+    e->ph = e->inlet_ph = e->inside_ph = NAN;
     s.chemistry = pdi_text_section(ctx, text, "chemistry", NULL);
     PDI_TRY(pdi_read_electrolyte_temperature(&s, named));
     PDI_TRY(pdi_read_electrolyte_species(&s));
@@ -60256,7 +60284,8 @@ typedef enum pdi_read_shapes_kind {
     PDI_READ_SHAPES_WALL,
     PDI_READ_SHAPES_MEDIUM, /* fluid with a diffusivity of its own */
     PDI_READ_SHAPES_PASSIVE, /* fluid there does not attack metal */
-    PDI_READ_SHAPES_GRIP     /* metal there is held */
+    PDI_READ_SHAPES_GRIP,    /* metal there is held */
+    PDI_READ_SHAPES_SOLUTION /* fluid there begins with species of its own */
 } pdi_read_shapes_kind;
 
 typedef struct pdi_read_shapes {
@@ -60607,9 +60636,18 @@ static pd_status pdi_read_shapes_passive(pdi_read_shapes *s, int index)
     return pdi_setup_join(s->ctx, s->setup, index, &s->setup->passive);
 }
 
+/* Fluid that begins with `inside` of the species. */
+static pd_status pdi_read_shapes_solution(pdi_read_shapes *s, int index)
+{
+    if (!s->setup->has_chemistry)
+        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found 'solution' without species, expected "
+                               "[species Na+] and others");
+    return pdi_setup_join(s->ctx, s->setup, index, &s->setup->solution);
+}
+
 static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
 {
-    static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", NULL};
+    static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", "solution", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
     if (label[0] == '\0') return pdi_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
@@ -60627,6 +60665,7 @@ static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
     if (kind == PDI_READ_SHAPES_WALL) return pdi_read_shapes_wall(s, index);
     if (kind == PDI_READ_SHAPES_PASSIVE) return pdi_read_shapes_passive(s, index);
     if (kind == PDI_READ_SHAPES_GRIP) return pdi_read_solid_shape(s->ctx, s->text, s->section, index, s->setup);
+    if (kind == PDI_READ_SHAPES_SOLUTION) return pdi_read_shapes_solution(s, index);
     if (kind != PDI_READ_SHAPES_SOLID) return PD_OK;
     PDI_TRY(pdi_read_shapes_material(s, index));
     PDI_TRY(pdi_read_shapes_grains(s));
@@ -60648,7 +60687,7 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
         if (s.used[k]) continue;
         return pdi_text_refuse(ctx, text, pdi_text_section(ctx, text, "shape", s.name[k]), "shape",
                                "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
-                               " medium, passive or grip",
+                               " medium, passive, grip or solution",
                                s.name[k]);
     }
     return setup->shapes ? pdi_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
@@ -62646,6 +62685,16 @@ static pd_status pdi_scene_enters(pdi_reader *s, int section, pd_setup_side *sid
     return PD_OK;
 }
 
+/* A wall may hold the species of what enters. */
+static pd_status pdi_scene_steeps(pdi_reader *s, int section, pd_setup_side *side)
+{
+    static const char *const ways[] = {"closed", "inlet", NULL};
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "species", ways, "closed", &side->steeps));
+    if (!side->steeps || s->setup->has_chemistry) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "species", "found without species, expected [species Na+] and "
+                           "others");
+}
+
 /* A wall may slide along itself and hold a concentration. */
 static pd_status pdi_scene_wall(pdi_reader *s, int section, int k)
 {
@@ -62662,6 +62711,7 @@ static pd_status pdi_scene_wall(pdi_reader *s, int section, int k)
                                    "expected %d components, that along %c being 0: a wall slides along itself", PD_DIM,
                                    "xyz"[k / 2]);
     }
+    PDI_TRY(pdi_scene_steeps(s, section, side));
     if (!s->setup->has_transport || !pdi_text_has(s->ctx, s->text, section, "C")) return PD_OK;
     side->holds = 1;
     PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", NULL, &side->held));
@@ -62692,6 +62742,7 @@ static pd_status pdi_scene_bulk_side(pdi_reader *s, int section, pd_setup_side *
                                "found beside flow = open, expected bulk in [corrode], or C without open");
     side->kind = PD_SIDE_WALL;
     side->holds = 1;
+    PDI_TRY(pdi_scene_steeps(s, section, side));
     return pdi_scene_expr(s, corrode, "bulk", "mol/m3", "0", &side->held);
 }
 
@@ -63502,6 +63553,14 @@ PDI_FN double pdi_wall_held(void *user, const double *x)
     return side ? (double)NAN : pdi_wall_shape(u, x, inlet->time);
 }
 
+PDI_FN double pdi_wall_steeps(void *user, const double *x)
+{
+    const pd_setup *u = ((const pd_inlet *)user)->setup;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].steeps && pdi_wall_on(u, s, x)) return 1.0;
+    return (double)NAN;
+}
+
 #undef PDI_WALL_NEAR
 
 /* ======== >>run/grip.c ======== */
@@ -64017,6 +64076,8 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     pdi_reactive_plan(&plan->ctx, &r, &kd);
     *bytes = pdi_footprint_list(plan, pdi_reactive_list, &r);
     *bytes += pdi_footprint_arena(plan, pdi_reactive_room(&r));
+    for (int side = 0; side < 2 * PD_DIM; side++)
+        if (u->side[side].steeps) r.diffusion.desc.held = pdi_footprint_any;
     r.diffusion.capacity = plan->bonds.capacity;
     r.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &r.diffusion);
@@ -64661,6 +64722,25 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     return pdi_model_initial(ctx, m, m->transport.c);
 }
 
+/* Fluid in shapes begins with a solution of its own. */
+static pd_status pdi_model_solution(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    const pd_electrolyte *e = &u->electrolyte;
+    double inside[PD_SPECIES_MOST], x[PD_DIM];
+    pd_electrolyte_state state;
+    memcpy(inside, e->inside, sizeof inside);
+    PDI_TRY(pd_electrolyte_solve(ctx, e, inside, &state));
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        if (m->grid.kind[i] != PD_FLUID) continue;
+        pd_grid_position(&m->grid, i, x);
+        if (pd_shape_distance(u->shape, u->solution, x) > 0.0) continue;
+        for (int k = 0; k < e->count; k++)
+            if (pd_reactive_field(&m->reactive, k)) pd_reactive_field(&m->reactive, k)[i] = inside[k];
+    }
+    return pd_reactive_begin(ctx, &m->reactive);
+}
+
 /* Species: those of the electrolyte, in equilibrium at the start and behind inlets. */
 static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
 {
@@ -64682,11 +64762,15 @@ static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
     desc.temperature = e->temperature;
     desc.initial = initial;
     desc.inlet = inlet;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].steeps) desc.held = pdi_wall_steeps;
+    desc.wall = desc.held ? inlet : NULL;
+    desc.user = &m->inlet;
     desc.order = u->settle ? 1 : 2;
     desc.arena = &m->arena;
     PDI_TRY(pd_reactive_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->reactive));
     m->unknowns[PD_PART_CHEMISTRY] = m->reactive.components.count * m->grid.fluid_count;
-    return PD_OK;
+    return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, m);
 }
 
 /* Their way in time; behind the metal, which feeds them. */
@@ -67302,6 +67386,30 @@ static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "layer", "m", excess * d->diffusivity / flux);
 }
 
+/* Amounts of solutes, and what they hold of each row of the balance. */
+static void pdi_monitor_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const char *unit = pdi_monitor_unit_amount[pdi_monitor_extent(model->setup)];
+    const pd_electrolyte *e = &model->setup->electrolyte;
+    const pd_reactive *reactive = &model->reactive;
+    double sum[PD_REACTIVE_ROWS];
+    char key[PD_REACTIVE_NAME + 8];
+    pd_measure_box_result r;
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < e->count; k++) {
+        const double *c = pd_reactive_field(&model->reactive, k);
+        if (!c) continue;
+        pd_measure_box(ctx, &model->stencil, &model->grid, NULL, c, NULL, m->desc->lo, m->desc->hi, &r);
+        pdi_monitor_put(m, e->species[k].name, unit, r.dissolved);
+        for (int row = 0; row < reactive->rows; row++)
+            sum[row] += reactive->part[row][reactive->components.place[k]] * r.dissolved;
+    }
+    for (int row = 0; row < reactive->rows; row++) {
+        snprintf(key, sizeof key, "sum_%s", reactive->name[row]);
+        pdi_monitor_put(m, key, unit, sum[row]);
+    }
+}
+
 static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
@@ -67320,6 +67428,7 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
         pdi_monitor_put(m, "C_max", "mol/m3", r.most);
     }
     if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
+    if (u->has_chemistry) pdi_monitor_species(ctx, model, m);
 }
 
 /* Largest displacement and stresses of a body. */

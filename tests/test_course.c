@@ -185,6 +185,55 @@ TEST(corrode)
     close_model();
 }
 
+/* Salt in a shape spreads between closed walls: the cosines of its series. */
+TEST(solutions)
+{
+    static const char text[] = BOX("10 um", "500 um") ACROSS
+#if PD_DIM == 1
+        "[shape drop] kind = solution  box = 0 .. 250 um\n"
+#else
+        "[shape drop] kind = solution  box = 0 .. 250 um, 0 .. 30 um\n"
+#endif
+        "[chemistry] activity = ideal  inside_pH = 3  counter = Cl-\n" IONS
+        "[species K+] D = 2e-9 m2/s  inside = 10 mM\n[species Br-] D = 2e-9 m2/s  inside = 10 mM\n"
+        "[run] until = 20 s\n[total all]\n";
+    if (!open_model(text)) return;
+    int low[PD_DIM];
+    memset(low, 0, sizeof low);
+    CHECK_NEAR(pdi_sample_node(&test_model, PD_FIELD_PH, pd_grid_node(&test_model.grid, low)), 3.0, 1e-6);
+    if (!run_to(20.0)) return;
+    const double *k = species("K+");
+    double worst = 0.0, pi = 3.14159265358979324, x[PD_DIM];
+    for (int32_t i = 0; i < test_model.grid.total; i++) {
+        double c = 5.0;
+        if (test_model.grid.kind[i] != PD_FLUID) continue;
+        pd_grid_position(&test_model.grid, i, x);
+        for (int n = 1; n < 20; n += 2)
+            c += 20.0 / (n * pi) * (n % 4 == 1 ? 1.0 : -1.0) * cos(n * pi * x[0] / 500e-6) *
+                 exp(-pow(n * pi / 500e-6, 2.0) * 2e-9 * 20.0);
+        worst = fmax(worst, fabs(k[i] - c));
+    }
+    CHECK_LE(worst, 0.02);
+    balances("K");
+    close_model();
+}
+
+/* A wall holds what enters: 2 c sqrt(D t/pi) has come in before it reaches the other one. */
+TEST(walls)
+{
+    static const char text[] = BOX("10 um", "500 um") ACROSS "[side x-] species = inlet\n"
+        "[chemistry] activity = ideal  inlet_pH = 10  counter = Na+\n" IONS
+        "[species K+] D = 2e-9 m2/s  inlet = 10 mM\n[species Br-] D = 2e-9 m2/s  inlet = 10 mM\n"
+        "[run] until = 5 s  rtol = 1e-4\n";
+    if (!open_model(text)) return;
+    if (!run_to(5.0)) return;
+    double width = PD_DIM == 2 ? 30e-6 : 1.0, wanted = 2.0 * 10.0 * sqrt(2e-9 * 5.0 / 3.14159265358979324);
+    pd_reactive_balance b = balances("K");
+    CHECK_REL(b.dissolved / width, wanted, 0.003);
+    CHECK_REL(b.in / width, wanted, 0.003);
+    close_model();
+}
+
 /* ---- fronts, one species ---- */
 
 #define GIVEN(vx) "[flow] rho = 1000 kg/m3  mu = 1 mPa s  time = given  vx = " vx "\n"
@@ -380,8 +429,11 @@ TEST(refusals)
     refused(METAL IONS "[dissolve] rate = 1 um/h * [OH-]\n" END, "expected a speed");
     refused(METAL IONS "[dissolve] rate = 1 um/h * pH * C/(1 mM)\n" END, "found C beside pH or species");
     refused(METAL ION "[output] every = [Na+] * 1 s\n" END, "laws of the speed of metal alone know species");
+    refused(METAL "[dissolve] rate = 1 um/h\n[side x+] species = inlet\n", "found without species");
+    refused(METAL "[dissolve] rate = 1 um/h\n[shape a] kind = solution  box = 0 .. 1 um\n", "without species");
     refused(METAL ION "[dissolve] rate = 1 um/h [flow]\n" END, "a section starts on a line of its own");
 }
 
-TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(law_in_ph) ENTRY(corrode) ENTRY(front) ENTRY(one_species)
+TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(law_in_ph) ENTRY(corrode) ENTRY(solutions) ENTRY(walls)
+          ENTRY(front) ENTRY(one_species)
           ENTRY(steady) ENTRY(fields) ENTRY(checkpoint) ENTRY(checkpoint_of_a_law) ENTRY(refusals))

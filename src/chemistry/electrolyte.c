@@ -92,6 +92,7 @@ static void pdi_electrolyte_remove(pd_electrolyte *e, int k)
         e->recipe[i] = e->recipe[i + 1];
         e->initial[i] = e->initial[i + 1];
         e->inlet[i] = e->inlet[i + 1];
+        e->inside[i] = e->inside[i + 1];
         for (int r = 0; r < e->reactions; r++) e->reaction[r].nu[i] = e->reaction[r].nu[i + 1];
     }
     for (int r = 0; r < e->reactions; r++) e->reaction[r].nu[e->count] = 0.0;

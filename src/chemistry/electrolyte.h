@@ -13,7 +13,9 @@ typedef struct pd_electrolyte {
     double recipe[PD_SPECIES_MOST];  /* [mol/m3] as written, of the start */
     double initial[PD_SPECIES_MOST]; /* [mol/m3] the same, closed; a solid per volume of water */
     double inlet[PD_SPECIES_MOST];   /* [mol/m3] of what enters, closed */
-    double ph, inlet_ph; /* [-] set at the start, and of what enters; NaN: they follow from the amounts */
+    double inside[PD_SPECIES_MOST];  /* [mol/m3] of what shapes hold at the start, closed */
+    double ph, inlet_ph, inside_ph; /* [-] set at the start, of what enters, of what shapes hold; NaN: they follow from
+                                     * the amounts */
     int balance;         /* index of the ion that makes up for the sum of charges; -1: none, the sum has to be 0 */
     int counter;         /* index of the ion that comes with the acid or base that sets the pH; -1: none */
     pd_activity activity;

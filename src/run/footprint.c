@@ -295,6 +295,8 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     pdi_reactive_plan(&plan->ctx, &r, &kd);
     *bytes = pdi_footprint_list(plan, pdi_reactive_list, &r);
     *bytes += pdi_footprint_arena(plan, pdi_reactive_room(&r));
+    for (int side = 0; side < 2 * PD_DIM; side++)
+        if (u->side[side].steeps) r.diffusion.desc.held = pdi_footprint_any;
     r.diffusion.capacity = plan->bonds.capacity;
     r.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &r.diffusion);

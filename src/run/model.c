@@ -207,6 +207,25 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     return pdi_model_initial(ctx, m, m->transport.c);
 }
 
+/* Fluid in shapes begins with a solution of its own. */
+static pd_status pdi_model_solution(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    const pd_electrolyte *e = &u->electrolyte;
+    double inside[PD_SPECIES_MOST], x[PD_DIM];
+    pd_electrolyte_state state;
+    memcpy(inside, e->inside, sizeof inside);
+    PDI_TRY(pd_electrolyte_solve(ctx, e, inside, &state));
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        if (m->grid.kind[i] != PD_FLUID) continue;
+        pd_grid_position(&m->grid, i, x);
+        if (pd_shape_distance(u->shape, u->solution, x) > 0.0) continue;
+        for (int k = 0; k < e->count; k++)
+            if (pd_reactive_field(&m->reactive, k)) pd_reactive_field(&m->reactive, k)[i] = inside[k];
+    }
+    return pd_reactive_begin(ctx, &m->reactive);
+}
+
 /* Species: those of the electrolyte, in equilibrium at the start and behind inlets. */
 static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
 {
@@ -228,11 +247,15 @@ static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
     desc.temperature = e->temperature;
     desc.initial = initial;
     desc.inlet = inlet;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].steeps) desc.held = pdi_wall_steeps;
+    desc.wall = desc.held ? inlet : NULL;
+    desc.user = &m->inlet;
     desc.order = u->settle ? 1 : 2;
     desc.arena = &m->arena;
     PDI_TRY(pd_reactive_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->reactive));
     m->unknowns[PD_PART_CHEMISTRY] = m->reactive.components.count * m->grid.fluid_count;
-    return PD_OK;
+    return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, m);
 }
 
 /* Their way in time; behind the metal, which feeds them. */

@@ -143,6 +143,30 @@ static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "layer", "m", excess * d->diffusivity / flux);
 }
 
+/* Amounts of solutes, and what they hold of each row of the balance. */
+static void pdi_monitor_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const char *unit = pdi_monitor_unit_amount[pdi_monitor_extent(model->setup)];
+    const pd_electrolyte *e = &model->setup->electrolyte;
+    const pd_reactive *reactive = &model->reactive;
+    double sum[PD_REACTIVE_ROWS];
+    char key[PD_REACTIVE_NAME + 8];
+    pd_measure_box_result r;
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < e->count; k++) {
+        const double *c = pd_reactive_field(&model->reactive, k);
+        if (!c) continue;
+        pd_measure_box(ctx, &model->stencil, &model->grid, NULL, c, NULL, m->desc->lo, m->desc->hi, &r);
+        pdi_monitor_put(m, e->species[k].name, unit, r.dissolved);
+        for (int row = 0; row < reactive->rows; row++)
+            sum[row] += reactive->part[row][reactive->components.place[k]] * r.dissolved;
+    }
+    for (int row = 0; row < reactive->rows; row++) {
+        snprintf(key, sizeof key, "sum_%s", reactive->name[row]);
+        pdi_monitor_put(m, key, unit, sum[row]);
+    }
+}
+
 static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
@@ -161,6 +185,7 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
         pdi_monitor_put(m, "C_max", "mol/m3", r.most);
     }
     if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
+    if (u->has_chemistry) pdi_monitor_species(ctx, model, m);
 }
 
 /* Largest displacement and stresses of a body. */

@@ -14,7 +14,7 @@
 #include "run/model.h"
 #include "run/summary.h"
 
-#define PD_MONITOR_FIGURES 24 /* most figures of a monitor */
+#define PD_MONITOR_FIGURES 80 /* most figures of a monitor: of boxes, of all species and balances */
 
 typedef struct pd_monitor_figure {
     char key[24], unit[16];

@@ -79,4 +79,12 @@ PDI_FN double pdi_wall_held(void *user, const double *x)
     return side ? (double)NAN : pdi_wall_shape(u, x, inlet->time);
 }
 
+PDI_FN double pdi_wall_steeps(void *user, const double *x)
+{
+    const pd_setup *u = ((const pd_inlet *)user)->setup;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (u->side[s].steeps && pdi_wall_on(u, s, x)) return 1.0;
+    return (double)NAN;
+}
+
 #undef PDI_WALL_NEAR

@@ -13,6 +13,8 @@ PDI_FN int pdi_wall_holds(const pd_setup *setup);
  * cells. */
 PDI_FN void pdi_wall_velocity(void *user, const double *x, double *u);
 PDI_FN double pdi_wall_held(void *user, const double *x);
+/* The same for species: 1, or NaN where walls are closed for them. */
+PDI_FN double pdi_wall_steeps(void *user, const double *x);
 #endif
 
 #endif

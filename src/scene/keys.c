@@ -63,7 +63,8 @@ static const pd_key pdi_keys_of_shape[] = {
     {"kind", "-", "part",
      "`solid` (dissolves), `wall`, `medium` (fluid with a diffusivity of its own), `passive` (with `[corrode]`: "
      "fluid there does not attack, as in front of a passive film), `grip` (with `[solid]`: the metal there is "
-     "held), `part` (operand of a set operation only)"},
+     "held), `solution` (fluid that begins with `inside` of the species, 2.20), `part` (operand of a set operation "
+     "only)"},
     {"C", "mol/m3", "no flux",
      "`wall`: concentration that its surface holds"},
     {"D", "m2/s", "required there",
@@ -102,6 +103,8 @@ static const pd_key pdi_keys_of_side[] = {
      "noslip: velocity of the wall along itself, an expression in x, y, z, t an axis, 0 across it"},
     {"C", "mol/m3", "inlet, open: 0; wall: no flux",
      "inlet, open: concentration of the inflow; noslip: concentration held by the wall; expressions in x, y, z, t"},
+    {"species", "-", "closed",
+     "noslip: `closed`, or `inlet`: the wall holds the species of what enters (2.20)"},
     {"ux, uy, uz", "m", "-",
      "with `[solid]`: displacement of the metal at the side, expressions in x, y, z, t; an axis without one is free"},
     {"traction", "Pa", "-",
@@ -435,6 +438,8 @@ static const pd_key pdi_keys_of_chemistry[] = {
      "at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has this pH"},
     {"inlet_pH", "-", "that of `pH`",
      "the same of what enters"},
+    {"inside_pH", "-", "that of `pH`",
+     "the same at the start in shapes of `kind = solution`"},
     {"counter", "-", "that of `balance`",
      "ion that comes or goes with the acid or base of `pH`"},
     {"balance", "-", "none: charges have to sum to 0",
@@ -456,7 +461,9 @@ static const pd_key pdi_keys_of_species[] = {
     {"initial", "mol/m3", "0",
      "concentration that is put in at the start, also in mM or mol/L; of a solid its amount over the volume of water"},
     {"inlet", "mol/m3", "that of `initial`",
-     "the same of what enters"}};
+     "the same of what enters, and of walls with `species = inlet`"},
+    {"inside", "mol/m3", "that of `initial`",
+     "the same at the start in shapes of `kind = solution`"}};
 
 static const pd_key pdi_keys_of_reaction[] = {
     {"equation", "text", "required",

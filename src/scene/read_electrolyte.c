@@ -102,6 +102,18 @@ static pd_status pdi_read_electrolyte_amount(pdi_read_electrolyte *s, int sectio
     return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g mol/m3, expected a value of at least 0", *value);
 }
 
+/* The amount in another solution, that of the start by default. */
+static pd_status pdi_read_electrolyte_other(pdi_read_electrolyte *s, int section, const char *key, double *value)
+{
+    const pd_electrolyte *e = s->e;
+    int solid = e->species[e->count].phase == PD_PHASE_SOLID;
+    *value = solid ? 0.0 : e->initial[e->count];
+    if (!pdi_text_has(s->ctx, s->text, section, key)) return PD_OK;
+    if (!solid) return pdi_read_electrolyte_amount(s, section, key, NULL, value);
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found it of the solid %s, which does not flow",
+                           e->species[e->count].name);
+}
+
 static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
 {
     pd_electrolyte *e = s->e;
@@ -127,14 +139,8 @@ static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
         return pdi_text_refuse(s->ctx, s->text, section, "activation", "found without D, expected that of 25 C");
     if (pd_species_read(s->ctx, &desc, &e->species[k]) < 0) return pdi_read_electrolyte_fail(s, section, "species");
     PDI_TRY(pdi_read_electrolyte_amount(s, section, "initial", "0", &e->initial[k]));
-    e->inlet[k] = e->initial[k];
-    if (pdi_text_has(s->ctx, s->text, section, "inlet")) {
-        if (e->species[k].phase == PD_PHASE_SOLID)
-            return pdi_text_refuse(s->ctx, s->text, section, "inlet", "found it of the solid %s, which does not flow",
-                                   label);
-        PDI_TRY(pdi_read_electrolyte_amount(s, section, "inlet", NULL, &e->inlet[k]));
-    }
-    if (e->species[k].phase == PD_PHASE_SOLID) e->inlet[k] = 0.0;
+    PDI_TRY(pdi_read_electrolyte_other(s, section, "inlet", &e->inlet[k]));
+    PDI_TRY(pdi_read_electrolyte_other(s, section, "inside", &e->inside[k]));
     s->section[k] = section;
     e->count++;
     return PD_OK;
@@ -163,7 +169,7 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte *s)
         return pdi_text_refuse(s->ctx, s->text, s->section[e->count - 1], "species", "found %d species beside water, "
                                "expected at most %d", e->count, PD_SPECIES_MOST - 1);
     if (!(e->initial[solvent] > 0.0)) e->initial[solvent] = PDI_READ_ELECTROLYTE_WATER;
-    e->inlet[solvent] = e->initial[solvent];
+    e->inlet[solvent] = e->inside[solvent] = e->initial[solvent];
     return PD_OK;
 }
 
@@ -322,30 +328,38 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte *s)
         return pdi_text_refuse(s->ctx, s->text, at, "pH", "found beside balance or counter = %s, expected another ion, "
                                "that of a salt", e->species[e->counter].name);
     PDI_TRY(pdi_read_electrolyte_ph(s, "pH", &e->ph));
-    e->inlet_ph = e->ph;
-    return pdi_read_electrolyte_ph(s, "inlet_pH", &e->inlet_ph);
+    e->inlet_ph = e->inside_ph = e->ph;
+    PDI_TRY(pdi_read_electrolyte_ph(s, "inlet_pH", &e->inlet_ph));
+    return pdi_read_electrolyte_ph(s, "inside_pH", &e->inside_ph);
 }
 
-/* Both solutions are neutral and have the pH that is set. */
+/* A solution beside that of the start becomes neutral and has its pH: what misses is said of one of its amounts. */
+static pd_status pdi_read_electrolyte_neutral(pdi_read_electrolyte *s, const char *key, const char *key_ph, double ph,
+                                              double *c)
+{
+    int written = -1;
+    for (int k = 0; k < s->e->count; k++)
+        if (written < 0 && s->section[k] != s->chemistry && pdi_text_has(s->ctx, s->text, s->section[k], key))
+            written = s->section[k];
+    if (pd_electrolyte_close(s->ctx, s->e, ph, c) == PD_OK) return PD_OK;
+    return written < 0 ? pdi_read_electrolyte_fail(s, s->chemistry, key_ph)
+                       : pdi_read_electrolyte_fail(s, written, key);
+}
+
+/* All solutions are neutral and have the pH that is set. */
 static pd_status pdi_read_electrolyte_close(pdi_read_electrolyte *s)
 {
     pd_electrolyte *e = s->e;
     pd_speciation system;
-    int enters = -1;
     if (pdi_electrolyte_build(s->ctx, e, NULL, &system) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
-    for (int k = 0; k < e->count; k++)
-        if (enters < 0 && s->section[k] != s->chemistry && pdi_text_has(s->ctx, s->text, s->section[k], "inlet"))
-            enters = s->section[k];
     memcpy(e->recipe, e->initial, sizeof e->recipe);
     if (pd_electrolyte_close(s->ctx, e, NAN, e->initial) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
     if (pd_electrolyte_close(s->ctx, e, e->ph, e->initial) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "pH");
-    if (pd_electrolyte_close(s->ctx, e, e->inlet_ph, e->inlet) < 0)
-        return enters < 0 ? pdi_read_electrolyte_fail(s, s->chemistry, "inlet_pH")
-                          : pdi_read_electrolyte_fail(s, enters, "inlet");
-    return PD_OK;
+    PDI_TRY(pdi_read_electrolyte_neutral(s, "inlet", "inlet_pH", e->inlet_ph, e->inlet));
+    return pdi_read_electrolyte_neutral(s, "inside", "inside_pH", e->inside_ph, e->inside);
 }
 
 PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text)
@@ -365,7 +379,7 @@ PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_r
     s.ctx = ctx;
     s.text = text;
     s.e = e;
-    e->ph = e->inlet_ph = NAN;
+    e->ph = e->inlet_ph = e->inside_ph = NAN;
     s.chemistry = pdi_text_section(ctx, text, "chemistry", NULL);
     PDI_TRY(pdi_read_electrolyte_temperature(&s, named));
     PDI_TRY(pdi_read_electrolyte_species(&s));

@@ -15,7 +15,8 @@ typedef enum pdi_read_shapes_kind {
     PDI_READ_SHAPES_WALL,
     PDI_READ_SHAPES_MEDIUM, /* fluid with a diffusivity of its own */
     PDI_READ_SHAPES_PASSIVE, /* fluid there does not attack metal */
-    PDI_READ_SHAPES_GRIP     /* metal there is held */
+    PDI_READ_SHAPES_GRIP,    /* metal there is held */
+    PDI_READ_SHAPES_SOLUTION /* fluid there begins with species of its own */
 } pdi_read_shapes_kind;
 
 typedef struct pdi_read_shapes {
@@ -366,9 +367,18 @@ static pd_status pdi_read_shapes_passive(pdi_read_shapes *s, int index)
     return pdi_setup_join(s->ctx, s->setup, index, &s->setup->passive);
 }
 
+/* Fluid that begins with `inside` of the species. */
+static pd_status pdi_read_shapes_solution(pdi_read_shapes *s, int index)
+{
+    if (!s->setup->has_chemistry)
+        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found 'solution' without species, expected "
+                               "[species Na+] and others");
+    return pdi_setup_join(s->ctx, s->setup, index, &s->setup->solution);
+}
+
 static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
 {
-    static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", NULL};
+    static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", "solution", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
     if (label[0] == '\0') return pdi_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
@@ -386,6 +396,7 @@ static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
     if (kind == PDI_READ_SHAPES_WALL) return pdi_read_shapes_wall(s, index);
     if (kind == PDI_READ_SHAPES_PASSIVE) return pdi_read_shapes_passive(s, index);
     if (kind == PDI_READ_SHAPES_GRIP) return pdi_read_solid_shape(s->ctx, s->text, s->section, index, s->setup);
+    if (kind == PDI_READ_SHAPES_SOLUTION) return pdi_read_shapes_solution(s, index);
     if (kind != PDI_READ_SHAPES_SOLID) return PD_OK;
     PDI_TRY(pdi_read_shapes_material(s, index));
     PDI_TRY(pdi_read_shapes_grains(s));
@@ -407,7 +418,7 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
         if (s.used[k]) continue;
         return pdi_text_refuse(ctx, text, pdi_text_section(ctx, text, "shape", s.name[k]), "shape",
                                "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
-                               " medium, passive or grip",
+                               " medium, passive, grip or solution",
                                s.name[k]);
     }
     return setup->shapes ? pdi_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;

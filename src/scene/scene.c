@@ -201,6 +201,16 @@ static pd_status pdi_scene_enters(pdi_reader *s, int section, pd_setup_side *sid
     return PD_OK;
 }
 
+/* A wall may hold the species of what enters. */
+static pd_status pdi_scene_steeps(pdi_reader *s, int section, pd_setup_side *side)
+{
+    static const char *const ways[] = {"closed", "inlet", NULL};
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "species", ways, "closed", &side->steeps));
+    if (!side->steeps || s->setup->has_chemistry) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "species", "found without species, expected [species Na+] and "
+                           "others");
+}
+
 /* A wall may slide along itself and hold a concentration. */
 static pd_status pdi_scene_wall(pdi_reader *s, int section, int k)
 {
@@ -217,6 +227,7 @@ static pd_status pdi_scene_wall(pdi_reader *s, int section, int k)
                                    "expected %d components, that along %c being 0: a wall slides along itself", PD_DIM,
                                    "xyz"[k / 2]);
     }
+    PDI_TRY(pdi_scene_steeps(s, section, side));
     if (!s->setup->has_transport || !pdi_text_has(s->ctx, s->text, section, "C")) return PD_OK;
     side->holds = 1;
     PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", NULL, &side->held));
@@ -247,6 +258,7 @@ static pd_status pdi_scene_bulk_side(pdi_reader *s, int section, pd_setup_side *
                                "found beside flow = open, expected bulk in [corrode], or C without open");
     side->kind = PD_SIDE_WALL;
     side->holds = 1;
+    PDI_TRY(pdi_scene_steeps(s, section, side));
     return pdi_scene_expr(s, corrode, "bulk", "mol/m3", "0", &side->held);
 }
 

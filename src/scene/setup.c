@@ -29,7 +29,7 @@ static const pd_expr_symbol pdi_setup_stresses[] = {
 PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
-    setup->solid = setup->wall = setup->medium = setup->passive = -1;
+    setup->solid = setup->wall = setup->medium = setup->passive = setup->solution = -1;
     setup->m = 1.0;
     setup->metal_m = 3.0;
     setup->gb_factor = 1.0;

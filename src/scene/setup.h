@@ -95,6 +95,7 @@ typedef struct pd_setup_side {
     pd_expr slide[PD_DIM];    /* of x, y, z, t; in m/s: of a wall along itself */
     int slides;
     int holds;                /* a wall that holds a concentration */
+    int steeps;               /* a wall that holds the species of what enters */
     pd_expr held;             /* of x, y, z, t; in mol/m3 */
     int line;                 /* of the file, 0: none */
 } pd_setup_side;
@@ -282,6 +283,7 @@ typedef struct pd_setup {
     int shapes;                        /* entries in use */
     int named[PD_SETUP_SHAPES];        /* of the [shape] sections in their order: the shape of a body; no body: -1 */
     int solid, wall, medium, passive;  /* indices, -1: none */
+    int solution;                      /* the same: fluid that begins with `inside` of the electrolyte */
     pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
     int wall_count;
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */

@@ -28,7 +28,7 @@ PD_IMAGES_KEPT = 'pictures.bin'
 PD_KRYLOV_MORE = 64
 PD_LEAST_SQUARES_PARAMETERS = 8
 PD_MESSAGE_SIZE = 640
-PD_MONITOR_FIGURES = 24
+PD_MONITOR_FIGURES = 80
 PD_MULTIGRID_LEVELS = 40
 PD_PATH_SIZE = 1024
 PD_PICTURE_CONTOURS = 32
@@ -1287,8 +1287,10 @@ def declare(dim):
         ('recipe', c_double * 32),
         ('initial', c_double * 32),
         ('inlet', c_double * 32),
+        ('inside', c_double * 32),
         ('ph', c_double),
         ('inlet_ph', c_double),
+        ('inside_ph', c_double),
         ('balance', c_int),
         ('counter', c_int),
         ('activity', c_int),
@@ -3014,6 +3016,7 @@ def declare(dim):
         ('slide', pd_expr * dim),
         ('slides', c_int),
         ('holds', c_int),
+        ('steeps', c_int),
         ('held', pd_expr),
         ('line', c_int),
     ]
@@ -3193,6 +3196,7 @@ def declare(dim):
         ('wall', c_int),
         ('medium', c_int),
         ('passive', c_int),
+        ('solution', c_int),
         ('walls', pd_setup_wall * 32),
         ('wall_count', c_int),
         ('mask', POINTER(c_uint8) * 8),
@@ -3488,7 +3492,7 @@ def declare(dim):
         ('desc', POINTER(pd_setup_monitor)),
         ('table', pd_csv),
         ('count', c_int),
-        ('figure', pd_monitor_figure * 24),
+        ('figure', pd_monitor_figure * 80),
         ('seen', c_int64),
         ('columns', c_int),
         ('rows', c_int),
