@@ -9,6 +9,7 @@ typedef struct pd_rate_at {
     double t;         /* [s] */
     double x[PD_DIM]; /* [m] node of the fluid beside the metal */
     int32_t grain;    /* of the metal nearest to that node; -1: it has none, or none is known */
+    int32_t node;     /* that node of the lattice */
 } pd_rate_at;
 
 /* Recession speed [m/s] there. */
