@@ -27,6 +27,7 @@
 #include "waves.h"
 #include "fracture.h"
 #include "chemistry.h"
+#include "galvanic.h"
 
 static const val_case *const val_cases[] = {
     &patch_case,
@@ -98,6 +99,9 @@ static const val_case *const val_cases[] = {
 #endif
 #if PD_DIM == 1
     &chemistry_case,
+#endif
+#if PD_DIM > 1
+    &galvanic_case,
 #endif
 };
 
