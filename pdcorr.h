@@ -159,6 +159,7 @@
  *     circuit    what hangs together electrically: pockets of electrolyte, circuits of metal, given potentials.
  *     balance    what the rows of electrolyte and circuits lack, and the search along a step.
  *     distribution solves for the potential: the current distribution of an electrolyte and its metals.
+ *     cell       electrodes on the metal of a run and the potential around them, as a process.
  *   couple/
  *     measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
  *     structure  the metal of a lattice as a body under load, in balance or in motion.
@@ -218,6 +219,7 @@
  *     read_shapes the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
  *     read_metal reads the sections [dissolve] and [corrode] of a scene: how metal goes.
  *     read_chemistry what a scene says of species that a run carries: the electrolyte, how it moves in time, and the
+ *     read_potential what a scene says of the electric potential: the sections [potential] and [electrode NAME], and the
  *     read_gas   the section [gas] of a scene, and what sides mean for a gas.
  *     read_flat  the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
  *     read_monitors reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
@@ -228,6 +230,7 @@
  *     inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
  *     wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
  *     grip       what holds and loads a body: sides of the box, shapes, forces on all of it.
+ *     electrodes the electrodes of a setup on its lattice: which metal each of them is, what is connected, what is given.
  *     footprint  the memory of a run, from its setup alone: nothing is built for it.
  *     attack     a law of the scene in pH or species, between metal and species: where metal lies, what the law says there.
  *     model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
@@ -263,7 +266,7 @@
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
  *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, react, scene, run
- *   PDCORR_NO_POTENTIAL    leaves out electrodes and the electric potential: potential
+ *   PDCORR_NO_POTENTIAL    leaves out electrodes and the electric potential: potential, scene, run
  *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, potential, couple, scene, run;
  *                          kernels (core, lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
@@ -7392,6 +7395,91 @@ PD_API pd_status pd_potential_update(pd_ctx *ctx, pd_potential *potential);
 PD_API pd_status pd_potential_solve(pd_ctx *ctx, pd_potential *potential, pd_potential_result *result);
 PD_API void pd_potential_free(pd_ctx *ctx, pd_potential *potential);
 
+#ifdef PDI_INTERNAL
+/* Metal has lost content, and no node has turned: contacts anew. phi and E stay. */
+PDI_FN pd_status pdi_distribution_contacts(pd_ctx *ctx, pd_potential *potential);
+/* Arrays of all nodes, and of contacts. */
+PDI_FN void pdi_distribution_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_distribution_contact_list(pdi_owner *owner, void *object);
+/* Without arrays: [byte] that a solve borrows. */
+PDI_FN pd_status pdi_distribution_plan(pd_ctx *ctx, pd_potential *potential, size_t *room);
+#endif
+
+#endif
+
+/* ======== >>potential/cell.h ======== */
+/* cell: electrodes on the metal of a run and the potential around them, as a process.
+ *
+ * The potential is found at the start and at the end of each step of the run, with the surface as it is then, given
+ * values of that time and the conductivity of that state. Laws of dissolution take current densities from there.
+ */
+#ifndef PD_CELL_H
+#define PD_CELL_H
+
+/* Zero-initialise. */
+typedef struct pd_cell_desc {
+    pd_potential_desc potential;       /* electrode, metal, circuit and left are unread; arrays are borrowed */
+    const pd_electrode_desc *electrode; /* [potential.electrodes] copied */
+    const pd_circuit *circuit;         /* [potential.circuits] copied */
+    int (*which)(void *user, int32_t node);                /* electrode of a solid node */
+    double (*given)(void *user, int circuit, double t);    /* value of a circuit at time t [s]; NULL: as it is */
+    void (*conduct)(void *user, double *field);            /* [total] [S/m] at fluid nodes, now; NULL: uniform */
+    void *user;
+} pd_cell_desc;
+
+/* It must not be moved once it is built. */
+typedef struct pd_cell {
+    pd_cell_desc desc;
+    const pd_grid *grid;
+    const pd_dissolve *dissolve; /* NULL: the metal stays */
+    pd_electrode *curve;         /* [electrodes] */
+    pd_circuit *circuit;         /* [circuits] */
+    uint8_t *metal;              /* [total] electrode of solid nodes */
+    uint32_t *kinds;             /* [electrodes] bit k: it has metal k of dissolve; 1 without */
+    double *left;                /* [total] [-] see pd_potential_desc; NULL: nothing dissolves */
+    int32_t *first;              /* [total] first contact of fluid nodes; -1: none; NULL: nothing dissolves */
+    double *field;               /* [total] [S/m] with `conduct` */
+    pd_potential potential;
+    pd_potential_result result;  /* of the last solution */
+    int stale;                   /* 1: nodes have turned fluid */
+    int64_t solves, newton, krylov;
+} pd_cell;
+
+/* An electrode as it is now. */
+typedef struct pd_cell_electrode {
+    double potential;        /* [V] E of its metal */
+    double area;             /* [m^(d-1)] of a body of rings all around */
+    double current, anodic;  /* [A] (per m in planar 2D, per m2 in 1D) from metal to fluid; what leaves alone */
+    double least, most;      /* [A/m2] */
+} pd_cell_electrode;
+
+#define pd_cell_build PD_NAME(pd_cell_build)
+#define pd_cell_process PD_NAME(pd_cell_process)
+#define pd_cell_electrode_of PD_NAME(pd_cell_electrode_of)
+#define pd_cell_free PD_NAME(pd_cell_free)
+
+/* Grid, bonds and dissolve (or NULL) are borrowed. Errors are those of the curves and of the potential; a circuit has
+ * metal. */
+PD_API pd_status pd_cell_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_dissolve *dissolve,
+                               const pd_cell_desc *desc, pd_cell *cell);
+/* It stands behind all that changes metal and fluid. PD_ERR_DIVERGED: balances lack more than the tolerance. */
+PD_API pd_process pd_cell_process(pd_cell *cell);
+PD_API void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode *now);
+PD_API void pd_cell_free(pd_ctx *ctx, pd_cell *cell);
+
+#ifdef PDI_INTERNAL
+/* Beside fluid node i: current density [A/m2] and E - phi at the surface [V] of electrodes with metal `kind`, means
+ * over the area of its contacts; where it has none, of those nearest within two cells. 0: there is none. */
+PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface);
+/* Current density [A/m2] at the contacts of fluid node i, of all electrodes; 0 where it has none. */
+PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i);
+/* Current density j[PD_DIM] [A/m2] in fluid node i: the first moment of what its bonds and contacts carry, which a
+ * linear field has exactly (theory: eq. 6b.8). */
+PDI_FN void pdi_cell_current(const pd_cell *cell, int32_t i, double *j);
+/* Its arrays, but for those of the potential. */
+PDI_FN void pdi_cell_list(pdi_owner *owner, void *object);
+#endif
+
 #endif
 #endif /* cut */
 
@@ -8882,7 +8970,7 @@ PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size);
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>scene/units.h ======== */
 /* units: physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
@@ -9365,6 +9453,7 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 #define PD_SETUP_GRIPS 16 /* most sides and shapes that hold or load a body */
 #define PD_SETUP_CUTS 16 /* most [cut] sections */
 #define PD_SETUP_CORNERS 32 /* most corners of a cut */
+#define PD_SETUP_ELECTRODES 16 /* [electrode] sections */
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -9391,6 +9480,9 @@ typedef enum pd_field {
     PD_FIELD_XY,
     PD_FIELD_YZ,
     PD_FIELD_ZX,
+    PD_FIELD_PHI,     /* of the electric potential */
+    PD_FIELD_J,
+    PD_FIELD_I,
     PD_FIELD_PH,      /* of the electrolyte */
     PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order */
     PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MOST
@@ -9408,6 +9500,7 @@ typedef enum pd_part {
     PD_PART_GRAIN,
     PD_PART_SOLID,
     PD_PART_CHEMISTRY,
+    PD_PART_POTENTIAL,
     PD_PART_COUNT
 } pd_part;
 
@@ -9474,7 +9567,8 @@ typedef enum pd_monitor_kind {
     PD_MONITOR_TOTAL,    /* what a box holds */
     PD_MONITOR_GRIP,     /* force of a grip on a body */
     PD_MONITOR_SOLID,    /* energies of a body, and its extremes */
-    PD_MONITOR_CUT       /* the tip of a crack */
+    PD_MONITOR_CUT,      /* the tip of a crack */
+    PD_MONITOR_ELECTRODE /* its potential and current */
 } pd_monitor_kind;
 
 /* The concentration of the fluid that a Sherwood number refers to. */
@@ -9492,7 +9586,8 @@ typedef struct pd_setup_monitor {
     pd_fields fields, images;      /* line */
     int points;                    /* line */
     int axis;                      /* plane: across it; transfer: of the local values, -1: none */
-    int index;                     /* plane: between the cells index - 1 and index; grip, cut: its place */
+    int index;                     /* plane: between the cells index - 1 and index; grip, cut, electrode: its
+                                  * place */
     int balance;                   /* force: measured around the box, too */
     int shape;                     /* force: 1 + index of the only shape that counts, 0: everything */
     double speed;                  /* [m/s] force: reference, 0: no coefficients */
@@ -9599,6 +9694,32 @@ typedef struct pd_setup_drawing {
     double way[3];                   /* [-] in which the eye looking at it stands */
 } pd_setup_drawing;
 
+/* Metal with a polarisation curve. */
+typedef struct pd_setup_electrode {
+    char name[PD_SETUP_NAME];
+    int line;                 /* of the file */
+    int shape;                /* index; -1: it is all metal of a material */
+    int metal;                /* index of that */
+    int primary;              /* 1: charges pass freely at term.equilibrium */
+    pd_electrode_term term;   /* otherwise; tables are those below */
+    int points;
+    double *potential, *current; /* [points] [V] [A/m2] */
+    double film;              /* [m2/S] */
+    int holds, gives;         /* 1: its potential, or its current, is given: */
+    pd_expr given;            /* of t; in V, or in A (per m in planar 2D, per m2 in 1D) */
+    int wire;                 /* electrodes of one number are connected: the first of them */
+} pd_setup_electrode;
+
+/* The electric potential of the fluid. */
+typedef struct pd_setup_potential {
+    double conductivity;      /* [S/m]; 0: that of the species */
+    double tolerance;         /* [-] */
+    int held[2 * PD_DIM];     /* 1: the fluid has a given potential at a side: */
+    double hold[2 * PD_DIM];  /* [V] */
+    pd_setup_electrode electrode[PD_SETUP_ELECTRODES];
+    int electrodes;
+} pd_setup_potential;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -9687,6 +9808,9 @@ typedef struct pd_setup {
     double shed[PD_SPECIES_MOST];    /* [-] species that come with one of the metal; negative: they go */
     char gas[PD_SPECIES_NAME];       /* that comes off; "": none */
     double gas_shed;                 /* [-] of it */
+    /* electric potential */
+    int has_potential;
+    pd_setup_potential potential;
     /* functions of the expressions */
     pd_setup_table *table;   /* [tables] */
     pd_expr_table *function; /* [tables] of `table`, as expressions want them */
@@ -9774,13 +9898,20 @@ PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
 /* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */
 #define PDI_SETUP_PLACE (PD_DIM + 1)
 PDI_FN const pd_expr_symbol *pdi_setup_position(void);
-/* The variables C, t, x, y, z, grain of laws: those of a pd_rate_at. */
-#define PDI_SETUP_LAW (PD_DIM + 3)
-#define PDI_SETUP_GRAIN (PDI_SETUP_LAW - 1)
+/* The variables C, t, x, y, z, grain of laws: those of a pd_rate_at. Beside electrodes i and E follow: PDI_SETUP_LAW in
+ * all. */
+#define PDI_SETUP_GRAIN (PD_DIM + 2)
+#define PDI_SETUP_CURRENT (PD_DIM + 3)
+#define PDI_SETUP_SURFACE (PD_DIM + 4)
+#define PDI_SETUP_LAW (PD_DIM + 5)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
-/* Behind them pH, and the species that a law names. 1: it depends on one of these. */
+/* Behind them pH, and the species that a law names. 1: it depends on one of these; on i or E. */
 #define PDI_SETUP_PH PDI_SETUP_LAW
 static inline int pdi_setup_chemical(const pd_setup_metal *metal) { return metal->rate.uses >> PDI_SETUP_PH != 0; }
+static inline int pdi_setup_electric(const pd_setup_metal *metal)
+{
+    return (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
+}
 /* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
 #define PDI_SETUP_PACE (PD_DIM + 4)
 PDI_FN const pd_expr_symbol *pdi_setup_pace(void);
@@ -10056,6 +10187,21 @@ PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *reader);
 
 #endif
 
+/* ======== >>scene/read_potential.h ======== */
+/* read_potential: what a scene says of the electric potential: the sections [potential] and [electrode NAME], and the
+ * potentials of sides. */
+#ifndef PD_READ_POTENTIAL_H
+#define PD_READ_POTENTIAL_H
+
+#ifdef PDI_INTERNAL
+/* 1: there is one of these sections. */
+PDI_FN int pdi_read_potential_given(pdi_reader *reader);
+/* All of it, behind shapes, sides and species. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+PDI_FN pd_status pdi_read_potential_read(pdi_reader *reader);
+#endif
+
+#endif
+
 /* ======== >>scene/read_gas.h ======== */
 /* read_gas: the section [gas] of a scene, and what sides mean for a gas. */
 #ifndef PD_READ_GAS_H
@@ -10317,6 +10463,35 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at);
 
 #endif
 
+/* ======== >>run/electrodes.h ======== */
+/* electrodes: the electrodes of a setup on its lattice: which metal each of them is, what is connected, what is given.
+ */
+#ifndef PD_ELECTRODES_H
+#define PD_ELECTRODES_H
+
+/* What a cell asks for. */
+typedef struct pd_electrodes {
+    const pd_setup *setup;
+    const pd_grid *grid;
+    const uint8_t *metal;        /* [total] index of the metal of solid nodes; NULL: 0 */
+    const pd_reactive *reactive; /* whose conductivity it is; NULL: it is given */
+    int circuits;
+    int member[PD_SETUP_ELECTRODES];       /* circuit of each electrode */
+    int given[PD_SETUP_ELECTRODES];        /* of each circuit: the electrode that has a given value; -1: none */
+    pd_circuit circuit[PD_SETUP_ELECTRODES];
+    int line;                    /* of the scene: what was refused */
+} pd_electrodes;
+
+#ifdef PDI_INTERNAL
+/* All is borrowed. reactive, dissolve: NULL without. PD_ERR_GEOMETRY: metal that is no electrode, an electrode without
+ * metal. PD_ERR_ARGUMENT: two values are given for metals that touch. */
+PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
+                                      const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
+                                      const pd_dissolve *dissolve, pd_electrodes *electrodes, pd_cell *cell);
+#endif
+
+#endif
+
 /* ======== >>run/footprint.h ======== */
 /* footprint: the memory of a run, from its setup alone: nothing is built for it.
  *
@@ -10369,6 +10544,7 @@ typedef struct pd_attack {
     const pd_setup *setup;
     pd_dissolve *dissolve;
     const pd_course *course;
+    const pd_cell *cell; /* whose potential the law reads, as it was found last; NULL: it does not */
     int32_t *grain; /* [total] of the metal beside a node; NULL: the law does not ask */
     double begin;   /* [s] of the step of the run */
 } pd_attack;
@@ -10376,7 +10552,7 @@ typedef struct pd_attack {
 #ifdef PDI_INTERNAL
 /* The law of the first metal of the setup, which is chemical. All is borrowed. */
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, pd_attack *attack);
+                                  const pd_course *course, const pd_cell *cell, pd_attack *attack);
 PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *attack);
 /* A pd_rate_fn of the dissolution, its `found`, and the `find` of the course. */
 PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at);
@@ -10390,6 +10566,13 @@ PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t);
 /* model: the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for. */
 #ifndef PD_MODEL_H
 #define PD_MODEL_H
+
+/* What the law of a metal looks at. */
+typedef struct pd_model_law {
+    const pd_setup_metal *metal;
+    int kind;            /* its index */
+    const pd_cell *cell; /* NULL: nothing depends on the potential */
+} pd_model_law;
 
 /* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
 typedef struct pd_model {
@@ -10419,6 +10602,9 @@ typedef struct pd_model {
     pd_structure structure;
     pd_grips grips;
     pd_dissolve dissolve;
+    pd_model_law law[PD_SETUP_METALS];
+    pd_electrodes electrodes;
+    pd_cell cell;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
     pd_couple couple;
@@ -10985,6 +11171,9 @@ typedef struct pd_run_result {
     int settled;          /* the transport was solved for its steady field */
     double change;        /* [-] of that field in the last step of its solver, over the largest value */
     double defect;        /* [-] what its balances lack, over what passes */
+    int has_potential;
+    double current_balance; /* [-] sum of all currents, over the sum of their sizes */
+    double current;       /* [A] per m in planar 2D, per m2 in 1D: what leaves metal, and enters it elsewhere */
     int64_t evaluations, steps, unknowns;
     int64_t unsolved;     /* steps in which the linear solver of transport missed its tolerance */
     int threads;          /* at most in use */
@@ -42502,6 +42691,7 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
     law->at.t = d->time;
     law->at.node = beside->node;
     law->at.grain = pdi_interface_grain(d, beside->node);
+    law->at.node = beside->node;
     pd_grid_position(d->grid, beside->node, law->at.x);
 }
 
@@ -45193,6 +45383,7 @@ pd_status pd_potential_solve(pd_ctx *ctx, pd_potential *p, pd_potential_result *
         if (status >= 0) pdi_balance_totals(p, result);
         for (int32_t i = 0; i < p->grid->total; i++)
             if (p->pocket[i] >= 0) p->phi[i] += p->level[p->pocket[i]];
+        for (int32_t i = 0; i < p->grid->total; i++) p->level[i] = 0.0;
         if (status >= 0) pdi_circuit_level(p);
     }
     pdi_multigrid_close(&p->inverse.mg);
@@ -45202,7 +45393,7 @@ pd_status pd_potential_solve(pd_ctx *ctx, pd_potential *p, pd_potential_result *
 /* ---- building ---- */
 
 
-static void pdi_distribution_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_distribution_list(pdi_owner *owner, void *object)
 {
     pd_potential *potential = (pd_potential *)object;
     if (!potential->grid) return;
@@ -45218,7 +45409,7 @@ static void pdi_distribution_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, potential, place, circuits, "1");
 }
 
-static void pdi_distribution_contact_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_distribution_contact_list(pdi_owner *owner, void *object)
 {
     pd_potential *potential = (pd_potential *)object;
     int64_t count = potential->contacts.count;
@@ -45291,12 +45482,39 @@ static pd_status pdi_distribution_survey(pd_ctx *ctx, pd_potential *p)
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_distribution_contacts(pd_ctx *ctx, pd_potential *p)
+{
+    pdi_owner_free(ctx, pdi_distribution_contact_list, p);
+    return pdi_distribution_survey(ctx, p);
+}
+
+static pd_status pdi_distribution_room(pd_ctx *ctx, pd_potential *p, size_t *room)
+{
+    pd_multigrid_desc md;
+    pdi_compact_multigrid(p->grid, &md);
+    md.symmetric = md.contrast = 1;
+    md.arena = &p->arena;
+    p->inverse.flux = &p->flux;
+    PDI_TRY(pdi_inverse_plan(ctx, &md, &p->inverse));
+    size_t setup = pdi_inverse_room(&p->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &p->krylov);
+    *room = pdi_arena_bytes(pdi_distribution_work_list, p) + (setup > linear ? setup : linear);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_distribution_plan(pd_ctx *ctx, pd_potential *p, size_t *room)
+{
+    pd_krylov_desc kd;
+    p->flux.bonds = p->bonds;
+    pdi_distribution_krylov(p, &kd);
+    PDI_TRY(pdi_krylov_plan(ctx, &kd, &p->krylov));
+    return pdi_distribution_room(ctx, p, room);
+}
+
 /* All that follows from bonds and conductivity. */
 static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
 {
     pd_diffusion_desc dd;
     pd_krylov_desc kd;
-    pd_multigrid_desc md;
     int walls = 0;
     PDI_TRY(pdi_distribution_check_nodes(ctx, p));
     for (int s = 0; s < 2 * PD_DIM; s++) walls = walls || (p->desc.held[s] && p->grid->side[s] == PD_SIDE_WALL);
@@ -45316,16 +45534,11 @@ static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
     p->flux.boundary = &p->boundary;
     PDI_TRY(pdi_flux_build(ctx, &p->flux));
     PDI_TRY(pdi_distribution_survey(ctx, p));
-    pdi_compact_multigrid(p->grid, &md);
-    md.symmetric = md.contrast = 1;
-    md.arena = &p->arena;
-    p->inverse.flux = &p->flux;
-    PDI_TRY(pdi_inverse_plan(ctx, &md, &p->inverse));
     pdi_distribution_krylov(p, &kd);
     PDI_TRY(pdi_krylov_prepare(ctx, &kd, &p->krylov));
-    size_t setup = pdi_inverse_room(&p->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &p->krylov);
-    size_t work = pdi_arena_bytes(pdi_distribution_work_list, p);
-    return pdi_arena_fit(ctx, &p->arena, work + (setup > linear ? setup : linear));
+    size_t room;
+    PDI_TRY(pdi_distribution_room(ctx, p, &room));
+    return pdi_arena_fit(ctx, &p->arena, room);
 }
 
 static void pdi_distribution_empty(pd_ctx *ctx, pd_potential *p)
@@ -45379,6 +45592,311 @@ void pd_potential_free(pd_ctx *ctx, pd_potential *p)
     pdi_owner_free(ctx, pdi_distribution_list, p);
     memset(p, 0, sizeof *p);
 }
+
+/* ======== >>potential/cell.c ======== */
+/* cell: see cell.h */
+#include <math.h>
+#include <string.h>
+
+/* [cells] Contacts are looked for this far from a fluid node. */
+#define PDI_CELL_AROUND 2
+
+PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
+{
+    pd_cell *cell = (pd_cell *)object;
+    if (!cell->grid) return;
+    int64_t total = cell->grid->total, electrodes = cell->desc.potential.electrodes;
+    PDI_ARRAY(owner, cell, curve, electrodes, "");
+    PDI_ARRAY(owner, cell, circuit, cell->desc.potential.circuits, "");
+    PDI_ARRAY(owner, cell, kinds, electrodes, "1");
+    PDI_ARRAY(owner, cell, metal, total, "1");
+    if (cell->dissolve) PDI_ARRAY(owner, cell, left, total, "1");
+    PDI_ARRAY(owner, cell, first, total, "1");
+    if (cell->desc.conduct) PDI_ARRAY(owner, cell, field, total, "S/m");
+}
+
+/* ---- the surface as it is ---- */
+
+/* Metal that stands out of its cell counts as that of a whole one. */
+static void pdi_cell_left(pd_cell *cell)
+{
+    for (int32_t i = 0; i < cell->grid->total && cell->left; i++)
+        if (cell->grid->kind[i] == PD_SOLID) cell->left[i] = fmin(fmax(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
+}
+
+static void pdi_cell_index(pd_cell *cell)
+{
+    const pd_contacts *c = &cell->potential.contacts;
+    for (int32_t i = 0; i < cell->grid->total; i++) cell->first[i] = -1;
+    for (int32_t k = c->count; k-- > 0;) cell->first[c->list[k].node] = k;
+}
+
+/* Adds the contacts of node i with a metal of `kinds` (bits): sums of area, and of area times the rest. */
+static void pdi_cell_add(const pd_cell *cell, int32_t i, uint32_t kinds, double sum[3])
+{
+    const pd_potential *p = &cell->potential;
+    for (int32_t k = cell->first[i]; k >= 0 && k < p->contacts.count && p->contacts.list[k].node == i; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        if (!(cell->kinds[c->electrode] & kinds)) continue;
+        sum[0] += c->area;
+        sum[1] += c->area * p->current[k];
+        sum[2] += c->area * p->surface[k];
+    }
+}
+
+/* The nodes around i whose largest distance along an axis is `reach` cells. */
+static void pdi_cell_around(const pd_cell *cell, int32_t i, int reach, uint32_t kinds, double sum[3])
+{
+    const pd_grid *grid = cell->grid;
+    int at[PD_DIM], count = 1;
+    for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
+    for (int k = 0; k < count; k++) {
+        int rest = k, far = 0;
+        pdi_grid_index(grid, i, at);
+        for (int d = 0; d < PD_DIM; d++) {
+            int step = rest % (2 * reach + 1) - reach;
+            rest /= 2 * reach + 1;
+            at[d] += step;
+            far = step > far ? step : -step > far ? -step : far;
+        }
+        if (far == reach && pdi_grid_inside(grid, at)) pdi_cell_add(cell, pd_grid_node(grid, at), kinds, sum);
+    }
+}
+
+PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface)
+{
+    double sum[3] = {0.0, 0.0, 0.0};
+    for (int reach = 0; reach <= PDI_CELL_AROUND && !(sum[0] > 0.0); reach++)
+        pdi_cell_around(cell, i, reach, (uint32_t)1 << kind, sum);
+    *current = sum[0] > 0.0 ? sum[1] / sum[0] : 0.0;
+    *surface = sum[0] > 0.0 ? sum[2] / sum[0] : 0.0;
+    return sum[0] > 0.0;
+}
+
+PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i)
+{
+    double sum[3] = {0.0, 0.0, 0.0};
+    pdi_cell_add(cell, i, UINT32_MAX, sum);
+    return sum[0] > 0.0 ? sum[1] / sum[0] : 0.0;
+}
+
+/* 1: a bond to this ghost or wall leads to a side that holds a potential. */
+static int pdi_cell_held(const pd_potential *p, int32_t far)
+{
+    int at[PD_DIM];
+    pdi_grid_index(p->grid, far, at);
+    for (int d = 0; d < PD_DIM; d++)
+        if ((at[d] < 0 && p->desc.held[2 * d]) || (at[d] >= p->grid->n[d] && p->desc.held[2 * d + 1])) return 1;
+    return 0;
+}
+
+/* What bond k of node i carries away [A/m3]; *closed: 1 it ends on metal, -1 on a side that holds a potential. */
+static double pdi_cell_carried(const pd_cell *cell, int32_t i, int k, int *closed)
+{
+    const pd_potential *p = &cell->potential;
+    const pd_grid *grid = cell->grid;
+    int32_t row = p->bonds->row[i], far = i + p->bonds->paths.shift[k], home = pdi_grid_image(grid, far, NULL);
+    double own = pdi_potential_kappa(p, i), weight = pdi_bond_lap(p->bonds, i)[k];
+    int open = row < 0 || pdi_bond_open(p->bonds, row, k);
+    *closed = pdi_cell_held(p, far) ? -1 : 0;
+    if (*closed) return 0.0;
+    *closed = !open && grid->kind[home] == PD_SOLID;
+    if (!open || grid->kind[home] != PD_FLUID) return 0.0;
+    double other = pdi_potential_kappa(p, home);
+    return 2.0 * own * other / (own + other) * weight * (p->phi[i] - p->phi[home]);
+}
+
+PDI_FN void pdi_cell_current(const pd_cell *cell, int32_t i, double *j)
+{
+    const pd_stencil *s = cell->potential.bonds->stencil;
+    const double *lap = pdi_bond_lap(cell->potential.bonds, i);
+    double normal[PD_DIM], metal[PD_DIM][PD_DIM], contact = pdi_cell_density(cell, i);
+    memset(j, 0, PD_DIM * sizeof *j);
+    memset(normal, 0, sizeof normal);
+    memset(metal, 0, sizeof metal);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        int closed, other;
+        double carried = pdi_cell_carried(cell, i, k, &closed);
+        if (closed < 0) carried = -pdi_cell_carried(cell, i, s->count - 1 - k, &other); /* as the bond across */
+        for (int d = 0; d < PD_DIM; d++) {
+            j[d] += 0.5 * carried * xi[d];
+            if (closed > 0) normal[d] += lap[k] * xi[d];
+            for (int e = 0; e < PD_DIM && closed > 0; e++) metal[d][e] += 0.5 * lap[k] * xi[d] * xi[e];
+        }
+    }
+    double length = pdi_vec_norm(normal);
+    for (int d = 0; d < PD_DIM && length > 0.0; d++)
+        for (int e = 0; e < PD_DIM; e++) j[d] -= contact * metal[d][e] * normal[e] / length;
+}
+
+void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode *now)
+{
+    const pd_potential *p = &cell->potential;
+    double volume = p->bonds->stencil->volume;
+    int touched = 0;
+    memset(now, 0, sizeof *now);
+    now->potential = p->metal[pdi_potential_circuit(p, electrode)];
+    for (int32_t k = 0; k < p->contacts.count; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        if (c->electrode != electrode) continue;
+        double area = volume * pdi_potential_area(p, c), i = p->current[k];
+        now->area += area;
+        now->current += area * i;
+        now->anodic += area * fmax(i, 0.0);
+        now->least = touched ? fmin(now->least, i) : i;
+        now->most = touched ? fmax(now->most, i) : i;
+        touched = 1;
+    }
+}
+
+/* ---- the process ---- */
+
+static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
+{
+    for (int n = 0; n < cell->desc.potential.circuits && cell->desc.given; n++)
+        cell->circuit[n].value = cell->desc.given(cell->desc.user, n, t);
+    pd_status status = pd_potential_solve(ctx, &cell->potential, &cell->result);
+    if (status < 0) return status;
+    if (status != PD_OK)
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "at t = %g s the balances of currents lack %.3g of them "
+                        "after %d steps of Newton's method, expected at most %g: a larger tolerance accepts it", t,
+                        cell->result.residual, cell->result.newton, cell->potential.desc.tolerance);
+    cell->solves++;
+    cell->newton += cell->result.newton;
+    cell->krylov += cell->result.krylov;
+    pdi_cell_index(cell);
+    return PD_OK;
+}
+
+/* Contacts, and conductances where fluid or conductivity are others. */
+static pd_status pdi_cell_renew(pd_ctx *ctx, pd_cell *cell)
+{
+    int anew = cell->stale || cell->desc.conduct;
+    pdi_cell_left(cell);
+    if (cell->desc.conduct) cell->desc.conduct(cell->desc.user, cell->field);
+    cell->stale = 0;
+    if (anew) return pd_potential_update(ctx, &cell->potential);
+    return cell->dissolve ? pdi_distribution_contacts(ctx, &cell->potential) : PD_OK;
+}
+
+static pd_status pdi_cell_start(pd_ctx *ctx, void *self, double t)
+{
+    return pdi_cell_solve(ctx, (pd_cell *)self, t);
+}
+
+/* Other processes of the step go by the potential of its start. */
+static pd_status pdi_cell_at(pd_ctx *ctx, void *self, double t)
+{
+    (void)ctx;
+    (void)self;
+    (void)t;
+    return PD_OK;
+}
+
+static pd_status pdi_cell_finish(pd_ctx *ctx, void *self, double t)
+{
+    pd_cell *cell = (pd_cell *)self;
+    PDI_TRY(pdi_cell_renew(ctx, cell));
+    return pdi_cell_solve(ctx, cell, t);
+}
+
+static pd_status pdi_cell_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    (void)ctx;
+    (void)turned;
+    (void)count;
+    ((pd_cell *)self)->stale = 1;
+    return PD_OK;
+}
+
+/* Metal and fluid have been read before. */
+static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_cell *cell = (pd_cell *)self;
+    pd_potential *p = &cell->potential;
+    if (archive->reading) {
+        cell->stale = 1;
+        PDI_TRY(pdi_cell_renew(ctx, cell));
+    }
+    PDI_TRY(PDI_KEEP(ctx, archive, "potential", p->phi, cell->grid->total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "potentials of metal", p->metal, p->desc.circuits));
+    PDI_TRY(PDI_KEEP(ctx, archive, "currents of circuits", p->total, p->desc.circuits));
+    PDI_TRY(PDI_KEEP(ctx, archive, "current densities", p->current, p->contacts.count));
+    PDI_TRY(PDI_KEEP(ctx, archive, "overpotentials", p->surface, p->contacts.count));
+    PDI_TRY(PDI_KEEP(ctx, archive, "slopes of currents", p->slope, p->contacts.count));
+    PDI_TRY(PDI_KEEP(ctx, archive, "imbalance of currents", &cell->result.imbalance, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "anodic current", &cell->result.anodic, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "current through sides", &cell->result.through, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "solves of the potential", &cell->solves, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "newton of the potential", &cell->newton, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the potential", &cell->krylov, 1));
+    if (archive->reading) pdi_cell_index(cell);
+    return PD_OK;
+}
+
+pd_process pd_cell_process(pd_cell *cell)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "potential";
+    p.self = cell;
+    p.start = pdi_cell_start;
+    p.at = pdi_cell_at;
+    p.finish = pdi_cell_finish;
+    p.changed = pdi_cell_changed;
+    p.store = pdi_cell_store;
+    return p;
+}
+
+/* ---- build ---- */
+
+static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_dissolve *dissolve,
+                               const pd_cell_desc *desc, pd_cell *cell)
+{
+    pd_potential_desc p = desc->potential;
+    memset(cell, 0, sizeof *cell);
+    cell->desc = *desc;
+    cell->grid = grid;
+    cell->dissolve = dissolve;
+    PDI_TRY(pdi_owner_build(ctx, pdi_cell_list, cell));
+    for (int e = 0; e < p.electrodes; e++) PDI_TRY(pd_electrode_build(ctx, &desc->electrode[e], &cell->curve[e]));
+    for (int n = 0; n < p.circuits; n++) cell->circuit[n] = desc->circuit[n];
+    for (int32_t i = 0; i < grid->total; i++) {
+        int32_t home = pdi_grid_image(grid, i, NULL);
+        if (grid->kind[home] != PD_SOLID) continue;
+        int e = desc->which(desc->user, home);
+        PD_ASSERT(e >= 0 && e < p.electrodes);
+        cell->metal[i] = (uint8_t)e;
+        cell->kinds[e] |= (uint32_t)1 << (dissolve ? pdi_metal_of(dissolve, home) : 0);
+    }
+    pdi_cell_left(cell);
+    if (desc->conduct) desc->conduct(desc->user, cell->field);
+    p.electrode = cell->curve;
+    p.circuit = cell->circuit;
+    p.metal = cell->metal;
+    p.left = cell->left;
+    if (desc->conduct) p.field = cell->field;
+    return pd_potential_build(ctx, grid, bonds, &p, &cell->potential);
+}
+
+pd_status pd_cell_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_dissolve *dissolve,
+                        const pd_cell_desc *desc, pd_cell *cell)
+{
+    pd_status status = pdi_cell_make(ctx, grid, bonds, dissolve, desc, cell);
+    if (status < 0) pd_cell_free(ctx, cell);
+    return status;
+}
+
+void pd_cell_free(pd_ctx *ctx, pd_cell *cell)
+{
+    if (cell->potential.grid) pd_potential_free(ctx, &cell->potential);
+    for (int e = 0; e < cell->desc.potential.electrodes && cell->curve; e++) pd_electrode_free(ctx, &cell->curve[e]);
+    pdi_owner_free(ctx, pdi_cell_list, cell);
+    memset(cell, 0, sizeof *cell);
+}
+
+#undef PDI_CELL_AROUND
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -55057,7 +55575,7 @@ PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -55589,7 +56107,7 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -55712,7 +56230,7 @@ PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -56505,7 +57023,7 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -56626,7 +57144,9 @@ static const pd_key pdi_keys_of_side[] = {
     {"traction", "Pa", "-",
      "with `[solid]`: force per area on the metal at the side, an expression in x, y, z, t an axis"},
     {"pressure", "Pa", "-",
-     "with `[solid]`: force per area against the side, an expression in x, y, z, t"}};
+     "with `[solid]`: force per area against the side, an expression in x, y, z, t"},
+    {"potential", "V", "no current passes",
+     "with `[potential]`: noslip, inlet: potential that the fluid has there"}};
 
 static const pd_key pdi_keys_of_flow[] = {
     {"rho", "kg/m3", "required",
@@ -56682,12 +57202,14 @@ static const pd_key pdi_keys_of_transport[] = {
      "what passes, and `defect=` says how much (theory: eq. 5.13)"}};
 
 static const pd_key pdi_keys_of_dissolve[] = {
-    {"rate", "m/s", "`rate` or `law` required",
+    {"rate", "m/s", "`rate`, `law` or `current` required",
      "recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)"},
     {"law", "1/s", "-",
      "the same in layers of `h` per time: speed = law h. Depends on the grid"},
+    {"current", "A/m2", "-",
+     "the same as a current density: speed = `i/(z F Cs)`; `i` is that of the `[electrode]`"},
     {"rate_scale", "-", "1",
-     "factor of `rate` or `law`"},
+     "factor of `rate`, `law` or `current`"},
     {"Csat", "mol/m3", "none",
      "saturation concentration, a constant for the expressions"},
     {"Cs", "mol/m3", "density over molar mass",
@@ -56820,10 +57342,10 @@ static const pd_key pdi_keys_of_output[] = {
     {"every", "s", "until/20",
      "time between frames"},
     {"fields", "-",
-     "C, v, p, kind, grain, pH as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` C, v, p, "
-     "kind, grain, u, mises, sigma_h, eps_p, broken",
+     "C, v, p, kind, grain, pH, phi as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` "
+     "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken",
      "fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, `energy`, "
-     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, `pH`, a species such as `Mg2+`, or `none`"},
+     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, `phi`, `j`, `i`, `pH`, a species such as `Mg2+`, or `none`"},
     {"images", "-", "none",
      "fields that are drawn, from the same list"},
     {"range", "of the field", "of all frames",
@@ -57000,6 +57522,48 @@ static const pd_key pdi_keys_of_reaction[] = {
     {"activation", "J/mol", "none: rates hold as they are written",
      "energy of activation of `forward`; rates are those of 25 C then; that of `backward` is less by the `enthalpy`"}};
 
+static const pd_key pdi_keys_of_potential[] = {
+    {"conductivity", "S/m", "that of the species",
+     "of the fluid; with `[chemistry]` it follows from charges, diffusivities and concentrations (theory: eq. 6b.7)"},
+    {"tolerance", "-", "1e-12",
+     "of what the balances of currents lack, over the currents"}};
+
+static const pd_key pdi_keys_of_electrode[] = {
+    {"shape", "-", "`shape` or `material` required",
+     "name of a solid `[shape]` whose metal it is; where electrodes overlap the later one counts"},
+    {"material", "-", "-",
+     "all metal of a material"},
+    {"curve", "-", "required",
+     "`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `resistance`; `expression`: `i`; `primary`: "
+     "current passes freely at `E0` (theory: 6b.1)"},
+    {"i0", "A/m2", "required there",
+     "exchange current density, or that of free corrosion"},
+    {"E0", "V", "0",
+     "equilibrium potential, or that of free corrosion"},
+    {"anodic_slope", "V", "none",
+     "change of E by which the anodic current grows tenfold (Tafel's slope), positive"},
+    {"cathodic_slope", "V", "none",
+     "the same of the cathodic current, positive"},
+    {"anodic_limit", "A/m2", "0: none",
+     "limiting current density of the anodic branch"},
+    {"cathodic_limit", "A/m2", "0: none",
+     "the same of the cathodic one, positive"},
+    {"resistance", "ohm m2", "required there",
+     "`linear`: polarisation resistance"},
+    {"i", "A/m2", "required there",
+     "`expression`: current density, positive from metal to fluid, in `E`; also of a `[table]`: `i = f(E)`. It must "
+     "not fall as E rises"},
+    {"range", "V", "required there",
+     "`expression`: from where to where E may lie; straight on beyond"},
+    {"film", "ohm m2", "0",
+     "resistance of a coating or film on it"},
+    {"potential", "V", "it follows from the current",
+     "given potential of the metal, expression in t"},
+    {"current", "A", "0: it corrodes freely",
+     "given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D"},
+    {"connected", "-", "none",
+     "names of electrodes that it is wired to. Metals that touch are connected, too"}};
+
 #define PDI_KEYS_OF(table) (table), (int)(sizeof(table) / sizeof(table)[0])
 static const pd_key_section pdi_keys_all[] = {
     {"constants", "", "names for values of any dimension", PDI_KEYS_OF(pdi_keys_of_constants)},
@@ -57019,6 +57583,8 @@ static const pd_key_section pdi_keys_all[] = {
     {"chemistry", "", "an electrolyte: activities, pH, files to include", PDI_KEYS_OF(pdi_keys_of_chemistry)},
     {"species", "FORMULA", "an ion, a molecule or a solid: Mg2+, HCO3-, Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_species)},
     {"reaction", "NAME", "a reaction as text, in equilibrium or with its speed", PDI_KEYS_OF(pdi_keys_of_reaction)},
+    {"potential", "", "electric potential of the fluid", PDI_KEYS_OF(pdi_keys_of_potential)},
+    {"electrode", "NAME", "metal with a polarisation curve", PDI_KEYS_OF(pdi_keys_of_electrode)},
     {"run", "", "end and steps", PDI_KEYS_OF(pdi_keys_of_run)},
     {"output", "", "files and pictures", PDI_KEYS_OF(pdi_keys_of_output)},
     {"probe", "NAME", "values at a place", PDI_KEYS_OF(pdi_keys_of_probe)},
@@ -58528,7 +59094,7 @@ static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    
                                                "phase", "D", "rate", "density", "damage", "energy",
                                                "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
                                                "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx",
-                                               "pH"};
+                                               "phi", "j", "i", "pH"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 /* Coordinates of a place. */
 #if PD_DIM == 1
@@ -58540,7 +59106,8 @@ static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"
 #endif
 static const pd_expr_symbol pdi_setup_axes[] = {PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
 static const pd_expr_symbol pdi_setup_symbols[] = {
-    {"C", "mol/m3", 0.0}, {"t", "s", 0.0}, PDI_SETUP_COORDINATES, {"grain", "", 0.0}};
+    {"C", "mol/m3", 0.0}, {"t", "s", 0.0}, PDI_SETUP_COORDINATES, {"grain", "", 0.0}, {"i", "A/m2", 0.0},
+    {"E", "V", 0.0}};
 static const pd_expr_symbol pdi_setup_stresses[] = {
     {"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0}, PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
 #undef PDI_SETUP_COORDINATES
@@ -58576,9 +59143,20 @@ static void pdi_setup_free_body(pd_ctx *ctx, pd_setup_body *b)
     pdi_expr_free(ctx, &b->pace);
 }
 
+static void pdi_setup_free_electrodes(pd_ctx *ctx, pd_setup_potential *p)
+{
+    for (int k = 0; k < p->electrodes; k++) {
+        pd_setup_electrode *e = &p->electrode[k];
+        PDI_DELETE(ctx, e->points, e->potential);
+        PDI_DELETE(ctx, e->points, e->current);
+        pdi_expr_free(ctx, &e->given);
+    }
+}
+
 void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
     pdi_setup_free_body(ctx, &setup->metal_body);
+    pdi_setup_free_electrodes(ctx, &setup->potential);
     for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].slide[d]);
@@ -58693,7 +59271,7 @@ PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup)
 
 PDI_FN int pdi_setup_surfaces(const pd_setup *setup)
 {
-    int asked = setup->has_dissolve || setup->has_grains;
+    int asked = setup->has_dissolve || setup->has_grains || setup->has_potential;
     for (int k = 0; k < setup->monitors; k++) asked = asked || setup->monitor[k].kind == PD_MONITOR_TRANSFER;
     return asked;
 }
@@ -58731,7 +59309,7 @@ static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]
                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
-                                               "sigma_zx [Pa]", "pH"};
+                                               "sigma_zx [Pa]", "phi [V]", "j [A/m2]", "i [A/m2]", "pH"};
 
 PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field)
 {
@@ -58800,6 +59378,9 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_C:
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] or [corrode] section";
+    case PD_FIELD_PHI:
+    case PD_FIELD_J:
+    case PD_FIELD_I: return setup->has_potential ? NULL : "a [potential] section";
     case PD_FIELD_DAMAGE: return setup->has_corrode ? NULL : "a [corrode] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
     case PD_FIELD_DENSITY:
@@ -58816,7 +59397,8 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
 {
-    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid", "cut"};
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid", "cut",
+                                        "electrode"};
     return names[kind];
 }
 
@@ -60812,6 +61394,7 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     const pd_electrolyte *e = &s->setup->electrolyte;
     const char *at;
     memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
+    if (!s->setup->has_potential) vars[PDI_SETUP_CURRENT].name = vars[PDI_SETUP_SURFACE].name = "";
     memset(&vars[PDI_SETUP_PH], 0, sizeof *vars);
     vars[PDI_SETUP_PH].name = "pH";
     vars[PDI_SETUP_PH].unit = "";
@@ -60879,19 +61462,6 @@ static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key
     return pdi_read_metal_check(s, section, key, metal);
 }
 
-/* Layers of a cell per time. */
-static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_metal *metal)
-{
-    const pd_setup *u = s->setup;
-    int layers = pdi_text_has(s->ctx, s->text, section, "law");
-    for (int d = 1; d < PD_DIM && layers; d++)
-        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
-            return pdi_text_refuse(s->ctx, s->text, section, "law",
-                                  "found different spacings of the axes, expected rate = speed there");
-    metal->rate_scale = layers ? u->h[0] : 1.0;
-    return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
-}
-
 /* The speed of a current density of 1 A/m2 makes a current a rate. */
 static pd_status pdi_read_metal_current(pdi_reader *s, int section, pd_setup_metal *m)
 {
@@ -60900,6 +61470,20 @@ static pd_status pdi_read_metal_current(pdi_reader *s, int section, pd_setup_met
     metal.density = m->solid_c * metal.molar_mass;
     m->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
     return pdi_read_metal_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
+}
+
+/* Layers of a cell per time, or a current density. */
+static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_metal *metal)
+{
+    const pd_setup *u = s->setup;
+    int layers = pdi_text_has(s->ctx, s->text, section, "law");
+    if (pdi_text_has(s->ctx, s->text, section, "current")) return pdi_read_metal_current(s, section, metal);
+    for (int d = 1; d < PD_DIM && layers; d++)
+        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
+            return pdi_text_refuse(s->ctx, s->text, section, "law",
+                                  "found different spacings of the axes, expected rate = speed there");
+    metal->rate_scale = layers ? u->h[0] : 1.0;
+    return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
 }
 
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
@@ -61203,6 +61787,292 @@ PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *s)
                                "diffusion");
     return pdi_read_chemistry_surface(s, section);
 }
+
+/* ======== >>scene/read_potential.c ======== */
+/* read_potential: see read_potential.h */
+#include <math.h>
+#include <string.h>
+
+/* Points of a curve that is given as an expression. */
+#define PDI_READ_POTENTIAL_POINTS 4001
+/* [V] A potential of this size is none. */
+#define PDI_READ_POTENTIAL_MOST 1e4
+
+typedef enum pdi_read_potential_curve {
+    PDI_READ_POTENTIAL_BUTLER = 0,
+    PDI_READ_POTENTIAL_TAFEL,
+    PDI_READ_POTENTIAL_LINEAR,
+    PDI_READ_POTENTIAL_EXPRESSION,
+    PDI_READ_POTENTIAL_PRIMARY
+} pdi_read_potential_curve;
+
+static const pd_expr_symbol pdi_read_potential_argument[] = {{"E", "V", 0.0}};
+
+PDI_FN int pdi_read_potential_given(pdi_reader *s)
+{
+    return pdi_text_has(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "potential", NULL), NULL) ||
+           pdi_text_next(s->ctx, s->text, "electrode", -1) >= 0;
+}
+
+/* ---- where it is ---- */
+
+static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    const pd_setup *u = s->setup;
+    const char *name;
+    int k = 0;
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "shape", NULL, &name));
+    for (int at = pdi_text_next(s->ctx, s->text, "shape", -1); at >= 0;
+         at = pdi_text_next(s->ctx, s->text, "shape", at), k++) {
+        int solid = 0;
+        if (strcmp(s->text->section[at].label, name) != 0) continue;
+        e->shape = u->named[k];
+        for (int w = 0; w < u->wall_count; w++) solid |= u->walls[w].section == at;
+        if (e->shape >= 0 && !solid) return PD_OK;
+        return pdi_text_refuse(s->ctx, s->text, section, "shape", "found '%.40s', which is no metal, expected a [shape "
+                               "NAME] with kind = solid", name);
+    }
+    return pdi_text_refuse(s->ctx, s->text, section, "shape", "found '%.40s', which is no shape, expected the name of "
+                           "a [shape NAME] with kind = solid", name);
+}
+
+static pd_status pdi_read_potential_place(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    const pd_setup *u = s->setup;
+    const char *name;
+    int shape = pdi_text_has(s->ctx, s->text, section, "shape");
+    e->shape = -1;
+    if (shape == pdi_text_has(s->ctx, s->text, section, "material"))
+        return pdi_text_refuse(s->ctx, s->text, section, "shape", "found %s, expected shape = NAME of a solid, or "
+                               "material = NAME", shape ? "a shape and a material" : "neither a shape nor a material");
+    if (shape) return pdi_read_potential_shape(s, section, e);
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "material", NULL, &name));
+    for (e->metal = 0; e->metal < u->metals; e->metal++)
+        if (strcmp(u->metal[e->metal].material.name, name) == 0) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "material", "found '%.40s', expected the material of a solid "
+                           "shape", name);
+}
+
+/* ---- curves ---- */
+
+static pd_status pdi_read_potential_slopes(pdi_reader *s, int section, int both, pd_electrode_term *t)
+{
+    static const char *const keys[] = {"anodic_slope", "cathodic_slope"}, *const limits[] = {"anodic_limit",
+                                                                                            "cathodic_limit"};
+    double *slope[] = {&t->anodic, &t->cathodic}, *limit[] = {&t->anodic_limit, &t->cathodic_limit};
+    int given = 0;
+    t->kind = PD_ELECTRODE_BUTLER_VOLMER;
+    PDI_TRY(pdi_reader_positive(s, section, "i0", "A/m2", NULL, &t->exchange));
+    for (int k = 0; k < 2; k++) {
+        if (!pdi_text_has(s->ctx, s->text, section, keys[k])) continue;
+        PDI_TRY(pdi_reader_within(s, section, keys[k], "V", NULL, 0.0, PDI_READ_POTENTIAL_MOST, 1, slope[k]));
+        *slope[k] /= log(10.0);
+        PDI_TRY(pdi_reader_not_negative(s, section, limits[k], "A/m2", "0", limit[k]));
+        given++;
+    }
+    if (given == 1 + both) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "curve", "found %d of anodic_slope and cathodic_slope, expected "
+                           "%s", given, both ? "both with butler_volmer" : "one of them with tafel");
+}
+
+/* A curve as an expression becomes a table. */
+static pd_status pdi_read_potential_points(pdi_reader *s, int section, const pd_expr *curve, pd_setup_electrode *e)
+{
+    double low, high;
+    int count;
+    PDI_TRY(pdi_text_ranges(s->ctx, s->text, section, "range", "V", NULL, 1, &low, &high, &count));
+    e->points = PDI_READ_POTENTIAL_POINTS;
+    PDI_TRY(PDI_NEW(s->ctx, "electrode", e->points, e->potential));
+    PDI_TRY(PDI_NEW(s->ctx, "electrode", e->points, e->current));
+    for (int k = 0; k < e->points; k++) {
+        e->potential[k] = low + (high - low) * k / (e->points - 1);
+        e->current[k] = pdi_expr_eval(curve, &e->potential[k]);
+        if (!(fabs(e->current[k]) < PDI_READER_HUGE))
+            return pdi_text_refuse(s->ctx, s->text, section, "i", "found %g A/m2 at E = %.6g V, expected a number, or "
+                                   "another range", e->current[k], e->potential[k]);
+        if (k && e->current[k] < e->current[k - 1])
+            return pdi_text_refuse(s->ctx, s->text, section, "i", "found a current that falls from %.6g to %.6g A/m2 "
+                                   "between E = %.6g and %.6g V, where a field would have several solutions; expected "
+                                   "one that rises or stays (cathodic currents are negative), or another range",
+                                   e->current[k - 1], e->current[k], e->potential[k - 1], e->potential[k]);
+    }
+    e->term.kind = PD_ELECTRODE_TABLE;
+    e->term.points = e->points;
+    e->term.potential = e->potential;
+    e->term.current = e->current;
+    return PD_OK;
+}
+
+static pd_status pdi_read_potential_expression(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    pd_expr curve;
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "i", "A/m2", pdi_read_potential_argument, 1, NULL, &curve));
+    pd_status status = pdi_read_potential_points(s, section, &curve, e);
+    pdi_expr_free(s->ctx, &curve);
+    return status;
+}
+
+static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    static const char *const curves[] = {"butler_volmer", "tafel", "linear", "expression", "primary", NULL};
+    int curve = 0;
+    if (!pdi_text_has(s->ctx, s->text, section, "curve"))
+        return pdi_text_refuse(s->ctx, s->text, section, "curve", "found no polarisation curve, expected curve = "
+                               "butler_volmer, tafel, linear, expression or primary");
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "curve", curves, NULL, &curve));
+    PDI_TRY(pdi_reader_not_negative(s, section, "film", "ohm m2", "0", &e->film));
+    if (curve == PDI_READ_POTENTIAL_EXPRESSION) return pdi_read_potential_expression(s, section, e);
+    PDI_TRY(pdi_reader_within(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MOST, PDI_READ_POTENTIAL_MOST, 0,
+                              &e->term.equilibrium));
+    e->primary = curve == PDI_READ_POTENTIAL_PRIMARY;
+    if (e->primary) return PD_OK;
+    if (curve != PDI_READ_POTENTIAL_LINEAR)
+        return pdi_read_potential_slopes(s, section, curve == PDI_READ_POTENTIAL_BUTLER, &e->term);
+    e->term.kind = PD_ELECTRODE_LINEAR;
+    return pdi_reader_positive(s, section, "resistance", "ohm m2", NULL, &e->term.resistance);
+}
+
+/* ---- circuits ---- */
+
+static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    e->holds = pdi_text_has(s->ctx, s->text, section, "potential");
+    e->gives = pdi_text_has(s->ctx, s->text, section, "current");
+    if (e->holds && e->gives)
+        return pdi_text_refuse(s->ctx, s->text, section, "current", "found beside 'potential', expected one of them");
+    if (!e->holds && !e->gives) return PD_OK;
+    const char *key = e->holds ? "potential" : "current";
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, e->holds ? "V" : "A", pdi_setup_position(), PDI_SETUP_PLACE,
+                          NULL, &e->given));
+    if (!(e->given.uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone");
+}
+
+/* The names in `connected`. */
+static pd_status pdi_read_potential_wires(pdi_reader *s, int section, int own)
+{
+    pd_setup_potential *p = &s->setup->potential;
+    pd_word_list list;
+    if (!pdi_text_has(s->ctx, s->text, section, "connected")) return PD_OK;
+    PDI_TRY(pdi_text_words(s->ctx, s->text, section, "connected", NULL, &list));
+    for (int w = 0; w < list.count; w++) {
+        int other = 0;
+        while (other < p->electrodes && strcmp(p->electrode[other].name, list.word[w]) != 0) other++;
+        if (other == p->electrodes || other == own)
+            return pdi_text_refuse(s->ctx, s->text, section, "connected", "found '%s', expected the name of another "
+                                   "[electrode NAME]", list.word[w]);
+        int a = p->electrode[own].wire, b = p->electrode[other].wire;
+        for (int k = 0; k < p->electrodes; k++)
+            if (p->electrode[k].wire == (a < b ? b : a)) p->electrode[k].wire = a < b ? a : b;
+    }
+    return PD_OK;
+}
+
+/* At most one value for all that is connected. */
+static pd_status pdi_read_potential_once(pdi_reader *s)
+{
+    const pd_setup_potential *p = &s->setup->potential;
+    for (int k = 0; k < p->electrodes; k++)
+        for (int j = 0; j < k; j++) {
+            const pd_setup_electrode *a = &p->electrode[j], *b = &p->electrode[k];
+            if (a->wire != b->wire || !(a->holds || a->gives) || !(b->holds || b->gives)) continue;
+            return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "electrode", b->name),
+                                   b->holds ? "potential" : "current", "found beside that of %s, which %s is connected "
+                                   "to, expected one of them", a->name, b->name);
+        }
+    return PD_OK;
+}
+
+/* ---- sections ---- */
+
+static pd_status pdi_read_potential_table(pdi_reader *s, int section, int index)
+{
+    pd_setup *u = s->setup;
+    if (u->monitors == PD_SETUP_MONITORS)
+        return pdi_text_refuse(s->ctx, s->text, section, "electrode", "found more than %d tables", PD_SETUP_MONITORS);
+    pd_setup_monitor *m = &u->monitor[u->monitors++];
+    memset(m, 0, sizeof *m);
+    m->kind = PD_MONITOR_ELECTRODE;
+    m->index = index;
+    m->line = u->potential.electrode[index].line;
+    memcpy(m->name, u->potential.electrode[index].name, sizeof m->name);
+    return PD_OK;
+}
+
+static pd_status pdi_read_potential_section(pdi_reader *s, int section)
+{
+    pd_setup_potential *p = &s->setup->potential;
+    const char *label = s->text->section[section].label;
+    if (p->electrodes == PD_SETUP_ELECTRODES)
+        return pdi_text_refuse(s->ctx, s->text, section, "electrode", "found more than %d electrodes",
+                               PD_SETUP_ELECTRODES);
+    if (label[0] == '\0' || strlen(label) >= PD_TEXT_WORD)
+        return pdi_text_refuse(s->ctx, s->text, section, "electrode", "expected a short name: [electrode NAME]");
+    pd_setup_electrode *e = &p->electrode[p->electrodes];
+    memcpy(e->name, label, strlen(label) + 1);
+    e->line = s->text->section[section].line;
+    e->wire = p->electrodes++;
+    PDI_TRY(pdi_read_potential_place(s, section, e));
+    PDI_TRY(pdi_read_potential_kinetics(s, section, e));
+    PDI_TRY(pdi_read_potential_control(s, section, e));
+    return pdi_read_potential_table(s, section, e->wire);
+}
+
+static pd_status pdi_read_potential_sides(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    for (int k = 0; k < 2 * PD_DIM; k++) {
+        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        if (!pdi_text_has(s->ctx, s->text, section, "potential")) continue;
+        PDI_TRY(pdi_reader_within(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MOST,
+                                  PDI_READ_POTENTIAL_MOST, 0, &u->potential.hold[k]));
+        u->potential.held[k] = 1;
+        if (u->side[k].kind == PD_SIDE_WALL || u->side[k].kind == PD_SIDE_INLET) continue;
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found at a side that is no wall and no inlet, "
+                               "expected flow = noslip or inlet there");
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_read_potential_electrolyte(pdi_reader *s, int section)
+{
+    pd_setup_potential *p = &s->setup->potential;
+    if (!pdi_text_has(s->ctx, s->text, section, "conductivity") && !s->setup->has_chemistry)
+        return pdi_text_refuse(s->ctx, s->text, section, "conductivity", "found none, expected [potential] "
+                               "conductivity = 1.5 S/m or another positive value");
+    if (pdi_text_has(s->ctx, s->text, section, "conductivity"))
+        PDI_TRY(pdi_reader_positive(s, section, "conductivity", "S/m", NULL, &p->conductivity));
+    return pdi_reader_within(s, section, "tolerance", "", "1e-12", 0.0, 0.1, 1, &p->tolerance);
+}
+
+PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int section = pdi_text_section(s->ctx, s->text, "potential", NULL), k = 0;
+    int first = pdi_text_next(s->ctx, s->text, "electrode", -1);
+    if (!u->has_potential) return PD_OK;
+    if (u->has_gas)
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside [gas], expected [flow] or fluid at "
+                               "rest");
+    if (first < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found no electrode, expected an [electrode "
+                               "NAME] with a shape and a curve");
+    for (int n = 0; n < s->text->const_count; n++)
+        if (strcmp(s->text->consts[n].name, "E") == 0 || strcmp(s->text->consts[n].name, "i") == 0)
+            return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "constants", NULL),
+                                   s->text->consts[n].name, "found the name '%s' beside [potential], where it is a "
+                                   "variable, expected another one", s->text->consts[n].name);
+    PDI_TRY(pdi_read_potential_electrolyte(s, section));
+    PDI_TRY(pdi_read_potential_sides(s));
+    for (int at = first; at >= 0; at = pdi_text_next(s->ctx, s->text, "electrode", at))
+        PDI_TRY(pdi_read_potential_section(s, at));
+    for (int at = first; at >= 0; at = pdi_text_next(s->ctx, s->text, "electrode", at))
+        PDI_TRY(pdi_read_potential_wires(s, at, k++));
+    return pdi_read_potential_once(s);
+}
+
+#undef PDI_READ_POTENTIAL_POINTS
+#undef PDI_READ_POTENTIAL_MOST
 
 /* ======== >>scene/read_gas.c ======== */
 /* read_gas: see read_gas.h */
@@ -61655,7 +62525,8 @@ PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_s
         if (field == PD_FIELD_COUNT)
             return pdi_text_refuse(ctx, text, section, key,
                                    "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                   " rate, density, damage, energy%s, or none", list.word[w],
+                                   " rate, density, damage, energy%s%s, or none", list.word[w],
+                                   setup->has_potential ? ", phi, j, i" : "",
                                    setup->has_chemistry ? ", pH, species such as Na+" : "");
         const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
         if (needs && given)
@@ -61894,6 +62765,7 @@ static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind
     case PD_MONITOR_TOTAL: return pdi_read_monitors_box(w, 1, m);
     case PD_MONITOR_GRIP:
     case PD_MONITOR_SOLID:
+    case PD_MONITOR_ELECTRODE:
     case PD_MONITOR_CUT: break; /* [solid] and [cut] make them */
     }
     return PD_OK;
@@ -61912,7 +62784,7 @@ static pd_status pdi_read_monitors_probe(pdi_read_monitors *w)
     p->line = w->text->section[w->section].line;
     PDI_TRY(pdi_read_monitors_point(w, "at", p->at));
     return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields",
-                                    u->has_transport ? "C" : u->has_chemistry ? "pH" : "v",
+                                    u->has_transport ? "C" : u->has_chemistry ? "pH" : u->has_potential ? "phi" : "v",
                                     &p->fields);
 }
 
@@ -62956,6 +63828,11 @@ static pd_status pdi_scene_timeless(pdi_reader *s)
     }
     PDI_TRY(pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "solid", NULL), "force", u->metal_body.force,
                              PD_DIM));
+    for (int k = 0; k < u->potential.electrodes; k++) {
+        const pd_setup_electrode *e = &u->potential.electrode[k];
+        PDI_TRY(pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "electrode", e->name),
+                                 e->holds ? "potential" : "current", &e->given, 1));
+    }
     return pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
 }
 
@@ -62966,7 +63843,7 @@ static pd_status pdi_scene_run(pdi_reader *s)
     int carries = u->has_transport || u->has_chemistry;
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
-    int follows = (u->motion == PD_MOTION_STEADY || u->has_solid) && !carries &&
+    int follows = (u->motion == PD_MOTION_STEADY || u->has_solid || u->has_potential) && !carries &&
                   pdi_text_has(s->ctx, s->text, section, "until");
     rests = rests && !(u->metal_body.density > 0.0);
     if (rests && !follows && !u->has_gas && (!carries || u->settle)) return pdi_scene_timeless(s);
@@ -63039,7 +63916,7 @@ static pd_status pdi_scene_output(pdi_reader *s)
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
                                      u->has_gas ? "density, v, p, energy, kind" :
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
-                                     "C, v, p, kind, grain, pH", &u->fields));
+                                     "C, v, p, kind, grain, pH, phi", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_deformed(s, section));
     PDI_TRY(pdi_read_drawing_read(s->ctx, s->text, section, u));
@@ -63065,6 +63942,7 @@ static void pdi_scene_lines(pdi_reader *s)
     u->line[PD_PART_SOLID] = pdi_scene_line(s, "solid", NULL);
     u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
     u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
+    u->line[PD_PART_POTENTIAL] = pdi_scene_line(s, "potential", NULL);
     if (!u->line[PD_PART_DISSOLVE]) u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "corrode", NULL);
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
@@ -63087,6 +63965,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_solid = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "solid", NULL), NULL);
     setup->has_dissolve = pdi_read_metal_given(&s, "dissolve");
     setup->has_corrode = pdi_read_metal_given(&s, "corrode");
+    setup->has_potential = pdi_read_potential_given(&s);
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
     PDI_TRY(pdi_read_metal_first(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
@@ -63103,6 +63982,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_metal_corrode(&s));
     PDI_TRY(pdi_read_metal_laws(&s));
     PDI_TRY(pdi_read_chemistry_metal(&s));
+    PDI_TRY(pdi_read_potential_read(&s));
     PDI_TRY(pdi_read_solid_read(&s));
     PDI_TRY(pdi_read_cuts_read(&s));
     PDI_TRY(pdi_scene_run(&s));
@@ -63111,10 +63991,10 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pdi_text_unused(ctx, text));
     if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid &&
-        !setup->has_chemistry)
+        !setup->has_chemistry && !setup->has_potential)
         return pdi_text_refuse(ctx, text, 0, "scene",
-                               "found no physics, expected a [flow], [gas], [transport], [corrode], [chemistry] "
-                               "or [solid] section");
+                               "found no physics, expected a [flow], [gas], [transport], [corrode], [chemistry], "
+                               "[potential] or [solid] section");
     return PD_OK;
 }
 
@@ -63791,6 +64671,173 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at)
 #undef PDI_GRIP_EXACT
 #undef PDI_GRIP_LEAST
 
+/* ======== >>run/electrodes.c ======== */
+/* electrodes: see electrodes.h */
+#include <math.h>
+#include <string.h>
+
+#define PDI_ELECTRODES_GAS 8.314462618   /* [J/mol/K] */
+#define PDI_ELECTRODES_FARADAY 96485.33212 /* [C/mol] */
+
+/* Electrode of a solid node; -1: none. */
+static int pdi_electrodes_which(void *user, int32_t node)
+{
+    const pd_electrodes *m = (const pd_electrodes *)user;
+    const pd_setup_potential *p = &m->setup->potential;
+    double x[PD_DIM];
+    pd_grid_position(m->grid, node, x);
+    for (int k = p->electrodes; k-- > 0;) {
+        const pd_setup_electrode *e = &p->electrode[k];
+        if (e->shape < 0 ? e->metal == (m->metal ? m->metal[node] : 0)
+                         : pd_shape_distance(m->setup->shape, e->shape, x) <= 0.0) return k;
+    }
+    return -1;
+}
+
+static double pdi_electrodes_given(void *user, int circuit, double t)
+{
+    const pd_electrodes *m = (const pd_electrodes *)user;
+    double x[PD_DIM];
+    memset(x, 0, sizeof x);
+    if (m->given[circuit] < 0) return 0.0;
+    return pdi_setup_eval(&m->setup->potential.electrode[m->given[circuit]].given, x, t);
+}
+
+/* kappa = F^2/(R T) sum z^2 D c (theory: eq. 6b.7) */
+static void pdi_electrodes_conduct(void *user, double *field)
+{
+    const pd_electrodes *m = (const pd_electrodes *)user;
+    const pd_electrolyte *e = &m->setup->electrolyte;
+    double factor = PDI_ELECTRODES_FARADAY * PDI_ELECTRODES_FARADAY / (PDI_ELECTRODES_GAS * e->temperature);
+    for (int32_t i = 0; i < m->grid->total; i++) field[i] = 0.0;
+    for (int k = 0; k < e->count; k++) {
+        const pd_species *s = &e->species[k];
+        int place = m->reactive->components.place[k];
+        if (place < 0 || !s->charge) continue;
+        double share = factor * s->charge * s->charge * s->diffusivity;
+        const double *c = m->reactive->c + (int64_t)place * m->grid->total;
+        for (int32_t i = 0; i < m->grid->total; i++)
+            if (m->grid->kind[i] == PD_FLUID) field[i] += share * fmax(c[i], 0.0);
+    }
+}
+
+/* Electrodes that are connected get one number: that of the first one. */
+static void pdi_electrodes_join(int *wire, int count, int a, int b)
+{
+    int low = wire[a] < wire[b] ? wire[a] : wire[b], high = wire[a] < wire[b] ? wire[b] : wire[a];
+    for (int k = 0; k < count; k++)
+        if (wire[k] == high) wire[k] = low;
+}
+
+/* Which electrodes are there, and which touch. */
+static pd_status pdi_electrodes_find(pd_ctx *ctx, pd_electrodes *m, int *wire)
+{
+    const pd_setup_potential *p = &m->setup->potential;
+    int64_t nodes[PD_SETUP_ELECTRODES];
+    char text[PDI_GRID_PLACE];
+    memset(nodes, 0, sizeof nodes);
+    for (int32_t i = 0; i < m->grid->total; i++) {
+        if (m->grid->kind[i] != PD_SOLID || pdi_grid_image(m->grid, i, NULL) != i) continue;
+        int e = pdi_electrodes_which(m, i);
+        if (e < 0)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "potential", "the metal at %s m belongs to no electrode, expected an "
+                            "[electrode NAME] with its shape or material, or kind = wall for what insulates",
+                            pdi_grid_place(m->grid, i, text));
+        nodes[e]++;
+        for (int d = 0; d < PD_DIM; d++) {
+            int32_t near = pdi_grid_image(m->grid, i + m->grid->stride[d], NULL);
+            if (m->grid->kind[near] == PD_SOLID && pdi_electrodes_which(m, near) >= 0)
+                pdi_electrodes_join(wire, p->electrodes, e, pdi_electrodes_which(m, near));
+        }
+    }
+    for (int k = 0; k < p->electrodes; k++) {
+        if (nodes[k]) continue;
+        m->line = p->electrode[k].line;
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "potential", "the electrode %s has no metal on the lattice, expected a "
+                        "shape that is larger than the spacing, and that no later electrode covers",
+                        p->electrode[k].name);
+    }
+    return PD_OK;
+}
+
+/* A circuit for all that is connected, with the value of one of them. */
+static pd_status pdi_electrodes_circuits(pd_ctx *ctx, pd_electrodes *m, const int *wire)
+{
+    const pd_setup_potential *p = &m->setup->potential;
+    for (int k = 0; k < p->electrodes; k++) {
+        if (wire[k] == k) m->given[m->circuits] = -1;
+        m->member[k] = wire[k] == k ? m->circuits++ : m->member[wire[k]];
+    }
+    for (int k = 0; k < p->electrodes; k++) {
+        const pd_setup_electrode *e = &p->electrode[k];
+        int *given = &m->given[m->member[k]];
+        if (!e->holds && !e->gives) continue;
+        m->line = e->line;
+        if (*given >= 0)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "the electrodes %s and %s are connected or touch, and "
+                            "both have a given potential or current, expected one of them", p->electrode[*given].name,
+                            e->name);
+        *given = k;
+        m->circuit[m->member[k]].control = e->holds ? PD_CIRCUIT_POTENTIAL : PD_CIRCUIT_CURRENT;
+        m->circuit[m->member[k]].value = pdi_electrodes_given(m, m->member[k], 0.0);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrodes *m, const pd_bonds *bonds, const pd_stencil *across,
+                                     const pd_dissolve *dissolve, pd_cell *cell)
+{
+    const pd_setup_potential *p = &m->setup->potential;
+    pd_electrode_desc curve[PD_SETUP_ELECTRODES];
+    pd_cell_desc desc;
+    memset(&desc, 0, sizeof desc);
+    memset(curve, 0, sizeof curve);
+    for (int k = 0; k < p->electrodes; k++) {
+        const pd_setup_electrode *e = &p->electrode[k];
+        curve[k].term = &e->term;
+        curve[k].count = !e->primary;
+        curve[k].equilibrium = e->term.equilibrium;
+        curve[k].film = e->film;
+    }
+    desc.electrode = curve;
+    desc.circuit = m->circuit;
+    desc.which = pdi_electrodes_which;
+    desc.given = pdi_electrodes_given;
+    desc.user = m;
+    desc.potential.conductivity = p->conductivity;
+    if (m->reactive) desc.conduct = pdi_electrodes_conduct;
+    if (m->reactive) desc.potential.conductivity = 1.0; /* of no node of the fluid */
+    desc.potential.electrodes = p->electrodes;
+    desc.potential.circuits = m->circuits;
+    desc.potential.member = m->member;
+    desc.potential.wide = across;
+    desc.potential.tolerance = p->tolerance;
+    memcpy(desc.potential.held, p->held, sizeof p->held);
+    memcpy(desc.potential.hold, p->hold, sizeof p->hold);
+    m->line = m->setup->line[PD_PART_POTENTIAL];
+    return pd_cell_build(ctx, m->grid, bonds, dissolve, &desc, cell);
+}
+
+PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
+                                      const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
+                                      const pd_dissolve *dissolve, pd_electrodes *m, pd_cell *cell)
+{
+    int wire[PD_SETUP_ELECTRODES];
+    memset(m, 0, sizeof *m);
+    m->setup = setup;
+    m->grid = bonds->grid;
+    m->metal = metal;
+    m->reactive = reactive;
+    m->line = setup->line[PD_PART_POTENTIAL];
+    for (int k = 0; k < setup->potential.electrodes; k++) wire[k] = setup->potential.electrode[k].wire;
+    PDI_TRY(pdi_electrodes_find(ctx, m, wire));
+    PDI_TRY(pdi_electrodes_circuits(ctx, m, wire));
+    return pdi_electrodes_cell(ctx, m, bonds, across, dissolve, cell);
+}
+
+#undef PDI_ELECTRODES_GAS
+#undef PDI_ELECTRODES_FARADAY
+
 /* ======== >>run/footprint.c ======== */
 /* footprint: see footprint.h */
 #include <math.h>
@@ -64378,6 +65425,8 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     vars[1] = t;
     pd_grid_position(a->dissolve->grid, node, vars + 2);
     vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
+    vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
+    if (a->cell) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
     vars[PDI_SETUP_PH] = ph;
     for (int k = 0; k < metal->species; k++)
         vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
@@ -64385,7 +65434,7 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
 }
 
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, pd_attack *a)
+                                  const pd_course *course, const pd_cell *cell, pd_attack *a)
 {
     const pd_setup_metal *metal = &setup->metal[0];
     pd_etch_desc desc;
@@ -64401,6 +65450,7 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
     a->setup = setup;
     a->dissolve = dissolve;
     a->course = course;
+    a->cell = pdi_setup_electric(metal) ? cell : NULL;
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
     if (metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
     return PD_OK;
@@ -64504,7 +65554,7 @@ PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -64785,7 +65835,7 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
     desc.shed = u->shed;
     if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
-        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->attack));
+        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->cell, &m->attack));
         desc.surface = &m->attack.etch;
         desc.find = pdi_attack_find;
         desc.user = &m->attack;
@@ -64817,12 +65867,16 @@ static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
 
 static double pdi_model_rate(void *user, const pd_rate_at *at)
 {
-    const pd_setup_metal *metal = (const pd_setup_metal *)user;
+    const pd_model_law *law = (const pd_model_law *)user;
+    const pd_setup_metal *metal = law->metal;
     double vars[PD_EXPR_VARS];
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
     vars[PDI_SETUP_GRAIN] = at->grain;
+    vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
+    if (law->cell && pdi_setup_electric(metal))
+        pdi_cell_beside(law->cell, at->node, law->kind, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
@@ -64856,12 +65910,13 @@ static pd_status pdi_model_metals(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-static pd_metal pdi_model_metal(const pd_setup_metal *metal)
+static pd_metal pdi_model_metal(const pd_model_law *law)
 {
+    const pd_setup_metal *metal = law->metal;
     pd_metal is;
     is.solid = metal->solid_c;
     is.rate = pdi_model_rate;
-    is.rate_user = (void *)metal; /* only read */
+    is.rate_user = (void *)law; /* only read */
     is.uniform = metal->rate.uses >> 1 == 0;
     return is;
 }
@@ -64892,8 +65947,13 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     pd_metal metal[PD_SETUP_METALS];
     pd_dissolve_desc desc;
     memset(&desc, 0, sizeof desc);
-    PDI_TRY(pdi_model_metals(ctx, m));
-    for (int k = 0; k < u->metals; k++) metal[k] = pdi_model_metal(&u->metal[k]);
+    memset(metal, 0, sizeof metal);
+    for (int k = 0; k < u->metals; k++) {
+        m->law[k].metal = &u->metal[k];
+        m->law[k].kind = k;
+        m->law[k].cell = u->has_potential ? &m->cell : NULL;
+        metal[k] = pdi_model_metal(&m->law[k]);
+    }
     desc.solid = metal[0].solid;
     desc.rate = metal[0].rate;
     desc.rate_user = metal[0].rate_user;
@@ -64916,6 +65976,17 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     }
     m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
     return pd_dissolve_build(ctx, &m->grid, &m->across, &m->transport, &desc, &m->dissolve);
+}
+
+static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    int given = u->potential.conductivity > 0.0;
+    m->unknowns[PD_PART_POTENTIAL] = m->grid.fluid_count;
+    pd_status status = pdi_electrodes_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
+                                            u->has_dissolve ? &m->dissolve : NULL, &m->electrodes, &m->cell);
+    m->line = m->electrodes.line;
+    return status;
 }
 
 /* By which bonds of the metal break that are no springs. */
@@ -64980,11 +66051,13 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
-                            PD_PART_SOLID, PD_PART_CHEMISTRY, PD_PART_DISSOLVE, PD_PART_CHEMISTRY};
+                            PD_PART_SOLID, PD_PART_CHEMISTRY, PD_PART_DISSOLVE, PD_PART_DISSOLVE,
+                            PD_PART_CHEMISTRY, PD_PART_POTENTIAL};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
-                              pdi_model_structure, pdi_model_species, pdi_model_dissolve, pdi_model_course};
+                              pdi_model_structure, pdi_model_species, pdi_model_metals, pdi_model_dissolve,
+                              pdi_model_course, pdi_model_cell};
     const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_chemistry,
-                          u->has_dissolve, u->has_chemistry};
+                          u->has_dissolve || u->has_potential, u->has_dissolve, u->has_chemistry, u->has_potential};
     for (size_t k = 0; k < sizeof part / sizeof part[0]; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -65030,14 +66103,15 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
     if (u->has_chemistry && !m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    if (u->has_potential) PDI_TRY(pd_couple_add(ctx, c, pd_cell_process(&m->cell)));
     return PD_OK;
 }
 
 /* 1: something reads the rows of bonds after metal has gone. */
 static int pdi_model_asks(const pd_setup *u)
 {
-    return !u->has_corrode || !u->activation || u->has_flow || u->has_chemistry || u->probes ||
-           u->monitors;
+    return !u->has_corrode || !u->activation || u->has_flow || u->has_chemistry || u->has_potential ||
+           u->probes || u->monitors;
 }
 
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
@@ -65060,6 +66134,7 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
 
 PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 {
+    pd_cell_free(ctx, &m->cell);
     PDI_DELETE(ctx, m->grid.total, m->passive);
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_course_free(ctx, &m->course);
@@ -65094,7 +66169,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -65147,7 +66222,7 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -65396,9 +66471,14 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     int fluid = m->grid.kind[i] == PD_FLUID;
     const double *diffusivity = m->transport.diffusion.field;
     const double *species = pdi_sample_species(m, field);
-    double square = 0.0;
+    double square = 0.0, j[PD_DIM];
     if (species) return fluid ? species[i] : 0.0;
     switch (field) {
+    case PD_FIELD_PHI: return fluid ? m->cell.potential.phi[i] : (double)NAN;
+    case PD_FIELD_I: return fluid ? pdi_cell_density(&m->cell, i) : 0.0;
+    case PD_FIELD_J:
+        if (fluid) pdi_cell_current(&m->cell, i, j);
+        return fluid ? pdi_vec_norm(j) : 0.0;
     case PD_FIELD_PH: return fluid ? pd_reactive_ph(&m->reactive, i) : (double)NAN;
     case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
     case PD_FIELD_V:
@@ -65473,7 +66553,7 @@ static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
     return count;
 }
 
-/* Without bonds, and of pH (f: NULL): linear between the fluid nodes around x. */
+/* Without bonds, of the potential, and of pH (f: NULL): linear between the fluid nodes around x. */
 static double pdi_sample_between(const pd_model *m, const double *f, const double *x)
 {
     const pd_grid *grid = &m->grid;
@@ -65669,13 +66749,14 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (pdi_setup_field_species(field) >= 0) job.f = pdi_sample_species(m, field);
     if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
+    if (field == PD_FIELD_PHI) job.f = m->cell.potential.phi;
     if (!job.f && field != PD_FIELD_PH) {
         int cells = pdi_sample_cells(&m->grid, x, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
     /* a gas has jumps, and slips along walls */
-    if (fluid && (m->setup->has_gas || !job.f)) return pdi_sample_between(m, job.f, x);
+    if (fluid && (m->setup->has_gas || !job.f || field == PD_FIELD_PHI)) return pdi_sample_between(m, job.f, x);
     for (int k = 0; k < fluid; k++)
         sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(m, job.f, x);
     if (!fluid) return (double)NAN;
@@ -65708,7 +66789,7 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -67096,6 +68177,18 @@ static void pdi_summary_chemistry(const pdi_summary *s)
     pdi_summary_line(s, "  %-12s%s", "", text);
 }
 
+static void pdi_summary_potential(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    const pd_electrodes *e = &s->model->electrodes;
+    char text[384], value[PD_UNITS_TEXT] = "that of the species";
+    if (!u->has_potential) return;
+    if (u->potential.conductivity > 0.0) pdi_setup_show(u->potential.conductivity, "S/m", value);
+    snprintf(text, sizeof text, "%d electrode%s in %d circuit%s, conductivity %s", u->potential.electrodes,
+             u->potential.electrodes > 1 ? "s" : "", e->circuits, e->circuits > 1 ? "s" : "", value);
+    pdi_summary_part(s, PD_PART_POTENTIAL, "potential", text);
+}
+
 /* "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs = 71508 mol/m3" */
 static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
 {
@@ -67103,8 +68196,10 @@ static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
     char speed[PD_UNITS_TEXT];
     double v = pdi_setup_speed(metal), z = metal->material.charge;
     pdi_setup_show(v, "m/s", speed);
-    if (pdi_setup_chemical(metal)) {
-        snprintf(text, size, "surface rate by a law in the species at the surface, Cs = %.6g mol/m3", metal->solid_c);
+    if (pdi_setup_chemical(metal) || pdi_setup_electric(metal)) {
+        snprintf(text, size, "%s%ssurface rate by %s, z = %g, Cs = %.6g mol/m3",
+                 u->metals > 1 ? metal->material.name : "", u->metals > 1 ? ": " : "",
+                 pdi_setup_chemical(metal) ? "a law in the species at the surface" : "the potential", z, metal->solid_c);
         return;
     }
     snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
@@ -67207,11 +68302,12 @@ static void pdi_summary_absent(const pdi_summary *s)
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
     const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas",
-                                 "mechanics", "chemistry"};
+                                 "mechanics", "chemistry", "potential"};
     const int has[] = {u->has_flow, u->has_transport, u->has_dissolve, u->has_grains,
-                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas, u->has_solid, u->has_chemistry};
+                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas, u->has_solid, u->has_chemistry,
+                       u->has_potential};
     int absent = 0;
-    for (int k = 0; k < 8; k++) {
+    for (int k = 0; k < (int)(sizeof has / sizeof has[0]); k++) {
         size_t used = strlen(text);
         if (!has[k]) snprintf(text + used, sizeof text - used, "%s%s", absent++ ? ", " : "", names[k]);
     }
@@ -67232,6 +68328,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     pdi_summary_gas(&s);
     pdi_summary_transport(&s);
     pdi_summary_chemistry(&s);
+    pdi_summary_potential(&s);
     pdi_summary_dissolve(&s);
     pdi_summary_corrode(&s);
     pdi_summary_grains(&s);
@@ -67262,6 +68359,7 @@ static const char *const pdi_monitor_unit_flow[] = {"m/s", "m2/s", "m3/s"};
 static const char *const pdi_monitor_unit_amount[] = {"mol/m2", "mol/m", "mol"};
 static const char *const pdi_monitor_unit_species[] = {"mol/m2/s", "mol/m/s", "mol/s"};
 static const char *const pdi_monitor_unit_force[] = {"N/m2", "N/m", "N"};
+static const char *const pdi_monitor_unit_current[] = {"A/m2", "A/m", "A"};
 static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
 static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
 
@@ -67531,6 +68629,21 @@ static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     return PD_OK;
 }
 
+/* Potential of the metal, currents and their densities. */
+static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
+{
+    const char *unit = pdi_monitor_unit_current[pdi_monitor_extent(model->setup)];
+    pd_cell_electrode e;
+    pd_cell_electrode_of(&model->cell, m->desc->index, &e);
+    pdi_monitor_put(m, "E", "V", e.potential);
+    pdi_monitor_put(m, "current", unit, e.current);
+    pdi_monitor_put(m, "anodic", unit, e.anodic);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], e.area);
+    pdi_monitor_put(m, "density", "A/m2", e.area > 0.0 ? e.current / e.area : 0.0);
+    pdi_monitor_put(m, "least", "A/m2", e.least);
+    pdi_monitor_put(m, "most", "A/m2", e.most);
+}
+
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
@@ -67539,6 +68652,7 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
     if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_electrode(model, m);
     if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_cut(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_GRIP) {
         double force[PD_DIM];
@@ -68647,6 +69761,9 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->sheds = r->setup->sheds && r->setup->gas[0];
     result->gas = r->setup->gas_shed * m->course.taken;
     result->gas_volume = result->gas * PDI_MODEL_GAS * r->setup->electrolyte.temperature / PDI_MODEL_ATMOSPHERE;
+    result->has_potential = r->setup->has_potential;
+    result->current_balance = m->cell.result.imbalance;
+    result->current = m->cell.result.anodic;
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;
@@ -68768,6 +69885,8 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     if (r->settled) pdi_append(text, size, " defect=%.3g", r->defect);
     if (r->unsolved) pdi_append(text, size, " unsolved=%.0f", (double)r->unsolved);
     if (r->sheds) pdi_append(text, size, " gas=%.9g gas_mL=%.6g", r->gas, r->gas_volume * 1e6);
+    if (r->has_potential)
+        pdi_append(text, size, " current=%.9g current_balance=%.3g", r->current, r->current_balance);
     if (r->has_flux) pdi_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
     if (r->has_front) pdi_append(text, size, " front=%.6g", r->front);
     else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);

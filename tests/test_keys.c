@@ -130,6 +130,13 @@ static const char *const texts[] = {
     "[run] until = 1 s\n",
     BOX METAL "[transport] D = 1e-9 m2/s\n[chemistry] time = implicit\n[species Fe2+] D = 1e-9 m2/s\n"
     "[species H+] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h  reaction = Fe + 2 H+ = Fe2+ + H2(g)\n[run] until = 1 s\n",
+    BOX METAL "[shape b] box = 10 um .. 20 um, 0 .. 10 um  kind = solid  material = mg4ag\n[side y+] potential = 0 V\n"
+    "[potential] conductivity = 1 S/m  tolerance = 1e-10\n[transport] D = 1e-9 m2/s\n[dissolve] current = i\n"
+    "[electrode a] shape = metal  curve = butler_volmer  i0 = 1 A/m2  E0 = 0 V  anodic_slope = 0.1 V\n"
+    "cathodic_slope = 0.1 V  anodic_limit = 1 A/m2  cathodic_limit = 1 A/m2  film = 0  potential = 0 V\n"
+    "[electrode b] material = mg4ag  curve = linear  resistance = 1 ohm m2  connected = a\n[run] until = 1 s\n",
+    BOX METAL "[potential] conductivity = 1 S/m\n[electrode a] shape = metal  current = 0  curve = expression\n"
+    "i = 1 A/m2 * E/(1 V)  range = -1 V .. 1 V\n",
     BOX METAL "[side y+] flow = open\n[species Fe2+] D = 1e-9 m2/s\n[species H+] D = 1e-9 m2/s\n"
     "[corrode] rate = 1 um/h  Csat = 5 mol/L  D = 1e-9 m2/s  reaction = Fe + 2 H+ = Fe2+ + H2(g)\n[run] until = 1 s\n",
     BOX METAL "[side x-] ux = 0  uy = 0\n[side x+] pressure = 1 MPa\n"

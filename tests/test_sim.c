@@ -244,7 +244,7 @@ TEST(functions_of_the_caller)
 /* C, t, x, y, z, grain */
 static double law_of_grain(void *user, const double *vars)
 {
-    int odd = (int)vars[PDI_SETUP_LAW - 1] % 2;
+    int odd = (int)vars[PDI_SETUP_GRAIN] % 2;
     *(int *)user |= odd ? 2 : 1;
     return (odd ? 3e-6 : 1e-6) / 3600.0;
 }
@@ -267,7 +267,7 @@ TEST(a_law_of_grains)
     if (!CHECK_OK(&ctx, pd_sim_open(&ctx, PIN_SCENE, changes, 2, &sim))) return;
     if (!CHECK_OK(&other, pd_scene_parse(&other, "pin", PIN_SCENE, changes + 1, 1, &called.setup))) return;
     CHECK_OK(&other, pd_setup_function(&other, &called.setup, "rate", law_of_grain, &seen_grains,
-                                       1u << (PDI_SETUP_LAW - 1)));
+                                       1u << (PDI_SETUP_GRAIN)));
     if (!CHECK_OK(&other, pd_sim_start(&other, &called))) return;
     for (int k = 0; k < 2; k++) {
         CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 7200.0));
@@ -283,7 +283,7 @@ TEST(a_law_of_grains)
     CHECK_INT(pd_scene_parse(&ctx, "pin", plain, coarse, 1, &setup), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "expected grains = SIZE in a solid [shape ...]") != NULL);
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "pin", plain, NULL, 0, &setup))) return;
-    CHECK_INT(pd_setup_function(&ctx, &setup, "rate", law_of_grain, &seen_grains, 1u << (PDI_SETUP_LAW - 1)),
+    CHECK_INT(pd_setup_function(&ctx, &setup, "rate", law_of_grain, &seen_grains, 1u << (PDI_SETUP_GRAIN)),
               PD_ERR_ARGUMENT);
     pd_setup_free(&ctx, &setup);
     CHECK_INT(ctx.in_use, 0);

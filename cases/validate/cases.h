@@ -28,6 +28,7 @@
 #include "fracture.h"
 #include "chemistry.h"
 #include "reaction.h"
+#include "galvanic.h"
 
 static const val_case *const val_cases[] = {
     &patch_case,
@@ -101,6 +102,9 @@ static const val_case *const val_cases[] = {
     &chemistry_case,
 #endif
     &reaction_case,
+#if PD_DIM > 1
+    &galvanic_case,
+#endif
 };
 
 enum { VAL_CASE_COUNT = (int)(sizeof val_cases / sizeof val_cases[0]) };

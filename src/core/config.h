@@ -7,7 +7,7 @@
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
  *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, react, scene, run
- *   PDCORR_NO_POTENTIAL    leaves out electrodes and the electric potential: potential
+ *   PDCORR_NO_POTENTIAL    leaves out electrodes and the electric potential: potential, scene, run
  *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, potential, couple, scene, run;
  *                          kernels (core, lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;

@@ -237,6 +237,7 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
     law->at.t = d->time;
     law->at.node = beside->node;
     law->at.grain = pdi_interface_grain(d, beside->node);
+    law->at.node = beside->node;
     pd_grid_position(d->grid, beside->node, law->at.x);
 }
 

@@ -268,6 +268,7 @@ pd_status pd_potential_solve(pd_ctx *ctx, pd_potential *p, pd_potential_result *
         if (status >= 0) pdi_balance_totals(p, result);
         for (int32_t i = 0; i < p->grid->total; i++)
             if (p->pocket[i] >= 0) p->phi[i] += p->level[p->pocket[i]];
+        for (int32_t i = 0; i < p->grid->total; i++) p->level[i] = 0.0;
         if (status >= 0) pdi_circuit_level(p);
     }
     pdi_multigrid_close(&p->inverse.mg);
@@ -277,7 +278,7 @@ pd_status pd_potential_solve(pd_ctx *ctx, pd_potential *p, pd_potential_result *
 /* ---- building ---- */
 
 
-static void pdi_distribution_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_distribution_list(pdi_owner *owner, void *object)
 {
     pd_potential *potential = (pd_potential *)object;
     if (!potential->grid) return;
@@ -293,7 +294,7 @@ static void pdi_distribution_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, potential, place, circuits, "1");
 }
 
-static void pdi_distribution_contact_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_distribution_contact_list(pdi_owner *owner, void *object)
 {
     pd_potential *potential = (pd_potential *)object;
     int64_t count = potential->contacts.count;
@@ -366,12 +367,39 @@ static pd_status pdi_distribution_survey(pd_ctx *ctx, pd_potential *p)
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_distribution_contacts(pd_ctx *ctx, pd_potential *p)
+{
+    pdi_owner_free(ctx, pdi_distribution_contact_list, p);
+    return pdi_distribution_survey(ctx, p);
+}
+
+static pd_status pdi_distribution_room(pd_ctx *ctx, pd_potential *p, size_t *room)
+{
+    pd_multigrid_desc md;
+    pdi_compact_multigrid(p->grid, &md);
+    md.symmetric = md.contrast = 1;
+    md.arena = &p->arena;
+    p->inverse.flux = &p->flux;
+    PDI_TRY(pdi_inverse_plan(ctx, &md, &p->inverse));
+    size_t setup = pdi_inverse_room(&p->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &p->krylov);
+    *room = pdi_arena_bytes(pdi_distribution_work_list, p) + (setup > linear ? setup : linear);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_distribution_plan(pd_ctx *ctx, pd_potential *p, size_t *room)
+{
+    pd_krylov_desc kd;
+    p->flux.bonds = p->bonds;
+    pdi_distribution_krylov(p, &kd);
+    PDI_TRY(pdi_krylov_plan(ctx, &kd, &p->krylov));
+    return pdi_distribution_room(ctx, p, room);
+}
+
 /* All that follows from bonds and conductivity. */
 static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
 {
     pd_diffusion_desc dd;
     pd_krylov_desc kd;
-    pd_multigrid_desc md;
     int walls = 0;
     PDI_TRY(pdi_distribution_check_nodes(ctx, p));
     for (int s = 0; s < 2 * PD_DIM; s++) walls = walls || (p->desc.held[s] && p->grid->side[s] == PD_SIDE_WALL);
@@ -391,16 +419,11 @@ static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
     p->flux.boundary = &p->boundary;
     PDI_TRY(pdi_flux_build(ctx, &p->flux));
     PDI_TRY(pdi_distribution_survey(ctx, p));
-    pdi_compact_multigrid(p->grid, &md);
-    md.symmetric = md.contrast = 1;
-    md.arena = &p->arena;
-    p->inverse.flux = &p->flux;
-    PDI_TRY(pdi_inverse_plan(ctx, &md, &p->inverse));
     pdi_distribution_krylov(p, &kd);
     PDI_TRY(pdi_krylov_prepare(ctx, &kd, &p->krylov));
-    size_t setup = pdi_inverse_room(&p->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &p->krylov);
-    size_t work = pdi_arena_bytes(pdi_distribution_work_list, p);
-    return pdi_arena_fit(ctx, &p->arena, work + (setup > linear ? setup : linear));
+    size_t room;
+    PDI_TRY(pdi_distribution_room(ctx, p, &room));
+    return pdi_arena_fit(ctx, &p->arena, room);
 }
 
 static void pdi_distribution_empty(pd_ctx *ctx, pd_potential *p)

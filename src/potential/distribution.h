@@ -23,4 +23,14 @@ PD_API pd_status pd_potential_update(pd_ctx *ctx, pd_potential *potential);
 PD_API pd_status pd_potential_solve(pd_ctx *ctx, pd_potential *potential, pd_potential_result *result);
 PD_API void pd_potential_free(pd_ctx *ctx, pd_potential *potential);
 
+#ifdef PDI_INTERNAL
+/* Metal has lost content, and no node has turned: contacts anew. phi and E stay. */
+PDI_FN pd_status pdi_distribution_contacts(pd_ctx *ctx, pd_potential *potential);
+/* Arrays of all nodes, and of contacts. */
+PDI_FN void pdi_distribution_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_distribution_contact_list(pdi_owner *owner, void *object);
+/* Without arrays: [byte] that a solve borrows. */
+PDI_FN pd_status pdi_distribution_plan(pd_ctx *ctx, pd_potential *potential, size_t *room);
+#endif
+
 #endif

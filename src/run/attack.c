@@ -17,6 +17,8 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     vars[1] = t;
     pd_grid_position(a->dissolve->grid, node, vars + 2);
     vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
+    vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
+    if (a->cell) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
     vars[PDI_SETUP_PH] = ph;
     for (int k = 0; k < metal->species; k++)
         vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
@@ -24,7 +26,7 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
 }
 
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, pd_attack *a)
+                                  const pd_course *course, const pd_cell *cell, pd_attack *a)
 {
     const pd_setup_metal *metal = &setup->metal[0];
     pd_etch_desc desc;
@@ -40,6 +42,7 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
     a->setup = setup;
     a->dissolve = dissolve;
     a->course = course;
+    a->cell = pdi_setup_electric(metal) ? cell : NULL;
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
     if (metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
     return PD_OK;

@@ -270,7 +270,7 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
     desc.shed = u->shed;
     if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
-        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->attack));
+        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->cell, &m->attack));
         desc.surface = &m->attack.etch;
         desc.find = pdi_attack_find;
         desc.user = &m->attack;
@@ -302,12 +302,16 @@ static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
 
 static double pdi_model_rate(void *user, const pd_rate_at *at)
 {
-    const pd_setup_metal *metal = (const pd_setup_metal *)user;
+    const pd_model_law *law = (const pd_model_law *)user;
+    const pd_setup_metal *metal = law->metal;
     double vars[PD_EXPR_VARS];
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
     vars[PDI_SETUP_GRAIN] = at->grain;
+    vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
+    if (law->cell && pdi_setup_electric(metal))
+        pdi_cell_beside(law->cell, at->node, law->kind, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
@@ -341,12 +345,13 @@ static pd_status pdi_model_metals(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-static pd_metal pdi_model_metal(const pd_setup_metal *metal)
+static pd_metal pdi_model_metal(const pd_model_law *law)
 {
+    const pd_setup_metal *metal = law->metal;
     pd_metal is;
     is.solid = metal->solid_c;
     is.rate = pdi_model_rate;
-    is.rate_user = (void *)metal; /* only read */
+    is.rate_user = (void *)law; /* only read */
     is.uniform = metal->rate.uses >> 1 == 0;
     return is;
 }
@@ -377,8 +382,13 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     pd_metal metal[PD_SETUP_METALS];
     pd_dissolve_desc desc;
     memset(&desc, 0, sizeof desc);
-    PDI_TRY(pdi_model_metals(ctx, m));
-    for (int k = 0; k < u->metals; k++) metal[k] = pdi_model_metal(&u->metal[k]);
+    memset(metal, 0, sizeof metal);
+    for (int k = 0; k < u->metals; k++) {
+        m->law[k].metal = &u->metal[k];
+        m->law[k].kind = k;
+        m->law[k].cell = u->has_potential ? &m->cell : NULL;
+        metal[k] = pdi_model_metal(&m->law[k]);
+    }
     desc.solid = metal[0].solid;
     desc.rate = metal[0].rate;
     desc.rate_user = metal[0].rate_user;
@@ -401,6 +411,17 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     }
     m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
     return pd_dissolve_build(ctx, &m->grid, &m->across, &m->transport, &desc, &m->dissolve);
+}
+
+static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    int given = u->potential.conductivity > 0.0;
+    m->unknowns[PD_PART_POTENTIAL] = m->grid.fluid_count;
+    pd_status status = pdi_electrodes_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
+                                            u->has_dissolve ? &m->dissolve : NULL, &m->electrodes, &m->cell);
+    m->line = m->electrodes.line;
+    return status;
 }
 
 /* By which bonds of the metal break that are no springs. */
@@ -465,11 +486,13 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
-                            PD_PART_SOLID, PD_PART_CHEMISTRY, PD_PART_DISSOLVE, PD_PART_CHEMISTRY};
+                            PD_PART_SOLID, PD_PART_CHEMISTRY, PD_PART_DISSOLVE, PD_PART_DISSOLVE,
+                            PD_PART_CHEMISTRY, PD_PART_POTENTIAL};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
-                              pdi_model_structure, pdi_model_species, pdi_model_dissolve, pdi_model_course};
+                              pdi_model_structure, pdi_model_species, pdi_model_metals, pdi_model_dissolve,
+                              pdi_model_course, pdi_model_cell};
     const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_chemistry,
-                          u->has_dissolve, u->has_chemistry};
+                          u->has_dissolve || u->has_potential, u->has_dissolve, u->has_chemistry, u->has_potential};
     for (size_t k = 0; k < sizeof part / sizeof part[0]; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -515,14 +538,15 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
     if (u->has_chemistry && !m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    if (u->has_potential) PDI_TRY(pd_couple_add(ctx, c, pd_cell_process(&m->cell)));
     return PD_OK;
 }
 
 /* 1: something reads the rows of bonds after metal has gone. */
 static int pdi_model_asks(const pd_setup *u)
 {
-    return !u->has_corrode || !u->activation || u->has_flow || u->has_chemistry || u->probes ||
-           u->monitors;
+    return !u->has_corrode || !u->activation || u->has_flow || u->has_chemistry || u->has_potential ||
+           u->probes || u->monitors;
 }
 
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
@@ -545,6 +569,7 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
 
 PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 {
+    pd_cell_free(ctx, &m->cell);
     PDI_DELETE(ctx, m->grid.total, m->passive);
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_course_free(ctx, &m->course);

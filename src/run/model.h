@@ -12,6 +12,14 @@
 #include "run/wall.h"
 #include "run/grip.h"
 #include "run/attack.h"
+#include "run/electrodes.h"
+
+/* What the law of a metal looks at. */
+typedef struct pd_model_law {
+    const pd_setup_metal *metal;
+    int kind;            /* its index */
+    const pd_cell *cell; /* NULL: nothing depends on the potential */
+} pd_model_law;
 
 /* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
 typedef struct pd_model {
@@ -41,6 +49,9 @@ typedef struct pd_model {
     pd_structure structure;
     pd_grips grips;
     pd_dissolve dissolve;
+    pd_model_law law[PD_SETUP_METALS];
+    pd_electrodes electrodes;
+    pd_cell cell;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
     pd_couple couple;

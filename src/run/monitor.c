@@ -19,6 +19,7 @@ static const char *const pdi_monitor_unit_flow[] = {"m/s", "m2/s", "m3/s"};
 static const char *const pdi_monitor_unit_amount[] = {"mol/m2", "mol/m", "mol"};
 static const char *const pdi_monitor_unit_species[] = {"mol/m2/s", "mol/m/s", "mol/s"};
 static const char *const pdi_monitor_unit_force[] = {"N/m2", "N/m", "N"};
+static const char *const pdi_monitor_unit_current[] = {"A/m2", "A/m", "A"};
 static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
 static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
 
@@ -288,6 +289,21 @@ static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     return PD_OK;
 }
 
+/* Potential of the metal, currents and their densities. */
+static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
+{
+    const char *unit = pdi_monitor_unit_current[pdi_monitor_extent(model->setup)];
+    pd_cell_electrode e;
+    pd_cell_electrode_of(&model->cell, m->desc->index, &e);
+    pdi_monitor_put(m, "E", "V", e.potential);
+    pdi_monitor_put(m, "current", unit, e.current);
+    pdi_monitor_put(m, "anodic", unit, e.anodic);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], e.area);
+    pdi_monitor_put(m, "density", "A/m2", e.area > 0.0 ? e.current / e.area : 0.0);
+    pdi_monitor_put(m, "least", "A/m2", e.least);
+    pdi_monitor_put(m, "most", "A/m2", e.most);
+}
+
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
@@ -296,6 +312,7 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
     if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_electrode(model, m);
     if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_cut(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_GRIP) {
         double force[PD_DIM];

@@ -357,6 +357,9 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->sheds = r->setup->sheds && r->setup->gas[0];
     result->gas = r->setup->gas_shed * m->course.taken;
     result->gas_volume = result->gas * PDI_MODEL_GAS * r->setup->electrolyte.temperature / PDI_MODEL_ATMOSPHERE;
+    result->has_potential = r->setup->has_potential;
+    result->current_balance = m->cell.result.imbalance;
+    result->current = m->cell.result.anodic;
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;
@@ -478,6 +481,8 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     if (r->settled) pdi_append(text, size, " defect=%.3g", r->defect);
     if (r->unsolved) pdi_append(text, size, " unsolved=%.0f", (double)r->unsolved);
     if (r->sheds) pdi_append(text, size, " gas=%.9g gas_mL=%.6g", r->gas, r->gas_volume * 1e6);
+    if (r->has_potential)
+        pdi_append(text, size, " current=%.9g current_balance=%.3g", r->current, r->current_balance);
     if (r->has_flux) pdi_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
     if (r->has_front) pdi_append(text, size, " front=%.6g", r->front);
     else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);

@@ -1,5 +1,6 @@
 /* sample: see sample.h */
 #include "run/sample.h"
+#include "core/vec.h"
 #include "metal/interface.h"
 #include "lattice/surface.h"
 #include "lattice/quadratic.h"
@@ -81,9 +82,14 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     int fluid = m->grid.kind[i] == PD_FLUID;
     const double *diffusivity = m->transport.diffusion.field;
     const double *species = pdi_sample_species(m, field);
-    double square = 0.0;
+    double square = 0.0, j[PD_DIM];
     if (species) return fluid ? species[i] : 0.0;
     switch (field) {
+    case PD_FIELD_PHI: return fluid ? m->cell.potential.phi[i] : (double)NAN;
+    case PD_FIELD_I: return fluid ? pdi_cell_density(&m->cell, i) : 0.0;
+    case PD_FIELD_J:
+        if (fluid) pdi_cell_current(&m->cell, i, j);
+        return fluid ? pdi_vec_norm(j) : 0.0;
     case PD_FIELD_PH: return fluid ? pd_reactive_ph(&m->reactive, i) : (double)NAN;
     case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
     case PD_FIELD_V:
@@ -158,7 +164,7 @@ static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
     return count;
 }
 
-/* Without bonds, and of pH (f: NULL): linear between the fluid nodes around x. */
+/* Without bonds, of the potential, and of pH (f: NULL): linear between the fluid nodes around x. */
 static double pdi_sample_between(const pd_model *m, const double *f, const double *x)
 {
     const pd_grid *grid = &m->grid;
@@ -354,13 +360,14 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (pdi_setup_field_species(field) >= 0) job.f = pdi_sample_species(m, field);
     if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
+    if (field == PD_FIELD_PHI) job.f = m->cell.potential.phi;
     if (!job.f && field != PD_FIELD_PH) {
         int cells = pdi_sample_cells(&m->grid, x, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
     /* a gas has jumps, and slips along walls */
-    if (fluid && (m->setup->has_gas || !job.f)) return pdi_sample_between(m, job.f, x);
+    if (fluid && (m->setup->has_gas || !job.f || field == PD_FIELD_PHI)) return pdi_sample_between(m, job.f, x);
     for (int k = 0; k < fluid; k++)
         sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(m, job.f, x);
     if (!fluid) return (double)NAN;

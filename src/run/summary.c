@@ -123,6 +123,18 @@ static void pdi_summary_chemistry(const pdi_summary *s)
     pdi_summary_line(s, "  %-12s%s", "", text);
 }
 
+static void pdi_summary_potential(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    const pd_electrodes *e = &s->model->electrodes;
+    char text[384], value[PD_UNITS_TEXT] = "that of the species";
+    if (!u->has_potential) return;
+    if (u->potential.conductivity > 0.0) pdi_setup_show(u->potential.conductivity, "S/m", value);
+    snprintf(text, sizeof text, "%d electrode%s in %d circuit%s, conductivity %s", u->potential.electrodes,
+             u->potential.electrodes > 1 ? "s" : "", e->circuits, e->circuits > 1 ? "s" : "", value);
+    pdi_summary_part(s, PD_PART_POTENTIAL, "potential", text);
+}
+
 /* "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs = 71508 mol/m3" */
 static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
 {
@@ -130,8 +142,10 @@ static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
     char speed[PD_UNITS_TEXT];
     double v = pdi_setup_speed(metal), z = metal->material.charge;
     pdi_setup_show(v, "m/s", speed);
-    if (pdi_setup_chemical(metal)) {
-        snprintf(text, size, "surface rate by a law in the species at the surface, Cs = %.6g mol/m3", metal->solid_c);
+    if (pdi_setup_chemical(metal) || pdi_setup_electric(metal)) {
+        snprintf(text, size, "%s%ssurface rate by %s, z = %g, Cs = %.6g mol/m3",
+                 u->metals > 1 ? metal->material.name : "", u->metals > 1 ? ": " : "",
+                 pdi_setup_chemical(metal) ? "a law in the species at the surface" : "the potential", z, metal->solid_c);
         return;
     }
     snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
@@ -234,11 +248,12 @@ static void pdi_summary_absent(const pdi_summary *s)
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
     const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas",
-                                 "mechanics", "chemistry"};
+                                 "mechanics", "chemistry", "potential"};
     const int has[] = {u->has_flow, u->has_transport, u->has_dissolve, u->has_grains,
-                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas, u->has_solid, u->has_chemistry};
+                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas, u->has_solid, u->has_chemistry,
+                       u->has_potential};
     int absent = 0;
-    for (int k = 0; k < 8; k++) {
+    for (int k = 0; k < (int)(sizeof has / sizeof has[0]); k++) {
         size_t used = strlen(text);
         if (!has[k]) snprintf(text + used, sizeof text - used, "%s%s", absent++ ? ", " : "", names[k]);
     }
@@ -259,6 +274,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     pdi_summary_gas(&s);
     pdi_summary_transport(&s);
     pdi_summary_chemistry(&s);
+    pdi_summary_potential(&s);
     pdi_summary_dissolve(&s);
     pdi_summary_corrode(&s);
     pdi_summary_grains(&s);

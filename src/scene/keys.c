@@ -110,7 +110,9 @@ static const pd_key pdi_keys_of_side[] = {
     {"traction", "Pa", "-",
      "with `[solid]`: force per area on the metal at the side, an expression in x, y, z, t an axis"},
     {"pressure", "Pa", "-",
-     "with `[solid]`: force per area against the side, an expression in x, y, z, t"}};
+     "with `[solid]`: force per area against the side, an expression in x, y, z, t"},
+    {"potential", "V", "no current passes",
+     "with `[potential]`: noslip, inlet: potential that the fluid has there"}};
 
 static const pd_key pdi_keys_of_flow[] = {
     {"rho", "kg/m3", "required",
@@ -166,12 +168,14 @@ static const pd_key pdi_keys_of_transport[] = {
      "what passes, and `defect=` says how much (theory: eq. 5.13)"}};
 
 static const pd_key pdi_keys_of_dissolve[] = {
-    {"rate", "m/s", "`rate` or `law` required",
+    {"rate", "m/s", "`rate`, `law` or `current` required",
      "recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)"},
     {"law", "1/s", "-",
      "the same in layers of `h` per time: speed = law h. Depends on the grid"},
+    {"current", "A/m2", "-",
+     "the same as a current density: speed = `i/(z F Cs)`; `i` is that of the `[electrode]`"},
     {"rate_scale", "-", "1",
-     "factor of `rate` or `law`"},
+     "factor of `rate`, `law` or `current`"},
     {"Csat", "mol/m3", "none",
      "saturation concentration, a constant for the expressions"},
     {"Cs", "mol/m3", "density over molar mass",
@@ -304,10 +308,10 @@ static const pd_key pdi_keys_of_output[] = {
     {"every", "s", "until/20",
      "time between frames"},
     {"fields", "-",
-     "C, v, p, kind, grain, pH as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` C, v, p, "
-     "kind, grain, u, mises, sigma_h, eps_p, broken",
+     "C, v, p, kind, grain, pH, phi as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` "
+     "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken",
      "fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, `energy`, "
-     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, `pH`, a species such as `Mg2+`, or `none`"},
+     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, `phi`, `j`, `i`, `pH`, a species such as `Mg2+`, or `none`"},
     {"images", "-", "none",
      "fields that are drawn, from the same list"},
     {"range", "of the field", "of all frames",
@@ -484,6 +488,48 @@ static const pd_key pdi_keys_of_reaction[] = {
     {"activation", "J/mol", "none: rates hold as they are written",
      "energy of activation of `forward`; rates are those of 25 C then; that of `backward` is less by the `enthalpy`"}};
 
+static const pd_key pdi_keys_of_potential[] = {
+    {"conductivity", "S/m", "that of the species",
+     "of the fluid; with `[chemistry]` it follows from charges, diffusivities and concentrations (theory: eq. 6b.7)"},
+    {"tolerance", "-", "1e-12",
+     "of what the balances of currents lack, over the currents"}};
+
+static const pd_key pdi_keys_of_electrode[] = {
+    {"shape", "-", "`shape` or `material` required",
+     "name of a solid `[shape]` whose metal it is; where electrodes overlap the later one counts"},
+    {"material", "-", "-",
+     "all metal of a material"},
+    {"curve", "-", "required",
+     "`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `resistance`; `expression`: `i`; `primary`: "
+     "current passes freely at `E0` (theory: 6b.1)"},
+    {"i0", "A/m2", "required there",
+     "exchange current density, or that of free corrosion"},
+    {"E0", "V", "0",
+     "equilibrium potential, or that of free corrosion"},
+    {"anodic_slope", "V", "none",
+     "change of E by which the anodic current grows tenfold (Tafel's slope), positive"},
+    {"cathodic_slope", "V", "none",
+     "the same of the cathodic current, positive"},
+    {"anodic_limit", "A/m2", "0: none",
+     "limiting current density of the anodic branch"},
+    {"cathodic_limit", "A/m2", "0: none",
+     "the same of the cathodic one, positive"},
+    {"resistance", "ohm m2", "required there",
+     "`linear`: polarisation resistance"},
+    {"i", "A/m2", "required there",
+     "`expression`: current density, positive from metal to fluid, in `E`; also of a `[table]`: `i = f(E)`. It must "
+     "not fall as E rises"},
+    {"range", "V", "required there",
+     "`expression`: from where to where E may lie; straight on beyond"},
+    {"film", "ohm m2", "0",
+     "resistance of a coating or film on it"},
+    {"potential", "V", "it follows from the current",
+     "given potential of the metal, expression in t"},
+    {"current", "A", "0: it corrodes freely",
+     "given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D"},
+    {"connected", "-", "none",
+     "names of electrodes that it is wired to. Metals that touch are connected, too"}};
+
 #define PDI_KEYS_OF(table) (table), (int)(sizeof(table) / sizeof(table)[0])
 static const pd_key_section pdi_keys_all[] = {
     {"constants", "", "names for values of any dimension", PDI_KEYS_OF(pdi_keys_of_constants)},
@@ -503,6 +549,8 @@ static const pd_key_section pdi_keys_all[] = {
     {"chemistry", "", "an electrolyte: activities, pH, files to include", PDI_KEYS_OF(pdi_keys_of_chemistry)},
     {"species", "FORMULA", "an ion, a molecule or a solid: Mg2+, HCO3-, Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_species)},
     {"reaction", "NAME", "a reaction as text, in equilibrium or with its speed", PDI_KEYS_OF(pdi_keys_of_reaction)},
+    {"potential", "", "electric potential of the fluid", PDI_KEYS_OF(pdi_keys_of_potential)},
+    {"electrode", "NAME", "metal with a polarisation curve", PDI_KEYS_OF(pdi_keys_of_electrode)},
     {"run", "", "end and steps", PDI_KEYS_OF(pdi_keys_of_run)},
     {"output", "", "files and pictures", PDI_KEYS_OF(pdi_keys_of_output)},
     {"probe", "NAME", "values at a place", PDI_KEYS_OF(pdi_keys_of_probe)},

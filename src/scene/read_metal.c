@@ -115,6 +115,7 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     const pd_electrolyte *e = &s->setup->electrolyte;
     const char *at;
     memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
+    if (!s->setup->has_potential) vars[PDI_SETUP_CURRENT].name = vars[PDI_SETUP_SURFACE].name = "";
     memset(&vars[PDI_SETUP_PH], 0, sizeof *vars);
     vars[PDI_SETUP_PH].name = "pH";
     vars[PDI_SETUP_PH].unit = "";
@@ -182,19 +183,6 @@ static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key
     return pdi_read_metal_check(s, section, key, metal);
 }
 
-/* Layers of a cell per time. */
-static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_metal *metal)
-{
-    const pd_setup *u = s->setup;
-    int layers = pdi_text_has(s->ctx, s->text, section, "law");
-    for (int d = 1; d < PD_DIM && layers; d++)
-        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
-            return pdi_text_refuse(s->ctx, s->text, section, "law",
-                                  "found different spacings of the axes, expected rate = speed there");
-    metal->rate_scale = layers ? u->h[0] : 1.0;
-    return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
-}
-
 /* The speed of a current density of 1 A/m2 makes a current a rate. */
 static pd_status pdi_read_metal_current(pdi_reader *s, int section, pd_setup_metal *m)
 {
@@ -203,6 +191,20 @@ static pd_status pdi_read_metal_current(pdi_reader *s, int section, pd_setup_met
     metal.density = m->solid_c * metal.molar_mass;
     m->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
     return pdi_read_metal_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
+}
+
+/* Layers of a cell per time, or a current density. */
+static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_metal *metal)
+{
+    const pd_setup *u = s->setup;
+    int layers = pdi_text_has(s->ctx, s->text, section, "law");
+    if (pdi_text_has(s->ctx, s->text, section, "current")) return pdi_read_metal_current(s, section, metal);
+    for (int d = 1; d < PD_DIM && layers; d++)
+        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
+            return pdi_text_refuse(s->ctx, s->text, section, "law",
+                                  "found different spacings of the axes, expected rate = speed there");
+    metal->rate_scale = layers ? u->h[0] : 1.0;
+    return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
 }
 
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)

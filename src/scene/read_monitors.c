@@ -29,7 +29,8 @@ PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_s
         if (field == PD_FIELD_COUNT)
             return pdi_text_refuse(ctx, text, section, key,
                                    "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                   " rate, density, damage, energy%s, or none", list.word[w],
+                                   " rate, density, damage, energy%s%s, or none", list.word[w],
+                                   setup->has_potential ? ", phi, j, i" : "",
                                    setup->has_chemistry ? ", pH, species such as Na+" : "");
         const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
         if (needs && given)
@@ -268,6 +269,7 @@ static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind
     case PD_MONITOR_TOTAL: return pdi_read_monitors_box(w, 1, m);
     case PD_MONITOR_GRIP:
     case PD_MONITOR_SOLID:
+    case PD_MONITOR_ELECTRODE:
     case PD_MONITOR_CUT: break; /* [solid] and [cut] make them */
     }
     return PD_OK;
@@ -286,7 +288,7 @@ static pd_status pdi_read_monitors_probe(pdi_read_monitors *w)
     p->line = w->text->section[w->section].line;
     PDI_TRY(pdi_read_monitors_point(w, "at", p->at));
     return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields",
-                                    u->has_transport ? "C" : u->has_chemistry ? "pH" : "v",
+                                    u->has_transport ? "C" : u->has_chemistry ? "pH" : u->has_potential ? "phi" : "v",
                                     &p->fields);
 }
 

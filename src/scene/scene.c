@@ -8,6 +8,7 @@
 #include "scene/read_metal.h"
 #include "scene/read_electrolyte.h"
 #include "scene/read_chemistry.h"
+#include "scene/read_potential.h"
 #include "scene/read_gas.h"
 #include "scene/read_solid.h"
 #include "scene/read_cuts.h"
@@ -472,6 +473,11 @@ static pd_status pdi_scene_timeless(pdi_reader *s)
     }
     PDI_TRY(pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "solid", NULL), "force", u->metal_body.force,
                              PD_DIM));
+    for (int k = 0; k < u->potential.electrodes; k++) {
+        const pd_setup_electrode *e = &u->potential.electrode[k];
+        PDI_TRY(pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "electrode", e->name),
+                                 e->holds ? "potential" : "current", &e->given, 1));
+    }
     return pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
 }
 
@@ -482,7 +488,7 @@ static pd_status pdi_scene_run(pdi_reader *s)
     int carries = u->has_transport || u->has_chemistry;
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
-    int follows = (u->motion == PD_MOTION_STEADY || u->has_solid) && !carries &&
+    int follows = (u->motion == PD_MOTION_STEADY || u->has_solid || u->has_potential) && !carries &&
                   pdi_text_has(s->ctx, s->text, section, "until");
     rests = rests && !(u->metal_body.density > 0.0);
     if (rests && !follows && !u->has_gas && (!carries || u->settle)) return pdi_scene_timeless(s);
@@ -555,7 +561,7 @@ static pd_status pdi_scene_output(pdi_reader *s)
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
                                      u->has_gas ? "density, v, p, energy, kind" :
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
-                                     "C, v, p, kind, grain, pH", &u->fields));
+                                     "C, v, p, kind, grain, pH, phi", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_deformed(s, section));
     PDI_TRY(pdi_read_drawing_read(s->ctx, s->text, section, u));
@@ -581,6 +587,7 @@ static void pdi_scene_lines(pdi_reader *s)
     u->line[PD_PART_SOLID] = pdi_scene_line(s, "solid", NULL);
     u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
     u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
+    u->line[PD_PART_POTENTIAL] = pdi_scene_line(s, "potential", NULL);
     if (!u->line[PD_PART_DISSOLVE]) u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "corrode", NULL);
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
@@ -603,6 +610,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_solid = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "solid", NULL), NULL);
     setup->has_dissolve = pdi_read_metal_given(&s, "dissolve");
     setup->has_corrode = pdi_read_metal_given(&s, "corrode");
+    setup->has_potential = pdi_read_potential_given(&s);
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
     PDI_TRY(pdi_read_metal_first(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
@@ -619,6 +627,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_metal_corrode(&s));
     PDI_TRY(pdi_read_metal_laws(&s));
     PDI_TRY(pdi_read_chemistry_metal(&s));
+    PDI_TRY(pdi_read_potential_read(&s));
     PDI_TRY(pdi_read_solid_read(&s));
     PDI_TRY(pdi_read_cuts_read(&s));
     PDI_TRY(pdi_scene_run(&s));
@@ -627,10 +636,10 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pdi_text_unused(ctx, text));
     if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid &&
-        !setup->has_chemistry)
+        !setup->has_chemistry && !setup->has_potential)
         return pdi_text_refuse(ctx, text, 0, "scene",
-                               "found no physics, expected a [flow], [gas], [transport], [corrode], [chemistry] "
-                               "or [solid] section");
+                               "found no physics, expected a [flow], [gas], [transport], [corrode], [chemistry], "
+                               "[potential] or [solid] section");
     return PD_OK;
 }
 

@@ -9,7 +9,7 @@ static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    
                                                "phase", "D", "rate", "density", "damage", "energy",
                                                "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
                                                "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx",
-                                               "pH"};
+                                               "phi", "j", "i", "pH"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 /* Coordinates of a place. */
 #if PD_DIM == 1
@@ -21,7 +21,8 @@ static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"
 #endif
 static const pd_expr_symbol pdi_setup_axes[] = {PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
 static const pd_expr_symbol pdi_setup_symbols[] = {
-    {"C", "mol/m3", 0.0}, {"t", "s", 0.0}, PDI_SETUP_COORDINATES, {"grain", "", 0.0}};
+    {"C", "mol/m3", 0.0}, {"t", "s", 0.0}, PDI_SETUP_COORDINATES, {"grain", "", 0.0}, {"i", "A/m2", 0.0},
+    {"E", "V", 0.0}};
 static const pd_expr_symbol pdi_setup_stresses[] = {
     {"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0}, PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
 #undef PDI_SETUP_COORDINATES
@@ -57,9 +58,20 @@ static void pdi_setup_free_body(pd_ctx *ctx, pd_setup_body *b)
     pdi_expr_free(ctx, &b->pace);
 }
 
+static void pdi_setup_free_electrodes(pd_ctx *ctx, pd_setup_potential *p)
+{
+    for (int k = 0; k < p->electrodes; k++) {
+        pd_setup_electrode *e = &p->electrode[k];
+        PDI_DELETE(ctx, e->points, e->potential);
+        PDI_DELETE(ctx, e->points, e->current);
+        pdi_expr_free(ctx, &e->given);
+    }
+}
+
 void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
     pdi_setup_free_body(ctx, &setup->metal_body);
+    pdi_setup_free_electrodes(ctx, &setup->potential);
     for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].slide[d]);
@@ -174,7 +186,7 @@ PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup)
 
 PDI_FN int pdi_setup_surfaces(const pd_setup *setup)
 {
-    int asked = setup->has_dissolve || setup->has_grains;
+    int asked = setup->has_dissolve || setup->has_grains || setup->has_potential;
     for (int k = 0; k < setup->monitors; k++) asked = asked || setup->monitor[k].kind == PD_MONITOR_TRANSFER;
     return asked;
 }
@@ -212,7 +224,7 @@ static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]
                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
-                                               "sigma_zx [Pa]", "pH"};
+                                               "sigma_zx [Pa]", "phi [V]", "j [A/m2]", "i [A/m2]", "pH"};
 
 PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field)
 {
@@ -281,6 +293,9 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_C:
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] or [corrode] section";
+    case PD_FIELD_PHI:
+    case PD_FIELD_J:
+    case PD_FIELD_I: return setup->has_potential ? NULL : "a [potential] section";
     case PD_FIELD_DAMAGE: return setup->has_corrode ? NULL : "a [corrode] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
     case PD_FIELD_DENSITY:
@@ -297,7 +312,8 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
 {
-    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid", "cut"};
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid", "cut",
+                                        "electrode"};
     return names[kind];
 }
 

@@ -11,6 +11,7 @@
 #include "flow/gas.h"
 #include "couple/structure.h"
 #include "chemistry/electrolyte.h"
+#include "potential/electrode.h"
 #include "io/file.h"
 #include "scene/expr.h"
 #include "scene/text.h"
@@ -29,6 +30,7 @@
 #define PD_SETUP_GRIPS 16 /* most sides and shapes that hold or load a body */
 #define PD_SETUP_CUTS 16 /* most [cut] sections */
 #define PD_SETUP_CORNERS 32 /* most corners of a cut */
+#define PD_SETUP_ELECTRODES 16 /* [electrode] sections */
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -55,6 +57,9 @@ typedef enum pd_field {
     PD_FIELD_XY,
     PD_FIELD_YZ,
     PD_FIELD_ZX,
+    PD_FIELD_PHI,     /* of the electric potential */
+    PD_FIELD_J,
+    PD_FIELD_I,
     PD_FIELD_PH,      /* of the electrolyte */
     PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order */
     PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MOST
@@ -72,6 +77,7 @@ typedef enum pd_part {
     PD_PART_GRAIN,
     PD_PART_SOLID,
     PD_PART_CHEMISTRY,
+    PD_PART_POTENTIAL,
     PD_PART_COUNT
 } pd_part;
 
@@ -138,7 +144,8 @@ typedef enum pd_monitor_kind {
     PD_MONITOR_TOTAL,    /* what a box holds */
     PD_MONITOR_GRIP,     /* force of a grip on a body */
     PD_MONITOR_SOLID,    /* energies of a body, and its extremes */
-    PD_MONITOR_CUT       /* the tip of a crack */
+    PD_MONITOR_CUT,      /* the tip of a crack */
+    PD_MONITOR_ELECTRODE /* its potential and current */
 } pd_monitor_kind;
 
 /* The concentration of the fluid that a Sherwood number refers to. */
@@ -156,7 +163,8 @@ typedef struct pd_setup_monitor {
     pd_fields fields, images;      /* line */
     int points;                    /* line */
     int axis;                      /* plane: across it; transfer: of the local values, -1: none */
-    int index;                     /* plane: between the cells index - 1 and index; grip, cut: its place */
+    int index;                     /* plane: between the cells index - 1 and index; grip, cut, electrode: its
+                                  * place */
     int balance;                   /* force: measured around the box, too */
     int shape;                     /* force: 1 + index of the only shape that counts, 0: everything */
     double speed;                  /* [m/s] force: reference, 0: no coefficients */
@@ -263,6 +271,32 @@ typedef struct pd_setup_drawing {
     double way[3];                   /* [-] in which the eye looking at it stands */
 } pd_setup_drawing;
 
+/* Metal with a polarisation curve. */
+typedef struct pd_setup_electrode {
+    char name[PD_SETUP_NAME];
+    int line;                 /* of the file */
+    int shape;                /* index; -1: it is all metal of a material */
+    int metal;                /* index of that */
+    int primary;              /* 1: charges pass freely at term.equilibrium */
+    pd_electrode_term term;   /* otherwise; tables are those below */
+    int points;
+    double *potential, *current; /* [points] [V] [A/m2] */
+    double film;              /* [m2/S] */
+    int holds, gives;         /* 1: its potential, or its current, is given: */
+    pd_expr given;            /* of t; in V, or in A (per m in planar 2D, per m2 in 1D) */
+    int wire;                 /* electrodes of one number are connected: the first of them */
+} pd_setup_electrode;
+
+/* The electric potential of the fluid. */
+typedef struct pd_setup_potential {
+    double conductivity;      /* [S/m]; 0: that of the species */
+    double tolerance;         /* [-] */
+    int held[2 * PD_DIM];     /* 1: the fluid has a given potential at a side: */
+    double hold[2 * PD_DIM];  /* [V] */
+    pd_setup_electrode electrode[PD_SETUP_ELECTRODES];
+    int electrodes;
+} pd_setup_potential;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -351,6 +385,9 @@ typedef struct pd_setup {
     double shed[PD_SPECIES_MOST];    /* [-] species that come with one of the metal; negative: they go */
     char gas[PD_SPECIES_NAME];       /* that comes off; "": none */
     double gas_shed;                 /* [-] of it */
+    /* electric potential */
+    int has_potential;
+    pd_setup_potential potential;
     /* functions of the expressions */
     pd_setup_table *table;   /* [tables] */
     pd_expr_table *function; /* [tables] of `table`, as expressions want them */
@@ -438,13 +475,20 @@ PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
 /* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */
 #define PDI_SETUP_PLACE (PD_DIM + 1)
 PDI_FN const pd_expr_symbol *pdi_setup_position(void);
-/* The variables C, t, x, y, z, grain of laws: those of a pd_rate_at. */
-#define PDI_SETUP_LAW (PD_DIM + 3)
-#define PDI_SETUP_GRAIN (PDI_SETUP_LAW - 1)
+/* The variables C, t, x, y, z, grain of laws: those of a pd_rate_at. Beside electrodes i and E follow: PDI_SETUP_LAW in
+ * all. */
+#define PDI_SETUP_GRAIN (PD_DIM + 2)
+#define PDI_SETUP_CURRENT (PD_DIM + 3)
+#define PDI_SETUP_SURFACE (PD_DIM + 4)
+#define PDI_SETUP_LAW (PD_DIM + 5)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
-/* Behind them pH, and the species that a law names. 1: it depends on one of these. */
+/* Behind them pH, and the species that a law names. 1: it depends on one of these; on i or E. */
 #define PDI_SETUP_PH PDI_SETUP_LAW
 static inline int pdi_setup_chemical(const pd_setup_metal *metal) { return metal->rate.uses >> PDI_SETUP_PH != 0; }
+static inline int pdi_setup_electric(const pd_setup_metal *metal)
+{
+    return (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
+}
 /* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
 #define PDI_SETUP_PACE (PD_DIM + 4)
 PDI_FN const pd_expr_symbol *pdi_setup_pace(void);

@@ -49,6 +49,7 @@ PD_SCAFFOLD_LEVELS = 30
 PD_SETUP_CONTOURS = 32
 PD_SETUP_CORNERS = 32
 PD_SETUP_CUTS = 16
+PD_SETUP_ELECTRODES = 16
 PD_SETUP_GRIPS = 16
 PD_SETUP_MASKS = 8
 PD_SETUP_METALS = 4
@@ -234,9 +235,12 @@ PD_FIELD_ZZ = 19
 PD_FIELD_XY = 20
 PD_FIELD_YZ = 21
 PD_FIELD_ZX = 22
-PD_FIELD_PH = 23
-PD_FIELD_SPECIES = 24
-PD_FIELD_COUNT = 56
+PD_FIELD_PHI = 23
+PD_FIELD_J = 24
+PD_FIELD_I = 25
+PD_FIELD_PH = 26
+PD_FIELD_SPECIES = 27
+PD_FIELD_COUNT = 59
 PD_PART_GRID = 0
 PD_PART_FLOW = 1
 PD_PART_GAS = 2
@@ -245,7 +249,8 @@ PD_PART_DISSOLVE = 4
 PD_PART_GRAIN = 5
 PD_PART_SOLID = 6
 PD_PART_CHEMISTRY = 7
-PD_PART_COUNT = 8
+PD_PART_POTENTIAL = 8
+PD_PART_COUNT = 9
 PD_PROFILE_REST = 0
 PD_PROFILE_UNIFORM = 1
 PD_PROFILE_PARABOLA = 2
@@ -262,6 +267,7 @@ PD_MONITOR_TOTAL = 4
 PD_MONITOR_GRIP = 5
 PD_MONITOR_SOLID = 6
 PD_MONITOR_CUT = 7
+PD_MONITOR_ELECTRODE = 8
 PD_AGAINST_VALUE = 0
 PD_AGAINST_INLET = 1
 PD_AGAINST_BULK = 2
@@ -312,11 +318,11 @@ ENUMS = {
     'pd_paint': {'PD_PAINT_FIELD': 0, 'PD_PAINT_SOLID': 1, 'PD_PAINT_WALL': 2, 'PD_PAINT_OUTSIDE': 3},
     'pd_stroke': {'PD_STROKE_LINE': 0, 'PD_STROKE_DASHED': 1, 'PD_STROKE_MARKERS': 2, 'PD_STROKE_BOTH': 3},
     'pd_vti_type': {'PD_VTI_FLOAT64': 0, 'PD_VTI_FLOAT32': 1, 'PD_VTI_UINT8': 2, 'PD_VTI_INT32': 3},
-    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_PRESSURE': 13, 'PD_FIELD_SLIP': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STORED': 16, 'PD_FIELD_XX': 17, 'PD_FIELD_YY': 18, 'PD_FIELD_ZZ': 19, 'PD_FIELD_XY': 20, 'PD_FIELD_YZ': 21, 'PD_FIELD_ZX': 22, 'PD_FIELD_PH': 23, 'PD_FIELD_SPECIES': 24, 'PD_FIELD_COUNT': 56},
-    'pd_part': {'PD_PART_GRID': 0, 'PD_PART_FLOW': 1, 'PD_PART_GAS': 2, 'PD_PART_TRANSPORT': 3, 'PD_PART_DISSOLVE': 4, 'PD_PART_GRAIN': 5, 'PD_PART_SOLID': 6, 'PD_PART_CHEMISTRY': 7, 'PD_PART_COUNT': 8},
+    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_PRESSURE': 13, 'PD_FIELD_SLIP': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STORED': 16, 'PD_FIELD_XX': 17, 'PD_FIELD_YY': 18, 'PD_FIELD_ZZ': 19, 'PD_FIELD_XY': 20, 'PD_FIELD_YZ': 21, 'PD_FIELD_ZX': 22, 'PD_FIELD_PHI': 23, 'PD_FIELD_J': 24, 'PD_FIELD_I': 25, 'PD_FIELD_PH': 26, 'PD_FIELD_SPECIES': 27, 'PD_FIELD_COUNT': 59},
+    'pd_part': {'PD_PART_GRID': 0, 'PD_PART_FLOW': 1, 'PD_PART_GAS': 2, 'PD_PART_TRANSPORT': 3, 'PD_PART_DISSOLVE': 4, 'PD_PART_GRAIN': 5, 'PD_PART_SOLID': 6, 'PD_PART_CHEMISTRY': 7, 'PD_PART_POTENTIAL': 8, 'PD_PART_COUNT': 9},
     'pd_profile': {'PD_PROFILE_REST': 0, 'PD_PROFILE_UNIFORM': 1, 'PD_PROFILE_PARABOLA': 2, 'PD_PROFILE_EXPRESSION': 3},
     'pd_motion': {'PD_MOTION_STEADY': 0, 'PD_MOTION_IMPLICIT': 1, 'PD_MOTION_EXPLICIT': 2, 'PD_MOTION_GIVEN': 3},
-    'pd_monitor_kind': {'PD_MONITOR_LINE': 0, 'PD_MONITOR_PLANE': 1, 'PD_MONITOR_FORCE': 2, 'PD_MONITOR_TRANSFER': 3, 'PD_MONITOR_TOTAL': 4, 'PD_MONITOR_GRIP': 5, 'PD_MONITOR_SOLID': 6, 'PD_MONITOR_CUT': 7},
+    'pd_monitor_kind': {'PD_MONITOR_LINE': 0, 'PD_MONITOR_PLANE': 1, 'PD_MONITOR_FORCE': 2, 'PD_MONITOR_TRANSFER': 3, 'PD_MONITOR_TOTAL': 4, 'PD_MONITOR_GRIP': 5, 'PD_MONITOR_SOLID': 6, 'PD_MONITOR_CUT': 7, 'PD_MONITOR_ELECTRODE': 8},
     'pd_against': {'PD_AGAINST_VALUE': 0, 'PD_AGAINST_INLET': 1, 'PD_AGAINST_BULK': 2},
     'pd_knob': {'PD_KNOB_STEADY': 0, 'PD_KNOB_FLOW_RTOL': 1, 'PD_KNOB_RTOL': 2, 'PD_KNOB_FRACTION': 3},
     'pd_print_kind': {'PD_PRINT_SUMMARY': 0, 'PD_PRINT_NOTE': 1, 'PD_PRINT_PROGRESS': 2, 'PD_PRINT_RESULT': 3},
@@ -2517,6 +2523,50 @@ def declare(dim):
         ('anodic', c_double),
     ]
 
+    class pd_cell_desc(Structure):
+        pass
+    pd_cell_desc._fields_ = [
+        ('potential', pd_potential_desc),
+        ('electrode', POINTER(pd_electrode_desc)),
+        ('circuit', POINTER(pd_circuit)),
+        ('which', CFUNCTYPE(c_int, c_void_p, c_int32)),
+        ('given', CFUNCTYPE(c_double, c_void_p, c_int, c_double)),
+        ('conduct', CFUNCTYPE(None, c_void_p, POINTER(c_double))),
+        ('user', c_void_p),
+    ]
+
+    class pd_cell(Structure):
+        pass
+    pd_cell._fields_ = [
+        ('desc', pd_cell_desc),
+        ('grid', POINTER(pd_grid)),
+        ('dissolve', POINTER(pd_dissolve)),
+        ('curve', POINTER(pd_electrode)),
+        ('circuit', POINTER(pd_circuit)),
+        ('metal', POINTER(c_uint8)),
+        ('kinds', POINTER(c_uint32)),
+        ('left', POINTER(c_double)),
+        ('first', POINTER(c_int32)),
+        ('field', POINTER(c_double)),
+        ('potential', pd_potential),
+        ('result', pd_potential_result),
+        ('stale', c_int),
+        ('solves', c_int64),
+        ('newton', c_int64),
+        ('krylov', c_int64),
+    ]
+
+    class pd_cell_electrode(Structure):
+        pass
+    pd_cell_electrode._fields_ = [
+        ('potential', c_double),
+        ('area', c_double),
+        ('current', c_double),
+        ('anodic', c_double),
+        ('least', c_double),
+        ('most', c_double),
+    ]
+
     class pd_measure_plane_result(Structure):
         pass
     pd_measure_plane_result._fields_ = [
@@ -3154,21 +3204,51 @@ def declare(dim):
     class pd_setup_drawing(Structure):
         pass
     pd_setup_drawing._fields_ = [
-        ('range', c_double * 2 * 56),
-        ('map', c_int * 56),
+        ('range', c_double * 2 * 59),
+        ('map', c_int * 59),
         ('log', pd_fields),
         ('percentile', c_double),
         ('width', c_int),
         ('smooth', c_int),
         ('animate', c_int),
         ('formats', c_uint),
-        ('contours', c_int * 56),
-        ('levels', c_int * 56),
-        ('level', c_double * 32 * 56),
-        ('streamlines', c_int * 56),
-        ('vectors', c_int * 56),
+        ('contours', c_int * 59),
+        ('levels', c_int * 59),
+        ('level', c_double * 32 * 59),
+        ('streamlines', c_int * 59),
+        ('vectors', c_int * 59),
         ('surface', c_int),
         ('way', c_double * 3),
+    ]
+
+    class pd_setup_electrode(Structure):
+        pass
+    pd_setup_electrode._fields_ = [
+        ('name', c_char * 64),
+        ('line', c_int),
+        ('shape', c_int),
+        ('metal', c_int),
+        ('primary', c_int),
+        ('term', pd_electrode_term),
+        ('points', c_int),
+        ('potential', POINTER(c_double)),
+        ('current', POINTER(c_double)),
+        ('film', c_double),
+        ('holds', c_int),
+        ('gives', c_int),
+        ('given', pd_expr),
+        ('wire', c_int),
+    ]
+
+    class pd_setup_potential(Structure):
+        pass
+    pd_setup_potential._fields_ = [
+        ('conductivity', c_double),
+        ('tolerance', c_double),
+        ('held', c_int * (2 * dim)),
+        ('hold', c_double * (2 * dim)),
+        ('electrode', pd_setup_electrode * 16),
+        ('electrodes', c_int),
     ]
 
     class pd_setup(Structure):
@@ -3177,7 +3257,7 @@ def declare(dim):
         ('name', c_char * 64),
         ('folder', c_char * 1024),
         ('source', c_char * 1024),
-        ('line', c_int * 8),
+        ('line', c_int * 9),
         ('shape_line', c_int),
         ('fingerprint', POINTER(c_char)),
         ('fingerprint_size', c_size_t),
@@ -3262,6 +3342,8 @@ def declare(dim):
         ('shed', c_double * 32),
         ('gas', c_char * 24),
         ('gas_shed', c_double),
+        ('has_potential', c_int),
+        ('potential', pd_setup_potential),
         ('table', POINTER(pd_setup_table)),
         ('function', POINTER(pd_expr_table)),
         ('tables', c_int),
@@ -3313,6 +3395,20 @@ def declare(dim):
         ('area', c_double * 16),
     ]
 
+    class pd_electrodes(Structure):
+        pass
+    pd_electrodes._fields_ = [
+        ('setup', POINTER(pd_setup)),
+        ('grid', POINTER(pd_grid)),
+        ('metal', POINTER(c_uint8)),
+        ('reactive', POINTER(pd_reactive)),
+        ('circuits', c_int),
+        ('member', c_int * 16),
+        ('given', c_int * 16),
+        ('circuit', pd_circuit * 16),
+        ('line', c_int),
+    ]
+
     class pd_footprint(Structure):
         pass
     pd_footprint._fields_ = [
@@ -3323,7 +3419,7 @@ def declare(dim):
         ('cut', c_double),
         ('near', c_double),
         ('bonds', c_double),
-        ('bytes', c_double * 8),
+        ('bytes', c_double * 9),
         ('working', c_double),
         ('files', c_double),
         ('balance', c_double),
@@ -3337,8 +3433,17 @@ def declare(dim):
         ('setup', POINTER(pd_setup)),
         ('dissolve', POINTER(pd_dissolve)),
         ('course', POINTER(pd_course)),
+        ('cell', POINTER(pd_cell)),
         ('grain', POINTER(c_int32)),
         ('begin', c_double),
+    ]
+
+    class pd_model_law(Structure):
+        pass
+    pd_model_law._fields_ = [
+        ('metal', POINTER(pd_setup_metal)),
+        ('kind', c_int),
+        ('cell', POINTER(pd_cell)),
     ]
 
     class pd_model(Structure):
@@ -3370,11 +3475,14 @@ def declare(dim):
         ('structure', pd_structure),
         ('grips', pd_grips),
         ('dissolve', pd_dissolve),
+        ('law', pd_model_law * 4),
+        ('electrodes', pd_electrodes),
+        ('cell', pd_cell),
         ('metal', POINTER(c_uint8)),
         ('passive', POINTER(c_uint8)),
         ('couple', pd_couple),
-        ('bytes', c_size_t * 8),
-        ('unknowns', c_int64 * 8),
+        ('bytes', c_size_t * 9),
+        ('unknowns', c_int64 * 9),
     ]
 
     class pd_observables(Structure):
@@ -3412,7 +3520,7 @@ def declare(dim):
         pass
     pd_views._fields_ = [
         ('cells', c_int64),
-        ('field', POINTER(c_double) * 56),
+        ('field', POINTER(c_double) * 59),
     ]
 
     class pd_images_view(Structure):
@@ -3443,7 +3551,7 @@ def declare(dim):
         ('velocity', POINTER(c_double)),
         ('sorted', POINTER(c_double)),
         ('sight', pd_shade),
-        ('view', pd_images_view * 57),
+        ('view', pd_images_view * 60),
         ('frames', c_int64),
         ('last', c_int64),
         ('live', c_int),
@@ -3463,7 +3571,7 @@ def declare(dim):
         ('probes', pd_csv),
         ('frame', c_int),
         ('written', c_double),
-        ('scalar', POINTER(c_double) * 56),
+        ('scalar', POINTER(c_double) * 59),
         ('phase', POINTER(c_uint8)),
         ('grain', POINTER(c_int32)),
         ('displaced', POINTER(c_double)),
@@ -3627,6 +3735,9 @@ def declare(dim):
         ('settled', c_int),
         ('change', c_double),
         ('defect', c_double),
+        ('has_potential', c_int),
+        ('current_balance', c_double),
+        ('current', c_double),
         ('evaluations', c_int64),
         ('steps', c_int64),
         ('unknowns', c_int64),
@@ -3925,6 +4036,10 @@ def declare(dim):
         'pd_potential_update': (c_int, [POINTER(pd_ctx), POINTER(pd_potential)]),
         'pd_potential_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_potential), POINTER(pd_potential_result)]),
         'pd_potential_free': (None, [POINTER(pd_ctx), POINTER(pd_potential)]),
+        'pd_cell_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_dissolve), POINTER(pd_cell_desc), POINTER(pd_cell)]),
+        'pd_cell_process': (pd_process, [POINTER(pd_cell)]),
+        'pd_cell_electrode_of': (None, [POINTER(pd_cell), c_int, POINTER(pd_cell_electrode)]),
+        'pd_cell_free': (None, [POINTER(pd_ctx), POINTER(pd_cell)]),
         'pd_measure_plane': (None, [POINTER(pd_ctx), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_transport), c_int, c_int, POINTER(pd_measure_plane_result)]),
         'pd_measure_exchange': (None, [POINTER(pd_ctx), POINTER(pd_paths), POINTER(pd_transport), POINTER(pd_dissolve), POINTER(c_double), POINTER(c_double), c_int, POINTER(c_double), POINTER(c_double)]),
         'pd_measure_box': (None, [POINTER(pd_ctx), POINTER(pd_stencil), POINTER(pd_grid), POINTER(pd_flow), POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(pd_measure_box_result)]),

@@ -1,0 +1,305 @@
+/* cell: see cell.h */
+#include "potential/cell.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* [cells] Contacts are looked for this far from a fluid node. */
+#define PDI_CELL_AROUND 2
+
+PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
+{
+    pd_cell *cell = (pd_cell *)object;
+    if (!cell->grid) return;
+    int64_t total = cell->grid->total, electrodes = cell->desc.potential.electrodes;
+    PDI_ARRAY(owner, cell, curve, electrodes, "");
+    PDI_ARRAY(owner, cell, circuit, cell->desc.potential.circuits, "");
+    PDI_ARRAY(owner, cell, kinds, electrodes, "1");
+    PDI_ARRAY(owner, cell, metal, total, "1");
+    if (cell->dissolve) PDI_ARRAY(owner, cell, left, total, "1");
+    PDI_ARRAY(owner, cell, first, total, "1");
+    if (cell->desc.conduct) PDI_ARRAY(owner, cell, field, total, "S/m");
+}
+
+/* ---- the surface as it is ---- */
+
+/* Metal that stands out of its cell counts as that of a whole one. */
+static void pdi_cell_left(pd_cell *cell)
+{
+    for (int32_t i = 0; i < cell->grid->total && cell->left; i++)
+        if (cell->grid->kind[i] == PD_SOLID) cell->left[i] = fmin(fmax(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
+}
+
+static void pdi_cell_index(pd_cell *cell)
+{
+    const pd_contacts *c = &cell->potential.contacts;
+    for (int32_t i = 0; i < cell->grid->total; i++) cell->first[i] = -1;
+    for (int32_t k = c->count; k-- > 0;) cell->first[c->list[k].node] = k;
+}
+
+/* Adds the contacts of node i with a metal of `kinds` (bits): sums of area, and of area times the rest. */
+static void pdi_cell_add(const pd_cell *cell, int32_t i, uint32_t kinds, double sum[3])
+{
+    const pd_potential *p = &cell->potential;
+    for (int32_t k = cell->first[i]; k >= 0 && k < p->contacts.count && p->contacts.list[k].node == i; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        if (!(cell->kinds[c->electrode] & kinds)) continue;
+        sum[0] += c->area;
+        sum[1] += c->area * p->current[k];
+        sum[2] += c->area * p->surface[k];
+    }
+}
+
+/* The nodes around i whose largest distance along an axis is `reach` cells. */
+static void pdi_cell_around(const pd_cell *cell, int32_t i, int reach, uint32_t kinds, double sum[3])
+{
+    const pd_grid *grid = cell->grid;
+    int at[PD_DIM], count = 1;
+    for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
+    for (int k = 0; k < count; k++) {
+        int rest = k, far = 0;
+        pdi_grid_index(grid, i, at);
+        for (int d = 0; d < PD_DIM; d++) {
+            int step = rest % (2 * reach + 1) - reach;
+            rest /= 2 * reach + 1;
+            at[d] += step;
+            far = step > far ? step : -step > far ? -step : far;
+        }
+        if (far == reach && pdi_grid_inside(grid, at)) pdi_cell_add(cell, pd_grid_node(grid, at), kinds, sum);
+    }
+}
+
+PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface)
+{
+    double sum[3] = {0.0, 0.0, 0.0};
+    for (int reach = 0; reach <= PDI_CELL_AROUND && !(sum[0] > 0.0); reach++)
+        pdi_cell_around(cell, i, reach, (uint32_t)1 << kind, sum);
+    *current = sum[0] > 0.0 ? sum[1] / sum[0] : 0.0;
+    *surface = sum[0] > 0.0 ? sum[2] / sum[0] : 0.0;
+    return sum[0] > 0.0;
+}
+
+PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i)
+{
+    double sum[3] = {0.0, 0.0, 0.0};
+    pdi_cell_add(cell, i, UINT32_MAX, sum);
+    return sum[0] > 0.0 ? sum[1] / sum[0] : 0.0;
+}
+
+/* 1: a bond to this ghost or wall leads to a side that holds a potential. */
+static int pdi_cell_held(const pd_potential *p, int32_t far)
+{
+    int at[PD_DIM];
+    pdi_grid_index(p->grid, far, at);
+    for (int d = 0; d < PD_DIM; d++)
+        if ((at[d] < 0 && p->desc.held[2 * d]) || (at[d] >= p->grid->n[d] && p->desc.held[2 * d + 1])) return 1;
+    return 0;
+}
+
+/* What bond k of node i carries away [A/m3]; *closed: 1 it ends on metal, -1 on a side that holds a potential. */
+static double pdi_cell_carried(const pd_cell *cell, int32_t i, int k, int *closed)
+{
+    const pd_potential *p = &cell->potential;
+    const pd_grid *grid = cell->grid;
+    int32_t row = p->bonds->row[i], far = i + p->bonds->paths.shift[k], home = pdi_grid_image(grid, far, NULL);
+    double own = pdi_potential_kappa(p, i), weight = pdi_bond_lap(p->bonds, i)[k];
+    int open = row < 0 || pdi_bond_open(p->bonds, row, k);
+    *closed = pdi_cell_held(p, far) ? -1 : 0;
+    if (*closed) return 0.0;
+    *closed = !open && grid->kind[home] == PD_SOLID;
+    if (!open || grid->kind[home] != PD_FLUID) return 0.0;
+    double other = pdi_potential_kappa(p, home);
+    return 2.0 * own * other / (own + other) * weight * (p->phi[i] - p->phi[home]);
+}
+
+PDI_FN void pdi_cell_current(const pd_cell *cell, int32_t i, double *j)
+{
+    const pd_stencil *s = cell->potential.bonds->stencil;
+    const double *lap = pdi_bond_lap(cell->potential.bonds, i);
+    double normal[PD_DIM], metal[PD_DIM][PD_DIM], contact = pdi_cell_density(cell, i);
+    memset(j, 0, PD_DIM * sizeof *j);
+    memset(normal, 0, sizeof normal);
+    memset(metal, 0, sizeof metal);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        int closed, other;
+        double carried = pdi_cell_carried(cell, i, k, &closed);
+        if (closed < 0) carried = -pdi_cell_carried(cell, i, s->count - 1 - k, &other); /* as the bond across */
+        for (int d = 0; d < PD_DIM; d++) {
+            j[d] += 0.5 * carried * xi[d];
+            if (closed > 0) normal[d] += lap[k] * xi[d];
+            for (int e = 0; e < PD_DIM && closed > 0; e++) metal[d][e] += 0.5 * lap[k] * xi[d] * xi[e];
+        }
+    }
+    double length = pdi_vec_norm(normal);
+    for (int d = 0; d < PD_DIM && length > 0.0; d++)
+        for (int e = 0; e < PD_DIM; e++) j[d] -= contact * metal[d][e] * normal[e] / length;
+}
+
+void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode *now)
+{
+    const pd_potential *p = &cell->potential;
+    double volume = p->bonds->stencil->volume;
+    int touched = 0;
+    memset(now, 0, sizeof *now);
+    now->potential = p->metal[pdi_potential_circuit(p, electrode)];
+    for (int32_t k = 0; k < p->contacts.count; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        if (c->electrode != electrode) continue;
+        double area = volume * pdi_potential_area(p, c), i = p->current[k];
+        now->area += area;
+        now->current += area * i;
+        now->anodic += area * fmax(i, 0.0);
+        now->least = touched ? fmin(now->least, i) : i;
+        now->most = touched ? fmax(now->most, i) : i;
+        touched = 1;
+    }
+}
+
+/* ---- the process ---- */
+
+static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
+{
+    for (int n = 0; n < cell->desc.potential.circuits && cell->desc.given; n++)
+        cell->circuit[n].value = cell->desc.given(cell->desc.user, n, t);
+    pd_status status = pd_potential_solve(ctx, &cell->potential, &cell->result);
+    if (status < 0) return status;
+    if (status != PD_OK)
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "at t = %g s the balances of currents lack %.3g of them "
+                        "after %d steps of Newton's method, expected at most %g: a larger tolerance accepts it", t,
+                        cell->result.residual, cell->result.newton, cell->potential.desc.tolerance);
+    cell->solves++;
+    cell->newton += cell->result.newton;
+    cell->krylov += cell->result.krylov;
+    pdi_cell_index(cell);
+    return PD_OK;
+}
+
+/* Contacts, and conductances where fluid or conductivity are others. */
+static pd_status pdi_cell_renew(pd_ctx *ctx, pd_cell *cell)
+{
+    int anew = cell->stale || cell->desc.conduct;
+    pdi_cell_left(cell);
+    if (cell->desc.conduct) cell->desc.conduct(cell->desc.user, cell->field);
+    cell->stale = 0;
+    if (anew) return pd_potential_update(ctx, &cell->potential);
+    return cell->dissolve ? pdi_distribution_contacts(ctx, &cell->potential) : PD_OK;
+}
+
+static pd_status pdi_cell_start(pd_ctx *ctx, void *self, double t)
+{
+    return pdi_cell_solve(ctx, (pd_cell *)self, t);
+}
+
+/* Other processes of the step go by the potential of its start. */
+static pd_status pdi_cell_at(pd_ctx *ctx, void *self, double t)
+{
+    (void)ctx;
+    (void)self;
+    (void)t;
+    return PD_OK;
+}
+
+static pd_status pdi_cell_finish(pd_ctx *ctx, void *self, double t)
+{
+    pd_cell *cell = (pd_cell *)self;
+    PDI_TRY(pdi_cell_renew(ctx, cell));
+    return pdi_cell_solve(ctx, cell, t);
+}
+
+static pd_status pdi_cell_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    (void)ctx;
+    (void)turned;
+    (void)count;
+    ((pd_cell *)self)->stale = 1;
+    return PD_OK;
+}
+
+/* Metal and fluid have been read before. */
+static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_cell *cell = (pd_cell *)self;
+    pd_potential *p = &cell->potential;
+    if (archive->reading) {
+        cell->stale = 1;
+        PDI_TRY(pdi_cell_renew(ctx, cell));
+    }
+    PDI_TRY(PDI_KEEP(ctx, archive, "potential", p->phi, cell->grid->total));
+    PDI_TRY(PDI_KEEP(ctx, archive, "potentials of metal", p->metal, p->desc.circuits));
+    PDI_TRY(PDI_KEEP(ctx, archive, "currents of circuits", p->total, p->desc.circuits));
+    PDI_TRY(PDI_KEEP(ctx, archive, "current densities", p->current, p->contacts.count));
+    PDI_TRY(PDI_KEEP(ctx, archive, "overpotentials", p->surface, p->contacts.count));
+    PDI_TRY(PDI_KEEP(ctx, archive, "slopes of currents", p->slope, p->contacts.count));
+    PDI_TRY(PDI_KEEP(ctx, archive, "imbalance of currents", &cell->result.imbalance, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "anodic current", &cell->result.anodic, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "current through sides", &cell->result.through, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "solves of the potential", &cell->solves, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "newton of the potential", &cell->newton, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the potential", &cell->krylov, 1));
+    if (archive->reading) pdi_cell_index(cell);
+    return PD_OK;
+}
+
+pd_process pd_cell_process(pd_cell *cell)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "potential";
+    p.self = cell;
+    p.start = pdi_cell_start;
+    p.at = pdi_cell_at;
+    p.finish = pdi_cell_finish;
+    p.changed = pdi_cell_changed;
+    p.store = pdi_cell_store;
+    return p;
+}
+
+/* ---- build ---- */
+
+static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_dissolve *dissolve,
+                               const pd_cell_desc *desc, pd_cell *cell)
+{
+    pd_potential_desc p = desc->potential;
+    memset(cell, 0, sizeof *cell);
+    cell->desc = *desc;
+    cell->grid = grid;
+    cell->dissolve = dissolve;
+    PDI_TRY(pdi_owner_build(ctx, pdi_cell_list, cell));
+    for (int e = 0; e < p.electrodes; e++) PDI_TRY(pd_electrode_build(ctx, &desc->electrode[e], &cell->curve[e]));
+    for (int n = 0; n < p.circuits; n++) cell->circuit[n] = desc->circuit[n];
+    for (int32_t i = 0; i < grid->total; i++) {
+        int32_t home = pdi_grid_image(grid, i, NULL);
+        if (grid->kind[home] != PD_SOLID) continue;
+        int e = desc->which(desc->user, home);
+        PD_ASSERT(e >= 0 && e < p.electrodes);
+        cell->metal[i] = (uint8_t)e;
+        cell->kinds[e] |= (uint32_t)1 << (dissolve ? pdi_metal_of(dissolve, home) : 0);
+    }
+    pdi_cell_left(cell);
+    if (desc->conduct) desc->conduct(desc->user, cell->field);
+    p.electrode = cell->curve;
+    p.circuit = cell->circuit;
+    p.metal = cell->metal;
+    p.left = cell->left;
+    if (desc->conduct) p.field = cell->field;
+    return pd_potential_build(ctx, grid, bonds, &p, &cell->potential);
+}
+
+pd_status pd_cell_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_dissolve *dissolve,
+                        const pd_cell_desc *desc, pd_cell *cell)
+{
+    pd_status status = pdi_cell_make(ctx, grid, bonds, dissolve, desc, cell);
+    if (status < 0) pd_cell_free(ctx, cell);
+    return status;
+}
+
+void pd_cell_free(pd_ctx *ctx, pd_cell *cell)
+{
+    if (cell->potential.grid) pd_potential_free(ctx, &cell->potential);
+    for (int e = 0; e < cell->desc.potential.electrodes && cell->curve; e++) pd_electrode_free(ctx, &cell->curve[e]);
+    pdi_owner_free(ctx, pdi_cell_list, cell);
+    memset(cell, 0, sizeof *cell);
+}
+
+#undef PDI_CELL_AROUND

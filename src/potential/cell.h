@@ -1,0 +1,76 @@
+/* cell: electrodes on the metal of a run and the potential around them, as a process.
+ *
+ * The potential is found at the start and at the end of each step of the run, with the surface as it is then, given
+ * values of that time and the conductivity of that state. Laws of dissolution take current densities from there.
+ */
+#ifndef PD_CELL_H
+#define PD_CELL_H
+#include "metal/metal.h"
+#include "potential/distribution.h"
+#include "solve/process.h"
+
+/* Zero-initialise. */
+typedef struct pd_cell_desc {
+    pd_potential_desc potential;       /* electrode, metal, circuit and left are unread; arrays are borrowed */
+    const pd_electrode_desc *electrode; /* [potential.electrodes] copied */
+    const pd_circuit *circuit;         /* [potential.circuits] copied */
+    int (*which)(void *user, int32_t node);                /* electrode of a solid node */
+    double (*given)(void *user, int circuit, double t);    /* value of a circuit at time t [s]; NULL: as it is */
+    void (*conduct)(void *user, double *field);            /* [total] [S/m] at fluid nodes, now; NULL: uniform */
+    void *user;
+} pd_cell_desc;
+
+/* It must not be moved once it is built. */
+typedef struct pd_cell {
+    pd_cell_desc desc;
+    const pd_grid *grid;
+    const pd_dissolve *dissolve; /* NULL: the metal stays */
+    pd_electrode *curve;         /* [electrodes] */
+    pd_circuit *circuit;         /* [circuits] */
+    uint8_t *metal;              /* [total] electrode of solid nodes */
+    uint32_t *kinds;             /* [electrodes] bit k: it has metal k of dissolve; 1 without */
+    double *left;                /* [total] [-] see pd_potential_desc; NULL: nothing dissolves */
+    int32_t *first;              /* [total] first contact of fluid nodes; -1: none; NULL: nothing dissolves */
+    double *field;               /* [total] [S/m] with `conduct` */
+    pd_potential potential;
+    pd_potential_result result;  /* of the last solution */
+    int stale;                   /* 1: nodes have turned fluid */
+    int64_t solves, newton, krylov;
+} pd_cell;
+
+/* An electrode as it is now. */
+typedef struct pd_cell_electrode {
+    double potential;        /* [V] E of its metal */
+    double area;             /* [m^(d-1)] of a body of rings all around */
+    double current, anodic;  /* [A] (per m in planar 2D, per m2 in 1D) from metal to fluid; what leaves alone */
+    double least, most;      /* [A/m2] */
+} pd_cell_electrode;
+
+#define pd_cell_build PD_NAME(pd_cell_build)
+#define pd_cell_process PD_NAME(pd_cell_process)
+#define pd_cell_electrode_of PD_NAME(pd_cell_electrode_of)
+#define pd_cell_free PD_NAME(pd_cell_free)
+
+/* Grid, bonds and dissolve (or NULL) are borrowed. Errors are those of the curves and of the potential; a circuit has
+ * metal. */
+PD_API pd_status pd_cell_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_dissolve *dissolve,
+                               const pd_cell_desc *desc, pd_cell *cell);
+/* It stands behind all that changes metal and fluid. PD_ERR_DIVERGED: balances lack more than the tolerance. */
+PD_API pd_process pd_cell_process(pd_cell *cell);
+PD_API void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode *now);
+PD_API void pd_cell_free(pd_ctx *ctx, pd_cell *cell);
+
+#ifdef PDI_INTERNAL
+/* Beside fluid node i: current density [A/m2] and E - phi at the surface [V] of electrodes with metal `kind`, means
+ * over the area of its contacts; where it has none, of those nearest within two cells. 0: there is none. */
+PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface);
+/* Current density [A/m2] at the contacts of fluid node i, of all electrodes; 0 where it has none. */
+PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i);
+/* Current density j[PD_DIM] [A/m2] in fluid node i: the first moment of what its bonds and contacts carry, which a
+ * linear field has exactly (theory: eq. 6b.8). */
+PDI_FN void pdi_cell_current(const pd_cell *cell, int32_t i, double *j);
+/* Its arrays, but for those of the potential. */
+PDI_FN void pdi_cell_list(pdi_owner *owner, void *object);
+#endif
+
+#endif

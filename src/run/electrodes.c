@@ -1,0 +1,166 @@
+/* electrodes: see electrodes.h */
+#include "run/electrodes.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_ELECTRODES_GAS 8.314462618   /* [J/mol/K] */
+#define PDI_ELECTRODES_FARADAY 96485.33212 /* [C/mol] */
+
+/* Electrode of a solid node; -1: none. */
+static int pdi_electrodes_which(void *user, int32_t node)
+{
+    const pd_electrodes *m = (const pd_electrodes *)user;
+    const pd_setup_potential *p = &m->setup->potential;
+    double x[PD_DIM];
+    pd_grid_position(m->grid, node, x);
+    for (int k = p->electrodes; k-- > 0;) {
+        const pd_setup_electrode *e = &p->electrode[k];
+        if (e->shape < 0 ? e->metal == (m->metal ? m->metal[node] : 0)
+                         : pd_shape_distance(m->setup->shape, e->shape, x) <= 0.0) return k;
+    }
+    return -1;
+}
+
+static double pdi_electrodes_given(void *user, int circuit, double t)
+{
+    const pd_electrodes *m = (const pd_electrodes *)user;
+    double x[PD_DIM];
+    memset(x, 0, sizeof x);
+    if (m->given[circuit] < 0) return 0.0;
+    return pdi_setup_eval(&m->setup->potential.electrode[m->given[circuit]].given, x, t);
+}
+
+/* kappa = F^2/(R T) sum z^2 D c (theory: eq. 6b.7) */
+static void pdi_electrodes_conduct(void *user, double *field)
+{
+    const pd_electrodes *m = (const pd_electrodes *)user;
+    const pd_electrolyte *e = &m->setup->electrolyte;
+    double factor = PDI_ELECTRODES_FARADAY * PDI_ELECTRODES_FARADAY / (PDI_ELECTRODES_GAS * e->temperature);
+    for (int32_t i = 0; i < m->grid->total; i++) field[i] = 0.0;
+    for (int k = 0; k < e->count; k++) {
+        const pd_species *s = &e->species[k];
+        int place = m->reactive->components.place[k];
+        if (place < 0 || !s->charge) continue;
+        double share = factor * s->charge * s->charge * s->diffusivity;
+        const double *c = m->reactive->c + (int64_t)place * m->grid->total;
+        for (int32_t i = 0; i < m->grid->total; i++)
+            if (m->grid->kind[i] == PD_FLUID) field[i] += share * fmax(c[i], 0.0);
+    }
+}
+
+/* Electrodes that are connected get one number: that of the first one. */
+static void pdi_electrodes_join(int *wire, int count, int a, int b)
+{
+    int low = wire[a] < wire[b] ? wire[a] : wire[b], high = wire[a] < wire[b] ? wire[b] : wire[a];
+    for (int k = 0; k < count; k++)
+        if (wire[k] == high) wire[k] = low;
+}
+
+/* Which electrodes are there, and which touch. */
+static pd_status pdi_electrodes_find(pd_ctx *ctx, pd_electrodes *m, int *wire)
+{
+    const pd_setup_potential *p = &m->setup->potential;
+    int64_t nodes[PD_SETUP_ELECTRODES];
+    char text[PDI_GRID_PLACE];
+    memset(nodes, 0, sizeof nodes);
+    for (int32_t i = 0; i < m->grid->total; i++) {
+        if (m->grid->kind[i] != PD_SOLID || pdi_grid_image(m->grid, i, NULL) != i) continue;
+        int e = pdi_electrodes_which(m, i);
+        if (e < 0)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "potential", "the metal at %s m belongs to no electrode, expected an "
+                            "[electrode NAME] with its shape or material, or kind = wall for what insulates",
+                            pdi_grid_place(m->grid, i, text));
+        nodes[e]++;
+        for (int d = 0; d < PD_DIM; d++) {
+            int32_t near = pdi_grid_image(m->grid, i + m->grid->stride[d], NULL);
+            if (m->grid->kind[near] == PD_SOLID && pdi_electrodes_which(m, near) >= 0)
+                pdi_electrodes_join(wire, p->electrodes, e, pdi_electrodes_which(m, near));
+        }
+    }
+    for (int k = 0; k < p->electrodes; k++) {
+        if (nodes[k]) continue;
+        m->line = p->electrode[k].line;
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "potential", "the electrode %s has no metal on the lattice, expected a "
+                        "shape that is larger than the spacing, and that no later electrode covers",
+                        p->electrode[k].name);
+    }
+    return PD_OK;
+}
+
+/* A circuit for all that is connected, with the value of one of them. */
+static pd_status pdi_electrodes_circuits(pd_ctx *ctx, pd_electrodes *m, const int *wire)
+{
+    const pd_setup_potential *p = &m->setup->potential;
+    for (int k = 0; k < p->electrodes; k++) {
+        if (wire[k] == k) m->given[m->circuits] = -1;
+        m->member[k] = wire[k] == k ? m->circuits++ : m->member[wire[k]];
+    }
+    for (int k = 0; k < p->electrodes; k++) {
+        const pd_setup_electrode *e = &p->electrode[k];
+        int *given = &m->given[m->member[k]];
+        if (!e->holds && !e->gives) continue;
+        m->line = e->line;
+        if (*given >= 0)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "the electrodes %s and %s are connected or touch, and "
+                            "both have a given potential or current, expected one of them", p->electrode[*given].name,
+                            e->name);
+        *given = k;
+        m->circuit[m->member[k]].control = e->holds ? PD_CIRCUIT_POTENTIAL : PD_CIRCUIT_CURRENT;
+        m->circuit[m->member[k]].value = pdi_electrodes_given(m, m->member[k], 0.0);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrodes *m, const pd_bonds *bonds, const pd_stencil *across,
+                                     const pd_dissolve *dissolve, pd_cell *cell)
+{
+    const pd_setup_potential *p = &m->setup->potential;
+    pd_electrode_desc curve[PD_SETUP_ELECTRODES];
+    pd_cell_desc desc;
+    memset(&desc, 0, sizeof desc);
+    memset(curve, 0, sizeof curve);
+    for (int k = 0; k < p->electrodes; k++) {
+        const pd_setup_electrode *e = &p->electrode[k];
+        curve[k].term = &e->term;
+        curve[k].count = !e->primary;
+        curve[k].equilibrium = e->term.equilibrium;
+        curve[k].film = e->film;
+    }
+    desc.electrode = curve;
+    desc.circuit = m->circuit;
+    desc.which = pdi_electrodes_which;
+    desc.given = pdi_electrodes_given;
+    desc.user = m;
+    desc.potential.conductivity = p->conductivity;
+    if (m->reactive) desc.conduct = pdi_electrodes_conduct;
+    if (m->reactive) desc.potential.conductivity = 1.0; /* of no node of the fluid */
+    desc.potential.electrodes = p->electrodes;
+    desc.potential.circuits = m->circuits;
+    desc.potential.member = m->member;
+    desc.potential.wide = across;
+    desc.potential.tolerance = p->tolerance;
+    memcpy(desc.potential.held, p->held, sizeof p->held);
+    memcpy(desc.potential.hold, p->hold, sizeof p->hold);
+    m->line = m->setup->line[PD_PART_POTENTIAL];
+    return pd_cell_build(ctx, m->grid, bonds, dissolve, &desc, cell);
+}
+
+PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
+                                      const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
+                                      const pd_dissolve *dissolve, pd_electrodes *m, pd_cell *cell)
+{
+    int wire[PD_SETUP_ELECTRODES];
+    memset(m, 0, sizeof *m);
+    m->setup = setup;
+    m->grid = bonds->grid;
+    m->metal = metal;
+    m->reactive = reactive;
+    m->line = setup->line[PD_PART_POTENTIAL];
+    for (int k = 0; k < setup->potential.electrodes; k++) wire[k] = setup->potential.electrode[k].wire;
+    PDI_TRY(pdi_electrodes_find(ctx, m, wire));
+    PDI_TRY(pdi_electrodes_circuits(ctx, m, wire));
+    return pdi_electrodes_cell(ctx, m, bonds, across, dissolve, cell);
+}
+
+#undef PDI_ELECTRODES_GAS
+#undef PDI_ELECTRODES_FARADAY

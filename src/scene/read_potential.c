@@ -1,0 +1,285 @@
+/* read_potential: see read_potential.h */
+#include "scene/read_potential.h"
+#include <math.h>
+#include <string.h>
+
+/* Points of a curve that is given as an expression. */
+#define PDI_READ_POTENTIAL_POINTS 4001
+/* [V] A potential of this size is none. */
+#define PDI_READ_POTENTIAL_MOST 1e4
+
+typedef enum pdi_read_potential_curve {
+    PDI_READ_POTENTIAL_BUTLER = 0,
+    PDI_READ_POTENTIAL_TAFEL,
+    PDI_READ_POTENTIAL_LINEAR,
+    PDI_READ_POTENTIAL_EXPRESSION,
+    PDI_READ_POTENTIAL_PRIMARY
+} pdi_read_potential_curve;
+
+static const pd_expr_symbol pdi_read_potential_argument[] = {{"E", "V", 0.0}};
+
+PDI_FN int pdi_read_potential_given(pdi_reader *s)
+{
+    return pdi_text_has(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "potential", NULL), NULL) ||
+           pdi_text_next(s->ctx, s->text, "electrode", -1) >= 0;
+}
+
+/* ---- where it is ---- */
+
+static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    const pd_setup *u = s->setup;
+    const char *name;
+    int k = 0;
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "shape", NULL, &name));
+    for (int at = pdi_text_next(s->ctx, s->text, "shape", -1); at >= 0;
+         at = pdi_text_next(s->ctx, s->text, "shape", at), k++) {
+        int solid = 0;
+        if (strcmp(s->text->section[at].label, name) != 0) continue;
+        e->shape = u->named[k];
+        for (int w = 0; w < u->wall_count; w++) solid |= u->walls[w].section == at;
+        if (e->shape >= 0 && !solid) return PD_OK;
+        return pdi_text_refuse(s->ctx, s->text, section, "shape", "found '%.40s', which is no metal, expected a [shape "
+                               "NAME] with kind = solid", name);
+    }
+    return pdi_text_refuse(s->ctx, s->text, section, "shape", "found '%.40s', which is no shape, expected the name of "
+                           "a [shape NAME] with kind = solid", name);
+}
+
+static pd_status pdi_read_potential_place(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    const pd_setup *u = s->setup;
+    const char *name;
+    int shape = pdi_text_has(s->ctx, s->text, section, "shape");
+    e->shape = -1;
+    if (shape == pdi_text_has(s->ctx, s->text, section, "material"))
+        return pdi_text_refuse(s->ctx, s->text, section, "shape", "found %s, expected shape = NAME of a solid, or "
+                               "material = NAME", shape ? "a shape and a material" : "neither a shape nor a material");
+    if (shape) return pdi_read_potential_shape(s, section, e);
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "material", NULL, &name));
+    for (e->metal = 0; e->metal < u->metals; e->metal++)
+        if (strcmp(u->metal[e->metal].material.name, name) == 0) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "material", "found '%.40s', expected the material of a solid "
+                           "shape", name);
+}
+
+/* ---- curves ---- */
+
+static pd_status pdi_read_potential_slopes(pdi_reader *s, int section, int both, pd_electrode_term *t)
+{
+    static const char *const keys[] = {"anodic_slope", "cathodic_slope"}, *const limits[] = {"anodic_limit",
+                                                                                            "cathodic_limit"};
+    double *slope[] = {&t->anodic, &t->cathodic}, *limit[] = {&t->anodic_limit, &t->cathodic_limit};
+    int given = 0;
+    t->kind = PD_ELECTRODE_BUTLER_VOLMER;
+    PDI_TRY(pdi_reader_positive(s, section, "i0", "A/m2", NULL, &t->exchange));
+    for (int k = 0; k < 2; k++) {
+        if (!pdi_text_has(s->ctx, s->text, section, keys[k])) continue;
+        PDI_TRY(pdi_reader_within(s, section, keys[k], "V", NULL, 0.0, PDI_READ_POTENTIAL_MOST, 1, slope[k]));
+        *slope[k] /= log(10.0);
+        PDI_TRY(pdi_reader_not_negative(s, section, limits[k], "A/m2", "0", limit[k]));
+        given++;
+    }
+    if (given == 1 + both) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "curve", "found %d of anodic_slope and cathodic_slope, expected "
+                           "%s", given, both ? "both with butler_volmer" : "one of them with tafel");
+}
+
+/* A curve as an expression becomes a table. */
+static pd_status pdi_read_potential_points(pdi_reader *s, int section, const pd_expr *curve, pd_setup_electrode *e)
+{
+    double low, high;
+    int count;
+    PDI_TRY(pdi_text_ranges(s->ctx, s->text, section, "range", "V", NULL, 1, &low, &high, &count));
+    e->points = PDI_READ_POTENTIAL_POINTS;
+    PDI_TRY(PDI_NEW(s->ctx, "electrode", e->points, e->potential));
+    PDI_TRY(PDI_NEW(s->ctx, "electrode", e->points, e->current));
+    for (int k = 0; k < e->points; k++) {
+        e->potential[k] = low + (high - low) * k / (e->points - 1);
+        e->current[k] = pdi_expr_eval(curve, &e->potential[k]);
+        if (!(fabs(e->current[k]) < PDI_READER_HUGE))
+            return pdi_text_refuse(s->ctx, s->text, section, "i", "found %g A/m2 at E = %.6g V, expected a number, or "
+                                   "another range", e->current[k], e->potential[k]);
+        if (k && e->current[k] < e->current[k - 1])
+            return pdi_text_refuse(s->ctx, s->text, section, "i", "found a current that falls from %.6g to %.6g A/m2 "
+                                   "between E = %.6g and %.6g V, where a field would have several solutions; expected "
+                                   "one that rises or stays (cathodic currents are negative), or another range",
+                                   e->current[k - 1], e->current[k], e->potential[k - 1], e->potential[k]);
+    }
+    e->term.kind = PD_ELECTRODE_TABLE;
+    e->term.points = e->points;
+    e->term.potential = e->potential;
+    e->term.current = e->current;
+    return PD_OK;
+}
+
+static pd_status pdi_read_potential_expression(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    pd_expr curve;
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "i", "A/m2", pdi_read_potential_argument, 1, NULL, &curve));
+    pd_status status = pdi_read_potential_points(s, section, &curve, e);
+    pdi_expr_free(s->ctx, &curve);
+    return status;
+}
+
+static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    static const char *const curves[] = {"butler_volmer", "tafel", "linear", "expression", "primary", NULL};
+    int curve = 0;
+    if (!pdi_text_has(s->ctx, s->text, section, "curve"))
+        return pdi_text_refuse(s->ctx, s->text, section, "curve", "found no polarisation curve, expected curve = "
+                               "butler_volmer, tafel, linear, expression or primary");
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "curve", curves, NULL, &curve));
+    PDI_TRY(pdi_reader_not_negative(s, section, "film", "ohm m2", "0", &e->film));
+    if (curve == PDI_READ_POTENTIAL_EXPRESSION) return pdi_read_potential_expression(s, section, e);
+    PDI_TRY(pdi_reader_within(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MOST, PDI_READ_POTENTIAL_MOST, 0,
+                              &e->term.equilibrium));
+    e->primary = curve == PDI_READ_POTENTIAL_PRIMARY;
+    if (e->primary) return PD_OK;
+    if (curve != PDI_READ_POTENTIAL_LINEAR)
+        return pdi_read_potential_slopes(s, section, curve == PDI_READ_POTENTIAL_BUTLER, &e->term);
+    e->term.kind = PD_ELECTRODE_LINEAR;
+    return pdi_reader_positive(s, section, "resistance", "ohm m2", NULL, &e->term.resistance);
+}
+
+/* ---- circuits ---- */
+
+static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    e->holds = pdi_text_has(s->ctx, s->text, section, "potential");
+    e->gives = pdi_text_has(s->ctx, s->text, section, "current");
+    if (e->holds && e->gives)
+        return pdi_text_refuse(s->ctx, s->text, section, "current", "found beside 'potential', expected one of them");
+    if (!e->holds && !e->gives) return PD_OK;
+    const char *key = e->holds ? "potential" : "current";
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, e->holds ? "V" : "A", pdi_setup_position(), PDI_SETUP_PLACE,
+                          NULL, &e->given));
+    if (!(e->given.uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone");
+}
+
+/* The names in `connected`. */
+static pd_status pdi_read_potential_wires(pdi_reader *s, int section, int own)
+{
+    pd_setup_potential *p = &s->setup->potential;
+    pd_word_list list;
+    if (!pdi_text_has(s->ctx, s->text, section, "connected")) return PD_OK;
+    PDI_TRY(pdi_text_words(s->ctx, s->text, section, "connected", NULL, &list));
+    for (int w = 0; w < list.count; w++) {
+        int other = 0;
+        while (other < p->electrodes && strcmp(p->electrode[other].name, list.word[w]) != 0) other++;
+        if (other == p->electrodes || other == own)
+            return pdi_text_refuse(s->ctx, s->text, section, "connected", "found '%s', expected the name of another "
+                                   "[electrode NAME]", list.word[w]);
+        int a = p->electrode[own].wire, b = p->electrode[other].wire;
+        for (int k = 0; k < p->electrodes; k++)
+            if (p->electrode[k].wire == (a < b ? b : a)) p->electrode[k].wire = a < b ? a : b;
+    }
+    return PD_OK;
+}
+
+/* At most one value for all that is connected. */
+static pd_status pdi_read_potential_once(pdi_reader *s)
+{
+    const pd_setup_potential *p = &s->setup->potential;
+    for (int k = 0; k < p->electrodes; k++)
+        for (int j = 0; j < k; j++) {
+            const pd_setup_electrode *a = &p->electrode[j], *b = &p->electrode[k];
+            if (a->wire != b->wire || !(a->holds || a->gives) || !(b->holds || b->gives)) continue;
+            return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "electrode", b->name),
+                                   b->holds ? "potential" : "current", "found beside that of %s, which %s is connected "
+                                   "to, expected one of them", a->name, b->name);
+        }
+    return PD_OK;
+}
+
+/* ---- sections ---- */
+
+static pd_status pdi_read_potential_table(pdi_reader *s, int section, int index)
+{
+    pd_setup *u = s->setup;
+    if (u->monitors == PD_SETUP_MONITORS)
+        return pdi_text_refuse(s->ctx, s->text, section, "electrode", "found more than %d tables", PD_SETUP_MONITORS);
+    pd_setup_monitor *m = &u->monitor[u->monitors++];
+    memset(m, 0, sizeof *m);
+    m->kind = PD_MONITOR_ELECTRODE;
+    m->index = index;
+    m->line = u->potential.electrode[index].line;
+    memcpy(m->name, u->potential.electrode[index].name, sizeof m->name);
+    return PD_OK;
+}
+
+static pd_status pdi_read_potential_section(pdi_reader *s, int section)
+{
+    pd_setup_potential *p = &s->setup->potential;
+    const char *label = s->text->section[section].label;
+    if (p->electrodes == PD_SETUP_ELECTRODES)
+        return pdi_text_refuse(s->ctx, s->text, section, "electrode", "found more than %d electrodes",
+                               PD_SETUP_ELECTRODES);
+    if (label[0] == '\0' || strlen(label) >= PD_TEXT_WORD)
+        return pdi_text_refuse(s->ctx, s->text, section, "electrode", "expected a short name: [electrode NAME]");
+    pd_setup_electrode *e = &p->electrode[p->electrodes];
+    memcpy(e->name, label, strlen(label) + 1);
+    e->line = s->text->section[section].line;
+    e->wire = p->electrodes++;
+    PDI_TRY(pdi_read_potential_place(s, section, e));
+    PDI_TRY(pdi_read_potential_kinetics(s, section, e));
+    PDI_TRY(pdi_read_potential_control(s, section, e));
+    return pdi_read_potential_table(s, section, e->wire);
+}
+
+static pd_status pdi_read_potential_sides(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    for (int k = 0; k < 2 * PD_DIM; k++) {
+        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        if (!pdi_text_has(s->ctx, s->text, section, "potential")) continue;
+        PDI_TRY(pdi_reader_within(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MOST,
+                                  PDI_READ_POTENTIAL_MOST, 0, &u->potential.hold[k]));
+        u->potential.held[k] = 1;
+        if (u->side[k].kind == PD_SIDE_WALL || u->side[k].kind == PD_SIDE_INLET) continue;
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found at a side that is no wall and no inlet, "
+                               "expected flow = noslip or inlet there");
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_read_potential_electrolyte(pdi_reader *s, int section)
+{
+    pd_setup_potential *p = &s->setup->potential;
+    if (!pdi_text_has(s->ctx, s->text, section, "conductivity") && !s->setup->has_chemistry)
+        return pdi_text_refuse(s->ctx, s->text, section, "conductivity", "found none, expected [potential] "
+                               "conductivity = 1.5 S/m or another positive value");
+    if (pdi_text_has(s->ctx, s->text, section, "conductivity"))
+        PDI_TRY(pdi_reader_positive(s, section, "conductivity", "S/m", NULL, &p->conductivity));
+    return pdi_reader_within(s, section, "tolerance", "", "1e-12", 0.0, 0.1, 1, &p->tolerance);
+}
+
+PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int section = pdi_text_section(s->ctx, s->text, "potential", NULL), k = 0;
+    int first = pdi_text_next(s->ctx, s->text, "electrode", -1);
+    if (!u->has_potential) return PD_OK;
+    if (u->has_gas)
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside [gas], expected [flow] or fluid at "
+                               "rest");
+    if (first < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found no electrode, expected an [electrode "
+                               "NAME] with a shape and a curve");
+    for (int n = 0; n < s->text->const_count; n++)
+        if (strcmp(s->text->consts[n].name, "E") == 0 || strcmp(s->text->consts[n].name, "i") == 0)
+            return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "constants", NULL),
+                                   s->text->consts[n].name, "found the name '%s' beside [potential], where it is a "
+                                   "variable, expected another one", s->text->consts[n].name);
+    PDI_TRY(pdi_read_potential_electrolyte(s, section));
+    PDI_TRY(pdi_read_potential_sides(s));
+    for (int at = first; at >= 0; at = pdi_text_next(s->ctx, s->text, "electrode", at))
+        PDI_TRY(pdi_read_potential_section(s, at));
+    for (int at = first; at >= 0; at = pdi_text_next(s->ctx, s->text, "electrode", at))
+        PDI_TRY(pdi_read_potential_wires(s, at, k++));
+    return pdi_read_potential_once(s);
+}
+
+#undef PDI_READ_POTENTIAL_POINTS
+#undef PDI_READ_POTENTIAL_MOST
