@@ -527,9 +527,9 @@ static pd_status pdi_components_fill(pd_ctx *ctx, const pd_species *species, int
                         "at most %d reactions", count, reaction_count, PD_SPECIES_MOST, PD_REACTION_MOST);
     for (int i = 0; i < count; i++) {
         s->place[i] = -1;
-        if (species[i].phase == PD_PHASE_SOLVENT) continue;
+        if (species[i].phase == PD_PHASE_SOLVENT || species[i].phase == PD_PHASE_SOLID) continue;
         if (species[i].phase != PD_PHASE_SOLUTE)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes and water alone",
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes, solids and water",
                             species[i].name);
         s->charge[s->solutes] = species[i].charge;
         s->place[i] = s->solutes++;

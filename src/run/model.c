@@ -207,28 +207,22 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     return pdi_model_initial(ctx, m, m->transport.c);
 }
 
-/* Species: those of the electrolyte, in equilibrium at the start and behind inlets. */
+/* Species: those of the electrolyte, in equilibrium at the start and behind inlets, without what minerals do. */
 static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
-    const pd_electrolyte *e = &u->electrolyte;
+    pd_electrolyte e = u->electrolyte;
     double initial[PD_SPECIES_MOST], inlet[PD_SPECIES_MOST];
     pd_electrolyte_state state;
     pd_reactive_desc desc;
-    memset(&desc, 0, sizeof desc);
-    memcpy(initial, e->initial, sizeof initial);
-    memcpy(inlet, e->inlet, sizeof inlet);
-    PDI_TRY(pd_electrolyte_solve(ctx, e, initial, &state));
-    PDI_TRY(pd_electrolyte_solve(ctx, e, inlet, &state));
-    desc.species = e->species;
-    desc.count = e->count;
-    desc.reactions = e->reaction;
-    desc.reaction_count = e->reactions;
-    desc.activity = e->activity;
-    desc.temperature = e->temperature;
+    pdi_setup_reactive(u, &desc);
+    memcpy(initial, e.initial, sizeof initial);
+    memcpy(inlet, e.inlet, sizeof inlet);
+    e.reactions = pdi_mineral_rest(e.species, e.count, e.reaction, e.reactions, e.reaction);
+    PDI_TRY(pd_electrolyte_solve(ctx, &e, initial, &state));
+    PDI_TRY(pd_electrolyte_solve(ctx, &e, inlet, &state));
     desc.initial = initial;
     desc.inlet = inlet;
-    desc.order = u->settle ? 1 : 2;
     desc.arena = &m->arena;
     PDI_TRY(pd_reactive_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->reactive));
     m->unknowns[PD_PART_CHEMISTRY] = m->reactive.components.count * m->grid.fluid_count;

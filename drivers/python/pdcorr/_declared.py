@@ -28,6 +28,7 @@ PD_IMAGES_KEPT = 'pictures.bin'
 PD_KRYLOV_MORE = 64
 PD_LEAST_SQUARES_PARAMETERS = 8
 PD_MESSAGE_SIZE = 640
+PD_MINERAL_MOST = 8
 PD_MONITOR_FIGURES = 24
 PD_MULTIGRID_LEVELS = 40
 PD_PATH_SIZE = 1024
@@ -1276,6 +1277,37 @@ def declare(dim):
         ('debye', c_double),
     ]
 
+    class pd_mineral(Structure):
+        pass
+    pd_mineral._fields_ = [
+        ('species', c_int),
+        ('rate', c_double),
+        ('surface', c_double),
+        ('exponent', c_double),
+        ('nucleation', c_double),
+        ('volume', c_double),
+        ('porosity', c_double),
+    ]
+
+    class pd_minerals(Structure):
+        pass
+    pd_minerals._fields_ = [
+        ('count', c_int),
+        ('of', pd_mineral * 8),
+        ('nu', c_double * 32 * 8),
+        ('gain', c_double * 32 * 8),
+        ('ln_k', c_double * 8),
+        ('square', c_double * 8),
+    ]
+
+    class pd_mineral_start(Structure):
+        pass
+    pd_mineral_start._fields_ = [
+        ('dt', c_double),
+        ('start', POINTER(c_double)),
+        ('rate', c_double * 8),
+    ]
+
     class pd_electrolyte(Structure):
         pass
     pd_electrolyte._fields_ = [
@@ -1529,6 +1561,9 @@ def declare(dim):
         ('count', c_int),
         ('reactions', POINTER(pd_reaction)),
         ('reaction_count', c_int),
+        ('minerals', POINTER(pd_mineral)),
+        ('mineral_count', c_int),
+        ('tortuosity', c_double),
         ('activity', c_int),
         ('temperature', c_double),
         ('initial', POINTER(c_double)),
@@ -1548,6 +1583,7 @@ def declare(dim):
         ('name', c_char * 16),
         ('start', c_double),
         ('dissolved', c_double),
+        ('solid', c_double),
         ('carry', c_double),
         ('in', c_double),
         ('out', c_double),
@@ -1568,6 +1604,7 @@ def declare(dim):
     pd_reactive._fields_ = [
         ('desc', pd_reactive_desc),
         ('components', pd_components),
+        ('minerals', pd_minerals),
         ('grid', POINTER(pd_grid)),
         ('bonds', POINTER(pd_bonds)),
         ('flow', POINTER(pd_flow)),
@@ -1593,6 +1630,8 @@ def declare(dim):
         ('c', POINTER(c_double)),
         ('carry', POINTER(c_double)),
         ('source', POINTER(c_double)),
+        ('solid', POINTER(c_double)),
+        ('pass', POINTER(c_double)),
         ('begin', POINTER(c_double)),
         ('base', POINTER(c_double)),
         ('total', POINTER(c_double)),
@@ -1604,6 +1643,10 @@ def declare(dim):
         ('spent', POINTER(c_uint8)),
         ('rates', POINTER(c_double)),
         ('by', POINTER(c_float)),
+        ('solid_begin', POINTER(c_double)),
+        ('solid_base', POINTER(c_double)),
+        ('solid_start', POINTER(c_double)),
+        ('solid_slope', POINTER(c_double)),
         ('still', POINTER(c_double)),
         ('slots', c_int),
         ('weight', c_double * 32),
@@ -1639,6 +1682,7 @@ def declare(dim):
         ('shed', c_double * 32),
         ('start', POINTER(c_double)),
         ('carry', POINTER(c_double)),
+        ('solid', POINTER(c_double)),
         ('in', c_double * 32),
         ('out', c_double * 32),
         ('time', c_double),
@@ -3208,6 +3252,9 @@ def declare(dim):
         ('metal_body', pd_setup_body),
         ('has_chemistry', c_int),
         ('electrolyte', pd_electrolyte),
+        ('mineral', pd_mineral * 8),
+        ('minerals', c_int),
+        ('tortuosity', c_double),
         ('species_label', c_char * 36 * 32),
         ('sheds', c_int),
         ('shed', c_double * 32),
@@ -3791,6 +3838,8 @@ def declare(dim):
         'pd_reactive_field': (POINTER(c_double), [POINTER(pd_reactive), c_int]),
         'pd_reactive_source': (POINTER(c_double), [POINTER(pd_reactive), c_int]),
         'pd_reactive_ph': (c_double, [POINTER(pd_reactive), c_int32]),
+        'pd_reactive_saturation': (c_double, [POINTER(pd_reactive), c_int, c_int32]),
+        'pd_reactive_film': (c_double, [POINTER(pd_reactive), c_int32]),
         'pd_reactive_balance_of': (None, [POINTER(pd_ctx), POINTER(pd_reactive), c_int, POINTER(pd_reactive_balance)]),
         'pd_reactive_free': (None, [POINTER(pd_ctx), POINTER(pd_reactive)]),
         'pd_reactive_step': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), c_double, POINTER(pd_reactive_result)]),
