@@ -46,6 +46,8 @@ PDI_FN void pdi_components_totals(const pd_components *components, const double 
 /* How the solutes `member` follow the totals in equilibrium: by [live][joined + (1: with activities)] [-], the last
  * column by the ionic strength of the others. */
 PDI_FN void pdi_components_derive(const pd_components *components, const double *c, float *by);
+/* The same in double precision. */
+PDI_FN void pdi_components_slopes(const pd_components *components, const double *c, double *by);
 /* Change of the concentrations with that of the totals. */
 PDI_FN void pdi_components_follow(const pd_components *components, const float *by, const double *total, double *c);
 static inline int pdi_components_columns(const pd_components *components)

@@ -6,6 +6,8 @@
 
 /* [mol/m3] Least concentration that a logarithm is taken of. */
 #define PDI_MINERAL_LEAST 1e-200
+/* ln Omega where totals have no concentrations. */
+#define PDI_MINERAL_LOST (-1e3)
 /* Most steps of the search for the amount of one mineral, and rounds over all of them. */
 #define PDI_MINERAL_STEPS 200
 #define PDI_MINERAL_ROUNDS 200
@@ -14,9 +16,10 @@
 /* A volume within this share of its room is full, where ln Omega is off the law by more. */
 #define PDI_MINERAL_FULL 1e-9
 /* Roundings of the totals within which amounts are the same. */
-#define PDI_MINERAL_ROUND 2.0
-/* Shortest share of a step of Newton. */
+#define PDI_MINERAL_ROUND 16.0
+/* Shortest share of a step of Newton, and share of the distance from the laws that it has to leave at most. */
 #define PDI_MINERAL_SHORTEST 1e-4
+#define PDI_MINERAL_BETTER 0.99
 /* First step [-] of a search without a bound, over the totals. */
 #define PDI_MINERAL_FIRST 1e-3
 #define PDI_MINERAL_MOLAR 1e3 /* [mol/m3] in mol/L */
@@ -146,7 +149,8 @@ typedef struct pdi_mineral_work {
     double base[PD_MINERAL_MOST];   /* [mol/m3] amounts that `total` belongs to */
     double total[PD_SPECIES_MOST];  /* [mol/m3] dissolved with these */
     double n[PD_MINERAL_MOST], at[PD_SPECIES_MOST];
-    int failed;
+    double guess[PD_SPECIES_MOST];  /* [mol/m3] to begin from anew */
+    int failed;                     /* 1: the last amounts have no concentrations */
 } pdi_mineral_work;
 
 /* ln Omega of mineral s less that of its law with the amount n. */
@@ -167,7 +171,9 @@ static double pdi_mineral_off(pdi_mineral_work *w, int s, double n)
         total[k] = w->total[k];
         for (int t = 0; t < w->m->count; t++) total[k] -= w->m->gain[t][k] * (w->n[t] - w->base[t]);
     }
-    if (pdi_components_solve(w->c, total, w->at) != PD_OK) w->failed = 1;
+    w->failed = pdi_components_solve(w->c, total, w->at) != PD_OK;
+    if (w->failed) memcpy(w->at, w->guess, sizeof w->at);
+    if (w->failed) return PDI_MINERAL_LOST;
     return pdi_mineral_law(w->c, w->m, w->start, s, w->at, n);
 }
 
@@ -207,7 +213,7 @@ static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double r
         x[1] = top < HUGE_VAL ? top : fmin(x[0] + step, room);
         f[1] = pdi_mineral_off(w, s, x[1]);
         if (!(f[1] > 0.0)) return 1;
-        if (x[1] >= room || top < HUGE_VAL || w->failed || !(step < 1e100)) return 0;
+        if (x[1] >= room || top < HUGE_VAL || !(step < 1e100)) return 0;
         x[0] = x[1];
         f[0] = f[1];
     }
@@ -227,7 +233,7 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
     if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
-    for (int step = 0, side = 0; step < PDI_MINERAL_STEPS && !w->failed; step++) {
+    for (int step = 0, side = 0; step < PDI_MINERAL_STEPS; step++) {
         double share = step % 3 == 2 ? 0.5 : f[0] / (f[0] - f[1]), next = x[0] + share * (x[1] - x[0]);
         if (most < HUGE_VAL) {
             double far = log(most - x[0]), near = log(fmax(most - x[1], DBL_EPSILON * most));
@@ -248,24 +254,25 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
 
 /* ---- derivatives ---- */
 
-/* slope [components]: those of ln Omega of mineral s. */
-static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int s, const float *table,
-                               const double *at, double *slope)
+/* slope [components]: those of ln Omega of mineral s. `table`: of the concentrations with the totals. */
+static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int s, const double *table,
+                              const double *at, double *slope)
 {
-    double strength = 0.0, davies = 0.0;
+    int columns = pdi_components_columns(c);
+    double strength = 0.0, davies = 0.0, share[PD_SPECIES_MOST], others = 0.0;
     for (int i = 0; i < c->solutes; i++) strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * fmax(at[i], 0.0);
     if (c->debye > 0.0) pdi_activity_davies(c->debye, strength, &davies);
-    for (int k = 0; k < c->count; k++) {
-        double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum = 0.0;
-        memset(one, 0, sizeof one);
-        one[k] = 1.0;
-        pdi_components_follow(c, table, one, along);
-        for (int i = 0; i < c->solutes; i++) {
-            if (m->nu[s][i] != 0.0) sum += m->nu[s][i] * along[i] / fmax(at[i], PDI_MINERAL_LEAST);
-            sum += m->square[s] * davies * 0.5 * (double)(c->charge[i] * c->charge[i]) * along[i];
-        }
-        slope[k] = sum;
+    for (int i = 0; i < c->solutes; i++) {
+        share[i] = m->square[s] * davies * 0.5 * (double)(c->charge[i] * c->charge[i]);
+        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / fmax(at[i], PDI_MINERAL_LEAST);
     }
+    for (int k = 0; k < c->count; k++) slope[k] = k < c->joined ? 0.0 : share[c->master[k]];
+    for (int n = 0; n < c->live; n++) {
+        for (int k = 0; k < c->joined; k++) slope[k] += share[c->member[n]] * table[n * columns + k];
+        if (columns > c->joined) others += share[c->member[n]] * table[n * columns + c->joined];
+    }
+    for (int k = c->joined; k < c->count; k++)
+        slope[k] += others * 0.5 * (double)(c->charge[c->master[k]] * c->charge[c->master[k]]);
 }
 
 /* 1: mineral s would grow and has no room. */
@@ -297,7 +304,7 @@ static void pdi_mineral_eliminate(int count, int columns, double (*a)[PD_MINERAL
 /* a [count][count]: how ln Omega of the active minerals, less that of their laws, falls with their amounts; slope: how
  * it grows with totals. */
 static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                               const float *table, const double *at, const double *n, const int *active, int count,
+                               const double *table, const double *at, const double *n, const int *active, int count,
                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
 {
     for (int p = 0; p < count; p++) {
@@ -314,15 +321,17 @@ static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, con
 }
 
 PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                               const float *table, const double *at, const double *n, float *by)
+                               const double *at, const double *n, float *by)
 {
-    double a[PD_MINERAL_MOST][PD_MINERAL_MOST], slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
+    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
     int active[PD_MINERAL_MOST], count = 0;
     for (int s = 0; s < m->count; s++) {
         for (int k = 0; k < c->count; k++) by[s * c->count + k] = 0.0f;
         if (n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
     }
     if (!count) return;
+    pdi_components_slopes(c, at, table);
     pdi_mineral_matrix(c, m, start, table, at, n, active, count, a, slope);
     pdi_mineral_eliminate(count, c->count, a, slope);
     for (int p = 0; p < count; p++)
@@ -335,14 +344,40 @@ PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, con
  * an amount could mend. */
 static double pdi_mineral_distance(pdi_mineral_work *w, double *off)
 {
-    double worst = 0.0;
+    double worst = 0.0, first = pdi_mineral_off(w, 0, w->n[0]);
+    if (w->failed) return HUGE_VAL;
     for (int s = 0; s < w->m->count; s++) {
         double rate = w->start->rate[s] * w->start->dt;
-        off[s] = s ? pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s]) : pdi_mineral_off(w, 0, w->n[0]);
+        off[s] = s ? pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s]) : first;
         if (!(rate > 0.0) || (off[s] > 0.0 && pdi_mineral_full(w->c, w->m, w->start, s, w->at, w->n))) continue;
         if (w->n[s] > 0.0 || off[s] > 0.0) worst = fmax(worst, fabs(off[s]));
     }
     return worst;
+}
+
+/* slope[][0]: from distances to changes of the active minerals; those that would be less than nothing go to 0. */
+static void pdi_mineral_changes(const pdi_mineral_work *w, const int *active, int count,
+                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
+{
+    double matrix[PD_MINERAL_MOST][PD_MINERAL_MOST], change[PD_MINERAL_MOST][PD_SPECIES_MOST];
+    int gone[PD_MINERAL_MOST] = {0};
+    for (int turn = 0; turn <= count; turn++) {
+        int worst = -1;
+        for (int p = 0; p < count; p++) {
+            change[p][0] = gone[p] ? -w->n[active[p]] : slope[p][0];
+            for (int q = 0; q < count; q++) {
+                matrix[p][q] = gone[p] || gone[q] ? (p == q ? 1.0 : 0.0) : a[p][q];
+                if (!gone[p] && gone[q]) change[p][0] += a[p][q] * w->n[active[q]];
+            }
+        }
+        pdi_mineral_eliminate(count, 1, matrix, change);
+        for (int p = 0; p < count; p++)
+            if (!gone[p] && w->n[active[p]] + change[p][0] < 0.0 &&
+                (worst < 0 || change[p][0] / w->n[active[p]] < change[worst][0] / w->n[active[worst]])) worst = p;
+        if (worst < 0) break;
+        gone[worst] = 1;
+    }
+    for (int p = 0; p < count; p++) slope[p][0] = change[p][0];
 }
 
 /* A step of Newton of all minerals that are there, halved until they are nearer to their laws; *worst: how near. 0: it
@@ -351,27 +386,27 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
 {
     const pd_components *c = w->c;
     const pd_minerals *m = w->m;
-    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
-    double a[PD_MINERAL_MOST][PD_MINERAL_MOST], slope[PD_MINERAL_MOST][PD_SPECIES_MOST], off[PD_MINERAL_MOST];
+    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double slope[PD_MINERAL_MOST][PD_SPECIES_MOST], off[PD_MINERAL_MOST];
     double from[PD_MINERAL_MOST], most, room;
     int active[PD_MINERAL_MOST], count = 0;
     *worst = pdi_mineral_distance(w, off);
     for (int s = 0; s < m->count; s++)
         if (w->n[s] > 0.0 && w->start->rate[s] > 0.0 && !pdi_mineral_full(c, m, w->start, s, w->at, w->n))
             active[count++] = s;
-    if (!count || !(*worst > PDI_MINERAL_MET)) return 0;
-    pdi_components_derive(c, w->at, table);
+    if (!count || !(*worst > PDI_MINERAL_MET) || w->failed) return 0;
+    pdi_components_slopes(c, w->at, table);
     pdi_mineral_matrix(c, m, w->start, table, w->at, w->n, active, count, a, slope);
     for (int p = 0; p < count; p++) slope[p][0] = off[active[p]];
-    pdi_mineral_eliminate(count, 1, a, slope);
+    pdi_mineral_changes(w, active, count, a, slope);
     memcpy(from, w->n, sizeof from);
-    for (double share = 1.0; share > PDI_MINERAL_SHORTEST && !w->failed; share *= 0.25) {
+    for (double share = 1.0; share > PDI_MINERAL_SHORTEST; share *= 0.25) {
         for (int p = 0; p < count; p++) {
             pdi_mineral_bounds(w, active[p], &most, &room);
             w->n[active[p]] = fmin(fmax(from[active[p]] + share * slope[p][0], 0.0), room);
         }
         double now = pdi_mineral_distance(w, off);
-        if (now < *worst) {
+        if (now < PDI_MINERAL_BETTER * *worst) {
             *worst = now;
             return 1;
         }
@@ -390,7 +425,9 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
     w.m = m;
     w.start = start;
     w.failed = 0;
+    memset(w.at, 0, sizeof w.at);
     memcpy(w.at, at, (size_t)c->solutes * sizeof *at);
+    memcpy(w.guess, w.at, sizeof w.guess);
     memcpy(w.total, total, (size_t)c->count * sizeof *total);
     for (int k = 0; k < c->count; k++) size = fmax(size, fabs(total[k]));
     for (int s = 0; s < m->count; s++) {
@@ -400,14 +437,15 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
     for (int round = 0; round < PDI_MINERAL_ROUNDS; round++) {
         double moved = 0.0, worst;
         while (pdi_mineral_newton(&w, &worst)) {}
-        if (w.failed || !(worst > PDI_MINERAL_MET)) break;
+        if (!(worst > PDI_MINERAL_MET)) break;
         for (int s = 0; s < m->count; s++) {
             double before = w.n[s];
             pdi_mineral_one(&w, s);
             moved = fmax(moved, fabs(w.n[s] - before));
         }
-        if (w.failed || !(moved > PDI_MINERAL_ROUND * DBL_EPSILON * size)) break;
+        if (!(moved > PDI_MINERAL_ROUND * DBL_EPSILON * size)) break;
     }
+    pdi_mineral_off(&w, 0, w.n[0]);
     if (w.failed) return PD_NOT_CONVERGED;
     memcpy(at, w.at, (size_t)c->solutes * sizeof *at);
     memcpy(n, w.n, (size_t)m->count * sizeof *n);

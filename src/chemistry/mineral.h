@@ -57,11 +57,9 @@ PDI_FN void pdi_mineral_begin(const pd_components *components, const pd_minerals
  * PD_NOT_CONVERGED: c and n are unchanged. */
 PDI_FN pd_status pdi_mineral_solve(const pd_components *components, const pd_minerals *minerals,
                                     const pd_mineral_start *start, const double *total, double *c, double *n);
-/* by [count][components of the system]: change of n with totals, dissolved and in minerals together. `table`: that of
- * pdi_components_derive. */
+/* by [count][components of the system]: change of n with totals, dissolved and in minerals together. */
 PDI_FN void pdi_mineral_derive(const pd_components *components, const pd_minerals *minerals,
-                                const pd_mineral_start *start, const float *table, const double *c, const double *n,
-                                float *by);
+                               const pd_mineral_start *start, const double *c, const double *n, float *by);
 /* Share of a volume that minerals n take, 0 to 1. */
 PDI_FN double pdi_mineral_fraction(const pd_minerals *minerals, const double *n);
 #endif

@@ -213,7 +213,7 @@ static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
             pd_mineral_start start;
             pdi_advance_law(r, i, first, &start);
             pdi_reactive_solids(r, r->solid, i, n);
-            pdi_mineral_derive(s, &r->minerals, &start, by, c, n, by + pdi_advance_place(r));
+            pdi_mineral_derive(s, &r->minerals, &start, c, n, by + pdi_advance_place(r));
         }
         for (int n = 0; n < s->kinetics; n++, row += s->count) {
             double rate = 0.0;
@@ -400,13 +400,20 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
     }
 }
 
+/* The same from the present state, which becomes `base`. */
+static void pdi_advance_shift(const pd_ctx *ctx, pd_reactive *r, double share)
+{
+    pdi_advance_copy(ctx, r, r->c, r->base, r->solid, r->solid_base);
+    pdi_advance_move(ctx, r, share);
+}
+
 /* A step along the correction, halved until the residual falls, or but for a rise that has room. 0: none does. */
 static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, double *norm)
 {
     double before = *norm, share = 1.0;
-    pdi_advance_copy(ctx, r, r->c, r->base, r->solid, r->solid_base);
     for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
-        pdi_advance_move(ctx, r, share);
+        if (halving) pdi_advance_move(ctx, r, share);
+        else pdi_advance_shift(ctx, r, share);
         *norm = pdi_advance_residual(ctx, r);
         if (*norm < (halving ? before : room * before)) return 1;
     }
@@ -418,6 +425,12 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
 {
     double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
     r->dt = dt;
+    if (r->minerals.count) { /* each node meets the laws of its minerals before nodes exchange anything */
+        int64_t size = r->components.count * (int64_t)r->grid->total;
+        for (int k = 0; k < r->components.count; k++) r->weight[k] = 1.0;
+        pdi_par_zero(ctx, size, r->work + size);
+        pdi_advance_shift(ctx, r, 0.0);
+    }
     pdi_advance_weigh(ctx, r);
     PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, 1.0 / dt, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
