@@ -91,6 +91,7 @@
  *     activity   coefficients of activity from charge and ionic strength: 1, or Davies' (theory: eq. 5b.4).
  *     speciation equilibrium of a closed volume: solutes, water, and minerals that are present or not (theory: 5b.3).
  *     components what reactions in equilibrium leave free: totals of components, and the concentrations that belong to
+ *     mineral    solids that precipitate from solutes and dissolve again, with a speed or in equilibrium (theory: 5b.6).
  *     electrolyte a solution as a recipe: species, reactions, amounts, a pH that is set, a charge that is closed; and its
  *   transport/
  *     diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
@@ -3526,7 +3527,7 @@ typedef struct pd_kinetic {
 typedef struct pd_components {
     int solutes, count;          /* count: of components */
     int joined;                  /* components that take part in reactions in equilibrium */
-    int place[PD_SPECIES_MOST];  /* solute of a species; -1: the solvent */
+    int place[PD_SPECIES_MOST];  /* solute of a species; -1: the solvent, a solid */
     int charge[PD_SPECIES_MOST]; /* of solutes */
     int master[PD_SPECIES_MOST]; /* solute that is the component */
     double m[PD_SPECIES_MOST][PD_SPECIES_MOST]; /* [-] of component and solute */
@@ -3538,8 +3539,8 @@ typedef struct pd_components {
 } pd_components;
 
 #ifdef PDI_INTERNAL
-/* A system of `count` species, solutes and the solvent, and their reactions. temperature [K] is that of Davies'
- * equation. PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each other. */
+/* A system of `count` species and the reactions of solutes and the solvent; solids have no part in it. temperature [K]
+ * is that of Davies' equation. PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each other. */
 PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
                                       int reaction_count, pd_activity activity, double temperature,
                                       pd_components *components);
@@ -3551,6 +3552,8 @@ PDI_FN void pdi_components_totals(const pd_components *components, const double 
 /* How the solutes `member` follow the totals in equilibrium: by [live][joined + (1: with activities)] [-], the last
  * column by the ionic strength of the others. */
 PDI_FN void pdi_components_derive(const pd_components *components, const double *c, float *by);
+/* The same in double precision. */
+PDI_FN void pdi_components_slopes(const pd_components *components, const double *c, double *by);
 /* Change of the concentrations with that of the totals. */
 PDI_FN void pdi_components_follow(const pd_components *components, const float *by, const double *total, double *c);
 static inline int pdi_components_columns(const pd_components *components)
@@ -3562,6 +3565,74 @@ PDI_FN double pdi_components_speed(const pd_components *components, const pd_kin
                                    double *by);
 /* ln gamma of a charge of 1. */
 PDI_FN double pdi_components_activity(const pd_components *components, const double *c);
+#endif
+
+#endif
+
+/* ======== >>chemistry/mineral.h ======== */
+/* mineral: solids that precipitate from solutes and dissolve again, with a speed or in equilibrium (theory: 5b.6).
+ *
+ * A volume holds totals of components, dissolved and in minerals together. Its concentrations and the amounts of
+ * minerals at the end of an implicit step follow from them: a mineral that is there has the speed of its law, one that
+ * is not there stays away below saturation. Amounts are at least 0. Nothing is allocated, and nothing but the arguments
+ * is written: many threads may use one system.
+ */
+#ifndef PD_MINERAL_H
+#define PD_MINERAL_H
+
+#define PD_MINERAL_MOST 8 /* minerals of a system */
+
+/* Zero-initialise. The speed is (rate + surface n) (Omega^exponent - 1) with Omega = IAP/K and the amount n [mol/m3] at
+ * the start of a step; without rate and surface the mineral is in equilibrium. */
+typedef struct pd_mineral {
+    int species;       /* number of the solid */
+    double rate;       /* [mol/m3/s] */
+    double surface;    /* [1/s] */
+    double exponent;   /* [-] of Omega; 0: 1 */
+    double nucleation; /* [-] log10 Omega at the start of a step from which it forms where none is */
+    double volume;     /* [m3/mol] 0: it takes no room */
+    double porosity;   /* [-] of a cell that is full of it */
+} pd_mineral;
+
+typedef struct pd_minerals {
+    int count;
+    pd_mineral of[PD_MINERAL_MOST];                /* exponents filled in */
+    double nu[PD_MINERAL_MOST][PD_SPECIES_MOST];   /* [-] solutes that one unit gives as it dissolves */
+    double gain[PD_MINERAL_MOST][PD_SPECIES_MOST]; /* [-] totals that one unit holds */
+    double ln_k[PD_MINERAL_MOST];                  /* [-] of that reaction, with mol/m3 */
+    double square[PD_MINERAL_MOST];                /* [-] sum of nu z^2 */
+} pd_minerals;
+
+/* A volume at the start of a step. */
+typedef struct pd_mineral_start {
+    double dt;                       /* [s] */
+    const double *start;             /* [count] [mol/m3] amounts that speeds count from */
+    double rate[PD_MINERAL_MOST];    /* [mol/m3/s] of this volume; HUGE_VAL: in equilibrium; 0: it does not form */
+} pd_mineral_start;
+
+#ifdef PDI_INTERNAL
+/* Minerals of a system: each has one reaction, with a K and no other solid. PD_ERR_ARGUMENT: it has none or several, or
+ * a number is negative or not finite. */
+PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *components, const pd_species *species, int count,
+                                    const pd_reaction *reactions, int reaction_count, const pd_mineral *of,
+                                    int mineral_count, pd_minerals *minerals);
+/* The reactions without solids, in order, into `rest`; how many. */
+PDI_FN int pdi_mineral_rest(const pd_species *species, int count, const pd_reaction *reactions, int reaction_count,
+                             pd_reaction *rest);
+/* ln Omega of mineral s at concentrations c. */
+PDI_FN double pdi_mineral_index(const pd_components *components, const pd_minerals *minerals, int s, const double *c);
+/* Speeds of a volume whose step begins with n [count] and c. */
+PDI_FN void pdi_mineral_begin(const pd_components *components, const pd_minerals *minerals, const double *n,
+                               const double *c, pd_mineral_start *start);
+/* c and n [count], the guesses: what belongs to the totals that are dissolved when n stays what it is.
+ * PD_NOT_CONVERGED: c and n are unchanged. */
+PDI_FN pd_status pdi_mineral_solve(const pd_components *components, const pd_minerals *minerals,
+                                    const pd_mineral_start *start, const double *total, double *c, double *n);
+/* by [count][components of the system]: change of n with totals, dissolved and in minerals together. */
+PDI_FN void pdi_mineral_derive(const pd_components *components, const pd_minerals *minerals,
+                               const pd_mineral_start *start, const double *c, const double *n, float *by);
+/* Share of a volume that minerals n take, 0 to 1. */
+PDI_FN double pdi_mineral_fraction(const pd_minerals *minerals, const double *n);
 #endif
 
 #endif
@@ -3886,6 +3957,7 @@ typedef struct pdi_flux_fields {
     const double *wall;   /* [count] [mol/m3] what each holds on walls that hold; NaN: they are closed for it */
     const double *c;      /* [count][total] with images and inlets */
     const double *weight; /* [sums][count] [-] */
+    const double *pass;   /* [total] [-] of nodes: bonds conduct its harmonic mean as a share; NULL: all of it */
     double *y;            /* [sums][total] [mol/m3/s] */
 } pdi_flux_fields;
 /* y: the sums of what leaves each fluid node through its bonds and into held walls, upwinded (eq. 5.1). None of
@@ -4300,13 +4372,16 @@ PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 
 /* Zero-initialise. Entries of the solvent are not read. */
 typedef struct pd_reactive_desc {
-    const pd_species *species;   /* solutes, and the solvent where reactions name it */
+    const pd_species *species;   /* solutes, the solvent where reactions name it, and minerals */
     int count;
     const pd_reaction *reactions;
     int reaction_count;
+    const pd_mineral *minerals;  /* solids that form and dissolve; reactions with other solids are not read */
+    int mineral_count;
+    double tortuosity;           /* [-] tau of D eps/tau, where minerals take room; 0: 1 */
     pd_activity activity;
     double temperature;          /* [K] of the activities */
-    const double *initial;       /* [count] [mol/m3], brought to equilibrium */
+    const double *initial;       /* [count] [mol/m3], brought to equilibrium; of minerals their amounts */
     const double *inlet;         /* [count] [mol/m3] of the inflow, brought to equilibrium; NULL: `initial` */
     const double *wall;          /* [count] [mol/m3] of each species on walls that hold; NaN: they are closed for it */
     pd_point_fn held;            /* where walls and solids hold: any number; NaN: they are closed. NULL: all are */
@@ -4318,10 +4393,10 @@ typedef struct pd_reactive_desc {
 } pd_reactive_desc;
 
 /* Amounts [mol, per m in planar 2D, per m2 in 1D] that only sides and sources change: an element, the charge, or what
- * the solvent does not change of its elements, as H - 2 O. dissolved + carry = start + in - out + imbalance. */
+ * the solvent does not change of its elements, as H - 2 O. dissolved + solid + carry = start + in - out + imbalance. */
 typedef struct pd_reactive_balance {
     char name[PD_REACTIVE_NAME]; /* "Ca", "charge", "H-2O" */
-    double start, dissolved, carry; /* [mol] */
+    double start, dissolved, solid, carry; /* [mol] */
     double in, out;   /* [mol] through inlets, outlets and held walls, and by sources (in) */
     double imbalance; /* [mol] */
     double relative; /* [-] over the sum of the sizes of all terms */
@@ -4337,6 +4412,7 @@ typedef struct pd_reactive_filter {
 typedef struct pd_reactive {
     pd_reactive_desc desc;    /* defaults filled in; the arrays of the caller are not kept */
     pd_components components;
+    pd_minerals minerals;
     const pd_grid *grid;
     const pd_bonds *bonds;
     const pd_flow *flow;      /* NULL: fluid at rest */
@@ -4360,10 +4436,12 @@ typedef struct pd_reactive {
     double *c;      /* [solutes][total] [mol/m3] with inlets */
     double *carry;  /* [components][total] [mol/m3] what the last step left undone; the next one delivers it */
     double *source; /* [solutes][total] [mol/m3/s] given by the caller before a step */
+    double *solid;  /* [minerals][total] [mol/m3] of the cell; NULL: none form */
+    double *pass;   /* [total] [-] eps/tau at the start of the step; NULL: minerals take no room */
     /* lent for a step: */
     double *begin;  /* [solutes][total] [mol/m3] at the start of the step */
     double *base;   /* [solutes][total] [mol/m3] before a step of Newton */
-    double *total;  /* [components][total] [mol/m3] totals at the start, with the carry */
+    double *total;  /* [components][total] [mol/m3] dissolved totals at the start, with the carry */
     double *move;   /* [solutes][total] [mol/m3] change of concentrations, work */
     double *work;   /* [2][components][total] residual over its weight, correction */
     double *rest;   /* [components][total] [mol/m3/s] what the first stage of two left undone; NULL: one stage */
@@ -4371,7 +4449,10 @@ typedef struct pd_reactive {
     double *part_of; /* [total] [mol/m3/s] work */
     uint8_t *spent; /* [components][total] 1: nothing of it is there, and the balance asks for less: that is owed */
     double *rates;  /* [total] [1/s] of exchange */
-    float *by;      /* [total][slots] [-] how concentrations, and [1/s] how kinetic reactions follow the totals */
+    float *by;      /* [total][slots] [-] how concentrations, [1/s] kinetic reactions and [-] minerals follow totals */
+    double *solid_begin, *solid_base; /* [minerals][total] [mol/m3] as `begin` and `base` */
+    double *solid_start; /* [minerals][total] [mol/m3] at the start of a stage */
+    double *solid_slope; /* [minerals][total] [mol/m3] as `slope`, or NULL */
     double *still;  /* [total] [1/s] zeros */
     int slots;
     double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
@@ -4385,6 +4466,8 @@ typedef struct pd_reactive {
 #define pd_reactive_field PD_NAME(pd_reactive_field)
 #define pd_reactive_source PD_NAME(pd_reactive_source)
 #define pd_reactive_ph PD_NAME(pd_reactive_ph)
+#define pd_reactive_saturation PD_NAME(pd_reactive_saturation)
+#define pd_reactive_film PD_NAME(pd_reactive_film)
 #define pd_reactive_balance_of PD_NAME(pd_reactive_balance_of)
 #define pd_reactive_free PD_NAME(pd_reactive_free)
 
@@ -4397,11 +4480,16 @@ PD_API pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *reactive);
 /* After concentrations were set by hand: bring all nodes to equilibrium, and begin the balance anew.
  * PD_ERR_ARGUMENT: a concentration is negative or not finite, or no equilibrium was found. */
 PD_API pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *reactive);
-/* [total] [mol/m3] and [mol/m3/s] of a species by its number in the desc; NULL: the solvent. */
+/* [total] [mol/m3] and [mol/m3/s] of a species by its number in the desc; NULL: the solvent, a solid that is no
+ * mineral, or the source of one. */
 PD_API double *pd_reactive_field(pd_reactive *reactive, int species);
 PD_API double *pd_reactive_source(pd_reactive *reactive, int species);
 /* -log10 of the activity of H+ at a node, with mol/L; NaN: there is no such species. */
 PD_API double pd_reactive_ph(const pd_reactive *reactive, int32_t node);
+/* log10 of IAP/K of a mineral at a node; index < 0: the largest of all of them. NaN: there is none. */
+PD_API double pd_reactive_saturation(const pd_reactive *reactive, int index, int32_t node);
+/* Share of the cell of a node that minerals take, 0 to 1. */
+PD_API double pd_reactive_film(const pd_reactive *reactive, int32_t node);
 /* Row `row` < reactive->rows of the balance. */
 PD_API void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *reactive, int row, pd_reactive_balance *balance);
 PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
@@ -4413,11 +4501,19 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object);
 PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
 /* Plan the solvers, of whose arrays the next one is the sum [byte] with the work; nothing is made. */
 PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *reactive, pd_krylov_desc *linear);
+/* Components and minerals of the desc. */
+PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *reactive);
 /* `slots` of its components. */
 PDI_FN void pdi_reactive_slots(pd_reactive *reactive);
 PDI_FN size_t pdi_reactive_room(pd_reactive *reactive);
 /* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
 PDI_FN void pdi_reactive_pass(pd_reactive *reactive, double dt);
+/* The amounts of minerals of a node. */
+static inline void pdi_reactive_solids(const pd_reactive *reactive, const double *field, int32_t i, double *n)
+{
+    for (int s = 0; s < reactive->minerals.count; s++) n[s] = field[(int64_t)s * reactive->grid->total + i];
+}
+
 /* The concentrations of a node. */
 static inline void pdi_reactive_get(const pd_reactive *reactive, const double *field, int32_t i, double *c)
 {
@@ -4562,6 +4658,7 @@ typedef struct pd_course {
     double shed[PD_SPECIES_MOST];  /* [-] of solutes */
     double *start;          /* [solutes][total] [mol/m3] at the start of the step */
     double *carry;          /* [components][total] [mol/m3] the same */
+    double *solid;          /* [minerals][total] [mol/m3] the same; NULL: none form */
     double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST]; /* [mol] the same */
     double time;            /* [s] */
     double dt;              /* [s] that is tried next; 0: not known yet */
@@ -9802,7 +9899,10 @@ typedef struct pd_setup {
     pd_setup_body metal_body;
     /* species and reactions */
     int has_chemistry;
-    pd_electrolyte electrolyte;
+    pd_electrolyte electrolyte;      /* its solids are the minerals: */
+    pd_mineral mineral[PD_MINERAL_MOST];
+    int minerals;
+    double tortuosity;               /* [-] of their pores */
     char species_label[PD_SPECIES_MOST][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
     int sheds;                       /* 1: what metal loses enters the species by a reaction at its surface: */
     double shed[PD_SPECIES_MOST];    /* [-] species that come with one of the metal; negative: they go */
@@ -9871,6 +9971,8 @@ PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field);
 PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *unit);
 /* The field of this name; PD_FIELD_COUNT: there is none. */
 PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name);
+/* What the species are; all but their concentrations and the arena. */
+PDI_FN void pdi_setup_reactive(const pd_setup *setup, pd_reactive_desc *desc);
 /* Species of the electrolyte whose concentration it is; -1: it is none. */
 PDI_FN int pdi_setup_field_species(int64_t field);
 /* 1: displacements, stresses and the like. */
@@ -27169,7 +27271,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
     return PD_OK;
 }
 
-PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float *by)
+PDI_FN void pdi_components_slopes(const pd_components *s, const double *c, double *by)
 {
     pdi_components_work w;
     pdi_components_rows a, b, weight;
@@ -27197,8 +27299,16 @@ PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float
         for (int k = 0; k < columns; k++) {
             double sum = k < s->joined ? 0.0 : each[n] * w.c[n];
             for (int r = 0; r < w.rows; r++) sum += weight[r][n] * b[r][k];
-            by[n * columns + k] = (float)sum;
+            by[n * columns + k] = sum;
         }
+}
+
+PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float *by)
+{
+    double exact[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    int count = s->live * pdi_components_columns(s);
+    pdi_components_slopes(s, c, exact);
+    for (int k = 0; k < count; k++) by[k] = (float)exact[k];
 }
 
 PDI_FN void pdi_components_follow(const pd_components *s, const float *by, const double *total, double *c)
@@ -27354,9 +27464,9 @@ static pd_status pdi_components_fill(pd_ctx *ctx, const pd_species *species, int
                         "at most %d reactions", count, reaction_count, PD_SPECIES_MOST, PD_REACTION_MOST);
     for (int i = 0; i < count; i++) {
         s->place[i] = -1;
-        if (species[i].phase == PD_PHASE_SOLVENT) continue;
+        if (species[i].phase == PD_PHASE_SOLVENT || species[i].phase == PD_PHASE_SOLID) continue;
         if (species[i].phase != PD_PHASE_SOLUTE)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes and water alone",
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes, solids and water",
                             species[i].name);
         s->charge[s->solutes] = species[i].charge;
         s->place[i] = s->solutes++;
@@ -27384,6 +27494,460 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
     if (status < 0) memset(s, 0, sizeof *s);
     else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_debye(temperature);
     return status;
+}
+
+/* ======== >>chemistry/mineral.c ======== */
+/* mineral: see mineral.h */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* [mol/m3] Least concentration that a logarithm is taken of. */
+#define PDI_MINERAL_LEAST 1e-200
+/* ln Omega where totals have no concentrations. */
+#define PDI_MINERAL_LOST (-1e3)
+/* Most steps of the search for the amount of one mineral, and rounds over all of them. */
+#define PDI_MINERAL_STEPS 200
+#define PDI_MINERAL_ROUNDS 200
+/* Largest |ln Omega| off the law at which an amount is found. */
+#define PDI_MINERAL_MET 1e-13
+/* A volume within this share of its room is full, where ln Omega is off the law by more. */
+#define PDI_MINERAL_FULL 1e-9
+/* Roundings of the totals within which amounts are the same. */
+#define PDI_MINERAL_ROUND 16.0
+/* Shortest share of a step of Newton, and share of the distance from the laws that it has to leave at most. */
+#define PDI_MINERAL_SHORTEST 1e-4
+#define PDI_MINERAL_BETTER 0.99
+/* First step [-] of a search without a bound, over the totals. */
+#define PDI_MINERAL_FIRST 1e-3
+#define PDI_MINERAL_MOLAR 1e3 /* [mol/m3] in mol/L */
+
+/* ---- the system ---- */
+
+static int pdi_mineral_solids(const pd_species *species, int count, const pd_reaction *r)
+{
+    int solids = 0;
+    for (int i = 0; i < count; i++) solids += r->nu[i] != 0.0 && species[i].phase == PD_PHASE_SOLID;
+    return solids;
+}
+
+PDI_FN int pdi_mineral_rest(const pd_species *species, int count, const pd_reaction *reactions, int reaction_count,
+                             pd_reaction *rest)
+{
+    int kept = 0;
+    for (int r = 0; r < reaction_count; r++)
+        if (!pdi_mineral_solids(species, count, &reactions[r])) rest[kept++] = reactions[r];
+    return kept;
+}
+
+static int pdi_mineral_bad(double value) { return !(value >= 0.0) || !(value < 1e100); }
+
+/* Mineral s dissolves by reaction r. */
+static void pdi_mineral_take(const pd_components *c, const pd_species *species, int count, const pd_reaction *r,
+                              pd_minerals *m, int s)
+{
+    double one = -r->nu[m->of[s].species], sum = 0.0;
+    for (int i = 0; i < count; i++) {
+        double nu = r->nu[i] / one;
+        if (c->place[i] < 0 || nu == 0.0) continue;
+        m->nu[s][c->place[i]] = nu;
+        m->square[s] += nu * species[i].charge * species[i].charge;
+        sum += nu;
+    }
+    m->ln_k[s] = r->ln_k / one + sum * log(PDI_MINERAL_MOLAR);
+    pdi_components_totals(c, m->nu[s], m->gain[s]);
+}
+
+static pd_status pdi_mineral_fill(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
+                                   const pd_reaction *reactions, int reaction_count, pd_minerals *m)
+{
+    for (int s = 0; s < m->count; s++) {
+        pd_mineral *of = &m->of[s];
+        const char *name = species[of->species].name;
+        int found = -1, several = 0;
+        if (pdi_mineral_bad(of->rate) || pdi_mineral_bad(of->surface) || pdi_mineral_bad(of->exponent) ||
+            pdi_mineral_bad(of->volume) || !(fabs(of->nucleation) < 1e100) || !(of->porosity >= 0.0) ||
+            !(of->porosity < 1.0))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s has the rate %g, surface %g, exponent %g, volume %g, "
+                            "nucleation %g and porosity %g, expected finite values of at least 0, and a porosity below "
+                            "1", name, of->rate, of->surface, of->exponent, of->volume, of->nucleation, of->porosity);
+        if (!(of->exponent > 0.0)) of->exponent = 1.0;
+        for (int r = 0; r < reaction_count; r++) {
+            if (reactions[r].nu[of->species] == 0.0) continue;
+            several += found >= 0 || pdi_mineral_solids(species, count, &reactions[r]) > 1;
+            found = r;
+        }
+        if (found < 0 || several || !reactions[found].has_k)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s has %s, expected one reaction with a constant and "
+                            "solutes, such as %s = ...", name, found < 0 ? "no reaction" : several ?
+                            "several reactions, or one with another solid" : "a reaction without K", name);
+        for (int i = 0; i < count; i++)
+            if (reactions[found].nu[i] != 0.0 && species[i].phase > PD_PHASE_SOLID)
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s reacts with %s, expected solutes and water", name,
+                                species[i].name);
+        pdi_mineral_take(c, species, count, &reactions[found], m, s);
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
+                                    const pd_reaction *reactions, int reaction_count, const pd_mineral *of,
+                                    int mineral_count, pd_minerals *m)
+{
+    memset(m, 0, sizeof *m);
+    if (mineral_count < 0 || mineral_count > PD_MINERAL_MOST)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%d minerals, expected at most %d", mineral_count,
+                        PD_MINERAL_MOST);
+    for (int s = 0; s < mineral_count; s++) {
+        m->of[s] = of[s];
+        if (of[s].species < 0 || of[s].species >= count || species[of[s].species].phase != PD_PHASE_SOLID)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "mineral %d is species %d, which is no solid", s,
+                            of[s].species);
+        for (int t = 0; t < s; t++)
+            if (of[t].species == of[s].species)
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s is there twice",
+                                species[of[s].species].name);
+    }
+    m->count = mineral_count;
+    return pdi_mineral_fill(ctx, c, species, count, reactions, reaction_count, m);
+}
+
+PDI_FN double pdi_mineral_fraction(const pd_minerals *m, const double *n)
+{
+    double sum = 0.0;
+    for (int s = 0; s < m->count; s++) sum += m->of[s].volume * n[s];
+    return fmin(fmax(sum, 0.0), 1.0);
+}
+
+PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *at)
+{
+    double sum = m->square[s] * pdi_components_activity(c, at) - m->ln_k[s];
+    for (int i = 0; i < c->solutes; i++)
+        if (m->nu[s][i] != 0.0) sum += m->nu[s][i] * log(fmax(at[i], PDI_MINERAL_LEAST));
+    return sum;
+}
+
+PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n, const double *at,
+                               pd_mineral_start *start)
+{
+    for (int s = 0; s < m->count; s++) {
+        const pd_mineral *of = &m->of[s];
+        int free = !(of->rate > 0.0) && !(of->surface > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
+        start->rate[s] = free ? HUGE_VAL : of->rate + of->surface * fmax(n[s], 0.0);
+        if (bare && pdi_mineral_index(c, m, s, at) < of->nucleation * log(10.0)) start->rate[s] = 0.0;
+    }
+}
+
+/* ---- one volume ---- */
+
+typedef struct pdi_mineral_work {
+    const pd_components *c;
+    const pd_minerals *m;
+    const pd_mineral_start *start;
+    double base[PD_MINERAL_MOST];   /* [mol/m3] amounts that `total` belongs to */
+    double total[PD_SPECIES_MOST];  /* [mol/m3] dissolved with these */
+    double n[PD_MINERAL_MOST], at[PD_SPECIES_MOST];
+    double guess[PD_SPECIES_MOST];  /* [mol/m3] to begin from anew */
+    int failed;                     /* 1: the last amounts have no concentrations */
+} pdi_mineral_work;
+
+/* ln Omega of mineral s less that of its law with the amount n. */
+static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
+                              const double *at, double n)
+{
+    double rate = start->rate[s] * start->dt, off = pdi_mineral_index(c, m, s, at);
+    if (rate < HUGE_VAL) off -= log1p(fmax((n - start->start[s]) / rate, -1.0)) / m->of[s].exponent;
+    return off;
+}
+
+/* The same of the concentrations that belong to it; it falls with n. */
+static double pdi_mineral_off(pdi_mineral_work *w, int s, double n)
+{
+    double total[PD_SPECIES_MOST];
+    w->n[s] = n;
+    for (int k = 0; k < w->c->count; k++) {
+        total[k] = w->total[k];
+        for (int t = 0; t < w->m->count; t++) total[k] -= w->m->gain[t][k] * (w->n[t] - w->base[t]);
+    }
+    w->failed = pdi_components_solve(w->c, total, w->at) != PD_OK;
+    if (w->failed) memcpy(w->at, w->guess, sizeof w->at);
+    if (w->failed) return PDI_MINERAL_LOST;
+    return pdi_mineral_law(w->c, w->m, w->start, s, w->at, n);
+}
+
+/* Most of mineral s that the totals hold, and that has room in the volume; HUGE_VAL: no component bounds it. */
+static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *most, double *room)
+{
+    double taken = 0.0;
+    *most = HUGE_VAL;
+    for (int k = 0; k < w->c->count; k++) {
+        double there = w->total[k];
+        int signs = 0;
+        for (int i = 0; i < w->c->solutes; i++) signs |= w->c->m[k][i] < 0.0;
+        if (signs || !(w->m->gain[s][k] > 0.0)) continue;
+        for (int t = 0; t < w->m->count; t++) {
+            if (w->m->gain[t][k] < 0.0) signs = 1;
+            if (t != s) there -= w->m->gain[t][k] * (w->n[t] - w->base[t]);
+        }
+        if (!signs) *most = fmin(*most, w->base[s] + there / w->m->gain[s][k]);
+    }
+    for (int t = 0; t < w->m->count; t++)
+        if (t != s) taken += w->m->of[t].volume * w->n[t];
+    *room = HUGE_VAL;
+    if (!(w->m->of[s].volume > 0.0)) return;
+    *room = fmax((1.0 - w->m->of[s].porosity - taken) / w->m->of[s].volume, 0.0);
+    *room = fmax(*room, w->start->start[s]); /* what is there stays */
+}
+
+/* A bracket of the amount of mineral s above `low`, where its law is off by a positive f[0]. 0: up to `room` it is. */
+static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
+{
+    double rate = w->start->rate[s] * w->start->dt, size = 0.0;
+    double law = w->start->start[s] + rate * expm1(fmin(w->m->of[s].exponent *
+                                                        pdi_mineral_index(w->c, w->m, s, w->at), 700.0));
+    double top = fmin(fmin(room, most), law > x[0] ? law : HUGE_VAL);
+    for (int k = 0; k < w->c->count; k++) size = fmax(size, fabs(w->total[k]));
+    for (double step = PDI_MINERAL_FIRST * (size + x[0]);; step *= 4.0) {
+        x[1] = top < HUGE_VAL ? top : fmin(x[0] + step, room);
+        f[1] = pdi_mineral_off(w, s, x[1]);
+        if (!(f[1] > 0.0)) return 1;
+        if (x[1] >= room || top < HUGE_VAL || !(step < 1e100)) return 0;
+        x[0] = x[1];
+        f[0] = f[1];
+    }
+}
+
+/* The amount of mineral s with those of the others. In terms of the logarithm of what is left of the component that
+ * bounds it the law is nearly linear: secants of it, and halves where they stay on one side. */
+static void pdi_mineral_one(pdi_mineral_work *w, int s)
+{
+    double rate = w->start->rate[s] * w->start->dt, start = w->start->start[s], most, room, x[2], f[2];
+    if (!(rate > 0.0)) {
+        w->n[s] = fmax(start, 0.0);
+        return;
+    }
+    pdi_mineral_bounds(w, s, &most, &room);
+    x[0] = rate < HUGE_VAL ? fmax(start - rate, 0.0) : 0.0;
+    f[0] = pdi_mineral_off(w, s, x[0]);
+    if (!(f[0] > 0.0) || x[0] >= room) return;
+    if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
+    for (int step = 0, side = 0; step < PDI_MINERAL_STEPS; step++) {
+        double share = step % 3 == 2 ? 0.5 : f[0] / (f[0] - f[1]), next = x[0] + share * (x[1] - x[0]);
+        if (most < HUGE_VAL) {
+            double far = log(most - x[0]), near = log(fmax(most - x[1], DBL_EPSILON * most));
+            next = most - exp(far + share * (near - far));
+        }
+        if (!(next > x[0] && next < x[1])) next = 0.5 * (x[0] + x[1]);
+        if (!(next > x[0] && next < x[1])) break;
+        double off = pdi_mineral_off(w, s, next);
+        int above = off > 0.0;
+        if (fabs(off) < PDI_MINERAL_MET) return;
+        x[!above] = next;
+        f[!above] = off;
+        if (side == (above ? 1 : -1)) f[above] *= 0.5; /* Illinois */
+        side = above ? 1 : -1;
+    }
+    pdi_mineral_off(w, s, fabs(f[0]) < fabs(f[1]) ? x[0] : x[1]);
+}
+
+/* ---- derivatives ---- */
+
+/* slope [components]: those of ln Omega of mineral s. `table`: of the concentrations with the totals. */
+static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int s, const double *table,
+                              const double *at, double *slope)
+{
+    int columns = pdi_components_columns(c);
+    double strength = 0.0, davies = 0.0, share[PD_SPECIES_MOST], others = 0.0;
+    for (int i = 0; i < c->solutes; i++) strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * fmax(at[i], 0.0);
+    if (c->debye > 0.0) pdi_activity_davies(c->debye, strength, &davies);
+    for (int i = 0; i < c->solutes; i++) {
+        share[i] = m->square[s] * davies * 0.5 * (double)(c->charge[i] * c->charge[i]);
+        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / fmax(at[i], PDI_MINERAL_LEAST);
+    }
+    for (int k = 0; k < c->count; k++) slope[k] = k < c->joined ? 0.0 : share[c->master[k]];
+    for (int n = 0; n < c->live; n++) {
+        for (int k = 0; k < c->joined; k++) slope[k] += share[c->member[n]] * table[n * columns + k];
+        if (columns > c->joined) others += share[c->member[n]] * table[n * columns + c->joined];
+    }
+    for (int k = c->joined; k < c->count; k++)
+        slope[k] += others * 0.5 * (double)(c->charge[c->master[k]] * c->charge[c->master[k]]);
+}
+
+/* 1: mineral s would grow and has no room. */
+static int pdi_mineral_full(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
+                             const double *at, const double *n)
+{
+    double full = (1.0 - m->of[s].porosity) * (1.0 - PDI_MINERAL_FULL);
+    if (!(m->of[s].volume > 0.0) || pdi_mineral_fraction(m, n) < full) return 0;
+    return pdi_mineral_law(c, m, start, s, at, n[s]) > PDI_MINERAL_FULL;
+}
+
+/* Gauss and Jordan for count equations with `columns` right-hand sides; the matrix is positive definite but for
+ * rounding. */
+static void pdi_mineral_eliminate(int count, int columns, double (*a)[PD_MINERAL_MOST], double (*b)[PD_SPECIES_MOST])
+{
+    for (int p = 0; p < count; p++) {
+        if (!(fabs(a[p][p]) > 0.0) || !(fabs(a[p][p]) < HUGE_VAL)) continue;
+        for (int r = 0; r < count; r++) {
+            double factor = r == p ? 0.0 : a[r][p] / a[p][p];
+            if (factor == 0.0) continue;
+            for (int q = 0; q < count; q++) a[r][q] -= factor * a[p][q];
+            for (int k = 0; k < columns; k++) b[r][k] -= factor * b[p][k];
+        }
+    }
+    for (int p = 0; p < count; p++)
+        for (int k = 0; k < columns; k++) b[p][k] = fabs(a[p][p]) > 0.0 ? b[p][k] / a[p][p] : 0.0;
+}
+
+/* a [count][count]: how ln Omega of the active minerals, less that of their laws, falls with their amounts; slope: how
+ * it grows with totals. */
+static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                               const double *table, const double *at, const double *n, const int *active, int count,
+                               double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
+{
+    for (int p = 0; p < count; p++) {
+        int s = active[p];
+        double rate = start->rate[s] * start->dt;
+        pdi_mineral_slope(c, m, s, table, at, slope[p]);
+        for (int q = 0; q < count; q++) {
+            a[p][q] = 0.0;
+            for (int k = 0; k < c->count; k++) a[p][q] += slope[p][k] * m->gain[active[q]][k];
+        }
+        if (rate < HUGE_VAL)
+            a[p][p] += 1.0 / (m->of[s].exponent * fmax(rate + n[s] - start->start[s], DBL_EPSILON * rate));
+    }
+}
+
+PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                               const double *at, const double *n, float *by)
+{
+    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
+    int active[PD_MINERAL_MOST], count = 0;
+    for (int s = 0; s < m->count; s++) {
+        for (int k = 0; k < c->count; k++) by[s * c->count + k] = 0.0f;
+        if (n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
+    }
+    if (!count) return;
+    pdi_components_slopes(c, at, table);
+    pdi_mineral_matrix(c, m, start, table, at, n, active, count, a, slope);
+    pdi_mineral_eliminate(count, c->count, a, slope);
+    for (int p = 0; p < count; p++)
+        for (int k = 0; k < c->count; k++) by[active[p] * c->count + k] = (float)slope[p][k];
+}
+
+/* ---- all minerals ---- */
+
+/* Concentrations of the present amounts, and off [minerals]: their distances from the laws; the largest of those that
+ * an amount could mend. */
+static double pdi_mineral_distance(pdi_mineral_work *w, double *off)
+{
+    double worst = 0.0, first = pdi_mineral_off(w, 0, w->n[0]);
+    if (w->failed) return HUGE_VAL;
+    for (int s = 0; s < w->m->count; s++) {
+        double rate = w->start->rate[s] * w->start->dt;
+        off[s] = s ? pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s]) : first;
+        if (!(rate > 0.0) || (off[s] > 0.0 && pdi_mineral_full(w->c, w->m, w->start, s, w->at, w->n))) continue;
+        if (w->n[s] > 0.0 || off[s] > 0.0) worst = fmax(worst, fabs(off[s]));
+    }
+    return worst;
+}
+
+/* slope[][0]: from distances to changes of the active minerals; those that would be less than nothing go to 0. */
+static void pdi_mineral_changes(const pdi_mineral_work *w, const int *active, int count,
+                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
+{
+    double matrix[PD_MINERAL_MOST][PD_MINERAL_MOST], change[PD_MINERAL_MOST][PD_SPECIES_MOST];
+    int gone[PD_MINERAL_MOST] = {0};
+    for (int turn = 0; turn <= count; turn++) {
+        int worst = -1;
+        for (int p = 0; p < count; p++) {
+            change[p][0] = gone[p] ? -w->n[active[p]] : slope[p][0];
+            for (int q = 0; q < count; q++) {
+                matrix[p][q] = gone[p] || gone[q] ? (p == q ? 1.0 : 0.0) : a[p][q];
+                if (!gone[p] && gone[q]) change[p][0] += a[p][q] * w->n[active[q]];
+            }
+        }
+        pdi_mineral_eliminate(count, 1, matrix, change);
+        for (int p = 0; p < count; p++)
+            if (!gone[p] && w->n[active[p]] + change[p][0] < 0.0 &&
+                (worst < 0 || change[p][0] / w->n[active[p]] < change[worst][0] / w->n[active[worst]])) worst = p;
+        if (worst < 0) break;
+        gone[worst] = 1;
+    }
+    for (int p = 0; p < count; p++) slope[p][0] = change[p][0];
+}
+
+/* A step of Newton of all minerals that are there, halved until they are nearer to their laws; *worst: how near. 0: it
+ * does not help. */
+static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
+{
+    const pd_components *c = w->c;
+    const pd_minerals *m = w->m;
+    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double slope[PD_MINERAL_MOST][PD_SPECIES_MOST], off[PD_MINERAL_MOST];
+    double from[PD_MINERAL_MOST], most, room;
+    int active[PD_MINERAL_MOST], count = 0;
+    *worst = pdi_mineral_distance(w, off);
+    for (int s = 0; s < m->count; s++)
+        if (w->n[s] > 0.0 && w->start->rate[s] > 0.0 && !pdi_mineral_full(c, m, w->start, s, w->at, w->n))
+            active[count++] = s;
+    if (!count || !(*worst > PDI_MINERAL_MET) || w->failed) return 0;
+    pdi_components_slopes(c, w->at, table);
+    pdi_mineral_matrix(c, m, w->start, table, w->at, w->n, active, count, a, slope);
+    for (int p = 0; p < count; p++) slope[p][0] = off[active[p]];
+    pdi_mineral_changes(w, active, count, a, slope);
+    memcpy(from, w->n, sizeof from);
+    for (double share = 1.0; share > PDI_MINERAL_SHORTEST; share *= 0.25) {
+        for (int p = 0; p < count; p++) {
+            pdi_mineral_bounds(w, active[p], &most, &room);
+            w->n[active[p]] = fmin(fmax(from[active[p]] + share * slope[p][0], 0.0), room);
+        }
+        double now = pdi_mineral_distance(w, off);
+        if (now < PDI_MINERAL_BETTER * *worst) {
+            *worst = now;
+            return 1;
+        }
+    }
+    memcpy(w->n, from, sizeof from);
+    pdi_mineral_off(w, 0, w->n[0]);
+    return 0;
+}
+
+PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                    const double *total, double *at, double *n)
+{
+    pdi_mineral_work w;
+    double size = 0.0;
+    w.c = c;
+    w.m = m;
+    w.start = start;
+    w.failed = 0;
+    memset(w.at, 0, sizeof w.at);
+    memcpy(w.at, at, (size_t)c->solutes * sizeof *at);
+    memcpy(w.guess, w.at, sizeof w.guess);
+    memcpy(w.total, total, (size_t)c->count * sizeof *total);
+    for (int k = 0; k < c->count; k++) size = fmax(size, fabs(total[k]));
+    for (int s = 0; s < m->count; s++) {
+        w.base[s] = w.n[s] = n[s];
+        size = fmax(size, n[s]);
+    }
+    for (int round = 0; round < PDI_MINERAL_ROUNDS; round++) {
+        double moved = 0.0, worst;
+        while (pdi_mineral_newton(&w, &worst)) {}
+        if (!(worst > PDI_MINERAL_MET)) break;
+        for (int s = 0; s < m->count; s++) {
+            double before = w.n[s];
+            pdi_mineral_one(&w, s);
+            moved = fmax(moved, fabs(w.n[s] - before));
+        }
+        if (!(moved > PDI_MINERAL_ROUND * DBL_EPSILON * size)) break;
+    }
+    pdi_mineral_off(&w, 0, w.n[0]);
+    if (w.failed) return PD_NOT_CONVERGED;
+    memcpy(at, w.at, (size_t)c->solutes * sizeof *at);
+    memcpy(n, w.n, (size_t)m->count * sizeof *n);
+    return PD_OK;
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -29073,6 +29637,12 @@ typedef struct pdi_flux_fields_sweep {
     const pdi_flux_fields *f;
 } pdi_flux_fields_sweep;
 
+/* What bonds conduct to far ends that are `far` away, by the harmonic mean of what their ends let pass. */
+static inline void pdi_flux_share(const double *pass, int32_t far, const double *bond, int count, double *share)
+{
+    for (int b = 0; b < count; b++) share[b] = bond[b] * pdi_media_harmonic(pass[b], pass[b + far]);
+}
+
 PDI_INLINE void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_flux *t = s->t;
@@ -29084,12 +29654,19 @@ PDI_INLINE void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i,
         const double *c = f->c + n * total + i;
         int open = hold && f->wall[n] == f->wall[n];
         for (int b = 0; b < count; b++) sum[n][b] = open ? f->ratio[n] * hold[i + b] * (c[b] - f->wall[n]) : 0.0;
+        for (int b = 0; b < count && open && f->pass; b++) sum[n][b] *= f->pass[i + b];
     }
     for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
         pdi_flux_pair p;
         pdi_flux_pair_get(t, i, row, place, k, count, &p);
         const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
-        double part = 0.5 * p.turn;
+        double part = 0.5 * p.turn, share[2][PDI_BLOCK];
+        if (f->pass) {
+            pdi_flux_share(f->pass + i, p.next, ahead, count, share[0]);
+            pdi_flux_share(f->pass + i, p.before, behind, count, share[1]);
+            ahead = share[0];
+            behind = share[1];
+        }
         for (int n = 0; n < f->count; n++) {
             const double *c = f->c + n * total + i, *next = c + p.next, *before = c + p.before;
             double ratio = f->ratio[n], *PD_RESTRICT to = sum[n];
@@ -31242,6 +31819,8 @@ PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *r) { return r->desc.arena ? r->
 double *pd_reactive_field(pd_reactive *r, int species)
 {
     int n = r->components.place[species];
+    for (int s = 0; s < r->minerals.count; s++)
+        if (r->minerals.of[s].species == species) return r->solid + (int64_t)s * r->grid->total;
     return n < 0 ? NULL : r->c + (int64_t)n * r->grid->total;
 }
 
@@ -31257,6 +31836,49 @@ double pd_reactive_ph(const pd_reactive *r, int32_t node)
     if (r->proton < 0) return NAN;
     pdi_reactive_get(r, r->c, node, c);
     return 3.0 - (log(c[r->proton]) + pdi_components_activity(&r->components, c)) / log(10.0);
+}
+
+double pd_reactive_saturation(const pd_reactive *r, int index, int32_t node)
+{
+    double c[PD_SPECIES_MOST], most = NAN;
+    pdi_reactive_get(r, r->c, node, c);
+    for (int s = 0; s < r->minerals.count; s++)
+        if (index < 0 || s == index)
+            most = fmax(most, pdi_mineral_index(&r->components, &r->minerals, s, c) / log(10.0)); /* NaN gives way */
+    return most;
+}
+
+double pd_reactive_film(const pd_reactive *r, int32_t node)
+{
+    double n[PD_MINERAL_MOST];
+    if (!r->minerals.count) return 0.0;
+    pdi_reactive_solids(r, r->solid, node, n);
+    return pdi_mineral_fraction(&r->minerals, n);
+}
+
+/* What one unit of mineral s has of a row. */
+static double pdi_reactive_part(const pd_reactive *r, int row, int s)
+{
+    double sum = 0.0;
+    for (int n = 0; n < r->components.solutes; n++) sum += r->minerals.nu[s][n] * r->part[row][n];
+    return sum;
+}
+
+/* Amounts of a row in minerals, with the sizes of their terms. */
+static double pdi_reactive_solid(const pd_reactive *r, int row, double *size)
+{
+    pdi_sum sum = {0.0, 0.0};
+    for (int s = 0; s < r->minerals.count; s++) {
+        const double *solid = r->solid + (int64_t)s * r->grid->total;
+        double part = pdi_reactive_part(r, row, s);
+        for (int32_t i = 0; i < r->grid->total; i++) {
+            if (r->grid->kind[i] != PD_FLUID) continue;
+            double term = pdi_grid_circumference(r->grid, i) * part * solid[i];
+            pdi_sum_add(&sum, term);
+            *size += fabs(term) * r->bonds->stencil->volume;
+        }
+    }
+    return pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
 /* Amounts of a row in the fluid: with the sizes of its terms, or of what is carried. */
@@ -31286,13 +31908,14 @@ void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *r, int row, pd_react
     memcpy(b->name, r->name[row], sizeof b->name);
     b->start = r->start[row];
     b->dissolved = pdi_reactive_amount(r, row, 0, &size);
+    b->solid = pdi_reactive_solid(r, row, &size);
     b->carry = pdi_reactive_amount(r, row, 1, &size);
     for (int n = 0; n < r->components.solutes; n++) {
         b->in += r->part[row][n] * r->in[n];
         b->out += r->part[row][n] * r->out[n];
         size += fabs(r->part[row][n]) * (fabs(r->in[n]) + fabs(r->out[n]));
     }
-    b->imbalance = b->dissolved + b->carry + b->out - b->in - b->start;
+    b->imbalance = b->dissolved + b->solid + b->carry + b->out - b->in - b->start;
     b->relative = size > 0.0 ? fabs(b->imbalance) / size : 0.0;
 }
 
@@ -31311,6 +31934,7 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
             pdi_sum_add(&in[n], r->source[n * total + i] * around);
             if (!r->diffusion.wall_rate || !(r->wall[n] == r->wall[n])) continue;
             double gain = r->ratio[n] * r->diffusion.wall_rate[i] * (r->wall[n] - r->c[n * total + i]);
+            if (r->pass) gain *= r->pass[i];
             pdi_sum_add(gain > 0.0 ? &in[n] : &out[n], fabs(gain) * around);
         }
     }
@@ -31322,6 +31946,7 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
             if (!pdi_flux_open(&r->flux, i, k)) continue;
             if (grid->kind[j] != PD_OUTLET && grid->kind[j] != PD_INLET) continue;
             pdi_flux_bond(&r->flux, i, k, &flux, &bond, &upwind);
+            if (r->pass) bond *= pdi_media_harmonic(r->pass[i], r->pass[j]);
             for (int n = 0; n < s->solutes; n++) {
                 double here = r->c[n * total + i], there = grid->kind[j] == PD_OUTLET ? here : r->c[n * total + j];
                 double leave = 0.5 * flux * (here + there) - fmax(fabs(0.5 * flux), r->ratio[n] * bond) *
@@ -31415,8 +32040,17 @@ pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *r)
     memset(r->carry, 0, (size_t)r->components.count * (size_t)r->grid->total * sizeof *r->carry);
     memset(r->in, 0, sizeof r->in);
     memset(r->out, 0, sizeof r->out);
-    for (int row = 0; row < r->rows; row++) r->start[row] = pdi_reactive_amount(r, row, 0, &size);
+    for (int row = 0; row < r->rows; row++)
+        r->start[row] = pdi_reactive_amount(r, row, 0, &size) + pdi_reactive_solid(r, row, &size);
     return PD_OK;
+}
+
+/* 1: minerals take room, so that less is left for diffusion. */
+static int pdi_reactive_shrinks(const pd_reactive *r)
+{
+    for (int s = 0; s < r->minerals.count; s++)
+        if (r->minerals.of[s].volume > 0.0) return 1;
+    return 0;
 }
 
 PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
@@ -31427,6 +32061,8 @@ PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, reactive, c, reactive->components.solutes * total, "mol/m3");
     PDI_STATE(owner, reactive, carry, reactive->components.count * total, "mol/m3");
     PDI_ARRAY(owner, reactive, source, reactive->components.solutes * total, "mol/m3/s");
+    if (reactive->minerals.count) PDI_STATE(owner, reactive, solid, reactive->minerals.count * total, "mol/m3");
+    if (pdi_reactive_shrinks(reactive)) PDI_ARRAY(owner, reactive, pass, total, "1");
     if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
 }
 
@@ -31459,7 +32095,7 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
         r->ratio[n] = most > 0.0 ? of[n] / r->diffusion.desc.diffusivity : 0.0;
         if (n && !(of[n] >= of[0] && of[n] <= of[0])) even = 0;
     }
-    r->linear = !r->components.kinetics && (even || !r->components.joined);
+    r->linear = !r->components.kinetics && !r->minerals.count && (even || !r->components.joined);
     return PD_OK;
 }
 
@@ -31479,7 +32115,7 @@ static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
 PDI_FN void pdi_reactive_slots(pd_reactive *r)
 {
     r->slots = r->components.live * pdi_components_columns(&r->components) +
-               r->components.kinetics * r->components.count;
+               (r->components.kinetics + r->minerals.count) * r->components.count;
     if (!r->slots) r->slots = 1;
 }
 
@@ -31495,6 +32131,13 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, reactive, work, 2 * s->count * total, "");
     if (reactive->desc.order == 2) PDI_RAW(owner, reactive, rest, s->count * total, "mol/m3/s");
     if (reactive->desc.order == 2) PDI_RAW(owner, reactive, slope, s->count * total, "mol/m3");
+    if (reactive->minerals.count) {
+        int64_t count = reactive->minerals.count * total;
+        PDI_RAW(owner, reactive, solid_begin, count, "mol/m3");
+        PDI_RAW(owner, reactive, solid_base, count, "mol/m3");
+        PDI_RAW(owner, reactive, solid_start, count, "mol/m3");
+        if (reactive->desc.order == 2) PDI_RAW(owner, reactive, solid_slope, count, "mol/m3");
+    }
     PDI_ARRAY(owner, reactive, part_of, total, "mol/m3/s");
     PDI_ARRAY(owner, reactive, spent, s->count * total, "1");
     PDI_ARRAY(owner, reactive, rates, 2 * total, "1/s");
@@ -31542,13 +32185,43 @@ static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
     return pdi_arena_fit(ctx, pdi_reactive_arena(r), pdi_reactive_room(r));
 }
 
+PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *r)
+{
+    pd_reaction rest[PD_REACTION_MOST];
+    int few = desc->reaction_count >= 0 && desc->reaction_count <= PD_REACTION_MOST && desc->count >= 1 &&
+              desc->count <= PD_SPECIES_MOST; /* else the components say so */
+    if (!desc->mineral_count || !few)
+        return pdi_components_build(ctx, desc->species, desc->count, desc->reactions, desc->reaction_count,
+                                    desc->activity, desc->temperature, &r->components);
+    int count = pdi_mineral_rest(desc->species, desc->count, desc->reactions, desc->reaction_count, rest);
+    PDI_TRY(pdi_components_build(ctx, desc->species, desc->count, rest, count, desc->activity, desc->temperature,
+                                 &r->components));
+    return pdi_mineral_build(ctx, &r->components, desc->species, desc->count, desc->reactions, desc->reaction_count,
+                              desc->minerals, desc->mineral_count, &r->minerals);
+}
+
+static pd_status pdi_reactive_fill_solids(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *r)
+{
+    if (!(desc->tortuosity >= 0.0) || !(desc->tortuosity < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the tortuosity is %g, expected a positive number, or 0 for "
+                        "1", desc->tortuosity);
+    for (int s = 0; s < r->minerals.count; s++) {
+        double n = desc->initial[r->minerals.of[s].species];
+        if (!(n >= 0.0) || !(n < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "mineral %d of %d has %g mol/m3, expected a finite value "
+                            "of at least 0", s + 1, r->minerals.count, n);
+        for (int32_t i = 0; i < r->grid->total; i++)
+            if (r->grid->kind[i] == PD_FLUID) r->solid[(int64_t)s * r->grid->total + i] = n;
+    }
+    return PD_OK;
+}
+
 static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                    const pd_reactive_desc *desc, pd_reactive *r)
 {
     double c[PD_SPECIES_MOST];
     memset(r, 0, sizeof *r);
-    PDI_TRY(pdi_components_build(ctx, desc->species, desc->count, desc->reactions, desc->reaction_count, desc->activity,
-                                desc->temperature, &r->components));
+    PDI_TRY(pdi_reactive_system(ctx, desc, r));
     if (!(desc->tolerance >= 0.0) || !(desc->tolerance < 1.0) || desc->most < 0 || desc->order < 0 ||
         desc->order > 2 || !desc->initial)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "tolerance %g, %d steps of Newton, order %d, concentrations "
@@ -31557,6 +32230,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     r->desc = *desc;
     if (!(r->desc.tolerance > 0.0)) r->desc.tolerance = PDI_REACTIVE_TOLERANCE;
     if (!r->desc.most) r->desc.most = PDI_REACTIVE_STEPS;
+    if (!(r->desc.tortuosity > 0.0)) r->desc.tortuosity = 1.0;
     r->grid = grid;
     r->bonds = bonds;
     r->flow = flow;
@@ -31578,6 +32252,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     PDI_TRY(pdi_reactive_settle(ctx, r, "inlet", r->inlet));
     PDI_TRY(pdi_reactive_settle(ctx, r, "initial", c));
     pdi_reactive_fill(r, PD_FLUID, c);
+    PDI_TRY(pdi_reactive_fill_solids(ctx, desc, r));
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = r->diffusion.desc.diffusivity;
@@ -31593,6 +32268,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     PDI_TRY(pdi_reactive_solvers(ctx, r));
     r->desc.species = NULL;
     r->desc.reactions = NULL;
+    r->desc.minerals = NULL;
     r->desc.initial = r->desc.inlet = r->desc.wall = NULL;
     return pd_reactive_begin(ctx, r);
 }
@@ -32000,6 +32676,20 @@ static int pdi_advance_threads(const pd_ctx *ctx, const pd_reactive *r)
     return pdi_par_threads(ctx, (int64_t)r->grid->total * r->components.solutes * r->components.count);
 }
 
+/* Concentrations and minerals. */
+static void pdi_advance_copy(const pd_ctx *ctx, const pd_reactive *r, const double *c, double *to, const double *solid,
+                             double *solid_to)
+{
+    pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, c, to);
+    if (r->minerals.count) pdi_par_copy(ctx, r->minerals.count * (int64_t)r->grid->total, solid, solid_to);
+}
+
+/* To the start of the step. */
+static void pdi_advance_back(const pd_ctx *ctx, pd_reactive *r)
+{
+    pdi_advance_copy(ctx, r, r->begin, r->c, r->solid_begin, r->solid);
+}
+
 /* Images of several fields. */
 static void pdi_advance_images(const pd_reactive *r, double *fields)
 {
@@ -32022,6 +32712,7 @@ static void pdi_advance_leave(const pd_ctx *ctx, const pd_reactive *r, const dou
     f.wall = wall;
     f.c = fields;
     f.weight = weight;
+    f.pass = r->pass;
     f.y = y;
     pdi_flux_apply_fields(ctx, &r->flux, &f);
 }
@@ -32035,8 +32726,12 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
     pdi_reactive_get(r, r->source, i, source);
     pdi_components_totals(s, c, lack);
     pdi_components_totals(s, source, gain);
-    for (int k = 0; k < s->count; k++)
-        lack[k] = (r->total[(int64_t)k * r->grid->total + i] - lack[k]) / r->dt + gain[k];
+    for (int k = 0; k < s->count; k++) lack[k] = r->total[(int64_t)k * r->grid->total + i] - lack[k];
+    for (int m = 0; m < r->minerals.count; m++) {
+        int64_t at = (int64_t)m * r->grid->total + i;
+        for (int k = 0; k < s->count; k++) lack[k] += r->minerals.gain[m][k] * (r->solid_start[at] - r->solid[at]);
+    }
+    for (int k = 0; k < s->count; k++) lack[k] = lack[k] / r->dt + gain[k];
     for (int n = 0; n < s->kinetics; n++) {
         double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL);
         for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * speed;
@@ -32097,6 +32792,8 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
             if (r->grid->kind[i] != PD_FLUID) continue;
             for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
             size[i] = sum * (1.0 / r->dt + r->rates[i]);
+            for (int m = 0; m < r->minerals.count; m++)
+                size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] / r->dt;
             held += sum / r->dt * (sum / r->dt);
         }
         rounding = PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
@@ -32112,6 +32809,39 @@ typedef struct pdi_advance_user {
     pd_reactive *r;
 } pdi_advance_user;
 
+/* Node i at the start of a stage, as its minerals see it. */
+static void pdi_advance_law(const pd_reactive *r, int32_t i, double *n, pd_mineral_start *start)
+{
+    double c[PD_SPECIES_MOST];
+    pdi_reactive_get(r, r->begin, i, c);
+    pdi_reactive_solids(r, r->solid_begin, i, n);
+    pdi_mineral_begin(&r->components, &r->minerals, n, c, start);
+    pdi_reactive_solids(r, r->solid_start, i, n);
+    start->start = n;
+    start->dt = r->dt;
+}
+
+/* Where the derivatives of minerals stand in a row of `by`. */
+static int pdi_advance_place(const pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    return s->live * pdi_components_columns(s) + s->kinetics * s->count;
+}
+
+/* Share of a change of totals that minerals take: total loses it. */
+static void pdi_advance_fix(const pd_reactive *r, const float *by, double *total)
+{
+    const pd_components *s = &r->components;
+    const float *row = by + pdi_advance_place(r);
+    double taken[PD_MINERAL_MOST];
+    for (int m = 0; m < r->minerals.count; m++, row += s->count) {
+        taken[m] = 0.0;
+        for (int k = 0; k < s->count; k++) taken[m] += (double)row[k] * total[k];
+    }
+    for (int m = 0; m < r->minerals.count; m++)
+        for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
+}
+
 /* Derivatives at the present concentrations, and the preconditioner that follows from them. */
 static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
 {
@@ -32126,6 +32856,13 @@ static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_derive(s, c, by);
+        if (r->minerals.count) {
+            double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
+            pd_mineral_start start;
+            pdi_advance_law(r, i, first, &start);
+            pdi_reactive_solids(r, r->solid, i, n);
+            pdi_mineral_derive(s, &r->minerals, &start, c, n, by + pdi_advance_place(r));
+        }
         for (int n = 0; n < s->kinetics; n++, row += s->count) {
             double rate = 0.0;
             pdi_components_speed(s, &s->kinetic[n], c, slope);
@@ -32133,6 +32870,7 @@ static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
                 double sum = 0.0;
                 memset(one, 0, sizeof one);
                 one[k] = 1.0;
+                pdi_advance_fix(r, by, one);
                 pdi_components_follow(s, by, one, along);
                 for (int m = 0; m < s->solutes; m++) sum += slope[m] * along[m];
                 row[k] = (float)sum;
@@ -32169,6 +32907,7 @@ static void pdi_advance_apply(void *user, const double *x, double *y)
         double along[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->count; k++) along[k] = r->weight[k] * x[k * total + i]; /* 0 where it is spent */
+        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, along);
         pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
         pdi_reactive_put(r, c, i, r->move);
     }
@@ -32241,6 +32980,26 @@ static void pdi_advance_join_metal(const pd_reactive *r, double *y)
             y[k * (int64_t)r->grid->total + metal->node[p]] += metal->gain[k] * metal->split[p] / r->weight[k];
 }
 
+/* Split off what minerals take up, which stays where it is: x loses it, y is what belongs to it. */
+static void pdi_advance_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double *y)
+{
+    int64_t total = r->grid->total;
+    int count = r->components.count, nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double along[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < count; k++) along[k] = r->weight[k] * x[k * total + i];
+        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, along);
+        for (int k = 0; k < count; k++) {
+            double rest = along[k] / r->weight[k];
+            y[k * total + i] += r->dt * (x[k * total + i] - rest);
+            x[k * total + i] = rest;
+        }
+    }
+}
+
 /* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
  * rate. */
 static void pdi_advance_precondition(void *user, const double *x, double *y)
@@ -32250,7 +33009,7 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     double *rest = r->move;
-    if (!s->kinetics && !r->surface) {
+    if (!s->kinetics && !r->surface && !r->minerals.count) {
         for (int k = 0; k < s->count; k++) pdi_inverse_apply(u->ctx, &r->inverse, x + k * total, y + k * total);
         pdi_advance_spend(r, y);
         return;
@@ -32258,6 +33017,7 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     pdi_par_copy(u->ctx, s->count * total, x, rest);
     pdi_par_zero(u->ctx, s->count * total, y);
     if (r->surface) pdi_advance_split_metal(r, rest);
+    if (r->minerals.count) pdi_advance_lay(u->ctx, r, rest, y);
     for (int n = 0; n < s->kinetics; n++) {
         pdi_advance_split(u->ctx, r, n, rest);
         pdi_inverse_apply(u->ctx, &r->filter[n].inverse, r->part_of, r->rates + total);
@@ -32310,18 +33070,34 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
         pdi_reactive_get(r, r->base, i, c);
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
-        if (pdi_components_solve(s, sum, c) != PD_OK) c[0] = NAN;
+        if (r->minerals.count) {
+            double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
+            pd_mineral_start start;
+            pdi_advance_law(r, i, first, &start);
+            pdi_reactive_solids(r, r->solid_base, i, n);
+            if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) != PD_OK) c[0] = NAN;
+            for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
+        } else if (pdi_components_solve(s, sum, c) != PD_OK) {
+            c[0] = NAN;
+        }
         pdi_reactive_put(r, c, i, r->c);
     }
+}
+
+/* The same from the present state, which becomes `base`. */
+static void pdi_advance_shift(const pd_ctx *ctx, pd_reactive *r, double share)
+{
+    pdi_advance_copy(ctx, r, r->c, r->base, r->solid, r->solid_base);
+    pdi_advance_move(ctx, r, share);
 }
 
 /* A step along the correction, halved until the residual falls, or but for a rise that has room. 0: none does. */
 static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, double *norm)
 {
     double before = *norm, share = 1.0;
-    pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->c, r->base);
     for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
-        pdi_advance_move(ctx, r, share);
+        if (halving) pdi_advance_move(ctx, r, share);
+        else pdi_advance_shift(ctx, r, share);
         *norm = pdi_advance_residual(ctx, r);
         if (*norm < (halving ? before : room * before)) return 1;
     }
@@ -32333,6 +33109,12 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
 {
     double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
     r->dt = dt;
+    if (r->minerals.count) { /* each node meets the laws of its minerals before nodes exchange anything */
+        int64_t size = r->components.count * (int64_t)r->grid->total;
+        for (int k = 0; k < r->components.count; k++) r->weight[k] = 1.0;
+        pdi_par_zero(ctx, size, r->work + size);
+        pdi_advance_shift(ctx, r, 0.0);
+    }
     pdi_advance_weigh(ctx, r);
     PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, 1.0 / dt, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
@@ -32360,7 +33142,7 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
         if (status == PD_OK && now >= dt) return PD_OK;
         if (status == PD_OK) now = fmin(now * PDI_ADVANCE_SHORTER, dt);
         else {
-            pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+            pdi_advance_back(ctx, r);
             now = dt * pow(PDI_ADVANCE_SHORTER, -(double)++part);
             result->parts++;
         }
@@ -32377,7 +33159,8 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
     int64_t total = r->grid->total;
     int nt = pdi_advance_threads(ctx, r);
     (void)nt;
-    pdi_par_copy(ctx, s->solutes * total, r->c, r->begin);
+    pdi_advance_copy(ctx, r, r->c, r->begin, r->solid, r->solid_begin);
+    if (r->minerals.count) pdi_par_copy(ctx, r->minerals.count * total, r->solid, r->solid_start);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
@@ -32416,7 +33199,28 @@ static void pdi_advance_between(pd_reactive *r)
             r->slope[k * total + i] = sum[k] - *from;
             *from += ratio * r->slope[k * total + i];
         }
+        for (int m = 0; m < r->minerals.count; m++) {
+            int64_t at = m * total + i;
+            r->solid_slope[at] = r->solid[at] - r->solid_start[at];
+            r->solid_start[at] += ratio * r->solid_slope[at];
+        }
     }
+}
+
+/* The same of mineral m, over the largest amount of it and what its components would give. */
+static double pdi_advance_solid_error(const pd_reactive *r, int m, const double *size)
+{
+    int64_t total = r->grid->total;
+    double least = HUGE_VAL, most = 0.0, off = 0.0;
+    for (int k = 0; k < r->components.count; k++)
+        if (r->minerals.gain[m][k] != 0.0) least = fmin(least, size[k] / fabs(r->minerals.gain[m][k]));
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        int64_t at = m * total + i;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        most = fmax(most, r->solid[at]);
+        off = fmax(off, fabs(r->solid_slope[at] - (r->solid[at] - r->solid_start[at])));
+    }
+    return off > 0.0 ? off / (most + least) : 0.0;
 }
 
 /* Embedded estimate of the error of totals, over the largest sum of their terms (eq. 5.10). */
@@ -32439,6 +33243,7 @@ static double pdi_advance_error(const pd_reactive *r)
     }
     for (int k = 0; k < s->count; k++)
         if (size[k] > 0.0) worst = fmax(worst, off[k] / size[k]);
+    for (int m = 0; m < r->minerals.count; m++) worst = fmax(worst, pdi_advance_solid_error(r, m, size));
     return worst;
 }
 
@@ -32461,6 +33266,7 @@ static int pdi_advance_keeps(const pd_reactive *r, double stage)
         int n = s->master[k], reacts = 0;
         pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL}, source = {0.0, 0.0};
         for (int e = 0; e < s->kinetics; e++) reacts = reacts || s->kinetic[e].nu[n] != 0.0;
+        for (int e = 0; e < r->minerals.count; e++) reacts = reacts || r->minerals.nu[e][n] != 0.0;
         if (reacts) continue;
         pdi_bounds_take_all(r->grid, PD_FLUID, r->begin + n * total, &bounds);
         pdi_bounds_take_all(r->grid, PD_FLUID, r->source + n * total, &source);
@@ -32505,6 +33311,16 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     return PD_OK;
 }
 
+/* What minerals leave open for diffusion, as they are at the start of the step. */
+static void pdi_advance_pores(pd_reactive *r)
+{
+    for (int32_t i = 0; i < r->grid->total && r->pass; i++) {
+        double film = r->grid->kind[i] == PD_FLUID ? pd_reactive_film(r, i) : 0.0;
+        r->pass[i] = film > 0.0 ? (1.0 - film) / r->desc.tortuosity : 1.0;
+    }
+    if (r->pass) pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
+}
+
 static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     r->flux.absorb = r->still;
@@ -32514,13 +33330,14 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
+    pdi_advance_pores(r);
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
         pd_status second = pdi_advance_second(ctx, r, dt, result);
         if (second <= PD_OK) return second;
         result->euler = 1;
-        pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+        pdi_advance_back(ctx, r);
         pdi_advance_start(ctx, r);
     }
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
@@ -32541,7 +33358,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     pdi_multigrid_open(&r->inverse.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
-    if (status != PD_OK) pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+    if (status != PD_OK) pdi_advance_back(ctx, r);
     pdi_krylov_trim(ctx, &r->krylov);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
     pdi_multigrid_close(&r->inverse.mg);
@@ -32583,6 +33400,7 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     if (!r || course->desc.settle) return;
     PDI_ARRAY(owner, course, start, r->components.solutes * total, "mol/m3");
     PDI_ARRAY(owner, course, carry, r->components.count * total, "mol/m3");
+    if (r->minerals.count) PDI_ARRAY(owner, course, solid, r->minerals.count * total, "mol/m3");
     PDI_VALUE(owner, course, time, "s");
     PDI_VALUE(owner, course, dt, "s");
     PDI_VALUE(owner, course, error, "1");
@@ -32666,6 +33484,7 @@ static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
     int64_t total = r->grid->total;
     pdi_par_copy(ctx, r->components.solutes * total, back ? a->start : r->c, back ? r->c : a->start);
     pdi_par_copy(ctx, r->components.count * total, back ? a->carry : r->carry, back ? r->carry : a->carry);
+    if (a->solid) pdi_par_copy(ctx, r->minerals.count * total, back ? a->solid : r->solid, back ? r->solid : a->solid);
     memcpy(back ? r->in : a->in, back ? a->in : r->in, sizeof a->in);
     memcpy(back ? r->out : a->out, back ? a->out : r->out, sizeof a->out);
 }
@@ -32776,7 +33595,10 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
     memset(c, 0, sizeof c);
     PDI_TRY(pd_reactive_update(ctx, r));
     pdi_components_solve(&r->components, none, c);
-    for (int32_t k = 0; k < count; k++) pdi_reactive_put(r, c, turned[k], r->c);
+    for (int32_t k = 0; k < count; k++) {
+        pdi_reactive_put(r, c, turned[k], r->c);
+        for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
+    }
     a->bent = 1;
     return PD_OK;
 }
@@ -59281,6 +60103,22 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
     return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
+PDI_FN void pdi_setup_reactive(const pd_setup *u, pd_reactive_desc *desc)
+{
+    const pd_electrolyte *e = &u->electrolyte;
+    memset(desc, 0, sizeof *desc);
+    desc->species = e->species;
+    desc->count = e->count;
+    desc->reactions = e->reaction;
+    desc->reaction_count = e->reactions;
+    desc->minerals = u->mineral;
+    desc->mineral_count = u->minerals;
+    desc->tortuosity = u->tortuosity;
+    desc->activity = e->activity;
+    desc->temperature = e->temperature;
+    desc->order = u->settle ? 1 : 2;
+}
+
 PDI_FN int pdi_setup_field_species(int64_t field)
 {
     return field >= PD_FIELD_SPECIES && field < PD_FIELD_COUNT ? (int)(field - PD_FIELD_SPECIES) : -1;
@@ -65098,7 +65936,6 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
 
 static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
-    const pd_electrolyte *e = &u->electrolyte;
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
     pd_reactive_filter filter[PD_REACTION_MOST];
     pd_krylov_desc kd;
@@ -65109,15 +65946,14 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&r, 0, sizeof r);
     memset(&course, 0, sizeof course);
     memset(filter, 0, sizeof filter);
-    if (pdi_components_build(&plan->ctx, e->species, e->count, e->reaction, e->reactions, e->activity, e->temperature,
-                             &r.components) < 0) return; /* the model says why */
+    pdi_setup_reactive(u, &r.desc);
+    if (pdi_reactive_system(&plan->ctx, &r.desc, &r) < 0) return; /* the model says why */
     r.grid = &plan->grid;
     r.bonds = r.flux.bonds = r.diffusion.bonds = &plan->bonds;
     if (u->has_flow) r.flow = r.flux.flow = &plan->flow;
     r.flux.conductance.bonds = &plan->bonds;
     r.flux.conductance.capacity = plan->bonds.capacity;
     r.flux.conductance.rests = !u->has_flow;
-    r.desc.order = u->settle ? 1 : 2;
     r.filter = filter;
     pdi_reactive_slots(&r);
     pdi_reactive_plan(&plan->ctx, &r, &kd);
@@ -65773,10 +66609,9 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
 }
 
 /* Fluid in shapes begins with a solution of its own. */
-static pd_status pdi_model_solution(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_model *m)
 {
     const pd_setup *u = m->setup;
-    const pd_electrolyte *e = &u->electrolyte;
     double inside[PD_SPECIES_MOST], x[PD_DIM];
     pd_electrolyte_state state;
     memcpy(inside, e->inside, sizeof inside);
@@ -65791,36 +66626,30 @@ static pd_status pdi_model_solution(pd_ctx *ctx, pd_model *m)
     return pd_reactive_begin(ctx, &m->reactive);
 }
 
-/* Species: those of the electrolyte, in equilibrium at the start and behind inlets. */
+/* Species: those of the electrolyte, in equilibrium at the start and behind inlets, without what minerals do. */
 static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
-    const pd_electrolyte *e = &u->electrolyte;
+    pd_electrolyte e = u->electrolyte;
     double initial[PD_SPECIES_MOST], inlet[PD_SPECIES_MOST];
     pd_electrolyte_state state;
     pd_reactive_desc desc;
-    memset(&desc, 0, sizeof desc);
-    memcpy(initial, e->initial, sizeof initial);
-    memcpy(inlet, e->inlet, sizeof inlet);
-    PDI_TRY(pd_electrolyte_solve(ctx, e, initial, &state));
-    PDI_TRY(pd_electrolyte_solve(ctx, e, inlet, &state));
-    desc.species = e->species;
-    desc.count = e->count;
-    desc.reactions = e->reaction;
-    desc.reaction_count = e->reactions;
-    desc.activity = e->activity;
-    desc.temperature = e->temperature;
+    pdi_setup_reactive(u, &desc);
+    memcpy(initial, e.initial, sizeof initial);
+    memcpy(inlet, e.inlet, sizeof inlet);
+    e.reactions = pdi_mineral_rest(e.species, e.count, e.reaction, e.reactions, e.reaction);
+    PDI_TRY(pd_electrolyte_solve(ctx, &e, initial, &state));
+    PDI_TRY(pd_electrolyte_solve(ctx, &e, inlet, &state));
     desc.initial = initial;
     desc.inlet = inlet;
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].steeps) desc.held = pdi_wall_steeps;
     desc.wall = desc.held ? inlet : NULL;
     desc.user = &m->inlet;
-    desc.order = u->settle ? 1 : 2;
     desc.arena = &m->arena;
     PDI_TRY(pd_reactive_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->reactive));
     m->unknowns[PD_PART_CHEMISTRY] = m->reactive.components.count * m->grid.fluid_count;
-    return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, m);
+    return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, &e, m);
 }
 
 /* Their way in time; behind the metal, which feeds them. */

@@ -342,7 +342,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
     return PD_OK;
 }
 
-PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float *by)
+PDI_FN void pdi_components_slopes(const pd_components *s, const double *c, double *by)
 {
     pdi_components_work w;
     pdi_components_rows a, b, weight;
@@ -370,8 +370,16 @@ PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float
         for (int k = 0; k < columns; k++) {
             double sum = k < s->joined ? 0.0 : each[n] * w.c[n];
             for (int r = 0; r < w.rows; r++) sum += weight[r][n] * b[r][k];
-            by[n * columns + k] = (float)sum;
+            by[n * columns + k] = sum;
         }
+}
+
+PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float *by)
+{
+    double exact[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    int count = s->live * pdi_components_columns(s);
+    pdi_components_slopes(s, c, exact);
+    for (int k = 0; k < count; k++) by[k] = (float)exact[k];
 }
 
 PDI_FN void pdi_components_follow(const pd_components *s, const float *by, const double *total, double *c)
@@ -527,9 +535,9 @@ static pd_status pdi_components_fill(pd_ctx *ctx, const pd_species *species, int
                         "at most %d reactions", count, reaction_count, PD_SPECIES_MOST, PD_REACTION_MOST);
     for (int i = 0; i < count; i++) {
         s->place[i] = -1;
-        if (species[i].phase == PD_PHASE_SOLVENT) continue;
+        if (species[i].phase == PD_PHASE_SOLVENT || species[i].phase == PD_PHASE_SOLID) continue;
         if (species[i].phase != PD_PHASE_SOLUTE)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes and water alone",
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes, solids and water",
                             species[i].name);
         s->charge[s->solutes] = species[i].charge;
         s->place[i] = s->solutes++;

@@ -21,7 +21,7 @@ typedef struct pd_kinetic {
 typedef struct pd_components {
     int solutes, count;          /* count: of components */
     int joined;                  /* components that take part in reactions in equilibrium */
-    int place[PD_SPECIES_MOST];  /* solute of a species; -1: the solvent */
+    int place[PD_SPECIES_MOST];  /* solute of a species; -1: the solvent, a solid */
     int charge[PD_SPECIES_MOST]; /* of solutes */
     int master[PD_SPECIES_MOST]; /* solute that is the component */
     double m[PD_SPECIES_MOST][PD_SPECIES_MOST]; /* [-] of component and solute */
@@ -33,8 +33,8 @@ typedef struct pd_components {
 } pd_components;
 
 #ifdef PDI_INTERNAL
-/* A system of `count` species, solutes and the solvent, and their reactions. temperature [K] is that of Davies'
- * equation. PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each other. */
+/* A system of `count` species and the reactions of solutes and the solvent; solids have no part in it. temperature [K]
+ * is that of Davies' equation. PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each other. */
 PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
                                       int reaction_count, pd_activity activity, double temperature,
                                       pd_components *components);
@@ -46,6 +46,8 @@ PDI_FN void pdi_components_totals(const pd_components *components, const double 
 /* How the solutes `member` follow the totals in equilibrium: by [live][joined + (1: with activities)] [-], the last
  * column by the ionic strength of the others. */
 PDI_FN void pdi_components_derive(const pd_components *components, const double *c, float *by);
+/* The same in double precision. */
+PDI_FN void pdi_components_slopes(const pd_components *components, const double *c, double *by);
 /* Change of the concentrations with that of the totals. */
 PDI_FN void pdi_components_follow(const pd_components *components, const float *by, const double *total, double *c);
 static inline int pdi_components_columns(const pd_components *components)

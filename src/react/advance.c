@@ -34,6 +34,20 @@ static int pdi_advance_threads(const pd_ctx *ctx, const pd_reactive *r)
     return pdi_par_threads(ctx, (int64_t)r->grid->total * r->components.solutes * r->components.count);
 }
 
+/* Concentrations and minerals. */
+static void pdi_advance_copy(const pd_ctx *ctx, const pd_reactive *r, const double *c, double *to, const double *solid,
+                             double *solid_to)
+{
+    pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, c, to);
+    if (r->minerals.count) pdi_par_copy(ctx, r->minerals.count * (int64_t)r->grid->total, solid, solid_to);
+}
+
+/* To the start of the step. */
+static void pdi_advance_back(const pd_ctx *ctx, pd_reactive *r)
+{
+    pdi_advance_copy(ctx, r, r->begin, r->c, r->solid_begin, r->solid);
+}
+
 /* Images of several fields. */
 static void pdi_advance_images(const pd_reactive *r, double *fields)
 {
@@ -56,6 +70,7 @@ static void pdi_advance_leave(const pd_ctx *ctx, const pd_reactive *r, const dou
     f.wall = wall;
     f.c = fields;
     f.weight = weight;
+    f.pass = r->pass;
     f.y = y;
     pdi_flux_apply_fields(ctx, &r->flux, &f);
 }
@@ -69,8 +84,12 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
     pdi_reactive_get(r, r->source, i, source);
     pdi_components_totals(s, c, lack);
     pdi_components_totals(s, source, gain);
-    for (int k = 0; k < s->count; k++)
-        lack[k] = (r->total[(int64_t)k * r->grid->total + i] - lack[k]) / r->dt + gain[k];
+    for (int k = 0; k < s->count; k++) lack[k] = r->total[(int64_t)k * r->grid->total + i] - lack[k];
+    for (int m = 0; m < r->minerals.count; m++) {
+        int64_t at = (int64_t)m * r->grid->total + i;
+        for (int k = 0; k < s->count; k++) lack[k] += r->minerals.gain[m][k] * (r->solid_start[at] - r->solid[at]);
+    }
+    for (int k = 0; k < s->count; k++) lack[k] = lack[k] / r->dt + gain[k];
     for (int n = 0; n < s->kinetics; n++) {
         double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL);
         for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * speed;
@@ -131,6 +150,8 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
             if (r->grid->kind[i] != PD_FLUID) continue;
             for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
             size[i] = sum * (1.0 / r->dt + r->rates[i]);
+            for (int m = 0; m < r->minerals.count; m++)
+                size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] / r->dt;
             held += sum / r->dt * (sum / r->dt);
         }
         rounding = PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
@@ -146,6 +167,39 @@ typedef struct pdi_advance_user {
     pd_reactive *r;
 } pdi_advance_user;
 
+/* Node i at the start of a stage, as its minerals see it. */
+static void pdi_advance_law(const pd_reactive *r, int32_t i, double *n, pd_mineral_start *start)
+{
+    double c[PD_SPECIES_MOST];
+    pdi_reactive_get(r, r->begin, i, c);
+    pdi_reactive_solids(r, r->solid_begin, i, n);
+    pdi_mineral_begin(&r->components, &r->minerals, n, c, start);
+    pdi_reactive_solids(r, r->solid_start, i, n);
+    start->start = n;
+    start->dt = r->dt;
+}
+
+/* Where the derivatives of minerals stand in a row of `by`. */
+static int pdi_advance_place(const pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    return s->live * pdi_components_columns(s) + s->kinetics * s->count;
+}
+
+/* Share of a change of totals that minerals take: total loses it. */
+static void pdi_advance_fix(const pd_reactive *r, const float *by, double *total)
+{
+    const pd_components *s = &r->components;
+    const float *row = by + pdi_advance_place(r);
+    double taken[PD_MINERAL_MOST];
+    for (int m = 0; m < r->minerals.count; m++, row += s->count) {
+        taken[m] = 0.0;
+        for (int k = 0; k < s->count; k++) taken[m] += (double)row[k] * total[k];
+    }
+    for (int m = 0; m < r->minerals.count; m++)
+        for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
+}
+
 /* Derivatives at the present concentrations, and the preconditioner that follows from them. */
 static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
 {
@@ -160,6 +214,13 @@ static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_derive(s, c, by);
+        if (r->minerals.count) {
+            double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
+            pd_mineral_start start;
+            pdi_advance_law(r, i, first, &start);
+            pdi_reactive_solids(r, r->solid, i, n);
+            pdi_mineral_derive(s, &r->minerals, &start, c, n, by + pdi_advance_place(r));
+        }
         for (int n = 0; n < s->kinetics; n++, row += s->count) {
             double rate = 0.0;
             pdi_components_speed(s, &s->kinetic[n], c, slope);
@@ -167,6 +228,7 @@ static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
                 double sum = 0.0;
                 memset(one, 0, sizeof one);
                 one[k] = 1.0;
+                pdi_advance_fix(r, by, one);
                 pdi_components_follow(s, by, one, along);
                 for (int m = 0; m < s->solutes; m++) sum += slope[m] * along[m];
                 row[k] = (float)sum;
@@ -203,6 +265,7 @@ static void pdi_advance_apply(void *user, const double *x, double *y)
         double along[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->count; k++) along[k] = r->weight[k] * x[k * total + i]; /* 0 where it is spent */
+        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, along);
         pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
         pdi_reactive_put(r, c, i, r->move);
     }
@@ -275,6 +338,26 @@ static void pdi_advance_join_metal(const pd_reactive *r, double *y)
             y[k * (int64_t)r->grid->total + metal->node[p]] += metal->gain[k] * metal->split[p] / r->weight[k];
 }
 
+/* Split off what minerals take up, which stays where it is: x loses it, y is what belongs to it. */
+static void pdi_advance_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double *y)
+{
+    int64_t total = r->grid->total;
+    int count = r->components.count, nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double along[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < count; k++) along[k] = r->weight[k] * x[k * total + i];
+        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, along);
+        for (int k = 0; k < count; k++) {
+            double rest = along[k] / r->weight[k];
+            y[k * total + i] += r->dt * (x[k * total + i] - rest);
+            x[k * total + i] = rest;
+        }
+    }
+}
+
 /* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
  * rate. */
 static void pdi_advance_precondition(void *user, const double *x, double *y)
@@ -284,7 +367,7 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     double *rest = r->move;
-    if (!s->kinetics && !r->surface) {
+    if (!s->kinetics && !r->surface && !r->minerals.count) {
         for (int k = 0; k < s->count; k++) pdi_inverse_apply(u->ctx, &r->inverse, x + k * total, y + k * total);
         pdi_advance_spend(r, y);
         return;
@@ -292,6 +375,7 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     pdi_par_copy(u->ctx, s->count * total, x, rest);
     pdi_par_zero(u->ctx, s->count * total, y);
     if (r->surface) pdi_advance_split_metal(r, rest);
+    if (r->minerals.count) pdi_advance_lay(u->ctx, r, rest, y);
     for (int n = 0; n < s->kinetics; n++) {
         pdi_advance_split(u->ctx, r, n, rest);
         pdi_inverse_apply(u->ctx, &r->filter[n].inverse, r->part_of, r->rates + total);
@@ -344,18 +428,34 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
         pdi_reactive_get(r, r->base, i, c);
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
-        if (pdi_components_solve(s, sum, c) != PD_OK) c[0] = NAN;
+        if (r->minerals.count) {
+            double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
+            pd_mineral_start start;
+            pdi_advance_law(r, i, first, &start);
+            pdi_reactive_solids(r, r->solid_base, i, n);
+            if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) != PD_OK) c[0] = NAN;
+            for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
+        } else if (pdi_components_solve(s, sum, c) != PD_OK) {
+            c[0] = NAN;
+        }
         pdi_reactive_put(r, c, i, r->c);
     }
+}
+
+/* The same from the present state, which becomes `base`. */
+static void pdi_advance_shift(const pd_ctx *ctx, pd_reactive *r, double share)
+{
+    pdi_advance_copy(ctx, r, r->c, r->base, r->solid, r->solid_base);
+    pdi_advance_move(ctx, r, share);
 }
 
 /* A step along the correction, halved until the residual falls, or but for a rise that has room. 0: none does. */
 static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, double *norm)
 {
     double before = *norm, share = 1.0;
-    pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->c, r->base);
     for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
-        pdi_advance_move(ctx, r, share);
+        if (halving) pdi_advance_move(ctx, r, share);
+        else pdi_advance_shift(ctx, r, share);
         *norm = pdi_advance_residual(ctx, r);
         if (*norm < (halving ? before : room * before)) return 1;
     }
@@ -367,6 +467,12 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
 {
     double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
     r->dt = dt;
+    if (r->minerals.count) { /* each node meets the laws of its minerals before nodes exchange anything */
+        int64_t size = r->components.count * (int64_t)r->grid->total;
+        for (int k = 0; k < r->components.count; k++) r->weight[k] = 1.0;
+        pdi_par_zero(ctx, size, r->work + size);
+        pdi_advance_shift(ctx, r, 0.0);
+    }
     pdi_advance_weigh(ctx, r);
     PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, 1.0 / dt, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
@@ -394,7 +500,7 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
         if (status == PD_OK && now >= dt) return PD_OK;
         if (status == PD_OK) now = fmin(now * PDI_ADVANCE_SHORTER, dt);
         else {
-            pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+            pdi_advance_back(ctx, r);
             now = dt * pow(PDI_ADVANCE_SHORTER, -(double)++part);
             result->parts++;
         }
@@ -411,7 +517,8 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
     int64_t total = r->grid->total;
     int nt = pdi_advance_threads(ctx, r);
     (void)nt;
-    pdi_par_copy(ctx, s->solutes * total, r->c, r->begin);
+    pdi_advance_copy(ctx, r, r->c, r->begin, r->solid, r->solid_begin);
+    if (r->minerals.count) pdi_par_copy(ctx, r->minerals.count * total, r->solid, r->solid_start);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
@@ -450,7 +557,28 @@ static void pdi_advance_between(pd_reactive *r)
             r->slope[k * total + i] = sum[k] - *from;
             *from += ratio * r->slope[k * total + i];
         }
+        for (int m = 0; m < r->minerals.count; m++) {
+            int64_t at = m * total + i;
+            r->solid_slope[at] = r->solid[at] - r->solid_start[at];
+            r->solid_start[at] += ratio * r->solid_slope[at];
+        }
     }
+}
+
+/* The same of mineral m, over the largest amount of it and what its components would give. */
+static double pdi_advance_solid_error(const pd_reactive *r, int m, const double *size)
+{
+    int64_t total = r->grid->total;
+    double least = HUGE_VAL, most = 0.0, off = 0.0;
+    for (int k = 0; k < r->components.count; k++)
+        if (r->minerals.gain[m][k] != 0.0) least = fmin(least, size[k] / fabs(r->minerals.gain[m][k]));
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        int64_t at = m * total + i;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        most = fmax(most, r->solid[at]);
+        off = fmax(off, fabs(r->solid_slope[at] - (r->solid[at] - r->solid_start[at])));
+    }
+    return off > 0.0 ? off / (most + least) : 0.0;
 }
 
 /* Embedded estimate of the error of totals, over the largest sum of their terms (eq. 5.10). */
@@ -473,6 +601,7 @@ static double pdi_advance_error(const pd_reactive *r)
     }
     for (int k = 0; k < s->count; k++)
         if (size[k] > 0.0) worst = fmax(worst, off[k] / size[k]);
+    for (int m = 0; m < r->minerals.count; m++) worst = fmax(worst, pdi_advance_solid_error(r, m, size));
     return worst;
 }
 
@@ -495,6 +624,7 @@ static int pdi_advance_keeps(const pd_reactive *r, double stage)
         int n = s->master[k], reacts = 0;
         pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL}, source = {0.0, 0.0};
         for (int e = 0; e < s->kinetics; e++) reacts = reacts || s->kinetic[e].nu[n] != 0.0;
+        for (int e = 0; e < r->minerals.count; e++) reacts = reacts || r->minerals.nu[e][n] != 0.0;
         if (reacts) continue;
         pdi_bounds_take_all(r->grid, PD_FLUID, r->begin + n * total, &bounds);
         pdi_bounds_take_all(r->grid, PD_FLUID, r->source + n * total, &source);
@@ -539,6 +669,16 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     return PD_OK;
 }
 
+/* What minerals leave open for diffusion, as they are at the start of the step. */
+static void pdi_advance_pores(pd_reactive *r)
+{
+    for (int32_t i = 0; i < r->grid->total && r->pass; i++) {
+        double film = r->grid->kind[i] == PD_FLUID ? pd_reactive_film(r, i) : 0.0;
+        r->pass[i] = film > 0.0 ? (1.0 - film) / r->desc.tortuosity : 1.0;
+    }
+    if (r->pass) pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
+}
+
 static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     r->flux.absorb = r->still;
@@ -548,13 +688,14 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
+    pdi_advance_pores(r);
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
         pd_status second = pdi_advance_second(ctx, r, dt, result);
         if (second <= PD_OK) return second;
         result->euler = 1;
-        pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+        pdi_advance_back(ctx, r);
         pdi_advance_start(ctx, r);
     }
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
@@ -575,7 +716,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     pdi_multigrid_open(&r->inverse.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
-    if (status != PD_OK) pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+    if (status != PD_OK) pdi_advance_back(ctx, r);
     pdi_krylov_trim(ctx, &r->krylov);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
     pdi_multigrid_close(&r->inverse.mg);

@@ -23,6 +23,7 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     if (!r || course->desc.settle) return;
     PDI_ARRAY(owner, course, start, r->components.solutes * total, "mol/m3");
     PDI_ARRAY(owner, course, carry, r->components.count * total, "mol/m3");
+    if (r->minerals.count) PDI_ARRAY(owner, course, solid, r->minerals.count * total, "mol/m3");
     PDI_VALUE(owner, course, time, "s");
     PDI_VALUE(owner, course, dt, "s");
     PDI_VALUE(owner, course, error, "1");
@@ -106,6 +107,7 @@ static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
     int64_t total = r->grid->total;
     pdi_par_copy(ctx, r->components.solutes * total, back ? a->start : r->c, back ? r->c : a->start);
     pdi_par_copy(ctx, r->components.count * total, back ? a->carry : r->carry, back ? r->carry : a->carry);
+    if (a->solid) pdi_par_copy(ctx, r->minerals.count * total, back ? a->solid : r->solid, back ? r->solid : a->solid);
     memcpy(back ? r->in : a->in, back ? a->in : r->in, sizeof a->in);
     memcpy(back ? r->out : a->out, back ? a->out : r->out, sizeof a->out);
 }
@@ -216,7 +218,10 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
     memset(c, 0, sizeof c);
     PDI_TRY(pd_reactive_update(ctx, r));
     pdi_components_solve(&r->components, none, c);
-    for (int32_t k = 0; k < count; k++) pdi_reactive_put(r, c, turned[k], r->c);
+    for (int32_t k = 0; k < count; k++) {
+        pdi_reactive_put(r, c, turned[k], r->c);
+        for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
+    }
     a->bent = 1;
     return PD_OK;
 }

@@ -27,6 +27,7 @@ typedef struct pd_course {
     double shed[PD_SPECIES_MOST];  /* [-] of solutes */
     double *start;          /* [solutes][total] [mol/m3] at the start of the step */
     double *carry;          /* [components][total] [mol/m3] the same */
+    double *solid;          /* [minerals][total] [mol/m3] the same; NULL: none form */
     double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST]; /* [mol] the same */
     double time;            /* [s] */
     double dt;              /* [s] that is tried next; 0: not known yet */

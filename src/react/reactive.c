@@ -22,6 +22,8 @@ PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *r) { return r->desc.arena ? r->
 double *pd_reactive_field(pd_reactive *r, int species)
 {
     int n = r->components.place[species];
+    for (int s = 0; s < r->minerals.count; s++)
+        if (r->minerals.of[s].species == species) return r->solid + (int64_t)s * r->grid->total;
     return n < 0 ? NULL : r->c + (int64_t)n * r->grid->total;
 }
 
@@ -37,6 +39,49 @@ double pd_reactive_ph(const pd_reactive *r, int32_t node)
     if (r->proton < 0) return NAN;
     pdi_reactive_get(r, r->c, node, c);
     return 3.0 - (log(c[r->proton]) + pdi_components_activity(&r->components, c)) / log(10.0);
+}
+
+double pd_reactive_saturation(const pd_reactive *r, int index, int32_t node)
+{
+    double c[PD_SPECIES_MOST], most = NAN;
+    pdi_reactive_get(r, r->c, node, c);
+    for (int s = 0; s < r->minerals.count; s++)
+        if (index < 0 || s == index)
+            most = fmax(most, pdi_mineral_index(&r->components, &r->minerals, s, c) / log(10.0)); /* NaN gives way */
+    return most;
+}
+
+double pd_reactive_film(const pd_reactive *r, int32_t node)
+{
+    double n[PD_MINERAL_MOST];
+    if (!r->minerals.count) return 0.0;
+    pdi_reactive_solids(r, r->solid, node, n);
+    return pdi_mineral_fraction(&r->minerals, n);
+}
+
+/* What one unit of mineral s has of a row. */
+static double pdi_reactive_part(const pd_reactive *r, int row, int s)
+{
+    double sum = 0.0;
+    for (int n = 0; n < r->components.solutes; n++) sum += r->minerals.nu[s][n] * r->part[row][n];
+    return sum;
+}
+
+/* Amounts of a row in minerals, with the sizes of their terms. */
+static double pdi_reactive_solid(const pd_reactive *r, int row, double *size)
+{
+    pdi_sum sum = {0.0, 0.0};
+    for (int s = 0; s < r->minerals.count; s++) {
+        const double *solid = r->solid + (int64_t)s * r->grid->total;
+        double part = pdi_reactive_part(r, row, s);
+        for (int32_t i = 0; i < r->grid->total; i++) {
+            if (r->grid->kind[i] != PD_FLUID) continue;
+            double term = pdi_grid_circumference(r->grid, i) * part * solid[i];
+            pdi_sum_add(&sum, term);
+            *size += fabs(term) * r->bonds->stencil->volume;
+        }
+    }
+    return pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
 /* Amounts of a row in the fluid: with the sizes of its terms, or of what is carried. */
@@ -66,13 +111,14 @@ void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *r, int row, pd_react
     memcpy(b->name, r->name[row], sizeof b->name);
     b->start = r->start[row];
     b->dissolved = pdi_reactive_amount(r, row, 0, &size);
+    b->solid = pdi_reactive_solid(r, row, &size);
     b->carry = pdi_reactive_amount(r, row, 1, &size);
     for (int n = 0; n < r->components.solutes; n++) {
         b->in += r->part[row][n] * r->in[n];
         b->out += r->part[row][n] * r->out[n];
         size += fabs(r->part[row][n]) * (fabs(r->in[n]) + fabs(r->out[n]));
     }
-    b->imbalance = b->dissolved + b->carry + b->out - b->in - b->start;
+    b->imbalance = b->dissolved + b->solid + b->carry + b->out - b->in - b->start;
     b->relative = size > 0.0 ? fabs(b->imbalance) / size : 0.0;
 }
 
@@ -91,6 +137,7 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
             pdi_sum_add(&in[n], r->source[n * total + i] * around);
             if (!r->diffusion.wall_rate || !(r->wall[n] == r->wall[n])) continue;
             double gain = r->ratio[n] * r->diffusion.wall_rate[i] * (r->wall[n] - r->c[n * total + i]);
+            if (r->pass) gain *= r->pass[i];
             pdi_sum_add(gain > 0.0 ? &in[n] : &out[n], fabs(gain) * around);
         }
     }
@@ -102,6 +149,7 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
             if (!pdi_flux_open(&r->flux, i, k)) continue;
             if (grid->kind[j] != PD_OUTLET && grid->kind[j] != PD_INLET) continue;
             pdi_flux_bond(&r->flux, i, k, &flux, &bond, &upwind);
+            if (r->pass) bond *= pdi_media_harmonic(r->pass[i], r->pass[j]);
             for (int n = 0; n < s->solutes; n++) {
                 double here = r->c[n * total + i], there = grid->kind[j] == PD_OUTLET ? here : r->c[n * total + j];
                 double leave = 0.5 * flux * (here + there) - fmax(fabs(0.5 * flux), r->ratio[n] * bond) *
@@ -195,8 +243,17 @@ pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *r)
     memset(r->carry, 0, (size_t)r->components.count * (size_t)r->grid->total * sizeof *r->carry);
     memset(r->in, 0, sizeof r->in);
     memset(r->out, 0, sizeof r->out);
-    for (int row = 0; row < r->rows; row++) r->start[row] = pdi_reactive_amount(r, row, 0, &size);
+    for (int row = 0; row < r->rows; row++)
+        r->start[row] = pdi_reactive_amount(r, row, 0, &size) + pdi_reactive_solid(r, row, &size);
     return PD_OK;
+}
+
+/* 1: minerals take room, so that less is left for diffusion. */
+static int pdi_reactive_shrinks(const pd_reactive *r)
+{
+    for (int s = 0; s < r->minerals.count; s++)
+        if (r->minerals.of[s].volume > 0.0) return 1;
+    return 0;
 }
 
 PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
@@ -207,6 +264,8 @@ PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, reactive, c, reactive->components.solutes * total, "mol/m3");
     PDI_STATE(owner, reactive, carry, reactive->components.count * total, "mol/m3");
     PDI_ARRAY(owner, reactive, source, reactive->components.solutes * total, "mol/m3/s");
+    if (reactive->minerals.count) PDI_STATE(owner, reactive, solid, reactive->minerals.count * total, "mol/m3");
+    if (pdi_reactive_shrinks(reactive)) PDI_ARRAY(owner, reactive, pass, total, "1");
     if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
 }
 
@@ -239,7 +298,7 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
         r->ratio[n] = most > 0.0 ? of[n] / r->diffusion.desc.diffusivity : 0.0;
         if (n && !(of[n] >= of[0] && of[n] <= of[0])) even = 0;
     }
-    r->linear = !r->components.kinetics && (even || !r->components.joined);
+    r->linear = !r->components.kinetics && !r->minerals.count && (even || !r->components.joined);
     return PD_OK;
 }
 
@@ -259,7 +318,7 @@ static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
 PDI_FN void pdi_reactive_slots(pd_reactive *r)
 {
     r->slots = r->components.live * pdi_components_columns(&r->components) +
-               r->components.kinetics * r->components.count;
+               (r->components.kinetics + r->minerals.count) * r->components.count;
     if (!r->slots) r->slots = 1;
 }
 
@@ -275,6 +334,13 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, reactive, work, 2 * s->count * total, "");
     if (reactive->desc.order == 2) PDI_RAW(owner, reactive, rest, s->count * total, "mol/m3/s");
     if (reactive->desc.order == 2) PDI_RAW(owner, reactive, slope, s->count * total, "mol/m3");
+    if (reactive->minerals.count) {
+        int64_t count = reactive->minerals.count * total;
+        PDI_RAW(owner, reactive, solid_begin, count, "mol/m3");
+        PDI_RAW(owner, reactive, solid_base, count, "mol/m3");
+        PDI_RAW(owner, reactive, solid_start, count, "mol/m3");
+        if (reactive->desc.order == 2) PDI_RAW(owner, reactive, solid_slope, count, "mol/m3");
+    }
     PDI_ARRAY(owner, reactive, part_of, total, "mol/m3/s");
     PDI_ARRAY(owner, reactive, spent, s->count * total, "1");
     PDI_ARRAY(owner, reactive, rates, 2 * total, "1/s");
@@ -322,13 +388,43 @@ static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
     return pdi_arena_fit(ctx, pdi_reactive_arena(r), pdi_reactive_room(r));
 }
 
+PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *r)
+{
+    pd_reaction rest[PD_REACTION_MOST];
+    int few = desc->reaction_count >= 0 && desc->reaction_count <= PD_REACTION_MOST && desc->count >= 1 &&
+              desc->count <= PD_SPECIES_MOST; /* else the components say so */
+    if (!desc->mineral_count || !few)
+        return pdi_components_build(ctx, desc->species, desc->count, desc->reactions, desc->reaction_count,
+                                    desc->activity, desc->temperature, &r->components);
+    int count = pdi_mineral_rest(desc->species, desc->count, desc->reactions, desc->reaction_count, rest);
+    PDI_TRY(pdi_components_build(ctx, desc->species, desc->count, rest, count, desc->activity, desc->temperature,
+                                 &r->components));
+    return pdi_mineral_build(ctx, &r->components, desc->species, desc->count, desc->reactions, desc->reaction_count,
+                              desc->minerals, desc->mineral_count, &r->minerals);
+}
+
+static pd_status pdi_reactive_fill_solids(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *r)
+{
+    if (!(desc->tortuosity >= 0.0) || !(desc->tortuosity < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the tortuosity is %g, expected a positive number, or 0 for "
+                        "1", desc->tortuosity);
+    for (int s = 0; s < r->minerals.count; s++) {
+        double n = desc->initial[r->minerals.of[s].species];
+        if (!(n >= 0.0) || !(n < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "mineral %d of %d has %g mol/m3, expected a finite value "
+                            "of at least 0", s + 1, r->minerals.count, n);
+        for (int32_t i = 0; i < r->grid->total; i++)
+            if (r->grid->kind[i] == PD_FLUID) r->solid[(int64_t)s * r->grid->total + i] = n;
+    }
+    return PD_OK;
+}
+
 static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                    const pd_reactive_desc *desc, pd_reactive *r)
 {
     double c[PD_SPECIES_MOST];
     memset(r, 0, sizeof *r);
-    PDI_TRY(pdi_components_build(ctx, desc->species, desc->count, desc->reactions, desc->reaction_count, desc->activity,
-                                desc->temperature, &r->components));
+    PDI_TRY(pdi_reactive_system(ctx, desc, r));
     if (!(desc->tolerance >= 0.0) || !(desc->tolerance < 1.0) || desc->most < 0 || desc->order < 0 ||
         desc->order > 2 || !desc->initial)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "tolerance %g, %d steps of Newton, order %d, concentrations "
@@ -337,6 +433,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     r->desc = *desc;
     if (!(r->desc.tolerance > 0.0)) r->desc.tolerance = PDI_REACTIVE_TOLERANCE;
     if (!r->desc.most) r->desc.most = PDI_REACTIVE_STEPS;
+    if (!(r->desc.tortuosity > 0.0)) r->desc.tortuosity = 1.0;
     r->grid = grid;
     r->bonds = bonds;
     r->flow = flow;
@@ -358,6 +455,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     PDI_TRY(pdi_reactive_settle(ctx, r, "inlet", r->inlet));
     PDI_TRY(pdi_reactive_settle(ctx, r, "initial", c));
     pdi_reactive_fill(r, PD_FLUID, c);
+    PDI_TRY(pdi_reactive_fill_solids(ctx, desc, r));
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = r->diffusion.desc.diffusivity;
@@ -373,6 +471,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     PDI_TRY(pdi_reactive_solvers(ctx, r));
     r->desc.species = NULL;
     r->desc.reactions = NULL;
+    r->desc.minerals = NULL;
     r->desc.initial = r->desc.inlet = r->desc.wall = NULL;
     return pd_reactive_begin(ctx, r);
 }

@@ -6,7 +6,7 @@
  */
 #ifndef PD_REACTIVE_H
 #define PD_REACTIVE_H
-#include "chemistry/components.h"
+#include "chemistry/mineral.h"
 #include "solve/krylov.h"
 #include "transport/inverse.h"
 
@@ -15,13 +15,16 @@
 
 /* Zero-initialise. Entries of the solvent are not read. */
 typedef struct pd_reactive_desc {
-    const pd_species *species;   /* solutes, and the solvent where reactions name it */
+    const pd_species *species;   /* solutes, the solvent where reactions name it, and minerals */
     int count;
     const pd_reaction *reactions;
     int reaction_count;
+    const pd_mineral *minerals;  /* solids that form and dissolve; reactions with other solids are not read */
+    int mineral_count;
+    double tortuosity;           /* [-] tau of D eps/tau, where minerals take room; 0: 1 */
     pd_activity activity;
     double temperature;          /* [K] of the activities */
-    const double *initial;       /* [count] [mol/m3], brought to equilibrium */
+    const double *initial;       /* [count] [mol/m3], brought to equilibrium; of minerals their amounts */
     const double *inlet;         /* [count] [mol/m3] of the inflow, brought to equilibrium; NULL: `initial` */
     const double *wall;          /* [count] [mol/m3] of each species on walls that hold; NaN: they are closed for it */
     pd_point_fn held;            /* where walls and solids hold: any number; NaN: they are closed. NULL: all are */
@@ -33,10 +36,10 @@ typedef struct pd_reactive_desc {
 } pd_reactive_desc;
 
 /* Amounts [mol, per m in planar 2D, per m2 in 1D] that only sides and sources change: an element, the charge, or what
- * the solvent does not change of its elements, as H - 2 O. dissolved + carry = start + in - out + imbalance. */
+ * the solvent does not change of its elements, as H - 2 O. dissolved + solid + carry = start + in - out + imbalance. */
 typedef struct pd_reactive_balance {
     char name[PD_REACTIVE_NAME]; /* "Ca", "charge", "H-2O" */
-    double start, dissolved, carry; /* [mol] */
+    double start, dissolved, solid, carry; /* [mol] */
     double in, out;   /* [mol] through inlets, outlets and held walls, and by sources (in) */
     double imbalance; /* [mol] */
     double relative; /* [-] over the sum of the sizes of all terms */
@@ -52,6 +55,7 @@ typedef struct pd_reactive_filter {
 typedef struct pd_reactive {
     pd_reactive_desc desc;    /* defaults filled in; the arrays of the caller are not kept */
     pd_components components;
+    pd_minerals minerals;
     const pd_grid *grid;
     const pd_bonds *bonds;
     const pd_flow *flow;      /* NULL: fluid at rest */
@@ -75,10 +79,12 @@ typedef struct pd_reactive {
     double *c;      /* [solutes][total] [mol/m3] with inlets */
     double *carry;  /* [components][total] [mol/m3] what the last step left undone; the next one delivers it */
     double *source; /* [solutes][total] [mol/m3/s] given by the caller before a step */
+    double *solid;  /* [minerals][total] [mol/m3] of the cell; NULL: none form */
+    double *pass;   /* [total] [-] eps/tau at the start of the step; NULL: minerals take no room */
     /* lent for a step: */
     double *begin;  /* [solutes][total] [mol/m3] at the start of the step */
     double *base;   /* [solutes][total] [mol/m3] before a step of Newton */
-    double *total;  /* [components][total] [mol/m3] totals at the start, with the carry */
+    double *total;  /* [components][total] [mol/m3] dissolved totals at the start, with the carry */
     double *move;   /* [solutes][total] [mol/m3] change of concentrations, work */
     double *work;   /* [2][components][total] residual over its weight, correction */
     double *rest;   /* [components][total] [mol/m3/s] what the first stage of two left undone; NULL: one stage */
@@ -86,7 +92,10 @@ typedef struct pd_reactive {
     double *part_of; /* [total] [mol/m3/s] work */
     uint8_t *spent; /* [components][total] 1: nothing of it is there, and the balance asks for less: that is owed */
     double *rates;  /* [total] [1/s] of exchange */
-    float *by;      /* [total][slots] [-] how concentrations, and [1/s] how kinetic reactions follow the totals */
+    float *by;      /* [total][slots] [-] how concentrations, [1/s] kinetic reactions and [-] minerals follow totals */
+    double *solid_begin, *solid_base; /* [minerals][total] [mol/m3] as `begin` and `base` */
+    double *solid_start; /* [minerals][total] [mol/m3] at the start of a stage */
+    double *solid_slope; /* [minerals][total] [mol/m3] as `slope`, or NULL */
     double *still;  /* [total] [1/s] zeros */
     int slots;
     double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
@@ -100,6 +109,8 @@ typedef struct pd_reactive {
 #define pd_reactive_field PD_NAME(pd_reactive_field)
 #define pd_reactive_source PD_NAME(pd_reactive_source)
 #define pd_reactive_ph PD_NAME(pd_reactive_ph)
+#define pd_reactive_saturation PD_NAME(pd_reactive_saturation)
+#define pd_reactive_film PD_NAME(pd_reactive_film)
 #define pd_reactive_balance_of PD_NAME(pd_reactive_balance_of)
 #define pd_reactive_free PD_NAME(pd_reactive_free)
 
@@ -112,11 +123,16 @@ PD_API pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *reactive);
 /* After concentrations were set by hand: bring all nodes to equilibrium, and begin the balance anew.
  * PD_ERR_ARGUMENT: a concentration is negative or not finite, or no equilibrium was found. */
 PD_API pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *reactive);
-/* [total] [mol/m3] and [mol/m3/s] of a species by its number in the desc; NULL: the solvent. */
+/* [total] [mol/m3] and [mol/m3/s] of a species by its number in the desc; NULL: the solvent, a solid that is no
+ * mineral, or the source of one. */
 PD_API double *pd_reactive_field(pd_reactive *reactive, int species);
 PD_API double *pd_reactive_source(pd_reactive *reactive, int species);
 /* -log10 of the activity of H+ at a node, with mol/L; NaN: there is no such species. */
 PD_API double pd_reactive_ph(const pd_reactive *reactive, int32_t node);
+/* log10 of IAP/K of a mineral at a node; index < 0: the largest of all of them. NaN: there is none. */
+PD_API double pd_reactive_saturation(const pd_reactive *reactive, int index, int32_t node);
+/* Share of the cell of a node that minerals take, 0 to 1. */
+PD_API double pd_reactive_film(const pd_reactive *reactive, int32_t node);
 /* Row `row` < reactive->rows of the balance. */
 PD_API void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *reactive, int row, pd_reactive_balance *balance);
 PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
@@ -128,11 +144,19 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object);
 PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
 /* Plan the solvers, of whose arrays the next one is the sum [byte] with the work; nothing is made. */
 PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *reactive, pd_krylov_desc *linear);
+/* Components and minerals of the desc. */
+PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *reactive);
 /* `slots` of its components. */
 PDI_FN void pdi_reactive_slots(pd_reactive *reactive);
 PDI_FN size_t pdi_reactive_room(pd_reactive *reactive);
 /* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
 PDI_FN void pdi_reactive_pass(pd_reactive *reactive, double dt);
+/* The amounts of minerals of a node. */
+static inline void pdi_reactive_solids(const pd_reactive *reactive, const double *field, int32_t i, double *n)
+{
+    for (int s = 0; s < reactive->minerals.count; s++) n[s] = field[(int64_t)s * reactive->grid->total + i];
+}
+
 /* The concentrations of a node. */
 static inline void pdi_reactive_get(const pd_reactive *reactive, const double *field, int32_t i, double *c)
 {

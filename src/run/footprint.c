@@ -270,7 +270,6 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
 
 static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
-    const pd_electrolyte *e = &u->electrolyte;
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
     pd_reactive_filter filter[PD_REACTION_MOST];
     pd_krylov_desc kd;
@@ -281,15 +280,14 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&r, 0, sizeof r);
     memset(&course, 0, sizeof course);
     memset(filter, 0, sizeof filter);
-    if (pdi_components_build(&plan->ctx, e->species, e->count, e->reaction, e->reactions, e->activity, e->temperature,
-                             &r.components) < 0) return; /* the model says why */
+    pdi_setup_reactive(u, &r.desc);
+    if (pdi_reactive_system(&plan->ctx, &r.desc, &r) < 0) return; /* the model says why */
     r.grid = &plan->grid;
     r.bonds = r.flux.bonds = r.diffusion.bonds = &plan->bonds;
     if (u->has_flow) r.flow = r.flux.flow = &plan->flow;
     r.flux.conductance.bonds = &plan->bonds;
     r.flux.conductance.capacity = plan->bonds.capacity;
     r.flux.conductance.rests = !u->has_flow;
-    r.desc.order = u->settle ? 1 : 2;
     r.filter = filter;
     pdi_reactive_slots(&r);
     pdi_reactive_plan(&plan->ctx, &r, &kd);

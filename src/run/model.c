@@ -208,10 +208,9 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
 }
 
 /* Fluid in shapes begins with a solution of its own. */
-static pd_status pdi_model_solution(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_model *m)
 {
     const pd_setup *u = m->setup;
-    const pd_electrolyte *e = &u->electrolyte;
     double inside[PD_SPECIES_MOST], x[PD_DIM];
     pd_electrolyte_state state;
     memcpy(inside, e->inside, sizeof inside);
@@ -226,36 +225,30 @@ static pd_status pdi_model_solution(pd_ctx *ctx, pd_model *m)
     return pd_reactive_begin(ctx, &m->reactive);
 }
 
-/* Species: those of the electrolyte, in equilibrium at the start and behind inlets. */
+/* Species: those of the electrolyte, in equilibrium at the start and behind inlets, without what minerals do. */
 static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
-    const pd_electrolyte *e = &u->electrolyte;
+    pd_electrolyte e = u->electrolyte;
     double initial[PD_SPECIES_MOST], inlet[PD_SPECIES_MOST];
     pd_electrolyte_state state;
     pd_reactive_desc desc;
-    memset(&desc, 0, sizeof desc);
-    memcpy(initial, e->initial, sizeof initial);
-    memcpy(inlet, e->inlet, sizeof inlet);
-    PDI_TRY(pd_electrolyte_solve(ctx, e, initial, &state));
-    PDI_TRY(pd_electrolyte_solve(ctx, e, inlet, &state));
-    desc.species = e->species;
-    desc.count = e->count;
-    desc.reactions = e->reaction;
-    desc.reaction_count = e->reactions;
-    desc.activity = e->activity;
-    desc.temperature = e->temperature;
+    pdi_setup_reactive(u, &desc);
+    memcpy(initial, e.initial, sizeof initial);
+    memcpy(inlet, e.inlet, sizeof inlet);
+    e.reactions = pdi_mineral_rest(e.species, e.count, e.reaction, e.reactions, e.reaction);
+    PDI_TRY(pd_electrolyte_solve(ctx, &e, initial, &state));
+    PDI_TRY(pd_electrolyte_solve(ctx, &e, inlet, &state));
     desc.initial = initial;
     desc.inlet = inlet;
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].steeps) desc.held = pdi_wall_steeps;
     desc.wall = desc.held ? inlet : NULL;
     desc.user = &m->inlet;
-    desc.order = u->settle ? 1 : 2;
     desc.arena = &m->arena;
     PDI_TRY(pd_reactive_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->reactive));
     m->unknowns[PD_PART_CHEMISTRY] = m->reactive.components.count * m->grid.fluid_count;
-    return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, m);
+    return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, &e, m);
 }
 
 /* Their way in time; behind the metal, which feeds them. */

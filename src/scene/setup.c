@@ -196,6 +196,22 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
     return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
+PDI_FN void pdi_setup_reactive(const pd_setup *u, pd_reactive_desc *desc)
+{
+    const pd_electrolyte *e = &u->electrolyte;
+    memset(desc, 0, sizeof *desc);
+    desc->species = e->species;
+    desc->count = e->count;
+    desc->reactions = e->reaction;
+    desc->reaction_count = e->reactions;
+    desc->minerals = u->mineral;
+    desc->mineral_count = u->minerals;
+    desc->tortuosity = u->tortuosity;
+    desc->activity = e->activity;
+    desc->temperature = e->temperature;
+    desc->order = u->settle ? 1 : 2;
+}
+
 PDI_FN int pdi_setup_field_species(int64_t field)
 {
     return field >= PD_FIELD_SPECIES && field < PD_FIELD_COUNT ? (int)(field - PD_FIELD_SPECIES) : -1;

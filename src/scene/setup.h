@@ -12,6 +12,7 @@
 #include "couple/structure.h"
 #include "chemistry/electrolyte.h"
 #include "potential/electrode.h"
+#include "react/reactive.h"
 #include "io/file.h"
 #include "scene/expr.h"
 #include "scene/text.h"
@@ -379,7 +380,10 @@ typedef struct pd_setup {
     pd_setup_body metal_body;
     /* species and reactions */
     int has_chemistry;
-    pd_electrolyte electrolyte;
+    pd_electrolyte electrolyte;      /* its solids are the minerals: */
+    pd_mineral mineral[PD_MINERAL_MOST];
+    int minerals;
+    double tortuosity;               /* [-] of their pores */
     char species_label[PD_SPECIES_MOST][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
     int sheds;                       /* 1: what metal loses enters the species by a reaction at its surface: */
     double shed[PD_SPECIES_MOST];    /* [-] species that come with one of the metal; negative: they go */
@@ -448,6 +452,8 @@ PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field);
 PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *unit);
 /* The field of this name; PD_FIELD_COUNT: there is none. */
 PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name);
+/* What the species are; all but their concentrations and the arena. */
+PDI_FN void pdi_setup_reactive(const pd_setup *setup, pd_reactive_desc *desc);
 /* Species of the electrolyte whose concentration it is; -1: it is none. */
 PDI_FN int pdi_setup_field_species(int64_t field);
 /* 1: displacements, stresses and the like. */

@@ -342,6 +342,12 @@ typedef struct pdi_flux_fields_sweep {
     const pdi_flux_fields *f;
 } pdi_flux_fields_sweep;
 
+/* What bonds conduct to far ends that are `far` away, by the harmonic mean of what their ends let pass. */
+static inline void pdi_flux_share(const double *pass, int32_t far, const double *bond, int count, double *share)
+{
+    for (int b = 0; b < count; b++) share[b] = bond[b] * pdi_media_harmonic(pass[b], pass[b + far]);
+}
+
 PDI_INLINE void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_flux *t = s->t;
@@ -353,12 +359,19 @@ PDI_INLINE void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i,
         const double *c = f->c + n * total + i;
         int open = hold && f->wall[n] == f->wall[n];
         for (int b = 0; b < count; b++) sum[n][b] = open ? f->ratio[n] * hold[i + b] * (c[b] - f->wall[n]) : 0.0;
+        for (int b = 0; b < count && open && f->pass; b++) sum[n][b] *= f->pass[i + b];
     }
     for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
         pdi_flux_pair p;
         pdi_flux_pair_get(t, i, row, place, k, count, &p);
         const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
-        double part = 0.5 * p.turn;
+        double part = 0.5 * p.turn, share[2][PDI_BLOCK];
+        if (f->pass) {
+            pdi_flux_share(f->pass + i, p.next, ahead, count, share[0]);
+            pdi_flux_share(f->pass + i, p.before, behind, count, share[1]);
+            ahead = share[0];
+            behind = share[1];
+        }
         for (int n = 0; n < f->count; n++) {
             const double *c = f->c + n * total + i, *next = c + p.next, *before = c + p.before;
             double ratio = f->ratio[n], *PD_RESTRICT to = sum[n];

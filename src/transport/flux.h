@@ -42,6 +42,7 @@ typedef struct pdi_flux_fields {
     const double *wall;   /* [count] [mol/m3] what each holds on walls that hold; NaN: they are closed for it */
     const double *c;      /* [count][total] with images and inlets */
     const double *weight; /* [sums][count] [-] */
+    const double *pass;   /* [total] [-] of nodes: bonds conduct its harmonic mean as a share; NULL: all of it */
     double *y;            /* [sums][total] [mol/m3/s] */
 } pdi_flux_fields;
 /* y: the sums of what leaves each fluid node through its bonds and into held walls, upwinded (eq. 5.1). None of

@@ -1,0 +1,453 @@
+/* mineral: see mineral.h */
+#include "chemistry/mineral.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* [mol/m3] Least concentration that a logarithm is taken of. */
+#define PDI_MINERAL_LEAST 1e-200
+/* ln Omega where totals have no concentrations. */
+#define PDI_MINERAL_LOST (-1e3)
+/* Most steps of the search for the amount of one mineral, and rounds over all of them. */
+#define PDI_MINERAL_STEPS 200
+#define PDI_MINERAL_ROUNDS 200
+/* Largest |ln Omega| off the law at which an amount is found. */
+#define PDI_MINERAL_MET 1e-13
+/* A volume within this share of its room is full, where ln Omega is off the law by more. */
+#define PDI_MINERAL_FULL 1e-9
+/* Roundings of the totals within which amounts are the same. */
+#define PDI_MINERAL_ROUND 16.0
+/* Shortest share of a step of Newton, and share of the distance from the laws that it has to leave at most. */
+#define PDI_MINERAL_SHORTEST 1e-4
+#define PDI_MINERAL_BETTER 0.99
+/* First step [-] of a search without a bound, over the totals. */
+#define PDI_MINERAL_FIRST 1e-3
+#define PDI_MINERAL_MOLAR 1e3 /* [mol/m3] in mol/L */
+
+/* ---- the system ---- */
+
+static int pdi_mineral_solids(const pd_species *species, int count, const pd_reaction *r)
+{
+    int solids = 0;
+    for (int i = 0; i < count; i++) solids += r->nu[i] != 0.0 && species[i].phase == PD_PHASE_SOLID;
+    return solids;
+}
+
+PDI_FN int pdi_mineral_rest(const pd_species *species, int count, const pd_reaction *reactions, int reaction_count,
+                             pd_reaction *rest)
+{
+    int kept = 0;
+    for (int r = 0; r < reaction_count; r++)
+        if (!pdi_mineral_solids(species, count, &reactions[r])) rest[kept++] = reactions[r];
+    return kept;
+}
+
+static int pdi_mineral_bad(double value) { return !(value >= 0.0) || !(value < 1e100); }
+
+/* Mineral s dissolves by reaction r. */
+static void pdi_mineral_take(const pd_components *c, const pd_species *species, int count, const pd_reaction *r,
+                              pd_minerals *m, int s)
+{
+    double one = -r->nu[m->of[s].species], sum = 0.0;
+    for (int i = 0; i < count; i++) {
+        double nu = r->nu[i] / one;
+        if (c->place[i] < 0 || nu == 0.0) continue;
+        m->nu[s][c->place[i]] = nu;
+        m->square[s] += nu * species[i].charge * species[i].charge;
+        sum += nu;
+    }
+    m->ln_k[s] = r->ln_k / one + sum * log(PDI_MINERAL_MOLAR);
+    pdi_components_totals(c, m->nu[s], m->gain[s]);
+}
+
+static pd_status pdi_mineral_fill(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
+                                   const pd_reaction *reactions, int reaction_count, pd_minerals *m)
+{
+    for (int s = 0; s < m->count; s++) {
+        pd_mineral *of = &m->of[s];
+        const char *name = species[of->species].name;
+        int found = -1, several = 0;
+        if (pdi_mineral_bad(of->rate) || pdi_mineral_bad(of->surface) || pdi_mineral_bad(of->exponent) ||
+            pdi_mineral_bad(of->volume) || !(fabs(of->nucleation) < 1e100) || !(of->porosity >= 0.0) ||
+            !(of->porosity < 1.0))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s has the rate %g, surface %g, exponent %g, volume %g, "
+                            "nucleation %g and porosity %g, expected finite values of at least 0, and a porosity below "
+                            "1", name, of->rate, of->surface, of->exponent, of->volume, of->nucleation, of->porosity);
+        if (!(of->exponent > 0.0)) of->exponent = 1.0;
+        for (int r = 0; r < reaction_count; r++) {
+            if (reactions[r].nu[of->species] == 0.0) continue;
+            several += found >= 0 || pdi_mineral_solids(species, count, &reactions[r]) > 1;
+            found = r;
+        }
+        if (found < 0 || several || !reactions[found].has_k)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s has %s, expected one reaction with a constant and "
+                            "solutes, such as %s = ...", name, found < 0 ? "no reaction" : several ?
+                            "several reactions, or one with another solid" : "a reaction without K", name);
+        for (int i = 0; i < count; i++)
+            if (reactions[found].nu[i] != 0.0 && species[i].phase > PD_PHASE_SOLID)
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s reacts with %s, expected solutes and water", name,
+                                species[i].name);
+        pdi_mineral_take(c, species, count, &reactions[found], m, s);
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
+                                    const pd_reaction *reactions, int reaction_count, const pd_mineral *of,
+                                    int mineral_count, pd_minerals *m)
+{
+    memset(m, 0, sizeof *m);
+    if (mineral_count < 0 || mineral_count > PD_MINERAL_MOST)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%d minerals, expected at most %d", mineral_count,
+                        PD_MINERAL_MOST);
+    for (int s = 0; s < mineral_count; s++) {
+        m->of[s] = of[s];
+        if (of[s].species < 0 || of[s].species >= count || species[of[s].species].phase != PD_PHASE_SOLID)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "mineral %d is species %d, which is no solid", s,
+                            of[s].species);
+        for (int t = 0; t < s; t++)
+            if (of[t].species == of[s].species)
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s is there twice",
+                                species[of[s].species].name);
+    }
+    m->count = mineral_count;
+    return pdi_mineral_fill(ctx, c, species, count, reactions, reaction_count, m);
+}
+
+PDI_FN double pdi_mineral_fraction(const pd_minerals *m, const double *n)
+{
+    double sum = 0.0;
+    for (int s = 0; s < m->count; s++) sum += m->of[s].volume * n[s];
+    return fmin(fmax(sum, 0.0), 1.0);
+}
+
+PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *at)
+{
+    double sum = m->square[s] * pdi_components_activity(c, at) - m->ln_k[s];
+    for (int i = 0; i < c->solutes; i++)
+        if (m->nu[s][i] != 0.0) sum += m->nu[s][i] * log(fmax(at[i], PDI_MINERAL_LEAST));
+    return sum;
+}
+
+PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n, const double *at,
+                               pd_mineral_start *start)
+{
+    for (int s = 0; s < m->count; s++) {
+        const pd_mineral *of = &m->of[s];
+        int free = !(of->rate > 0.0) && !(of->surface > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
+        start->rate[s] = free ? HUGE_VAL : of->rate + of->surface * fmax(n[s], 0.0);
+        if (bare && pdi_mineral_index(c, m, s, at) < of->nucleation * log(10.0)) start->rate[s] = 0.0;
+    }
+}
+
+/* ---- one volume ---- */
+
+typedef struct pdi_mineral_work {
+    const pd_components *c;
+    const pd_minerals *m;
+    const pd_mineral_start *start;
+    double base[PD_MINERAL_MOST];   /* [mol/m3] amounts that `total` belongs to */
+    double total[PD_SPECIES_MOST];  /* [mol/m3] dissolved with these */
+    double n[PD_MINERAL_MOST], at[PD_SPECIES_MOST];
+    double guess[PD_SPECIES_MOST];  /* [mol/m3] to begin from anew */
+    int failed;                     /* 1: the last amounts have no concentrations */
+} pdi_mineral_work;
+
+/* ln Omega of mineral s less that of its law with the amount n. */
+static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
+                              const double *at, double n)
+{
+    double rate = start->rate[s] * start->dt, off = pdi_mineral_index(c, m, s, at);
+    if (rate < HUGE_VAL) off -= log1p(fmax((n - start->start[s]) / rate, -1.0)) / m->of[s].exponent;
+    return off;
+}
+
+/* The same of the concentrations that belong to it; it falls with n. */
+static double pdi_mineral_off(pdi_mineral_work *w, int s, double n)
+{
+    double total[PD_SPECIES_MOST];
+    w->n[s] = n;
+    for (int k = 0; k < w->c->count; k++) {
+        total[k] = w->total[k];
+        for (int t = 0; t < w->m->count; t++) total[k] -= w->m->gain[t][k] * (w->n[t] - w->base[t]);
+    }
+    w->failed = pdi_components_solve(w->c, total, w->at) != PD_OK;
+    if (w->failed) memcpy(w->at, w->guess, sizeof w->at);
+    if (w->failed) return PDI_MINERAL_LOST;
+    return pdi_mineral_law(w->c, w->m, w->start, s, w->at, n);
+}
+
+/* Most of mineral s that the totals hold, and that has room in the volume; HUGE_VAL: no component bounds it. */
+static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *most, double *room)
+{
+    double taken = 0.0;
+    *most = HUGE_VAL;
+    for (int k = 0; k < w->c->count; k++) {
+        double there = w->total[k];
+        int signs = 0;
+        for (int i = 0; i < w->c->solutes; i++) signs |= w->c->m[k][i] < 0.0;
+        if (signs || !(w->m->gain[s][k] > 0.0)) continue;
+        for (int t = 0; t < w->m->count; t++) {
+            if (w->m->gain[t][k] < 0.0) signs = 1;
+            if (t != s) there -= w->m->gain[t][k] * (w->n[t] - w->base[t]);
+        }
+        if (!signs) *most = fmin(*most, w->base[s] + there / w->m->gain[s][k]);
+    }
+    for (int t = 0; t < w->m->count; t++)
+        if (t != s) taken += w->m->of[t].volume * w->n[t];
+    *room = HUGE_VAL;
+    if (!(w->m->of[s].volume > 0.0)) return;
+    *room = fmax((1.0 - w->m->of[s].porosity - taken) / w->m->of[s].volume, 0.0);
+    *room = fmax(*room, w->start->start[s]); /* what is there stays */
+}
+
+/* A bracket of the amount of mineral s above `low`, where its law is off by a positive f[0]. 0: up to `room` it is. */
+static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
+{
+    double rate = w->start->rate[s] * w->start->dt, size = 0.0;
+    double law = w->start->start[s] + rate * expm1(fmin(w->m->of[s].exponent *
+                                                        pdi_mineral_index(w->c, w->m, s, w->at), 700.0));
+    double top = fmin(fmin(room, most), law > x[0] ? law : HUGE_VAL);
+    for (int k = 0; k < w->c->count; k++) size = fmax(size, fabs(w->total[k]));
+    for (double step = PDI_MINERAL_FIRST * (size + x[0]);; step *= 4.0) {
+        x[1] = top < HUGE_VAL ? top : fmin(x[0] + step, room);
+        f[1] = pdi_mineral_off(w, s, x[1]);
+        if (!(f[1] > 0.0)) return 1;
+        if (x[1] >= room || top < HUGE_VAL || !(step < 1e100)) return 0;
+        x[0] = x[1];
+        f[0] = f[1];
+    }
+}
+
+/* The amount of mineral s with those of the others. In terms of the logarithm of what is left of the component that
+ * bounds it the law is nearly linear: secants of it, and halves where they stay on one side. */
+static void pdi_mineral_one(pdi_mineral_work *w, int s)
+{
+    double rate = w->start->rate[s] * w->start->dt, start = w->start->start[s], most, room, x[2], f[2];
+    if (!(rate > 0.0)) {
+        w->n[s] = fmax(start, 0.0);
+        return;
+    }
+    pdi_mineral_bounds(w, s, &most, &room);
+    x[0] = rate < HUGE_VAL ? fmax(start - rate, 0.0) : 0.0;
+    f[0] = pdi_mineral_off(w, s, x[0]);
+    if (!(f[0] > 0.0) || x[0] >= room) return;
+    if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
+    for (int step = 0, side = 0; step < PDI_MINERAL_STEPS; step++) {
+        double share = step % 3 == 2 ? 0.5 : f[0] / (f[0] - f[1]), next = x[0] + share * (x[1] - x[0]);
+        if (most < HUGE_VAL) {
+            double far = log(most - x[0]), near = log(fmax(most - x[1], DBL_EPSILON * most));
+            next = most - exp(far + share * (near - far));
+        }
+        if (!(next > x[0] && next < x[1])) next = 0.5 * (x[0] + x[1]);
+        if (!(next > x[0] && next < x[1])) break;
+        double off = pdi_mineral_off(w, s, next);
+        int above = off > 0.0;
+        if (fabs(off) < PDI_MINERAL_MET) return;
+        x[!above] = next;
+        f[!above] = off;
+        if (side == (above ? 1 : -1)) f[above] *= 0.5; /* Illinois */
+        side = above ? 1 : -1;
+    }
+    pdi_mineral_off(w, s, fabs(f[0]) < fabs(f[1]) ? x[0] : x[1]);
+}
+
+/* ---- derivatives ---- */
+
+/* slope [components]: those of ln Omega of mineral s. `table`: of the concentrations with the totals. */
+static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int s, const double *table,
+                              const double *at, double *slope)
+{
+    int columns = pdi_components_columns(c);
+    double strength = 0.0, davies = 0.0, share[PD_SPECIES_MOST], others = 0.0;
+    for (int i = 0; i < c->solutes; i++) strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * fmax(at[i], 0.0);
+    if (c->debye > 0.0) pdi_activity_davies(c->debye, strength, &davies);
+    for (int i = 0; i < c->solutes; i++) {
+        share[i] = m->square[s] * davies * 0.5 * (double)(c->charge[i] * c->charge[i]);
+        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / fmax(at[i], PDI_MINERAL_LEAST);
+    }
+    for (int k = 0; k < c->count; k++) slope[k] = k < c->joined ? 0.0 : share[c->master[k]];
+    for (int n = 0; n < c->live; n++) {
+        for (int k = 0; k < c->joined; k++) slope[k] += share[c->member[n]] * table[n * columns + k];
+        if (columns > c->joined) others += share[c->member[n]] * table[n * columns + c->joined];
+    }
+    for (int k = c->joined; k < c->count; k++)
+        slope[k] += others * 0.5 * (double)(c->charge[c->master[k]] * c->charge[c->master[k]]);
+}
+
+/* 1: mineral s would grow and has no room. */
+static int pdi_mineral_full(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
+                             const double *at, const double *n)
+{
+    double full = (1.0 - m->of[s].porosity) * (1.0 - PDI_MINERAL_FULL);
+    if (!(m->of[s].volume > 0.0) || pdi_mineral_fraction(m, n) < full) return 0;
+    return pdi_mineral_law(c, m, start, s, at, n[s]) > PDI_MINERAL_FULL;
+}
+
+/* Gauss and Jordan for count equations with `columns` right-hand sides; the matrix is positive definite but for
+ * rounding. */
+static void pdi_mineral_eliminate(int count, int columns, double (*a)[PD_MINERAL_MOST], double (*b)[PD_SPECIES_MOST])
+{
+    for (int p = 0; p < count; p++) {
+        if (!(fabs(a[p][p]) > 0.0) || !(fabs(a[p][p]) < HUGE_VAL)) continue;
+        for (int r = 0; r < count; r++) {
+            double factor = r == p ? 0.0 : a[r][p] / a[p][p];
+            if (factor == 0.0) continue;
+            for (int q = 0; q < count; q++) a[r][q] -= factor * a[p][q];
+            for (int k = 0; k < columns; k++) b[r][k] -= factor * b[p][k];
+        }
+    }
+    for (int p = 0; p < count; p++)
+        for (int k = 0; k < columns; k++) b[p][k] = fabs(a[p][p]) > 0.0 ? b[p][k] / a[p][p] : 0.0;
+}
+
+/* a [count][count]: how ln Omega of the active minerals, less that of their laws, falls with their amounts; slope: how
+ * it grows with totals. */
+static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                               const double *table, const double *at, const double *n, const int *active, int count,
+                               double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
+{
+    for (int p = 0; p < count; p++) {
+        int s = active[p];
+        double rate = start->rate[s] * start->dt;
+        pdi_mineral_slope(c, m, s, table, at, slope[p]);
+        for (int q = 0; q < count; q++) {
+            a[p][q] = 0.0;
+            for (int k = 0; k < c->count; k++) a[p][q] += slope[p][k] * m->gain[active[q]][k];
+        }
+        if (rate < HUGE_VAL)
+            a[p][p] += 1.0 / (m->of[s].exponent * fmax(rate + n[s] - start->start[s], DBL_EPSILON * rate));
+    }
+}
+
+PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                               const double *at, const double *n, float *by)
+{
+    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
+    int active[PD_MINERAL_MOST], count = 0;
+    for (int s = 0; s < m->count; s++) {
+        for (int k = 0; k < c->count; k++) by[s * c->count + k] = 0.0f;
+        if (n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
+    }
+    if (!count) return;
+    pdi_components_slopes(c, at, table);
+    pdi_mineral_matrix(c, m, start, table, at, n, active, count, a, slope);
+    pdi_mineral_eliminate(count, c->count, a, slope);
+    for (int p = 0; p < count; p++)
+        for (int k = 0; k < c->count; k++) by[active[p] * c->count + k] = (float)slope[p][k];
+}
+
+/* ---- all minerals ---- */
+
+/* Concentrations of the present amounts, and off [minerals]: their distances from the laws; the largest of those that
+ * an amount could mend. */
+static double pdi_mineral_distance(pdi_mineral_work *w, double *off)
+{
+    double worst = 0.0, first = pdi_mineral_off(w, 0, w->n[0]);
+    if (w->failed) return HUGE_VAL;
+    for (int s = 0; s < w->m->count; s++) {
+        double rate = w->start->rate[s] * w->start->dt;
+        off[s] = s ? pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s]) : first;
+        if (!(rate > 0.0) || (off[s] > 0.0 && pdi_mineral_full(w->c, w->m, w->start, s, w->at, w->n))) continue;
+        if (w->n[s] > 0.0 || off[s] > 0.0) worst = fmax(worst, fabs(off[s]));
+    }
+    return worst;
+}
+
+/* slope[][0]: from distances to changes of the active minerals; those that would be less than nothing go to 0. */
+static void pdi_mineral_changes(const pdi_mineral_work *w, const int *active, int count,
+                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
+{
+    double matrix[PD_MINERAL_MOST][PD_MINERAL_MOST], change[PD_MINERAL_MOST][PD_SPECIES_MOST];
+    int gone[PD_MINERAL_MOST] = {0};
+    for (int turn = 0; turn <= count; turn++) {
+        int worst = -1;
+        for (int p = 0; p < count; p++) {
+            change[p][0] = gone[p] ? -w->n[active[p]] : slope[p][0];
+            for (int q = 0; q < count; q++) {
+                matrix[p][q] = gone[p] || gone[q] ? (p == q ? 1.0 : 0.0) : a[p][q];
+                if (!gone[p] && gone[q]) change[p][0] += a[p][q] * w->n[active[q]];
+            }
+        }
+        pdi_mineral_eliminate(count, 1, matrix, change);
+        for (int p = 0; p < count; p++)
+            if (!gone[p] && w->n[active[p]] + change[p][0] < 0.0 &&
+                (worst < 0 || change[p][0] / w->n[active[p]] < change[worst][0] / w->n[active[worst]])) worst = p;
+        if (worst < 0) break;
+        gone[worst] = 1;
+    }
+    for (int p = 0; p < count; p++) slope[p][0] = change[p][0];
+}
+
+/* A step of Newton of all minerals that are there, halved until they are nearer to their laws; *worst: how near. 0: it
+ * does not help. */
+static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
+{
+    const pd_components *c = w->c;
+    const pd_minerals *m = w->m;
+    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double slope[PD_MINERAL_MOST][PD_SPECIES_MOST], off[PD_MINERAL_MOST];
+    double from[PD_MINERAL_MOST], most, room;
+    int active[PD_MINERAL_MOST], count = 0;
+    *worst = pdi_mineral_distance(w, off);
+    for (int s = 0; s < m->count; s++)
+        if (w->n[s] > 0.0 && w->start->rate[s] > 0.0 && !pdi_mineral_full(c, m, w->start, s, w->at, w->n))
+            active[count++] = s;
+    if (!count || !(*worst > PDI_MINERAL_MET) || w->failed) return 0;
+    pdi_components_slopes(c, w->at, table);
+    pdi_mineral_matrix(c, m, w->start, table, w->at, w->n, active, count, a, slope);
+    for (int p = 0; p < count; p++) slope[p][0] = off[active[p]];
+    pdi_mineral_changes(w, active, count, a, slope);
+    memcpy(from, w->n, sizeof from);
+    for (double share = 1.0; share > PDI_MINERAL_SHORTEST; share *= 0.25) {
+        for (int p = 0; p < count; p++) {
+            pdi_mineral_bounds(w, active[p], &most, &room);
+            w->n[active[p]] = fmin(fmax(from[active[p]] + share * slope[p][0], 0.0), room);
+        }
+        double now = pdi_mineral_distance(w, off);
+        if (now < PDI_MINERAL_BETTER * *worst) {
+            *worst = now;
+            return 1;
+        }
+    }
+    memcpy(w->n, from, sizeof from);
+    pdi_mineral_off(w, 0, w->n[0]);
+    return 0;
+}
+
+PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                    const double *total, double *at, double *n)
+{
+    pdi_mineral_work w;
+    double size = 0.0;
+    w.c = c;
+    w.m = m;
+    w.start = start;
+    w.failed = 0;
+    memset(w.at, 0, sizeof w.at);
+    memcpy(w.at, at, (size_t)c->solutes * sizeof *at);
+    memcpy(w.guess, w.at, sizeof w.guess);
+    memcpy(w.total, total, (size_t)c->count * sizeof *total);
+    for (int k = 0; k < c->count; k++) size = fmax(size, fabs(total[k]));
+    for (int s = 0; s < m->count; s++) {
+        w.base[s] = w.n[s] = n[s];
+        size = fmax(size, n[s]);
+    }
+    for (int round = 0; round < PDI_MINERAL_ROUNDS; round++) {
+        double moved = 0.0, worst;
+        while (pdi_mineral_newton(&w, &worst)) {}
+        if (!(worst > PDI_MINERAL_MET)) break;
+        for (int s = 0; s < m->count; s++) {
+            double before = w.n[s];
+            pdi_mineral_one(&w, s);
+            moved = fmax(moved, fabs(w.n[s] - before));
+        }
+        if (!(moved > PDI_MINERAL_ROUND * DBL_EPSILON * size)) break;
+    }
+    pdi_mineral_off(&w, 0, w.n[0]);
+    if (w.failed) return PD_NOT_CONVERGED;
+    memcpy(at, w.at, (size_t)c->solutes * sizeof *at);
+    memcpy(n, w.n, (size_t)m->count * sizeof *n);
+    return PD_OK;
+}

@@ -1,0 +1,67 @@
+/* mineral: solids that precipitate from solutes and dissolve again, with a speed or in equilibrium (theory: 5b.6).
+ *
+ * A volume holds totals of components, dissolved and in minerals together. Its concentrations and the amounts of
+ * minerals at the end of an implicit step follow from them: a mineral that is there has the speed of its law, one that
+ * is not there stays away below saturation. Amounts are at least 0. Nothing is allocated, and nothing but the arguments
+ * is written: many threads may use one system.
+ */
+#ifndef PD_MINERAL_H
+#define PD_MINERAL_H
+#include "chemistry/components.h"
+
+#define PD_MINERAL_MOST 8 /* minerals of a system */
+
+/* Zero-initialise. The speed is (rate + surface n) (Omega^exponent - 1) with Omega = IAP/K and the amount n [mol/m3] at
+ * the start of a step; without rate and surface the mineral is in equilibrium. */
+typedef struct pd_mineral {
+    int species;       /* number of the solid */
+    double rate;       /* [mol/m3/s] */
+    double surface;    /* [1/s] */
+    double exponent;   /* [-] of Omega; 0: 1 */
+    double nucleation; /* [-] log10 Omega at the start of a step from which it forms where none is */
+    double volume;     /* [m3/mol] 0: it takes no room */
+    double porosity;   /* [-] of a cell that is full of it */
+} pd_mineral;
+
+typedef struct pd_minerals {
+    int count;
+    pd_mineral of[PD_MINERAL_MOST];                /* exponents filled in */
+    double nu[PD_MINERAL_MOST][PD_SPECIES_MOST];   /* [-] solutes that one unit gives as it dissolves */
+    double gain[PD_MINERAL_MOST][PD_SPECIES_MOST]; /* [-] totals that one unit holds */
+    double ln_k[PD_MINERAL_MOST];                  /* [-] of that reaction, with mol/m3 */
+    double square[PD_MINERAL_MOST];                /* [-] sum of nu z^2 */
+} pd_minerals;
+
+/* A volume at the start of a step. */
+typedef struct pd_mineral_start {
+    double dt;                       /* [s] */
+    const double *start;             /* [count] [mol/m3] amounts that speeds count from */
+    double rate[PD_MINERAL_MOST];    /* [mol/m3/s] of this volume; HUGE_VAL: in equilibrium; 0: it does not form */
+} pd_mineral_start;
+
+#ifdef PDI_INTERNAL
+/* Minerals of a system: each has one reaction, with a K and no other solid. PD_ERR_ARGUMENT: it has none or several, or
+ * a number is negative or not finite. */
+PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *components, const pd_species *species, int count,
+                                    const pd_reaction *reactions, int reaction_count, const pd_mineral *of,
+                                    int mineral_count, pd_minerals *minerals);
+/* The reactions without solids, in order, into `rest`; how many. */
+PDI_FN int pdi_mineral_rest(const pd_species *species, int count, const pd_reaction *reactions, int reaction_count,
+                             pd_reaction *rest);
+/* ln Omega of mineral s at concentrations c. */
+PDI_FN double pdi_mineral_index(const pd_components *components, const pd_minerals *minerals, int s, const double *c);
+/* Speeds of a volume whose step begins with n [count] and c. */
+PDI_FN void pdi_mineral_begin(const pd_components *components, const pd_minerals *minerals, const double *n,
+                               const double *c, pd_mineral_start *start);
+/* c and n [count], the guesses: what belongs to the totals that are dissolved when n stays what it is.
+ * PD_NOT_CONVERGED: c and n are unchanged. */
+PDI_FN pd_status pdi_mineral_solve(const pd_components *components, const pd_minerals *minerals,
+                                    const pd_mineral_start *start, const double *total, double *c, double *n);
+/* by [count][components of the system]: change of n with totals, dissolved and in minerals together. */
+PDI_FN void pdi_mineral_derive(const pd_components *components, const pd_minerals *minerals,
+                               const pd_mineral_start *start, const double *c, const double *n, float *by);
+/* Share of a volume that minerals n take, 0 to 1. */
+PDI_FN double pdi_mineral_fraction(const pd_minerals *minerals, const double *n);
+#endif
+
+#endif

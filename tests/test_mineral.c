@@ -1,0 +1,222 @@
+/* mineral: amounts and concentrations of a volume against the equilibria of speciation, which are solved in another
+ * way; laws in time against their own closed forms; derivatives against differences; what bad input says.
+ * dims: 1 */
+#include "chemistry/mineral.h"
+#include "chemistry/speciation.h"
+#include "chemistry_case.h"
+#include "random.h"
+
+static pd_components test_system;
+static pd_minerals test_minerals;
+
+/* Body fluid with brucite, calcite and hydroxyapatite. */
+static void body(mixture *v, pd_mineral *of)
+{
+    mix_body_fluid(v);
+    memset(of, 0, 3 * sizeof *of);
+    of[0].species = mix_species(v, "Mg(OH)2(s)", NULL, 0.0);
+    of[1].species = mix_species(v, "CaCO3(s)", NULL, 0.0);
+    of[2].species = mix_species(v, "Ca5(PO4)3OH(s)", NULL, 0.0);
+    mix_reaction(v, "Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O", 16.84, 0.0, NULL);
+    mix_reaction(v, "Ca2+ + CO3-2 = CaCO3(s)", 8.48, 0.0, NULL);
+    mix_reaction(v, "Ca5(PO4)3OH(s) + 4 H+ = H2O + 3 HPO4-2 + 5 Ca2+", -3.421, 0.0, NULL);
+}
+
+static int build(mixture *v, pd_activity activity, const pd_mineral *of, int count)
+{
+    pd_reaction rest[PD_REACTION_MOST];
+    int kept = pdi_mineral_rest(v->s, v->species, v->r, v->reactions, rest);
+    return CHECK_OK(&v->ctx, pdi_components_build(&v->ctx, v->s, v->species, rest, kept, activity, 298.15,
+                                                  &test_system)) &&
+           CHECK_OK(&v->ctx, pdi_mineral_build(&v->ctx, &test_system, v->s, v->species, v->r, v->reactions, of, count,
+                                               &test_minerals));
+}
+
+/* Any mixture with minerals in equilibrium. Those of speciation are the same, and totals are kept. */
+static void any(pd_activity activity)
+{
+    mixture v;
+    pd_mineral of[3];
+    pd_speciation system;
+    pd_speciation_result result;
+    uint32_t random = 11;
+    int solved = 0, formed[3] = {0, 0, 0};
+    body(&v, of);
+    if (!build(&v, activity, of, 3)) return;
+    CHECK_OK(&v.ctx, pd_speciation_build(&v.ctx, v.s, v.species, v.r, v.reactions, activity, 298.15, &system));
+    for (int k = 0; k < 200; k++) {
+        double all[PD_SPECIES_MOST], c[PD_SPECIES_MOST], total[PD_SPECIES_MOST], again[PD_SPECIES_MOST], n[3];
+        pd_mineral_start start;
+        for (int i = 0; i < v.species; i++) all[i] = 30.0 * pow(10.0, -6.0 * random_share(&random));
+        all[0] = 55344.0;
+        for (int i = 0; i < v.species; i++)
+            if (test_system.place[i] >= 0) c[test_system.place[i]] = all[i];
+        for (int s = 0; s < 3; s++) n[s] = all[of[s].species] = k % 3 ? all[of[s].species] : 0.0;
+        double before[3] = {n[0], n[1], n[2]};
+        start.dt = 1.0;
+        start.start = before;
+        pdi_mineral_begin(&test_system, &test_minerals, n, c, &start);
+        pdi_components_totals(&test_system, c, total);
+        if (!CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK)) continue;
+        pdi_components_totals(&test_system, c, again);
+        for (int m = 0; m < test_system.count; m++) {
+            double size = fabs(total[m]);
+            for (int i = 0; i < test_system.solutes; i++) size += fabs(test_system.m[m][i]) * c[i];
+            for (int s = 0; s < 3; s++) {
+                again[m] += test_minerals.gain[s][m] * (n[s] - before[s]);
+                size += fabs(test_minerals.gain[s][m]) * (n[s] + before[s]);
+            }
+            CHECK_NEAR(again[m], total[m], 1e-13 * size);
+        }
+        if (pd_speciation_solve(&system, all, &result) != PD_OK) continue;
+        solved++;
+        for (int s = 0; s < 3; s++) {
+            formed[s] += n[s] > 0.0;
+            CHECK_NEAR(n[s], all[of[s].species], 1e-7);
+            double index = pdi_mineral_index(&test_system, &test_minerals, s, c);
+            CHECK_LE(index, n[s] > 0.0 ? 1e-4 : 1e-9); /* rounding of what is used up */
+            if (n[s] > 0.0) CHECK_LE(-index, 1e-4);
+        }
+        for (int i = 1; i < v.species; i++)
+            if (test_system.place[i] >= 0 && all[i] > 1e-9) CHECK_REL(c[test_system.place[i]], all[i], 1e-5);
+    }
+    NOTE("%.0f solved, brucite in %.0f", (double)solved, (double)formed[0]);
+    NOTE("calcite in %.0f, hydroxyapatite in %.0f", (double)formed[1], (double)formed[2]);
+    CHECK_LE(150, solved);
+    for (int s = 0; s < 3; s++) CHECK(formed[s] > 20 && formed[s] < solved);
+}
+
+TEST(any_ideal) { any(PD_ACTIVITY_IDEAL); }
+TEST(any_davies) { any(PD_ACTIVITY_DAVIES); }
+
+/* A + B = AB(s) with a speed: backward Euler of n' = k (a b/K - 1) is a quadratic. */
+TEST(laws)
+{
+    mixture v;
+    pd_mineral of;
+    static const double rates[3] = {1e-6, 1e-2, 1e6};
+    mix_begin(&v);
+    mix_species(&v, "Aa", "Na", 1e-9);
+    mix_species(&v, "Bb", "K", 1e-9);
+    memset(&of, 0, sizeof of);
+    of.species = mix_species(&v, "NaK(s)", NULL, 0.0);
+    mix_reaction(&v, "NaK(s) = Aa + Bb", -6.0, 0.0, NULL); /* K of 1 mol2/m6 */
+    for (int k = 0; k < 12; k++) {
+        double c[2] = {k % 2 ? 3.0 : 0.1, k % 2 ? 2.0 : 0.2}, n = k % 4 < 2 ? 0.0 : 0.7, first = n, dt = 10.0, q;
+        double a = c[0], b = c[1];
+        pd_mineral_start start;
+        of.rate = rates[k / 4];
+        if (!build(&v, PD_ACTIVITY_IDEAL, &of, 1)) return;
+        start.dt = dt;
+        start.start = &first;
+        pdi_mineral_begin(&test_system, &test_minerals, &n, c, &start);
+        CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, c, c, &n), PD_OK);
+        q = dt * of.rate; /* x = q ((a - x)(b - x) - 1), x the change */
+        double p = a + b + 1.0 / q, root = 2.0 * (a * b - 1.0) / (p + sqrt(p * p - 4.0 * (a * b - 1.0)));
+        CHECK_NEAR(n, fmax(first + root, 0.0), 1e-12);
+        CHECK_NEAR(c[0] + n, a + first, 1e-14);
+    }
+}
+
+/* No more than the room allows; nothing below the saturation of nucleation, and growth of what is there. */
+TEST(limits)
+{
+    mixture v;
+    pd_mineral of;
+    pd_mineral_start start;
+    mix_begin(&v);
+    mix_species(&v, "Aa", "Na", 1e-9);
+    mix_species(&v, "Bb", "K", 1e-9);
+    memset(&of, 0, sizeof of);
+    of.species = mix_species(&v, "NaK(s)", NULL, 0.0);
+    of.volume = 1e-3;
+    of.porosity = 0.25;
+    of.nucleation = 1.0;
+    mix_reaction(&v, "NaK(s) = Aa + Bb", -6.0, 0.0, NULL);
+    if (!build(&v, PD_ACTIVITY_IDEAL, &of, 1)) return;
+    for (int k = 0; k < 3; k++) {
+        double c[2] = {k ? 1e4 : 3.0, k ? 1e4 : 3.0}, total[2] = {c[0], c[1]}, n = k == 2 ? 740.0 : 0.0, none = n;
+        start.dt = 1.0;
+        start.start = &none;
+        pdi_mineral_begin(&test_system, &test_minerals, &n, c, &start);
+        CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);
+        CHECK_NEAR(n, k ? 750.0 : 0.0, 1e-9);
+        CHECK_NEAR(c[0], total[0] + none - n, 1e-9);
+    }
+    double n = 1e-3, c[2] = {3.0, 3.0}, total[2] = {3.0, 3.0}, first = n;
+    start.start = &first;
+    pdi_mineral_begin(&test_system, &test_minerals, &n, c, &start);
+    CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);
+    CHECK_NEAR(n, 2.001, 1e-12);
+}
+
+/* Derivatives of amounts with totals against differences, of kinetic minerals and of those in equilibrium. */
+TEST(derivatives)
+{
+    mixture v;
+    pd_mineral of[3];
+    body(&v, of);
+    of[1].rate = 1e-3;
+    if (!build(&v, PD_ACTIVITY_DAVIES, of, 3)) return;
+    double c[PD_SPECIES_MOST] = {0.0}, n[3] = {1.0, 2.0, 1.5}, first[3] = {1.0, 2.0, 1.5}, total[PD_SPECIES_MOST];
+    float by[3 * PD_SPECIES_MOST];
+    pd_mineral_start start;
+    start.dt = 10.0;
+    start.start = first;
+    for (int i = 1; i < test_system.solutes; i++) c[i] = 0.3 + 0.1 * i;
+    c[test_system.place[mix_at(&v, "OH-")]] = 30.0;
+    pdi_components_totals(&test_system, c, total);
+    CHECK_INT(pdi_components_solve(&test_system, total, c), PD_OK);
+    pdi_mineral_begin(&test_system, &test_minerals, n, c, &start);
+    CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK);
+    for (int s = 0; s < 3; s++) CHECK(n[s] > 0.0);
+    pdi_components_totals(&test_system, c, total);
+    pdi_mineral_derive(&test_system, &test_minerals, &start, c, n, by);
+    for (int k = 0; k < test_system.count; k++) {
+        double ends[2][3], step = 1e-5;
+        for (int side = 0; side < 2; side++) {
+            double moved[PD_SPECIES_MOST], at[PD_SPECIES_MOST];
+            memcpy(moved, total, sizeof moved);
+            memcpy(at, c, sizeof at);
+            memcpy(ends[side], n, sizeof n);
+            moved[k] += side ? step : -step;
+            CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, moved, at, ends[side]), PD_OK);
+        }
+        for (int s = 0; s < 3; s++)
+            CHECK_NEAR((double)by[s * test_system.count + k], (ends[1][s] - ends[0][s]) / (2.0 * step), 1e-5);
+    }
+}
+
+TEST(refusals)
+{
+    mixture v;
+    pd_mineral of[3];
+    body(&v, of);
+    if (!build(&v, PD_ACTIVITY_IDEAL, of, 3)) return;
+    pd_reaction calcite = v.r[8];
+    of[0].rate = -1.0;
+    CHECK_INT(pdi_mineral_build(&v.ctx, &test_system, v.s, v.species, v.r, v.reactions, of, 3, &test_minerals),
+              PD_ERR_ARGUMENT);
+    CHECK(strstr(v.ctx.message, "rate -1") != NULL);
+    of[0].rate = 0.0;
+    of[1].species = of[0].species;
+    CHECK_INT(pdi_mineral_build(&v.ctx, &test_system, v.s, v.species, v.r, v.reactions, of, 3, &test_minerals),
+              PD_ERR_ARGUMENT);
+    CHECK(strstr(v.ctx.message, "twice") != NULL);
+    of[1].species = mix_at(&v, "CaCO3(s)");
+    v.r[8].has_k = 0;
+    CHECK_INT(pdi_mineral_build(&v.ctx, &test_system, v.s, v.species, v.r, v.reactions, of, 3, &test_minerals),
+              PD_ERR_ARGUMENT);
+    CHECK(strstr(v.ctx.message, "without K") != NULL);
+    v.r[8] = v.r[0];
+    CHECK_INT(pdi_mineral_build(&v.ctx, &test_system, v.s, v.species, v.r, v.reactions, of, 3, &test_minerals),
+              PD_ERR_ARGUMENT);
+    CHECK(strstr(v.ctx.message, "no reaction") != NULL);
+    v.r[8] = calcite;
+    of[1].species = mix_at(&v, "Ca2+");
+    CHECK_INT(pdi_mineral_build(&v.ctx, &test_system, v.s, v.species, v.r, v.reactions, of, 3, &test_minerals),
+              PD_ERR_ARGUMENT);
+    CHECK(strstr(v.ctx.message, "no solid") != NULL);
+}
+
+TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(laws) ENTRY(limits) ENTRY(derivatives) ENTRY(refusals))
