@@ -29,10 +29,12 @@
 #define BOX(h, x) "[grid] h = " h "  box = 0 .. " x "  threads = 1\n"
 #define ACROSS ""
 #define BLOCK(x) "[shape metal] kind = solid  box = " x "\n"
+#define SPOT(x) "[shape spot] kind = solution  box = " x "\n"
 #else
 #define BOX(h, x) "[grid] h = " h "  box = 0 .. " x ", 0 .. 3 * " h "  threads = 1\n"
 #define ACROSS "[side y-] flow = mirror\n[side y+] flow = mirror\n"
 #define BLOCK(x) "[shape metal] kind = solid  box = " x ", 0 .. 30 um\n"
+#define SPOT(x) "[shape spot] kind = solution  box = " x ", 0 .. 30 um\n"
 #endif
 
 static pd_ctx test_ctx;
@@ -188,12 +190,7 @@ TEST(corrode)
 /* Salt in a shape spreads between closed walls: the cosines of its series. */
 TEST(solutions)
 {
-    static const char text[] = BOX("10 um", "500 um") ACROSS
-#if PD_DIM == 1
-        "[shape drop] kind = solution  box = 0 .. 250 um\n"
-#else
-        "[shape drop] kind = solution  box = 0 .. 250 um, 0 .. 30 um\n"
-#endif
+    static const char text[] = BOX("10 um", "500 um") SPOT("0 .. 250 um") ACROSS
         "[chemistry] activity = ideal  inside_pH = 3  counter = Cl-\n" IONS
         "[species K+] D = 2e-9 m2/s  inside = 10 mM\n[species Br-] D = 2e-9 m2/s  inside = 10 mM\n"
         "[run] until = 20 s\n[total all]\n";
@@ -430,7 +427,7 @@ TEST(refusals)
     refused(METAL IONS "[dissolve] rate = 1 um/h * pH * C/(1 mM)\n" END, "found C beside pH or species");
     refused(METAL ION "[output] every = [Na+] * 1 s\n" END, "laws of the speed of metal alone know species");
     refused(METAL "[dissolve] rate = 1 um/h\n[side x+] species = inlet\n", "found without species");
-    refused(METAL "[dissolve] rate = 1 um/h\n[shape a] kind = solution  box = 0 .. 1 um\n", "without species");
+    refused(METAL SPOT("0 .. 10 um") "[dissolve] rate = 1 um/h\n", "without species");
     refused(METAL ION "[dissolve] rate = 1 um/h [flow]\n" END, "a section starts on a line of its own");
 }
 
