@@ -31792,6 +31792,10 @@ PDI_COLD_END
 
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
+/* A residual within this factor of the tolerance that comes no nearer than this share of itself in a step is rounding,
+ * and met: what is undone is carried on. */
+#define PDI_ADVANCE_NEAR 10.0
+#define PDI_ADVANCE_STALL 0.5
 /* So many steps of Newton may raise the residual by this factor; else a step is halved, so many times at most. */
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
@@ -32153,7 +32157,9 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         pd_status status = pdi_advance_direction(ctx, r, share, 0.3 * goal, result);
         if (status < 0) return status;
         double before = norm, room = step < PDI_ADVANCE_FREE ? PDI_ADVANCE_RISE : 1.0;
-        if (!pdi_advance_shorten(ctx, r, room, &norm)) return PD_NOT_CONVERGED;
+        int falls = pdi_advance_shorten(ctx, r, room, &norm);
+        if (norm <= PDI_ADVANCE_NEAR * goal && norm > PDI_ADVANCE_STALL * before) break;
+        if (!falls) return PD_NOT_CONVERGED;
         if (!r->linear) share = pdi_krylov_forcing(norm / before);
         result->newton++;
     }
