@@ -4444,8 +4444,7 @@ typedef struct pd_reactive {
     double *total;  /* [components][total] [mol/m3] dissolved totals at the start, with the carry */
     double *move;   /* [solutes][total] [mol/m3] change of concentrations, work */
     double *work;   /* [2][components][total] residual over its weight, correction */
-    double *rest;   /* [components][total] [mol/m3/s] what the first stage of two left undone; NULL: one stage */
-    double *slope;  /* [components][total] [mol/m3] change of totals in it; or NULL */
+    double *slope;  /* [components][total] [mol/m3] change of totals in the first stage of two; NULL: one stage */
     double *part_of; /* [total] [mol/m3/s] work */
     uint8_t *spent; /* [components][total] 1: nothing of it is there, and the balance asks for less: that is owed */
     double *rates;  /* [total] [1/s] of exchange */
@@ -11021,6 +11020,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
 #define PD_MONITOR_H
 
 #define PD_MONITOR_FIGURES 80 /* most figures of a monitor: of boxes, of all species and balances */
+#define PD_MONITOR_FEW 24     /* most without species */
 
 typedef struct pd_monitor_figure {
     char key[24], unit[16];
@@ -11031,7 +11031,8 @@ typedef struct pd_monitor {
     const pd_setup_monitor *desc;
     pd_csv table;
     int count;              /* of the figures */
-    pd_monitor_figure figure[PD_MONITOR_FIGURES];
+    int room;               /* for figures */
+    pd_monitor_figure *figure; /* [room] */
     int64_t seen;           /* force: flow solves that the figures know */
     int columns, rows;      /* of the profile */
     double *profile;        /* [rows][columns] [unit of the column] */
@@ -32129,7 +32130,6 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, reactive, total, s->count * total, "mol/m3");
     PDI_ARRAY(owner, reactive, move, s->solutes * total, "mol/m3");
     PDI_ARRAY(owner, reactive, work, 2 * s->count * total, "");
-    if (reactive->desc.order == 2) PDI_RAW(owner, reactive, rest, s->count * total, "mol/m3/s");
     if (reactive->desc.order == 2) PDI_RAW(owner, reactive, slope, s->count * total, "mol/m3");
     if (reactive->minerals.count) {
         int64_t count = reactive->minerals.count * total;
@@ -32657,6 +32657,10 @@ PDI_COLD_END
 
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
+/* A residual within this factor of the tolerance that comes no nearer than this share of itself in a step is rounding,
+ * and met: what is undone is carried on. */
+#define PDI_ADVANCE_NEAR 10.0
+#define PDI_ADVANCE_STALL 0.5
 /* So many steps of Newton may raise the residual by this factor; else a step is halved, so many times at most. */
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
@@ -33124,7 +33128,9 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         pd_status status = pdi_advance_direction(ctx, r, share, 0.3 * goal, result);
         if (status < 0) return status;
         double before = norm, room = step < PDI_ADVANCE_FREE ? PDI_ADVANCE_RISE : 1.0;
-        if (!pdi_advance_shorten(ctx, r, room, &norm)) return PD_NOT_CONVERGED;
+        int falls = pdi_advance_shorten(ctx, r, room, &norm);
+        if (norm <= PDI_ADVANCE_NEAR * goal && norm > PDI_ADVANCE_STALL * before) break;
+        if (!falls) return PD_NOT_CONVERGED;
         if (!r->linear) share = pdi_krylov_forcing(norm / before);
         result->newton++;
     }
@@ -33171,18 +33177,16 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
     }
 }
 
-/* carry: what the stages leave undone, dt [s] times that of the last one and `first` [s] times that of the first. */
-static void pdi_advance_owe(pd_reactive *r, double dt, double first)
+/* carry: what a stage of dt [s] leaves undone. */
+static void pdi_advance_owe(pd_reactive *r, double dt)
 {
     int64_t total = r->grid->total;
     for (int k = 0; k < r->components.count; k++)
-        for (int64_t i = k * total; i < (k + 1) * total; i++) {
-            r->carry[i] = dt * r->weight[k] * r->work[i];
-            if (first > 0.0) r->carry[i] += first * r->rest[i];
-        }
+        for (int64_t i = k * total; i < (k + 1) * total; i++) r->carry[i] = dt * r->weight[k] * r->work[i];
 }
 
-/* The totals that the second stage starts from; what the first one leaves undone. */
+/* The totals that the second stage starts from, by what has passed in the first one: also where that leaves totals that
+ * no concentrations have. To go on from the nearest ones would make amounts that the stream carries off. */
 static void pdi_advance_between(pd_reactive *r)
 {
     const pd_components *s = &r->components;
@@ -33190,13 +33194,12 @@ static void pdi_advance_between(pd_reactive *r)
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
-        for (int k = 0; k < s->count; k++) r->rest[k * total + i] = r->weight[k] * r->work[k * total + i];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) {
             double *from = r->total + k * total + i;
-            r->slope[k * total + i] = sum[k] - *from;
+            r->slope[k * total + i] = sum[k] - *from + r->dt * r->weight[k] * r->work[k * total + i];
             *from += ratio * r->slope[k * total + i];
         }
         for (int m = 0; m < r->minerals.count; m++) {
@@ -33235,7 +33238,8 @@ static double pdi_advance_error(const pd_reactive *r)
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) {
-            double terms = 0.0, last = sum[k] - r->total[k * total + i];
+            double terms = 0.0, undone = r->dt * r->weight[k] * r->work[k * total + i];
+            double last = sum[k] - r->total[k * total + i] + undone;
             for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
             size[k] = fmax(size[k], terms);
             off[k] = fmax(off[k], fabs(r->slope[k * total + i] - last));
@@ -33306,7 +33310,7 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         memcpy(r->out, out, sizeof out);
         return status;
     }
-    pdi_advance_owe(r, stage, dt - stage);
+    pdi_advance_owe(r, stage);
     pdi_advance_pass(r, stage);
     return PD_OK;
 }
@@ -33342,7 +33346,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     }
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
     if (status != PD_OK) return status;
-    pdi_advance_owe(r, dt, 0.0);
+    pdi_advance_owe(r, dt);
     pdi_advance_pass(r, dt);
     return PD_OK;
 }
@@ -59088,15 +59092,13 @@ static size_t pdi_text_begins(const pd_text *text, int section, const char *t, i
     return pdi_text_listed(text, section, t, size) ? size : 0;
 }
 
-/* Place of the ] of [FORMULA] at t, which is no section; 0: it is none. */
-static size_t pdi_text_species(const char *t)
+/* Place of the ] of [FORMULA] at t[at] behind an operator of the value from `start`, over at; 0: it is none. */
+static size_t pdi_text_species(const char *t, size_t start, size_t at)
 {
-    char name[PD_TEXT_WORD];
-    size_t size = pdi_text_name(t + 1, PDI_TEXT_FORMULA);
-    if (!size || t[1 + size] != ']' || size >= sizeof name) return 0;
-    memcpy(name, t + 1, size);
-    name[size] = '\0';
-    return pdi_keys_section(name) ? 0 : 1 + size;
+    size_t size = pdi_text_name(t + at + 1, PDI_TEXT_FORMULA), before = at;
+    while (before > start && pdi_units_blank(t[before - 1])) before--;
+    if (before > start && !strchr("+-*/^(,<>=", t[before - 1])) return 0;
+    return size && t[at + 1 + size] == ']' ? 1 + size : 0;
 }
 
 /* End of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line. */
@@ -59111,7 +59113,7 @@ static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int sectio
         if (apart && pdi_text_begins(text, section, t + at, within, &unused) > 0) break;
         if (t[at] == '(' && depth++ == 0) open = at;
         if (t[at] == ')' && --depth < 0) return pdi_text_expected(ctx, text, line, t, at, "'(' before it");
-        size_t species = t[at] == '[' ? pdi_text_species(t + at) : 0;
+        size_t species = t[at] == '[' ? pdi_text_species(t, start, at) : 0;
         if (species) at += species;
         if (t[at] == '[' || (t[at] == ']' && !species))
             return pdi_text_expected(ctx, text, line, t, at, "a value (a section starts on a line of its own)");
@@ -69200,7 +69202,7 @@ static int pdi_monitor_extent(const pd_setup *setup) { return setup->axisymmetri
 static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, double value)
 {
     pd_monitor_figure *f = &m->figure[m->count++];
-    PD_ASSERT(m->count <= PD_MONITOR_FIGURES);
+    PD_ASSERT(m->count <= m->room);
     snprintf(f->key, sizeof f->key, "%s", key);
     snprintf(f->unit, sizeof f->unit, "%s", unit);
     f->value = value;
@@ -69677,6 +69679,8 @@ static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monit
 static pd_status pdi_monitor_reserve(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
+    m->room = model->setup->has_chemistry ? PD_MONITOR_FIGURES : PD_MONITOR_FEW;
+    PDI_TRY(PDI_NEW(ctx, "monitor", m->room, m->figure));
     m->rows = d->kind == PD_MONITOR_LINE ? d->points : 0;
     m->columns = 1 + PD_DIM;
     for (int f = 0; f < PD_FIELD_COUNT; f++)
@@ -69840,6 +69844,7 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     for (int k = 0; k < PD_SETUP_MONITORS; k++) {
         pd_monitor *m = &all->monitor[k];
         pdi_csv_close(&quiet, &m->table);
+        PDI_DELETE(ctx, m->room, m->figure);
         PDI_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
         PDI_DELETE(ctx, m->rows, m->flux);
         PDI_DELETE(ctx, m->rows, m->area);

@@ -615,6 +615,21 @@ BUILD(course, pd_course)
     return pd_course_build(ctx, &l->water, &d, o);
 }
 
+static double etching(void *user, int32_t node, const double *c, double ph, double t)
+{
+    (void)user, (void)node, (void)c, (void)t;
+    return 1e-9 * ph;
+}
+
+BUILD(etch, pd_etch)
+{
+    pd_etch_desc d;
+    if (!l->water.c) PDI_TRY(make_reactive(&l->ctx, l, &l->water));
+    memset(&d, 0, sizeof d);
+    d.law = l->wrong ? NULL : etching;
+    return pd_etch_build(ctx, &l->water, &d, o);
+}
+
 BUILD(electrode, pd_electrode)
 {
     static const double u[3] = {-1.0, 0.0, 1.0}, i[3] = {-2.0, 0.0, 3.0};
@@ -676,7 +691,7 @@ static const entry builds[] = {
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
     ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
     ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1) ROW(speciation, pd_speciation, 1, 0)
-    ROW(reactive, pd_reactive, 1, 1) ROW(course, pd_course, 1, 1)
+    ROW(reactive, pd_reactive, 1, 1) ROW(course, pd_course, 1, 1) ROW(etch, pd_etch, 1, 1)
     ROW(electrode, pd_electrode, 1, 1) ROW(potential, pd_potential, 1, 1)
 };
 #undef ROW
@@ -736,7 +751,7 @@ TEST(a_failed_build_leaves_nothing)
 static const char *const parts[] = {"owner", "jacobian", "spectrum",    "boundary", "media",
                                     "spans", "flux",     "fingerprint", "compact",  "limiter",  "inverse",
                                     "band",  "springs",  "path",        "bond_weights", "images", "components",
-                                    "shell", "shade",    "sight",       "electrolyte"};
+                                    "shell", "shade",    "sight",       "electrolyte", "attack"};
 
 /* How many functions `pd_status pd_X_build(` or `pd_status pdi_X_build(` a header has; each must be tried. */
 static int builds_of(const char *path)

@@ -137,7 +137,7 @@ static const char *const texts[] = {
     "[electrode b] material = mg4ag  curve = linear  resistance = 1 ohm m2  connected = a\n[run] until = 1 s\n",
     BOX METAL "[potential] conductivity = 1 S/m\n[electrode a] shape = metal  current = 0  curve = expression\n"
     "i = 1 A/m2 * E/(1 V)  range = -1 V .. 1 V\n",
-    BOX METAL "[side y+] flow = open\n[species Fe2+] D = 1e-9 m2/s\n[species H+] D = 1e-9 m2/s\n"
+    BOX METAL "[side y+] flow = open  species = inlet\n[species Fe2+] D = 1e-9 m2/s\n[species H+] D = 1e-9 m2/s\n"
     "[corrode] rate = 1 um/h  Csat = 5 mol/L  D = 1e-9 m2/s  reaction = Fe + 2 H+ = Fe2+ + H2(g)\n[run] until = 1 s\n",
     BOX METAL "[side x-] ux = 0  uy = 0\n[side x+] pressure = 1 MPa\n"
     "[solid] E = 200 GPa  nu = 0.3  strength = 1 GPa  force = 0, 0  m = 2  influence = linear\n"
@@ -147,10 +147,11 @@ static const char *const texts[] = {
     "hardening = 0\n"};
 static const char electrolyte[] =
     "[chemistry] include = more.electrolyte  activity = ideal  temperature = 310 K  pH = 7  inlet_pH = 8\n"
-    "counter = Cl-  balance = Na+  minerals = all\n"
-    "[species H+] D = 1e-9 m2/s\n[species OH-]\n[species Na+] initial = 1 mM  inlet = 1 mol/m3\n"
+    "counter = Cl-  balance = Na+  minerals = all  diffusion = viscosity  inside_pH = 7\n"
+    "[species H+] D = 1e-9 m2/s  activation = 0 J/mol\n[species OH-]\n"
+    "[species Na+] initial = 1 mM  inlet = 1 mol/m3  inside = 0\n"
     "[species Cl-] initial = 1 mM\n[species glucose] formula = C6H12O6  charge = 0\n"
-    "[reaction water] H+ + OH- = H2O  K = 1e14 L2/mol2  forward = 1.4e11 L/mol/s\n"
+    "[reaction water] H+ + OH- = H2O  K = 1e14 L2/mol2  forward = 1.4e11 L/mol/s  activation = 0 J/mol\n"
     "[reaction again] H+ + OH- = H2O  log10_K = 14  enthalpy = 0 J/mol  backward = 1 mol/L/s\n";
 
 /* The same of the sections of chemistry, in a file of its own. */

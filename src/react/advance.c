@@ -15,6 +15,10 @@
 
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
+/* A residual within this factor of the tolerance that comes no nearer than this share of itself in a step is rounding,
+ * and met: what is undone is carried on. */
+#define PDI_ADVANCE_NEAR 10.0
+#define PDI_ADVANCE_STALL 0.5
 /* So many steps of Newton may raise the residual by this factor; else a step is halved, so many times at most. */
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
@@ -482,7 +486,9 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         pd_status status = pdi_advance_direction(ctx, r, share, 0.3 * goal, result);
         if (status < 0) return status;
         double before = norm, room = step < PDI_ADVANCE_FREE ? PDI_ADVANCE_RISE : 1.0;
-        if (!pdi_advance_shorten(ctx, r, room, &norm)) return PD_NOT_CONVERGED;
+        int falls = pdi_advance_shorten(ctx, r, room, &norm);
+        if (norm <= PDI_ADVANCE_NEAR * goal && norm > PDI_ADVANCE_STALL * before) break;
+        if (!falls) return PD_NOT_CONVERGED;
         if (!r->linear) share = pdi_krylov_forcing(norm / before);
         result->newton++;
     }
@@ -529,18 +535,16 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
     }
 }
 
-/* carry: what the stages leave undone, dt [s] times that of the last one and `first` [s] times that of the first. */
-static void pdi_advance_owe(pd_reactive *r, double dt, double first)
+/* carry: what a stage of dt [s] leaves undone. */
+static void pdi_advance_owe(pd_reactive *r, double dt)
 {
     int64_t total = r->grid->total;
     for (int k = 0; k < r->components.count; k++)
-        for (int64_t i = k * total; i < (k + 1) * total; i++) {
-            r->carry[i] = dt * r->weight[k] * r->work[i];
-            if (first > 0.0) r->carry[i] += first * r->rest[i];
-        }
+        for (int64_t i = k * total; i < (k + 1) * total; i++) r->carry[i] = dt * r->weight[k] * r->work[i];
 }
 
-/* The totals that the second stage starts from; what the first one leaves undone. */
+/* The totals that the second stage starts from, by what has passed in the first one: also where that leaves totals that
+ * no concentrations have. To go on from the nearest ones would make amounts that the stream carries off. */
 static void pdi_advance_between(pd_reactive *r)
 {
     const pd_components *s = &r->components;
@@ -548,13 +552,12 @@ static void pdi_advance_between(pd_reactive *r)
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
-        for (int k = 0; k < s->count; k++) r->rest[k * total + i] = r->weight[k] * r->work[k * total + i];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) {
             double *from = r->total + k * total + i;
-            r->slope[k * total + i] = sum[k] - *from;
+            r->slope[k * total + i] = sum[k] - *from + r->dt * r->weight[k] * r->work[k * total + i];
             *from += ratio * r->slope[k * total + i];
         }
         for (int m = 0; m < r->minerals.count; m++) {
@@ -593,7 +596,8 @@ static double pdi_advance_error(const pd_reactive *r)
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) {
-            double terms = 0.0, last = sum[k] - r->total[k * total + i];
+            double terms = 0.0, undone = r->dt * r->weight[k] * r->work[k * total + i];
+            double last = sum[k] - r->total[k * total + i] + undone;
             for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
             size[k] = fmax(size[k], terms);
             off[k] = fmax(off[k], fabs(r->slope[k * total + i] - last));
@@ -664,7 +668,7 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         memcpy(r->out, out, sizeof out);
         return status;
     }
-    pdi_advance_owe(r, stage, dt - stage);
+    pdi_advance_owe(r, stage);
     pdi_advance_pass(r, stage);
     return PD_OK;
 }
@@ -700,7 +704,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     }
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
     if (status != PD_OK) return status;
-    pdi_advance_owe(r, dt, 0.0);
+    pdi_advance_owe(r, dt);
     pdi_advance_pass(r, dt);
     return PD_OK;
 }

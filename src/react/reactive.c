@@ -332,7 +332,6 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, reactive, total, s->count * total, "mol/m3");
     PDI_ARRAY(owner, reactive, move, s->solutes * total, "mol/m3");
     PDI_ARRAY(owner, reactive, work, 2 * s->count * total, "");
-    if (reactive->desc.order == 2) PDI_RAW(owner, reactive, rest, s->count * total, "mol/m3/s");
     if (reactive->desc.order == 2) PDI_RAW(owner, reactive, slope, s->count * total, "mol/m3");
     if (reactive->minerals.count) {
         int64_t count = reactive->minerals.count * total;

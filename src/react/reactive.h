@@ -87,8 +87,7 @@ typedef struct pd_reactive {
     double *total;  /* [components][total] [mol/m3] dissolved totals at the start, with the carry */
     double *move;   /* [solutes][total] [mol/m3] change of concentrations, work */
     double *work;   /* [2][components][total] residual over its weight, correction */
-    double *rest;   /* [components][total] [mol/m3/s] what the first stage of two left undone; NULL: one stage */
-    double *slope;  /* [components][total] [mol/m3] change of totals in it; or NULL */
+    double *slope;  /* [components][total] [mol/m3] change of totals in the first stage of two; NULL: one stage */
     double *part_of; /* [total] [mol/m3/s] work */
     uint8_t *spent; /* [components][total] 1: nothing of it is there, and the balance asks for less: that is owed */
     double *rates;  /* [total] [1/s] of exchange */

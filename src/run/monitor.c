@@ -31,7 +31,7 @@ static int pdi_monitor_extent(const pd_setup *setup) { return setup->axisymmetri
 static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, double value)
 {
     pd_monitor_figure *f = &m->figure[m->count++];
-    PD_ASSERT(m->count <= PD_MONITOR_FIGURES);
+    PD_ASSERT(m->count <= m->room);
     snprintf(f->key, sizeof f->key, "%s", key);
     snprintf(f->unit, sizeof f->unit, "%s", unit);
     f->value = value;
@@ -508,6 +508,8 @@ static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monit
 static pd_status pdi_monitor_reserve(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
+    m->room = model->setup->has_chemistry ? PD_MONITOR_FIGURES : PD_MONITOR_FEW;
+    PDI_TRY(PDI_NEW(ctx, "monitor", m->room, m->figure));
     m->rows = d->kind == PD_MONITOR_LINE ? d->points : 0;
     m->columns = 1 + PD_DIM;
     for (int f = 0; f < PD_FIELD_COUNT; f++)
@@ -671,6 +673,7 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     for (int k = 0; k < PD_SETUP_MONITORS; k++) {
         pd_monitor *m = &all->monitor[k];
         pdi_csv_close(&quiet, &m->table);
+        PDI_DELETE(ctx, m->room, m->figure);
         PDI_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
         PDI_DELETE(ctx, m->rows, m->flux);
         PDI_DELETE(ctx, m->rows, m->area);

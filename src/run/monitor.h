@@ -15,6 +15,7 @@
 #include "run/summary.h"
 
 #define PD_MONITOR_FIGURES 80 /* most figures of a monitor: of boxes, of all species and balances */
+#define PD_MONITOR_FEW 24     /* most without species */
 
 typedef struct pd_monitor_figure {
     char key[24], unit[16];
@@ -25,7 +26,8 @@ typedef struct pd_monitor {
     const pd_setup_monitor *desc;
     pd_csv table;
     int count;              /* of the figures */
-    pd_monitor_figure figure[PD_MONITOR_FIGURES];
+    int room;               /* for figures */
+    pd_monitor_figure *figure; /* [room] */
     int64_t seen;           /* force: flow solves that the figures know */
     int columns, rows;      /* of the profile */
     double *profile;        /* [rows][columns] [unit of the column] */

@@ -212,15 +212,13 @@ static size_t pdi_text_begins(const pd_text *text, int section, const char *t, i
     return pdi_text_listed(text, section, t, size) ? size : 0;
 }
 
-/* Place of the ] of [FORMULA] at t, which is no section; 0: it is none. */
-static size_t pdi_text_species(const char *t)
+/* Place of the ] of [FORMULA] at t[at] behind an operator of the value from `start`, over at; 0: it is none. */
+static size_t pdi_text_species(const char *t, size_t start, size_t at)
 {
-    char name[PD_TEXT_WORD];
-    size_t size = pdi_text_name(t + 1, PDI_TEXT_FORMULA);
-    if (!size || t[1 + size] != ']' || size >= sizeof name) return 0;
-    memcpy(name, t + 1, size);
-    name[size] = '\0';
-    return pdi_keys_section(name) ? 0 : 1 + size;
+    size_t size = pdi_text_name(t + at + 1, PDI_TEXT_FORMULA), before = at;
+    while (before > start && pdi_units_blank(t[before - 1])) before--;
+    if (before > start && !strchr("+-*/^(,<>=", t[before - 1])) return 0;
+    return size && t[at + 1 + size] == ']' ? 1 + size : 0;
 }
 
 /* End of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line. */
@@ -235,7 +233,7 @@ static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int sectio
         if (apart && pdi_text_begins(text, section, t + at, within, &unused) > 0) break;
         if (t[at] == '(' && depth++ == 0) open = at;
         if (t[at] == ')' && --depth < 0) return pdi_text_expected(ctx, text, line, t, at, "'(' before it");
-        size_t species = t[at] == '[' ? pdi_text_species(t + at) : 0;
+        size_t species = t[at] == '[' ? pdi_text_species(t, start, at) : 0;
         if (species) at += species;
         if (t[at] == '[' || (t[at] == ']' && !species))
             return pdi_text_expected(ctx, text, line, t, at, "a value (a section starts on a line of its own)");

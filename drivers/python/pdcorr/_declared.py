@@ -28,6 +28,7 @@ PD_IMAGES_KEPT = 'pictures.bin'
 PD_KRYLOV_MORE = 64
 PD_LEAST_SQUARES_PARAMETERS = 8
 PD_MESSAGE_SIZE = 640
+PD_MONITOR_FEW = 24
 PD_MONITOR_FIGURES = 80
 PD_MULTIGRID_LEVELS = 40
 PD_PATH_SIZE = 1024
@@ -1606,7 +1607,6 @@ def declare(dim):
         ('total', POINTER(c_double)),
         ('move', POINTER(c_double)),
         ('work', POINTER(c_double)),
-        ('rest', POINTER(c_double)),
         ('slope', POINTER(c_double)),
         ('part_of', POINTER(c_double)),
         ('spent', POINTER(c_uint8)),
@@ -3600,7 +3600,8 @@ def declare(dim):
         ('desc', POINTER(pd_setup_monitor)),
         ('table', pd_csv),
         ('count', c_int),
-        ('figure', pd_monitor_figure * 80),
+        ('room', c_int),
+        ('figure', POINTER(pd_monitor_figure)),
         ('seen', c_int64),
         ('columns', c_int),
         ('rows', c_int),
