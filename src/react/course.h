@@ -15,6 +15,10 @@ typedef struct pd_course_desc {
     double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; NULL:
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
+    double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here */
+    const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
+    int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
 } pd_course_desc;
 
 typedef struct pd_course {

@@ -300,6 +300,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     course.reactive = &r;
     course.desc.settle = u->settle;
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
+    if (u->cover > 0.0 && u->minerals) b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }
 

@@ -236,8 +236,10 @@ PD_FIELD_XY = 20
 PD_FIELD_YZ = 21
 PD_FIELD_ZX = 22
 PD_FIELD_PH = 23
-PD_FIELD_SPECIES = 24
-PD_FIELD_COUNT = 56
+PD_FIELD_FILM = 24
+PD_FIELD_SI = 25
+PD_FIELD_SPECIES = 26
+PD_FIELD_COUNT = 58
 PD_PART_GRID = 0
 PD_PART_FLOW = 1
 PD_PART_GAS = 2
@@ -313,7 +315,7 @@ ENUMS = {
     'pd_paint': {'PD_PAINT_FIELD': 0, 'PD_PAINT_SOLID': 1, 'PD_PAINT_WALL': 2, 'PD_PAINT_OUTSIDE': 3},
     'pd_stroke': {'PD_STROKE_LINE': 0, 'PD_STROKE_DASHED': 1, 'PD_STROKE_MARKERS': 2, 'PD_STROKE_BOTH': 3},
     'pd_vti_type': {'PD_VTI_FLOAT64': 0, 'PD_VTI_FLOAT32': 1, 'PD_VTI_UINT8': 2, 'PD_VTI_INT32': 3},
-    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_PRESSURE': 13, 'PD_FIELD_SLIP': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STORED': 16, 'PD_FIELD_XX': 17, 'PD_FIELD_YY': 18, 'PD_FIELD_ZZ': 19, 'PD_FIELD_XY': 20, 'PD_FIELD_YZ': 21, 'PD_FIELD_ZX': 22, 'PD_FIELD_PH': 23, 'PD_FIELD_SPECIES': 24, 'PD_FIELD_COUNT': 56},
+    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_PRESSURE': 13, 'PD_FIELD_SLIP': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STORED': 16, 'PD_FIELD_XX': 17, 'PD_FIELD_YY': 18, 'PD_FIELD_ZZ': 19, 'PD_FIELD_XY': 20, 'PD_FIELD_YZ': 21, 'PD_FIELD_ZX': 22, 'PD_FIELD_PH': 23, 'PD_FIELD_FILM': 24, 'PD_FIELD_SI': 25, 'PD_FIELD_SPECIES': 26, 'PD_FIELD_COUNT': 58},
     'pd_part': {'PD_PART_GRID': 0, 'PD_PART_FLOW': 1, 'PD_PART_GAS': 2, 'PD_PART_TRANSPORT': 3, 'PD_PART_DISSOLVE': 4, 'PD_PART_GRAIN': 5, 'PD_PART_SOLID': 6, 'PD_PART_CHEMISTRY': 7, 'PD_PART_COUNT': 8},
     'pd_profile': {'PD_PROFILE_REST': 0, 'PD_PROFILE_UNIFORM': 1, 'PD_PROFILE_PARABOLA': 2, 'PD_PROFILE_EXPRESSION': 3},
     'pd_motion': {'PD_MOTION_STEADY': 0, 'PD_MOTION_IMPLICIT': 1, 'PD_MOTION_EXPLICIT': 2, 'PD_MOTION_GIVEN': 3},
@@ -1316,6 +1318,7 @@ def declare(dim):
         ('reaction', pd_reaction * 24),
         ('reactions', c_int),
         ('enthalpy', c_double * 24),
+        ('volume', c_double * 32),
         ('recipe', c_double * 32),
         ('initial', c_double * 32),
         ('inlet', c_double * 32),
@@ -1672,6 +1675,10 @@ def declare(dim):
         ('settle', c_int),
         ('fed', POINTER(c_double)),
         ('shed', POINTER(c_double)),
+        ('cover', c_double),
+        ('bare', POINTER(c_double)),
+        ('whole', POINTER(c_double)),
+        ('reached', POINTER(c_int)),
     ]
 
     class pd_course(Structure):
@@ -3150,19 +3157,19 @@ def declare(dim):
     class pd_setup_drawing(Structure):
         pass
     pd_setup_drawing._fields_ = [
-        ('range', c_double * 2 * 56),
-        ('map', c_int * 56),
+        ('range', c_double * 2 * 58),
+        ('map', c_int * 58),
         ('log', pd_fields),
         ('percentile', c_double),
         ('width', c_int),
         ('smooth', c_int),
         ('animate', c_int),
         ('formats', c_uint),
-        ('contours', c_int * 56),
-        ('levels', c_int * 56),
-        ('level', c_double * 32 * 56),
-        ('streamlines', c_int * 56),
-        ('vectors', c_int * 56),
+        ('contours', c_int * 58),
+        ('levels', c_int * 58),
+        ('level', c_double * 32 * 58),
+        ('streamlines', c_int * 58),
+        ('vectors', c_int * 58),
         ('surface', c_int),
         ('way', c_double * 3),
     ]
@@ -3255,6 +3262,7 @@ def declare(dim):
         ('mineral', pd_mineral * 8),
         ('minerals', c_int),
         ('tortuosity', c_double),
+        ('cover', c_double),
         ('species_label', c_char * 36 * 32),
         ('sheds', c_int),
         ('shed', c_double * 32),
@@ -3349,6 +3357,7 @@ def declare(dim):
         ('transport', pd_transport),
         ('two_stage', pd_two_stage),
         ('reactive', pd_reactive),
+        ('bare', POINTER(c_double)),
         ('course', pd_course),
         ('grain', pd_grain),
         ('grain_stats', pd_grain_stats),
@@ -3398,7 +3407,7 @@ def declare(dim):
         pass
     pd_views._fields_ = [
         ('cells', c_int64),
-        ('field', POINTER(c_double) * 56),
+        ('field', POINTER(c_double) * 58),
     ]
 
     class pd_images_view(Structure):
@@ -3429,7 +3438,7 @@ def declare(dim):
         ('velocity', POINTER(c_double)),
         ('sorted', POINTER(c_double)),
         ('sight', pd_shade),
-        ('view', pd_images_view * 57),
+        ('view', pd_images_view * 59),
         ('frames', c_int64),
         ('last', c_int64),
         ('live', c_int),
@@ -3449,7 +3458,7 @@ def declare(dim):
         ('probes', pd_csv),
         ('frame', c_int),
         ('written', c_double),
-        ('scalar', POINTER(c_double) * 56),
+        ('scalar', POINTER(c_double) * 58),
         ('phase', POINTER(c_uint8)),
         ('grain', POINTER(c_int32)),
         ('displaced', POINTER(c_double)),
