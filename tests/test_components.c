@@ -151,7 +151,7 @@ TEST(refused)
     CHECK_INT(pdi_components_build(&v.ctx, v.s, v.species, v.r, v.reactions, PD_ACTIVITY_IDEAL, 298.15, &s),
               PD_ERR_ARGUMENT);
     CHECK_INT(s.solutes, 0);
-    mix_species(&v, "CaCO3(s)", NULL, 0.0);
+    mix_species(&v, "CO2(g)", NULL, 0.0);
     CHECK_INT(pdi_components_build(&v.ctx, v.s, v.species, v.r, 1, PD_ACTIVITY_IDEAL, 298.15, &s), PD_ERR_ARGUMENT);
 }
 

@@ -437,6 +437,19 @@ TEST(refusals)
     refused(BOX("1 um", "9 um") ION
             "[species NaCl(s)] initial = 1 mM\n[reaction r] NaCl(s) = Na+ + Cl-  log10_K = 1\n" END,
             "found NaCl(s), which is no solute");
+#define SALT "[species NaCl(s)] initial = 1 mM\n[reaction r] NaCl(s) = Na+ + Cl-  "
+    refused(BOX("1 um", "9 um") ION "[mineral K+] rate = 1 mol/m2/s\n" END, "a.scene:4: mineral: found 'K+', which no");
+    refused(BOX("1 um", "9 um") ION "[mineral Na+] rate = 1 mol/m2/s\n" END, "found 'Na+', which is no solid");
+    refused(BOX("1 um", "9 um") ION SALT "log10_K = 1\n[mineral NaCl(s)] rate = 1 mol/m2/s\n" END,
+            "a.scene:6: rate: found without a surface");
+    refused(BOX("1 um", "9 um") ION SALT "log10_K = 1\n[mineral NaCl(s)] rate = -1 mol/m2/s  area = 1 1/m\n" END,
+            "a.scene:6: rate: found -1 mol/m2/s, expected a value of at least 0");
+    refused(BOX("1 um", "9 um") ION SALT "log10_K = 1\n[mineral NaCl(s)]\n[mineral NaCl(s)]\n" END, "NaCl(s)");
+    refused(BOX("1 um", "9 um") ION SALT "K = 10\n[mineral NaCl(s)]\n" END, "K of 'r' has no unit");
+    refused(BOX("1 um", "9 um") ION "[species NaCl(s)]\n[reaction r] NaCl(s) = 2 Na+ + Cl-  log10_K = 1\n"
+            "[mineral NaCl(s)]\n" END, "'r' does not balance");
+    refused(BOX("1 um", "9 um") ION "[species NaCl(s)]\n[mineral NaCl(s)]\n" END, "NaCl(s) has no reaction");
+    refused(BOX("1 um", "9 um") ION "[output] fields = film\n" END, "a [mineral ...] section");
     refused(BOX("1 um", "9 um") ION "[output] fields = pH\n" END, "found 'pH', which needs the species H+");
     refused(BOX("1 um", "9 um") ION "[output] fields = K+\n" END, "found 'K+', expected some of C");
     refused(METAL ION "[dissolve] rate = 1 um/h  reaction = Mg = Mg2+\n" END, "'Mg2+', which nobody defines");

@@ -309,7 +309,7 @@ TEST(pores)
  * and on two. */
 TEST(any_step)
 {
-    if (PD_DIM == 3) SKIP("in 1D and 2D alone: nothing depends on the third axis");
+    if (PD_DIM > 1) SKIP("in 1D alone: nothing depends on the other axes");
     scene *s = &test_scene;
     uint64_t seen[2] = {0, 0};
     for (int threads = 1; threads <= 2; threads++) {
@@ -317,7 +317,7 @@ TEST(any_step)
         pd_mineral of[3];
         pd_reactive_desc d;
         double initial[PD_SPECIES_MOST], x[PD_DIM];
-        if (!box(s, 1e-5, 24)) return;
+        if (!box(s, 1e-5, 10)) return;
         s->ctx.threads = threads;
         mix_body_fluid(&v);
         mix_hanks(&v, initial);
@@ -346,12 +346,12 @@ TEST(any_step)
         for (int32_t i = 0; i < s->grid.total; i++) {
             if (s->grid.kind[i] != PD_FLUID) continue;
             pd_grid_position(&s->grid, i, x);
-            if (x[0] < 6e-5) oh[i] += 50.0;
-            if (x[0] < 6e-5) na[i] += 50.0;
+            if (x[0] < 3e-5) oh[i] += 50.0;
+            if (x[0] < 3e-5) na[i] += 50.0;
         }
         CHECK_OK(&s->ctx, pd_reactive_begin(&s->ctx, &test_reactive));
         int newton = 0;
-        for (double dt = 1e-6; dt < 1e12; dt *= 100.0) {
+        for (double dt = 1e-6; dt < 1e10; dt *= 1e4) {
             if (!step_all(s, dt)) break;
             newton += test_result.newton;
             check_balance(s);

@@ -89,6 +89,7 @@ static void pdi_electrolyte_remove(pd_electrolyte *e, int k)
     e->count--;
     for (int i = k; i < e->count; i++) {
         e->species[i] = e->species[i + 1];
+        e->volume[i] = e->volume[i + 1];
         e->recipe[i] = e->recipe[i + 1];
         e->initial[i] = e->initial[i + 1];
         e->inlet[i] = e->inlet[i + 1];
@@ -100,21 +101,21 @@ static void pdi_electrolyte_remove(pd_electrolyte *e, int k)
     if (e->counter > k) e->counter--;
 }
 
-PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e)
+PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e, const int *stays)
 {
     int kept = 0;
     for (int r = 0; r < e->reactions; r++) {
         int names = 0;
         for (int k = 0; k < e->count; k++)
             names |= fabs(e->reaction[r].nu[k]) > 0.0 && e->species[k].phase != PD_PHASE_SOLUTE &&
-                     e->species[k].phase != PD_PHASE_SOLVENT;
+                     e->species[k].phase != PD_PHASE_SOLVENT && !stays[k];
         if (names) continue;
         e->reaction[kept] = e->reaction[r];
         e->enthalpy[kept++] = e->enthalpy[r];
     }
     e->reactions = kept;
     for (int k = e->count - 1; k >= 0; k--)
-        if (e->species[k].phase != PD_PHASE_SOLUTE && e->species[k].phase != PD_PHASE_SOLVENT)
+        if (e->species[k].phase != PD_PHASE_SOLUTE && e->species[k].phase != PD_PHASE_SOLVENT && !stays[k])
             pdi_electrolyte_remove(e, k);
 }
 

@@ -10,6 +10,7 @@ typedef struct pd_electrolyte {
     pd_reaction reaction[PD_REACTION_MOST];
     int reactions;
     double enthalpy[PD_REACTION_MOST]; /* [J/mol] with which K went from 25 C to the temperature; NaN: K is as given */
+    double volume[PD_SPECIES_MOST];  /* [m3/mol] of solids; 0: not known */
     double recipe[PD_SPECIES_MOST];  /* [mol/m3] as written, of the start */
     double initial[PD_SPECIES_MOST]; /* [mol/m3] the same, closed; a solid per volume of water */
     double inlet[PD_SPECIES_MOST];   /* [mol/m3] of what enters, closed */
@@ -49,8 +50,9 @@ PD_API pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, co
 PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name);
 /* What pd_speciation_solve needs for c; NULL: with all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
 PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, const double *c, pd_speciation *system);
-/* Take out solids and gases, and the reactions that name them; places of species change. */
-PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e);
+/* Take out solids and gases but those with stays[species] = 1, and the reactions that name others; places of species
+ * change. */
+PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e, const int *stays);
 /* Sum of an element [mol/m3]. */
 PDI_FN double pdi_electrolyte_total(const pd_electrolyte *e, const double *c, int element);
 #endif

@@ -39,6 +39,9 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
 static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *desc, pd_course *a)
 {
     memset(a, 0, sizeof *a);
+    if (!(desc->cover >= 0.0) || !(desc->cover < 1e100) || (desc->cover > 0.0) != (desc->bare != NULL))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "course", "minerals %g m thick cover metal, expected a finite value "
+                        "of at least 0, and above 0 an array for the bare share", desc->cover);
     if (!(desc->rtol >= 0.0) || !(desc->largest >= 0.0) || !(desc->rtol + desc->largest < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "course", "rtol %g and a largest step of %g s, expected finite values of "
                         "at least 0", desc->rtol, desc->largest);
@@ -97,6 +100,29 @@ static void pdi_course_owed(pd_course *a)
         pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
     }
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
+}
+
+/* ---- metal that minerals cover ---- */
+
+/* Minerals in the cells beside a metal node lie on it: of a film d thick exp(-d/cover) is bare. */
+static void pdi_course_cover(pd_course *a)
+{
+    const pd_reactive *r = a->reactive;
+    const pd_grid *grid = r->grid;
+    for (int32_t j = 0; j < grid->total && a->desc.bare; j++) {
+        double thick = 0.0;
+        int faces = 0;
+        a->desc.bare[j] = a->desc.whole ? a->desc.whole[j] : 1.0;
+        if (grid->kind[j] != PD_SOLID) continue;
+        for (int side = 0; side < 2 * PD_DIM; side++) {
+            int64_t i = j + (side % 2 ? 1 : -1) * (int64_t)grid->stride[side / 2];
+            if (i < 0 || i >= grid->total || grid->kind[i] != PD_FLUID) continue;
+            thick += pd_reactive_film(r, (int32_t)i) * grid->h[side / 2];
+            faces++;
+        }
+        if (faces) a->desc.bare[j] *= exp(-thick / faces / a->desc.cover);
+    }
+    if (a->desc.reached) *a->desc.reached = 0;
 }
 
 /* ---- the steps of a process ---- */
@@ -163,6 +189,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     if (!a->bent) a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH));
     a->bent = 0;
     a->steps++;
+    if (a->desc.bare) pdi_course_cover(a);
     return PD_OK;
 }
 
@@ -205,6 +232,7 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
 {
     pd_course *a = (pd_course *)self;
     a->time = t;
+    if (a->desc.bare) pdi_course_cover(a);
     return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
 }
 
@@ -223,6 +251,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
         for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
     }
     a->bent = 1;
+    if (a->desc.bare) pdi_course_cover(a);
     return PD_OK;
 }
 
@@ -234,7 +263,9 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts at the start", r->start, PD_REACTIVE_ROWS));
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
-    return pdi_owner_store(ctx, pdi_course_list, a, archive);
+    PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
+    if (a->desc.bare) pdi_course_cover(a); /* of what was read */
+    return PD_OK;
 }
 
 static double pdi_course_imbalance(pd_ctx *ctx, void *self)

@@ -19,6 +19,10 @@ typedef struct pd_course_desc {
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
     pd_at_fn find;       /* lists its places */
     void *user;
+    double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here */
+    const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
+    int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
 } pd_course_desc;
 
 typedef struct pd_course {

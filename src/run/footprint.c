@@ -308,6 +308,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
         etch.reactive = &r;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
     }
+    if (u->cover > 0.0 && u->minerals) b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }
 

@@ -268,6 +268,10 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
         desc.find = pdi_attack_find;
         desc.user = &m->attack;
     }
+    desc.cover = m->bare ? u->cover : 0.0;
+    desc.bare = m->bare;
+    desc.whole = u->metal_body.paces ? m->structure.factor : m->factor;
+    desc.reached = m->bare ? &m->dissolve.reached : NULL;
     return pd_course_build(ctx, &m->reactive, &desc, &m->course);
 }
 
@@ -392,6 +396,11 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     for (int k = 0; k < u->metals; k++)
         if (u->metal[k].rate.uses >> PDI_SETUP_GRAIN & 1u) desc.grain = m->grain.id;
     desc.factor = m->setup->metal_body.paces ? m->structure.factor : m->factor;
+    if (u->cover > 0.0 && u->minerals) {
+        PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->bare));
+        for (int32_t i = 0; i < m->grid.total; i++) m->bare[i] = desc.factor ? desc.factor[i] : 1.0;
+        desc.factor = m->bare;
+    }
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
     desc.sheds = u->sheds;
@@ -571,6 +580,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);
     PDI_DELETE(ctx, m->grid.total, m->factor);
+    PDI_DELETE(ctx, m->grid.total, m->bare);
     pd_grain_free(ctx, &m->grain);
     pd_two_stage_free(ctx, &m->two_stage);
     pd_transport_free(ctx, &m->transport);

@@ -41,6 +41,7 @@ typedef struct pd_model {
     pd_transport transport;
     pd_two_stage two_stage;   /* without dissolution */
     pd_reactive reactive;     /* species */
+    double *bare;             /* [total] [-] factor of metal that minerals cover, or NULL */
     pd_course course;
     pd_attack attack;         /* of a law in the species; else absent */
     pd_grain grain;

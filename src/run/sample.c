@@ -38,10 +38,13 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
-/* [total] [mol/m3] concentration of a species; NULL: it is no field of one. */
+/* [total] [mol/m3] concentration of a species, or the amount of a mineral; NULL: it is no field of one. */
 static const double *pdi_sample_species(const pd_model *m, pd_field field)
 {
     int species = pdi_setup_field_species(field), n = species < 0 ? -1 : m->reactive.components.place[species];
+    for (int s = 0; s < m->reactive.minerals.count; s++)
+        if (species >= 0 && m->reactive.minerals.of[s].species == species)
+            return m->reactive.solid + (int64_t)s * m->grid.total;
     return n < 0 ? NULL : m->reactive.c + (int64_t)n * m->grid.total;
 }
 
@@ -91,6 +94,8 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
         if (fluid) pdi_cell_current(&m->cell, i, j);
         return fluid ? pdi_vec_norm(j) : 0.0;
     case PD_FIELD_PH: return fluid ? pd_reactive_ph(&m->reactive, i) : (double)NAN;
+    case PD_FIELD_FILM: return fluid ? pd_reactive_film(&m->reactive, i) : 0.0;
+    case PD_FIELD_SI: return fluid ? pd_reactive_saturation(&m->reactive, -1, i) : (double)NAN;
     case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
     case PD_FIELD_V:
         for (int d = 0; d < PD_DIM && fluid; d++) {

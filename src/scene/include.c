@@ -51,7 +51,7 @@ static pd_status pdi_include_pair(pd_ctx *ctx, pd_text *text, int section, const
 /* What the file `from` says into text. */
 static pd_status pdi_include_join(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth)
 {
-    static const char *const allowed[] = {"chemistry", "species", "reaction"};
+    static const char *const allowed[] = {"chemistry", "species", "reaction", "mineral"};
     char *file;
     PDI_TRY(pdi_text_keep(ctx, text, from->name, strlen(from->name), &file));
     for (int k = 0; k < from->section_count; k++) {
@@ -61,7 +61,8 @@ static pd_status pdi_include_join(pd_ctx *ctx, pd_text *text, const pd_text *fro
         for (size_t a = 0; a < sizeof allowed / sizeof allowed[0]; a++) fits |= strcmp(s->name, allowed[a]) == 0;
         if (!fits)
             return pdi_text_error(ctx, from->name, s->line > 0 ? s->line : 1, "found %s%.40s%s in a file that is "
-                                  "included, expected [chemistry], [species ...] and [reaction ...] alone",
+                                  "included, expected [chemistry], [species ...], [reaction ...] and [mineral ...] "
+                                  "alone",
                                   k ? "[" : "pairs before a section", s->name, k ? "]" : "");
         PDI_TRY(pdi_text_section_at(ctx, text, s->name, s->label, &section));
         if (!text->section[section].present) {

@@ -451,7 +451,26 @@ static const pd_key pdi_keys_of_chemistry[] = {
     {"time", "-", "implicit",
      "of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at rest alone"},
     {"minerals", "-", "given",
-     "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can"}};
+     "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can. Of a run: "
+     "`given` are those with `[mineral ...]`, and `all` puts the others in equilibrium"},
+    {"tortuosity", "-", "1",
+     "tau of the diffusivity `D eps/tau` in cells of which minerals leave the share eps open"},
+    {"cover", "m", "none: minerals cover no metal",
+     "thickness d0 of minerals: under a film d thick the share `exp(-d/d0)` of the metal dissolves"}};
+
+static const pd_key pdi_keys_of_mineral[] = {
+    {"rate", "mol/m2/s", "none: in equilibrium",
+     "k of its growth by `k A (Omega^p - 1)` with Omega = IAP/K; below saturation it dissolves"},
+    {"area", "1/m", "0",
+     "surface it has over the volume of a cell, whatever there is of it; `rate` needs it or `surface`"},
+    {"surface", "m2/mol", "0",
+     "surface over its amount, as at the start of a step"},
+    {"exponent", "-", "1",
+     "p of that law"},
+    {"nucleation", "-", "0",
+     "saturation index log10 Omega from which it forms in a cell that has none"},
+    {"porosity", "-", "0.1",
+     "share of a cell that it leaves open when it can grow no more; unread without `volume`"}};
 
 static const pd_key pdi_keys_of_species[] = {
     {"D", "m2/s", "not known",
@@ -467,7 +486,9 @@ static const pd_key pdi_keys_of_species[] = {
     {"inlet", "mol/m3", "that of `initial`",
      "the same of what enters, and of walls with `species = inlet`"},
     {"inside", "mol/m3", "that of `initial`",
-     "the same at the start in shapes of `kind = solution`"}};
+     "the same at the start in shapes of `kind = solution`"},
+    {"volume", "m3/mol", "0: it takes no room",
+     "molar volume of a solid, which narrows pores in a run"}};
 
 static const pd_key pdi_keys_of_reaction[] = {
     {"equation", "text", "required",
@@ -549,6 +570,7 @@ static const pd_key_section pdi_keys_all[] = {
     {"chemistry", "", "an electrolyte: activities, pH, files to include", PDI_KEYS_OF(pdi_keys_of_chemistry)},
     {"species", "FORMULA", "an ion, a molecule or a solid: Mg2+, HCO3-, Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_species)},
     {"reaction", "NAME", "a reaction as text, in equilibrium or with its speed", PDI_KEYS_OF(pdi_keys_of_reaction)},
+    {"mineral", "FORMULA", "a solid that forms and dissolves in a run: Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_mineral)},
     {"potential", "", "electric potential of the fluid", PDI_KEYS_OF(pdi_keys_of_potential)},
     {"electrode", "NAME", "metal with a polarisation curve", PDI_KEYS_OF(pdi_keys_of_electrode)},
     {"run", "", "end and steps", PDI_KEYS_OF(pdi_keys_of_run)},

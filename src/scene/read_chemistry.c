@@ -1,6 +1,7 @@
 /* read_chemistry: see read_chemistry.h */
 #include "scene/read_chemistry.h"
 #include "scene/read_electrolyte.h"
+#include "react/reactive.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -14,28 +15,123 @@ static int pdi_read_chemistry_section(pdi_reader *s, const char *name)
     return section >= 0 ? section : pdi_text_next(s->ctx, s->text, "species", -1);
 }
 
-/* Solids do not move: those that are not there are left out. */
+/* ---- minerals ---- */
+
+/* 1: there is a [mineral NAME], with or without keys. */
+static int pdi_read_chemistry_has(pdi_reader *s, const char *name)
+{
+    for (int k = pdi_text_next(s->ctx, s->text, "mineral", -1); k >= 0;
+         k = pdi_text_next(s->ctx, s->text, "mineral", k))
+        if (strcmp(s->text->section[k].label, name) == 0) return 1;
+    return 0;
+}
+
+/* A number of at least 0 and below `end`. */
+static pd_status pdi_read_chemistry_positive(pdi_reader *s, int section, const char *key, const char *unit,
+                                             const char *fallback, double end, double *value)
+{
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, key, unit, fallback, value));
+    if (*value >= 0.0 && *value < end) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g %s, expected a value of at least 0%s", *value,
+                           unit, end > 1.0 ? "" : " and below 1");
+}
+
+static pd_status pdi_read_chemistry_law(pdi_reader *s, int section, pd_mineral *m)
+{
+    double rate = 0.0, area, surface;
+    int given = pdi_text_has(s->ctx, s->text, section, "rate");
+    if (given) PDI_TRY(pdi_read_chemistry_positive(s, section, "rate", "mol/m2/s", NULL, HUGE_VAL, &rate));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "area", "1/m", "0 1/m", HUGE_VAL, &area));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "surface", "m2/mol", "0 m2/mol", HUGE_VAL, &surface));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "exponent", "", "1", HUGE_VAL, &m->exponent));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "nucleation", "", "0", HUGE_VAL, &m->nucleation));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "porosity", "", "0.1", 1.0, &m->porosity));
+    m->rate = rate * area;
+    m->surface = rate * surface;
+    if (given && !(m->rate + m->surface > 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "rate", "found without a surface, expected a positive value, "
+                               "and area = 1e4 1/m or another, or surface in m2/mol");
+    if (!given && area + surface > 0.0)
+        return pdi_text_refuse(s->ctx, s->text, section, area > 0.0 ? "area" : "surface", "found without 'rate', "
+                               "expected both, or none for equilibrium");
+    return PD_OK;
+}
+
+/* Each section of a mineral names a solid. */
+static pd_status pdi_read_chemistry_named(pdi_reader *s)
+{
+    const pd_electrolyte *e = &s->setup->electrolyte;
+    for (int k = pdi_text_next(s->ctx, s->text, "mineral", -1); k >= 0;
+         k = pdi_text_next(s->ctx, s->text, "mineral", k)) {
+        const char *name = s->text->section[k].label;
+        int i = pdi_electrolyte_find(e, name);
+        if (i < 0 || e->species[i].phase != PD_PHASE_SOLID)
+            return pdi_text_refuse(s->ctx, s->text, k, "mineral", "found '%.40s', which %s, expected the name of a "
+                                   "solid such as [mineral Mg(OH)2(s)], with a [species ...] and a reaction",
+                                   name,
+                                   i < 0 ? "no [species ...] defines" : "is no solid");
+    }
+    return PD_OK;
+}
+
+/* The minerals of the electrolyte have reactions; the rest of it is right without them. */
+static pd_status pdi_read_chemistry_check(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    pd_reactive_desc desc;
+    pd_reactive r;
+    char message[PD_MESSAGE_SIZE];
+    pdi_setup_reactive(u, &desc);
+    memset(&r, 0, sizeof r);
+    if (!u->minerals || pdi_reactive_system(s->ctx, &desc, &r) >= 0) return PD_OK;
+    int section = pdi_text_next(s->ctx, s->text, "mineral", -1);
+    const char *what = strstr(s->ctx->message, ": ");
+    snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
+    if (section < 0) section = pdi_text_section(s->ctx, s->text, "chemistry", NULL);
+    return pdi_text_refuse(s->ctx, s->text, section, "mineral", "%.500s", message);
+}
+
+/* Solids that form or are there are minerals; others are left out. */
 static pd_status pdi_read_chemistry_solids(pdi_reader *s)
 {
     pd_electrolyte *e = &s->setup->electrolyte;
-    int left_out = 0;
+    pd_setup *u = s->setup;
+    int left_out = 0, stays[PD_SPECIES_MOST] = {0};
+    PDI_TRY(pdi_read_chemistry_named(s));
+    PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "tortuosity", "", "1",
+                                        HUGE_VAL, &u->tortuosity));
+    PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "cover", "m", "0 m",
+                                        HUGE_VAL, &u->cover));
     for (int k = 0; k < e->count; k++) {
         const char *name = e->species[k].name;
-        int section = pdi_read_chemistry_section(s, name);
+        int section = pdi_read_chemistry_section(s, name), law = pdi_text_section(s->ctx, s->text, "mineral", name);
+        int given = e->species[k].phase == PD_PHASE_SOLID && pdi_read_chemistry_has(s, name);
         if (e->species[k].phase == PD_PHASE_SOLUTE && !(e->species[k].diffusivity > 0.0))
             return pdi_text_refuse(s->ctx, s->text, section, "D", "found no diffusivity of %s, which moves in a run, "
                                    "expected [species %s] D = 1e-9 m2/s or another positive value", name, name);
         if (e->species[k].phase == PD_PHASE_SOLUTE || e->species[k].phase == PD_PHASE_SOLVENT) continue;
-        if (e->species[k].phase != PD_PHASE_SOLID || e->initial[k] > 0.0 || e->precipitates)
-            return pdi_text_refuse(s->ctx, s->text, section, "initial", "found %s, which is no solute: no run carries "
-                                   "solids and gases yet, expected minerals = given and initial = 0, which leave it "
-                                   "out, or --speciate for the equilibrium", name);
-        left_out++;
+        if (e->species[k].phase != PD_PHASE_SOLID || (e->initial[k] > 0.0 && !given && !e->precipitates))
+            return pdi_text_refuse(s->ctx, s->text, section, "initial", "found %s, which is no solute, expected%s",
+                                   name,
+                                   e->species[k].phase == PD_PHASE_SOLID ? " [mineral ...] of that name, with which it "
+                                   "dissolves and grows, minerals = all in [chemistry], or initial = 0, which leaves "
+                                   "it out" : " none in a run, or --speciate for the equilibrium");
+        left_out += !given && !e->precipitates;
+        if (!given && !e->precipitates) continue;
+        if (u->minerals == PD_MINERAL_MOST)
+            return pdi_text_refuse(s->ctx, s->text, section, "mineral", "found more than %d solids that may form, "
+                                   "expected fewer", PD_MINERAL_MOST);
+        stays[k] = 1;
+        u->mineral[u->minerals].volume = e->volume[k];
+        PDI_TRY(pdi_read_chemistry_law(s, law, &u->mineral[u->minerals++]));
     }
     if (left_out)
-        pdi_setup_note(s->setup, "%d solids of the electrolyte are left out: nothing precipitates in a run", left_out);
-    pdi_electrolyte_dissolved(e);
-    return PD_OK;
+        pdi_setup_note(s->setup, "%d solids of the electrolyte are left out: they have no [mineral ...] section",
+                       left_out);
+    pdi_electrolyte_dissolved(e, stays);
+    for (int k = 0, next = 0; k < e->count; k++)
+        if (e->species[k].phase == PD_PHASE_SOLID) u->mineral[next++].species = k;
+    return pdi_read_chemistry_check(s);
 }
 
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)

@@ -141,6 +141,10 @@ static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
     PDI_TRY(pdi_read_electrolyte_amount(s, section, "initial", "0", &e->initial[k]));
     PDI_TRY(pdi_read_electrolyte_other(s, section, "inlet", &e->inlet[k]));
     PDI_TRY(pdi_read_electrolyte_other(s, section, "inside", &e->inside[k]));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "volume", "m3/mol", "0 m3/mol", &e->volume[k]));
+    if (!(e->volume[k] >= 0.0) || (e->volume[k] > 0.0 && e->species[k].phase != PD_PHASE_SOLID))
+        return pdi_text_refuse(s->ctx, s->text, section, "volume", "found %g m3/mol of %s, expected a positive value "
+                               "of a solid", e->volume[k], label);
     s->section[k] = section;
     e->count++;
     return PD_OK;
@@ -364,7 +368,7 @@ static pd_status pdi_read_electrolyte_close(pdi_read_electrolyte *s)
 
 PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text)
 {
-    static const char *const names[] = {"chemistry", "species", "reaction"};
+    static const char *const names[] = {"chemistry", "species", "reaction", "mineral"};
     int given = 0;
     for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) given |= pdi_text_next(ctx, text, names[k], -1) >= 0;
     return given;

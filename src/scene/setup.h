@@ -62,6 +62,8 @@ typedef enum pd_field {
     PD_FIELD_J,
     PD_FIELD_I,
     PD_FIELD_PH,      /* of the electrolyte */
+    PD_FIELD_FILM,    /* share of a cell that minerals take */
+    PD_FIELD_SI,      /* largest saturation index of the minerals */
     PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order */
     PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MOST
 } pd_field;
@@ -384,6 +386,7 @@ typedef struct pd_setup {
     pd_mineral mineral[PD_MINERAL_MOST];
     int minerals;
     double tortuosity;               /* [-] of their pores */
+    double cover;                    /* [m] thickness under which 1/e of metal is bare; 0: they cover none */
     char species_label[PD_SPECIES_MOST][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
     int sheds;                       /* 1: what metal loses enters the species by a reaction at its surface: */
     double shed[PD_SPECIES_MOST];    /* [-] species that come with one of the metal; negative: they go */

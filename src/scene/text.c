@@ -603,7 +603,8 @@ PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const c
     for (size_t at = 0;; at++) {
         at = pdi_text_skip(v.value, at);
         size_t n = 0, size;
-        while ((size = pdi_text_name(v.value + at + n, PDI_TEXT_LABEL)) > 0 || v.value[at + n] == '.')
+        while ((size = pdi_text_name(v.value + at + n, PDI_TEXT_LABEL)) > 0 ||
+               (v.value[at + n] && strchr(n ? ".():" : ".", v.value[at + n]))) /* Mg(OH)2(s) */
             n += size > 0 ? size : 1;
         if (n == 0) return pdi_text_wrong(ctx, &v, at, "a word");
         if (n >= PD_TEXT_WORD) return pdi_text_wrong(ctx, &v, at, "a word of fewer than 32 characters");
