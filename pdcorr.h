@@ -3649,6 +3649,7 @@ typedef struct pd_electrolyte {
     pd_reaction reaction[PD_REACTION_MOST];
     int reactions;
     double enthalpy[PD_REACTION_MOST]; /* [J/mol] with which K went from 25 C to the temperature; NaN: K is as given */
+    double volume[PD_SPECIES_MOST];  /* [m3/mol] of solids; 0: not known */
     double recipe[PD_SPECIES_MOST];  /* [mol/m3] as written, of the start */
     double initial[PD_SPECIES_MOST]; /* [mol/m3] the same, closed; a solid per volume of water */
     double inlet[PD_SPECIES_MOST];   /* [mol/m3] of what enters, closed */
@@ -3688,8 +3689,9 @@ PD_API pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, co
 PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name);
 /* What pd_speciation_solve needs for c; NULL: with all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
 PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, const double *c, pd_speciation *system);
-/* Take out solids and gases, and the reactions that name them; places of species change. */
-PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e);
+/* Take out solids and gases but those with stays[species] = 1, and the reactions that name others; places of species
+ * change. */
+PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e, const int *stays);
 /* Sum of an element [mol/m3]. */
 PDI_FN double pdi_electrolyte_total(const pd_electrolyte *e, const double *c, int element);
 #endif
@@ -4649,6 +4651,10 @@ typedef struct pd_course_desc {
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
     pd_at_fn find;       /* lists its places */
     void *user;
+    double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here */
+    const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
+    int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
 } pd_course_desc;
 
 typedef struct pd_course {
@@ -9580,6 +9586,8 @@ typedef enum pd_field {
     PD_FIELD_J,
     PD_FIELD_I,
     PD_FIELD_PH,      /* of the electrolyte */
+    PD_FIELD_FILM,    /* share of a cell that minerals take */
+    PD_FIELD_SI,      /* largest saturation index of the minerals */
     PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order */
     PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MOST
 } pd_field;
@@ -9902,6 +9910,7 @@ typedef struct pd_setup {
     pd_mineral mineral[PD_MINERAL_MOST];
     int minerals;
     double tortuosity;               /* [-] of their pores */
+    double cover;                    /* [m] thickness under which 1/e of metal is bare; 0: they cover none */
     char species_label[PD_SPECIES_MOST][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
     int sheds;                       /* 1: what metal loses enters the species by a reaction at its surface: */
     double shed[PD_SPECIES_MOST];    /* [-] species that come with one of the metal; negative: they go */
@@ -10695,6 +10704,7 @@ typedef struct pd_model {
     pd_transport transport;
     pd_two_stage two_stage;   /* without dissolution */
     pd_reactive reactive;     /* species */
+    double *bare;             /* [total] [-] factor of metal that minerals cover, or NULL */
     pd_course course;
     pd_attack attack;         /* of a law in the species; else absent */
     pd_grain grain;
@@ -28055,6 +28065,7 @@ static void pdi_electrolyte_remove(pd_electrolyte *e, int k)
     e->count--;
     for (int i = k; i < e->count; i++) {
         e->species[i] = e->species[i + 1];
+        e->volume[i] = e->volume[i + 1];
         e->recipe[i] = e->recipe[i + 1];
         e->initial[i] = e->initial[i + 1];
         e->inlet[i] = e->inlet[i + 1];
@@ -28066,21 +28077,21 @@ static void pdi_electrolyte_remove(pd_electrolyte *e, int k)
     if (e->counter > k) e->counter--;
 }
 
-PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e)
+PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e, const int *stays)
 {
     int kept = 0;
     for (int r = 0; r < e->reactions; r++) {
         int names = 0;
         for (int k = 0; k < e->count; k++)
             names |= fabs(e->reaction[r].nu[k]) > 0.0 && e->species[k].phase != PD_PHASE_SOLUTE &&
-                     e->species[k].phase != PD_PHASE_SOLVENT;
+                     e->species[k].phase != PD_PHASE_SOLVENT && !stays[k];
         if (names) continue;
         e->reaction[kept] = e->reaction[r];
         e->enthalpy[kept++] = e->enthalpy[r];
     }
     e->reactions = kept;
     for (int k = e->count - 1; k >= 0; k--)
-        if (e->species[k].phase != PD_PHASE_SOLUTE && e->species[k].phase != PD_PHASE_SOLVENT)
+        if (e->species[k].phase != PD_PHASE_SOLUTE && e->species[k].phase != PD_PHASE_SOLVENT && !stays[k])
             pdi_electrolyte_remove(e, k);
 }
 
@@ -33420,6 +33431,9 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
 static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *desc, pd_course *a)
 {
     memset(a, 0, sizeof *a);
+    if (!(desc->cover >= 0.0) || !(desc->cover < 1e100) || (desc->cover > 0.0) != (desc->bare != NULL))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "course", "minerals %g m thick cover metal, expected a finite value "
+                        "of at least 0, and above 0 an array for the bare share", desc->cover);
     if (!(desc->rtol >= 0.0) || !(desc->largest >= 0.0) || !(desc->rtol + desc->largest < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "course", "rtol %g and a largest step of %g s, expected finite values of "
                         "at least 0", desc->rtol, desc->largest);
@@ -33478,6 +33492,29 @@ static void pdi_course_owed(pd_course *a)
         pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
     }
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
+}
+
+/* ---- metal that minerals cover ---- */
+
+/* Minerals in the cells beside a metal node lie on it: of a film d thick exp(-d/cover) is bare. */
+static void pdi_course_cover(pd_course *a)
+{
+    const pd_reactive *r = a->reactive;
+    const pd_grid *grid = r->grid;
+    for (int32_t j = 0; j < grid->total && a->desc.bare; j++) {
+        double thick = 0.0;
+        int faces = 0;
+        a->desc.bare[j] = a->desc.whole ? a->desc.whole[j] : 1.0;
+        if (grid->kind[j] != PD_SOLID) continue;
+        for (int side = 0; side < 2 * PD_DIM; side++) {
+            int64_t i = j + (side % 2 ? 1 : -1) * (int64_t)grid->stride[side / 2];
+            if (i < 0 || i >= grid->total || grid->kind[i] != PD_FLUID) continue;
+            thick += pd_reactive_film(r, (int32_t)i) * grid->h[side / 2];
+            faces++;
+        }
+        if (faces) a->desc.bare[j] *= exp(-thick / faces / a->desc.cover);
+    }
+    if (a->desc.reached) *a->desc.reached = 0;
 }
 
 /* ---- the steps of a process ---- */
@@ -33544,6 +33581,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     if (!a->bent) a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH));
     a->bent = 0;
     a->steps++;
+    if (a->desc.bare) pdi_course_cover(a);
     return PD_OK;
 }
 
@@ -33586,6 +33624,7 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
 {
     pd_course *a = (pd_course *)self;
     a->time = t;
+    if (a->desc.bare) pdi_course_cover(a);
     return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
 }
 
@@ -33604,6 +33643,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
         for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
     }
     a->bent = 1;
+    if (a->desc.bare) pdi_course_cover(a);
     return PD_OK;
 }
 
@@ -33615,7 +33655,9 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts at the start", r->start, PD_REACTIVE_ROWS));
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
-    return pdi_owner_store(ctx, pdi_course_list, a, archive);
+    PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
+    if (a->desc.bare) pdi_course_cover(a); /* of what was read */
+    return PD_OK;
 }
 
 static double pdi_course_imbalance(pd_ctx *ctx, void *self)
@@ -58311,7 +58353,26 @@ static const pd_key pdi_keys_of_chemistry[] = {
     {"time", "-", "implicit",
      "of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at rest alone"},
     {"minerals", "-", "given",
-     "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can"}};
+     "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can. Of a run: "
+     "`given` are those with `[mineral ...]`, and `all` puts the others in equilibrium"},
+    {"tortuosity", "-", "1",
+     "tau of the diffusivity `D eps/tau` in cells of which minerals leave the share eps open"},
+    {"cover", "m", "none: minerals cover no metal",
+     "thickness d0 of minerals: under a film d thick the share `exp(-d/d0)` of the metal dissolves"}};
+
+static const pd_key pdi_keys_of_mineral[] = {
+    {"rate", "mol/m2/s", "none: in equilibrium",
+     "k of its growth by `k A (Omega^p - 1)` with Omega = IAP/K; below saturation it dissolves"},
+    {"area", "1/m", "0",
+     "surface it has over the volume of a cell, whatever there is of it; `rate` needs it or `surface`"},
+    {"surface", "m2/mol", "0",
+     "surface over its amount, as at the start of a step"},
+    {"exponent", "-", "1",
+     "p of that law"},
+    {"nucleation", "-", "0",
+     "saturation index log10 Omega from which it forms in a cell that has none"},
+    {"porosity", "-", "0.1",
+     "share of a cell that it leaves open when it can grow no more; unread without `volume`"}};
 
 static const pd_key pdi_keys_of_species[] = {
     {"D", "m2/s", "not known",
@@ -58327,7 +58388,9 @@ static const pd_key pdi_keys_of_species[] = {
     {"inlet", "mol/m3", "that of `initial`",
      "the same of what enters, and of walls with `species = inlet`"},
     {"inside", "mol/m3", "that of `initial`",
-     "the same at the start in shapes of `kind = solution`"}};
+     "the same at the start in shapes of `kind = solution`"},
+    {"volume", "m3/mol", "0: it takes no room",
+     "molar volume of a solid, which narrows pores in a run"}};
 
 static const pd_key pdi_keys_of_reaction[] = {
     {"equation", "text", "required",
@@ -58409,6 +58472,7 @@ static const pd_key_section pdi_keys_all[] = {
     {"chemistry", "", "an electrolyte: activities, pH, files to include", PDI_KEYS_OF(pdi_keys_of_chemistry)},
     {"species", "FORMULA", "an ion, a molecule or a solid: Mg2+, HCO3-, Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_species)},
     {"reaction", "NAME", "a reaction as text, in equilibrium or with its speed", PDI_KEYS_OF(pdi_keys_of_reaction)},
+    {"mineral", "FORMULA", "a solid that forms and dissolves in a run: Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_mineral)},
     {"potential", "", "electric potential of the fluid", PDI_KEYS_OF(pdi_keys_of_potential)},
     {"electrode", "NAME", "metal with a polarisation curve", PDI_KEYS_OF(pdi_keys_of_electrode)},
     {"run", "", "end and steps", PDI_KEYS_OF(pdi_keys_of_run)},
@@ -59483,7 +59547,8 @@ PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const c
     for (size_t at = 0;; at++) {
         at = pdi_text_skip(v.value, at);
         size_t n = 0, size;
-        while ((size = pdi_text_name(v.value + at + n, PDI_TEXT_LABEL)) > 0 || v.value[at + n] == '.')
+        while ((size = pdi_text_name(v.value + at + n, PDI_TEXT_LABEL)) > 0 ||
+               (v.value[at + n] && strchr(n ? ".():" : ".", v.value[at + n]))) /* Mg(OH)2(s) */
             n += size > 0 ? size : 1;
         if (n == 0) return pdi_text_wrong(ctx, &v, at, "a word");
         if (n >= PD_TEXT_WORD) return pdi_text_wrong(ctx, &v, at, "a word of fewer than 32 characters");
@@ -59789,7 +59854,7 @@ static pd_status pdi_include_pair(pd_ctx *ctx, pd_text *text, int section, const
 /* What the file `from` says into text. */
 static pd_status pdi_include_join(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth)
 {
-    static const char *const allowed[] = {"chemistry", "species", "reaction"};
+    static const char *const allowed[] = {"chemistry", "species", "reaction", "mineral"};
     char *file;
     PDI_TRY(pdi_text_keep(ctx, text, from->name, strlen(from->name), &file));
     for (int k = 0; k < from->section_count; k++) {
@@ -59799,7 +59864,8 @@ static pd_status pdi_include_join(pd_ctx *ctx, pd_text *text, const pd_text *fro
         for (size_t a = 0; a < sizeof allowed / sizeof allowed[0]; a++) fits |= strcmp(s->name, allowed[a]) == 0;
         if (!fits)
             return pdi_text_error(ctx, from->name, s->line > 0 ? s->line : 1, "found %s%.40s%s in a file that is "
-                                  "included, expected [chemistry], [species ...] and [reaction ...] alone",
+                                  "included, expected [chemistry], [species ...], [reaction ...] and [mineral ...] "
+                                  "alone",
                                   k ? "[" : "pairs before a section", s->name, k ? "]" : "");
         PDI_TRY(pdi_text_section_at(ctx, text, s->name, s->label, &section));
         if (!text->section[section].present) {
@@ -59918,7 +59984,7 @@ static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    
                                                "phase", "D", "rate", "density", "damage", "energy",
                                                "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
                                                "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx",
-                                               "phi", "j", "i", "pH"};
+                                               "phi", "j", "i", "pH", "film", "SI"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 /* Coordinates of a place. */
 #if PD_DIM == 1
@@ -60149,7 +60215,7 @@ static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]
                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
-                                               "sigma_zx [Pa]", "phi [V]", "j [A/m2]", "i [A/m2]", "pH"};
+                                               "sigma_zx [Pa]", "phi [V]", "j [A/m2]", "i [A/m2]", "pH", "film", "SI"};
 
 PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field)
 {
@@ -60185,7 +60251,8 @@ static const char *pdi_setup_dissolved_needs(const pd_setup *setup, pd_field fie
     const pd_electrolyte *e = &setup->electrolyte;
     int species = field == PD_FIELD_PH ? pdi_electrolyte_find(e, "H+") : pdi_setup_field_species(field);
     if (!setup->has_chemistry) return "a [chemistry] section";
-    if (species >= 0 && species < e->count && e->species[species].phase == PD_PHASE_SOLUTE) return NULL;
+    if (field == PD_FIELD_FILM || field == PD_FIELD_SI) return setup->minerals ? NULL : "a [mineral ...] section";
+    if (species >= 0 && species < e->count && e->species[species].phase != PD_PHASE_SOLVENT) return NULL;
     return field == PD_FIELD_PH ? "the species H+" : "a solute";
 }
 
@@ -60229,6 +60296,8 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:
     case PD_FIELD_PH:
+    case PD_FIELD_FILM:
+    case PD_FIELD_SI:
     case PD_FIELD_SPECIES:
     case PD_FIELD_COUNT: break;
     }
@@ -60648,6 +60717,10 @@ static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
     PDI_TRY(pdi_read_electrolyte_amount(s, section, "initial", "0", &e->initial[k]));
     PDI_TRY(pdi_read_electrolyte_other(s, section, "inlet", &e->inlet[k]));
     PDI_TRY(pdi_read_electrolyte_other(s, section, "inside", &e->inside[k]));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "volume", "m3/mol", "0 m3/mol", &e->volume[k]));
+    if (!(e->volume[k] >= 0.0) || (e->volume[k] > 0.0 && e->species[k].phase != PD_PHASE_SOLID))
+        return pdi_text_refuse(s->ctx, s->text, section, "volume", "found %g m3/mol of %s, expected a positive value "
+                               "of a solid", e->volume[k], label);
     s->section[k] = section;
     e->count++;
     return PD_OK;
@@ -60871,7 +60944,7 @@ static pd_status pdi_read_electrolyte_close(pdi_read_electrolyte *s)
 
 PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text)
 {
-    static const char *const names[] = {"chemistry", "species", "reaction"};
+    static const char *const names[] = {"chemistry", "species", "reaction", "mineral"};
     int given = 0;
     for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) given |= pdi_text_next(ctx, text, names[k], -1) >= 0;
     return given;
@@ -62489,28 +62562,123 @@ static int pdi_read_chemistry_section(pdi_reader *s, const char *name)
     return section >= 0 ? section : pdi_text_next(s->ctx, s->text, "species", -1);
 }
 
-/* Solids do not move: those that are not there are left out. */
+/* ---- minerals ---- */
+
+/* 1: there is a [mineral NAME], with or without keys. */
+static int pdi_read_chemistry_has(pdi_reader *s, const char *name)
+{
+    for (int k = pdi_text_next(s->ctx, s->text, "mineral", -1); k >= 0;
+         k = pdi_text_next(s->ctx, s->text, "mineral", k))
+        if (strcmp(s->text->section[k].label, name) == 0) return 1;
+    return 0;
+}
+
+/* A number of at least 0 and below `end`. */
+static pd_status pdi_read_chemistry_positive(pdi_reader *s, int section, const char *key, const char *unit,
+                                             const char *fallback, double end, double *value)
+{
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, key, unit, fallback, value));
+    if (*value >= 0.0 && *value < end) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g %s, expected a value of at least 0%s", *value,
+                           unit, end > 1.0 ? "" : " and below 1");
+}
+
+static pd_status pdi_read_chemistry_law(pdi_reader *s, int section, pd_mineral *m)
+{
+    double rate = 0.0, area, surface;
+    int given = pdi_text_has(s->ctx, s->text, section, "rate");
+    if (given) PDI_TRY(pdi_read_chemistry_positive(s, section, "rate", "mol/m2/s", NULL, HUGE_VAL, &rate));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "area", "1/m", "0 1/m", HUGE_VAL, &area));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "surface", "m2/mol", "0 m2/mol", HUGE_VAL, &surface));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "exponent", "", "1", HUGE_VAL, &m->exponent));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "nucleation", "", "0", HUGE_VAL, &m->nucleation));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "porosity", "", "0.1", 1.0, &m->porosity));
+    m->rate = rate * area;
+    m->surface = rate * surface;
+    if (given && !(m->rate + m->surface > 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "rate", "found without a surface, expected a positive value, "
+                               "and area = 1e4 1/m or another, or surface in m2/mol");
+    if (!given && area + surface > 0.0)
+        return pdi_text_refuse(s->ctx, s->text, section, area > 0.0 ? "area" : "surface", "found without 'rate', "
+                               "expected both, or none for equilibrium");
+    return PD_OK;
+}
+
+/* Each section of a mineral names a solid. */
+static pd_status pdi_read_chemistry_named(pdi_reader *s)
+{
+    const pd_electrolyte *e = &s->setup->electrolyte;
+    for (int k = pdi_text_next(s->ctx, s->text, "mineral", -1); k >= 0;
+         k = pdi_text_next(s->ctx, s->text, "mineral", k)) {
+        const char *name = s->text->section[k].label;
+        int i = pdi_electrolyte_find(e, name);
+        if (i < 0 || e->species[i].phase != PD_PHASE_SOLID)
+            return pdi_text_refuse(s->ctx, s->text, k, "mineral", "found '%.40s', which %s, expected the name of a "
+                                   "solid such as [mineral Mg(OH)2(s)], with a [species ...] and a reaction",
+                                   name,
+                                   i < 0 ? "no [species ...] defines" : "is no solid");
+    }
+    return PD_OK;
+}
+
+/* The minerals of the electrolyte have reactions; the rest of it is right without them. */
+static pd_status pdi_read_chemistry_check(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    pd_reactive_desc desc;
+    pd_reactive r;
+    char message[PD_MESSAGE_SIZE];
+    pdi_setup_reactive(u, &desc);
+    memset(&r, 0, sizeof r);
+    if (!u->minerals || pdi_reactive_system(s->ctx, &desc, &r) >= 0) return PD_OK;
+    int section = pdi_text_next(s->ctx, s->text, "mineral", -1);
+    const char *what = strstr(s->ctx->message, ": ");
+    snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
+    if (section < 0) section = pdi_text_section(s->ctx, s->text, "chemistry", NULL);
+    return pdi_text_refuse(s->ctx, s->text, section, "mineral", "%.500s", message);
+}
+
+/* Solids that form or are there are minerals; others are left out. */
 static pd_status pdi_read_chemistry_solids(pdi_reader *s)
 {
     pd_electrolyte *e = &s->setup->electrolyte;
-    int left_out = 0;
+    pd_setup *u = s->setup;
+    int left_out = 0, stays[PD_SPECIES_MOST] = {0};
+    PDI_TRY(pdi_read_chemistry_named(s));
+    PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "tortuosity", "", "1",
+                                        HUGE_VAL, &u->tortuosity));
+    PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "cover", "m", "0 m",
+                                        HUGE_VAL, &u->cover));
     for (int k = 0; k < e->count; k++) {
         const char *name = e->species[k].name;
-        int section = pdi_read_chemistry_section(s, name);
+        int section = pdi_read_chemistry_section(s, name), law = pdi_text_section(s->ctx, s->text, "mineral", name);
+        int given = e->species[k].phase == PD_PHASE_SOLID && pdi_read_chemistry_has(s, name);
         if (e->species[k].phase == PD_PHASE_SOLUTE && !(e->species[k].diffusivity > 0.0))
             return pdi_text_refuse(s->ctx, s->text, section, "D", "found no diffusivity of %s, which moves in a run, "
                                    "expected [species %s] D = 1e-9 m2/s or another positive value", name, name);
         if (e->species[k].phase == PD_PHASE_SOLUTE || e->species[k].phase == PD_PHASE_SOLVENT) continue;
-        if (e->species[k].phase != PD_PHASE_SOLID || e->initial[k] > 0.0 || e->precipitates)
-            return pdi_text_refuse(s->ctx, s->text, section, "initial", "found %s, which is no solute: no run carries "
-                                   "solids and gases yet, expected minerals = given and initial = 0, which leave it "
-                                   "out, or --speciate for the equilibrium", name);
-        left_out++;
+        if (e->species[k].phase != PD_PHASE_SOLID || (e->initial[k] > 0.0 && !given && !e->precipitates))
+            return pdi_text_refuse(s->ctx, s->text, section, "initial", "found %s, which is no solute, expected%s",
+                                   name,
+                                   e->species[k].phase == PD_PHASE_SOLID ? " [mineral ...] of that name, with which it "
+                                   "dissolves and grows, minerals = all in [chemistry], or initial = 0, which leaves "
+                                   "it out" : " none in a run, or --speciate for the equilibrium");
+        left_out += !given && !e->precipitates;
+        if (!given && !e->precipitates) continue;
+        if (u->minerals == PD_MINERAL_MOST)
+            return pdi_text_refuse(s->ctx, s->text, section, "mineral", "found more than %d solids that may form, "
+                                   "expected fewer", PD_MINERAL_MOST);
+        stays[k] = 1;
+        u->mineral[u->minerals].volume = e->volume[k];
+        PDI_TRY(pdi_read_chemistry_law(s, law, &u->mineral[u->minerals++]));
     }
     if (left_out)
-        pdi_setup_note(s->setup, "%d solids of the electrolyte are left out: nothing precipitates in a run", left_out);
-    pdi_electrolyte_dissolved(e);
-    return PD_OK;
+        pdi_setup_note(s->setup, "%d solids of the electrolyte are left out: they have no [mineral ...] section",
+                       left_out);
+    pdi_electrolyte_dissolved(e, stays);
+    for (int k = 0, next = 0; k < e->count; k++)
+        if (e->species[k].phase == PD_PHASE_SOLID) u->mineral[next++].species = k;
+    return pdi_read_chemistry_check(s);
 }
 
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
@@ -65976,6 +66144,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
         etch.reactive = &r;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
     }
+    if (u->cover > 0.0 && u->minerals) b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }
 
@@ -66671,6 +66840,10 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
         desc.find = pdi_attack_find;
         desc.user = &m->attack;
     }
+    desc.cover = m->bare ? u->cover : 0.0;
+    desc.bare = m->bare;
+    desc.whole = u->metal_body.paces ? m->structure.factor : m->factor;
+    desc.reached = m->bare ? &m->dissolve.reached : NULL;
     return pd_course_build(ctx, &m->reactive, &desc, &m->course);
 }
 
@@ -66795,6 +66968,11 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     for (int k = 0; k < u->metals; k++)
         if (u->metal[k].rate.uses >> PDI_SETUP_GRAIN & 1u) desc.grain = m->grain.id;
     desc.factor = m->setup->metal_body.paces ? m->structure.factor : m->factor;
+    if (u->cover > 0.0 && u->minerals) {
+        PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->bare));
+        for (int32_t i = 0; i < m->grid.total; i++) m->bare[i] = desc.factor ? desc.factor[i] : 1.0;
+        desc.factor = m->bare;
+    }
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
     desc.sheds = u->sheds;
@@ -66974,6 +67152,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);
     PDI_DELETE(ctx, m->grid.total, m->factor);
+    PDI_DELETE(ctx, m->grid.total, m->bare);
     pd_grain_free(ctx, &m->grain);
     pd_two_stage_free(ctx, &m->two_stage);
     pd_transport_free(ctx, &m->transport);
@@ -67258,10 +67437,13 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
-/* [total] [mol/m3] concentration of a species; NULL: it is no field of one. */
+/* [total] [mol/m3] concentration of a species, or the amount of a mineral; NULL: it is no field of one. */
 static const double *pdi_sample_species(const pd_model *m, pd_field field)
 {
     int species = pdi_setup_field_species(field), n = species < 0 ? -1 : m->reactive.components.place[species];
+    for (int s = 0; s < m->reactive.minerals.count; s++)
+        if (species >= 0 && m->reactive.minerals.of[s].species == species)
+            return m->reactive.solid + (int64_t)s * m->grid.total;
     return n < 0 ? NULL : m->reactive.c + (int64_t)n * m->grid.total;
 }
 
@@ -67311,6 +67493,8 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
         if (fluid) pdi_cell_current(&m->cell, i, j);
         return fluid ? pdi_vec_norm(j) : 0.0;
     case PD_FIELD_PH: return fluid ? pd_reactive_ph(&m->reactive, i) : (double)NAN;
+    case PD_FIELD_FILM: return fluid ? pd_reactive_film(&m->reactive, i) : 0.0;
+    case PD_FIELD_SI: return fluid ? pd_reactive_saturation(&m->reactive, -1, i) : (double)NAN;
     case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
     case PD_FIELD_V:
         for (int d = 0; d < PD_DIM && fluid; d++) {
