@@ -21427,14 +21427,13 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
     int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->paths.shift[k];
     const double *mass = t->mass + far, *u = t->u + far, *p = t->p + far, *grad = t->grad + far;
     const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
-    const double *rub = flow->isotropic.bonds ? flow->isotropic.weight + k : a;
     double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
     for (int b = 0; b < count; b++) {
         double flux = pdi_flow_convected(g, &own->mass[0][b], PDI_FLOW_BLOCK, mass + b, total);
         double stabiliser =
             pdi_flow_stabiliser(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
         if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
-        double gain = flux - twice_nu * *rub;
+        double gain = flux - twice_nu * *(flow->isotropic.bonds ? flow->isotropic.weight + k : a);
         stabiliser *= *a;
         if (open) {
             flux *= open[b];
@@ -22112,8 +22111,8 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
             if (row >= bonds->plain && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) pressure = 0.0f;
         }
         pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->paths.shift[k]);
-        pdi_jacobian_bond(&own, weight, a, twice_nu * rub, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, pressure,
-                          &far, count, sums);
+        pdi_jacobian_bond(&own, weight, a, twice_nu * rub, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open,
+                          pressure, &far, count, sums);
     }
 }
 
@@ -56098,8 +56097,8 @@ static const pd_key pdi_keys_of_grid[] = {
     {"h", "m", "required",
      "spacing, one or one an axis"},
     {"m", "-", "1; beside `[corrode]` that of its bonds",
-     "horizon of the fluid over h, 1 to 6; 1.328 in 2D and 1.387 in 3D make viscosity and diffusion isotropic, which "
-     "suits slow flow (theory: 2.3)"},
+     "horizon of the fluid over h, 1 to 6; 1.328 in 2D and 1.387 in 3D make diffusion isotropic, as viscosity is "
+     "with 1 (theory: 2.3)"},
     {"box", "m", "required",
      "extent, a range an axis, whole numbers of cells"},
     {"geometry", "-", "planar",

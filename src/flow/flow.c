@@ -259,14 +259,13 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
     int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->paths.shift[k];
     const double *mass = t->mass + far, *u = t->u + far, *p = t->p + far, *grad = t->grad + far;
     const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
-    const double *rub = flow->isotropic.bonds ? flow->isotropic.weight + k : a;
     double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
     for (int b = 0; b < count; b++) {
         double flux = pdi_flow_convected(g, &own->mass[0][b], PDI_FLOW_BLOCK, mass + b, total);
         double stabiliser =
             pdi_flow_stabiliser(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
         if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
-        double gain = flux - twice_nu * *rub;
+        double gain = flux - twice_nu * *(flow->isotropic.bonds ? flow->isotropic.weight + k : a);
         stabiliser *= *a;
         if (open) {
             flux *= open[b];

@@ -144,8 +144,8 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
             if (row >= bonds->plain && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) pressure = 0.0f;
         }
         pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->paths.shift[k]);
-        pdi_jacobian_bond(&own, weight, a, twice_nu * rub, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, pressure,
-                          &far, count, sums);
+        pdi_jacobian_bond(&own, weight, a, twice_nu * rub, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open,
+                          pressure, &far, count, sums);
     }
 }
 
