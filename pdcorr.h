@@ -75,6 +75,7 @@
  *   flow/
  *     scales     how large a flow is and how fast it comes in, from the lattice alone.
  *     sharp      the flow of fourth order on the nearest neighbours.
+ *     isotropic  weights of friction whose leading error is a Laplacian of the Laplacian.
  *     flow       peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
  *     jacobian   the flow equations linearised about the present state, applied in single precision.
  *     force      what a flow does to walls and solids, in two ways that share nothing but the fields.
@@ -2650,6 +2651,39 @@ PDI_FN void pdi_sharp_free(pd_ctx *ctx, pd_sharp *sharp);
 
 #endif
 
+/* ======== >>flow/isotropic.h ======== */
+/* isotropic: weights of friction whose leading error is a Laplacian of the Laplacian.
+ *
+ * On the nearest neighbours the Laplacian errs by fourth derivatives along the axes and mixed ones, and by other shares
+ * of them than h^2/12 lap lap, which vanishes in slow steady flow. What is missing is mixed differences over squares of
+ * four nodes: what one takes up the others give. Squares that miss a node have none (theory: eq. 4.1b to 4.1e).
+ */
+#ifndef PD_ISOTROPIC_H
+#define PD_ISOTROPIC_H
+
+/* A node and three others in the plane of two axes. */
+typedef struct pd_square {
+    int across, side[2]; /* bonds of the node: through the middle, along both axes */
+    double more;         /* [1/m2] what `across` gains, and both sides lose */
+} pd_square;
+
+typedef struct pd_isotropic {
+    const pd_bonds *bonds; /* NULL: friction has the weights of the Laplacian */
+    int squares;
+    pd_square square[2 * PD_DIM * PD_DIM];
+    double weight[2 * PD_DIM * PD_DIM]; /* [1/m2] of the bonds of nodes whose squares are complete */
+} pd_isotropic;
+
+#ifdef PDI_INTERNAL
+/* Families of the nearest neighbours on planar lattices get weights; others none. */
+PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
+/* ru += what `weight` brings to friction nu of u [PD_DIM][total] by squares that are not complete. */
+PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
+                               double *ru);
+#endif
+
+#endif
+
 /* ======== >>flow/flow.h ======== */
 /* flow: peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
  *
@@ -2716,6 +2750,7 @@ typedef struct pd_flow {
     pd_reconstruct slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
     int order;              /* 4: a solver of steady flows makes `sharp` */
     pd_sharp sharp;         /* empty: second order */
+    pd_isotropic isotropic; /* friction of second order; empty: by the Laplacian */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
@@ -2887,7 +2922,7 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
 typedef struct pd_jacobian {
     const pd_flow *flow;
     double speed, length; /* [m/s] [m] units */
-    float *weight;        /* [count][2*PD_DIM+1] [-] grad, xi and lap of the bonds */
+    float *weight;        /* [count][2*PD_DIM+2] [-] grad, xi, lap and friction of the bonds */
     float *frozen;        /* [2*PD_DIM][total] [-] advecting and node velocity of the state */
     float *along;         /* [3*PD_DIM+1][total] [-] both velocities, pressure gradient and pressure of the step */
     double *divergence;   /* [total] [1/s] divergence of the advecting velocity of the state */
@@ -21478,6 +21513,99 @@ PDI_FN void pdi_sharp_free(pd_ctx *ctx, pd_sharp *sharp)
     memset(sharp, 0, sizeof *sharp);
 }
 PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>flow/isotropic.c ======== */
+/* isotropic: see isotropic.h */
+#include <string.h>
+
+/* L u of component f at `node`, by the bonds of a square that are open (eq. 4.1d). */
+static double pdi_isotropic_square(const pd_bonds *bonds, const pd_square *square, int32_t r, const double *f)
+{
+    int32_t node = bonds->node[r];
+    int across = pdi_bond_open(bonds, r, square->across), open[2];
+    double sum = across ? f[node + bonds->paths.shift[square->across]] - f[node] : 0.0;
+    for (int s = 0; s < 2; s++) {
+        open[s] = pdi_bond_open(bonds, r, square->side[s]);
+        if (open[s]) sum -= f[node + bonds->paths.shift[square->side[s]]] - f[node];
+    }
+    return across && open[0] && open[1] ? 0.0 : square->more * sum;
+}
+
+PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
+                               double *ru)
+{
+    const pd_bonds *bonds = isotropic->bonds;
+    if (!bonds) return;
+    int64_t total = bonds->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * isotropic->squares * PD_DIM * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double lap = 0.0;
+            for (int s = 0; s < isotropic->squares; s++)
+                lap += pdi_isotropic_square(bonds, &isotropic->square[s], r, u + d * total);
+            ru[d * total + bonds->node[r]] += nu * lap;
+        }
+}
+
+PDI_COLD_BEGIN
+/* The bond with the offset n; -1: none. */
+static int pdi_isotropic_find(const pd_stencil *s, const int *n)
+{
+    for (int k = 0; k < s->count; k++)
+        if (!memcmp(s->offset + k * PD_DIM, n, PD_DIM * sizeof *n)) return k;
+    return -1;
+}
+
+/* The four squares beside a node in the plane of the axes a and b. 0: the family has no diagonals. */
+static int pdi_isotropic_plane(const pd_stencil *s, int a, int b, pd_isotropic *isotropic)
+{
+    double wanted = (1.0 / (s->h[a] * s->h[a]) + 1.0 / (s->h[b] * s->h[b])) / 12.0;
+    for (int which = 0; which < 4; which++) {
+        pd_square *square = &isotropic->square[isotropic->squares++];
+        int n[PD_DIM];
+        memset(n, 0, sizeof n);
+        n[a] = which & 1 ? 1 : -1;
+        square->side[0] = pdi_isotropic_find(s, n);
+        n[b] = which & 2 ? 1 : -1;
+        square->across = pdi_isotropic_find(s, n);
+        n[a] = 0;
+        square->side[1] = pdi_isotropic_find(s, n);
+        if (square->across < 0) return 0;
+        square->more = wanted - s->lap[square->across];
+        isotropic->weight[square->across] += square->more;
+        for (int side = 0; side < 2; side++) isotropic->weight[square->side[side]] -= square->more;
+    }
+    return 1;
+}
+
+PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic)
+{
+    const pd_stencil *s = bonds->stencil;
+    memset(isotropic, 0, sizeof *isotropic);
+    if (PD_DIM == 1 || s->reach > 1 || s->count != 2 * PD_DIM * PD_DIM || bonds->grid->circumference) return;
+    for (int k = 0; k < s->count; k++) isotropic->weight[k] = s->lap[k];
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = a + 1; b < PD_DIM; b++)
+            if (!pdi_isotropic_plane(s, a, b, isotropic)) return;
+    isotropic->bonds = bonds;
+}
+PDI_COLD_END
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
 
 /* ======== >>flow/flow.c ======== */
 /* flow: see flow.h
@@ -21743,7 +21871,7 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
         double stabiliser =
             pdi_flow_stabiliser(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
         if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
-        double gain = flux - twice_nu * *a;
+        double gain = flux - twice_nu * *(flow->isotropic.bonds ? flow->isotropic.weight + k : a);
         stabiliser *= *a;
         if (open) {
             flux *= open[b];
@@ -21844,6 +21972,7 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     s.ru = ru;
     s.rc = rc;
     pdi_traverse_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
+    pdi_isotropic_rows(ctx, &flow->isotropic, flow->nu, t->u, ru);
 }
 
 PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
@@ -22214,6 +22343,7 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     flow->push_user = desc->body_user;
     flow->clock = desc->clock;
     flow->order = desc->order;
+    if (flow->order != 4) pdi_isotropic_build(bonds, &flow->isotropic);
     for (int d = 0; d < PD_DIM; d++) flow->force[d] = desc->force[d];
     PDI_TRY(pdi_owner_build(ctx, pdi_flow_list, flow));
     for (int32_t node = 0; node < grid->total; node++)
@@ -22288,7 +22418,7 @@ PDI_COLD_END
 /* Nodes of a block. */
 #define PDI_JACOBIAN_BLOCK PDI_VECTOR
 /* Weights of a bond. */
-#define PDI_JACOBIAN_WEIGHTS (2 * PD_DIM + 1)
+#define PDI_JACOBIAN_WEIGHTS (2 * PD_DIM + 2)
 
 /* What a block of nodes reads again for each of its bonds. */
 typedef struct pdi_jacobian_own {
@@ -22405,21 +22535,22 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
             const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
             pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->paths.shift[k]);
             pdi_jacobian_view back = pdi_jacobian_look(q, (int64_t)i - bonds->paths.shift[k]);
-            pdi_jacobian_pair(&own, weight, twice_nu * weight[2 * PD_DIM], &far, &back, count, sums);
+            pdi_jacobian_pair(&own, weight, twice_nu * weight[2 * PD_DIM + 1], &far, &back, count, sums);
         }
         return;
     }
     for (int k = 0; k < s->count; k++) {
         const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
         float pressure = 1.0f, a = lap ? (float)(lap[k] * q->length * q->length) : weight[2 * PD_DIM];
+        float rub = lap ? a : weight[2 * PD_DIM + 1];
         if (row >= 0) {
             if (pdi_bond_gate_of(bonds, row, k, count, &gate) == PDI_OPEN_NONE) continue;
             for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_value(&gate, k, b);
             if (row >= bonds->plain && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) pressure = 0.0f;
         }
         pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->paths.shift[k]);
-        pdi_jacobian_bond(&own, weight, a, twice_nu * a, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, pressure,
-                          &far, count, sums);
+        pdi_jacobian_bond(&own, weight, a, twice_nu * rub, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open,
+                          pressure, &far, count, sums);
     }
 }
 
@@ -22544,7 +22675,9 @@ PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobia
             weight[d] = (float)(s->grad[k * PD_DIM + d] * q->length);
             weight[PD_DIM + d] = (float)(s->xi[k * PD_DIM + d] / q->length);
         }
+        const double *rub = flow->isotropic.bonds ? flow->isotropic.weight : s->lap;
         weight[2 * PD_DIM] = (float)(s->lap[k] * q->length * q->length);
+        weight[2 * PD_DIM + 1] = (float)(rub[k] * q->length * q->length);
     }
     return PD_OK;
 }
@@ -23319,6 +23452,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y
     pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
     pdi_flow_sharpen(ctx, flow, du, s->advecting, flow->grad, y);
+    pdi_isotropic_rows(ctx, &flow->isotropic, flow->nu, du, y);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
     pdi_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, s->weight / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), y);
@@ -57913,8 +58047,8 @@ static const pd_key pdi_keys_of_grid[] = {
     {"h", "m", "required",
      "spacing, one or one an axis"},
     {"m", "-", "1; beside `[corrode]` that of its bonds",
-     "horizon of the fluid over h, 1 to 6; 1.328 in 2D and 1.387 in 3D make viscosity and diffusion isotropic, which "
-     "suits slow flow (theory: 2.3)"},
+     "horizon of the fluid over h, 1 to 6; 1.328 in 2D and 1.387 in 3D make diffusion isotropic, as viscosity is "
+     "with 1 (theory: 2.3)"},
     {"box", "m", "required",
      "extent, a range an axis, whole numbers of cells"},
     {"geometry", "-", "planar",

@@ -315,14 +315,10 @@ static pd_status duct_run_order(val_job *job, int order)
 static pd_status duct_run(val_job *job) { return duct_run_order(job, 2); }
 static pd_status duct_run_fourth(val_job *job) { return duct_run_order(job, 4); }
 
-#define DUCT_MISS \
-    "The error is that of the Laplacian, 2/24 h^2 times fourth derivatives: of second order, 0.54 h^2. 5e-5 takes " \
-    "104 nodes, order = 4, or the horizon m = 1.387 with isotropic fourth moments, with which 1.4e-5 is found."
-
 static const val_part duct_part = {
     "", "", "nodes across", VAL_BY_N, NULL, 2.0, {{"err_l2", "u, L2"}, {"err_max", "u, largest"}}, 2,
     {{0, 5e-5, 0.0, 64, VAL_GOAL}, {0, 0.0, 1.8, 0, VAL_GOAL_OF_ALL}, {0, 5e-3, 0.0, 0, VAL_GUARD}}, 3,
-    {{16, 1.0, 0.0}, {32, 1.0, 0.0}, {64, 1.0, 0.0}}, 3, 2, duct_run, DUCT_MISS};
+    {{16, 1.0, 0.0}, {32, 1.0, 0.0}, {64, 1.0, 0.0}}, 3, 2, duct_run, NULL};
 static const val_part duct_fourth_part = {
     "fourth", "order = 4", "nodes across", VAL_BY_N, NULL, 4.0, {{"err_l2", "u, L2"}, {"err_max", "u, largest"}}, 2,
     {{0, 5e-5, 0.0, 64, VAL_GOAL}, {0, 5e-3, 0.0, 0, VAL_GUARD}}, 2,

@@ -265,7 +265,7 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
         double stabiliser =
             pdi_flow_stabiliser(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
         if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
-        double gain = flux - twice_nu * *a;
+        double gain = flux - twice_nu * *(flow->isotropic.bonds ? flow->isotropic.weight + k : a);
         stabiliser *= *a;
         if (open) {
             flux *= open[b];
@@ -366,6 +366,7 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     s.ru = ru;
     s.rc = rc;
     pdi_traverse_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
+    pdi_isotropic_rows(ctx, &flow->isotropic, flow->nu, t->u, ru);
 }
 
 PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
@@ -736,6 +737,7 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     flow->push_user = desc->body_user;
     flow->clock = desc->clock;
     flow->order = desc->order;
+    if (flow->order != 4) pdi_isotropic_build(bonds, &flow->isotropic);
     for (int d = 0; d < PD_DIM; d++) flow->force[d] = desc->force[d];
     PDI_TRY(pdi_owner_build(ctx, pdi_flow_list, flow));
     for (int32_t node = 0; node < grid->total; node++)

@@ -13,7 +13,7 @@
 /* Nodes of a block. */
 #define PDI_JACOBIAN_BLOCK PDI_VECTOR
 /* Weights of a bond. */
-#define PDI_JACOBIAN_WEIGHTS (2 * PD_DIM + 1)
+#define PDI_JACOBIAN_WEIGHTS (2 * PD_DIM + 2)
 
 /* What a block of nodes reads again for each of its bonds. */
 typedef struct pdi_jacobian_own {
@@ -130,21 +130,22 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
             const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
             pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->paths.shift[k]);
             pdi_jacobian_view back = pdi_jacobian_look(q, (int64_t)i - bonds->paths.shift[k]);
-            pdi_jacobian_pair(&own, weight, twice_nu * weight[2 * PD_DIM], &far, &back, count, sums);
+            pdi_jacobian_pair(&own, weight, twice_nu * weight[2 * PD_DIM + 1], &far, &back, count, sums);
         }
         return;
     }
     for (int k = 0; k < s->count; k++) {
         const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
         float pressure = 1.0f, a = lap ? (float)(lap[k] * q->length * q->length) : weight[2 * PD_DIM];
+        float rub = lap ? a : weight[2 * PD_DIM + 1];
         if (row >= 0) {
             if (pdi_bond_gate_of(bonds, row, k, count, &gate) == PDI_OPEN_NONE) continue;
             for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_value(&gate, k, b);
             if (row >= bonds->plain && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) pressure = 0.0f;
         }
         pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->paths.shift[k]);
-        pdi_jacobian_bond(&own, weight, a, twice_nu * a, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, pressure,
-                          &far, count, sums);
+        pdi_jacobian_bond(&own, weight, a, twice_nu * rub, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open,
+                          pressure, &far, count, sums);
     }
 }
 
@@ -269,7 +270,9 @@ PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobia
             weight[d] = (float)(s->grad[k * PD_DIM + d] * q->length);
             weight[PD_DIM + d] = (float)(s->xi[k * PD_DIM + d] / q->length);
         }
+        const double *rub = flow->isotropic.bonds ? flow->isotropic.weight : s->lap;
         weight[2 * PD_DIM] = (float)(s->lap[k] * q->length * q->length);
+        weight[2 * PD_DIM + 1] = (float)(rub[k] * q->length * q->length);
     }
     return PD_OK;
 }

@@ -11,8 +11,8 @@ static const pd_key pdi_keys_of_grid[] = {
     {"h", "m", "required",
      "spacing, one or one an axis"},
     {"m", "-", "1; beside `[corrode]` that of its bonds",
-     "horizon of the fluid over h, 1 to 6; 1.328 in 2D and 1.387 in 3D make viscosity and diffusion isotropic, which "
-     "suits slow flow (theory: 2.3)"},
+     "horizon of the fluid over h, 1 to 6; 1.328 in 2D and 1.387 in 3D make diffusion isotropic, as viscosity is "
+     "with 1 (theory: 2.3)"},
     {"box", "m", "required",
      "extent, a range an axis, whole numbers of cells"},
     {"geometry", "-", "planar",

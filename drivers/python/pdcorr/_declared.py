@@ -941,6 +941,23 @@ def declare(dim):
         ('work', POINTER(c_double)),
     ]
 
+    class pd_square(Structure):
+        pass
+    pd_square._fields_ = [
+        ('across', c_int),
+        ('side', c_int * 2),
+        ('more', c_double),
+    ]
+
+    class pd_isotropic(Structure):
+        pass
+    pd_isotropic._fields_ = [
+        ('bonds', POINTER(pd_bonds)),
+        ('squares', c_int),
+        ('square', pd_square * (2, 8, 18)[dim - 1]),
+        ('weight', c_double * (2, 8, 18)[dim - 1]),
+    ]
+
     class pd_flow_desc(Structure):
         pass
     pd_flow_desc._fields_ = [
@@ -998,6 +1015,7 @@ def declare(dim):
         ('slopes', pd_reconstruct),
         ('order', c_int),
         ('sharp', pd_sharp),
+        ('isotropic', pd_isotropic),
         ('more', POINTER(c_double)),
         ('leak', POINTER(c_double)),
         ('evaluations', c_int64),

@@ -1,0 +1,33 @@
+/* isotropic: weights of friction whose leading error is a Laplacian of the Laplacian.
+ *
+ * On the nearest neighbours the Laplacian errs by fourth derivatives along the axes and mixed ones, and by other shares
+ * of them than h^2/12 lap lap, which vanishes in slow steady flow. What is missing is mixed differences over squares of
+ * four nodes: what one takes up the others give. Squares that miss a node have none (theory: eq. 4.1b to 4.1e).
+ */
+#ifndef PD_ISOTROPIC_H
+#define PD_ISOTROPIC_H
+#include "core/base.h"
+#include "lattice/bond.h"
+
+/* A node and three others in the plane of two axes. */
+typedef struct pd_square {
+    int across, side[2]; /* bonds of the node: through the middle, along both axes */
+    double more;         /* [1/m2] what `across` gains, and both sides lose */
+} pd_square;
+
+typedef struct pd_isotropic {
+    const pd_bonds *bonds; /* NULL: friction has the weights of the Laplacian */
+    int squares;
+    pd_square square[2 * PD_DIM * PD_DIM];
+    double weight[2 * PD_DIM * PD_DIM]; /* [1/m2] of the bonds of nodes whose squares are complete */
+} pd_isotropic;
+
+#ifdef PDI_INTERNAL
+/* Families of the nearest neighbours on planar lattices get weights; others none. */
+PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
+/* ru += what `weight` brings to friction nu of u [PD_DIM][total] by squares that are not complete. */
+PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
+                               double *ru);
+#endif
+
+#endif
