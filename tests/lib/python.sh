@@ -1,5 +1,5 @@
-# python: the Python package (drivers/python) on shared libraries of the tests' own objects, with $python, which has numpy;
-# skips a test without numpy (Debian: python3-numpy). Sourced behind script.sh.
+# python: the Python package (drivers/python) on shared libraries of the tests' own objects, with $python, which has
+# numpy; skips a test without it (Debian: python3-numpy). Sourced behind script.sh.
 
 python=
 for candidate in python3 /usr/bin/python3; do
