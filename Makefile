@@ -51,12 +51,19 @@ SCRIPTS := $(wildcard tests/*.sh)
 SLOW_SCRIPTS := $(shell for f in $(SCRIPTS); do sed 5q $$f | grep -q 'slow: yes' && echo $$f; done)
 LOGS = $(BUILD)/logs
 TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log) $(HARD_TESTS:$(BUILD)/%=$(LOGS)/%.log)
-ALL_LOGS := $(LOGS)/amalgam.log $(LOGS)/lint.log $(SCRIPTS:tests/%.sh=$(LOGS)/%.log) $(TEST_LOGS)
+SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
+# The longest first, so that all cores end together.
+LONGEST = test_embed web examples validate install openmp windows scenes bench wasi site python_examples png_reader walk \
+          python checkpoint
+LONGEST_LOGS := $(filter $(SCRIPT_LOGS),$(LONGEST:%=$(LOGS)/%.log))
+ALL_LOGS := $(LONGEST_LOGS) $(LOGS)/amalgam.log $(LOGS)/lint.log $(filter-out $(LONGEST_LOGS),$(SCRIPT_LOGS)) $(TEST_LOGS)
 FAST_LOGS := $(filter-out $(SLOW_TESTS:$(BUILD)/%=$(LOGS)/%.log) $(SLOW_SCRIPTS:tests/%.sh=$(LOGS)/%.log),$(ALL_LOGS))
+# Every script, and the programs of `make test`.
+CI_LOGS := $(filter $(FAST_LOGS) $(SCRIPT_LOGS) $(LOGS)/hard_random_2d.log,$(ALL_LOGS))
 # As many at a time as there are cores, unless make has a -j.
 JOBS = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell env -u OMP_NUM_THREADS nproc 2> /dev/null || echo 2))
 
-.PHONY: all drivers run report validation bench stability test test-all test-hard test-quick tests amalgam lint
+.PHONY: all drivers run report validation bench stability test test-ci test-all test-hard test-quick tests amalgam lint
 .PHONY: check-compilers sanitize clean help FORCE
 .SECONDARY:
 .DELETE_ON_ERROR:
@@ -133,16 +140,21 @@ stability: $(HARD_TESTS) $(foreach k,$(DIMS),$(BUILD)/stability$(k)d) ## run all
 	for k in $(DIMS); do OMP_WAIT_POLICY=passive $(BUILD)/stability$${k}d --out $(BUILD)/stability || exit 1; done
 	sh tools/report.sh --stability $(BUILD)/stability docs
 
-# run-logs LOGS,FLAGS: makes the logs and ends with the sum. A test that does not build counts as failed, and the others
-# still run.
+# run-logs LOGS,FLAGS: builds what the tests need, makes the logs in their order, and ends with the sum. A test that does
+# not build counts as failed, and the others still run.
+needed = $(patsubst $(LOGS)/%.log,$(BUILD)/%,$(filter $(TEST_LOGS),$(1))) $(if $(filter $(SCRIPT_LOGS),$(1)),script-programs)
 define run-logs
 @rm -f $(LOGS)/*.log; mkdir -p $(LOGS); date +%s > $(LOGS)/begin
++@$(2) $(MAKE) -k $(JOBS) --no-print-directory $(call needed,$(1)) || true
 +@$(2) $(MAKE) -k $(JOBS) --no-print-directory OF=$(words $(1)) $(1) || true
 @sh tools/sum.sh --since $(LOGS)/begin $(1)
 endef
 
 test: ## fast checks and tests of every module: minutes; ends with the sum
 	$(call run-logs,$(FAST_LOGS),PROGRAMS=$(BUILD)/check)
+
+test-ci: ## all scripts, and the programs of `make test`
+	$(call run-logs,$(CI_LOGS))
 
 test-all: ## all checks and tests, slow ones too
 	$(call run-logs,$(ALL_LOGS),PD_TEST_ALL=1)
@@ -166,7 +178,7 @@ lint: $(BUILD)/lint $(BUILD)/amalgamate ## house rules and the order of the modu
 # Whole scenes in two dimensions, rings and readers of files go through most of the code.
 QUICK_LOGS = $(patsubst %,$(LOGS)/%_2d.log,hard_geometry hard_limits test_axisym test_text test_png test_picture test_scene test_bond)
 SANITIZED = +@$(MAKE) -k --no-print-directory BUILD=$(BUILD)/sanitize OPENMP=0 \
-            EXTRA='-fsanitize=address,undefined -fno-sanitize-recover=all'
+            EXTRA='-O1 -fsanitize=address,undefined -fno-sanitize-recover=all'
 
 sanitize: ## the test programs under the address and undefined-behaviour sanitizers: half an hour
 	@rm -f $(BUILD)/sanitize/logs/*.log
@@ -337,18 +349,23 @@ $(LOGS)/lint.log: $(BUILD)/lint FORCE
 $(TEST_LOGS): $(LOGS)/%.log: $(BUILD)/% FORCE
 	@$(call log,$<)
 
-SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
 # PROGRAMS: where shell tests find pd1d and its like. `make test` gives them programs linked to the objects of the
 # tests, which are built in a moment and have assertions.
-$(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD)/pdcorr2d.o) \
-                               $(BUILD)/amalgamate $(BUILD)/lint FORCE
+SCRIPT_PROGRAMS = $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD)/pdcorr2d.o) $(BUILD)/amalgamate $(BUILD)/lint
+.PHONY: script-programs
+script-programs: $(SCRIPT_PROGRAMS) $(DIMS:%=$(BUILD)/check/libpdcorr%d.so)
+
+$(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(SCRIPT_PROGRAMS) FORCE
 	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' $(if $(PROGRAMS),PROGRAMS='$(PROGRAMS)') sh $<)
 
 $(LOGS)/walk.log: $(BUILD)/check/libpdcorr2d.so
-$(LOGS)/python.log: $(DIMS:%=$(BUILD)/check/libpdcorr%d.so) $(wildcard drivers/python/*.py drivers/python/pdcorr/*.py)
+$(LOGS)/python.log $(LOGS)/python_examples.log: $(DIMS:%=$(BUILD)/check/libpdcorr%d.so) $(wildcard drivers/python/*.py drivers/python/pdcorr/*.py)
 
 # ---- the amalgam under every compiler at hand
-COMPILERS := $(foreach k,$(DIMS),gcc-$k gcc-$k-fopenmp clang-$k clang-$k-fopenmp g++-$k clang++-$k msvc-$k msvc++-$k)
+# Optimised by gcc in 2D alone, unless PD_TEST_ALL: the objects of the tests are, in every dimension and with the same
+# warnings.
+COMPILERS := $(foreach k,$(DIMS),gcc-$k clang-$k clang-$k-fopenmp g++-$k clang++-$k msvc-$k msvc++-$k) \
+             $(foreach k,$(if $(PD_TEST_ALL),$(DIMS),2),gcc-$k-fopenmp)
 COMPILER_LOGS := $(COMPILERS:%=$(LOGS)/compilers/%.log)
 
 check-compilers: ## compile the amalgam without a warning: gcc, clang, C99, C++11, MSVC's dialect

@@ -179,6 +179,7 @@
  *     ticks      where the ticks of an axis stand and what is written beside them.
  *     colour     tables for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different.
  *     bar        the bar of colours beside a picture.
+ *     legend     the labels that a picture shows, with their colours, in place of a bar.
  *     contour    lines of one value in a field on a two-dimensional lattice, by marching squares.
  *     streamline evenly spaced lines along a velocity on a two-dimensional lattice (Jobard and Lefer 1997).
  *     arrows     a flow over a picture, as streamlines with heads and as arrows on a regular grid.
@@ -187,7 +188,7 @@
  *     plot       curves and markers over two axes as a PNG or SVG.
  *     shell      the surface of a set of cells of a three-dimensional lattice as a smooth mesh.
  *     shade      a box and the surface of a body in it, seen from one direction, as light and values of pixels.
- *     relief     a shaded view of a surface as a PNG or SVG with the edges of its box, a scale, colour bar and title.
+ *     relief     a shaded view of a surface as a PNG or SVG with the edges of its box, a scale, bar or legend, and title.
  *     vti        fields on the lattice as VTK ImageData (XML, raw appended data) and time series as a PVD collection, for
  *     paraview   a script that opens the fields of a run in ParaView, coloured, with one range for all times.
  *     csv        tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
@@ -8404,6 +8405,35 @@ PDI_FN void pdi_bar_draw(const pdi_bar *bar, pdi_canvas *canvas);
 
 #endif
 
+/* ======== >>io/legend.h ======== */
+/* legend: the labels that a picture shows, with their colours, in place of a bar. */
+#ifndef PD_LEGEND_H
+#define PD_LEGEND_H
+
+#ifdef PDI_INTERNAL
+#define PDI_LEGEND_LABELS 64 /* that are listed, at most */
+
+/* Zero-initialise, then fill in. */
+typedef struct pdi_legend {
+    const char *const *names; /* [count] of the labels 0, 1, ...; NULL: their numbers */
+    const uint32_t *colours;  /* [count]; NULL: those of pdi_colour_label */
+    int count;
+    double lo, hi;            /* [-] smallest and largest label of the whole series */
+    int height;               /* [pixel] from the top of the first row to that of the last one, at most */
+    uint8_t shown[PDI_LEGEND_LABELS]; /* label k is in this picture */
+} pdi_legend;
+
+/* A value of the picture, rounded to its label. */
+PDI_FN void pdi_legend_show(pdi_legend *legend, double value);
+/* The value is below 9e15. */
+PDI_FN uint32_t pdi_legend_colour(const pdi_legend *legend, double value);
+/* [pixel] */
+PDI_FN int pdi_legend_width(const pdi_legend *legend);
+PDI_FN void pdi_legend_draw(const pdi_legend *legend, int left, int top, pdi_canvas *canvas);
+#endif
+
+#endif
+
 /* ======== >>io/contour.h ======== */
 /* contour: lines of one value in a field on a two-dimensional lattice, by marching squares.
  *
@@ -8724,7 +8754,7 @@ PDI_FN double pdi_shade_light(const pd_shade *shade, const double *normal);
 #endif
 
 /* ======== >>io/relief.h ======== */
-/* relief: a shaded view of a surface as a PNG or SVG with the edges of its box, a scale, colour bar and title. */
+/* relief: a shaded view of a surface as a PNG or SVG with the edges of its box, a scale, bar or legend, and title. */
 #ifndef PD_RELIEF_H
 #define PD_RELIEF_H
 
@@ -8733,9 +8763,12 @@ PDI_FN double pdi_shade_light(const pd_shade *shade, const double *normal);
 typedef struct pdi_relief {
     const pd_shade *shade;
     int coloured;           /* 1: by the values, in this range; else in the colour of metal */
-    pd_map map;             /* PD_MAP_LABELS: a colour for each whole number, without a bar */
+    pd_map map;             /* PD_MAP_LABELS: a colour for each whole number, and a legend of those that are seen */
     int log;
     double lo, hi;          /* [-] in the unit of the label */
+    const char *const *names; /* [name_count] of the labels 0, 1, ..., in the legend; NULL: their numbers */
+    const uint32_t *colours;  /* [name_count] of these; NULL: those of pdi_colour_label */
+    int name_count;
     const char *title, *stamp, *label; /* NULL: none */
     const char *widest;     /* stamp for which there is room; NULL: the own one */
 } pdi_relief;
@@ -10907,8 +10940,6 @@ PDI_FN pd_field pdi_sight_field(const pd_setup *setup);
 PDI_FN pd_status pdi_sight_build(pd_ctx *ctx, const pd_setup *setup, pd_shade *shade);
 /* The metal of this instant, with pdi_sample_prepare before. PD_STOPPED. */
 PDI_FN pd_status pdi_sight_take(pd_ctx *ctx, const pd_model *model, pd_shade *shade);
-/* Smallest and largest value that is seen, of positive ones with `log`; lo > hi: none. */
-PDI_FN void pdi_sight_ends(const pd_shade *shade, int log, double *lo, double *hi);
 #endif
 
 #endif
@@ -10946,7 +10977,7 @@ typedef struct pd_images {
     double *move;            /* [2][cells] [m] displacements as they are drawn, NaN: none; NULL: nothing is moved */
     uint8_t *joined;         /* [cells] bit k: the cell and its neighbour k hold together */
     double *velocity;        /* [2][cells] [m/s] along right and up, NaN: nothing flows; NULL: none is drawn */
-    double *sorted;          /* [cells] [unit of the field] for percentiles; NULL: all values count */
+    double *sorted;          /* [unit of the field] values of a frame, for percentiles; NULL: all of them count */
     pd_shade sight;          /* the surface of the metal, in 3D */
     pd_images_view view[PD_IMAGES_COUNT];
     int64_t frames;          /* so far */
@@ -48711,7 +48742,8 @@ static void pdi_zlib_canonical(const uint8_t *lengths, int n, uint16_t *codes)
     for (int l = 1; l < 16; l++) next[l] = (next[l - 1] + count[l - 1]) << 1;
     for (int i = 0; i < n; i++) {
         uint32_t code = lengths[i] ? next[lengths[i]]++ : 0, reversed = 0;
-        for (int b = 0; b < lengths[i]; b++) reversed |= ((code >> b) & 1) << (lengths[i] - 1 - b);
+        /* bit by bit: independent shifts of each bit become vectors, which clang 14 gets wrong for wasm at -Os */
+        for (int b = 0; b < lengths[i]; b++) reversed = reversed << 1 | (code >> b & 1);
         codes[i] = (uint16_t)reversed;
     }
 }
@@ -51476,6 +51508,84 @@ PDI_FN void pdi_bar_draw(const pdi_bar *b, pdi_canvas *canvas)
         pdi_canvas_text_up(canvas, b->label_left, b->top + b->height / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, b->label);
 }
 
+/* ======== >>io/legend.c ======== */
+/* legend: see legend.h */
+#include <math.h>
+#include <stdio.h>
+
+#define PDI_LEGEND_ROW 24  /* [pixel] */
+#define PDI_LEGEND_MARK 16 /* [pixel] */
+
+PDI_FN void pdi_legend_show(pdi_legend *legend, double value)
+{
+    if (value > -0.5 && value < PDI_LEGEND_LABELS - 0.5) legend->shown[(int)(value + 0.5)] = 1;
+}
+
+PDI_FN uint32_t pdi_legend_colour(const pdi_legend *legend, double value)
+{
+    int64_t label = (int64_t)floor(value + 0.5);
+    return legend->colours && label >= 0 && label < legend->count ? legend->colours[label] : pdi_colour_label(label);
+}
+
+/* Rows that there is room for, those of the whole series; 0: there are too many. */
+static int pdi_legend_rows(const pdi_legend *l)
+{
+    double rows = l->names ? l->count : floor(l->hi + 0.5) + 1;
+    if (!(rows >= 1) || rows > PDI_LEGEND_LABELS || !(l->lo > -0.5)) return 0;
+    return rows * PDI_LEGEND_ROW <= l->height + PDI_LEGEND_ROW ? (int)rows : 0;
+}
+
+/* text[32]: what is said of label k. */
+static void pdi_legend_name(const pdi_legend *l, int k, char *text)
+{
+    if (l->names) snprintf(text, 32, "%.31s", l->names[k] ? l->names[k] : "");
+    else snprintf(text, 32, "%d", k);
+}
+
+/* In place of too many labels. */
+static void pdi_legend_many(const pdi_legend *l, char *text)
+{
+    snprintf(text, 32, "%.0f to %.0f", floor(l->lo + 0.5), floor(l->hi + 0.5));
+}
+
+PDI_FN int pdi_legend_width(const pdi_legend *legend)
+{
+    char text[32];
+    int rows = pdi_legend_rows(legend), widest = 0;
+    if (!rows) {
+        pdi_legend_many(legend, text);
+        return pdi_canvas_text_width(text);
+    }
+    for (int k = 0; k < rows; k++) {
+        pdi_legend_name(legend, k, text);
+        int width = pdi_canvas_text_width(text);
+        if (width > widest) widest = width;
+    }
+    return PDI_LEGEND_MARK + 10 + widest;
+}
+
+PDI_FN void pdi_legend_draw(const pdi_legend *legend, int left, int top, pdi_canvas *canvas)
+{
+    char text[32];
+    int rows = pdi_legend_rows(legend);
+    if (!rows) {
+        pdi_legend_many(legend, text);
+        pdi_canvas_text(canvas, left, top, PDI_ALIGN_START, PDI_CANVAS_INK, text);
+    }
+    for (int k = 0; k < rows; k++) {
+        if (!legend->shown[k]) continue;
+        pdi_legend_name(legend, k, text);
+        pdi_canvas_fill(canvas, left, top, left + PDI_LEGEND_MARK, top + PDI_LEGEND_MARK,
+                        pdi_legend_colour(legend, k));
+        pdi_canvas_text(canvas, left + PDI_LEGEND_MARK + 10, top + (PDI_LEGEND_MARK - PDI_CANVAS_CAPITAL) / 2,
+                        PDI_ALIGN_START, PDI_CANVAS_INK, text);
+        top += PDI_LEGEND_ROW;
+    }
+}
+
+#undef PDI_LEGEND_ROW
+#undef PDI_LEGEND_MARK
+
 /* ======== >>io/contour.c ======== */
 /* contour: see contour.h */
 #include <math.h>
@@ -52134,9 +52244,6 @@ PDI_FN pd_status pdi_arrows_one(pd_ctx *ctx, pdi_canvas *canvas, double x, doubl
 #define PDI_PICTURE_LARGEST 1.4 /* times the wanted width: beyond, cells are merged */
 #define PDI_PICTURE_SMALLEST 120 /* below, the field is stretched */
 #define PDI_PICTURE_DECADES 8 /* of a logarithmic range that is not given, at most */
-#define PDI_PICTURE_LABELS 64 /* in a legend, at most */
-#define PDI_PICTURE_ROW 24 /* [pixel] of the legend */
-#define PDI_PICTURE_MARK 16 /* [pixel] of a mark in it */
 #define PDI_PICTURE_SOLID 0x9A9DA1u /* colour of metal */
 #define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
 #define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
@@ -52165,8 +52272,7 @@ typedef struct pdi_picture_layout {
     char scale_label[32];
     double aspect;  /* y against x */
     int has_bar, has_solid, has_wall, has_blank;
-    double label_lo, label_hi;            /* of all labels that are shown */
-    uint8_t present[PDI_PICTURE_LABELS];  /* label k is shown */
+    pdi_legend legend;
 } pdi_picture_layout;
 
 static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
@@ -52239,8 +52345,7 @@ static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
             l->has_blank = 1;
             continue;
         }
-        if (p->map == PD_MAP_LABELS && p->values[k] > -0.5 && p->values[k] < PDI_PICTURE_LABELS - 0.5)
-            l->present[(int)(p->values[k] + 0.5)] = 1;
+        pdi_legend_show(&l->legend, p->values[k]);
         if (p->values[k] < lo) lo = p->values[k];
         if (p->values[k] > hi) hi = p->values[k];
     }
@@ -52248,8 +52353,11 @@ static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
         lo = p->range_lo;
         hi = p->range_hi;
     } else pdi_picture_span(p->map, l->axis_bar.log, &lo, &hi);
-    l->axis_bar.lo = l->label_lo = lo;
-    l->axis_bar.hi = l->label_hi = hi;
+    l->axis_bar.lo = l->legend.lo = lo;
+    l->axis_bar.hi = l->legend.hi = hi;
+    l->legend.names = p->names;
+    l->legend.colours = p->colours;
+    l->legend.count = p->name_count;
     pdi_ticks_widen(0, &l->axis_bar);
     l->has_bar = p->map != PD_MAP_LABELS;
 }
@@ -52316,52 +52424,6 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
 static const char *pdi_picture_axis(const pd_picture *p, int axis)
 {
     return p->axes[axis] ? p->axes[axis] : axis ? "y" : "x";
-}
-
-static uint32_t pdi_picture_label_colour(const pd_picture *p, double value)
-{
-    if (!(fabs(value) < 9e15)) return PDI_PICTURE_NAN;
-    int64_t label = (int64_t)floor(value + 0.5);
-    return p->colours && label >= 0 && label < p->name_count ? p->colours[label] : pdi_colour_label(label);
-}
-
-/* Rows that the legend of labels has room for, those of the whole series; 0: there are too many. */
-static int pdi_picture_rows(const pd_picture *p, const pdi_picture_layout *l)
-{
-    double rows = p->names ? p->name_count : floor(l->label_hi + 0.5) + 1;
-    if (p->map != PD_MAP_LABELS || !(rows >= 1) || rows > PDI_PICTURE_LABELS || !(l->label_lo > -0.5)) return 0;
-    return rows * PDI_PICTURE_ROW <= l->y.pixels + PDI_PICTURE_ROW ? (int)rows : 0;
-}
-
-/* text[32]: what the legend says of label k. */
-static void pdi_picture_name(const pd_picture *p, int k, char *text)
-{
-    if (p->names) snprintf(text, 32, "%.31s", p->names[k] ? p->names[k] : "");
-    else snprintf(text, 32, "%d", k);
-}
-
-/* In place of a legend of too many labels. */
-static void pdi_picture_many(const pdi_picture_layout *l, char *text)
-{
-    snprintf(text, 32, "%.0f to %.0f", floor(l->label_lo + 0.5), floor(l->label_hi + 0.5));
-}
-
-/* [pixel] of the legend of labels. */
-static int pdi_picture_legend_width(const pd_picture *p, const pdi_picture_layout *l)
-{
-    char text[32];
-    int rows = pdi_picture_rows(p, l), widest = 0;
-    if (p->map != PD_MAP_LABELS) return 0;
-    if (!rows) {
-        pdi_picture_many(l, text);
-        return pdi_canvas_text_width(text);
-    }
-    for (int k = 0; k < rows; k++) {
-        pdi_picture_name(p, k, text);
-        int width = pdi_canvas_text_width(text);
-        if (width > widest) widest = width;
-    }
-    return PDI_PICTURE_MARK + 10 + widest;
 }
 
 /* [pixel] of a place in cells along an axis of the field. */
@@ -52433,7 +52495,8 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
         right = l->bar_label + (p->label ? PDI_CANVAS_CAPITAL + 4 : -8);
     } else {
         l->bar = edge + 28;
-        if (l->bar + pdi_picture_legend_width(p, l) > right) right = l->bar + pdi_picture_legend_width(p, l);
+        l->legend.height = l->y.pixels;
+        if (l->bar + pdi_legend_width(&l->legend) > right) right = l->bar + pdi_legend_width(&l->legend);
     }
     int header = l->left + title + stamp + (title && stamp ? 30 : 0);
     if (!l->has_bar && p->label) header += pdi_canvas_text_width(l->label) + 30;
@@ -52509,7 +52572,7 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     double value = count[0] > 1 ? sum / count[0] : first; /* one cell: no rounding */
     if (isnan(value)) return PDI_PICTURE_NAN;
     /* Means of labels mean nothing. */
-    if (p->map == PD_MAP_LABELS) return pdi_picture_label_colour(p, first);
+    if (p->map == PD_MAP_LABELS) return fabs(first) < 9e15 ? pdi_legend_colour(&l->legend, first) : PDI_PICTURE_NAN;
     if (l->axis_bar.log && !(value > 0)) return PDI_CANVAS_PAPER;
     return pdi_bar_colour(table, pdi_ticks_place(&l->axis_bar, value));
 }
@@ -52662,26 +52725,6 @@ static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, co
     pdi_picture_levels(p, l, canvas);
 }
 
-/* The labels that are shown and their colours, in place of the bar. */
-static void pdi_picture_legend(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
-{
-    char text[32];
-    int rows = pdi_picture_rows(p, l), y = l->top;
-    if (!rows) {
-        pdi_picture_many(l, text);
-        pdi_canvas_text(canvas, l->bar, y, PDI_ALIGN_START, PDI_CANVAS_INK, text);
-    }
-    for (int k = 0; k < rows; k++) {
-        if (!l->present[k]) continue;
-        pdi_picture_name(p, k, text);
-        pdi_canvas_fill(canvas, l->bar, y, l->bar + PDI_PICTURE_MARK, y + PDI_PICTURE_MARK,
-                        pdi_picture_label_colour(p, k));
-        pdi_canvas_text(canvas, l->bar + PDI_PICTURE_MARK + 10, y + (PDI_PICTURE_MARK - PDI_CANVAS_CAPITAL) / 2,
-                        PDI_ALIGN_START, PDI_CANVAS_INK, text);
-        y += PDI_PICTURE_ROW;
-    }
-}
-
 /* Right of the x label the arrow that explains the others, and as far as there is room a key of what has no colour of
  * the bar. */
 static pd_status pdi_picture_key(pd_ctx *ctx, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -52744,7 +52787,7 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi
     PDI_TRY(pdi_picture_field(ctx, picture, &l, table, canvas));
     pdi_picture_axes(picture, &l, canvas);
     if (l.has_bar) pdi_picture_bar(picture, &l, table, canvas);
-    else pdi_picture_legend(picture, &l, canvas);
+    else pdi_legend_draw(&l.legend, l.bar, l.top, canvas);
     pdi_picture_header(picture, &l, canvas);
     return pdi_picture_key(ctx, &l, canvas);
 }
@@ -54000,6 +54043,8 @@ typedef struct pdi_relief_layout {
     int left, top, width, height;
     pdi_ticks axis;
     pdi_bar bar;
+    pdi_legend legend;
+    int legend_left; /* [pixel] */
     uint32_t table[PDI_COLOUR_COUNT];
     char label[PDI_LABEL_SIZE], scale_label[32];
     double scale; /* [pixel] */
@@ -54016,6 +54061,19 @@ static void pdi_relief_scale(const pd_shade *s, pdi_relief_layout *l)
     while (unit < 3 && length * (1.0 + 1e-9) >= sizes[unit + 1]) unit++;
     snprintf(l->scale_label, sizeof l->scale_label, "%.3g %s", length / sizes[unit], units[unit]);
     l->scale = length / s->size;
+}
+
+/* The labels that are seen. */
+static void pdi_relief_legend(const pdi_relief *r, pdi_relief_layout *l)
+{
+    const pd_shade *s = r->shade;
+    l->legend.names = r->names;
+    l->legend.colours = r->colours;
+    l->legend.count = r->name_count;
+    l->legend.lo = r->lo;
+    l->legend.hi = r->hi;
+    for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++)
+        if (s->cover[k]) pdi_legend_show(&l->legend, (double)s->value[k]);
 }
 
 static void pdi_relief_place(const pdi_relief *r, pdi_relief_layout *l)
@@ -54042,6 +54100,10 @@ static void pdi_relief_place(const pdi_relief *r, pdi_relief_layout *l)
         b->label = r->label ? l->label : NULL;
         b->label_left = b->left + PDI_BAR_WIDTH + 12 + pdi_bar_widest(&l->axis) + 16;
         right = b->label_left + (r->label ? PDI_CANVAS_CAPITAL + 4 : -8);
+    } else if (r->coloured) {
+        l->legend_left = right + 16;
+        l->legend.height = s->height;
+        right = l->legend_left + pdi_legend_width(&l->legend);
     }
     l->width = (right > header ? right : header) + 22;
     l->height = l->top + s->height + 14 + PDI_CANVAS_CAPITAL + 22;
@@ -54050,7 +54112,7 @@ static void pdi_relief_place(const pdi_relief *r, pdi_relief_layout *l)
 static uint32_t pdi_relief_base(const pdi_relief *r, const pdi_relief_layout *l, double value)
 {
     if (!r->coloured || isnan(value)) return PDI_RELIEF_METAL;
-    if (r->map == PD_MAP_LABELS && fabs(value) < 9e15) return pdi_colour_label((int64_t)floor(value + 0.5));
+    if (r->map == PD_MAP_LABELS && fabs(value) < 9e15) return pdi_legend_colour(&l->legend, value);
     if (r->log && !(value > 0)) return PDI_RELIEF_METAL;
     return pdi_bar_colour(l->table, pdi_ticks_place(&l->axis, value));
 }
@@ -54137,6 +54199,7 @@ static pd_status pdi_relief_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_
     pdi_colour_table(r->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : r->map, l.table);
     if (r->label) pdi_label_print(r->label, l.label);
     pdi_relief_scale(s, &l);
+    pdi_relief_legend(r, &l);
     pdi_relief_place(r, &l);
     PDI_TRY(svg ? pdi_canvas_vectors(ctx, l.width, l.height, svg, canvas)
                 : pdi_canvas_init(ctx, l.width, l.height, canvas));
@@ -54148,6 +54211,7 @@ static pd_status pdi_relief_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_
         pdi_image_free(ctx, &view.image);
     }
     if (l.bar.axis) pdi_bar_draw(&l.bar, canvas);
+    else if (r->coloured) pdi_legend_draw(&l.legend, l.legend_left, l.top, canvas);
     pdi_relief_words(r, &l, canvas);
     return PD_OK;
 }
@@ -66445,7 +66509,8 @@ static double pdi_footprint_sight(const pd_setup *u)
     }
     pdi_shade_size(lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, &s);
     double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
-    return 7.0 * pixels + fmax(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
+    double sorted = u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 ? 8.0 * pixels : 0.0;
+    return 7.0 * pixels + sorted + fmax(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
 }
 
 /* Pictures come one by one: the largest counts. */
@@ -68066,18 +68131,6 @@ PDI_FN pd_status pdi_sight_take(pd_ctx *ctx, const pd_model *m, pd_shade *shade)
     return status;
 }
 
-PDI_FN void pdi_sight_ends(const pd_shade *s, int log, double *lo, double *hi)
-{
-    *lo = HUGE_VAL;
-    *hi = -HUGE_VAL;
-    for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++) {
-        double value = (double)s->value[k];
-        if (isnan(value) || (log && !(value > 0.0))) continue;
-        *lo = fmin(*lo, value);
-        *hi = fmax(*hi, value);
-    }
-}
-
 /* ======== >>run/images.c ======== */
 /* images: see images.h */
 #include <float.h>
@@ -68259,15 +68312,23 @@ static double pdi_images_rank(const double *sorted, int64_t count, double at)
     return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
 }
 
+/* Values of a frame: those of the cells, or those of the pixels of a surface. */
+static int64_t pdi_images_values(const pd_images *im, pd_field field)
+{
+    return field == PD_IMAGES_SURFACE ? (int64_t)im->sight.width * im->sight.height : im->cells;
+}
+
 /* Ends of the values of this frame that count. */
 static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *hi)
 {
-    int64_t count = 0;
+    int64_t count = 0, values = pdi_images_values(im, field);
+    int surface = field == PD_IMAGES_SURFACE;
     *lo = HUGE_VAL;
     *hi = -HUGE_VAL;
-    for (int64_t k = 0; k < im->cells; k++) {
-        double value = im->cell[k];
-        if (im->paint[k] != PD_PAINT_FIELD || isnan(value) || (pdi_images_log(im, field) && !(value > 0.0))) continue;
+    for (int64_t k = 0; k < values; k++) {
+        double value = surface ? (double)im->sight.value[k] : im->cell[k];
+        if (!surface && im->paint[k] != PD_PAINT_FIELD) continue;
+        if (isnan(value) || (pdi_images_log(im, field) && !(value > 0.0))) continue;
         *lo = fmin(*lo, value);
         *hi = fmax(*hi, value);
         if (im->sorted) im->sorted[count] = value;
@@ -68298,8 +68359,7 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
     for (int64_t k = 0; pdi_images_flows(im, field) && k < im->cells; k++)
         view->fastest = fmax(view->fastest, hypot(im->velocity[k], im->velocity[im->cells + k]));
     if (pdi_images_known(im->model->setup, pdi_images_field(im, field))) return PD_OK;
-    if (field == PD_IMAGES_SURFACE) pdi_sight_ends(&im->sight, pdi_images_log(im, field), &lo, &hi);
-    else pdi_images_ends(im, field, &lo, &hi);
+    pdi_images_ends(im, field, &lo, &hi);
     view->lo = fmin(view->lo, lo);
     view->hi = fmax(view->hi, hi);
     return PD_OK;
@@ -68465,6 +68525,7 @@ static pd_status pdi_images_surface(pd_ctx *ctx, const pd_images *im, double tim
     pd_field of = pdi_sight_field(u);
     pdi_images_text text;
     pdi_relief relief;
+    pd_picture labels;
     memset(&relief, 0, sizeof relief);
     relief.shade = &im->sight;
     relief.coloured = of < PD_FIELD_COUNT;
@@ -68477,6 +68538,10 @@ static pd_status pdi_images_surface(pd_ctx *ctx, const pd_images *im, double tim
         relief.map = pdi_images_map(u, of);
         relief.log = pdi_images_log(im, of);
         relief.label = pdi_setup_field_label(im->model->setup, of);
+        pdi_images_names(of, &labels);
+        relief.names = labels.names;
+        relief.colours = labels.colours;
+        relief.name_count = labels.name_count;
         pdi_images_range(im, PD_IMAGES_SURFACE, relief.map, &relief.lo, &relief.hi);
     }
     return image || !path ? pdi_relief_draw(ctx, &relief, image) : pdi_relief_write(ctx, path, &relief);
@@ -68741,15 +68806,22 @@ static int pdi_images_grow(const pd_images *im)
     return 0;
 }
 
+/* Values that are sorted for percentiles, at most. */
+static int64_t pdi_images_most(const pd_images *im)
+{
+    int64_t pixels = pdi_images_values(im, PD_IMAGES_SURFACE);
+    return pixels > im->cells ? pixels : im->cells;
+}
+
 static pd_status pdi_images_reserve(pd_ctx *ctx, pd_images *im)
 {
     const pd_setup *u = im->model->setup;
     if (pdi_sight_wanted(u)) PDI_TRY(pdi_sight_build(ctx, u, &im->sight));
+    if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 && (u->images || pdi_sight_wanted(u)))
+        PDI_TRY(PDI_NEW(ctx, "images", pdi_images_most(im), im->sorted));
     if (!u->images) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->cell));
     PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->paint));
-    if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0)
-        PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->sorted));
     for (int k = 0; k < PD_FIELD_COUNT && !im->velocity; k++)
         if (pdi_images_flows(im, (pd_field)k)) PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->velocity));
     if (!(u->deformed > 0.0)) return PD_OK;
@@ -68812,7 +68884,7 @@ PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *im)
     PDI_DELETE(ctx, 2 * im->cells, im->move);
     PDI_DELETE(ctx, 2 * im->cells, im->velocity);
     PDI_DELETE(ctx, im->cells, im->joined);
-    PDI_DELETE(ctx, im->cells, im->sorted);
+    PDI_DELETE(ctx, pdi_images_most(im), im->sorted);
     pdi_shade_free(ctx, &im->sight);
     memset(im, 0, sizeof *im);
 }

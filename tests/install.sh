@@ -7,10 +7,12 @@ CC=${CC:-cc}
 prefix=/opt/pd
 tree=$dir/root$prefix
 
-# made TARGET: what a user builds here needs no speed.
+# made TARGET: with the programs that are built, and libraries that need no speed.
+mkdir "$dir/build"
+cp "$programs/pd1d" "$programs/pd2d" "$programs/pd3d" "$dir/build"
 made() {
-    make CC="$CC" BUILD="$dir/build" CFLAGS='-std=c99 -O0' OPENMP=0 DESTDIR="$dir/root" PREFIX=$prefix "$1" \
-        > "$dir/log" 2>&1
+    make CC="$CC" BUILD="$dir/build" CFLAGS='-std=c99 -O0' OPENMP=0 DESTDIR="$dir/root" PREFIX=$prefix \
+        -o "$dir/build/pd1d" -o "$dir/build/pd2d" -o "$dir/build/pd3d" "$1" > "$dir/log" 2>&1
 }
 files() { (cd "$1" && find . ! -type d | sed 's#^\./##' | sort); }
 

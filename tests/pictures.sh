@@ -265,6 +265,95 @@ END
 $python shrinks.py > log 2>&1
 verdict "the surface shrinks as the metal goes"
 
+# The same metal in grains: the legend has the smallest and the largest number of those that are seen.
+sed 's/mg4ag/mg4ag   grains = 5 um/' cube.scene > grains.scene
+pd 3 grains.scene grains output.surface=grain output.format=svg output.animate=no output.fields=grain "until=1 s"
+cat > legend.py << 'END'
+import glob, re, struct
+data = open(sorted(glob.glob('grains/*.vti'))[0], 'rb').read()
+at = data.index(b'_', data.index(b'<AppendedData')) + 1
+size = struct.unpack('<Q', data[at:at + 8])[0]
+grain = struct.unpack('<4096i', data[at + 8:at + 8 + 4 * 4096])
+assert size == 4 * 4096, size
+# the faces of the cube of 8^3 cells, in a box of 16^3; as it shrinks, others show that lie below these
+outer = {grain[x + 16 * (y + 16 * z)] for x in range(8) for y in range(8) for z in range(8)
+         if {x, y, z} & {0, 6, 7}}
+svg = open(sorted(glob.glob('grains/surface_0*.svg'))[0]).read()
+low, high = map(int, re.search('>([0-9]+) to ([0-9]+)<', svg).groups())
+assert low < high and {low, high} <= outer, (low, high, sorted(outer))
+END
+$python legend.py > log 2>&1
+verdict "grains of a surface have a legend"
+
+# Percentiles of a surface: C grows along a face, and with 80 % its last tenth has one colour, that of the end.
+cat > ends.scene << 'END'
+[grid]      h = 1 um   m = 2   box = 0 .. 32 um, 0 .. 16 um, 0 .. 16 um
+[shape bar] box = 0 .. 32 um, 0 .. 8 um, 0 .. 8 um   kind = solid   material = mg4ag
+[transport] D = 1e-15 m2/s   initial = 100 mol/m3 * (x / 32 um)^4
+[dissolve]  rate = 1e-9 um/s
+[run]       until = 1e-6 s
+[output]    every = 1e-6 s   fields = none   surface = C   width = 300   view = 0, 1, 0
+END
+pd 3 ends.scene whole
+pd 3 ends.scene less output.percentile="80 %"
+cat > saturated.py << 'END'
+import glob
+from PIL import Image
+def share(folder):
+    image = Image.open(sorted(glob.glob(folder + '/surface_0*.png'))[0]).convert('RGB')
+    rows = [[image.getpixel((x, y)) for x in range(26, 322)] for y in range(54, image.height - 50)]
+    coloured = [[k for k, c in enumerate(row) if max(c) - min(c) > 20] for row in rows]
+    best = max(range(len(rows)), key=lambda y: len(coloured[y]))
+    row, columns = rows[best], coloured[best]
+    runs = [] # of one colour from either end, since the view may be from the other side
+    for way in (columns, columns[::-1]):
+        first = row[way[3]]
+        runs.append(next(k for k, x in enumerate(way) if k > 3 and max(abs(a - b) for a, b in zip(row[x], first)) > 2))
+    return [run / float(len(columns)) for run in runs]
+whole, less = share('whole'), share('less')
+# a cell is a thirty-second; the other end of the fourth power is flat
+assert min(whole) < 0.05 and 0.07 < min(less) < 0.14, (whole, less)
+END
+$python saturated.py > log 2>&1
+verdict "percentiles of a surface"
+
+# 3D: a contour in a slice. C is 80 mol/m3 on a sphere of 17.889 um, cut in a circle by the cells at z = 27 um.
+cat > sphere.scene << 'END'
+[grid]      h = 2 um   m = 2   box = 0 .. 40 um, 0 .. 40 um, 0 .. 40 um
+[transport] D = 1e-15 m2/s
+            initial = 100 mol/m3 * (1 - ((x - 20 um)^2 + (y - 20 um)^2 + (z - 20 um)^2) / (40 um)^2)
+[run]       until = 1e-6 s
+[output]    every = 1e-6 s   fields = none   images = C   slice = z 27 um   range = C 0 .. 100 mol/m3
+            contours = C at 80 mol/m3
+END
+pd 3 sphere.scene circle && sed '/contours/d' sphere.scene > bare.scene && pd 3 bare.scene bare
+verdict "slices with and without a contour"
+cat > circle.py << 'END'
+import glob, math
+from PIL import Image
+a, b = (Image.open(sorted(glob.glob(f + '/C_0*.png'))[0]).convert('RGB') for f in ('circle', 'bare'))
+assert a.size == b.size, (a.size, b.size)
+ink = (0x20, 0x21, 0x24)
+dark = [sum(b.getpixel((x, y)) == ink for y in range(b.height)) for x in range(b.width)]
+frames = [x for x in range(b.width) if dark[x] > 0.7 * max(dark)]
+left, right = frames[0] + 1, frames[1]
+column = [y for y in range(b.height) if b.getpixel((left - 1, y)) == ink]
+top = column[0] + 1
+bottom = next(y for y in range(top, b.height) if y + 1 not in column)
+um = 40.0 / (right - left)
+line = [((x + 0.5 - left) * um - 20, (bottom - y - 0.5) * um - 20) for x in range(left, right)
+        for y in range(top, bottom) if sum(abs(p - q) for p, q in zip(a.getpixel((x, y)), b.getpixel((x, y)))) > 60]
+radii = [math.hypot(*p) for p in line]
+expected = math.sqrt(0.2 * 40 ** 2 - 7 ** 2)
+mean = sum(radii) / len(radii)
+ways = {int((math.atan2(y, x) + math.pi) / (2 * math.pi) * 72) % 72 for x, y in line}
+assert abs(mean - expected) < 0.06, (mean, expected)
+assert max(abs(r - expected) for r in radii) < 0.25, (min(radii), max(radii))
+assert len(ways) == 72, len(ways)
+END
+$python circle.py > log 2>&1
+verdict "a contour in a slice of a sphere is a circle"
+
 # 1D: curves with one axis
 pd 1 rod.scene rod
 verdict "a film of curves"

@@ -95,6 +95,7 @@ TEST(moduli)
     for (int way = 0; way < 18; way++) {
         int wide = 4 * (way % 3 + 2) + 1, n[3] = {wide, wide, wide}; /* its neighbours have whole families, too */
         pd_plane plane = (pd_plane)(way / 3 % 2);
+        if (PD_DIM != 2 && plane) continue;
         bar_case *c = box(n, 1e-4, way % 3 + 1.5);
         if (!c || !springs(c, 3.8, plane, (pd_influence)(way / 6))) return;
         double nu = PD_DIM == 1 ? 0.0 : PD_DIM == 2 && plane == PD_PLANE_STRESS ? 1.0 / 3.0 : 0.25;

@@ -217,4 +217,4 @@ TEST(branches)
 #define OF_DIM
 #endif
 
-TEST_MAIN(ENTRY(pulled) ENTRY(driven) OF_DIM)
+TEST_MAIN(ENTRY(pulled) SLOW_ENTRY_IF(PD_DIM == 3, driven) OF_DIM)

@@ -154,4 +154,4 @@ TEST(frames_and_coarser)
     leave(&reader, &shared);
 }
 
-TEST_MAIN(ENTRY(dissolution) ENTRY(flow_in_time) ENTRY(frames_and_coarser))
+TEST_MAIN(SLOW_ENTRY_IF(PD_DIM == 3, dissolution) ENTRY(flow_in_time) ENTRY(frames_and_coarser))

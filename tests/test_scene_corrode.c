@@ -338,5 +338,5 @@ TEST(around_an_axis)
 #endif
 
 TEST_MAIN(ENTRY(every_key) ENTRY(current_is_a_speed) ENTRY(refusals) ENTRY(front_moves_at_the_speed_of_the_current)
-              ENTRY(films) ENTRY(initial_field_and_probe) ENTRY(threads_do_not_matter)
+              ENTRY(films) ENTRY(initial_field_and_probe) SLOW_ENTRY_IF(PD_DIM == 3, threads_do_not_matter)
                   ENTRY(grains_dissolve_along_their_boundaries) ENTRY(bonds_that_break_at_random) OF_DIM)

@@ -15,7 +15,6 @@ cd "$dir" || exit 1
 
 # Two frames and their collection; vtk_reader.py knows the same formulas.
 cat > program.c <<'END'
-#define PDCORR_IMPLEMENTATION
 #include "pdcorr.h"
 #include <math.h>
 #include <stdio.h>
@@ -82,7 +81,8 @@ END
 
 for dim in 1 2 3; do
     rm -rf out
-    if $CC -std=c99 -O1 -DPD_DIM=$dim -I"$root" program.c -o program -lm > log 2>&1 && ./program >> log 2>&1; then
+    if $CC -std=c99 ${OMP:-} -DPD_DIM=$dim -DPDCORR_LINKED -DPDI_SPLIT -I"$root" program.c \
+        "$build/pdcorr${dim}d.o" -o program -lm > log 2>&1 && ./program >> log 2>&1; then
         $python "$root/tests/vtk_reader.py" out $dim > log 2>&1
     else
         echo "the program that writes the files failed" >> log

@@ -17,7 +17,7 @@ quiet() { "$@" > log 2>&1; }
 printf '#define PDCORR_IMPLEMENTATION\n#include "pdcorr.h"\n' > unit.cpp
 # shellcheck disable=SC2086
 {
-    check "pd2d.exe as C99" quiet $cross-gcc -std=c99 -O2 -ffp-contract=off $warn \
+    check "pd2d.exe as C99" quiet $cross-gcc -std=c99 -O1 -ffp-contract=off $warn \
         -Wstrict-prototypes -Wmissing-prototypes -DPD_DIM=2 -I"$root" "$root/drivers/scene.c" -o pd2d.exe -lm -lpsapi
     check "the header as C++11" quiet $cross-g++ -std=c++11 -O0 $warn -DPD_DIM=2 -I"$root" -c unit.cpp -o unit.o
     for tool in hold interrupt; do
@@ -41,7 +41,7 @@ cat > pin.scene << 'END'
 END
 
 # A native program of the same flags: that of `make` may join or regroup operations.
-check "the native program" quiet "${CC:-cc}" -std=c99 -O2 -ffp-contract=off -DPD_DIM=2 -I"$root" \
+check "the native program" quiet "${CC:-cc}" -std=c99 -O1 -ffp-contract=off -DPD_DIM=2 -I"$root" \
     "$root/drivers/scene.c" -o native -lm
 check "a native run" quiet ./native pin.scene --out native.out --quiet
 check "a run" quiet wine pd2d.exe pin.scene --out out --quiet

@@ -5,6 +5,7 @@
 #include "io/canvas.h"
 #include "io/contour.h"
 #include "io/label.h"
+#include "io/legend.h"
 #include "io/ticks.h"
 #include <math.h>
 #include <stdio.h>
@@ -13,9 +14,6 @@
 #define PDI_PICTURE_LARGEST 1.4 /* times the wanted width: beyond, cells are merged */
 #define PDI_PICTURE_SMALLEST 120 /* below, the field is stretched */
 #define PDI_PICTURE_DECADES 8 /* of a logarithmic range that is not given, at most */
-#define PDI_PICTURE_LABELS 64 /* in a legend, at most */
-#define PDI_PICTURE_ROW 24 /* [pixel] of the legend */
-#define PDI_PICTURE_MARK 16 /* [pixel] of a mark in it */
 #define PDI_PICTURE_SOLID 0x9A9DA1u /* colour of metal */
 #define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
 #define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
@@ -44,8 +42,7 @@ typedef struct pdi_picture_layout {
     char scale_label[32];
     double aspect;  /* y against x */
     int has_bar, has_solid, has_wall, has_blank;
-    double label_lo, label_hi;            /* of all labels that are shown */
-    uint8_t present[PDI_PICTURE_LABELS];  /* label k is shown */
+    pdi_legend legend;
 } pdi_picture_layout;
 
 static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
@@ -118,8 +115,7 @@ static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
             l->has_blank = 1;
             continue;
         }
-        if (p->map == PD_MAP_LABELS && p->values[k] > -0.5 && p->values[k] < PDI_PICTURE_LABELS - 0.5)
-            l->present[(int)(p->values[k] + 0.5)] = 1;
+        pdi_legend_show(&l->legend, p->values[k]);
         if (p->values[k] < lo) lo = p->values[k];
         if (p->values[k] > hi) hi = p->values[k];
     }
@@ -127,8 +123,11 @@ static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
         lo = p->range_lo;
         hi = p->range_hi;
     } else pdi_picture_span(p->map, l->axis_bar.log, &lo, &hi);
-    l->axis_bar.lo = l->label_lo = lo;
-    l->axis_bar.hi = l->label_hi = hi;
+    l->axis_bar.lo = l->legend.lo = lo;
+    l->axis_bar.hi = l->legend.hi = hi;
+    l->legend.names = p->names;
+    l->legend.colours = p->colours;
+    l->legend.count = p->name_count;
     pdi_ticks_widen(0, &l->axis_bar);
     l->has_bar = p->map != PD_MAP_LABELS;
 }
@@ -195,52 +194,6 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
 static const char *pdi_picture_axis(const pd_picture *p, int axis)
 {
     return p->axes[axis] ? p->axes[axis] : axis ? "y" : "x";
-}
-
-static uint32_t pdi_picture_label_colour(const pd_picture *p, double value)
-{
-    if (!(fabs(value) < 9e15)) return PDI_PICTURE_NAN;
-    int64_t label = (int64_t)floor(value + 0.5);
-    return p->colours && label >= 0 && label < p->name_count ? p->colours[label] : pdi_colour_label(label);
-}
-
-/* Rows that the legend of labels has room for, those of the whole series; 0: there are too many. */
-static int pdi_picture_rows(const pd_picture *p, const pdi_picture_layout *l)
-{
-    double rows = p->names ? p->name_count : floor(l->label_hi + 0.5) + 1;
-    if (p->map != PD_MAP_LABELS || !(rows >= 1) || rows > PDI_PICTURE_LABELS || !(l->label_lo > -0.5)) return 0;
-    return rows * PDI_PICTURE_ROW <= l->y.pixels + PDI_PICTURE_ROW ? (int)rows : 0;
-}
-
-/* text[32]: what the legend says of label k. */
-static void pdi_picture_name(const pd_picture *p, int k, char *text)
-{
-    if (p->names) snprintf(text, 32, "%.31s", p->names[k] ? p->names[k] : "");
-    else snprintf(text, 32, "%d", k);
-}
-
-/* In place of a legend of too many labels. */
-static void pdi_picture_many(const pdi_picture_layout *l, char *text)
-{
-    snprintf(text, 32, "%.0f to %.0f", floor(l->label_lo + 0.5), floor(l->label_hi + 0.5));
-}
-
-/* [pixel] of the legend of labels. */
-static int pdi_picture_legend_width(const pd_picture *p, const pdi_picture_layout *l)
-{
-    char text[32];
-    int rows = pdi_picture_rows(p, l), widest = 0;
-    if (p->map != PD_MAP_LABELS) return 0;
-    if (!rows) {
-        pdi_picture_many(l, text);
-        return pdi_canvas_text_width(text);
-    }
-    for (int k = 0; k < rows; k++) {
-        pdi_picture_name(p, k, text);
-        int width = pdi_canvas_text_width(text);
-        if (width > widest) widest = width;
-    }
-    return PDI_PICTURE_MARK + 10 + widest;
 }
 
 /* [pixel] of a place in cells along an axis of the field. */
@@ -312,7 +265,8 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
         right = l->bar_label + (p->label ? PDI_CANVAS_CAPITAL + 4 : -8);
     } else {
         l->bar = edge + 28;
-        if (l->bar + pdi_picture_legend_width(p, l) > right) right = l->bar + pdi_picture_legend_width(p, l);
+        l->legend.height = l->y.pixels;
+        if (l->bar + pdi_legend_width(&l->legend) > right) right = l->bar + pdi_legend_width(&l->legend);
     }
     int header = l->left + title + stamp + (title && stamp ? 30 : 0);
     if (!l->has_bar && p->label) header += pdi_canvas_text_width(l->label) + 30;
@@ -388,7 +342,7 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     double value = count[0] > 1 ? sum / count[0] : first; /* one cell: no rounding */
     if (isnan(value)) return PDI_PICTURE_NAN;
     /* Means of labels mean nothing. */
-    if (p->map == PD_MAP_LABELS) return pdi_picture_label_colour(p, first);
+    if (p->map == PD_MAP_LABELS) return fabs(first) < 9e15 ? pdi_legend_colour(&l->legend, first) : PDI_PICTURE_NAN;
     if (l->axis_bar.log && !(value > 0)) return PDI_CANVAS_PAPER;
     return pdi_bar_colour(table, pdi_ticks_place(&l->axis_bar, value));
 }
@@ -541,26 +495,6 @@ static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, co
     pdi_picture_levels(p, l, canvas);
 }
 
-/* The labels that are shown and their colours, in place of the bar. */
-static void pdi_picture_legend(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
-{
-    char text[32];
-    int rows = pdi_picture_rows(p, l), y = l->top;
-    if (!rows) {
-        pdi_picture_many(l, text);
-        pdi_canvas_text(canvas, l->bar, y, PDI_ALIGN_START, PDI_CANVAS_INK, text);
-    }
-    for (int k = 0; k < rows; k++) {
-        if (!l->present[k]) continue;
-        pdi_picture_name(p, k, text);
-        pdi_canvas_fill(canvas, l->bar, y, l->bar + PDI_PICTURE_MARK, y + PDI_PICTURE_MARK,
-                        pdi_picture_label_colour(p, k));
-        pdi_canvas_text(canvas, l->bar + PDI_PICTURE_MARK + 10, y + (PDI_PICTURE_MARK - PDI_CANVAS_CAPITAL) / 2,
-                        PDI_ALIGN_START, PDI_CANVAS_INK, text);
-        y += PDI_PICTURE_ROW;
-    }
-}
-
 /* Right of the x label the arrow that explains the others, and as far as there is room a key of what has no colour of
  * the bar. */
 static pd_status pdi_picture_key(pd_ctx *ctx, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -623,7 +557,7 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi
     PDI_TRY(pdi_picture_field(ctx, picture, &l, table, canvas));
     pdi_picture_axes(picture, &l, canvas);
     if (l.has_bar) pdi_picture_bar(picture, &l, table, canvas);
-    else pdi_picture_legend(picture, &l, canvas);
+    else pdi_legend_draw(&l.legend, l.bar, l.top, canvas);
     pdi_picture_header(picture, &l, canvas);
     return pdi_picture_key(ctx, &l, canvas);
 }

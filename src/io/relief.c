@@ -2,6 +2,7 @@
 #include "io/relief.h"
 #include "io/bar.h"
 #include "io/label.h"
+#include "io/legend.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -17,6 +18,8 @@ typedef struct pdi_relief_layout {
     int left, top, width, height;
     pdi_ticks axis;
     pdi_bar bar;
+    pdi_legend legend;
+    int legend_left; /* [pixel] */
     uint32_t table[PDI_COLOUR_COUNT];
     char label[PDI_LABEL_SIZE], scale_label[32];
     double scale; /* [pixel] */
@@ -33,6 +36,19 @@ static void pdi_relief_scale(const pd_shade *s, pdi_relief_layout *l)
     while (unit < 3 && length * (1.0 + 1e-9) >= sizes[unit + 1]) unit++;
     snprintf(l->scale_label, sizeof l->scale_label, "%.3g %s", length / sizes[unit], units[unit]);
     l->scale = length / s->size;
+}
+
+/* The labels that are seen. */
+static void pdi_relief_legend(const pdi_relief *r, pdi_relief_layout *l)
+{
+    const pd_shade *s = r->shade;
+    l->legend.names = r->names;
+    l->legend.colours = r->colours;
+    l->legend.count = r->name_count;
+    l->legend.lo = r->lo;
+    l->legend.hi = r->hi;
+    for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++)
+        if (s->cover[k]) pdi_legend_show(&l->legend, (double)s->value[k]);
 }
 
 static void pdi_relief_place(const pdi_relief *r, pdi_relief_layout *l)
@@ -59,6 +75,10 @@ static void pdi_relief_place(const pdi_relief *r, pdi_relief_layout *l)
         b->label = r->label ? l->label : NULL;
         b->label_left = b->left + PDI_BAR_WIDTH + 12 + pdi_bar_widest(&l->axis) + 16;
         right = b->label_left + (r->label ? PDI_CANVAS_CAPITAL + 4 : -8);
+    } else if (r->coloured) {
+        l->legend_left = right + 16;
+        l->legend.height = s->height;
+        right = l->legend_left + pdi_legend_width(&l->legend);
     }
     l->width = (right > header ? right : header) + 22;
     l->height = l->top + s->height + 14 + PDI_CANVAS_CAPITAL + 22;
@@ -67,7 +87,7 @@ static void pdi_relief_place(const pdi_relief *r, pdi_relief_layout *l)
 static uint32_t pdi_relief_base(const pdi_relief *r, const pdi_relief_layout *l, double value)
 {
     if (!r->coloured || isnan(value)) return PDI_RELIEF_METAL;
-    if (r->map == PD_MAP_LABELS && fabs(value) < 9e15) return pdi_colour_label((int64_t)floor(value + 0.5));
+    if (r->map == PD_MAP_LABELS && fabs(value) < 9e15) return pdi_legend_colour(&l->legend, value);
     if (r->log && !(value > 0)) return PDI_RELIEF_METAL;
     return pdi_bar_colour(l->table, pdi_ticks_place(&l->axis, value));
 }
@@ -154,6 +174,7 @@ static pd_status pdi_relief_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_
     pdi_colour_table(r->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : r->map, l.table);
     if (r->label) pdi_label_print(r->label, l.label);
     pdi_relief_scale(s, &l);
+    pdi_relief_legend(r, &l);
     pdi_relief_place(r, &l);
     PDI_TRY(svg ? pdi_canvas_vectors(ctx, l.width, l.height, svg, canvas)
                 : pdi_canvas_init(ctx, l.width, l.height, canvas));
@@ -165,6 +186,7 @@ static pd_status pdi_relief_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_
         pdi_image_free(ctx, &view.image);
     }
     if (l.bar.axis) pdi_bar_draw(&l.bar, canvas);
+    else if (r->coloured) pdi_legend_draw(&l.legend, l.legend_left, l.top, canvas);
     pdi_relief_words(r, &l, canvas);
     return PD_OK;
 }

@@ -1,4 +1,4 @@
-/* relief: a shaded view of a surface as a PNG or SVG with the edges of its box, a scale, colour bar and title. */
+/* relief: a shaded view of a surface as a PNG or SVG with the edges of its box, a scale, bar or legend, and title. */
 #ifndef PD_RELIEF_H
 #define PD_RELIEF_H
 #include "io/colour.h"
@@ -10,9 +10,12 @@
 typedef struct pdi_relief {
     const pd_shade *shade;
     int coloured;           /* 1: by the values, in this range; else in the colour of metal */
-    pd_map map;             /* PD_MAP_LABELS: a colour for each whole number, without a bar */
+    pd_map map;             /* PD_MAP_LABELS: a colour for each whole number, and a legend of those that are seen */
     int log;
     double lo, hi;          /* [-] in the unit of the label */
+    const char *const *names; /* [name_count] of the labels 0, 1, ..., in the legend; NULL: their numbers */
+    const uint32_t *colours;  /* [name_count] of these; NULL: those of pdi_colour_label */
+    int name_count;
     const char *title, *stamp, *label; /* NULL: none */
     const char *widest;     /* stamp for which there is room; NULL: the own one */
 } pdi_relief;

@@ -237,7 +237,8 @@ static void pdi_zlib_canonical(const uint8_t *lengths, int n, uint16_t *codes)
     for (int l = 1; l < 16; l++) next[l] = (next[l - 1] + count[l - 1]) << 1;
     for (int i = 0; i < n; i++) {
         uint32_t code = lengths[i] ? next[lengths[i]]++ : 0, reversed = 0;
-        for (int b = 0; b < lengths[i]; b++) reversed |= ((code >> b) & 1) << (lengths[i] - 1 - b);
+        /* bit by bit: independent shifts of each bit become vectors, which clang 14 gets wrong for wasm at -Os */
+        for (int b = 0; b < lengths[i]; b++) reversed = reversed << 1 | (code >> b & 1);
         codes[i] = (uint16_t)reversed;
     }
 }

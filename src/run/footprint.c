@@ -475,7 +475,8 @@ static double pdi_footprint_sight(const pd_setup *u)
     }
     pdi_shade_size(lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, &s);
     double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
-    return 7.0 * pixels + fmax(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
+    double sorted = u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 ? 8.0 * pixels : 0.0;
+    return 7.0 * pixels + sorted + fmax(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
 }
 
 /* Pictures come one by one: the largest counts. */

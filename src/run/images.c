@@ -185,15 +185,23 @@ static double pdi_images_rank(const double *sorted, int64_t count, double at)
     return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
 }
 
+/* Values of a frame: those of the cells, or those of the pixels of a surface. */
+static int64_t pdi_images_values(const pd_images *im, pd_field field)
+{
+    return field == PD_IMAGES_SURFACE ? (int64_t)im->sight.width * im->sight.height : im->cells;
+}
+
 /* Ends of the values of this frame that count. */
 static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *hi)
 {
-    int64_t count = 0;
+    int64_t count = 0, values = pdi_images_values(im, field);
+    int surface = field == PD_IMAGES_SURFACE;
     *lo = HUGE_VAL;
     *hi = -HUGE_VAL;
-    for (int64_t k = 0; k < im->cells; k++) {
-        double value = im->cell[k];
-        if (im->paint[k] != PD_PAINT_FIELD || isnan(value) || (pdi_images_log(im, field) && !(value > 0.0))) continue;
+    for (int64_t k = 0; k < values; k++) {
+        double value = surface ? (double)im->sight.value[k] : im->cell[k];
+        if (!surface && im->paint[k] != PD_PAINT_FIELD) continue;
+        if (isnan(value) || (pdi_images_log(im, field) && !(value > 0.0))) continue;
         *lo = fmin(*lo, value);
         *hi = fmax(*hi, value);
         if (im->sorted) im->sorted[count] = value;
@@ -224,8 +232,7 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
     for (int64_t k = 0; pdi_images_flows(im, field) && k < im->cells; k++)
         view->fastest = fmax(view->fastest, hypot(im->velocity[k], im->velocity[im->cells + k]));
     if (pdi_images_known(im->model->setup, pdi_images_field(im, field))) return PD_OK;
-    if (field == PD_IMAGES_SURFACE) pdi_sight_ends(&im->sight, pdi_images_log(im, field), &lo, &hi);
-    else pdi_images_ends(im, field, &lo, &hi);
+    pdi_images_ends(im, field, &lo, &hi);
     view->lo = fmin(view->lo, lo);
     view->hi = fmax(view->hi, hi);
     return PD_OK;
@@ -391,6 +398,7 @@ static pd_status pdi_images_surface(pd_ctx *ctx, const pd_images *im, double tim
     pd_field of = pdi_sight_field(u);
     pdi_images_text text;
     pdi_relief relief;
+    pd_picture labels;
     memset(&relief, 0, sizeof relief);
     relief.shade = &im->sight;
     relief.coloured = of < PD_FIELD_COUNT;
@@ -403,6 +411,10 @@ static pd_status pdi_images_surface(pd_ctx *ctx, const pd_images *im, double tim
         relief.map = pdi_images_map(u, of);
         relief.log = pdi_images_log(im, of);
         relief.label = pdi_setup_field_label(im->model->setup, of);
+        pdi_images_names(of, &labels);
+        relief.names = labels.names;
+        relief.colours = labels.colours;
+        relief.name_count = labels.name_count;
         pdi_images_range(im, PD_IMAGES_SURFACE, relief.map, &relief.lo, &relief.hi);
     }
     return image || !path ? pdi_relief_draw(ctx, &relief, image) : pdi_relief_write(ctx, path, &relief);
@@ -667,15 +679,22 @@ static int pdi_images_grow(const pd_images *im)
     return 0;
 }
 
+/* Values that are sorted for percentiles, at most. */
+static int64_t pdi_images_most(const pd_images *im)
+{
+    int64_t pixels = pdi_images_values(im, PD_IMAGES_SURFACE);
+    return pixels > im->cells ? pixels : im->cells;
+}
+
 static pd_status pdi_images_reserve(pd_ctx *ctx, pd_images *im)
 {
     const pd_setup *u = im->model->setup;
     if (pdi_sight_wanted(u)) PDI_TRY(pdi_sight_build(ctx, u, &im->sight));
+    if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 && (u->images || pdi_sight_wanted(u)))
+        PDI_TRY(PDI_NEW(ctx, "images", pdi_images_most(im), im->sorted));
     if (!u->images) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->cell));
     PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->paint));
-    if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0)
-        PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->sorted));
     for (int k = 0; k < PD_FIELD_COUNT && !im->velocity; k++)
         if (pdi_images_flows(im, (pd_field)k)) PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->velocity));
     if (!(u->deformed > 0.0)) return PD_OK;
@@ -738,7 +757,7 @@ PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *im)
     PDI_DELETE(ctx, 2 * im->cells, im->move);
     PDI_DELETE(ctx, 2 * im->cells, im->velocity);
     PDI_DELETE(ctx, im->cells, im->joined);
-    PDI_DELETE(ctx, im->cells, im->sorted);
+    PDI_DELETE(ctx, pdi_images_most(im), im->sorted);
     pdi_shade_free(ctx, &im->sight);
     memset(im, 0, sizeof *im);
 }

@@ -32,7 +32,7 @@ typedef struct pd_images {
     double *move;            /* [2][cells] [m] displacements as they are drawn, NaN: none; NULL: nothing is moved */
     uint8_t *joined;         /* [cells] bit k: the cell and its neighbour k hold together */
     double *velocity;        /* [2][cells] [m/s] along right and up, NaN: nothing flows; NULL: none is drawn */
-    double *sorted;          /* [cells] [unit of the field] for percentiles; NULL: all values count */
+    double *sorted;          /* [unit of the field] values of a frame, for percentiles; NULL: all of them count */
     pd_shade sight;          /* the surface of the metal, in 3D */
     pd_images_view view[PD_IMAGES_COUNT];
     int64_t frames;          /* so far */

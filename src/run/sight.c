@@ -63,15 +63,3 @@ PDI_FN pd_status pdi_sight_take(pd_ctx *ctx, const pd_model *m, pd_shade *shade)
     pdi_shell_free(ctx, &shell);
     return status;
 }
-
-PDI_FN void pdi_sight_ends(const pd_shade *s, int log, double *lo, double *hi)
-{
-    *lo = HUGE_VAL;
-    *hi = -HUGE_VAL;
-    for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++) {
-        double value = (double)s->value[k];
-        if (isnan(value) || (log && !(value > 0.0))) continue;
-        *lo = fmin(*lo, value);
-        *hi = fmax(*hi, value);
-    }
-}

@@ -15,8 +15,6 @@ PDI_FN pd_field pdi_sight_field(const pd_setup *setup);
 PDI_FN pd_status pdi_sight_build(pd_ctx *ctx, const pd_setup *setup, pd_shade *shade);
 /* The metal of this instant, with pdi_sample_prepare before. PD_STOPPED. */
 PDI_FN pd_status pdi_sight_take(pd_ctx *ctx, const pd_model *model, pd_shade *shade);
-/* Smallest and largest value that is seen, of positive ones with `log`; lo > hi: none. */
-PDI_FN void pdi_sight_ends(const pd_shade *shade, int log, double *lo, double *hi);
 #endif
 
 #endif

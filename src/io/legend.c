@@ -1,0 +1,78 @@
+/* legend: see legend.h */
+#include "io/legend.h"
+#include "io/colour.h"
+#include <math.h>
+#include <stdio.h>
+
+#define PDI_LEGEND_ROW 24  /* [pixel] */
+#define PDI_LEGEND_MARK 16 /* [pixel] */
+
+PDI_FN void pdi_legend_show(pdi_legend *legend, double value)
+{
+    if (value > -0.5 && value < PDI_LEGEND_LABELS - 0.5) legend->shown[(int)(value + 0.5)] = 1;
+}
+
+PDI_FN uint32_t pdi_legend_colour(const pdi_legend *legend, double value)
+{
+    int64_t label = (int64_t)floor(value + 0.5);
+    return legend->colours && label >= 0 && label < legend->count ? legend->colours[label] : pdi_colour_label(label);
+}
+
+/* Rows that there is room for, those of the whole series; 0: there are too many. */
+static int pdi_legend_rows(const pdi_legend *l)
+{
+    double rows = l->names ? l->count : floor(l->hi + 0.5) + 1;
+    if (!(rows >= 1) || rows > PDI_LEGEND_LABELS || !(l->lo > -0.5)) return 0;
+    return rows * PDI_LEGEND_ROW <= l->height + PDI_LEGEND_ROW ? (int)rows : 0;
+}
+
+/* text[32]: what is said of label k. */
+static void pdi_legend_name(const pdi_legend *l, int k, char *text)
+{
+    if (l->names) snprintf(text, 32, "%.31s", l->names[k] ? l->names[k] : "");
+    else snprintf(text, 32, "%d", k);
+}
+
+/* In place of too many labels. */
+static void pdi_legend_many(const pdi_legend *l, char *text)
+{
+    snprintf(text, 32, "%.0f to %.0f", floor(l->lo + 0.5), floor(l->hi + 0.5));
+}
+
+PDI_FN int pdi_legend_width(const pdi_legend *legend)
+{
+    char text[32];
+    int rows = pdi_legend_rows(legend), widest = 0;
+    if (!rows) {
+        pdi_legend_many(legend, text);
+        return pdi_canvas_text_width(text);
+    }
+    for (int k = 0; k < rows; k++) {
+        pdi_legend_name(legend, k, text);
+        int width = pdi_canvas_text_width(text);
+        if (width > widest) widest = width;
+    }
+    return PDI_LEGEND_MARK + 10 + widest;
+}
+
+PDI_FN void pdi_legend_draw(const pdi_legend *legend, int left, int top, pdi_canvas *canvas)
+{
+    char text[32];
+    int rows = pdi_legend_rows(legend);
+    if (!rows) {
+        pdi_legend_many(legend, text);
+        pdi_canvas_text(canvas, left, top, PDI_ALIGN_START, PDI_CANVAS_INK, text);
+    }
+    for (int k = 0; k < rows; k++) {
+        if (!legend->shown[k]) continue;
+        pdi_legend_name(legend, k, text);
+        pdi_canvas_fill(canvas, left, top, left + PDI_LEGEND_MARK, top + PDI_LEGEND_MARK,
+                        pdi_legend_colour(legend, k));
+        pdi_canvas_text(canvas, left + PDI_LEGEND_MARK + 10, top + (PDI_LEGEND_MARK - PDI_CANVAS_CAPITAL) / 2,
+                        PDI_ALIGN_START, PDI_CANVAS_INK, text);
+        top += PDI_LEGEND_ROW;
+    }
+}
+
+#undef PDI_LEGEND_ROW
+#undef PDI_LEGEND_MARK
