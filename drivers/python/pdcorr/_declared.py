@@ -28,6 +28,7 @@ PD_IMAGES_KEPT = 'pictures.bin'
 PD_KRYLOV_MORE = 64
 PD_LEAST_SQUARES_PARAMETERS = 8
 PD_MESSAGE_SIZE = 640
+PD_MINERAL_MOST = 8
 PD_MONITOR_FEW = 24
 PD_MONITOR_FIGURES = 80
 PD_MULTIGRID_LEVELS = 40
@@ -240,8 +241,10 @@ PD_FIELD_PHI = 23
 PD_FIELD_J = 24
 PD_FIELD_I = 25
 PD_FIELD_PH = 26
-PD_FIELD_SPECIES = 27
-PD_FIELD_COUNT = 59
+PD_FIELD_FILM = 27
+PD_FIELD_SI = 28
+PD_FIELD_SPECIES = 29
+PD_FIELD_COUNT = 61
 PD_PART_GRID = 0
 PD_PART_FLOW = 1
 PD_PART_GAS = 2
@@ -319,7 +322,7 @@ ENUMS = {
     'pd_paint': {'PD_PAINT_FIELD': 0, 'PD_PAINT_SOLID': 1, 'PD_PAINT_WALL': 2, 'PD_PAINT_OUTSIDE': 3},
     'pd_stroke': {'PD_STROKE_LINE': 0, 'PD_STROKE_DASHED': 1, 'PD_STROKE_MARKERS': 2, 'PD_STROKE_BOTH': 3},
     'pd_vti_type': {'PD_VTI_FLOAT64': 0, 'PD_VTI_FLOAT32': 1, 'PD_VTI_UINT8': 2, 'PD_VTI_INT32': 3},
-    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_PRESSURE': 13, 'PD_FIELD_SLIP': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STORED': 16, 'PD_FIELD_XX': 17, 'PD_FIELD_YY': 18, 'PD_FIELD_ZZ': 19, 'PD_FIELD_XY': 20, 'PD_FIELD_YZ': 21, 'PD_FIELD_ZX': 22, 'PD_FIELD_PHI': 23, 'PD_FIELD_J': 24, 'PD_FIELD_I': 25, 'PD_FIELD_PH': 26, 'PD_FIELD_SPECIES': 27, 'PD_FIELD_COUNT': 59},
+    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_PRESSURE': 13, 'PD_FIELD_SLIP': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STORED': 16, 'PD_FIELD_XX': 17, 'PD_FIELD_YY': 18, 'PD_FIELD_ZZ': 19, 'PD_FIELD_XY': 20, 'PD_FIELD_YZ': 21, 'PD_FIELD_ZX': 22, 'PD_FIELD_PHI': 23, 'PD_FIELD_J': 24, 'PD_FIELD_I': 25, 'PD_FIELD_PH': 26, 'PD_FIELD_FILM': 27, 'PD_FIELD_SI': 28, 'PD_FIELD_SPECIES': 29, 'PD_FIELD_COUNT': 61},
     'pd_part': {'PD_PART_GRID': 0, 'PD_PART_FLOW': 1, 'PD_PART_GAS': 2, 'PD_PART_TRANSPORT': 3, 'PD_PART_DISSOLVE': 4, 'PD_PART_GRAIN': 5, 'PD_PART_SOLID': 6, 'PD_PART_CHEMISTRY': 7, 'PD_PART_POTENTIAL': 8, 'PD_PART_COUNT': 9},
     'pd_profile': {'PD_PROFILE_REST': 0, 'PD_PROFILE_UNIFORM': 1, 'PD_PROFILE_PARABOLA': 2, 'PD_PROFILE_EXPRESSION': 3},
     'pd_motion': {'PD_MOTION_STEADY': 0, 'PD_MOTION_IMPLICIT': 1, 'PD_MOTION_EXPLICIT': 2, 'PD_MOTION_GIVEN': 3},
@@ -1301,6 +1304,37 @@ def declare(dim):
         ('debye', c_double),
     ]
 
+    class pd_mineral(Structure):
+        pass
+    pd_mineral._fields_ = [
+        ('species', c_int),
+        ('rate', c_double),
+        ('surface', c_double),
+        ('exponent', c_double),
+        ('nucleation', c_double),
+        ('volume', c_double),
+        ('porosity', c_double),
+    ]
+
+    class pd_minerals(Structure):
+        pass
+    pd_minerals._fields_ = [
+        ('count', c_int),
+        ('of', pd_mineral * 8),
+        ('nu', c_double * 32 * 8),
+        ('gain', c_double * 32 * 8),
+        ('ln_k', c_double * 8),
+        ('square', c_double * 8),
+    ]
+
+    class pd_mineral_start(Structure):
+        pass
+    pd_mineral_start._fields_ = [
+        ('dt', c_double),
+        ('start', POINTER(c_double)),
+        ('rate', c_double * 8),
+    ]
+
     class pd_electrolyte(Structure):
         pass
     pd_electrolyte._fields_ = [
@@ -1309,6 +1343,7 @@ def declare(dim):
         ('reaction', pd_reaction * 24),
         ('reactions', c_int),
         ('enthalpy', c_double * 24),
+        ('volume', c_double * 32),
         ('recipe', c_double * 32),
         ('initial', c_double * 32),
         ('inlet', c_double * 32),
@@ -1556,6 +1591,9 @@ def declare(dim):
         ('count', c_int),
         ('reactions', POINTER(pd_reaction)),
         ('reaction_count', c_int),
+        ('minerals', POINTER(pd_mineral)),
+        ('mineral_count', c_int),
+        ('tortuosity', c_double),
         ('activity', c_int),
         ('temperature', c_double),
         ('initial', POINTER(c_double)),
@@ -1575,6 +1613,7 @@ def declare(dim):
         ('name', c_char * 16),
         ('start', c_double),
         ('dissolved', c_double),
+        ('solid', c_double),
         ('carry', c_double),
         ('in', c_double),
         ('out', c_double),
@@ -1595,6 +1634,7 @@ def declare(dim):
     pd_reactive._fields_ = [
         ('desc', pd_reactive_desc),
         ('components', pd_components),
+        ('minerals', pd_minerals),
         ('grid', POINTER(pd_grid)),
         ('bonds', POINTER(pd_bonds)),
         ('flow', POINTER(pd_flow)),
@@ -1620,6 +1660,8 @@ def declare(dim):
         ('c', POINTER(c_double)),
         ('carry', POINTER(c_double)),
         ('source', POINTER(c_double)),
+        ('solid', POINTER(c_double)),
+        ('pass', POINTER(c_double)),
         ('begin', POINTER(c_double)),
         ('base', POINTER(c_double)),
         ('total', POINTER(c_double)),
@@ -1630,6 +1672,10 @@ def declare(dim):
         ('spent', POINTER(c_uint8)),
         ('rates', POINTER(c_double)),
         ('by', POINTER(c_float)),
+        ('solid_begin', POINTER(c_double)),
+        ('solid_base', POINTER(c_double)),
+        ('solid_start', POINTER(c_double)),
+        ('solid_slope', POINTER(c_double)),
         ('still', POINTER(c_double)),
         ('slots', c_int),
         ('weight', c_double * 32),
@@ -1693,6 +1739,10 @@ def declare(dim):
         ('surface', POINTER(pd_etch)),
         ('find', pd_at_fn),
         ('user', c_void_p),
+        ('cover', c_double),
+        ('bare', POINTER(c_double)),
+        ('whole', POINTER(c_double)),
+        ('reached', POINTER(c_int)),
     ]
 
     class pd_course(Structure):
@@ -1703,6 +1753,7 @@ def declare(dim):
         ('shed', c_double * 32),
         ('start', POINTER(c_double)),
         ('carry', POINTER(c_double)),
+        ('solid', POINTER(c_double)),
         ('in', c_double * 32),
         ('out', c_double * 32),
         ('time', c_double),
@@ -3222,19 +3273,19 @@ def declare(dim):
     class pd_setup_drawing(Structure):
         pass
     pd_setup_drawing._fields_ = [
-        ('range', c_double * 2 * 59),
-        ('map', c_int * 59),
+        ('range', c_double * 2 * 61),
+        ('map', c_int * 61),
         ('log', pd_fields),
         ('percentile', c_double),
         ('width', c_int),
         ('smooth', c_int),
         ('animate', c_int),
         ('formats', c_uint),
-        ('contours', c_int * 59),
-        ('levels', c_int * 59),
-        ('level', c_double * 32 * 59),
-        ('streamlines', c_int * 59),
-        ('vectors', c_int * 59),
+        ('contours', c_int * 61),
+        ('levels', c_int * 61),
+        ('level', c_double * 32 * 61),
+        ('streamlines', c_int * 61),
+        ('vectors', c_int * 61),
         ('surface', c_int),
         ('way', c_double * 3),
     ]
@@ -3355,6 +3406,10 @@ def declare(dim):
         ('metal_body', pd_setup_body),
         ('has_chemistry', c_int),
         ('electrolyte', pd_electrolyte),
+        ('mineral', pd_mineral * 8),
+        ('minerals', c_int),
+        ('tortuosity', c_double),
+        ('cover', c_double),
         ('species_label', c_char * 36 * 32),
         ('sheds', c_int),
         ('shed', c_double * 32),
@@ -3485,6 +3540,7 @@ def declare(dim):
         ('transport', pd_transport),
         ('two_stage', pd_two_stage),
         ('reactive', pd_reactive),
+        ('bare', POINTER(c_double)),
         ('course', pd_course),
         ('attack', pd_attack),
         ('grain', pd_grain),
@@ -3538,7 +3594,7 @@ def declare(dim):
         pass
     pd_views._fields_ = [
         ('cells', c_int64),
-        ('field', POINTER(c_double) * 59),
+        ('field', POINTER(c_double) * 61),
     ]
 
     class pd_images_view(Structure):
@@ -3569,7 +3625,7 @@ def declare(dim):
         ('velocity', POINTER(c_double)),
         ('sorted', POINTER(c_double)),
         ('sight', pd_shade),
-        ('view', pd_images_view * 60),
+        ('view', pd_images_view * 62),
         ('frames', c_int64),
         ('last', c_int64),
         ('live', c_int),
@@ -3589,7 +3645,7 @@ def declare(dim):
         ('probes', pd_csv),
         ('frame', c_int),
         ('written', c_double),
-        ('scalar', POINTER(c_double) * 59),
+        ('scalar', POINTER(c_double) * 61),
         ('phase', POINTER(c_uint8)),
         ('grain', POINTER(c_int32)),
         ('displaced', POINTER(c_double)),
@@ -3982,6 +4038,8 @@ def declare(dim):
         'pd_reactive_field': (POINTER(c_double), [POINTER(pd_reactive), c_int]),
         'pd_reactive_source': (POINTER(c_double), [POINTER(pd_reactive), c_int]),
         'pd_reactive_ph': (c_double, [POINTER(pd_reactive), c_int32]),
+        'pd_reactive_saturation': (c_double, [POINTER(pd_reactive), c_int, c_int32]),
+        'pd_reactive_film': (c_double, [POINTER(pd_reactive), c_int32]),
         'pd_reactive_balance_of': (None, [POINTER(pd_ctx), POINTER(pd_reactive), c_int, POINTER(pd_reactive_balance)]),
         'pd_reactive_free': (None, [POINTER(pd_ctx), POINTER(pd_reactive)]),
         'pd_etch_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_etch_desc), POINTER(pd_etch)]),
