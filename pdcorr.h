@@ -99,6 +99,7 @@
  *     conductance conductances of the bonds of rows, found anew where nodes have turned.
  *     rest       the operator of transport in fluid at rest, by lines of nodes where families are whole.
  *     limiter    the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
+ *     bend       the antidiffusive flux of a bond, and its derivatives (theory: eq. 5.4).
  *     flux       advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
  *     bounds     least and largest value that a field may take, and the nodes that leave them.
  *     inverse    the preconditioner of transport, near the inverse of its operator.
@@ -3953,6 +3954,100 @@ PDI_FN void pdi_limiter_derive(const pd_ctx *ctx, const pd_limiter *limiter, con
 
 #endif
 
+/* ======== >>transport/bend.h ======== */
+/* bend: the antidiffusive flux of a bond, and its derivatives (theory: eq. 5.4).
+ *
+ * A Newton step takes the derivative along many directions at one field. Where there is room, what depends on the field
+ * alone is kept for it, in single precision: an iteration of GMRES leaves three digits at most.
+ */
+#ifndef PD_BEND_H
+#define PD_BEND_H
+#include <float.h>
+#include <math.h>
+
+typedef struct pd_bend {
+    const pd_bonds *bonds; /* borrowed */
+    float *kept;           /* [count/2][3][total] derivatives by alpha, by the step and by the bend, for the first half
+                            * of the bonds; lent, else NULL */
+} pd_bend;
+
+#ifdef PDI_INTERNAL
+/* Share of xi.(G_u - G_v) in the bend of a bond: third order in a uniform stream (theory: 5.4b). */
+#define PDI_BEND_SHARE (1.0 / 3.0)
+/* Share of what its step lacks against the mean gradient of its ends: damps what alternates from node to node, which a
+ * central flux does not see. */
+#define PDI_BEND_LEAN 0.3
+
+/* What the antidiffusive flux of a bond is made of: its step of the field, its bend m, and alpha of the upwind end. */
+typedef struct pdi_bend_terms {
+    double step, bend, alpha;
+} pdi_bend_terms;
+
+/* m of a bond, from xi.G of the upwind end and of the other one (eq. 5.4). */
+static inline double pdi_bend_of(double step, double upwind, double other)
+{
+    return PDI_BEND_SHARE * (upwind - other) + PDI_BEND_LEAN * (0.5 * (upwind + other) - step);
+}
+
+/* alpha d (e + the limited bend) of one bond, d being what upwinding adds to the conductance `least` (eq. 5.4). share:
+ * 0: without the bend. by: NULL, or room for its derivatives by what it is made of. Squares that are no normal numbers
+ * do not show how step and bend compare: such bends count in full. */
+PDI_INLINE double pdi_bend_flux(double flux, double least, double share, const pdi_bend_terms *of,
+                                pdi_bend_terms *by)
+{
+    double square = of->step * of->step, sum = square + of->bend * of->bend;
+    double excess = 0.5 * fabs(flux) - least, most = excess > 0.0 ? excess : 0.0;
+    double over = sum >= DBL_MIN ? 1.0 / sum : 0.0, weight = sum >= DBL_MIN ? square * over : 1.0;
+    double given = of->step + share * weight * of->bend;
+    if (by) {
+        by->alpha = most * given;
+        by->bend = most * of->alpha * share * weight * (2.0 * weight - 1.0);
+        by->step = most * of->alpha * (1.0 + share * 2.0 * (1.0 - weight) * of->bend * of->step * over);
+    }
+    return of->alpha * most * given;
+}
+
+/* The derivative along a direction. */
+PDI_INLINE double pdi_bend_along(const pdi_bend_terms *by, const pdi_bend_terms *along)
+{
+    return by->alpha * along->alpha + by->step * along->step + by->bend * along->bend;
+}
+
+/* Partial derivatives that are kept for bond k of node i: those by alpha; by the step and the bend behind them. */
+static inline float *pdi_bend_kept(const pd_bend *t, int32_t i, int k)
+{
+    return t->kept + (int64_t)k * 3 * t->bonds->grid->total + i;
+}
+
+/* Keep those of a node, for the bond that leaves node i: as its near end has them, or (turn) as the far end does. */
+static inline void pdi_bend_keep(const pd_bend *t, int32_t i, int k, double turn, const pdi_bend_terms *by)
+{
+    int64_t total = t->bonds->grid->total;
+    float *kept = pdi_bend_kept(t, i, k);
+    kept[0] = (float)(turn * by->alpha);
+    kept[total] = (float)(fabs(turn) * by->step);
+    kept[2 * total] = (float)(fabs(turn) * by->bend);
+}
+
+static inline pdi_bend_terms pdi_bend_recall(const pd_bend *t, const float *kept, int b, double turn)
+{
+    int64_t total = t->bonds->grid->total;
+    pdi_bend_terms by;
+    by.alpha = turn * (double)kept[b];
+    by.step = fabs(turn) * (double)kept[b + total];
+    by.bend = fabs(turn) * (double)kept[b + 2 * total];
+    return by;
+}
+
+/* Lend `kept` in place of vectors of a basis that is not lent, where as many are left as a restart asks for, and sizes
+ * of fields [mol/m3] times rates of bonds [1/s] are numbers of single precision. */
+PDI_FN void pdi_bend_lend(pd_ctx *ctx, pd_arena *arena, double size, double rate, pd_krylov *krylov, pd_bend *bend);
+/* What was lent goes back. */
+PDI_FN pd_status pdi_bend_return(pd_ctx *ctx, pd_arena *arena, pd_status status, pd_krylov *krylov, pd_bend *bend);
+#endif
+
+#endif
+
 /* ======== >>transport/flux.h ======== */
 /* flux: advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
  * back what upwinding adds (theory: eq. 5.1, 5.4).
@@ -3976,6 +4071,7 @@ typedef struct pd_flux {
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where making them
                                     * anew takes no longer than reading them, and for fluid at rest; lent, too */
+    pd_bend bend;                  /* of its antidiffusive fluxes */
     pd_conductance conductance;    /* of the bonds of rows */
     const double *plain;           /* [total] [mol/m3] the field, where `pdi_flux_apply` at rest is given it less a
                                     * constant; else NULL */
@@ -4021,7 +4117,10 @@ PDI_FN void pdi_flux_relax(const pd_flux *t, const double *b, int back, double *
 /* y [total] [mol/m3/s]: what each fluid node gains by the antidiffusive fluxes of its bonds (eq. 5.4), with the present
  * limiter. Inlets have some, outlets none. */
 PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
-/* The derivative of that along x [total], with its images and zero at inlets, from those of the limiter along x. */
+/* Keep the derivatives of antidiffusive fluxes where `bend` has room: of c with its images and the present limiter. */
+PDI_FN void pdi_flux_differentiate(const pd_ctx *ctx, const pd_flux *t, const double *c);
+/* The derivative of pdi_flux_anti along x [total], with its images and zero at inlets, from those of the limiter along
+ * x, and from what was kept for that c where something was. */
 PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *t, const double *c, const double *x,
                              const double *factor_by, const double *slope_by, double *y);
 /* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: those of
@@ -29473,6 +29572,61 @@ PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, limiter, slope, PD_DIM * total, "mol/m4");
     PDI_ARRAY(owner, limiter, factor, total, "1");
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>transport/bend.c ======== */
+/* bend: see bend.h */
+
+/* Sizes and rates below this, and sizes above 1 over it: their products are numbers of single precision. */
+#define PDI_BEND_MOST 1e15
+
+PDI_COLD_BEGIN
+static void pdi_bend_list(pdi_owner *owner, void *object)
+{
+    pd_bend *bend = (pd_bend *)object;
+    int64_t total = bend->bonds->grid->total;
+    PDI_RAW(owner, bend, kept, 3 * (bend->bonds->stencil->count / 2) * total, "1/s");
+}
+
+/* [4 byte] entries of the basis that take the same room. */
+static int64_t pdi_bend_entries(pd_bend *bend)
+{
+    return (int64_t)(pdi_arena_bytes(pdi_bend_list, bend) / sizeof *bend->kept);
+}
+
+PDI_FN void pdi_bend_lend(pd_ctx *ctx, pd_arena *arena, double size, double rate, pd_krylov *krylov, pd_bend *bend)
+{
+    int64_t entries = pdi_bend_entries(bend), least = (krylov->desc.restart + 1) * krylov->stride;
+    int fits = krylov->desc.compressed == PD_KRYLOV_SINGLE && !krylov->desc.flexible;
+    if (!(rate < PDI_BEND_MOST) || !(size < PDI_BEND_MOST) || !(size * PDI_BEND_MOST > 1.0)) return;
+    if (!fits || krylov->built - entries < least || !pdi_arena_has(arena, pdi_krylov_list, krylov)) return;
+    if (pdi_arena_lend(ctx, arena, pdi_bend_list, bend) < 0) return;
+    krylov->built -= entries;
+    pdi_krylov_pair(krylov, 0);
+}
+
+PDI_FN pd_status pdi_bend_return(pd_ctx *ctx, pd_arena *arena, pd_status status, pd_krylov *krylov, pd_bend *bend)
+{
+    if (!bend->kept) return status;
+    krylov->built += pdi_bend_entries(bend);
+    return pdi_arena_return(ctx, arena, pdi_bend_list, bend, status);
+}
+PDI_COLD_END
+
+#undef PDI_BEND_MOST
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
 
 /* ======== >>transport/flux.c ======== */
 /* flux: see flux.h
@@ -29486,12 +29640,6 @@ PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object)
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Share of xi.(G_u - G_v) in the bend of a bond: third order in a uniform stream (theory: 5.4b). */
-#define PDI_FLUX_BEND (1.0 / 3.0)
-/* Share of what its step lacks against the mean gradient of its ends: damps what alternates from node to node, which a
- * central flux does not see. */
-#define PDI_FLUX_LEAN 0.3
 
 /* For fluid at rest. */
 static const double pdi_flux_still[PDI_BLOCK] = {0.0};
@@ -29923,38 +30071,11 @@ static void pdi_flux_rates_nodes(const void *user, int32_t i, int32_t row, int32
     else pdi_flux_rates_block(s, i, row, -1, count);
 }
 
-/* What the antidiffusive flux of a bond is made of: its step of the field, its bend m, and alpha of the upwind end. */
-typedef struct pdi_flux_upwinded {
-    double step, bend, alpha;
-} pdi_flux_upwinded;
-
-/* m of a bond, from xi.G of the upwind end and of the other one (eq. 5.4). */
-static inline double pdi_flux_bend(double step, double upwind, double other)
-{
-    return PDI_FLUX_BEND * (upwind - other) + PDI_FLUX_LEAN * (0.5 * (upwind + other) - step);
-}
-
-/* alpha d (e + the limited bend) of one bond, d being what upwinding adds to the conductance `least` (eq. 5.4). share:
- * 0: without the bend. by: NULL, or derivatives of what it is made of: then it is the derivative. Squares
- * that are no normal numbers do not show how step and bend compare: such bends count in full. */
-PDI_INLINE double pdi_flux_return(double flux, double least, double share, const pdi_flux_upwinded *of,
-                                  const pdi_flux_upwinded *by)
-{
-    double square = of->step * of->step, sum = square + of->bend * of->bend;
-    double excess = 0.5 * fabs(flux) - least, most = excess > 0.0 ? excess : 0.0;
-    double over = sum >= DBL_MIN ? 1.0 / sum : 0.0, weight = sum >= DBL_MIN ? square * over : 1.0;
-    double given = of->step + share * weight * of->bend;
-    if (!by) return of->alpha * most * given;
-    double along = weight * (2.0 * weight - 1.0) * by->bend +
-                   2.0 * (1.0 - weight) * of->bend * of->step * over * by->step;
-    return most * (by->alpha * given + of->alpha * (by->step + share * along));
-}
-
 /* What two bonds, one opposite to the other, are made of for node b of a block: the field or a direction, with the
  * limiter or its derivative. f and g: F of both, which leaves. */
 PDI_INLINE void pdi_flux_upwinds(const pdi_flux_pair *p, const double *xi, const double *c, const double *factor,
                                  const double *slope, int64_t total, int b, double f, double g,
-                                 pdi_flux_upwinded *ahead, pdi_flux_upwinded *behind)
+                                 pdi_bend_terms *ahead, pdi_bend_terms *behind)
 {
     double x = 0.0, next = 0.0, before = 0.0, alpha = factor[b];
     for (int d = 0; d < PD_DIM; d++) {
@@ -29964,22 +30085,27 @@ PDI_INLINE void pdi_flux_upwinds(const pdi_flux_pair *p, const double *xi, const
     }
     double alpha_next = factor[b + p->next], alpha_before = factor[b + p->before];
     ahead->step = c[b + p->next] - c[b];
-    ahead->bend = pdi_flux_bend(ahead->step, f > 0.0 ? x : next, f > 0.0 ? next : x);
+    ahead->bend = pdi_bend_of(ahead->step, f > 0.0 ? x : next, f > 0.0 ? next : x);
     ahead->alpha = f > 0.0 ? alpha : alpha_next;
     behind->step = c[b + p->before] - c[b];
-    behind->bend = -pdi_flux_bend(-behind->step, g > 0.0 ? x : before, g > 0.0 ? before : x);
+    behind->bend = -pdi_bend_of(-behind->step, g > 0.0 ? x : before, g > 0.0 ? before : x);
     behind->alpha = g > 0.0 ? alpha : alpha_before;
 }
 
-/* Compiled for values and for derivatives, too. */
+/* What an antidiffusive block is asked for: its fluxes, their derivative along a direction, the same with the partial
+ * derivatives that are kept, or to keep them. */
+enum { PDI_FLUX_VALUES, PDI_FLUX_ALONG, PDI_FLUX_KEPT, PDI_FLUX_KEEP };
+
+/* Compiled for each of them, too. */
 PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count,
-                                    int by)
+                                    int what)
 {
     const pd_flux *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT factor = t->limiter->factor + i;
     const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
-    const double *PD_RESTRICT z = by ? s->x + i : c, *PD_RESTRICT factor_by = by ? s->factor_by + i : factor;
-    const double *PD_RESTRICT slope_by = by ? s->slope_by + i : slope;
+    int along = what == PDI_FLUX_ALONG || what == PDI_FLUX_KEPT, whole = what != PDI_FLUX_KEPT;
+    const double *PD_RESTRICT z = along ? s->x + i : c, *PD_RESTRICT factor_by = along ? s->factor_by + i : factor;
+    const double *PD_RESTRICT slope_by = along ? s->slope_by + i : slope;
     int64_t total = t->bonds->grid->total;
     double sum[PDI_BLOCK], *PD_RESTRICT y = s->y + i;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
@@ -29987,33 +30113,63 @@ PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t 
         pdi_flux_pair p;
         pdi_flux_pair_get(t, i, row, place, k, count, &p);
         const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
+        const float *kept = whole ? NULL : pdi_bend_kept(&t->bend, i, k), *kept_back = whole ? NULL : kept + p.before;
         double turn = p.turn, bend = p.bend[0], bend_back = p.bend[1];
         for (int b = 0; b < count; b++) {
-            double f = flux[b], g = turn * back[b];
-            pdi_flux_upwinded next, before, next_by, before_by;
-            pdi_flux_upwinds(&p, xi, c, factor, slope, total, b, f, g, &next, &before);
-            if (by) pdi_flux_upwinds(&p, xi, z, factor_by, slope_by, total, b, f, g, &next_by, &before_by);
-            sum[b] -= pdi_flux_return(f, ahead[b], bend, &next, by ? &next_by : NULL);
-            sum[b] -= pdi_flux_return(g, behind[b], bend_back, &before, by ? &before_by : NULL);
+            double f = flux[b], g = turn * back[b], value = 0.0, other = 0.0;
+            pdi_bend_terms next, before, by, by_back;
+            if (whole) {
+                pdi_flux_upwinds(&p, xi, c, factor, slope, total, b, f, g, &next, &before);
+                value = pdi_bend_flux(f, ahead[b], bend, &next, &by);
+                other = pdi_bend_flux(g, behind[b], bend_back, &before, &by_back);
+            } else {
+                by = pdi_bend_recall(&t->bend, kept, b, 1.0);
+                by_back = pdi_bend_recall(&t->bend, kept_back, b, turn);
+            }
+            if (along) {
+                pdi_flux_upwinds(&p, xi, z, factor_by, slope_by, total, b, f, g, &next, &before);
+                value = pdi_bend_along(&by, &next);
+                other = pdi_bend_along(&by_back, &before);
+            }
+            if (what == PDI_FLUX_KEEP) {
+                pdi_bend_keep(&t->bend, i + b, k, 1.0, &by);
+                if (place < 0 && t->bonds->grid->kind[i + b + p.before] != PD_FLUID)
+                    pdi_bend_keep(&t->bend, i + b + p.before, k, 1.0 / turn, &by_back);
+            }
+            sum[b] -= value;
+            sum[b] -= other;
         }
     }
-    for (int b = 0; b < count; b++) y[b] = sum[b];
+    for (int b = 0; b < count && what != PDI_FLUX_KEEP; b++) y[b] = sum[b];
+}
+
+/* Nodes beside inlets and outlets see other far ends, and keep nothing for themselves. */
+PDI_INLINE void pdi_flux_anti_nodes_of(const void *user, int32_t i, int32_t row, int32_t place, int count, int what)
+{
+    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
+    if (place >= 0) pdi_flux_anti_block(s, i, row, place, 1, what == PDI_FLUX_KEPT ? PDI_FLUX_ALONG : what);
+    else if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, what);
+    else pdi_flux_anti_block(s, i, row, -1, count, what);
 }
 
 static void pdi_flux_anti_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
-    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    if (place >= 0) pdi_flux_anti_block(s, i, row, place, 1, 0);
-    else if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, 0);
-    else pdi_flux_anti_block(s, i, row, -1, count, 0);
+    pdi_flux_anti_nodes_of(user, i, row, place, count, PDI_FLUX_VALUES);
 }
 
 static void pdi_flux_anti_nodes_by(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
-    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    if (place >= 0) pdi_flux_anti_block(s, i, row, place, 1, 1);
-    else if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, 1);
-    else pdi_flux_anti_block(s, i, row, -1, count, 1);
+    pdi_flux_anti_nodes_of(user, i, row, place, count, PDI_FLUX_ALONG);
+}
+
+static void pdi_flux_anti_nodes_kept(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    pdi_flux_anti_nodes_of(user, i, row, place, count, PDI_FLUX_KEPT);
+}
+
+static void pdi_flux_anti_nodes_keep(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    pdi_flux_anti_nodes_of(user, i, row, place, count, PDI_FLUX_KEEP);
 }
 
 static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_traverse_block_fn block)
@@ -30109,7 +30265,16 @@ PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *t, const double *
     s.factor_by = factor_by;
     s.slope_by = slope_by;
     s.y = y;
-    pdi_flux_sweep_all(ctx, &s, pdi_flux_anti_nodes_by);
+    pdi_flux_sweep_all(ctx, &s, t->bend.kept ? pdi_flux_anti_nodes_kept : pdi_flux_anti_nodes_by);
+}
+
+PDI_FN void pdi_flux_differentiate(const pd_ctx *ctx, const pd_flux *t, const double *c)
+{
+    pdi_flux_sweep s;
+    s.t = t;
+    s.c = c;
+    s.y = NULL;
+    if (t->bend.kept) pdi_flux_sweep_all(ctx, &s, pdi_flux_anti_nodes_keep);
 }
 
 /* What the bonds through a plane are asked for. */
@@ -30142,7 +30307,7 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
         double over = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
         return -over * pdi_flux_section_anti(section, j, t->bonds->stencil->count - 1 - k);
     }
-    pdi_flux_upwinded of;
+    pdi_bend_terms of;
     double flux, bond, along[2] = {0.0, 0.0};
     pdi_flux_one(t, i, k, &flux, &bond);
     if (grid->kind[j] == PD_OUTLET) j = i;
@@ -30153,9 +30318,9 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
         for (int d = 0; d < PD_DIM; d++)
             along[e] += t->bonds->stencil->xi[k * PD_DIM + d] * t->limiter->slope[(int64_t)d * grid->total + end[e]];
     of.step = section->c[j] - section->c[i];
-    of.bend = pdi_flux_bend(of.step, along[0], along[1]);
+    of.bend = pdi_bend_of(of.step, along[0], along[1]);
     of.alpha = t->limiter->factor[end[0]];
-    return -pdi_flux_return(flux, bond, pdi_flux_bends(t, j), &of, NULL);
+    return -pdi_bend_flux(flux, bond, pdi_flux_bends(t, j), &of, NULL);
 }
 
 /* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
@@ -30224,7 +30389,7 @@ PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t)
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
 {
     pdi_flux_ratio(t);
-    t->conductance.bonds = t->bonds;
+    t->bend.bonds = t->conductance.bonds = t->bonds;
     t->conductance.diffusion = t->diffusion;
     return pdi_flux_fit(ctx, t);
 }
@@ -30582,6 +30747,15 @@ static void pdi_transport_pin(const pd_transport *t, double *y)
     for (int32_t k = 0; k < t->pinned_count; k++) y[t->pinned[k]] = 0.0;
 }
 
+static pdi_transport_user pdi_transport_see(pd_ctx *ctx, pd_transport *t)
+{
+    pdi_transport_user user;
+    memset(&user, 0, sizeof user);
+    user.ctx = ctx;
+    user.t = t;
+    return user;
+}
+
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
@@ -30672,11 +30846,9 @@ static pd_status pdi_transport_linear(pd_ctx *ctx, pd_transport *t, pd_apply_fn 
 static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, double atol, pd_transport_result *result,
                                      double *moved)
 {
-    pdi_transport_user user;
+    pdi_transport_user user = pdi_transport_see(ctx, t);
     pd_krylov_result linear;
     double *residual = t->work, *delta = t->work + t->grid->total;
-    user.ctx = ctx;
-    user.t = t;
     if (!known) pdi_transport_residual(ctx, t, residual);
     if (!known) pdi_transport_pin(t, residual);
     t->krylov.desc.rtol = 1e-15;
@@ -30693,10 +30865,8 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, do
 
 PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share, pd_transport_result *result)
 {
-    pdi_transport_user user;
+    pdi_transport_user user = pdi_transport_see(ctx, t);
     pd_krylov_result linear;
-    user.ctx = ctx;
-    user.t = t;
     t->krylov.desc.rtol = share;
     t->krylov.desc.atol = 0.0;
     pd_status status = pdi_transport_linear(ctx, t, pdi_transport_apply, &user, &linear);
@@ -30810,10 +30980,8 @@ PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
  * passes. */
 static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 {
-    pdi_transport_user user;
+    pdi_transport_user user = pdi_transport_see(ctx, t);
     pdi_bounds bounds;
-    user.ctx = ctx;
-    user.t = t;
     pdi_transport_bounds(t, t->old, PDI_TRANSPORT_SLACK, &bounds);
     if (!pdi_bounds_keep(t->grid, t->c, NULL, &bounds)) return 0;
     pdi_transport_residual(ctx, t, t->work);
@@ -30823,18 +30991,19 @@ static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 }
 
 /* The last solve; known as above. What it leaves undone counts times dt in nodes that little passes: where the field
- * leaves its bounds by that, it is solved better. */
+ * leaves its bounds by that, it is solved better. Sweeps that do not help end with it. */
 static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, int known, double atol, pd_transport_result *result,
                                      double *moved)
 {
     pd_status status = pdi_transport_correct(ctx, t, known, atol, result, moved);
-    int sweeps = t->sweeping || status > 0;
+    int before = t->sweeping, sweeps = before || status > 0, settled = 0;
     if (status < 0 || pdi_transport_settles(ctx, t)) return status;
-    for (; sweeps < 2; sweeps++) {
+    for (; sweeps < 2 && status >= 0 && !settled; sweeps++) {
         if (sweeps && !t->sweeping) t->sweeping = 1;
         status = pdi_transport_solve(ctx, t, 0, PDI_TRANSPORT_FINE * atol, result, moved);
-        if (status < 0 || pdi_transport_settles(ctx, t)) break;
+        settled = status >= 0 && pdi_transport_settles(ctx, t);
     }
+    if (!settled) t->sweeping = before;
     return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
 }
 
@@ -30848,13 +31017,6 @@ static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
     return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
 }
 
-/* c += share delta, where delta is zero at all ghosts; the norm of the residual there. */
-static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, const double *delta)
-{
-    pdi_par_axpy(ctx, t->grid->total, share, delta, t->c);
-    return pdi_transport_evaluate(ctx, t);
-}
-
 /* The direction of a step: the residual in t->work, solved for with the derivative of the limited fluxes. Where that
  * cannot be solved for, these fluxes stay, and what is left is an M-matrix. */
 static pd_status pdi_transport_direction(pdi_transport_user *user, double loose, double goal,
@@ -30864,6 +31026,7 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
     pd_krylov_result linear;
     pd_status status = PD_OK;
     user->limited = pdi_par_max_abs(user->ctx, t->grid->total, t->anti) > 0.0;
+    if (user->limited) pdi_flux_differentiate(user->ctx, &t->flux, t->c);
     for (int attempt = 0; attempt < 2; attempt++) {
         t->krylov.desc.rtol = user->limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
@@ -30876,14 +31039,16 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
     return PD_OK;
 }
 
-/* A step along the direction, halved until the residual falls: the share that is left. */
+/* A step along the direction, which is zero at all ghosts, halved until the residual falls: the share that is left. */
 static double pdi_transport_shorten(pd_ctx *ctx, pd_transport *t, double *norm)
 {
-    double *delta = t->work + t->grid->total, before = *norm, share = 1.0;
-    *norm = pdi_transport_move(ctx, t, share, delta);
-    for (; *norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
-        *norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
-    return share;
+    double before = *norm, share = 1.0;
+    for (double by = 1.0;; by = -share) {
+        pdi_par_axpy(ctx, t->grid->total, by, t->work + t->grid->total, t->c);
+        *norm = pdi_transport_evaluate(ctx, t);
+        if (!(*norm > before) || share <= PDI_TRANSPORT_SHORTEST) return share;
+        share *= 0.5;
+    }
 }
 
 /* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or a whole step moves the
@@ -30893,13 +31058,13 @@ static double pdi_transport_shorten(pd_ctx *ctx, pd_transport *t, double *norm)
 static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal, double still,
                                       pd_transport_result *result)
 {
-    pdi_transport_user user;
+    pdi_transport_user user = pdi_transport_see(ctx, t);
     double norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
     pd_status status = PD_OK;
-    user.ctx = ctx;
-    user.t = t;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
     pdi_krylov_pair(&t->krylov, pdi_compact_stretched(t->grid->h)); /* else rounding is far below what is asked for */
+    if (t->flux.flux)
+        pdi_bend_lend(ctx, pdi_transport_arena(t), t->size, t->flow->speed / t->grid->h[0], &t->krylov, &t->flux.bend);
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
@@ -30915,6 +31080,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
+    status = pdi_bend_return(ctx, pdi_transport_arena(t), status, &t->krylov, &t->flux.bend);
     pdi_krylov_pair(&t->krylov, 1);
     return status < 0 ? status : PD_OK;
 }

@@ -15,12 +15,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Share of xi.(G_u - G_v) in the bend of a bond: third order in a uniform stream (theory: 5.4b). */
-#define PDI_FLUX_BEND (1.0 / 3.0)
-/* Share of what its step lacks against the mean gradient of its ends: damps what alternates from node to node, which a
- * central flux does not see. */
-#define PDI_FLUX_LEAN 0.3
-
 /* For fluid at rest. */
 static const double pdi_flux_still[PDI_BLOCK] = {0.0};
 
@@ -451,38 +445,11 @@ static void pdi_flux_rates_nodes(const void *user, int32_t i, int32_t row, int32
     else pdi_flux_rates_block(s, i, row, -1, count);
 }
 
-/* What the antidiffusive flux of a bond is made of: its step of the field, its bend m, and alpha of the upwind end. */
-typedef struct pdi_flux_upwinded {
-    double step, bend, alpha;
-} pdi_flux_upwinded;
-
-/* m of a bond, from xi.G of the upwind end and of the other one (eq. 5.4). */
-static inline double pdi_flux_bend(double step, double upwind, double other)
-{
-    return PDI_FLUX_BEND * (upwind - other) + PDI_FLUX_LEAN * (0.5 * (upwind + other) - step);
-}
-
-/* alpha d (e + the limited bend) of one bond, d being what upwinding adds to the conductance `least` (eq. 5.4). share:
- * 0: without the bend. by: NULL, or derivatives of what it is made of: then it is the derivative. Squares
- * that are no normal numbers do not show how step and bend compare: such bends count in full. */
-PDI_INLINE double pdi_flux_return(double flux, double least, double share, const pdi_flux_upwinded *of,
-                                  const pdi_flux_upwinded *by)
-{
-    double square = of->step * of->step, sum = square + of->bend * of->bend;
-    double excess = 0.5 * fabs(flux) - least, most = excess > 0.0 ? excess : 0.0;
-    double over = sum >= DBL_MIN ? 1.0 / sum : 0.0, weight = sum >= DBL_MIN ? square * over : 1.0;
-    double given = of->step + share * weight * of->bend;
-    if (!by) return of->alpha * most * given;
-    double along = weight * (2.0 * weight - 1.0) * by->bend +
-                   2.0 * (1.0 - weight) * of->bend * of->step * over * by->step;
-    return most * (by->alpha * given + of->alpha * (by->step + share * along));
-}
-
 /* What two bonds, one opposite to the other, are made of for node b of a block: the field or a direction, with the
  * limiter or its derivative. f and g: F of both, which leaves. */
 PDI_INLINE void pdi_flux_upwinds(const pdi_flux_pair *p, const double *xi, const double *c, const double *factor,
                                  const double *slope, int64_t total, int b, double f, double g,
-                                 pdi_flux_upwinded *ahead, pdi_flux_upwinded *behind)
+                                 pdi_bend_terms *ahead, pdi_bend_terms *behind)
 {
     double x = 0.0, next = 0.0, before = 0.0, alpha = factor[b];
     for (int d = 0; d < PD_DIM; d++) {
@@ -492,22 +459,27 @@ PDI_INLINE void pdi_flux_upwinds(const pdi_flux_pair *p, const double *xi, const
     }
     double alpha_next = factor[b + p->next], alpha_before = factor[b + p->before];
     ahead->step = c[b + p->next] - c[b];
-    ahead->bend = pdi_flux_bend(ahead->step, f > 0.0 ? x : next, f > 0.0 ? next : x);
+    ahead->bend = pdi_bend_of(ahead->step, f > 0.0 ? x : next, f > 0.0 ? next : x);
     ahead->alpha = f > 0.0 ? alpha : alpha_next;
     behind->step = c[b + p->before] - c[b];
-    behind->bend = -pdi_flux_bend(-behind->step, g > 0.0 ? x : before, g > 0.0 ? before : x);
+    behind->bend = -pdi_bend_of(-behind->step, g > 0.0 ? x : before, g > 0.0 ? before : x);
     behind->alpha = g > 0.0 ? alpha : alpha_before;
 }
 
-/* Compiled for values and for derivatives, too. */
+/* What an antidiffusive block is asked for: its fluxes, their derivative along a direction, the same with the partial
+ * derivatives that are kept, or to keep them. */
+enum { PDI_FLUX_VALUES, PDI_FLUX_ALONG, PDI_FLUX_KEPT, PDI_FLUX_KEEP };
+
+/* Compiled for each of them, too. */
 PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count,
-                                    int by)
+                                    int what)
 {
     const pd_flux *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT factor = t->limiter->factor + i;
     const double *PD_RESTRICT slope = t->limiter->slope + i, *xi = t->bonds->stencil->xi;
-    const double *PD_RESTRICT z = by ? s->x + i : c, *PD_RESTRICT factor_by = by ? s->factor_by + i : factor;
-    const double *PD_RESTRICT slope_by = by ? s->slope_by + i : slope;
+    int along = what == PDI_FLUX_ALONG || what == PDI_FLUX_KEPT, whole = what != PDI_FLUX_KEPT;
+    const double *PD_RESTRICT z = along ? s->x + i : c, *PD_RESTRICT factor_by = along ? s->factor_by + i : factor;
+    const double *PD_RESTRICT slope_by = along ? s->slope_by + i : slope;
     int64_t total = t->bonds->grid->total;
     double sum[PDI_BLOCK], *PD_RESTRICT y = s->y + i;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
@@ -515,33 +487,63 @@ PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t 
         pdi_flux_pair p;
         pdi_flux_pair_get(t, i, row, place, k, count, &p);
         const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
+        const float *kept = whole ? NULL : pdi_bend_kept(&t->bend, i, k), *kept_back = whole ? NULL : kept + p.before;
         double turn = p.turn, bend = p.bend[0], bend_back = p.bend[1];
         for (int b = 0; b < count; b++) {
-            double f = flux[b], g = turn * back[b];
-            pdi_flux_upwinded next, before, next_by, before_by;
-            pdi_flux_upwinds(&p, xi, c, factor, slope, total, b, f, g, &next, &before);
-            if (by) pdi_flux_upwinds(&p, xi, z, factor_by, slope_by, total, b, f, g, &next_by, &before_by);
-            sum[b] -= pdi_flux_return(f, ahead[b], bend, &next, by ? &next_by : NULL);
-            sum[b] -= pdi_flux_return(g, behind[b], bend_back, &before, by ? &before_by : NULL);
+            double f = flux[b], g = turn * back[b], value = 0.0, other = 0.0;
+            pdi_bend_terms next, before, by, by_back;
+            if (whole) {
+                pdi_flux_upwinds(&p, xi, c, factor, slope, total, b, f, g, &next, &before);
+                value = pdi_bend_flux(f, ahead[b], bend, &next, &by);
+                other = pdi_bend_flux(g, behind[b], bend_back, &before, &by_back);
+            } else {
+                by = pdi_bend_recall(&t->bend, kept, b, 1.0);
+                by_back = pdi_bend_recall(&t->bend, kept_back, b, turn);
+            }
+            if (along) {
+                pdi_flux_upwinds(&p, xi, z, factor_by, slope_by, total, b, f, g, &next, &before);
+                value = pdi_bend_along(&by, &next);
+                other = pdi_bend_along(&by_back, &before);
+            }
+            if (what == PDI_FLUX_KEEP) {
+                pdi_bend_keep(&t->bend, i + b, k, 1.0, &by);
+                if (place < 0 && t->bonds->grid->kind[i + b + p.before] != PD_FLUID)
+                    pdi_bend_keep(&t->bend, i + b + p.before, k, 1.0 / turn, &by_back);
+            }
+            sum[b] -= value;
+            sum[b] -= other;
         }
     }
-    for (int b = 0; b < count; b++) y[b] = sum[b];
+    for (int b = 0; b < count && what != PDI_FLUX_KEEP; b++) y[b] = sum[b];
+}
+
+/* Nodes beside inlets and outlets see other far ends, and keep nothing for themselves. */
+PDI_INLINE void pdi_flux_anti_nodes_of(const void *user, int32_t i, int32_t row, int32_t place, int count, int what)
+{
+    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
+    if (place >= 0) pdi_flux_anti_block(s, i, row, place, 1, what == PDI_FLUX_KEPT ? PDI_FLUX_ALONG : what);
+    else if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, what);
+    else pdi_flux_anti_block(s, i, row, -1, count, what);
 }
 
 static void pdi_flux_anti_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
-    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    if (place >= 0) pdi_flux_anti_block(s, i, row, place, 1, 0);
-    else if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, 0);
-    else pdi_flux_anti_block(s, i, row, -1, count, 0);
+    pdi_flux_anti_nodes_of(user, i, row, place, count, PDI_FLUX_VALUES);
 }
 
 static void pdi_flux_anti_nodes_by(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
-    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    if (place >= 0) pdi_flux_anti_block(s, i, row, place, 1, 1);
-    else if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, 1);
-    else pdi_flux_anti_block(s, i, row, -1, count, 1);
+    pdi_flux_anti_nodes_of(user, i, row, place, count, PDI_FLUX_ALONG);
+}
+
+static void pdi_flux_anti_nodes_kept(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    pdi_flux_anti_nodes_of(user, i, row, place, count, PDI_FLUX_KEPT);
+}
+
+static void pdi_flux_anti_nodes_keep(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    pdi_flux_anti_nodes_of(user, i, row, place, count, PDI_FLUX_KEEP);
 }
 
 static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_traverse_block_fn block)
@@ -637,7 +639,16 @@ PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *t, const double *
     s.factor_by = factor_by;
     s.slope_by = slope_by;
     s.y = y;
-    pdi_flux_sweep_all(ctx, &s, pdi_flux_anti_nodes_by);
+    pdi_flux_sweep_all(ctx, &s, t->bend.kept ? pdi_flux_anti_nodes_kept : pdi_flux_anti_nodes_by);
+}
+
+PDI_FN void pdi_flux_differentiate(const pd_ctx *ctx, const pd_flux *t, const double *c)
+{
+    pdi_flux_sweep s;
+    s.t = t;
+    s.c = c;
+    s.y = NULL;
+    if (t->bend.kept) pdi_flux_sweep_all(ctx, &s, pdi_flux_anti_nodes_keep);
 }
 
 /* What the bonds through a plane are asked for. */
@@ -670,7 +681,7 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
         double over = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
         return -over * pdi_flux_section_anti(section, j, t->bonds->stencil->count - 1 - k);
     }
-    pdi_flux_upwinded of;
+    pdi_bend_terms of;
     double flux, bond, along[2] = {0.0, 0.0};
     pdi_flux_one(t, i, k, &flux, &bond);
     if (grid->kind[j] == PD_OUTLET) j = i;
@@ -681,9 +692,9 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
         for (int d = 0; d < PD_DIM; d++)
             along[e] += t->bonds->stencil->xi[k * PD_DIM + d] * t->limiter->slope[(int64_t)d * grid->total + end[e]];
     of.step = section->c[j] - section->c[i];
-    of.bend = pdi_flux_bend(of.step, along[0], along[1]);
+    of.bend = pdi_bend_of(of.step, along[0], along[1]);
     of.alpha = t->limiter->factor[end[0]];
-    return -pdi_flux_return(flux, bond, pdi_flux_bends(t, j), &of, NULL);
+    return -pdi_bend_flux(flux, bond, pdi_flux_bends(t, j), &of, NULL);
 }
 
 /* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
@@ -752,7 +763,7 @@ PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t)
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
 {
     pdi_flux_ratio(t);
-    t->conductance.bonds = t->bonds;
+    t->bend.bonds = t->conductance.bonds = t->bonds;
     t->conductance.diffusion = t->diffusion;
     return pdi_flux_fit(ctx, t);
 }

@@ -4,6 +4,7 @@
 #ifndef PD_FLUX_H
 #define PD_FLUX_H
 #include "flow/flow.h"
+#include "transport/bend.h"
 #include "transport/conductance.h"
 #include "transport/limiter.h"
 
@@ -23,6 +24,7 @@ typedef struct pd_flux {
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where making them
                                     * anew takes no longer than reading them, and for fluid at rest; lent, too */
+    pd_bend bend;                  /* of its antidiffusive fluxes */
     pd_conductance conductance;    /* of the bonds of rows */
     const double *plain;           /* [total] [mol/m3] the field, where `pdi_flux_apply` at rest is given it less a
                                     * constant; else NULL */
@@ -68,7 +70,10 @@ PDI_FN void pdi_flux_relax(const pd_flux *t, const double *b, int back, double *
 /* y [total] [mol/m3/s]: what each fluid node gains by the antidiffusive fluxes of its bonds (eq. 5.4), with the present
  * limiter. Inlets have some, outlets none. */
 PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
-/* The derivative of that along x [total], with its images and zero at inlets, from those of the limiter along x. */
+/* Keep the derivatives of antidiffusive fluxes where `bend` has room: of c with its images and the present limiter. */
+PDI_FN void pdi_flux_differentiate(const pd_ctx *ctx, const pd_flux *t, const double *c);
+/* The derivative of pdi_flux_anti along x [total], with its images and zero at inlets, from those of the limiter along
+ * x, and from what was kept for that c where something was. */
 PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *t, const double *c, const double *x,
                              const double *factor_by, const double *slope_by, double *y);
 /* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: those of

@@ -101,6 +101,15 @@ static void pdi_transport_pin(const pd_transport *t, double *y)
     for (int32_t k = 0; k < t->pinned_count; k++) y[t->pinned[k]] = 0.0;
 }
 
+static pdi_transport_user pdi_transport_see(pd_ctx *ctx, pd_transport *t)
+{
+    pdi_transport_user user;
+    memset(&user, 0, sizeof user);
+    user.ctx = ctx;
+    user.t = t;
+    return user;
+}
+
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
@@ -191,11 +200,9 @@ static pd_status pdi_transport_linear(pd_ctx *ctx, pd_transport *t, pd_apply_fn 
 static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, double atol, pd_transport_result *result,
                                      double *moved)
 {
-    pdi_transport_user user;
+    pdi_transport_user user = pdi_transport_see(ctx, t);
     pd_krylov_result linear;
     double *residual = t->work, *delta = t->work + t->grid->total;
-    user.ctx = ctx;
-    user.t = t;
     if (!known) pdi_transport_residual(ctx, t, residual);
     if (!known) pdi_transport_pin(t, residual);
     t->krylov.desc.rtol = 1e-15;
@@ -212,10 +219,8 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, do
 
 PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share, pd_transport_result *result)
 {
-    pdi_transport_user user;
+    pdi_transport_user user = pdi_transport_see(ctx, t);
     pd_krylov_result linear;
-    user.ctx = ctx;
-    user.t = t;
     t->krylov.desc.rtol = share;
     t->krylov.desc.atol = 0.0;
     pd_status status = pdi_transport_linear(ctx, t, pdi_transport_apply, &user, &linear);
@@ -329,10 +334,8 @@ PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
  * passes. */
 static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 {
-    pdi_transport_user user;
+    pdi_transport_user user = pdi_transport_see(ctx, t);
     pdi_bounds bounds;
-    user.ctx = ctx;
-    user.t = t;
     pdi_transport_bounds(t, t->old, PDI_TRANSPORT_SLACK, &bounds);
     if (!pdi_bounds_keep(t->grid, t->c, NULL, &bounds)) return 0;
     pdi_transport_residual(ctx, t, t->work);
@@ -342,18 +345,19 @@ static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 }
 
 /* The last solve; known as above. What it leaves undone counts times dt in nodes that little passes: where the field
- * leaves its bounds by that, it is solved better. */
+ * leaves its bounds by that, it is solved better. Sweeps that do not help end with it. */
 static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, int known, double atol, pd_transport_result *result,
                                      double *moved)
 {
     pd_status status = pdi_transport_correct(ctx, t, known, atol, result, moved);
-    int sweeps = t->sweeping || status > 0;
+    int before = t->sweeping, sweeps = before || status > 0, settled = 0;
     if (status < 0 || pdi_transport_settles(ctx, t)) return status;
-    for (; sweeps < 2; sweeps++) {
+    for (; sweeps < 2 && status >= 0 && !settled; sweeps++) {
         if (sweeps && !t->sweeping) t->sweeping = 1;
         status = pdi_transport_solve(ctx, t, 0, PDI_TRANSPORT_FINE * atol, result, moved);
-        if (status < 0 || pdi_transport_settles(ctx, t)) break;
+        settled = status >= 0 && pdi_transport_settles(ctx, t);
     }
+    if (!settled) t->sweeping = before;
     return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
 }
 
@@ -367,13 +371,6 @@ static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
     return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
 }
 
-/* c += share delta, where delta is zero at all ghosts; the norm of the residual there. */
-static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, const double *delta)
-{
-    pdi_par_axpy(ctx, t->grid->total, share, delta, t->c);
-    return pdi_transport_evaluate(ctx, t);
-}
-
 /* The direction of a step: the residual in t->work, solved for with the derivative of the limited fluxes. Where that
  * cannot be solved for, these fluxes stay, and what is left is an M-matrix. */
 static pd_status pdi_transport_direction(pdi_transport_user *user, double loose, double goal,
@@ -383,6 +380,7 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
     pd_krylov_result linear;
     pd_status status = PD_OK;
     user->limited = pdi_par_max_abs(user->ctx, t->grid->total, t->anti) > 0.0;
+    if (user->limited) pdi_flux_differentiate(user->ctx, &t->flux, t->c);
     for (int attempt = 0; attempt < 2; attempt++) {
         t->krylov.desc.rtol = user->limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
@@ -395,14 +393,16 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
     return PD_OK;
 }
 
-/* A step along the direction, halved until the residual falls: the share that is left. */
+/* A step along the direction, which is zero at all ghosts, halved until the residual falls: the share that is left. */
 static double pdi_transport_shorten(pd_ctx *ctx, pd_transport *t, double *norm)
 {
-    double *delta = t->work + t->grid->total, before = *norm, share = 1.0;
-    *norm = pdi_transport_move(ctx, t, share, delta);
-    for (; *norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
-        *norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
-    return share;
+    double before = *norm, share = 1.0;
+    for (double by = 1.0;; by = -share) {
+        pdi_par_axpy(ctx, t->grid->total, by, t->work + t->grid->total, t->c);
+        *norm = pdi_transport_evaluate(ctx, t);
+        if (!(*norm > before) || share <= PDI_TRANSPORT_SHORTEST) return share;
+        share *= 0.5;
+    }
 }
 
 /* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or a whole step moves the
@@ -412,13 +412,13 @@ static double pdi_transport_shorten(pd_ctx *ctx, pd_transport *t, double *norm)
 static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal, double still,
                                       pd_transport_result *result)
 {
-    pdi_transport_user user;
+    pdi_transport_user user = pdi_transport_see(ctx, t);
     double norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
     pd_status status = PD_OK;
-    user.ctx = ctx;
-    user.t = t;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
     pdi_krylov_pair(&t->krylov, pdi_compact_stretched(t->grid->h)); /* else rounding is far below what is asked for */
+    if (t->flux.flux)
+        pdi_bend_lend(ctx, pdi_transport_arena(t), t->size, t->flow->speed / t->grid->h[0], &t->krylov, &t->flux.bend);
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
@@ -434,6 +434,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
+    status = pdi_bend_return(ctx, pdi_transport_arena(t), status, &t->krylov, &t->flux.bend);
     pdi_krylov_pair(&t->krylov, 1);
     return status < 0 ? status : PD_OK;
 }

@@ -1439,6 +1439,13 @@ def declare(dim):
         ('factor', POINTER(c_double)),
     ]
 
+    class pd_bend(Structure):
+        pass
+    pd_bend._fields_ = [
+        ('bonds', POINTER(pd_bonds)),
+        ('kept', POINTER(c_float)),
+    ]
+
     class pd_flux(Structure):
         pass
     pd_flux._fields_ = [
@@ -1453,6 +1460,7 @@ def declare(dim):
         ('even', c_int),
         ('stream', POINTER(c_double)),
         ('flux', POINTER(c_double)),
+        ('bend', pd_bend),
         ('conductance', pd_conductance),
         ('plain', POINTER(c_double)),
         ('exact', c_int),
