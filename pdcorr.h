@@ -7473,6 +7473,8 @@ typedef struct pd_potential_desc {
     double hold[2 * PD_DIM];       /* [V] ... of this value. Other sides insulate, or repeat as the grid says */
     double tolerance;              /* [-] of what the balances lack, over the currents; 0: 1e-12 */
     int max_newton;                /* 0: 200 */
+    int idle;                      /* 1: where the curves around a pocket carry current one way only, none passes
+                                    * there; 0: refused */
 } pd_potential_desc;
 
 /* It must not be moved once it is built. */
@@ -7568,7 +7570,7 @@ static inline double pdi_potential_area(const pd_potential *p, const pd_contact 
 /* Side of the box behind which an inlet ghost lies. */
 PDI_FN int pdi_circuit_side(const pd_grid *grid, int32_t ghost);
 /* Pockets and parts, and which circuits have an unknown E; contacts are known. PD_ERR_STATE: the curves around a pocket
- * carry current one way only. */
+ * carry current one way only; with `idle` their contacts are left out. */
 PDI_FN pd_status pdi_circuit_find(pd_ctx *ctx, pd_potential *potential);
 /* Given currents have a solution. PD_ERR_STATE: they do not add up to zero, or curves cannot carry them. */
 PDI_FN pd_status pdi_circuit_check(pd_ctx *ctx, const pd_potential *potential);
@@ -45943,6 +45945,17 @@ static void pdi_circuit_pockets(pd_potential *p)
         if (p->pocket[i] >= 0 && pdi_circuit_holds(p, i)) p->fixed[p->pocket[i]] = 1;
 }
 
+/* Contacts of pockets where no current can pass do not count. */
+static void pdi_circuit_idle(pd_potential *p, const double *low, const double *high)
+{
+    int32_t kept = 0;
+    for (int32_t c = 0; c < p->contacts.count; c++) {
+        int32_t root = p->pocket[p->contacts.list[c].node];
+        if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) p->contacts.list[kept++] = p->contacts.list[c];
+    }
+    p->contacts.count = kept;
+}
+
 /* The currents that the metal of each pocket can carry have to lie on both sides of zero where nothing else closes the
  * circuit. low, high [total]: of each pocket. */
 static pd_status pdi_circuit_ranges(pd_ctx *ctx, pd_potential *p, double *low, double *high)
@@ -45961,12 +45974,14 @@ static pd_status pdi_circuit_ranges(pd_ctx *ctx, pd_potential *p, double *low, d
     for (int32_t c = 0; c < p->contacts.count; c++) {
         int32_t root = p->pocket[p->contacts.list[c].node];
         if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) continue;
+        if (p->desc.idle) continue;
         return pdi_fail(ctx, PD_ERR_STATE, "potential", "the metal around the electrolyte at %s m cannot carry a "
-                        "current %s: there is no solution; expected a %s reaction, or a side that holds a potential",
+                        "current %s: there is no solution; expected %s reaction, or a side that holds a potential",
                         pdi_grid_place(p->grid, p->contacts.list[c].node, text),
                         low[root] < 0.0 ? "out of itself" : "into itself",
-                        low[root] < 0.0 ? "anodic" : "cathodic");
+                        low[root] < 0.0 ? "an anodic" : "a cathodic");
     }
+    pdi_circuit_idle(p, low, high);
     return PD_OK;
 }
 
@@ -46675,8 +46690,8 @@ static pd_status pdi_distribution_survey(pd_ctx *ctx, pd_potential *p)
     metal.left = p->desc.left;
     metal.wide = p->desc.wide;
     PDI_TRY(pdi_contact_find(ctx, p->bonds, &metal, &p->contacts));
-    PDI_TRY(pdi_owner_build(ctx, pdi_distribution_contact_list, p));
     PDI_TRY(pdi_circuit_find(ctx, p));
+    PDI_TRY(pdi_owner_build(ctx, pdi_distribution_contact_list, p));
     for (int32_t n = 0; n < p->contacts.count; n++) p->surface[n] = pdi_potential_drop(p, &p->contacts.list[n]);
     return PD_OK;
 }
@@ -46975,6 +46990,7 @@ static pd_status pdi_cell_renew(pd_ctx *ctx, pd_cell *cell)
     pdi_cell_left(cell);
     if (cell->desc.conduct) cell->desc.conduct(cell->desc.user, cell->field);
     cell->stale = 0;
+    cell->potential.desc.idle = 1; /* what metal leaves behind as it goes */
     if (anew) return pd_potential_update(ctx, &cell->potential);
     return cell->dissolve ? pdi_distribution_contacts(ctx, &cell->potential) : PD_OK;
 }
@@ -59030,6 +59046,33 @@ static const char *const pdi_template_of_crevice[] = {
 "# The concentration along the gap, at the output times.",
 "[line gap]     from = 10 um, 51 um   to = 1.99 mm, 51 um   spacing = 20 um   fields = C",
     NULL};
+static const char *const pdi_template_of_galvanic[] = {
+"# A galvanic couple: magnesium and steel touch in one solution, and current flows between them.",
+"# Every key: pd2d --keys. Values can be replaced: \"electrode.mg.i0=1 A/m2\".",
+"",
+"# h is the spacing: half of it costs 4 to 8 times as much.",
+"[grid]            h = 50 um   box = 0 .. 4 mm, 0 .. 2 mm",
+"",
+"# Metals that touch have one potential. Those that do not: connected = steel.",
+"[shape mg]        box = 0 .. 2 mm, 0 .. 0.5 mm   kind = solid   material = mg4ag",
+"[shape steel]     box = 2 mm .. 4 mm, 0 .. 0.5 mm   kind = solid   material = steel304",
+"[side x-]         flow = mirror",
+"[side x+]         flow = mirror",
+"",
+"# Saline. The curves are those of each metal alone: i0 at E0, slopes a decade. Steel reduces oxygen, 5 A/m2 at most.",
+"[potential]       conductivity = 1.5 S/m",
+"[electrode mg]    shape = mg      curve = butler_volmer   i0 = 0.1 A/m2   E0 = -1.5 V",
+"                  anodic_slope = 60 mV   cathodic_slope = 120 mV",
+"[electrode steel] shape = steel   curve = tafel   i0 = 0.01 A/m2   E0 = -0.6 V",
+"                  cathodic_slope = 150 mV   cathodic_limit = 5 A/m2",
+"",
+"# i is the current density at the surface: magnesium goes by it (Faraday's law), steel stays.",
+"[transport]         D = 1e-9 m2/s",
+"[dissolve mg4ag]    current = i",
+"[dissolve steel304] rate = 0",
+"[run]               until = 20 day",
+"[output]            fields = phi, j, i, kind   images = phi, j",
+    NULL};
 static const char *const pdi_template_of_pit[] = {
 "# A pit in steel under a small opening of its passive film. Change what you know of yours; every key: pd2d --keys.",
 "# A number has its unit: 5 um, 5 mol/L, 5 A/cm2. Each value can be replaced on the command line: \"until=1 min\".",
@@ -59124,6 +59167,7 @@ static const pd_template pdi_template_all[] = {
     {"channel", pdi_template_of_channel},
     {"couple", pdi_template_of_couple},
     {"crevice", pdi_template_of_crevice},
+    {"galvanic", pdi_template_of_galvanic},
     {"pit", pdi_template_of_pit},
     {"plate", pdi_template_of_plate},
     {"wire", pdi_template_of_wire},
@@ -59207,6 +59251,33 @@ static const char *const pdi_template_of_crevice[] = {
 "",
 "[run]          until = 5 h",
 "[output]       every = 1 h   fields = C, kind, density   images = C   slice = z 38 um",
+    NULL};
+static const char *const pdi_template_of_galvanic[] = {
+"# A galvanic couple: magnesium and steel touch in one solution, and current flows between them.",
+"# Every key: pd3d --keys. Values can be replaced: \"electrode.mg.i0=1 A/m2\".",
+"",
+"# h is the spacing: half of it costs 8 to 16 times as much.",
+"[grid]            h = 0.1 mm   box = 0 .. 2 mm, 0 .. 1 mm, 0 .. 1 mm",
+"",
+"# Metals that touch have one potential. Those that do not: connected = steel.",
+"[shape mg]        box = 0 .. 1 mm, 0 .. 1 mm, 0 .. 0.3 mm   kind = solid   material = mg4ag",
+"[shape steel]     box = 1 mm .. 2 mm, 0 .. 1 mm, 0 .. 0.3 mm   kind = solid   material = steel304",
+"[side x-]         flow = mirror",
+"[side x+]         flow = mirror",
+"",
+"# Saline. The curves are those of each metal alone: i0 at E0, slopes a decade. Steel reduces oxygen, 5 A/m2 at most.",
+"[potential]       conductivity = 1.5 S/m",
+"[electrode mg]    shape = mg      curve = butler_volmer   i0 = 0.1 A/m2   E0 = -1.5 V",
+"                  anodic_slope = 60 mV   cathodic_slope = 120 mV",
+"[electrode steel] shape = steel   curve = tafel   i0 = 0.01 A/m2   E0 = -0.6 V",
+"                  cathodic_slope = 150 mV   cathodic_limit = 5 A/m2",
+"",
+"# i is the current density at the surface: magnesium goes by it (Faraday's law), steel stays.",
+"[transport]         D = 1e-9 m2/s",
+"[dissolve mg4ag]    current = i",
+"[dissolve steel304] rate = 0",
+"[run]               until = 5 day",
+"[output]            fields = phi, j, i, kind   images = phi, j   slice = y 0.5 mm",
     NULL};
 static const char *const pdi_template_of_pit[] = {
 "# A pit in steel under an opening of its passive film. Change what you know of yours; every key: pd3d --keys.",
@@ -59294,6 +59365,7 @@ static const pd_template pdi_template_all[] = {
     {"channel", pdi_template_of_channel},
     {"couple", pdi_template_of_couple},
     {"crevice", pdi_template_of_crevice},
+    {"galvanic", pdi_template_of_galvanic},
     {"pit", pdi_template_of_pit},
     {"plate", pdi_template_of_plate},
     {"wire", pdi_template_of_wire},
@@ -66512,6 +66584,51 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }
 
+/* Stands for what a cell asks for a conductivity. */
+static void pdi_footprint_conduct(void *user, double *field)
+{
+    (void)user;
+    (void)field;
+}
+
+static void pdi_footprint_potential(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+{
+    const pd_setup_potential *e = &u->potential;
+    double *bytes = &b->bytes[PD_PART_POTENTIAL];
+    pd_dissolve dissolve;
+    pd_cell cell;
+    size_t room = 0;
+    if (!u->has_potential) return;
+    memset(&cell, 0, sizeof cell);
+    memset(&dissolve, 0, sizeof dissolve);
+    pd_potential *p = &cell.potential;
+    cell.grid = p->grid = &plan->grid;
+    if (u->has_dissolve) cell.dissolve = &dissolve;
+    if (!(e->conductivity > 0.0)) cell.desc.conduct = pdi_footprint_conduct;
+    cell.desc.potential.electrodes = e->electrodes;
+    for (int k = 0; k < e->electrodes; k++) p->desc.circuits += e->electrode[k].wire == k;
+    for (int k = 0; k < e->electrodes; k++) p->floating += e->electrode[k].wire == k && !e->electrode[k].holds;
+    cell.desc.potential.circuits = p->desc.circuits;
+    p->bonds = p->flux.bonds = p->diffusion.bonds = &plan->bonds;
+    p->flux.conductance.bonds = &plan->bonds;
+    p->flux.conductance.capacity = p->diffusion.capacity = plan->bonds.capacity;
+    p->flux.diffusion = &p->diffusion;
+    p->diffusion.metals = plan->grid.solid_count > 0;
+    /* a contact for each fluid node beside metal, which has at least the surface of a cube */
+    double shell = fmin(2.0 * PD_DIM * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    p->contacts.count = (int32_t)(shell / plan->times);
+    *bytes = pdi_footprint_list(plan, pdi_cell_list, &cell) + pdi_footprint_list(plan, pdi_distribution_list, p);
+    *bytes += pdi_footprint_list(plan, pdi_distribution_contact_list, p) + shell * (double)sizeof *p->contacts.list;
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &p->diffusion);
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_place_list, &p->diffusion);
+    *bytes += pdi_footprint_list(plan, pdi_conductance_list, &p->flux.conductance);
+    p->diffusion.media.grid = &plan->grid;
+    p->diffusion.media.stencil = &plan->stencil;
+    if (cell.desc.conduct) *bytes += pdi_footprint_list(plan, pdi_media_list, &p->diffusion.media);
+    if (pdi_distribution_plan(&plan->ctx, p, &room) >= 0) *bytes += plan->times * (double)room;
+    b->working += pdi_footprint_levels(plan, &p->inverse.mg);
+}
+
 static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_DISSOLVE];
@@ -66749,6 +66866,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);
     pdi_footprint_chemistry(u, &plan, b);
+    pdi_footprint_potential(u, &plan, b);
     pdi_footprint_metal(u, &plan, b);
     pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);

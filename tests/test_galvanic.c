@@ -187,6 +187,26 @@ TEST(growing_gap)
     close_model();
 }
 
+/* Magnesium on steel corrodes freely until it is gone. The steel that is left can reduce alone: no current passes. */
+TEST(bared)
+{
+    static const char text[] = BOX("0.1 mm", "3 mm") ACROSS
+        "[shape steel] box = 0 .. 1 mm" SPAN "  kind = solid  material = steel304\n"
+        "[shape mg] box = 1 mm .. 1.2 mm" SPAN "  kind = solid  material = mg4ag\n[potential] conductivity = 1 S/m\n"
+        "[electrode mg] shape = mg  curve = butler_volmer  i0 = 1 A/m2  E0 = -1.5 V  anodic_slope = 60 mV\n"
+        "  cathodic_slope = 60 mV\n[electrode steel] shape = steel  curve = tafel  i0 = 0.01 A/m2  E0 = -0.6 V\n"
+        "  cathodic_slope = 150 mV\n[transport] D = 1e-9 m2/s\n"
+        "[dissolve mg4ag] current = 1 A/m2*10^((E + 1.5 V)/(60 mV))\n[dissolve steel304] rate = 0\n"
+        "[run] until = 60 day\n";
+    if (!open_model(text)) return;
+    if (run_to(60.0 * 86400.0)) {
+        CHECK_INT(model.grid.solid_count, model.couple.solid_nodes_start * 10 / 12);
+        CHECK_NEAR(electrode(1).current, 0.0, 0.0);
+        CHECK_NEAR(electrode(0).area, 0.0, 0.0);
+    }
+    close_model();
+}
+
 #if PD_DIM == 2
 #define STREAM \
     "[grid] h = 25 um  box = 0 .. 1 mm, 0 .. 0.8 mm  threads = 1\n" \
@@ -350,5 +370,5 @@ TEST(refused)
 #else
 #define PLANE
 #endif
-TEST_MAIN(ENTRY(mixed_potential) ENTRY(gap) ENTRY(in_time) ENTRY(species) ENTRY(faraday) ENTRY(growing_gap) PLANE
-          ENTRY(state) ENTRY(refused))
+TEST_MAIN(ENTRY(mixed_potential) ENTRY(gap) ENTRY(in_time) ENTRY(species) ENTRY(faraday) ENTRY(growing_gap) ENTRY(bared)
+          PLANE ENTRY(state) ENTRY(refused))

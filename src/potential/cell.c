@@ -182,6 +182,7 @@ static pd_status pdi_cell_renew(pd_ctx *ctx, pd_cell *cell)
     pdi_cell_left(cell);
     if (cell->desc.conduct) cell->desc.conduct(cell->desc.user, cell->field);
     cell->stale = 0;
+    cell->potential.desc.idle = 1; /* what metal leaves behind as it goes */
     if (anew) return pd_potential_update(ctx, &cell->potential);
     return cell->dissolve ? pdi_distribution_contacts(ctx, &cell->potential) : PD_OK;
 }

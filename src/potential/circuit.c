@@ -64,6 +64,17 @@ static void pdi_circuit_pockets(pd_potential *p)
         if (p->pocket[i] >= 0 && pdi_circuit_holds(p, i)) p->fixed[p->pocket[i]] = 1;
 }
 
+/* Contacts of pockets where no current can pass do not count. */
+static void pdi_circuit_idle(pd_potential *p, const double *low, const double *high)
+{
+    int32_t kept = 0;
+    for (int32_t c = 0; c < p->contacts.count; c++) {
+        int32_t root = p->pocket[p->contacts.list[c].node];
+        if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) p->contacts.list[kept++] = p->contacts.list[c];
+    }
+    p->contacts.count = kept;
+}
+
 /* The currents that the metal of each pocket can carry have to lie on both sides of zero where nothing else closes the
  * circuit. low, high [total]: of each pocket. */
 static pd_status pdi_circuit_ranges(pd_ctx *ctx, pd_potential *p, double *low, double *high)
@@ -82,12 +93,14 @@ static pd_status pdi_circuit_ranges(pd_ctx *ctx, pd_potential *p, double *low, d
     for (int32_t c = 0; c < p->contacts.count; c++) {
         int32_t root = p->pocket[p->contacts.list[c].node];
         if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) continue;
+        if (p->desc.idle) continue;
         return pdi_fail(ctx, PD_ERR_STATE, "potential", "the metal around the electrolyte at %s m cannot carry a "
-                        "current %s: there is no solution; expected a %s reaction, or a side that holds a potential",
+                        "current %s: there is no solution; expected %s reaction, or a side that holds a potential",
                         pdi_grid_place(p->grid, p->contacts.list[c].node, text),
                         low[root] < 0.0 ? "out of itself" : "into itself",
-                        low[root] < 0.0 ? "anodic" : "cathodic");
+                        low[root] < 0.0 ? "an anodic" : "a cathodic");
     }
+    pdi_circuit_idle(p, low, high);
     return PD_OK;
 }
 

@@ -11,7 +11,7 @@
 /* Side of the box behind which an inlet ghost lies. */
 PDI_FN int pdi_circuit_side(const pd_grid *grid, int32_t ghost);
 /* Pockets and parts, and which circuits have an unknown E; contacts are known. PD_ERR_STATE: the curves around a pocket
- * carry current one way only. */
+ * carry current one way only; with `idle` their contacts are left out. */
 PDI_FN pd_status pdi_circuit_find(pd_ctx *ctx, pd_potential *potential);
 /* Given currents have a solution. PD_ERR_STATE: they do not add up to zero, or curves cannot carry them. */
 PDI_FN pd_status pdi_circuit_check(pd_ctx *ctx, const pd_potential *potential);

@@ -361,8 +361,8 @@ static pd_status pdi_distribution_survey(pd_ctx *ctx, pd_potential *p)
     metal.left = p->desc.left;
     metal.wide = p->desc.wide;
     PDI_TRY(pdi_contact_find(ctx, p->bonds, &metal, &p->contacts));
-    PDI_TRY(pdi_owner_build(ctx, pdi_distribution_contact_list, p));
     PDI_TRY(pdi_circuit_find(ctx, p));
+    PDI_TRY(pdi_owner_build(ctx, pdi_distribution_contact_list, p));
     for (int32_t n = 0; n < p->contacts.count; n++) p->surface[n] = pdi_potential_drop(p, &p->contacts.list[n]);
     return PD_OK;
 }

@@ -43,6 +43,8 @@ typedef struct pd_potential_desc {
     double hold[2 * PD_DIM];       /* [V] ... of this value. Other sides insulate, or repeat as the grid says */
     double tolerance;              /* [-] of what the balances lack, over the currents; 0: 1e-12 */
     int max_newton;                /* 0: 200 */
+    int idle;                      /* 1: where the curves around a pocket carry current one way only, none passes
+                                    * there; 0: refused */
 } pd_potential_desc;
 
 /* It must not be moved once it is built. */

@@ -12,6 +12,7 @@
 #include "run/wall.h"
 #include "transport/two_stage.h"
 #include "react/course.h"
+#include "potential/cell.h"
 #include <math.h>
 #include <string.h>
 
@@ -312,6 +313,51 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }
 
+/* Stands for what a cell asks for a conductivity. */
+static void pdi_footprint_conduct(void *user, double *field)
+{
+    (void)user;
+    (void)field;
+}
+
+static void pdi_footprint_potential(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+{
+    const pd_setup_potential *e = &u->potential;
+    double *bytes = &b->bytes[PD_PART_POTENTIAL];
+    pd_dissolve dissolve;
+    pd_cell cell;
+    size_t room = 0;
+    if (!u->has_potential) return;
+    memset(&cell, 0, sizeof cell);
+    memset(&dissolve, 0, sizeof dissolve);
+    pd_potential *p = &cell.potential;
+    cell.grid = p->grid = &plan->grid;
+    if (u->has_dissolve) cell.dissolve = &dissolve;
+    if (!(e->conductivity > 0.0)) cell.desc.conduct = pdi_footprint_conduct;
+    cell.desc.potential.electrodes = e->electrodes;
+    for (int k = 0; k < e->electrodes; k++) p->desc.circuits += e->electrode[k].wire == k;
+    for (int k = 0; k < e->electrodes; k++) p->floating += e->electrode[k].wire == k && !e->electrode[k].holds;
+    cell.desc.potential.circuits = p->desc.circuits;
+    p->bonds = p->flux.bonds = p->diffusion.bonds = &plan->bonds;
+    p->flux.conductance.bonds = &plan->bonds;
+    p->flux.conductance.capacity = p->diffusion.capacity = plan->bonds.capacity;
+    p->flux.diffusion = &p->diffusion;
+    p->diffusion.metals = plan->grid.solid_count > 0;
+    /* a contact for each fluid node beside metal, which has at least the surface of a cube */
+    double shell = fmin(2.0 * PD_DIM * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    p->contacts.count = (int32_t)(shell / plan->times);
+    *bytes = pdi_footprint_list(plan, pdi_cell_list, &cell) + pdi_footprint_list(plan, pdi_distribution_list, p);
+    *bytes += pdi_footprint_list(plan, pdi_distribution_contact_list, p) + shell * (double)sizeof *p->contacts.list;
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &p->diffusion);
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_place_list, &p->diffusion);
+    *bytes += pdi_footprint_list(plan, pdi_conductance_list, &p->flux.conductance);
+    p->diffusion.media.grid = &plan->grid;
+    p->diffusion.media.stencil = &plan->stencil;
+    if (cell.desc.conduct) *bytes += pdi_footprint_list(plan, pdi_media_list, &p->diffusion.media);
+    if (pdi_distribution_plan(&plan->ctx, p, &room) >= 0) *bytes += plan->times * (double)room;
+    b->working += pdi_footprint_levels(plan, &p->inverse.mg);
+}
+
 static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_DISSOLVE];
@@ -549,6 +595,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);
     pdi_footprint_chemistry(u, &plan, b);
+    pdi_footprint_potential(u, &plan, b);
     pdi_footprint_metal(u, &plan, b);
     pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);

@@ -2550,6 +2550,7 @@ def declare(dim):
         ('hold', c_double * (2 * dim)),
         ('tolerance', c_double),
         ('max_newton', c_int),
+        ('idle', c_int),
     ]
 
     class pd_potential(Structure):
