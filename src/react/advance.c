@@ -40,15 +40,19 @@ static void pdi_advance_images(const pd_reactive *r, double *fields)
         pd_ghosts_scalar(&r->bonds->ghosts, fields + (int64_t)n * r->grid->total);
 }
 
-/* y [components]: what leaves by the fields, over the weights. */
-static void pdi_advance_leave(const pd_ctx *ctx, const pd_reactive *r, const double *fields, const double *wall,
-                               double *y)
+/* y [components]: what leaves by the fields, over the weights. With migration `fields` is c or, for its derivative, the
+ * change of c. */
+static void pdi_advance_leave(const pd_ctx *ctx, pd_reactive *r, const double *fields, const double *wall, double *y)
 {
     const pd_components *s = &r->components;
     double weight[PD_SPECIES_MOST * PD_SPECIES_MOST];
     pdi_flux_fields f;
     for (int k = 0; k < s->count; k++)
         for (int n = 0; n < s->solutes; n++) weight[k * s->solutes + n] = s->m[k][n] / r->weight[k];
+    if (r->migration.on) {
+        pdi_migration_leave(ctx, &r->migration, r->c, fields == r->c ? NULL : fields, weight, y);
+        return;
+    }
     f.count = s->solutes;
     f.sums = s->count;
     f.ratio = r->ratio;
@@ -169,6 +173,7 @@ static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
     }
+    if (r->migration.on) PDI_TRY(pdi_migration_setup(ctx, &r->migration, r->c));
     for (int n = 0; n < s->kinetics; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
     return PD_OK;
@@ -180,6 +185,19 @@ static void pdi_advance_spend(const pd_reactive *r, double *y)
     int64_t size = r->components.count * (int64_t)r->grid->total;
     for (int64_t at = 0; at < size; at++)
         if (r->spent[at]) y[at] = 0.0;
+}
+
+/* With migration: the change x of totals of node i becomes that of neutral ones, and that of psi (theory: 5c.1). */
+static void pdi_advance_part(const pd_reactive *r, int32_t i, double *x)
+{
+    const pd_components *s = &r->components;
+    double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], charge = 0.0;
+    if (!r->migration.on) return;
+    pdi_reactive_get(r, r->c, i, c);
+    pdi_migration_along(&r->migration, c, along);
+    for (int k = 0; k < s->count; k++) charge += r->migration.charge[s->master[k]] * x[k];
+    for (int k = 0; k < s->count; k++) x[k] -= along[k] * charge;
+    r->migration.move[i] = charge / r->migration.size[i];
 }
 
 /* y = J x, in totals over weights. */
@@ -196,6 +214,7 @@ static void pdi_advance_apply(void *user, const double *x, double *y)
         double along[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->count; k++) along[k] = r->weight[k] * x[k * total + i]; /* 0 where it is spent */
+        pdi_advance_part(r, i, along);
         pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
         pdi_reactive_put(r, c, i, r->move);
     }
@@ -204,11 +223,14 @@ static void pdi_advance_apply(void *user, const double *x, double *y)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         const float *row = r->by + (int64_t)i * r->slots + tables;
+        double change[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < s->count; k++) y[k * total + i] += x[k * total + i] / r->dt;
+        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        pdi_advance_part(r, i, change);
+        for (int k = 0; k < s->count; k++) y[k * total + i] += change[k] / (r->weight[k] * r->dt);
         for (int n = 0; n < s->kinetics; n++, row += s->count) {
             double speed = 0.0;
-            for (int k = 0; k < s->count; k++) speed += (double)row[k] * r->weight[k] * x[k * total + i];
+            for (int k = 0; k < s->count; k++) speed += (double)row[k] * change[k];
             for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
         }
     }
@@ -235,8 +257,46 @@ static void pdi_advance_split(const pd_ctx *ctx, pd_reactive *r, int n, double *
     }
 }
 
+/* With migration: x loses its charge, which becomes the current that psi has to drive out. */
+static void pdi_advance_discharge(const pd_ctx *ctx, pd_reactive *r, double *x)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], charge = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_migration_along(&r->migration, c, along);
+        for (int k = 0; k < s->count; k++)
+            charge += r->migration.charge[s->master[k]] * r->weight[k] * x[k * total + i];
+        for (int k = 0; k < s->count; k++) x[k * total + i] -= along[k] * charge / r->weight[k];
+        r->migration.current[i] = charge;
+    }
+}
+
+/* y gets the psi that drives the current. */
+static void pdi_advance_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    pdi_migration_apply(ctx, &r->migration, r->migration.current, r->migration.move);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], lift = r->migration.size[i] * r->migration.move[i];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_migration_along(&r->migration, c, along);
+        for (int k = 0; k < s->count; k++) y[k * total + i] += along[k] * lift / r->weight[k];
+    }
+}
+
 /* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
- * rate. */
+ * rate; the charge, by the conductivity. */
 static void pdi_advance_precondition(void *user, const double *x, double *y)
 {
     pdi_advance_user *u = (pdi_advance_user *)user;
@@ -244,12 +304,13 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     double *rest = r->move;
-    if (!s->kinetics) {
+    if (!s->kinetics && !r->migration.on) {
         for (int k = 0; k < s->count; k++) pdi_inverse_apply(u->ctx, &r->inverse, x + k * total, y + k * total);
         pdi_advance_spend(r, y);
         return;
     }
     pdi_par_copy(u->ctx, s->count * total, x, rest);
+    if (r->migration.on) pdi_advance_discharge(u->ctx, r, rest);
     pdi_par_zero(u->ctx, s->count * total, y);
     for (int n = 0; n < s->kinetics; n++) {
         pdi_advance_split(u->ctx, r, n, rest);
@@ -261,7 +322,22 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
         pdi_inverse_apply(u->ctx, &r->inverse, rest + k * total, r->part_of);
         pdi_par_axpy(u->ctx, total, 1.0, r->part_of, y + k * total);
     }
+    if (r->migration.on) pdi_advance_recharge(u->ctx, r, y);
     pdi_advance_spend(r, y);
+}
+
+/* With migration: what Newton's method moves, as totals and as psi. */
+static void pdi_advance_resolve(pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double *delta = r->work + s->count * total, x[PD_SPECIES_MOST];
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * delta[k * total + i];
+        pdi_advance_part(r, i, x);
+        for (int k = 0; k < s->count; k++) delta[k * total + i] = x[k] / r->weight[k];
+    }
 }
 
 /* The correction behind the residual, to a share of it or to `goal`. */
@@ -281,10 +357,24 @@ static pd_status pdi_advance_direction(pd_ctx *ctx, pd_reactive *r, double share
     pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_advance_apply, pdi_advance_precondition, &user, r->work,
                                         r->work + r->components.count * (int64_t)r->grid->total, &linear);
     result->krylov += linear.iterations;
+    if (r->migration.on) pdi_advance_resolve(r);
     return pdi_arena_return(ctx, arena, pdi_krylov_list, &r->krylov, status);
 }
 
 /* ---- Newton's method ---- */
+
+/* What is cut off at 0 has charged c: it becomes neutral, and with activities comes to equilibrium again. */
+static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
+{
+    const pd_components *s = &r->components;
+    double sum[PD_SPECIES_MOST];
+    pdi_migration_neutralise(&r->migration, c);
+    if (!(s->debye > 0.0) || !s->joined) return PD_OK;
+    pdi_components_totals(s, c, sum);
+    PDI_TRY(pdi_components_solve(s, sum, c));
+    pdi_migration_neutralise(&r->migration, c);
+    return PD_OK;
+}
 
 /* c: what belongs to the totals of `base` moved by a share of the correction. Where no equilibrium is found it is
  * NaN. */
@@ -303,6 +393,10 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
         if (pdi_components_solve(s, sum, c) != PD_OK) c[0] = NAN;
+        if (r->migration.on) {
+            r->migration.psi[i] = r->migration.base[i] + share * r->migration.move[i];
+            if (pdi_advance_neutral(r, c) != PD_OK) c[0] = NAN;
+        }
         pdi_reactive_put(r, c, i, r->c);
     }
 }
@@ -312,6 +406,7 @@ static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, d
 {
     double before = *norm, share = 1.0;
     pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->c, r->base);
+    if (r->migration.on) pdi_par_copy(ctx, r->grid->total, r->migration.psi, r->migration.base);
     for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
         pdi_advance_move(ctx, r, share);
         *norm = pdi_advance_residual(ctx, r);
@@ -342,6 +437,14 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     return PD_OK;
 }
 
+/* Concentrations and psi of the start of the step; or (keep = 1) they become that. */
+static void pdi_advance_back(const pd_ctx *ctx, pd_reactive *r, int keep)
+{
+    pd_migration *m = &r->migration;
+    pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, keep ? r->c : r->begin, keep ? r->begin : r->c);
+    if (m->on) pdi_par_copy(ctx, r->grid->total, keep ? m->psi : m->begin, keep ? m->begin : m->psi);
+}
+
 /* The same for the whole step; where that fails, by way of shorter ones from the same start. */
 static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
@@ -352,7 +455,7 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
         if (status == PD_OK && now >= dt) return PD_OK;
         if (status == PD_OK) now = fmin(now * PDI_ADVANCE_SHORTER, dt);
         else {
-            pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+            pdi_advance_back(ctx, r, 0);
             now = dt * pow(PDI_ADVANCE_SHORTER, -(double)++part);
             result->parts++;
         }
@@ -369,7 +472,7 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
     int64_t total = r->grid->total;
     int nt = pdi_advance_threads(ctx, r);
     (void)nt;
-    pdi_par_copy(ctx, s->solutes * total, r->c, r->begin);
+    pdi_advance_back(ctx, r, 1);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
@@ -434,8 +537,8 @@ static double pdi_advance_error(const pd_reactive *r)
     return worst;
 }
 
-/* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that do not react keep the
- * bounds of the start, of inlets and of held walls, where sources let them. */
+/* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that neither react nor migrate
+ * keep the bounds of the start, of inlets and of held walls, where sources let them. */
 static int pdi_advance_keeps(const pd_reactive *r, double stage)
 {
     const pd_components *s = &r->components;
@@ -449,7 +552,7 @@ static int pdi_advance_keeps(const pd_reactive *r, double stage)
         }
         if (owed > PDI_ADVANCE_SLACK * most) return 0;
     }
-    for (int k = s->joined; k < s->count; k++) {
+    for (int k = s->joined; k < s->count && !r->migration.on; k++) {
         int n = s->master[k], reacts = 0;
         pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL}, source = {0.0, 0.0};
         for (int e = 0; e < s->kinetics; e++) reacts = reacts || s->kinetic[e].nu[n] != 0.0;
@@ -489,6 +592,28 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     return PD_OK;
 }
 
+/* With migration: where no current can leave, sources give none. */
+static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
+{
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    double size = 0.0;
+    pdi_migration_tie(&r->migration);
+    if (r->migration.tied) return PD_OK;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double around = pdi_grid_circumference(r->grid, i);
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < r->components.solutes; n++) {
+            double term = around * r->migration.charge[n] * r->source[n * total + i];
+            pdi_sum_add(&sum, term);
+            size += fabs(term);
+        }
+    }
+    if (!(fabs(pdi_sum_total(&sum)) > PDI_ADVANCE_SLACK * size)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or wall "
+                    "lets a current pass, expected 0", pdi_sum_total(&sum) / size);
+}
+
 static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     r->flux.absorb = r->still;
@@ -498,13 +623,14 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
+    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
         pd_status second = pdi_advance_second(ctx, r, dt, result);
         if (second <= PD_OK) return second;
         result->euler = 1;
-        pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+        pdi_advance_back(ctx, r, 0);
         pdi_advance_start(ctx, r);
     }
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
@@ -522,11 +648,14 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_reactive_work_list, r));
     pdi_multigrid_open(&r->inverse.mg);
+    if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
-    if (status != PD_OK) pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+    if (status != PD_OK) pdi_advance_back(ctx, r, 0);
+    else if (r->migration.on) pdi_migration_level(&r->migration);
     pdi_krylov_trim(ctx, &r->krylov);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
+    if (r->migration.on) pdi_multigrid_close(&r->migration.mg);
     pdi_multigrid_close(&r->inverse.mg);
     return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
 }
