@@ -14,10 +14,16 @@
 
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
+/* By so much weights that grow exceed what they have to be. */
+#define PDI_ADVANCE_ROOM 2.0
 /* So many steps of Newton may raise the residual by this factor; else a step is halved, so many times at most. */
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
 #define PDI_ADVANCE_HALVINGS 10
+/* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
+ * factor, since the next one finds the potential in the ions that have come. */
+#define PDI_ADVANCE_LIFT 3.0
+#define PDI_ADVANCE_JUMP 1e9
 /* Tries with shorter steps, and their ratio. */
 #define PDI_ADVANCE_PARTS 8
 #define PDI_ADVANCE_SHORTER 8.0
@@ -114,6 +120,36 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     return sqrt(pdi_par_dot(ctx, count * total, r->move, r->move));
 }
 
+/* Rounding [mol/m3/s] of the balances of component k, as a norm; *held: of what is there over the step, its square. */
+static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, double *held)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double *size = r->part_of;
+    *held = 0.0;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double sum = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
+        size[i] = sum * (1.0 / r->dt + r->rates[i]);
+        *held += sum / r->dt * (sum / r->dt);
+    }
+    return PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
+}
+
+/* With migration: weights grow with the rounding of what has come. 1: one has. */
+static int pdi_advance_grow(const pd_ctx *ctx, pd_reactive *r)
+{
+    int grown = 0;
+    for (int k = 0; k < r->components.count; k++) {
+        double held, least = pdi_advance_rounding(ctx, r, k, &held) / r->desc.tolerance;
+        if (!(r->weight[k] < least)) continue;
+        r->weight[k] = PDI_ADVANCE_ROOM * least;
+        grown = 1;
+    }
+    return grown;
+}
+
 /* Weights of the balances: what is there over the step, or what they lack at first, or the rounding of both. */
 static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
 {
@@ -122,16 +158,8 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
     for (int k = 0; k < s->count; k++) r->weight[k] = 1.0;
     pdi_advance_residual(ctx, r);
     for (int k = 0; k < s->count; k++) {
-        double *work = r->work + k * total, *size = r->part_of;
-        double first = sqrt(pdi_par_dot(ctx, total, work, work)), held = 0.0, rounding = 0.0;
-        for (int32_t i = 0; i < (int32_t)total; i++) {
-            double sum = 0.0;
-            if (r->grid->kind[i] != PD_FLUID) continue;
-            for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
-            size[i] = sum * (1.0 / r->dt + r->rates[i]);
-            held += sum / r->dt * (sum / r->dt);
-        }
-        rounding = PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
+        double *work = r->work + k * total, held;
+        double first = sqrt(pdi_par_dot(ctx, total, work, work)), rounding = pdi_advance_rounding(ctx, r, k, &held);
         r->weight[k] = fmax(fmax(sqrt(held), first), rounding / r->desc.tolerance);
         if (!(r->weight[k] > DBL_MIN)) r->weight[k] = 1.0;
     }
@@ -394,11 +422,25 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
         for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
         if (pdi_components_solve(s, sum, c) != PD_OK) c[0] = NAN;
         if (r->migration.on) {
-            r->migration.psi[i] = r->migration.base[i] + share * r->migration.move[i];
+            r->migration.psi[i] = r->migration.base[i] + share * r->migration.share * r->migration.move[i];
             if (pdi_advance_neutral(r, c) != PD_OK) c[0] = NAN;
         }
         pdi_reactive_put(r, c, i, r->c);
     }
+}
+
+/* With migration: 1: a whole step lowers the residual. Else those that follow move psi by little. */
+static int pdi_advance_lift(const pd_ctx *ctx, pd_reactive *r, double before, double *norm)
+{
+    double most = pdi_migration_largest(&r->migration);
+    pdi_par_copy(ctx, r->grid->total, r->migration.psi, r->migration.base);
+    r->migration.share = 1.0;
+    if (!(most > PDI_ADVANCE_LIFT)) return 0;
+    pdi_advance_move(ctx, r, 1.0);
+    *norm = pdi_advance_residual(ctx, r);
+    if (*norm < before) return 1;
+    r->migration.share = PDI_ADVANCE_LIFT / most;
+    return 0;
 }
 
 /* A step along the correction, halved until the residual falls, or but for a rise that has room. 0: none does. */
@@ -406,7 +448,7 @@ static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, d
 {
     double before = *norm, share = 1.0;
     pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->c, r->base);
-    if (r->migration.on) pdi_par_copy(ctx, r->grid->total, r->migration.psi, r->migration.base);
+    if (r->migration.on && pdi_advance_lift(ctx, r, before, norm)) return 1;
     for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
         pdi_advance_move(ctx, r, share);
         *norm = pdi_advance_residual(ctx, r);
@@ -428,8 +470,9 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
         pd_status status = pdi_advance_direction(ctx, r, share, 0.3 * goal, result);
         if (status < 0) return status;
-        double before = norm, room = step < PDI_ADVANCE_FREE ? PDI_ADVANCE_RISE : 1.0;
-        if (!pdi_advance_shorten(ctx, r, room, &norm)) return PD_NOT_CONVERGED;
+        double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
+        if (!pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm)) return PD_NOT_CONVERGED;
+        if (r->migration.on && pdi_advance_grow(ctx, r)) norm = pdi_advance_residual(ctx, r);
         if (!r->linear) share = pdi_krylov_forcing(norm / before);
         result->newton++;
     }

@@ -207,6 +207,22 @@ PDI_FN void pdi_migration_apply(pd_ctx *ctx, pd_migration *m, const double *curr
         if (grid->kind[i] == PD_FLUID) y[i] += m->excess / (d * m->size[i]) * current[i];
 }
 
+PDI_FN double pdi_migration_largest(const pd_migration *m)
+{
+    const pd_grid *grid = m->flux->bonds->grid;
+    double most = 0.0;
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) most = fmax(most, fabs(m->move[i]));
+    return most;
+}
+
+PDI_FN void pdi_migration_inlets(pd_migration *m, double phi)
+{
+    const pd_grid *grid = m->flux->bonds->grid;
+    for (int32_t i = 0; i < grid->total && m->on; i++)
+        if (grid->kind[i] == PD_INLET) m->psi[i] = phi / m->volt;
+}
+
 PDI_FN void pdi_migration_tie(pd_migration *m)
 {
     const pd_grid *grid = m->flux->bonds->grid;

@@ -20,6 +20,7 @@ typedef struct pd_migration {
     double volt;            /* [V] of psi = 1 */
     int tied;               /* 1: an inlet or a wall that holds has psi = 0; else the mean of psi is 0 */
     double excess;          /* [m2] tau of eq. 5.15 */
+    double share;           /* [-] of the change of psi that a step of Newton takes */
     double *psi;            /* [total] [-] */
     /* lent for a step: */
     double *begin, *base;   /* [total] [-] psi at the start of the step, and before a step of Newton */
@@ -55,6 +56,10 @@ PDI_FN void pdi_migration_along(const pd_migration *migration, const double *c, 
 PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *migration, const double *c);
 /* y [total] [-]: near the psi that drives `current` [mol/m3/s] out of the nodes. */
 PDI_FN void pdi_migration_apply(pd_ctx *ctx, pd_migration *migration, const double *current, double *y);
+/* Largest change of psi in the step of Newton at hand [-]. */
+PDI_FN double pdi_migration_largest(const pd_migration *migration);
+/* Inlets have the potential phi [V]. */
+PDI_FN void pdi_migration_inlets(pd_migration *migration, double phi);
 /* Find out whether it is tied. */
 PDI_FN void pdi_migration_tie(pd_migration *migration);
 /* Where nothing ties it: the mean of psi becomes 0. */

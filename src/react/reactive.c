@@ -135,8 +135,8 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
                 double leave = 0.5 * flux * (here + there) - fmax(fabs(0.5 * flux), r->ratio[n] * bond) *
                                                              (there - here);
                 if (r->migration.on && grid->kind[j] == PD_INLET)
-                    leave = pdi_migrate_leave(r->ratio[n] * bond, flux, -s->charge[n] * r->migration.psi[i], here,
-                                              there);
+                    leave = pdi_migrate_leave(r->ratio[n] * bond, flux,
+                                              s->charge[n] * (r->migration.psi[j] - r->migration.psi[i]), here, there);
                 pdi_sum_add(grid->kind[j] == PD_OUTLET ? &out[n] : &in[n],
                             around * (grid->kind[j] == PD_OUTLET ? leave : -leave));
             }
@@ -411,6 +411,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     PDI_TRY(pdi_reactive_settle(ctx, r, "inlet", r->inlet));
     PDI_TRY(pdi_reactive_settle(ctx, r, "initial", c));
     pdi_reactive_fill(r, PD_FLUID, c);
+    pdi_migration_inlets(&r->migration, desc->inlet_potential);
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = r->diffusion.desc.diffusivity;
@@ -442,6 +443,7 @@ pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *r)
     PDI_TRY(pdi_diffusion_update(ctx, &r->diffusion));
     PDI_TRY(pdi_boundary_update(ctx, &r->boundary));
     pdi_reactive_fill(r, PD_INLET, r->inlet);
+    pdi_migration_inlets(&r->migration, r->desc.inlet_potential);
     return pdi_flux_fit(ctx, &r->flux);
 }
 

@@ -30,6 +30,7 @@ typedef struct pd_reactive_desc {
     int migration;               /* 1: charged species move in the potential that keeps the fluid neutral; 0: each diffuses
                                   * by itself. All concentrations that are given are neutral then, and so are sources,
                                   * in all, unless an inlet or a held wall lets a current pass */
+    double inlet_potential;      /* [V] with migration: of inlets, against that of held walls, which is 0 */
     int most;                    /* steps of Newton before a step is refused or taken in parts; 0: 60 */
     pd_arena *arena;             /* as of pd_transport_desc */
 } pd_reactive_desc;
