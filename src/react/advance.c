@@ -11,6 +11,8 @@
 #include <float.h>
 #include <math.h>
 #include <string.h>
+#include <stdio.h> //DBG
+#include <stdlib.h> //DBG
 
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
@@ -46,8 +48,8 @@ static void pdi_advance_images(const pd_reactive *r, double *fields)
         pd_ghosts_scalar(&r->bonds->ghosts, fields + (int64_t)n * r->grid->total);
 }
 
-/* y [components]: what leaves by the fields, over the weights. With migration `fields` is c or, for its derivative, the
- * change of c. */
+/* y [components]: what leaves by the fields, over the weights. With migration `fields` is c or, for the derivative, the
+ * change of c beside that of psi; NULL: that of psi alone. */
 static void pdi_advance_leave(const pd_ctx *ctx, pd_reactive *r, const double *fields, const double *wall, double *y)
 {
     const pd_components *s = &r->components;
@@ -56,7 +58,7 @@ static void pdi_advance_leave(const pd_ctx *ctx, pd_reactive *r, const double *f
     for (int k = 0; k < s->count; k++)
         for (int n = 0; n < s->solutes; n++) weight[k * s->solutes + n] = s->m[k][n] / r->weight[k];
     if (r->migration.on) {
-        pdi_migration_leave(ctx, &r->migration, r->c, fields == r->c ? NULL : fields, weight, y);
+        pdi_migration_leave(ctx, &r->migration, r->c, fields, weight, y);
         return;
     }
     f.count = s->solutes;
@@ -285,8 +287,8 @@ static void pdi_advance_split(const pd_ctx *ctx, pd_reactive *r, int n, double *
     }
 }
 
-/* With migration: x loses its charge, which becomes the current that psi has to drive out. */
-static void pdi_advance_discharge(const pd_ctx *ctx, pd_reactive *r, double *x)
+/* With migration: psi that drives the charge of x out, and `rest`, what that leaves of x. y: work. */
+static void pdi_advance_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, double *rest, double *y)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
@@ -294,25 +296,28 @@ static void pdi_advance_discharge(const pd_ctx *ctx, pd_reactive *r, double *x)
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], charge = 0.0;
+        double charge = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
-        pdi_migration_along(&r->migration, c, along);
         for (int k = 0; k < s->count; k++)
             charge += r->migration.charge[s->master[k]] * r->weight[k] * x[k * total + i];
-        for (int k = 0; k < s->count; k++) x[k * total + i] -= along[k] * charge / r->weight[k];
         r->migration.current[i] = charge;
+    }
+    pdi_migration_apply(ctx, &r->migration, r->migration.current, r->migration.move);
+    pdi_advance_leave(ctx, r, NULL, r->closed, y);
+    for (int k = 0; k < s->count; k++) {
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < (int32_t)total; i++)
+            if (r->grid->kind[i] == PD_FLUID) rest[k * total + i] = x[k * total + i] - y[k * total + i];
     }
 }
 
-/* y gets the psi that drives the current. */
+/* y gets that psi. */
 static void pdi_advance_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     int nt = pdi_advance_threads(ctx, r);
     (void)nt;
-    pdi_migration_apply(ctx, &r->migration, r->migration.current, r->migration.move);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], lift = r->migration.size[i] * r->migration.move[i];
@@ -337,8 +342,8 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
         pdi_advance_spend(r, y);
         return;
     }
-    pdi_par_copy(u->ctx, s->count * total, x, rest);
-    if (r->migration.on) pdi_advance_discharge(u->ctx, r, rest);
+    if (r->migration.on) pdi_advance_discharge(u->ctx, r, x, rest, y);
+    else pdi_par_copy(u->ctx, s->count * total, x, rest);
     pdi_par_zero(u->ctx, s->count * total, y);
     for (int n = 0; n < s->kinetics; n++) {
         pdi_advance_split(u->ctx, r, n, rest);
@@ -348,7 +353,7 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     }
     for (int k = 0; k < s->count; k++) {
         pdi_inverse_apply(u->ctx, &r->inverse, rest + k * total, r->part_of);
-        pdi_par_axpy(u->ctx, total, 1.0, r->part_of, y + k * total);
+        pdi_par_axpy(u->ctx, total, r->migration.on ? r->migration.pace[k] : 1.0, r->part_of, y + k * total);
     }
     if (r->migration.on) pdi_advance_recharge(u->ctx, r, y);
     pdi_advance_spend(r, y);
@@ -463,6 +468,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
     r->dt = dt;
     pdi_advance_weigh(ctx, r);
+    if (r->migration.on) pdi_migration_pace(&r->migration, dt);
     PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, 1.0 / dt, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
     for (int step = 0; norm > goal; step++) {
@@ -473,6 +479,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
         if (!pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm)) return PD_NOT_CONVERGED;
         if (r->migration.on && pdi_advance_grow(ctx, r)) norm = pdi_advance_residual(ctx, r);
+        if (getenv("DBG")) fprintf(stderr, "step %d dt %g norm %g -> %g krylov %d\n", step, dt, before, norm, result->krylov); //DBG
         if (!r->linear) share = pdi_krylov_forcing(norm / before);
         result->newton++;
     }

@@ -120,7 +120,7 @@ PDI_FN void pdi_migration_leave(const pd_ctx *ctx, pd_migration *m, const double
 {
     pdi_migrate f;
     pd_ghosts_scalar(&m->flux->bonds->ghosts, m->psi);
-    if (move) pd_ghosts_scalar(&m->flux->bonds->ghosts, m->move);
+    if (move != c) pd_ghosts_scalar(&m->flux->bonds->ghosts, m->move);
     f.flux = m->flux;
     f.count = m->components->solutes;
     f.sums = m->components->count;
@@ -131,8 +131,8 @@ PDI_FN void pdi_migration_leave(const pd_ctx *ctx, pd_migration *m, const double
     f.psi = m->psi;
     f.weight = weight;
     f.y = y;
-    f.move = move;
-    f.lift = m->move;
+    f.move = move != c ? move : NULL;
+    f.lift = move != c ? m->move : NULL;
     pdi_migrate_apply(ctx, &f);
 }
 
@@ -214,6 +214,29 @@ PDI_FN double pdi_migration_largest(const pd_migration *m)
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) most = fmax(most, fabs(m->move[i]));
     return most;
+}
+
+/* Between the answers for the longest and the shortest waves, the geometric mean. */
+PDI_FN void pdi_migration_pace(pd_migration *m, double dt)
+{
+    const pd_components *s = m->components;
+    const pd_grid *grid = m->flux->bonds->grid;
+    double longest = 0.0, shortest = HUGE_VAL, d = m->flux->diffusion->desc.diffusivity * dt;
+    for (int axis = 0; axis < PD_DIM; axis++) {
+        longest = fmax(longest, grid->hi[axis] - grid->lo[axis]);
+        shortest = fmin(shortest, grid->h[axis]);
+    }
+    double slow = 10.0 * d / (longest * longest), fast = 4.0 * d / (shortest * shortest);
+    for (int k = 0; k < s->count; k++) {
+        double sum = 0.0, count = 0.0;
+        for (int n = 0; n < s->solutes; n++) {
+            if (s->m[k][n] == 0.0 || !(m->ratio[n] > 0.0)) continue;
+            sum += log(m->ratio[n]);
+            count += 1.0;
+        }
+        double ratio = count > 0.0 ? exp(sum / count) : 1.0;
+        m->pace[k] = sqrt((1.0 + slow) / (1.0 + slow * ratio) * (1.0 + fast) / (1.0 + fast * ratio));
+    }
 }
 
 PDI_FN void pdi_migration_inlets(pd_migration *m, double phi)

@@ -21,6 +21,7 @@ typedef struct pd_migration {
     int tied;               /* 1: an inlet or a wall that holds has psi = 0; else the mean of psi is 0 */
     double excess;          /* [m2] tau of eq. 5.15 */
     double share;           /* [-] of the change of psi that a step of Newton takes */
+    double pace[PD_SPECIES_MOST]; /* [-] of components: how the preconditioner's answer for the mean diffusivity is taken */
     double *psi;            /* [total] [-] */
     /* lent for a step: */
     double *begin, *base;   /* [total] [-] psi at the start of the step, and before a step of Newton */
@@ -46,8 +47,8 @@ PDI_FN void pdi_migration_work_list(pdi_owner *owner, pd_migration *migration);
 PDI_FN double pdi_migration_charge(const pd_migration *migration, const double *c, double *size);
 /* Make c [solutes] neutral by c exp(-z lambda), which keeps ideal equilibria. */
 PDI_FN void pdi_migration_neutralise(const pd_migration *migration, double *c);
-/* What leaves by c and psi (fields [solutes][total] with images; move NULL), or its derivative along `move` and
- * migration->move; weight [components][solutes]. */
+/* What leaves by c and psi (fields [solutes][total] with images; move = c), or its derivative along `move` and
+ * migration->move, or (move NULL) along the latter alone; weight [components][solutes]. */
 PDI_FN void pdi_migration_leave(const pd_ctx *ctx, pd_migration *migration, const double *c, const double *move,
                                 const double *weight, double *y);
 /* M z c over the sum of z^2 c: along [components]. Its charge is 1. */
@@ -60,6 +61,8 @@ PDI_FN void pdi_migration_apply(pd_ctx *ctx, pd_migration *migration, const doub
 PDI_FN double pdi_migration_largest(const pd_migration *migration);
 /* Inlets have the potential phi [V]. */
 PDI_FN void pdi_migration_inlets(pd_migration *migration, double phi);
+/* For steps of dt [s]. */
+PDI_FN void pdi_migration_pace(pd_migration *migration, double dt);
 /* Find out whether it is tied. */
 PDI_FN void pdi_migration_tie(pd_migration *migration);
 /* Where nothing ties it: the mean of psi becomes 0. */

@@ -15,6 +15,9 @@
 /* |w| up to which E is its series: the first term left out is below the rounding of 1. */
 #define PDI_MIGRATE_SMALL 0.4
 
+/* Of fields that do not change. */
+static const double pdi_migrate_still[PDI_BLOCK] = {0.0};
+
 /* E and its derivative for small w. */
 static inline double pdi_migrate_even(double w)
 {
@@ -112,13 +115,13 @@ PDI_INLINE void pdi_migrate_smooth_by(const double *PD_RESTRICT bond, double rat
 static void pdi_migrate_walls(const pdi_migrate *m, int32_t i, int n, int count, double *sum)
 {
     const double *hold = m->flux->diffusion->wall_rate;
-    int64_t total = m->flux->bonds->grid->total, by = m->move != NULL;
+    int64_t total = m->flux->bonds->grid->total, by = m->lift != NULL;
     if (!hold || !(m->wall[n] == m->wall[n])) return;
     for (int b = 0; b < count; b++) {
         int64_t at = n * total + i + b;
         if (!(hold[i + b] > 0.0)) continue;
         sum[b] += pdi_migrate_one(m->ratio[n] * hold[i + b], 0.0, -m->charge[n] * m->psi[i + b], m->c[at], m->wall[n],
-                                  (int)by, by ? m->move[at] : 0.0, 0.0, by ? -m->charge[n] * m->lift[i + b] : 0.0);
+                                  (int)by, m->move ? m->move[at] : 0.0, 0.0, by ? -m->charge[n] * m->lift[i + b] : 0.0);
     }
 }
 
@@ -126,7 +129,7 @@ PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, 
 {
     int64_t total = m->flux->bonds->grid->total;
     double sum[PDI_FLUX_FIELDS][PDI_BLOCK], flux[PDI_BLOCK], bond[PDI_BLOCK], rise[PDI_BLOCK], lift[PDI_BLOCK];
-    int by = m->move != NULL, moves = m->flux->flow != NULL;
+    int by = m->lift != NULL, moves = m->flux->flow != NULL;
     double most = 0.0;
     for (int n = 0; n < m->count; n++) {
         for (int b = 0; b < count; b++) sum[n][b] = 0.0;
@@ -144,7 +147,8 @@ PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, 
         int smooth = !moves && steep * most < PDI_MIGRATE_SMALL;
         for (int n = 0; n < m->count; n++) {
             const double *near = m->c + n * total + i, *far = near + next;
-            const double *here = by ? m->move + n * total + i : near, *there = here + next;
+            const double *here = m->move ? m->move + n * total + i : pdi_migrate_still;
+            const double *there = m->move ? here + next : pdi_migrate_still;
             double ratio = m->ratio[n], z = m->charge[n];
             if (smooth && !by) pdi_migrate_smooth(bond, ratio, z, rise, near, far, count, sum[n]);
             else if (smooth)

@@ -19,7 +19,8 @@ typedef struct pdi_migrate {
     const double *psi;    /* [total] [-] F phi/(R T), with images; 0 at inlets and on walls that hold */
     const double *weight; /* [sums][count] [-] */
     double *y;            /* [sums][total] [mol/m3/s] */
-    const double *move, *lift; /* changes of c and psi, with images: y is the derivative along them; or NULL */
+    const double *lift;   /* change of psi, with images: y is the derivative along it and `move`; or NULL */
+    const double *move;   /* change of c, with images; NULL: none */
 } pdi_migrate;
 /* y: the sums of what leaves each fluid node through its bonds and into held walls. */
 PDI_FN void pdi_migrate_apply(const pd_ctx *ctx, const pdi_migrate *m);
