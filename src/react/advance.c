@@ -11,8 +11,6 @@
 #include <float.h>
 #include <math.h>
 #include <string.h>
-#include <stdio.h> //DBG
-#include <stdlib.h> //DBG
 
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
@@ -468,8 +466,8 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
     r->dt = dt;
     pdi_advance_weigh(ctx, r);
-    if (r->migration.on) pdi_migration_pace(&r->migration, dt);
-    PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, 1.0 / dt, NULL, 0));
+    double rate = r->migration.on ? pdi_migration_pace(&r->migration, dt) : 1.0 / dt;
+    PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, rate, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
     for (int step = 0; norm > goal; step++) {
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
@@ -479,7 +477,6 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
         if (!pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm)) return PD_NOT_CONVERGED;
         if (r->migration.on && pdi_advance_grow(ctx, r)) norm = pdi_advance_residual(ctx, r);
-        if (getenv("DBG")) fprintf(stderr, "step %d dt %g norm %g -> %g krylov %d\n", step, dt, before, norm, result->krylov); //DBG
         if (!r->linear) share = pdi_krylov_forcing(norm / before);
         result->newton++;
     }

@@ -13,6 +13,13 @@
 /* Steps of Newton for lambda, and the longest. */
 #define PDI_MIGRATION_STEPS 100
 #define PDI_MIGRATION_LONGEST 2.0
+/* Steps of so many times of diffusion through the box are late ones, and the share of its rate that they are
+ * preconditioned with. */
+#define PDI_MIGRATION_LATE 3e6
+#define PDI_MIGRATION_SLOW 0.01
+/* Waves of the box and of the lattice: squares of their numbers. */
+#define PDI_MIGRATION_LONGEST_WAVE 10.0
+#define PDI_MIGRATION_SHORTEST_WAVE 4.0
 /* Roundings of the sum of |z| c that count as neutral. */
 #define PDI_MIGRATION_ROUND 2.0
 
@@ -216,8 +223,9 @@ PDI_FN double pdi_migration_largest(const pd_migration *m)
     return most;
 }
 
-/* Between the answers for the longest and the shortest waves, the geometric mean. */
-PDI_FN void pdi_migration_pace(pd_migration *m, double dt)
+/* Between the answers for the longest and the shortest waves, the geometric mean. In a closed box what a step of great
+ * length moves as a whole is rounding times that length: it is moved less. */
+PDI_FN double pdi_migration_pace(pd_migration *m, double dt)
 {
     const pd_components *s = m->components;
     const pd_grid *grid = m->flux->bonds->grid;
@@ -226,7 +234,7 @@ PDI_FN void pdi_migration_pace(pd_migration *m, double dt)
         longest = fmax(longest, grid->hi[axis] - grid->lo[axis]);
         shortest = fmin(shortest, grid->h[axis]);
     }
-    double slow = 10.0 * d / (longest * longest), fast = 4.0 * d / (shortest * shortest);
+    double slow = PDI_MIGRATION_LONGEST_WAVE * d / (longest * longest), fast = PDI_MIGRATION_SHORTEST_WAVE * d / (shortest * shortest);
     for (int k = 0; k < s->count; k++) {
         double sum = 0.0, count = 0.0;
         for (int n = 0; n < s->solutes; n++) {
@@ -237,6 +245,7 @@ PDI_FN void pdi_migration_pace(pd_migration *m, double dt)
         double ratio = count > 0.0 ? exp(sum / count) : 1.0;
         m->pace[k] = sqrt((1.0 + slow) / (1.0 + slow * ratio) * (1.0 + fast) / (1.0 + fast * ratio));
     }
+    return slow > PDI_MIGRATION_LATE ? PDI_MIGRATION_SLOW * slow / dt : 1.0 / dt;
 }
 
 PDI_FN void pdi_migration_inlets(pd_migration *m, double phi)

@@ -61,8 +61,8 @@ PDI_FN void pdi_migration_apply(pd_ctx *ctx, pd_migration *migration, const doub
 PDI_FN double pdi_migration_largest(const pd_migration *migration);
 /* Inlets have the potential phi [V]. */
 PDI_FN void pdi_migration_inlets(pd_migration *migration, double phi);
-/* For steps of dt [s]. */
-PDI_FN void pdi_migration_pace(pd_migration *migration, double dt);
+/* For steps of dt [s]. Returns the rate [1/s] of time of the preconditioner. */
+PDI_FN double pdi_migration_pace(pd_migration *migration, double dt);
 /* Find out whether it is tied. */
 PDI_FN void pdi_migration_tie(pd_migration *migration);
 /* Where nothing ties it: the mean of psi becomes 0. */
