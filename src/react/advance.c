@@ -309,19 +309,35 @@ static void pdi_advance_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, 
     }
 }
 
-/* y gets that psi. */
+/* The totals of y become neutral, and y gets the psi that drives the charge of x out beside the current of those. */
 static void pdi_advance_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
 {
     const pd_components *s = &r->components;
+    pd_migration *m = &r->migration;
     int64_t total = r->grid->total;
     int nt = pdi_advance_threads(ctx, r);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], lift = r->migration.size[i] * r->migration.move[i];
+        double x[PD_SPECIES_MOST], c[PD_SPECIES_MOST], sum = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * y[k * total + i];
+        pdi_advance_part(r, i, x);
+        pdi_components_follow(s, r->by + (int64_t)i * r->slots, x, c);
+        for (int n = 0; n < s->solutes; n++) sum += m->charge[n] * r->ratio[n] * c[n];
+        for (int k = 0; k < s->count; k++) y[k * total + i] = x[k] / r->weight[k];
+        m->move[i] = sum;
+    }
+    pdi_migration_spread(ctx, m, m->move, r->part_of);
+    for (int32_t i = 0; i < (int32_t)total; i++)
+        if (r->grid->kind[i] == PD_FLUID) m->current[i] -= r->part_of[i];
+    pdi_migration_apply(ctx, m, m->current, m->move);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], lift = m->size[i] * m->move[i];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
-        pdi_migration_along(&r->migration, c, along);
+        pdi_migration_along(m, c, along);
         for (int k = 0; k < s->count; k++) y[k * total + i] += along[k] * lift / r->weight[k];
     }
 }

@@ -143,6 +143,23 @@ PDI_FN void pdi_migration_leave(const pd_ctx *ctx, pd_migration *m, const double
     pdi_migrate_apply(ctx, &f);
 }
 
+PDI_FN void pdi_migration_spread(const pd_ctx *ctx, const pd_migration *m, double *s, double *y)
+{
+    static const double one = 1.0;
+    pd_flux still = *m->flux;
+    pdi_flux_fields f;
+    double wall = m->tied ? 0.0 : (double)NAN;
+    still.flow = NULL;
+    still.flux = NULL;
+    pd_ghosts_scalar(&m->flux->bonds->ghosts, s);
+    f.count = f.sums = 1;
+    f.ratio = f.weight = &one;
+    f.wall = &wall;
+    f.c = s;
+    f.y = y;
+    pdi_flux_apply_fields(ctx, &still, &f);
+}
+
 /* Sum of z^2 D c between two nodes, or to what a wall holds (far NULL: the node itself). */
 static double pdi_migration_between(const pd_migration *m, const double *c, int32_t i, int32_t j)
 {

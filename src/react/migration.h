@@ -51,6 +51,8 @@ PDI_FN void pdi_migration_neutralise(const pd_migration *migration, double *c);
  * migration->move, or (move NULL) along the latter alone; weight [components][solutes]. */
 PDI_FN void pdi_migration_leave(const pd_ctx *ctx, pd_migration *migration, const double *c, const double *move,
                                 const double *weight, double *y);
+/* y [total] [mol/m3/s]: what leaves by diffusion of s [total] [mol/m3], whose images are filled. */
+PDI_FN void pdi_migration_spread(const pd_ctx *ctx, const pd_migration *migration, double *s, double *y);
 /* M z c over the sum of z^2 c: along [components]. Its charge is 1. */
 PDI_FN void pdi_migration_along(const pd_migration *migration, const double *c, double *along);
 /* For the present concentrations [solutes][total]: sizes, and the conductances of the preconditioner. */
