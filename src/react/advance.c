@@ -673,8 +673,8 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
         }
     }
     if (!(fabs(pdi_sum_total(&sum)) > PDI_ADVANCE_SLACK * size)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or wall "
-                    "lets a current pass, expected 0", pdi_sum_total(&sum) / size);
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
+                    "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }
 
 static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)

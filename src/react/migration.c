@@ -251,7 +251,8 @@ PDI_FN double pdi_migration_pace(pd_migration *m, double dt)
         longest = fmax(longest, grid->hi[axis] - grid->lo[axis]);
         shortest = fmin(shortest, grid->h[axis]);
     }
-    double slow = PDI_MIGRATION_LONGEST_WAVE * d / (longest * longest), fast = PDI_MIGRATION_SHORTEST_WAVE * d / (shortest * shortest);
+    double slow = PDI_MIGRATION_LONGEST_WAVE * d / (longest * longest);
+    double fast = PDI_MIGRATION_SHORTEST_WAVE * d / (shortest * shortest);
     for (int k = 0; k < s->count; k++) {
         double sum = 0.0, count = 0.0;
         for (int n = 0; n < s->solutes; n++) {

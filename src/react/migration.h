@@ -21,7 +21,7 @@ typedef struct pd_migration {
     int tied;               /* 1: an inlet or a wall that holds has psi = 0; else the mean of psi is 0 */
     double excess;          /* [m2] tau of eq. 5.15 */
     double share;           /* [-] of the change of psi that a step of Newton takes */
-    double pace[PD_SPECIES_MOST]; /* [-] of components: how the preconditioner's answer for the mean diffusivity is taken */
+    double pace[PD_SPECIES_MOST]; /* [-] of components: factors of the preconditioner's answers */
     double *psi;            /* [total] [-] */
     /* lent for a step: */
     double *begin, *base;   /* [total] [-] psi at the start of the step, and before a step of Newton */

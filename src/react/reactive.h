@@ -27,8 +27,8 @@ typedef struct pd_reactive_desc {
     void *user;
     double tolerance;            /* [-] of the equations of a step, for each component; 0: 1e-10 */
     int order;                   /* of steps in time: 1, which keeps bounds, or 2; 0: 1 */
-    int migration;               /* 1: charged species move in the potential that keeps the fluid neutral; 0: each diffuses
-                                  * by itself. All concentrations that are given are neutral then, and so are sources,
+    int migration;               /* 1: ions move in the potential that keeps the fluid neutral; 0: each diffuses by
+                                  * itself. All concentrations that are given are neutral then, and so are sources,
                                   * in all, unless an inlet or a held wall lets a current pass */
     double inlet_potential;      /* [V] with migration: of inlets, against that of held walls, which is 0 */
     int most;                    /* steps of Newton before a step is refused or taken in parts; 0: 60 */
@@ -122,8 +122,8 @@ PD_API double *pd_reactive_field(pd_reactive *reactive, int species);
 PD_API double *pd_reactive_source(pd_reactive *reactive, int species);
 /* -log10 of the activity of H+ at a node, with mol/L; NaN: there is no such species. */
 PD_API double pd_reactive_ph(const pd_reactive *reactive, int32_t node);
-/* [V] diffusion potential at a fluid node after a step, against inlets and held walls; where there are none, against its
- * mean. NaN: without migration. */
+/* [V] diffusion potential at a fluid node after a step, against inlets and held walls; where there are none, against
+ * its mean. NaN: without migration. */
 PD_API double pd_reactive_potential(const pd_reactive *reactive, int32_t node);
 /* [-] Largest charge of a node over the largest sum of |z| c. */
 PD_API double pd_reactive_neutrality(const pd_reactive *reactive);

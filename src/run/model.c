@@ -229,6 +229,7 @@ static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
     desc.initial = initial;
     desc.inlet = inlet;
     desc.order = u->settle ? 1 : 2;
+    desc.migration = u->migrates;
     desc.arena = &m->arena;
     PDI_TRY(pd_reactive_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->reactive));
     m->unknowns[PD_PART_CHEMISTRY] = m->reactive.components.count * m->grid.fluid_count;

@@ -84,6 +84,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     double square = 0.0;
     if (species) return fluid ? species[i] : 0.0;
     switch (field) {
+    case PD_FIELD_POTENTIAL: return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
     case PD_FIELD_PH: return fluid ? pd_reactive_ph(&m->reactive, i) : (double)NAN;
     case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
     case PD_FIELD_V:
@@ -158,8 +159,8 @@ static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
     return count;
 }
 
-/* Without bonds, and of pH (f: NULL): linear between the fluid nodes around x. */
-static double pdi_sample_between(const pd_model *m, const double *f, const double *x)
+/* Without bonds, and of pH and potential (f: NULL): linear between the fluid nodes around x. */
+static double pdi_sample_between(const pd_model *m, pd_field field, const double *f, const double *x)
 {
     const pd_grid *grid = &m->grid;
     double sum = 0.0, weights = 0.0;
@@ -175,7 +176,7 @@ static double pdi_sample_between(const pd_model *m, const double *f, const doubl
         if (!pdi_grid_inside(grid, i)) continue;
         int32_t node = pd_grid_node(grid, i);
         if (grid->kind[node] != PD_FLUID) continue;
-        sum += weight * (f ? f[node] : pd_reactive_ph(&m->reactive, node));
+        sum += weight * (f ? f[node] : pdi_sample_node(m, field, node));
         weights += weight;
     }
     return sum / weights;
@@ -354,15 +355,15 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (pdi_setup_field_species(field) >= 0) job.f = pdi_sample_species(m, field);
     if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
-    if (!job.f && field != PD_FIELD_PH) {
+    if (!job.f && field != PD_FIELD_PH && field != PD_FIELD_POTENTIAL) {
         int cells = pdi_sample_cells(&m->grid, x, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
     /* a gas has jumps, and slips along walls */
-    if (fluid && (m->setup->has_gas || !job.f)) return pdi_sample_between(m, job.f, x);
+    if (fluid && (m->setup->has_gas || !job.f)) return pdi_sample_between(m, field, job.f, x);
     for (int k = 0; k < fluid; k++)
-        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(m, job.f, x);
+        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(m, field, job.f, x);
     if (!fluid) return (double)NAN;
     return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
 }

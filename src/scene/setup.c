@@ -9,7 +9,7 @@ static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    
                                                "phase", "D", "rate", "density", "damage", "energy",
                                                "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
                                                "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx",
-                                               "pH"};
+                                               "pH", "potential"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 /* Coordinates of a place. */
 #if PD_DIM == 1
@@ -212,7 +212,7 @@ static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]
                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
-                                               "sigma_zx [Pa]", "pH"};
+                                               "sigma_zx [Pa]", "pH", "potential [V]"};
 
 PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field)
 {
@@ -248,6 +248,7 @@ static const char *pdi_setup_dissolved_needs(const pd_setup *setup, pd_field fie
     const pd_electrolyte *e = &setup->electrolyte;
     int species = field == PD_FIELD_PH ? pdi_electrolyte_find(e, "H+") : pdi_setup_field_species(field);
     if (!setup->has_chemistry) return "a [chemistry] section";
+    if (field == PD_FIELD_POTENTIAL) return setup->migrates ? NULL : "[chemistry] migration = yes";
     if (species >= 0 && species < e->count && e->species[species].phase == PD_PHASE_SOLUTE) return NULL;
     return field == PD_FIELD_PH ? "the species H+" : "a solute";
 }
@@ -289,6 +290,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:
     case PD_FIELD_PH:
+    case PD_FIELD_POTENTIAL:
     case PD_FIELD_SPECIES:
     case PD_FIELD_COUNT: break;
     }

@@ -56,6 +56,7 @@ typedef enum pd_field {
     PD_FIELD_YZ,
     PD_FIELD_ZX,
     PD_FIELD_PH,      /* of the electrolyte */
+    PD_FIELD_POTENTIAL, /* that its ions migrate in */
     PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order */
     PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MOST
 } pd_field;
@@ -321,6 +322,7 @@ typedef struct pd_setup {
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
     double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */
+    int migrates;           /* ions of the electrolyte move in the potential that keeps it neutral */
     int settle;             /* the steady field, and nothing else in time */
     /* dissolution */
     pd_setup_metal metal[PD_SETUP_METALS];

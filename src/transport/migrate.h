@@ -24,8 +24,8 @@ typedef struct pdi_migrate {
 } pdi_migrate;
 /* y: the sums of what leaves each fluid node through its bonds and into held walls. */
 PDI_FN void pdi_migrate_apply(const pd_ctx *ctx, const pdi_migrate *m);
-/* What leaves [mol/m3/s] through a bond of the conductance `bond` and the volume flux `flux` [1/s] by which `rise` [-] is
- * the energy z psi of the far end above the near one. */
+/* What leaves [mol/m3/s] through a bond of the conductance `bond` and the volume flux `flux` [1/s]. `rise` [-]: the
+ * energy z psi of the far end above that of the near one. */
 PDI_FN double pdi_migrate_leave(double bond, double flux, double rise, double near, double far);
 /* What such a bond conducts, over the bond: what leaves falls with `rise` at this rate [mol/m3]. */
 PDI_FN double pdi_migrate_conduct(double rise, double near, double far);
