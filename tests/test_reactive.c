@@ -346,8 +346,8 @@ TEST(titration)
     finish(s);
 }
 
-/* An acid streams into a lye with another anion and D, both 0.01 mol/L: one step of any length from a sharp start, without
- * migration and with it. */
+/* An acid streams into a lye with another anion and D, both 0.01 mol/L: one step of any length from a sharp start,
+ * without migration and with it. */
 TEST(acid_into_lye)
 {
     for (int k = 0; k < 14; k++) {

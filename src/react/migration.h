@@ -16,7 +16,7 @@ typedef struct pd_migration {
     const pd_components *components;
     const double *ratio;    /* [solutes] [-] of the diffusivities to that of the flux */
     const double *wall;     /* [solutes] [mol/m3] held, NaN: not */
-    double charge[PD_SPECIES_MOST]; /* of solutes */
+    double charge[PD_SPECIES_MOST]; /* [-] of solutes */
     double volt;            /* [V] of psi = 1 */
     int tied;               /* 1: an inlet or a wall that holds has psi = 0; else the mean of psi is 0 */
     double excess;          /* [m2] tau of eq. 5.15 */
