@@ -101,6 +101,7 @@
  *     limiter    the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
  *     bend       the antidiffusive flux of a bond, and its derivatives (theory: eq. 5.4).
  *     flux       advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
+ *     migrate    what bonds carry of several charged fields by diffusion, by a flow and by an electric field, fitted by
  *     bounds     least and largest value that a field may take, and the nodes that leave them.
  *     inverse    the preconditioner of transport, near the inverse of its operator.
  *     transport  steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
@@ -109,6 +110,7 @@
  *     settle     the steady field of transport.
  *     two_stage  transport in time, of second order, with error-controlled steps.
  *   react/
+ *     migration  the potential that keeps species neutral as they diffuse, and its part in the linear systems (theory:
  *     reactive   several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
  *     etch       metal that dissolves by a law in the species at its surface, solved with the step of the species
  *     advance    steps in time of species that flow, diffuse and react (theory: 5c).
@@ -2673,13 +2675,16 @@ typedef struct pd_isotropic {
     const pd_bonds *bonds; /* NULL: friction has the weights of the Laplacian */
     int squares;
     pd_square square[2 * PD_DIM * PD_DIM];
-    double weight[2 * PD_DIM * PD_DIM]; /* [1/m2] of the bonds of nodes whose squares are complete */
+    double excess[2 * PD_DIM * PD_DIM]; /* [1/m2] of bonds over those of the Laplacian, where squares are complete */
 } pd_isotropic;
 
 #ifdef PDI_INTERNAL
 /* Families of the nearest neighbours on planar lattices get weights; others none. */
 PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
-/* ru += what `weight` brings to friction nu of u [PD_DIM][total] by squares that are not complete. */
+/* Share of the excess that a flow takes whose cell has the Reynolds number `cell`: it falls from 1 to 0 where advection
+ * errs by more than friction (theory: eq. 4.1f). */
+PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double cell);
+/* ru += what `excess` brings too much to friction nu of u [PD_DIM][total] by squares that are not complete. */
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru);
 #endif
@@ -2753,6 +2758,7 @@ typedef struct pd_flow {
     int order;              /* 4: a solver of steady flows makes `sharp` */
     pd_sharp sharp;         /* empty: second order */
     pd_isotropic isotropic; /* friction of second order; empty: by the Laplacian */
+    double isotropy;        /* [-] share of its excess */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
@@ -4097,6 +4103,10 @@ typedef struct pdi_flux_fields {
 /* y: the sums of what leaves each fluid node through its bonds and into held walls, upwinded (eq. 5.1). None of
  * them `rests`. */
 PDI_FN void pdi_flux_apply_fields(const pd_ctx *ctx, const pd_flux *t, const pdi_flux_fields *fields);
+/* Bond k of the nodes i .. i+count-1, of a block of pdi_traverse_blocks: volume fluxes F to the far ends and
+ * conductances [1/s]. Returns where the far ends stand from the nodes. */
+PDI_FN int32_t pdi_flux_bonds(const pd_flux *t, int32_t i, int32_t row, int32_t place, int k, int count, double *flux,
+                              double *bond);
 /* Arrays of a pd_flux that are lent for a step. */
 PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
 /* The borrowed terms are given. */
@@ -4132,6 +4142,42 @@ PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, doub
 PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, int k);
 /* Bond k of node i is open: by its row, or since its family is whole. */
 PDI_FN int pdi_flux_open(const pd_flux *t, int32_t i, int k);
+#endif
+
+#endif
+
+/* ======== >>transport/migrate.h ======== */
+/* migrate: what bonds carry of several charged fields by diffusion, by a flow and by an electric field, fitted by
+ * exponentials (theory: eq. 5c.5).
+ *
+ * A bond carries what leaves one of its ends and enters the other, bit for bit. It takes from each end a share that is
+ * not negative: matrices are M-matrices for any potential, and steps of any length keep concentrations positive.
+ */
+#ifndef PD_MIGRATE_H
+#define PD_MIGRATE_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_migrate {
+    const pd_flux *flux;  /* conductances and volume fluxes */
+    int count, sums;
+    const double *ratio;  /* [count] [-] of the diffusivities to that of the flux */
+    const double *charge; /* [count] [-] */
+    const double *wall;   /* [count] [mol/m3] what each holds on walls that hold; NaN: they are closed for it */
+    const double *pass;   /* [total] [-] as of pdi_flux_fields */
+    const double *c;      /* [count][total] [mol/m3] with images and inlets */
+    const double *psi;    /* [total] [-] F phi/(R T), with images; 0 at inlets and on walls that hold */
+    const double *weight; /* [sums][count] [-] */
+    double *y;            /* [sums][total] [mol/m3/s] */
+    const double *lift;   /* change of psi, with images: y is the derivative along it and `move`; or NULL */
+    const double *move;   /* change of c, with images; NULL: none */
+} pdi_migrate;
+/* y: the sums of what leaves each fluid node through its bonds and into held walls. */
+PDI_FN void pdi_migrate_apply(const pd_ctx *ctx, const pdi_migrate *m);
+/* What leaves [mol/m3/s] through a bond of the conductance `bond` and the volume flux `flux` [1/s]. `rise` [-]: the
+ * energy z psi of the far end above that of the near one. */
+PDI_FN double pdi_migrate_leave(double bond, double flux, double rise, double near, double far);
+/* What such a bond conducts, over the bond: what leaves falls with `rise` at this rate [mol/m3]. */
+PDI_FN double pdi_migrate_conduct(double rise, double near, double far);
 #endif
 
 #endif
@@ -4494,6 +4540,80 @@ PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 
 #if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
+/* ======== >>react/migration.h ======== */
+/* migration: the potential that keeps species neutral as they diffuse, and its part in the linear systems (theory:
+ * 5c.1).
+ *
+ * A step changes totals T and psi = F phi/(R T) together, with sum z T = 0. Both are kept in one change x of totals: x
+ * = dT + M z c dpsi. The neutral part of x is dT, and its charge is dpsi times the sum of z^2 c.
+ */
+#ifndef PD_MIGRATION_H
+#define PD_MIGRATION_H
+
+typedef struct pd_migration {
+    int on;                 /* 0: species diffuse each by itself; nothing below is there */
+    const pd_flux *flux;
+    const pd_components *components;
+    const double *ratio;    /* [solutes] [-] of the diffusivities to that of the flux */
+    const double *wall;     /* [solutes] [mol/m3] held, NaN: not */
+    const double *pass;     /* [total] [-] of a pdi_migrate */
+    double charge[PD_SPECIES_MOST]; /* [-] of solutes */
+    double volt;            /* [V] of psi = 1 */
+    int tied;               /* 1: an inlet or a wall that holds has psi = 0; else the mean of psi is 0 */
+    double excess;          /* [m2] tau of eq. 5.15 */
+    double share;           /* [-] of the change of psi that a step of Newton takes */
+    double pace[PD_SPECIES_MOST]; /* [-] of components: factors of the preconditioner's answers */
+    double *psi;            /* [total] [-] */
+    /* lent for a step: */
+    double *begin, *base;   /* [total] [-] psi at the start of the step, and before a step of Newton */
+    double *move;           /* [total] [-] change of psi */
+    double *size;           /* [total] [mol/m3] sum of z^2 c, at least a small share of the largest */
+    double *current;        /* [total] [mol/m3/s] work */
+    pd_compact compact;
+    pd_multigrid mg;
+} pd_migration;
+
+#ifdef PDI_INTERNAL
+/* flux, components, ratio and wall are borrowed, and need not be filled in yet. */
+PDI_FN pd_status pdi_migration_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, const pd_flux *flux,
+                                    const pd_components *components, pd_migration *migration);
+/* [K]; ratio and wall [solutes]. PD_ERR_ARGUMENT: the temperature. */
+PDI_FN pd_status pdi_migration_begin(pd_ctx *ctx, double temperature, const double *ratio, const double *wall,
+                                     pd_migration *migration);
+PDI_FN void pdi_migration_free(pd_ctx *ctx, pd_migration *migration);
+/* Arrays that stay, and those of a step. Both have none where it is not on. */
+PDI_FN void pdi_migration_list(pdi_owner *owner, pd_migration *migration);
+PDI_FN void pdi_migration_work_list(pdi_owner *owner, pd_migration *migration);
+/* Charge [mol/m3] of concentrations; *size: the sum of |z| c. */
+PDI_FN double pdi_migration_charge(const pd_migration *migration, const double *c, double *size);
+/* Make c [solutes] neutral by c exp(-z lambda), which keeps ideal equilibria. */
+PDI_FN void pdi_migration_neutralise(const pd_migration *migration, double *c);
+/* What leaves by c and psi (fields [solutes][total] with images; move = c), or its derivative along `move` and
+ * migration->move, or (move NULL) along the latter alone; weight [components][solutes]. */
+PDI_FN void pdi_migration_leave(const pd_ctx *ctx, pd_migration *migration, const double *c, const double *move,
+                                const double *weight, double *y);
+/* y [total] [mol/m3/s]: what leaves by diffusion of s [total] [mol/m3], whose images are filled. */
+PDI_FN void pdi_migration_spread(const pd_ctx *ctx, const pd_migration *migration, double *s, double *y);
+/* M z c over the sum of z^2 c: along [components]. Its charge is 1. */
+PDI_FN void pdi_migration_along(const pd_migration *migration, const double *c, double *along);
+/* For the present concentrations [solutes][total]: sizes, and the conductances of the preconditioner. */
+PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *migration, const double *c);
+/* y [total] [-]: near the psi that drives `current` [mol/m3/s] out of the nodes. */
+PDI_FN void pdi_migration_apply(pd_ctx *ctx, pd_migration *migration, const double *current, double *y);
+/* Largest change of psi in the step of Newton at hand [-]. */
+PDI_FN double pdi_migration_largest(const pd_migration *migration);
+/* Inlets have the potential phi [V]. */
+PDI_FN void pdi_migration_inlets(pd_migration *migration, double phi);
+/* For steps of dt [s]. Returns the rate [1/s] of time of the preconditioner. */
+PDI_FN double pdi_migration_pace(pd_migration *migration, double dt);
+/* Find out whether it is tied. */
+PDI_FN void pdi_migration_tie(pd_migration *migration);
+/* Where nothing ties it: the mean of psi becomes 0. */
+PDI_FN void pdi_migration_level(pd_migration *migration);
+#endif
+
+#endif
+
 /* ======== >>react/reactive.h ======== */
 /* reactive: several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
  *
@@ -4517,7 +4637,7 @@ typedef struct pd_reactive_desc {
     int mineral_count;
     double tortuosity;           /* [-] tau of D eps/tau, where minerals take room; 0: 1 */
     pd_activity activity;
-    double temperature;          /* [K] of the activities */
+    double temperature;          /* [K] of the activities and of migration */
     const double *initial;       /* [count] [mol/m3], brought to equilibrium; of minerals their amounts */
     const double *inlet;         /* [count] [mol/m3] of the inflow, brought to equilibrium; NULL: `initial` */
     const double *wall;          /* [count] [mol/m3] of each species on walls that hold; NaN: they are closed for it */
@@ -4525,6 +4645,10 @@ typedef struct pd_reactive_desc {
     void *user;
     double tolerance;            /* [-] of the equations of a step, for each component; 0: 1e-10 */
     int order;                   /* of steps in time: 1, which keeps bounds, or 2; 0: 1 */
+    int migration;               /* 1: ions move in the potential that keeps the fluid neutral; 0: each diffuses by
+                                  * itself. All concentrations that are given are neutral then, and so are sources,
+                                  * in all, unless an inlet or a held wall lets a current pass */
+    double inlet_potential;      /* [V] with migration: of inlets, against that of held walls, which is 0 */
     int most;                    /* steps of Newton before a step is refused or taken in parts; 0: 60 */
     pd_arena *arena;             /* as of pd_transport_desc */
 } pd_reactive_desc;
@@ -4567,6 +4691,7 @@ typedef struct pd_reactive {
     pd_boundary boundary;
     pd_flux flux;
     pd_inverse inverse;
+    pd_migration migration;          /* empty without */
     pd_reactive_filter *filter;      /* [kinetics of the components] */
     pd_krylov krylov;
     pd_arena own;
@@ -4604,6 +4729,8 @@ typedef struct pd_reactive {
 #define pd_reactive_ph PD_NAME(pd_reactive_ph)
 #define pd_reactive_saturation PD_NAME(pd_reactive_saturation)
 #define pd_reactive_film PD_NAME(pd_reactive_film)
+#define pd_reactive_potential PD_NAME(pd_reactive_potential)
+#define pd_reactive_neutrality PD_NAME(pd_reactive_neutrality)
 #define pd_reactive_balance_of PD_NAME(pd_reactive_balance_of)
 #define pd_reactive_free PD_NAME(pd_reactive_free)
 
@@ -4626,6 +4753,11 @@ PD_API double pd_reactive_ph(const pd_reactive *reactive, int32_t node);
 PD_API double pd_reactive_saturation(const pd_reactive *reactive, int index, int32_t node);
 /* Share of the cell of a node that minerals take, 0 to 1. */
 PD_API double pd_reactive_film(const pd_reactive *reactive, int32_t node);
+/* [V] diffusion potential at a fluid node after a step, against inlets and held walls; where there are none, against
+ * its mean. NaN: without migration. */
+PD_API double pd_reactive_potential(const pd_reactive *reactive, int32_t node);
+/* [-] Largest charge of a node over the largest sum of |z| c. */
+PD_API double pd_reactive_neutrality(const pd_reactive *reactive);
 /* Row `row` < reactive->rows of the balance. */
 PD_API void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *reactive, int row, pd_reactive_balance *balance);
 PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
@@ -4730,14 +4862,13 @@ PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int derive);
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
-/* Per weight and time: change of the speed [m/s] with that of totals over weights, x at node i. */
-static inline double pdi_etch_follow(const pd_etch *s, int32_t place, const double *x)
+/* Change of the speed [m/s] with that of the dissolved totals [mol/m3] of its node. */
+static inline double pdi_etch_follow(const pd_etch *s, int32_t place, const double *change)
 {
-    const pd_reactive *r = s->reactive;
-    const float *by = s->by + (int64_t)place * r->components.count;
+    int count = s->reactive->components.count;
+    const float *by = s->by + (int64_t)place * count;
     double sum = 0.0;
-    for (int k = 0; k < r->components.count; k++)
-        sum += (double)by[k] * r->weight[k] * x[(int64_t)k * r->grid->total + s->node[place]];
+    for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
     return sum;
 }
 #endif
@@ -9755,6 +9886,7 @@ typedef enum pd_field {
     PD_FIELD_J,
     PD_FIELD_I,
     PD_FIELD_PH,      /* of the electrolyte */
+    PD_FIELD_POTENTIAL, /* that its ions migrate in */
     PD_FIELD_FILM,    /* share of a cell that minerals take */
     PD_FIELD_SI,      /* largest saturation index of the minerals */
     PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order */
@@ -10055,6 +10187,7 @@ typedef struct pd_setup {
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
     double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */
+    int migrates;           /* ions of the electrolyte move in the potential that keeps it neutral */
     int settle;             /* the steady field, and nothing else in time */
     /* dissolution */
     pd_setup_metal metal[PD_SETUP_METALS];
@@ -21656,6 +21789,9 @@ PDI_COLD_END
 /* isotropic: see isotropic.h */
 #include <string.h>
 
+/* Cell Reynolds number at which half of the excess is left: from 2 on central differences of advection waver. */
+#define PDI_ISOTROPIC_CELL 2.0
+
 /* L u of component f at `node`, by the bonds of a square that are open (eq. 4.1d). */
 static double pdi_isotropic_square(const pd_bonds *bonds, const pd_square *square, int32_t r, const double *f)
 {
@@ -21688,6 +21824,12 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
 }
 
 PDI_COLD_BEGIN
+PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double cell)
+{
+    double times = cell / PDI_ISOTROPIC_CELL;
+    return isotropic->bonds ? 1.0 / (1.0 + times * times) : 0.0;
+}
+
 /* The bond with the offset n; -1: none. */
 static int pdi_isotropic_find(const pd_stencil *s, const int *n)
 {
@@ -21712,8 +21854,8 @@ static int pdi_isotropic_plane(const pd_stencil *s, int a, int b, pd_isotropic *
         square->side[1] = pdi_isotropic_find(s, n);
         if (square->across < 0) return 0;
         square->more = wanted - s->lap[square->across];
-        isotropic->weight[square->across] += square->more;
-        for (int side = 0; side < 2; side++) isotropic->weight[square->side[side]] -= square->more;
+        isotropic->excess[square->across] += square->more;
+        for (int side = 0; side < 2; side++) isotropic->excess[square->side[side]] -= square->more;
     }
     return 1;
 }
@@ -21723,7 +21865,6 @@ PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic)
     const pd_stencil *s = bonds->stencil;
     memset(isotropic, 0, sizeof *isotropic);
     if (PD_DIM == 1 || s->reach > 1 || s->count != 2 * PD_DIM * PD_DIM || bonds->grid->circumference) return;
-    for (int k = 0; k < s->count; k++) isotropic->weight[k] = s->lap[k];
     for (int a = 0; a < PD_DIM; a++)
         for (int b = a + 1; b < PD_DIM; b++)
             if (!pdi_isotropic_plane(s, a, b, isotropic)) return;
@@ -22003,7 +22144,7 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
         double stabiliser =
             pdi_flow_stabiliser(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
         if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
-        double gain = flux - twice_nu * *(flow->isotropic.bonds ? flow->isotropic.weight + k : a);
+        double gain = flux - twice_nu * (flow->isotropic.bonds ? *a + flow->isotropy * flow->isotropic.excess[k] : *a);
         stabiliser *= *a;
         if (open) {
             flux *= open[b];
@@ -22104,7 +22245,7 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     s.ru = ru;
     s.rc = rc;
     pdi_traverse_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
-    pdi_isotropic_rows(ctx, &flow->isotropic, flow->nu, t->u, ru);
+    pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, t->u, ru);
 }
 
 PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
@@ -22326,12 +22467,14 @@ static double pdi_flow_forced_speed(const pd_flow *flow, double force)
 
 static void pdi_flow_stabilise(pd_flow *flow)
 {
-    double rate = 0.0;
+    double rate = 0.0, longest = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         double h = flow->grid->h[d];
         rate += flow->nu / (h * h) + 0.5 * flow->speed / h;
+        longest = fmax(longest, h);
     }
     flow->stabilisation = 1.0 / rate;
+    flow->isotropy = pdi_isotropic_share(&flow->isotropic, flow->speed * longest / flow->nu);
 }
 
 /* A force along a periodic axis drives a flow; along others it counts where nothing else moves the fluid. */
@@ -22447,6 +22590,7 @@ PDI_FN void pdi_flow_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, flow, evaluations, "1");
     PDI_VALUE(owner, flow, speed, "m/s");
     PDI_VALUE(owner, flow, stabilisation, "s");
+    PDI_VALUE(owner, flow, isotropy, "1");
     if (flow->clock) PDI_VALUE(owner, flow, time, "s");
 }
 
@@ -22737,6 +22881,18 @@ static void pdi_jacobian_pack(const pd_ctx *ctx, const double *x, double factor,
     for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * factor);
 }
 
+/* Friction of whole families, whose share of isotropy follows the speed of the flow. */
+static void pdi_jacobian_rub(pd_jacobian *q)
+{
+    const pd_flow *flow = q->flow;
+    const pd_stencil *s = flow->bonds->stencil;
+    for (int k = 0; k < s->count; k++) {
+        double rub = s->lap[k];
+        if (flow->isotropic.bonds) rub += flow->isotropy * flow->isotropic.excess[k];
+        q->weight[k * PDI_JACOBIAN_WEIGHTS + 2 * PD_DIM + 1] = (float)(rub * q->length * q->length);
+    }
+}
+
 PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *q)
 {
     const pd_flow *flow = q->flow;
@@ -22744,6 +22900,7 @@ PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *q)
     pdi_jacobian_pack(ctx, flow->advecting, 1.0 / q->speed, split, q->frozen);
     pdi_jacobian_pack(ctx, flow->u, 1.0 / q->speed, split, q->frozen + split);
     pd_op_divergence(ctx, flow->bonds, flow->advecting, q->divergence);
+    pdi_jacobian_rub(q);
 }
 
 PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pdi_jacobian_step *step, double *yu,
@@ -22807,10 +22964,9 @@ PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobia
             weight[d] = (float)(s->grad[k * PD_DIM + d] * q->length);
             weight[PD_DIM + d] = (float)(s->xi[k * PD_DIM + d] / q->length);
         }
-        const double *rub = flow->isotropic.bonds ? flow->isotropic.weight : s->lap;
         weight[2 * PD_DIM] = (float)(s->lap[k] * q->length * q->length);
-        weight[2 * PD_DIM + 1] = (float)(rub[k] * q->length * q->length);
     }
+    pdi_jacobian_rub(q);
     return PD_OK;
 }
 
@@ -23584,7 +23740,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y
     pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
     pdi_flow_sharpen(ctx, flow, du, s->advecting, flow->grad, y);
-    pdi_isotropic_rows(ctx, &flow->isotropic, flow->nu, du, y);
+    pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, du, y);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
     pdi_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, s->weight / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), y);
@@ -29929,6 +30085,19 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int3
     p->behind = pdi_conductance_of(&t->conductance, i, row, opposite, count, p->space[1]);
 }
 
+PDI_FN int32_t pdi_flux_bonds(const pd_flux *t, int32_t i, int32_t row, int32_t place, int k, int count, double *flux,
+                              double *bond)
+{
+    pdi_flux_pair p;
+    int last = t->bonds->stencil->count - 1, ahead = k < last - k;
+    pdi_flux_pair_get(t, i, row, place, ahead ? k : last - k, count, &p);
+    for (int b = 0; b < count; b++) {
+        flux[b] = ahead ? p.flux[b] : p.turn * p.back[b];
+        bond[b] = ahead ? p.ahead[b] : p.behind[b];
+    }
+    return ahead ? p.next : p.before;
+}
+
 /* Compiled for whole blocks, for shorter ones and for single nodes beside inlets and outlets. */
 PDI_INLINE void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
 {
@@ -30404,6 +30573,205 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
     memset(&t->conductance, 0, sizeof t->conductance);
 }
 PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>transport/migrate.c ======== */
+/* migrate: see migrate.h
+ *
+ * Design: of B(w) = w/(exp(w) - 1) the even part E = (w/2) coth(w/2) is kept, B(w) = E - w/2 and B(-w) = E + w/2. Where
+ * w is small for a whole block, which is so but for sharp fronts, E is a polynomial and the loops are plain vectors.
+ */
+#include <float.h>
+#include <math.h>
+
+#if PDI_FLUX_FIELDS > 32
+#error "the sums of a block stand on the stack"
+#endif
+
+/* |w| up to which E is its series: the first term left out is below the rounding of 1. */
+#define PDI_MIGRATE_SMALL 0.4
+
+/* Of fields that do not change. */
+static const double pdi_migrate_still[PDI_BLOCK] = {0.0};
+
+/* E and its derivative for small w. */
+static inline double pdi_migrate_even(double w)
+{
+    double s = w * w;
+    return 1.0 + s * (1.0 / 12.0 - s * (1.0 / 720.0 - s * (1.0 / 30240.0 - s * (1.0 / 1209600.0 - s * (1.0 / 47900160.0
+           - s * (691.0 / 1307674368000.0))))));
+}
+
+static inline double pdi_migrate_even_by(double w)
+{
+    double s = w * w;
+    return w * (1.0 / 6.0 - s * (1.0 / 180.0 - s * (1.0 / 5040.0 - s * (1.0 / 151200.0 - s * (1.0 / 4790016.0
+           - s * (691.0 / 108972864000.0))))));
+}
+
+/* Shares that leave the near and the far end, and the derivatives of both by w. */
+typedef struct pdi_migrate_shares {
+    double near, far, near_by, far_by;
+} pdi_migrate_shares;
+
+static inline pdi_migrate_shares pdi_migrate_of(double w)
+{
+    pdi_migrate_shares s;
+    double x = fabs(w);
+    if (x < PDI_MIGRATE_SMALL) {
+        double even = pdi_migrate_even(w), by = pdi_migrate_even_by(w);
+        s.near = even - 0.5 * w;
+        s.far = even + 0.5 * w;
+        s.near_by = by - 0.5;
+        s.far_by = by + 0.5;
+        return s;
+    }
+    double low = x < 700.0 ? x / expm1(x) : 0.0, by = low * (1.0 - low - x) / x; /* B(x) and B'(x) */
+    s.near = w > 0.0 ? low : low + x;
+    s.far = w > 0.0 ? low + x : low;
+    s.near_by = w > 0.0 ? by : -1.0 - by;
+    s.far_by = w > 0.0 ? 1.0 + by : -by;
+    return s;
+}
+
+/* w of a bond: the rise of the energy against the drift. A bond that does not conduct has none. */
+static inline double pdi_migrate_drift(double bond, double flux, double rise)
+{
+    return bond > DBL_EPSILON * fabs(flux) ? rise - flux / bond : 0.0;
+}
+
+PDI_FN double pdi_migrate_leave(double bond, double flux, double rise, double near, double far)
+{
+    if (!(bond > DBL_EPSILON * fabs(flux))) return flux * (flux > 0.0 ? near : far);
+    pdi_migrate_shares s = pdi_migrate_of(pdi_migrate_drift(bond, flux, rise));
+    return bond * (s.near * near - s.far * far);
+}
+
+PDI_FN double pdi_migrate_conduct(double rise, double near, double far)
+{
+    pdi_migrate_shares s = pdi_migrate_of(rise);
+    return s.far_by * far - s.near_by * near;
+}
+
+/* One bond, its value or its derivative along the changes of both ends and of the rise. */
+static inline double pdi_migrate_one(double bond, double flux, double rise, double near, double far, int by,
+                                     double move_near, double move_far, double lift)
+{
+    if (!by) return pdi_migrate_leave(bond, flux, rise, near, far);
+    if (!(bond > DBL_EPSILON * fabs(flux))) return flux * (flux > 0.0 ? move_near : move_far);
+    pdi_migrate_shares s = pdi_migrate_of(pdi_migrate_drift(bond, flux, rise));
+    return bond * (s.near * move_near - s.far * move_far + (s.near_by * near - s.far_by * far) * lift);
+}
+
+/* Fluid at rest and a small rise for all of a block: the same bits as pdi_migrate_one. */
+PDI_INLINE void pdi_migrate_smooth(const double *PD_RESTRICT bond, double ratio, double charge,
+                                   const double *PD_RESTRICT rise, const double *PD_RESTRICT near,
+                                   const double *PD_RESTRICT far, int count, double *PD_RESTRICT sum)
+{
+    for (int b = 0; b < count; b++) {
+        double w = charge * rise[b], even = pdi_migrate_even(w);
+        sum[b] += ratio * bond[b] * ((even - 0.5 * w) * near[b] - (even + 0.5 * w) * far[b]);
+    }
+}
+
+PDI_INLINE void pdi_migrate_smooth_by(const double *PD_RESTRICT bond, double ratio, double charge,
+                                      const double *PD_RESTRICT rise, const double *PD_RESTRICT near,
+                                      const double *PD_RESTRICT far, const double *PD_RESTRICT move_near,
+                                      const double *PD_RESTRICT move_far, const double *PD_RESTRICT lift, int count,
+                                      double *PD_RESTRICT sum)
+{
+    for (int b = 0; b < count; b++) {
+        double w = charge * rise[b], even = pdi_migrate_even(w), by = pdi_migrate_even_by(w);
+        sum[b] += ratio * bond[b] * ((even - 0.5 * w) * move_near[b] - (even + 0.5 * w) * move_far[b] +
+                                     ((by - 0.5) * near[b] - (by + 0.5) * far[b]) * (charge * lift[b]));
+    }
+}
+
+/* What walls give that hold. */
+static void pdi_migrate_walls(const pdi_migrate *m, int32_t i, int n, int count, double *sum)
+{
+    const double *hold = m->flux->diffusion->wall_rate;
+    int64_t total = m->flux->bonds->grid->total, by = m->lift != NULL;
+    if (!hold || !(m->wall[n] == m->wall[n])) return;
+    for (int b = 0; b < count; b++) {
+        int64_t at = n * total + i + b;
+        if (!(hold[i + b] > 0.0)) continue;
+        sum[b] += pdi_migrate_one(m->ratio[n] * hold[i + b] * (m->pass ? m->pass[i + b] : 1.0), 0.0, -m->charge[n] * m->psi[i + b], m->c[at], m->wall[n],
+                                  (int)by, m->move ? m->move[at] : 0.0, 0.0, by ? -m->charge[n] * m->lift[i + b] : 0.0);
+    }
+}
+
+PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, int32_t place, int count)
+{
+    int64_t total = m->flux->bonds->grid->total;
+    double sum[PDI_FLUX_FIELDS][PDI_BLOCK], flux[PDI_BLOCK], bond[PDI_BLOCK], rise[PDI_BLOCK], lift[PDI_BLOCK];
+    int by = m->lift != NULL, moves = m->flux->flow != NULL;
+    double most = 0.0;
+    for (int n = 0; n < m->count; n++) {
+        for (int b = 0; b < count; b++) sum[n][b] = 0.0;
+        pdi_migrate_walls(m, i, n, count, sum[n]);
+        most = fmax(most, fabs(m->charge[n]));
+    }
+    for (int k = 0; k < m->flux->bonds->stencil->count; k++) {
+        int32_t next = pdi_flux_bonds(m->flux, i, row, place, k, count, flux, bond);
+        double steep = 0.0;
+        for (int b = 0; b < count; b++) {
+            rise[b] = m->psi[i + next + b] - m->psi[i + b];
+            lift[b] = by ? m->lift[i + next + b] - m->lift[i + b] : 0.0;
+            steep = fmax(steep, fabs(rise[b]));
+        }
+        for (int b = 0; b < count && m->pass; b++) bond[b] *= pdi_media_harmonic(m->pass[i + b], m->pass[i + next + b]);
+        int smooth = !moves && steep * most < PDI_MIGRATE_SMALL;
+        for (int n = 0; n < m->count; n++) {
+            const double *near = m->c + n * total + i, *far = near + next;
+            const double *here = m->move ? m->move + n * total + i : pdi_migrate_still;
+            const double *there = m->move ? here + next : pdi_migrate_still;
+            double ratio = m->ratio[n], z = m->charge[n];
+            if (smooth && !by) pdi_migrate_smooth(bond, ratio, z, rise, near, far, count, sum[n]);
+            else if (smooth)
+                pdi_migrate_smooth_by(bond, ratio, z, rise, near, far, here, there, lift, count, sum[n]);
+            else
+                for (int b = 0; b < count; b++)
+                    sum[n][b] += pdi_migrate_one(ratio * bond[b], flux[b], z * rise[b], near[b], far[b], by, here[b],
+                                                 there[b], z * lift[b]);
+        }
+    }
+    for (int s = 0; s < m->sums; s++) {
+        double *PD_RESTRICT y = m->y + s * total + i;
+        const double *weight = m->weight + (int64_t)s * m->count;
+        for (int b = 0; b < count; b++) y[b] = 0.0;
+        for (int n = 0; n < m->count; n++)
+            for (int b = 0; b < count && weight[n] != 0.0; b++) y[b] += weight[n] * sum[n][b];
+    }
+}
+
+static void pdi_migrate_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_migrate *m = (const pdi_migrate *)user;
+    if (place >= 0) pdi_migrate_block(m, i, row, place, 1);
+    else if (count == PDI_BLOCK) pdi_migrate_block(m, i, row, -1, PDI_BLOCK);
+    else pdi_migrate_block(m, i, row, -1, count);
+}
+
+PDI_FN void pdi_migrate_apply(const pd_ctx *ctx, const pdi_migrate *m)
+{
+    const pd_bonds *bonds = m->flux->bonds;
+    pdi_traverse_blocks(ctx, m->flux->boundary, bonds->grid->fluid_count * bonds->stencil->count * 8 * m->count,
+                        pdi_migrate_nodes, m);
+}
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
 
 /* ======== >>transport/bounds.c ======== */
 /* bounds: see bounds.h */
@@ -32136,6 +32504,313 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 
 #if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
+/* ======== >>react/migration.c ======== */
+/* migration: see migration.h */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* [J/mol/K], [C/mol] */
+#define PDI_MIGRATION_GAS 8.314462618
+#define PDI_MIGRATION_FARADAY 96485.33212
+/* Share of the largest sum of z^2 c that psi is scaled with at least, and that the preconditioner conducts with. */
+#define PDI_MIGRATION_LEAST 1e-12
+/* Steps of Newton for lambda, and the longest. */
+#define PDI_MIGRATION_STEPS 100
+#define PDI_MIGRATION_LONGEST 2.0
+/* Steps of so many times of diffusion through the box are late ones, and the share of its rate that they are
+ * preconditioned with. */
+#define PDI_MIGRATION_LATE 3e6
+#define PDI_MIGRATION_SLOW 0.01
+/* Waves of the box and of the lattice: squares of their numbers. */
+#define PDI_MIGRATION_LONGEST_WAVE 10.0
+#define PDI_MIGRATION_SHORTEST_WAVE 4.0
+/* Roundings of the sum of |z| c that count as neutral. */
+#define PDI_MIGRATION_ROUND 2.0
+
+PDI_COLD_BEGIN
+PDI_FN pd_status pdi_migration_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, const pd_flux *flux,
+                                    const pd_components *components, pd_migration *m)
+{
+    pd_multigrid_desc md = *desc;
+    m->flux = flux;
+    m->components = components;
+    if (!m->on) return PD_OK;
+    md.symmetric = 1;
+    md.contrast = 1;
+    m->excess = pdi_compact_excess(flux->bonds->stencil);
+    pdi_compact_plan(flux->bonds->grid, 0, &m->compact);
+    return pdi_multigrid_plan(ctx, &md, &m->mg);
+}
+
+PDI_FN pd_status pdi_migration_begin(pd_ctx *ctx, double temperature, const double *ratio, const double *wall,
+                                     pd_migration *m)
+{
+    if (!m->on) return PD_OK;
+    if (!(temperature > 0.0) || !(temperature < 1e4))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the temperature is %g K, expected a positive one for "
+                        "migration", temperature);
+    m->volt = PDI_MIGRATION_GAS * temperature / PDI_MIGRATION_FARADAY;
+    m->ratio = ratio;
+    m->wall = wall;
+    for (int n = 0; n < m->components->solutes; n++) m->charge[n] = m->components->charge[n];
+    return PD_OK;
+}
+
+PDI_FN void pdi_migration_free(pd_ctx *ctx, pd_migration *m) { pdi_multigrid_free(ctx, &m->mg); }
+
+PDI_FN void pdi_migration_list(pdi_owner *owner, pd_migration *migration)
+{
+    if (!migration->on) return;
+    PDI_STATE(owner, migration, psi, (int64_t)migration->flux->bonds->grid->total, "1");
+}
+
+PDI_FN void pdi_migration_work_list(pdi_owner *owner, pd_migration *migration)
+{
+    if (!migration->on) return;
+    int64_t total = migration->flux->bonds->grid->total;
+    PDI_RAW(owner, migration, begin, total, "1");
+    PDI_RAW(owner, migration, base, total, "1");
+    PDI_ARRAY(owner, migration, move, total, "1");
+    PDI_ARRAY(owner, migration, size, total, "mol/m3");
+    PDI_ARRAY(owner, migration, current, total, "mol/m3/s");
+    pdi_compact_list(owner, &migration->compact);
+    pdi_compact_face_list(owner, &migration->compact);
+    pdi_multigrid_list(owner, &migration->mg);
+}
+PDI_COLD_END
+
+/* ---- at a node ---- */
+
+PDI_FN double pdi_migration_charge(const pd_migration *m, const double *c, double *size)
+{
+    double sum = 0.0;
+    *size = 0.0;
+    for (int n = 0; n < m->components->solutes; n++) {
+        sum += m->charge[n] * c[n];
+        *size += fabs(m->charge[n]) * c[n];
+    }
+    return sum;
+}
+
+/* sum z c exp(-z lambda) falls with lambda; its steps are bounded, and past the solution it is steeper. */
+PDI_FN void pdi_migration_neutralise(const pd_migration *m, double *c)
+{
+    for (int step = 0; step < PDI_MIGRATION_STEPS; step++) {
+        double size, slope = 0.0, charge = pdi_migration_charge(m, c, &size), lambda;
+        if (fabs(charge) <= PDI_MIGRATION_ROUND * DBL_EPSILON * size) return;
+        for (int n = 0; n < m->components->solutes; n++) slope += m->charge[n] * m->charge[n] * c[n];
+        if (!(slope > DBL_MIN)) return;
+        lambda = fmin(fmax(charge / slope, -PDI_MIGRATION_LONGEST), PDI_MIGRATION_LONGEST);
+        for (int n = 0; n < m->components->solutes; n++)
+            if (m->charge[n] != 0.0) c[n] *= exp(-m->charge[n] * lambda);
+    }
+}
+
+PDI_FN void pdi_migration_along(const pd_migration *m, const double *c, double *along)
+{
+    const pd_components *s = m->components;
+    double size = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        along[k] = 0.0;
+        for (int n = 0; n < s->solutes; n++) along[k] += s->m[k][n] * m->charge[n] * c[n];
+        size += m->charge[s->master[k]] * along[k];
+    }
+    if (size > DBL_MIN) {
+        for (int k = 0; k < s->count; k++) along[k] /= size;
+        return;
+    }
+    size = 0.0;
+    for (int k = 0; k < s->count; k++) size += m->charge[s->master[k]] * m->charge[s->master[k]];
+    for (int k = 0; k < s->count; k++) along[k] = size > 0.0 ? m->charge[s->master[k]] / size : 0.0;
+}
+
+/* ---- fields ---- */
+
+PDI_FN void pdi_migration_leave(const pd_ctx *ctx, pd_migration *m, const double *c, const double *move,
+                                const double *weight, double *y)
+{
+    pdi_migrate f;
+    pd_ghosts_scalar(&m->flux->bonds->ghosts, m->psi);
+    if (move != c) pd_ghosts_scalar(&m->flux->bonds->ghosts, m->move);
+    f.flux = m->flux;
+    f.count = m->components->solutes;
+    f.sums = m->components->count;
+    f.ratio = m->ratio;
+    f.charge = m->charge;
+    f.wall = m->wall;
+    f.pass = m->pass;
+    f.c = c;
+    f.psi = m->psi;
+    f.weight = weight;
+    f.y = y;
+    f.move = move != c ? move : NULL;
+    f.lift = move != c ? m->move : NULL;
+    pdi_migrate_apply(ctx, &f);
+}
+
+PDI_FN void pdi_migration_spread(const pd_ctx *ctx, const pd_migration *m, double *s, double *y)
+{
+    static const double one = 1.0;
+    pd_flux still = *m->flux;
+    pdi_flux_fields f;
+    double wall = m->tied ? 0.0 : (double)NAN;
+    still.flow = NULL;
+    still.flux = NULL;
+    pd_ghosts_scalar(&m->flux->bonds->ghosts, s);
+    f.count = f.sums = 1;
+    f.ratio = f.weight = &one;
+    f.wall = &wall;
+    f.pass = m->pass;
+    f.c = s;
+    f.y = y;
+    pdi_flux_apply_fields(ctx, &still, &f);
+}
+
+/* Sum of z^2 D c between two nodes, or to what a wall holds (far NULL: the node itself). */
+static double pdi_migration_between(const pd_migration *m, const double *c, int32_t i, int32_t j)
+{
+    int64_t total = m->flux->bonds->grid->total;
+    double sum = 0.0, rise = m->psi[j] - m->psi[i];
+    for (int n = 0; n < m->components->solutes; n++) {
+        double z = m->charge[n], each = m->ratio[n] * z * z;
+        if (each > 0.0) sum += each * pdi_migrate_conduct(z * rise, c[n * total + i], c[n * total + j]);
+    }
+    return sum;
+}
+
+/* Faces of the cells, which hold D/h^2, get the ions that they conduct with. */
+static void pdi_migration_faces(pd_migration *m, const double *c, double least)
+{
+    const pd_grid *grid = m->flux->bonds->grid;
+    const double *hold = m->flux->diffusion->wall_rate;
+    int i[PD_DIM];
+    for (int32_t node = 0; node < grid->total; node++) {
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        int64_t cell = pdi_compact_cell(grid, i);
+        double own = fmax(pdi_migration_between(m, c, node, node), least);
+        for (int d = 0; d < PD_DIM; d++) {
+            int32_t next = node + grid->stride[d];
+            if (m->compact.conduct[d][cell] > 0.0f)
+                m->compact.conduct[d][cell] *= (float)fmax(pdi_migration_between(m, c, node, next), least);
+        }
+        m->compact.wall[cell] *= (float)own;
+        if (hold) m->compact.mass[cell] += (float)(pdi_grid_circumference(grid, node) * hold[node] * own);
+    }
+}
+
+PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double *c)
+{
+    const pd_grid *grid = m->flux->bonds->grid;
+    pdi_compact_faces faces;
+    pdi_compact_convection still;
+    double most = 0.0, ratio = HUGE_VAL;
+    for (int32_t i = 0; i < grid->total; i++) {
+        double sum = 0.0;
+        if (grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < m->components->solutes; n++)
+            sum += m->charge[n] * m->charge[n] * c[(int64_t)n * grid->total + i];
+        m->size[i] = sum;
+        most = fmax(most, sum);
+    }
+    if (!(most > 0.0)) most = 1.0;
+    for (int32_t i = 0; i < grid->total; i++) m->size[i] = fmax(m->size[i], PDI_MIGRATION_LEAST * most);
+    for (int n = 0; n < m->components->solutes; n++)
+        if (m->charge[n] != 0.0 && m->ratio[n] > 0.0) ratio = fmin(ratio, m->ratio[n]);
+    memset(&still, 0, sizeof still);
+    faces.closed = faces.outlet = 0;
+    faces.inlet = 1;
+    faces.walls = NULL;
+    pdi_compact_fill(ctx, m->flux->diffusion->desc.diffusivity, NULL, &still, 0.0, &faces, &m->compact);
+    pdi_migration_faces(m, c, PDI_MIGRATION_LEAST * most * (ratio < HUGE_VAL ? ratio : 1.0));
+    return pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct, NULL,
+                               m->compact.wall, m->compact.mass);
+}
+
+PDI_FN void pdi_migration_apply(pd_ctx *ctx, pd_migration *m, const double *current, double *y)
+{
+    const pd_grid *grid = m->flux->bonds->grid;
+    double d = m->flux->diffusion->desc.diffusivity;
+    pdi_multigrid_cycle(ctx, &m->mg, current, y);
+    if (!(m->excess > 0.0) || !(d > 0.0)) return;
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) y[i] += m->excess / (d * m->size[i]) * current[i];
+}
+
+PDI_FN double pdi_migration_largest(const pd_migration *m)
+{
+    const pd_grid *grid = m->flux->bonds->grid;
+    double most = 0.0;
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) most = fmax(most, fabs(m->move[i]));
+    return most;
+}
+
+/* Between the answers for the longest and the shortest waves, the geometric mean. In a closed box what a step of great
+ * length moves as a whole is rounding times that length: it is moved less. */
+PDI_FN double pdi_migration_pace(pd_migration *m, double dt)
+{
+    const pd_components *s = m->components;
+    const pd_grid *grid = m->flux->bonds->grid;
+    double longest = 0.0, shortest = HUGE_VAL, d = m->flux->diffusion->desc.diffusivity * dt;
+    for (int axis = 0; axis < PD_DIM; axis++) {
+        longest = fmax(longest, grid->hi[axis] - grid->lo[axis]);
+        shortest = fmin(shortest, grid->h[axis]);
+    }
+    double slow = PDI_MIGRATION_LONGEST_WAVE * d / (longest * longest);
+    double fast = PDI_MIGRATION_SHORTEST_WAVE * d / (shortest * shortest);
+    for (int k = 0; k < s->count; k++) {
+        double sum = 0.0, count = 0.0;
+        for (int n = 0; n < s->solutes; n++) {
+            if (s->m[k][n] == 0.0 || !(m->ratio[n] > 0.0)) continue;
+            sum += log(m->ratio[n]);
+            count += 1.0;
+        }
+        double ratio = count > 0.0 ? exp(sum / count) : 1.0;
+        m->pace[k] = sqrt((1.0 + slow) / (1.0 + slow * ratio) * (1.0 + fast) / (1.0 + fast * ratio));
+    }
+    return slow > PDI_MIGRATION_LATE ? PDI_MIGRATION_SLOW * slow / dt : 1.0 / dt;
+}
+
+PDI_FN void pdi_migration_inlets(pd_migration *m, double phi)
+{
+    const pd_grid *grid = m->flux->bonds->grid;
+    for (int32_t i = 0; i < grid->total && m->on; i++)
+        if (grid->kind[i] == PD_INLET) m->psi[i] = phi / m->volt;
+}
+
+PDI_FN void pdi_migration_tie(pd_migration *m)
+{
+    const pd_grid *grid = m->flux->bonds->grid;
+    int holds = 0;
+    m->tied = 0;
+    for (int n = 0; n < m->components->solutes; n++)
+        holds = holds || (m->charge[n] != 0.0 && m->wall[n] == m->wall[n]);
+    for (int32_t i = 0; i < grid->total && holds && m->flux->diffusion->wall_rate && !m->tied; i++)
+        m->tied = m->flux->diffusion->wall_rate[i] > 0.0;
+    for (int32_t p = 0; p < m->flux->boundary->count * m->flux->bonds->stencil->count && !m->tied; p++)
+        m->tied = grid->kind[m->flux->boundary->far[p]] == PD_INLET;
+}
+
+PDI_FN void pdi_migration_level(pd_migration *m)
+{
+    const pd_grid *grid = m->flux->bonds->grid;
+    pdi_sum sum = {0.0, 0.0};
+    int32_t count = 0;
+    if (m->tied) return;
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_FLUID) continue;
+        pdi_sum_add(&sum, m->psi[i]);
+        count++;
+    }
+    for (int32_t i = 0; i < grid->total && count; i++)
+        if (grid->kind[i] == PD_FLUID) m->psi[i] -= pdi_sum_total(&sum) / count;
+}
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
@@ -32145,6 +32820,7 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 /* reactive: see reactive.h */
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #if PDI_FLUX_FIELDS < PD_SPECIES_MOST
@@ -32155,6 +32831,8 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 #define PDI_REACTIVE_BASIS 20
 #define PDI_REACTIVE_TOLERANCE 1e-10
 #define PDI_REACTIVE_STEPS 60
+/* Share of the sum of |z| c that given concentrations may lack to be neutral. */
+#define PDI_REACTIVE_NEUTRAL 1e-6
 
 PDI_COLD_BEGIN
 PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *r) { return r->desc.arena ? r->desc.arena : &r->own; }
@@ -32181,6 +32859,28 @@ double pd_reactive_ph(const pd_reactive *r, int32_t node)
     if (r->proton < 0) return NAN;
     pdi_reactive_get(r, r->c, node, c);
     return 3.0 - (log(c[r->proton]) + pdi_components_activity(&r->components, c)) / log(10.0);
+}
+
+double pd_reactive_potential(const pd_reactive *r, int32_t node)
+{
+    return r->migration.on ? r->migration.psi[node] * r->migration.volt : (double)NAN;
+}
+
+double pd_reactive_neutrality(const pd_reactive *r)
+{
+    double worst = 0.0, most = 0.0;
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        double c[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        for (int n = 0; n < r->components.solutes; n++) {
+            charge += r->components.charge[n] * c[n];
+            size += abs(r->components.charge[n]) * c[n];
+        }
+        worst = fmax(worst, fabs(charge));
+        most = fmax(most, size);
+    }
+    return most > 0.0 ? worst / most : 0.0;
 }
 
 double pd_reactive_saturation(const pd_reactive *r, int index, int32_t node)
@@ -32279,6 +32979,9 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
             pdi_sum_add(&in[n], r->source[n * total + i] * around);
             if (!r->diffusion.wall_rate || !(r->wall[n] == r->wall[n])) continue;
             double gain = r->ratio[n] * r->diffusion.wall_rate[i] * (r->wall[n] - r->c[n * total + i]);
+            if (r->migration.on)
+                gain = -pdi_migrate_leave(r->ratio[n] * r->diffusion.wall_rate[i], 0.0,
+                                          -s->charge[n] * r->migration.psi[i], r->c[n * total + i], r->wall[n]);
             if (r->pass) gain *= r->pass[i];
             pdi_sum_add(gain > 0.0 ? &in[n] : &out[n], fabs(gain) * around);
         }
@@ -32296,6 +32999,9 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
                 double here = r->c[n * total + i], there = grid->kind[j] == PD_OUTLET ? here : r->c[n * total + j];
                 double leave = 0.5 * flux * (here + there) - fmax(fabs(0.5 * flux), r->ratio[n] * bond) *
                                                              (there - here);
+                if (r->migration.on && grid->kind[j] == PD_INLET)
+                    leave = pdi_migrate_leave(r->ratio[n] * bond, flux,
+                                              s->charge[n] * (r->migration.psi[j] - r->migration.psi[i]), here, there);
                 pdi_sum_add(grid->kind[j] == PD_OUTLET ? &out[n] : &in[n],
                             around * (grid->kind[j] == PD_OUTLET ? leave : -leave));
             }
@@ -32352,6 +33058,18 @@ static void pdi_reactive_rows(const pd_species *species, int count, pd_reactive 
 
 /* ---- the object ---- */
 
+/* What is given is neutral but for its digits. */
+static pd_status pdi_reactive_neutral(pd_ctx *ctx, const pd_reactive *r, const char *where, double *c)
+{
+    double size, charge = r->migration.on ? pdi_migration_charge(&r->migration, c, &size) : 0.0;
+    if (!r->migration.on) return PD_OK;
+    if (fabs(charge) > PDI_REACTIVE_NEUTRAL * size)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: the charges sum to %g mol/m3, expected 0 for migration",
+                        where, charge);
+    pdi_migration_neutralise(&r->migration, c);
+    return PD_OK;
+}
+
 /* Bring c [solutes] to the equilibrium of its totals. */
 static pd_status pdi_reactive_settle(pd_ctx *ctx, const pd_reactive *r, const char *where, double *c)
 {
@@ -32360,8 +33078,9 @@ static pd_status pdi_reactive_settle(pd_ctx *ctx, const pd_reactive *r, const ch
         if (!(c[n] >= 0.0) || !(c[n] < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: solute %d of %d has %g mol/m3, expected a finite "
                             "value of at least 0", where, n + 1, r->components.solutes, c[n]);
+    PDI_TRY(pdi_reactive_neutral(ctx, r, where, c));
     pdi_components_totals(&r->components, c, total);
-    if (pdi_components_solve(&r->components, total, c) == PD_OK) return PD_OK;
+    if (pdi_components_solve(&r->components, total, c) == PD_OK) return pdi_reactive_neutral(ctx, r, where, c);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: no equilibrium of the concentrations was found", where);
 }
 
@@ -32408,6 +33127,7 @@ PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, reactive, source, reactive->components.solutes * total, "mol/m3/s");
     if (reactive->minerals.count) PDI_STATE(owner, reactive, solid, reactive->minerals.count * total, "mol/m3");
     if (pdi_reactive_shrinks(reactive)) PDI_ARRAY(owner, reactive, pass, total, "1");
+    pdi_migration_list(owner, &reactive->migration);
     if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
 }
 
@@ -32440,7 +33160,7 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
         r->ratio[n] = most > 0.0 ? of[n] / r->diffusion.desc.diffusivity : 0.0;
         if (n && !(of[n] >= of[0] && of[n] <= of[0])) even = 0;
     }
-    r->linear = !r->components.kinetics && !r->minerals.count && (even || !r->components.joined);
+    r->linear = !r->components.kinetics && !r->minerals.count && (even || !r->components.joined) && !r->migration.on;
     return PD_OK;
 }
 
@@ -32489,6 +33209,7 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, reactive, still, total, "1/s");
     pdi_flux_list(owner, &reactive->flux);
     pdi_inverse_list(owner, &reactive->inverse);
+    pdi_migration_work_list(owner, &reactive->migration);
     for (int n = 0; n < s->kinetics; n++) {
         pd_reactive_filter *filter = &reactive->filter[n];
         PDI_ARRAY(owner, filter, absorb, total, "1/s");
@@ -32499,6 +33220,7 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
 PDI_FN size_t pdi_reactive_room(pd_reactive *r)
 {
     size_t setup = pdi_inverse_room(&r->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &r->krylov);
+    if (r->migration.on) setup += pdi_arena_bytes(pdi_multigrid_mark_list, &r->migration.mg);
     return pdi_arena_bytes(pdi_reactive_work_list, r) + (setup > linear ? setup : linear);
 }
 
@@ -32511,6 +33233,7 @@ PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *
     r->inverse.flux = &r->flux;
     r->inverse.spread = 1.0;
     PDI_TRY(pdi_inverse_plan(ctx, &md, &r->inverse));
+    PDI_TRY(pdi_migration_plan(ctx, &md, &r->flux, &r->components, &r->migration));
     for (int n = 0; n < r->components.kinetics; n++) {
         r->filter[n].flux = r->flux;
         r->filter[n].inverse.flux = &r->filter[n].flux;
@@ -32579,8 +33302,13 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     r->bonds = bonds;
     r->flow = flow;
     r->proton = -1;
+    r->migration.on = desc->migration != 0;
+    r->migration.components = &r->components;
+    r->flux.bonds = bonds;
+    r->migration.flux = &r->flux;
     pdi_reactive_slots(r);
     PDI_TRY(pdi_reactive_diffusivities(ctx, desc->species, r));
+    PDI_TRY(pdi_migration_begin(ctx, desc->temperature, r->ratio, r->wall, &r->migration));
     pdi_reactive_rows(desc->species, desc->count, r);
     pdi_reactive_pick(r, desc->wall, r->wall);
     for (int n = 0; n < r->components.solutes; n++) {
@@ -32597,6 +33325,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     PDI_TRY(pdi_reactive_settle(ctx, r, "initial", c));
     pdi_reactive_fill(r, PD_FLUID, c);
     PDI_TRY(pdi_reactive_fill_solids(ctx, desc, r));
+    pdi_migration_inlets(&r->migration, desc->inlet_potential);
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = r->diffusion.desc.diffusivity;
@@ -32604,7 +33333,6 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     dd.user = desc->user;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &r->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &r->boundary));
-    r->flux.bonds = bonds;
     r->flux.flow = flow;
     r->flux.diffusion = &r->diffusion;
     r->flux.boundary = &r->boundary;
@@ -32630,6 +33358,7 @@ pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *r)
     PDI_TRY(pdi_diffusion_update(ctx, &r->diffusion));
     PDI_TRY(pdi_boundary_update(ctx, &r->boundary));
     pdi_reactive_fill(r, PD_INLET, r->inlet);
+    pdi_migration_inlets(&r->migration, r->desc.inlet_potential);
     return pdi_flux_fit(ctx, &r->flux);
 }
 
@@ -32639,6 +33368,7 @@ void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
     pdi_boundary_free(ctx, &r->boundary);
     pdi_diffusion_free(ctx, &r->diffusion);
     pdi_inverse_free(ctx, &r->inverse);
+    pdi_migration_free(ctx, &r->migration);
     for (int n = 0; n < r->components.kinetics && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
     pdi_krylov_free(ctx, &r->krylov);
     pdi_owner_free(ctx, pdi_reactive_list, r);
@@ -33005,10 +33735,16 @@ PDI_COLD_END
  * and met: what is undone is carried on. */
 #define PDI_ADVANCE_NEAR 10.0
 #define PDI_ADVANCE_STALL 0.5
+/* By so much weights that grow exceed what they have to be. */
+#define PDI_ADVANCE_ROOM 2.0
 /* So many steps of Newton may raise the residual by this factor; else a step is halved, so many times at most. */
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
 #define PDI_ADVANCE_HALVINGS 10
+/* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
+ * factor, since the next one finds the potential in the ions that have come. */
+#define PDI_ADVANCE_LIFT 3.0
+#define PDI_ADVANCE_JUMP 1e9
 /* Tries with shorter steps, and their ratio. */
 #define PDI_ADVANCE_PARTS 8
 #define PDI_ADVANCE_SHORTER 8.0
@@ -33032,10 +33768,13 @@ static void pdi_advance_copy(const pd_ctx *ctx, const pd_reactive *r, const doub
     if (r->minerals.count) pdi_par_copy(ctx, r->minerals.count * (int64_t)r->grid->total, solid, solid_to);
 }
 
-/* To the start of the step. */
-static void pdi_advance_back(const pd_ctx *ctx, pd_reactive *r)
+/* What was there at the start of the step; or (keep = 1) what is there becomes that. */
+static void pdi_advance_back(const pd_ctx *ctx, pd_reactive *r, int keep)
 {
-    pdi_advance_copy(ctx, r, r->begin, r->c, r->solid_begin, r->solid);
+    pd_migration *m = &r->migration;
+    if (keep) pdi_advance_copy(ctx, r, r->c, r->begin, r->solid, r->solid_begin);
+    else pdi_advance_copy(ctx, r, r->begin, r->c, r->solid_begin, r->solid);
+    if (m->on) pdi_par_copy(ctx, r->grid->total, keep ? m->psi : m->begin, keep ? m->begin : m->psi);
 }
 
 /* Images of several fields. */
@@ -33045,15 +33784,19 @@ static void pdi_advance_images(const pd_reactive *r, double *fields)
         pd_ghosts_scalar(&r->bonds->ghosts, fields + (int64_t)n * r->grid->total);
 }
 
-/* y [components]: what leaves by the fields, over the weights. */
-static void pdi_advance_leave(const pd_ctx *ctx, const pd_reactive *r, const double *fields, const double *wall,
-                               double *y)
+/* y [components]: what leaves by the fields, over the weights. With migration `fields` is c or, for the derivative, the
+ * change of c beside that of psi; NULL: that of psi alone. */
+static void pdi_advance_leave(const pd_ctx *ctx, pd_reactive *r, const double *fields, const double *wall, double *y)
 {
     const pd_components *s = &r->components;
     double weight[PD_SPECIES_MOST * PD_SPECIES_MOST];
     pdi_flux_fields f;
     for (int k = 0; k < s->count; k++)
         for (int n = 0; n < s->solutes; n++) weight[k * s->solutes + n] = s->m[k][n] / r->weight[k];
+    if (r->migration.on) {
+        pdi_migration_leave(ctx, &r->migration, r->c, fields, weight, y);
+        return;
+    }
     f.count = s->solutes;
     f.sums = s->count;
     f.ratio = r->ratio;
@@ -33125,6 +33868,38 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     return sqrt(pdi_par_dot(ctx, count * total, r->move, r->move));
 }
 
+/* Rounding [mol/m3/s] of the balances of component k, as a norm; *held: of what is there over the step, its square. */
+static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, double *held)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double *size = r->part_of;
+    *held = 0.0;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double sum = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
+        size[i] = sum * (1.0 / r->dt + r->rates[i]);
+        for (int m = 0; m < r->minerals.count; m++)
+            size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] / r->dt;
+        *held += sum / r->dt * (sum / r->dt);
+    }
+    return PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
+}
+
+/* With migration: weights grow with the rounding of what has come. 1: one has. */
+static int pdi_advance_grow(const pd_ctx *ctx, pd_reactive *r)
+{
+    int grown = 0;
+    for (int k = 0; k < r->components.count; k++) {
+        double held, least = pdi_advance_rounding(ctx, r, k, &held) / r->desc.tolerance;
+        if (!(r->weight[k] < least)) continue;
+        r->weight[k] = PDI_ADVANCE_ROOM * least;
+        grown = 1;
+    }
+    return grown;
+}
+
 /* Weights of the balances: what is there over the step, or what they lack at first, or the rounding of both. */
 static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
 {
@@ -33133,18 +33908,8 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
     for (int k = 0; k < s->count; k++) r->weight[k] = 1.0;
     pdi_advance_residual(ctx, r);
     for (int k = 0; k < s->count; k++) {
-        double *work = r->work + k * total, *size = r->part_of;
-        double first = sqrt(pdi_par_dot(ctx, total, work, work)), held = 0.0, rounding = 0.0;
-        for (int32_t i = 0; i < (int32_t)total; i++) {
-            double sum = 0.0;
-            if (r->grid->kind[i] != PD_FLUID) continue;
-            for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
-            size[i] = sum * (1.0 / r->dt + r->rates[i]);
-            for (int m = 0; m < r->minerals.count; m++)
-                size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] / r->dt;
-            held += sum / r->dt * (sum / r->dt);
-        }
-        rounding = PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
+        double *work = r->work + k * total, held;
+        double first = sqrt(pdi_par_dot(ctx, total, work, work)), rounding = pdi_advance_rounding(ctx, r, k, &held);
         r->weight[k] = fmax(fmax(sqrt(held), first), rounding / r->desc.tolerance);
         if (!(r->weight[k] > DBL_MIN)) r->weight[k] = 1.0;
     }
@@ -33227,6 +33992,7 @@ static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
     }
+    if (r->migration.on) PDI_TRY(pdi_migration_setup(ctx, &r->migration, r->c));
     if (r->surface) pdi_etch_solve(ctx, r->surface, 1);
     for (int n = 0; n < s->kinetics; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
@@ -33239,6 +34005,19 @@ static void pdi_advance_spend(const pd_reactive *r, double *y)
     int64_t size = r->components.count * (int64_t)r->grid->total;
     for (int64_t at = 0; at < size; at++)
         if (r->spent[at]) y[at] = 0.0;
+}
+
+/* With migration: the change x of totals of node i becomes that of neutral ones, and that of psi (theory: 5c.1). */
+static void pdi_advance_part(const pd_reactive *r, int32_t i, double *x)
+{
+    const pd_components *s = &r->components;
+    double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], charge = 0.0;
+    if (!r->migration.on) return;
+    pdi_reactive_get(r, r->c, i, c);
+    pdi_migration_along(&r->migration, c, along);
+    for (int k = 0; k < s->count; k++) charge += r->migration.charge[s->master[k]] * x[k];
+    for (int k = 0; k < s->count; k++) x[k] -= along[k] * charge;
+    r->migration.move[i] = charge / r->migration.size[i];
 }
 
 /* y = J x, in totals over weights. */
@@ -33255,6 +34034,7 @@ static void pdi_advance_apply(void *user, const double *x, double *y)
         double along[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->count; k++) along[k] = r->weight[k] * x[k * total + i]; /* 0 where it is spent */
+        pdi_advance_part(r, i, along);
         pdi_advance_fix(r, r->by + (int64_t)i * r->slots, along);
         pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
         pdi_reactive_put(r, c, i, r->move);
@@ -33264,18 +34044,25 @@ static void pdi_advance_apply(void *user, const double *x, double *y)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         const float *row = r->by + (int64_t)i * r->slots + tables;
+        double change[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < s->count; k++) y[k * total + i] += x[k * total + i] / r->dt;
+        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        pdi_advance_part(r, i, change);
+        for (int k = 0; k < s->count; k++) y[k * total + i] += change[k] / (r->weight[k] * r->dt);
         for (int n = 0; n < s->kinetics; n++, row += s->count) {
             double speed = 0.0;
-            for (int k = 0; k < s->count; k++) speed += (double)row[k] * r->weight[k] * x[k * total + i];
+            for (int k = 0; k < s->count; k++) speed += (double)row[k] * change[k];
             for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
         }
     }
     for (int32_t p = 0; r->surface && p < r->surface->count; p++) {
-        double given = r->surface->weight[p] * pdi_etch_follow(r->surface, p, x);
-        for (int k = 0; k < s->count; k++)
-            y[k * total + r->surface->node[p]] -= r->surface->gain[k] * given / r->weight[k];
+        int32_t i = r->surface->node[p];
+        double change[PD_SPECIES_MOST];
+        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        pdi_advance_part(r, i, change);
+        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, change);
+        double given = r->surface->weight[p] * pdi_etch_follow(r->surface, p, change);
+        for (int k = 0; k < s->count; k++) y[k * total + i] -= r->surface->gain[k] * given / r->weight[k];
     }
     pdi_advance_spend(r, y);
 }
@@ -33309,12 +34096,13 @@ static void pdi_advance_split_metal(pd_reactive *r, double *x)
     int64_t total = r->grid->total;
     for (int32_t p = 0; p < metal->count; p++) {
         int32_t i = metal->node[p];
-        double own = 1.0 / r->dt + r->rates[i], rate = 0.0;
+        double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MOST];
         const float *by = metal->by + (int64_t)p * s->count;
         for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * metal->gain[k];
         metal->split[p] = 0.0;
         if (!(rate > own)) continue;
-        double extent = -metal->weight[p] * pdi_etch_follow(metal, p, x) / rate;
+        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        double extent = -metal->weight[p] * pdi_etch_follow(metal, p, change) / rate;
         for (int k = 0; k < s->count; k++) x[k * total + i] -= metal->gain[k] * extent / r->weight[k];
         metal->split[p] = extent / (rate + own);
     }
@@ -33348,8 +34136,66 @@ static void pdi_advance_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double
     }
 }
 
+/* With migration: psi that drives the charge of x out, and `rest`, what that leaves of x. y: work. */
+static void pdi_advance_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, double *rest, double *y)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double charge = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++)
+            charge += r->migration.charge[s->master[k]] * r->weight[k] * x[k * total + i];
+        r->migration.current[i] = charge;
+    }
+    pdi_migration_apply(ctx, &r->migration, r->migration.current, r->migration.move);
+    pdi_advance_leave(ctx, r, NULL, r->closed, y);
+    for (int k = 0; k < s->count; k++) {
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < (int32_t)total; i++)
+            if (r->grid->kind[i] == PD_FLUID) rest[k * total + i] = x[k * total + i] - y[k * total + i];
+    }
+}
+
+/* The totals of y become neutral, and y gets the psi that drives the charge of x out beside the current of those. */
+static void pdi_advance_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
+{
+    const pd_components *s = &r->components;
+    pd_migration *m = &r->migration;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double x[PD_SPECIES_MOST], c[PD_SPECIES_MOST], sum = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * y[k * total + i];
+        pdi_advance_part(r, i, x);
+        for (int k = 0; k < s->count; k++) y[k * total + i] = x[k] / r->weight[k];
+        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, x);
+        pdi_components_follow(s, r->by + (int64_t)i * r->slots, x, c);
+        for (int n = 0; n < s->solutes; n++) sum += m->charge[n] * r->ratio[n] * c[n];
+        m->move[i] = sum;
+    }
+    pdi_migration_spread(ctx, m, m->move, r->part_of);
+    for (int32_t i = 0; i < (int32_t)total; i++)
+        if (r->grid->kind[i] == PD_FLUID) m->current[i] -= r->part_of[i];
+    pdi_migration_apply(ctx, m, m->current, m->move);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], lift = m->size[i] * m->move[i];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_migration_along(m, c, along);
+        for (int k = 0; k < s->count; k++) y[k * total + i] += along[k] * lift / r->weight[k];
+    }
+}
+
 /* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
- * rate. */
+ * rate; the charge, by the conductivity. */
 static void pdi_advance_precondition(void *user, const double *x, double *y)
 {
     pdi_advance_user *u = (pdi_advance_user *)user;
@@ -33357,12 +34203,13 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     double *rest = r->move;
-    if (!s->kinetics && !r->surface && !r->minerals.count) {
+    if (!s->kinetics && !r->surface && !r->minerals.count && !r->migration.on) {
         for (int k = 0; k < s->count; k++) pdi_inverse_apply(u->ctx, &r->inverse, x + k * total, y + k * total);
         pdi_advance_spend(r, y);
         return;
     }
-    pdi_par_copy(u->ctx, s->count * total, x, rest);
+    if (r->migration.on) pdi_advance_discharge(u->ctx, r, x, rest, y);
+    else pdi_par_copy(u->ctx, s->count * total, x, rest);
     pdi_par_zero(u->ctx, s->count * total, y);
     if (r->surface) pdi_advance_split_metal(r, rest);
     if (r->minerals.count) pdi_advance_lay(u->ctx, r, rest, y);
@@ -33374,10 +34221,25 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     }
     for (int k = 0; k < s->count; k++) {
         pdi_inverse_apply(u->ctx, &r->inverse, rest + k * total, r->part_of);
-        pdi_par_axpy(u->ctx, total, 1.0, r->part_of, y + k * total);
+        pdi_par_axpy(u->ctx, total, r->migration.on ? r->migration.pace[k] : 1.0, r->part_of, y + k * total);
     }
     if (r->surface) pdi_advance_join_metal(r, y);
+    if (r->migration.on) pdi_advance_recharge(u->ctx, r, y);
     pdi_advance_spend(r, y);
+}
+
+/* With migration: what Newton's method moves, as totals and as psi. */
+static void pdi_advance_resolve(pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double *delta = r->work + s->count * total, x[PD_SPECIES_MOST];
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * delta[k * total + i];
+        pdi_advance_part(r, i, x);
+        for (int k = 0; k < s->count; k++) delta[k * total + i] = x[k] / r->weight[k];
+    }
 }
 
 /* The correction behind the residual, to a share of it or to `goal`. */
@@ -33397,10 +34259,24 @@ static pd_status pdi_advance_direction(pd_ctx *ctx, pd_reactive *r, double share
     pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_advance_apply, pdi_advance_precondition, &user, r->work,
                                         r->work + r->components.count * (int64_t)r->grid->total, &linear);
     result->krylov += linear.iterations;
+    if (r->migration.on) pdi_advance_resolve(r);
     return pdi_arena_return(ctx, arena, pdi_krylov_list, &r->krylov, status);
 }
 
 /* ---- Newton's method ---- */
+
+/* What is cut off at 0 has charged c: it becomes neutral, and with activities comes to equilibrium again. */
+static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
+{
+    const pd_components *s = &r->components;
+    double sum[PD_SPECIES_MOST];
+    pdi_migration_neutralise(&r->migration, c);
+    if (!(s->debye > 0.0) || !s->joined) return PD_OK;
+    pdi_components_totals(s, c, sum);
+    PDI_TRY(pdi_components_solve(s, sum, c));
+    pdi_migration_neutralise(&r->migration, c);
+    return PD_OK;
+}
 
 /* c: what belongs to the totals of `base` moved by a share of the correction. Where no equilibrium is found it is
  * NaN. */
@@ -33428,24 +34304,42 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
         } else if (pdi_components_solve(s, sum, c) != PD_OK) {
             c[0] = NAN;
         }
+        if (r->migration.on) {
+            r->migration.psi[i] = r->migration.base[i] + share * r->migration.share * r->migration.move[i];
+            if (pdi_advance_neutral(r, c) != PD_OK) c[0] = NAN;
+        }
         pdi_reactive_put(r, c, i, r->c);
     }
 }
 
-/* The same from the present state, which becomes `base`. */
-static void pdi_advance_shift(const pd_ctx *ctx, pd_reactive *r, double share)
+/* The present state becomes `base`. */
+static void pdi_advance_mark(const pd_ctx *ctx, pd_reactive *r)
 {
     pdi_advance_copy(ctx, r, r->c, r->base, r->solid, r->solid_base);
-    pdi_advance_move(ctx, r, share);
+    if (r->migration.on) pdi_par_copy(ctx, r->grid->total, r->migration.psi, r->migration.base);
+    r->migration.share = 1.0;
+}
+
+/* With migration: 1: a whole step lowers the residual. Else those that follow move psi by little. */
+static int pdi_advance_lift(const pd_ctx *ctx, pd_reactive *r, double before, double *norm)
+{
+    double most = pdi_migration_largest(&r->migration);
+    if (!(most > PDI_ADVANCE_LIFT)) return 0;
+    pdi_advance_move(ctx, r, 1.0);
+    *norm = pdi_advance_residual(ctx, r);
+    if (*norm < before) return 1;
+    r->migration.share = PDI_ADVANCE_LIFT / most;
+    return 0;
 }
 
 /* A step along the correction, halved until the residual falls, or but for a rise that has room. 0: none does. */
 static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, double *norm)
 {
     double before = *norm, share = 1.0;
+    pdi_advance_mark(ctx, r);
+    if (r->migration.on && pdi_advance_lift(ctx, r, before, norm)) return 1;
     for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
-        if (halving) pdi_advance_move(ctx, r, share);
-        else pdi_advance_shift(ctx, r, share);
+        pdi_advance_move(ctx, r, share);
         *norm = pdi_advance_residual(ctx, r);
         if (*norm < (halving ? before : room * before)) return 1;
     }
@@ -33461,20 +34355,23 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         int64_t size = r->components.count * (int64_t)r->grid->total;
         for (int k = 0; k < r->components.count; k++) r->weight[k] = 1.0;
         pdi_par_zero(ctx, size, r->work + size);
-        pdi_advance_shift(ctx, r, 0.0);
+        pdi_advance_mark(ctx, r);
+        pdi_advance_move(ctx, r, 0.0);
     }
     pdi_advance_weigh(ctx, r);
-    PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, 1.0 / dt, NULL, 0));
+    double rate = r->migration.on ? pdi_migration_pace(&r->migration, dt) : 1.0 / dt;
+    PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, rate, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
     for (int step = 0; norm > goal; step++) {
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
         pd_status status = pdi_advance_direction(ctx, r, share, 0.3 * goal, result);
         if (status < 0) return status;
-        double before = norm, room = step < PDI_ADVANCE_FREE ? PDI_ADVANCE_RISE : 1.0;
-        int falls = pdi_advance_shorten(ctx, r, room, &norm);
+        double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
+        int falls = pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm);
         if (norm <= PDI_ADVANCE_NEAR * goal && norm > PDI_ADVANCE_STALL * before) break;
         if (!falls) return PD_NOT_CONVERGED;
+        if (r->migration.on && pdi_advance_grow(ctx, r)) norm = pdi_advance_residual(ctx, r);
         if (!r->linear) share = pdi_krylov_forcing(norm / before);
         result->newton++;
     }
@@ -33492,7 +34389,7 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
         if (status == PD_OK && now >= dt) return PD_OK;
         if (status == PD_OK) now = fmin(now * PDI_ADVANCE_SHORTER, dt);
         else {
-            pdi_advance_back(ctx, r);
+            pdi_advance_back(ctx, r, 0);
             now = dt * pow(PDI_ADVANCE_SHORTER, -(double)++part);
             result->parts++;
         }
@@ -33509,7 +34406,7 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
     int64_t total = r->grid->total;
     int nt = pdi_advance_threads(ctx, r);
     (void)nt;
-    pdi_advance_copy(ctx, r, r->c, r->begin, r->solid, r->solid_begin);
+    pdi_advance_back(ctx, r, 1);
     if (r->minerals.count) pdi_par_copy(ctx, r->minerals.count * total, r->solid, r->solid_start);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -33595,8 +34492,8 @@ static double pdi_advance_error(const pd_reactive *r)
     return worst;
 }
 
-/* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that do not react keep the
- * bounds of the start, of inlets and of held walls, where sources let them. */
+/* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that neither react nor migrate
+ * keep the bounds of the start, of inlets and of held walls, where sources let them. */
 static int pdi_advance_keeps(const pd_reactive *r, double stage)
 {
     const pd_components *s = &r->components;
@@ -33610,7 +34507,7 @@ static int pdi_advance_keeps(const pd_reactive *r, double stage)
         }
         if (owed > PDI_ADVANCE_SLACK * most) return 0;
     }
-    for (int k = s->joined; k < s->count; k++) {
+    for (int k = s->joined; k < s->count && !r->migration.on; k++) {
         int n = s->master[k], reacts = 0;
         pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL}, source = {0.0, 0.0};
         for (int e = 0; e < s->kinetics; e++) reacts = reacts || s->kinetic[e].nu[n] != 0.0;
@@ -33667,6 +34564,29 @@ static void pdi_advance_pores(pd_reactive *r)
         r->pass[i] = film > 0.0 ? (1.0 - film) / r->desc.tortuosity : 1.0;
     }
     if (r->pass) pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
+    r->migration.pass = r->pass;
+}
+
+/* With migration: where no current can leave, sources give none. */
+static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
+{
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    double size = 0.0;
+    pdi_migration_tie(&r->migration);
+    if (r->migration.tied) return PD_OK;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double around = pdi_grid_circumference(r->grid, i);
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < r->components.solutes; n++) {
+            double term = around * r->migration.charge[n] * r->source[n * total + i];
+            pdi_sum_add(&sum, term);
+            size += fabs(term);
+        }
+    }
+    if (!(fabs(pdi_sum_total(&sum)) > PDI_ADVANCE_SLACK * size)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
+                    "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }
 
 static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
@@ -33679,13 +34599,14 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
     pdi_advance_pores(r);
+    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
         pd_status second = pdi_advance_second(ctx, r, dt, result);
         if (second <= PD_OK) return second;
         result->euler = 1;
-        pdi_advance_back(ctx, r);
+        pdi_advance_back(ctx, r, 0);
         pdi_advance_start(ctx, r);
     }
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
@@ -33704,11 +34625,14 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_reactive_work_list, r));
     if (r->surface) pdi_etch_begin(r->surface);
     pdi_multigrid_open(&r->inverse.mg);
+    if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
-    if (status != PD_OK) pdi_advance_back(ctx, r);
+    if (status != PD_OK) pdi_advance_back(ctx, r, 0);
+    else if (r->migration.on) pdi_migration_level(&r->migration);
     pdi_krylov_trim(ctx, &r->krylov);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
+    if (r->migration.on) pdi_multigrid_close(&r->migration.mg);
     pdi_multigrid_close(&r->inverse.mg);
     return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
 }
@@ -58732,6 +59656,9 @@ static const pd_key pdi_keys_of_chemistry[] = {
      "ion that makes up for the sum of charges of what is written"},
     {"time", "-", "implicit",
      "of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at rest alone"},
+    {"migration", "-", "no",
+     "of a run: `yes`: ions also move in the potential that keeps the fluid neutral while they diffuse at different "
+     "speeds (theory: 5c.1), which is the field `potential` [V]; `no`: each diffuses by itself"},
     {"minerals", "-", "given",
      "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can. Of a run: "
      "`given` are those with `[mineral ...]`, and `all` puts the others in equilibrium"},
@@ -60420,7 +61347,7 @@ static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    
                                                "phase", "D", "rate", "density", "damage", "energy",
                                                "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
                                                "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx",
-                                               "phi", "j", "i", "pH", "film", "SI"};
+                                               "phi", "j", "i", "pH", "potential", "film", "SI"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 /* Coordinates of a place. */
 #if PD_DIM == 1
@@ -60621,6 +61548,7 @@ PDI_FN void pdi_setup_reactive(const pd_setup *u, pd_reactive_desc *desc)
     desc->activity = e->activity;
     desc->temperature = e->temperature;
     desc->order = u->settle ? 1 : 2;
+    desc->migration = u->migrates;
 }
 
 PDI_FN int pdi_setup_field_species(int64_t field)
@@ -60651,7 +61579,8 @@ static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]
                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
-                                               "sigma_zx [Pa]", "phi [V]", "j [A/m2]", "i [A/m2]", "pH", "film", "SI"};
+                                               "sigma_zx [Pa]", "phi [V]", "j [A/m2]", "i [A/m2]", "pH",
+                                               "potential [V]", "film", "SI"};
 
 PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field)
 {
@@ -60687,6 +61616,7 @@ static const char *pdi_setup_dissolved_needs(const pd_setup *setup, pd_field fie
     const pd_electrolyte *e = &setup->electrolyte;
     int species = field == PD_FIELD_PH ? pdi_electrolyte_find(e, "H+") : pdi_setup_field_species(field);
     if (!setup->has_chemistry) return "a [chemistry] section";
+    if (field == PD_FIELD_POTENTIAL) return setup->migrates ? NULL : "[chemistry] migration = yes";
     if (field == PD_FIELD_FILM || field == PD_FIELD_SI) return setup->minerals ? NULL : "a [mineral ...] section";
     if (species >= 0 && species < e->count && e->species[species].phase != PD_PHASE_SOLVENT) return NULL;
     return field == PD_FIELD_PH ? "the species H+" : "a solute";
@@ -60732,6 +61662,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:
     case PD_FIELD_PH:
+    case PD_FIELD_POTENTIAL:
     case PD_FIELD_FILM:
     case PD_FIELD_SI:
     case PD_FIELD_SPECIES:
@@ -63119,7 +64050,7 @@ static pd_status pdi_read_chemistry_solids(pdi_reader *s)
 
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
 {
-    static const char *const times[] = {"implicit", "steady", NULL};
+    static const char *const times[] = {"implicit", "steady", NULL}, *const answers[] = {"no", "yes", NULL};
     pd_setup *u = s->setup;
     int section = pdi_text_section(s->ctx, s->text, "chemistry", NULL);
     if (!pdi_read_electrolyte_given(s->ctx, s->text)) return PD_OK;
@@ -63136,6 +64067,7 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
     for (int k = 0; k < u->electrolyte.count; k++)
         snprintf(u->species_label[k], sizeof u->species_label[k], "%s [mol/m3]", u->electrolyte.species[k].name);
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "migration", answers, "no", &u->migrates));
     if (!u->settle || !u->has_dissolve) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "time",
                            "found 'steady' beside metal that dissolves, expected implicit");
@@ -66560,6 +67492,8 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     r.flux.conductance.bonds = &plan->bonds;
     r.flux.conductance.capacity = plan->bonds.capacity;
     r.flux.conductance.rests = !u->has_flow;
+    r.migration.on = u->migrates;
+    r.migration.flux = &r.flux;
     r.filter = filter;
     pdi_reactive_slots(&r);
     pdi_reactive_plan(&plan->ctx, &r, &kd);
@@ -67975,6 +68909,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_J:
         if (fluid) pdi_cell_current(&m->cell, i, j);
         return fluid ? pdi_vec_norm(j) : 0.0;
+    case PD_FIELD_POTENTIAL: return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
     case PD_FIELD_PH: return fluid ? pd_reactive_ph(&m->reactive, i) : (double)NAN;
     case PD_FIELD_FILM: return fluid ? pd_reactive_film(&m->reactive, i) : 0.0;
     case PD_FIELD_SI: return fluid ? pd_reactive_saturation(&m->reactive, -1, i) : (double)NAN;
@@ -68051,8 +68986,9 @@ static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
     return count;
 }
 
-/* Without bonds, of the potential, and of pH (f: NULL): linear between the fluid nodes around x. */
-static double pdi_sample_between(const pd_model *m, const double *f, const double *x)
+/* Without bonds, of the potential of electrodes, and of pH and that of ions (f: NULL): linear between the fluid nodes
+ * around x. */
+static double pdi_sample_between(const pd_model *m, pd_field field, const double *f, const double *x)
 {
     const pd_grid *grid = &m->grid;
     double sum = 0.0, weights = 0.0;
@@ -68068,7 +69004,7 @@ static double pdi_sample_between(const pd_model *m, const double *f, const doubl
         if (!pdi_grid_inside(grid, i)) continue;
         int32_t node = pd_grid_node(grid, i);
         if (grid->kind[node] != PD_FLUID) continue;
-        sum += weight * (f ? f[node] : pd_reactive_ph(&m->reactive, node));
+        sum += weight * (f ? f[node] : pdi_sample_node(m, field, node));
         weights += weight;
     }
     return sum / weights;
@@ -68248,15 +69184,15 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
     if (field == PD_FIELD_PHI) job.f = m->cell.potential.phi;
-    if (!job.f && field != PD_FIELD_PH) {
+    if (!job.f && field != PD_FIELD_PH && field != PD_FIELD_POTENTIAL) {
         int cells = pdi_sample_cells(&m->grid, x, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
     /* a gas has jumps, and slips along walls */
-    if (fluid && (m->setup->has_gas || !job.f || field == PD_FIELD_PHI)) return pdi_sample_between(m, job.f, x);
+    if (fluid && (m->setup->has_gas || !job.f || field == PD_FIELD_PHI)) return pdi_sample_between(m, field, job.f, x);
     for (int k = 0; k < fluid; k++)
-        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(m, job.f, x);
+        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(m, field, job.f, x);
     if (!fluid) return (double)NAN;
     return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
 }
@@ -68325,7 +69261,7 @@ PDI_FN pd_status pdi_view_field(pd_ctx *ctx, pd_model *model, pd_views *views, c
     if (field == PD_FIELD_COUNT)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "view",
                         "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density, damage, "
-                        "pH or a species", name);
+                        "pH, potential or a species", name);
     const char *needs = pdi_setup_field_needs(model->setup, (pd_field)field);
     if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "view", "the field %s needs %s", name, needs);
     views->cells = 1;

@@ -265,7 +265,7 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
         double stabiliser =
             pdi_flow_stabiliser(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
         if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
-        double gain = flux - twice_nu * *(flow->isotropic.bonds ? flow->isotropic.weight + k : a);
+        double gain = flux - twice_nu * (flow->isotropic.bonds ? *a + flow->isotropy * flow->isotropic.excess[k] : *a);
         stabiliser *= *a;
         if (open) {
             flux *= open[b];
@@ -366,7 +366,7 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     s.ru = ru;
     s.rc = rc;
     pdi_traverse_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
-    pdi_isotropic_rows(ctx, &flow->isotropic, flow->nu, t->u, ru);
+    pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, t->u, ru);
 }
 
 PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
@@ -588,12 +588,14 @@ static double pdi_flow_forced_speed(const pd_flow *flow, double force)
 
 static void pdi_flow_stabilise(pd_flow *flow)
 {
-    double rate = 0.0;
+    double rate = 0.0, longest = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         double h = flow->grid->h[d];
         rate += flow->nu / (h * h) + 0.5 * flow->speed / h;
+        longest = fmax(longest, h);
     }
     flow->stabilisation = 1.0 / rate;
+    flow->isotropy = pdi_isotropic_share(&flow->isotropic, flow->speed * longest / flow->nu);
 }
 
 /* A force along a periodic axis drives a flow; along others it counts where nothing else moves the fluid. */
@@ -709,6 +711,7 @@ PDI_FN void pdi_flow_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, flow, evaluations, "1");
     PDI_VALUE(owner, flow, speed, "m/s");
     PDI_VALUE(owner, flow, stabilisation, "s");
+    PDI_VALUE(owner, flow, isotropy, "1");
     if (flow->clock) PDI_VALUE(owner, flow, time, "s");
 }
 

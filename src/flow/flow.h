@@ -69,6 +69,7 @@ typedef struct pd_flow {
     int order;              /* 4: a solver of steady flows makes `sharp` */
     pd_sharp sharp;         /* empty: second order */
     pd_isotropic isotropic; /* friction of second order; empty: by the Laplacian */
+    double isotropy;        /* [-] share of its excess */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;

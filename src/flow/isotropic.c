@@ -3,6 +3,9 @@
 #include "core/par.h"
 #include <string.h>
 
+/* Cell Reynolds number at which half of the excess is left: from 2 on central differences of advection waver. */
+#define PDI_ISOTROPIC_CELL 2.0
+
 /* L u of component f at `node`, by the bonds of a square that are open (eq. 4.1d). */
 static double pdi_isotropic_square(const pd_bonds *bonds, const pd_square *square, int32_t r, const double *f)
 {
@@ -35,6 +38,12 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
 }
 
 PDI_COLD_BEGIN
+PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double cell)
+{
+    double times = cell / PDI_ISOTROPIC_CELL;
+    return isotropic->bonds ? 1.0 / (1.0 + times * times) : 0.0;
+}
+
 /* The bond with the offset n; -1: none. */
 static int pdi_isotropic_find(const pd_stencil *s, const int *n)
 {
@@ -59,8 +68,8 @@ static int pdi_isotropic_plane(const pd_stencil *s, int a, int b, pd_isotropic *
         square->side[1] = pdi_isotropic_find(s, n);
         if (square->across < 0) return 0;
         square->more = wanted - s->lap[square->across];
-        isotropic->weight[square->across] += square->more;
-        for (int side = 0; side < 2; side++) isotropic->weight[square->side[side]] -= square->more;
+        isotropic->excess[square->across] += square->more;
+        for (int side = 0; side < 2; side++) isotropic->excess[square->side[side]] -= square->more;
     }
     return 1;
 }
@@ -70,7 +79,6 @@ PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic)
     const pd_stencil *s = bonds->stencil;
     memset(isotropic, 0, sizeof *isotropic);
     if (PD_DIM == 1 || s->reach > 1 || s->count != 2 * PD_DIM * PD_DIM || bonds->grid->circumference) return;
-    for (int k = 0; k < s->count; k++) isotropic->weight[k] = s->lap[k];
     for (int a = 0; a < PD_DIM; a++)
         for (int b = a + 1; b < PD_DIM; b++)
             if (!pdi_isotropic_plane(s, a, b, isotropic)) return;

@@ -19,13 +19,16 @@ typedef struct pd_isotropic {
     const pd_bonds *bonds; /* NULL: friction has the weights of the Laplacian */
     int squares;
     pd_square square[2 * PD_DIM * PD_DIM];
-    double weight[2 * PD_DIM * PD_DIM]; /* [1/m2] of the bonds of nodes whose squares are complete */
+    double excess[2 * PD_DIM * PD_DIM]; /* [1/m2] of bonds over those of the Laplacian, where squares are complete */
 } pd_isotropic;
 
 #ifdef PDI_INTERNAL
 /* Families of the nearest neighbours on planar lattices get weights; others none. */
 PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
-/* ru += what `weight` brings to friction nu of u [PD_DIM][total] by squares that are not complete. */
+/* Share of the excess that a flow takes whose cell has the Reynolds number `cell`: it falls from 1 to 0 where advection
+ * errs by more than friction (theory: eq. 4.1f). */
+PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double cell);
+/* ru += what `excess` brings too much to friction nu of u [PD_DIM][total] by squares that are not complete. */
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru);
 #endif

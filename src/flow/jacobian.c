@@ -200,6 +200,18 @@ static void pdi_jacobian_pack(const pd_ctx *ctx, const double *x, double factor,
     for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * factor);
 }
 
+/* Friction of whole families, whose share of isotropy follows the speed of the flow. */
+static void pdi_jacobian_rub(pd_jacobian *q)
+{
+    const pd_flow *flow = q->flow;
+    const pd_stencil *s = flow->bonds->stencil;
+    for (int k = 0; k < s->count; k++) {
+        double rub = s->lap[k];
+        if (flow->isotropic.bonds) rub += flow->isotropy * flow->isotropic.excess[k];
+        q->weight[k * PDI_JACOBIAN_WEIGHTS + 2 * PD_DIM + 1] = (float)(rub * q->length * q->length);
+    }
+}
+
 PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *q)
 {
     const pd_flow *flow = q->flow;
@@ -207,6 +219,7 @@ PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *q)
     pdi_jacobian_pack(ctx, flow->advecting, 1.0 / q->speed, split, q->frozen);
     pdi_jacobian_pack(ctx, flow->u, 1.0 / q->speed, split, q->frozen + split);
     pd_op_divergence(ctx, flow->bonds, flow->advecting, q->divergence);
+    pdi_jacobian_rub(q);
 }
 
 PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pdi_jacobian_step *step, double *yu,
@@ -270,10 +283,9 @@ PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobia
             weight[d] = (float)(s->grad[k * PD_DIM + d] * q->length);
             weight[PD_DIM + d] = (float)(s->xi[k * PD_DIM + d] / q->length);
         }
-        const double *rub = flow->isotropic.bonds ? flow->isotropic.weight : s->lap;
         weight[2 * PD_DIM] = (float)(s->lap[k] * q->length * q->length);
-        weight[2 * PD_DIM + 1] = (float)(rub[k] * q->length * q->length);
     }
+    pdi_jacobian_rub(q);
     return PD_OK;
 }
 

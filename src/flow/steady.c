@@ -113,7 +113,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y
     pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
     pdi_flow_sharpen(ctx, flow, du, s->advecting, flow->grad, y);
-    pdi_isotropic_rows(ctx, &flow->isotropic, flow->nu, du, y);
+    pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, du, y);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
     pdi_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, s->weight / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), y);

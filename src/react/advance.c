@@ -19,10 +19,16 @@
  * and met: what is undone is carried on. */
 #define PDI_ADVANCE_NEAR 10.0
 #define PDI_ADVANCE_STALL 0.5
+/* By so much weights that grow exceed what they have to be. */
+#define PDI_ADVANCE_ROOM 2.0
 /* So many steps of Newton may raise the residual by this factor; else a step is halved, so many times at most. */
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
 #define PDI_ADVANCE_HALVINGS 10
+/* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
+ * factor, since the next one finds the potential in the ions that have come. */
+#define PDI_ADVANCE_LIFT 3.0
+#define PDI_ADVANCE_JUMP 1e9
 /* Tries with shorter steps, and their ratio. */
 #define PDI_ADVANCE_PARTS 8
 #define PDI_ADVANCE_SHORTER 8.0
@@ -46,10 +52,13 @@ static void pdi_advance_copy(const pd_ctx *ctx, const pd_reactive *r, const doub
     if (r->minerals.count) pdi_par_copy(ctx, r->minerals.count * (int64_t)r->grid->total, solid, solid_to);
 }
 
-/* To the start of the step. */
-static void pdi_advance_back(const pd_ctx *ctx, pd_reactive *r)
+/* What was there at the start of the step; or (keep = 1) what is there becomes that. */
+static void pdi_advance_back(const pd_ctx *ctx, pd_reactive *r, int keep)
 {
-    pdi_advance_copy(ctx, r, r->begin, r->c, r->solid_begin, r->solid);
+    pd_migration *m = &r->migration;
+    if (keep) pdi_advance_copy(ctx, r, r->c, r->begin, r->solid, r->solid_begin);
+    else pdi_advance_copy(ctx, r, r->begin, r->c, r->solid_begin, r->solid);
+    if (m->on) pdi_par_copy(ctx, r->grid->total, keep ? m->psi : m->begin, keep ? m->begin : m->psi);
 }
 
 /* Images of several fields. */
@@ -59,15 +68,19 @@ static void pdi_advance_images(const pd_reactive *r, double *fields)
         pd_ghosts_scalar(&r->bonds->ghosts, fields + (int64_t)n * r->grid->total);
 }
 
-/* y [components]: what leaves by the fields, over the weights. */
-static void pdi_advance_leave(const pd_ctx *ctx, const pd_reactive *r, const double *fields, const double *wall,
-                               double *y)
+/* y [components]: what leaves by the fields, over the weights. With migration `fields` is c or, for the derivative, the
+ * change of c beside that of psi; NULL: that of psi alone. */
+static void pdi_advance_leave(const pd_ctx *ctx, pd_reactive *r, const double *fields, const double *wall, double *y)
 {
     const pd_components *s = &r->components;
     double weight[PD_SPECIES_MOST * PD_SPECIES_MOST];
     pdi_flux_fields f;
     for (int k = 0; k < s->count; k++)
         for (int n = 0; n < s->solutes; n++) weight[k * s->solutes + n] = s->m[k][n] / r->weight[k];
+    if (r->migration.on) {
+        pdi_migration_leave(ctx, &r->migration, r->c, fields, weight, y);
+        return;
+    }
     f.count = s->solutes;
     f.sums = s->count;
     f.ratio = r->ratio;
@@ -139,6 +152,38 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     return sqrt(pdi_par_dot(ctx, count * total, r->move, r->move));
 }
 
+/* Rounding [mol/m3/s] of the balances of component k, as a norm; *held: of what is there over the step, its square. */
+static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, double *held)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double *size = r->part_of;
+    *held = 0.0;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double sum = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
+        size[i] = sum * (1.0 / r->dt + r->rates[i]);
+        for (int m = 0; m < r->minerals.count; m++)
+            size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] / r->dt;
+        *held += sum / r->dt * (sum / r->dt);
+    }
+    return PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
+}
+
+/* With migration: weights grow with the rounding of what has come. 1: one has. */
+static int pdi_advance_grow(const pd_ctx *ctx, pd_reactive *r)
+{
+    int grown = 0;
+    for (int k = 0; k < r->components.count; k++) {
+        double held, least = pdi_advance_rounding(ctx, r, k, &held) / r->desc.tolerance;
+        if (!(r->weight[k] < least)) continue;
+        r->weight[k] = PDI_ADVANCE_ROOM * least;
+        grown = 1;
+    }
+    return grown;
+}
+
 /* Weights of the balances: what is there over the step, or what they lack at first, or the rounding of both. */
 static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
 {
@@ -147,18 +192,8 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
     for (int k = 0; k < s->count; k++) r->weight[k] = 1.0;
     pdi_advance_residual(ctx, r);
     for (int k = 0; k < s->count; k++) {
-        double *work = r->work + k * total, *size = r->part_of;
-        double first = sqrt(pdi_par_dot(ctx, total, work, work)), held = 0.0, rounding = 0.0;
-        for (int32_t i = 0; i < (int32_t)total; i++) {
-            double sum = 0.0;
-            if (r->grid->kind[i] != PD_FLUID) continue;
-            for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
-            size[i] = sum * (1.0 / r->dt + r->rates[i]);
-            for (int m = 0; m < r->minerals.count; m++)
-                size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] / r->dt;
-            held += sum / r->dt * (sum / r->dt);
-        }
-        rounding = PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
+        double *work = r->work + k * total, held;
+        double first = sqrt(pdi_par_dot(ctx, total, work, work)), rounding = pdi_advance_rounding(ctx, r, k, &held);
         r->weight[k] = fmax(fmax(sqrt(held), first), rounding / r->desc.tolerance);
         if (!(r->weight[k] > DBL_MIN)) r->weight[k] = 1.0;
     }
@@ -241,6 +276,7 @@ static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
     }
+    if (r->migration.on) PDI_TRY(pdi_migration_setup(ctx, &r->migration, r->c));
     if (r->surface) pdi_etch_solve(ctx, r->surface, 1);
     for (int n = 0; n < s->kinetics; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
@@ -253,6 +289,19 @@ static void pdi_advance_spend(const pd_reactive *r, double *y)
     int64_t size = r->components.count * (int64_t)r->grid->total;
     for (int64_t at = 0; at < size; at++)
         if (r->spent[at]) y[at] = 0.0;
+}
+
+/* With migration: the change x of totals of node i becomes that of neutral ones, and that of psi (theory: 5c.1). */
+static void pdi_advance_part(const pd_reactive *r, int32_t i, double *x)
+{
+    const pd_components *s = &r->components;
+    double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], charge = 0.0;
+    if (!r->migration.on) return;
+    pdi_reactive_get(r, r->c, i, c);
+    pdi_migration_along(&r->migration, c, along);
+    for (int k = 0; k < s->count; k++) charge += r->migration.charge[s->master[k]] * x[k];
+    for (int k = 0; k < s->count; k++) x[k] -= along[k] * charge;
+    r->migration.move[i] = charge / r->migration.size[i];
 }
 
 /* y = J x, in totals over weights. */
@@ -269,6 +318,7 @@ static void pdi_advance_apply(void *user, const double *x, double *y)
         double along[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->count; k++) along[k] = r->weight[k] * x[k * total + i]; /* 0 where it is spent */
+        pdi_advance_part(r, i, along);
         pdi_advance_fix(r, r->by + (int64_t)i * r->slots, along);
         pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
         pdi_reactive_put(r, c, i, r->move);
@@ -278,18 +328,25 @@ static void pdi_advance_apply(void *user, const double *x, double *y)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         const float *row = r->by + (int64_t)i * r->slots + tables;
+        double change[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < s->count; k++) y[k * total + i] += x[k * total + i] / r->dt;
+        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        pdi_advance_part(r, i, change);
+        for (int k = 0; k < s->count; k++) y[k * total + i] += change[k] / (r->weight[k] * r->dt);
         for (int n = 0; n < s->kinetics; n++, row += s->count) {
             double speed = 0.0;
-            for (int k = 0; k < s->count; k++) speed += (double)row[k] * r->weight[k] * x[k * total + i];
+            for (int k = 0; k < s->count; k++) speed += (double)row[k] * change[k];
             for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
         }
     }
     for (int32_t p = 0; r->surface && p < r->surface->count; p++) {
-        double given = r->surface->weight[p] * pdi_etch_follow(r->surface, p, x);
-        for (int k = 0; k < s->count; k++)
-            y[k * total + r->surface->node[p]] -= r->surface->gain[k] * given / r->weight[k];
+        int32_t i = r->surface->node[p];
+        double change[PD_SPECIES_MOST];
+        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        pdi_advance_part(r, i, change);
+        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, change);
+        double given = r->surface->weight[p] * pdi_etch_follow(r->surface, p, change);
+        for (int k = 0; k < s->count; k++) y[k * total + i] -= r->surface->gain[k] * given / r->weight[k];
     }
     pdi_advance_spend(r, y);
 }
@@ -323,12 +380,13 @@ static void pdi_advance_split_metal(pd_reactive *r, double *x)
     int64_t total = r->grid->total;
     for (int32_t p = 0; p < metal->count; p++) {
         int32_t i = metal->node[p];
-        double own = 1.0 / r->dt + r->rates[i], rate = 0.0;
+        double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MOST];
         const float *by = metal->by + (int64_t)p * s->count;
         for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * metal->gain[k];
         metal->split[p] = 0.0;
         if (!(rate > own)) continue;
-        double extent = -metal->weight[p] * pdi_etch_follow(metal, p, x) / rate;
+        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        double extent = -metal->weight[p] * pdi_etch_follow(metal, p, change) / rate;
         for (int k = 0; k < s->count; k++) x[k * total + i] -= metal->gain[k] * extent / r->weight[k];
         metal->split[p] = extent / (rate + own);
     }
@@ -362,8 +420,66 @@ static void pdi_advance_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double
     }
 }
 
+/* With migration: psi that drives the charge of x out, and `rest`, what that leaves of x. y: work. */
+static void pdi_advance_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, double *rest, double *y)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double charge = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++)
+            charge += r->migration.charge[s->master[k]] * r->weight[k] * x[k * total + i];
+        r->migration.current[i] = charge;
+    }
+    pdi_migration_apply(ctx, &r->migration, r->migration.current, r->migration.move);
+    pdi_advance_leave(ctx, r, NULL, r->closed, y);
+    for (int k = 0; k < s->count; k++) {
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < (int32_t)total; i++)
+            if (r->grid->kind[i] == PD_FLUID) rest[k * total + i] = x[k * total + i] - y[k * total + i];
+    }
+}
+
+/* The totals of y become neutral, and y gets the psi that drives the charge of x out beside the current of those. */
+static void pdi_advance_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
+{
+    const pd_components *s = &r->components;
+    pd_migration *m = &r->migration;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double x[PD_SPECIES_MOST], c[PD_SPECIES_MOST], sum = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * y[k * total + i];
+        pdi_advance_part(r, i, x);
+        for (int k = 0; k < s->count; k++) y[k * total + i] = x[k] / r->weight[k];
+        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, x);
+        pdi_components_follow(s, r->by + (int64_t)i * r->slots, x, c);
+        for (int n = 0; n < s->solutes; n++) sum += m->charge[n] * r->ratio[n] * c[n];
+        m->move[i] = sum;
+    }
+    pdi_migration_spread(ctx, m, m->move, r->part_of);
+    for (int32_t i = 0; i < (int32_t)total; i++)
+        if (r->grid->kind[i] == PD_FLUID) m->current[i] -= r->part_of[i];
+    pdi_migration_apply(ctx, m, m->current, m->move);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], lift = m->size[i] * m->move[i];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_migration_along(m, c, along);
+        for (int k = 0; k < s->count; k++) y[k * total + i] += along[k] * lift / r->weight[k];
+    }
+}
+
 /* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
- * rate. */
+ * rate; the charge, by the conductivity. */
 static void pdi_advance_precondition(void *user, const double *x, double *y)
 {
     pdi_advance_user *u = (pdi_advance_user *)user;
@@ -371,12 +487,13 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     double *rest = r->move;
-    if (!s->kinetics && !r->surface && !r->minerals.count) {
+    if (!s->kinetics && !r->surface && !r->minerals.count && !r->migration.on) {
         for (int k = 0; k < s->count; k++) pdi_inverse_apply(u->ctx, &r->inverse, x + k * total, y + k * total);
         pdi_advance_spend(r, y);
         return;
     }
-    pdi_par_copy(u->ctx, s->count * total, x, rest);
+    if (r->migration.on) pdi_advance_discharge(u->ctx, r, x, rest, y);
+    else pdi_par_copy(u->ctx, s->count * total, x, rest);
     pdi_par_zero(u->ctx, s->count * total, y);
     if (r->surface) pdi_advance_split_metal(r, rest);
     if (r->minerals.count) pdi_advance_lay(u->ctx, r, rest, y);
@@ -388,10 +505,25 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     }
     for (int k = 0; k < s->count; k++) {
         pdi_inverse_apply(u->ctx, &r->inverse, rest + k * total, r->part_of);
-        pdi_par_axpy(u->ctx, total, 1.0, r->part_of, y + k * total);
+        pdi_par_axpy(u->ctx, total, r->migration.on ? r->migration.pace[k] : 1.0, r->part_of, y + k * total);
     }
     if (r->surface) pdi_advance_join_metal(r, y);
+    if (r->migration.on) pdi_advance_recharge(u->ctx, r, y);
     pdi_advance_spend(r, y);
+}
+
+/* With migration: what Newton's method moves, as totals and as psi. */
+static void pdi_advance_resolve(pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double *delta = r->work + s->count * total, x[PD_SPECIES_MOST];
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * delta[k * total + i];
+        pdi_advance_part(r, i, x);
+        for (int k = 0; k < s->count; k++) delta[k * total + i] = x[k] / r->weight[k];
+    }
 }
 
 /* The correction behind the residual, to a share of it or to `goal`. */
@@ -411,10 +543,24 @@ static pd_status pdi_advance_direction(pd_ctx *ctx, pd_reactive *r, double share
     pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_advance_apply, pdi_advance_precondition, &user, r->work,
                                         r->work + r->components.count * (int64_t)r->grid->total, &linear);
     result->krylov += linear.iterations;
+    if (r->migration.on) pdi_advance_resolve(r);
     return pdi_arena_return(ctx, arena, pdi_krylov_list, &r->krylov, status);
 }
 
 /* ---- Newton's method ---- */
+
+/* What is cut off at 0 has charged c: it becomes neutral, and with activities comes to equilibrium again. */
+static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
+{
+    const pd_components *s = &r->components;
+    double sum[PD_SPECIES_MOST];
+    pdi_migration_neutralise(&r->migration, c);
+    if (!(s->debye > 0.0) || !s->joined) return PD_OK;
+    pdi_components_totals(s, c, sum);
+    PDI_TRY(pdi_components_solve(s, sum, c));
+    pdi_migration_neutralise(&r->migration, c);
+    return PD_OK;
+}
 
 /* c: what belongs to the totals of `base` moved by a share of the correction. Where no equilibrium is found it is
  * NaN. */
@@ -442,24 +588,42 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
         } else if (pdi_components_solve(s, sum, c) != PD_OK) {
             c[0] = NAN;
         }
+        if (r->migration.on) {
+            r->migration.psi[i] = r->migration.base[i] + share * r->migration.share * r->migration.move[i];
+            if (pdi_advance_neutral(r, c) != PD_OK) c[0] = NAN;
+        }
         pdi_reactive_put(r, c, i, r->c);
     }
 }
 
-/* The same from the present state, which becomes `base`. */
-static void pdi_advance_shift(const pd_ctx *ctx, pd_reactive *r, double share)
+/* The present state becomes `base`. */
+static void pdi_advance_mark(const pd_ctx *ctx, pd_reactive *r)
 {
     pdi_advance_copy(ctx, r, r->c, r->base, r->solid, r->solid_base);
-    pdi_advance_move(ctx, r, share);
+    if (r->migration.on) pdi_par_copy(ctx, r->grid->total, r->migration.psi, r->migration.base);
+    r->migration.share = 1.0;
+}
+
+/* With migration: 1: a whole step lowers the residual. Else those that follow move psi by little. */
+static int pdi_advance_lift(const pd_ctx *ctx, pd_reactive *r, double before, double *norm)
+{
+    double most = pdi_migration_largest(&r->migration);
+    if (!(most > PDI_ADVANCE_LIFT)) return 0;
+    pdi_advance_move(ctx, r, 1.0);
+    *norm = pdi_advance_residual(ctx, r);
+    if (*norm < before) return 1;
+    r->migration.share = PDI_ADVANCE_LIFT / most;
+    return 0;
 }
 
 /* A step along the correction, halved until the residual falls, or but for a rise that has room. 0: none does. */
 static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, double *norm)
 {
     double before = *norm, share = 1.0;
+    pdi_advance_mark(ctx, r);
+    if (r->migration.on && pdi_advance_lift(ctx, r, before, norm)) return 1;
     for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
-        if (halving) pdi_advance_move(ctx, r, share);
-        else pdi_advance_shift(ctx, r, share);
+        pdi_advance_move(ctx, r, share);
         *norm = pdi_advance_residual(ctx, r);
         if (*norm < (halving ? before : room * before)) return 1;
     }
@@ -475,20 +639,23 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         int64_t size = r->components.count * (int64_t)r->grid->total;
         for (int k = 0; k < r->components.count; k++) r->weight[k] = 1.0;
         pdi_par_zero(ctx, size, r->work + size);
-        pdi_advance_shift(ctx, r, 0.0);
+        pdi_advance_mark(ctx, r);
+        pdi_advance_move(ctx, r, 0.0);
     }
     pdi_advance_weigh(ctx, r);
-    PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, 1.0 / dt, NULL, 0));
+    double rate = r->migration.on ? pdi_migration_pace(&r->migration, dt) : 1.0 / dt;
+    PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, rate, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
     for (int step = 0; norm > goal; step++) {
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
         pd_status status = pdi_advance_direction(ctx, r, share, 0.3 * goal, result);
         if (status < 0) return status;
-        double before = norm, room = step < PDI_ADVANCE_FREE ? PDI_ADVANCE_RISE : 1.0;
-        int falls = pdi_advance_shorten(ctx, r, room, &norm);
+        double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
+        int falls = pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm);
         if (norm <= PDI_ADVANCE_NEAR * goal && norm > PDI_ADVANCE_STALL * before) break;
         if (!falls) return PD_NOT_CONVERGED;
+        if (r->migration.on && pdi_advance_grow(ctx, r)) norm = pdi_advance_residual(ctx, r);
         if (!r->linear) share = pdi_krylov_forcing(norm / before);
         result->newton++;
     }
@@ -506,7 +673,7 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
         if (status == PD_OK && now >= dt) return PD_OK;
         if (status == PD_OK) now = fmin(now * PDI_ADVANCE_SHORTER, dt);
         else {
-            pdi_advance_back(ctx, r);
+            pdi_advance_back(ctx, r, 0);
             now = dt * pow(PDI_ADVANCE_SHORTER, -(double)++part);
             result->parts++;
         }
@@ -523,7 +690,7 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
     int64_t total = r->grid->total;
     int nt = pdi_advance_threads(ctx, r);
     (void)nt;
-    pdi_advance_copy(ctx, r, r->c, r->begin, r->solid, r->solid_begin);
+    pdi_advance_back(ctx, r, 1);
     if (r->minerals.count) pdi_par_copy(ctx, r->minerals.count * total, r->solid, r->solid_start);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -609,8 +776,8 @@ static double pdi_advance_error(const pd_reactive *r)
     return worst;
 }
 
-/* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that do not react keep the
- * bounds of the start, of inlets and of held walls, where sources let them. */
+/* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that neither react nor migrate
+ * keep the bounds of the start, of inlets and of held walls, where sources let them. */
 static int pdi_advance_keeps(const pd_reactive *r, double stage)
 {
     const pd_components *s = &r->components;
@@ -624,7 +791,7 @@ static int pdi_advance_keeps(const pd_reactive *r, double stage)
         }
         if (owed > PDI_ADVANCE_SLACK * most) return 0;
     }
-    for (int k = s->joined; k < s->count; k++) {
+    for (int k = s->joined; k < s->count && !r->migration.on; k++) {
         int n = s->master[k], reacts = 0;
         pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL}, source = {0.0, 0.0};
         for (int e = 0; e < s->kinetics; e++) reacts = reacts || s->kinetic[e].nu[n] != 0.0;
@@ -681,6 +848,29 @@ static void pdi_advance_pores(pd_reactive *r)
         r->pass[i] = film > 0.0 ? (1.0 - film) / r->desc.tortuosity : 1.0;
     }
     if (r->pass) pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
+    r->migration.pass = r->pass;
+}
+
+/* With migration: where no current can leave, sources give none. */
+static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
+{
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    double size = 0.0;
+    pdi_migration_tie(&r->migration);
+    if (r->migration.tied) return PD_OK;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double around = pdi_grid_circumference(r->grid, i);
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < r->components.solutes; n++) {
+            double term = around * r->migration.charge[n] * r->source[n * total + i];
+            pdi_sum_add(&sum, term);
+            size += fabs(term);
+        }
+    }
+    if (!(fabs(pdi_sum_total(&sum)) > PDI_ADVANCE_SLACK * size)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
+                    "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }
 
 static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
@@ -693,13 +883,14 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
     pdi_advance_pores(r);
+    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
         pd_status second = pdi_advance_second(ctx, r, dt, result);
         if (second <= PD_OK) return second;
         result->euler = 1;
-        pdi_advance_back(ctx, r);
+        pdi_advance_back(ctx, r, 0);
         pdi_advance_start(ctx, r);
     }
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
@@ -718,11 +909,14 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_reactive_work_list, r));
     if (r->surface) pdi_etch_begin(r->surface);
     pdi_multigrid_open(&r->inverse.mg);
+    if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
-    if (status != PD_OK) pdi_advance_back(ctx, r);
+    if (status != PD_OK) pdi_advance_back(ctx, r, 0);
+    else if (r->migration.on) pdi_migration_level(&r->migration);
     pdi_krylov_trim(ctx, &r->krylov);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
+    if (r->migration.on) pdi_multigrid_close(&r->migration.mg);
     pdi_multigrid_close(&r->inverse.mg);
     return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
 }

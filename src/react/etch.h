@@ -64,14 +64,13 @@ PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int derive);
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
-/* Per weight and time: change of the speed [m/s] with that of totals over weights, x at node i. */
-static inline double pdi_etch_follow(const pd_etch *s, int32_t place, const double *x)
+/* Change of the speed [m/s] with that of the dissolved totals [mol/m3] of its node. */
+static inline double pdi_etch_follow(const pd_etch *s, int32_t place, const double *change)
 {
-    const pd_reactive *r = s->reactive;
-    const float *by = s->by + (int64_t)place * r->components.count;
+    int count = s->reactive->components.count;
+    const float *by = s->by + (int64_t)place * count;
     double sum = 0.0;
-    for (int k = 0; k < r->components.count; k++)
-        sum += (double)by[k] * r->weight[k] * x[(int64_t)k * r->grid->total + s->node[place]];
+    for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
     return sum;
 }
 #endif

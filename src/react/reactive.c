@@ -3,6 +3,7 @@
 #include "core/par.h"
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #if PDI_FLUX_FIELDS < PD_SPECIES_MOST
@@ -13,6 +14,8 @@
 #define PDI_REACTIVE_BASIS 20
 #define PDI_REACTIVE_TOLERANCE 1e-10
 #define PDI_REACTIVE_STEPS 60
+/* Share of the sum of |z| c that given concentrations may lack to be neutral. */
+#define PDI_REACTIVE_NEUTRAL 1e-6
 
 PDI_COLD_BEGIN
 PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *r) { return r->desc.arena ? r->desc.arena : &r->own; }
@@ -39,6 +42,28 @@ double pd_reactive_ph(const pd_reactive *r, int32_t node)
     if (r->proton < 0) return NAN;
     pdi_reactive_get(r, r->c, node, c);
     return 3.0 - (log(c[r->proton]) + pdi_components_activity(&r->components, c)) / log(10.0);
+}
+
+double pd_reactive_potential(const pd_reactive *r, int32_t node)
+{
+    return r->migration.on ? r->migration.psi[node] * r->migration.volt : (double)NAN;
+}
+
+double pd_reactive_neutrality(const pd_reactive *r)
+{
+    double worst = 0.0, most = 0.0;
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        double c[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        for (int n = 0; n < r->components.solutes; n++) {
+            charge += r->components.charge[n] * c[n];
+            size += abs(r->components.charge[n]) * c[n];
+        }
+        worst = fmax(worst, fabs(charge));
+        most = fmax(most, size);
+    }
+    return most > 0.0 ? worst / most : 0.0;
 }
 
 double pd_reactive_saturation(const pd_reactive *r, int index, int32_t node)
@@ -137,6 +162,9 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
             pdi_sum_add(&in[n], r->source[n * total + i] * around);
             if (!r->diffusion.wall_rate || !(r->wall[n] == r->wall[n])) continue;
             double gain = r->ratio[n] * r->diffusion.wall_rate[i] * (r->wall[n] - r->c[n * total + i]);
+            if (r->migration.on)
+                gain = -pdi_migrate_leave(r->ratio[n] * r->diffusion.wall_rate[i], 0.0,
+                                          -s->charge[n] * r->migration.psi[i], r->c[n * total + i], r->wall[n]);
             if (r->pass) gain *= r->pass[i];
             pdi_sum_add(gain > 0.0 ? &in[n] : &out[n], fabs(gain) * around);
         }
@@ -154,6 +182,9 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
                 double here = r->c[n * total + i], there = grid->kind[j] == PD_OUTLET ? here : r->c[n * total + j];
                 double leave = 0.5 * flux * (here + there) - fmax(fabs(0.5 * flux), r->ratio[n] * bond) *
                                                              (there - here);
+                if (r->migration.on && grid->kind[j] == PD_INLET)
+                    leave = pdi_migrate_leave(r->ratio[n] * bond, flux,
+                                              s->charge[n] * (r->migration.psi[j] - r->migration.psi[i]), here, there);
                 pdi_sum_add(grid->kind[j] == PD_OUTLET ? &out[n] : &in[n],
                             around * (grid->kind[j] == PD_OUTLET ? leave : -leave));
             }
@@ -210,6 +241,18 @@ static void pdi_reactive_rows(const pd_species *species, int count, pd_reactive 
 
 /* ---- the object ---- */
 
+/* What is given is neutral but for its digits. */
+static pd_status pdi_reactive_neutral(pd_ctx *ctx, const pd_reactive *r, const char *where, double *c)
+{
+    double size, charge = r->migration.on ? pdi_migration_charge(&r->migration, c, &size) : 0.0;
+    if (!r->migration.on) return PD_OK;
+    if (fabs(charge) > PDI_REACTIVE_NEUTRAL * size)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: the charges sum to %g mol/m3, expected 0 for migration",
+                        where, charge);
+    pdi_migration_neutralise(&r->migration, c);
+    return PD_OK;
+}
+
 /* Bring c [solutes] to the equilibrium of its totals. */
 static pd_status pdi_reactive_settle(pd_ctx *ctx, const pd_reactive *r, const char *where, double *c)
 {
@@ -218,8 +261,9 @@ static pd_status pdi_reactive_settle(pd_ctx *ctx, const pd_reactive *r, const ch
         if (!(c[n] >= 0.0) || !(c[n] < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: solute %d of %d has %g mol/m3, expected a finite "
                             "value of at least 0", where, n + 1, r->components.solutes, c[n]);
+    PDI_TRY(pdi_reactive_neutral(ctx, r, where, c));
     pdi_components_totals(&r->components, c, total);
-    if (pdi_components_solve(&r->components, total, c) == PD_OK) return PD_OK;
+    if (pdi_components_solve(&r->components, total, c) == PD_OK) return pdi_reactive_neutral(ctx, r, where, c);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: no equilibrium of the concentrations was found", where);
 }
 
@@ -266,6 +310,7 @@ PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, reactive, source, reactive->components.solutes * total, "mol/m3/s");
     if (reactive->minerals.count) PDI_STATE(owner, reactive, solid, reactive->minerals.count * total, "mol/m3");
     if (pdi_reactive_shrinks(reactive)) PDI_ARRAY(owner, reactive, pass, total, "1");
+    pdi_migration_list(owner, &reactive->migration);
     if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
 }
 
@@ -298,7 +343,7 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
         r->ratio[n] = most > 0.0 ? of[n] / r->diffusion.desc.diffusivity : 0.0;
         if (n && !(of[n] >= of[0] && of[n] <= of[0])) even = 0;
     }
-    r->linear = !r->components.kinetics && !r->minerals.count && (even || !r->components.joined);
+    r->linear = !r->components.kinetics && !r->minerals.count && (even || !r->components.joined) && !r->migration.on;
     return PD_OK;
 }
 
@@ -347,6 +392,7 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, reactive, still, total, "1/s");
     pdi_flux_list(owner, &reactive->flux);
     pdi_inverse_list(owner, &reactive->inverse);
+    pdi_migration_work_list(owner, &reactive->migration);
     for (int n = 0; n < s->kinetics; n++) {
         pd_reactive_filter *filter = &reactive->filter[n];
         PDI_ARRAY(owner, filter, absorb, total, "1/s");
@@ -357,6 +403,7 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
 PDI_FN size_t pdi_reactive_room(pd_reactive *r)
 {
     size_t setup = pdi_inverse_room(&r->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &r->krylov);
+    if (r->migration.on) setup += pdi_arena_bytes(pdi_multigrid_mark_list, &r->migration.mg);
     return pdi_arena_bytes(pdi_reactive_work_list, r) + (setup > linear ? setup : linear);
 }
 
@@ -369,6 +416,7 @@ PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *
     r->inverse.flux = &r->flux;
     r->inverse.spread = 1.0;
     PDI_TRY(pdi_inverse_plan(ctx, &md, &r->inverse));
+    PDI_TRY(pdi_migration_plan(ctx, &md, &r->flux, &r->components, &r->migration));
     for (int n = 0; n < r->components.kinetics; n++) {
         r->filter[n].flux = r->flux;
         r->filter[n].inverse.flux = &r->filter[n].flux;
@@ -437,8 +485,13 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     r->bonds = bonds;
     r->flow = flow;
     r->proton = -1;
+    r->migration.on = desc->migration != 0;
+    r->migration.components = &r->components;
+    r->flux.bonds = bonds;
+    r->migration.flux = &r->flux;
     pdi_reactive_slots(r);
     PDI_TRY(pdi_reactive_diffusivities(ctx, desc->species, r));
+    PDI_TRY(pdi_migration_begin(ctx, desc->temperature, r->ratio, r->wall, &r->migration));
     pdi_reactive_rows(desc->species, desc->count, r);
     pdi_reactive_pick(r, desc->wall, r->wall);
     for (int n = 0; n < r->components.solutes; n++) {
@@ -455,6 +508,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     PDI_TRY(pdi_reactive_settle(ctx, r, "initial", c));
     pdi_reactive_fill(r, PD_FLUID, c);
     PDI_TRY(pdi_reactive_fill_solids(ctx, desc, r));
+    pdi_migration_inlets(&r->migration, desc->inlet_potential);
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = r->diffusion.desc.diffusivity;
@@ -462,7 +516,6 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     dd.user = desc->user;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &r->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &r->boundary));
-    r->flux.bonds = bonds;
     r->flux.flow = flow;
     r->flux.diffusion = &r->diffusion;
     r->flux.boundary = &r->boundary;
@@ -488,6 +541,7 @@ pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *r)
     PDI_TRY(pdi_diffusion_update(ctx, &r->diffusion));
     PDI_TRY(pdi_boundary_update(ctx, &r->boundary));
     pdi_reactive_fill(r, PD_INLET, r->inlet);
+    pdi_migration_inlets(&r->migration, r->desc.inlet_potential);
     return pdi_flux_fit(ctx, &r->flux);
 }
 
@@ -497,6 +551,7 @@ void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
     pdi_boundary_free(ctx, &r->boundary);
     pdi_diffusion_free(ctx, &r->diffusion);
     pdi_inverse_free(ctx, &r->inverse);
+    pdi_migration_free(ctx, &r->migration);
     for (int n = 0; n < r->components.kinetics && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
     pdi_krylov_free(ctx, &r->krylov);
     pdi_owner_free(ctx, pdi_reactive_list, r);

@@ -7,8 +7,8 @@
 #ifndef PD_REACTIVE_H
 #define PD_REACTIVE_H
 #include "chemistry/mineral.h"
+#include "react/migration.h"
 #include "solve/krylov.h"
-#include "transport/inverse.h"
 
 #define PD_REACTIVE_ROWS 20 /* of a balance */
 #define PD_REACTIVE_NAME 16 /* [byte] of the name of one with its end */
@@ -23,7 +23,7 @@ typedef struct pd_reactive_desc {
     int mineral_count;
     double tortuosity;           /* [-] tau of D eps/tau, where minerals take room; 0: 1 */
     pd_activity activity;
-    double temperature;          /* [K] of the activities */
+    double temperature;          /* [K] of the activities and of migration */
     const double *initial;       /* [count] [mol/m3], brought to equilibrium; of minerals their amounts */
     const double *inlet;         /* [count] [mol/m3] of the inflow, brought to equilibrium; NULL: `initial` */
     const double *wall;          /* [count] [mol/m3] of each species on walls that hold; NaN: they are closed for it */
@@ -31,6 +31,10 @@ typedef struct pd_reactive_desc {
     void *user;
     double tolerance;            /* [-] of the equations of a step, for each component; 0: 1e-10 */
     int order;                   /* of steps in time: 1, which keeps bounds, or 2; 0: 1 */
+    int migration;               /* 1: ions move in the potential that keeps the fluid neutral; 0: each diffuses by
+                                  * itself. All concentrations that are given are neutral then, and so are sources,
+                                  * in all, unless an inlet or a held wall lets a current pass */
+    double inlet_potential;      /* [V] with migration: of inlets, against that of held walls, which is 0 */
     int most;                    /* steps of Newton before a step is refused or taken in parts; 0: 60 */
     pd_arena *arena;             /* as of pd_transport_desc */
 } pd_reactive_desc;
@@ -73,6 +77,7 @@ typedef struct pd_reactive {
     pd_boundary boundary;
     pd_flux flux;
     pd_inverse inverse;
+    pd_migration migration;          /* empty without */
     pd_reactive_filter *filter;      /* [kinetics of the components] */
     pd_krylov krylov;
     pd_arena own;
@@ -110,6 +115,8 @@ typedef struct pd_reactive {
 #define pd_reactive_ph PD_NAME(pd_reactive_ph)
 #define pd_reactive_saturation PD_NAME(pd_reactive_saturation)
 #define pd_reactive_film PD_NAME(pd_reactive_film)
+#define pd_reactive_potential PD_NAME(pd_reactive_potential)
+#define pd_reactive_neutrality PD_NAME(pd_reactive_neutrality)
 #define pd_reactive_balance_of PD_NAME(pd_reactive_balance_of)
 #define pd_reactive_free PD_NAME(pd_reactive_free)
 
@@ -132,6 +139,11 @@ PD_API double pd_reactive_ph(const pd_reactive *reactive, int32_t node);
 PD_API double pd_reactive_saturation(const pd_reactive *reactive, int index, int32_t node);
 /* Share of the cell of a node that minerals take, 0 to 1. */
 PD_API double pd_reactive_film(const pd_reactive *reactive, int32_t node);
+/* [V] diffusion potential at a fluid node after a step, against inlets and held walls; where there are none, against
+ * its mean. NaN: without migration. */
+PD_API double pd_reactive_potential(const pd_reactive *reactive, int32_t node);
+/* [-] Largest charge of a node over the largest sum of |z| c. */
+PD_API double pd_reactive_neutrality(const pd_reactive *reactive);
 /* Row `row` < reactive->rows of the balance. */
 PD_API void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *reactive, int row, pd_reactive_balance *balance);
 PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);

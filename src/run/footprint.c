@@ -289,6 +289,8 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     r.flux.conductance.bonds = &plan->bonds;
     r.flux.conductance.capacity = plan->bonds.capacity;
     r.flux.conductance.rests = !u->has_flow;
+    r.migration.on = u->migrates;
+    r.migration.flux = &r.flux;
     r.filter = filter;
     pdi_reactive_slots(&r);
     pdi_reactive_plan(&plan->ctx, &r, &kd);

@@ -93,6 +93,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_J:
         if (fluid) pdi_cell_current(&m->cell, i, j);
         return fluid ? pdi_vec_norm(j) : 0.0;
+    case PD_FIELD_POTENTIAL: return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
     case PD_FIELD_PH: return fluid ? pd_reactive_ph(&m->reactive, i) : (double)NAN;
     case PD_FIELD_FILM: return fluid ? pd_reactive_film(&m->reactive, i) : 0.0;
     case PD_FIELD_SI: return fluid ? pd_reactive_saturation(&m->reactive, -1, i) : (double)NAN;
@@ -169,8 +170,9 @@ static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
     return count;
 }
 
-/* Without bonds, of the potential, and of pH (f: NULL): linear between the fluid nodes around x. */
-static double pdi_sample_between(const pd_model *m, const double *f, const double *x)
+/* Without bonds, of the potential of electrodes, and of pH and that of ions (f: NULL): linear between the fluid nodes
+ * around x. */
+static double pdi_sample_between(const pd_model *m, pd_field field, const double *f, const double *x)
 {
     const pd_grid *grid = &m->grid;
     double sum = 0.0, weights = 0.0;
@@ -186,7 +188,7 @@ static double pdi_sample_between(const pd_model *m, const double *f, const doubl
         if (!pdi_grid_inside(grid, i)) continue;
         int32_t node = pd_grid_node(grid, i);
         if (grid->kind[node] != PD_FLUID) continue;
-        sum += weight * (f ? f[node] : pd_reactive_ph(&m->reactive, node));
+        sum += weight * (f ? f[node] : pdi_sample_node(m, field, node));
         weights += weight;
     }
     return sum / weights;
@@ -366,15 +368,15 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
     if (field == PD_FIELD_PHI) job.f = m->cell.potential.phi;
-    if (!job.f && field != PD_FIELD_PH) {
+    if (!job.f && field != PD_FIELD_PH && field != PD_FIELD_POTENTIAL) {
         int cells = pdi_sample_cells(&m->grid, x, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
     /* a gas has jumps, and slips along walls */
-    if (fluid && (m->setup->has_gas || !job.f || field == PD_FIELD_PHI)) return pdi_sample_between(m, job.f, x);
+    if (fluid && (m->setup->has_gas || !job.f || field == PD_FIELD_PHI)) return pdi_sample_between(m, field, job.f, x);
     for (int k = 0; k < fluid; k++)
-        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(m, job.f, x);
+        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(m, field, job.f, x);
     if (!fluid) return (double)NAN;
     return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
 }

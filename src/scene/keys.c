@@ -450,6 +450,9 @@ static const pd_key pdi_keys_of_chemistry[] = {
      "ion that makes up for the sum of charges of what is written"},
     {"time", "-", "implicit",
      "of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at rest alone"},
+    {"migration", "-", "no",
+     "of a run: `yes`: ions also move in the potential that keeps the fluid neutral while they diffuse at different "
+     "speeds (theory: 5c.1), which is the field `potential` [V]; `no`: each diffuses by itself"},
     {"minerals", "-", "given",
      "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can. Of a run: "
      "`given` are those with `[mineral ...]`, and `all` puts the others in equilibrium"},

@@ -136,7 +136,7 @@ static pd_status pdi_read_chemistry_solids(pdi_reader *s)
 
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
 {
-    static const char *const times[] = {"implicit", "steady", NULL};
+    static const char *const times[] = {"implicit", "steady", NULL}, *const answers[] = {"no", "yes", NULL};
     pd_setup *u = s->setup;
     int section = pdi_text_section(s->ctx, s->text, "chemistry", NULL);
     if (!pdi_read_electrolyte_given(s->ctx, s->text)) return PD_OK;
@@ -153,6 +153,7 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
     for (int k = 0; k < u->electrolyte.count; k++)
         snprintf(u->species_label[k], sizeof u->species_label[k], "%s [mol/m3]", u->electrolyte.species[k].name);
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "migration", answers, "no", &u->migrates));
     if (!u->settle || !u->has_dissolve) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "time",
                            "found 'steady' beside metal that dissolves, expected implicit");

@@ -9,7 +9,7 @@ static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    
                                                "phase", "D", "rate", "density", "damage", "energy",
                                                "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
                                                "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx",
-                                               "phi", "j", "i", "pH", "film", "SI"};
+                                               "phi", "j", "i", "pH", "potential", "film", "SI"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 /* Coordinates of a place. */
 #if PD_DIM == 1
@@ -210,6 +210,7 @@ PDI_FN void pdi_setup_reactive(const pd_setup *u, pd_reactive_desc *desc)
     desc->activity = e->activity;
     desc->temperature = e->temperature;
     desc->order = u->settle ? 1 : 2;
+    desc->migration = u->migrates;
 }
 
 PDI_FN int pdi_setup_field_species(int64_t field)
@@ -240,7 +241,8 @@ static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]
                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
-                                               "sigma_zx [Pa]", "phi [V]", "j [A/m2]", "i [A/m2]", "pH", "film", "SI"};
+                                               "sigma_zx [Pa]", "phi [V]", "j [A/m2]", "i [A/m2]", "pH",
+                                               "potential [V]", "film", "SI"};
 
 PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field)
 {
@@ -276,6 +278,7 @@ static const char *pdi_setup_dissolved_needs(const pd_setup *setup, pd_field fie
     const pd_electrolyte *e = &setup->electrolyte;
     int species = field == PD_FIELD_PH ? pdi_electrolyte_find(e, "H+") : pdi_setup_field_species(field);
     if (!setup->has_chemistry) return "a [chemistry] section";
+    if (field == PD_FIELD_POTENTIAL) return setup->migrates ? NULL : "[chemistry] migration = yes";
     if (field == PD_FIELD_FILM || field == PD_FIELD_SI) return setup->minerals ? NULL : "a [mineral ...] section";
     if (species >= 0 && species < e->count && e->species[species].phase != PD_PHASE_SOLVENT) return NULL;
     return field == PD_FIELD_PH ? "the species H+" : "a solute";
@@ -321,6 +324,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:
     case PD_FIELD_PH:
+    case PD_FIELD_POTENTIAL:
     case PD_FIELD_FILM:
     case PD_FIELD_SI:
     case PD_FIELD_SPECIES:

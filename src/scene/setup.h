@@ -62,6 +62,7 @@ typedef enum pd_field {
     PD_FIELD_J,
     PD_FIELD_I,
     PD_FIELD_PH,      /* of the electrolyte */
+    PD_FIELD_POTENTIAL, /* that its ions migrate in */
     PD_FIELD_FILM,    /* share of a cell that minerals take */
     PD_FIELD_SI,      /* largest saturation index of the minerals */
     PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order */
@@ -362,6 +363,7 @@ typedef struct pd_setup {
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
     double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */
+    int migrates;           /* ions of the electrolyte move in the potential that keeps it neutral */
     int settle;             /* the steady field, and nothing else in time */
     /* dissolution */
     pd_setup_metal metal[PD_SETUP_METALS];

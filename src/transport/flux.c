@@ -301,6 +301,19 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int3
     p->behind = pdi_conductance_of(&t->conductance, i, row, opposite, count, p->space[1]);
 }
 
+PDI_FN int32_t pdi_flux_bonds(const pd_flux *t, int32_t i, int32_t row, int32_t place, int k, int count, double *flux,
+                              double *bond)
+{
+    pdi_flux_pair p;
+    int last = t->bonds->stencil->count - 1, ahead = k < last - k;
+    pdi_flux_pair_get(t, i, row, place, ahead ? k : last - k, count, &p);
+    for (int b = 0; b < count; b++) {
+        flux[b] = ahead ? p.flux[b] : p.turn * p.back[b];
+        bond[b] = ahead ? p.ahead[b] : p.behind[b];
+    }
+    return ahead ? p.next : p.before;
+}
+
 /* Compiled for whole blocks, for shorter ones and for single nodes beside inlets and outlets. */
 PDI_INLINE void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
 {
