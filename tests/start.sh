@@ -47,7 +47,7 @@ refused() {
     said=$?
     verdict "pd2d $* is refused: $text" $said
 }
-refused 2 "found 'pot', expected one of channel, couple, crevice, pit, plate, wire" --new pot
+refused 2 "found 'pot', expected one of channel, couple, crevice, galvanic, pit, plate, wire" --new pot
 refused 2 "found 'flwo', expected one of constants, grid" --keys flwo
 refused 2 'go without a scene, found a.scene' a.scene --new pit
 refused 2 'go without a scene, found a.scene' --keys flow a.scene

@@ -296,7 +296,7 @@ TEST(templates)
     int count;
     const pd_template *t = pd_templates(&count);
     char text[8192];
-    CHECK_INT(count, 6);
+    CHECK_INT(count, 7);
     for (int k = 0; k < count; k++) {
         pd_ctx ctx;
         pd_setup setup;

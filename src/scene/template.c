@@ -144,7 +144,7 @@ static const char *const pdi_template_of_galvanic[] = {
 "[transport]         D = 1e-9 m2/s",
 "[dissolve mg4ag]    current = i",
 "[dissolve steel304] rate = 0",
-"[run]               until = 20 day",
+"[run]               until = 5 day",
 "[output]            fields = phi, j, i, kind   images = phi, j",
     NULL};
 static const char *const pdi_template_of_pit[] = {
