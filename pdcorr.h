@@ -113,6 +113,7 @@
  *     migration  the potential that keeps species neutral as they diffuse, and its part in the linear systems (theory:
  *     reactive   several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
  *     etch       metal that dissolves by a law in the species at its surface, solved with the step of the species
+ *     tangent    derivatives of the balances of a step, and the linear systems that follow (theory: 5c).
  *     advance    steps in time of species that flow, diffuse and react (theory: 5c).
  *     course     species in time as a process, in steps of two stages with a controlled error (theory: 5c.5).
  *   solid/
@@ -2681,9 +2682,9 @@ typedef struct pd_isotropic {
 #ifdef PDI_INTERNAL
 /* Families of the nearest neighbours on planar lattices get weights; others none. */
 PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
-/* Share of the excess that a flow takes whose cell has the Reynolds number `cell`: it falls from 1 to 0 where advection
- * errs by more than friction (theory: eq. 4.1f). */
-PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double cell);
+/* Share of the excess that a flow takes of the Reynolds number `rate` [1/m] a length: it falls from 1 to 0 as that of the
+ * longest spacing grows, where advection errs by more than friction (theory: eq. 4.1f). */
+PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate);
 /* ru += what `excess` brings too much to friction nu of u [PD_DIM][total] by squares that are not complete. */
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru);
@@ -2757,7 +2758,7 @@ typedef struct pd_flow {
     pd_reconstruct slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
     int order;              /* 4: a solver of steady flows makes `sharp` */
     pd_sharp sharp;         /* empty: second order */
-    pd_isotropic isotropic; /* friction of second order; empty: by the Laplacian */
+    pd_isotropic isotropic; /* friction of second order; empty: that of the Laplacian (explicit flows) */
     double isotropy;        /* [-] share of its excess */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
@@ -4871,6 +4872,29 @@ static inline double pdi_etch_follow(const pd_etch *s, int32_t place, const doub
     for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
     return sum;
 }
+#endif
+
+#endif
+
+/* ======== >>react/tangent.h ======== */
+/* tangent: derivatives of the balances of a step, and the linear systems that follow (theory: 5c).
+ */
+#ifndef PD_TANGENT_H
+#define PD_TANGENT_H
+
+#ifdef PDI_INTERNAL
+/* Of loops over its nodes. */
+PDI_FN int pdi_tangent_threads(const pd_ctx *ctx, const pd_reactive *reactive);
+/* Images of several fields. */
+PDI_FN void pdi_tangent_images(const pd_reactive *reactive, double *fields);
+/* y [components]: what leaves by the fields, over the weights. With migration `fields` is c or, for the derivative, the
+ * change of c beside that of psi; NULL: that of psi alone. */
+PDI_FN void pdi_tangent_leave(const pd_ctx *ctx, pd_reactive *reactive, const double *fields, const double *wall,
+                              double *y);
+/* Node i at the start of a stage, as its minerals see it. */
+PDI_FN void pdi_tangent_law(const pd_reactive *reactive, int32_t i, double *n, pd_mineral_start *start);
+/* The correction behind the residual, to a share of it or to `goal`; *iterations grows by those of GMRES. */
+PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *reactive, double share, double goal, int *iterations);
 #endif
 
 #endif
@@ -21787,6 +21811,7 @@ PDI_COLD_END
 
 /* ======== >>flow/isotropic.c ======== */
 /* isotropic: see isotropic.h */
+#include <math.h>
 #include <string.h>
 
 /* Cell Reynolds number at which half of the excess is left: from 2 on central differences of advection waver. */
@@ -21824,10 +21849,13 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
 }
 
 PDI_COLD_BEGIN
-PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double cell)
+PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate)
 {
-    double times = cell / PDI_ISOTROPIC_CELL;
-    return isotropic->bonds ? 1.0 / (1.0 + times * times) : 0.0;
+    double longest = 0.0;
+    if (!isotropic->bonds) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, isotropic->bonds->stencil->h[d]);
+    double times = rate * longest / PDI_ISOTROPIC_CELL;
+    return 1.0 / (1.0 + times * times);
 }
 
 /* The bond with the offset n; -1: none. */
@@ -22467,14 +22495,13 @@ static double pdi_flow_forced_speed(const pd_flow *flow, double force)
 
 static void pdi_flow_stabilise(pd_flow *flow)
 {
-    double rate = 0.0, longest = 0.0;
+    double rate = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         double h = flow->grid->h[d];
         rate += flow->nu / (h * h) + 0.5 * flow->speed / h;
-        longest = fmax(longest, h);
     }
     flow->stabilisation = 1.0 / rate;
-    flow->isotropy = pdi_isotropic_share(&flow->isotropic, flow->speed * longest / flow->nu);
+    flow->isotropy = pdi_isotropic_share(&flow->isotropic, flow->speed / flow->nu);
 }
 
 /* A force along a periodic axis drives a flow; along others it counts where nothing else moves the fluid. */
@@ -25223,6 +25250,7 @@ static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady
     if (flow->order == 4)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "order 4 is one of steady and implicit flow, expected 2");
     un->flow = flow;
+    memset(&flow->isotropic, 0, sizeof flow->isotropic); /* the limit is that of the weights of the Laplacian */
     double spacing = grid->h[0];
     for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
     /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
@@ -30701,8 +30729,9 @@ static void pdi_migrate_walls(const pdi_migrate *m, int32_t i, int n, int count,
     for (int b = 0; b < count; b++) {
         int64_t at = n * total + i + b;
         if (!(hold[i + b] > 0.0)) continue;
-        sum[b] += pdi_migrate_one(m->ratio[n] * hold[i + b] * (m->pass ? m->pass[i + b] : 1.0), 0.0, -m->charge[n] * m->psi[i + b], m->c[at], m->wall[n],
-                                  (int)by, m->move ? m->move[at] : 0.0, 0.0, by ? -m->charge[n] * m->lift[i + b] : 0.0);
+        double bond = m->ratio[n] * hold[i + b] * (m->pass ? m->pass[i + b] : 1.0), z = -m->charge[n];
+        sum[b] += pdi_migrate_one(bond, 0.0, z * m->psi[i + b], m->c[at], m->wall[n], (int)by,
+                                  m->move ? m->move[at] : 0.0, 0.0, by ? z * m->lift[i + b] : 0.0);
     }
 }
 
@@ -33718,6 +33747,387 @@ void pd_etch_free(pd_ctx *ctx, pd_etch *s)
 }
 PDI_COLD_END
 
+/* ======== >>react/tangent.c ======== */
+/* tangent: see tangent.h */
+#include <math.h>
+#include <string.h>
+
+PDI_FN int pdi_tangent_threads(const pd_ctx *ctx, const pd_reactive *r)
+{
+    return pdi_par_threads(ctx, (int64_t)r->grid->total * r->components.solutes * r->components.count);
+}
+
+PDI_FN void pdi_tangent_images(const pd_reactive *r, double *fields)
+{
+    for (int n = 0; n < r->components.solutes; n++)
+        pd_ghosts_scalar(&r->bonds->ghosts, fields + (int64_t)n * r->grid->total);
+}
+
+PDI_FN void pdi_tangent_leave(const pd_ctx *ctx, pd_reactive *r, const double *fields, const double *wall, double *y)
+{
+    const pd_components *s = &r->components;
+    double weight[PD_SPECIES_MOST * PD_SPECIES_MOST];
+    pdi_flux_fields f;
+    for (int k = 0; k < s->count; k++)
+        for (int n = 0; n < s->solutes; n++) weight[k * s->solutes + n] = s->m[k][n] / r->weight[k];
+    if (r->migration.on) {
+        pdi_migration_leave(ctx, &r->migration, r->c, fields, weight, y);
+        return;
+    }
+    f.count = s->solutes;
+    f.sums = s->count;
+    f.ratio = r->ratio;
+    f.wall = wall;
+    f.c = fields;
+    f.weight = weight;
+    f.pass = r->pass;
+    f.y = y;
+    pdi_flux_apply_fields(ctx, &r->flux, &f);
+}
+
+typedef struct pdi_tangent_user {
+    pd_ctx *ctx;
+    pd_reactive *r;
+} pdi_tangent_user;
+
+PDI_FN void pdi_tangent_law(const pd_reactive *r, int32_t i, double *n, pd_mineral_start *start)
+{
+    double c[PD_SPECIES_MOST];
+    pdi_reactive_get(r, r->begin, i, c);
+    pdi_reactive_solids(r, r->solid_begin, i, n);
+    pdi_mineral_begin(&r->components, &r->minerals, n, c, start);
+    pdi_reactive_solids(r, r->solid_start, i, n);
+    start->start = n;
+    start->dt = r->dt;
+}
+
+/* Where the derivatives of minerals stand in a row of `by`. */
+static int pdi_tangent_place(const pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    return s->live * pdi_components_columns(s) + s->kinetics * s->count;
+}
+
+/* Share of a change of totals that minerals take: total loses it. */
+static void pdi_tangent_fix(const pd_reactive *r, const float *by, double *total)
+{
+    const pd_components *s = &r->components;
+    const float *row = by + pdi_tangent_place(r);
+    double taken[PD_MINERAL_MOST];
+    for (int m = 0; m < r->minerals.count; m++, row += s->count) {
+        taken[m] = 0.0;
+        for (int k = 0; k < s->count; k++) taken[m] += (double)row[k] * total[k];
+    }
+    for (int m = 0; m < r->minerals.count; m++)
+        for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
+}
+
+/* Derivatives at the present concentrations, and the preconditioner that follows from them. */
+static pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_tangent_threads(ctx, r), tables = s->live * pdi_components_columns(s);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
+        float *by = r->by + (int64_t)i * r->slots, *row = by + tables;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_components_derive(s, c, by);
+        if (r->minerals.count) {
+            double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
+            pd_mineral_start start;
+            pdi_tangent_law(r, i, first, &start);
+            pdi_reactive_solids(r, r->solid, i, n);
+            pdi_mineral_derive(s, &r->minerals, &start, c, n, by + pdi_tangent_place(r));
+        }
+        for (int n = 0; n < s->kinetics; n++, row += s->count) {
+            double rate = 0.0;
+            pdi_components_speed(s, &s->kinetic[n], c, slope);
+            for (int k = 0; k < s->count; k++) {
+                double sum = 0.0;
+                memset(one, 0, sizeof one);
+                one[k] = 1.0;
+                pdi_tangent_fix(r, by, one);
+                pdi_components_follow(s, by, one, along);
+                for (int m = 0; m < s->solutes; m++) sum += slope[m] * along[m];
+                row[k] = (float)sum;
+                rate -= (double)row[k] * s->kinetic[n].gain[k];
+            }
+            r->filter[n].absorb[i] = fmax(rate, 0.0);
+        }
+    }
+    if (r->migration.on) PDI_TRY(pdi_migration_setup(ctx, &r->migration, r->c));
+    if (r->surface) pdi_etch_solve(ctx, r->surface, 1);
+    for (int n = 0; n < s->kinetics; n++)
+        PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
+    return PD_OK;
+}
+
+/* What is spent has no equation. */
+static void pdi_tangent_spend(const pd_reactive *r, double *y)
+{
+    int64_t size = r->components.count * (int64_t)r->grid->total;
+    for (int64_t at = 0; at < size; at++)
+        if (r->spent[at]) y[at] = 0.0;
+}
+
+/* With migration: the change x of totals of node i becomes that of neutral ones, and that of psi (theory: 5c.1). */
+static void pdi_tangent_part(const pd_reactive *r, int32_t i, double *x)
+{
+    const pd_components *s = &r->components;
+    double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], charge = 0.0;
+    if (!r->migration.on) return;
+    pdi_reactive_get(r, r->c, i, c);
+    pdi_migration_along(&r->migration, c, along);
+    for (int k = 0; k < s->count; k++) charge += r->migration.charge[s->master[k]] * x[k];
+    for (int k = 0; k < s->count; k++) x[k] -= along[k] * charge;
+    r->migration.move[i] = charge / r->migration.size[i];
+}
+
+/* y = J x, in totals over weights. */
+static void pdi_tangent_apply(void *user, const double *x, double *y)
+{
+    pdi_tangent_user *u = (pdi_tangent_user *)user;
+    pd_reactive *r = u->r;
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_tangent_threads(u->ctx, r), tables = s->live * pdi_components_columns(s);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double along[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) along[k] = r->weight[k] * x[k * total + i]; /* 0 where it is spent */
+        pdi_tangent_part(r, i, along);
+        pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, along);
+        pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
+        pdi_reactive_put(r, c, i, r->move);
+    }
+    pdi_tangent_images(r, r->move);
+    pdi_tangent_leave(u->ctx, r, r->move, r->closed, y);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        const float *row = r->by + (int64_t)i * r->slots + tables;
+        double change[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        pdi_tangent_part(r, i, change);
+        for (int k = 0; k < s->count; k++) y[k * total + i] += change[k] / (r->weight[k] * r->dt);
+        for (int n = 0; n < s->kinetics; n++, row += s->count) {
+            double speed = 0.0;
+            for (int k = 0; k < s->count; k++) speed += (double)row[k] * change[k];
+            for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
+        }
+    }
+    for (int32_t p = 0; r->surface && p < r->surface->count; p++) {
+        int32_t i = r->surface->node[p];
+        double change[PD_SPECIES_MOST];
+        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        pdi_tangent_part(r, i, change);
+        pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, change);
+        double given = r->surface->weight[p] * pdi_etch_follow(r->surface, p, change);
+        for (int k = 0; k < s->count; k++) y[k * total + i] -= r->surface->gain[k] * given / r->weight[k];
+    }
+    pdi_tangent_spend(r, y);
+}
+
+/* Split off what kinetic reaction n brings to rest: x loses it, part_of is its extent. */
+static void pdi_tangent_split(const pd_ctx *ctx, pd_reactive *r, int n, double *x)
+{
+    const pd_components *s = &r->components;
+    const double *gain = s->kinetic[n].gain;
+    int64_t total = r->grid->total;
+    int nt = pdi_tangent_threads(ctx, r), at = s->live * pdi_components_columns(s) + n * s->count;
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        const float *row = r->by + (int64_t)i * r->slots + at;
+        double speed = 0.0, rate = r->filter[n].absorb[i];
+        r->part_of[i] = 0.0;
+        if (r->grid->kind[i] != PD_FLUID || !(rate > DBL_MIN)) continue;
+        for (int k = 0; k < s->count; k++) speed += (double)row[k] * r->weight[k] * x[k * total + i];
+        r->part_of[i] = -speed / rate;
+        for (int k = 0; k < s->count; k++) x[k * total + i] -= gain[k] * r->part_of[i] / r->weight[k];
+    }
+}
+
+/* A law that is stiffer than all else that its node exchanges comes to rest by itself: x loses it, `split` is its
+ * extent. */
+static void pdi_tangent_split_metal(pd_reactive *r, double *x)
+{
+    const pd_components *s = &r->components;
+    pd_etch *metal = r->surface;
+    int64_t total = r->grid->total;
+    for (int32_t p = 0; p < metal->count; p++) {
+        int32_t i = metal->node[p];
+        double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MOST];
+        const float *by = metal->by + (int64_t)p * s->count;
+        for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * metal->gain[k];
+        metal->split[p] = 0.0;
+        if (!(rate > own)) continue;
+        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        double extent = -metal->weight[p] * pdi_etch_follow(metal, p, change) / rate;
+        for (int k = 0; k < s->count; k++) x[k * total + i] -= metal->gain[k] * extent / r->weight[k];
+        metal->split[p] = extent / (rate + own);
+    }
+}
+
+static void pdi_tangent_join_metal(const pd_reactive *r, double *y)
+{
+    const pd_etch *metal = r->surface;
+    for (int32_t p = 0; p < metal->count; p++)
+        for (int k = 0; k < r->components.count; k++)
+            y[k * (int64_t)r->grid->total + metal->node[p]] += metal->gain[k] * metal->split[p] / r->weight[k];
+}
+
+/* Split off what minerals take up, which stays where it is: x loses it, y is what belongs to it. */
+static void pdi_tangent_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double *y)
+{
+    int64_t total = r->grid->total;
+    int count = r->components.count, nt = pdi_tangent_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double along[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < count; k++) along[k] = r->weight[k] * x[k * total + i];
+        pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, along);
+        for (int k = 0; k < count; k++) {
+            double rest = along[k] / r->weight[k];
+            y[k * total + i] += r->dt * (x[k * total + i] - rest);
+            x[k * total + i] = rest;
+        }
+    }
+}
+
+/* With migration: psi that drives the charge of x out, and `rest`, what that leaves of x. y: work. */
+static void pdi_tangent_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, double *rest, double *y)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_tangent_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double charge = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++)
+            charge += r->migration.charge[s->master[k]] * r->weight[k] * x[k * total + i];
+        r->migration.current[i] = charge;
+    }
+    pdi_migration_apply(ctx, &r->migration, r->migration.current, r->migration.move);
+    pdi_tangent_leave(ctx, r, NULL, r->closed, y);
+    for (int k = 0; k < s->count; k++) {
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < (int32_t)total; i++)
+            if (r->grid->kind[i] == PD_FLUID) rest[k * total + i] = x[k * total + i] - y[k * total + i];
+    }
+}
+
+/* The totals of y become neutral, and y gets the psi that drives the charge of x out beside the current of those. */
+static void pdi_tangent_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
+{
+    const pd_components *s = &r->components;
+    pd_migration *m = &r->migration;
+    int64_t total = r->grid->total;
+    int nt = pdi_tangent_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double x[PD_SPECIES_MOST], c[PD_SPECIES_MOST], sum = 0.0;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * y[k * total + i];
+        pdi_tangent_part(r, i, x);
+        for (int k = 0; k < s->count; k++) y[k * total + i] = x[k] / r->weight[k];
+        pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, x);
+        pdi_components_follow(s, r->by + (int64_t)i * r->slots, x, c);
+        for (int n = 0; n < s->solutes; n++) sum += m->charge[n] * r->ratio[n] * c[n];
+        m->move[i] = sum;
+    }
+    pdi_migration_spread(ctx, m, m->move, r->part_of);
+    for (int32_t i = 0; i < (int32_t)total; i++)
+        if (r->grid->kind[i] == PD_FLUID) m->current[i] -= r->part_of[i];
+    pdi_migration_apply(ctx, m, m->current, m->move);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], lift = m->size[i] * m->move[i];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_migration_along(m, c, along);
+        for (int k = 0; k < s->count; k++) y[k * total + i] += along[k] * lift / r->weight[k];
+    }
+}
+
+/* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
+ * rate; the charge, by the conductivity. */
+static void pdi_tangent_precondition(void *user, const double *x, double *y)
+{
+    pdi_tangent_user *u = (pdi_tangent_user *)user;
+    pd_reactive *r = u->r;
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double *rest = r->move;
+    if (!s->kinetics && !r->surface && !r->minerals.count && !r->migration.on) {
+        for (int k = 0; k < s->count; k++) pdi_inverse_apply(u->ctx, &r->inverse, x + k * total, y + k * total);
+        pdi_tangent_spend(r, y);
+        return;
+    }
+    if (r->migration.on) pdi_tangent_discharge(u->ctx, r, x, rest, y);
+    else pdi_par_copy(u->ctx, s->count * total, x, rest);
+    pdi_par_zero(u->ctx, s->count * total, y);
+    if (r->surface) pdi_tangent_split_metal(r, rest);
+    if (r->minerals.count) pdi_tangent_lay(u->ctx, r, rest, y);
+    for (int n = 0; n < s->kinetics; n++) {
+        pdi_tangent_split(u->ctx, r, n, rest);
+        pdi_inverse_apply(u->ctx, &r->filter[n].inverse, r->part_of, r->rates + total);
+        for (int k = 0; k < s->count; k++)
+            pdi_par_axpy(u->ctx, total, s->kinetic[n].gain[k] / r->weight[k], r->rates + total, y + k * total);
+    }
+    for (int k = 0; k < s->count; k++) {
+        pdi_inverse_apply(u->ctx, &r->inverse, rest + k * total, r->part_of);
+        pdi_par_axpy(u->ctx, total, r->migration.on ? r->migration.pace[k] : 1.0, r->part_of, y + k * total);
+    }
+    if (r->surface) pdi_tangent_join_metal(r, y);
+    if (r->migration.on) pdi_tangent_recharge(u->ctx, r, y);
+    pdi_tangent_spend(r, y);
+}
+
+/* With migration: what Newton's method moves, as totals and as psi. */
+static void pdi_tangent_resolve(pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double *delta = r->work + s->count * total, x[PD_SPECIES_MOST];
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * delta[k * total + i];
+        pdi_tangent_part(r, i, x);
+        for (int k = 0; k < s->count; k++) delta[k * total + i] = x[k] / r->weight[k];
+    }
+}
+
+PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share, double goal, int *iterations)
+{
+    pdi_tangent_user user;
+    pd_krylov_result linear;
+    pd_arena *arena = pdi_reactive_arena(r);
+    user.ctx = ctx;
+    user.r = r;
+    r->krylov.desc.rtol = share;
+    r->krylov.desc.atol = goal;
+    PDI_TRY(pdi_tangent_derive(ctx, r));
+    pdi_tangent_spend(r, r->work);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &r->krylov));
+    pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_tangent_apply, pdi_tangent_precondition, &user, r->work,
+                                        r->work + r->components.count * (int64_t)r->grid->total, &linear);
+    *iterations += linear.iterations;
+    if (r->migration.on) pdi_tangent_resolve(r);
+    return pdi_arena_return(ctx, arena, pdi_krylov_list, &r->krylov, status);
+}
+
 /* ======== >>react/advance.c ======== */
 /* advance: see advance.h
  *
@@ -33755,11 +34165,6 @@ PDI_COLD_END
 /* Share of a residual that the linear solver leaves at least: its basis has single precision. */
 #define PDI_ADVANCE_SINGLE 1e-5
 
-static int pdi_advance_threads(const pd_ctx *ctx, const pd_reactive *r)
-{
-    return pdi_par_threads(ctx, (int64_t)r->grid->total * r->components.solutes * r->components.count);
-}
-
 /* Concentrations and minerals. */
 static void pdi_advance_copy(const pd_ctx *ctx, const pd_reactive *r, const double *c, double *to, const double *solid,
                              double *solid_to)
@@ -33775,37 +34180,6 @@ static void pdi_advance_back(const pd_ctx *ctx, pd_reactive *r, int keep)
     if (keep) pdi_advance_copy(ctx, r, r->c, r->begin, r->solid, r->solid_begin);
     else pdi_advance_copy(ctx, r, r->begin, r->c, r->solid_begin, r->solid);
     if (m->on) pdi_par_copy(ctx, r->grid->total, keep ? m->psi : m->begin, keep ? m->begin : m->psi);
-}
-
-/* Images of several fields. */
-static void pdi_advance_images(const pd_reactive *r, double *fields)
-{
-    for (int n = 0; n < r->components.solutes; n++)
-        pd_ghosts_scalar(&r->bonds->ghosts, fields + (int64_t)n * r->grid->total);
-}
-
-/* y [components]: what leaves by the fields, over the weights. With migration `fields` is c or, for the derivative, the
- * change of c beside that of psi; NULL: that of psi alone. */
-static void pdi_advance_leave(const pd_ctx *ctx, pd_reactive *r, const double *fields, const double *wall, double *y)
-{
-    const pd_components *s = &r->components;
-    double weight[PD_SPECIES_MOST * PD_SPECIES_MOST];
-    pdi_flux_fields f;
-    for (int k = 0; k < s->count; k++)
-        for (int n = 0; n < s->solutes; n++) weight[k * s->solutes + n] = s->m[k][n] / r->weight[k];
-    if (r->migration.on) {
-        pdi_migration_leave(ctx, &r->migration, r->c, fields, weight, y);
-        return;
-    }
-    f.count = s->solutes;
-    f.sums = s->count;
-    f.ratio = r->ratio;
-    f.wall = wall;
-    f.c = fields;
-    f.weight = weight;
-    f.pass = r->pass;
-    f.y = y;
-    pdi_flux_apply_fields(ctx, &r->flux, &f);
 }
 
 /* What the balances of node i lack beside what leaves: in time, by sources and kinetic reactions [mol/m3/s]. */
@@ -33846,11 +34220,11 @@ static int pdi_advance_absent(const pd_reactive *r, int k, int32_t i)
 static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
 {
     int64_t total = r->grid->total;
-    int count = r->components.count, nt = pdi_advance_threads(ctx, r);
+    int count = r->components.count, nt = pdi_tangent_threads(ctx, r);
     double *work = r->work;
     (void)nt;
-    pdi_advance_images(r, r->c);
-    pdi_advance_leave(ctx, r, r->c, r->wall, work);
+    pdi_tangent_images(r, r->c);
+    pdi_tangent_leave(ctx, r, r->c, r->wall, work);
     if (r->surface) pdi_etch_solve(ctx, r->surface, 0);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -33915,354 +34289,6 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
     }
 }
 
-/* ---- linear systems ---- */
-
-typedef struct pdi_advance_user {
-    pd_ctx *ctx;
-    pd_reactive *r;
-} pdi_advance_user;
-
-/* Node i at the start of a stage, as its minerals see it. */
-static void pdi_advance_law(const pd_reactive *r, int32_t i, double *n, pd_mineral_start *start)
-{
-    double c[PD_SPECIES_MOST];
-    pdi_reactive_get(r, r->begin, i, c);
-    pdi_reactive_solids(r, r->solid_begin, i, n);
-    pdi_mineral_begin(&r->components, &r->minerals, n, c, start);
-    pdi_reactive_solids(r, r->solid_start, i, n);
-    start->start = n;
-    start->dt = r->dt;
-}
-
-/* Where the derivatives of minerals stand in a row of `by`. */
-static int pdi_advance_place(const pd_reactive *r)
-{
-    const pd_components *s = &r->components;
-    return s->live * pdi_components_columns(s) + s->kinetics * s->count;
-}
-
-/* Share of a change of totals that minerals take: total loses it. */
-static void pdi_advance_fix(const pd_reactive *r, const float *by, double *total)
-{
-    const pd_components *s = &r->components;
-    const float *row = by + pdi_advance_place(r);
-    double taken[PD_MINERAL_MOST];
-    for (int m = 0; m < r->minerals.count; m++, row += s->count) {
-        taken[m] = 0.0;
-        for (int k = 0; k < s->count; k++) taken[m] += (double)row[k] * total[k];
-    }
-    for (int m = 0; m < r->minerals.count; m++)
-        for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
-}
-
-/* Derivatives at the present concentrations, and the preconditioner that follows from them. */
-static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
-{
-    const pd_components *s = &r->components;
-    int64_t total = r->grid->total;
-    int nt = pdi_advance_threads(ctx, r), tables = s->live * pdi_components_columns(s);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
-        float *by = r->by + (int64_t)i * r->slots, *row = by + tables;
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
-        pdi_components_derive(s, c, by);
-        if (r->minerals.count) {
-            double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
-            pd_mineral_start start;
-            pdi_advance_law(r, i, first, &start);
-            pdi_reactive_solids(r, r->solid, i, n);
-            pdi_mineral_derive(s, &r->minerals, &start, c, n, by + pdi_advance_place(r));
-        }
-        for (int n = 0; n < s->kinetics; n++, row += s->count) {
-            double rate = 0.0;
-            pdi_components_speed(s, &s->kinetic[n], c, slope);
-            for (int k = 0; k < s->count; k++) {
-                double sum = 0.0;
-                memset(one, 0, sizeof one);
-                one[k] = 1.0;
-                pdi_advance_fix(r, by, one);
-                pdi_components_follow(s, by, one, along);
-                for (int m = 0; m < s->solutes; m++) sum += slope[m] * along[m];
-                row[k] = (float)sum;
-                rate -= (double)row[k] * s->kinetic[n].gain[k];
-            }
-            r->filter[n].absorb[i] = fmax(rate, 0.0);
-        }
-    }
-    if (r->migration.on) PDI_TRY(pdi_migration_setup(ctx, &r->migration, r->c));
-    if (r->surface) pdi_etch_solve(ctx, r->surface, 1);
-    for (int n = 0; n < s->kinetics; n++)
-        PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
-    return PD_OK;
-}
-
-/* What is spent has no equation. */
-static void pdi_advance_spend(const pd_reactive *r, double *y)
-{
-    int64_t size = r->components.count * (int64_t)r->grid->total;
-    for (int64_t at = 0; at < size; at++)
-        if (r->spent[at]) y[at] = 0.0;
-}
-
-/* With migration: the change x of totals of node i becomes that of neutral ones, and that of psi (theory: 5c.1). */
-static void pdi_advance_part(const pd_reactive *r, int32_t i, double *x)
-{
-    const pd_components *s = &r->components;
-    double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], charge = 0.0;
-    if (!r->migration.on) return;
-    pdi_reactive_get(r, r->c, i, c);
-    pdi_migration_along(&r->migration, c, along);
-    for (int k = 0; k < s->count; k++) charge += r->migration.charge[s->master[k]] * x[k];
-    for (int k = 0; k < s->count; k++) x[k] -= along[k] * charge;
-    r->migration.move[i] = charge / r->migration.size[i];
-}
-
-/* y = J x, in totals over weights. */
-static void pdi_advance_apply(void *user, const double *x, double *y)
-{
-    pdi_advance_user *u = (pdi_advance_user *)user;
-    pd_reactive *r = u->r;
-    const pd_components *s = &r->components;
-    int64_t total = r->grid->total;
-    int nt = pdi_advance_threads(u->ctx, r), tables = s->live * pdi_components_columns(s);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double along[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < s->count; k++) along[k] = r->weight[k] * x[k * total + i]; /* 0 where it is spent */
-        pdi_advance_part(r, i, along);
-        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, along);
-        pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
-        pdi_reactive_put(r, c, i, r->move);
-    }
-    pdi_advance_images(r, r->move);
-    pdi_advance_leave(u->ctx, r, r->move, r->closed, y);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        const float *row = r->by + (int64_t)i * r->slots + tables;
-        double change[PD_SPECIES_MOST];
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
-        pdi_advance_part(r, i, change);
-        for (int k = 0; k < s->count; k++) y[k * total + i] += change[k] / (r->weight[k] * r->dt);
-        for (int n = 0; n < s->kinetics; n++, row += s->count) {
-            double speed = 0.0;
-            for (int k = 0; k < s->count; k++) speed += (double)row[k] * change[k];
-            for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
-        }
-    }
-    for (int32_t p = 0; r->surface && p < r->surface->count; p++) {
-        int32_t i = r->surface->node[p];
-        double change[PD_SPECIES_MOST];
-        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
-        pdi_advance_part(r, i, change);
-        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, change);
-        double given = r->surface->weight[p] * pdi_etch_follow(r->surface, p, change);
-        for (int k = 0; k < s->count; k++) y[k * total + i] -= r->surface->gain[k] * given / r->weight[k];
-    }
-    pdi_advance_spend(r, y);
-}
-
-/* Split off what kinetic reaction n brings to rest: x loses it, part_of is its extent. */
-static void pdi_advance_split(const pd_ctx *ctx, pd_reactive *r, int n, double *x)
-{
-    const pd_components *s = &r->components;
-    const double *gain = s->kinetic[n].gain;
-    int64_t total = r->grid->total;
-    int nt = pdi_advance_threads(ctx, r), at = s->live * pdi_components_columns(s) + n * s->count;
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        const float *row = r->by + (int64_t)i * r->slots + at;
-        double speed = 0.0, rate = r->filter[n].absorb[i];
-        r->part_of[i] = 0.0;
-        if (r->grid->kind[i] != PD_FLUID || !(rate > DBL_MIN)) continue;
-        for (int k = 0; k < s->count; k++) speed += (double)row[k] * r->weight[k] * x[k * total + i];
-        r->part_of[i] = -speed / rate;
-        for (int k = 0; k < s->count; k++) x[k * total + i] -= gain[k] * r->part_of[i] / r->weight[k];
-    }
-}
-
-/* A law that is stiffer than all else that its node exchanges comes to rest by itself: x loses it, `split` is its
- * extent. */
-static void pdi_advance_split_metal(pd_reactive *r, double *x)
-{
-    const pd_components *s = &r->components;
-    pd_etch *metal = r->surface;
-    int64_t total = r->grid->total;
-    for (int32_t p = 0; p < metal->count; p++) {
-        int32_t i = metal->node[p];
-        double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MOST];
-        const float *by = metal->by + (int64_t)p * s->count;
-        for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * metal->gain[k];
-        metal->split[p] = 0.0;
-        if (!(rate > own)) continue;
-        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
-        double extent = -metal->weight[p] * pdi_etch_follow(metal, p, change) / rate;
-        for (int k = 0; k < s->count; k++) x[k * total + i] -= metal->gain[k] * extent / r->weight[k];
-        metal->split[p] = extent / (rate + own);
-    }
-}
-
-static void pdi_advance_join_metal(const pd_reactive *r, double *y)
-{
-    const pd_etch *metal = r->surface;
-    for (int32_t p = 0; p < metal->count; p++)
-        for (int k = 0; k < r->components.count; k++)
-            y[k * (int64_t)r->grid->total + metal->node[p]] += metal->gain[k] * metal->split[p] / r->weight[k];
-}
-
-/* Split off what minerals take up, which stays where it is: x loses it, y is what belongs to it. */
-static void pdi_advance_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double *y)
-{
-    int64_t total = r->grid->total;
-    int count = r->components.count, nt = pdi_advance_threads(ctx, r);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double along[PD_SPECIES_MOST];
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < count; k++) along[k] = r->weight[k] * x[k * total + i];
-        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, along);
-        for (int k = 0; k < count; k++) {
-            double rest = along[k] / r->weight[k];
-            y[k * total + i] += r->dt * (x[k * total + i] - rest);
-            x[k * total + i] = rest;
-        }
-    }
-}
-
-/* With migration: psi that drives the charge of x out, and `rest`, what that leaves of x. y: work. */
-static void pdi_advance_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, double *rest, double *y)
-{
-    const pd_components *s = &r->components;
-    int64_t total = r->grid->total;
-    int nt = pdi_advance_threads(ctx, r);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double charge = 0.0;
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < s->count; k++)
-            charge += r->migration.charge[s->master[k]] * r->weight[k] * x[k * total + i];
-        r->migration.current[i] = charge;
-    }
-    pdi_migration_apply(ctx, &r->migration, r->migration.current, r->migration.move);
-    pdi_advance_leave(ctx, r, NULL, r->closed, y);
-    for (int k = 0; k < s->count; k++) {
-        PDI_PARALLEL_FOR(nt)
-        for (int32_t i = 0; i < (int32_t)total; i++)
-            if (r->grid->kind[i] == PD_FLUID) rest[k * total + i] = x[k * total + i] - y[k * total + i];
-    }
-}
-
-/* The totals of y become neutral, and y gets the psi that drives the charge of x out beside the current of those. */
-static void pdi_advance_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
-{
-    const pd_components *s = &r->components;
-    pd_migration *m = &r->migration;
-    int64_t total = r->grid->total;
-    int nt = pdi_advance_threads(ctx, r);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double x[PD_SPECIES_MOST], c[PD_SPECIES_MOST], sum = 0.0;
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * y[k * total + i];
-        pdi_advance_part(r, i, x);
-        for (int k = 0; k < s->count; k++) y[k * total + i] = x[k] / r->weight[k];
-        pdi_advance_fix(r, r->by + (int64_t)i * r->slots, x);
-        pdi_components_follow(s, r->by + (int64_t)i * r->slots, x, c);
-        for (int n = 0; n < s->solutes; n++) sum += m->charge[n] * r->ratio[n] * c[n];
-        m->move[i] = sum;
-    }
-    pdi_migration_spread(ctx, m, m->move, r->part_of);
-    for (int32_t i = 0; i < (int32_t)total; i++)
-        if (r->grid->kind[i] == PD_FLUID) m->current[i] -= r->part_of[i];
-    pdi_migration_apply(ctx, m, m->current, m->move);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], lift = m->size[i] * m->move[i];
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
-        pdi_migration_along(m, c, along);
-        for (int k = 0; k < s->count; k++) y[k * total + i] += along[k] * lift / r->weight[k];
-    }
-}
-
-/* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
- * rate; the charge, by the conductivity. */
-static void pdi_advance_precondition(void *user, const double *x, double *y)
-{
-    pdi_advance_user *u = (pdi_advance_user *)user;
-    pd_reactive *r = u->r;
-    const pd_components *s = &r->components;
-    int64_t total = r->grid->total;
-    double *rest = r->move;
-    if (!s->kinetics && !r->surface && !r->minerals.count && !r->migration.on) {
-        for (int k = 0; k < s->count; k++) pdi_inverse_apply(u->ctx, &r->inverse, x + k * total, y + k * total);
-        pdi_advance_spend(r, y);
-        return;
-    }
-    if (r->migration.on) pdi_advance_discharge(u->ctx, r, x, rest, y);
-    else pdi_par_copy(u->ctx, s->count * total, x, rest);
-    pdi_par_zero(u->ctx, s->count * total, y);
-    if (r->surface) pdi_advance_split_metal(r, rest);
-    if (r->minerals.count) pdi_advance_lay(u->ctx, r, rest, y);
-    for (int n = 0; n < s->kinetics; n++) {
-        pdi_advance_split(u->ctx, r, n, rest);
-        pdi_inverse_apply(u->ctx, &r->filter[n].inverse, r->part_of, r->rates + total);
-        for (int k = 0; k < s->count; k++)
-            pdi_par_axpy(u->ctx, total, s->kinetic[n].gain[k] / r->weight[k], r->rates + total, y + k * total);
-    }
-    for (int k = 0; k < s->count; k++) {
-        pdi_inverse_apply(u->ctx, &r->inverse, rest + k * total, r->part_of);
-        pdi_par_axpy(u->ctx, total, r->migration.on ? r->migration.pace[k] : 1.0, r->part_of, y + k * total);
-    }
-    if (r->surface) pdi_advance_join_metal(r, y);
-    if (r->migration.on) pdi_advance_recharge(u->ctx, r, y);
-    pdi_advance_spend(r, y);
-}
-
-/* With migration: what Newton's method moves, as totals and as psi. */
-static void pdi_advance_resolve(pd_reactive *r)
-{
-    const pd_components *s = &r->components;
-    int64_t total = r->grid->total;
-    double *delta = r->work + s->count * total, x[PD_SPECIES_MOST];
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * delta[k * total + i];
-        pdi_advance_part(r, i, x);
-        for (int k = 0; k < s->count; k++) delta[k * total + i] = x[k] / r->weight[k];
-    }
-}
-
-/* The correction behind the residual, to a share of it or to `goal`. */
-static pd_status pdi_advance_direction(pd_ctx *ctx, pd_reactive *r, double share, double goal,
-                                        pd_reactive_result *result)
-{
-    pdi_advance_user user;
-    pd_krylov_result linear;
-    pd_arena *arena = pdi_reactive_arena(r);
-    user.ctx = ctx;
-    user.r = r;
-    r->krylov.desc.rtol = share;
-    r->krylov.desc.atol = goal;
-    PDI_TRY(pdi_advance_derive(ctx, r));
-    pdi_advance_spend(r, r->work);
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &r->krylov));
-    pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_advance_apply, pdi_advance_precondition, &user, r->work,
-                                        r->work + r->components.count * (int64_t)r->grid->total, &linear);
-    result->krylov += linear.iterations;
-    if (r->migration.on) pdi_advance_resolve(r);
-    return pdi_arena_return(ctx, arena, pdi_krylov_list, &r->krylov, status);
-}
-
 /* ---- Newton's method ---- */
 
 /* What is cut off at 0 has charged c: it becomes neutral, and with activities comes to equilibrium again. */
@@ -34285,7 +34311,7 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     const double *delta = r->work + s->count * total;
-    int nt = pdi_advance_threads(ctx, r);
+    int nt = pdi_tangent_threads(ctx, r);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -34297,7 +34323,7 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
         if (r->minerals.count) {
             double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
             pd_mineral_start start;
-            pdi_advance_law(r, i, first, &start);
+            pdi_tangent_law(r, i, first, &start);
             pdi_reactive_solids(r, r->solid_base, i, n);
             if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) != PD_OK) c[0] = NAN;
             for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
@@ -34365,7 +34391,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     for (int step = 0; norm > goal; step++) {
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
-        pd_status status = pdi_advance_direction(ctx, r, share, 0.3 * goal, result);
+        pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
         if (status < 0) return status;
         double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
         int falls = pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm);
@@ -34404,7 +34430,7 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    int nt = pdi_advance_threads(ctx, r);
+    int nt = pdi_tangent_threads(ctx, r);
     (void)nt;
     pdi_advance_back(ctx, r, 1);
     if (r->minerals.count) pdi_par_copy(ctx, r->minerals.count * total, r->solid, r->solid_start);
@@ -70640,7 +70666,8 @@ static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
     if (pdi_setup_chemical(metal) || pdi_setup_electric(metal)) {
         snprintf(text, size, "%s%ssurface rate by %s, z = %g, Cs = %.6g mol/m3",
                  u->metals > 1 ? metal->material.name : "", u->metals > 1 ? ": " : "",
-                 pdi_setup_chemical(metal) ? "a law in the species at the surface" : "the potential", z, metal->solid_c);
+                 pdi_setup_chemical(metal) ? "a law in the species at the surface" : "the potential", z,
+                 metal->solid_c);
         return;
     }
     snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",

@@ -138,8 +138,8 @@ TEST(amounts)
     close_model();
 }
 
-/* A stream so fast that its exchange is 1e9 times what the metal gives: steps grow to those of the metal, and what empty
- * nodes owe by rounding is not carried off. */
+/* A stream so fast that its exchange is 1e9 times what the metal gives: steps grow to those of the metal, and what
+ * empty nodes owe by rounding is not carried off. */
 TEST(fast_stream)
 {
 #if PD_DIM == 2

@@ -588,14 +588,13 @@ static double pdi_flow_forced_speed(const pd_flow *flow, double force)
 
 static void pdi_flow_stabilise(pd_flow *flow)
 {
-    double rate = 0.0, longest = 0.0;
+    double rate = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         double h = flow->grid->h[d];
         rate += flow->nu / (h * h) + 0.5 * flow->speed / h;
-        longest = fmax(longest, h);
     }
     flow->stabilisation = 1.0 / rate;
-    flow->isotropy = pdi_isotropic_share(&flow->isotropic, flow->speed * longest / flow->nu);
+    flow->isotropy = pdi_isotropic_share(&flow->isotropic, flow->speed / flow->nu);
 }
 
 /* A force along a periodic axis drives a flow; along others it counts where nothing else moves the fluid. */

@@ -68,7 +68,7 @@ typedef struct pd_flow {
     pd_reconstruct slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
     int order;              /* 4: a solver of steady flows makes `sharp` */
     pd_sharp sharp;         /* empty: second order */
-    pd_isotropic isotropic; /* friction of second order; empty: by the Laplacian */
+    pd_isotropic isotropic; /* friction of second order; empty: that of the Laplacian (explicit flows) */
     double isotropy;        /* [-] share of its excess */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */

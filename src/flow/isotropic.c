@@ -1,6 +1,7 @@
 /* isotropic: see isotropic.h */
 #include "flow/isotropic.h"
 #include "core/par.h"
+#include <math.h>
 #include <string.h>
 
 /* Cell Reynolds number at which half of the excess is left: from 2 on central differences of advection waver. */
@@ -38,10 +39,13 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
 }
 
 PDI_COLD_BEGIN
-PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double cell)
+PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate)
 {
-    double times = cell / PDI_ISOTROPIC_CELL;
-    return isotropic->bonds ? 1.0 / (1.0 + times * times) : 0.0;
+    double longest = 0.0;
+    if (!isotropic->bonds) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, isotropic->bonds->stencil->h[d]);
+    double times = rate * longest / PDI_ISOTROPIC_CELL;
+    return 1.0 / (1.0 + times * times);
 }
 
 /* The bond with the offset n; -1: none. */

@@ -25,9 +25,9 @@ typedef struct pd_isotropic {
 #ifdef PDI_INTERNAL
 /* Families of the nearest neighbours on planar lattices get weights; others none. */
 PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
-/* Share of the excess that a flow takes whose cell has the Reynolds number `cell`: it falls from 1 to 0 where advection
- * errs by more than friction (theory: eq. 4.1f). */
-PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double cell);
+/* Share of the excess that a flow takes of the Reynolds number `rate` [1/m] a length: it falls from 1 to 0 as that of the
+ * longest spacing grows, where advection errs by more than friction (theory: eq. 4.1f). */
+PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate);
 /* ru += what `excess` brings too much to friction nu of u [PD_DIM][total] by squares that are not complete. */
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru);

@@ -52,6 +52,7 @@ static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady
     if (flow->order == 4)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "order 4 is one of steady and implicit flow, expected 2");
     un->flow = flow;
+    memset(&flow->isotropic, 0, sizeof flow->isotropic); /* the limit is that of the weights of the Laplacian */
     double spacing = grid->h[0];
     for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
     /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */

@@ -145,7 +145,8 @@ static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
     if (pdi_setup_chemical(metal) || pdi_setup_electric(metal)) {
         snprintf(text, size, "%s%ssurface rate by %s, z = %g, Cs = %.6g mol/m3",
                  u->metals > 1 ? metal->material.name : "", u->metals > 1 ? ": " : "",
-                 pdi_setup_chemical(metal) ? "a law in the species at the surface" : "the potential", z, metal->solid_c);
+                 pdi_setup_chemical(metal) ? "a law in the species at the surface" : "the potential", z,
+                 metal->solid_c);
         return;
     }
     snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",

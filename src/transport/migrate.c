@@ -121,8 +121,9 @@ static void pdi_migrate_walls(const pdi_migrate *m, int32_t i, int n, int count,
     for (int b = 0; b < count; b++) {
         int64_t at = n * total + i + b;
         if (!(hold[i + b] > 0.0)) continue;
-        sum[b] += pdi_migrate_one(m->ratio[n] * hold[i + b] * (m->pass ? m->pass[i + b] : 1.0), 0.0, -m->charge[n] * m->psi[i + b], m->c[at], m->wall[n],
-                                  (int)by, m->move ? m->move[at] : 0.0, 0.0, by ? -m->charge[n] * m->lift[i + b] : 0.0);
+        double bond = m->ratio[n] * hold[i + b] * (m->pass ? m->pass[i + b] : 1.0), z = -m->charge[n];
+        sum[b] += pdi_migrate_one(bond, 0.0, z * m->psi[i + b], m->c[at], m->wall[n], (int)by,
+                                  m->move ? m->move[at] : 0.0, 0.0, by ? z * m->lift[i + b] : 0.0);
     }
 }
 

@@ -241,10 +241,11 @@ PD_FIELD_PHI = 23
 PD_FIELD_J = 24
 PD_FIELD_I = 25
 PD_FIELD_PH = 26
-PD_FIELD_FILM = 27
-PD_FIELD_SI = 28
-PD_FIELD_SPECIES = 29
-PD_FIELD_COUNT = 61
+PD_FIELD_POTENTIAL = 27
+PD_FIELD_FILM = 28
+PD_FIELD_SI = 29
+PD_FIELD_SPECIES = 30
+PD_FIELD_COUNT = 62
 PD_PART_GRID = 0
 PD_PART_FLOW = 1
 PD_PART_GAS = 2
@@ -322,7 +323,7 @@ ENUMS = {
     'pd_paint': {'PD_PAINT_FIELD': 0, 'PD_PAINT_SOLID': 1, 'PD_PAINT_WALL': 2, 'PD_PAINT_OUTSIDE': 3},
     'pd_stroke': {'PD_STROKE_LINE': 0, 'PD_STROKE_DASHED': 1, 'PD_STROKE_MARKERS': 2, 'PD_STROKE_BOTH': 3},
     'pd_vti_type': {'PD_VTI_FLOAT64': 0, 'PD_VTI_FLOAT32': 1, 'PD_VTI_UINT8': 2, 'PD_VTI_INT32': 3},
-    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_PRESSURE': 13, 'PD_FIELD_SLIP': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STORED': 16, 'PD_FIELD_XX': 17, 'PD_FIELD_YY': 18, 'PD_FIELD_ZZ': 19, 'PD_FIELD_XY': 20, 'PD_FIELD_YZ': 21, 'PD_FIELD_ZX': 22, 'PD_FIELD_PHI': 23, 'PD_FIELD_J': 24, 'PD_FIELD_I': 25, 'PD_FIELD_PH': 26, 'PD_FIELD_FILM': 27, 'PD_FIELD_SI': 28, 'PD_FIELD_SPECIES': 29, 'PD_FIELD_COUNT': 61},
+    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_PRESSURE': 13, 'PD_FIELD_SLIP': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STORED': 16, 'PD_FIELD_XX': 17, 'PD_FIELD_YY': 18, 'PD_FIELD_ZZ': 19, 'PD_FIELD_XY': 20, 'PD_FIELD_YZ': 21, 'PD_FIELD_ZX': 22, 'PD_FIELD_PHI': 23, 'PD_FIELD_J': 24, 'PD_FIELD_I': 25, 'PD_FIELD_PH': 26, 'PD_FIELD_POTENTIAL': 27, 'PD_FIELD_FILM': 28, 'PD_FIELD_SI': 29, 'PD_FIELD_SPECIES': 30, 'PD_FIELD_COUNT': 62},
     'pd_part': {'PD_PART_GRID': 0, 'PD_PART_FLOW': 1, 'PD_PART_GAS': 2, 'PD_PART_TRANSPORT': 3, 'PD_PART_DISSOLVE': 4, 'PD_PART_GRAIN': 5, 'PD_PART_SOLID': 6, 'PD_PART_CHEMISTRY': 7, 'PD_PART_POTENTIAL': 8, 'PD_PART_COUNT': 9},
     'pd_profile': {'PD_PROFILE_REST': 0, 'PD_PROFILE_UNIFORM': 1, 'PD_PROFILE_PARABOLA': 2, 'PD_PROFILE_EXPRESSION': 3},
     'pd_motion': {'PD_MOTION_STEADY': 0, 'PD_MOTION_IMPLICIT': 1, 'PD_MOTION_EXPLICIT': 2, 'PD_MOTION_GIVEN': 3},
@@ -958,7 +959,7 @@ def declare(dim):
         ('bonds', POINTER(pd_bonds)),
         ('squares', c_int),
         ('square', pd_square * (2, 8, 18)[dim - 1]),
-        ('weight', c_double * (2, 8, 18)[dim - 1]),
+        ('excess', c_double * (2, 8, 18)[dim - 1]),
     ]
 
     class pd_flow_desc(Structure):
@@ -1019,6 +1020,7 @@ def declare(dim):
         ('order', c_int),
         ('sharp', pd_sharp),
         ('isotropic', pd_isotropic),
+        ('isotropy', c_double),
         ('more', POINTER(c_double)),
         ('leak', POINTER(c_double)),
         ('evaluations', c_int64),
@@ -1592,6 +1594,31 @@ def declare(dim):
         ('euler', c_int64),
     ]
 
+    class pd_migration(Structure):
+        pass
+    pd_migration._fields_ = [
+        ('on', c_int),
+        ('flux', POINTER(pd_flux)),
+        ('components', POINTER(pd_components)),
+        ('ratio', POINTER(c_double)),
+        ('wall', POINTER(c_double)),
+        ('pass', POINTER(c_double)),
+        ('charge', c_double * 32),
+        ('volt', c_double),
+        ('tied', c_int),
+        ('excess', c_double),
+        ('share', c_double),
+        ('pace', c_double * 32),
+        ('psi', POINTER(c_double)),
+        ('begin', POINTER(c_double)),
+        ('base', POINTER(c_double)),
+        ('move', POINTER(c_double)),
+        ('size', POINTER(c_double)),
+        ('current', POINTER(c_double)),
+        ('compact', pd_compact),
+        ('mg', pd_multigrid),
+    ]
+
     class pd_reactive_desc(Structure):
         pass
     pd_reactive_desc._fields_ = [
@@ -1611,6 +1638,8 @@ def declare(dim):
         ('user', c_void_p),
         ('tolerance', c_double),
         ('order', c_int),
+        ('migration', c_int),
+        ('inlet_potential', c_double),
         ('most', c_int),
         ('arena', POINTER(pd_arena)),
     ]
@@ -1662,6 +1691,7 @@ def declare(dim):
         ('boundary', pd_boundary),
         ('flux', pd_flux),
         ('inverse', pd_inverse),
+        ('migration', pd_migration),
         ('filter', POINTER(pd_reactive_filter)),
         ('krylov', pd_krylov),
         ('own', pd_arena),
@@ -3282,19 +3312,19 @@ def declare(dim):
     class pd_setup_drawing(Structure):
         pass
     pd_setup_drawing._fields_ = [
-        ('range', c_double * 2 * 61),
-        ('map', c_int * 61),
+        ('range', c_double * 2 * 62),
+        ('map', c_int * 62),
         ('log', pd_fields),
         ('percentile', c_double),
         ('width', c_int),
         ('smooth', c_int),
         ('animate', c_int),
         ('formats', c_uint),
-        ('contours', c_int * 61),
-        ('levels', c_int * 61),
-        ('level', c_double * 32 * 61),
-        ('streamlines', c_int * 61),
-        ('vectors', c_int * 61),
+        ('contours', c_int * 62),
+        ('levels', c_int * 62),
+        ('level', c_double * 32 * 62),
+        ('streamlines', c_int * 62),
+        ('vectors', c_int * 62),
         ('surface', c_int),
         ('way', c_double * 3),
     ]
@@ -3397,6 +3427,7 @@ def declare(dim):
         ('initial', pd_expr),
         ('advection', c_int),
         ('limiter', c_double),
+        ('migrates', c_int),
         ('settle', c_int),
         ('metal', pd_setup_metal * 4),
         ('metals', c_int),
@@ -3603,7 +3634,7 @@ def declare(dim):
         pass
     pd_views._fields_ = [
         ('cells', c_int64),
-        ('field', POINTER(c_double) * 61),
+        ('field', POINTER(c_double) * 62),
     ]
 
     class pd_images_view(Structure):
@@ -3634,7 +3665,7 @@ def declare(dim):
         ('velocity', POINTER(c_double)),
         ('sorted', POINTER(c_double)),
         ('sight', pd_shade),
-        ('view', pd_images_view * 62),
+        ('view', pd_images_view * 63),
         ('frames', c_int64),
         ('last', c_int64),
         ('live', c_int),
@@ -3654,7 +3685,7 @@ def declare(dim):
         ('probes', pd_csv),
         ('frame', c_int),
         ('written', c_double),
-        ('scalar', POINTER(c_double) * 61),
+        ('scalar', POINTER(c_double) * 62),
         ('phase', POINTER(c_uint8)),
         ('grain', POINTER(c_int32)),
         ('displaced', POINTER(c_double)),
@@ -4049,6 +4080,8 @@ def declare(dim):
         'pd_reactive_ph': (c_double, [POINTER(pd_reactive), c_int32]),
         'pd_reactive_saturation': (c_double, [POINTER(pd_reactive), c_int, c_int32]),
         'pd_reactive_film': (c_double, [POINTER(pd_reactive), c_int32]),
+        'pd_reactive_potential': (c_double, [POINTER(pd_reactive), c_int32]),
+        'pd_reactive_neutrality': (c_double, [POINTER(pd_reactive)]),
         'pd_reactive_balance_of': (None, [POINTER(pd_ctx), POINTER(pd_reactive), c_int, POINTER(pd_reactive_balance)]),
         'pd_reactive_free': (None, [POINTER(pd_ctx), POINTER(pd_reactive)]),
         'pd_etch_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_etch_desc), POINTER(pd_etch)]),

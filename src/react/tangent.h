@@ -1,0 +1,22 @@
+/* tangent: derivatives of the balances of a step, and the linear systems that follow (theory: 5c).
+ */
+#ifndef PD_TANGENT_H
+#define PD_TANGENT_H
+#include "react/etch.h"
+
+#ifdef PDI_INTERNAL
+/* Of loops over its nodes. */
+PDI_FN int pdi_tangent_threads(const pd_ctx *ctx, const pd_reactive *reactive);
+/* Images of several fields. */
+PDI_FN void pdi_tangent_images(const pd_reactive *reactive, double *fields);
+/* y [components]: what leaves by the fields, over the weights. With migration `fields` is c or, for the derivative, the
+ * change of c beside that of psi; NULL: that of psi alone. */
+PDI_FN void pdi_tangent_leave(const pd_ctx *ctx, pd_reactive *reactive, const double *fields, const double *wall,
+                              double *y);
+/* Node i at the start of a stage, as its minerals see it. */
+PDI_FN void pdi_tangent_law(const pd_reactive *reactive, int32_t i, double *n, pd_mineral_start *start);
+/* The correction behind the residual, to a share of it or to `goal`; *iterations grows by those of GMRES. */
+PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *reactive, double share, double goal, int *iterations);
+#endif
+
+#endif
