@@ -2682,8 +2682,8 @@ typedef struct pd_isotropic {
 #ifdef PDI_INTERNAL
 /* Families of the nearest neighbours on planar lattices get weights; others none. */
 PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
-/* Share of the excess that a flow takes of the Reynolds number `rate` [1/m] a length: it falls from 1 to 0 as that of the
- * longest spacing grows, where advection errs by more than friction (theory: eq. 4.1f). */
+/* Share of the excess that a flow takes whose Reynolds number is `rate` [1/m] a length: it falls from 1 to 0 as that of
+ * the longest spacing grows, where advection errs by more than friction (theory: eq. 4.1f). */
 PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate);
 /* ru += what `excess` brings too much to friction nu of u [PD_DIM][total] by squares that are not complete. */
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
@@ -22496,10 +22496,8 @@ static double pdi_flow_forced_speed(const pd_flow *flow, double force)
 static void pdi_flow_stabilise(pd_flow *flow)
 {
     double rate = 0.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        double h = flow->grid->h[d];
-        rate += flow->nu / (h * h) + 0.5 * flow->speed / h;
-    }
+    for (int d = 0; d < PD_DIM; d++)
+        rate += (flow->nu / flow->grid->h[d] + 0.5 * flow->speed) / flow->grid->h[d];
     flow->stabilisation = 1.0 / rate;
     flow->isotropy = pdi_isotropic_share(&flow->isotropic, flow->speed / flow->nu);
 }

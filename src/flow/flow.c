@@ -589,10 +589,8 @@ static double pdi_flow_forced_speed(const pd_flow *flow, double force)
 static void pdi_flow_stabilise(pd_flow *flow)
 {
     double rate = 0.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        double h = flow->grid->h[d];
-        rate += flow->nu / (h * h) + 0.5 * flow->speed / h;
-    }
+    for (int d = 0; d < PD_DIM; d++)
+        rate += (flow->nu / flow->grid->h[d] + 0.5 * flow->speed) / flow->grid->h[d];
     flow->stabilisation = 1.0 / rate;
     flow->isotropy = pdi_isotropic_share(&flow->isotropic, flow->speed / flow->nu);
 }
