@@ -751,7 +751,8 @@ TEST(a_failed_build_leaves_nothing)
 static const char *const parts[] = {"owner", "jacobian", "spectrum",    "boundary", "media",
                                     "spans", "flux",     "fingerprint", "compact",  "limiter",  "inverse",
                                     "band",  "springs",  "path",        "bond_weights", "images", "components",
-                                    "shell", "shade",    "sight",       "electrolyte", "attack"};
+                                    "shell", "shade",    "sight",       "electrolyte", "attack",
+                                    "mineral", "cell",  "electrodes"};
 
 /* How many functions `pd_status pd_X_build(` or `pd_status pdi_X_build(` a header has; each must be tried. */
 static int builds_of(const char *path)

@@ -30,6 +30,7 @@ static scene *box(int n, const double *h, pd_side side, int ball)
 static void friction(scene *s, double *lap)
 {
     double *back = s->field[2], *rc = s->field[3];
+    s->flow.isotropy = 1.0;
     pdi_flow_residual(&s->ctx, &s->flow, lap, rc);
     for (int64_t i = 0; i < s->size; i++) s->flow.u[i] = -s->flow.u[i];
     pdi_flow_residual(&s->ctx, &s->flow, back, rc);

@@ -141,7 +141,7 @@ static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
     PDI_TRY(pdi_read_electrolyte_amount(s, section, "initial", "0", &e->initial[k]));
     PDI_TRY(pdi_read_electrolyte_other(s, section, "inlet", &e->inlet[k]));
     PDI_TRY(pdi_read_electrolyte_other(s, section, "inside", &e->inside[k]));
-    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "volume", "m3/mol", "0 m3/mol", &e->volume[k]));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "volume", "m3/mol", "0", &e->volume[k]));
     if (!(e->volume[k] >= 0.0) || (e->volume[k] > 0.0 && e->species[k].phase != PD_PHASE_SOLID))
         return pdi_text_refuse(s->ctx, s->text, section, "volume", "found %g m3/mol of %s, expected a positive value "
                                "of a solid", e->volume[k], label);
