@@ -10906,7 +10906,7 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at);
 #define PD_ELECTRODES_H
 
 /* What a cell asks for. */
-typedef struct pd_electrodes {
+typedef struct pd_electrode_map {
     const pd_setup *setup;
     const pd_grid *grid;
     const uint8_t *metal;        /* [total] index of the metal of solid nodes; NULL: 0 */
@@ -10916,14 +10916,14 @@ typedef struct pd_electrodes {
     int given[PD_SETUP_ELECTRODES];        /* of each circuit: the electrode that has a given value; -1: none */
     pd_circuit circuit[PD_SETUP_ELECTRODES];
     int line;                    /* of the scene: what was refused */
-} pd_electrodes;
+} pd_electrode_map;
 
 #ifdef PDI_INTERNAL
 /* All is borrowed. reactive, dissolve: NULL without. PD_ERR_GEOMETRY: metal that is no electrode, an electrode without
  * metal. PD_ERR_ARGUMENT: two values are given for metals that touch. */
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
-                                      const pd_dissolve *dissolve, pd_electrodes *electrodes, pd_cell *cell);
+                                      const pd_dissolve *dissolve, pd_electrode_map *electrodes, pd_cell *cell);
 #endif
 
 #endif
@@ -11040,7 +11040,7 @@ typedef struct pd_model {
     pd_grips grips;
     pd_dissolve dissolve;
     pd_model_law law[PD_SETUP_METALS];
-    pd_electrodes electrodes;
+    pd_electrode_map electrodes;
     pd_cell cell;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
@@ -12927,6 +12927,8 @@ PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, dou
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/facets.c ======== */
@@ -13602,6 +13604,8 @@ PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int cou
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -14346,6 +14350,8 @@ void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/grid.c ======== */
@@ -14873,6 +14879,8 @@ PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, 
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -16469,6 +16477,8 @@ PDI_FN pd_status pdi_boundary_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/traverse.c ======== */
@@ -16595,6 +16605,8 @@ PDI_FN double pdi_traverse_section(const pd_bonds *bonds, int axis, int index, p
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -19479,6 +19491,8 @@ PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solve/coarsen.c ======== */
@@ -19974,6 +19988,8 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -23443,6 +23459,8 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>flow/precond.c ======== */
@@ -23640,6 +23658,8 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -27384,6 +27404,8 @@ pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count,
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>chemistry/components.c ======== */
@@ -28410,6 +28432,8 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -28688,6 +28712,8 @@ pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const cha
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>transport/diffusion.c ======== */
@@ -29257,6 +29283,8 @@ PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -30897,6 +30925,8 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>transport/inverse.c ======== */
@@ -31843,6 +31873,8 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -32841,6 +32873,8 @@ PDI_FN void pdi_migration_level(pd_migration *m)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>react/reactive.c ======== */
@@ -34662,6 +34696,8 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -36178,6 +36214,8 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/weigh.c ======== */
@@ -36332,6 +36370,8 @@ PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, pd_bond_weight
 #undef PDI_WEIGH_WAYS
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -37104,6 +37144,8 @@ PDI_FN void pdi_scaffold_add(const pd_ctx *ctx, pd_scaffold *s, const double *f,
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/plastic.c ======== */
@@ -37218,6 +37260,8 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -38254,6 +38298,8 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/criterion.c ======== */
@@ -38943,6 +38989,8 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #undef PDI_EQUILIBRIUM_BEYOND
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -42056,6 +42104,8 @@ PDI_FN pd_status pdi_toughness_find(pd_ctx *ctx, const pd_body *body, const pd_e
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/finite_law.c ======== */
@@ -42469,6 +42519,8 @@ PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f,
 #undef PDI_FINITE_LAW_NEAR
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -44236,6 +44288,8 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>metal/entry.c ======== */
@@ -44345,6 +44399,8 @@ PDI_FN int32_t pdi_entry_around(const pd_paths *paths, uint8_t *work)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -44471,6 +44527,8 @@ PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *f)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>metal/reach.c ======== */
@@ -44987,6 +45045,8 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 #undef PDI_INTERFACE_DROP
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -49631,6 +49691,8 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/zlib.c ======== */
@@ -50369,6 +50431,8 @@ PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -58431,6 +58495,8 @@ PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>scene/expr.c ======== */
@@ -59216,6 +59282,8 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 #undef PDI_EXPR_BUILTINS
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -62108,7 +62176,7 @@ static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
     PDI_TRY(pdi_read_electrolyte_amount(s, section, "initial", "0", &e->initial[k]));
     PDI_TRY(pdi_read_electrolyte_other(s, section, "inlet", &e->inlet[k]));
     PDI_TRY(pdi_read_electrolyte_other(s, section, "inside", &e->inside[k]));
-    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "volume", "m3/mol", "0 m3/mol", &e->volume[k]));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "volume", "m3/mol", "0", &e->volume[k]));
     if (!(e->volume[k] >= 0.0) || (e->volume[k] > 0.0 && e->species[k].phase != PD_PHASE_SOLID))
         return pdi_text_refuse(s->ctx, s->text, section, "volume", "found %g m3/mol of %s, expected a positive value "
                                "of a solid", e->volume[k], label);
@@ -64454,6 +64522,9 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
     if (u->has_gas)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside [gas], expected [flow] or fluid at "
                                "rest");
+    if (u->migrates)
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry], "
+                               "expected one of them: currents of electrodes do not move ions yet");
     if (first < 0)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found no electrode, expected an [electrode "
                                "NAME] with a shape and a curve");
@@ -67082,7 +67153,7 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at)
 /* Electrode of a solid node; -1: none. */
 static int pdi_electrodes_which(void *user, int32_t node)
 {
-    const pd_electrodes *m = (const pd_electrodes *)user;
+    const pd_electrode_map *m = (const pd_electrode_map *)user;
     const pd_setup_potential *p = &m->setup->potential;
     double x[PD_DIM];
     pd_grid_position(m->grid, node, x);
@@ -67096,7 +67167,7 @@ static int pdi_electrodes_which(void *user, int32_t node)
 
 static double pdi_electrodes_given(void *user, int circuit, double t)
 {
-    const pd_electrodes *m = (const pd_electrodes *)user;
+    const pd_electrode_map *m = (const pd_electrode_map *)user;
     double x[PD_DIM];
     memset(x, 0, sizeof x);
     if (m->given[circuit] < 0) return 0.0;
@@ -67106,7 +67177,7 @@ static double pdi_electrodes_given(void *user, int circuit, double t)
 /* kappa = F^2/(R T) sum z^2 D c (theory: eq. 6b.7) */
 static void pdi_electrodes_conduct(void *user, double *field)
 {
-    const pd_electrodes *m = (const pd_electrodes *)user;
+    const pd_electrode_map *m = (const pd_electrode_map *)user;
     const pd_electrolyte *e = &m->setup->electrolyte;
     double factor = PDI_ELECTRODES_FARADAY * PDI_ELECTRODES_FARADAY / (PDI_ELECTRODES_GAS * e->temperature);
     for (int32_t i = 0; i < m->grid->total; i++) field[i] = 0.0;
@@ -67130,7 +67201,7 @@ static void pdi_electrodes_join(int *wire, int count, int a, int b)
 }
 
 /* Which electrodes are there, and which touch. */
-static pd_status pdi_electrodes_find(pd_ctx *ctx, pd_electrodes *m, int *wire)
+static pd_status pdi_electrodes_find(pd_ctx *ctx, pd_electrode_map *m, int *wire)
 {
     const pd_setup_potential *p = &m->setup->potential;
     int64_t nodes[PD_SETUP_ELECTRODES];
@@ -67161,7 +67232,7 @@ static pd_status pdi_electrodes_find(pd_ctx *ctx, pd_electrodes *m, int *wire)
 }
 
 /* A circuit for all that is connected, with the value of one of them. */
-static pd_status pdi_electrodes_circuits(pd_ctx *ctx, pd_electrodes *m, const int *wire)
+static pd_status pdi_electrodes_circuits(pd_ctx *ctx, pd_electrode_map *m, const int *wire)
 {
     const pd_setup_potential *p = &m->setup->potential;
     for (int k = 0; k < p->electrodes; k++) {
@@ -67184,7 +67255,7 @@ static pd_status pdi_electrodes_circuits(pd_ctx *ctx, pd_electrodes *m, const in
     return PD_OK;
 }
 
-static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrodes *m, const pd_bonds *bonds, const pd_stencil *across,
+static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_bonds *bonds, const pd_stencil *across,
                                      const pd_dissolve *dissolve, pd_cell *cell)
 {
     const pd_setup_potential *p = &m->setup->potential;
@@ -67220,7 +67291,7 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrodes *m, const pd_bon
 
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
-                                      const pd_dissolve *dissolve, pd_electrodes *m, pd_cell *cell)
+                                      const pd_dissolve *dissolve, pd_electrode_map *m, pd_cell *cell)
 {
     int wire[PD_SETUP_ELECTRODES];
     memset(m, 0, sizeof *m);
@@ -70645,7 +70716,7 @@ static void pdi_summary_chemistry(const pdi_summary *s)
 static void pdi_summary_potential(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
-    const pd_electrodes *e = &s->model->electrodes;
+    const pd_electrode_map *e = &s->model->electrodes;
     char text[384], value[PD_UNITS_TEXT] = "that of the species";
     if (!u->has_potential) return;
     if (u->potential.conductivity > 0.0) pdi_setup_show(u->potential.conductivity, "S/m", value);

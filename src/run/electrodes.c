@@ -9,7 +9,7 @@
 /* Electrode of a solid node; -1: none. */
 static int pdi_electrodes_which(void *user, int32_t node)
 {
-    const pd_electrodes *m = (const pd_electrodes *)user;
+    const pd_electrode_map *m = (const pd_electrode_map *)user;
     const pd_setup_potential *p = &m->setup->potential;
     double x[PD_DIM];
     pd_grid_position(m->grid, node, x);
@@ -23,7 +23,7 @@ static int pdi_electrodes_which(void *user, int32_t node)
 
 static double pdi_electrodes_given(void *user, int circuit, double t)
 {
-    const pd_electrodes *m = (const pd_electrodes *)user;
+    const pd_electrode_map *m = (const pd_electrode_map *)user;
     double x[PD_DIM];
     memset(x, 0, sizeof x);
     if (m->given[circuit] < 0) return 0.0;
@@ -33,7 +33,7 @@ static double pdi_electrodes_given(void *user, int circuit, double t)
 /* kappa = F^2/(R T) sum z^2 D c (theory: eq. 6b.7) */
 static void pdi_electrodes_conduct(void *user, double *field)
 {
-    const pd_electrodes *m = (const pd_electrodes *)user;
+    const pd_electrode_map *m = (const pd_electrode_map *)user;
     const pd_electrolyte *e = &m->setup->electrolyte;
     double factor = PDI_ELECTRODES_FARADAY * PDI_ELECTRODES_FARADAY / (PDI_ELECTRODES_GAS * e->temperature);
     for (int32_t i = 0; i < m->grid->total; i++) field[i] = 0.0;
@@ -57,7 +57,7 @@ static void pdi_electrodes_join(int *wire, int count, int a, int b)
 }
 
 /* Which electrodes are there, and which touch. */
-static pd_status pdi_electrodes_find(pd_ctx *ctx, pd_electrodes *m, int *wire)
+static pd_status pdi_electrodes_find(pd_ctx *ctx, pd_electrode_map *m, int *wire)
 {
     const pd_setup_potential *p = &m->setup->potential;
     int64_t nodes[PD_SETUP_ELECTRODES];
@@ -88,7 +88,7 @@ static pd_status pdi_electrodes_find(pd_ctx *ctx, pd_electrodes *m, int *wire)
 }
 
 /* A circuit for all that is connected, with the value of one of them. */
-static pd_status pdi_electrodes_circuits(pd_ctx *ctx, pd_electrodes *m, const int *wire)
+static pd_status pdi_electrodes_circuits(pd_ctx *ctx, pd_electrode_map *m, const int *wire)
 {
     const pd_setup_potential *p = &m->setup->potential;
     for (int k = 0; k < p->electrodes; k++) {
@@ -111,7 +111,7 @@ static pd_status pdi_electrodes_circuits(pd_ctx *ctx, pd_electrodes *m, const in
     return PD_OK;
 }
 
-static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrodes *m, const pd_bonds *bonds, const pd_stencil *across,
+static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_bonds *bonds, const pd_stencil *across,
                                      const pd_dissolve *dissolve, pd_cell *cell)
 {
     const pd_setup_potential *p = &m->setup->potential;
@@ -147,7 +147,7 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrodes *m, const pd_bon
 
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
-                                      const pd_dissolve *dissolve, pd_electrodes *m, pd_cell *cell)
+                                      const pd_dissolve *dissolve, pd_electrode_map *m, pd_cell *cell)
 {
     int wire[PD_SETUP_ELECTRODES];
     memset(m, 0, sizeof *m);

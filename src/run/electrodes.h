@@ -7,7 +7,7 @@
 #include "scene/setup.h"
 
 /* What a cell asks for. */
-typedef struct pd_electrodes {
+typedef struct pd_electrode_map {
     const pd_setup *setup;
     const pd_grid *grid;
     const uint8_t *metal;        /* [total] index of the metal of solid nodes; NULL: 0 */
@@ -17,14 +17,14 @@ typedef struct pd_electrodes {
     int given[PD_SETUP_ELECTRODES];        /* of each circuit: the electrode that has a given value; -1: none */
     pd_circuit circuit[PD_SETUP_ELECTRODES];
     int line;                    /* of the scene: what was refused */
-} pd_electrodes;
+} pd_electrode_map;
 
 #ifdef PDI_INTERNAL
 /* All is borrowed. reactive, dissolve: NULL without. PD_ERR_GEOMETRY: metal that is no electrode, an electrode without
  * metal. PD_ERR_ARGUMENT: two values are given for metals that touch. */
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
-                                      const pd_dissolve *dissolve, pd_electrodes *electrodes, pd_cell *cell);
+                                      const pd_dissolve *dissolve, pd_electrode_map *electrodes, pd_cell *cell);
 #endif
 
 #endif

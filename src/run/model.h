@@ -51,7 +51,7 @@ typedef struct pd_model {
     pd_grips grips;
     pd_dissolve dissolve;
     pd_model_law law[PD_SETUP_METALS];
-    pd_electrodes electrodes;
+    pd_electrode_map electrodes;
     pd_cell cell;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */

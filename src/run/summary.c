@@ -126,7 +126,7 @@ static void pdi_summary_chemistry(const pdi_summary *s)
 static void pdi_summary_potential(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
-    const pd_electrodes *e = &s->model->electrodes;
+    const pd_electrode_map *e = &s->model->electrodes;
     char text[384], value[PD_UNITS_TEXT] = "that of the species";
     if (!u->has_potential) return;
     if (u->potential.conductivity > 0.0) pdi_setup_show(u->potential.conductivity, "S/m", value);

@@ -264,6 +264,9 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
     if (u->has_gas)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside [gas], expected [flow] or fluid at "
                                "rest");
+    if (u->migrates)
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry], "
+                               "expected one of them: currents of electrodes do not move ions yet");
     if (first < 0)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found no electrode, expected an [electrode "
                                "NAME] with a shape and a curve");

@@ -3508,9 +3508,9 @@ def declare(dim):
         ('area', c_double * 16),
     ]
 
-    class pd_electrodes(Structure):
+    class pd_electrode_map(Structure):
         pass
-    pd_electrodes._fields_ = [
+    pd_electrode_map._fields_ = [
         ('setup', POINTER(pd_setup)),
         ('grid', POINTER(pd_grid)),
         ('metal', POINTER(c_uint8)),
@@ -3590,7 +3590,7 @@ def declare(dim):
         ('grips', pd_grips),
         ('dissolve', pd_dissolve),
         ('law', pd_model_law * 4),
-        ('electrodes', pd_electrodes),
+        ('electrodes', pd_electrode_map),
         ('cell', pd_cell),
         ('metal', POINTER(c_uint8)),
         ('passive', POINTER(c_uint8)),
