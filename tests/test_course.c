@@ -257,6 +257,49 @@ TEST(walls)
     close_model();
 }
 
+/* ---- metal under minerals ---- */
+
+/* Metal 40 um long with grain boundaries or none, beside salt of Omega = 2 that takes a share of each cell of 10 um. The
+ * volume is so large that the solution does not feel what forms. */
+#define COVERED(chemistry, initial, mineral, metal, run) \
+    BOX("10 um", "100 um") BLOCK("0 .. 40 um" ) ACROSS "[chemistry] activity = ideal  " chemistry "\n" \
+    "[species Na+] D = 1e-9 m2/s  initial = 1 mol/L\n[species Cl-] D = 1e-9 m2/s  initial = 1 mol/L\n" \
+    "[species NaCl(s)] volume = 10 m3/mol  initial = " initial "\n" \
+    "[reaction halite] NaCl(s) = Na+ + Cl-  K = 0.5 mol2/L2\n[mineral NaCl(s)] area = 1 1/m  " mineral "\n" \
+    "[transport] D = 1e-9 m2/s\n[dissolve] " metal "\n[run] until = 1 h  " run "\n"
+#define STILL "rate = 1e-30 mol/m2/s"
+#define GROWING "rate = 1e-6 mol/m2/s"
+
+/* [m] that the metal has receded after an hour. */
+static double receded(const char *text)
+{
+    if (!open_model(text)) return NAN;
+    run_to(3600.0);
+    const pd_ledger *l = &test_model.couple.ledger[0];
+    double lost = (l->solid_start - l->solid) / test_setup.metal[0].solid_c / (PD_DIM == 2 ? 30e-6 : 1.0);
+    CHECK_LE(fabs(l->relative), 1e-12);
+    close_model();
+    return lost;
+}
+
+/* A film of 2 um that stays: exp(-d/d0) of the speed, to rounding; all of it without `cover`. */
+TEST(covered)
+{
+    double bare = receded(COVERED("", "0.02 mol/m3", STILL, "rate = 4 um/h", ""));
+    CHECK_REL(bare, 4e-6, 1e-12);
+    CHECK_REL(receded(COVERED("cover = 2 um", "0.02 mol/m3", STILL, "rate = 4 um/h", "")), 4e-6 * exp(-1.0), 1e-12);
+    CHECK_REL(receded(COVERED("cover = 0.5 um", "0.02 mol/m3", STILL, "rate = 4 um/h", "")), 4e-6 * exp(-4.0), 1e-12);
+    CHECK_REL(receded(COVERED("cover = 2 um", "0", STILL, "rate = 4 um/h", "")), bare, 1e-12);
+}
+
+/* One that grows at the speed g from nothing: the integral v d0/g (1 - exp(-g t/d0)). */
+TEST(covered_more_and_more)
+{
+    /* h V k A (Omega - 1) */
+    double g = 10e-6 * 10.0 * 1e-6, end = 4e-6 / 3600.0 * 0.2e-6 / g * (1.0 - exp(-g * 3600.0 / 0.2e-6));
+    CHECK_REL(receded(COVERED("cover = 0.2 um", "0", GROWING, "rate = 4 um/h", "max_step = 10 s")), end, 0.01);
+}
+
 /* ---- fronts, one species ---- */
 
 #define GIVEN(vx) "[flow] rho = 1000 kg/m3  mu = 1 mPa s  time = given  vx = " vx "\n"
@@ -471,6 +514,6 @@ TEST(refusals)
 }
 
 TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(fast_stream) ENTRY(law_in_ph) ENTRY(corrode)
-          ENTRY(solutions) ENTRY(walls)
+          ENTRY(solutions) ENTRY(walls) ENTRY(covered) ENTRY(covered_more_and_more)
           ENTRY(front) ENTRY(one_species)
           ENTRY(steady) ENTRY(fields) ENTRY(checkpoint) ENTRY(checkpoint_of_a_law) ENTRY(refusals))

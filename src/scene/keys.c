@@ -458,7 +458,7 @@ static const pd_key pdi_keys_of_chemistry[] = {
      "`given` are those with `[mineral ...]`, and `all` puts the others in equilibrium"},
     {"tortuosity", "-", "1",
      "tau of the diffusivity `D eps/tau` in cells of which minerals leave the share eps open"},
-    {"cover", "m", "none: minerals cover no metal",
+    {"cover", "m", "0: minerals cover no metal",
      "thickness d0 of minerals: under a film d thick the share `exp(-d/d0)` of the metal dissolves"}};
 
 static const pd_key pdi_keys_of_mineral[] = {

@@ -41,8 +41,8 @@ static pd_status pdi_read_chemistry_law(pdi_reader *s, int section, pd_mineral *
     double rate = 0.0, area, surface;
     int given = pdi_text_has(s->ctx, s->text, section, "rate");
     if (given) PDI_TRY(pdi_read_chemistry_positive(s, section, "rate", "mol/m2/s", NULL, HUGE_VAL, &rate));
-    PDI_TRY(pdi_read_chemistry_positive(s, section, "area", "1/m", "0 1/m", HUGE_VAL, &area));
-    PDI_TRY(pdi_read_chemistry_positive(s, section, "surface", "m2/mol", "0 m2/mol", HUGE_VAL, &surface));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "area", "1/m", "0", HUGE_VAL, &area));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "surface", "m2/mol", "0", HUGE_VAL, &surface));
     PDI_TRY(pdi_read_chemistry_positive(s, section, "exponent", "", "1", HUGE_VAL, &m->exponent));
     PDI_TRY(pdi_read_chemistry_positive(s, section, "nucleation", "", "0", HUGE_VAL, &m->nucleation));
     PDI_TRY(pdi_read_chemistry_positive(s, section, "porosity", "", "0.1", 1.0, &m->porosity));
@@ -100,7 +100,7 @@ static pd_status pdi_read_chemistry_solids(pdi_reader *s)
     PDI_TRY(pdi_read_chemistry_named(s));
     PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "tortuosity", "", "1",
                                         HUGE_VAL, &u->tortuosity));
-    PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "cover", "m", "0 m",
+    PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "cover", "m", "0",
                                         HUGE_VAL, &u->cover));
     for (int k = 0; k < e->count; k++) {
         const char *name = e->species[k].name;

@@ -108,7 +108,8 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* The variables of a law: those of all laws, pH, and the species that its text names as [H+], which name[] keeps. */
+/* The variables of a law: those of all laws, pH, and the species that its text names as [H+], which name[] keeps. A law
+ * that is not there names none. */
 static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                           pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
 {
@@ -121,6 +122,7 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     vars[PDI_SETUP_PH].unit = "";
     *count = PDI_SETUP_PH + 1;
     metal->species = 0;
+    if (!pdi_text_has(s->ctx, s->text, section, key)) return PD_OK;
     PDI_TRY(pdi_text_string(s->ctx, s->text, section, key, NULL, &at));
     for (at = strchr(at, '['); at; at = strchr(at + 1, '[')) {
         int size = (int)strcspn(at, "]") + 1, known = 0;
