@@ -12927,8 +12927,6 @@ PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, dou
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/facets.c ======== */
@@ -13604,8 +13602,6 @@ PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int cou
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -14350,8 +14346,6 @@ void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/grid.c ======== */
@@ -14879,8 +14873,6 @@ PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, 
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -16477,8 +16469,6 @@ PDI_FN pd_status pdi_boundary_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/traverse.c ======== */
@@ -16605,8 +16595,6 @@ PDI_FN double pdi_traverse_section(const pd_bonds *bonds, int axis, int index, p
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -19491,8 +19479,6 @@ PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solve/coarsen.c ======== */
@@ -19988,8 +19974,6 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -23459,8 +23443,6 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>flow/precond.c ======== */
@@ -23658,8 +23640,6 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -27404,8 +27384,6 @@ pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count,
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>chemistry/components.c ======== */
@@ -28432,8 +28410,6 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -28712,8 +28688,6 @@ pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const cha
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>transport/diffusion.c ======== */
@@ -29283,8 +29257,6 @@ PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -30925,8 +30897,6 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>transport/inverse.c ======== */
@@ -31873,8 +31843,6 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -32873,8 +32841,6 @@ PDI_FN void pdi_migration_level(pd_migration *m)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>react/reactive.c ======== */
@@ -34696,8 +34662,6 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -36214,8 +36178,6 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/weigh.c ======== */
@@ -36370,8 +36332,6 @@ PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, pd_bond_weight
 #undef PDI_WEIGH_WAYS
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -37144,8 +37104,6 @@ PDI_FN void pdi_scaffold_add(const pd_ctx *ctx, pd_scaffold *s, const double *f,
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/plastic.c ======== */
@@ -37260,8 +37218,6 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -38298,8 +38254,6 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/criterion.c ======== */
@@ -38989,8 +38943,6 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #undef PDI_EQUILIBRIUM_BEYOND
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -42104,8 +42056,6 @@ PDI_FN pd_status pdi_toughness_find(pd_ctx *ctx, const pd_body *body, const pd_e
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/finite_law.c ======== */
@@ -42519,8 +42469,6 @@ PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f,
 #undef PDI_FINITE_LAW_NEAR
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -44288,8 +44236,6 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>metal/entry.c ======== */
@@ -44399,8 +44345,6 @@ PDI_FN int32_t pdi_entry_around(const pd_paths *paths, uint8_t *work)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -44527,8 +44471,6 @@ PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *f)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>metal/reach.c ======== */
@@ -45045,8 +44987,6 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 #undef PDI_INTERFACE_DROP
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -49691,8 +49631,6 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/zlib.c ======== */
@@ -50431,8 +50369,6 @@ PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -58495,8 +58431,6 @@ PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>scene/expr.c ======== */
@@ -59282,8 +59216,6 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 #undef PDI_EXPR_BUILTINS
 #ifdef PDI_COLD
 #pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -59756,7 +59688,7 @@ static const pd_key pdi_keys_of_chemistry[] = {
      "`given` are those with `[mineral ...]`, and `all` puts the others in equilibrium"},
     {"tortuosity", "-", "1",
      "tau of the diffusivity `D eps/tau` in cells of which minerals leave the share eps open"},
-    {"cover", "m", "none: minerals cover no metal",
+    {"cover", "m", "0: minerals cover no metal",
      "thickness d0 of minerals: under a film d thick the share `exp(-d/d0)` of the metal dissolves"}};
 
 static const pd_key pdi_keys_of_mineral[] = {
@@ -63759,7 +63691,8 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* The variables of a law: those of all laws, pH, and the species that its text names as [H+], which name[] keeps. */
+/* The variables of a law: those of all laws, pH, and the species that its text names as [H+], which name[] keeps. A law
+ * that is not there names none. */
 static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                           pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
 {
@@ -63772,6 +63705,7 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     vars[PDI_SETUP_PH].unit = "";
     *count = PDI_SETUP_PH + 1;
     metal->species = 0;
+    if (!pdi_text_has(s->ctx, s->text, section, key)) return PD_OK;
     PDI_TRY(pdi_text_string(s->ctx, s->text, section, key, NULL, &at));
     for (at = strchr(at, '['); at; at = strchr(at + 1, '[')) {
         int size = (int)strcspn(at, "]") + 1, known = 0;
@@ -64047,8 +63981,8 @@ static pd_status pdi_read_chemistry_law(pdi_reader *s, int section, pd_mineral *
     double rate = 0.0, area, surface;
     int given = pdi_text_has(s->ctx, s->text, section, "rate");
     if (given) PDI_TRY(pdi_read_chemistry_positive(s, section, "rate", "mol/m2/s", NULL, HUGE_VAL, &rate));
-    PDI_TRY(pdi_read_chemistry_positive(s, section, "area", "1/m", "0 1/m", HUGE_VAL, &area));
-    PDI_TRY(pdi_read_chemistry_positive(s, section, "surface", "m2/mol", "0 m2/mol", HUGE_VAL, &surface));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "area", "1/m", "0", HUGE_VAL, &area));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "surface", "m2/mol", "0", HUGE_VAL, &surface));
     PDI_TRY(pdi_read_chemistry_positive(s, section, "exponent", "", "1", HUGE_VAL, &m->exponent));
     PDI_TRY(pdi_read_chemistry_positive(s, section, "nucleation", "", "0", HUGE_VAL, &m->nucleation));
     PDI_TRY(pdi_read_chemistry_positive(s, section, "porosity", "", "0.1", 1.0, &m->porosity));
@@ -64106,7 +64040,7 @@ static pd_status pdi_read_chemistry_solids(pdi_reader *s)
     PDI_TRY(pdi_read_chemistry_named(s));
     PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "tortuosity", "", "1",
                                         HUGE_VAL, &u->tortuosity));
-    PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "cover", "m", "0 m",
+    PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "cover", "m", "0",
                                         HUGE_VAL, &u->cover));
     for (int k = 0; k < e->count; k++) {
         const char *name = e->species[k].name;

@@ -99,7 +99,7 @@ TEST(exact)
             CHECK_LE(error(s, harmonic, 0.0), 1e-13);
             CHECK_LE(error(s, driven, 1.0), 1e-13);
             memset(&s->flow.isotropic, 0, sizeof s->flow.isotropic);
-            CHECK_LE(1e-6, error(s, harmonic, 0.0));
+            CHECK_LE(1e-8, error(s, harmonic, 0.0));
         }
         scene_free(s);
     }

@@ -16,7 +16,7 @@ if [ "$failed" != 0 ]; then
 fi
 for dim in 1 2 3; do
     size=$(wc -c < "$build/web/pdcorr${dim}d.wasm")
-    check "pdcorr${dim}d.wasm: $size bytes, expected at most 2^20" test "$size" -le 1048576
+    check "pdcorr${dim}d.wasm: $size bytes, expected at most 1200000" test "$size" -le 1200000
     sent=$(gzip -9 -c "$build/web/pdcorr${dim}d.wasm" | wc -c)
     check "pdcorr${dim}d.wasm: $sent bytes as it is sent, expected less than half a million" test "$sent" -lt 500000
 done
