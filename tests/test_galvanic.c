@@ -320,7 +320,8 @@ TEST(refused)
 {
     static const char *const bad[][2] = {
         {OPEN, "no electrode"},
-        {OPEN "[chemistry] migration = yes\n[species Na+] D = 1e-9 m2/s\n[species Cl-] D = 1e-9 m2/s\n" A B, "migration"},
+        {OPEN "[chemistry] migration = yes\n[species Na+] D = 1e-9 m2/s\n[species Cl-] D = 1e-9 m2/s\n" A B,
+         "migration"},
         {PLATES "[potential]\n" A B, "found none, expected [potential] conductivity"},
         {PLATES A B, "found none, expected [potential] conductivity"},
         {PLATES "[potential] conductivity = 1\n" A B, "unit"},
