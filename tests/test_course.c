@@ -259,13 +259,15 @@ TEST(walls)
 
 /* ---- metal under minerals ---- */
 
-/* Metal 40 um long with grain boundaries or none, beside salt of Omega = 2 that takes a share of each cell of 10 um. The
- * volume is so large that the solution does not feel what forms. */
-#define COVERED(chemistry, initial, mineral, metal, run) \
-    BOX("10 um", "100 um") BLOCK("0 .. 40 um" ) ACROSS "[chemistry] activity = ideal  " chemistry "\n" \
+/* Metal beside salt of Omega = 2, of which each cell of 10 um holds a share. Its volume is so large that the solution
+ * does not feel what forms. */
+#define SALT_BESIDE(chemistry, initial, mineral) \
+    "[chemistry] activity = ideal  " chemistry "\n" \
     "[species Na+] D = 1e-9 m2/s  initial = 1 mol/L\n[species Cl-] D = 1e-9 m2/s  initial = 1 mol/L\n" \
     "[species NaCl(s)] volume = 10 m3/mol  initial = " initial "\n" \
-    "[reaction halite] NaCl(s) = Na+ + Cl-  K = 0.5 mol2/L2\n[mineral NaCl(s)] area = 1 1/m  " mineral "\n" \
+    "[reaction halite] NaCl(s) = Na+ + Cl-  K = 0.5 mol2/L2\n[mineral NaCl(s)] area = 1 1/m  " mineral "\n"
+#define COVERED(chemistry, initial, mineral, metal, run) \
+    BOX("10 um", "100 um") BLOCK("0 .. 40 um") ACROSS SALT_BESIDE(chemistry, initial, mineral) \
     "[transport] D = 1e-9 m2/s\n[dissolve] " metal "\n[run] until = 1 h  " run "\n"
 #define STILL "rate = 1e-30 mol/m2/s"
 #define GROWING "rate = 1e-6 mol/m2/s"
@@ -287,9 +289,35 @@ TEST(covered)
 {
     double bare = receded(COVERED("", "0.02 mol/m3", STILL, "rate = 4 um/h", ""));
     CHECK_REL(bare, 4e-6, 1e-12);
-    CHECK_REL(receded(COVERED("cover = 2 um", "0.02 mol/m3", STILL, "rate = 4 um/h", "")), 4e-6 * exp(-1.0), 1e-12);
-    CHECK_REL(receded(COVERED("cover = 0.5 um", "0.02 mol/m3", STILL, "rate = 4 um/h", "")), 4e-6 * exp(-4.0), 1e-12);
+    CHECK_REL(receded(COVERED("cover = 2 um", "0.02 mol/m3", STILL, "rate = 4 um/h", "")), 4e-6 * exp(-1.0), 1e-9);
+    CHECK_REL(receded(COVERED("cover = 0.5 um", "0.02 mol/m3", STILL, "rate = 4 um/h", "")), 4e-6 * exp(-4.0), 1e-8);
     CHECK_REL(receded(COVERED("cover = 2 um", "0", STILL, "rate = 4 um/h", "")), bare, 1e-12);
+}
+
+/* Beside boundaries of grains, by bonds, and around corners all metal that dissolves is covered. */
+TEST(covered_all)
+{
+    static const struct { const char *bare, *covered; } of[] = {
+#define BOTH(text) {text(""), text("cover = 2 um")}
+#define GRAINS(cover) COVERED(cover, "0.02 mol/m3", STILL, "rate = 1 um/h  gb_factor = 3", \
+    "\n[shape metal] grains = 15 um  boundary_width = 8 um")
+#define BONDS(cover) \
+    BOX("10 um", "200 um") BLOCK("0 .. 80 um") ACROSS SALT_BESIDE(cover, "0.02 mol/m3", STILL) \
+    "[corrode] rate = 1 um/h  Csat = 5 mol/L  D = 1e-9 m2/s\n[run] until = 1 h\n"
+        BOTH(GRAINS), BOTH(BONDS)
+#if PD_DIM == 2
+#define PIN(cover) \
+    "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 200 um  threads = 1\n" SALT_BESIDE(cover, "0.02 mol/m3", STILL) \
+    "[shape metal] ball = 100 um, 100 um  radius = 52 um  kind = solid\n" \
+    "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h\n[run] until = 1 h\n"
+        , BOTH(PIN)
+#endif
+    };
+    for (size_t k = 0; k < sizeof of / sizeof of[0]; k++) {
+        double bare = receded(of[k].bare);
+        CHECK(bare > 0.5e-6);
+        CHECK_REL(receded(of[k].covered) / bare, exp(-1.0), 1e-9);
+    }
 }
 
 /* One that grows at the speed g from nothing: the integral v d0/g (1 - exp(-g t/d0)). */
@@ -297,7 +325,9 @@ TEST(covered_more_and_more)
 {
     /* h V k A (Omega - 1) */
     double g = 10e-6 * 10.0 * 1e-6, end = 4e-6 / 3600.0 * 0.2e-6 / g * (1.0 - exp(-g * 3600.0 / 0.2e-6));
-    CHECK_REL(receded(COVERED("cover = 0.2 um", "0", GROWING, "rate = 4 um/h", "max_step = 10 s")), end, 0.01);
+    double found = receded(COVERED("cover = 0.2 um", "0", GROWING, "rate = 4 um/h", "max_step = 10 s"));
+    NOTE("off by %.1e", found / end - 1.0);
+    CHECK_REL(found, end, 0.01);
 }
 
 /* ---- fronts, one species ---- */
@@ -514,6 +544,6 @@ TEST(refusals)
 }
 
 TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(fast_stream) ENTRY(law_in_ph) ENTRY(corrode)
-          ENTRY(solutions) ENTRY(walls) ENTRY(covered) ENTRY(covered_more_and_more)
+          ENTRY(solutions) ENTRY(walls) ENTRY(covered) ENTRY(covered_all) ENTRY(covered_more_and_more)
           ENTRY(front) ENTRY(one_species)
           ENTRY(steady) ENTRY(fields) ENTRY(checkpoint) ENTRY(checkpoint_of_a_law) ENTRY(refusals))

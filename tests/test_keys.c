@@ -135,6 +135,10 @@ static const char *const texts[] = {
     "[electrode a] shape = metal  curve = butler_volmer  i0 = 1 A/m2  E0 = 0 V  anodic_slope = 0.1 V\n"
     "cathodic_slope = 0.1 V  anodic_limit = 1 A/m2  cathodic_limit = 1 A/m2  film = 0  potential = 0 V\n"
     "[electrode b] material = mg4ag  curve = linear  resistance = 1 ohm m2  connected = a\n[run] until = 1 s\n",
+    BOX METAL "[transport] D = 1e-9 m2/s\n[chemistry] tortuosity = 2  cover = 1 um\n[species K+] D = 1e-9 m2/s\n"
+    "[species Cl-] D = 1e-9 m2/s\n[species KCl(s)] volume = 37 cm3/mol\n[reaction a] KCl(s) = K+ + Cl-  log10_K = 1\n"
+    "[mineral KCl(s)] rate = 1 mol/m2/s  area = 1 1/m  surface = 0  exponent = 1  nucleation = 0  porosity = 0.1\n"
+    "[dissolve] rate = 1 um/h\n[run] until = 1 s\n",
     BOX METAL "[potential] conductivity = 1 S/m\n[electrode a] shape = metal  current = 0  curve = expression\n"
     "i = 1 A/m2 * E/(1 V)  range = -1 V .. 1 V\n",
     BOX METAL "[side y+] flow = open  species = inlet\n[species Fe2+] D = 1e-9 m2/s\n[species H+] D = 1e-9 m2/s\n"

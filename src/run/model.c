@@ -270,6 +270,7 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     }
     desc.cover = m->bare ? u->cover : 0.0;
     desc.bare = m->bare;
+    desc.layers = PD_DIM * m->across.reach;
     desc.whole = u->metal_body.paces ? m->structure.factor : m->factor;
     desc.reached = m->bare ? &m->dissolve.reached : NULL;
     return pd_course_build(ctx, &m->reactive, &desc, &m->course);
