@@ -4943,6 +4943,7 @@ typedef struct pd_course_desc {
     void *user;
     double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none */
     double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here */
+    int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
 } pd_course_desc;
@@ -34777,24 +34778,58 @@ static void pdi_course_owed(pd_course *a)
 
 /* ---- metal that minerals cover ---- */
 
-/* Minerals in the cells beside a metal node lie on it: of a film d thick exp(-d/cover) is bare. */
+/* [m] Thickness of minerals in the cells beside a metal node, as a layer over its faces; -1: none are beside it. */
+static double pdi_course_beside(const pd_course *a, int32_t j)
+{
+    const pd_grid *grid = a->reactive->grid;
+    double thick = 0.0;
+    int faces = 0;
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        int64_t i = j + (side % 2 ? 1 : -1) * (int64_t)grid->stride[side / 2];
+        if (i < 0 || i >= grid->total || grid->kind[i] != PD_FLUID) continue;
+        thick += pd_reactive_film(a->reactive, (int32_t)i) * grid->h[side / 2];
+        faces++;
+    }
+    return faces ? thick / faces : -1.0;
+}
+
+/* [m] What lies on metal next to one below it; `bare` holds the thickness where it is known, -1: none is. */
+static double pdi_course_above(const pd_course *a, int32_t j)
+{
+    const pd_grid *grid = a->reactive->grid;
+    double thick = 0.0;
+    int faces = 0;
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        int64_t i = j + (side % 2 ? 1 : -1) * (int64_t)grid->stride[side / 2];
+        if (i < 0 || i >= grid->total || grid->kind[i] != PD_SOLID || !(a->desc.bare[i] >= 0.0)) continue;
+        thick += a->desc.bare[i];
+        faces++;
+    }
+    return faces ? thick / faces : -1.0;
+}
+
+/* One layer of metal more gets the thickness of what lies above it. Those of this call are kept as -2 - thickness. */
+static void pdi_course_deeper(pd_course *a)
+{
+    const pd_grid *grid = a->reactive->grid;
+    double *bare = a->desc.bare;
+    for (int32_t j = 0; j < grid->total; j++) {
+        double thick = grid->kind[j] == PD_SOLID && bare[j] < 0.0 ? pdi_course_above(a, j) : -1.0;
+        if (thick >= 0.0) bare[j] = -2.0 - thick;
+    }
+    for (int32_t j = 0; j < grid->total; j++)
+        if (bare[j] <= -2.0) bare[j] = -2.0 - bare[j];
+}
+
+/* Of metal under a film d thick exp(-d/cover) is bare: at the surface, and as deep below it as metal dissolves. */
 static void pdi_course_cover(pd_course *a)
 {
-    const pd_reactive *r = a->reactive;
-    const pd_grid *grid = r->grid;
-    for (int32_t j = 0; j < grid->total && a->desc.bare; j++) {
-        double thick = 0.0;
-        int faces = 0;
-        a->desc.bare[j] = a->desc.whole ? a->desc.whole[j] : 1.0;
-        if (grid->kind[j] != PD_SOLID) continue;
-        for (int side = 0; side < 2 * PD_DIM; side++) {
-            int64_t i = j + (side % 2 ? 1 : -1) * (int64_t)grid->stride[side / 2];
-            if (i < 0 || i >= grid->total || grid->kind[i] != PD_FLUID) continue;
-            thick += pd_reactive_film(r, (int32_t)i) * grid->h[side / 2];
-            faces++;
-        }
-        if (faces) a->desc.bare[j] *= exp(-thick / faces / a->desc.cover);
-    }
+    const pd_grid *grid = a->reactive->grid;
+    double *bare = a->desc.bare;
+    for (int32_t j = 0; j < grid->total; j++) bare[j] = grid->kind[j] == PD_SOLID ? pdi_course_beside(a, j) : -1.0;
+    for (int layer = 0; layer < a->desc.layers; layer++) pdi_course_deeper(a);
+    for (int32_t j = 0; j < grid->total; j++)
+        bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * (bare[j] > 0.0 ? exp(-bare[j] / a->desc.cover) : 1.0);
     if (a->desc.reached) *a->desc.reached = 0;
 }
 
@@ -59688,7 +59723,7 @@ static const pd_key pdi_keys_of_chemistry[] = {
      "`given` are those with `[mineral ...]`, and `all` puts the others in equilibrium"},
     {"tortuosity", "-", "1",
      "tau of the diffusivity `D eps/tau` in cells of which minerals leave the share eps open"},
-    {"cover", "m", "none: minerals cover no metal",
+    {"cover", "m", "0: minerals cover no metal",
      "thickness d0 of minerals: under a film d thick the share `exp(-d/d0)` of the metal dissolves"}};
 
 static const pd_key pdi_keys_of_mineral[] = {
@@ -62108,7 +62143,7 @@ static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
     PDI_TRY(pdi_read_electrolyte_amount(s, section, "initial", "0", &e->initial[k]));
     PDI_TRY(pdi_read_electrolyte_other(s, section, "inlet", &e->inlet[k]));
     PDI_TRY(pdi_read_electrolyte_other(s, section, "inside", &e->inside[k]));
-    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "volume", "m3/mol", "0 m3/mol", &e->volume[k]));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "volume", "m3/mol", "0", &e->volume[k]));
     if (!(e->volume[k] >= 0.0) || (e->volume[k] > 0.0 && e->species[k].phase != PD_PHASE_SOLID))
         return pdi_text_refuse(s->ctx, s->text, section, "volume", "found %g m3/mol of %s, expected a positive value "
                                "of a solid", e->volume[k], label);
@@ -63691,7 +63726,8 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* The variables of a law: those of all laws, pH, and the species that its text names as [H+], which name[] keeps. */
+/* The variables of a law: those of all laws, pH, and the species that its text names as [H+], which name[] keeps. A law
+ * that is not there names none. */
 static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                           pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
 {
@@ -63704,6 +63740,7 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     vars[PDI_SETUP_PH].unit = "";
     *count = PDI_SETUP_PH + 1;
     metal->species = 0;
+    if (!pdi_text_has(s->ctx, s->text, section, key)) return PD_OK;
     PDI_TRY(pdi_text_string(s->ctx, s->text, section, key, NULL, &at));
     for (at = strchr(at, '['); at; at = strchr(at + 1, '[')) {
         int size = (int)strcspn(at, "]") + 1, known = 0;
@@ -63979,8 +64016,8 @@ static pd_status pdi_read_chemistry_law(pdi_reader *s, int section, pd_mineral *
     double rate = 0.0, area, surface;
     int given = pdi_text_has(s->ctx, s->text, section, "rate");
     if (given) PDI_TRY(pdi_read_chemistry_positive(s, section, "rate", "mol/m2/s", NULL, HUGE_VAL, &rate));
-    PDI_TRY(pdi_read_chemistry_positive(s, section, "area", "1/m", "0 1/m", HUGE_VAL, &area));
-    PDI_TRY(pdi_read_chemistry_positive(s, section, "surface", "m2/mol", "0 m2/mol", HUGE_VAL, &surface));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "area", "1/m", "0", HUGE_VAL, &area));
+    PDI_TRY(pdi_read_chemistry_positive(s, section, "surface", "m2/mol", "0", HUGE_VAL, &surface));
     PDI_TRY(pdi_read_chemistry_positive(s, section, "exponent", "", "1", HUGE_VAL, &m->exponent));
     PDI_TRY(pdi_read_chemistry_positive(s, section, "nucleation", "", "0", HUGE_VAL, &m->nucleation));
     PDI_TRY(pdi_read_chemistry_positive(s, section, "porosity", "", "0.1", 1.0, &m->porosity));
@@ -64038,7 +64075,7 @@ static pd_status pdi_read_chemistry_solids(pdi_reader *s)
     PDI_TRY(pdi_read_chemistry_named(s));
     PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "tortuosity", "", "1",
                                         HUGE_VAL, &u->tortuosity));
-    PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "cover", "m", "0 m",
+    PDI_TRY(pdi_read_chemistry_positive(s, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "cover", "m", "0",
                                         HUGE_VAL, &u->cover));
     for (int k = 0; k < e->count; k++) {
         const char *name = e->species[k].name;
@@ -68283,6 +68320,7 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     }
     desc.cover = m->bare ? u->cover : 0.0;
     desc.bare = m->bare;
+    desc.layers = PD_DIM * m->across.reach;
     desc.whole = u->metal_body.paces ? m->structure.factor : m->factor;
     desc.reached = m->bare ? &m->dissolve.reached : NULL;
     return pd_course_build(ctx, &m->reactive, &desc, &m->course);
