@@ -113,8 +113,8 @@ spoil "a key of pictures without any" 's/fields = C, v/fields = C  width = 500/'
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, gas, \
-transport, dissolve, corrode, solid, cut, table, chemistry, species, reaction, run, output, probe, line, plane, force, \
-transfer, total, measured: \
+transport, dissolve, corrode, solid, cut, table, chemistry, species, reaction, mineral, potential, electrode, \
+run, output, probe, line, plane, force, transfer, total, measured: \
 did you mean 'transport'?"
 spoil "cut without solid" 's/^\[run\]/[cut a] points = 0 um, 0 um, 60 um, 0 um\n[run]/' \
     "bad.scene:8: cut: found no [solid] section, expected one"
@@ -216,7 +216,7 @@ spoil "unknown operand" 's/\[side x-\]/[shape b] union = pin, tube   kind = wall
     "bad.scene:3: union: found 'tube', expected the name of a [shape] above"
 spoil "unused shape" 's/\[side x-\]/[shape b] ball = 0, 0   radius = 20 um\n[side x-]/' \
     "bad.scene:3: shape: 'b' has no kind and is part of no other shape, expected kind = solid, wall, \
-medium, passive or grip"
+medium, passive, grip or solution"
 spoil "missing mask" 's/\[side x-\]/[shape b] mask = none.png   corner = 0, 0   cell = 1 um   kind = wall\n[side x-]/' \
     "bad.scene:3: mask: file: cannot open 'none.png': No such file or directory"
 spoil "key twice" 's/until = 1 h/until = 1 h   until = 2 h/' \

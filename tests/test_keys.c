@@ -135,7 +135,8 @@ static const char *const texts[] = {
     "[electrode a] shape = metal  curve = butler_volmer  i0 = 1 A/m2  E0 = 0 V  anodic_slope = 0.1 V\n"
     "cathodic_slope = 0.1 V  anodic_limit = 1 A/m2  cathodic_limit = 1 A/m2  film = 0  potential = 0 V\n"
     "[electrode b] material = mg4ag  curve = linear  resistance = 1 ohm m2  connected = a\n[run] until = 1 s\n",
-    BOX METAL "[transport] D = 1e-9 m2/s\n[chemistry] tortuosity = 2  cover = 1 um\n[species K+] D = 1e-9 m2/s\n"
+    BOX METAL "[transport] D = 1e-9 m2/s\n[chemistry] tortuosity = 2  cover = 1 um  migration = yes\n"
+    "[species K+] D = 1e-9 m2/s\n"
     "[species Cl-] D = 1e-9 m2/s\n[species KCl(s)] volume = 37 cm3/mol\n[reaction a] KCl(s) = K+ + Cl-  log10_K = 1\n"
     "[mineral KCl(s)] rate = 1 mol/m2/s  area = 1 1/m  surface = 0  exponent = 1  nucleation = 0  porosity = 0.1\n"
     "[dissolve] rate = 1 um/h\n[run] until = 1 s\n",
@@ -202,7 +203,8 @@ static int elsewhere(const char *section, const char *key)
     int flat = strcmp(key, "vz") && strcmp(key, "uz") && strcmp(key, "stl") && strcmp(key, "scale") &&
                strcmp(key, "shift") && strcmp(key, "slice") && strcmp(key, "area") && strcmp(key, "surface") &&
                strcmp(key, "view");
-    return flat || (strcmp(section, "transfer") == 0 && strcmp(key, "area") == 0);
+    return flat || (strcmp(section, "transfer") == 0 && strcmp(key, "area") == 0) ||
+           (strcmp(section, "mineral") == 0 && (strcmp(key, "area") == 0 || strcmp(key, "surface") == 0));
 }
 #endif
 

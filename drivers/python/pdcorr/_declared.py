@@ -1779,6 +1779,7 @@ def declare(dim):
         ('user', c_void_p),
         ('cover', c_double),
         ('bare', POINTER(c_double)),
+        ('layers', c_int),
         ('whole', POINTER(c_double)),
         ('reached', POINTER(c_int)),
     ]
