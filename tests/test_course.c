@@ -494,7 +494,8 @@ static void refused(const char *text, const char *message)
     pd_ctx ctx;
     pd_setup setup;
     pd_ctx_init(&ctx);
-    if (!CHECK(pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup) < 0)) return;
+    if (!CHECK(pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup) < 0)) NOTE("%s", text);
+    if (ctx.status >= 0) return;
     if (!CHECK(strstr(ctx.message, message) != NULL)) NOTE("%s", ctx.message);
     CHECK_INT(ctx.in_use, 0);
 }
