@@ -518,7 +518,6 @@ TEST(refusals)
             "a.scene:6: rate: found without a surface");
     refused(BOX("1 um", "9 um") ION SALT "log10_K = 1\n[mineral NaCl(s)] rate = -1 mol/m2/s  area = 1 1/m\n" END,
             "a.scene:6: rate: found -1 mol/m2/s, expected a value of at least 0");
-    refused(BOX("1 um", "9 um") ION SALT "log10_K = 1\n[mineral NaCl(s)]\n[mineral NaCl(s)]\n" END, "NaCl(s)");
     refused(BOX("1 um", "9 um") ION SALT "K = 10\n[mineral NaCl(s)]\n" END, "K of 'r' has no unit");
     refused(BOX("1 um", "9 um") ION "[species NaCl(s)]\n[reaction r] NaCl(s) = 2 Na+ + Cl-  log10_K = 1\n"
             "[mineral NaCl(s)]\n" END, "'r' does not balance");
