@@ -27969,6 +27969,10 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
 /* Most steps of the search for the amount of one mineral, and rounds over all of them. */
 #define PDI_MINERAL_STEPS 200
 #define PDI_MINERAL_ROUNDS 200
+/* Equilibria that a volume solves at most for its minerals, and the logarithm of Omega off its law with which it is then
+ * given up: the step is taken in parts. */
+#define PDI_MINERAL_SOLVES 2000
+#define PDI_MINERAL_LOOSE 1e-4
 /* Largest |ln Omega| off the law at which an amount is found. */
 #define PDI_MINERAL_MET 1e-13
 /* A volume within this share of its room is full, where ln Omega is off the law by more. */
@@ -28109,6 +28113,7 @@ typedef struct pdi_mineral_work {
     double n[PD_MINERAL_MOST], at[PD_SPECIES_MOST];
     double guess[PD_SPECIES_MOST];  /* [mol/m3] to begin from anew */
     int failed;                     /* 1: the last amounts have no concentrations */
+    int left;                       /* equilibria that may still be solved */
 } pdi_mineral_work;
 
 /* ln Omega of mineral s less that of its law with the amount n. */
@@ -28124,6 +28129,7 @@ static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, cons
 static double pdi_mineral_off(pdi_mineral_work *w, int s, double n)
 {
     double total[PD_SPECIES_MOST];
+    w->left--;
     w->n[s] = n;
     for (int k = 0; k < w->c->count; k++) {
         total[k] = w->total[k];
@@ -28191,7 +28197,7 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
     if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
-    for (int step = 0, side = 0; step < PDI_MINERAL_STEPS; step++) {
+    for (int step = 0, side = 0; step < PDI_MINERAL_STEPS && w->left > 0; step++) {
         double share = step % 3 == 2 ? 0.5 : f[0] / (f[0] - f[1]), next = x[0] + share * (x[1] - x[0]);
         if (most < HUGE_VAL) {
             double far = log(most - x[0]), near = log(fmax(most - x[1], DBL_EPSILON * most));
@@ -28352,7 +28358,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     for (int s = 0; s < m->count; s++)
         if (w->n[s] > 0.0 && w->start->rate[s] > 0.0 && !pdi_mineral_full(c, m, w->start, s, w->at, w->n))
             active[count++] = s;
-    if (!count || !(*worst > PDI_MINERAL_MET) || w->failed) return 0;
+    if (!count || !(*worst > PDI_MINERAL_MET) || w->failed || w->left <= 0) return 0;
     pdi_components_slopes(c, w->at, table);
     pdi_mineral_matrix(c, m, w->start, table, w->at, w->n, active, count, a, slope);
     for (int p = 0; p < count; p++) slope[p][0] = off[active[p]];
@@ -28378,11 +28384,12 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
                                     const double *total, double *at, double *n)
 {
     pdi_mineral_work w;
-    double size = 0.0;
+    double size = 0.0, off[PD_MINERAL_MOST];
     w.c = c;
     w.m = m;
     w.start = start;
     w.failed = 0;
+    w.left = PDI_MINERAL_SOLVES;
     memset(w.at, 0, sizeof w.at);
     memcpy(w.at, at, (size_t)c->solutes * sizeof *at);
     memcpy(w.guess, w.at, sizeof w.guess);
@@ -28392,7 +28399,7 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
         w.base[s] = w.n[s] = n[s];
         size = fmax(size, n[s]);
     }
-    for (int round = 0; round < PDI_MINERAL_ROUNDS; round++) {
+    for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
         double moved = 0.0, worst;
         while (pdi_mineral_newton(&w, &worst)) {}
         if (!(worst > PDI_MINERAL_MET)) break;
@@ -28403,8 +28410,7 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
         }
         if (!(moved > PDI_MINERAL_ROUND * DBL_EPSILON * size)) break;
     }
-    pdi_mineral_off(&w, 0, w.n[0]);
-    if (w.failed) return PD_NOT_CONVERGED;
+    if (!(pdi_mineral_distance(&w, off) < (w.left > 0 ? HUGE_VAL : PDI_MINERAL_LOOSE))) return PD_NOT_CONVERGED;
     memcpy(at, w.at, (size_t)c->solutes * sizeof *at);
     memcpy(n, w.n, (size_t)m->count * sizeof *n);
     return PD_OK;
