@@ -365,7 +365,7 @@ TEST(any_step)
         }
         CHECK_OK(&s->ctx, pd_reactive_begin(&s->ctx, &test_reactive));
         int newton = 0;
-        jump(s, 1e8);
+        if (threads == 1) jump(s, 1e8);
         for (double dt = 1e-6; dt < 1e10; dt *= 10.0) {
             if (!step_all(s, dt)) break;
             newton += test_result.newton;

@@ -11,9 +11,9 @@
 /* Most steps of the search for the amount of one mineral, and rounds over all of them. */
 #define PDI_MINERAL_STEPS 200
 #define PDI_MINERAL_ROUNDS 200
-/* Equilibria that a volume solves at most for its minerals, and the logarithm of Omega off its law with which it is then
- * given up: the step is taken in parts. */
-#define PDI_MINERAL_SOLVES 2000
+/* Equilibria that a volume solves at most for its minerals, and the logarithm of Omega off its law with which it is
+ * then given up: the step is taken in parts. */
+#define PDI_MINERAL_SOLVES 500
 #define PDI_MINERAL_LOOSE 1e-4
 /* Largest |ln Omega| off the law at which an amount is found. */
 #define PDI_MINERAL_MET 1e-13
