@@ -3663,18 +3663,18 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *components,
 /* The reactions without solids, in order, into `rest`; how many. */
 PDI_FN int pdi_mineral_rest(const pd_species *species, int count, const pd_reaction *reactions, int reaction_count,
                              pd_reaction *rest);
-/* ln Omega of mineral s at concentrations c. */
-PDI_FN double pdi_mineral_index(const pd_components *components, const pd_minerals *minerals, int s, const double *c);
-/* Speeds of a volume whose step begins with n [count] and c. */
-PDI_FN void pdi_mineral_begin(const pd_components *components, const pd_minerals *minerals, const double *n,
-                               const double *c, pd_mineral_start *start);
-/* c and n [count], the guesses: what belongs to the totals that are dissolved when n stays what it is.
- * PD_NOT_CONVERGED: c and n are unchanged. */
-PDI_FN pd_status pdi_mineral_solve(const pd_components *components, const pd_minerals *minerals,
-                                    const pd_mineral_start *start, const double *total, double *c, double *n);
+/* ln Omega of mineral s at concentrations `at`. */
+PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *at);
+/* Speeds of a volume whose step begins with n [count] and `at`. */
+PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n,
+                               const double *at, pd_mineral_start *start);
+/* `at` and n [count], the guesses: what belongs to the totals that are dissolved when n stays what it is.
+ * PD_NOT_CONVERGED: `at` and n are unchanged. */
+PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
+                                    const pd_mineral_start *start, const double *total, double *at, double *n);
 /* by [count][components of the system]: change of n with totals, dissolved and in minerals together. */
-PDI_FN void pdi_mineral_derive(const pd_components *components, const pd_minerals *minerals,
-                               const pd_mineral_start *start, const double *c, const double *n, float *by);
+PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m,
+                               const pd_mineral_start *start, const double *at, const double *n, float *by);
 /* Share of a volume that minerals n take, 0 to 1. */
 PDI_FN double pdi_mineral_fraction(const pd_minerals *minerals, const double *n);
 #endif
@@ -64131,8 +64131,10 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
         return pdi_text_refuse(s->ctx, s->text, pdi_read_chemistry_section(s, ""), "chemistry",
                                "found beside [gas], expected [flow] or fluid at rest");
     PDI_TRY(pdi_read_chemistry_solids(s));
-    for (int k = 0; k < u->electrolyte.count; k++)
-        snprintf(u->species_label[k], sizeof u->species_label[k], "%s [mol/m3]", u->electrolyte.species[k].name);
+    for (int k = 0; k < u->electrolyte.count; k++) {
+        u->species_label[k][0] = '\0';
+        pdi_append(u->species_label[k], sizeof u->species_label[k], "%s [mol/m3]", u->electrolyte.species[k].name);
+    }
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "migration", answers, "no", &u->migrates));
     if (!u->settle || !u->has_dissolve) return PD_OK;
@@ -73181,9 +73183,11 @@ static pd_status pdi_fit_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fi
 
 static void pdi_fit_overrides(pd_fit *fit, const double *value)
 {
-    for (int k = 0; k < fit->parameters; k++)
-        snprintf(fit->override[k], sizeof fit->override[k], "%s=%.17g%s%s", fit->parameter[k].key, value[k],
-                 fit->parameter[k].unit[0] ? " " : "", fit->parameter[k].unit);
+    for (int k = 0; k < fit->parameters; k++) {
+        fit->override[k][0] = '\0';
+        pdi_append(fit->override[k], sizeof fit->override[k], "%s=%.17g%s%s", fit->parameter[k].key, value[k],
+                   fit->parameter[k].unit[0] ? " " : "", fit->parameter[k].unit);
+    }
 }
 
 /* ---- runs ---- */

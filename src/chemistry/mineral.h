@@ -48,18 +48,18 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *components,
 /* The reactions without solids, in order, into `rest`; how many. */
 PDI_FN int pdi_mineral_rest(const pd_species *species, int count, const pd_reaction *reactions, int reaction_count,
                              pd_reaction *rest);
-/* ln Omega of mineral s at concentrations c. */
-PDI_FN double pdi_mineral_index(const pd_components *components, const pd_minerals *minerals, int s, const double *c);
-/* Speeds of a volume whose step begins with n [count] and c. */
-PDI_FN void pdi_mineral_begin(const pd_components *components, const pd_minerals *minerals, const double *n,
-                               const double *c, pd_mineral_start *start);
-/* c and n [count], the guesses: what belongs to the totals that are dissolved when n stays what it is.
- * PD_NOT_CONVERGED: c and n are unchanged. */
-PDI_FN pd_status pdi_mineral_solve(const pd_components *components, const pd_minerals *minerals,
-                                    const pd_mineral_start *start, const double *total, double *c, double *n);
+/* ln Omega of mineral s at concentrations `at`. */
+PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *at);
+/* Speeds of a volume whose step begins with n [count] and `at`. */
+PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n,
+                               const double *at, pd_mineral_start *start);
+/* `at` and n [count], the guesses: what belongs to the totals that are dissolved when n stays what it is.
+ * PD_NOT_CONVERGED: `at` and n are unchanged. */
+PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
+                                    const pd_mineral_start *start, const double *total, double *at, double *n);
 /* by [count][components of the system]: change of n with totals, dissolved and in minerals together. */
-PDI_FN void pdi_mineral_derive(const pd_components *components, const pd_minerals *minerals,
-                               const pd_mineral_start *start, const double *c, const double *n, float *by);
+PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m,
+                               const pd_mineral_start *start, const double *at, const double *n, float *by);
 /* Share of a volume that minerals n take, 0 to 1. */
 PDI_FN double pdi_mineral_fraction(const pd_minerals *minerals, const double *n);
 #endif

@@ -108,9 +108,11 @@ static pd_status pdi_fit_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fi
 
 static void pdi_fit_overrides(pd_fit *fit, const double *value)
 {
-    for (int k = 0; k < fit->parameters; k++)
-        snprintf(fit->override[k], sizeof fit->override[k], "%s=%.17g%s%s", fit->parameter[k].key, value[k],
-                 fit->parameter[k].unit[0] ? " " : "", fit->parameter[k].unit);
+    for (int k = 0; k < fit->parameters; k++) {
+        fit->override[k][0] = '\0';
+        pdi_append(fit->override[k], sizeof fit->override[k], "%s=%.17g%s%s", fit->parameter[k].key, value[k],
+                   fit->parameter[k].unit[0] ? " " : "", fit->parameter[k].unit);
+    }
 }
 
 /* ---- runs ---- */

@@ -150,8 +150,10 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
         return pdi_text_refuse(s->ctx, s->text, pdi_read_chemistry_section(s, ""), "chemistry",
                                "found beside [gas], expected [flow] or fluid at rest");
     PDI_TRY(pdi_read_chemistry_solids(s));
-    for (int k = 0; k < u->electrolyte.count; k++)
-        snprintf(u->species_label[k], sizeof u->species_label[k], "%s [mol/m3]", u->electrolyte.species[k].name);
+    for (int k = 0; k < u->electrolyte.count; k++) {
+        u->species_label[k][0] = '\0';
+        pdi_append(u->species_label[k], sizeof u->species_label[k], "%s [mol/m3]", u->electrolyte.species[k].name);
+    }
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "migration", answers, "no", &u->migrates));
     if (!u->settle || !u->has_dissolve) return PD_OK;
