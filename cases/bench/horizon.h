@@ -107,8 +107,9 @@ static pd_status horizon_volumes(bench *b, const void *knobs, study_point *p)
     return k->of->volumes(b->ctx, k->level.n, k->level.p, &p->err);
 }
 
-/* Finer and finer lattices with one horizon or by another method, up to the first long run. */
-static pd_status horizon_family(bench *b, study *s, const horizon_problem *of, int f)
+/* Finer and finer lattices with one horizon or by another method, up to the first long run. `lost`: runs that found no
+ * solution, which are left out. */
+static pd_status horizon_family(bench *b, study *s, const horizon_problem *of, int f, char *lost, size_t size)
 {
     const val_part *part = of->part;
     int levels = part->levels;
@@ -126,7 +127,13 @@ static pd_status horizon_family(bench *b, study *s, const horizon_problem *of, i
             k.level.p = of->p;
         }
         snprintf(knob, sizeof knob, "n = %d", k.level.n);
-        PDI_TRY(study_measure(b, s, f, f == HORIZON_VOLUMES ? horizon_volumes : horizon_once, &k, knob));
+        pd_status status = study_measure(b, s, f, f == HORIZON_VOLUMES ? horizon_volumes : horizon_once, &k, knob);
+        if (status == PD_ERR_DIVERGED) {
+            pdi_append(lost, size, "%s%s with %s, %s: %s", lost[0] ? "; " : "Left out: ", of->title, s->family[f], knob,
+                       b->ctx->message);
+            continue;
+        }
+        PDI_TRY(status);
         if (s->point[s->points - 1].cpu > HORIZON_LONG) break;
     }
     return PD_OK;
@@ -189,7 +196,7 @@ static pd_status horizon_run(bench *b)
                                         "m = 1, order 4", "finite volumes", "m = 1 over m = 2 or 3"};
     static study all[HORIZON_PROBLEMS];
     int worse = 0;
-    char what[96];
+    char what[96], lost[1024] = "";
     for (int p = 0; p < HORIZON_PROBLEMS; p++) {
         const horizon_problem *of = &horizon_problems[p];
         study *s = &all[p];
@@ -202,7 +209,7 @@ static pd_status horizon_run(bench *b)
             if ((f == HORIZON_FOURTH && !of->fourth) || (f == HORIZON_VOLUMES && !of->volumes)) continue;
             if (b->quick && f > 1) continue;
             if (PD_DIM == 1 && f == HORIZON_ISOTROPIC) continue; /* the family of m = 1 */
-            PDI_TRY(horizon_family(b, s, of, f));
+            PDI_TRY(horizon_family(b, s, of, f, lost, sizeof lost));
         }
         study_close(b, s);
     }
@@ -211,6 +218,7 @@ static pd_status horizon_run(bench *b)
     for (int p = 0; p < HORIZON_PROBLEMS; p++) worse += horizon_row(b, &all[p], &horizon_problems[p]) > 1.0;
     bench_table(b, "Errors in the same processor time, that of the finest run with m = 1");
     snprintf(what, sizeof what, "cases of %d in which a wider horizon has the smaller error", HORIZON_PROBLEMS);
+    if (lost[0]) bench_note(b, lost);
     if (b->quick) return PD_OK;
     bench_judge(b, what, 0, 0.0, worse);
     bench_note(b, HORIZON_WIDER);
