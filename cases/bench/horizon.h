@@ -191,7 +191,7 @@ static double horizon_row(bench *b, const study *s, const horizon_problem *of)
     "up to a third more evaluations. Around the wire all horizons have the error of a surface that cells follow."
 #else
 #define HORIZON_WIDER                                                                                              \
-    "The flow through a tube is exact: what is left is rounding, and counts for no horizon. In the periodic channel "   \
+    "The flow through a tube is exact: what is left is rounding, and counts for no horizon. In the periodic channel " \
     "m = 2 has half the error in 1.6 times the time, which is even. Times vary by 5 %, and so do ratios of errors."
 #endif
 
@@ -220,7 +220,8 @@ static pd_status horizon_run(bench *b)
     }
     table_row *head = bench_row(b);
     for (int k = 0; k < 9; k++) table_cell(head, "%s", words[k]);
-    for (int p = 0; p < HORIZON_PROBLEMS; p++) worse += horizon_row(b, &all[p], &horizon_problems[p]) > 1.0 + HORIZON_NOISE;
+    for (int p = 0; p < HORIZON_PROBLEMS; p++)
+        worse += horizon_row(b, &all[p], &horizon_problems[p]) > 1.0 + HORIZON_NOISE;
     bench_table(b, "Errors in the same processor time, that of the finest run with m = 1");
     snprintf(what, sizeof what, "cases of %d in which a wider horizon has the smaller error by 5 %%", HORIZON_PROBLEMS);
     if (lost[0]) bench_note(b, lost);
