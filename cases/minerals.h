@@ -1,4 +1,4 @@
-/* minerals: solids that form and dissolve, against closed forms and tables (theory: 5b.6, 5c.3): brucite in water, a
+/* minerals: solids that form and dissolve, against closed forms and tables (theory: 5b.6, 5c): brucite in water, a
  * speed, fronts where a solid forms at once, the room that it takes. For validation cases and tests. Include vessel.h
  * before. */
 #ifndef CASES_MINERALS_H
@@ -49,8 +49,8 @@ static inline void mineral_step(vessel *v, double dt, mineral_found *f)
 
 /* ---- brucite in water ---- */
 
-/* The pH over brucite of a log10 K, with salt [mol/m3]: dissolved with a speed [mol/m3/s] in 40 steps of dt, or (rate 0)
- * in one step in equilibrium; and then in steps from 1 ms to 10^9 s, which change nothing. */
+/* The pH over brucite of a log10 K, with salt [mol/m3]: dissolved with a speed [mol/m3/s] in 40 steps of dt, or (rate
+ * 0) in one step in equilibrium; and then in steps from 1 ms to 10^9 s, which change nothing. */
 static inline pd_status mineral_brucite(pd_ctx *ctx, double log_k, pd_activity activity, double salt, double rate,
                                         double dt, int order, mineral_found *f)
 {
@@ -217,8 +217,8 @@ static inline void mineral_half_full(void *user, double x, double *c)
     c[1] = x > 0.5 * MINERAL_LENGTH ? *(const double *)user : 0.0;
 }
 
-/* A source q everywhere between walls of 0: D1 c'' = -q on the left, D2 c'' = -q with D2 = D1 eps/tau on the right, c and
- * flux the same in the middle. Largest error of c over its largest value. */
+/* A source q everywhere between walls of 0: D1 c'' = -q on the left, D2 c'' = -q with D2 = D1 eps/tau on the right, c
+ * and flux the same in the middle. Largest error of c over its largest value. */
 static inline pd_status mineral_pores(pd_ctx *ctx, int n, double m, mineral_found *f)
 {
     static vessel v;

@@ -1,5 +1,5 @@
-/* vessel: a strip of fluid at rest whose species diffuse, move in their potential, react and precipitate, for validation
- * cases and tests. Include pdcorr.h, or react/advance.h, before.
+/* vessel: a strip of fluid at rest whose species diffuse, move in their potential, react and precipitate, for
+ * validation cases and tests. Include pdcorr.h, or react/advance.h, before.
  *
  * The first failure stays in `status`, and nothing is done after it: a caller looks once, at the end.
  */

@@ -106,9 +106,9 @@ static const val_part *const mineral_parts[] = {&mineral_brucite_part, &mineral_
 
 static const val_case mineral_case = {
     "mineral", "Solids that form and dissolve",
-    "Brucite of six constants in water and in saline, with and without activities and a complex, until it is saturated; "
-    "a solid that dissolves with a speed in a closed volume; fronts of two species that become a solid where they "
-    "meet; diffusion through a layer whose pores a solid leaves.",
+    "Brucite of six constants in water and in saline, with and without activities and a complex, until it is "
+    "saturated; a solid that dissolves with a speed in a closed volume; fronts of two species that become a solid "
+    "where they meet; diffusion through a layer whose pores a solid leaves.",
     "Solids that form below saturation, equilibria that move with the step, a front that sticks to nodes, pores that "
     "count twice, room that does not belong to what is there.",
     "table `brucite_ph.csv`, an integral in closed form, similarity solutions of instantaneous reactions, layers in "
