@@ -30,6 +30,7 @@
 #include "reaction.h"
 #include "migration.h"
 #include "mineral.h"
+#include "measured.h"
 #include "galvanic.h"
 
 static const val_case *const val_cases[] = {
@@ -106,6 +107,9 @@ static const val_case *const val_cases[] = {
     &reaction_case,
     &migration_case,
     &mineral_case,
+#if PD_DIM < 3
+    &measured_case,
+#endif
 #if PD_DIM > 1
     &galvanic_case,
 #endif
