@@ -98,7 +98,7 @@ static const val_part mineral_pores_part = {
     {{"err_field", "concentration over the largest"}, MINERAL_KEPT}, 4,
     {{0, 0.001, 0.0, 160, VAL_GOAL}, {0, 0.005, 0.0, 0, VAL_GUARD}, {1, 1e-12, 0.0, 0, VAL_GOAL},
      {2, 1e-12, 0.0, 0, VAL_GOAL}, {3, 0.0, 0.0, 0, VAL_GOAL}}, 5,
-    {{40, 2.0, 0.0}, {80, 2.0, 0.0}, {160, 2.0, 0.0}}, PD_DIM == 3 ? 2 : 3, PD_DIM == 1 ? 3 : 2, mineral_pores_run,
+    {{40, 2.0, 0.0}, {80, 2.0, 0.0}, {160, 2.0, 0.0}}, 3, PD_DIM == 1 ? 3 : 2, mineral_pores_run,
     NULL};
 
 static const val_part *const mineral_parts[] = {&mineral_brucite_part, &mineral_speed_part, &mineral_front_part,
