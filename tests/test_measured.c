@@ -107,8 +107,8 @@ TEST(columns)
     leave(&ctx, &u);
 }
 
-/* pH and what is dissolved at a probe: a lye diffuses from walls that hold it into water without H+ and OH- of its own to
- * speak of, a slab of 40 um whose middle has 1 - 4/pi sum (-1)^n/(2 n + 1) exp(-D (2 n + 1)^2 pi^2 t/L^2). */
+/* pH and what is dissolved at a probe: a lye diffuses from walls that hold it into water, a slab of 40 um whose middle
+ * has 1 - 4/pi sum (-1)^n/(2 n + 1) exp(-D (2 n + 1)^2 pi^2 t/L^2) of it. */
 TEST(probes)
 {
     pd_ctx ctx;
@@ -279,4 +279,5 @@ TEST(no_memory)
     NOTE("%ld calls", calls);
 }
 
-TEST_MAIN(ENTRY(differences) ENTRY(columns) ENTRY(probes) ENTRY(stopped) ENTRY(constants) ENTRY(refusals) ENTRY(no_memory))
+TEST_MAIN(ENTRY(differences) ENTRY(columns) ENTRY(probes) ENTRY(stopped) ENTRY(constants) ENTRY(refusals)
+          ENTRY(no_memory))
