@@ -11427,8 +11427,8 @@ typedef struct pd_figures {
 
 #ifdef PDI_INTERNAL
 /* Append the present figures; the monitors hold those of the last step. all: 0: of probes flow, C, pH and what is
- * dissolved; 1: all that their table has: the fields of single cells, too, and 0 in the metal where only fluid has a value, which is NaN else. Zero-initialise
- * `figures`. */
+ * dissolved, NaN in the metal; 1: all that their table has: the fields of single cells, too, and 0 in the metal where
+ * only fluid has a value. Zero-initialise `figures`. */
 PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
                                      pd_figures *figures);
 #endif
