@@ -288,7 +288,7 @@ $$(BUILD)/obj$(1)d/%.o: src/%.c $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -MMD -MP -c $$< -o $$@
 
-$$(BUILD)/test_%_$(1)d: tests/test_%.c $$(wildcard tests/*.h) cases/elasticity.h $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
+$$(BUILD)/test_%_$(1)d: tests/test_%.c $$(wildcard tests/*.h) $$(wildcard cases/*.h) $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
 	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
 $$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h) $$(HEADERS) $$(OBJECTS_$(1)) \

@@ -11426,9 +11426,9 @@ typedef struct pd_figures {
 #define pd_figures_free PD_NAME(pd_figures_free)
 
 #ifdef PDI_INTERNAL
-/* Append the present figures; the monitors hold those of the last step. all: 1: of probes all that their table has: the
- * fields of single cells, too, and 0 in the metal where only fluid has a value, which is NaN else. Zero-initialise
- * `figures`. */
+/* Append the present figures; the monitors hold those of the last step. all: 0: of probes flow, C, pH and what is
+ * dissolved, NaN in the metal; 1: all that their table has: the fields of single cells, too, and 0 in the metal where
+ * only fluid has a value. Zero-initialise `figures`. */
 PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
                                      pd_figures *figures);
 #endif
@@ -59693,7 +59693,7 @@ static const pd_key pdi_keys_of_measured[] = {
      "column of their spread, for example a standard deviation"},
     {"of", "-", "`volume_loss`",
      "figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16 or a probe: `plane.NAME.flow`, "
-     "`total.NAME.solid`, `probe.NAME.C`"},
+     "`total.NAME.solid`, `probe.NAME.C`, `probe.NAME.pH`"},
     {"start", "s", "0",
      "time of the file at which the run begins"}};
 
@@ -71584,12 +71584,20 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
     return PD_OK;
 }
 
+/* Fields of a probe that are smooth in the fluid, and so may be compared and extrapolated. */
+static int pdi_figures_smooth(const pd_setup *u, int field)
+{
+    int species = pdi_setup_field_species(field);
+    return field == PD_FIELD_PH || (species >= 0 && u->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
+}
+
 static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, int all, pd_figures *f)
 {
-    static const pd_field fluid[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
-    for (int k = 0; k < 3; k++) PDI_TRY(pdi_figures_field(ctx, model, p, fluid[k], all, f));
-    for (int k = PD_FIELD_P + 1; k < PD_FIELD_COUNT && all; k++)
-        PDI_TRY(pdi_figures_field(ctx, model, p, (pd_field)k, 1, f));
+    static const pd_field first[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
+    for (int k = 0; k < 3; k++) PDI_TRY(pdi_figures_field(ctx, model, p, first[k], all, f));
+    for (int k = PD_FIELD_P + 1; k < PD_FIELD_COUNT; k++)
+        if (all || pdi_figures_smooth(model->setup, k))
+            PDI_TRY(pdi_figures_field(ctx, model, p, (pd_field)k, all, f));
     return PD_OK;
 }
 

@@ -107,6 +107,38 @@ TEST(columns)
     leave(&ctx, &u);
 }
 
+/* pH and what is dissolved at a probe: a lye diffuses from walls that hold it into water, a slab of 40 um whose middle
+ * has 1 - 4/pi sum (-1)^n/(2 n + 1) exp(-D (2 n + 1)^2 pi^2 t/L^2) of it. */
+TEST(probes)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    double computed[4], base = 0.0, t = 0.1, length = 40e-6, pi = 3.14159265358979324;
+    put_text("p.csv", "t_s,pH,Na\n0.05,11,5\n0.1,12,5\n");
+    if (!CHECK_OK(&ctx, load(&ctx, "[grid] h = 0.5 um  box = 0 .. 40 um" ACROSS("0 .. 2 um") "\n"
+                             "[side x-] flow = noslip  species = inlet\n[side x+] flow = noslip  species = inlet\n"
+                             "[chemistry] activity = ideal\n[species H+] D = 5e-9 m2/s\n"
+                             "[species OH-] D = 5e-9 m2/s  inlet = 10 mM\n"
+                             "[species Na+] D = 5e-9 m2/s  inlet = 10 mM\n"
+                             "[reaction water] H2O = H+ + OH-  log10_K = -14\n"
+                             "[transport] D = 5e-9 m2/s\n[run] until = 0.1 s  rtol = 1e-5\n"
+                             "[probe mid] at = 20 um" ACROSS("1 um") "  fields = pH, Na+\n"
+                             "[measured a] file = p.csv  time = t_s in s  value = pH  of = probe.mid.pH\n"
+                             "[measured b] file = p.csv  time = t_s in s  value = Na in mol/m3  of = probe.mid.Na+\n",
+                             NULL, 0, &u))) return;
+    if (CHECK_OK(&ctx, run(&ctx, &u, "out", computed))) {
+        for (int n = 0; n < 20; n++)
+            base += (n % 2 ? -1.0 : 1.0) / (2 * n + 1) * exp(-5e-9 * (2 * n + 1) * (2 * n + 1) * pi * pi * t /
+                                                             (length * length));
+        base = 10.0 * (1.0 - 4.0 / pi * base);
+        CHECK_REL(computed[3], base, 1e-3);
+        CHECK_NEAR(computed[1], 11.0 + log10(base), 1e-3);
+        CHECK(computed[0] > 10.0 && computed[0] < computed[1]);
+        CHECK_REL(value_of("largest"), computed[3] - 5.0, 1e-3);
+    }
+    leave(&ctx, &u);
+}
+
 static int stop_soon(void *user)
 {
     int *left = (int *)user;
@@ -247,4 +279,5 @@ TEST(no_memory)
     NOTE("%ld calls", calls);
 }
 
-TEST_MAIN(ENTRY(differences) ENTRY(columns) ENTRY(stopped) ENTRY(constants) ENTRY(refusals) ENTRY(no_memory))
+TEST_MAIN(ENTRY(differences) ENTRY(columns) ENTRY(probes) ENTRY(stopped) ENTRY(constants) ENTRY(refusals)
+          ENTRY(no_memory))

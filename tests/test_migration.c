@@ -4,6 +4,8 @@
 #include "react/advance.h"
 #include "chemistry_case.h"
 #include "fixture.h"
+#include "../cases/vessel.h"
+#include "../cases/salts.h"
 
 static scene test_scene;
 static pd_reactive test_reactive;
@@ -11,7 +13,7 @@ static pd_reactive_result test_result;
 static pd_side test_side; /* behind the first end of axis 0 */
 
 /* Thermal voltage at 25 C [V]. */
-#define VOLT (8.314462618 * 298.15 / 96485.33212)
+#define VOLT SALT_VOLT
 
 static void finish(scene *s)
 {
@@ -59,93 +61,46 @@ static void check_passed(scene *s, double passed)
 
 static void check_state(scene *s) { check_passed(s, 0.0); }
 
+/* What a shared case kept: balances close, nodes are neutral, nothing is negative. */
+static void check_found(const salt_found *f)
+{
+    CHECK_LE(f->imbalance, 1e-12);
+    CHECK_LE(f->neutral, 1e-14);
+    CHECK_LE(0.0, f->least);
+}
+
 /* ---- a binary salt ---- */
-
-typedef struct salt {
-    const char *plus, *minus;
-    double zp, zm, dp, dm; /* [-], [m2/s] */
-} salt;
-
-static const salt salts[3] = {{"Na+", "Cl-", 1.0, -1.0, 1.33e-9, 2.033e-9},
-                              {"Mg2+", "Cl-", 2.0, -1.0, 0.705e-9, 2.033e-9},
-                              {"H+", "Cl-", 1.0, -1.0, 9.31e-9, 2.033e-9}};
-
-static double ambipolar(const salt *a)
-{
-    return a->dp * a->dm * (a->zp - a->zm) / (a->zp * a->dp - a->zm * a->dm);
-}
-
-/* A wave of salt cos(pi x/L) between mirrors decays with the ambipolar D: that D from a time of one decay, over the
- * closed form; *rise: phi between the ends over its closed form, at the end. */
-static double wave(const salt *a, double m, int n, int steps, double *rise)
-{
-    scene *s = &test_scene;
-    mixture v;
-    pd_reactive_desc d;
-    double initial[2], length = 1e-3, pi = 3.14159265358979324, first = 0.0, last = 0.0, x[PD_DIM], low, high;
-    double end = length * length / (pi * pi * ambipolar(a)), mean = 100.0, part = 50.0;
-    int32_t index[3] = {0, 0, 0};
-    mix_begin(&v);
-    mix_species(&v, a->plus, NULL, a->dp);
-    mix_species(&v, a->minus, NULL, a->dm);
-    memset(&d, 0, sizeof d);
-    d.migration = 1;
-    d.order = 2;
-    initial[0] = mean;
-    initial[1] = -a->zp / a->zm * mean;
-    d.initial = initial;
-    if (!build(s, &v, &d, m, n, length / n, 4)) return 0.0;
-    double *plus = pd_reactive_field(&test_reactive, 0), *minus = pd_reactive_field(&test_reactive, 1);
-    for (int32_t i = 0; i < s->grid.total; i++) {
-        if (s->grid.kind[i] != PD_FLUID) continue;
-        pd_grid_position(&s->grid, i, x);
-        plus[i] = mean + part * cos(pi * x[0] / length);
-        minus[i] = -a->zp / a->zm * plus[i];
-    }
-    CHECK_OK(&s->ctx, pd_reactive_begin(&s->ctx, &test_reactive));
-    for (int32_t i = 0; i < s->grid.total; i++) {
-        pd_grid_position(&s->grid, i, x);
-        if (s->grid.kind[i] == PD_FLUID) first += plus[i] * cos(pi * x[0] / length);
-    }
-    for (int k = 0; k < steps; k++)
-        if (!step_all(s, end / steps)) return 0.0;
-    for (int32_t i = 0; i < s->grid.total; i++) {
-        pd_grid_position(&s->grid, i, x);
-        if (s->grid.kind[i] == PD_FLUID) last += plus[i] * cos(pi * x[0] / length);
-    }
-    check_state(s);
-    int32_t left = pd_grid_node(&s->grid, index);
-    index[0] = n - 1;
-    int32_t right = pd_grid_node(&s->grid, index);
-    low = plus[left];
-    high = plus[right];
-    *rise = (pd_reactive_potential(&test_reactive, right) - pd_reactive_potential(&test_reactive, left)) /
-            (VOLT * (a->dm - a->dp) / (a->zp * a->dp - a->zm * a->dm) * log(high / low));
-    finish(s);
-    return -log(last / first);
-}
 
 TEST(ambipolar_diffusion)
 {
-    static const double wanted[3] = {1.608e-9, 1.2489e-9, 3.3373e-9};
-    for (int k = 0; k < 3; k++) {
-        double rise, d = wave(&salts[k], 2.0, PD_DIM == 1 ? 100 : 40, PD_DIM == 1 ? 100 : 40, &rise);
-        NOTE("%s%s: D %.6g over %.6g, phi %.2e", salts[k].plus, salts[k].minus, d * ambipolar(&salts[k]),
-             ambipolar(&salts[k]), rise - 1.0);
-        CHECK_REL(d * ambipolar(&salts[k]), wanted[k], PD_DIM == 1 ? 1e-3 : 2e-3);
-        CHECK_REL(rise, 1.0, 1e-3);
+    pd_ctx ctx;
+    salt_found f;
+    int n = PD_DIM == 1 ? 100 : 40;
+    pd_ctx_init(&ctx);
+    for (int k = 0; k < SALTS; k += PD_DIM == 1 ? 1 : 2) {
+        const salt *a = &salt_table[k];
+        if (!CHECK_OK(&ctx, salt_wave(&ctx, a, n, 2.0, n, PD_SIDE_WALL, &f))) return;
+        NOTE("%s%s: D %.6g over %.6g, t+ %.6f", a->plus, a->minus, f.d, a->ambipolar, f.share);
+        CHECK_REL(salt_ambipolar(a), a->ambipolar, 1e-4);
+        CHECK_REL(f.d, a->ambipolar, PD_DIM == 1 ? 1e-3 : 2e-3);
+        CHECK_REL(f.share, a->share, 1e-3);
+        check_found(&f);
     }
 }
 
 /* Errors fall with the square of the spacing for every horizon. */
 TEST(order)
 {
+    pd_ctx ctx;
+    salt_found f;
     if (PD_DIM > 1) SKIP("in 1D alone: nothing depends on other axes");
+    pd_ctx_init(&ctx);
     for (int m = 1; m <= 3; m++) {
-        double rise, off[3];
-        test_side = PD_SIDE_MIRROR;
-        for (int k = 0; k < 3; k++) off[k] = fabs(wave(&salts[1], m, 15 << k, 400, &rise) - 1.0);
-        test_side = PD_SIDE_WALL;
+        double off[3];
+        for (int k = 0; k < 3; k++) {
+            CHECK_OK(&ctx, salt_wave(&ctx, &salt_table[3], 15 << k, m, 400, PD_SIDE_MIRROR, &f));
+            off[k] = fabs(f.d / salt_ambipolar(&salt_table[3]) - 1.0);
+        }
         NOTE("m = %d: %.2e, %.2e, %.2e", m, off[0], off[1], off[2]);
         for (int k = 0; k < 2; k++) CHECK_NEAR(log(off[k] / off[k + 1]) / log(2.0), 2.0, 0.1);
     }
@@ -153,66 +108,15 @@ TEST(order)
 
 /* ---- dissolution into a salt ---- */
 
-static double at_right(void *user, const double *x)
+static int dissolution(int z, double ratio, int n, salt_found *f)
 {
-    return x[0] > *(const double *)user - 1e-9 ? 1.0 : (double)NAN;
-}
-
-/* N (L - x)/D over what holds for y = exp(psi). */
-static double supported(int z, double y)
-{
-    return z == 1 ? 2.0 * (y - 1.0) : 1.5 * (y - 1.0) - 0.5 * (1.0 - 1.0 / y);
-}
-
-/* A metal of charge z enters at x = 0 and leaves into a bath of a salt c_b at L: exact steady profile (theory: 5c.1).
- * Largest errors of c over its value at the metal, and of psi over that there. */
-static void dissolution(int z, double cb, double cs, int n, double m, double *off, double *off_psi)
-{
-    scene *s = &test_scene;
-    mixture v;
-    pd_reactive_desc d;
-    double initial[3], wall[3], length = 1e-4, x[PD_DIM], y0, flux, dm = 0.705e-9, low = 1.0, high = 1e8;
-    mix_begin(&v);
-    mix_species(&v, z == 1 ? "Ag+" : "Mg2+", NULL, dm);
-    mix_species(&v, "Na+", NULL, 1.33e-9);
-    mix_species(&v, "Cl-", NULL, 2.033e-9);
-    memset(&d, 0, sizeof d);
-    d.migration = 1;
-    initial[0] = wall[0] = 0.0;
-    initial[1] = initial[2] = wall[1] = wall[2] = cb;
-    d.initial = initial;
-    d.wall = wall;
-    d.held = at_right;
-    d.user = &length;
-    y0 = 0.5 * z * cs / cb + sqrt(0.25 * z * z * cs * cs / (cb * cb) + 1.0); /* cs = cb (y - 1/y)/z */
-    flux = supported(z, y0) * cb * dm / length;
-    if (!build(s, &v, &d, m, n, length / n, 4)) return;
-    double *c = pd_reactive_field(&test_reactive, 0), *source = pd_reactive_source(&test_reactive, 0);
-    int32_t index[3] = {0, 0, 0};
-    for (int32_t i = 0; i < s->grid.total; i++) {
-        pd_grid_position(&s->grid, i, x);
-        if (s->grid.kind[i] == PD_FLUID && x[0] < length / n) source[i] = flux * n / length;
-    }
-    if (!step_all(s, 1e12)) return;
-    if (!step_all(s, 1e12)) return;
-    check_state(s);
-    *off = *off_psi = 0.0;
-    for (index[0] = 0; index[0] < n; index[0]++) {
-        int32_t i = pd_grid_node(&s->grid, index);
-        pd_grid_position(&s->grid, i, x);
-        low = 1.0;
-        high = 2.0 * y0;
-        for (int k = 0; k < 200; k++) {
-            double y = 0.5 * (low + high);
-            if (supported(z, y) * cb * dm < flux * (length - x[0])) low = y;
-            else high = y;
-        }
-        *off = fmax(*off, fabs(c[i] - cb * (low - 1.0 / low) / z) / cs);
-        *off_psi = fmax(*off_psi, fabs(pd_reactive_potential(&test_reactive, i) / VOLT - log(low)) / log(y0));
-    }
-    NOTE("z %d, cb/cs %g, %d cells: c %.2e, phi %.2e, enhancement %.6f; newton %d krylov %d", z, cb / cs, n, *off,
-         *off_psi, flux * length / (dm * cs), test_result.newton, test_result.krylov);
-    finish(s);
+    pd_ctx ctx;
+    pd_ctx_init(&ctx);
+    if (!CHECK_OK(&ctx, salt_dissolution(&ctx, z, ratio, n, 1.0, f))) return 0;
+    check_found(f);
+    NOTE("z %d, cb/cs %g, %d cells: c %.2e, phi %.2e, enhancement %.6f; newton %d krylov %d", z, ratio, n, f->c, f->psi,
+         f->enhancement, f->newton, f->krylov);
+    return 1;
 }
 
 TEST(supported_dissolution)
@@ -220,69 +124,44 @@ TEST(supported_dissolution)
     static const double ratio[3] = {0.1, 1.0, 10.0};
     for (int z = 1; z <= 2; z++)
         for (int k = 0; k < 3; k++) {
-            double off[2], off_psi[2];
+            salt_found coarse, fine;
             int n = PD_DIM == 1 ? 100 : 40;
-            dissolution(z, 100.0 * ratio[k], 100.0, n, 1.0, &off[0], &off_psi[0]);
-            dissolution(z, 100.0 * ratio[k], 100.0, 2 * n, 1.0, &off[1], &off_psi[1]);
-            CHECK_LE(off[1], 1e-3);
-            CHECK_LE(off_psi[1], PD_DIM == 1 ? 1e-3 : 1.2e-3);
-            CHECK_LE(1.75, log(off[0] / off[1]) / log(2.0));
-            CHECK_LE(1.5, log(off_psi[0] / off_psi[1]) / log(2.0));
+            if (!dissolution(z, ratio[k], n, &coarse) || !dissolution(z, ratio[k], 2 * n, &fine)) return;
+            CHECK_LE(fine.c, 1e-3);
+            CHECK_LE(fine.psi, PD_DIM == 1 ? 1e-3 : 1.2e-3);
+            CHECK_LE(1.75, log(coarse.c / fine.c) / log(2.0));
+            CHECK_LE(1.5, log(coarse.psi / fine.psi) / log(2.0));
         }
 }
 
 /* A thousandth of salt: psi falls in a layer of a thousandth of the way. */
 TEST(little_support)
 {
-    double off, off_psi;
-    for (int z = 1; z <= 2; z++) {
-        dissolution(z, 0.1, 100.0, PD_DIM == 1 ? 1600 : 60, 1.0, &off, &off_psi);
-        if (PD_DIM == 1) CHECK_LE(off, 1e-3);
-    }
+    salt_found f;
+    for (int z = 1; z <= 2; z++)
+        if (dissolution(z, 1e-3, PD_DIM == 1 ? 1600 : 60, &f) && PD_DIM == 1) CHECK_LE(f.c, 1e-3);
 }
 
-/* The metal enters its own salt, whose anion stays: (1 - zp/zm) D dc/L = N. */
 TEST(blocked_anion)
 {
-    static const char *const names[3] = {"Ag+", "Mg2+", "Al3+"};
-    static const double factor[3] = {2.0, 3.0, 4.0};
-    for (int k = 0; k < 3; k++) {
-        scene *s = &test_scene;
-        mixture v;
-        pd_reactive_desc d;
-        double wall[2], length = 1e-4, dm = 0.6e-9, worst = 0.0, x[PD_DIM], flux, cs = 100.0, cb = 10.0;
-        int n = PD_DIM == 1 ? 100 : 60;
-        mix_begin(&v);
-        mix_species(&v, names[k], NULL, dm);
-        mix_species(&v, "Cl-", NULL, 2.033e-9);
-        memset(&d, 0, sizeof d);
-        d.migration = 1;
-        wall[0] = cb;
-        wall[1] = cb * (k + 1);
-        d.initial = d.wall = wall;
-        d.held = at_right;
-        d.user = &length;
-        if (!build(s, &v, &d, 1.0, n, length / n, 4)) return;
-        double *c = pd_reactive_field(&test_reactive, 0), *source = pd_reactive_source(&test_reactive, 0);
-        flux = factor[k] * dm * (cs - cb) / length;
-        for (int32_t i = 0; i < s->grid.total; i++) {
-            pd_grid_position(&s->grid, i, x);
-            if (s->grid.kind[i] == PD_FLUID && x[0] < length / n) source[i] = flux * n / length;
-        }
-        if (!step_all(s, 1e12)) return;
-        check_state(s);
-        for (int32_t i = 0; i < s->grid.total; i++) {
-            if (s->grid.kind[i] != PD_FLUID) continue;
-            pd_grid_position(&s->grid, i, x);
-            worst = fmax(worst, fabs(c[i] - cb - (cs - cb) * (1.0 - x[0] / length)) / cs);
-        }
-        NOTE("%s: %.2e, newton %d krylov %d", names[k], worst, test_result.newton, test_result.krylov);
-        CHECK_LE(worst, 1e-3);
-        finish(s);
+    pd_ctx ctx;
+    salt_found f;
+    pd_ctx_init(&ctx);
+    for (int z = 1; z <= 3; z++) {
+        if (!CHECK_OK(&ctx, salt_blocked(&ctx, z, PD_DIM == 1 ? 100 : 60, 1.0, &f))) return;
+        NOTE("z %d: %.2e, newton %d krylov %d", z, f.c, f.newton, f.krylov);
+        CHECK_LE(f.c, 1e-3);
+        CHECK_REL(f.enhancement, 1.0 + z, 1e-3);
+        check_found(&f);
     }
 }
 
 /* ---- junctions ---- */
+
+static double at_right(void *user, const double *x)
+{
+    return x[0] > *(const double *)user - 1e-9 ? 1.0 : (double)NAN;
+}
 
 /* A film between HCl and KCl of one concentration: its field is constant, its anion, too. No current flows at phi =
  * RT/F ln((D_H + D_Cl)/(D_K + D_Cl)) (Lewis and Sargent), and its cations are a + b exp(-psi). */

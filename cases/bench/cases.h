@@ -4,6 +4,7 @@
 #include "bench.h"
 #include "kernels.h"
 #include "runs.h"
+#include "species.h"
 #include "solid.h"
 #include "neighbour.h"
 #include "study.h"
@@ -18,6 +19,9 @@ static const bench_case *const bench_cases[] = {
 #endif
 #if PD_DIM > 1
     &scenes_case,
+#endif
+#if PD_DIM == 2
+    &species_case,
 #endif
 #if PD_DIM < 3
     &study_case,

@@ -28,6 +28,9 @@
 #include "fracture.h"
 #include "chemistry.h"
 #include "reaction.h"
+#include "migration.h"
+#include "mineral.h"
+#include "measured.h"
 #include "galvanic.h"
 
 static const val_case *const val_cases[] = {
@@ -102,6 +105,11 @@ static const val_case *const val_cases[] = {
     &chemistry_case,
 #endif
     &reaction_case,
+    &migration_case,
+    &mineral_case,
+#if PD_DIM < 3
+    &measured_case,
+#endif
 #if PD_DIM > 1
     &galvanic_case,
 #endif

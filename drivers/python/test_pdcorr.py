@@ -356,6 +356,49 @@ class Errors(unittest.TestCase):
                     pdcorr.read_table(path)
 
 
+class Chemistry(unittest.TestCase):
+    """Electrolytes, and species of a run as fields."""
+
+    FLUIDS = ROOT / "examples" / "electrolytes"
+
+    def test_speciate(self):
+        """Water over brucite, and saline that takes up a base, as in the tables of the guide."""
+        water = pdcorr.speciate(self.FLUIDS / "brucite.electrolyte", {"species.Mg(OH)2(s).initial": "10 mM"})
+        self.assertAlmostEqual(water.ph, 10.396, delta=1e-3)
+        self.assertAlmostEqual(water.species["Mg2+"], 0.1221, delta=1e-4)
+        self.assertAlmostEqual(water.saturation["Mg(OH)2(s)"], 0.0, delta=1e-9)
+        self.assertAlmostEqual(water.minerals["Mg(OH)2(s)"] + water.species["Mg2+"] + water.species["MgOH+"], 10.0)
+        self.assertAlmostEqual(water.activity["H+"], 10.0 ** -water.ph)
+        for added, ph in ((0.0, 7.0), (0.05, 9.699), (0.5, 10.699), (5.0, 11.699)):
+            saline = pdcorr.speciate(self.FLUIDS / "saline.electrolyte", {"chemistry.activity": "ideal"},
+                                     add={"Na+ + OH-": added})
+            self.assertAlmostEqual(saline.ph, ph, delta=1e-3)
+            self.assertAlmostEqual(saline.charge, 0.0, delta=1e-9)
+        text = "[species H+]\n[species OH-]\n[reaction water] H2O = H+ + OH-  log10_K = -14\n"
+        self.assertAlmostEqual(pdcorr.speciate(text).ph, 7.0, delta=1e-6)
+
+    def test_refusals(self):
+        with self.assertRaisesRegex(pdcorr.Error, "no such file"):
+            pdcorr.speciate("nowhere.electrolyte")
+        with self.assertRaisesRegex(pdcorr.Error, "charge"):
+            pdcorr.speciate(self.FLUIDS / "saline.electrolyte", {"species.Na+.initial": "1 mM"})
+        with self.assertRaisesRegex(pdcorr.Error, "Zn2"):
+            pdcorr.speciate(self.FLUIDS / "saline.electrolyte", add={"Zn2+ + 2 OH-": 1.0})
+
+    def test_fields(self):
+        """pH and species of a run, which belong together."""
+        with pdcorr.Sim(ROOT / "examples" / "scenes" / "mg_migration_1d.scene") as sim:
+            sim.run_to(60.0)
+            fluid = sim.field("kind") == pdcorr.Kind.FLUID
+            ph, acid, base = (sim.field(name)[fluid] for name in ("pH", "H+", "OH-"))
+            np.testing.assert_allclose(ph, 3.0 - np.log10(acid), atol=1e-9)
+            np.testing.assert_allclose(acid * base, 1e-8, rtol=1e-6)
+            self.assertGreater(ph[0], 9.0)
+            self.assertEqual(sim.label("Mg2+"), "Mg2+ [mol/m3]")
+            self.assertTrue(np.isfinite(sim.field("potential")[fluid]).all())
+            self.assertTrue(np.isnan(sim.field("pH")[~fluid]).all())
+
+
 class Functions(unittest.TestCase):
     """Python functions in the place of values of a scene."""
 

@@ -44,12 +44,20 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
     return PD_OK;
 }
 
+/* Fields of a probe that are smooth in the fluid, and so may be compared and extrapolated. */
+static int pdi_figures_smooth(const pd_setup *u, int field)
+{
+    int species = pdi_setup_field_species(field);
+    return field == PD_FIELD_PH || (species >= 0 && u->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
+}
+
 static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, int all, pd_figures *f)
 {
-    static const pd_field fluid[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
-    for (int k = 0; k < 3; k++) PDI_TRY(pdi_figures_field(ctx, model, p, fluid[k], all, f));
-    for (int k = PD_FIELD_P + 1; k < PD_FIELD_COUNT && all; k++)
-        PDI_TRY(pdi_figures_field(ctx, model, p, (pd_field)k, 1, f));
+    static const pd_field first[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
+    for (int k = 0; k < 3; k++) PDI_TRY(pdi_figures_field(ctx, model, p, first[k], all, f));
+    for (int k = PD_FIELD_P + 1; k < PD_FIELD_COUNT; k++)
+        if (all || pdi_figures_smooth(model->setup, k))
+            PDI_TRY(pdi_figures_field(ctx, model, p, (pd_field)k, all, f));
     return PD_OK;
 }
 

@@ -21,9 +21,9 @@ typedef struct pd_figures {
 #define pd_figures_free PD_NAME(pd_figures_free)
 
 #ifdef PDI_INTERNAL
-/* Append the present figures; the monitors hold those of the last step. all: 1: of probes all that their table has: the
- * fields of single cells, too, and 0 in the metal where only fluid has a value, which is NaN else. Zero-initialise
- * `figures`. */
+/* Append the present figures; the monitors hold those of the last step. all: 0: of probes flow, C, pH and what is
+ * dissolved, NaN in the metal; 1: all that their table has: the fields of single cells, too, and 0 in the metal where
+ * only fluid has a value. Zero-initialise `figures`. */
 PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
                                      pd_figures *figures);
 #endif

@@ -422,7 +422,7 @@ static const pd_key pdi_keys_of_measured[] = {
      "column of their spread, for example a standard deviation"},
     {"of", "-", "`volume_loss`",
      "figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16 or a probe: `plane.NAME.flow`, "
-     "`total.NAME.solid`, `probe.NAME.C`"},
+     "`total.NAME.solid`, `probe.NAME.C`, `probe.NAME.pH`"},
     {"start", "s", "0",
      "time of the file at which the run begins"}};
 
