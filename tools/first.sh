@@ -1,8 +1,8 @@
 #!/bin/sh
-# first.sh WAY URL: one way of a new user, by what the pages say alone, timed. WAY is a row of docs/start.md: figure, law,
-# browser, pkg-config, cmake, change. As root on a Debian machine on which nothing is installed, such as a folder that
-# debootstrap has made. It clones URL into a new folder, with an environment of its own. Prints seconds for packages and
-# commands, and the processor time of the commands.
+# first.sh WAY URL: one way of a new user, by what the pages say alone, timed. WAY is a row of docs/start.md: figure,
+# law, browser, pkg-config, cmake, change. As root on a Debian machine on which nothing is installed, such as a folder
+# that debootstrap has made. It clones URL into a new folder, with an environment of its own. Prints seconds for packages
+# and commands, and the processor time of the commands.
 # first.sh --commands WAY: what it would run, of the pages of this checkout.
 
 # indented PAGE FROM TO: the commands of a page from the line FROM to the line TO.
@@ -54,7 +54,8 @@ fail() {
 }
 
 begin=$(date +%s)
-clean apt-get update > "$log" 2>&1 && install git ca-certificates && clean git clone -q "$url" pdcorr >> "$log" 2>&1 || fail
+clean apt-get update > "$log" 2>&1 && install git ca-certificates || fail
+clean git clone -q "$url" pdcorr >> "$log" 2>&1 || fail
 cd pdcorr || exit 1
 packages=$(awk -F '|' -v way="$way" '$2 ~ way { gsub(/`/, "", $3); print $3 }' docs/start.md)
 [ "$packages" ] || { echo "docs/start.md has no way $way"; exit 2; }
