@@ -1,8 +1,8 @@
 #!/bin/sh
 # first.sh WAY URL: one way of a new user, by what the pages say alone, timed. WAY is a row of docs/start.md: figure,
 # law, browser, pkg-config, cmake, change. As root on a Debian machine on which nothing is installed, such as a folder
-# that debootstrap has made. It clones URL into a new folder, with an environment of its own. Prints seconds for packages
-# and commands, and the processor time of the commands.
+# that debootstrap has made. It clones URL into a new folder, with an environment of its own. Prints seconds for
+# packages and commands, and the processor time of the commands.
 # first.sh --commands WAY: what it would run, of the pages of this checkout.
 
 # indented PAGE FROM TO: the commands of a page from the line FROM to the line TO.
