@@ -285,23 +285,6 @@ END
 $python legend.py > log 2>&1
 verdict "grains of a surface have a legend"
 
-# Larger grains have a row each: those of the three faces that are seen, the eye is at 1, -1, 1.
-sed 's/mg4ag/mg4ag   grains = 8 um/' cube.scene > rows.scene
-pd 3 rows.scene rows output.surface=grain output.animate=no output.fields=grain "until=1e-6 s"
-cat > rows.py << 'END'
-import glob, re, struct
-data = open(sorted(glob.glob('rows/*.vti'))[0], 'rb').read()
-at = data.index(b'_', data.index(b'<AppendedData')) + 1
-grain = struct.unpack('<4096i', data[at + 8:at + 8 + 4 * 4096])
-seen = {grain[x + 16 * (y + 16 * z)] for x in range(8) for y in range(8) for z in range(8)
-        if x == 7 or y == 0 or z == 7}
-svg = open(sorted(glob.glob('rows/surface_0*.svg'))[0]).read()
-rows = [int(k) for k in re.findall('>([0-9]+)<', svg)]
-assert len(rows) > 1 and rows == sorted(seen), (rows, seen)
-END
-$python rows.py > log 2>&1
-verdict "each grain that is seen on a surface has its row in the legend"
-
 # Percentiles of a surface: C grows along a face, and with 80 % its last tenth has one colour, that of the end.
 cat > ends.scene << 'END'
 [grid]      h = 1 um   m = 2   box = 0 .. 32 um, 0 .. 16 um, 0 .. 16 um
