@@ -57,7 +57,7 @@ begin=$(date +%s)
 clean apt-get update > "$log" 2>&1 && install git ca-certificates || fail
 clean git clone -q "$url" pdcorr >> "$log" 2>&1 || fail
 cd pdcorr || exit 1
-packages=$(awk -F '|' -v way="$way" '$2 ~ way { gsub(/`/, "", $3); print $3 }' docs/start.md)
+packages=$(awk -F '|' -v way="$way" '$2 == " " way " " { gsub(/`/, "", $3); print $3; exit }' docs/start.md)
 [ "$packages" ] || { echo "docs/start.md has no way $way"; exit 2; }
 # shellcheck disable=SC2086
 install $packages || fail
