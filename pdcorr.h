@@ -41,6 +41,7 @@
  *     vec        small vectors and matrices. The only place that branches on PD_DIM.
  *     par        threads, ordered sums, wall clock.
  *     rng        counter-based random numbers. A number depends on (seed, stream, counter) alone: no state, no order of calls,
+ *     curve      a function of one variable through given points, as monotone as they are.
  *   lattice/
  *     facets     a closed surface of triangles in 3D, and the signed distance to it.
  *     shape      signed distances and set operations. Negative inside the shape.
@@ -206,7 +207,6 @@
  *     progress   one line of text with the share done and the time left. The library prints nothing; a driver shows the
  *   scene/
  *     units      physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
- *     curve      a function of one variable through given points, as monotone as they are.
  *     expr       expressions such as "1.3 um/h * (1 - C/Csat)", checked for dimensions and compiled to a small stack code.
  *     keys       the sections of a scene and their keys, with units, defaults and meanings: what the parser takes, what
  *     template   commented scenes to begin with, in the dimension of the program; examples/scenes/templates/ as text.
@@ -882,6 +882,50 @@ PDI_FN uint64_t pdi_rng_u64(uint64_t seed, uint64_t stream, uint64_t counter);
 PDI_FN double pdi_rng_uniform(uint64_t seed, uint64_t stream, uint64_t counter);
 /* Two independent standard normal numbers (Box-Muller). */
 PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, double *pair);
+#endif
+
+#endif
+
+/* ======== >>core/curve.h ======== */
+/* curve: a function of one variable through given points, as monotone as they are.
+ *
+ * Cubic Hermite pieces. The slope at an inner point is that of the parabola through it and its neighbours, cut to
+ * three times the smaller of the two secants beside it, and zero where these differ in sign. With end slopes a s and
+ * b s a piece of secant s has the derivative
+ *     s (a (1-t)(1-3t) + b t (3t-2) + 6 t (1-t)),     0 <= t <= 1,
+ * linear in a and b and 6t(1-t), 3(1-t)^2, 3t^2, 3(1-2t)^2 times s at the corners of 0 <= a, b <= 3: a piece never
+ * turns, so extremes are points, and nothing overshoots. Third order where data are smooth and monotone, second order
+ * beside an extreme.
+ * Sources: de Boor and Swartz 1977 (the square), Fritsch and Carlson 1980.
+ */
+#ifndef PD_CURVE_H
+#define PD_CURVE_H
+
+typedef struct pd_curve {
+    int count;      /* points */
+    int strict;     /* 1: NaN outside of the points; 0: the end values hold there */
+    double *x;      /* [count] [-] (unit of the caller) ascending */
+    double *y;      /* [count] [-] (unit of the caller) */
+    double *slope;  /* [count] [-] (unit of y over that of x) */
+} pd_curve;
+
+#ifdef PDI_INTERNAL
+/* Slopes [count] at points that make a curve. */
+PDI_FN void pdi_curve_slopes(const double *x, const double *y, int count, double *slope);
+/* Value at an x from the first point to the last, of arrays [count] like those of a curve; *slope: the derivative. */
+PDI_FN double pdi_curve_piece(const double *x, const double *y, const double *slopes, int count, double at,
+                              double *slope);
+
+/* Takes copies of x and y [count]. PD_ERR_ARGUMENT: fewer than two points, one that is not finite, x not ascending,
+ * or a secant without a finite slope. */
+PDI_FN pd_status pdi_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *curve);
+/* Value at x: y itself at a point. Reads only, so threads may share the curve. NaN of NaN. `strict` lets x pass the
+ * ends by 1e-5 of the length, for difference quotients at them. */
+PDI_FN double pdi_curve_eval(const pd_curve *curve, double x);
+PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *curve);
+
+/* Why the points up to k >= 0 make no curve, with those before it admissible: "expected ..."; NULL: they do. */
+PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k);
 #endif
 
 #endif
@@ -7464,8 +7508,8 @@ typedef enum pd_electrode_kind {
     PD_ELECTRODE_BUTLER_VOLMER = 0, /* i = i_a - i_c, i_a = x/(1 + x/limit), x = exchange exp((u - equilibrium)/anodic),
                                      * and i_c likewise with exp(-(u - equilibrium)/cathodic). Tafel: one of both */
     PD_ELECTRODE_LINEAR = 1,        /* i = (u - equilibrium)/resistance */
-    PD_ELECTRODE_TABLE = 2          /* monotone cubics through points (Fritsch and Butland 1984), straight on beyond
-                                     * both ends with the slope of the last interval */
+    PD_ELECTRODE_TABLE = 2          /* monotone cubics through points (curve.h), straight on beyond both ends with the
+                                     * slope of the last interval */
 } pd_electrode_kind;
 
 /* Zero-initialise. */
@@ -9464,44 +9508,6 @@ PDI_FN void pdi_units_offer(pdi_units_near *near_word, const char *candidate);
 PDI_FN void pdi_units_offer_units(pdi_units_near *near_word);
 /* ": did you mean 'best'?" or "" into text[PD_UNITS_TEXT]. */
 PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text);
-#endif
-
-#endif
-
-/* ======== >>scene/curve.h ======== */
-/* curve: a function of one variable through given points, as monotone as they are.
- *
- * Cubic Hermite pieces. The slope at an inner point is that of the parabola through it and its neighbours, cut to
- * three times the smaller of the two secants beside it, and zero where these differ in sign. With end slopes a s and
- * b s a piece of secant s has the derivative
- *     s (a (1-t)(1-3t) + b t (3t-2) + 6 t (1-t)),     0 <= t <= 1,
- * linear in a and b and 6t(1-t), 3(1-t)^2, 3t^2, 3(1-2t)^2 times s at the corners of 0 <= a, b <= 3: a piece never
- * turns, so extremes are points, and nothing overshoots. Third order where data are smooth and monotone, second order
- * beside an extreme.
- * Sources: de Boor and Swartz 1977 (the square), Fritsch and Carlson 1980.
- */
-#ifndef PD_CURVE_H
-#define PD_CURVE_H
-
-typedef struct pd_curve {
-    int count;      /* points */
-    int strict;     /* 1: NaN outside of the points; 0: the end values hold there */
-    double *x;      /* [count] [-] (unit of the caller) ascending */
-    double *y;      /* [count] [-] (unit of the caller) */
-    double *slope;  /* [count] [-] (unit of y over that of x) */
-} pd_curve;
-
-#ifdef PDI_INTERNAL
-/* Takes copies of x and y [count]. PD_ERR_ARGUMENT: fewer than two points, one that is not finite, x not ascending,
- * or a secant without a finite slope. */
-PDI_FN pd_status pdi_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *curve);
-/* Value at x: y itself at a point. Reads only, so threads may share the curve. NaN of NaN. `strict` lets x pass the
- * ends by 1e-5 of the length, for difference quotients at them. */
-PDI_FN double pdi_curve_eval(const pd_curve *curve, double x);
-PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *curve);
-
-/* Why the points up to k >= 0 make no curve, with those before it admissible: "expected ..."; NULL: they do. */
-PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k);
 #endif
 
 #endif
@@ -12919,6 +12925,122 @@ PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, dou
     pair[0] = radius * cos(angle);
     pair[1] = radius * sin(angle);
 }
+
+/* ======== >>core/curve.c ======== */
+/* curve: see curve.h */
+#include <math.h>
+#include <string.h>
+
+#define PDI_CURVE_STEEPEST 1e150 /* products of slopes stay finite */
+#define PDI_CURVE_BEYOND 1e-5    /* of the length */
+
+PDI_COLD_BEGIN
+PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k)
+{
+    if (!(fabs(x[k]) < PDI_CURVE_STEEPEST) || !(fabs(y[k]) < PDI_CURVE_STEEPEST)) return "expected finite values";
+    if (k == 0) return NULL;
+    if (!(x[k] > x[k - 1])) return "expected ascending values";
+    if (!(fabs((y[k] - y[k - 1]) / (x[k] - x[k - 1])) < PDI_CURVE_STEEPEST)) return "expected a finite slope";
+    return NULL;
+}
+
+/* A slope with the sign of both secants, at most three times the smaller one; else none. */
+static double pdi_curve_cut(double slope, double a, double b)
+{
+    double sign = a > 0.0 ? 1.0 : -1.0, least = fmin(sign * a, sign * b);
+    if (!(least > 0.0) || !(sign * slope > 0.0)) return 0.0;
+    return sign * fmin(sign * slope, 3.0 * least);
+}
+
+/* Slope at the first point of the parabola through it and two more: steps and secants from it on. */
+static double pdi_curve_end(double step, double next_step, double secant, double next_secant)
+{
+    return secant + (secant - next_secant) * (step / (step + next_step));
+}
+
+PDI_FN void pdi_curve_slopes(const double *x, const double *y, int count, double *slope)
+{
+    int last = count - 1;
+    double first = (y[1] - y[0]) / (x[1] - x[0]), before = first;
+    if (last == 1) {
+        slope[0] = slope[1] = first;
+        return;
+    }
+    for (int k = 1; k < last; k++) {
+        double left = x[k] - x[k - 1], right = x[k + 1] - x[k], after = (y[k + 1] - y[k]) / right;
+        double parabola = before + (after - before) * (left / (left + right));
+        if (k == 1) slope[0] = pdi_curve_cut(pdi_curve_end(left, right, before, after), before, before);
+        if (k == last - 1) slope[last] = pdi_curve_cut(pdi_curve_end(right, left, after, before), after, after);
+        slope[k] = pdi_curve_cut(parabola, before, after);
+        before = after;
+    }
+}
+
+PDI_FN pd_status pdi_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *c)
+{
+    memset(c, 0, sizeof *c);
+    if (count < 2) return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "found %d point%s, expected at least 2", count,
+                                   count == 1 ? "" : "s");
+    for (int k = 0; k < count; k++) {
+        const char *wrong = pdi_curve_wrong(x, y, k);
+        if (wrong)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "point %d: found x = %g, y = %g, %s", k, x[k], y[k], wrong);
+    }
+    c->count = count;
+    c->strict = strict;
+    pd_status status = PDI_NEW(ctx, "curve", count, c->x);
+    if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->y);
+    if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->slope);
+    if (status < 0) {
+        pdi_curve_free(ctx, c);
+        return status;
+    }
+    memcpy(c->x, x, (size_t)count * sizeof *x);
+    memcpy(c->y, y, (size_t)count * sizeof *y);
+    pdi_curve_slopes(c->x, c->y, count, c->slope);
+    return PD_OK;
+}
+
+PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *c)
+{
+    PDI_DELETE(ctx, c->count, c->x);
+    PDI_DELETE(ctx, c->count, c->y);
+    PDI_DELETE(ctx, c->count, c->slope);
+    memset(c, 0, sizeof *c);
+}
+PDI_COLD_END
+
+PDI_FN double pdi_curve_piece(const double *x, const double *y, const double *slopes, int count, double at,
+                              double *slope)
+{
+    int low = 0, high = count - 1;
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (x[middle] <= at) low = middle;
+        else high = middle;
+    }
+    double step = x[high] - x[low], far = at - x[low], t = far / step;
+    double secant = (y[high] - y[low]) / step, a = slopes[low], b = slopes[high];
+    double line = 3.0 * secant - 2.0 * a - b, bend = a + b - 2.0 * secant, up = y[high] > y[low] ? 1.0 : -1.0;
+    /* rounding may not leave the piece, nor turn it */
+    *slope = up * fmax(up * (a + t * (2.0 * line + 3.0 * t * bend)), 0.0);
+    return fmin(fmax(y[low] + far * (a + t * (line + t * bend)), fmin(y[low], y[high])), fmax(y[low], y[high]));
+}
+
+PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
+{
+    int high = c->count - 1;
+    double slope;
+    if (high < 1 || x != x) return (double)NAN;
+    double beyond = PDI_CURVE_BEYOND * (c->x[high] - c->x[0]);
+    if (c->strict && (x < c->x[0] - beyond || x > c->x[high] + beyond)) return (double)NAN;
+    if (x <= c->x[0]) return c->y[0];
+    if (x >= c->x[high]) return c->y[high];
+    return pdi_curve_piece(c->x, c->y, c->slope, c->count, x, &slope);
+}
+
+#undef PDI_CURVE_STEEPEST
+#undef PDI_CURVE_BEYOND
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -46380,21 +46502,13 @@ static double pdi_electrode_branch(double exchange, double fold, double limit, d
 static double pdi_electrode_table(const pd_electrode *e, const pd_electrode_term *t, double u, double *slope)
 {
     const double *x = t->potential, *y = t->current, *m = e->slope + (x - e->potential);
-    int lo = 0, hi = t->points - 1, last = hi;
+    int last = t->points - 1;
     if (u <= x[0] || u >= x[last]) {
         int end = u <= x[0] ? 0 : last;
         *slope = m[end];
         return y[end] + m[end] * (u - x[end]);
     }
-    while (hi - lo > 1) {
-        int middle = (lo + hi) / 2;
-        if (u < x[middle]) hi = middle;
-        else lo = middle;
-    }
-    double h = x[hi] - x[lo], s = (u - x[lo]) / h, r = 1.0 - s;
-    *slope = 6.0 * s * r * (y[hi] - y[lo]) / h + r * (1.0 - 3.0 * s) * m[lo] + s * (3.0 * s - 2.0) * m[hi];
-    *slope = fmax(*slope, 0.0);
-    return y[lo] + s * s * (1.0 + 2.0 * r) * (y[hi] - y[lo]) + r * s * h * (r * m[lo] - s * m[hi]);
+    return pdi_curve_piece(x, y, m, t->points, u, slope);
 }
 
 static double pdi_electrode_term_current(const pd_electrode *e, const pd_electrode_term *t, double u, double *slope)
@@ -46542,18 +46656,14 @@ static pd_status pdi_electrode_check(pd_ctx *ctx, int k, const pd_electrode_term
     return PD_OK;
 }
 
-/* Slopes of a monotone cubic: harmonic means of the neighbouring ones (Fritsch and Butland 1984), at the ends those of
- * the last intervals. */
+/* Slopes at the points of a table; at the ends those of the last intervals, so that it goes on straight. */
 static void pdi_electrode_slopes(const pd_electrode_term *t, double *slope)
 {
     const double *x = t->potential, *y = t->current;
     int last = t->points - 1;
+    pdi_curve_slopes(x, y, t->points, slope);
     slope[0] = (y[1] - y[0]) / (x[1] - x[0]);
     slope[last] = (y[last] - y[last - 1]) / (x[last] - x[last - 1]);
-    for (int p = 1; p < last; p++) {
-        double h = x[p] - x[p - 1], g = x[p + 1] - x[p], a = (y[p] - y[p - 1]) / h, b = (y[p + 1] - y[p]) / g;
-        slope[p] = a > 0.0 && b > 0.0 ? 3.0 * (h + g) / ((2.0 * g + h) / a + (g + 2.0 * h) / b) : 0.0;
-    }
 }
 
 static void pdi_electrode_fill(const pd_electrode_desc *desc, pd_electrode *e)
@@ -58348,129 +58458,6 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
-#endif
-
-/* ======== >>scene/curve.c ======== */
-/* curve: see curve.h */
-#include <math.h>
-#include <string.h>
-
-#define PDI_CURVE_STEEPEST 1e150 /* products of slopes stay finite */
-#define PDI_CURVE_BEYOND 1e-5    /* of the length */
-
-PDI_COLD_BEGIN
-PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k)
-{
-    if (!(fabs(x[k]) < PDI_CURVE_STEEPEST) || !(fabs(y[k]) < PDI_CURVE_STEEPEST)) return "expected finite values";
-    if (k == 0) return NULL;
-    if (!(x[k] > x[k - 1])) return "expected ascending values";
-    if (!(fabs((y[k] - y[k - 1]) / (x[k] - x[k - 1])) < PDI_CURVE_STEEPEST)) return "expected a finite slope";
-    return NULL;
-}
-
-/* A slope with the sign of both secants, at most three times the smaller one; else none. */
-static double pdi_curve_cut(double slope, double a, double b)
-{
-    double sign = a > 0.0 ? 1.0 : -1.0, least = fmin(sign * a, sign * b);
-    if (!(least > 0.0) || !(sign * slope > 0.0)) return 0.0;
-    return sign * fmin(sign * slope, 3.0 * least);
-}
-
-/* Slope at the first point of the parabola through it and two more: steps and secants from it on. */
-static double pdi_curve_end(double step, double next_step, double secant, double next_secant)
-{
-    return secant + (secant - next_secant) * (step / (step + next_step));
-}
-
-static void pdi_curve_slopes(pd_curve *c)
-{
-    const double *x = c->x, *y = c->y;
-    int last = c->count - 1;
-    double first = (y[1] - y[0]) / (x[1] - x[0]), before = first;
-    if (last == 1) {
-        c->slope[0] = c->slope[1] = first;
-        return;
-    }
-    for (int k = 1; k < last; k++) {
-        double left = x[k] - x[k - 1], right = x[k + 1] - x[k], after = (y[k + 1] - y[k]) / right;
-        double parabola = before + (after - before) * (left / (left + right));
-        if (k == 1) c->slope[0] = pdi_curve_cut(pdi_curve_end(left, right, before, after), before, before);
-        if (k == last - 1) c->slope[last] = pdi_curve_cut(pdi_curve_end(right, left, after, before), after, after);
-        c->slope[k] = pdi_curve_cut(parabola, before, after);
-        before = after;
-    }
-}
-
-PDI_FN pd_status pdi_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *c)
-{
-    memset(c, 0, sizeof *c);
-    if (count < 2) return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "found %d point%s, expected at least 2", count,
-                                   count == 1 ? "" : "s");
-    for (int k = 0; k < count; k++) {
-        const char *wrong = pdi_curve_wrong(x, y, k);
-        if (wrong)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "point %d: found x = %g, y = %g, %s", k, x[k], y[k], wrong);
-    }
-    c->count = count;
-    c->strict = strict;
-    pd_status status = PDI_NEW(ctx, "curve", count, c->x);
-    if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->y);
-    if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->slope);
-    if (status < 0) {
-        pdi_curve_free(ctx, c);
-        return status;
-    }
-    memcpy(c->x, x, (size_t)count * sizeof *x);
-    memcpy(c->y, y, (size_t)count * sizeof *y);
-    pdi_curve_slopes(c);
-    return PD_OK;
-}
-
-PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *c)
-{
-    PDI_DELETE(ctx, c->count, c->x);
-    PDI_DELETE(ctx, c->count, c->y);
-    PDI_DELETE(ctx, c->count, c->slope);
-    memset(c, 0, sizeof *c);
-}
-PDI_COLD_END
-
-PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
-{
-    int low = 0, high = c->count - 1;
-    if (high < 1 || x != x) return (double)NAN;
-    double beyond = PDI_CURVE_BEYOND * (c->x[high] - c->x[0]);
-    if (c->strict && (x < c->x[0] - beyond || x > c->x[high] + beyond)) return (double)NAN;
-    if (x <= c->x[0]) return c->y[0];
-    if (x >= c->x[high]) return c->y[high];
-    while (high - low > 1) {
-        int middle = low + (high - low) / 2;
-        if (c->x[middle] <= x) low = middle;
-        else high = middle;
-    }
-    double step = c->x[high] - c->x[low], far = x - c->x[low], t = far / step;
-    double secant = (c->y[high] - c->y[low]) / step, a = c->slope[low], b = c->slope[high];
-    double y = c->y[low] + far * (a + t * ((3.0 * secant - 2.0 * a - b) + t * (a + b - 2.0 * secant)));
-    /* rounding may not leave the piece */
-    return fmin(fmax(y, fmin(c->y[low], c->y[high])), fmax(c->y[low], c->y[high]));
-}
-
-#undef PDI_CURVE_STEEPEST
-#undef PDI_CURVE_BEYOND
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
 #pragma GCC optimize ("O2")
 #endif
 
@@ -69884,8 +69871,9 @@ static pd_status pdi_images_latest(pd_ctx *ctx, pd_images *im, pd_field field, c
     return status;
 }
 
-/* Its files. fresh: they stand in no list yet. */
-static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, int frame, double time, int fresh)
+/* Its files. fresh: they stand in no list yet. image: it as pixels, where it is drawn already, or NULL. */
+static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, int frame, double time, int fresh,
+                                  const pd_image *image)
 {
     static const char *const ends[2] = {"png", "svg"};
     unsigned formats = im->model->setup->drawing.formats ? im->model->setup->drawing.formats : 1u;
@@ -69895,7 +69883,7 @@ static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, in
         PDI_TRY(pdi_file_frame_name(ctx, pdi_images_name(im, field), frame, time, ends[k], name));
         PDI_TRY(fresh ? pdi_folder_add(ctx, im->folder, name, path)
                       : pd_file_join(ctx, im->folder->path, name, path));
-        PDI_TRY(pdi_images_draw(ctx, im, field, time, path, NULL));
+        PDI_TRY(image && k == 0 ? pdi_png_write(ctx, path, image) : pdi_images_draw(ctx, im, field, time, path, NULL));
         if (im->live && frame == im->last) PDI_TRY(pdi_images_latest(ctx, im, field, ends[k], path));
     }
     if (im->live) im->latest |= pdi_setup_field_bit(field);
@@ -70000,7 +69988,7 @@ PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *im, int frame)
         }
         PDI_TRY(pdi_images_look(ctx, im, field, &warp));
         if (im->keeps) PDI_TRY(pdi_images_keep(ctx, im, field, frame));
-        PDI_TRY(pdi_images_write(ctx, im, field, frame, time, 1));
+        PDI_TRY(pdi_images_write(ctx, im, field, frame, time, 1, NULL));
     }
     im->frames++;
     return PD_OK;
@@ -70030,11 +70018,10 @@ static pd_status pdi_images_again(pd_ctx *ctx, pd_images *im, pd_file *file, pd_
         }
         PDI_TRY(pdi_poll(ctx, "pictures", (int64_t)head.frame));
         PDI_TRY(pdi_images_body(ctx, im, field, file, 1));
-        if (!pdi_images_same(&head.view, &im->view[field]))
-            PDI_TRY(pdi_images_write(ctx, im, field, (int)head.frame, head.time, 0));
-        if (!film) continue;
-        pd_status status = pdi_images_draw(ctx, im, field, head.time, NULL, &image);
-        if (status == PD_OK) status = pdi_apng_add(ctx, film, &image);
+        pd_status status = film ? pdi_images_draw(ctx, im, field, head.time, NULL, &image) : PD_OK;
+        if (status == PD_OK && !pdi_images_same(&head.view, &im->view[field]))
+            status = pdi_images_write(ctx, im, field, (int)head.frame, head.time, 0, film ? &image : NULL);
+        if (status == PD_OK && film) status = pdi_apng_add(ctx, film, &image);
         pdi_image_free(ctx, &image);
         PDI_TRY(status);
     }

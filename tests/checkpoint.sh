@@ -2,22 +2,13 @@
 # Checkpoints of the drivers: runs that signals or kills end go on to the files of a run that nothing ended; statuses,
 # messages and options; a full disk.
 . tests/lib/script.sh
+. tests/lib/pin.sh
 cd "$dir" || exit 1
 
-cat > pin.scene << 'END'
-[grid]      h = 10 um   m = 3   box = -100 um .. 200 um, -60 um .. 60 um
-[shape pin] box = 0 .. 60 um, -20 um .. 20 um   kind = solid   material = mg4ag   grains = 40 um
-[side x-]   flow = inlet   profile = parabola   mean = 0.01 m/s   C = 0
-[side x+]   flow = outlet
-[flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s
-[transport] D = 1e-9 m2/s
-[dissolve]  rate = 1.3 um/h * (1 - C/Csat)   Csat = 56 mol/m3   gb_factor = 3
-[run]       until = 4 h   fraction = 0.03
-[output]    every = 1 h   fields = C, v, kind   images = C, kind   animate = yes   percentile = 99 %
+pin > pin.scene
+cat >> pin.scene << 'END'
             streamlines = C   vectors = kind
-[probe a]   at = 100 um, 0
 [force pin] box = -50 um .. 100 um, -30 um .. 30 um   balance = no
-[total all]
 END
 cat > pit.scene << 'END'
 [grid]        h = 1 um   m = 3   box = -8 um .. 8 um, -8 um .. 8 um, -8 um .. 4 um

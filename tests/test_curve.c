@@ -1,5 +1,5 @@
 /* curve: exact at the points, monotone on hostile data, third order on smooth data, what is refused. */
-#include "scene/curve.h"
+#include "core/curve.h"
 #include "random.h"
 #include "test.h"
 #include <float.h>
@@ -121,6 +121,11 @@ TEST(polynomials)
         if (!CHECK_OK(&ctx, pdi_curve_build(&ctx, x, p ? parabola : line, 12, 0, &c))) return;
         for (double at = x[0]; at <= x[11]; at += 0.03)
             CHECK_REL(pdi_curve_eval(&c, at), p ? at * at : 3.0 - 2.0 * at, 1e-13);
+        for (double at = x[0]; at <= x[11]; at += 0.03) {
+            double slope;
+            CHECK_REL(pdi_curve_piece(c.x, c.y, c.slope, 12, at, &slope), pdi_curve_eval(&c, at), 1e-15);
+            CHECK_NEAR(slope, p ? 2.0 * at : -2.0, 1e-12 * (1.0 + fabs(at)));
+        }
         pdi_curve_free(&ctx, &c);
     }
     if (!CHECK_OK(&ctx, pdi_curve_build(&ctx, x, line, 2, 0, &c))) return; /* two points: a line */

@@ -380,6 +380,52 @@ TEST(a_relief_has_its_colours)
     CHECK_INT(ctx.in_use, 0);
 }
 
+/* Pixels of a colour from column `from` on, and the first row that has one. */
+static int marked(const pd_image *image, int from, uint32_t colour, int *top)
+{
+    int count = 0;
+    for (int y = 0; y < image->height; y++)
+        for (int x = from; x < image->width; x++) {
+            const uint8_t *p = image->pixels + 3 * ((size_t)y * (size_t)image->width + (size_t)x);
+            if ((((uint32_t)p[0] << 16) | ((uint32_t)p[1] << 8) | p[2]) != colour) continue;
+            if (!count++) *top = y;
+        }
+    return count;
+}
+
+/* The legend of a surface has a row with a mark for each label that is seen, one below the other, and for no other. */
+TEST(labels_of_a_relief_have_rows)
+{
+    body b = {{60, 60, 60}, 1, 0};
+    const double way[3] = {1, -1, 1}, lo[3] = {0, 0, 0}, hi[3] = {60, 60, 60};
+    pd_ctx ctx;
+    pdi_shell s;
+    pd_shade shade;
+    pd_image image;
+    pdi_relief r;
+    int top[6] = {0};
+    pd_ctx_init(&ctx);
+    build(&ctx, &b, &s);
+    CHECK_OK(&ctx, pdi_shade_build(&ctx, lo, hi, way, 400, &shade));
+    CHECK_OK(&ctx, pdi_shade_draw(&ctx, &s, 0, &shade));
+    pdi_shell_free(&ctx, &s);
+    for (int k = 0; k < shade.width * shade.height; k++)
+        shade.value[k] = k % shade.width < shade.width / 2 ? 1.0f : 4.0f;
+    memset(&r, 0, sizeof r);
+    r.shade = &shade;
+    r.coloured = 1;
+    r.map = PD_MAP_LABELS;
+    r.hi = 5;
+    if (CHECK_OK(&ctx, pdi_relief_draw(&ctx, &r, &image))) {
+        for (int k = 0; k < 6; k++)
+            CHECK_INT(marked(&image, 24 + shade.width + 16, pdi_colour_label(k), &top[k]), k == 1 || k == 4 ? 256 : 0);
+        CHECK(top[1] > 0 && top[4] >= top[1] + 16);
+        pdi_image_free(&ctx, &image);
+    }
+    pdi_shade_free(&ctx, &shade);
+    CHECK_INT(ctx.in_use, 0);
+}
+
 TEST_MAIN(ENTRY(a_sphere_has_its_silhouette_and_light) ENTRY(a_ball_of_cells_is_a_sphere)
           ENTRY(a_block_shows_three_faces) ENTRY(sides_cut_the_body) ENTRY(what_is_nearer_hides)
-          ENTRY(views_are_reproducible) ENTRY(a_relief_has_its_colours))
+          ENTRY(views_are_reproducible) ENTRY(a_relief_has_its_colours) ENTRY(labels_of_a_relief_have_rows))

@@ -36,6 +36,15 @@ for picture in wire/volume_loss.png pit/total_pit.csv crevice/simulation.pvd loo
     check "out/$picture" [ -s "$walk/out/$picture" ]
 done
 
+# What tools/first.sh times on a fresh machine is what the pages say.
+for way in "figure:make python" "figure:python3 figure.py" "law:python3 law.py" "browser:make web" \
+           "pkg-config:make install" "pkg-config:LD_LIBRARY_PATH=" "cmake:make install" "cmake:cmake/main" \
+           "change:make amalgam lint" "change:make build/logs/test_keys_2d.log"; do
+    sh tools/first.sh --commands "${way%%:*}" > "$dir/log" 2>&1
+    check "docs/start.md: ${way%%:*}: ${way#*:}" grep -q "^${way#*:}" "$dir/log"
+    check "docs/start.md has the way ${way%%:*}" grep -q "^| ${way%%:*} |" docs/start.md
+done
+
 python=
 for candidate in python3 /usr/bin/python3; do
     if $candidate -c 'import numpy, matplotlib, sys; assert sys.version_info >= (3, 9)' 2> /dev/null; then

@@ -4,6 +4,7 @@
 # checkpoints that replace one that is there, a file that another program has open, Ctrl-C.
 # Debian: gcc-mingw-w64-x86-64 g++-mingw-w64-x86-64 wine wine64. They take minutes to install, so .ci/run does not.
 . tests/lib/script.sh
+. tests/lib/pin.sh
 cross=x86_64-w64-mingw32
 for tool in $cross-gcc $cross-g++ wine; do command -v $tool > /dev/null || skip_all "$tool is not installed"; done
 # the headers choose float or double by size in isnan, so that warning is theirs
@@ -26,19 +27,7 @@ printf '#define PDCORR_IMPLEMENTATION\n#include "pdcorr.h"\n' > unit.cpp
 }
 quiet wine pd2d.exe --version || skip_all "wine runs no program: $(tail -n 1 log)"
 
-cat > pin.scene << 'END'
-[grid]      h = 10 um   m = 3   box = -100 um .. 200 um, -60 um .. 60 um
-[shape pin] box = 0 .. 60 um, -20 um .. 20 um   kind = solid   material = mg4ag   grains = 40 um
-[side x-]   flow = inlet   profile = parabola   mean = 0.01 m/s   C = 0
-[side x+]   flow = outlet
-[flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s
-[transport] D = 1e-9 m2/s
-[dissolve]  rate = 1.3 um/h * (1 - C/Csat)   Csat = 56 mol/m3   gb_factor = 3
-[run]       until = 4 h   fraction = 0.03
-[output]    every = 1 h   fields = C, v, kind   images = C, kind   animate = yes   percentile = 99 %
-[probe a]   at = 100 um, 0
-[total all]
-END
+pin > pin.scene
 
 # A native program of the same flags: that of `make` may join or regroup operations.
 check "the native program" quiet "${CC:-cc}" -std=c99 -O1 -ffp-contract=off -DPD_DIM=2 -I"$root" \

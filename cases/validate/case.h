@@ -16,6 +16,19 @@
 
 static const double val_pi = 3.14159265358979323846;
 
+/* Sums of squares, of differences and of what is exact. Zero-initialise. */
+typedef struct val_squares {
+    double off, size;
+} val_squares;
+
+static void val_squares_add(val_squares *sum, double weight, double found, double exact)
+{
+    sum->off += weight * (found - exact) * (found - exact);
+    sum->size += weight * exact * exact;
+}
+
+static double val_squares_l2(const val_squares *sum) { return sqrt(sum->off / sum->size); }
+
 /* One set of numbers that a part runs with. */
 typedef struct val_level {
     int n;    /* resolution: cells across the length that the part names */

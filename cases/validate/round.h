@@ -65,7 +65,8 @@ static pd_status kirsch_run(val_job *job)
 {
     val_solid *s = &job->lab->solid;
     solid_round hole = {1.0, HUGE_VAL, solid_cut_of(job->level.p)};
-    double h = 1.0 / job->level.n, m = job->level.m, half = 3.0, lo[2] = {-3.0, -3.0}, off = 0.0, size = 0.0;
+    double h = 1.0 / job->level.n, m = job->level.m, half = 3.0, lo[2] = {-3.0, -3.0};
+    val_squares sum = {0.0, 0.0};
     int n[2] = {6 * job->level.n, 6 * job->level.n};
     if (job->level.p > 2.5) s->desc.rim = PD_RIM_EXACT;
     PDI_TRY(solid_cells(job->ctx, s, n, lo, h, m, solid_round_part, &hole));
@@ -83,13 +84,10 @@ static pd_status kirsch_run(val_job *job)
     for (int32_t i = 0; i < s->body.count; i++) {
         double exact[2];
         elasticity_kirsch(s->position + i * 2, 0.3, exact);
-        for (int d = 0; d < 2; d++) {
-            off += s->volume[i] * (s->u[i * 2 + d] - exact[d]) * (s->u[i * 2 + d] - exact[d]);
-            size += s->volume[i] * exact[d] * exact[d];
-        }
+        for (int d = 0; d < 2; d++) val_squares_add(&sum, s->volume[i], s->u[i * 2 + d], exact[d]);
     }
     job->out->h = h;
-    job->out->err[0] = sqrt(off / size);
+    job->out->err[0] = val_squares_l2(&sum);
     kirsch_ligament(job, h);
     for (int k = 0; k < 8; k++) {
         double r = kirsch_table[k][0];

@@ -238,7 +238,8 @@ static pd_status cantilever_run(val_job *job)
     int kind = (int)job->level.p, root = (int)ceil(2.0 * job->level.m);
     int n[3] = {4 * job->level.n + root, job->level.n, job->level.n};
     double h = 1.0 / job->level.n, length = 4.0, lo[3] = {-root * h, -0.5, -0.5}, end[3] = {4.0, 0.0, 0.0}, tip[3];
-    double nu = PD_DIM == 3 && kind == 1 ? 0.0 : 0.3, off = 0.0, size = 0.0;
+    double nu = PD_DIM == 3 && kind == 1 ? 0.0 : 0.3;
+    val_squares sum = {0.0, 0.0};
     PDI_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
     s->metal.young = 1.0;
     s->metal.poisson = nu;
@@ -258,14 +259,13 @@ static pd_status cantilever_run(val_job *job)
         const double *x = s->position + (int64_t)i * PD_DIM, *p = s->stress + (int64_t)i * SOLID_T;
         double wanted = cantilever_stress(x, kind);
         if (x[0] < 0.5 || x[0] > 3.5) continue;
-        off += s->volume[i] * (p[0] - wanted) * (p[0] - wanted);
-        size += s->volume[i] * wanted * wanted;
+        val_squares_add(&sum, s->volume[i], p[0], wanted);
     }
     if (kind == 1) elasticity_cantilever(end, length, nu, tip);
     else elasticity_bent(end, nu, tip);
     job->out->h = h;
     job->out->err[0] = fabs(cantilever_tip(s, length, h) / tip[1] - 1.0);
-    job->out->err[1] = sqrt(off / size);
+    job->out->err[1] = val_squares_l2(&sum);
     job->out->evals = s->iterations;
     return PD_OK;
 }

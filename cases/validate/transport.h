@@ -55,18 +55,17 @@ static pd_status transport_extrapolate(val_job *job, transport_field_fn field, c
 static void transport_errors(const val_lab *lab, const double *c, transport_field_fn field, double t, double *l2,
                              double *largest)
 {
-    double off = 0.0, size = 0.0;
+    val_squares sum = {0.0, 0.0};
     *largest = 0.0;
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];
         if (lab->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&lab->grid, i, x);
-        double exact = field(lab, x, t), e = c[i] - exact;
-        off += e * e;
-        size += exact * exact;
-        *largest = fmax(*largest, fabs(e));
+        double exact = field(lab, x, t);
+        val_squares_add(&sum, 1.0, c[i], exact);
+        *largest = fmax(*largest, fabs(c[i] - exact));
     }
-    *l2 = sqrt(off / size);
+    *l2 = val_squares_l2(&sum);
 }
 
 /* c and the closed form along x through the middle of the box, or along its mirrors. */

@@ -21,7 +21,7 @@ PROJECT = {"contributing.md": ".github/CONTRIBUTING.md", "conduct.md": ".github/
            "security.md": ".github/SECURITY.md", "changes.md": "CHANGELOG.md"}
 GENERATED = ("keys.md", "api.md", "gallery.md")
 CONTENTS = [
-    ("Begin", ["tutorials/wire", "tutorials/pit", "tutorials/crevice", "tutorials/crack", "tutorials/python",
+    ("Begin", ["start", "tutorials/wire", "tutorials/pit", "tutorials/crevice", "tutorials/crack", "tutorials/python",
                "tutorials/browser", "tutorials/program", "gallery"]),
     ("Use", ["guide", "keys", "api"]),
     ("Understand", ["theory", "cracks", "crevice", "decisions", "architecture", "constants"]),

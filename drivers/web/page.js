@@ -167,7 +167,7 @@ async function start() {
 function hear(said) {
     if (said.is === 'began') {
         maps = said.maps;
-        $('version').textContent = said.version;
+        $('version').textContent = `pdcorr ${said.version}`;
     } else if (said.is === 'box') lattice = said;
     else if (said.is === 'instant') showInstant(said);
     else if (said.is === 'fields') {

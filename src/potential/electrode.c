@@ -1,5 +1,6 @@
 /* electrode: see electrode.h */
 #include "potential/electrode.h"
+#include "core/curve.h"
 #include <math.h>
 #include <string.h>
 
@@ -43,21 +44,13 @@ static double pdi_electrode_branch(double exchange, double fold, double limit, d
 static double pdi_electrode_table(const pd_electrode *e, const pd_electrode_term *t, double u, double *slope)
 {
     const double *x = t->potential, *y = t->current, *m = e->slope + (x - e->potential);
-    int lo = 0, hi = t->points - 1, last = hi;
+    int last = t->points - 1;
     if (u <= x[0] || u >= x[last]) {
         int end = u <= x[0] ? 0 : last;
         *slope = m[end];
         return y[end] + m[end] * (u - x[end]);
     }
-    while (hi - lo > 1) {
-        int middle = (lo + hi) / 2;
-        if (u < x[middle]) hi = middle;
-        else lo = middle;
-    }
-    double h = x[hi] - x[lo], s = (u - x[lo]) / h, r = 1.0 - s;
-    *slope = 6.0 * s * r * (y[hi] - y[lo]) / h + r * (1.0 - 3.0 * s) * m[lo] + s * (3.0 * s - 2.0) * m[hi];
-    *slope = fmax(*slope, 0.0);
-    return y[lo] + s * s * (1.0 + 2.0 * r) * (y[hi] - y[lo]) + r * s * h * (r * m[lo] - s * m[hi]);
+    return pdi_curve_piece(x, y, m, t->points, u, slope);
 }
 
 static double pdi_electrode_term_current(const pd_electrode *e, const pd_electrode_term *t, double u, double *slope)
@@ -205,18 +198,14 @@ static pd_status pdi_electrode_check(pd_ctx *ctx, int k, const pd_electrode_term
     return PD_OK;
 }
 
-/* Slopes of a monotone cubic: harmonic means of the neighbouring ones (Fritsch and Butland 1984), at the ends those of
- * the last intervals. */
+/* Slopes at the points of a table; at the ends those of the last intervals, so that it goes on straight. */
 static void pdi_electrode_slopes(const pd_electrode_term *t, double *slope)
 {
     const double *x = t->potential, *y = t->current;
     int last = t->points - 1;
+    pdi_curve_slopes(x, y, t->points, slope);
     slope[0] = (y[1] - y[0]) / (x[1] - x[0]);
     slope[last] = (y[last] - y[last - 1]) / (x[last] - x[last - 1]);
-    for (int p = 1; p < last; p++) {
-        double h = x[p] - x[p - 1], g = x[p + 1] - x[p], a = (y[p] - y[p - 1]) / h, b = (y[p + 1] - y[p]) / g;
-        slope[p] = a > 0.0 && b > 0.0 ? 3.0 * (h + g) / ((2.0 * g + h) / a + (g + 2.0 * h) / b) : 0.0;
-    }
 }
 
 static void pdi_electrode_fill(const pd_electrode_desc *desc, pd_electrode *e)

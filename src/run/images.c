@@ -464,8 +464,9 @@ static pd_status pdi_images_latest(pd_ctx *ctx, pd_images *im, pd_field field, c
     return status;
 }
 
-/* Its files. fresh: they stand in no list yet. */
-static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, int frame, double time, int fresh)
+/* Its files. fresh: they stand in no list yet. image: it as pixels, where it is drawn already, or NULL. */
+static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, int frame, double time, int fresh,
+                                  const pd_image *image)
 {
     static const char *const ends[2] = {"png", "svg"};
     unsigned formats = im->model->setup->drawing.formats ? im->model->setup->drawing.formats : 1u;
@@ -475,7 +476,7 @@ static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, in
         PDI_TRY(pdi_file_frame_name(ctx, pdi_images_name(im, field), frame, time, ends[k], name));
         PDI_TRY(fresh ? pdi_folder_add(ctx, im->folder, name, path)
                       : pd_file_join(ctx, im->folder->path, name, path));
-        PDI_TRY(pdi_images_draw(ctx, im, field, time, path, NULL));
+        PDI_TRY(image && k == 0 ? pdi_png_write(ctx, path, image) : pdi_images_draw(ctx, im, field, time, path, NULL));
         if (im->live && frame == im->last) PDI_TRY(pdi_images_latest(ctx, im, field, ends[k], path));
     }
     if (im->live) im->latest |= pdi_setup_field_bit(field);
@@ -580,7 +581,7 @@ PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *im, int frame)
         }
         PDI_TRY(pdi_images_look(ctx, im, field, &warp));
         if (im->keeps) PDI_TRY(pdi_images_keep(ctx, im, field, frame));
-        PDI_TRY(pdi_images_write(ctx, im, field, frame, time, 1));
+        PDI_TRY(pdi_images_write(ctx, im, field, frame, time, 1, NULL));
     }
     im->frames++;
     return PD_OK;
@@ -610,11 +611,10 @@ static pd_status pdi_images_again(pd_ctx *ctx, pd_images *im, pd_file *file, pd_
         }
         PDI_TRY(pdi_poll(ctx, "pictures", (int64_t)head.frame));
         PDI_TRY(pdi_images_body(ctx, im, field, file, 1));
-        if (!pdi_images_same(&head.view, &im->view[field]))
-            PDI_TRY(pdi_images_write(ctx, im, field, (int)head.frame, head.time, 0));
-        if (!film) continue;
-        pd_status status = pdi_images_draw(ctx, im, field, head.time, NULL, &image);
-        if (status == PD_OK) status = pdi_apng_add(ctx, film, &image);
+        pd_status status = film ? pdi_images_draw(ctx, im, field, head.time, NULL, &image) : PD_OK;
+        if (status == PD_OK && !pdi_images_same(&head.view, &im->view[field]))
+            status = pdi_images_write(ctx, im, field, (int)head.frame, head.time, 0, film ? &image : NULL);
+        if (status == PD_OK && film) status = pdi_apng_add(ctx, film, &image);
         pdi_image_free(ctx, &image);
         PDI_TRY(status);
     }

@@ -10,7 +10,7 @@
 #ifndef PD_EXPR_H
 #define PD_EXPR_H
 #include "scene/units.h"
-#include "scene/curve.h"
+#include "core/curve.h"
 
 #define PD_EXPR_VARS 32     /* variables of one expression */
 #define PD_EXPR_LENGTH 4096 /* [byte] of its text */

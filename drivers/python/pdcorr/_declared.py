@@ -405,6 +405,16 @@ def declare(dim):
         ('used', c_size_t),
     ]
 
+    class pd_curve(Structure):
+        pass
+    pd_curve._fields_ = [
+        ('count', c_int),
+        ('strict', c_int),
+        ('x', POINTER(c_double)),
+        ('y', POINTER(c_double)),
+        ('slope', POINTER(c_double)),
+    ]
+
     class pd_facets(Structure):
         pass
     pd_facets._fields_ = [
@@ -3000,16 +3010,6 @@ def declare(dim):
         pass
     pd_dims._fields_ = [
         ('e', c_double * 6),
-    ]
-
-    class pd_curve(Structure):
-        pass
-    pd_curve._fields_ = [
-        ('count', c_int),
-        ('strict', c_int),
-        ('x', POINTER(c_double)),
-        ('y', POINTER(c_double)),
-        ('slope', POINTER(c_double)),
     ]
 
     class pd_expr_symbol(Structure):

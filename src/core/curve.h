@@ -22,6 +22,12 @@ typedef struct pd_curve {
 } pd_curve;
 
 #ifdef PDI_INTERNAL
+/* Slopes [count] at points that make a curve. */
+PDI_FN void pdi_curve_slopes(const double *x, const double *y, int count, double *slope);
+/* Value at an x from the first point to the last, of arrays [count] like those of a curve; *slope: the derivative. */
+PDI_FN double pdi_curve_piece(const double *x, const double *y, const double *slopes, int count, double at,
+                              double *slope);
+
 /* Takes copies of x and y [count]. PD_ERR_ARGUMENT: fewer than two points, one that is not finite, x not ascending,
  * or a secant without a finite slope. */
 PDI_FN pd_status pdi_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *curve);

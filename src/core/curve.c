@@ -1,5 +1,5 @@
 /* curve: see curve.h */
-#include "scene/curve.h"
+#include "core/curve.h"
 #include <math.h>
 #include <string.h>
 
@@ -30,21 +30,20 @@ static double pdi_curve_end(double step, double next_step, double secant, double
     return secant + (secant - next_secant) * (step / (step + next_step));
 }
 
-static void pdi_curve_slopes(pd_curve *c)
+PDI_FN void pdi_curve_slopes(const double *x, const double *y, int count, double *slope)
 {
-    const double *x = c->x, *y = c->y;
-    int last = c->count - 1;
+    int last = count - 1;
     double first = (y[1] - y[0]) / (x[1] - x[0]), before = first;
     if (last == 1) {
-        c->slope[0] = c->slope[1] = first;
+        slope[0] = slope[1] = first;
         return;
     }
     for (int k = 1; k < last; k++) {
         double left = x[k] - x[k - 1], right = x[k + 1] - x[k], after = (y[k + 1] - y[k]) / right;
         double parabola = before + (after - before) * (left / (left + right));
-        if (k == 1) c->slope[0] = pdi_curve_cut(pdi_curve_end(left, right, before, after), before, before);
-        if (k == last - 1) c->slope[last] = pdi_curve_cut(pdi_curve_end(right, left, after, before), after, after);
-        c->slope[k] = pdi_curve_cut(parabola, before, after);
+        if (k == 1) slope[0] = pdi_curve_cut(pdi_curve_end(left, right, before, after), before, before);
+        if (k == last - 1) slope[last] = pdi_curve_cut(pdi_curve_end(right, left, after, before), after, after);
+        slope[k] = pdi_curve_cut(parabola, before, after);
         before = after;
     }
 }
@@ -70,7 +69,7 @@ PDI_FN pd_status pdi_curve_build(pd_ctx *ctx, const double *x, const double *y, 
     }
     memcpy(c->x, x, (size_t)count * sizeof *x);
     memcpy(c->y, y, (size_t)count * sizeof *y);
-    pdi_curve_slopes(c);
+    pdi_curve_slopes(c->x, c->y, count, c->slope);
     return PD_OK;
 }
 
@@ -83,24 +82,33 @@ PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *c)
 }
 PDI_COLD_END
 
+PDI_FN double pdi_curve_piece(const double *x, const double *y, const double *slopes, int count, double at,
+                              double *slope)
+{
+    int low = 0, high = count - 1;
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (x[middle] <= at) low = middle;
+        else high = middle;
+    }
+    double step = x[high] - x[low], far = at - x[low], t = far / step;
+    double secant = (y[high] - y[low]) / step, a = slopes[low], b = slopes[high];
+    double line = 3.0 * secant - 2.0 * a - b, bend = a + b - 2.0 * secant, up = y[high] > y[low] ? 1.0 : -1.0;
+    /* rounding may not leave the piece, nor turn it */
+    *slope = up * fmax(up * (a + t * (2.0 * line + 3.0 * t * bend)), 0.0);
+    return fmin(fmax(y[low] + far * (a + t * (line + t * bend)), fmin(y[low], y[high])), fmax(y[low], y[high]));
+}
+
 PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 {
-    int low = 0, high = c->count - 1;
+    int high = c->count - 1;
+    double slope;
     if (high < 1 || x != x) return (double)NAN;
     double beyond = PDI_CURVE_BEYOND * (c->x[high] - c->x[0]);
     if (c->strict && (x < c->x[0] - beyond || x > c->x[high] + beyond)) return (double)NAN;
     if (x <= c->x[0]) return c->y[0];
     if (x >= c->x[high]) return c->y[high];
-    while (high - low > 1) {
-        int middle = low + (high - low) / 2;
-        if (c->x[middle] <= x) low = middle;
-        else high = middle;
-    }
-    double step = c->x[high] - c->x[low], far = x - c->x[low], t = far / step;
-    double secant = (c->y[high] - c->y[low]) / step, a = c->slope[low], b = c->slope[high];
-    double y = c->y[low] + far * (a + t * ((3.0 * secant - 2.0 * a - b) + t * (a + b - 2.0 * secant)));
-    /* rounding may not leave the piece */
-    return fmin(fmax(y, fmin(c->y[low], c->y[high])), fmax(c->y[low], c->y[high]));
+    return pdi_curve_piece(c->x, c->y, c->slope, c->count, x, &slope);
 }
 
 #undef PDI_CURVE_STEEPEST
