@@ -475,6 +475,10 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
     double size = 0.0;
     pdi_migration_tie(&r->migration);
     if (r->migration.tied) return PD_OK;
+    if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
+                        "species has a potential and lets a current pass, expected one",
+                        r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double around = pdi_grid_circumference(r->grid, i);
         if (r->grid->kind[i] != PD_FLUID) continue;

@@ -8,7 +8,7 @@
 #define PDI_ATTACK_SALT 1e-6
 
 /* The law at the surface beside a node. */
-static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double t)
+static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
 {
     const pd_attack *a = (const pd_attack *)user;
     const pd_setup_metal *metal = &a->setup->metal[0];
@@ -19,6 +19,11 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
     vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
     if (a->cell) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
+    if (metal->polarised) {
+        double x[PD_DIM];
+        memset(x, 0, sizeof x);
+        vars[PDI_SETUP_SURFACE] = pdi_setup_eval(&metal->potential, x, t) - phi;
+    }
     vars[PDI_SETUP_PH] = ph;
     for (int k = 0; k < metal->species; k++)
         vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
@@ -36,6 +41,7 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
     desc.user = a;
     desc.shed = setup->sheds ? setup->shed : NULL;
     desc.reads_ph = (int)(metal->rate.uses >> PDI_SETUP_PH & 1u);
+    desc.reads_phi = metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u);
     for (int k = 0; k < metal->species; k++)
         if (metal->rate.uses >> (PDI_SETUP_PH + 1 + k) & 1u)
             desc.reads |= (uint32_t)1 << reactive->components.place[metal->of[k]];
@@ -75,7 +81,7 @@ static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int32_t node
     char place[PDI_GRID_PLACE];
     double v = a->etch.speed[node];
     if (v < 1e100) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH or species gives %g m/s at t = %g s (node %d at "
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH, species or E gives %g m/s at t = %g s (node %d at "
                     "%s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
                     pdi_grid_place(a->dissolve->grid, node, place), pd_reactive_ph(a->etch.reactive, node));
 }

@@ -205,6 +205,8 @@ typedef struct pd_setup_metal {
     int species;       /* that the rate has behind pH, */
     int of[PD_EXPR_VARS]; /* by their place in the electrolyte */
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
+    int polarised;     /* 1: among ions that migrate it has a given potential: */
+    pd_expr potential; /* of t; in V, against inlets and walls that hold species */
 } pd_setup_metal;
 
 /* What holds or loads a body: a side of the box, or all of it in a shape. */
@@ -493,12 +495,17 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 #define PDI_SETUP_SURFACE (PD_DIM + 4)
 #define PDI_SETUP_LAW (PD_DIM + 5)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
-/* Behind them pH, and the species that a law names. 1: it depends on one of these; on i or E. */
+/* Behind them pH, and the species that a law names. 1: it depends on one of these, or on E among ions that migrate; on i
+ * or E of electrodes. */
 #define PDI_SETUP_PH PDI_SETUP_LAW
-static inline int pdi_setup_chemical(const pd_setup_metal *metal) { return metal->rate.uses >> PDI_SETUP_PH != 0; }
+static inline int pdi_setup_chemical(const pd_setup_metal *metal)
+{
+    return metal->rate.uses >> PDI_SETUP_PH != 0 ||
+           (metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u) != 0);
+}
 static inline int pdi_setup_electric(const pd_setup_metal *metal)
 {
-    return (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
+    return !metal->polarised && (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
 }
 /* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
 #define PDI_SETUP_PACE (PD_DIM + 4)
