@@ -152,14 +152,30 @@ static double steady(double held, double length, int cells, double m, int water,
 
 TEST(plane)
 {
-    static const double length[] = {1e-6, 1e-5, 1e-4, 1e-3, 1e-2};
-    for (int k = 0; k < 5; k++) {
+    static const double length[] = {3e-4, 6e-4, 1e-3, 1e-2};
+    for (int k = 0; k < 4; k++) {
         double off[3];
         for (int n = 0; n < 3; n++) off[n] = steady(PIT_HELD, length[k], 20 << n, 1.0, 0, 1e12);
         NOTE("orders %g %g", log2(off[0] / off[1]), log2(off[1] / off[2]));
     }
 }
 
+TEST(creep)
+{
+    mixture v;
+    steel a = {PIT_HELD, 0, 0};
+    double L = 1e-3;
+    pit_state wanted = pit_steady(PIT_HELD, L);
+    if (!pit(&v, &a, L, 20, 1.0, 0, 1)) return;
+    for (double dt = 1e-2; dt < 1e7; dt *= 2.0) {
+        pd_status st = pd_reactive_step(&test_scene.ctx, &test_reactive, dt, &test_result);
+        double off = test_etch.speed[test_etch.node[0]] * PIT_SOLID / wanted.flux - 1.0;
+        NOTE("dt %g st %d off %.3e newton %d krylov %d parts %d phi %g c %g", dt, st, off, test_result.newton, test_result.krylov, test_result.parts, test_reactive.migration.psi[test_etch.node[0]], test_reactive.c[test_etch.node[0]]);
+        if (st) dt /= 20;
+    }
+    finish();
+}
+
 TEST(water) { steady(PIT_HELD, 1e-4, 20, 1.0, 1, 1e12); }
 
-TEST_MAIN(ENTRY(plane) ENTRY(water))
+TEST_MAIN(ENTRY(creep) ENTRY(plane) ENTRY(water))

@@ -29,8 +29,10 @@
  * factor, since the next one finds the potential in the ions that have come. */
 #define PDI_ADVANCE_LIFT 3.0
 #define PDI_ADVANCE_JUMP 1e9
-/* Tries with shorter steps, and their ratio. */
+/* Tries with shorter steps, and their ratio; with a law in the potential of ions, which a steep exponential is far from
+ * the solution. */
 #define PDI_ADVANCE_PARTS 8
+#define PDI_ADVANCE_PARTS_STEEP 18
 #define PDI_ADVANCE_SHORTER 8.0
 /* [mol/m3] that is nothing. */
 #define PDI_ADVANCE_NONE 1e-150
@@ -266,6 +268,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
         pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
+        if (status == PD_ERR_DIVERGED && r->migration.on) return PD_NOT_CONVERGED; /* where there are next to no ions */
         if (status < 0) return status;
         double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
         int falls = pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm);
@@ -283,7 +286,8 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
 static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     double now = dt;
-    for (int part = 0; part <= PDI_ADVANCE_PARTS;) {
+    int steep = r->surface && r->surface->desc.reads_phi, parts = steep ? PDI_ADVANCE_PARTS_STEEP : PDI_ADVANCE_PARTS;
+    for (int part = 0; part <= parts;) {
         pd_status status = pdi_advance_newton(ctx, r, now, result);
         if (status < 0) return status;
         if (status == PD_OK && now >= dt) return PD_OK;

@@ -20,6 +20,11 @@
 #define PDI_ETCH_BRACKET 2.0
 /* Relative change of what a law reads by which its slope is found. */
 #define PDI_ETCH_STRIDE 1e-6
+/* Share by which twice that has another slope where a law jumps; doublings and halvings by which the place of the jump
+ * is found. */
+#define PDI_ETCH_JUMP 0.25
+#define PDI_ETCH_DOUBLINGS 60
+#define PDI_ETCH_HALVINGS 20
 /* [mol/m3] that counts as nothing beside that. */
 #define PDI_ETCH_NOTHING 1e-30
 /* What is left at least of 1 less the slope of a rising law behind its film. */
@@ -306,22 +311,61 @@ static void pdi_etch_derive(const pd_components *film, const pdi_etch_work *w, f
 
 /* ---- how the speed of a node follows, with migration ---- */
 
-/* Changes of the law with each solute that it reads, and with F phi/(R T): *lift. */
+/* The law at the surface with a change of one concentration. */
+static double pdi_etch_moved(const pdi_etch_work *w, double *c, int n, double change)
+{
+    double from = c[n];
+    c[n] = fmax(from + change, 0.0);
+    double v = pdi_etch_law(w, c, w->psi + w->lift);
+    c[n] = from;
+    return v;
+}
+
+/* The law jumps with solutes m and n, by `step` of m: the change of n that undoes it, in the sense of `sign`. */
+static double pdi_etch_undone(const pdi_etch_work *w, double *c, int m, double step, int n, double sign)
+{
+    double from = c[m], level = 0.5 * (pdi_etch_moved(w, c, m, step) + pdi_etch_moved(w, c, m, -step));
+    double low = 0.0, high = PDI_ETCH_STRIDE * PDI_ETCH_STRIDE * fmax(c[n], PDI_ETCH_NOTHING);
+    int above = pdi_etch_moved(w, c, m, step) > level, found = 0;
+    c[m] = fmax(from + step, 0.0);
+    for (int k = 0; k < PDI_ETCH_DOUBLINGS && !found; k++) {
+        found = (pdi_etch_moved(w, c, n, sign * high) > level) != above;
+        if (!found) low = high;
+        if (!found) high *= 2.0;
+    }
+    for (int k = 0; k < PDI_ETCH_HALVINGS; k++) {
+        double middle = 0.5 * (low + high);
+        if ((pdi_etch_moved(w, c, n, sign * middle) > level) != above) high = middle;
+        else low = middle;
+    }
+    c[m] = from;
+    return found ? high : HUGE_VAL;
+}
+
+/* Changes of the law with each solute that it reads, and with F phi/(R T): *lift. Where it jumps, both sides count, and
+ * the changes are in the ratios that keep to the jump. */
 static void pdi_etch_gradient(const pdi_etch_work *w, double *by, double *lift)
 {
     const pd_etch *s = w->s;
-    double c[PD_SPECIES_MOST], psi = w->psi + w->lift;
+    double c[PD_SPECIES_MOST], stride[PD_SPECIES_MOST], psi = w->psi + w->lift;
+    int jumps[PD_SPECIES_MOST], first = -1;
     memcpy(c, w->surface, sizeof c);
     for (int n = 0; n < s->film.solutes; n++) {
-        double stride = PDI_ETCH_STRIDE * fmax(c[n], PDI_ETCH_NOTHING), from = c[n];
+        double wide;
+        stride[n] = PDI_ETCH_STRIDE * fmax(c[n], PDI_ETCH_NOTHING);
         by[n] = 0.0;
+        jumps[n] = 0;
         if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
-        c[n] = from + stride;
-        by[n] = pdi_etch_law(w, c, psi);
-        c[n] = fmax(from - stride, 0.0);
-        by[n] = (by[n] - pdi_etch_law(w, c, psi)) / (2.0 * stride);
-        c[n] = from;
-        if (!(fabs(by[n]) < HUGE_VAL)) by[n] = 0.0;
+        by[n] = (pdi_etch_moved(w, c, n, stride[n]) - pdi_etch_moved(w, c, n, -stride[n])) / (2.0 * stride[n]);
+        wide = (pdi_etch_moved(w, c, n, 2.0 * stride[n]) - pdi_etch_moved(w, c, n, -2.0 * stride[n])) / (4.0 * stride[n]);
+        if (!(fabs(by[n]) < HUGE_VAL) || !(fabs(wide) < HUGE_VAL)) by[n] = wide = 0.0;
+        jumps[n] = fabs(by[n] - wide) > PDI_ETCH_JUMP * fabs(by[n]);
+        if (jumps[n] && (first < 0 || stride[n] > stride[first])) first = n;
+    }
+    for (int n = 0; n < s->film.solutes; n++) {
+        if (!jumps[n] || n == first) continue;
+        double change = pdi_etch_undone(w, c, first, stride[first], n, by[n] * by[first] > 0.0 ? -1.0 : 1.0);
+        by[n] = copysign(fabs(by[first]) * stride[first] / change, by[n]);
     }
     *lift = 0.0;
     if (!s->desc.reads_phi) return;
