@@ -68286,6 +68286,8 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 
 /* Share of saturation by which fluid is below it and counts as saturated. */
 #define PDI_ATTACK_SALT 1e-6
+/* Share of the ions of a neighbour below which a node has just turned fluid. */
+#define PDI_ATTACK_FRESH 0.1
 
 /* The law at the surface beside a node. */
 static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
@@ -68387,6 +68389,28 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
     return PD_OK;
 }
 
+static double pdi_attack_ions(const pd_attack *a, int32_t node)
+{
+    const pd_components *s = &a->etch.reactive->components;
+    double sum = 0.0;
+    for (int n = 0; n < s->solutes; n++)
+        sum += fabs((double)s->charge[n]) * a->etch.reactive->c[(int64_t)n * a->dissolve->grid->total + node];
+    return sum;
+}
+
+/* A node that has just turned fluid has next to no ions that could carry a current: what its neighbours have bounds the
+ * step. */
+static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
+{
+    const pd_grid *grid = a->dissolve->grid;
+    double own = pdi_attack_ions(a, beside->node), *speed = &a->etch.speed[beside->node];
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
+        if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
+        *speed = fmax(*speed, pdi_etch_at(&a->etch, next, pdi_attack_thick(a, beside), *speed));
+    }
+}
+
 /* The law for the species as they are now. */
 static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 {
@@ -68405,6 +68429,8 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
     pdi_etch_solve(ctx, s, 0);
+    for (int32_t k = 0; k < d->beside_count && s->desc.reads_phi; k++)
+        if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);
     return pdi_attack_speeds(ctx, a);
 }
 
