@@ -34464,6 +34464,8 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
+/* With migration: roundings of the ions of a node that its charge may be off by. */
+#define PDI_ADVANCE_CHARGE 4.0
 /* A residual within this factor of the tolerance that comes no nearer than this share of itself in a step is rounding,
  * and met: what is undone is carried on. */
 #define PDI_ADVANCE_NEAR 10.0
@@ -34567,6 +34569,17 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     return sqrt(pdi_par_dot(ctx, count * total, r->move, r->move));
 }
 
+/* With migration: what a node lacks to be neutral, over the rounding of its ions, as charge of component k. */
+static double pdi_advance_charge(const pd_reactive *r, int k, int32_t i)
+{
+    const pd_components *s = &r->components;
+    double c[PD_SPECIES_MOST], size, z = fabs(r->migration.on ? r->migration.charge[s->master[k]] : 0.0);
+    if (!(z > 0.0)) return 0.0;
+    pdi_reactive_get(r, r->c, i, c);
+    pdi_migration_charge(&r->migration, c, &size);
+    return PDI_ADVANCE_CHARGE / PDI_ADVANCE_ROUND * size / z;
+}
+
 /* Rounding [mol/m3/s] of the balances of component k, as a norm; *held: of what is there over the step, its square. */
 static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, double *held)
 {
@@ -34578,7 +34591,7 @@ static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, dou
         double sum = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
-        size[i] = sum * (1.0 / r->dt + r->rates[i]);
+        size[i] = (sum + pdi_advance_charge(r, k, i)) * (1.0 / r->dt + r->rates[i]);
         for (int m = 0; m < r->minerals.count; m++)
             size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] / r->dt;
         *held += sum / r->dt * (sum / r->dt);

@@ -28,6 +28,7 @@
 #include "fracture.h"
 #include "chemistry.h"
 #include "reaction.h"
+#include "pit.h"
 #include "galvanic.h"
 
 static const val_case *const val_cases[] = {
@@ -102,6 +103,9 @@ static const val_case *const val_cases[] = {
     &chemistry_case,
 #endif
     &reaction_case,
+#if PD_DIM < 3
+    &pit_case,
+#endif
 #if PD_DIM > 1
     &galvanic_case,
 #endif
