@@ -1,9 +1,11 @@
 /* pit: metal that dissolves by the potential of the ions that migrate before it, against a quadrature: under a law, with
  * water in equilibrium, under a salt film, beside a plane and a cylinder, in one step of any length and in many; orders,
- * charge and elements, currents that have nowhere to go.
+ * charge and elements, currents that have nowhere to go; a pit that deepens, as a scene.
  * dims: 1 2 3 */
 #include "react/advance.h"
 #include "react/etch.h"
+#include "run/run.h"
+#include "scene/scene.h"
 #include "../cases/pit.h"
 #include "chemistry_case.h"
 #include "fixture.h"
@@ -268,4 +270,80 @@ TEST(nowhere)
     finish();
 }
 
-TEST_MAIN(ENTRY(plane) PLANAR ENTRY(water) ENTRY(any_step) ENTRY(in_time) ENTRY(nowhere))
+/* ---- scenes ---- */
+
+#if PD_DIM == 1
+#define BOX "[grid] h = 1 um  box = 0 um .. 26 um  threads = 1\n[shape steel] box = 20 um .. 26 um"
+#define SIDES
+#elif PD_DIM == 2
+#define BOX \
+    "[grid] h = 1 um  box = 0 um .. 26 um, 0 um .. 3 um  threads = 1\n[shape steel] box = 20 um .. 26 um, 0 um .. 3 um"
+#define SIDES "[side y-] flow = mirror\n[side y+] flow = mirror\n"
+#else
+#define BOX \
+    "[grid] h = 1 um  box = 0 um .. 26 um, 0 um .. 3 um, 0 um .. 3 um  threads = 1\n" \
+    "[shape steel] box = 20 um .. 26 um, 0 um .. 3 um, 0 um .. 3 um"
+#define SIDES \
+    "[side y-] flow = mirror\n[side y+] flow = mirror\n[side z-] flow = mirror\n[side z+] flow = mirror\n"
+#endif
+#define IONS(migration) \
+    BOX "  kind = solid  material = steel304\n[side x-] species = inlet\n" SIDES \
+    "[chemistry] activity = ideal  migration = " migration "\n[species Fe2+] D = 6.8957e-10 m2/s\n" \
+    "[species Fe3+] D = 6.8957e-10 m2/s\n[species Na+] D = 1.332e-9 m2/s  initial = 1 mol/L\n" \
+    "[species Cl-] D = 2.032e-9 m2/s  initial = 1 mol/L\n[transport] D = 6.8957e-10 m2/s\n" \
+    "[run] until = 3 s  rtol = 0.005\n[constants] volt = 25.692579 mV\n"
+#define LAW \
+    "current = if([Fe2+] + [Fe3+] < 5.1 mol/L, 9.9 A/m2*exp(2.2022*0.65*(E + 240 mV)/volt), 0 A/m2)\n"
+#define STEEL "Cs = 144423.1 mol/m3  charge = 2.2022\n"
+#define HALF "reaction = Fe = 0.7978 Fe2+ + 0.2022 Fe3+ + 2.2022 e-\n"
+
+/* A pit that deepens by 3 cells: its loss against finite volumes that grow with it, extrapolated in time. */
+TEST(deepens)
+{
+    static const char text[] = IONS("yes") "[dissolve] potential = -75 mV  " STEEL LAW HALF;
+    static pit_march march;
+    pd_ctx ctx;
+    pd_setup setup;
+    pd_run_desc desc;
+    pd_run_result result;
+    double v, coarse = pit_deepen(&march, PIT_HELD, 2e-5, 3.0, 60, &v);
+    double wanted = 2.0 * pit_deepen(&march, PIT_HELD, 2e-5, 3.0, 120, &v) - coarse - 2e-5;
+    CHECK_LE(fabs(coarse - 2e-5 - wanted), 2e-3 * wanted);
+    pd_ctx_init(&ctx);
+    memset(&desc, 0, sizeof desc);
+    desc.dry = 1;
+    if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup))) return;
+    if (CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result))) {
+        CHECK_REL(result.volume_loss * 6e-6, wanted, 3e-3);
+        CHECK_LE(result.ledger, 1e-12);
+    }
+    pd_setup_free(&ctx, &setup);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST(refused)
+{
+    static const char *const bad[][2] = {
+        {IONS("no") "[dissolve] potential = -75 mV  " STEEL LAW HALF, "expected migration = yes"},
+        {IONS("yes") "[dissolve] " STEEL LAW HALF, "'E'"},
+        {IONS("yes") "[dissolve] potential = -75 mV * x/(1 m)  " STEEL LAW HALF, "of t alone"},
+        {IONS("yes") "[dissolve] potential = -75 mV  " STEEL LAW "reaction = Fe = Fe2+ + 2 e-\n", "found 2 e- for one of"},
+        {IONS("yes") "[dissolve] potential = -75 mV  " STEEL LAW "reaction = Fe = Fe2+ + 3 e-\n", "the charge is"},
+        {IONS("no") "[dissolve] rate = 1 um/h  reaction = Fe = Fe2+ + 2 e-\n", "nothing carries the current"},
+        {IONS("yes") "[dissolve] potential = -75 mV  " STEEL "current = 1 A/m2*C/Cs*E/volt\n" HALF, "found C beside pH"},
+        {IONS("yes") "E = 1 V\n[dissolve] potential = -75 mV  " STEEL LAW HALF, "the name 'E'"}};
+    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
+        pd_ctx ctx;
+        pd_setup setup;
+        pd_ctx_init(&ctx);
+        if (CHECK(pd_scene_parse(&ctx, "a.scene", bad[k][0], NULL, 0, &setup) < 0)) {
+            if (!CHECK(strstr(ctx.message, bad[k][1]) != NULL)) NOTE("%s", ctx.message);
+        } else {
+            pd_setup_free(&ctx, &setup);
+        }
+        CHECK_INT(ctx.in_use, 0);
+    }
+}
+
+TEST_MAIN(ENTRY(plane) PLANAR ENTRY(water) ENTRY(any_step) ENTRY(in_time) ENTRY(nowhere) ENTRY(deepens)
+          ENTRY(refused))

@@ -72,6 +72,9 @@ static void pdi_course_feed(pd_course *a)
         double rate = r->grid->kind[i] == PD_FLUID ? a->desc.fed[i] / a->left : 0.0;
         for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
     }
+    if (!a->desc.feed) return;
+    for (int64_t at = 0; at < r->components.solutes * total && !a->desc.fed; at++) r->source[at] = 0.0;
+    a->desc.feed(a->desc.feeder, r->source);
 }
 
 /* What a step of dt [s] has taken of it. */

@@ -16,6 +16,9 @@ typedef struct pd_course_desc {
     double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; NULL:
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
+    void (*feed)(void *user, double *source); /* adds to sources [solutes][total] [mol/m3/s], as they are from the start
+                                               * of the step of the run; NULL: nothing does */
+    void *feeder;     /* user of that */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
     pd_at_fn find;       /* lists its places */
     void *user;

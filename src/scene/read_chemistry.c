@@ -197,9 +197,47 @@ static pd_status pdi_read_chemistry_others(pdi_reader *s, int section, const cha
         *place = e->count;
         e->species[e->count++] = found;
     }
-    if (*metal >= 0) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no metal, expected the symbol of one that is "
-                           "no species of the electrolyte, such as Mg in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
+    return PD_OK;
+}
+
+/* A reaction at a surface among the species of `all`, which others come to. */
+static pd_status pdi_read_chemistry_reaction(pdi_reader *s, int section, pd_electrolyte *all, int *metal, int *gas,
+                                             int *electron, pd_reaction *reaction)
+{
+    pd_reaction_desc desc;
+    char message[PD_MESSAGE_SIZE];
+    memset(&desc, 0, sizeof desc);
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "reaction", NULL, &desc.text));
+    PDI_TRY(pdi_read_chemistry_others(s, section, desc.text, all, metal, gas, electron));
+    desc.name = "surface";
+    desc.k_unit = "log10"; /* unread: its speed is that of the law */
+    if (pd_reaction_read(s->ctx, &desc, all->species, all->count, reaction) >= 0) return PD_OK;
+    const char *what = strstr(s->ctx->message, ": ");
+    snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
+    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "%.500s", message);
+}
+
+PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double *shed)
+{
+    pd_electrolyte all = s->setup->electrolyte;
+    pd_reaction reaction;
+    int metal, gas, electron;
+    if (!s->setup->has_chemistry)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found without species, expected [species OH-] and "
+                               "others");
+    if (s->setup->sheds)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside reaction of [dissolve], which takes "
+                               "the same current, expected one of them");
+    if (s->setup->settle)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside time = steady in [chemistry], "
+                               "expected implicit");
+    PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
+    double electrons = electron >= 0 ? reaction.nu[electron] : 0.0;
+    if (!(fabs(electrons) > 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no e-, expected a half-reaction such as "
+                               "O2 + 2 H2O + 4 e- = 4 OH- or Mg = Mg2+ + 2 e-");
+    for (int k = 0; k < s->setup->electrolyte.count; k++) shed[k] = reaction.nu[k] / electrons;
+    return PD_OK;
 }
 
 /* Electrons that one of the metal leaves behind: what carries the current, and Faraday's law for it. */
@@ -224,21 +262,13 @@ static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section)
 {
     pd_electrolyte all;
     pd_setup *u = s->setup;
-    pd_reaction_desc desc;
     pd_reaction reaction;
-    char message[PD_MESSAGE_SIZE];
     int metal, gas, electron;
     all = u->electrolyte;
-    memset(&desc, 0, sizeof desc);
-    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "reaction", NULL, &desc.text));
-    PDI_TRY(pdi_read_chemistry_others(s, section, desc.text, &all, &metal, &gas, &electron));
-    desc.name = "surface";
-    desc.k_unit = "log10"; /* unread: its speed is that of the law */
-    if (pd_reaction_read(s->ctx, &desc, all.species, all.count, &reaction) < 0) {
-        const char *what = strstr(s->ctx->message, ": ");
-        snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "%.500s", message);
-    }
+    PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
+    if (metal < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no metal, expected the symbol of one that "
+                               "is no species of the electrolyte, such as Mg in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
     double one = -reaction.nu[metal];
     if (!(one > 0.0) || (gas >= 0 && reaction.nu[gas] < 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found '%s' on the wrong side, expected the metal "

@@ -291,6 +291,8 @@ typedef struct pd_setup_electrode {
     int holds, gives;         /* 1: its potential, or its current, is given: */
     pd_expr given;            /* of t; in V, or in A (per m in planar 2D, per m2 in 1D) */
     int wire;                 /* electrodes of one number are connected: the first of them */
+    int reacts;               /* 1: its current enters the species: */
+    double shed[PD_SPECIES_MOST]; /* [-] of each with one electron that leaves the fluid for the metal */
 } pd_setup_electrode;
 
 /* The electric potential of the fluid. */
@@ -301,6 +303,7 @@ typedef struct pd_setup_potential {
     double hold[2 * PD_DIM];  /* [V] */
     pd_setup_electrode electrode[PD_SETUP_ELECTRODES];
     int electrodes;
+    int reacts;               /* 1: one of them */
 } pd_setup_potential;
 
 typedef struct pd_setup {
