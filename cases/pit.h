@@ -1,8 +1,8 @@
 /* pit: 304 steel that dissolves at a held potential in a pit, by the constants of Chadwick et al. 2018, computed apart:
  * by a quadrature, and in time on a lattice of its own that grows. Included by validate and by test_pit.
  *
- * Metal M gives a share of M2+ and one of M3+, so that 2.2022 electrons stay behind. Na+ and Cl- of the bath do not pass
- * its surface: c_Na = b exp(-psi), c_Cl = b exp(psi), psi = F phi/(R T). Steady, with the flux N of the metal over the
+ * Metal M gives a share of M2+ and one of M3+, so that 2.2022 electrons stay behind. Na+ and Cl- of the bath do not
+ * pass its surface: c_Na = b exp(-psi), c_Cl = b exp(psi), psi = F phi/(R T). Steady, with the flux N of the metal over the
  * way L to the bath (a plane; R ln(Ro/R) beside a cylinder), and S = sum z^2 c:
  *   dc2/dpsi = -2 c2 + p2 S/n,  dc3/dpsi = -3 c3 + p3 S/n,  d(N L/D)/dpsi = S/n.
  * The law gives N for the potential at the metal, up to where a salt film keeps the metal at its saturation.
@@ -91,8 +91,8 @@ static inline pit_state pit_steady(double held, double length)
 }
 /* ---- in time ---- */
 
-/* The pit deepens: finite volumes on a lattice that grows with it, central fluxes, backward Euler. u of a node: M2+, M3+,
- * Na+ [mol/m3] and psi; Cl- makes it neutral. Node PIT_CELLS is the metal's surface. */
+/* The pit deepens: finite volumes on a lattice that grows with it, central fluxes, backward Euler. u of a node: M2+,
+ * M3+, Na+ [mol/m3] and psi; Cl- makes it neutral. Node PIT_CELLS is the metal's surface. */
 enum { PIT_CELLS = 200, PIT_NODES = PIT_CELLS + 1 };
 
 typedef struct pit_march {
@@ -113,8 +113,8 @@ static inline void pit_chain(double *row, int i, double by, double by_psi)
     row[3] += by_psi;
 }
 
-/* Adds what passes from a to b, `gap` [m] apart, over a face that moves at `speed`, times `sign`, to row i of node n, with
- * its slopes by a and by b. */
+/* Adds what passes from a to b, `gap` [m] apart, over a face that moves at `speed`, times `sign`, to row i of node n,
+ * with its slopes by a and by b. */
 static inline void pit_face(pit_march *m, int n, int i, const double *a, const double *b, double gap, double speed,
                             double sign, double *by_a, double *by_b)
 {
@@ -225,7 +225,8 @@ static inline double pit_deepen(pit_march *m, double held, double depth, double 
     for (int n = 0; n < PIT_NODES; n++) m->u[n][2] = PIT_BATH;
     *v = 0.1 * pit_law(held) / PIT_SOLID;
     for (int k = 1; k <= steps; k++) {
-        double dt = time * pow((double)k / steps, 3.0) - now, low = 0.0, high = HUGE_VAL, next = *v, of_low = 0.0, of_high = 0.0;
+        double dt = time * pow((double)k / steps, 3.0) - now, next = *v;
+        double low = 0.0, high = HUGE_VAL, of_low = 0.0, of_high = 0.0;
         memcpy(m->old, m->u, sizeof m->u);
         m->last = m->depth;
         for (int r = 0; r < 60; r++) {

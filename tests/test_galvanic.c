@@ -155,12 +155,13 @@ static double amount(const char *species)
 {
     const pd_electrolyte *e = &setup.electrolyte;
     double sum = 0.0;
+    const double *c = pd_reactive_field(&model.reactive, pdi_electrolyte_find(e, species));
     for (int32_t i = 0; i < model.grid.total; i++)
-        if (model.grid.kind[i] == PD_FLUID) sum += pd_reactive_field(&model.reactive, pdi_electrolyte_find(e, species))[i];
+        if (model.grid.kind[i] == PD_FLUID) sum += c[i];
     return sum * model.stencil.volume;
 }
 
-/* Currents bring and take species by Faraday's law, whatever they are in time; what both electrodes bring is neutral. */
+/* Currents bring and take species by Faraday's law; what both electrodes bring is neutral. */
 TEST(half_reactions)
 {
     static const char text[] = PLATES "[potential] conductivity = 0.5 S/m\n"
@@ -417,5 +418,6 @@ TEST(refused)
 #else
 #define PLANE
 #endif
-TEST_MAIN(ENTRY(mixed_potential) ENTRY(gap) ENTRY(in_time) ENTRY(species) ENTRY(half_reactions) ENTRY(faraday) ENTRY(growing_gap) ENTRY(bared)
+TEST_MAIN(ENTRY(mixed_potential) ENTRY(gap) ENTRY(in_time) ENTRY(species) ENTRY(half_reactions) ENTRY(faraday)
+          ENTRY(growing_gap) ENTRY(bared)
           PLANE ENTRY(state) ENTRY(refused))

@@ -1,6 +1,6 @@
-/* pit: metal that dissolves by the potential of the ions that migrate before it, against a quadrature: under a law, with
- * water in equilibrium, under a salt film, beside a plane and a cylinder, in one step of any length and in many; orders,
- * charge and elements, currents that have nowhere to go; a pit that deepens, as a scene.
+/* pit: metal that dissolves by the potential of the ions that migrate before it, against a quadrature: under a law,
+ * with water in equilibrium, under a salt film, beside a plane and a cylinder, in one step of any length and in many;
+ * orders, charge and elements, currents that have nowhere to go; a pit that deepens, as a scene.
  * dims: 1 2 3 */
 #include "react/advance.h"
 #include "react/etch.h"
@@ -148,8 +148,10 @@ static void closed(void)
     scene *s = &test_scene;
     pd_reactive_balance b;
     double given = 0.0, volume = test_reactive.bonds->stencil->volume;
-    for (int32_t p = 0; p < test_etch.count; p++)
-        given += volume * pdi_grid_circumference(&s->grid, test_etch.node[p]) * test_etch.weight[p] * test_etch.passed[p];
+    for (int32_t p = 0; p < test_etch.count; p++) {
+        double around = pdi_grid_circumference(&s->grid, test_etch.node[p]);
+        given += volume * around * test_etch.weight[p] * test_etch.passed[p];
+    }
     for (int row = 0; row < test_reactive.rows; row++) {
         pd_reactive_balance_of(&s->ctx, &test_reactive, row, &b);
         if (!CHECK_LE(b.relative, 1e-12)) NOTE("%s", b.name);
@@ -225,8 +227,8 @@ TEST(water)
     finish();
 }
 
-/* One step of any length from the bath, with a law and up to a salt film: balances close, and longer steps come nearer to
- * the steady state, which they reach. */
+/* One step of any length from the bath, with a law and up to a salt film: balances close, and the longest reach the
+ * steady state. */
 TEST(any_step)
 {
     for (int k = 0; k < 2; k++) {
@@ -327,10 +329,12 @@ TEST(refused)
         {IONS("no") "[dissolve] potential = -75 mV  " STEEL LAW HALF, "expected migration = yes"},
         {IONS("yes") "[dissolve] " STEEL LAW HALF, "'E'"},
         {IONS("yes") "[dissolve] potential = -75 mV * x/(1 m)  " STEEL LAW HALF, "of t alone"},
-        {IONS("yes") "[dissolve] potential = -75 mV  " STEEL LAW "reaction = Fe = Fe2+ + 2 e-\n", "found 2 e- for one of"},
+        {IONS("yes") "[dissolve] potential = -75 mV  " STEEL LAW "reaction = Fe = Fe2+ + 2 e-\n",
+         "found 2 e- for one of"},
         {IONS("yes") "[dissolve] potential = -75 mV  " STEEL LAW "reaction = Fe = Fe2+ + 3 e-\n", "the charge is"},
         {IONS("no") "[dissolve] rate = 1 um/h  reaction = Fe = Fe2+ + 2 e-\n", "nothing carries the current"},
-        {IONS("yes") "[dissolve] potential = -75 mV  " STEEL "current = 1 A/m2*C/Cs*E/volt\n" HALF, "found C beside pH"},
+        {IONS("yes") "[dissolve] potential = -75 mV  " STEEL "current = 1 A/m2*C/Cs*E/volt\n" HALF,
+         "found C beside pH"},
         {IONS("yes") "E = 1 V\n[dissolve] potential = -75 mV  " STEEL LAW HALF, "the name 'E'"}};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
         pd_ctx ctx;

@@ -91,7 +91,8 @@ static pd_status pit_deepen_run(val_job *job)
                                             : "[grid] h = %.17g um  m = %g  box = 0 um .. 26 um, 0 um .. 3 um\n",
              h, job->level.m);
     snprintf(text, sizeof text, "%s" PIT_SCENE "[run] until = 3 s  rtol = 0.002\n", grid, 20.0, 26.0,
-             PD_DIM == 1 ? "" : ", 0 um .. 3 um", PD_DIM == 1 ? "" : "[side y-] flow = mirror\n[side y+] flow = mirror\n");
+             PD_DIM == 1 ? "" : ", 0 um .. 3 um",
+             PD_DIM == 1 ? "" : "[side y-] flow = mirror\n[side y+] flow = mirror\n");
     desc.dry = 1;
     PDI_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
@@ -109,13 +110,15 @@ static pd_status pit_deepen_run(val_job *job)
 static const val_part pit_law_part = {
     "law", "a pit 0.1 mm deep, under the law", "cells", VAL_BY_N, NULL, 2.0,
     {{"err_current", "current"}, {"imbalance", "elements and charge"}, {"err_sign", "potential"}}, 3,
-    {{0, 2e-4, 0.0, 2, VAL_GOAL}, {0, 0.0, 1.7, 0, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL}, {2, 0.0, 0.0, 0, VAL_GUARD}}, 4,
+    {{0, 2e-4, 0.0, 2, VAL_GOAL}, {0, 0.0, 1.7, 0, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL},
+     {2, 0.0, 0.0, 0, VAL_GUARD}}, 4,
     {{20, 1.0, 1e-4}, {40, 1.0, 1e-4}, {80, 1.0, 1e-4}}, 3, 3, pit_steady_run, NULL};
 
 static const val_part pit_salt_part = {
     "salt", "a pit 1 mm deep, under a salt film", "cells", VAL_BY_N, NULL, 2.0,
     {{"err_current", "current"}, {"imbalance", "elements and charge"}, {"err_sign", "potential"}}, 3,
-    {{0, 5e-4, 0.0, 2, VAL_GOAL}, {0, 0.0, 1.7, 0, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL}, {2, 0.0, 0.0, 0, VAL_GUARD}}, 4,
+    {{0, 5e-4, 0.0, 2, VAL_GOAL}, {0, 0.0, 1.7, 0, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL},
+     {2, 0.0, 0.0, 0, VAL_GUARD}}, 4,
     {{20, 1.0, 1e-3}, {40, 1.0, 1e-3}, {80, 1.0, 1e-3}}, 3, 3, pit_steady_run, NULL};
 
 static const val_part pit_deepen_part = {
@@ -131,10 +134,10 @@ static const val_case pit_case = {
     "Steel at -75 mV in brine of 1 mol/L dissolves by its potential against the ions at its surface, which carry the "
     "current out, up to a salt film at 5.1 mol/L: the steady current of pits of two depths, in one step of a million "
     "times of diffusion, and the depth of a pit that deepens from 20 um for 3 s.",
-    "A law that is asked once a step, a potential without that of diffusion, the fall of the potential in the last half "
-    "cell, charge that is lost, a salt film that is a clamp.",
-    "constants of Chadwick et al. 2018; steady Nernst-Planck in the potential by quadrature, and in time in finite volumes "
-    "that grow with the pit, both derived apart (theory: eq. 5c.8)",
+    "A law that is asked once a step, a potential without that of diffusion, the fall of the potential in the last "
+    "half cell, charge that is lost, a salt film that is a clamp.",
+    "constants of Chadwick et al. 2018; steady Nernst-Planck in the potential by quadrature, and in time in finite "
+    "volumes that grow with the pit, both derived apart (theory: eq. 5c.9)",
     pit_parts, 3};
 #endif
 #endif

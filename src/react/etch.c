@@ -93,8 +93,8 @@ static double pdi_etch_law(const pdi_etch_work *w, const double *c, double psi)
 
 /* ---- the film of a node with migration ---- */
 
-/* Charge of the surface over the sum of |z| c, where metal dissolves at v and the surface has `lift`: it falls with that.
- * NaN: no equilibrium was found. */
+/* Charge of the surface over the sum of |z| c, where metal dissolves at v and the surface has `lift`: it falls with
+ * that. NaN: no equilibrium was found. */
 static double pdi_etch_charge(pd_components *film, pdi_etch_work *w, double v, double lift)
 {
     const pd_etch *s = w->s;
@@ -357,7 +357,8 @@ static void pdi_etch_gradient(const pdi_etch_work *w, double *by, double *lift)
         jumps[n] = 0;
         if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
         by[n] = (pdi_etch_moved(w, c, n, stride[n]) - pdi_etch_moved(w, c, n, -stride[n])) / (2.0 * stride[n]);
-        wide = (pdi_etch_moved(w, c, n, 2.0 * stride[n]) - pdi_etch_moved(w, c, n, -2.0 * stride[n])) / (4.0 * stride[n]);
+        wide = pdi_etch_moved(w, c, n, 2.0 * stride[n]) - pdi_etch_moved(w, c, n, -2.0 * stride[n]);
+        wide /= 4.0 * stride[n];
         if (!(fabs(by[n]) < HUGE_VAL) || !(fabs(wide) < HUGE_VAL)) by[n] = wide = 0.0;
         jumps[n] = fabs(by[n] - wide) > PDI_ETCH_JUMP * fabs(by[n]);
         if (jumps[n] && (first < 0 || stride[n] > stride[first])) first = n;
@@ -396,8 +397,8 @@ static void pdi_etch_linear(int rows, int columns, pdi_etch_table a)
     }
 }
 
-/* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift (one
- * more), and, on the right, the speed (one more) and the totals of the node (those of components). */
+/* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
+ * (one more), and, on the right, the speed (one more) and the totals of the node (those of components). */
 static void pdi_etch_balances(const pd_components *film, const pdi_etch_work *w, const float *own, pdi_etch_table a)
 {
     const pd_etch *s = w->s;

@@ -8,8 +8,8 @@
 #define PD_ETCH_H
 #include "react/reactive.h"
 
-/* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), the potential phi
- * [V] of pd_reactive_potential (NaN without migration), time t [s]. */
+/* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), the potential
+ * phi [V] of pd_reactive_potential (NaN without migration), time t [s]. */
 typedef double (*pd_etch_fn)(void *user, int32_t node, const double *c, double ph, double phi, double t);
 
 typedef struct pd_etch_desc {

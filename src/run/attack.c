@@ -83,8 +83,8 @@ static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int32_t node
     char place[PDI_GRID_PLACE];
     double v = a->etch.speed[node];
     if (v < 1e100) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH, species or E gives %g m/s at t = %g s (node %d at "
-                    "%s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH, species or E gives %g m/s at t = %g s (node %d "
+                    "at %s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
                     pdi_grid_place(a->dissolve->grid, node, place), pd_reactive_ph(a->etch.reactive, node));
 }
 

@@ -556,8 +556,8 @@ static const pd_key pdi_keys_of_electrode[] = {
     {"current", "A", "0: it corrodes freely",
      "given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D"},
     {"reaction", "text", "none",
-     "half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 e- = 4 OH-`, balanced "
-     "in elements and charge; anodic with `e-` on the right"},
+     "half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 e- = 4 OH-`, "
+     "balanced in elements and charge; anodic with `e-` on the right"},
     {"connected", "-", "none",
      "names of electrodes that it is wired to. Metals that touch are connected, too"}};
 

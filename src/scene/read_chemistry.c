@@ -223,8 +223,8 @@ PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double
     pd_reaction reaction;
     int metal, gas, electron;
     if (!s->setup->has_chemistry)
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found without species, expected [species OH-] and "
-                               "others");
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found without species, expected [species OH-] "
+                               "and others");
     if (s->setup->sheds)
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside reaction of [dissolve], which takes "
                                "the same current, expected one of them");
@@ -254,8 +254,8 @@ static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double
                                "the electrons, as in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
     if (!pdi_text_has(s->ctx, s->text, section, "current") ||
         fabs(electrons - charge) <= PDI_READ_CHEMISTRY_SAME * charge) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %.6g e- for one of the metal, but Faraday's law "
-                           "has charge = %.6g, expected the same", electrons, charge);
+    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %.6g e- for one of the metal, but Faraday's "
+                           "law has charge = %.6g, expected the same", electrons, charge);
 }
 
 static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section)

@@ -498,8 +498,8 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 #define PDI_SETUP_SURFACE (PD_DIM + 4)
 #define PDI_SETUP_LAW (PD_DIM + 5)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
-/* Behind them pH, and the species that a law names. 1: it depends on one of these, or on E among ions that migrate; on i
- * or E of electrodes. */
+/* Behind them pH, and the species that a law names. 1: it depends on one of these, or on E among ions that migrate; on
+ * i or E of electrodes. */
 #define PDI_SETUP_PH PDI_SETUP_LAW
 static inline int pdi_setup_chemical(const pd_setup_metal *metal)
 {
