@@ -4814,8 +4814,8 @@ static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
 
-/* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), the potential phi
- * [V] of pd_reactive_potential (NaN without migration), time t [s]. */
+/* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), the potential
+ * phi [V] of pd_reactive_potential (NaN without migration), time t [s]. */
 typedef double (*pd_etch_fn)(void *user, int32_t node, const double *c, double ph, double phi, double t);
 
 typedef struct pd_etch_desc {
@@ -4951,6 +4951,9 @@ typedef struct pd_course_desc {
     double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; NULL:
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
+    void (*feed)(void *user, double *source); /* adds to sources [solutes][total] [mol/m3/s], as they are from the start
+                                               * of the step of the run; NULL: nothing does */
+    void *feeder;     /* user of that */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
     pd_at_fn find;       /* lists its places */
     void *user;
@@ -10153,6 +10156,8 @@ typedef struct pd_setup_electrode {
     int holds, gives;         /* 1: its potential, or its current, is given: */
     pd_expr given;            /* of t; in V, or in A (per m in planar 2D, per m2 in 1D) */
     int wire;                 /* electrodes of one number are connected: the first of them */
+    int reacts;               /* 1: its current enters the species: */
+    double shed[PD_SPECIES_MOST]; /* [-] of each with one electron that leaves the fluid for the metal */
 } pd_setup_electrode;
 
 /* The electric potential of the fluid. */
@@ -10163,6 +10168,7 @@ typedef struct pd_setup_potential {
     double hold[2 * PD_DIM];  /* [V] */
     pd_setup_electrode electrode[PD_SETUP_ELECTRODES];
     int electrodes;
+    int reacts;               /* 1: one of them */
 } pd_setup_potential;
 
 typedef struct pd_setup {
@@ -10357,8 +10363,8 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 #define PDI_SETUP_SURFACE (PD_DIM + 4)
 #define PDI_SETUP_LAW (PD_DIM + 5)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
-/* Behind them pH, and the species that a law names. 1: it depends on one of these, or on E among ions that migrate; on i
- * or E of electrodes. */
+/* Behind them pH, and the species that a law names. 1: it depends on one of these, or on E among ions that migrate; on
+ * i or E of electrodes. */
 #define PDI_SETUP_PH PDI_SETUP_LAW
 static inline int pdi_setup_chemical(const pd_setup_metal *metal)
 {
@@ -10640,6 +10646,9 @@ PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s);
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *reader);
 /* What needs the rest of the setup: the reaction at the surface of metal, and what runs carry no species with. */
 PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *reader);
+/* The half-reaction of an electrode: shed [species] [-] of each with one electron that leaves the fluid for the
+ * metal. */
+PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *reader, int section, double *shed);
 #endif
 
 #endif
@@ -10932,6 +10941,8 @@ typedef struct pd_electrode_map {
     const pd_grid *grid;
     const uint8_t *metal;        /* [total] index of the metal of solid nodes; NULL: 0 */
     const pd_reactive *reactive; /* whose conductivity it is; NULL: it is given */
+    const pd_reactive *species;  /* that reactions of electrodes bring; NULL: none are there */
+    const pd_cell *cell;
     int circuits;
     int member[PD_SETUP_ELECTRODES];       /* circuit of each electrode */
     int given[PD_SETUP_ELECTRODES];        /* of each circuit: the electrode that has a given value; -1: none */
@@ -10945,6 +10956,8 @@ typedef struct pd_electrode_map {
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
                                       const pd_dissolve *dissolve, pd_electrode_map *electrodes, pd_cell *cell);
+/* A `feed` of a course, of a pd_electrode_map with species and cell: by Faraday's law, of the potential found last. */
+PDI_FN void pdi_electrodes_feed(void *user, double *source);
 #endif
 
 #endif
@@ -33532,8 +33545,8 @@ static double pdi_etch_law(const pdi_etch_work *w, const double *c, double psi)
 
 /* ---- the film of a node with migration ---- */
 
-/* Charge of the surface over the sum of |z| c, where metal dissolves at v and the surface has `lift`: it falls with that.
- * NaN: no equilibrium was found. */
+/* Charge of the surface over the sum of |z| c, where metal dissolves at v and the surface has `lift`: it falls with
+ * that. NaN: no equilibrium was found. */
 static double pdi_etch_charge(pd_components *film, pdi_etch_work *w, double v, double lift)
 {
     const pd_etch *s = w->s;
@@ -33796,7 +33809,8 @@ static void pdi_etch_gradient(const pdi_etch_work *w, double *by, double *lift)
         jumps[n] = 0;
         if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
         by[n] = (pdi_etch_moved(w, c, n, stride[n]) - pdi_etch_moved(w, c, n, -stride[n])) / (2.0 * stride[n]);
-        wide = (pdi_etch_moved(w, c, n, 2.0 * stride[n]) - pdi_etch_moved(w, c, n, -2.0 * stride[n])) / (4.0 * stride[n]);
+        wide = pdi_etch_moved(w, c, n, 2.0 * stride[n]) - pdi_etch_moved(w, c, n, -2.0 * stride[n]);
+        wide /= 4.0 * stride[n];
         if (!(fabs(by[n]) < HUGE_VAL) || !(fabs(wide) < HUGE_VAL)) by[n] = wide = 0.0;
         jumps[n] = fabs(by[n] - wide) > PDI_ETCH_JUMP * fabs(by[n]);
         if (jumps[n] && (first < 0 || stride[n] > stride[first])) first = n;
@@ -33835,8 +33849,8 @@ static void pdi_etch_linear(int rows, int columns, pdi_etch_table a)
     }
 }
 
-/* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift (one
- * more), and, on the right, the speed (one more) and the totals of the node (those of components). */
+/* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
+ * (one more), and, on the right, the speed (one more) and the totals of the node (those of components). */
 static void pdi_etch_balances(const pd_components *film, const pdi_etch_work *w, const float *own, pdi_etch_table a)
 {
     const pd_etch *s = w->s;
@@ -35091,6 +35105,9 @@ static void pdi_course_feed(pd_course *a)
         double rate = r->grid->kind[i] == PD_FLUID ? a->desc.fed[i] / a->left : 0.0;
         for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
     }
+    if (!a->desc.feed) return;
+    for (int64_t at = 0; at < r->components.solutes * total && !a->desc.fed; at++) r->source[at] = 0.0;
+    a->desc.feed(a->desc.feeder, r->source);
 }
 
 /* What a step of dt [s] has taken of it. */
@@ -60165,6 +60182,9 @@ static const pd_key pdi_keys_of_electrode[] = {
      "given potential of the metal, expression in t"},
     {"current", "A", "0: it corrodes freely",
      "given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D"},
+    {"reaction", "text", "none",
+     "half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 e- = 4 OH-`, "
+     "balanced in elements and charge; anodic with `e-` on the right"},
     {"connected", "-", "none",
      "names of electrodes that it is wired to. Metals that touch are connected, too"}};
 
@@ -64547,9 +64567,47 @@ static pd_status pdi_read_chemistry_others(pdi_reader *s, int section, const cha
         *place = e->count;
         e->species[e->count++] = found;
     }
-    if (*metal >= 0) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no metal, expected the symbol of one that is "
-                           "no species of the electrolyte, such as Mg in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
+    return PD_OK;
+}
+
+/* A reaction at a surface among the species of `all`, which others come to. */
+static pd_status pdi_read_chemistry_reaction(pdi_reader *s, int section, pd_electrolyte *all, int *metal, int *gas,
+                                             int *electron, pd_reaction *reaction)
+{
+    pd_reaction_desc desc;
+    char message[PD_MESSAGE_SIZE];
+    memset(&desc, 0, sizeof desc);
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "reaction", NULL, &desc.text));
+    PDI_TRY(pdi_read_chemistry_others(s, section, desc.text, all, metal, gas, electron));
+    desc.name = "surface";
+    desc.k_unit = "log10"; /* unread: its speed is that of the law */
+    if (pd_reaction_read(s->ctx, &desc, all->species, all->count, reaction) >= 0) return PD_OK;
+    const char *what = strstr(s->ctx->message, ": ");
+    snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
+    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "%.500s", message);
+}
+
+PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double *shed)
+{
+    pd_electrolyte all = s->setup->electrolyte;
+    pd_reaction reaction;
+    int metal, gas, electron;
+    if (!s->setup->has_chemistry)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found without species, expected [species OH-] "
+                               "and others");
+    if (s->setup->sheds)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside reaction of [dissolve], which takes "
+                               "the same current, expected one of them");
+    if (s->setup->settle)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside time = steady in [chemistry], "
+                               "expected implicit");
+    PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
+    double electrons = electron >= 0 ? reaction.nu[electron] : 0.0;
+    if (!(fabs(electrons) > 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no e-, expected a half-reaction such as "
+                               "O2 + 2 H2O + 4 e- = 4 OH- or Mg = Mg2+ + 2 e-");
+    for (int k = 0; k < s->setup->electrolyte.count; k++) shed[k] = reaction.nu[k] / electrons;
+    return PD_OK;
 }
 
 /* Electrons that one of the metal leaves behind: what carries the current, and Faraday's law for it. */
@@ -64566,29 +64624,21 @@ static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double
                                "the electrons, as in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
     if (!pdi_text_has(s->ctx, s->text, section, "current") ||
         fabs(electrons - charge) <= PDI_READ_CHEMISTRY_SAME * charge) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %.6g e- for one of the metal, but Faraday's law "
-                           "has charge = %.6g, expected the same", electrons, charge);
+    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %.6g e- for one of the metal, but Faraday's "
+                           "law has charge = %.6g, expected the same", electrons, charge);
 }
 
 static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section)
 {
     pd_electrolyte all;
     pd_setup *u = s->setup;
-    pd_reaction_desc desc;
     pd_reaction reaction;
-    char message[PD_MESSAGE_SIZE];
     int metal, gas, electron;
     all = u->electrolyte;
-    memset(&desc, 0, sizeof desc);
-    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "reaction", NULL, &desc.text));
-    PDI_TRY(pdi_read_chemistry_others(s, section, desc.text, &all, &metal, &gas, &electron));
-    desc.name = "surface";
-    desc.k_unit = "log10"; /* unread: its speed is that of the law */
-    if (pd_reaction_read(s->ctx, &desc, all.species, all.count, &reaction) < 0) {
-        const char *what = strstr(s->ctx->message, ": ");
-        snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "%.500s", message);
-    }
+    PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
+    if (metal < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no metal, expected the symbol of one that "
+                               "is no species of the electrolyte, such as Mg in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
     double one = -reaction.nu[metal];
     if (!(one > 0.0) || (gas >= 0 && reaction.nu[gas] < 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found '%s' on the wrong side, expected the metal "
@@ -64849,6 +64899,9 @@ static pd_status pdi_read_potential_section(pdi_reader *s, int section)
     PDI_TRY(pdi_read_potential_place(s, section, e));
     PDI_TRY(pdi_read_potential_kinetics(s, section, e));
     PDI_TRY(pdi_read_potential_control(s, section, e));
+    e->reacts = pdi_text_has(s->ctx, s->text, section, "reaction");
+    if (e->reacts) PDI_TRY(pdi_read_chemistry_electrode(s, section, e->shed));
+    p->reacts = p->reacts || e->reacts;
     return pdi_read_potential_table(s, section, e->wire);
 }
 
@@ -67558,6 +67611,22 @@ static void pdi_electrodes_conduct(void *user, double *field)
     }
 }
 
+PDI_FN void pdi_electrodes_feed(void *user, double *source)
+{
+    const pd_electrode_map *m = (const pd_electrode_map *)user;
+    const pd_potential *p = &m->cell->potential;
+    int64_t total = m->grid->total;
+    for (int32_t k = 0; k < p->contacts.count; k++) {
+        const pd_contact *contact = &p->contacts.list[k];
+        const pd_setup_electrode *e = &m->setup->potential.electrode[contact->electrode];
+        double electrons = contact->area * p->current[k] / PDI_ELECTRODES_FARADAY;
+        for (int n = 0; n < m->setup->electrolyte.count && e->reacts; n++) {
+            int place = m->species->components.place[n];
+            if (place >= 0) source[place * total + contact->node] += e->shed[n] * electrons;
+        }
+    }
+}
+
 /* Electrodes that are connected get one number: that of the first one. */
 static void pdi_electrodes_join(int *wire, int count, int a, int b)
 {
@@ -68376,8 +68445,8 @@ static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int32_t node
     char place[PDI_GRID_PLACE];
     double v = a->etch.speed[node];
     if (v < 1e100) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH, species or E gives %g m/s at t = %g s (node %d at "
-                    "%s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH, species or E gives %g m/s at t = %g s (node %d "
+                    "at %s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
                     pdi_grid_place(a->dissolve->grid, node, place), pd_reactive_ph(a->etch.reactive, node));
 }
 
@@ -68750,6 +68819,10 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
         desc.find = pdi_attack_find;
         desc.user = &m->attack;
     }
+    if (u->potential.reacts) {
+        desc.feed = pdi_electrodes_feed;
+        desc.feeder = &m->electrodes;
+    }
     desc.cover = m->bare ? u->cover : 0.0;
     desc.bare = m->bare;
     desc.layers = PD_DIM * m->across.reach;
@@ -68905,6 +68978,8 @@ static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
     m->unknowns[PD_PART_POTENTIAL] = m->grid.fluid_count;
     pd_status status = pdi_electrodes_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
                                             u->has_dissolve ? &m->dissolve : NULL, &m->electrodes, &m->cell);
+    m->electrodes.cell = &m->cell;
+    m->electrodes.species = &m->reactive;
     m->line = m->electrodes.line;
     return status;
 }

@@ -2,8 +2,8 @@
  * by a quadrature, and in time on a lattice of its own that grows. Included by validate and by test_pit.
  *
  * Metal M gives a share of M2+ and one of M3+, so that 2.2022 electrons stay behind. Na+ and Cl- of the bath do not
- * pass its surface: c_Na = b exp(-psi), c_Cl = b exp(psi), psi = F phi/(R T). Steady, with the flux N of the metal over the
- * way L to the bath (a plane; R ln(Ro/R) beside a cylinder), and S = sum z^2 c:
+ * pass its surface: c_Na = b exp(-psi), c_Cl = b exp(psi), psi = F phi/(R T). Steady, with the flux N of the
+ * metal over the way L to the bath (a plane; R ln(Ro/R) beside a cylinder), and S = sum z^2 c:
  *   dc2/dpsi = -2 c2 + p2 S/n,  dc3/dpsi = -3 c3 + p3 S/n,  d(N L/D)/dpsi = S/n.
  * The law gives N for the potential at the metal, up to where a salt film keeps the metal at its saturation.
  */

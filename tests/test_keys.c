@@ -142,6 +142,8 @@ static const char *const texts[] = {
     "[dissolve] rate = 1 um/h  potential = 0 V\n[run] until = 1 s\n",
     BOX METAL "[potential] conductivity = 1 S/m\n[electrode a] shape = metal  current = 0  curve = expression\n"
     "i = 1 A/m2 * E/(1 V)  range = -1 V .. 1 V\n",
+    BOX METAL "[potential] conductivity = 1 S/m\n[electrode a] shape = metal  curve = linear  resistance = 1 ohm m2\n"
+    "reaction = 2 H+ + 2 e- = H2(g)\n[species H+] D = 1e-9 m2/s\n[species Cl-] D = 1e-9 m2/s\n[run] until = 1 s\n",
     BOX METAL "[side y+] flow = open  species = inlet\n[species Fe2+] D = 1e-9 m2/s\n[species H+] D = 1e-9 m2/s\n"
     "[corrode] rate = 1 um/h  Csat = 5 mol/L  D = 1e-9 m2/s  reaction = Fe + 2 H+ = Fe2+ + H2(g)\n[run] until = 1 s\n",
     BOX METAL "[side x-] ux = 0  uy = 0\n[side x+] pressure = 1 MPa\n"

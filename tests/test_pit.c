@@ -275,15 +275,15 @@ TEST(nowhere)
 /* ---- scenes ---- */
 
 #if PD_DIM == 1
-#define BOX "[grid] h = 1 um  box = 0 um .. 26 um  threads = 1\n[shape steel] box = 20 um .. 26 um"
+#define BOX "[grid] h = 0.5 um  box = 0 um .. 26 um  threads = 1\n[shape steel] box = 20 um .. 26 um"
 #define SIDES
 #elif PD_DIM == 2
 #define BOX \
-    "[grid] h = 1 um  box = 0 um .. 26 um, 0 um .. 3 um  threads = 1\n[shape steel] box = 20 um .. 26 um, 0 um .. 3 um"
+    "[grid] h = 0.5 um  box = 0 um .. 26 um, 0 um .. 3 um  threads = 1\n[shape steel] box = 20 um .. 26 um, 0 um .. 3 um"
 #define SIDES "[side y-] flow = mirror\n[side y+] flow = mirror\n"
 #else
 #define BOX \
-    "[grid] h = 1 um  box = 0 um .. 26 um, 0 um .. 3 um, 0 um .. 3 um  threads = 1\n" \
+    "[grid] h = 0.5 um  box = 0 um .. 26 um, 0 um .. 3 um, 0 um .. 3 um  threads = 1\n" \
     "[shape steel] box = 20 um .. 26 um, 0 um .. 3 um, 0 um .. 3 um"
 #define SIDES \
     "[side y-] flow = mirror\n[side y+] flow = mirror\n[side z-] flow = mirror\n[side z+] flow = mirror\n"
@@ -293,13 +293,13 @@ TEST(nowhere)
     "[chemistry] activity = ideal  migration = " migration "\n[species Fe2+] D = 6.8957e-10 m2/s\n" \
     "[species Fe3+] D = 6.8957e-10 m2/s\n[species Na+] D = 1.332e-9 m2/s  initial = 1 mol/L\n" \
     "[species Cl-] D = 2.032e-9 m2/s  initial = 1 mol/L\n[transport] D = 6.8957e-10 m2/s\n" \
-    "[run] until = 3 s  rtol = 0.005\n[constants] volt = 25.692579 mV\n"
+    "[run] until = 3 s  rtol = 0.002\n[constants] volt = 25.692579 mV\n"
 #define LAW \
     "current = if([Fe2+] + [Fe3+] < 5.1 mol/L, 9.9 A/m2*exp(2.2022*0.65*(E + 240 mV)/volt), 0 A/m2)\n"
 #define STEEL "Cs = 144423.1 mol/m3  charge = 2.2022\n"
 #define HALF "reaction = Fe = 0.7978 Fe2+ + 0.2022 Fe3+ + 2.2022 e-\n"
 
-/* A pit that deepens by 3 cells: its loss against finite volumes that grow with it, extrapolated in time. */
+/* A pit that deepens by 4 cells: its loss against finite volumes that grow with it, extrapolated in time. */
 TEST(deepens)
 {
     static const char text[] = IONS("yes") "[dissolve] potential = -75 mV  " STEEL LAW HALF;
@@ -316,7 +316,7 @@ TEST(deepens)
     desc.dry = 1;
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup))) return;
     if (CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result))) {
-        CHECK_REL(result.volume_loss * 6e-6, wanted, 3e-3);
+        CHECK_REL(result.volume_loss * 6e-6, wanted, 2e-3);
         CHECK_LE(result.ledger, 1e-12);
     }
     pd_setup_free(&ctx, &setup);

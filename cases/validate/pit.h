@@ -124,7 +124,7 @@ static const val_part pit_salt_part = {
 static const val_part pit_deepen_part = {
     "deepening", "a pit 20 um deep for 3 s", "cells", VAL_BY_N, NULL, 1.0,
     {{"err_depth", "loss of metal"}, {"ledger", "amounts"}}, 2,
-    {{0, 2e-3, 0.0, 0, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL}}, 2,
+    {{0, 2e-3, 0.0, 1, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL}}, 2,
     {{20, 1.0, 0.0}, {40, 1.0, 0.0}}, 2, 1, pit_deepen_run, NULL};
 
 static const val_part *const pit_parts[] = {&pit_law_part, &pit_salt_part, &pit_deepen_part};
