@@ -64993,7 +64993,8 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
                                "rest");
     if (u->migrates)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry], "
-                               "expected one of them: currents of electrodes do not move ions yet");
+                               "expected one of them: among ions that migrate one metal dissolves, at potential = E of "
+                               "[dissolve]; electrodes do not move them yet");
     if (first < 0)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found no electrode, expected an [electrode "
                                "NAME] with a shape and a curve");
