@@ -279,7 +279,8 @@ TEST(nowhere)
 #define SIDES
 #elif PD_DIM == 2
 #define BOX \
-    "[grid] h = 0.5 um  box = 0 um .. 26 um, 0 um .. 3 um  threads = 1\n[shape steel] box = 20 um .. 26 um, 0 um .. 3 um"
+    "[grid] h = 0.5 um  box = 0 um .. 26 um, 0 um .. 3 um  threads = 1\n" \
+    "[shape steel] box = 20 um .. 26 um, 0 um .. 3 um"
 #define SIDES "[side y-] flow = mirror\n[side y+] flow = mirror\n"
 #else
 #define BOX \
