@@ -1,7 +1,7 @@
 /* pit: metal that dissolves by the potential of the ions that migrate before it, against a quadrature: under a law,
  * with water in equilibrium, under a salt film, beside a plane and a cylinder, in one step of any length and in many;
  * orders, charge and elements, currents that have nowhere to go; a pit that deepens, as a scene.
- * dims: 1 2 3 */
+ * dims: 1 2 */
 #include "react/advance.h"
 #include "react/etch.h"
 #include "run/run.h"
@@ -277,17 +277,11 @@ TEST(nowhere)
 #if PD_DIM == 1
 #define BOX "[grid] h = 0.5 um  box = 0 um .. 26 um  threads = 1\n[shape steel] box = 20 um .. 26 um"
 #define SIDES
-#elif PD_DIM == 2
+#else
 #define BOX \
     "[grid] h = 0.5 um  box = 0 um .. 26 um, 0 um .. 3 um  threads = 1\n" \
     "[shape steel] box = 20 um .. 26 um, 0 um .. 3 um"
 #define SIDES "[side y-] flow = mirror\n[side y+] flow = mirror\n"
-#else
-#define BOX \
-    "[grid] h = 0.5 um  box = 0 um .. 26 um, 0 um .. 3 um, 0 um .. 3 um  threads = 1\n" \
-    "[shape steel] box = 20 um .. 26 um, 0 um .. 3 um, 0 um .. 3 um"
-#define SIDES \
-    "[side y-] flow = mirror\n[side y+] flow = mirror\n[side z-] flow = mirror\n[side z+] flow = mirror\n"
 #endif
 #define IONS(migration) \
     BOX "  kind = solid  material = steel304\n[side x-] species = inlet\n" SIDES \

@@ -110,21 +110,21 @@ static pd_status pit_deepen_run(val_job *job)
 static const val_part pit_law_part = {
     "law", "a pit 0.1 mm deep, under the law", "cells", VAL_BY_N, NULL, 2.0,
     {{"err_current", "current"}, {"imbalance", "elements and charge"}, {"err_sign", "potential"}}, 3,
-    {{0, 2e-4, 0.0, 2, VAL_GOAL}, {0, 0.0, 1.7, 0, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL},
+    {{0, 2e-4, 0.0, 80, VAL_GOAL}, {0, 0.0, 1.7, 0, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL},
      {2, 0.0, 0.0, 0, VAL_GUARD}}, 4,
     {{20, 1.0, 1e-4}, {40, 1.0, 1e-4}, {80, 1.0, 1e-4}}, 3, 3, pit_steady_run, NULL};
 
 static const val_part pit_salt_part = {
     "salt", "a pit 1 mm deep, under a salt film", "cells", VAL_BY_N, NULL, 2.0,
     {{"err_current", "current"}, {"imbalance", "elements and charge"}, {"err_sign", "potential"}}, 3,
-    {{0, 5e-4, 0.0, 2, VAL_GOAL}, {0, 0.0, 1.7, 0, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL},
+    {{0, 5e-4, 0.0, 80, VAL_GOAL}, {0, 0.0, 1.7, 0, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL},
      {2, 0.0, 0.0, 0, VAL_GUARD}}, 4,
     {{20, 1.0, 1e-3}, {40, 1.0, 1e-3}, {80, 1.0, 1e-3}}, 3, 3, pit_steady_run, NULL};
 
 static const val_part pit_deepen_part = {
     "deepening", "a pit 20 um deep for 3 s", "cells", VAL_BY_N, NULL, 1.0,
     {{"err_depth", "loss of metal"}, {"ledger", "amounts"}}, 2,
-    {{0, 2e-3, 0.0, 1, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL}}, 2,
+    {{0, 2e-3, 0.0, 40, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL}}, 2,
     {{20, 1.0, 0.0}, {40, 1.0, 0.0}}, 2, 1, pit_deepen_run, NULL};
 
 static const val_part *const pit_parts[] = {&pit_law_part, &pit_salt_part, &pit_deepen_part};
