@@ -4641,8 +4641,15 @@ PDI_FN void pdi_migration_leave(const pd_ctx *ctx, pd_migration *migration, cons
 PDI_FN void pdi_migration_spread(const pd_ctx *ctx, const pd_migration *migration, double *s, double *y);
 /* M z c over the sum of z^2 c: along [components]. Its charge is 1. */
 PDI_FN void pdi_migration_along(const pd_migration *migration, const double *c, double *along);
+/* What a surface does: at `count` nodes it takes up take [mol/m3/s] of charge a unit of psi. */
+typedef struct pdi_migration_surface {
+    int32_t count;
+    const int32_t *node;
+    const double *take;
+} pdi_migration_surface;
 /* For the present concentrations [solutes][total]: sizes, and the conductances of the preconditioner. */
-PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *migration, const double *c);
+PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *migration, const double *c,
+                                     const pdi_migration_surface *surface);
 /* y [total] [-]: near the psi that drives `current` [mol/m3/s] out of the nodes. */
 PDI_FN void pdi_migration_apply(pd_ctx *ctx, pd_migration *migration, const double *current, double *y);
 /* Largest change of psi in the step of Newton at hand [-]. */
@@ -4851,8 +4858,9 @@ static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
 
-/* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), time t [s]. */
-typedef double (*pd_etch_fn)(void *user, int32_t node, const double *c, double ph, double t);
+/* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), the potential
+ * phi [V] of pd_reactive_potential (NaN without migration), time t [s]. */
+typedef double (*pd_etch_fn)(void *user, int32_t node, const double *c, double ph, double phi, double t);
 
 typedef struct pd_etch_desc {
     pd_etch_fn law;
@@ -4860,6 +4868,7 @@ typedef struct pd_etch_desc {
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes */
     uint32_t reads;     /* bit n: the law depends on solute n */
     int reads_ph;       /* 1: on pH */
+    int reads_phi;      /* 1: on phi, which an inlet or a held wall has to tie */
 } pd_etch_desc;
 
 typedef struct pd_etch {
@@ -4867,6 +4876,7 @@ typedef struct pd_etch {
     pd_reactive *reactive;
     double shed[PD_SPECIES_MOST]; /* [-] of solutes */
     double gain[PD_SPECIES_MOST]; /* [-] of totals */
+    double charge;                /* [-] that comes with one of the metal, as ions */
     double scale[PD_SPECIES_MOST]; /* [-] diffusivities over the mean one, not 0 */
     pd_components film;           /* of concentrations times `scale` */
     int32_t count;                /* fluid nodes beside metal */
@@ -4879,6 +4889,7 @@ typedef struct pd_etch {
     double *passed;               /* [total] [m] of places: the same of steps that stand */
     double *split;                /* [total] [m/s] work */
     float *by;                    /* [total][components] of places: how the speed follows totals */
+    float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
 } pd_etch;
 
@@ -4907,6 +4918,8 @@ PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int derive);
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */
+PDI_FN void pdi_etch_yield(pd_etch *etch);
 /* Change of the speed [m/s] with that of the dissolved totals [mol/m3] of its node. */
 static inline double pdi_etch_follow(const pd_etch *s, int32_t place, const double *change)
 {
@@ -4970,7 +4983,8 @@ PD_API pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *reactive, double dt,
 /* course: species in time as a process, in steps of two stages with a controlled error (theory: 5c.5).
  *
  * Metal that dissolves gives amounts by node; they enter by the stoichiometry of a reaction, in the steps that follow
- * up to the end of the step of the run. Nodes that turn fluid begin as water without solutes.
+ * up to the end of the step of the run. Nodes that turn fluid begin as water without solutes, with migration with a
+ * share of the fluid beside them.
  */
 #ifndef PD_COURSE_H
 #define PD_COURSE_H
@@ -4982,6 +4996,9 @@ typedef struct pd_course_desc {
     double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; NULL:
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
+    void (*feed)(void *user, double *source); /* adds to sources [solutes][total] [mol/m3/s], as they are from the start
+                                               * of the step of the run; NULL: nothing does */
+    void *feeder;     /* user of that */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
     pd_at_fn find;       /* lists its places */
     void *user;
@@ -10060,6 +10077,8 @@ typedef struct pd_setup_metal {
     int species;       /* that the rate has behind pH, */
     int of[PD_EXPR_VARS]; /* by their place in the electrolyte */
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
+    int polarised;     /* 1: among ions that migrate it has a given potential: */
+    pd_expr potential; /* of t; in V, against inlets and walls that hold species */
 } pd_setup_metal;
 
 /* What holds or loads a body: a side of the box, or all of it in a shape. */
@@ -10144,6 +10163,8 @@ typedef struct pd_setup_electrode {
     int holds, gives;         /* 1: its potential, or its current, is given: */
     pd_expr given;            /* of t; in V, or in A (per m in planar 2D, per m2 in 1D) */
     int wire;                 /* electrodes of one number are connected: the first of them */
+    int reacts;               /* 1: its current enters the species: */
+    double shed[PD_SPECIES_MOST]; /* [-] of each with one electron that leaves the fluid for the metal */
 } pd_setup_electrode;
 
 /* The electric potential of the fluid. */
@@ -10154,6 +10175,7 @@ typedef struct pd_setup_potential {
     double hold[2 * PD_DIM];  /* [V] */
     pd_setup_electrode electrode[PD_SETUP_ELECTRODES];
     int electrodes;
+    int reacts;               /* 1: one of them */
 } pd_setup_potential;
 
 typedef struct pd_setup {
@@ -10348,12 +10370,17 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 #define PDI_SETUP_SURFACE (PD_DIM + 4)
 #define PDI_SETUP_LAW (PD_DIM + 5)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
-/* Behind them pH, and the species that a law names. 1: it depends on one of these; on i or E. */
+/* Behind them pH, and the species that a law names. 1: it depends on one of these, or on E among ions that migrate; on
+ * i or E of electrodes. */
 #define PDI_SETUP_PH PDI_SETUP_LAW
-static inline int pdi_setup_chemical(const pd_setup_metal *metal) { return metal->rate.uses >> PDI_SETUP_PH != 0; }
+static inline int pdi_setup_chemical(const pd_setup_metal *metal)
+{
+    return metal->rate.uses >> PDI_SETUP_PH != 0 ||
+           (metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u) != 0);
+}
 static inline int pdi_setup_electric(const pd_setup_metal *metal)
 {
-    return (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
+    return !metal->polarised && (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
 }
 /* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
 #define PDI_SETUP_PACE (PD_DIM + 4)
@@ -10626,6 +10653,9 @@ PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s);
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *reader);
 /* What needs the rest of the setup: the reaction at the surface of metal, and what runs carry no species with. */
 PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *reader);
+/* The half-reaction of an electrode: shed [species] [-] of each with one electron that leaves the fluid for the
+ * metal. */
+PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *reader, int section, double *shed);
 #endif
 
 #endif
@@ -10918,6 +10948,8 @@ typedef struct pd_electrode_map {
     const pd_grid *grid;
     const uint8_t *metal;        /* [total] index of the metal of solid nodes; NULL: 0 */
     const pd_reactive *reactive; /* whose conductivity it is; NULL: it is given */
+    const pd_reactive *species;  /* that reactions of electrodes bring; NULL: none are there */
+    const pd_cell *cell;
     int circuits;
     int member[PD_SETUP_ELECTRODES];       /* circuit of each electrode */
     int given[PD_SETUP_ELECTRODES];        /* of each circuit: the electrode that has a given value; -1: none */
@@ -10931,6 +10963,8 @@ typedef struct pd_electrode_map {
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
                                       const pd_dissolve *dissolve, pd_electrode_map *electrodes, pd_cell *cell);
+/* A `feed` of a course, of a pd_electrode_map with species and cell: by Faraday's law, of the potential found last. */
+PDI_FN void pdi_electrodes_feed(void *user, double *source);
 #endif
 
 #endif
@@ -32856,7 +32890,8 @@ static void pdi_migration_faces(pd_migration *m, const double *c, double least)
     }
 }
 
-PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double *c)
+PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double *c,
+                                     const pdi_migration_surface *surface)
 {
     const pd_grid *grid = m->flux->bonds->grid;
     pdi_compact_faces faces;
@@ -32880,6 +32915,12 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
     faces.walls = NULL;
     pdi_compact_fill(ctx, m->flux->diffusion->desc.diffusivity, NULL, &still, 0.0, &faces, &m->compact);
     pdi_migration_faces(m, c, PDI_MIGRATION_LEAST * most * (ratio < HUGE_VAL ? ratio : 1.0));
+    for (int32_t p = 0; p < surface->count; p++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, surface->node[p], i);
+        m->compact.mass[pdi_compact_cell(grid, i)] +=
+            (float)(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p]);
+    }
     return pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct, NULL,
                                m->compact.wall, m->compact.mass);
 }
@@ -33534,11 +33575,12 @@ void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
 PDI_COLD_END
 
 /* ======== >>react/etch.c ======== */
-/* etch: see surface.h
+/* etch: see etch.h
  *
  * Design: in the film the sums over species of D times concentration, by components, are linear, since reactions in
  * equilibrium keep them. Concentrations times their diffusivities follow the same mass action with other constants, so
- * the surface is found by the solver of components. Coefficients of activity are those of the node.
+ * the surface is found by the solver of components. Coefficients of activity are those of the node. With migration the
+ * same holds for the shares of exponential fluxes (migrate.h), and the potential of the surface makes it neutral.
  */
 #include <float.h>
 #include <math.h>
@@ -33553,10 +33595,21 @@ PDI_COLD_END
 #define PDI_ETCH_BRACKET 2.0
 /* Relative change of what a law reads by which its slope is found. */
 #define PDI_ETCH_STRIDE 1e-6
+/* Share by which twice that has another slope where a law jumps; doublings and halvings by which the place of the jump
+ * is found. */
+#define PDI_ETCH_JUMP 0.25
+#define PDI_ETCH_DOUBLINGS 60
+#define PDI_ETCH_HALVINGS 20
 /* [mol/m3] that counts as nothing beside that. */
 #define PDI_ETCH_NOTHING 1e-30
 /* What is left at least of 1 less the slope of a rising law behind its film. */
 #define PDI_ETCH_RISE 0.05
+/* F phi/(R T): most of the surface over the node, first stride to it, and the change by which a slope is found. */
+#define PDI_ETCH_LIFT 60.0
+#define PDI_ETCH_LIFT_FIRST 0.01
+#define PDI_ETCH_LIFT_STRIDE 1e-6
+/* Share of the sum of |z| c that is no charge. */
+#define PDI_ETCH_NEUTRAL 4e-16
 
 /* ---- the surface of a node ---- */
 
@@ -33569,7 +33622,14 @@ typedef struct pdi_etch_work {
     double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
     double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
     double at[PD_SPECIES_MOST];       /* [mol/m3] times `scale`: at the surface, the last that was found */
+    double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
+    double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
+    double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
 } pdi_etch_work;
+
+/* z/(exp(z) - 1) and its derivative. */
+static double pdi_etch_share(double z) { return pdi_migrate_leave(1.0, 0.0, z, 1.0, 0.0); }
+static double pdi_etch_share_by(double z) { return -pdi_migrate_conduct(z, 1.0, 0.0); }
 
 static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_components *film, pdi_etch_work *w)
 {
@@ -33580,6 +33640,9 @@ static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_comp
     pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
     w->davies = pdi_components_activity(of, w->c);
     for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
+    w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
+    w->lift = 0.0;
+    memcpy(w->surface, w->c, sizeof w->surface);
     if (!(thick > 0.0)) return;
     for (int n = 0; n < of->solutes; n++) {
         film->ln_k[n] = s->film.ln_k[n] - of->charge[n] * of->charge[n] * w->davies;
@@ -33589,33 +33652,110 @@ static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_comp
         }
     }
     for (int k = 0; k < of->joined; k++) film->ln_k[of->master[k]] = 0.0;
+    memcpy(w->ln_k, film->ln_k, sizeof w->ln_k);
     pdi_components_totals(of, w->at, w->flows);
 }
 
-/* The law for the concentrations c. */
-static double pdi_etch_law(const pdi_etch_work *w, const double *c)
+/* The law for the concentrations c, where F phi/(R T) is psi. */
+static double pdi_etch_law(const pdi_etch_work *w, const double *c, double psi)
 {
     const pd_reactive *r = w->s->reactive;
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
-    return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, w->s->time), 0.0);
+    double phi = r->migration.on ? psi * r->migration.volt : (double)NAN;
+    return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time), 0.0);
+}
+
+/* ---- the film of a node with migration ---- */
+
+/* Charge of the surface over the sum of |z| c, where metal dissolves at v and the surface has `lift`: it falls with
+ * that. NaN: no equilibrium was found. */
+static double pdi_etch_charge(pd_components *film, pdi_etch_work *w, double v, double lift)
+{
+    const pd_etch *s = w->s;
+    double down[PD_SPECIES_MOST], up[PD_SPECIES_MOST], flows[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+    for (int n = 0; n < film->solutes; n++) {
+        double z = film->charge[n] * lift;
+        down[n] = pdi_etch_share(-z);
+        up[n] = s->scale[n] * pdi_etch_share(z) * w->c[n];
+    }
+    for (int n = 0; n < film->solutes && film->joined; n++) {
+        film->ln_k[n] = w->ln_k[n] + log(down[n]);
+        for (int k = 0; k < film->joined; k++) film->ln_k[n] -= film->m[k][n] * log(down[film->master[k]]);
+    }
+    for (int k = 0; k < film->joined; k++) film->ln_k[film->master[k]] = 0.0;
+    pdi_components_totals(film, up, flows);
+    for (int k = 0; k < film->count; k++) flows[k] += s->gain[k] * w->thick * v;
+    if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
+    for (int n = 0; n < film->solutes; n++) {
+        w->surface[n] = w->at[n] / (s->scale[n] * down[n]);
+        charge += film->charge[n] * w->surface[n];
+        size += fabs((double)film->charge[n]) * w->surface[n];
+    }
+    w->lift = lift;
+    return size > DBL_MIN ? charge / size : 0.0;
+}
+
+/* From `a`, with the charge *of, by growing strides to a lift `b` on the other side of neutrality. */
+static double pdi_etch_across(pd_components *film, pdi_etch_work *w, double v, double *a, double *of, double *there)
+{
+    double stride = *of > 0.0 ? PDI_ETCH_LIFT_FIRST : -PDI_ETCH_LIFT_FIRST, b = *a;
+    *there = *of;
+    while (fabs(b) < PDI_ETCH_LIFT || b * stride < 0.0) {
+        b = fmin(fmax(b + stride, -PDI_ETCH_LIFT), PDI_ETCH_LIFT);
+        stride *= 3.0;
+        *there = pdi_etch_charge(film, w, v, b);
+        if (!(*there * *of > 0.0)) return b;
+        *a = b;
+        *of = *there;
+    }
+    return b;
+}
+
+/* The lift that makes the surface neutral where metal dissolves at v: false position (Illinois), halved where that is
+ * slow. Fluid without ions of one sign lifts it as far as it goes. 0: no equilibrium was found. */
+static int pdi_etch_lift(pd_components *film, pdi_etch_work *w, double v)
+{
+    double a = w->lift, of = pdi_etch_charge(film, w, v, a), there;
+    if (fabs(of) <= PDI_ETCH_NEUTRAL) return 1;
+    double b = pdi_etch_across(film, w, v, &a, &of, &there);
+    for (int step = 0; step < PDI_ETCH_STEPS && of * there < 0.0; step++) {
+        double x = a + (b - a) * (of / (of - there));
+        if (step % 4 == 3) x = a + 0.5 * (b - a);
+        if (!(fabs(b - a) > PDI_ETCH_CLOSE * fmax(fabs(x), PDI_ETCH_LIFT_FIRST))) break;
+        double g = pdi_etch_charge(film, w, v, x);
+        if (!(g == g)) return 0;
+        if (fabs(g) <= PDI_ETCH_NEUTRAL) break;
+        if (g * there > 0.0) {
+            b = x;
+            there = g;
+            of *= 0.5;
+        } else {
+            a = x;
+            of = g;
+            there *= 0.5;
+        }
+    }
+    return of == of && there == there;
 }
 
 /* The law at the surface, where metal dissolves at v [m/s]. */
-static double pdi_etch_given(const pd_components *film, pdi_etch_work *w, double v)
+static double pdi_etch_given(pd_components *film, pdi_etch_work *w, double v)
 {
     const pd_etch *s = w->s;
     double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
-    if (!(w->thick > 0.0)) return pdi_etch_law(w, w->c);
+    if (!(w->thick > 0.0)) return pdi_etch_law(w, w->c, w->psi);
+    if (s->reactive->migration.on)
+        return pdi_etch_lift(film, w, v) ? pdi_etch_law(w, w->surface, w->psi + w->lift) : (double)NAN;
     for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
-    return pdi_etch_law(w, c);
+    return pdi_etch_law(w, c, 0.0);
 }
 
 /* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
  * differences. 0: the law is not finite. */
-static int pdi_etch_bracket(const pd_components *film, pdi_etch_work *w, double guess, double first, double *a,
+static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess, double first, double *a,
                                double *above, double *b, double *below)
 {
     double factor = PDI_ETCH_BRACKET, v = guess > 0.0 ? guess : first;
@@ -33653,7 +33793,7 @@ static int pdi_etch_bracket(const pd_components *film, pdi_etch_work *w, double 
 }
 
 /* The speed of a node: false position (Illinois), halved where that is slow. */
-static double pdi_etch_find(const pd_components *film, pdi_etch_work *w, double guess)
+static double pdi_etch_find(pd_components *film, pdi_etch_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_etch_given(film, w, 0.0);
     if (!(fabs(first) < HUGE_VAL)) return NAN;
@@ -33694,7 +33834,7 @@ static double pdi_etch_slope(const pdi_etch_work *w, const double *c, const doub
         up[n] = fmax(c[n] + stride * along[n], 0.0);
         down[n] = fmax(c[n] - stride * along[n], 0.0);
     }
-    double change = (pdi_etch_law(w, up) - pdi_etch_law(w, down)) / (2.0 * stride);
+    double change = (pdi_etch_law(w, up, 0.0) - pdi_etch_law(w, down, 0.0)) / (2.0 * stride);
     return fabs(change) < HUGE_VAL ? change : 0.0;
 }
 
@@ -33744,6 +33884,156 @@ static void pdi_etch_derive(const pd_components *film, const pdi_etch_work *w, f
     }
 }
 
+/* ---- how the speed of a node follows, with migration ---- */
+
+/* The law at the surface with a change of one concentration. */
+static double pdi_etch_moved(const pdi_etch_work *w, double *c, int n, double change)
+{
+    double from = c[n];
+    c[n] = fmax(from + change, 0.0);
+    double v = pdi_etch_law(w, c, w->psi + w->lift);
+    c[n] = from;
+    return v;
+}
+
+/* The law jumps with solutes m and n, by `step` of m: the change of n that undoes it, in the sense of `sign`. */
+static double pdi_etch_undone(const pdi_etch_work *w, double *c, int m, double step, int n, double sign)
+{
+    double from = c[m], level = 0.5 * (pdi_etch_moved(w, c, m, step) + pdi_etch_moved(w, c, m, -step));
+    double low = 0.0, high = PDI_ETCH_STRIDE * PDI_ETCH_STRIDE * fmax(c[n], PDI_ETCH_NOTHING);
+    int above = pdi_etch_moved(w, c, m, step) > level, found = 0;
+    c[m] = fmax(from + step, 0.0);
+    for (int k = 0; k < PDI_ETCH_DOUBLINGS && !found; k++) {
+        found = (pdi_etch_moved(w, c, n, sign * high) > level) != above;
+        if (!found) low = high;
+        if (!found) high *= 2.0;
+    }
+    for (int k = 0; k < PDI_ETCH_HALVINGS; k++) {
+        double middle = 0.5 * (low + high);
+        if ((pdi_etch_moved(w, c, n, sign * middle) > level) != above) high = middle;
+        else low = middle;
+    }
+    c[m] = from;
+    return found ? high : HUGE_VAL;
+}
+
+/* Changes of the law with each solute that it reads, and with F phi/(R T): *lift. Where it jumps, both sides count, and
+ * the changes are in the ratios that keep to the jump. */
+static void pdi_etch_gradient(const pdi_etch_work *w, double *by, double *lift)
+{
+    const pd_etch *s = w->s;
+    double c[PD_SPECIES_MOST], stride[PD_SPECIES_MOST], psi = w->psi + w->lift;
+    int jumps[PD_SPECIES_MOST], first = -1;
+    memcpy(c, w->surface, sizeof c);
+    for (int n = 0; n < s->film.solutes; n++) {
+        double wide;
+        stride[n] = PDI_ETCH_STRIDE * fmax(c[n], PDI_ETCH_NOTHING);
+        by[n] = 0.0;
+        jumps[n] = 0;
+        if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
+        by[n] = (pdi_etch_moved(w, c, n, stride[n]) - pdi_etch_moved(w, c, n, -stride[n])) / (2.0 * stride[n]);
+        wide = pdi_etch_moved(w, c, n, 2.0 * stride[n]) - pdi_etch_moved(w, c, n, -2.0 * stride[n]);
+        wide /= 4.0 * stride[n];
+        if (!(fabs(by[n]) < HUGE_VAL) || !(fabs(wide) < HUGE_VAL)) by[n] = wide = 0.0;
+        jumps[n] = fabs(by[n] - wide) > PDI_ETCH_JUMP * fabs(by[n]);
+        if (jumps[n] && (first < 0 || stride[n] > stride[first])) first = n;
+    }
+    for (int n = 0; n < s->film.solutes; n++) {
+        if (!jumps[n] || n == first) continue;
+        double change = pdi_etch_undone(w, c, first, stride[first], n, by[n] * by[first] > 0.0 ? -1.0 : 1.0);
+        by[n] = copysign(fabs(by[first]) * stride[first] / change, by[n]);
+    }
+    *lift = 0.0;
+    if (!s->desc.reads_phi) return;
+    *lift = pdi_etch_law(w, c, psi + PDI_ETCH_LIFT_STRIDE) - pdi_etch_law(w, c, psi - PDI_ETCH_LIFT_STRIDE);
+    *lift = fabs(*lift) < HUGE_VAL ? *lift / (2.0 * PDI_ETCH_LIFT_STRIDE) : 0.0;
+}
+
+typedef double pdi_etch_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 2];
+
+/* Gauss and Jordan: the columns behind the first `rows` become the solution. What is singular stays 0. */
+static void pdi_etch_linear(int rows, int columns, pdi_etch_table a)
+{
+    for (int p = 0; p < rows; p++) {
+        int best = p;
+        for (int i = p + 1; i < rows; i++)
+            if (fabs(a[i][p]) > fabs(a[best][p])) best = i;
+        for (int j = 0; j < columns; j++) {
+            double swap = a[p][j];
+            a[p][j] = a[best][j];
+            a[best][j] = swap;
+        }
+        double factor = fabs(a[p][p]) > DBL_MIN ? 1.0 / a[p][p] : 0.0;
+        for (int j = 0; j < columns; j++) a[p][j] *= factor;
+        for (int i = 0; i < rows; i++) {
+            double share = a[i][p];
+            for (int j = 0; j < columns && i != p; j++) a[i][j] -= share * a[p][j];
+        }
+    }
+}
+
+/* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
+ * (one more), and, on the right, the speed (one more) and the totals of the node (those of components). */
+static void pdi_etch_balances(const pd_components *film, const pdi_etch_work *w, const float *own, pdi_etch_table a)
+{
+    const pd_etch *s = w->s;
+    const pd_components *of = &s->reactive->components;
+    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+    float node[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    int count = of->count;
+    memset(a, 0, sizeof(pdi_etch_table));
+    pdi_components_derive(of, w->c, node);
+    for (int j = 0; j < count; j++) {
+        memset(one, 0, sizeof one);
+        one[j] = 1.0;
+        pdi_components_follow(film, own, one, along);
+        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_etch_share(-of->charge[n] * w->lift);
+        pdi_components_totals(of, along, sum);
+        for (int k = 0; k < count; k++) a[k][j] = sum[k];
+        pdi_components_follow(of, node, one, along);
+        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_etch_share(of->charge[n] * w->lift);
+        pdi_components_totals(of, along, sum);
+        for (int k = 0; k < count; k++) a[k][count + 2 + j] = sum[k];
+        a[count][j] = of->charge[of->master[j]];
+        a[j][count + 1] = s->gain[j] * w->thick;
+    }
+    for (int n = 0; n < of->solutes; n++) {
+        double z = of->charge[n];
+        along[n] = -z * s->scale[n] * (pdi_etch_share_by(-z * w->lift) * w->surface[n] +
+                                       pdi_etch_share_by(z * w->lift) * w->c[n]);
+    }
+    pdi_components_totals(of, along, sum);
+    for (int k = 0; k < count; k++) a[k][count] = sum[k];
+    if (fabs(w->lift) < PDI_ETCH_LIFT) return;
+    for (int j = 0; j < count; j++) a[count][j] = 0.0; /* it goes no further */
+    a[count][count] = 1.0;
+}
+
+/* How the speed of a node follows its totals, and F phi/(R T) there: *drive. */
+static void pdi_etch_derive_charged(const pd_components *film, const pdi_etch_work *w, float *by, float *drive)
+{
+    const pd_components *of = &w->s->reactive->components;
+    double gradient[PD_SPECIES_MOST], lift, slope[PD_SPECIES_MOST + 1], along[PD_SPECIES_MOST], change[PD_SPECIES_MOST];
+    float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    pdi_etch_table a;
+    int count = of->count, films = w->thick > 0.0;
+    pdi_etch_gradient(w, gradient, &lift);
+    pdi_components_derive(films ? film : of, w->surface, own);
+    if (films) {
+        pdi_etch_balances(film, w, own, a);
+        pdi_etch_linear(count + 1, 2 * count + 2, a);
+    }
+    for (int j = 0; j <= count; j++) { /* the speed, then the totals */
+        for (int k = 0; k < count; k++) change[k] = films ? a[k][count + 1 + j] : k == j - 1 ? 1.0 : 0.0;
+        pdi_components_follow(films ? film : of, own, change, along);
+        slope[j] = films ? lift * a[count][count + 1 + j] : 0.0;
+        for (int n = 0; n < of->solutes; n++) slope[j] += gradient[n] * along[n];
+    }
+    double back = films ? fmax(1.0 - slope[0], PDI_ETCH_RISE) : 1.0;
+    for (int k = 0; k < count; k++) by[k] = (float)(slope[1 + k] / back);
+    *drive = (float)(lift / back);
+}
+
 PDI_FN double pdi_etch_at(const pd_etch *s, int32_t node, double thick, double guess)
 {
     pd_components film = s->film;
@@ -33766,7 +34056,8 @@ PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *s, int derive)
         pdi_etch_enter(s, s->node[p], s->thick[p], &film, &w);
         if (derive) {
             pdi_etch_given(&film, &w, s->speed[s->node[p]]);
-            pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
+            if (s->drive) pdi_etch_derive_charged(&film, &w, s->by + (int64_t)p * count, s->drive + p);
+            else pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
         } else {
             s->speed[s->node[p]] = pdi_etch_find(&film, &w, s->speed[s->node[p]]);
         }
@@ -33806,6 +34097,12 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
     for (int n = 0; n < r->components.solutes; n++) r->in[n] += amount * s->shed[n];
 }
 
+PDI_FN void pdi_etch_yield(pd_etch *s)
+{
+    for (int32_t p = 0; p < s->count; p++)
+        s->split[p] = s->weight[p] * fmax(-s->charge * (double)s->drive[p], 0.0);
+}
+
 PDI_FN void pdi_etch_accept(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
@@ -33829,6 +34126,7 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, passed, total, "m");
     PDI_ARRAY(owner, etch, split, total, "m/s");
     PDI_ARRAY(owner, etch, by, etch->reactive->components.count * total, "m4/mol/s");
+    if (etch->reactive->migration.on) PDI_ARRAY(owner, etch, drive, total, "m/s");
 }
 
 /* The system of concentrations times their diffusivities: ln c' = ln K + ln d + sum m (ln c'_master - ln d_master). */
@@ -33854,6 +34152,7 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
     for (int i = 0; i < r->desc.count && desc->shed; i++)
         if (r->components.place[i] >= 0) s->shed[r->components.place[i]] = desc->shed[i];
     pdi_components_totals(&r->components, s->shed, s->gain);
+    for (int n = 0; n < r->components.solutes; n++) s->charge += r->components.charge[n] * s->shed[n];
     pdi_etch_film(s);
     pd_status status = pdi_owner_build(ctx, pdi_etch_list, s);
     if (status < 0) {
@@ -33949,6 +34248,18 @@ static void pdi_tangent_fix(const pd_reactive *r, const float *by, double *total
         for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
 }
 
+static pd_status pdi_tangent_migration(pd_ctx *ctx, pd_reactive *r)
+{
+    pdi_migration_surface surface = {0, NULL, NULL};
+    if (r->surface) {
+        pdi_etch_yield(r->surface);
+        surface.count = r->surface->count;
+        surface.node = r->surface->node;
+        surface.take = r->surface->split;
+    }
+    return pdi_migration_setup(ctx, &r->migration, r->c, &surface);
+}
+
 /* Derivatives at the present concentrations, and the preconditioner that follows from them. */
 static pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
 {
@@ -33986,8 +34297,8 @@ static pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
     }
-    if (r->migration.on) PDI_TRY(pdi_migration_setup(ctx, &r->migration, r->c));
     if (r->surface) pdi_etch_solve(ctx, r->surface, 1);
+    if (r->migration.on) PDI_TRY(pdi_tangent_migration(ctx, r));
     for (int n = 0; n < s->kinetics; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
     return PD_OK;
@@ -34012,6 +34323,18 @@ static void pdi_tangent_part(const pd_reactive *r, int32_t i, double *x)
     for (int k = 0; k < s->count; k++) charge += r->migration.charge[s->master[k]] * x[k];
     for (int k = 0; k < s->count; k++) x[k] -= along[k] * charge;
     r->migration.move[i] = charge / r->migration.size[i];
+}
+
+/* Change of the speed of metal at place p with the change x of totals (and psi) of its node; x loses what minerals
+ * take. */
+static double pdi_tangent_metal(const pd_reactive *r, int32_t p, double *x)
+{
+    const pd_etch *metal = r->surface;
+    int32_t i = metal->node[p];
+    pdi_tangent_part(r, i, x);
+    pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, x);
+    double sum = pdi_etch_follow(metal, p, x);
+    return metal->drive ? sum + (double)metal->drive[p] * r->migration.move[i] : sum;
 }
 
 /* y = J x, in totals over weights. */
@@ -34053,9 +34376,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
         int32_t i = r->surface->node[p];
         double change[PD_SPECIES_MOST];
         for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
-        pdi_tangent_part(r, i, change);
-        pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, change);
-        double given = r->surface->weight[p] * pdi_etch_follow(r->surface, p, change);
+        double given = r->surface->weight[p] * pdi_tangent_metal(r, p, change);
         for (int k = 0; k < s->count; k++) y[k * total + i] -= r->surface->gain[k] * given / r->weight[k];
     }
     pdi_tangent_spend(r, y);
@@ -34081,6 +34402,13 @@ static void pdi_tangent_split(const pd_ctx *ctx, pd_reactive *r, int n, double *
     }
 }
 
+/* What one of the metal brings to the totals of its node, as the charge of it leaves at once. */
+static void pdi_tangent_gain(const pd_reactive *r, int32_t i, double *gain)
+{
+    memcpy(gain, r->surface->gain, PD_SPECIES_MOST * sizeof *gain);
+    pdi_tangent_part(r, i, gain);
+}
+
 /* A law that is stiffer than all else that its node exchanges comes to rest by itself: x loses it, `split` is its
  * extent. */
 static void pdi_tangent_split_metal(pd_reactive *r, double *x)
@@ -34090,14 +34418,16 @@ static void pdi_tangent_split_metal(pd_reactive *r, double *x)
     int64_t total = r->grid->total;
     for (int32_t p = 0; p < metal->count; p++) {
         int32_t i = metal->node[p];
-        double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MOST];
+        double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
         const float *by = metal->by + (int64_t)p * s->count;
-        for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * metal->gain[k];
+        pdi_tangent_gain(r, i, gain);
+        for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * gain[k];
         metal->split[p] = 0.0;
         if (!(rate > own)) continue;
         for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        pdi_tangent_part(r, i, change);
         double extent = -metal->weight[p] * pdi_etch_follow(metal, p, change) / rate;
-        for (int k = 0; k < s->count; k++) x[k * total + i] -= metal->gain[k] * extent / r->weight[k];
+        for (int k = 0; k < s->count; k++) x[k * total + i] -= gain[k] * extent / r->weight[k];
         metal->split[p] = extent / (rate + own);
     }
 }
@@ -34105,9 +34435,12 @@ static void pdi_tangent_split_metal(pd_reactive *r, double *x)
 static void pdi_tangent_join_metal(const pd_reactive *r, double *y)
 {
     const pd_etch *metal = r->surface;
-    for (int32_t p = 0; p < metal->count; p++)
+    for (int32_t p = 0; p < metal->count; p++) {
+        double gain[PD_SPECIES_MOST];
+        pdi_tangent_gain(r, metal->node[p], gain);
         for (int k = 0; k < r->components.count; k++)
-            y[k * (int64_t)r->grid->total + metal->node[p]] += metal->gain[k] * metal->split[p] / r->weight[k];
+            y[k * (int64_t)r->grid->total + metal->node[p]] += gain[k] * metal->split[p] / r->weight[k];
+    }
 }
 
 /* Split off what minerals take up, which stays where it is: x loses it, y is what belongs to it. */
@@ -34268,6 +34601,8 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
+/* With migration: roundings of the ions of a node that its charge may be off by. */
+#define PDI_ADVANCE_CHARGE 4.0
 /* A residual within this factor of the tolerance that comes no nearer than this share of itself in a step is rounding,
  * and met: what is undone is carried on. */
 #define PDI_ADVANCE_NEAR 10.0
@@ -34282,8 +34617,10 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
  * factor, since the next one finds the potential in the ions that have come. */
 #define PDI_ADVANCE_LIFT 3.0
 #define PDI_ADVANCE_JUMP 1e9
-/* Tries with shorter steps, and their ratio. */
+/* Tries with shorter steps, and their ratio; with a law in the potential of ions, which a steep exponential is far from
+ * the solution. */
 #define PDI_ADVANCE_PARTS 8
+#define PDI_ADVANCE_PARTS_STEEP 18
 #define PDI_ADVANCE_SHORTER 8.0
 /* [mol/m3] that is nothing. */
 #define PDI_ADVANCE_NONE 1e-150
@@ -34369,6 +34706,17 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     return sqrt(pdi_par_dot(ctx, count * total, r->move, r->move));
 }
 
+/* With migration: what a node lacks to be neutral, over the rounding of its ions, as charge of component k. */
+static double pdi_advance_charge(const pd_reactive *r, int k, int32_t i)
+{
+    const pd_components *s = &r->components;
+    double c[PD_SPECIES_MOST], size, z = fabs(r->migration.on ? r->migration.charge[s->master[k]] : 0.0);
+    if (!(z > 0.0)) return 0.0;
+    pdi_reactive_get(r, r->c, i, c);
+    pdi_migration_charge(&r->migration, c, &size);
+    return PDI_ADVANCE_CHARGE / PDI_ADVANCE_ROUND * size / z;
+}
+
 /* Rounding [mol/m3/s] of the balances of component k, as a norm; *held: of what is there over the step, its square. */
 static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, double *held)
 {
@@ -34380,7 +34728,7 @@ static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, dou
         double sum = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
-        size[i] = sum * (1.0 / r->dt + r->rates[i]);
+        size[i] = (sum + pdi_advance_charge(r, k, i)) * (1.0 / r->dt + r->rates[i]);
         for (int m = 0; m < r->minerals.count; m++)
             size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] / r->dt;
         *held += sum / r->dt * (sum / r->dt);
@@ -34519,6 +34867,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
         pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
+        if (status == PD_ERR_DIVERGED && r->migration.on) return PD_NOT_CONVERGED; /* where there are next to no ions */
         if (status < 0) return status;
         double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
         int falls = pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm);
@@ -34536,7 +34885,8 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
 static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     double now = dt;
-    for (int part = 0; part <= PDI_ADVANCE_PARTS;) {
+    int steep = r->surface && r->surface->desc.reads_phi, parts = steep ? PDI_ADVANCE_PARTS_STEEP : PDI_ADVANCE_PARTS;
+    for (int part = 0; part <= parts;) {
         pd_status status = pdi_advance_newton(ctx, r, now, result);
         if (status < 0) return status;
         if (status == PD_OK && now >= dt) return PD_OK;
@@ -34728,6 +35078,10 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
     double size = 0.0;
     pdi_migration_tie(&r->migration);
     if (r->migration.tied) return PD_OK;
+    if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
+                        "species has a potential and lets a current pass, expected one",
+                        r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double around = pdi_grid_circumference(r->grid, i);
         if (r->grid->kind[i] != PD_FLUID) continue;
@@ -34874,6 +35228,9 @@ static void pdi_course_feed(pd_course *a)
         double rate = r->grid->kind[i] == PD_FLUID ? a->desc.fed[i] / a->left : 0.0;
         for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
     }
+    if (!a->desc.feed) return;
+    for (int64_t at = 0; at < r->components.solutes * total && !a->desc.fed; at++) r->source[at] = 0.0;
+    a->desc.feed(a->desc.feeder, r->source);
 }
 
 /* What a step of dt [s] has taken of it. */
@@ -35072,7 +35429,47 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
     return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
 }
 
-/* Nodes that were metal begin as water. */
+/* A node comes to equilibrium again; what that is off by is owed. */
+static void pdi_course_settled(pd_course *a, int32_t node)
+{
+    pd_reactive *r = a->reactive;
+    int64_t total = r->grid->total;
+    double c[PD_SPECIES_MOST], from[PD_SPECIES_MOST], to[PD_SPECIES_MOST];
+    pdi_reactive_get(r, r->c, node, c);
+    pdi_components_totals(&r->components, c, from);
+    if (r->components.joined && pdi_components_solve(&r->components, from, c) != PD_OK) return;
+    pdi_migration_neutralise(&r->migration, c);
+    pdi_components_totals(&r->components, c, to);
+    for (int k = 0; k < r->components.count; k++) r->carry[k * total + node] += from[k] - to[k];
+    pdi_reactive_put(r, c, node, r->c);
+}
+
+/* With migration, each node that was metal gets the share 1/(2 d) of what fluid beside it held, `start`: without ions
+ * it would carry no current. `share` 0: nodes come to equilibrium after that. */
+static void pdi_course_share(pd_course *a, const int32_t *turned, int32_t count, double share)
+{
+    pd_reactive *r = a->reactive;
+    const pd_grid *grid = r->grid;
+    int64_t total = grid->total;
+    for (int32_t k = 0; k < count; k++) {
+        int32_t i = turned[k];
+        for (int side = 0; side < 2 * PD_DIM; side++) {
+            int32_t j = pdi_grid_image(grid, i + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2], NULL);
+            if (j < 0 || j == i || grid->kind[j] != PD_FLUID) continue;
+            double around = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
+            for (int n = 0; n < r->components.solutes && share > 0.0; n++) {
+                double part = share * a->start[n * total + j];
+                r->c[n * total + j] -= part;
+                r->c[n * total + i] += around * part;
+            }
+            if (fabs(r->migration.psi[j]) > fabs(r->migration.psi[i])) r->migration.psi[i] = r->migration.psi[j];
+            if (!(share > 0.0)) pdi_course_settled(a, j);
+        }
+        if (!(share > 0.0)) pdi_course_settled(a, i);
+    }
+}
+
+/* Nodes that were metal begin as water, or with migration with a share of the fluid beside them. */
 static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_course *a = (pd_course *)self;
@@ -35085,6 +35482,15 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
     for (int32_t k = 0; k < count; k++) {
         pdi_reactive_put(r, c, turned[k], r->c);
         for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
+    }
+    if (r->migration.on) {
+        pdi_course_keep(ctx, a, 0);
+        for (int32_t k = 0; k < count; k++) {
+            pdi_reactive_put(r, none, turned[k], a->start); /* what turns gives nothing */
+            r->migration.psi[turned[k]] = 0.0;
+        }
+        pdi_course_share(a, turned, count, 0.5 / PD_DIM);
+        pdi_course_share(a, turned, count, 0.0);
     }
     a->bent = 1;
     if (a->desc.bare) pdi_course_cover(a);
@@ -59440,11 +59846,15 @@ static const pd_key pdi_keys_of_dissolve[] = {
      "concentration of the intact metal"},
     {"charge", "-", "that of the material",
      "electrons that an atom gives off, for currents in the summary"},
+    {"potential", "V", "none",
+     "with `migration = yes`: potential of the metal against inlets and walls that hold species, an expression in t. "
+     "The law may depend on `E`, that potential less the one of the ions at the surface (2.20)"},
     {"gb_factor", "-", "1",
      "factor on the speed in a grain boundary; needs `grains`"},
     {"reaction", "text", "none",
      "by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)`: "
-     "balanced in elements and charge, the metal by its symbol"},
+     "balanced in elements and charge, the metal by its symbol; `e-` is what a current takes away, as in "
+     "`Fe = Fe2+ + 2 e-`"},
     {"threshold", "-", "0",
      "share of the content that stays in a node when it turns fluid, up to 0.99"},
     {"m", "-", "3, or that of the fluid when it is longer",
@@ -59809,6 +60219,9 @@ static const pd_key pdi_keys_of_electrode[] = {
      "given potential of the metal, expression in t"},
     {"current", "A", "0: it corrodes freely",
      "given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D"},
+    {"reaction", "text", "none",
+     "half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 e- = 4 OH-`, "
+     "balanced in elements and charge; anodic with `e-` on the right"},
     {"connected", "-", "none",
      "names of electrodes that it is wired to. Metals that touch are connected, too"}};
 
@@ -61475,7 +61888,10 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pdi_expr_free(ctx, &setup->gas_rho);
     pdi_expr_free(ctx, &setup->gas_p);
     pdi_expr_free(ctx, &setup->initial);
-    for (int k = 0; k < setup->metals; k++) pdi_expr_free(ctx, &setup->metal[k].rate);
+    for (int k = 0; k < setup->metals; k++) {
+        pdi_expr_free(ctx, &setup->metal[k].rate);
+        pdi_expr_free(ctx, &setup->metal[k].potential);
+    }
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
     for (int k = 0; k < setup->surfaces; k++) {
         pd_facets_free(ctx, setup->surface[k]);
@@ -63727,7 +64143,8 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     const pd_electrolyte *e = &s->setup->electrolyte;
     const char *at;
     memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
-    if (!s->setup->has_potential) vars[PDI_SETUP_CURRENT].name = vars[PDI_SETUP_SURFACE].name = "";
+    if (!s->setup->has_potential) vars[PDI_SETUP_CURRENT].name = "";
+    if (!s->setup->has_potential && !metal->polarised) vars[PDI_SETUP_SURFACE].name = "";
     memset(&vars[PDI_SETUP_PH], 0, sizeof *vars);
     vars[PDI_SETUP_PH].name = "pH";
     vars[PDI_SETUP_PH].unit = "";
@@ -63758,7 +64175,28 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     return PD_OK;
 }
 
-/* A law in pH or species stands alone: they move before the metal does. */
+/* The potential of the metal among ions that migrate. */
+static pd_status pdi_read_metal_potential(pdi_reader *s, int section, pd_setup_metal *metal)
+{
+    if (!pdi_text_has(s->ctx, s->text, section, "potential")) return PD_OK;
+    if (!s->setup->migrates)
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found without ions that carry a current, "
+                               "expected migration = yes in [chemistry], or [potential] and an [electrode NAME] with "
+                               "it");
+    for (int n = 0; n < s->text->const_count; n++)
+        if (strcmp(s->text->consts[n].name, "E") == 0)
+            return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "constants", NULL), "E",
+                                   "found the name 'E' beside potential of [dissolve], where it is a variable, "
+                                   "expected another one");
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "potential", "V", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                          &metal->potential));
+    metal->polarised = 1;
+    if (!(metal->potential.uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "potential", "found a function of the place, expected one of t "
+                           "alone");
+}
+
+/* A law in pH or species, or in the potential of ions, stands alone: they move before the metal does. */
 static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char *key, const pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
@@ -63768,10 +64206,10 @@ static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char 
         return pdi_text_refuse(s->ctx, s->text, section, key, "found pH without the species H+, expected [species H+] "
                                "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
     if (metal->rate.uses & 1u)
-        return pdi_text_refuse(s->ctx, s->text, section, key, "found C beside pH or species, expected the species of "
-                               "the dissolved metal, such as [Mg2+]");
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found C beside pH, species or E, expected the species "
+                               "of the dissolved metal, such as [Mg2+]");
     if (u->metals > 1 || u->activation || u->drive == PD_DRIVE_DIFFERENCE)
-        return pdi_text_refuse(s->ctx, s->text, section, key, "found pH or species %s", u->metals > 1 ?
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found pH, species or E %s", u->metals > 1 ?
                                "with several metals, expected one" : u->activation ?
                                "with control = activation, expected diffusion" :
                                "with drive = difference, expected constant");
@@ -63788,6 +64226,7 @@ static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key
     int count;
     if (pdi_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
+    if (!s->setup->has_corrode) PDI_TRY(pdi_read_metal_potential(s, section, metal));
     PDI_TRY(pdi_read_metal_variables(s, section, key, metal, vars, name, &count));
     PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, unit, vars, count, NULL, &metal->rate));
     PDI_TRY(pdi_read_metal_chemical(s, section, key, metal));
@@ -63974,6 +64413,9 @@ PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s)
 #include <stdio.h>
 #include <string.h>
 
+/* Share of a number of electrons by which a charge may differ. */
+#define PDI_READ_CHEMISTRY_SAME 1e-9
+
 /* The section of a species; that of all where it has none. */
 static int pdi_read_chemistry_section(pdi_reader *s, const char *name)
 {
@@ -64141,12 +64583,12 @@ static int pdi_read_chemistry_word(const char **text, char *word)
     return length > 0;
 }
 
-/* Species of the text that the electrolyte has not: the metal and a gas. */
+/* Species of the text that the electrolyte has not: the metal, a gas and e-. */
 static pd_status pdi_read_chemistry_others(pdi_reader *s, int section, const char *text, pd_electrolyte *e,
-                                           int *metal, int *gas)
+                                           int *metal, int *gas, int *electron)
 {
     char word[PD_SPECIES_NAME];
-    *metal = *gas = -1;
+    *metal = *gas = *electron = -1;
     while (pdi_read_chemistry_word(&text, word)) {
         pd_species_desc desc;
         pd_species found;
@@ -64155,7 +64597,7 @@ static pd_status pdi_read_chemistry_others(pdi_reader *s, int section, const cha
         desc.name = word;
         if (strchr("+=0123456789.", word[0]) || pdi_electrolyte_find(e, word) >= 0) continue;
         if (pd_species_read(s->ctx, &desc, &found) < 0) continue; /* the reaction names it */
-        place = found.phase == PD_PHASE_GAS ? gas : metal;
+        place = found.phase == PD_PHASE_GAS ? gas : found.phase == PD_PHASE_ELECTRON ? electron : metal;
         if (place == metal && (found.elements != 1 || found.count[0] != 1 || found.charge)) continue;
         if (*place >= 0) continue;
         if (e->count == PD_SPECIES_MOST)
@@ -64164,34 +64606,83 @@ static pd_status pdi_read_chemistry_others(pdi_reader *s, int section, const cha
         *place = e->count;
         e->species[e->count++] = found;
     }
-    if (*metal >= 0) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no metal, expected the symbol of one that is "
-                           "no species of the electrolyte, such as Mg in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
+    return PD_OK;
+}
+
+/* A reaction at a surface among the species of `all`, which others come to. */
+static pd_status pdi_read_chemistry_reaction(pdi_reader *s, int section, pd_electrolyte *all, int *metal, int *gas,
+                                             int *electron, pd_reaction *reaction)
+{
+    pd_reaction_desc desc;
+    char message[PD_MESSAGE_SIZE];
+    memset(&desc, 0, sizeof desc);
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "reaction", NULL, &desc.text));
+    PDI_TRY(pdi_read_chemistry_others(s, section, desc.text, all, metal, gas, electron));
+    desc.name = "surface";
+    desc.k_unit = "log10"; /* unread: its speed is that of the law */
+    if (pd_reaction_read(s->ctx, &desc, all->species, all->count, reaction) >= 0) return PD_OK;
+    const char *what = strstr(s->ctx->message, ": ");
+    snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
+    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "%.500s", message);
+}
+
+PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double *shed)
+{
+    pd_electrolyte all = s->setup->electrolyte;
+    pd_reaction reaction;
+    int metal, gas, electron;
+    if (!s->setup->has_chemistry)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found without species, expected [species OH-] "
+                               "and others");
+    if (s->setup->sheds)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside reaction of [dissolve], which takes "
+                               "the same current, expected one of them");
+    if (s->setup->settle)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside time = steady in [chemistry], "
+                               "expected implicit");
+    PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
+    double electrons = electron >= 0 ? reaction.nu[electron] : 0.0;
+    if (!(fabs(electrons) > 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no e-, expected a half-reaction such as "
+                               "O2 + 2 H2O + 4 e- = 4 OH- or Mg = Mg2+ + 2 e-");
+    for (int k = 0; k < s->setup->electrolyte.count; k++) shed[k] = reaction.nu[k] / electrons;
+    return PD_OK;
+}
+
+/* Electrons that one of the metal leaves behind: what carries the current, and Faraday's law for it. */
+static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double electrons)
+{
+    const pd_setup *u = s->setup;
+    double charge = u->metal[0].material.charge;
+    if (!(electrons > 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- on the left, expected it on the right, "
+                               "as in Fe = Fe2+ + 2 e-");
+    if (!u->migrates && !u->has_potential)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- where nothing carries the current, "
+                               "expected migration = yes in [chemistry], [potential] with electrodes, or what takes up "
+                               "the electrons, as in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
+    if (!pdi_text_has(s->ctx, s->text, section, "current") ||
+        fabs(electrons - charge) <= PDI_READ_CHEMISTRY_SAME * charge) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %.6g e- for one of the metal, but Faraday's "
+                           "law has charge = %.6g, expected the same", electrons, charge);
 }
 
 static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section)
 {
     pd_electrolyte all;
     pd_setup *u = s->setup;
-    pd_reaction_desc desc;
     pd_reaction reaction;
-    char message[PD_MESSAGE_SIZE];
-    int metal, gas;
+    int metal, gas, electron;
     all = u->electrolyte;
-    memset(&desc, 0, sizeof desc);
-    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "reaction", NULL, &desc.text));
-    PDI_TRY(pdi_read_chemistry_others(s, section, desc.text, &all, &metal, &gas));
-    desc.name = "surface";
-    desc.k_unit = "log10"; /* unread: its speed is that of the law */
-    if (pd_reaction_read(s->ctx, &desc, all.species, all.count, &reaction) < 0) {
-        const char *what = strstr(s->ctx->message, ": ");
-        snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "%.500s", message);
-    }
+    PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
+    if (metal < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no metal, expected the symbol of one that "
+                               "is no species of the electrolyte, such as Mg in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
     double one = -reaction.nu[metal];
     if (!(one > 0.0) || (gas >= 0 && reaction.nu[gas] < 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found '%s' on the wrong side, expected the metal "
                                "on the left, and a gas on the right", all.species[one > 0.0 ? gas : metal].name);
+    if (electron >= 0) PDI_TRY(pdi_read_chemistry_electrons(s, section, reaction.nu[electron] / one));
     for (int k = 0; k < u->electrolyte.count; k++) u->shed[k] = reaction.nu[k] / one;
     if (gas >= 0) snprintf(u->gas, sizeof u->gas, "%s", all.species[gas].name);
     if (gas >= 0) u->gas_shed = reaction.nu[gas] / one;
@@ -64447,6 +64938,9 @@ static pd_status pdi_read_potential_section(pdi_reader *s, int section)
     PDI_TRY(pdi_read_potential_place(s, section, e));
     PDI_TRY(pdi_read_potential_kinetics(s, section, e));
     PDI_TRY(pdi_read_potential_control(s, section, e));
+    e->reacts = pdi_text_has(s->ctx, s->text, section, "reaction");
+    if (e->reacts) PDI_TRY(pdi_read_chemistry_electrode(s, section, e->shed));
+    p->reacts = p->reacts || e->reacts;
     return pdi_read_potential_table(s, section, e->wire);
 }
 
@@ -64488,7 +64982,8 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
                                "rest");
     if (u->migrates)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry], "
-                               "expected one of them: currents of electrodes do not move ions yet");
+                               "expected one of them: among ions that migrate one metal dissolves, at potential = E of "
+                               "[dissolve]; electrodes do not move them yet");
     if (first < 0)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found no electrode, expected an [electrode "
                                "NAME] with a shape and a curve");
@@ -67156,6 +67651,22 @@ static void pdi_electrodes_conduct(void *user, double *field)
     }
 }
 
+PDI_FN void pdi_electrodes_feed(void *user, double *source)
+{
+    const pd_electrode_map *m = (const pd_electrode_map *)user;
+    const pd_potential *p = &m->cell->potential;
+    int64_t total = m->grid->total;
+    for (int32_t k = 0; k < p->contacts.count; k++) {
+        const pd_contact *contact = &p->contacts.list[k];
+        const pd_setup_electrode *e = &m->setup->potential.electrode[contact->electrode];
+        double electrons = contact->area * p->current[k] / PDI_ELECTRODES_FARADAY;
+        for (int n = 0; n < m->setup->electrolyte.count && e->reacts; n++) {
+            int place = m->species->components.place[n];
+            if (place >= 0) source[place * total + contact->node] += e->shed[n] * electrons;
+        }
+    }
+}
+
 /* Electrodes that are connected get one number: that of the first one. */
 static void pdi_electrodes_join(int *wire, int count, int a, int b)
 {
@@ -67897,9 +68408,11 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 
 /* Share of saturation by which fluid is below it and counts as saturated. */
 #define PDI_ATTACK_SALT 1e-6
+/* Share of the ions of a neighbour below which a node has just turned fluid. */
+#define PDI_ATTACK_FRESH 0.1
 
 /* The law at the surface beside a node. */
-static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double t)
+static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
 {
     const pd_attack *a = (const pd_attack *)user;
     const pd_setup_metal *metal = &a->setup->metal[0];
@@ -67910,6 +68423,11 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
     vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
     if (a->cell) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
+    if (metal->polarised) {
+        double x[PD_DIM];
+        memset(x, 0, sizeof x);
+        vars[PDI_SETUP_SURFACE] = pdi_setup_eval(&metal->potential, x, t) - phi;
+    }
     vars[PDI_SETUP_PH] = ph;
     for (int k = 0; k < metal->species; k++)
         vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
@@ -67927,6 +68445,7 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
     desc.user = a;
     desc.shed = setup->sheds ? setup->shed : NULL;
     desc.reads_ph = (int)(metal->rate.uses >> PDI_SETUP_PH & 1u);
+    desc.reads_phi = metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u);
     for (int k = 0; k < metal->species; k++)
         if (metal->rate.uses >> (PDI_SETUP_PH + 1 + k) & 1u)
             desc.reads |= (uint32_t)1 << reactive->components.place[metal->of[k]];
@@ -67966,8 +68485,8 @@ static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int32_t node
     char place[PDI_GRID_PLACE];
     double v = a->etch.speed[node];
     if (v < 1e100) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH or species gives %g m/s at t = %g s (node %d at "
-                    "%s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH, species or E gives %g m/s at t = %g s (node %d "
+                    "at %s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
                     pdi_grid_place(a->dissolve->grid, node, place), pd_reactive_ph(a->etch.reactive, node));
 }
 
@@ -67992,6 +68511,28 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
     return PD_OK;
 }
 
+static double pdi_attack_ions(const pd_attack *a, int32_t node)
+{
+    const pd_components *s = &a->etch.reactive->components;
+    double sum = 0.0;
+    for (int n = 0; n < s->solutes; n++)
+        sum += fabs((double)s->charge[n]) * a->etch.reactive->c[(int64_t)n * a->dissolve->grid->total + node];
+    return sum;
+}
+
+/* A node that has just turned fluid has next to no ions that could carry a current: what its neighbours have bounds the
+ * step. */
+static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
+{
+    const pd_grid *grid = a->dissolve->grid;
+    double own = pdi_attack_ions(a, beside->node), *speed = &a->etch.speed[beside->node];
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
+        if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
+        *speed = fmax(*speed, pdi_etch_at(&a->etch, next, pdi_attack_thick(a, beside), *speed));
+    }
+}
+
 /* The law for the species as they are now. */
 static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 {
@@ -68010,6 +68551,8 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
     pdi_etch_solve(ctx, s, 0);
+    for (int32_t k = 0; k < d->beside_count && s->desc.reads_phi; k++)
+        if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);
     return pdi_attack_speeds(ctx, a);
 }
 
@@ -68316,6 +68859,10 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
         desc.find = pdi_attack_find;
         desc.user = &m->attack;
     }
+    if (u->potential.reacts) {
+        desc.feed = pdi_electrodes_feed;
+        desc.feeder = &m->electrodes;
+    }
     desc.cover = m->bare ? u->cover : 0.0;
     desc.bare = m->bare;
     desc.layers = PD_DIM * m->across.reach;
@@ -68471,6 +69018,8 @@ static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
     m->unknowns[PD_PART_POTENTIAL] = m->grid.fluid_count;
     pd_status status = pdi_electrodes_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
                                             u->has_dissolve ? &m->dissolve : NULL, &m->electrodes, &m->cell);
+    m->electrodes.cell = &m->cell;
+    m->electrodes.species = &m->reactive;
     m->line = m->electrodes.line;
     return status;
 }

@@ -615,9 +615,9 @@ BUILD(course, pd_course)
     return pd_course_build(ctx, &l->water, &d, o);
 }
 
-static double etching(void *user, int32_t node, const double *c, double ph, double t)
+static double etching(void *user, int32_t node, const double *c, double ph, double phi, double t)
 {
-    (void)user, (void)node, (void)c, (void)t;
+    (void)user, (void)node, (void)c, (void)phi, (void)t;
     return 1e-9 * ph;
 }
 

@@ -541,7 +541,7 @@ TEST(refusals)
     refused(METAL ION "[dissolve] rate = 1 um/h * [K+]/(1 mM)\n" END, "found [K+], expected a solute");
     refused(METAL "[dissolve] rate = 1 um/h * [K+]/(1 mM)\n" END, "found [K+], expected a solute");
     refused(METAL IONS "[dissolve] rate = 1 um/h * [OH-]\n" END, "expected a speed");
-    refused(METAL IONS "[dissolve] rate = 1 um/h * pH * C/(1 mM)\n" END, "found C beside pH or species");
+    refused(METAL IONS "[dissolve] rate = 1 um/h * pH * C/(1 mM)\n" END, "found C beside pH, species or E");
     refused(METAL ION "[output] every = [Na+] * 1 s\n" END, "laws of the speed of metal alone know species");
     refused(METAL "[dissolve] rate = 1 um/h\n[side x+] species = inlet\n", "found without species");
     refused(METAL SPOT("0 .. 10 um") "[dissolve] rate = 1 um/h\n", "without species");

@@ -33,10 +33,11 @@ static double law_of(const attack *a, double acid, double ph)
     return a->fastest * (1.0 + (ph - 7.0) * (ph - 7.0) / 20.0);
 }
 
-static double law(void *user, int32_t node, const double *c, double ph, double t)
+static double law(void *user, int32_t node, const double *c, double ph, double phi, double t)
 {
     const attack *a = (const attack *)user;
     (void)node;
+    (void)phi;
     (void)t;
     return law_of(a, c[a->solute], ph);
 }

@@ -144,6 +144,48 @@ TEST(species)
     close_model();
 }
 
+/* ---- half-reactions ---- */
+
+#define SEA \
+    "[transport] D = 1e-9 m2/s\n[chemistry] activity = ideal\n[species O2] D = 2e-9 m2/s  initial = 0.25 mM\n" \
+    "[species OH-] D = 5.27e-9 m2/s  initial = 1e-4 mM\n[species Mg2+] D = 0.7e-9 m2/s\n" \
+    "[species Na+] D = 1.33e-9 m2/s  initial = 500 mM\n[species Cl-] D = 2.03e-9 m2/s  initial = 499.9999 mM\n"
+
+static double amount(const char *species)
+{
+    const pd_electrolyte *e = &setup.electrolyte;
+    double sum = 0.0;
+    const double *c = pd_reactive_field(&model.reactive, pdi_electrolyte_find(e, species));
+    for (int32_t i = 0; i < model.grid.total; i++)
+        if (model.grid.kind[i] == PD_FLUID) sum += c[i];
+    return sum * model.stencil.volume;
+}
+
+/* Currents bring and take species by Faraday's law; what both electrodes bring is neutral. */
+TEST(half_reactions)
+{
+    static const char text[] = PLATES "[potential] conductivity = 0.5 S/m\n"
+        "[electrode mg] shape = left  curve = linear  resistance = 1 ohm m2  connected = steel\n"
+        "  reaction = Mg = Mg2+ + 2 e-\n"
+        "[electrode steel] shape = right  curve = linear  resistance = 1 ohm m2  E0 = 0.01 V\n"
+        "  reaction = O2 + 2 H2O + 4 e- = 4 OH-\n" SEA "[run] until = 4 h\n";
+    if (!open_model(text)) return;
+    double o2 = amount("O2"), oh = amount("OH-"), mg = amount("Mg2+"), na = amount("Na+");
+    if (run_to(4.0 * 3600.0)) {
+        double charge = electrode(0).current * 4.0 * 3600.0;
+        pd_reactive_balance b;
+        CHECK_REL(electrode(0).current, 0.01 / (2.0 + 2e-3 / 0.5) * DEEP, 1e-9);
+        CHECK_REL((amount("Mg2+") - mg) * 2.0 * FARADAY, charge, 1e-9);
+        CHECK_REL((o2 - amount("O2")) * 4.0 * FARADAY, charge, 1e-9);
+        CHECK_REL((amount("OH-") - oh) * FARADAY, charge, 1e-9);
+        CHECK_REL(amount("Na+"), na, 1e-12);
+        pd_reactive_balance_of(&ctx, &model.reactive, model.reactive.rows - 1, &b);
+        CHECK_STR(b.name, "charge");
+        CHECK_LE(fabs(b.in - b.out) * FARADAY, 1e-9 * charge);
+    }
+    close_model();
+}
+
 /* ---- metal that goes ---- */
 
 /* The charge that has passed is that of the metal lost, whatever the potential does on the way. */
@@ -342,6 +384,10 @@ TEST(refused)
         {OPEN A B "[electrode a] potential = 1 V  current = 1 A\n", "found beside 'potential'"},
         {OPEN A B "[electrode a] potential = 1 V * x/(1 m)\n", "function of the place"},
         {OPEN A B "[electrode a] potential = 1 V * t/(1 s)\n", "function of t"},
+        {OPEN A B "[electrode a] reaction = O2 + 2 H2O + 4 e- = 4 OH-\n", "found without species"},
+        {OPEN A B SEA "[run] until = 1 s\n[electrode a] reaction = O2 + 2 H2O + 3 e- = 4 OH-\n", "the charge is"},
+        {OPEN A B SEA "[run] until = 1 s\n[electrode a] reaction = O2 + 3 H2O + 4 e- = 4 OH-\n", "does not balance"},
+        {OPEN A B SEA "[run] until = 1 s\n[electrode a] reaction = Mg2+ + 2 OH- = Mg + O2 + H2(g)\n", "no e-"},
         {OPEN A B "[electrode a] connected = c\n", "'c', expected the name of another"},
         {OPEN A B "[electrode a] connected = a\n", "'a', expected the name of another"},
         {OPEN A B "[electrode a] connected = b  potential = 1 V\n[electrode b] current = 1 A\n", "connected"},
@@ -372,5 +418,6 @@ TEST(refused)
 #else
 #define PLANE
 #endif
-TEST_MAIN(ENTRY(mixed_potential) ENTRY(gap) ENTRY(in_time) ENTRY(species) ENTRY(faraday) ENTRY(growing_gap) ENTRY(bared)
+TEST_MAIN(ENTRY(mixed_potential) ENTRY(gap) ENTRY(in_time) ENTRY(species) ENTRY(half_reactions) ENTRY(faraday)
+          ENTRY(growing_gap) ENTRY(bared)
           PLANE ENTRY(state) ENTRY(refused))

@@ -139,9 +139,11 @@ static const char *const texts[] = {
     "[species K+] D = 1e-9 m2/s\n"
     "[species Cl-] D = 1e-9 m2/s\n[species KCl(s)] volume = 37 cm3/mol\n[reaction a] KCl(s) = K+ + Cl-  log10_K = 1\n"
     "[mineral KCl(s)] rate = 1 mol/m2/s  area = 1 1/m  surface = 0  exponent = 1  nucleation = 0  porosity = 0.1\n"
-    "[dissolve] rate = 1 um/h\n[run] until = 1 s\n",
+    "[dissolve] rate = 1 um/h  potential = 0 V\n[run] until = 1 s\n",
     BOX METAL "[potential] conductivity = 1 S/m\n[electrode a] shape = metal  current = 0  curve = expression\n"
     "i = 1 A/m2 * E/(1 V)  range = -1 V .. 1 V\n",
+    BOX METAL "[potential] conductivity = 1 S/m\n[electrode a] shape = metal  curve = linear  resistance = 1 ohm m2\n"
+    "reaction = 2 H+ + 2 e- = H2(g)\n[species H+] D = 1e-9 m2/s\n[species Cl-] D = 1e-9 m2/s\n[run] until = 1 s\n",
     BOX METAL "[side y+] flow = open  species = inlet\n[species Fe2+] D = 1e-9 m2/s\n[species H+] D = 1e-9 m2/s\n"
     "[corrode] rate = 1 um/h  Csat = 5 mol/L  D = 1e-9 m2/s  reaction = Fe + 2 H+ = Fe2+ + H2(g)\n[run] until = 1 s\n",
     BOX METAL "[side x-] ux = 0  uy = 0\n[side x+] pressure = 1 MPa\n"

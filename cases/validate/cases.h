@@ -31,6 +31,7 @@
 #include "migration.h"
 #include "mineral.h"
 #include "measured.h"
+#include "pit.h"
 #include "galvanic.h"
 
 static const val_case *const val_cases[] = {
@@ -109,6 +110,7 @@ static const val_case *const val_cases[] = {
     &mineral_case,
 #if PD_DIM < 3
     &measured_case,
+    &pit_case,
 #endif
 #if PD_DIM > 1
     &galvanic_case,

@@ -196,11 +196,12 @@ static pd_status reaction_water_solve(val_job *job, reaction_lab *r)
 /* ---- metal under a law in pH ---- */
 
 /* Speed [m/s] of the law. */
-static double reaction_law(void *user, int32_t node, const double *c, double ph, double t)
+static double reaction_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
 {
     const double *power = (const double *)user;
     (void)node;
     (void)c;
+    (void)phi;
     (void)t;
     return 3e-9 * pow(10.0, *power * (7.0 - ph));
 }
@@ -212,7 +213,7 @@ static double reaction_law_exact(double power)
     for (int k = 0; k < 200; k++) {
         double v = 0.5 * (low + high), u = (5.27e-9 - 9.31e-9) * 1e-4 + 2.0 * 7e4 * v * 1e-3;
         double oh = (u + sqrt(u * u + 4.0 * 5.27e-9 * 9.31e-9 * 1e-8)) / (2.0 * 5.27e-9);
-        if (reaction_law(&power, 0, NULL, 11.0 + log10(oh), 0.0) > v) low = v;
+        if (reaction_law(&power, 0, NULL, 11.0 + log10(oh), 0.0, 0.0) > v) low = v;
         else high = v;
     }
     return high;

@@ -15,6 +15,8 @@
 
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
+/* With migration: roundings of the ions of a node that its charge may be off by. */
+#define PDI_ADVANCE_CHARGE 4.0
 /* A residual within this factor of the tolerance that comes no nearer than this share of itself in a step is rounding,
  * and met: what is undone is carried on. */
 #define PDI_ADVANCE_NEAR 10.0
@@ -29,8 +31,10 @@
  * factor, since the next one finds the potential in the ions that have come. */
 #define PDI_ADVANCE_LIFT 3.0
 #define PDI_ADVANCE_JUMP 1e9
-/* Tries with shorter steps, and their ratio. */
+/* Tries with shorter steps, and their ratio; with a law in the potential of ions, which a steep exponential is far from
+ * the solution. */
 #define PDI_ADVANCE_PARTS 8
+#define PDI_ADVANCE_PARTS_STEEP 18
 #define PDI_ADVANCE_SHORTER 8.0
 /* [mol/m3] that is nothing. */
 #define PDI_ADVANCE_NONE 1e-150
@@ -116,6 +120,17 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     return sqrt(pdi_par_dot(ctx, count * total, r->move, r->move));
 }
 
+/* With migration: what a node lacks to be neutral, over the rounding of its ions, as charge of component k. */
+static double pdi_advance_charge(const pd_reactive *r, int k, int32_t i)
+{
+    const pd_components *s = &r->components;
+    double c[PD_SPECIES_MOST], size, z = fabs(r->migration.on ? r->migration.charge[s->master[k]] : 0.0);
+    if (!(z > 0.0)) return 0.0;
+    pdi_reactive_get(r, r->c, i, c);
+    pdi_migration_charge(&r->migration, c, &size);
+    return PDI_ADVANCE_CHARGE / PDI_ADVANCE_ROUND * size / z;
+}
+
 /* Rounding [mol/m3/s] of the balances of component k, as a norm; *held: of what is there over the step, its square. */
 static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, double *held)
 {
@@ -127,7 +142,7 @@ static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, dou
         double sum = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
-        size[i] = sum * (1.0 / r->dt + r->rates[i]);
+        size[i] = (sum + pdi_advance_charge(r, k, i)) * (1.0 / r->dt + r->rates[i]);
         for (int m = 0; m < r->minerals.count; m++)
             size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] / r->dt;
         *held += sum / r->dt * (sum / r->dt);
@@ -266,6 +281,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
         pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
+        if (status == PD_ERR_DIVERGED && r->migration.on) return PD_NOT_CONVERGED; /* where there are next to no ions */
         if (status < 0) return status;
         double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
         int falls = pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm);
@@ -283,7 +299,8 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
 static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     double now = dt;
-    for (int part = 0; part <= PDI_ADVANCE_PARTS;) {
+    int steep = r->surface && r->surface->desc.reads_phi, parts = steep ? PDI_ADVANCE_PARTS_STEEP : PDI_ADVANCE_PARTS;
+    for (int part = 0; part <= parts;) {
         pd_status status = pdi_advance_newton(ctx, r, now, result);
         if (status < 0) return status;
         if (status == PD_OK && now >= dt) return PD_OK;
@@ -475,6 +492,10 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
     double size = 0.0;
     pdi_migration_tie(&r->migration);
     if (r->migration.tied) return PD_OK;
+    if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
+                        "species has a potential and lets a current pass, expected one",
+                        r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double around = pdi_grid_circumference(r->grid, i);
         if (r->grid->kind[i] != PD_FLUID) continue;

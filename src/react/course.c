@@ -72,6 +72,9 @@ static void pdi_course_feed(pd_course *a)
         double rate = r->grid->kind[i] == PD_FLUID ? a->desc.fed[i] / a->left : 0.0;
         for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
     }
+    if (!a->desc.feed) return;
+    for (int64_t at = 0; at < r->components.solutes * total && !a->desc.fed; at++) r->source[at] = 0.0;
+    a->desc.feed(a->desc.feeder, r->source);
 }
 
 /* What a step of dt [s] has taken of it. */
@@ -270,7 +273,47 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
     return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
 }
 
-/* Nodes that were metal begin as water. */
+/* A node comes to equilibrium again; what that is off by is owed. */
+static void pdi_course_settled(pd_course *a, int32_t node)
+{
+    pd_reactive *r = a->reactive;
+    int64_t total = r->grid->total;
+    double c[PD_SPECIES_MOST], from[PD_SPECIES_MOST], to[PD_SPECIES_MOST];
+    pdi_reactive_get(r, r->c, node, c);
+    pdi_components_totals(&r->components, c, from);
+    if (r->components.joined && pdi_components_solve(&r->components, from, c) != PD_OK) return;
+    pdi_migration_neutralise(&r->migration, c);
+    pdi_components_totals(&r->components, c, to);
+    for (int k = 0; k < r->components.count; k++) r->carry[k * total + node] += from[k] - to[k];
+    pdi_reactive_put(r, c, node, r->c);
+}
+
+/* With migration, each node that was metal gets the share 1/(2 d) of what fluid beside it held, `start`: without ions
+ * it would carry no current. `share` 0: nodes come to equilibrium after that. */
+static void pdi_course_share(pd_course *a, const int32_t *turned, int32_t count, double share)
+{
+    pd_reactive *r = a->reactive;
+    const pd_grid *grid = r->grid;
+    int64_t total = grid->total;
+    for (int32_t k = 0; k < count; k++) {
+        int32_t i = turned[k];
+        for (int side = 0; side < 2 * PD_DIM; side++) {
+            int32_t j = pdi_grid_image(grid, i + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2], NULL);
+            if (j < 0 || j == i || grid->kind[j] != PD_FLUID) continue;
+            double around = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
+            for (int n = 0; n < r->components.solutes && share > 0.0; n++) {
+                double part = share * a->start[n * total + j];
+                r->c[n * total + j] -= part;
+                r->c[n * total + i] += around * part;
+            }
+            if (fabs(r->migration.psi[j]) > fabs(r->migration.psi[i])) r->migration.psi[i] = r->migration.psi[j];
+            if (!(share > 0.0)) pdi_course_settled(a, j);
+        }
+        if (!(share > 0.0)) pdi_course_settled(a, i);
+    }
+}
+
+/* Nodes that were metal begin as water, or with migration with a share of the fluid beside them. */
 static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_course *a = (pd_course *)self;
@@ -283,6 +326,15 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
     for (int32_t k = 0; k < count; k++) {
         pdi_reactive_put(r, c, turned[k], r->c);
         for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
+    }
+    if (r->migration.on) {
+        pdi_course_keep(ctx, a, 0);
+        for (int32_t k = 0; k < count; k++) {
+            pdi_reactive_put(r, none, turned[k], a->start); /* what turns gives nothing */
+            r->migration.psi[turned[k]] = 0.0;
+        }
+        pdi_course_share(a, turned, count, 0.5 / PD_DIM);
+        pdi_course_share(a, turned, count, 0.0);
     }
     a->bent = 1;
     if (a->desc.bare) pdi_course_cover(a);

@@ -1,7 +1,8 @@
 /* course: species in time as a process, in steps of two stages with a controlled error (theory: 5c.5).
  *
  * Metal that dissolves gives amounts by node; they enter by the stoichiometry of a reaction, in the steps that follow
- * up to the end of the step of the run. Nodes that turn fluid begin as water without solutes.
+ * up to the end of the step of the run. Nodes that turn fluid begin as water without solutes, with migration with a
+ * share of the fluid beside them.
  */
 #ifndef PD_COURSE_H
 #define PD_COURSE_H
@@ -16,6 +17,9 @@ typedef struct pd_course_desc {
     double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; NULL:
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
+    void (*feed)(void *user, double *source); /* adds to sources [solutes][total] [mol/m3/s], as they are from the start
+                                               * of the step of the run; NULL: nothing does */
+    void *feeder;     /* user of that */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
     pd_at_fn find;       /* lists its places */
     void *user;

@@ -1,8 +1,9 @@
-/* etch: see surface.h
+/* etch: see etch.h
  *
  * Design: in the film the sums over species of D times concentration, by components, are linear, since reactions in
  * equilibrium keep them. Concentrations times their diffusivities follow the same mass action with other constants, so
- * the surface is found by the solver of components. Coefficients of activity are those of the node.
+ * the surface is found by the solver of components. Coefficients of activity are those of the node. With migration the
+ * same holds for the shares of exponential fluxes (migrate.h), and the potential of the surface makes it neutral.
  */
 #include "react/etch.h"
 #include "core/par.h"
@@ -19,10 +20,21 @@
 #define PDI_ETCH_BRACKET 2.0
 /* Relative change of what a law reads by which its slope is found. */
 #define PDI_ETCH_STRIDE 1e-6
+/* Share by which twice that has another slope where a law jumps; doublings and halvings by which the place of the jump
+ * is found. */
+#define PDI_ETCH_JUMP 0.25
+#define PDI_ETCH_DOUBLINGS 60
+#define PDI_ETCH_HALVINGS 20
 /* [mol/m3] that counts as nothing beside that. */
 #define PDI_ETCH_NOTHING 1e-30
 /* What is left at least of 1 less the slope of a rising law behind its film. */
 #define PDI_ETCH_RISE 0.05
+/* F phi/(R T): most of the surface over the node, first stride to it, and the change by which a slope is found. */
+#define PDI_ETCH_LIFT 60.0
+#define PDI_ETCH_LIFT_FIRST 0.01
+#define PDI_ETCH_LIFT_STRIDE 1e-6
+/* Share of the sum of |z| c that is no charge. */
+#define PDI_ETCH_NEUTRAL 4e-16
 
 /* ---- the surface of a node ---- */
 
@@ -35,7 +47,14 @@ typedef struct pdi_etch_work {
     double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
     double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
     double at[PD_SPECIES_MOST];       /* [mol/m3] times `scale`: at the surface, the last that was found */
+    double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
+    double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
+    double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
 } pdi_etch_work;
+
+/* z/(exp(z) - 1) and its derivative. */
+static double pdi_etch_share(double z) { return pdi_migrate_leave(1.0, 0.0, z, 1.0, 0.0); }
+static double pdi_etch_share_by(double z) { return -pdi_migrate_conduct(z, 1.0, 0.0); }
 
 static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_components *film, pdi_etch_work *w)
 {
@@ -46,6 +65,9 @@ static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_comp
     pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
     w->davies = pdi_components_activity(of, w->c);
     for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
+    w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
+    w->lift = 0.0;
+    memcpy(w->surface, w->c, sizeof w->surface);
     if (!(thick > 0.0)) return;
     for (int n = 0; n < of->solutes; n++) {
         film->ln_k[n] = s->film.ln_k[n] - of->charge[n] * of->charge[n] * w->davies;
@@ -55,33 +77,110 @@ static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_comp
         }
     }
     for (int k = 0; k < of->joined; k++) film->ln_k[of->master[k]] = 0.0;
+    memcpy(w->ln_k, film->ln_k, sizeof w->ln_k);
     pdi_components_totals(of, w->at, w->flows);
 }
 
-/* The law for the concentrations c. */
-static double pdi_etch_law(const pdi_etch_work *w, const double *c)
+/* The law for the concentrations c, where F phi/(R T) is psi. */
+static double pdi_etch_law(const pdi_etch_work *w, const double *c, double psi)
 {
     const pd_reactive *r = w->s->reactive;
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
-    return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, w->s->time), 0.0);
+    double phi = r->migration.on ? psi * r->migration.volt : (double)NAN;
+    return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time), 0.0);
+}
+
+/* ---- the film of a node with migration ---- */
+
+/* Charge of the surface over the sum of |z| c, where metal dissolves at v and the surface has `lift`: it falls with
+ * that. NaN: no equilibrium was found. */
+static double pdi_etch_charge(pd_components *film, pdi_etch_work *w, double v, double lift)
+{
+    const pd_etch *s = w->s;
+    double down[PD_SPECIES_MOST], up[PD_SPECIES_MOST], flows[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+    for (int n = 0; n < film->solutes; n++) {
+        double z = film->charge[n] * lift;
+        down[n] = pdi_etch_share(-z);
+        up[n] = s->scale[n] * pdi_etch_share(z) * w->c[n];
+    }
+    for (int n = 0; n < film->solutes && film->joined; n++) {
+        film->ln_k[n] = w->ln_k[n] + log(down[n]);
+        for (int k = 0; k < film->joined; k++) film->ln_k[n] -= film->m[k][n] * log(down[film->master[k]]);
+    }
+    for (int k = 0; k < film->joined; k++) film->ln_k[film->master[k]] = 0.0;
+    pdi_components_totals(film, up, flows);
+    for (int k = 0; k < film->count; k++) flows[k] += s->gain[k] * w->thick * v;
+    if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
+    for (int n = 0; n < film->solutes; n++) {
+        w->surface[n] = w->at[n] / (s->scale[n] * down[n]);
+        charge += film->charge[n] * w->surface[n];
+        size += fabs((double)film->charge[n]) * w->surface[n];
+    }
+    w->lift = lift;
+    return size > DBL_MIN ? charge / size : 0.0;
+}
+
+/* From `a`, with the charge *of, by growing strides to a lift `b` on the other side of neutrality. */
+static double pdi_etch_across(pd_components *film, pdi_etch_work *w, double v, double *a, double *of, double *there)
+{
+    double stride = *of > 0.0 ? PDI_ETCH_LIFT_FIRST : -PDI_ETCH_LIFT_FIRST, b = *a;
+    *there = *of;
+    while (fabs(b) < PDI_ETCH_LIFT || b * stride < 0.0) {
+        b = fmin(fmax(b + stride, -PDI_ETCH_LIFT), PDI_ETCH_LIFT);
+        stride *= 3.0;
+        *there = pdi_etch_charge(film, w, v, b);
+        if (!(*there * *of > 0.0)) return b;
+        *a = b;
+        *of = *there;
+    }
+    return b;
+}
+
+/* The lift that makes the surface neutral where metal dissolves at v: false position (Illinois), halved where that is
+ * slow. Fluid without ions of one sign lifts it as far as it goes. 0: no equilibrium was found. */
+static int pdi_etch_lift(pd_components *film, pdi_etch_work *w, double v)
+{
+    double a = w->lift, of = pdi_etch_charge(film, w, v, a), there;
+    if (fabs(of) <= PDI_ETCH_NEUTRAL) return 1;
+    double b = pdi_etch_across(film, w, v, &a, &of, &there);
+    for (int step = 0; step < PDI_ETCH_STEPS && of * there < 0.0; step++) {
+        double x = a + (b - a) * (of / (of - there));
+        if (step % 4 == 3) x = a + 0.5 * (b - a);
+        if (!(fabs(b - a) > PDI_ETCH_CLOSE * fmax(fabs(x), PDI_ETCH_LIFT_FIRST))) break;
+        double g = pdi_etch_charge(film, w, v, x);
+        if (!(g == g)) return 0;
+        if (fabs(g) <= PDI_ETCH_NEUTRAL) break;
+        if (g * there > 0.0) {
+            b = x;
+            there = g;
+            of *= 0.5;
+        } else {
+            a = x;
+            of = g;
+            there *= 0.5;
+        }
+    }
+    return of == of && there == there;
 }
 
 /* The law at the surface, where metal dissolves at v [m/s]. */
-static double pdi_etch_given(const pd_components *film, pdi_etch_work *w, double v)
+static double pdi_etch_given(pd_components *film, pdi_etch_work *w, double v)
 {
     const pd_etch *s = w->s;
     double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
-    if (!(w->thick > 0.0)) return pdi_etch_law(w, w->c);
+    if (!(w->thick > 0.0)) return pdi_etch_law(w, w->c, w->psi);
+    if (s->reactive->migration.on)
+        return pdi_etch_lift(film, w, v) ? pdi_etch_law(w, w->surface, w->psi + w->lift) : (double)NAN;
     for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
-    return pdi_etch_law(w, c);
+    return pdi_etch_law(w, c, 0.0);
 }
 
 /* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
  * differences. 0: the law is not finite. */
-static int pdi_etch_bracket(const pd_components *film, pdi_etch_work *w, double guess, double first, double *a,
+static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess, double first, double *a,
                                double *above, double *b, double *below)
 {
     double factor = PDI_ETCH_BRACKET, v = guess > 0.0 ? guess : first;
@@ -119,7 +218,7 @@ static int pdi_etch_bracket(const pd_components *film, pdi_etch_work *w, double 
 }
 
 /* The speed of a node: false position (Illinois), halved where that is slow. */
-static double pdi_etch_find(const pd_components *film, pdi_etch_work *w, double guess)
+static double pdi_etch_find(pd_components *film, pdi_etch_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_etch_given(film, w, 0.0);
     if (!(fabs(first) < HUGE_VAL)) return NAN;
@@ -160,7 +259,7 @@ static double pdi_etch_slope(const pdi_etch_work *w, const double *c, const doub
         up[n] = fmax(c[n] + stride * along[n], 0.0);
         down[n] = fmax(c[n] - stride * along[n], 0.0);
     }
-    double change = (pdi_etch_law(w, up) - pdi_etch_law(w, down)) / (2.0 * stride);
+    double change = (pdi_etch_law(w, up, 0.0) - pdi_etch_law(w, down, 0.0)) / (2.0 * stride);
     return fabs(change) < HUGE_VAL ? change : 0.0;
 }
 
@@ -210,6 +309,156 @@ static void pdi_etch_derive(const pd_components *film, const pdi_etch_work *w, f
     }
 }
 
+/* ---- how the speed of a node follows, with migration ---- */
+
+/* The law at the surface with a change of one concentration. */
+static double pdi_etch_moved(const pdi_etch_work *w, double *c, int n, double change)
+{
+    double from = c[n];
+    c[n] = fmax(from + change, 0.0);
+    double v = pdi_etch_law(w, c, w->psi + w->lift);
+    c[n] = from;
+    return v;
+}
+
+/* The law jumps with solutes m and n, by `step` of m: the change of n that undoes it, in the sense of `sign`. */
+static double pdi_etch_undone(const pdi_etch_work *w, double *c, int m, double step, int n, double sign)
+{
+    double from = c[m], level = 0.5 * (pdi_etch_moved(w, c, m, step) + pdi_etch_moved(w, c, m, -step));
+    double low = 0.0, high = PDI_ETCH_STRIDE * PDI_ETCH_STRIDE * fmax(c[n], PDI_ETCH_NOTHING);
+    int above = pdi_etch_moved(w, c, m, step) > level, found = 0;
+    c[m] = fmax(from + step, 0.0);
+    for (int k = 0; k < PDI_ETCH_DOUBLINGS && !found; k++) {
+        found = (pdi_etch_moved(w, c, n, sign * high) > level) != above;
+        if (!found) low = high;
+        if (!found) high *= 2.0;
+    }
+    for (int k = 0; k < PDI_ETCH_HALVINGS; k++) {
+        double middle = 0.5 * (low + high);
+        if ((pdi_etch_moved(w, c, n, sign * middle) > level) != above) high = middle;
+        else low = middle;
+    }
+    c[m] = from;
+    return found ? high : HUGE_VAL;
+}
+
+/* Changes of the law with each solute that it reads, and with F phi/(R T): *lift. Where it jumps, both sides count, and
+ * the changes are in the ratios that keep to the jump. */
+static void pdi_etch_gradient(const pdi_etch_work *w, double *by, double *lift)
+{
+    const pd_etch *s = w->s;
+    double c[PD_SPECIES_MOST], stride[PD_SPECIES_MOST], psi = w->psi + w->lift;
+    int jumps[PD_SPECIES_MOST], first = -1;
+    memcpy(c, w->surface, sizeof c);
+    for (int n = 0; n < s->film.solutes; n++) {
+        double wide;
+        stride[n] = PDI_ETCH_STRIDE * fmax(c[n], PDI_ETCH_NOTHING);
+        by[n] = 0.0;
+        jumps[n] = 0;
+        if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
+        by[n] = (pdi_etch_moved(w, c, n, stride[n]) - pdi_etch_moved(w, c, n, -stride[n])) / (2.0 * stride[n]);
+        wide = pdi_etch_moved(w, c, n, 2.0 * stride[n]) - pdi_etch_moved(w, c, n, -2.0 * stride[n]);
+        wide /= 4.0 * stride[n];
+        if (!(fabs(by[n]) < HUGE_VAL) || !(fabs(wide) < HUGE_VAL)) by[n] = wide = 0.0;
+        jumps[n] = fabs(by[n] - wide) > PDI_ETCH_JUMP * fabs(by[n]);
+        if (jumps[n] && (first < 0 || stride[n] > stride[first])) first = n;
+    }
+    for (int n = 0; n < s->film.solutes; n++) {
+        if (!jumps[n] || n == first) continue;
+        double change = pdi_etch_undone(w, c, first, stride[first], n, by[n] * by[first] > 0.0 ? -1.0 : 1.0);
+        by[n] = copysign(fabs(by[first]) * stride[first] / change, by[n]);
+    }
+    *lift = 0.0;
+    if (!s->desc.reads_phi) return;
+    *lift = pdi_etch_law(w, c, psi + PDI_ETCH_LIFT_STRIDE) - pdi_etch_law(w, c, psi - PDI_ETCH_LIFT_STRIDE);
+    *lift = fabs(*lift) < HUGE_VAL ? *lift / (2.0 * PDI_ETCH_LIFT_STRIDE) : 0.0;
+}
+
+typedef double pdi_etch_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 2];
+
+/* Gauss and Jordan: the columns behind the first `rows` become the solution. What is singular stays 0. */
+static void pdi_etch_linear(int rows, int columns, pdi_etch_table a)
+{
+    for (int p = 0; p < rows; p++) {
+        int best = p;
+        for (int i = p + 1; i < rows; i++)
+            if (fabs(a[i][p]) > fabs(a[best][p])) best = i;
+        for (int j = 0; j < columns; j++) {
+            double swap = a[p][j];
+            a[p][j] = a[best][j];
+            a[best][j] = swap;
+        }
+        double factor = fabs(a[p][p]) > DBL_MIN ? 1.0 / a[p][p] : 0.0;
+        for (int j = 0; j < columns; j++) a[p][j] *= factor;
+        for (int i = 0; i < rows; i++) {
+            double share = a[i][p];
+            for (int j = 0; j < columns && i != p; j++) a[i][j] -= share * a[p][j];
+        }
+    }
+}
+
+/* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
+ * (one more), and, on the right, the speed (one more) and the totals of the node (those of components). */
+static void pdi_etch_balances(const pd_components *film, const pdi_etch_work *w, const float *own, pdi_etch_table a)
+{
+    const pd_etch *s = w->s;
+    const pd_components *of = &s->reactive->components;
+    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+    float node[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    int count = of->count;
+    memset(a, 0, sizeof(pdi_etch_table));
+    pdi_components_derive(of, w->c, node);
+    for (int j = 0; j < count; j++) {
+        memset(one, 0, sizeof one);
+        one[j] = 1.0;
+        pdi_components_follow(film, own, one, along);
+        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_etch_share(-of->charge[n] * w->lift);
+        pdi_components_totals(of, along, sum);
+        for (int k = 0; k < count; k++) a[k][j] = sum[k];
+        pdi_components_follow(of, node, one, along);
+        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_etch_share(of->charge[n] * w->lift);
+        pdi_components_totals(of, along, sum);
+        for (int k = 0; k < count; k++) a[k][count + 2 + j] = sum[k];
+        a[count][j] = of->charge[of->master[j]];
+        a[j][count + 1] = s->gain[j] * w->thick;
+    }
+    for (int n = 0; n < of->solutes; n++) {
+        double z = of->charge[n];
+        along[n] = -z * s->scale[n] * (pdi_etch_share_by(-z * w->lift) * w->surface[n] +
+                                       pdi_etch_share_by(z * w->lift) * w->c[n]);
+    }
+    pdi_components_totals(of, along, sum);
+    for (int k = 0; k < count; k++) a[k][count] = sum[k];
+    if (fabs(w->lift) < PDI_ETCH_LIFT) return;
+    for (int j = 0; j < count; j++) a[count][j] = 0.0; /* it goes no further */
+    a[count][count] = 1.0;
+}
+
+/* How the speed of a node follows its totals, and F phi/(R T) there: *drive. */
+static void pdi_etch_derive_charged(const pd_components *film, const pdi_etch_work *w, float *by, float *drive)
+{
+    const pd_components *of = &w->s->reactive->components;
+    double gradient[PD_SPECIES_MOST], lift, slope[PD_SPECIES_MOST + 1], along[PD_SPECIES_MOST], change[PD_SPECIES_MOST];
+    float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    pdi_etch_table a;
+    int count = of->count, films = w->thick > 0.0;
+    pdi_etch_gradient(w, gradient, &lift);
+    pdi_components_derive(films ? film : of, w->surface, own);
+    if (films) {
+        pdi_etch_balances(film, w, own, a);
+        pdi_etch_linear(count + 1, 2 * count + 2, a);
+    }
+    for (int j = 0; j <= count; j++) { /* the speed, then the totals */
+        for (int k = 0; k < count; k++) change[k] = films ? a[k][count + 1 + j] : k == j - 1 ? 1.0 : 0.0;
+        pdi_components_follow(films ? film : of, own, change, along);
+        slope[j] = films ? lift * a[count][count + 1 + j] : 0.0;
+        for (int n = 0; n < of->solutes; n++) slope[j] += gradient[n] * along[n];
+    }
+    double back = films ? fmax(1.0 - slope[0], PDI_ETCH_RISE) : 1.0;
+    for (int k = 0; k < count; k++) by[k] = (float)(slope[1 + k] / back);
+    *drive = (float)(lift / back);
+}
+
 PDI_FN double pdi_etch_at(const pd_etch *s, int32_t node, double thick, double guess)
 {
     pd_components film = s->film;
@@ -232,7 +481,8 @@ PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *s, int derive)
         pdi_etch_enter(s, s->node[p], s->thick[p], &film, &w);
         if (derive) {
             pdi_etch_given(&film, &w, s->speed[s->node[p]]);
-            pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
+            if (s->drive) pdi_etch_derive_charged(&film, &w, s->by + (int64_t)p * count, s->drive + p);
+            else pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
         } else {
             s->speed[s->node[p]] = pdi_etch_find(&film, &w, s->speed[s->node[p]]);
         }
@@ -272,6 +522,12 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
     for (int n = 0; n < r->components.solutes; n++) r->in[n] += amount * s->shed[n];
 }
 
+PDI_FN void pdi_etch_yield(pd_etch *s)
+{
+    for (int32_t p = 0; p < s->count; p++)
+        s->split[p] = s->weight[p] * fmax(-s->charge * (double)s->drive[p], 0.0);
+}
+
 PDI_FN void pdi_etch_accept(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
@@ -295,6 +551,7 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, passed, total, "m");
     PDI_ARRAY(owner, etch, split, total, "m/s");
     PDI_ARRAY(owner, etch, by, etch->reactive->components.count * total, "m4/mol/s");
+    if (etch->reactive->migration.on) PDI_ARRAY(owner, etch, drive, total, "m/s");
 }
 
 /* The system of concentrations times their diffusivities: ln c' = ln K + ln d + sum m (ln c'_master - ln d_master). */
@@ -320,6 +577,7 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
     for (int i = 0; i < r->desc.count && desc->shed; i++)
         if (r->components.place[i] >= 0) s->shed[r->components.place[i]] = desc->shed[i];
     pdi_components_totals(&r->components, s->shed, s->gain);
+    for (int n = 0; n < r->components.solutes; n++) s->charge += r->components.charge[n] * s->shed[n];
     pdi_etch_film(s);
     pd_status status = pdi_owner_build(ctx, pdi_etch_list, s);
     if (status < 0) {

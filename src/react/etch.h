@@ -8,8 +8,9 @@
 #define PD_ETCH_H
 #include "react/reactive.h"
 
-/* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), time t [s]. */
-typedef double (*pd_etch_fn)(void *user, int32_t node, const double *c, double ph, double t);
+/* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), the potential
+ * phi [V] of pd_reactive_potential (NaN without migration), time t [s]. */
+typedef double (*pd_etch_fn)(void *user, int32_t node, const double *c, double ph, double phi, double t);
 
 typedef struct pd_etch_desc {
     pd_etch_fn law;
@@ -17,6 +18,7 @@ typedef struct pd_etch_desc {
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes */
     uint32_t reads;     /* bit n: the law depends on solute n */
     int reads_ph;       /* 1: on pH */
+    int reads_phi;      /* 1: on phi, which an inlet or a held wall has to tie */
 } pd_etch_desc;
 
 typedef struct pd_etch {
@@ -24,6 +26,7 @@ typedef struct pd_etch {
     pd_reactive *reactive;
     double shed[PD_SPECIES_MOST]; /* [-] of solutes */
     double gain[PD_SPECIES_MOST]; /* [-] of totals */
+    double charge;                /* [-] that comes with one of the metal, as ions */
     double scale[PD_SPECIES_MOST]; /* [-] diffusivities over the mean one, not 0 */
     pd_components film;           /* of concentrations times `scale` */
     int32_t count;                /* fluid nodes beside metal */
@@ -36,6 +39,7 @@ typedef struct pd_etch {
     double *passed;               /* [total] [m] of places: the same of steps that stand */
     double *split;                /* [total] [m/s] work */
     float *by;                    /* [total][components] of places: how the speed follows totals */
+    float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
 } pd_etch;
 
@@ -64,6 +68,8 @@ PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int derive);
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */
+PDI_FN void pdi_etch_yield(pd_etch *etch);
 /* Change of the speed [m/s] with that of the dissolved totals [mol/m3] of its node. */
 static inline double pdi_etch_follow(const pd_etch *s, int32_t place, const double *change)
 {

@@ -195,7 +195,8 @@ static void pdi_migration_faces(pd_migration *m, const double *c, double least)
     }
 }
 
-PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double *c)
+PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double *c,
+                                     const pdi_migration_surface *surface)
 {
     const pd_grid *grid = m->flux->bonds->grid;
     pdi_compact_faces faces;
@@ -219,6 +220,12 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
     faces.walls = NULL;
     pdi_compact_fill(ctx, m->flux->diffusion->desc.diffusivity, NULL, &still, 0.0, &faces, &m->compact);
     pdi_migration_faces(m, c, PDI_MIGRATION_LEAST * most * (ratio < HUGE_VAL ? ratio : 1.0));
+    for (int32_t p = 0; p < surface->count; p++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, surface->node[p], i);
+        m->compact.mass[pdi_compact_cell(grid, i)] +=
+            (float)(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p]);
+    }
     return pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct, NULL,
                                m->compact.wall, m->compact.mass);
 }

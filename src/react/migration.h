@@ -56,8 +56,15 @@ PDI_FN void pdi_migration_leave(const pd_ctx *ctx, pd_migration *migration, cons
 PDI_FN void pdi_migration_spread(const pd_ctx *ctx, const pd_migration *migration, double *s, double *y);
 /* M z c over the sum of z^2 c: along [components]. Its charge is 1. */
 PDI_FN void pdi_migration_along(const pd_migration *migration, const double *c, double *along);
+/* What a surface does: at `count` nodes it takes up take [mol/m3/s] of charge a unit of psi. */
+typedef struct pdi_migration_surface {
+    int32_t count;
+    const int32_t *node;
+    const double *take;
+} pdi_migration_surface;
 /* For the present concentrations [solutes][total]: sizes, and the conductances of the preconditioner. */
-PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *migration, const double *c);
+PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *migration, const double *c,
+                                     const pdi_migration_surface *surface);
 /* y [total] [-]: near the psi that drives `current` [mol/m3/s] out of the nodes. */
 PDI_FN void pdi_migration_apply(pd_ctx *ctx, pd_migration *migration, const double *current, double *y);
 /* Largest change of psi in the step of Newton at hand [-]. */

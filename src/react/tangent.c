@@ -74,6 +74,18 @@ static void pdi_tangent_fix(const pd_reactive *r, const float *by, double *total
         for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
 }
 
+static pd_status pdi_tangent_migration(pd_ctx *ctx, pd_reactive *r)
+{
+    pdi_migration_surface surface = {0, NULL, NULL};
+    if (r->surface) {
+        pdi_etch_yield(r->surface);
+        surface.count = r->surface->count;
+        surface.node = r->surface->node;
+        surface.take = r->surface->split;
+    }
+    return pdi_migration_setup(ctx, &r->migration, r->c, &surface);
+}
+
 /* Derivatives at the present concentrations, and the preconditioner that follows from them. */
 static pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
 {
@@ -111,8 +123,8 @@ static pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
     }
-    if (r->migration.on) PDI_TRY(pdi_migration_setup(ctx, &r->migration, r->c));
     if (r->surface) pdi_etch_solve(ctx, r->surface, 1);
+    if (r->migration.on) PDI_TRY(pdi_tangent_migration(ctx, r));
     for (int n = 0; n < s->kinetics; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
     return PD_OK;
@@ -137,6 +149,18 @@ static void pdi_tangent_part(const pd_reactive *r, int32_t i, double *x)
     for (int k = 0; k < s->count; k++) charge += r->migration.charge[s->master[k]] * x[k];
     for (int k = 0; k < s->count; k++) x[k] -= along[k] * charge;
     r->migration.move[i] = charge / r->migration.size[i];
+}
+
+/* Change of the speed of metal at place p with the change x of totals (and psi) of its node; x loses what minerals
+ * take. */
+static double pdi_tangent_metal(const pd_reactive *r, int32_t p, double *x)
+{
+    const pd_etch *metal = r->surface;
+    int32_t i = metal->node[p];
+    pdi_tangent_part(r, i, x);
+    pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, x);
+    double sum = pdi_etch_follow(metal, p, x);
+    return metal->drive ? sum + (double)metal->drive[p] * r->migration.move[i] : sum;
 }
 
 /* y = J x, in totals over weights. */
@@ -178,9 +202,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
         int32_t i = r->surface->node[p];
         double change[PD_SPECIES_MOST];
         for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
-        pdi_tangent_part(r, i, change);
-        pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, change);
-        double given = r->surface->weight[p] * pdi_etch_follow(r->surface, p, change);
+        double given = r->surface->weight[p] * pdi_tangent_metal(r, p, change);
         for (int k = 0; k < s->count; k++) y[k * total + i] -= r->surface->gain[k] * given / r->weight[k];
     }
     pdi_tangent_spend(r, y);
@@ -206,6 +228,13 @@ static void pdi_tangent_split(const pd_ctx *ctx, pd_reactive *r, int n, double *
     }
 }
 
+/* What one of the metal brings to the totals of its node, as the charge of it leaves at once. */
+static void pdi_tangent_gain(const pd_reactive *r, int32_t i, double *gain)
+{
+    memcpy(gain, r->surface->gain, PD_SPECIES_MOST * sizeof *gain);
+    pdi_tangent_part(r, i, gain);
+}
+
 /* A law that is stiffer than all else that its node exchanges comes to rest by itself: x loses it, `split` is its
  * extent. */
 static void pdi_tangent_split_metal(pd_reactive *r, double *x)
@@ -215,14 +244,16 @@ static void pdi_tangent_split_metal(pd_reactive *r, double *x)
     int64_t total = r->grid->total;
     for (int32_t p = 0; p < metal->count; p++) {
         int32_t i = metal->node[p];
-        double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MOST];
+        double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
         const float *by = metal->by + (int64_t)p * s->count;
-        for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * metal->gain[k];
+        pdi_tangent_gain(r, i, gain);
+        for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * gain[k];
         metal->split[p] = 0.0;
         if (!(rate > own)) continue;
         for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
+        pdi_tangent_part(r, i, change);
         double extent = -metal->weight[p] * pdi_etch_follow(metal, p, change) / rate;
-        for (int k = 0; k < s->count; k++) x[k * total + i] -= metal->gain[k] * extent / r->weight[k];
+        for (int k = 0; k < s->count; k++) x[k * total + i] -= gain[k] * extent / r->weight[k];
         metal->split[p] = extent / (rate + own);
     }
 }
@@ -230,9 +261,12 @@ static void pdi_tangent_split_metal(pd_reactive *r, double *x)
 static void pdi_tangent_join_metal(const pd_reactive *r, double *y)
 {
     const pd_etch *metal = r->surface;
-    for (int32_t p = 0; p < metal->count; p++)
+    for (int32_t p = 0; p < metal->count; p++) {
+        double gain[PD_SPECIES_MOST];
+        pdi_tangent_gain(r, metal->node[p], gain);
         for (int k = 0; k < r->components.count; k++)
-            y[k * (int64_t)r->grid->total + metal->node[p]] += metal->gain[k] * metal->split[p] / r->weight[k];
+            y[k * (int64_t)r->grid->total + metal->node[p]] += gain[k] * metal->split[p] / r->weight[k];
+    }
 }
 
 /* Split off what minerals take up, which stays where it is: x loses it, y is what belongs to it. */

@@ -6,9 +6,11 @@
 
 /* Share of saturation by which fluid is below it and counts as saturated. */
 #define PDI_ATTACK_SALT 1e-6
+/* Share of the ions of a neighbour below which a node has just turned fluid. */
+#define PDI_ATTACK_FRESH 0.1
 
 /* The law at the surface beside a node. */
-static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double t)
+static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
 {
     const pd_attack *a = (const pd_attack *)user;
     const pd_setup_metal *metal = &a->setup->metal[0];
@@ -19,6 +21,11 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
     vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
     if (a->cell) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
+    if (metal->polarised) {
+        double x[PD_DIM];
+        memset(x, 0, sizeof x);
+        vars[PDI_SETUP_SURFACE] = pdi_setup_eval(&metal->potential, x, t) - phi;
+    }
     vars[PDI_SETUP_PH] = ph;
     for (int k = 0; k < metal->species; k++)
         vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
@@ -36,6 +43,7 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
     desc.user = a;
     desc.shed = setup->sheds ? setup->shed : NULL;
     desc.reads_ph = (int)(metal->rate.uses >> PDI_SETUP_PH & 1u);
+    desc.reads_phi = metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u);
     for (int k = 0; k < metal->species; k++)
         if (metal->rate.uses >> (PDI_SETUP_PH + 1 + k) & 1u)
             desc.reads |= (uint32_t)1 << reactive->components.place[metal->of[k]];
@@ -75,8 +83,8 @@ static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int32_t node
     char place[PDI_GRID_PLACE];
     double v = a->etch.speed[node];
     if (v < 1e100) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH or species gives %g m/s at t = %g s (node %d at "
-                    "%s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH, species or E gives %g m/s at t = %g s (node %d "
+                    "at %s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
                     pdi_grid_place(a->dissolve->grid, node, place), pd_reactive_ph(a->etch.reactive, node));
 }
 
@@ -101,6 +109,28 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
     return PD_OK;
 }
 
+static double pdi_attack_ions(const pd_attack *a, int32_t node)
+{
+    const pd_components *s = &a->etch.reactive->components;
+    double sum = 0.0;
+    for (int n = 0; n < s->solutes; n++)
+        sum += fabs((double)s->charge[n]) * a->etch.reactive->c[(int64_t)n * a->dissolve->grid->total + node];
+    return sum;
+}
+
+/* A node that has just turned fluid has next to no ions that could carry a current: what its neighbours have bounds the
+ * step. */
+static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
+{
+    const pd_grid *grid = a->dissolve->grid;
+    double own = pdi_attack_ions(a, beside->node), *speed = &a->etch.speed[beside->node];
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
+        if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
+        *speed = fmax(*speed, pdi_etch_at(&a->etch, next, pdi_attack_thick(a, beside), *speed));
+    }
+}
+
 /* The law for the species as they are now. */
 static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 {
@@ -119,6 +149,8 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
     pdi_etch_solve(ctx, s, 0);
+    for (int32_t k = 0; k < d->beside_count && s->desc.reads_phi; k++)
+        if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);
     return pdi_attack_speeds(ctx, a);
 }
 

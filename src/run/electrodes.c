@@ -48,6 +48,22 @@ static void pdi_electrodes_conduct(void *user, double *field)
     }
 }
 
+PDI_FN void pdi_electrodes_feed(void *user, double *source)
+{
+    const pd_electrode_map *m = (const pd_electrode_map *)user;
+    const pd_potential *p = &m->cell->potential;
+    int64_t total = m->grid->total;
+    for (int32_t k = 0; k < p->contacts.count; k++) {
+        const pd_contact *contact = &p->contacts.list[k];
+        const pd_setup_electrode *e = &m->setup->potential.electrode[contact->electrode];
+        double electrons = contact->area * p->current[k] / PDI_ELECTRODES_FARADAY;
+        for (int n = 0; n < m->setup->electrolyte.count && e->reacts; n++) {
+            int place = m->species->components.place[n];
+            if (place >= 0) source[place * total + contact->node] += e->shed[n] * electrons;
+        }
+    }
+}
+
 /* Electrodes that are connected get one number: that of the first one. */
 static void pdi_electrodes_join(int *wire, int count, int a, int b)
 {

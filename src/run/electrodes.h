@@ -12,6 +12,8 @@ typedef struct pd_electrode_map {
     const pd_grid *grid;
     const uint8_t *metal;        /* [total] index of the metal of solid nodes; NULL: 0 */
     const pd_reactive *reactive; /* whose conductivity it is; NULL: it is given */
+    const pd_reactive *species;  /* that reactions of electrodes bring; NULL: none are there */
+    const pd_cell *cell;
     int circuits;
     int member[PD_SETUP_ELECTRODES];       /* circuit of each electrode */
     int given[PD_SETUP_ELECTRODES];        /* of each circuit: the electrode that has a given value; -1: none */
@@ -25,6 +27,8 @@ typedef struct pd_electrode_map {
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
                                       const pd_dissolve *dissolve, pd_electrode_map *electrodes, pd_cell *cell);
+/* A `feed` of a course, of a pd_electrode_map with species and cell: by Faraday's law, of the potential found last. */
+PDI_FN void pdi_electrodes_feed(void *user, double *source);
 #endif
 
 #endif

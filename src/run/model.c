@@ -268,6 +268,10 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
         desc.find = pdi_attack_find;
         desc.user = &m->attack;
     }
+    if (u->potential.reacts) {
+        desc.feed = pdi_electrodes_feed;
+        desc.feeder = &m->electrodes;
+    }
     desc.cover = m->bare ? u->cover : 0.0;
     desc.bare = m->bare;
     desc.layers = PD_DIM * m->across.reach;
@@ -423,6 +427,8 @@ static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
     m->unknowns[PD_PART_POTENTIAL] = m->grid.fluid_count;
     pd_status status = pdi_electrodes_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
                                             u->has_dissolve ? &m->dissolve : NULL, &m->electrodes, &m->cell);
+    m->electrodes.cell = &m->cell;
+    m->electrodes.species = &m->reactive;
     m->line = m->electrodes.line;
     return status;
 }

@@ -182,11 +182,15 @@ static const pd_key pdi_keys_of_dissolve[] = {
      "concentration of the intact metal"},
     {"charge", "-", "that of the material",
      "electrons that an atom gives off, for currents in the summary"},
+    {"potential", "V", "none",
+     "with `migration = yes`: potential of the metal against inlets and walls that hold species, an expression in t. "
+     "The law may depend on `E`, that potential less the one of the ions at the surface (2.20)"},
     {"gb_factor", "-", "1",
      "factor on the speed in a grain boundary; needs `grains`"},
     {"reaction", "text", "none",
      "by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)`: "
-     "balanced in elements and charge, the metal by its symbol"},
+     "balanced in elements and charge, the metal by its symbol; `e-` is what a current takes away, as in "
+     "`Fe = Fe2+ + 2 e-`"},
     {"threshold", "-", "0",
      "share of the content that stays in a node when it turns fluid, up to 0.99"},
     {"m", "-", "3, or that of the fluid when it is longer",
@@ -551,6 +555,9 @@ static const pd_key pdi_keys_of_electrode[] = {
      "given potential of the metal, expression in t"},
     {"current", "A", "0: it corrodes freely",
      "given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D"},
+    {"reaction", "text", "none",
+     "half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 e- = 4 OH-`, "
+     "balanced in elements and charge; anodic with `e-` on the right"},
     {"connected", "-", "none",
      "names of electrodes that it is wired to. Metals that touch are connected, too"}};
 

@@ -6,6 +6,9 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Share of a number of electrons by which a charge may differ. */
+#define PDI_READ_CHEMISTRY_SAME 1e-9
+
 /* The section of a species; that of all where it has none. */
 static int pdi_read_chemistry_section(pdi_reader *s, const char *name)
 {
@@ -173,12 +176,12 @@ static int pdi_read_chemistry_word(const char **text, char *word)
     return length > 0;
 }
 
-/* Species of the text that the electrolyte has not: the metal and a gas. */
+/* Species of the text that the electrolyte has not: the metal, a gas and e-. */
 static pd_status pdi_read_chemistry_others(pdi_reader *s, int section, const char *text, pd_electrolyte *e,
-                                           int *metal, int *gas)
+                                           int *metal, int *gas, int *electron)
 {
     char word[PD_SPECIES_NAME];
-    *metal = *gas = -1;
+    *metal = *gas = *electron = -1;
     while (pdi_read_chemistry_word(&text, word)) {
         pd_species_desc desc;
         pd_species found;
@@ -187,7 +190,7 @@ static pd_status pdi_read_chemistry_others(pdi_reader *s, int section, const cha
         desc.name = word;
         if (strchr("+=0123456789.", word[0]) || pdi_electrolyte_find(e, word) >= 0) continue;
         if (pd_species_read(s->ctx, &desc, &found) < 0) continue; /* the reaction names it */
-        place = found.phase == PD_PHASE_GAS ? gas : metal;
+        place = found.phase == PD_PHASE_GAS ? gas : found.phase == PD_PHASE_ELECTRON ? electron : metal;
         if (place == metal && (found.elements != 1 || found.count[0] != 1 || found.charge)) continue;
         if (*place >= 0) continue;
         if (e->count == PD_SPECIES_MOST)
@@ -196,34 +199,83 @@ static pd_status pdi_read_chemistry_others(pdi_reader *s, int section, const cha
         *place = e->count;
         e->species[e->count++] = found;
     }
-    if (*metal >= 0) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no metal, expected the symbol of one that is "
-                           "no species of the electrolyte, such as Mg in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
+    return PD_OK;
+}
+
+/* A reaction at a surface among the species of `all`, which others come to. */
+static pd_status pdi_read_chemistry_reaction(pdi_reader *s, int section, pd_electrolyte *all, int *metal, int *gas,
+                                             int *electron, pd_reaction *reaction)
+{
+    pd_reaction_desc desc;
+    char message[PD_MESSAGE_SIZE];
+    memset(&desc, 0, sizeof desc);
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "reaction", NULL, &desc.text));
+    PDI_TRY(pdi_read_chemistry_others(s, section, desc.text, all, metal, gas, electron));
+    desc.name = "surface";
+    desc.k_unit = "log10"; /* unread: its speed is that of the law */
+    if (pd_reaction_read(s->ctx, &desc, all->species, all->count, reaction) >= 0) return PD_OK;
+    const char *what = strstr(s->ctx->message, ": ");
+    snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
+    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "%.500s", message);
+}
+
+PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double *shed)
+{
+    pd_electrolyte all = s->setup->electrolyte;
+    pd_reaction reaction;
+    int metal, gas, electron;
+    if (!s->setup->has_chemistry)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found without species, expected [species OH-] "
+                               "and others");
+    if (s->setup->sheds)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside reaction of [dissolve], which takes "
+                               "the same current, expected one of them");
+    if (s->setup->settle)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside time = steady in [chemistry], "
+                               "expected implicit");
+    PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
+    double electrons = electron >= 0 ? reaction.nu[electron] : 0.0;
+    if (!(fabs(electrons) > 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no e-, expected a half-reaction such as "
+                               "O2 + 2 H2O + 4 e- = 4 OH- or Mg = Mg2+ + 2 e-");
+    for (int k = 0; k < s->setup->electrolyte.count; k++) shed[k] = reaction.nu[k] / electrons;
+    return PD_OK;
+}
+
+/* Electrons that one of the metal leaves behind: what carries the current, and Faraday's law for it. */
+static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double electrons)
+{
+    const pd_setup *u = s->setup;
+    double charge = u->metal[0].material.charge;
+    if (!(electrons > 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- on the left, expected it on the right, "
+                               "as in Fe = Fe2+ + 2 e-");
+    if (!u->migrates && !u->has_potential)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- where nothing carries the current, "
+                               "expected migration = yes in [chemistry], [potential] with electrodes, or what takes up "
+                               "the electrons, as in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
+    if (!pdi_text_has(s->ctx, s->text, section, "current") ||
+        fabs(electrons - charge) <= PDI_READ_CHEMISTRY_SAME * charge) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %.6g e- for one of the metal, but Faraday's "
+                           "law has charge = %.6g, expected the same", electrons, charge);
 }
 
 static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section)
 {
     pd_electrolyte all;
     pd_setup *u = s->setup;
-    pd_reaction_desc desc;
     pd_reaction reaction;
-    char message[PD_MESSAGE_SIZE];
-    int metal, gas;
+    int metal, gas, electron;
     all = u->electrolyte;
-    memset(&desc, 0, sizeof desc);
-    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "reaction", NULL, &desc.text));
-    PDI_TRY(pdi_read_chemistry_others(s, section, desc.text, &all, &metal, &gas));
-    desc.name = "surface";
-    desc.k_unit = "log10"; /* unread: its speed is that of the law */
-    if (pd_reaction_read(s->ctx, &desc, all.species, all.count, &reaction) < 0) {
-        const char *what = strstr(s->ctx->message, ": ");
-        snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "%.500s", message);
-    }
+    PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
+    if (metal < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no metal, expected the symbol of one that "
+                               "is no species of the electrolyte, such as Mg in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
     double one = -reaction.nu[metal];
     if (!(one > 0.0) || (gas >= 0 && reaction.nu[gas] < 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found '%s' on the wrong side, expected the metal "
                                "on the left, and a gas on the right", all.species[one > 0.0 ? gas : metal].name);
+    if (electron >= 0) PDI_TRY(pdi_read_chemistry_electrons(s, section, reaction.nu[electron] / one));
     for (int k = 0; k < u->electrolyte.count; k++) u->shed[k] = reaction.nu[k] / one;
     if (gas >= 0) snprintf(u->gas, sizeof u->gas, "%s", all.species[gas].name);
     if (gas >= 0) u->gas_shed = reaction.nu[gas] / one;

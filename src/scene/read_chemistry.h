@@ -9,6 +9,9 @@
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *reader);
 /* What needs the rest of the setup: the reaction at the surface of metal, and what runs carry no species with. */
 PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *reader);
+/* The half-reaction of an electrode: shed [species] [-] of each with one electron that leaves the fluid for the
+ * metal. */
+PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *reader, int section, double *shed);
 #endif
 
 #endif

@@ -116,7 +116,8 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     const pd_electrolyte *e = &s->setup->electrolyte;
     const char *at;
     memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
-    if (!s->setup->has_potential) vars[PDI_SETUP_CURRENT].name = vars[PDI_SETUP_SURFACE].name = "";
+    if (!s->setup->has_potential) vars[PDI_SETUP_CURRENT].name = "";
+    if (!s->setup->has_potential && !metal->polarised) vars[PDI_SETUP_SURFACE].name = "";
     memset(&vars[PDI_SETUP_PH], 0, sizeof *vars);
     vars[PDI_SETUP_PH].name = "pH";
     vars[PDI_SETUP_PH].unit = "";
@@ -147,7 +148,28 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     return PD_OK;
 }
 
-/* A law in pH or species stands alone: they move before the metal does. */
+/* The potential of the metal among ions that migrate. */
+static pd_status pdi_read_metal_potential(pdi_reader *s, int section, pd_setup_metal *metal)
+{
+    if (!pdi_text_has(s->ctx, s->text, section, "potential")) return PD_OK;
+    if (!s->setup->migrates)
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found without ions that carry a current, "
+                               "expected migration = yes in [chemistry], or [potential] and an [electrode NAME] with "
+                               "it");
+    for (int n = 0; n < s->text->const_count; n++)
+        if (strcmp(s->text->consts[n].name, "E") == 0)
+            return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "constants", NULL), "E",
+                                   "found the name 'E' beside potential of [dissolve], where it is a variable, "
+                                   "expected another one");
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "potential", "V", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                          &metal->potential));
+    metal->polarised = 1;
+    if (!(metal->potential.uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "potential", "found a function of the place, expected one of t "
+                           "alone");
+}
+
+/* A law in pH or species, or in the potential of ions, stands alone: they move before the metal does. */
 static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char *key, const pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
@@ -157,10 +179,10 @@ static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char 
         return pdi_text_refuse(s->ctx, s->text, section, key, "found pH without the species H+, expected [species H+] "
                                "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
     if (metal->rate.uses & 1u)
-        return pdi_text_refuse(s->ctx, s->text, section, key, "found C beside pH or species, expected the species of "
-                               "the dissolved metal, such as [Mg2+]");
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found C beside pH, species or E, expected the species "
+                               "of the dissolved metal, such as [Mg2+]");
     if (u->metals > 1 || u->activation || u->drive == PD_DRIVE_DIFFERENCE)
-        return pdi_text_refuse(s->ctx, s->text, section, key, "found pH or species %s", u->metals > 1 ?
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found pH, species or E %s", u->metals > 1 ?
                                "with several metals, expected one" : u->activation ?
                                "with control = activation, expected diffusion" :
                                "with drive = difference, expected constant");
@@ -177,6 +199,7 @@ static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key
     int count;
     if (pdi_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
+    if (!s->setup->has_corrode) PDI_TRY(pdi_read_metal_potential(s, section, metal));
     PDI_TRY(pdi_read_metal_variables(s, section, key, metal, vars, name, &count));
     PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, unit, vars, count, NULL, &metal->rate));
     PDI_TRY(pdi_read_metal_chemical(s, section, key, metal));

@@ -1,5 +1,6 @@
 /* read_potential: see read_potential.h */
 #include "scene/read_potential.h"
+#include "scene/read_chemistry.h"
 #include <math.h>
 #include <string.h>
 
@@ -225,6 +226,9 @@ static pd_status pdi_read_potential_section(pdi_reader *s, int section)
     PDI_TRY(pdi_read_potential_place(s, section, e));
     PDI_TRY(pdi_read_potential_kinetics(s, section, e));
     PDI_TRY(pdi_read_potential_control(s, section, e));
+    e->reacts = pdi_text_has(s->ctx, s->text, section, "reaction");
+    if (e->reacts) PDI_TRY(pdi_read_chemistry_electrode(s, section, e->shed));
+    p->reacts = p->reacts || e->reacts;
     return pdi_read_potential_table(s, section, e->wire);
 }
 
@@ -266,7 +270,8 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
                                "rest");
     if (u->migrates)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry], "
-                               "expected one of them: currents of electrodes do not move ions yet");
+                               "expected one of them: among ions that migrate one metal dissolves, at potential = E of "
+                               "[dissolve]; electrodes do not move them yet");
     if (first < 0)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found no electrode, expected an [electrode "
                                "NAME] with a shape and a curve");

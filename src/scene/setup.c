@@ -85,7 +85,10 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pdi_expr_free(ctx, &setup->gas_rho);
     pdi_expr_free(ctx, &setup->gas_p);
     pdi_expr_free(ctx, &setup->initial);
-    for (int k = 0; k < setup->metals; k++) pdi_expr_free(ctx, &setup->metal[k].rate);
+    for (int k = 0; k < setup->metals; k++) {
+        pdi_expr_free(ctx, &setup->metal[k].rate);
+        pdi_expr_free(ctx, &setup->metal[k].potential);
+    }
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
     for (int k = 0; k < setup->surfaces; k++) {
         pd_facets_free(ctx, setup->surface[k]);

@@ -205,6 +205,8 @@ typedef struct pd_setup_metal {
     int species;       /* that the rate has behind pH, */
     int of[PD_EXPR_VARS]; /* by their place in the electrolyte */
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
+    int polarised;     /* 1: among ions that migrate it has a given potential: */
+    pd_expr potential; /* of t; in V, against inlets and walls that hold species */
 } pd_setup_metal;
 
 /* What holds or loads a body: a side of the box, or all of it in a shape. */
@@ -289,6 +291,8 @@ typedef struct pd_setup_electrode {
     int holds, gives;         /* 1: its potential, or its current, is given: */
     pd_expr given;            /* of t; in V, or in A (per m in planar 2D, per m2 in 1D) */
     int wire;                 /* electrodes of one number are connected: the first of them */
+    int reacts;               /* 1: its current enters the species: */
+    double shed[PD_SPECIES_MOST]; /* [-] of each with one electron that leaves the fluid for the metal */
 } pd_setup_electrode;
 
 /* The electric potential of the fluid. */
@@ -299,6 +303,7 @@ typedef struct pd_setup_potential {
     double hold[2 * PD_DIM];  /* [V] */
     pd_setup_electrode electrode[PD_SETUP_ELECTRODES];
     int electrodes;
+    int reacts;               /* 1: one of them */
 } pd_setup_potential;
 
 typedef struct pd_setup {
@@ -493,12 +498,17 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 #define PDI_SETUP_SURFACE (PD_DIM + 4)
 #define PDI_SETUP_LAW (PD_DIM + 5)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
-/* Behind them pH, and the species that a law names. 1: it depends on one of these; on i or E. */
+/* Behind them pH, and the species that a law names. 1: it depends on one of these, or on E among ions that migrate; on
+ * i or E of electrodes. */
 #define PDI_SETUP_PH PDI_SETUP_LAW
-static inline int pdi_setup_chemical(const pd_setup_metal *metal) { return metal->rate.uses >> PDI_SETUP_PH != 0; }
+static inline int pdi_setup_chemical(const pd_setup_metal *metal)
+{
+    return metal->rate.uses >> PDI_SETUP_PH != 0 ||
+           (metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u) != 0);
+}
 static inline int pdi_setup_electric(const pd_setup_metal *metal)
 {
-    return (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
+    return !metal->polarised && (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
 }
 /* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
 #define PDI_SETUP_PACE (PD_DIM + 4)

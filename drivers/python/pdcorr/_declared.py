@@ -1731,7 +1731,7 @@ def declare(dim):
         ('surface', c_void_p),
     ]
 
-    pd_etch_fn = CFUNCTYPE(c_double, c_void_p, c_int32, POINTER(c_double), c_double, c_double)
+    pd_etch_fn = CFUNCTYPE(c_double, c_void_p, c_int32, POINTER(c_double), c_double, c_double, c_double)
 
     class pd_etch_desc(Structure):
         pass
@@ -1741,6 +1741,7 @@ def declare(dim):
         ('shed', POINTER(c_double)),
         ('reads', c_uint32),
         ('reads_ph', c_int),
+        ('reads_phi', c_int),
     ]
 
     class pd_etch(Structure):
@@ -1750,6 +1751,7 @@ def declare(dim):
         ('reactive', POINTER(pd_reactive)),
         ('shed', c_double * 32),
         ('gain', c_double * 32),
+        ('charge', c_double),
         ('scale', c_double * 32),
         ('film', pd_components),
         ('count', c_int32),
@@ -1762,6 +1764,7 @@ def declare(dim):
         ('passed', POINTER(c_double)),
         ('split', POINTER(c_double)),
         ('by', POINTER(c_float)),
+        ('drive', POINTER(c_float)),
         ('time', c_double),
     ]
 
@@ -1784,6 +1787,8 @@ def declare(dim):
         ('settle', c_int),
         ('fed', POINTER(c_double)),
         ('shed', POINTER(c_double)),
+        ('feed', CFUNCTYPE(None, c_void_p, POINTER(c_double))),
+        ('feeder', c_void_p),
         ('surface', POINTER(pd_etch)),
         ('find', pd_at_fn),
         ('user', c_void_p),
@@ -3254,6 +3259,8 @@ def declare(dim):
         ('species', c_int),
         ('of', c_int * 32),
         ('rate_scale', c_double),
+        ('polarised', c_int),
+        ('potential', pd_expr),
     ]
 
     class pd_setup_grip(Structure):
@@ -3347,6 +3354,8 @@ def declare(dim):
         ('gives', c_int),
         ('given', pd_expr),
         ('wire', c_int),
+        ('reacts', c_int),
+        ('shed', c_double * 32),
     ]
 
     class pd_setup_potential(Structure):
@@ -3358,6 +3367,7 @@ def declare(dim):
         ('hold', c_double * (2 * dim)),
         ('electrode', pd_setup_electrode * 16),
         ('electrodes', c_int),
+        ('reacts', c_int),
     ]
 
     class pd_setup(Structure):
@@ -3516,6 +3526,8 @@ def declare(dim):
         ('grid', POINTER(pd_grid)),
         ('metal', POINTER(c_uint8)),
         ('reactive', POINTER(pd_reactive)),
+        ('species', POINTER(pd_reactive)),
+        ('cell', POINTER(pd_cell)),
         ('circuits', c_int),
         ('member', c_int * 16),
         ('given', c_int * 16),
