@@ -17,10 +17,13 @@ typedef struct pd_course_desc {
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
-    pd_at_fn find;       /* lists its places */
+    pd_at_fn find;       /* lists its places; with `cover` and `fed` and without `surface`: writes `ahead` */
     void *user;
-    double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none */
-    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here */
+    double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
+                         * species move before the metal */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here:
+                         * before the species move its mean over the step of the run by its rate in the last one, then
+                         * the mean of both ends */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
@@ -39,6 +42,15 @@ typedef struct pd_course {
     double error;           /* [-] estimated error of the last step */
     double left;            /* [s] of the step of the run */
     double taken;           /* [mol] of metal that is in the species */
+    /* metal that minerals cover: */
+    double *share;          /* [total] [-] bare, now; -1: no minerals are near, or it is no metal */
+    double *first;          /* [total] [-] the same at the start of the step of the run */
+    double *rate;           /* [total] [1/s] at which it changed in the last one */
+    double *ahead;          /* [total] [mol/m3/s] of metal that fluid nodes get in the step of the run, as far as it is
+                             * known at its start; NULL: by `surface`, or it gives nothing */
+    double begin, span;     /* [s] start of the step of the run, length of one that is tried next; 0: not known yet */
+    double mean;            /* [s] after its start shares are those that metal takes */
+    double covered;         /* [-] error of shares in the step of the run, over what it may be */
     int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
     int64_t steps, rejected, krylov, newton;
