@@ -262,7 +262,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double rate = r->migration.on ? pdi_migration_pace(&r->migration, dt) : 1.0 / dt;
     PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, rate, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
-    for (int step = 0; norm > goal; step++) {
+    for (int step = 0; !(norm <= goal); step++) { /* also where it is no number */
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
         pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
@@ -347,6 +347,7 @@ static void pdi_advance_between(pd_reactive *r)
             int64_t at = m * total + i;
             r->solid_slope[at] = r->solid[at] - r->solid_start[at];
             r->solid_start[at] += ratio * r->solid_slope[at];
+            r->solid[at] = fmax(r->solid_start[at] + r->solid_slope[at], 0.0); /* near to what its law lets it reach */
         }
     }
 }
