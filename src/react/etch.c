@@ -1,4 +1,4 @@
-/* etch: see surface.h
+/* etch: see etch.h
  *
  * Design: in the film the sums over species of D times concentration, by components, are linear, since reactions in
  * equilibrium keep them. Concentrations times their diffusivities follow the same mass action with other constants, so
