@@ -2438,6 +2438,7 @@ typedef struct pd_step {
     double end;       /* [s] where the attempt ends: limit, or time + dt */
     double error;     /* [-] how good the attempt is, as its process counts it, for its `accept` and `reject` */
     int trial;        /* attempts before this one */
+    int ends;         /* 1: from `accept`: those behind the process have to move before it does again */
     double fraction;  /* [-] of the run: largest share of a node's content that a step takes */
     double rtol;      /* [-] of the run: error in time of what is lost, over all that is lost */
     double max_step;  /* [s] of the run; 0: none */
@@ -4939,10 +4940,13 @@ typedef struct pd_course_desc {
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
-    pd_at_fn find;       /* lists its places */
+    pd_at_fn find;       /* lists its places; with `cover` and `fed` and without `surface`: writes `ahead` */
     void *user;
-    double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none */
-    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here */
+    double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
+                         * species move before the metal */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here:
+                         * before the species move its mean over the step of the run by its rate in the last one, then
+                         * the mean of both ends */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
@@ -4961,6 +4965,15 @@ typedef struct pd_course {
     double error;           /* [-] estimated error of the last step */
     double left;            /* [s] of the step of the run */
     double taken;           /* [mol] of metal that is in the species */
+    /* metal that minerals cover: */
+    double *share;          /* [total] [-] bare, now; -1: no minerals are near, or it is no metal */
+    double *first;          /* [total] [-] the same at the start of the step of the run */
+    double *rate;           /* [total] [1/s] at which it changed in the last one */
+    double *ahead;          /* [total] [mol/m3/s] of metal that fluid nodes get in the step of the run, as far as it is
+                             * known at its start; NULL: by `surface`, or it gives nothing */
+    double begin, span;     /* [s] start of the step of the run, length of one that is tried next; 0: not known yet */
+    double mean;            /* [s] after its start shares are those that metal takes */
+    double covered;         /* [-] error of shares in the step of the run, over what it may be */
     int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
     int64_t steps, rejected, krylov, newton;
@@ -20784,6 +20797,7 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
     pd_status status;
     s->dt = left;
     s->turned_count = 0;
+    s->ends = 0;
     PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
     if (p->limit) PDI_TRY(p->limit(ctx, p->self, s));
     left = s->limit - s->time;
@@ -33412,7 +33426,7 @@ void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
 PDI_COLD_END
 
 /* ======== >>react/etch.c ======== */
-/* etch: see surface.h
+/* etch: see etch.h
  *
  * Design: in the film the sums over species of D times concentration, by components, are linear, since reactions in
  * equilibrium keep them. Concentrations times their diffusivities follow the same mass action with other constants, so
@@ -34393,7 +34407,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double rate = r->migration.on ? pdi_migration_pace(&r->migration, dt) : 1.0 / dt;
     PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, rate, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
-    for (int step = 0; norm > goal; step++) {
+    for (int step = 0; !(norm <= goal); step++) { /* also where it is no number */
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
         pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
@@ -34478,6 +34492,7 @@ static void pdi_advance_between(pd_reactive *r)
             int64_t at = m * total + i;
             r->solid_slope[at] = r->solid[at] - r->solid_start[at];
             r->solid_start[at] += ratio * r->solid_slope[at];
+            r->solid[at] = fmax(r->solid_start[at] + r->solid_slope[at], 0.0); /* near to what its law lets it reach */
         }
     }
 }
@@ -34693,6 +34708,8 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
 #define PDI_COURSE_TRIALS 6
 /* Times of diffusion through the box after which fields are steady. */
 #define PDI_COURSE_LATE 1e6
+/* Share of the longest step of the run that the first one is when minerals cover metal. */
+#define PDI_COURSE_FIRST 1e-3
 
 PDI_COLD_BEGIN
 PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
@@ -34704,6 +34721,13 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, course, start, r->components.solutes * total, "mol/m3");
     PDI_ARRAY(owner, course, carry, r->components.count * total, "mol/m3");
     if (r->minerals.count) PDI_ARRAY(owner, course, solid, r->minerals.count * total, "mol/m3");
+    if (course->desc.bare) {
+        PDI_ARRAY(owner, course, share, total, "1");
+        PDI_ARRAY(owner, course, first, total, "1");
+        PDI_STATE(owner, course, rate, total, "1/s");
+        if (course->desc.fed && !course->desc.surface) PDI_ARRAY(owner, course, ahead, total, "mol/m3/s");
+        PDI_VALUE(owner, course, span, "s");
+    }
     PDI_VALUE(owner, course, time, "s");
     PDI_VALUE(owner, course, dt, "s");
     PDI_VALUE(owner, course, error, "1");
@@ -34743,27 +34767,34 @@ pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *des
 
 /* ---- metal ---- */
 
-/* Sources [mol/m3/s] that empty `fed` in what is left of the step of the run. */
+/* [mol/m3/s] of metal at a node: what empties `fed` in what is left of the step of the run, and what comes by itself. */
+static double pdi_course_given(const pd_course *a, int32_t i)
+{
+    if (a->reactive->grid->kind[i] != PD_FLUID) return 0.0;
+    return a->desc.fed[i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
+}
+
 static void pdi_course_feed(pd_course *a)
 {
     pd_reactive *r = a->reactive;
     int64_t total = r->grid->total;
     for (int32_t i = 0; i < (int32_t)total && a->desc.fed; i++) {
-        double rate = r->grid->kind[i] == PD_FLUID ? a->desc.fed[i] / a->left : 0.0;
+        double rate = pdi_course_given(a, i);
         for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
     }
 }
 
 /* What a step of dt [s] has taken of it. */
-static void pdi_course_taken(pd_course *a, double dt, int last)
+static void pdi_course_taken(pd_course *a, double dt, int all)
 {
     const pd_reactive *r = a->reactive;
     pdi_sum sum = {0.0, 0.0};
-    double share = last ? 1.0 : dt / a->left;
+    double share = all ? 1.0 : dt / a->left;
     for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_sum_add(&sum, share * a->desc.fed[i] * pdi_grid_circumference(r->grid, i));
-        a->desc.fed[i] = last ? 0.0 : a->desc.fed[i] * (1.0 - share);
+        double came = a->ahead ? a->ahead[i] * dt : 0.0;
+        pdi_sum_add(&sum, (share * a->desc.fed[i] + came) * pdi_grid_circumference(r->grid, i));
+        a->desc.fed[i] = all ? 0.0 : a->desc.fed[i] * (1.0 - share);
     }
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
@@ -34799,44 +34830,127 @@ static double pdi_course_beside(const pd_course *a, int32_t j)
     return faces ? thick / faces : -1.0;
 }
 
-/* [m] What lies on metal next to one below it; `bare` holds the thickness where it is known, -1: none is. */
-static double pdi_course_above(const pd_course *a, int32_t j)
+/* [m] What lies on metal next to one below it; `thick` holds it where it is known, -1: none is. */
+static double pdi_course_above(const pd_grid *grid, const double *thick, int32_t j)
 {
-    const pd_grid *grid = a->reactive->grid;
-    double thick = 0.0;
+    double sum = 0.0;
     int faces = 0;
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int64_t i = j + (side % 2 ? 1 : -1) * (int64_t)grid->stride[side / 2];
-        if (i < 0 || i >= grid->total || grid->kind[i] != PD_SOLID || !(a->desc.bare[i] >= 0.0)) continue;
-        thick += a->desc.bare[i];
+        if (i < 0 || i >= grid->total || grid->kind[i] != PD_SOLID || !(thick[i] >= 0.0)) continue;
+        sum += thick[i];
         faces++;
     }
-    return faces ? thick / faces : -1.0;
+    return faces ? sum / faces : -1.0;
 }
 
 /* One layer of metal more gets the thickness of what lies above it. Those of this call are kept as -2 - thickness. */
-static void pdi_course_deeper(pd_course *a)
+static void pdi_course_deeper(const pd_grid *grid, double *thick)
 {
-    const pd_grid *grid = a->reactive->grid;
-    double *bare = a->desc.bare;
     for (int32_t j = 0; j < grid->total; j++) {
-        double thick = grid->kind[j] == PD_SOLID && bare[j] < 0.0 ? pdi_course_above(a, j) : -1.0;
-        if (thick >= 0.0) bare[j] = -2.0 - thick;
+        double above = grid->kind[j] == PD_SOLID && thick[j] < 0.0 ? pdi_course_above(grid, thick, j) : -1.0;
+        if (above >= 0.0) thick[j] = -2.0 - above;
     }
     for (int32_t j = 0; j < grid->total; j++)
-        if (bare[j] <= -2.0) bare[j] = -2.0 - bare[j];
+        if (thick[j] <= -2.0) thick[j] = -2.0 - thick[j];
 }
 
-/* Of metal under a film d thick exp(-d/cover) is bare: at the surface, and as deep below it as metal dissolves. */
-static void pdi_course_cover(pd_course *a)
+/* Of metal under a film d thick exp(-d/cover) is bare: at the surface, and as deep below it as metal dissolves. -1:
+ * what is not metal, or lies deeper. */
+static void pdi_course_shares(const pd_course *a, double *share)
 {
     const pd_grid *grid = a->reactive->grid;
-    double *bare = a->desc.bare;
-    for (int32_t j = 0; j < grid->total; j++) bare[j] = grid->kind[j] == PD_SOLID ? pdi_course_beside(a, j) : -1.0;
-    for (int layer = 0; layer < a->desc.layers; layer++) pdi_course_deeper(a);
-    for (int32_t j = 0; j < grid->total; j++)
-        bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * (bare[j] > 0.0 ? exp(-bare[j] / a->desc.cover) : 1.0);
+    for (int32_t j = 0; j < grid->total; j++) share[j] = grid->kind[j] == PD_SOLID ? pdi_course_beside(a, j) : -1.0;
+    for (int layer = 0; layer < a->desc.layers; layer++) pdi_course_deeper(grid, share);
+    for (int32_t j = 0; j < grid->total; j++) share[j] = share[j] < 0.0 ? -1.0 : exp(-share[j] / a->desc.cover);
+}
+
+/* What the metal knows: shares `after` [s] the start of the step of the run, by their rates. */
+static void pdi_course_bare(pd_course *a, double after)
+{
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        double share = a->first[j] < 0.0 ? 1.0 : fmin(fmax(a->first[j] + after * a->rate[j], 0.0), 1.0);
+        a->desc.bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * share;
+    }
     if (a->desc.reached) *a->desc.reached = 0;
+}
+
+/* Shares are those of now, also at the start of the step of the run. */
+static void pdi_course_uncover(pd_course *a)
+{
+    pdi_course_shares(a, a->share);
+    memcpy(a->first, a->share, (size_t)a->reactive->grid->total * sizeof *a->first);
+    pdi_course_bare(a, 0.0);
+}
+
+/* Largest error of the shares at t [s], of the largest of them, over what it may be. Metal takes the mean of both ends of
+ * the step of the run: where a share changes by x, that is wrong by x^2/12 of what is taken (the trapezoidal rule).
+ * Species have got the mean that the rate of the last step tells: where a share is x off it, by x/2. */
+static double pdi_course_load(const pd_course *a, const pd_step *s, double t)
+{
+    double most = 0.0, change = 0.0, off = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        double by = a->share[j] - a->first[j];
+        most = fmax(most, a->first[j]);
+        change = fmax(change, fabs(by));
+        off = fmax(off, fabs(by - (t - a->begin) * a->rate[j]));
+    }
+    return most > 0.0 ? fmax(change * change / (12.0 * most), 0.5 * off) / (most * rtol) : 0.0;
+}
+
+/* Error of a step, over what may be: what is too much is left for the next one. */
+static double pdi_course_covering(pd_course *a, const pd_step *s)
+{
+    pdi_course_shares(a, a->share);
+    double load = pdi_course_load(a, s, s->end);
+    if (load <= 1.0) return 0.0;
+    double part = (1.0 - a->covered) / (load - a->covered);
+    return part > 0.0 ? 1.0 / (part * part) : HUGE_VAL;
+}
+
+/* 1: another step like this one would be too much. */
+static int pdi_course_full(pd_course *a, const pd_step *s)
+{
+    double before = a->covered;
+    a->covered = pdi_course_load(a, s, s->end);
+    return a->covered + (a->covered - before) > 1.0;
+}
+
+/* The step of the run is done. */
+static void pdi_course_covered(pd_course *a, double end)
+{
+    double span = end - a->begin;
+    for (int32_t j = 0; j < a->reactive->grid->total; j++)
+        a->rate[j] = a->first[j] < 0.0 ? 0.0 : (a->share[j] - a->first[j]) / span;
+    for (int32_t i = 0; i < a->reactive->grid->total && a->ahead; i++)
+        if (a->reactive->grid->kind[i] == PD_FLUID) a->desc.fed[i] -= span * a->ahead[i];
+    a->span = pdi_sdirk_plan(a->span, span, pdi_sdirk_factor(a->covered, PDI_COURSE_GROWTH));
+    a->mean = 0.5 * span;
+    pdi_course_bare(a, a->mean);
+}
+
+/* Nodes have turned: what is bare of the metal around them has no past. */
+static void pdi_course_turned(pd_course *a)
+{
+    double *now = a->desc.bare;
+    pdi_course_shares(a, now);
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        if (!(now[j] < a->share[j]) && !(now[j] > a->share[j])) continue;
+        a->share[j] = a->first[j] = now[j];
+        a->rate[j] = 0.0;
+    }
+    pdi_course_bare(a, a->mean);
+}
+
+/* Steps of the run that suit the shares, as far as the last one tells. */
+static pd_status pdi_course_longest(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    (void)ctx;
+    pdi_course_uncover(a);
+    if (!(a->span > 0.0)) a->span = PDI_COURSE_FIRST * s->dt;
+    s->dt = fmin(s->dt, a->span);
+    return PD_OK;
 }
 
 /* ---- the steps of a process ---- */
@@ -34859,7 +34973,14 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->left = s->limit - s->time;
     if (!(a->dt > 0.0)) a->dt = a->left;
     a->time = s->time;
-    if (a->desc.surface && !a->begun) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
+    if (!a->begun) {
+        a->begin = s->time;
+        a->covered = 0.0;
+        if (a->desc.bare) pdi_course_uncover(a);
+        if (a->desc.bare) pdi_course_bare(a, 0.5 * a->left);
+        if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
+        if (a->ahead) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time + 0.5 * a->left));
+    }
     a->begun = 1;
     pdi_course_keep(ctx, a, 0);
     pdi_course_feed(a);
@@ -34882,6 +35003,11 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (status == PD_RETRY) s->error = HUGE_VAL;
     if (status != PD_OK) return status;
     a->euler += result.euler;
+    double covering = a->desc.bare ? pdi_course_covering(a, s) : 0.0;
+    if (covering > 1.0) {
+        s->error = fmax(s->error, covering);
+        return PD_RETRY;
+    }
     if (a->bent) return PD_OK;
     if (result.euler && !(result.error > 0.0)) {
         if (s->trial >= PDI_COURSE_TRIALS) return PD_OK;
@@ -34894,16 +35020,17 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     (void)ctx;
-    int last = !(s->end < s->limit);
-    pdi_course_taken(a, s->dt, last);
+    int all = !(s->end < s->limit), last = all;
+    if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
+    pdi_course_taken(a, s->dt, all);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
     if (a->desc.surface && last) pdi_course_owed(a);
+    if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
     a->time = s->end;
     if (!a->bent) a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH));
     a->bent = 0;
     a->steps++;
-    if (a->desc.bare) pdi_course_cover(a);
     return PD_OK;
 }
 
@@ -34946,7 +35073,7 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
 {
     pd_course *a = (pd_course *)self;
     a->time = t;
-    if (a->desc.bare) pdi_course_cover(a);
+    if (a->desc.bare) pdi_course_uncover(a);
     return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
 }
 
@@ -34965,7 +35092,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
         for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
     }
     a->bent = 1;
-    if (a->desc.bare) pdi_course_cover(a);
+    if (a->desc.bare) pdi_course_turned(a);
     return PD_OK;
 }
 
@@ -34978,7 +35105,7 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
     PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
-    if (a->desc.bare) pdi_course_cover(a); /* of what was read */
+    if (a->desc.bare && archive->reading) pdi_course_uncover(a);
     return PD_OK;
 }
 
@@ -35007,7 +35134,8 @@ pd_process pd_course_process(pd_course *a)
     if (a->desc.settle) return p;
     p.time = &a->time;
     p.steps = &a->steps;
-    p.inner = a->desc.surface != NULL;
+    p.inner = a->desc.surface != NULL || a->desc.bare != NULL;
+    if (a->desc.bare) p.longest = pdi_course_longest;
     p.limit = pdi_course_limit;
     p.attempt = pdi_course_attempt;
     p.accept = pdi_course_accept;
@@ -46163,6 +46291,26 @@ static pd_status pdi_dissolve_start(pd_ctx *ctx, void *self, double t)
     return pdi_transport_at(ctx, ((pd_dissolve *)self)->transport, t);
 }
 
+/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
+ * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
+ * that share, too. */
+static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
+{
+    double error, taken;
+    if (d->uniform) return 1.0;
+    pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
+    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
+    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
+}
+
+/* A step that is so short. */
+static double pdi_dissolve_shortened(const pd_dissolve *d, const pd_step *s)
+{
+    pd_step step = *s;
+    for (double factor = 0.0; factor < 1.0; step.dt *= factor) factor = pdi_dissolve_shorten(d, &step);
+    return step.dt;
+}
+
 /* The longest admissible step. */
 static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
@@ -46176,7 +46324,9 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
     double fastest = pdi_dissolve_fastest(ctx, d);
     if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
     s->dt = fmin(s->dt, d->next_dt);
-    return pdi_process_longest(ctx, self, s);
+    PDI_TRY(pdi_process_longest(ctx, self, s));
+    if (d->desc.lags && !d->desc.found) s->dt = pdi_dissolve_shortened(d, s);
+    return PD_OK;
 }
 
 static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
@@ -46184,18 +46334,6 @@ static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
     PDI_TRY(pdi_dissolve_longest(ctx, self, s));
     s->dt = pdi_process_even(s->limit - s->time, s->dt);
     return PD_OK;
-}
-
-/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
- * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
- * that share, too. */
-static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
-{
-    double error, taken;
-    if (d->uniform) return 1.0;
-    pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
-    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
-    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
 }
 
 static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
@@ -48996,7 +49134,7 @@ static pd_status pdi_couple_longest(pd_ctx *ctx, const pd_couple *c, pd_step *s)
     return PD_OK;
 }
 
-/* Move a process on to s->limit, or by one step of its own. */
+/* Move a process on to s->limit, or to where those behind it have to follow first, or by one step of its own. */
 static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p, int once, pd_step *s)
 {
     pd_status worst = PD_OK;
@@ -49008,8 +49146,39 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p,
         if (status > 0) worst = status;
         PDI_TRY(pdi_couple_changed(ctx, c, s->turned, s->turned_count));
         s->time = s->end;
-    } while (!once && s->time < limit);
+    } while (!once && !s->ends && s->time < limit);
     if (p->finish) PDI_TRY(p->finish(ctx, p->self, s->end));
+    return worst;
+}
+
+/* Processes from number n on, which stand at `from` [s], follow to `end` [s]. *count: steps that one counts for the
+ * run. */
+static pd_status pdi_couple_follow(pd_ctx *ctx, pd_couple *c, int n, double from, double end, pd_step *s,
+                                   int64_t *count)
+{
+    pd_status worst = PD_OK;
+    for (; n < c->count; n++) {
+        const pd_process *p = &c->process[n];
+        int64_t before = p->counts ? *p->steps : 0;
+        double reached = from;
+        if (!p->attempt) continue;
+        for (;;) {
+            s->time = reached;
+            s->limit = end;
+            s->lost = pdi_couple_lost(c, p);
+            pd_status status = pdi_couple_move(ctx, c, p, 0, s);
+            reached = s->end;
+            if (status >= 0 && reached < end) {
+                worst = status > 0 ? status : worst;
+                status = pdi_couple_follow(ctx, c, n + 1, from, reached, s, count);
+                from = reached;
+            }
+            if (status < 0) return status;
+            if (status > 0) worst = status;
+            if (!(reached < end)) break;
+        }
+        if (p->counts) *count = *p->steps - before;
+    }
     return worst;
 }
 
@@ -49018,8 +49187,7 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p,
 static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, double *dt, int64_t *count)
 {
     pd_step s;
-    pd_status worst = PD_OK;
-    int moved = 0;
+    int n = 0;
     memset(&s, 0, sizeof s);
     s.fraction = c->desc.fraction;
     s.rtol = c->desc.rtol;
@@ -49027,24 +49195,22 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
     s.at = pdi_couple_at;
     s.at_user = c;
     *count = 1;
-    for (int n = 0; n < c->count; n++) {
+    while (n < c->count && !c->process[n].attempt) n++;
+    if (n < c->count) {
         const pd_process *p = &c->process[n];
         int64_t before = p->counts ? *p->steps : 0;
-        if (!p->attempt) continue;
         s.time = c->time;
         s.limit = *end;
-        if (!moved && p->inner) PDI_TRY(pdi_couple_longest(ctx, c, &s));
-        double left = s.limit - s.time;
+        if (p->inner) PDI_TRY(pdi_couple_longest(ctx, c, &s));
         s.lost = pdi_couple_lost(c, p);
-        pd_status status = pdi_couple_move(ctx, c, p, !moved && !p->inner, &s);
-        if (status < 0) return status;
-        if (status > 0) worst = status;
+        pd_status worst = pdi_couple_move(ctx, c, p, !p->inner, &s);
+        if (worst < 0) return worst;
         if (p->counts) *count = *p->steps - before;
-        if (!moved) *dt = p->inner ? left : s.dt;
         *end = s.end;
-        moved = 1;
+        *dt = p->inner ? *end - c->time : s.dt;
+        pd_status status = pdi_couple_follow(ctx, c, n + 1, c->time, *end, &s, count);
+        return status ? status : worst;
     }
-    if (moved) return worst;
     if (c->desc.max_step > 0.0 && c->desc.max_step < *dt) {
         *dt = pdi_process_even(*dt, c->desc.max_step);
         if (*dt < *end - c->time) *end = c->time + *dt;
@@ -67550,6 +67716,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     pd_reactive r;
     pd_course course;
     pd_etch etch;
+    double mark = 0.0;
     if (!u->has_chemistry) return;
     memset(&r, 0, sizeof r);
     memset(&course, 0, sizeof course);
@@ -67578,13 +67745,18 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes += pdi_footprint_list(plan, pdi_conductance_list, &r.flux.conductance);
     course.reactive = &r;
     course.desc.settle = u->settle;
-    *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
+    memset(&etch, 0, sizeof etch);
     if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
-        memset(&etch, 0, sizeof etch);
         etch.reactive = &r;
+        course.desc.surface = &etch;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
     }
-    if (u->cover > 0.0 && u->minerals) b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
+    if (u->cover > 0.0 && u->minerals && u->has_dissolve) {
+        course.desc.bare = &mark;
+        course.desc.fed = u->sheds ? &mark : NULL;
+        b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
+    }
+    *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }
 
@@ -68310,6 +68482,20 @@ static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
     return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, &e, m);
 }
 
+/* What fluid nodes get from metal as it is now, by its laws at time t [s]. */
+static pd_status pdi_model_ahead(pd_ctx *ctx, void *user, double t)
+{
+    pd_model *m = (pd_model *)user;
+    const pd_transport *transport = &m->transport;
+    m->dissolve.time = t;
+    PDI_TRY(pdi_dissolve_prepare(ctx, &m->dissolve));
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        double rate = transport->source[i] - transport->absorb[i] * transport->c[i];
+        m->course.ahead[i] = m->grid.kind[i] == PD_FLUID ? rate : 0.0;
+    }
+    return PD_OK;
+}
+
 /* Their way in time; behind the metal, which feeds them. */
 static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
 {
@@ -68326,6 +68512,10 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
         desc.surface = &m->attack.etch;
         desc.find = pdi_attack_find;
         desc.user = &m->attack;
+    }
+    if (m->bare && !desc.surface) {
+        desc.find = pdi_model_ahead;
+        desc.user = m;
     }
     desc.cover = m->bare ? u->cover : 0.0;
     desc.bare = m->bare;
@@ -68460,6 +68650,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
         PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->bare));
         for (int32_t i = 0; i < m->grid.total; i++) m->bare[i] = desc.factor ? desc.factor[i] : 1.0;
         desc.factor = m->bare;
+        desc.lags = 1;
     }
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
@@ -68596,10 +68787,11 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
     if (u->has_solid)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
-    if (m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    int first = m->attack.dissolve || m->bare;
+    if (first) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
-    if (u->has_chemistry && !m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    if (u->has_chemistry && !first) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     if (u->has_potential) PDI_TRY(pd_couple_add(ctx, c, pd_cell_process(&m->cell)));
     return PD_OK;
 }

@@ -29,7 +29,10 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     if (course->desc.bare) {
         PDI_ARRAY(owner, course, share, total, "1");
         PDI_ARRAY(owner, course, first, total, "1");
+        PDI_ARRAY(owner, course, now, total, "1");
+        PDI_ARRAY(owner, course, mean, total, "1");
         PDI_STATE(owner, course, rate, total, "1/s");
+        if (course->desc.fed) PDI_ARRAY(owner, course, came, total, "mol/m3");
         if (course->desc.fed && !course->desc.surface) PDI_ARRAY(owner, course, ahead, total, "mol/m3/s");
         PDI_VALUE(owner, course, span, "s");
     }
@@ -97,23 +100,31 @@ static void pdi_course_taken(pd_course *a, double dt, int all)
     double share = all ? 1.0 : dt / a->left;
     for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
-        double came = a->ahead ? a->ahead[i] * dt : 0.0;
-        pdi_sum_add(&sum, (share * a->desc.fed[i] + came) * pdi_grid_circumference(r->grid, i));
+        pdi_sum_add(&sum, share * a->desc.fed[i] * pdi_grid_circumference(r->grid, i));
         a->desc.fed[i] = all ? 0.0 : a->desc.fed[i] * (1.0 - share);
+        if (a->ahead) a->came[i] += dt * a->ahead[i];
     }
+    const pd_etch *s = a->desc.surface;
+    for (int32_t p = 0; a->came && s && p < s->count; p++) a->came[s->node[p]] += s->weight[p] * s->ahead[p];
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
-/* What the law at the surface gave in the step of the run has still to come from the metal. */
+/* What the law at the surface gave in the step of the run, and what came by itself, has still to come from the metal. */
 static void pdi_course_owed(pd_course *a)
 {
     const pd_reactive *r = a->reactive;
     const pd_etch *s = a->desc.surface;
     pdi_sum sum = {0.0, 0.0};
-    for (int32_t p = 0; p < s->count; p++) {
+    for (int32_t p = 0; !a->came && s && p < s->count; p++) {
         double given = s->weight[p] * s->passed[p];
         if (a->desc.fed) a->desc.fed[s->node[p]] -= given;
         pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+    }
+    for (int32_t i = 0; i < r->grid->total && a->came; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        a->desc.fed[i] -= a->came[i];
+        pdi_sum_add(&sum, a->came[i] * pdi_grid_circumference(r->grid, i));
+        a->came[i] = 0.0;
     }
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
@@ -170,11 +181,11 @@ static void pdi_course_shares(const pd_course *a, double *share)
     for (int32_t j = 0; j < grid->total; j++) share[j] = share[j] < 0.0 ? -1.0 : exp(-share[j] / a->desc.cover);
 }
 
-/* What the metal knows: shares `after` [s] the start of the step of the run, by their rates. */
-static void pdi_course_bare(pd_course *a, double after)
+/* What the metal knows: the share x + by y. */
+static void pdi_course_bare(pd_course *a, const double *x, double by, const double *y)
 {
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        double share = a->first[j] < 0.0 ? 1.0 : fmin(fmax(a->first[j] + after * a->rate[j], 0.0), 1.0);
+        double share = x[j] < 0.0 ? 1.0 : fmin(fmax(x[j] + by * y[j], 0.0), 1.0);
         a->desc.bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * share;
     }
     if (a->desc.reached) *a->desc.reached = 0;
@@ -183,68 +194,81 @@ static void pdi_course_bare(pd_course *a, double after)
 /* Shares are those of now, also at the start of the step of the run. */
 static void pdi_course_uncover(pd_course *a)
 {
+    size_t size = (size_t)a->reactive->grid->total * sizeof *a->first;
     pdi_course_shares(a, a->share);
-    memcpy(a->first, a->share, (size_t)a->reactive->grid->total * sizeof *a->first);
-    pdi_course_bare(a, 0.0);
+    memcpy(a->first, a->share, size);
+    memset(a->mean, 0, size);
+    pdi_course_bare(a, a->share, 0.0, a->rate);
 }
 
-/* Largest error of the shares at t [s], of the largest of them, over what it may be. Metal takes the mean of both ends of
- * the step of the run: where a share changes by x, that is wrong by x^2/12 of what is taken (the trapezoidal rule).
- * Species have got the mean that the rate of the last step tells: where a share is x off it, by x/2. */
-static double pdi_course_load(const pd_course *a, const pd_step *s, double t)
+/* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run, of
+ * the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share of
+ * the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
+static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
 {
-    double most = 0.0, change = 0.0, off = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;
+    double most = 0.0, change = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;
+    *off = 0.0;
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        double by = a->share[j] - a->first[j];
         most = fmax(most, a->first[j]);
-        change = fmax(change, fabs(by));
-        off = fmax(off, fabs(by - (t - a->begin) * a->rate[j]));
+        change = fmax(change, fabs(a->share[j] - a->first[j]));
+        *off = fmax(*off, fabs(a->share[j] - a->now[j] - s->dt * a->rate[j]));
     }
-    return most > 0.0 ? fmax(change * change / (12.0 * most), 0.5 * off) / (most * rtol) : 0.0;
+    if (!(most > 0.0)) return *off = 0.0;
+    *off *= 0.5 / (most * rtol);
+    return change * change / (12.0 * most * most * rtol);
 }
 
 /* Error of a step, over what may be: what is too much is left for the next one. */
 static double pdi_course_covering(pd_course *a, const pd_step *s)
 {
+    double off;
     pdi_course_shares(a, a->share);
-    double load = pdi_course_load(a, s, s->end);
-    if (load <= 1.0) return 0.0;
-    double part = (1.0 - a->covered) / (load - a->covered);
-    return part > 0.0 ? 1.0 / (part * part) : HUGE_VAL;
+    double load = pdi_course_load(a, s, &off);
+    if (load <= 1.0) return off;
+    double part = (1.0 - sqrt(a->covered)) / (sqrt(load) - sqrt(a->covered));
+    return part > 0.0 ? fmax(off, 1.0 / (part * part)) : HUGE_VAL;
 }
 
-/* 1: another step like this one would be too much. */
+/* A step of species stands. 1: another one like it would be too much for the step of the run. */
 static int pdi_course_full(pd_course *a, const pd_step *s)
 {
-    double before = a->covered;
-    a->covered = pdi_course_load(a, s, s->end);
-    return a->covered + (a->covered - before) > 1.0;
+    double off, before = sqrt(a->covered), load = pdi_course_load(a, s, &off);
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        a->rate[j] = (a->share[j] - a->now[j]) / s->dt;
+        a->mean[j] += 0.5 * s->dt * (a->share[j] + a->now[j]);
+    }
+    a->covered = load;
+    return sqrt(load) + (sqrt(load) - before) > 1.0;
 }
 
 /* The step of the run is done. */
 static void pdi_course_covered(pd_course *a, double end)
 {
     double span = end - a->begin;
-    for (int32_t j = 0; j < a->reactive->grid->total; j++)
-        a->rate[j] = a->first[j] < 0.0 ? 0.0 : (a->share[j] - a->first[j]) / span;
-    for (int32_t i = 0; i < a->reactive->grid->total && a->ahead; i++)
-        if (a->reactive->grid->kind[i] == PD_FLUID) a->desc.fed[i] -= span * a->ahead[i];
     a->span = pdi_sdirk_plan(a->span, span, pdi_sdirk_factor(a->covered, PDI_COURSE_GROWTH));
-    a->mean = 0.5 * span;
-    pdi_course_bare(a, a->mean);
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) a->mean[j] = a->first[j] < 0.0 ? -1.0 : a->mean[j] / span;
+    pdi_course_bare(a, a->mean, 0.0, a->rate);
 }
 
 /* Nodes have turned: what is bare of the metal around them has no past. */
 static void pdi_course_turned(pd_course *a)
 {
-    double *now = a->desc.bare;
-    pdi_course_shares(a, now);
+    pdi_course_shares(a, a->now);
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        if (!(now[j] < a->share[j]) && !(now[j] > a->share[j])) continue;
-        a->share[j] = a->first[j] = now[j];
+        if (!(a->now[j] < a->share[j]) && !(a->now[j] > a->share[j])) continue;
+        a->share[j] = a->first[j] = a->mean[j] = a->now[j];
         a->rate[j] = 0.0;
     }
-    pdi_course_bare(a, a->mean);
+    pdi_course_bare(a, a->mean, 0.0, a->rate);
+}
+
+/* What metal gives in a step of species. */
+static pd_status pdi_course_ahead(pd_ctx *ctx, pd_course *a, const pd_step *s)
+{
+    pdi_course_bare(a, a->now, 0.5 * s->dt, a->rate);
+    if (a->desc.surface || a->ahead) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time + 0.5 * s->dt));
+    pdi_course_feed(a);
+    return PD_OK;
 }
 
 /* Steps of the run that suit the shares, as far as the last one tells. */
@@ -282,11 +306,10 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
         a->begin = s->time;
         a->covered = 0.0;
         if (a->desc.bare) pdi_course_uncover(a);
-        if (a->desc.bare) pdi_course_bare(a, 0.5 * a->left);
         if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
-        if (a->ahead) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time + 0.5 * a->left));
     }
     a->begun = 1;
+    if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
     pdi_course_keep(ctx, a, 0);
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
@@ -299,6 +322,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_course *a = (pd_course *)self;
     pd_reactive_result result;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
     if (a->desc.surface) a->desc.surface->time = s->time + 0.5 * s->dt;
     pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
     a->krylov += result.krylov;
@@ -329,7 +353,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
     pdi_course_taken(a, s->dt, all);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
-    if (a->desc.surface && last) pdi_course_owed(a);
+    if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
     a->time = s->end;

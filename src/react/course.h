@@ -17,13 +17,14 @@ typedef struct pd_course_desc {
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
-    pd_at_fn find;       /* lists its places; with `cover` and `fed` and without `surface`: writes `ahead` */
+    pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: weighs
+                          * them anew for each step of the species, or writes `ahead` where there is no `surface` */
     void *user;
     double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
                          * species move before the metal */
-    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here:
-                         * before the species move its mean over the step of the run by its rate in the last one, then
-                         * the mean of both ends */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here: in a
+                         * step of the species that of its middle, when the metal moves the mean over the step of the
+                         * run */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
@@ -43,13 +44,14 @@ typedef struct pd_course {
     double left;            /* [s] of the step of the run */
     double taken;           /* [mol] of metal that is in the species */
     /* metal that minerals cover: */
-    double *share;          /* [total] [-] bare, now; -1: no minerals are near, or it is no metal */
-    double *first;          /* [total] [-] the same at the start of the step of the run */
-    double *rate;           /* [total] [1/s] at which it changed in the last one */
-    double *ahead;          /* [total] [mol/m3/s] of metal that fluid nodes get in the step of the run, as far as it is
-                             * known at its start; NULL: by `surface`, or it gives nothing */
+    double *share;          /* [total] [-] bare, at the end of the step; -1: no minerals are near, or it is no metal */
+    double *now, *first;    /* [total] [-] the same at the start of the step, and of the step of the run */
+    double *rate;           /* [total] [1/s] at which it changed in the last step */
+    double *mean;           /* [total] [-] over the step of the run; [s] within it */
+    double *ahead;          /* [total] [mol/m3/s] of metal that fluid nodes get in the step; NULL: by `surface`, or it
+                             * gives nothing */
+    double *came;           /* [total] [mol/m3] of it, in the step of the run; NULL: it gives nothing */
     double begin, span;     /* [s] start of the step of the run, length of one that is tried next; 0: not known yet */
-    double mean;            /* [s] after its start shares are those that metal takes */
     double covered;         /* [-] error of shares in the step of the run, over what it may be */
     int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
