@@ -4940,13 +4940,14 @@ typedef struct pd_course_desc {
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
-    pd_at_fn find;       /* lists its places; with `cover` and `fed` and without `surface`: writes `ahead` */
+    pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: weighs
+                          * them anew for each step of the species, or writes `ahead` where there is no `surface` */
     void *user;
     double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
                          * species move before the metal */
-    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here:
-                         * before the species move its mean over the step of the run by its rate in the last one, then
-                         * the mean of both ends */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here: in a
+                         * step of the species that of its middle, when the metal moves the mean over the step of the
+                         * run */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
@@ -4966,13 +4967,14 @@ typedef struct pd_course {
     double left;            /* [s] of the step of the run */
     double taken;           /* [mol] of metal that is in the species */
     /* metal that minerals cover: */
-    double *share;          /* [total] [-] bare, now; -1: no minerals are near, or it is no metal */
-    double *first;          /* [total] [-] the same at the start of the step of the run */
-    double *rate;           /* [total] [1/s] at which it changed in the last one */
-    double *ahead;          /* [total] [mol/m3/s] of metal that fluid nodes get in the step of the run, as far as it is
-                             * known at its start; NULL: by `surface`, or it gives nothing */
+    double *share;          /* [total] [-] bare, at the end of the step; -1: no minerals are near, or it is no metal */
+    double *now, *first;    /* [total] [-] the same at the start of the step, and of the step of the run */
+    double *rate;           /* [total] [1/s] at which it changed in the last step */
+    double *mean;           /* [total] [-] over the step of the run; [s] within it */
+    double *ahead;          /* [total] [mol/m3/s] of metal that fluid nodes get in the step; NULL: by `surface`, or it
+                             * gives nothing */
+    double *came;           /* [total] [mol/m3] of it, in the step of the run; NULL: it gives nothing */
     double begin, span;     /* [s] start of the step of the run, length of one that is tried next; 0: not known yet */
-    double mean;            /* [s] after its start shares are those that metal takes */
     double covered;         /* [-] error of shares in the step of the run, over what it may be */
     int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
@@ -33221,7 +33223,8 @@ static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
     kd->restart = PDI_REACTIVE_BASIS;
     kd->most = 10 * PDI_REACTIVE_BASIS;
     kd->flexible = 1;
-    kd->compressed = PD_KRYLOV_SINGLE;
+    /* psi in water beside salt is below the rounding of floats: its unknown is a charge */
+    kd->compressed = r->migration.on ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE;
     kd->zero_guess = 1;
 }
 
@@ -34170,6 +34173,8 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
 #define PDI_ADVANCE_HALVINGS 10
+/* Share of a correction that is tried at least where longer ones lead to totals without concentrations. */
+#define PDI_ADVANCE_SHORTEST 1e-9
 /* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
  * factor, since the next one finds the potential in the ions that have come. */
 #define PDI_ADVANCE_LIFT 3.0
@@ -34323,6 +34328,26 @@ static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
     return PD_OK;
 }
 
+/* c and minerals n of node i for the dissolved totals with these n, from the last ones, or else from those that the step
+ * began with. */
+static pd_status pdi_advance_minerals(const pd_reactive *r, int32_t i, const double *sum, double *c, double *n)
+{
+    const pd_components *s = &r->components;
+    double first[PD_MINERAL_MOST], begin[PD_MINERAL_MOST], total[PD_SPECIES_MOST];
+    pd_mineral_start start;
+    pdi_tangent_law(r, i, first, &start);
+    if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) == PD_OK) return PD_OK;
+    pdi_reactive_solids(r, r->solid_begin, i, begin);
+    for (int k = 0; k < s->count; k++) {
+        total[k] = sum[k];
+        for (int m = 0; m < r->minerals.count; m++) total[k] += r->minerals.gain[m][k] * (n[m] - begin[m]);
+    }
+    pdi_reactive_get(r, r->begin, i, c);
+    pd_status status = pdi_mineral_solve(s, &r->minerals, &start, total, c, begin);
+    if (status == PD_OK) memcpy(n, begin, (size_t)r->minerals.count * sizeof *n);
+    return status;
+}
+
 /* c: what belongs to the totals of `base` moved by a share of the correction. Where no equilibrium is found it is
  * NaN. */
 static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
@@ -34340,11 +34365,9 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
         if (r->minerals.count) {
-            double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
-            pd_mineral_start start;
-            pdi_tangent_law(r, i, first, &start);
+            double n[PD_MINERAL_MOST];
             pdi_reactive_solids(r, r->solid_base, i, n);
-            if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) != PD_OK) c[0] = NAN;
+            if (pdi_advance_minerals(r, i, sum, c, n) != PD_OK) c[0] = NAN;
             for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
         } else if (pdi_components_solve(s, sum, c) != PD_OK) {
             c[0] = NAN;
@@ -34383,7 +34406,8 @@ static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, d
     double before = *norm, share = 1.0;
     pdi_advance_mark(ctx, r);
     if (r->migration.on && pdi_advance_lift(ctx, r, before, norm)) return 1;
-    for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
+    for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving += *norm < HUGE_VAL, share *= 0.5) {
+        if (!(share > PDI_ADVANCE_SHORTEST)) return 0;
         pdi_advance_move(ctx, r, share);
         *norm = pdi_advance_residual(ctx, r);
         if (*norm < (halving ? before : room * before)) return 1;
@@ -34471,6 +34495,16 @@ static void pdi_advance_owe(pd_reactive *r, double dt)
         for (int64_t i = k * total; i < (k + 1) * total; i++) r->carry[i] = dt * r->weight[k] * r->work[i];
 }
 
+/* 1: most of what is dissolved, or more, would go into that much of mineral m [mol/m3]; with a speed it has to. */
+static int pdi_advance_short(const pd_reactive *r, int m, double grown, const double *dissolved)
+{
+    const pd_mineral *of = &r->minerals.of[m];
+    if (!(of->rate > 0.0) && !(of->surface > 0.0)) return 0;
+    for (int k = 0; k < r->components.count; k++)
+        if (fabs(r->minerals.gain[m][k]) * grown > 0.5 * fabs(dissolved[k])) return 1;
+    return 0;
+}
+
 /* The totals that the second stage starts from, by what has passed in the first one: also where that leaves totals that
  * no concentrations have. To go on from the nearest ones would make amounts that the stream carries off. */
 static void pdi_advance_between(pd_reactive *r)
@@ -34492,7 +34526,9 @@ static void pdi_advance_between(pd_reactive *r)
             int64_t at = m * total + i;
             r->solid_slope[at] = r->solid[at] - r->solid_start[at];
             r->solid_start[at] += ratio * r->solid_slope[at];
-            r->solid[at] = fmax(r->solid_start[at] + r->solid_slope[at], 0.0); /* near to what its law lets it reach */
+            /* what its law asks for and is not dissolved comes with it */
+            if (pdi_advance_short(r, m, ratio * r->solid_slope[at], sum))
+                r->solid[at] = r->solid_start[at] + r->solid_slope[at];
         }
     }
 }
@@ -34724,7 +34760,10 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     if (course->desc.bare) {
         PDI_ARRAY(owner, course, share, total, "1");
         PDI_ARRAY(owner, course, first, total, "1");
+        PDI_ARRAY(owner, course, now, total, "1");
+        PDI_ARRAY(owner, course, mean, total, "1");
         PDI_STATE(owner, course, rate, total, "1/s");
+        if (course->desc.fed) PDI_ARRAY(owner, course, came, total, "mol/m3");
         if (course->desc.fed && !course->desc.surface) PDI_ARRAY(owner, course, ahead, total, "mol/m3/s");
         PDI_VALUE(owner, course, span, "s");
     }
@@ -34792,23 +34831,31 @@ static void pdi_course_taken(pd_course *a, double dt, int all)
     double share = all ? 1.0 : dt / a->left;
     for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
-        double came = a->ahead ? a->ahead[i] * dt : 0.0;
-        pdi_sum_add(&sum, (share * a->desc.fed[i] + came) * pdi_grid_circumference(r->grid, i));
+        pdi_sum_add(&sum, share * a->desc.fed[i] * pdi_grid_circumference(r->grid, i));
         a->desc.fed[i] = all ? 0.0 : a->desc.fed[i] * (1.0 - share);
+        if (a->ahead) a->came[i] += dt * a->ahead[i];
     }
+    const pd_etch *s = a->desc.surface;
+    for (int32_t p = 0; a->came && s && p < s->count; p++) a->came[s->node[p]] += s->weight[p] * s->ahead[p];
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
-/* What the law at the surface gave in the step of the run has still to come from the metal. */
+/* What the law at the surface gave in the step of the run, and what came by itself, has still to come from the metal. */
 static void pdi_course_owed(pd_course *a)
 {
     const pd_reactive *r = a->reactive;
     const pd_etch *s = a->desc.surface;
     pdi_sum sum = {0.0, 0.0};
-    for (int32_t p = 0; p < s->count; p++) {
+    for (int32_t p = 0; !a->came && s && p < s->count; p++) {
         double given = s->weight[p] * s->passed[p];
         if (a->desc.fed) a->desc.fed[s->node[p]] -= given;
         pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+    }
+    for (int32_t i = 0; i < r->grid->total && a->came; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        a->desc.fed[i] -= a->came[i];
+        pdi_sum_add(&sum, a->came[i] * pdi_grid_circumference(r->grid, i));
+        a->came[i] = 0.0;
     }
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
@@ -34865,11 +34912,11 @@ static void pdi_course_shares(const pd_course *a, double *share)
     for (int32_t j = 0; j < grid->total; j++) share[j] = share[j] < 0.0 ? -1.0 : exp(-share[j] / a->desc.cover);
 }
 
-/* What the metal knows: shares `after` [s] the start of the step of the run, by their rates. */
-static void pdi_course_bare(pd_course *a, double after)
+/* What the metal knows: the share x + by y. */
+static void pdi_course_bare(pd_course *a, const double *x, double by, const double *y)
 {
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        double share = a->first[j] < 0.0 ? 1.0 : fmin(fmax(a->first[j] + after * a->rate[j], 0.0), 1.0);
+        double share = x[j] < 0.0 ? 1.0 : fmin(fmax(x[j] + by * y[j], 0.0), 1.0);
         a->desc.bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * share;
     }
     if (a->desc.reached) *a->desc.reached = 0;
@@ -34878,68 +34925,81 @@ static void pdi_course_bare(pd_course *a, double after)
 /* Shares are those of now, also at the start of the step of the run. */
 static void pdi_course_uncover(pd_course *a)
 {
+    size_t size = (size_t)a->reactive->grid->total * sizeof *a->first;
     pdi_course_shares(a, a->share);
-    memcpy(a->first, a->share, (size_t)a->reactive->grid->total * sizeof *a->first);
-    pdi_course_bare(a, 0.0);
+    memcpy(a->first, a->share, size);
+    memset(a->mean, 0, size);
+    pdi_course_bare(a, a->share, 0.0, a->rate);
 }
 
-/* Largest error of the shares at t [s], of the largest of them, over what it may be. Metal takes the mean of both ends of
- * the step of the run: where a share changes by x, that is wrong by x^2/12 of what is taken (the trapezoidal rule).
- * Species have got the mean that the rate of the last step tells: where a share is x off it, by x/2. */
-static double pdi_course_load(const pd_course *a, const pd_step *s, double t)
+/* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run, of
+ * the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share of
+ * the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
+static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
 {
-    double most = 0.0, change = 0.0, off = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;
+    double most = 0.0, change = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;
+    *off = 0.0;
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        double by = a->share[j] - a->first[j];
         most = fmax(most, a->first[j]);
-        change = fmax(change, fabs(by));
-        off = fmax(off, fabs(by - (t - a->begin) * a->rate[j]));
+        change = fmax(change, fabs(a->share[j] - a->first[j]));
+        *off = fmax(*off, fabs(a->share[j] - a->now[j] - s->dt * a->rate[j]));
     }
-    return most > 0.0 ? fmax(change * change / (12.0 * most), 0.5 * off) / (most * rtol) : 0.0;
+    if (!(most > 0.0)) return *off = 0.0;
+    *off *= 0.5 / (most * rtol);
+    return change * change / (12.0 * most * most * rtol);
 }
 
 /* Error of a step, over what may be: what is too much is left for the next one. */
 static double pdi_course_covering(pd_course *a, const pd_step *s)
 {
+    double off;
     pdi_course_shares(a, a->share);
-    double load = pdi_course_load(a, s, s->end);
-    if (load <= 1.0) return 0.0;
-    double part = (1.0 - a->covered) / (load - a->covered);
-    return part > 0.0 ? 1.0 / (part * part) : HUGE_VAL;
+    double load = pdi_course_load(a, s, &off);
+    if (load <= 1.0) return off;
+    double part = (1.0 - sqrt(a->covered)) / (sqrt(load) - sqrt(a->covered));
+    return part > 0.0 ? fmax(off, 1.0 / (part * part)) : HUGE_VAL;
 }
 
-/* 1: another step like this one would be too much. */
+/* A step of species stands. 1: another one like it would be too much for the step of the run. */
 static int pdi_course_full(pd_course *a, const pd_step *s)
 {
-    double before = a->covered;
-    a->covered = pdi_course_load(a, s, s->end);
-    return a->covered + (a->covered - before) > 1.0;
+    double off, before = sqrt(a->covered), load = pdi_course_load(a, s, &off);
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        a->rate[j] = (a->share[j] - a->now[j]) / s->dt;
+        a->mean[j] += 0.5 * s->dt * (a->share[j] + a->now[j]);
+    }
+    a->covered = load;
+    return sqrt(load) + (sqrt(load) - before) > 1.0;
 }
 
 /* The step of the run is done. */
 static void pdi_course_covered(pd_course *a, double end)
 {
     double span = end - a->begin;
-    for (int32_t j = 0; j < a->reactive->grid->total; j++)
-        a->rate[j] = a->first[j] < 0.0 ? 0.0 : (a->share[j] - a->first[j]) / span;
-    for (int32_t i = 0; i < a->reactive->grid->total && a->ahead; i++)
-        if (a->reactive->grid->kind[i] == PD_FLUID) a->desc.fed[i] -= span * a->ahead[i];
     a->span = pdi_sdirk_plan(a->span, span, pdi_sdirk_factor(a->covered, PDI_COURSE_GROWTH));
-    a->mean = 0.5 * span;
-    pdi_course_bare(a, a->mean);
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) a->mean[j] = a->first[j] < 0.0 ? -1.0 : a->mean[j] / span;
+    pdi_course_bare(a, a->mean, 0.0, a->rate);
 }
 
 /* Nodes have turned: what is bare of the metal around them has no past. */
 static void pdi_course_turned(pd_course *a)
 {
-    double *now = a->desc.bare;
-    pdi_course_shares(a, now);
+    pdi_course_shares(a, a->now);
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        if (!(now[j] < a->share[j]) && !(now[j] > a->share[j])) continue;
-        a->share[j] = a->first[j] = now[j];
+        if (!(a->now[j] < a->share[j]) && !(a->now[j] > a->share[j])) continue;
+        a->share[j] = a->first[j] = a->mean[j] = a->now[j];
         a->rate[j] = 0.0;
     }
-    pdi_course_bare(a, a->mean);
+    pdi_course_bare(a, a->mean, 0.0, a->rate);
+}
+
+/* What metal gives in a step of species. */
+static pd_status pdi_course_ahead(pd_ctx *ctx, pd_course *a, const pd_step *s)
+{
+    pdi_course_bare(a, a->now, 0.5 * s->dt, a->rate);
+    if (a->desc.surface || a->ahead) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time + 0.5 * s->dt));
+    pdi_course_feed(a);
+    return PD_OK;
 }
 
 /* Steps of the run that suit the shares, as far as the last one tells. */
@@ -34977,11 +35037,10 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
         a->begin = s->time;
         a->covered = 0.0;
         if (a->desc.bare) pdi_course_uncover(a);
-        if (a->desc.bare) pdi_course_bare(a, 0.5 * a->left);
         if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
-        if (a->ahead) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time + 0.5 * a->left));
     }
     a->begun = 1;
+    if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
     pdi_course_keep(ctx, a, 0);
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
@@ -34994,6 +35053,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_course *a = (pd_course *)self;
     pd_reactive_result result;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
     if (a->desc.surface) a->desc.surface->time = s->time + 0.5 * s->dt;
     pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
     a->krylov += result.krylov;
@@ -35024,7 +35084,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
     pdi_course_taken(a, s->dt, all);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
-    if (a->desc.surface && last) pdi_course_owed(a);
+    if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
     a->time = s->end;
@@ -68175,6 +68235,21 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
     return PD_OK;
 }
 
+/* The same places within a step of the run, of metal that minerals cover otherwise. */
+static void pdi_attack_again(pd_attack *a)
+{
+    const pd_dissolve *d = a->dissolve;
+    pd_etch *s = &a->etch;
+    for (int32_t p = 0; p < s->count; p++) s->weight[p] = 0.0;
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        int32_t p = s->slot[beside->node];
+        if (p < 0 || !(beside->weight > 0.0)) continue;
+        s->weight[p] = beside->weight;
+        s->thick[p] = pdi_attack_thick(a, beside);
+    }
+}
+
 /* The law for the species as they are now. */
 static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 {
@@ -68201,6 +68276,8 @@ PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
     pd_attack *a = (pd_attack *)user;
     pd_etch *s = &a->etch;
     s->time = t;
+    if (a->course->begun) pdi_attack_again(a);
+    if (a->course->begun) return PD_OK;
     if (!(a->course->time > t)) return pdi_attack_now(ctx, a);
     for (int32_t p = 0; p < s->count; p++) /* what the species have got in the step of the run */
         s->speed[s->node[p]] = s->passed[p] / (a->course->time - a->begin);
@@ -68210,7 +68287,8 @@ PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
 PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t)
 {
     pd_attack *a = (pd_attack *)user;
-    a->begin = a->dissolve->time = t;
+    if (!a->course->begun) a->begin = t;
+    a->dissolve->time = t;
     return pdi_dissolve_prepare(ctx, a->dissolve);
 }
 #ifdef PDI_COLD
