@@ -167,7 +167,7 @@ static pd_status pdi_couple_longest(pd_ctx *ctx, const pd_couple *c, pd_step *s)
     return PD_OK;
 }
 
-/* Move a process on to s->limit, or by one step of its own. */
+/* Move a process on to s->limit, or to where those behind it have to follow first, or by one step of its own. */
 static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p, int once, pd_step *s)
 {
     pd_status worst = PD_OK;
@@ -179,8 +179,39 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p,
         if (status > 0) worst = status;
         PDI_TRY(pdi_couple_changed(ctx, c, s->turned, s->turned_count));
         s->time = s->end;
-    } while (!once && s->time < limit);
+    } while (!once && !s->ends && s->time < limit);
     if (p->finish) PDI_TRY(p->finish(ctx, p->self, s->end));
+    return worst;
+}
+
+/* Processes from number n on, which stand at `from` [s], follow to `end` [s]. *count: steps that one counts for the
+ * run. */
+static pd_status pdi_couple_follow(pd_ctx *ctx, pd_couple *c, int n, double from, double end, pd_step *s,
+                                   int64_t *count)
+{
+    pd_status worst = PD_OK;
+    for (; n < c->count; n++) {
+        const pd_process *p = &c->process[n];
+        int64_t before = p->counts ? *p->steps : 0;
+        double reached = from;
+        if (!p->attempt) continue;
+        for (;;) {
+            s->time = reached;
+            s->limit = end;
+            s->lost = pdi_couple_lost(c, p);
+            pd_status status = pdi_couple_move(ctx, c, p, 0, s);
+            reached = s->end;
+            if (status >= 0 && reached < end) {
+                worst = status > 0 ? status : worst;
+                status = pdi_couple_follow(ctx, c, n + 1, from, reached, s, count);
+                from = reached;
+            }
+            if (status < 0) return status;
+            if (status > 0) worst = status;
+            if (!(reached < end)) break;
+        }
+        if (p->counts) *count = *p->steps - before;
+    }
     return worst;
 }
 
@@ -189,8 +220,7 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p,
 static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, double *dt, int64_t *count)
 {
     pd_step s;
-    pd_status worst = PD_OK;
-    int moved = 0;
+    int n = 0;
     memset(&s, 0, sizeof s);
     s.fraction = c->desc.fraction;
     s.rtol = c->desc.rtol;
@@ -198,24 +228,22 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
     s.at = pdi_couple_at;
     s.at_user = c;
     *count = 1;
-    for (int n = 0; n < c->count; n++) {
+    while (n < c->count && !c->process[n].attempt) n++;
+    if (n < c->count) {
         const pd_process *p = &c->process[n];
         int64_t before = p->counts ? *p->steps : 0;
-        if (!p->attempt) continue;
         s.time = c->time;
         s.limit = *end;
-        if (!moved && p->inner) PDI_TRY(pdi_couple_longest(ctx, c, &s));
-        double left = s.limit - s.time;
+        if (p->inner) PDI_TRY(pdi_couple_longest(ctx, c, &s));
         s.lost = pdi_couple_lost(c, p);
-        pd_status status = pdi_couple_move(ctx, c, p, !moved && !p->inner, &s);
-        if (status < 0) return status;
-        if (status > 0) worst = status;
+        pd_status worst = pdi_couple_move(ctx, c, p, !p->inner, &s);
+        if (worst < 0) return worst;
         if (p->counts) *count = *p->steps - before;
-        if (!moved) *dt = p->inner ? left : s.dt;
         *end = s.end;
-        moved = 1;
+        *dt = p->inner ? *end - c->time : s.dt;
+        pd_status status = pdi_couple_follow(ctx, c, n + 1, c->time, *end, &s, count);
+        return status ? status : worst;
     }
-    if (moved) return worst;
     if (c->desc.max_step > 0.0 && c->desc.max_step < *dt) {
         *dt = pdi_process_even(*dt, c->desc.max_step);
         if (*dt < *end - c->time) *end = c->time + *dt;

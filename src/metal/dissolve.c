@@ -624,6 +624,26 @@ static pd_status pdi_dissolve_start(pd_ctx *ctx, void *self, double t)
     return pdi_transport_at(ctx, ((pd_dissolve *)self)->transport, t);
 }
 
+/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
+ * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
+ * that share, too. */
+static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
+{
+    double error, taken;
+    if (d->uniform) return 1.0;
+    pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
+    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
+    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
+}
+
+/* A step that is so short. */
+static double pdi_dissolve_shortened(const pd_dissolve *d, const pd_step *s)
+{
+    pd_step step = *s;
+    for (double factor = 0.0; factor < 1.0; step.dt *= factor) factor = pdi_dissolve_shorten(d, &step);
+    return step.dt;
+}
+
 /* The longest admissible step. */
 static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
@@ -637,7 +657,9 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
     double fastest = pdi_dissolve_fastest(ctx, d);
     if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
     s->dt = fmin(s->dt, d->next_dt);
-    return pdi_process_longest(ctx, self, s);
+    PDI_TRY(pdi_process_longest(ctx, self, s));
+    if (d->desc.lags && !d->desc.found) s->dt = pdi_dissolve_shortened(d, s);
+    return PD_OK;
 }
 
 static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
@@ -645,18 +667,6 @@ static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
     PDI_TRY(pdi_dissolve_longest(ctx, self, s));
     s->dt = pdi_process_even(s->limit - s->time, s->dt);
     return PD_OK;
-}
-
-/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
- * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
- * that share, too. */
-static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
-{
-    double error, taken;
-    if (d->uniform) return 1.0;
-    pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
-    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
-    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
 }
 
 static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)

@@ -277,7 +277,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double rate = r->migration.on ? pdi_migration_pace(&r->migration, dt) : 1.0 / dt;
     PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, rate, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
-    for (int step = 0; norm > goal; step++) {
+    for (int step = 0; !(norm <= goal); step++) { /* also where it is no number */
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
         pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
@@ -343,6 +343,16 @@ static void pdi_advance_owe(pd_reactive *r, double dt)
         for (int64_t i = k * total; i < (k + 1) * total; i++) r->carry[i] = dt * r->weight[k] * r->work[i];
 }
 
+/* 1: most of what is dissolved, or more, would go into that much of mineral m [mol/m3]; with a speed it has to. */
+static int pdi_advance_short(const pd_reactive *r, int m, double grown, const double *dissolved)
+{
+    const pd_mineral *of = &r->minerals.of[m];
+    if (!(of->rate > 0.0) && !(of->surface > 0.0)) return 0;
+    for (int k = 0; k < r->components.count; k++)
+        if (fabs(r->minerals.gain[m][k]) * grown > 0.5 * fabs(dissolved[k])) return 1;
+    return 0;
+}
+
 /* The totals that the second stage starts from, by what has passed in the first one: also where that leaves totals that
  * no concentrations have. To go on from the nearest ones would make amounts that the stream carries off. */
 static void pdi_advance_between(pd_reactive *r)
@@ -364,6 +374,9 @@ static void pdi_advance_between(pd_reactive *r)
             int64_t at = m * total + i;
             r->solid_slope[at] = r->solid[at] - r->solid_start[at];
             r->solid_start[at] += ratio * r->solid_slope[at];
+            /* what its law asks for and is not dissolved comes with it */
+            if (pdi_advance_short(r, m, ratio * r->solid_slope[at], sum))
+                r->solid[at] = r->solid_start[at] + r->solid_slope[at];
         }
     }
 }

@@ -13,6 +13,8 @@
 #define PDI_COURSE_TRIALS 6
 /* Times of diffusion through the box after which fields are steady. */
 #define PDI_COURSE_LATE 1e6
+/* Share of the longest step of the run that the first one is when minerals cover metal. */
+#define PDI_COURSE_FIRST 1e-3
 
 PDI_COLD_BEGIN
 PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
@@ -24,6 +26,16 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, course, start, r->components.solutes * total, "mol/m3");
     PDI_ARRAY(owner, course, carry, r->components.count * total, "mol/m3");
     if (r->minerals.count) PDI_ARRAY(owner, course, solid, r->minerals.count * total, "mol/m3");
+    if (course->desc.bare) {
+        PDI_ARRAY(owner, course, share, total, "1");
+        PDI_ARRAY(owner, course, first, total, "1");
+        PDI_ARRAY(owner, course, now, total, "1");
+        PDI_ARRAY(owner, course, mean, total, "1");
+        PDI_STATE(owner, course, rate, total, "1/s");
+        if (course->desc.fed) PDI_ARRAY(owner, course, came, total, "mol/m3");
+        if (course->desc.fed && !course->desc.surface) PDI_ARRAY(owner, course, ahead, total, "mol/m3/s");
+        PDI_VALUE(owner, course, span, "s");
+    }
     PDI_VALUE(owner, course, time, "s");
     PDI_VALUE(owner, course, dt, "s");
     PDI_VALUE(owner, course, error, "1");
@@ -63,13 +75,19 @@ pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *des
 
 /* ---- metal ---- */
 
-/* Sources [mol/m3/s] that empty `fed` in what is left of the step of the run. */
+/* [mol/m3/s] of metal at a node: what empties `fed` in what is left of the step of the run, and what comes by itself. */
+static double pdi_course_given(const pd_course *a, int32_t i)
+{
+    if (a->reactive->grid->kind[i] != PD_FLUID) return 0.0;
+    return a->desc.fed[i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
+}
+
 static void pdi_course_feed(pd_course *a)
 {
     pd_reactive *r = a->reactive;
     int64_t total = r->grid->total;
     for (int32_t i = 0; i < (int32_t)total && a->desc.fed; i++) {
-        double rate = r->grid->kind[i] == PD_FLUID ? a->desc.fed[i] / a->left : 0.0;
+        double rate = pdi_course_given(a, i);
         for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
     }
     if (!a->desc.feed) return;
@@ -78,29 +96,38 @@ static void pdi_course_feed(pd_course *a)
 }
 
 /* What a step of dt [s] has taken of it. */
-static void pdi_course_taken(pd_course *a, double dt, int last)
+static void pdi_course_taken(pd_course *a, double dt, int all)
 {
     const pd_reactive *r = a->reactive;
     pdi_sum sum = {0.0, 0.0};
-    double share = last ? 1.0 : dt / a->left;
+    double share = all ? 1.0 : dt / a->left;
     for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_sum_add(&sum, share * a->desc.fed[i] * pdi_grid_circumference(r->grid, i));
-        a->desc.fed[i] = last ? 0.0 : a->desc.fed[i] * (1.0 - share);
+        a->desc.fed[i] = all ? 0.0 : a->desc.fed[i] * (1.0 - share);
+        if (a->ahead) a->came[i] += dt * a->ahead[i];
     }
+    const pd_etch *s = a->desc.surface;
+    for (int32_t p = 0; a->came && s && p < s->count; p++) a->came[s->node[p]] += s->weight[p] * s->ahead[p];
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
-/* What the law at the surface gave in the step of the run has still to come from the metal. */
+/* What the law at the surface gave in the step of the run, and what came by itself, has still to come from the metal. */
 static void pdi_course_owed(pd_course *a)
 {
     const pd_reactive *r = a->reactive;
     const pd_etch *s = a->desc.surface;
     pdi_sum sum = {0.0, 0.0};
-    for (int32_t p = 0; p < s->count; p++) {
+    for (int32_t p = 0; !a->came && s && p < s->count; p++) {
         double given = s->weight[p] * s->passed[p];
         if (a->desc.fed) a->desc.fed[s->node[p]] -= given;
         pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+    }
+    for (int32_t i = 0; i < r->grid->total && a->came; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        a->desc.fed[i] -= a->came[i];
+        pdi_sum_add(&sum, a->came[i] * pdi_grid_circumference(r->grid, i));
+        a->came[i] = 0.0;
     }
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
@@ -122,44 +149,140 @@ static double pdi_course_beside(const pd_course *a, int32_t j)
     return faces ? thick / faces : -1.0;
 }
 
-/* [m] What lies on metal next to one below it; `bare` holds the thickness where it is known, -1: none is. */
-static double pdi_course_above(const pd_course *a, int32_t j)
+/* [m] What lies on metal next to one below it; `thick` holds it where it is known, -1: none is. */
+static double pdi_course_above(const pd_grid *grid, const double *thick, int32_t j)
 {
-    const pd_grid *grid = a->reactive->grid;
-    double thick = 0.0;
+    double sum = 0.0;
     int faces = 0;
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int64_t i = j + (side % 2 ? 1 : -1) * (int64_t)grid->stride[side / 2];
-        if (i < 0 || i >= grid->total || grid->kind[i] != PD_SOLID || !(a->desc.bare[i] >= 0.0)) continue;
-        thick += a->desc.bare[i];
+        if (i < 0 || i >= grid->total || grid->kind[i] != PD_SOLID || !(thick[i] >= 0.0)) continue;
+        sum += thick[i];
         faces++;
     }
-    return faces ? thick / faces : -1.0;
+    return faces ? sum / faces : -1.0;
 }
 
 /* One layer of metal more gets the thickness of what lies above it. Those of this call are kept as -2 - thickness. */
-static void pdi_course_deeper(pd_course *a)
+static void pdi_course_deeper(const pd_grid *grid, double *thick)
 {
-    const pd_grid *grid = a->reactive->grid;
-    double *bare = a->desc.bare;
     for (int32_t j = 0; j < grid->total; j++) {
-        double thick = grid->kind[j] == PD_SOLID && bare[j] < 0.0 ? pdi_course_above(a, j) : -1.0;
-        if (thick >= 0.0) bare[j] = -2.0 - thick;
+        double above = grid->kind[j] == PD_SOLID && thick[j] < 0.0 ? pdi_course_above(grid, thick, j) : -1.0;
+        if (above >= 0.0) thick[j] = -2.0 - above;
     }
     for (int32_t j = 0; j < grid->total; j++)
-        if (bare[j] <= -2.0) bare[j] = -2.0 - bare[j];
+        if (thick[j] <= -2.0) thick[j] = -2.0 - thick[j];
 }
 
-/* Of metal under a film d thick exp(-d/cover) is bare: at the surface, and as deep below it as metal dissolves. */
-static void pdi_course_cover(pd_course *a)
+/* Of metal under a film d thick exp(-d/cover) is bare: at the surface, and as deep below it as metal dissolves. -1:
+ * what is not metal, or lies deeper. */
+static void pdi_course_shares(const pd_course *a, double *share)
 {
     const pd_grid *grid = a->reactive->grid;
-    double *bare = a->desc.bare;
-    for (int32_t j = 0; j < grid->total; j++) bare[j] = grid->kind[j] == PD_SOLID ? pdi_course_beside(a, j) : -1.0;
-    for (int layer = 0; layer < a->desc.layers; layer++) pdi_course_deeper(a);
-    for (int32_t j = 0; j < grid->total; j++)
-        bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * (bare[j] > 0.0 ? exp(-bare[j] / a->desc.cover) : 1.0);
+    for (int32_t j = 0; j < grid->total; j++) share[j] = grid->kind[j] == PD_SOLID ? pdi_course_beside(a, j) : -1.0;
+    for (int layer = 0; layer < a->desc.layers; layer++) pdi_course_deeper(grid, share);
+    for (int32_t j = 0; j < grid->total; j++) share[j] = share[j] < 0.0 ? -1.0 : exp(-share[j] / a->desc.cover);
+}
+
+/* What the metal knows: the share x + by y. */
+static void pdi_course_bare(pd_course *a, const double *x, double by, const double *y)
+{
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        double share = x[j] < 0.0 ? 1.0 : fmin(fmax(x[j] + by * y[j], 0.0), 1.0);
+        a->desc.bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * share;
+    }
     if (a->desc.reached) *a->desc.reached = 0;
+}
+
+/* Shares are those of now, also at the start of the step of the run. */
+static void pdi_course_uncover(pd_course *a)
+{
+    size_t size = (size_t)a->reactive->grid->total * sizeof *a->first;
+    pdi_course_shares(a, a->share);
+    memcpy(a->first, a->share, size);
+    memset(a->mean, 0, size);
+    pdi_course_bare(a, a->share, 0.0, a->rate);
+}
+
+/* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run, of
+ * the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share of
+ * the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
+static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
+{
+    double most = 0.0, change = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;
+    *off = 0.0;
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        most = fmax(most, a->first[j]);
+        change = fmax(change, fabs(a->share[j] - a->first[j]));
+        *off = fmax(*off, fabs(a->share[j] - a->now[j] - s->dt * a->rate[j]));
+    }
+    if (!(most > 0.0)) return *off = 0.0;
+    *off *= 0.5 / (most * rtol);
+    return change * change / (12.0 * most * most * rtol);
+}
+
+/* Error of a step, over what may be: what is too much is left for the next one. */
+static double pdi_course_covering(pd_course *a, const pd_step *s)
+{
+    double off;
+    pdi_course_shares(a, a->share);
+    double load = pdi_course_load(a, s, &off);
+    if (load <= 1.0) return off;
+    double part = (1.0 - sqrt(a->covered)) / (sqrt(load) - sqrt(a->covered));
+    return part > 0.0 ? fmax(off, 1.0 / (part * part)) : HUGE_VAL;
+}
+
+/* A step of species stands. 1: another one like it would be too much for the step of the run. */
+static int pdi_course_full(pd_course *a, const pd_step *s)
+{
+    double off, before = sqrt(a->covered), load = pdi_course_load(a, s, &off);
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        a->rate[j] = (a->share[j] - a->now[j]) / s->dt;
+        a->mean[j] += 0.5 * s->dt * (a->share[j] + a->now[j]);
+    }
+    a->covered = load;
+    return sqrt(load) + (sqrt(load) - before) > 1.0;
+}
+
+/* The step of the run is done. */
+static void pdi_course_covered(pd_course *a, double end)
+{
+    double span = end - a->begin;
+    a->span = pdi_sdirk_plan(a->span, span, pdi_sdirk_factor(a->covered, PDI_COURSE_GROWTH));
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) a->mean[j] = a->first[j] < 0.0 ? -1.0 : a->mean[j] / span;
+    pdi_course_bare(a, a->mean, 0.0, a->rate);
+}
+
+/* Nodes have turned: what is bare of the metal around them has no past. */
+static void pdi_course_turned(pd_course *a)
+{
+    pdi_course_shares(a, a->now);
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        if (!(a->now[j] < a->share[j]) && !(a->now[j] > a->share[j])) continue;
+        a->share[j] = a->first[j] = a->mean[j] = a->now[j];
+        a->rate[j] = 0.0;
+    }
+    pdi_course_bare(a, a->mean, 0.0, a->rate);
+}
+
+/* What metal gives in a step of species. */
+static pd_status pdi_course_ahead(pd_ctx *ctx, pd_course *a, const pd_step *s)
+{
+    pdi_course_bare(a, a->now, 0.5 * s->dt, a->rate);
+    if (a->desc.surface || a->ahead) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time + 0.5 * s->dt));
+    pdi_course_feed(a);
+    return PD_OK;
+}
+
+/* Steps of the run that suit the shares, as far as the last one tells. */
+static pd_status pdi_course_longest(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    (void)ctx;
+    pdi_course_uncover(a);
+    if (!(a->span > 0.0)) a->span = PDI_COURSE_FIRST * s->dt;
+    s->dt = fmin(s->dt, a->span);
+    return PD_OK;
 }
 
 /* ---- the steps of a process ---- */
@@ -182,8 +305,14 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->left = s->limit - s->time;
     if (!(a->dt > 0.0)) a->dt = a->left;
     a->time = s->time;
-    if (a->desc.surface && !a->begun) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
+    if (!a->begun) {
+        a->begin = s->time;
+        a->covered = 0.0;
+        if (a->desc.bare) pdi_course_uncover(a);
+        if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
+    }
     a->begun = 1;
+    if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
     pdi_course_keep(ctx, a, 0);
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
@@ -196,6 +325,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_course *a = (pd_course *)self;
     pd_reactive_result result;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
     if (a->desc.surface) a->desc.surface->time = s->time + 0.5 * s->dt;
     pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
     a->krylov += result.krylov;
@@ -205,6 +335,11 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (status == PD_RETRY) s->error = HUGE_VAL;
     if (status != PD_OK) return status;
     a->euler += result.euler;
+    double covering = a->desc.bare ? pdi_course_covering(a, s) : 0.0;
+    if (covering > 1.0) {
+        s->error = fmax(s->error, covering);
+        return PD_RETRY;
+    }
     if (a->bent) return PD_OK;
     if (result.euler && !(result.error > 0.0)) {
         if (s->trial >= PDI_COURSE_TRIALS) return PD_OK;
@@ -217,16 +352,17 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     (void)ctx;
-    int last = !(s->end < s->limit);
-    pdi_course_taken(a, s->dt, last);
+    int all = !(s->end < s->limit), last = all;
+    if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
+    pdi_course_taken(a, s->dt, all);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
-    if (a->desc.surface && last) pdi_course_owed(a);
+    if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
+    if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
     a->time = s->end;
     if (!a->bent) a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH));
     a->bent = 0;
     a->steps++;
-    if (a->desc.bare) pdi_course_cover(a);
     return PD_OK;
 }
 
@@ -269,7 +405,7 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
 {
     pd_course *a = (pd_course *)self;
     a->time = t;
-    if (a->desc.bare) pdi_course_cover(a);
+    if (a->desc.bare) pdi_course_uncover(a);
     return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
 }
 
@@ -337,7 +473,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
         pdi_course_share(a, turned, count, 0.0);
     }
     a->bent = 1;
-    if (a->desc.bare) pdi_course_cover(a);
+    if (a->desc.bare) pdi_course_turned(a);
     return PD_OK;
 }
 
@@ -350,7 +486,7 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
     PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
-    if (a->desc.bare) pdi_course_cover(a); /* of what was read */
+    if (a->desc.bare && archive->reading) pdi_course_uncover(a);
     return PD_OK;
 }
 
@@ -379,7 +515,8 @@ pd_process pd_course_process(pd_course *a)
     if (a->desc.settle) return p;
     p.time = &a->time;
     p.steps = &a->steps;
-    p.inner = a->desc.surface != NULL;
+    p.inner = a->desc.surface != NULL || a->desc.bare != NULL;
+    if (a->desc.bare) p.longest = pdi_course_longest;
     p.limit = pdi_course_limit;
     p.attempt = pdi_course_attempt;
     p.accept = pdi_course_accept;

@@ -1,4 +1,4 @@
-/* course: species in time as a process, in steps of two stages with a controlled error (theory: 5c.5).
+/* course: species in time as a process, in steps of two stages with a controlled error (theory: 5c).
  *
  * Metal that dissolves gives amounts by node; they enter by the stoichiometry of a reaction, in the steps that follow
  * up to the end of the step of the run. Nodes that turn fluid begin as water without solutes, with migration with a
@@ -21,10 +21,14 @@ typedef struct pd_course_desc {
                                                * of the step of the run; NULL: nothing does */
     void *feeder;     /* user of that */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
-    pd_at_fn find;       /* lists its places */
+    pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: weighs
+                          * them anew for each step of the species, or writes `ahead` where there is no `surface` */
     void *user;
-    double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none */
-    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here */
+    double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
+                         * species move before the metal */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here: in a
+                         * step of the species that of its middle, when the metal moves the mean over the step of the
+                         * run */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
@@ -43,6 +47,16 @@ typedef struct pd_course {
     double error;           /* [-] estimated error of the last step */
     double left;            /* [s] of the step of the run */
     double taken;           /* [mol] of metal that is in the species */
+    /* metal that minerals cover: */
+    double *share;          /* [total] [-] bare, at the end of the step; -1: no minerals are near, or it is no metal */
+    double *now, *first;    /* [total] [-] the same at the start of the step, and of the step of the run */
+    double *rate;           /* [total] [1/s] at which it changed in the last step */
+    double *mean;           /* [total] [-] over the step of the run; [s] within it */
+    double *ahead;          /* [total] [mol/m3/s] of metal that fluid nodes get in the step; NULL: by `surface`, or it
+                             * gives nothing */
+    double *came;           /* [total] [mol/m3] of it, in the step of the run; NULL: it gives nothing */
+    double begin, span;     /* [s] start of the step of the run, length of one that is tried next; 0: not known yet */
+    double covered;         /* [-] error of shares in the step of the run, over what it may be */
     int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
     int64_t steps, rejected, krylov, newton;

@@ -1,5 +1,5 @@
 /* etch: metal that dissolves by a law in the species at its surface, solved with the step of the species
- * (theory: 5c.2).
+ * (theory: eq. 5c.4).
  *
  * The speed v of a node holds for the concentrations at the metal itself, behind a film that what dissolves diffuses
  * through. So v = max(law(c_s(v)), 0). Where a law falls there is one solution; where it jumps down, the speed between.

@@ -356,7 +356,8 @@ static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
     kd->restart = PDI_REACTIVE_BASIS;
     kd->most = 10 * PDI_REACTIVE_BASIS;
     kd->flexible = 1;
-    kd->compressed = PD_KRYLOV_SINGLE;
+    /* psi in water beside salt is below the rounding of floats: its unknown is a charge */
+    kd->compressed = r->migration.on ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE;
     kd->zero_guess = 1;
 }
 

@@ -131,6 +131,21 @@ static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
     }
 }
 
+/* The same places within a step of the run, of metal that minerals cover otherwise. */
+static void pdi_attack_again(pd_attack *a)
+{
+    const pd_dissolve *d = a->dissolve;
+    pd_etch *s = &a->etch;
+    for (int32_t p = 0; p < s->count; p++) s->weight[p] = 0.0;
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        int32_t p = s->slot[beside->node];
+        if (p < 0 || !(beside->weight > 0.0)) continue;
+        s->weight[p] = beside->weight;
+        s->thick[p] = pdi_attack_thick(a, beside);
+    }
+}
+
 /* The law for the species as they are now. */
 static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 {
@@ -159,6 +174,8 @@ PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
     pd_attack *a = (pd_attack *)user;
     pd_etch *s = &a->etch;
     s->time = t;
+    if (a->course->begun) pdi_attack_again(a);
+    if (a->course->begun) return PD_OK;
     if (!(a->course->time > t)) return pdi_attack_now(ctx, a);
     for (int32_t p = 0; p < s->count; p++) /* what the species have got in the step of the run */
         s->speed[s->node[p]] = s->passed[p] / (a->course->time - a->begin);
@@ -168,6 +185,7 @@ PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
 PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t)
 {
     pd_attack *a = (pd_attack *)user;
-    a->begin = a->dissolve->time = t;
+    if (!a->course->begun) a->begin = t;
+    a->dissolve->time = t;
     return pdi_dissolve_prepare(ctx, a->dissolve);
 }

@@ -277,6 +277,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     pd_reactive r;
     pd_course course;
     pd_etch etch;
+    double mark = 0.0;
     if (!u->has_chemistry) return;
     memset(&r, 0, sizeof r);
     memset(&course, 0, sizeof course);
@@ -305,13 +306,18 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes += pdi_footprint_list(plan, pdi_conductance_list, &r.flux.conductance);
     course.reactive = &r;
     course.desc.settle = u->settle;
-    *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
+    memset(&etch, 0, sizeof etch);
     if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
-        memset(&etch, 0, sizeof etch);
         etch.reactive = &r;
+        course.desc.surface = &etch;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
     }
-    if (u->cover > 0.0 && u->minerals) b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
+    if (u->cover > 0.0 && u->minerals && u->has_dissolve) {
+        course.desc.bare = &mark;
+        course.desc.fed = u->sheds ? &mark : NULL;
+        b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
+    }
+    *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }
 

@@ -251,6 +251,20 @@ static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
     return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, &e, m);
 }
 
+/* What fluid nodes get from metal as it is now, by its laws at time t [s]. */
+static pd_status pdi_model_ahead(pd_ctx *ctx, void *user, double t)
+{
+    pd_model *m = (pd_model *)user;
+    const pd_transport *transport = &m->transport;
+    m->dissolve.time = t;
+    PDI_TRY(pdi_dissolve_prepare(ctx, &m->dissolve));
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        double rate = transport->source[i] - transport->absorb[i] * transport->c[i];
+        m->course.ahead[i] = m->grid.kind[i] == PD_FLUID ? rate : 0.0;
+    }
+    return PD_OK;
+}
+
 /* Their way in time; behind the metal, which feeds them. */
 static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
 {
@@ -271,6 +285,10 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     if (u->potential.reacts) {
         desc.feed = pdi_electrodes_feed;
         desc.feeder = &m->electrodes;
+    }
+    if (m->bare && !desc.surface) {
+        desc.find = pdi_model_ahead;
+        desc.user = m;
     }
     desc.cover = m->bare ? u->cover : 0.0;
     desc.bare = m->bare;
@@ -405,6 +423,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
         PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->bare));
         for (int32_t i = 0; i < m->grid.total; i++) m->bare[i] = desc.factor ? desc.factor[i] : 1.0;
         desc.factor = m->bare;
+        desc.lags = 1;
     }
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
@@ -543,10 +562,11 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
     if (u->has_solid)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
-    if (m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    int first = m->attack.dissolve || m->bare;
+    if (first) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
-    if (u->has_chemistry && !m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    if (u->has_chemistry && !first) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     if (u->has_potential) PDI_TRY(pd_couple_add(ctx, c, pd_cell_process(&m->cell)));
     return PD_OK;
 }

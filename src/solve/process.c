@@ -29,6 +29,7 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
     pd_status status;
     s->dt = left;
     s->turned_count = 0;
+    s->ends = 0;
     PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
     if (p->limit) PDI_TRY(p->limit(ctx, p->self, s));
     left = s->limit - s->time;

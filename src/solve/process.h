@@ -19,6 +19,7 @@ typedef struct pd_step {
     double end;       /* [s] where the attempt ends: limit, or time + dt */
     double error;     /* [-] how good the attempt is, as its process counts it, for its `accept` and `reject` */
     int trial;        /* attempts before this one */
+    int ends;         /* 1: from `accept`: those behind the process have to move before it does again */
     double fraction;  /* [-] of the run: largest share of a node's content that a step takes */
     double rtol;      /* [-] of the run: error in time of what is lost, over all that is lost */
     double max_step;  /* [s] of the run; 0: none */
