@@ -56,6 +56,22 @@ PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing)
     pdi_pace_note(&((pd_ctx *)ctx)->pace, timing->key, timing->threads, timing->work, timing->start, pdi_par_clock());
 }
 
+PDI_FN pdi_par_team pdi_par_here(void)
+{
+    pdi_par_team team = pdi_par_alone();
+#ifdef _OPENMP
+    team.rank = omp_get_thread_num();
+    team.size = omp_get_num_threads();
+#endif
+    return team;
+}
+
+PDI_FN void pdi_par_meet(pdi_par_team team)
+{
+    if (team.size == 1) return;
+    PDI_BARRIER
+}
+
 static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
 {
     /* chains let the compiler use vectors without reassociating */
