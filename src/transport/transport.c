@@ -21,8 +21,6 @@
 /* Steps without such a share of the least residual so far end the iteration. */
 #define PDI_TRANSPORT_FALLS 0.9
 #define PDI_TRANSPORT_PATIENCE 4
-/* Tolerance of the first linear system. */
-#define PDI_TRANSPORT_BEGIN 0.03
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
 #define PDI_TRANSPORT_SLACK 3e-10
 /* Tolerances over the final one: enough to limit (the last solve, with fluxes that stay, is cheaper by far); the same
@@ -411,7 +409,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
                                       pd_transport_result *result)
 {
     pdi_transport_user user = pdi_transport_see(ctx, t);
-    double norm = pdi_transport_evaluate(ctx, t), least = norm, loose = PDI_TRANSPORT_BEGIN;
+    double norm = pdi_transport_evaluate(ctx, t), least = norm, loose = PDI_KRYLOV_LOOSE;
     pd_status status = PD_OK;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
     pdi_krylov_pair(&t->krylov, pdi_compact_stretched(t->grid->h)); /* else rounding is far below what is asked for */
