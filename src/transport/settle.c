@@ -30,12 +30,6 @@ static double pdi_settle_slowest(const pd_transport *t)
     return slowest < HUGE_VAL ? 1.0 / slowest : HUGE_VAL;
 }
 
-/* Limited antidiffusive fluxes of the present field into t->anti, where fluxes are limited. */
-static void pdi_settle_fresh(pd_ctx *ctx, pd_transport *t)
-{
-    if (t->flow && t->desc.advection == PD_ADVECTION_LIMITED) pdi_transport_anti(ctx, t, t->c, t->anti);
-}
-
 /* What the balances lack [mol/m3/s] into t->work, zero off the fluid. Held walls count as differences. */
 static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
 {
@@ -46,7 +40,7 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
     steady.diffusion = &free_walls;
     steady.rate = 0.0;
     steady.exact = 1;
-    pdi_settle_fresh(ctx, t);
+    pdi_transport_fresh(ctx, t);
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
     pdi_flux_apply(ctx, &steady, t->c, out);
     if (t->rest) pd_ghosts_scalar(&t->bonds->ghosts, t->rest);

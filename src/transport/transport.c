@@ -16,11 +16,8 @@
 #define PDI_TRANSPORT_SHORTEST 0.03
 /* Share of the spreading of upwind fluxes in the preconditioner of limited ones, which give most of it back. */
 #define PDI_TRANSPORT_SPREAD 0.3
-/* A step may leave this many times the residual: where limiters bend, the way down leads over them. */
-#define PDI_TRANSPORT_GROWTH 2.0
-/* Steps without such a share of the least residual so far end the iteration. */
-#define PDI_TRANSPORT_FALLS 0.9
-#define PDI_TRANSPORT_PATIENCE 4
+/* A step that leaves more than this share of the residual ends the iteration. */
+#define PDI_TRANSPORT_STALLED 0.999
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
 #define PDI_TRANSPORT_SLACK 3e-10
 /* Tolerances over the final one: enough to limit (the last solve, with fluxes that stay, is cheaper by far); the same
@@ -231,6 +228,13 @@ PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share
     return status;
 }
 
+PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *t)
+{
+    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
+    return limited;
+}
+
 /* The same, with a better preconditioner for the rest of the step wherever it misses its tolerance by far. */
 static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, double atol,
                                        pd_transport_result *result, double *moved)
@@ -389,33 +393,33 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
     return PD_OK;
 }
 
-/* A step along the direction, zero at all ghosts, halved until the residual is near that before: the share left. */
+/* A step along the direction, which is zero at all ghosts, halved until the residual falls: the share that is left. */
 static double pdi_transport_shorten(pd_ctx *ctx, pd_transport *t, double *norm)
 {
     double before = *norm, share = 1.0;
     for (double by = 1.0;; by = -share) {
         pdi_par_axpy(ctx, t->grid->total, by, t->work + t->grid->total, t->c);
         *norm = pdi_transport_evaluate(ctx, t);
-        if (!(*norm > PDI_TRANSPORT_GROWTH * before) || share <= PDI_TRANSPORT_SHORTEST) return share;
+        if (!(*norm > before) || share <= PDI_TRANSPORT_SHORTEST) return share;
         share *= 0.5;
     }
 }
 
 /* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or a whole step moves the
  * field by `still` [-] at most: where limiters bend, damped steps go on for long and change nothing else. Its
- * linear systems are solved as well as the last step paid (Eisenstat and Walker 1996); a step that raises the
- * residual far is halved. */
+ * linear systems are solved as well as the last step paid (Eisenstat and Walker 1996); a step that does not lower the
+ * residual is halved. */
 static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal, double still,
                                       pd_transport_result *result)
 {
     pdi_transport_user user = pdi_transport_see(ctx, t);
-    double norm = pdi_transport_evaluate(ctx, t), least = norm, loose = PDI_KRYLOV_LOOSE;
+    double norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
     pd_status status = PD_OK;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
     pdi_krylov_pair(&t->krylov, pdi_compact_stretched(t->grid->h)); /* else rounding is far below what is asked for */
     if (t->flux.flux)
         pdi_bend_lend(ctx, pdi_transport_arena(t), t->size, t->flow->speed / t->grid->h[0], &t->krylov, &t->flux.bend);
-    for (int since = 0; result->limiter < t->desc.max_limiter && norm > goal;) {
+    while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
         status = pdi_transport_direction(&user, loose, goal, result);
@@ -425,9 +429,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         if (pdi_transport_measure(t)) norm = pdi_transport_evaluate(ctx, t);
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
-        since = norm < PDI_TRANSPORT_FALLS * least ? 0 : since + 1;
-        least = fmin(least, norm);
-        if (moved <= still * t->size || since > PDI_TRANSPORT_PATIENCE) break;
+        if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
         loose = pdi_krylov_forcing_first(left);
     }
     t->krylov.desc.fixed = 1;

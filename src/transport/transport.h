@@ -153,7 +153,9 @@ PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
 PDI_FN void pdi_transport_open(pd_transport *transport);
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *transport, pd_archive *archive);
-/* For the steady field. Outflow and inflow of the present one. */
+/* For the steady field. Limited antidiffusive fluxes of the present field into t->anti (0: none are limited); outflow
+ * and inflow of it. */
+PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *transport);
 PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *transport);
 /* Correction [total] [mol/m3] for the residual in t->work, to a share of it, with the operator of the last stage. It
  * stands behind the residual. */
