@@ -65,6 +65,7 @@
  *     reconstruct fields beside smooth surfaces as quadratics through the nodes that a row sees.
  *   solve/
  *     hessenberg the least squares of GMRES: a Hessenberg matrix that grows by columns, made triangular by rotations.
+ *     arnoldi    makes a vector orthogonal to a basis, by modified Gram-Schmidt in groups. Threads share one region.
  *     krylov     iterative solvers for A x = b over callbacks; they know no physics.
  *     smoother   one level of the multigrid hierarchy, and the sweeps over its cells.
  *     coarsen    the next coarser level of a multigrid hierarchy.
@@ -795,10 +796,12 @@ PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x);
  * for each other. */
 #define PDI_PARALLEL(nt) PDI_PRAGMA(omp parallel num_threads(nt))
 #define PDI_FOR PDI_PRAGMA(omp for schedule(static) nowait)
+#define PDI_BARRIER PDI_PRAGMA(omp barrier)
 #else
 #define PDI_PARALLEL_FOR(nt)
 #define PDI_PARALLEL(nt)
 #define PDI_FOR
+#define PDI_BARRIER
 #endif
 /* A call of a function whose loops have PDI_FOR before them, by nt threads. One thread has no fork around it, which
  * would cost it a call of the system. */
@@ -810,6 +813,45 @@ PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x);
             call; \
         } \
     } while (0)
+
+/* Who takes a share of the work: thread `rank` of `size`. */
+typedef struct pdi_par_team {
+    int rank, size;
+} pdi_par_team;
+/* The threads of the region around the call. */
+PDI_FN pdi_par_team pdi_par_here(void);
+static inline pdi_par_team pdi_par_alone(void)
+{
+    pdi_par_team team;
+    team.rank = 0;
+    team.size = 1;
+    return team;
+}
+/* A call with `team`, by nt threads in one region. */
+#define PDI_TEAM(nt, call) \
+    do { \
+        if ((nt) == 1) { \
+            pdi_par_team team = pdi_par_alone(); \
+            call; \
+        } else { \
+            PDI_PARALLEL(nt) \
+            { \
+                pdi_par_team team = pdi_par_here(); \
+                call; \
+            } \
+        } \
+    } while (0)
+/* Of n items the share of a thread: from the first one to that of the thread behind it. */
+static inline int32_t pdi_par_first(pdi_par_team team, int32_t n)
+{
+    return (int32_t)((int64_t)n * team.rank / team.size);
+}
+static inline int32_t pdi_par_behind(pdi_par_team team, int32_t n)
+{
+    return (int32_t)((int64_t)n * (team.rank + 1) / team.size);
+}
+/* All threads of the team wait for the last one, and see what the others have written. */
+PDI_FN void pdi_par_meet(pdi_par_team team);
 
 /* Threads worth using for a loop of `work` scalar operations: 1 when the fork would cost more, or when one thread is
  * faster (pace). pdi_par_offered: without regard to pace. */
@@ -842,6 +884,12 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
                          double *dots);
 PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
                           double *w);
+/* The same for one block of ordered sums, of which n elements have so many. */
+PDI_FN int64_t pdi_par_blocks(int64_t n);
+PDI_FN void pdi_par_block_dots(int64_t n, int64_t block, int count, const pdi_par_vectors *v, const double *w,
+                               double *products);
+PDI_FN void pdi_par_block_axpys(int64_t n, int64_t block, int count, const double *a, const pdi_par_vectors *v,
+                                double *w);
 /* v = a v as integers of 16 bits with scales, the largest of a block INT16_MAX, and v what they stand for. */
 PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale);
 /* max |x|; NaN if any element is NaN. */
@@ -1594,8 +1642,6 @@ typedef struct pd_boundary {
 } pd_boundary;
 
 #ifdef PDI_INTERNAL
-/* Scalar operations of one of their bonds, to decide on threads: values are gathered. */
-#define PDI_BOUNDARY_WORK 8
 /* 1: a side of the box is an inlet or an outlet. */
 PDI_FN int pdi_boundary_any(const pd_grid *grid);
 PDI_FN pd_status pdi_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_boundary *boundary);
@@ -1990,6 +2036,23 @@ PDI_FN void pdi_hessenberg_back(int count, const double *hess, const double *g, 
 
 #endif
 
+/* ======== >>solve/arnoldi.h ======== */
+/* arnoldi: makes a vector orthogonal to a basis, by modified Gram-Schmidt in groups. Threads share one region.
+ */
+#ifndef PD_ARNOLDI_H
+#define PD_ARNOLDI_H
+
+#ifdef PDI_INTERNAL
+/* Vectors of a basis from `first` on. */
+typedef pdi_par_vectors (*pdi_arnoldi_fn)(const void *user, int first);
+/* w [n] is made orthogonal to the vectors 0 .. j of a basis. h [j + 2]: its parts along them, and |w| behind them.
+ * Returns |w| before, or NaN. */
+PDI_FN double pdi_arnoldi_append(const pd_ctx *ctx, int64_t n, int j, pdi_arnoldi_fn basis, const void *user, double *w,
+                                 double *h);
+#endif
+
+#endif
+
 /* ======== >>solve/krylov.h ======== */
 /* krylov: iterative solvers for A x = b over callbacks; they know no physics.
  *
@@ -2085,6 +2148,11 @@ typedef struct pd_krylov_result {
 static inline double pdi_krylov_forcing(double left)
 {
     return fmin(PDI_KRYLOV_LOOSE, fmax(PDI_KRYLOV_TIGHT, 0.9 * left * left));
+}
+/* The same for equations that bend within a step, so that squares promise too much (their choice 1). */
+static inline double pdi_krylov_forcing_first(double left)
+{
+    return fmin(PDI_KRYLOV_LOOSE, fmax(PDI_KRYLOV_TIGHT, 0.9 * left));
 }
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
@@ -2199,14 +2267,15 @@ static inline float pdi_smoother_edge_coefficient(const pd_smoother_level *fine,
     if (upper) return fine->hi[axis][c];
     return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
 }
+/* All threads of a team call these, which do not wait for each other at the end. */
 /* A job on count cells from `first`, in any order. */
-PDI_FN PDI_ONCE void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
+PDI_FN PDI_ONCE void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job,
                                         int32_t first, int32_t count);
 /* A job on the cells of one colour: they do not touch each other. */
-PDI_FN PDI_ONCE void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
+PDI_FN PDI_ONCE void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job,
                                          int colour);
 /* Gauss-Seidel forth and back along every line, ascending or descending. */
-PDI_FN PDI_ONCE void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending);
+PDI_FN PDI_ONCE void pdi_smoother_lines(pdi_par_team team, const pd_smoother_level *level, int descending);
 #endif
 
 #endif
@@ -12616,6 +12685,22 @@ PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing)
     pdi_pace_note(&((pd_ctx *)ctx)->pace, timing->key, timing->threads, timing->work, timing->start, pdi_par_clock());
 }
 
+PDI_FN pdi_par_team pdi_par_here(void)
+{
+    pdi_par_team team = pdi_par_alone();
+#ifdef _OPENMP
+    team.rank = omp_get_thread_num();
+    team.size = omp_get_num_threads();
+#endif
+    return team;
+}
+
+PDI_FN void pdi_par_meet(pdi_par_team team)
+{
+    if (team.size == 1) return;
+    PDI_BARRIER
+}
+
 static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
 {
     /* chains let the compiler use vectors without reassociating */
@@ -12667,16 +12752,21 @@ static double pdi_par_block_product(const pdi_par_vectors *v, int m, const doubl
     return pdi_par_block_dot_integer(v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo, n);
 }
 
+PDI_FN int64_t pdi_par_blocks(int64_t n) { return (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK; }
+
+PDI_FN void pdi_par_block_dots(int64_t n, int64_t block, int count, const pdi_par_vectors *v, const double *w,
+                               double *products)
+{
+    int64_t lo = block * PDI_PAR_BLOCK, length = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
+    for (int m = 0; m < count; m++) products[m] = pdi_par_block_product(v, m, w, lo, length);
+}
+
 /* Products of the blocks from `first` on: the share of one thread. */
 static void pdi_par_products(int64_t n, int64_t first, int batch, int count, const pdi_par_vectors *v, const double *w,
                              double (*partial)[PDI_PAR_GROUP])
 {
     PDI_FOR
-    for (int b = 0; b < batch; b++) {
-        int64_t lo = (first + b) * PDI_PAR_BLOCK;
-        int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-        for (int m = 0; m < count; m++) partial[b][m] = pdi_par_block_product(v, m, w, lo, len);
-    }
+    for (int b = 0; b < batch; b++) pdi_par_block_dots(n, first + b, count, v, w, partial[b]);
 }
 
 PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
@@ -12706,23 +12796,26 @@ static void pdi_par_add_integer(int64_t n, double a, const int16_t *x, const flo
     }
 }
 
+PDI_FN void pdi_par_block_axpys(int64_t n, int64_t block, int count, const double *a, const pdi_par_vectors *v,
+                                double *w)
+{
+    int64_t lo = block * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
+    for (int m = 0; m < count; m++) {
+        const double *x = v->v[m];
+        const float *single = v->single[m];
+        double factor = a[m];
+        for (int64_t i = lo; x && i < hi; i++) w[i] += factor * x[i];
+        for (int64_t i = lo; !x && single && i < hi; i++) w[i] += factor * (double)single[i];
+        if (!x && !single)
+            pdi_par_add_integer(hi - lo, factor, v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo);
+    }
+}
+
 /* The share of one thread in w += sum a[m] v[m]. */
 static void pdi_par_add(int64_t n, int count, const double *a, const pdi_par_vectors *v, double *w)
 {
-    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     PDI_FOR
-    for (int64_t b = 0; b < blocks; b++) {
-        int64_t lo = b * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
-        for (int m = 0; m < count; m++) {
-            const double *x = v->v[m];
-            const float *single = v->single[m];
-            double factor = a[m];
-            for (int64_t i = lo; x && i < hi; i++) w[i] += factor * x[i];
-            for (int64_t i = lo; single && i < hi; i++) w[i] += factor * (double)single[i];
-            if (v->integer[m])
-                pdi_par_add_integer(hi - lo, factor, v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo);
-        }
-    }
+    for (int64_t b = 0; b < pdi_par_blocks(n); b++) pdi_par_block_axpys(n, b, count, a, v, w);
 }
 
 PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
@@ -16654,15 +16747,6 @@ static void pdi_traverse_share(const pd_bonds *bonds, int most, pdi_traverse_fn 
     for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
 }
 
-PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_traverse_fn run,
-                               const void *user)
-{
-    pdi_par_timing timing;
-    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
-    PDI_SHARE(nt, pdi_traverse_share(bonds, most, run, user));
-    pdi_par_end(ctx, &timing);
-}
-
 /* The operands of a sweep in blocks. */
 typedef struct pdi_traverse_work {
     const pd_bonds *bonds;
@@ -16693,18 +16777,34 @@ static void pdi_traverse_beside(const pd_boundary *boundary, pdi_traverse_block_
         block(user, boundary->node[p], boundary->bonds->row[boundary->node[p]], p, 1);
 }
 
+/* All fluid nodes, which are in one of both: the share of one thread. */
+static void pdi_traverse_all(const pd_boundary *boundary, const pdi_traverse_work *w)
+{
+    pdi_traverse_share(boundary->bonds, 0, pdi_traverse_run, w);
+    pdi_traverse_beside(boundary, w->block, w->user);
+}
+
+PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_traverse_fn run,
+                               const void *user)
+{
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
+    PDI_SHARE(nt, pdi_traverse_share(bonds, most, run, user));
+    pdi_par_end(ctx, &timing);
+}
+
 PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, int64_t work,
                                 pdi_traverse_block_fn block, const void *user)
 {
     const pd_bonds *bonds = boundary->bonds;
     pdi_traverse_work w;
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)block, &timing);
     w.bonds = bonds;
     w.block = block;
     w.user = user;
-    pdi_traverse_sweep(ctx, bonds, work, 0, pdi_traverse_run, &w);
-    if (!boundary->count) return;
-    int nt = pdi_par_threads(ctx, (int64_t)boundary->count * bonds->stencil->count * PDI_BOUNDARY_WORK);
-    PDI_SHARE(nt, pdi_traverse_beside(boundary, block, user));
+    PDI_SHARE(nt, pdi_traverse_all(boundary, &w));
+    pdi_par_end(ctx, &timing);
 }
 
 PDI_COLD_BEGIN
@@ -18376,6 +18476,137 @@ PDI_FN void pdi_hessenberg_back(int count, const double *hess, const double *g, 
         y[i] = fabs(pivot) > PDI_HESSENBERG_PIVOT * largest ? sum / pivot : 0.0;
     }
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
+#endif
+
+/* ======== >>solve/arnoldi.c ======== */
+/* arnoldi: see arnoldi.h
+ *
+ * A thread has the same blocks of w in all sums and products, so that threads meet once a group.
+ */
+#include <math.h>
+
+/* Orthogonalise again when the norm fell below this share (Daniel, Gragg, Kaufman and Stewart 1976). */
+#define PDI_ARNOLDI_CANCEL 0.1
+/* Sums of this many blocks are kept at a time. */
+#define PDI_ARNOLDI_BATCH 512
+
+/* Sums of blocks that all threads see, in turns: one half is read while the other one is written. */
+typedef double (*pdi_arnoldi_sums)[PDI_ARNOLDI_BATCH][PDI_PAR_GROUP];
+
+typedef struct pdi_arnoldi_job {
+    int64_t n;
+    int j;
+    pdi_arnoldi_fn basis;
+    const void *user;
+    double *w, *h;
+    pdi_arnoldi_sums sums; /* [2] */
+    double before;
+} pdi_arnoldi_job;
+
+/* What one thread knows. */
+typedef struct pdi_arnoldi_thread {
+    pdi_par_team team;
+    int turn;
+} pdi_arnoldi_thread;
+
+/* dots[m] = v[m].w: the same bits on every thread. */
+static void pdi_arnoldi_dots(const pdi_arnoldi_job *q, pdi_arnoldi_thread *thread, int count, const pdi_par_vectors *v,
+                             double *dots)
+{
+    int64_t blocks = pdi_par_blocks(q->n);
+    for (int m = 0; m < count; m++) dots[m] = 0.0;
+    for (int64_t first = 0; first < blocks; first += PDI_ARNOLDI_BATCH) {
+        int32_t batch = (int32_t)(blocks - first < PDI_ARNOLDI_BATCH ? blocks - first : PDI_ARNOLDI_BATCH);
+        double(*sums)[PDI_PAR_GROUP] = q->sums[thread->turn];
+        for (int32_t b = pdi_par_first(thread->team, batch); b < pdi_par_behind(thread->team, batch); b++)
+            pdi_par_block_dots(q->n, first + b, count, v, q->w, sums[b]);
+        pdi_par_meet(thread->team);
+        for (int32_t b = 0; b < batch; b++)
+            for (int m = 0; m < count; m++) dots[m] += sums[b][m];
+        thread->turn = 1 - thread->turn;
+    }
+}
+
+/* w -= sum dots[m] v[m]: the share of one thread. */
+static void pdi_arnoldi_take(const pdi_arnoldi_job *q, pdi_par_team team, int count, const pdi_par_vectors *v,
+                             const double *dots)
+{
+    int64_t blocks = pdi_par_blocks(q->n);
+    double a[PDI_PAR_GROUP];
+    for (int m = 0; m < count; m++) a[m] = -dots[m];
+    for (int64_t first = 0; first < blocks; first += PDI_ARNOLDI_BATCH) {
+        int32_t batch = (int32_t)(blocks - first < PDI_ARNOLDI_BATCH ? blocks - first : PDI_ARNOLDI_BATCH);
+        for (int32_t b = pdi_par_first(team, batch); b < pdi_par_behind(team, batch); b++)
+            pdi_par_block_axpys(q->n, first + b, count, a, v, q->w);
+    }
+}
+
+static double pdi_arnoldi_norm(const pdi_arnoldi_job *q, pdi_arnoldi_thread *thread)
+{
+    pdi_par_vectors v;
+    double square;
+    v.v[0] = q->w;
+    pdi_arnoldi_dots(q, thread, 1, &v, &square);
+    return sqrt(square);
+}
+
+/* The share of one thread. */
+static void pdi_arnoldi_work(pdi_par_team team, pdi_arnoldi_job *q)
+{
+    pdi_arnoldi_thread thread;
+    thread.team = team;
+    thread.turn = 0;
+    double before = pdi_arnoldi_norm(q, &thread), norm = before;
+    for (int pass = 0; pass < 2; pass++) {
+        double start = norm;
+        for (int i = 0; i <= q->j; i += PDI_PAR_GROUP) {
+            int count = q->j + 1 - i < PDI_PAR_GROUP ? q->j + 1 - i : PDI_PAR_GROUP;
+            pdi_par_vectors v = q->basis(q->user, i);
+            double dots[PDI_PAR_GROUP];
+            pdi_arnoldi_dots(q, &thread, count, &v, dots);
+            for (int m = 0; m < count && !team.rank; m++) q->h[i + m] += dots[m];
+            pdi_arnoldi_take(q, team, count, &v, dots);
+        }
+        norm = pdi_arnoldi_norm(q, &thread);
+        if (!(norm < PDI_ARNOLDI_CANCEL * start)) break;
+    }
+    if (team.rank) return;
+    q->h[q->j + 1] = norm;
+    q->before = before;
+}
+
+PDI_FN double pdi_arnoldi_append(const pd_ctx *ctx, int64_t n, int j, pdi_arnoldi_fn basis, const void *user, double *w,
+                                 double *h)
+{
+    double sums[2][PDI_ARNOLDI_BATCH][PDI_PAR_GROUP];
+    pdi_arnoldi_job job;
+    int nt = pdi_par_threads(ctx, 2 * n * (j + 1));
+    job.n = n;
+    job.j = j;
+    job.basis = basis;
+    job.user = user;
+    job.w = w;
+    job.h = h;
+    job.sums = sums;
+    job.before = 0.0;
+    for (int i = 0; i <= j; i++) h[i] = 0.0;
+    PDI_TEAM(nt, pdi_arnoldi_work(team, &job));
+    return job.before;
+}
+
+#undef PDI_ARNOLDI_CANCEL
+#undef PDI_ARNOLDI_BATCH
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
 
 /* ======== >>solve/krylov.c ======== */
 /* krylov: see krylov.h */
@@ -18385,8 +18616,6 @@ PDI_FN void pdi_hessenberg_back(int count, const double *hess, const double *g, 
 
 /* A restart that lowers the true residual by less than this factor counts as stagnation. */
 #define PDI_KRYLOV_PROGRESS 0.999
-/* Orthogonalise again when the norm fell below this share (Daniel, Gragg, Kaufman and Stewart 1976). */
-#define PDI_KRYLOV_CANCEL 0.1
 /* Stiffness p.Ap over p.Dp that is rounding: a few digits of the last place for the bonds of a row. */
 #define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
 
@@ -18660,8 +18889,9 @@ static float *pdi_krylov_single(const pd_krylov *k, int i)
 }
 
 /* Up to PDI_PAR_GROUP vectors of the basis from `first`; those of the preconditioned one follow after all. */
-static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
+static pdi_par_vectors pdi_krylov_basis(const void *user, int first)
 {
+    const pdi_krylov_run *run = (const pdi_krylov_run *)user;
     pdi_par_vectors v;
     int integers = run->k->desc.compressed == PD_KRYLOV_INTEGER;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
@@ -18806,32 +19036,6 @@ static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, 
     pdi_krylov_unpack(run, sum, v);
 }
 
-/* Append column j: w = A z, packed, is orthogonalised against v_0 .. v_j; h[0..j+1]. Returns |w| before, or NaN. */
-static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, double *h)
-{
-    double before = sqrt(pdi_par_dot(run->ctx, run->k->length, w, w)), norm = before;
-    for (int i = 0; i <= j; i++) h[i] = 0.0;
-    for (int pass = 0; pass < 2; pass++) {
-        double start = norm;
-        /* modified Gram-Schmidt by groups: one pass over w for several vectors */
-        for (int i = 0; i <= j; i += PDI_PAR_GROUP) {
-            int count = j + 1 - i < PDI_PAR_GROUP ? j + 1 - i : PDI_PAR_GROUP;
-            pdi_par_vectors v = pdi_krylov_basis(run, i);
-            double dots[PDI_PAR_GROUP];
-            pdi_par_dots(run->ctx, run->k->length, count, &v, w, dots);
-            for (int m = 0; m < count; m++) {
-                h[i + m] += dots[m];
-                dots[m] = -dots[m];
-            }
-            pdi_par_axpys(run->ctx, run->k->length, count, dots, &v, w);
-        }
-        norm = sqrt(pdi_par_dot(run->ctx, run->k->length, w, w));
-        if (!(norm < PDI_KRYLOV_CANCEL * start)) break;
-    }
-    h[j + 1] = norm;
-    return before;
-}
-
 /* Power of two that brings the largest entry of the first preconditioned vector near 1: units of x may leave the range
  * of single precision. */
 static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
@@ -18926,7 +19130,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         double *h = s.hess + pdi_hessenberg_column(j);
         PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
         packed = pdi_krylov_next(run, j, flexible, &unit);
-        double before = pdi_krylov_arnoldi(run, j, packed, h);
+        double before = pdi_arnoldi_append(run->ctx, run->k->length, j, pdi_krylov_basis, run, packed, h);
         if (!pdi_krylov_finite(before) || !pdi_krylov_finite(h[j + 1]))
             return pdi_krylov_diverged(run, "an operator application");
         run->result->iterations++;
@@ -19198,7 +19402,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
 #define PDI_SMOOTHER_BLOCK_LINES 7
 /* A level with fewer cells is one block. */
 #define PDI_SMOOTHER_BLOCK_CELLS 4096
-/* Cells of level 0 whose defects are summed at a time. */
+/* Cells of level 0 whose defects or residuals are summed at a time. */
 #define PDI_SMOOTHER_BLOCK 256
 
 /* From a row of level 0 along axis 0 to the rows at its sides. Behind an end of the box that does not wrap there is a
@@ -19364,21 +19568,64 @@ static int pdi_smoother_row_colour(const pd_smoother_level *fine, int32_t r)
     return sum & 1;
 }
 
-/* A job on count cells from `first`, in any order. */
-PDI_FN void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
-                                int32_t first, int32_t count)
+/* r = b + sum - x/inv on cells of a row of level 0, every `step`-th from `first` on, none of which is linked across the
+ * box along axis 0. Cells between are computed for the sake of vectors, and left as they are. */
+static void pdi_smoother_residuals(const pd_smoother_level *fine, const pdi_smoother_beside *beside, int32_t first,
+                                   int32_t end, int32_t step)
 {
-    int32_t stride[PD_DIM];
+    float next[PDI_SMOOTHER_BLOCK];
+    for (int32_t at = first; at < end; at += PDI_SMOOTHER_BLOCK) {
+        int n = end - at < PDI_SMOOTHER_BLOCK ? (int)(end - at) : PDI_SMOOTHER_BLOCK;
+        const float *b = fine->b + at, *inv = fine->inv + at, *x = fine->x + at, *lo[PD_DIM], *hi[PD_DIM];
+        float *r = fine->r + at;
+        for (int d = 0; d < PD_DIM; d++) {
+            lo[d] = beside->lo[d] + at;
+            hi[d] = beside->hi[d] + at;
+        }
+        for (int c = 0; c < n; c++) {
+            float sum = 0.0f, share = inv[c] > 0.0f ? inv[c] : 1.0f;
+            for (int d = 0; d < PD_DIM; d++)
+                sum += lo[d][c] * x[c + beside->below[d]] + hi[d][c] * x[c + beside->above[d]];
+            float left = b[c] + sum - x[c] / share;
+            next[c] = inv[c] > 0.0f ? left : 0.0f;
+        }
+        for (int c = 0; c < n; c += step) r[c] = next[c];
+    }
+}
+
+/* A job on every `step`-th cell of a row of level 0 from `first` on. Where axis 0 wraps, the first and the last cell of
+ * the row are linked, and are met one by one. */
+static void pdi_smoother_row_residual(const pd_smoother_level *fine, const int32_t *stride, int32_t row, int32_t first,
+                                      int32_t end, int32_t step)
+{
+    pdi_smoother_beside beside;
+    int32_t begin = row * fine->n[0], last = begin + fine->n[0] - 1, inner = end;
+    pdi_smoother_look(fine, stride, row, &beside);
+    if (fine->wrap[0]) {
+        if (first == begin && first < end) {
+            pdi_smoother_cells(fine, stride, PDI_SMOOTHER_RESIDUAL, first, first + 1, 1);
+            first += step;
+        }
+        if (end > last) inner = last;
+    }
+    pdi_smoother_residuals(fine, &beside, first, inner, step);
+    if (inner < end && first <= last && (last - first) % step == 0)
+        pdi_smoother_cells(fine, stride, PDI_SMOOTHER_RESIDUAL, last, last + 1, 1);
+}
+
+PDI_FN void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job, int32_t first,
+                               int32_t count)
+{
+    int32_t stride[PD_DIM], n0 = level->n[0];
     pdi_smoother_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_SMOOTHER_WORK);
-    if (nt == 1) {
-        pdi_smoother_cells(level, stride, job, first, first + count, 1);
+    if (level->row || job != PDI_SMOOTHER_RESIDUAL) {
+        pdi_smoother_cells(level, stride, job, first + pdi_par_first(team, count), first + pdi_par_behind(team, count),
+                           1);
         return;
     }
-    PDI_PARALLEL_FOR(nt)
-    for (int part = 0; part < PDI_SMOOTHER_PARTS; part++)
-        pdi_smoother_cells(level, stride, job, first + pdi_smoother_part(count, part),
-                            first + pdi_smoother_part(count, part + 1), 1);
+    int32_t rows = level->cells / n0;
+    for (int32_t r = pdi_par_first(team, rows); r < pdi_par_behind(team, rows); r++)
+        pdi_smoother_row_residual(level, stride, r, r * n0, (r + 1) * n0, 1);
 }
 
 /* x = b/a (START) or (b + sum)/a (SWEEP) on every second cell from `first` of a row of level 0, none of which is linked
@@ -19429,30 +19676,22 @@ static void pdi_smoother_row(const pd_smoother_level *fine, const int32_t *strid
         pdi_smoother_cells(fine, stride, job, last, last + 1, 1);
 }
 
-/* A job on the cells of one colour of level 0: the share of one thread. */
-static void pdi_smoother_rows(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_job job, int colour)
+PDI_FN void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job, int colour)
 {
-    int32_t n0 = level->n[0], rows = level->cells / n0;
-    PDI_FOR
-    for (int32_t r = 0; r < rows; r++) {
+    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
+    if (level->row) {
+        pdi_smoother_range(team, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
+        return;
+    }
+    pdi_smoother_strides(level, stride);
+    for (int32_t r = pdi_par_first(team, rows); r < pdi_par_behind(team, rows); r++) {
         int32_t first = level->begin[r];
         first += ((first - r * n0) ^ pdi_smoother_row_colour(level, r) ^ colour) & 1;
         if (job == PDI_SMOOTHER_START || job == PDI_SMOOTHER_SWEEP) pdi_smoother_row(level, stride, job, r, first);
+        else if (job == PDI_SMOOTHER_RESIDUAL)
+            pdi_smoother_row_residual(level, stride, r, first, level->end[r], 2);
         else pdi_smoother_cells(level, stride, job, first, level->end[r], 2);
     }
-}
-
-/* A job on the cells of one colour: they do not touch each other. */
-PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour)
-{
-    if (level->row) {
-        pdi_smoother_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
-        return;
-    }
-    int32_t stride[PD_DIM];
-    pdi_smoother_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
-    PDI_SHARE(nt, pdi_smoother_rows(level, stride, job, colour));
 }
 
 /* Gauss-Seidel forth and back along one line of a coarse level. */
@@ -19584,34 +19823,31 @@ static int32_t pdi_smoother_block_line(const pd_smoother_level *level, const pdi
     return line;
 }
 
-/* Blocks of a colour, `by` (1 or 2) at a time: the share of one thread. */
-static void pdi_smoother_colour_lines(const pd_smoother_level *level, const int32_t *stride, const int *blocks,
-                                      int colour, int by, int descending)
+/* Blocks k .. k + by of a colour, `by` (1 or 2) at a time. */
+static void pdi_smoother_blocks(const pd_smoother_level *level, const int32_t *stride, const int *blocks, int colour,
+                                int k, int by, int descending)
 {
     int count = pdi_smoother_block_count(blocks, colour);
-    PDI_FOR
-    for (int k = 0; k < count; k += by) {
-        pdi_smoother_block block[2];
-        int32_t longest = 0;
-        block[1].lines = 0;
-        for (int l = 0; l < by && k + l < count; l++) {
-            block[l] = pdi_smoother_block_get(level, blocks, colour, k + l);
-            if (block[l].lines > longest) longest = block[l].lines;
+    pdi_smoother_block block[2];
+    int32_t longest = 0;
+    block[1].lines = 0;
+    for (int l = 0; l < by && k + l < count; l++) {
+        block[l] = pdi_smoother_block_get(level, blocks, colour, k + l);
+        if (block[l].lines > longest) longest = block[l].lines;
+    }
+    for (int32_t q = 0; q < longest; q++) {
+        int32_t line[2];
+        int lines = 0;
+        for (int l = 0; l < by; l++) {
+            int32_t at = descending ? block[l].lines - 1 - q : q;
+            if (q < block[l].lines) line[lines++] = pdi_smoother_block_line(level, &block[l], at);
         }
-        for (int32_t q = 0; q < longest; q++) {
-            int32_t line[2];
-            int lines = 0;
-            for (int l = 0; l < by; l++) {
-                int32_t at = descending ? block[l].lines - 1 - q : q;
-                if (q < block[l].lines) line[lines++] = pdi_smoother_block_line(level, &block[l], at);
-            }
-            pdi_smoother_line(level, stride, line, lines);
-        }
+        pdi_smoother_line(level, stride, line, lines);
     }
 }
 
 /* Lines of the blocks, ascending or descending, colour by colour. */
-PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending)
+PDI_FN void pdi_smoother_lines(pdi_par_team team, const pd_smoother_level *level, int descending)
 {
     int32_t stride[PD_DIM];
     int blocks[PD_DIM], colours = 1 << (PD_DIM - 1);
@@ -19619,9 +19855,10 @@ PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level
     pdi_smoother_partition(level, blocks);
     for (int k = 0; k < colours; k++) {
         int colour = descending ? colours - 1 - k : k, count = pdi_smoother_block_count(blocks, colour);
-        int nt = count > 1 ? pdi_par_threads(ctx, (int64_t)level->cells / colours * PDI_SMOOTHER_WORK) : 1;
-        int by = !level->row && count >= 2 * nt ? 2 : 1;
-        PDI_SHARE(nt, pdi_smoother_colour_lines(level, stride, blocks, colour, by, descending));
+        int by = !level->row && count >= 2 * team.size ? 2 : 1, groups = (count + by - 1) / by;
+        if (k && count) pdi_par_meet(team);
+        for (int g = pdi_par_first(team, groups); g < pdi_par_behind(team, groups); g++)
+            pdi_smoother_blocks(level, stride, blocks, colour, g * by, by, descending);
     }
 }
 
@@ -19781,6 +20018,15 @@ static void pdi_coarsen_strengths(const pdi_coarsen *how, const pd_smoother_leve
     }
 }
 
+/* Pairs of sweeps: the share of one thread. */
+static void pdi_coarsen_sweep(pdi_par_team team, const pd_smoother_level *level)
+{
+    for (int sweep = 0; sweep < 2 * PDI_COARSEN_PAIRS; sweep++) {
+        pdi_smoother_lines(team, level, sweep & 1);
+        pdi_par_meet(team);
+    }
+}
+
 /* With flow: r = what pairs of sweeps leave of a uniform error (compatible relaxation: Brandt 2000). Next to nothing
  * where the flow comes from a held value, or mass holds a cell; next to all where the flow turns in itself. */
 static void pdi_coarsen_try(const pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level)
@@ -19792,7 +20038,8 @@ static void pdi_coarsen_try(const pd_ctx *ctx, const pdi_coarsen *how, const pd_
         level->x[c] = level->inv[c] > 0.0f ? 1.0f : 0.0f;
         level->b[c] = 0.0f;
     }
-    for (int sweep = 0; sweep < 2 * PDI_COARSEN_PAIRS; sweep++) pdi_smoother_lines(ctx, level, sweep & 1);
+    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
+    PDI_TEAM(nt, pdi_coarsen_sweep(team, level));
     memcpy(level->r, level->x, bytes);
     memcpy(level->x, level->parent, bytes);
     memcpy(level->b, how->mark, bytes);
@@ -20159,6 +20406,10 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
 
 /* Largest mass in the unit of a level. */
 #define PDI_MULTIGRID_LARGEST 1e30
+/* Operations of a loop over a level that all threads share: those of a region meet in 0.3 us, the time of 600. */
+#define PDI_MULTIGRID_WORTH 4000
+/* Loops over the finest level that take as long as a cycle. */
+#define PDI_MULTIGRID_LOOPS 4
 
 /* ---- memory ---- */
 
@@ -20502,63 +20753,88 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
 
 /* ---- cycle: x of a level from its b ---- */
 
-/* b of the next level = sum of r over the children: the share of one thread. */
-static void pdi_multigrid_children(const pd_smoother_level *level)
+/* All threads of a team call what follows, and have met where it returns, unless it says otherwise. */
+
+/* b of the next level = sum of r over the children. */
+static void pdi_multigrid_restrict(pdi_par_team team, const pd_smoother_level *level)
 {
     const pd_smoother_level *coarse = level + 1;
-    PDI_FOR
-    for (int32_t p = 0; p < coarse->cells; p++) {
+    for (int32_t p = pdi_par_first(team, coarse->cells); p < pdi_par_behind(team, coarse->cells); p++) {
         float sum = 0.0f;
         for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) sum += level->r[coarse->child[j]];
         coarse->b[p] = sum;
     }
+    pdi_par_meet(team);
 }
 
-static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smoother_level *level)
+static void pdi_multigrid_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job, int colour)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells);
-    PDI_SHARE(nt, pdi_multigrid_children(level));
+    pdi_smoother_colour(team, level, job, colour);
+    pdi_par_meet(team);
 }
 
-static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
+static void pdi_multigrid_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job)
+{
+    pdi_smoother_range(team, level, job, 0, level->cells);
+    pdi_par_meet(team);
+}
+
+static void pdi_multigrid_lines(pdi_par_team team, const pd_smoother_level *level, int descending)
+{
+    pdi_smoother_lines(team, level, descending);
+    pdi_par_meet(team);
+}
+
+static void pdi_multigrid_down(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_START, 0);
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 0);
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_RESIDUAL, 0); /* r stays 0 on the other colour */
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_START, 0);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 0);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_RESIDUAL, 0); /* r stays 0 on the other colour */
     } else {
-        pdi_smoother_range(ctx, level, PDI_SMOOTHER_START, 0, level->cells);
-        pdi_smoother_lines(ctx, level, 0);
-        pdi_smoother_range(ctx, level, PDI_SMOOTHER_RESIDUAL, 0, level->cells);
+        pdi_multigrid_range(team, level, PDI_SMOOTHER_START);
+        pdi_multigrid_lines(team, level, 0);
+        pdi_multigrid_range(team, level, PDI_SMOOTHER_RESIDUAL);
     }
-    pdi_multigrid_restrict(ctx, level);
+    pdi_multigrid_restrict(team, level);
 }
 
 /* Add the correction of the coarser levels to x. With contrast it is kept apart in double precision, and its defect is
  * smoothed: in single precision its rounding would change from cell to cell, and outweigh in a good conductor what is
  * sought. */
-static void pdi_multigrid_interpolate(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
+static void pdi_multigrid_interpolate(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (level->sum) {
-        pdi_smoother_range(ctx, level, PDI_SMOOTHER_INHERIT, 0, level->cells);
-        pdi_smoother_range(ctx, level, PDI_SMOOTHER_DEFECT, 0, level->cells);
+        pdi_multigrid_range(team, level, PDI_SMOOTHER_INHERIT);
+        pdi_multigrid_range(team, level, PDI_SMOOTHER_DEFECT);
     } else if (mg->desc.symmetric)
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_PROLONG, 0);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_PROLONG, 0);
     else
-        pdi_smoother_range(ctx, level, PDI_SMOOTHER_PROLONG, 0, level->cells);
+        pdi_multigrid_range(team, level, PDI_SMOOTHER_PROLONG);
 }
 
-static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
+static void pdi_multigrid_up(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
-    pdi_multigrid_interpolate(ctx, mg, level);
+    pdi_multigrid_interpolate(team, mg, level);
     for (int sweep = 0; sweep < 2 && mg->desc.symmetric; sweep++) {
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 0);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 0);
     }
-    if (!mg->desc.symmetric) pdi_smoother_lines(ctx, level, 1);
-    if (level->sum) pdi_smoother_range(ctx, level, PDI_SMOOTHER_COLLECT, 0, level->cells);
+    if (!mg->desc.symmetric) pdi_multigrid_lines(team, level, 1);
+    if (level->sum) pdi_multigrid_range(team, level, PDI_SMOOTHER_COLLECT);
+}
+
+/* The last level, and those from `first` on around it. */
+static void pdi_multigrid_bottom(pdi_par_team team, const pd_multigrid *mg, int first)
+{
+    const pd_smoother_level *last = &mg->level[mg->levels - 1];
+    for (int l = first; l < mg->levels - 1; l++) pdi_multigrid_down(team, mg, &mg->level[l]);
+    pdi_multigrid_range(team, last, PDI_SMOOTHER_START); /* symmetric: no links are left */
+    for (int sweep = 0; sweep < 2 && !mg->desc.symmetric; sweep++) pdi_multigrid_lines(team, last, sweep);
+    for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
+    for (int l = mg->levels - 2; l >= first; l--) pdi_multigrid_up(team, mg, &mg->level[l]);
 }
 
 /* First node of row r of the box on the padded lattice. */
@@ -20580,97 +20856,123 @@ static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
     return mg->desc.weight[PD_DIM == 3 ? r / n[PD_DIM - 2] : r];
 }
 
-/* max |rhs| over the cells of parts of rows that take part: the share of one thread. */
-static void pdi_multigrid_parts(const pd_multigrid *mg, const double *rhs, double *part)
+/* max |rhs| over the cells of row r that take part. */
+static double pdi_multigrid_row_size(const pd_multigrid *mg, int32_t r, const double *rhs)
 {
+    enum { lanes = 16 };
     const pd_smoother_level *fine = &mg->level[0];
-    int64_t rows = fine->cells / fine->n[0];
-    PDI_FOR
-    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
-        double largest = 0.0;
-        for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++) {
-            int32_t node = pdi_multigrid_row_node(mg, r) - r * fine->n[0] * mg->desc.stride[0];
-            double weight = pdi_multigrid_weight(mg, r);
-            for (int32_t c = fine->begin[r]; c < fine->end[r]; c++) {
-                double size = fine->inv[c] > 0.0f ? weight * fabs(rhs[node + c * mg->desc.stride[0]]) : 0.0;
-                largest = size > largest ? size : largest;
-            }
+    int32_t s0 = mg->desc.stride[0], begin = fine->begin[r], count = fine->end[r] - begin, c = 0;
+    const double *given = rhs + pdi_multigrid_row_node(mg, r) + (begin - r * fine->n[0]) * s0;
+    const float *inv = fine->inv + begin;
+    double most[lanes], largest = 0.0;
+    for (int l = 0; l < lanes; l++) most[l] = 0.0;
+    for (; s0 == 1 && c + lanes <= count; c += lanes)
+        for (int l = 0; l < lanes; l++) {
+            double size = inv[c + l] > 0.0f ? fabs(given[c + l]) : 0.0;
+            most[l] = size > most[l] ? size : most[l];
         }
+    for (; c < count; c++) {
+        double size = inv[c] > 0.0f ? fabs(given[c * s0]) : 0.0;
+        largest = size > largest ? size : largest;
+    }
+    for (int l = 0; l < lanes; l++) largest = most[l] > largest ? most[l] : largest;
+    return largest * pdi_multigrid_weight(mg, r);
+}
+
+/* part [PDI_SMOOTHER_PARTS]: the same of parts of the rows. Threads have not met. */
+static void pdi_multigrid_parts(pdi_par_team team, const pd_multigrid *mg, const double *rhs, double *part)
+{
+    int32_t rows = mg->level[0].cells / mg->level[0].n[0];
+    for (int32_t q = pdi_par_first(team, PDI_SMOOTHER_PARTS); q < pdi_par_behind(team, PDI_SMOOTHER_PARTS); q++) {
+        double largest = 0.0;
+        for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++)
+            largest = fmax(largest, pdi_multigrid_row_size(mg, r, rhs));
         part[q] = largest;
     }
 }
 
-static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
+/* Zeros where x, b and r of row r of level 0 have none after others have used their memory. */
+static void pdi_multigrid_wipe(const pd_smoother_level *fine, int32_t r)
 {
-    double part[PDI_SMOOTHER_PARTS], largest = 0.0;
-    int nt = pdi_par_threads(ctx, mg->level[0].cells);
-    PDI_SHARE(nt, pdi_multigrid_parts(mg, rhs, part));
+    int32_t n0 = fine->n[0], first = r * n0, begin = fine->begin[r], end = fine->end[r];
+    size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
+    memset(fine->x + first, 0, before * sizeof *fine->x);
+    memset(fine->x + end, 0, behind * sizeof *fine->x);
+    memset(fine->b + first, 0, before * sizeof *fine->b);
+    memset(fine->b + end, 0, behind * sizeof *fine->b);
+    memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
+}
+
+/* b of row r of level 0 = in rhs. */
+static void pdi_multigrid_take(const pd_multigrid *mg, int32_t r, const double *rhs, double in)
+{
+    const pd_smoother_level *fine = &mg->level[0];
+    int32_t s0 = mg->desc.stride[0], begin = fine->begin[r], count = fine->end[r] - begin;
+    const double *PD_RESTRICT given = rhs + pdi_multigrid_row_node(mg, r) + (begin - r * fine->n[0]) * s0;
+    const float *PD_RESTRICT inv = fine->inv + begin;
+    float *PD_RESTRICT b = fine->b + begin;
+    double factor = in * pdi_multigrid_weight(mg, r);
+    if (s0 == 1)
+        for (int32_t c = 0; c < count; c++) b[c] = inv[c] > 0.0f ? (float)(factor * given[c]) : 0.0f;
+    else
+        for (int32_t c = 0; c < count; c++) b[c] = inv[c] > 0.0f ? (float)(factor * given[c * s0]) : 0.0f;
+}
+
+/* x = out times what row r of level 0 has found. */
+static void pdi_multigrid_give(const pd_multigrid *mg, int32_t r, double out, double *x)
+{
+    const pd_smoother_level *fine = &mg->level[0];
+    int32_t n0 = fine->n[0], s0 = mg->desc.stride[0];
+    const double *PD_RESTRICT sum = fine->sum ? fine->sum + r * n0 : NULL;
+    const float *PD_RESTRICT single = fine->x + r * n0;
+    double *PD_RESTRICT to = x + pdi_multigrid_row_node(mg, r);
+    if (sum)
+        for (int32_t i = 0; i < n0; i++) to[i * s0] = out * sum[i];
+    else if (s0 == 1)
+        for (int32_t i = 0; i < n0; i++) to[i] = out * (double)single[i];
+    else
+        for (int32_t i = 0; i < n0; i++) to[i * s0] = out * (double)single[i];
+}
+
+/* The share of one thread in a cycle. part [PDI_SMOOTHER_PARTS]: room that all of them see. */
+static void pdi_multigrid_work(pdi_par_team team, const pd_multigrid *mg, double *part, const double *rhs, double *x)
+{
+    const pd_smoother_level *fine = &mg->level[0];
+    int32_t rows = fine->cells / fine->n[0], first = pdi_par_first(team, rows), behind = pdi_par_behind(team, rows);
+    double largest = 0.0;
+    int top = 0; /* from this level on one thread is as fast */
+    while (top < mg->levels - 1 && (int64_t)mg->level[top].cells * PDI_SMOOTHER_WORK >= PDI_MULTIGRID_WORTH) top++;
+    pdi_multigrid_parts(team, mg, rhs, part);
+    pdi_par_meet(team);
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = fmax(largest, part[q]);
-    return largest;
-}
-
-/* Zeros where x, b and r of level 0 have none after others have used their memory: the share of one thread. */
-static void pdi_multigrid_wipe(const pd_multigrid *mg)
-{
-    const pd_smoother_level *fine = &mg->level[0];
-    int32_t n0 = fine->n[0], rows = fine->cells / n0;
-    PDI_FOR
-    for (int32_t r = 0; r < rows; r++) {
-        int32_t first = r * n0, begin = fine->begin[r], end = fine->end[r];
-        size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
-        memset(fine->x + first, 0, before * sizeof *fine->x);
-        memset(fine->x + end, 0, behind * sizeof *fine->x);
-        memset(fine->b + first, 0, before * sizeof *fine->b);
-        memset(fine->b + end, 0, behind * sizeof *fine->b);
-        memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
+    double in = pdi_multigrid_scale(largest), out = mg->scale / in;
+    if ((mg->desc.host || mg->hosts || mg->desc.guest) && !team.rank) pdi_multigrid_blank(mg, fine->x, 0);
+    for (int32_t r = first; r < behind; r++) {
+        if (mg->desc.host || mg->hosts || mg->desc.guest) pdi_multigrid_wipe(fine, r);
+        pdi_multigrid_take(mg, r, rhs, in);
     }
-}
-
-/* b of level 0 = in rhs: the share of one thread. */
-static void pdi_multigrid_take(const pd_multigrid *mg, const double *rhs, double in)
-{
-    const pd_smoother_level *fine = &mg->level[0];
-    int32_t n0 = fine->n[0], rows = fine->cells / n0, s0 = mg->desc.stride[0];
-    PDI_FOR
-    for (int32_t r = 0; r < rows; r++) {
-        int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
-        double factor = in * pdi_multigrid_weight(mg, r);
-        for (int32_t c = fine->begin[r]; c < fine->end[r]; c++)
-            fine->b[c] = fine->inv[c] > 0.0f ? (float)(factor * rhs[node + (c - base) * s0]) : 0.0f;
-    }
-}
-
-/* x = out times what level 0 has found: the share of one thread. */
-static void pdi_multigrid_give(const pd_multigrid *mg, double out, double *x)
-{
-    const pd_smoother_level *fine = &mg->level[0];
-    int32_t n0 = fine->n[0], rows = fine->cells / n0, s0 = mg->desc.stride[0];
-    PDI_FOR
-    for (int32_t r = 0; r < rows; r++) {
-        int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
-        for (int32_t i = 0; i < n0; i++)
-            x[node + i * s0] = out * (fine->sum ? fine->sum[base + i] : (double)fine->x[base + i]);
-    }
+    pdi_par_meet(team);
+    for (int l = 0; l < top; l++) pdi_multigrid_down(team, mg, &mg->level[l]);
+    if (!team.rank) pdi_multigrid_bottom(pdi_par_alone(), mg, top);
+    pdi_par_meet(team);
+    for (int l = top - 1; l >= 0; l--) pdi_multigrid_up(team, mg, &mg->level[l]);
+    for (int32_t r = first; r < behind; r++) pdi_multigrid_give(mg, r, out, x);
 }
 
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
 {
+    double part[PDI_SMOOTHER_PARTS];
+    pdi_par_timing timing;
     if (mg->levels == 0) return; /* setup failed or was never called */
-    double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
-    int nt = pdi_par_threads(ctx, mg->level[0].cells);
-    if (mg->desc.host || mg->hosts || mg->desc.guest) {
-        pdi_multigrid_blank(mg, mg->level[0].x, 0);
-        PDI_SHARE(nt, pdi_multigrid_wipe(mg));
-    }
-    PDI_SHARE(nt, pdi_multigrid_take(mg, rhs, in));
-    for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
-    const pd_smoother_level *last = &mg->level[mg->levels - 1];
-    pdi_smoother_range(ctx, last, PDI_SMOOTHER_START, 0, last->cells); /* symmetric: no links are left */
-    for (int sweep = 0; sweep < 2 && !mg->desc.symmetric; sweep++) pdi_smoother_lines(ctx, last, sweep);
-    for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
-    for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
-    PDI_SHARE(nt, pdi_multigrid_give(mg, out, x));
+    int nt = pdi_par_begin(ctx, (int64_t)mg->level[0].cells * PDI_SMOOTHER_WORK, PDI_MULTIGRID_LOOPS,
+                           (uint64_t)(uintptr_t)mg, &timing);
+    PDI_TEAM(nt, pdi_multigrid_work(team, mg, part, rhs, x));
+    pdi_par_end(ctx, &timing);
 }
+
+#undef PDI_MULTIGRID_LARGEST
+#undef PDI_MULTIGRID_WORTH
+#undef PDI_MULTIGRID_LOOPS
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -31636,7 +31938,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
         if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
-        loose = pdi_krylov_forcing(left);
+        loose = pdi_krylov_forcing_first(left);
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);

@@ -56,6 +56,22 @@ PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing)
     pdi_pace_note(&((pd_ctx *)ctx)->pace, timing->key, timing->threads, timing->work, timing->start, pdi_par_clock());
 }
 
+PDI_FN pdi_par_team pdi_par_here(void)
+{
+    pdi_par_team team = pdi_par_alone();
+#ifdef _OPENMP
+    team.rank = omp_get_thread_num();
+    team.size = omp_get_num_threads();
+#endif
+    return team;
+}
+
+PDI_FN void pdi_par_meet(pdi_par_team team)
+{
+    if (team.size == 1) return;
+    PDI_BARRIER
+}
+
 static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
 {
     /* chains let the compiler use vectors without reassociating */
@@ -107,16 +123,21 @@ static double pdi_par_block_product(const pdi_par_vectors *v, int m, const doubl
     return pdi_par_block_dot_integer(v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo, n);
 }
 
+PDI_FN int64_t pdi_par_blocks(int64_t n) { return (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK; }
+
+PDI_FN void pdi_par_block_dots(int64_t n, int64_t block, int count, const pdi_par_vectors *v, const double *w,
+                               double *products)
+{
+    int64_t lo = block * PDI_PAR_BLOCK, length = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
+    for (int m = 0; m < count; m++) products[m] = pdi_par_block_product(v, m, w, lo, length);
+}
+
 /* Products of the blocks from `first` on: the share of one thread. */
 static void pdi_par_products(int64_t n, int64_t first, int batch, int count, const pdi_par_vectors *v, const double *w,
                              double (*partial)[PDI_PAR_GROUP])
 {
     PDI_FOR
-    for (int b = 0; b < batch; b++) {
-        int64_t lo = (first + b) * PDI_PAR_BLOCK;
-        int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-        for (int m = 0; m < count; m++) partial[b][m] = pdi_par_block_product(v, m, w, lo, len);
-    }
+    for (int b = 0; b < batch; b++) pdi_par_block_dots(n, first + b, count, v, w, partial[b]);
 }
 
 PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
@@ -146,23 +167,26 @@ static void pdi_par_add_integer(int64_t n, double a, const int16_t *x, const flo
     }
 }
 
+PDI_FN void pdi_par_block_axpys(int64_t n, int64_t block, int count, const double *a, const pdi_par_vectors *v,
+                                double *w)
+{
+    int64_t lo = block * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
+    for (int m = 0; m < count; m++) {
+        const double *x = v->v[m];
+        const float *single = v->single[m];
+        double factor = a[m];
+        for (int64_t i = lo; x && i < hi; i++) w[i] += factor * x[i];
+        for (int64_t i = lo; !x && single && i < hi; i++) w[i] += factor * (double)single[i];
+        if (!x && !single)
+            pdi_par_add_integer(hi - lo, factor, v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo);
+    }
+}
+
 /* The share of one thread in w += sum a[m] v[m]. */
 static void pdi_par_add(int64_t n, int count, const double *a, const pdi_par_vectors *v, double *w)
 {
-    int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     PDI_FOR
-    for (int64_t b = 0; b < blocks; b++) {
-        int64_t lo = b * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
-        for (int m = 0; m < count; m++) {
-            const double *x = v->v[m];
-            const float *single = v->single[m];
-            double factor = a[m];
-            for (int64_t i = lo; x && i < hi; i++) w[i] += factor * x[i];
-            for (int64_t i = lo; single && i < hi; i++) w[i] += factor * (double)single[i];
-            if (v->integer[m])
-                pdi_par_add_integer(hi - lo, factor, v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo);
-        }
-    }
+    for (int64_t b = 0; b < pdi_par_blocks(n); b++) pdi_par_block_axpys(n, b, count, a, v, w);
 }
 
 PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,

@@ -16,10 +16,12 @@
  * for each other. */
 #define PDI_PARALLEL(nt) PDI_PRAGMA(omp parallel num_threads(nt))
 #define PDI_FOR PDI_PRAGMA(omp for schedule(static) nowait)
+#define PDI_BARRIER PDI_PRAGMA(omp barrier)
 #else
 #define PDI_PARALLEL_FOR(nt)
 #define PDI_PARALLEL(nt)
 #define PDI_FOR
+#define PDI_BARRIER
 #endif
 /* A call of a function whose loops have PDI_FOR before them, by nt threads. One thread has no fork around it, which
  * would cost it a call of the system. */
@@ -31,6 +33,45 @@
             call; \
         } \
     } while (0)
+
+/* Who takes a share of the work: thread `rank` of `size`. */
+typedef struct pdi_par_team {
+    int rank, size;
+} pdi_par_team;
+/* The threads of the region around the call. */
+PDI_FN pdi_par_team pdi_par_here(void);
+static inline pdi_par_team pdi_par_alone(void)
+{
+    pdi_par_team team;
+    team.rank = 0;
+    team.size = 1;
+    return team;
+}
+/* A call with `team`, by nt threads in one region. */
+#define PDI_TEAM(nt, call) \
+    do { \
+        if ((nt) == 1) { \
+            pdi_par_team team = pdi_par_alone(); \
+            call; \
+        } else { \
+            PDI_PARALLEL(nt) \
+            { \
+                pdi_par_team team = pdi_par_here(); \
+                call; \
+            } \
+        } \
+    } while (0)
+/* Of n items the share of a thread: from the first one to that of the thread behind it. */
+static inline int32_t pdi_par_first(pdi_par_team team, int32_t n)
+{
+    return (int32_t)((int64_t)n * team.rank / team.size);
+}
+static inline int32_t pdi_par_behind(pdi_par_team team, int32_t n)
+{
+    return (int32_t)((int64_t)n * (team.rank + 1) / team.size);
+}
+/* All threads of the team wait for the last one, and see what the others have written. */
+PDI_FN void pdi_par_meet(pdi_par_team team);
 
 /* Threads worth using for a loop of `work` scalar operations: 1 when the fork would cost more, or when one thread is
  * faster (pace). pdi_par_offered: without regard to pace. */
@@ -63,6 +104,12 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
                          double *dots);
 PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
                           double *w);
+/* The same for one block of ordered sums, of which n elements have so many. */
+PDI_FN int64_t pdi_par_blocks(int64_t n);
+PDI_FN void pdi_par_block_dots(int64_t n, int64_t block, int count, const pdi_par_vectors *v, const double *w,
+                               double *products);
+PDI_FN void pdi_par_block_axpys(int64_t n, int64_t block, int count, const double *a, const pdi_par_vectors *v,
+                                double *w);
 /* v = a v as integers of 16 bits with scales, the largest of a block INT16_MAX, and v what they stand for. */
 PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale);
 /* max |x|; NaN if any element is NaN. */

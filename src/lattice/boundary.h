@@ -15,8 +15,6 @@ typedef struct pd_boundary {
 } pd_boundary;
 
 #ifdef PDI_INTERNAL
-/* Scalar operations of one of their bonds, to decide on threads: values are gathered. */
-#define PDI_BOUNDARY_WORK 8
 /* 1: a side of the box is an inlet or an outlet. */
 PDI_FN int pdi_boundary_any(const pd_grid *grid);
 PDI_FN pd_status pdi_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_boundary *boundary);

@@ -25,15 +25,6 @@ static void pdi_traverse_share(const pd_bonds *bonds, int most, pdi_traverse_fn 
     for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
 }
 
-PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_traverse_fn run,
-                               const void *user)
-{
-    pdi_par_timing timing;
-    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
-    PDI_SHARE(nt, pdi_traverse_share(bonds, most, run, user));
-    pdi_par_end(ctx, &timing);
-}
-
 /* The operands of a sweep in blocks. */
 typedef struct pdi_traverse_work {
     const pd_bonds *bonds;
@@ -64,18 +55,34 @@ static void pdi_traverse_beside(const pd_boundary *boundary, pdi_traverse_block_
         block(user, boundary->node[p], boundary->bonds->row[boundary->node[p]], p, 1);
 }
 
+/* All fluid nodes, which are in one of both: the share of one thread. */
+static void pdi_traverse_all(const pd_boundary *boundary, const pdi_traverse_work *w)
+{
+    pdi_traverse_share(boundary->bonds, 0, pdi_traverse_run, w);
+    pdi_traverse_beside(boundary, w->block, w->user);
+}
+
+PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_traverse_fn run,
+                               const void *user)
+{
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
+    PDI_SHARE(nt, pdi_traverse_share(bonds, most, run, user));
+    pdi_par_end(ctx, &timing);
+}
+
 PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, int64_t work,
                                 pdi_traverse_block_fn block, const void *user)
 {
     const pd_bonds *bonds = boundary->bonds;
     pdi_traverse_work w;
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)block, &timing);
     w.bonds = bonds;
     w.block = block;
     w.user = user;
-    pdi_traverse_sweep(ctx, bonds, work, 0, pdi_traverse_run, &w);
-    if (!boundary->count) return;
-    int nt = pdi_par_threads(ctx, (int64_t)boundary->count * bonds->stencil->count * PDI_BOUNDARY_WORK);
-    PDI_SHARE(nt, pdi_traverse_beside(boundary, block, user));
+    PDI_SHARE(nt, pdi_traverse_all(boundary, &w));
+    pdi_par_end(ctx, &timing);
 }
 
 PDI_COLD_BEGIN

@@ -143,6 +143,15 @@ static void pdi_coarsen_strengths(const pdi_coarsen *how, const pd_smoother_leve
     }
 }
 
+/* Pairs of sweeps: the share of one thread. */
+static void pdi_coarsen_sweep(pdi_par_team team, const pd_smoother_level *level)
+{
+    for (int sweep = 0; sweep < 2 * PDI_COARSEN_PAIRS; sweep++) {
+        pdi_smoother_lines(team, level, sweep & 1);
+        pdi_par_meet(team);
+    }
+}
+
 /* With flow: r = what pairs of sweeps leave of a uniform error (compatible relaxation: Brandt 2000). Next to nothing
  * where the flow comes from a held value, or mass holds a cell; next to all where the flow turns in itself. */
 static void pdi_coarsen_try(const pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level)
@@ -154,7 +163,8 @@ static void pdi_coarsen_try(const pd_ctx *ctx, const pdi_coarsen *how, const pd_
         level->x[c] = level->inv[c] > 0.0f ? 1.0f : 0.0f;
         level->b[c] = 0.0f;
     }
-    for (int sweep = 0; sweep < 2 * PDI_COARSEN_PAIRS; sweep++) pdi_smoother_lines(ctx, level, sweep & 1);
+    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
+    PDI_TEAM(nt, pdi_coarsen_sweep(team, level));
     memcpy(level->r, level->x, bytes);
     memcpy(level->x, level->parent, bytes);
     memcpy(level->b, how->mark, bytes);

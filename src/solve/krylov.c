@@ -1,6 +1,6 @@
 /* krylov: see krylov.h */
 #include "solve/krylov.h"
-#include "core/par.h"
+#include "solve/arnoldi.h"
 #include "solve/hessenberg.h"
 #include <float.h>
 #include <math.h>
@@ -8,8 +8,6 @@
 
 /* A restart that lowers the true residual by less than this factor counts as stagnation. */
 #define PDI_KRYLOV_PROGRESS 0.999
-/* Orthogonalise again when the norm fell below this share (Daniel, Gragg, Kaufman and Stewart 1976). */
-#define PDI_KRYLOV_CANCEL 0.1
 /* Stiffness p.Ap over p.Dp that is rounding: a few digits of the last place for the bonds of a row. */
 #define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
 
@@ -283,8 +281,9 @@ static float *pdi_krylov_single(const pd_krylov *k, int i)
 }
 
 /* Up to PDI_PAR_GROUP vectors of the basis from `first`; those of the preconditioned one follow after all. */
-static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
+static pdi_par_vectors pdi_krylov_basis(const void *user, int first)
 {
+    const pdi_krylov_run *run = (const pdi_krylov_run *)user;
     pdi_par_vectors v;
     int integers = run->k->desc.compressed == PD_KRYLOV_INTEGER;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
@@ -429,32 +428,6 @@ static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, 
     pdi_krylov_unpack(run, sum, v);
 }
 
-/* Append column j: w = A z, packed, is orthogonalised against v_0 .. v_j; h[0..j+1]. Returns |w| before, or NaN. */
-static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, double *h)
-{
-    double before = sqrt(pdi_par_dot(run->ctx, run->k->length, w, w)), norm = before;
-    for (int i = 0; i <= j; i++) h[i] = 0.0;
-    for (int pass = 0; pass < 2; pass++) {
-        double start = norm;
-        /* modified Gram-Schmidt by groups: one pass over w for several vectors */
-        for (int i = 0; i <= j; i += PDI_PAR_GROUP) {
-            int count = j + 1 - i < PDI_PAR_GROUP ? j + 1 - i : PDI_PAR_GROUP;
-            pdi_par_vectors v = pdi_krylov_basis(run, i);
-            double dots[PDI_PAR_GROUP];
-            pdi_par_dots(run->ctx, run->k->length, count, &v, w, dots);
-            for (int m = 0; m < count; m++) {
-                h[i + m] += dots[m];
-                dots[m] = -dots[m];
-            }
-            pdi_par_axpys(run->ctx, run->k->length, count, dots, &v, w);
-        }
-        norm = sqrt(pdi_par_dot(run->ctx, run->k->length, w, w));
-        if (!(norm < PDI_KRYLOV_CANCEL * start)) break;
-    }
-    h[j + 1] = norm;
-    return before;
-}
-
 /* Power of two that brings the largest entry of the first preconditioned vector near 1: units of x may leave the range
  * of single precision. */
 static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
@@ -549,7 +522,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         double *h = s.hess + pdi_hessenberg_column(j);
         PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
         packed = pdi_krylov_next(run, j, flexible, &unit);
-        double before = pdi_krylov_arnoldi(run, j, packed, h);
+        double before = pdi_arnoldi_append(run->ctx, run->k->length, j, pdi_krylov_basis, run, packed, h);
         if (!pdi_krylov_finite(before) || !pdi_krylov_finite(h[j + 1]))
             return pdi_krylov_diverged(run, "an operator application");
         run->result->iterations++;

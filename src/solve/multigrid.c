@@ -21,6 +21,10 @@
 
 /* Largest mass in the unit of a level. */
 #define PDI_MULTIGRID_LARGEST 1e30
+/* Operations of a loop over a level that all threads share: those of a region meet in 0.3 us, the time of 600. */
+#define PDI_MULTIGRID_WORTH 4000
+/* Loops over the finest level that take as long as a cycle. */
+#define PDI_MULTIGRID_LOOPS 4
 
 /* ---- memory ---- */
 
@@ -364,63 +368,88 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
 
 /* ---- cycle: x of a level from its b ---- */
 
-/* b of the next level = sum of r over the children: the share of one thread. */
-static void pdi_multigrid_children(const pd_smoother_level *level)
+/* All threads of a team call what follows, and have met where it returns, unless it says otherwise. */
+
+/* b of the next level = sum of r over the children. */
+static void pdi_multigrid_restrict(pdi_par_team team, const pd_smoother_level *level)
 {
     const pd_smoother_level *coarse = level + 1;
-    PDI_FOR
-    for (int32_t p = 0; p < coarse->cells; p++) {
+    for (int32_t p = pdi_par_first(team, coarse->cells); p < pdi_par_behind(team, coarse->cells); p++) {
         float sum = 0.0f;
         for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) sum += level->r[coarse->child[j]];
         coarse->b[p] = sum;
     }
+    pdi_par_meet(team);
 }
 
-static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smoother_level *level)
+static void pdi_multigrid_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job, int colour)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells);
-    PDI_SHARE(nt, pdi_multigrid_children(level));
+    pdi_smoother_colour(team, level, job, colour);
+    pdi_par_meet(team);
 }
 
-static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
+static void pdi_multigrid_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job)
+{
+    pdi_smoother_range(team, level, job, 0, level->cells);
+    pdi_par_meet(team);
+}
+
+static void pdi_multigrid_lines(pdi_par_team team, const pd_smoother_level *level, int descending)
+{
+    pdi_smoother_lines(team, level, descending);
+    pdi_par_meet(team);
+}
+
+static void pdi_multigrid_down(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_START, 0);
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 0);
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_RESIDUAL, 0); /* r stays 0 on the other colour */
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_START, 0);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 0);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_RESIDUAL, 0); /* r stays 0 on the other colour */
     } else {
-        pdi_smoother_range(ctx, level, PDI_SMOOTHER_START, 0, level->cells);
-        pdi_smoother_lines(ctx, level, 0);
-        pdi_smoother_range(ctx, level, PDI_SMOOTHER_RESIDUAL, 0, level->cells);
+        pdi_multigrid_range(team, level, PDI_SMOOTHER_START);
+        pdi_multigrid_lines(team, level, 0);
+        pdi_multigrid_range(team, level, PDI_SMOOTHER_RESIDUAL);
     }
-    pdi_multigrid_restrict(ctx, level);
+    pdi_multigrid_restrict(team, level);
 }
 
 /* Add the correction of the coarser levels to x. With contrast it is kept apart in double precision, and its defect is
  * smoothed: in single precision its rounding would change from cell to cell, and outweigh in a good conductor what is
  * sought. */
-static void pdi_multigrid_interpolate(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
+static void pdi_multigrid_interpolate(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (level->sum) {
-        pdi_smoother_range(ctx, level, PDI_SMOOTHER_INHERIT, 0, level->cells);
-        pdi_smoother_range(ctx, level, PDI_SMOOTHER_DEFECT, 0, level->cells);
+        pdi_multigrid_range(team, level, PDI_SMOOTHER_INHERIT);
+        pdi_multigrid_range(team, level, PDI_SMOOTHER_DEFECT);
     } else if (mg->desc.symmetric)
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_PROLONG, 0);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_PROLONG, 0);
     else
-        pdi_smoother_range(ctx, level, PDI_SMOOTHER_PROLONG, 0, level->cells);
+        pdi_multigrid_range(team, level, PDI_SMOOTHER_PROLONG);
 }
 
-static void pdi_multigrid_up(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
+static void pdi_multigrid_up(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
-    pdi_multigrid_interpolate(ctx, mg, level);
+    pdi_multigrid_interpolate(team, mg, level);
     for (int sweep = 0; sweep < 2 && mg->desc.symmetric; sweep++) {
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 1);
-        pdi_smoother_colour(ctx, level, PDI_SMOOTHER_SWEEP, 0);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 1);
+        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 0);
     }
-    if (!mg->desc.symmetric) pdi_smoother_lines(ctx, level, 1);
-    if (level->sum) pdi_smoother_range(ctx, level, PDI_SMOOTHER_COLLECT, 0, level->cells);
+    if (!mg->desc.symmetric) pdi_multigrid_lines(team, level, 1);
+    if (level->sum) pdi_multigrid_range(team, level, PDI_SMOOTHER_COLLECT);
+}
+
+/* The last level, and those from `first` on around it. */
+static void pdi_multigrid_bottom(pdi_par_team team, const pd_multigrid *mg, int first)
+{
+    const pd_smoother_level *last = &mg->level[mg->levels - 1];
+    for (int l = first; l < mg->levels - 1; l++) pdi_multigrid_down(team, mg, &mg->level[l]);
+    pdi_multigrid_range(team, last, PDI_SMOOTHER_START); /* symmetric: no links are left */
+    for (int sweep = 0; sweep < 2 && !mg->desc.symmetric; sweep++) pdi_multigrid_lines(team, last, sweep);
+    for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
+    for (int l = mg->levels - 2; l >= first; l--) pdi_multigrid_up(team, mg, &mg->level[l]);
 }
 
 /* First node of row r of the box on the padded lattice. */
@@ -442,94 +471,120 @@ static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
     return mg->desc.weight[PD_DIM == 3 ? r / n[PD_DIM - 2] : r];
 }
 
-/* max |rhs| over the cells of parts of rows that take part: the share of one thread. */
-static void pdi_multigrid_parts(const pd_multigrid *mg, const double *rhs, double *part)
+/* max |rhs| over the cells of row r that take part. */
+static double pdi_multigrid_row_size(const pd_multigrid *mg, int32_t r, const double *rhs)
 {
+    enum { lanes = 16 };
     const pd_smoother_level *fine = &mg->level[0];
-    int64_t rows = fine->cells / fine->n[0];
-    PDI_FOR
-    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
-        double largest = 0.0;
-        for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++) {
-            int32_t node = pdi_multigrid_row_node(mg, r) - r * fine->n[0] * mg->desc.stride[0];
-            double weight = pdi_multigrid_weight(mg, r);
-            for (int32_t c = fine->begin[r]; c < fine->end[r]; c++) {
-                double size = fine->inv[c] > 0.0f ? weight * fabs(rhs[node + c * mg->desc.stride[0]]) : 0.0;
-                largest = size > largest ? size : largest;
-            }
+    int32_t s0 = mg->desc.stride[0], begin = fine->begin[r], count = fine->end[r] - begin, c = 0;
+    const double *given = rhs + pdi_multigrid_row_node(mg, r) + (begin - r * fine->n[0]) * s0;
+    const float *inv = fine->inv + begin;
+    double most[lanes], largest = 0.0;
+    for (int l = 0; l < lanes; l++) most[l] = 0.0;
+    for (; s0 == 1 && c + lanes <= count; c += lanes)
+        for (int l = 0; l < lanes; l++) {
+            double size = inv[c + l] > 0.0f ? fabs(given[c + l]) : 0.0;
+            most[l] = size > most[l] ? size : most[l];
         }
+    for (; c < count; c++) {
+        double size = inv[c] > 0.0f ? fabs(given[c * s0]) : 0.0;
+        largest = size > largest ? size : largest;
+    }
+    for (int l = 0; l < lanes; l++) largest = most[l] > largest ? most[l] : largest;
+    return largest * pdi_multigrid_weight(mg, r);
+}
+
+/* part [PDI_SMOOTHER_PARTS]: the same of parts of the rows. Threads have not met. */
+static void pdi_multigrid_parts(pdi_par_team team, const pd_multigrid *mg, const double *rhs, double *part)
+{
+    int32_t rows = mg->level[0].cells / mg->level[0].n[0];
+    for (int32_t q = pdi_par_first(team, PDI_SMOOTHER_PARTS); q < pdi_par_behind(team, PDI_SMOOTHER_PARTS); q++) {
+        double largest = 0.0;
+        for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++)
+            largest = fmax(largest, pdi_multigrid_row_size(mg, r, rhs));
         part[q] = largest;
     }
 }
 
-static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
+/* Zeros where x, b and r of row r of level 0 have none after others have used their memory. */
+static void pdi_multigrid_wipe(const pd_smoother_level *fine, int32_t r)
 {
-    double part[PDI_SMOOTHER_PARTS], largest = 0.0;
-    int nt = pdi_par_threads(ctx, mg->level[0].cells);
-    PDI_SHARE(nt, pdi_multigrid_parts(mg, rhs, part));
+    int32_t n0 = fine->n[0], first = r * n0, begin = fine->begin[r], end = fine->end[r];
+    size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
+    memset(fine->x + first, 0, before * sizeof *fine->x);
+    memset(fine->x + end, 0, behind * sizeof *fine->x);
+    memset(fine->b + first, 0, before * sizeof *fine->b);
+    memset(fine->b + end, 0, behind * sizeof *fine->b);
+    memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
+}
+
+/* b of row r of level 0 = in rhs. */
+static void pdi_multigrid_take(const pd_multigrid *mg, int32_t r, const double *rhs, double in)
+{
+    const pd_smoother_level *fine = &mg->level[0];
+    int32_t s0 = mg->desc.stride[0], begin = fine->begin[r], count = fine->end[r] - begin;
+    const double *PD_RESTRICT given = rhs + pdi_multigrid_row_node(mg, r) + (begin - r * fine->n[0]) * s0;
+    const float *PD_RESTRICT inv = fine->inv + begin;
+    float *PD_RESTRICT b = fine->b + begin;
+    double factor = in * pdi_multigrid_weight(mg, r);
+    if (s0 == 1)
+        for (int32_t c = 0; c < count; c++) b[c] = inv[c] > 0.0f ? (float)(factor * given[c]) : 0.0f;
+    else
+        for (int32_t c = 0; c < count; c++) b[c] = inv[c] > 0.0f ? (float)(factor * given[c * s0]) : 0.0f;
+}
+
+/* x = out times what row r of level 0 has found. */
+static void pdi_multigrid_give(const pd_multigrid *mg, int32_t r, double out, double *x)
+{
+    const pd_smoother_level *fine = &mg->level[0];
+    int32_t n0 = fine->n[0], s0 = mg->desc.stride[0];
+    const double *PD_RESTRICT sum = fine->sum ? fine->sum + r * n0 : NULL;
+    const float *PD_RESTRICT single = fine->x + r * n0;
+    double *PD_RESTRICT to = x + pdi_multigrid_row_node(mg, r);
+    if (sum)
+        for (int32_t i = 0; i < n0; i++) to[i * s0] = out * sum[i];
+    else if (s0 == 1)
+        for (int32_t i = 0; i < n0; i++) to[i] = out * (double)single[i];
+    else
+        for (int32_t i = 0; i < n0; i++) to[i * s0] = out * (double)single[i];
+}
+
+/* The share of one thread in a cycle. part [PDI_SMOOTHER_PARTS]: room that all of them see. */
+static void pdi_multigrid_work(pdi_par_team team, const pd_multigrid *mg, double *part, const double *rhs, double *x)
+{
+    const pd_smoother_level *fine = &mg->level[0];
+    int32_t rows = fine->cells / fine->n[0], first = pdi_par_first(team, rows), behind = pdi_par_behind(team, rows);
+    double largest = 0.0;
+    int top = 0; /* from this level on one thread is as fast */
+    while (top < mg->levels - 1 && (int64_t)mg->level[top].cells * PDI_SMOOTHER_WORK >= PDI_MULTIGRID_WORTH) top++;
+    pdi_multigrid_parts(team, mg, rhs, part);
+    pdi_par_meet(team);
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = fmax(largest, part[q]);
-    return largest;
-}
-
-/* Zeros where x, b and r of level 0 have none after others have used their memory: the share of one thread. */
-static void pdi_multigrid_wipe(const pd_multigrid *mg)
-{
-    const pd_smoother_level *fine = &mg->level[0];
-    int32_t n0 = fine->n[0], rows = fine->cells / n0;
-    PDI_FOR
-    for (int32_t r = 0; r < rows; r++) {
-        int32_t first = r * n0, begin = fine->begin[r], end = fine->end[r];
-        size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
-        memset(fine->x + first, 0, before * sizeof *fine->x);
-        memset(fine->x + end, 0, behind * sizeof *fine->x);
-        memset(fine->b + first, 0, before * sizeof *fine->b);
-        memset(fine->b + end, 0, behind * sizeof *fine->b);
-        memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
+    double in = pdi_multigrid_scale(largest), out = mg->scale / in;
+    if ((mg->desc.host || mg->hosts || mg->desc.guest) && !team.rank) pdi_multigrid_blank(mg, fine->x, 0);
+    for (int32_t r = first; r < behind; r++) {
+        if (mg->desc.host || mg->hosts || mg->desc.guest) pdi_multigrid_wipe(fine, r);
+        pdi_multigrid_take(mg, r, rhs, in);
     }
-}
-
-/* b of level 0 = in rhs: the share of one thread. */
-static void pdi_multigrid_take(const pd_multigrid *mg, const double *rhs, double in)
-{
-    const pd_smoother_level *fine = &mg->level[0];
-    int32_t n0 = fine->n[0], rows = fine->cells / n0, s0 = mg->desc.stride[0];
-    PDI_FOR
-    for (int32_t r = 0; r < rows; r++) {
-        int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
-        double factor = in * pdi_multigrid_weight(mg, r);
-        for (int32_t c = fine->begin[r]; c < fine->end[r]; c++)
-            fine->b[c] = fine->inv[c] > 0.0f ? (float)(factor * rhs[node + (c - base) * s0]) : 0.0f;
-    }
-}
-
-/* x = out times what level 0 has found: the share of one thread. */
-static void pdi_multigrid_give(const pd_multigrid *mg, double out, double *x)
-{
-    const pd_smoother_level *fine = &mg->level[0];
-    int32_t n0 = fine->n[0], rows = fine->cells / n0, s0 = mg->desc.stride[0];
-    PDI_FOR
-    for (int32_t r = 0; r < rows; r++) {
-        int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
-        for (int32_t i = 0; i < n0; i++)
-            x[node + i * s0] = out * (fine->sum ? fine->sum[base + i] : (double)fine->x[base + i]);
-    }
+    pdi_par_meet(team);
+    for (int l = 0; l < top; l++) pdi_multigrid_down(team, mg, &mg->level[l]);
+    if (!team.rank) pdi_multigrid_bottom(pdi_par_alone(), mg, top);
+    pdi_par_meet(team);
+    for (int l = top - 1; l >= 0; l--) pdi_multigrid_up(team, mg, &mg->level[l]);
+    for (int32_t r = first; r < behind; r++) pdi_multigrid_give(mg, r, out, x);
 }
 
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
 {
+    double part[PDI_SMOOTHER_PARTS];
+    pdi_par_timing timing;
     if (mg->levels == 0) return; /* setup failed or was never called */
-    double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
-    int nt = pdi_par_threads(ctx, mg->level[0].cells);
-    if (mg->desc.host || mg->hosts || mg->desc.guest) {
-        pdi_multigrid_blank(mg, mg->level[0].x, 0);
-        PDI_SHARE(nt, pdi_multigrid_wipe(mg));
-    }
-    PDI_SHARE(nt, pdi_multigrid_take(mg, rhs, in));
-    for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
-    const pd_smoother_level *last = &mg->level[mg->levels - 1];
-    pdi_smoother_range(ctx, last, PDI_SMOOTHER_START, 0, last->cells); /* symmetric: no links are left */
-    for (int sweep = 0; sweep < 2 && !mg->desc.symmetric; sweep++) pdi_smoother_lines(ctx, last, sweep);
-    for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
-    for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
-    PDI_SHARE(nt, pdi_multigrid_give(mg, out, x));
+    int nt = pdi_par_begin(ctx, (int64_t)mg->level[0].cells * PDI_SMOOTHER_WORK, PDI_MULTIGRID_LOOPS,
+                           (uint64_t)(uintptr_t)mg, &timing);
+    PDI_TEAM(nt, pdi_multigrid_work(team, mg, part, rhs, x));
+    pdi_par_end(ctx, &timing);
 }
+
+#undef PDI_MULTIGRID_LARGEST
+#undef PDI_MULTIGRID_WORTH
+#undef PDI_MULTIGRID_LOOPS

@@ -3,7 +3,6 @@
  * Sums of level 0 have the loop over axes inside that over cells: the other way round gcc exchanges them, and gathers.
  */
 #include "solve/smoother.h"
-#include "core/par.h"
 
 /* Lines are swept in blocks of lines, colour by colour; the partition depends on the size only. This is the largest
  * number of blocks along an axis. */
@@ -12,7 +11,7 @@
 #define PDI_SMOOTHER_BLOCK_LINES 7
 /* A level with fewer cells is one block. */
 #define PDI_SMOOTHER_BLOCK_CELLS 4096
-/* Cells of level 0 whose defects are summed at a time. */
+/* Cells of level 0 whose defects or residuals are summed at a time. */
 #define PDI_SMOOTHER_BLOCK 256
 
 /* From a row of level 0 along axis 0 to the rows at its sides. Behind an end of the box that does not wrap there is a
@@ -178,21 +177,64 @@ static int pdi_smoother_row_colour(const pd_smoother_level *fine, int32_t r)
     return sum & 1;
 }
 
-/* A job on count cells from `first`, in any order. */
-PDI_FN void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
-                                int32_t first, int32_t count)
+/* r = b + sum - x/inv on cells of a row of level 0, every `step`-th from `first` on, none of which is linked across the
+ * box along axis 0. Cells between are computed for the sake of vectors, and left as they are. */
+static void pdi_smoother_residuals(const pd_smoother_level *fine, const pdi_smoother_beside *beside, int32_t first,
+                                   int32_t end, int32_t step)
 {
-    int32_t stride[PD_DIM];
+    float next[PDI_SMOOTHER_BLOCK];
+    for (int32_t at = first; at < end; at += PDI_SMOOTHER_BLOCK) {
+        int n = end - at < PDI_SMOOTHER_BLOCK ? (int)(end - at) : PDI_SMOOTHER_BLOCK;
+        const float *b = fine->b + at, *inv = fine->inv + at, *x = fine->x + at, *lo[PD_DIM], *hi[PD_DIM];
+        float *r = fine->r + at;
+        for (int d = 0; d < PD_DIM; d++) {
+            lo[d] = beside->lo[d] + at;
+            hi[d] = beside->hi[d] + at;
+        }
+        for (int c = 0; c < n; c++) {
+            float sum = 0.0f, share = inv[c] > 0.0f ? inv[c] : 1.0f;
+            for (int d = 0; d < PD_DIM; d++)
+                sum += lo[d][c] * x[c + beside->below[d]] + hi[d][c] * x[c + beside->above[d]];
+            float left = b[c] + sum - x[c] / share;
+            next[c] = inv[c] > 0.0f ? left : 0.0f;
+        }
+        for (int c = 0; c < n; c += step) r[c] = next[c];
+    }
+}
+
+/* A job on every `step`-th cell of a row of level 0 from `first` on. Where axis 0 wraps, the first and the last cell of
+ * the row are linked, and are met one by one. */
+static void pdi_smoother_row_residual(const pd_smoother_level *fine, const int32_t *stride, int32_t row, int32_t first,
+                                      int32_t end, int32_t step)
+{
+    pdi_smoother_beside beside;
+    int32_t begin = row * fine->n[0], last = begin + fine->n[0] - 1, inner = end;
+    pdi_smoother_look(fine, stride, row, &beside);
+    if (fine->wrap[0]) {
+        if (first == begin && first < end) {
+            pdi_smoother_cells(fine, stride, PDI_SMOOTHER_RESIDUAL, first, first + 1, 1);
+            first += step;
+        }
+        if (end > last) inner = last;
+    }
+    pdi_smoother_residuals(fine, &beside, first, inner, step);
+    if (inner < end && first <= last && (last - first) % step == 0)
+        pdi_smoother_cells(fine, stride, PDI_SMOOTHER_RESIDUAL, last, last + 1, 1);
+}
+
+PDI_FN void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job, int32_t first,
+                               int32_t count)
+{
+    int32_t stride[PD_DIM], n0 = level->n[0];
     pdi_smoother_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)count * PDI_SMOOTHER_WORK);
-    if (nt == 1) {
-        pdi_smoother_cells(level, stride, job, first, first + count, 1);
+    if (level->row || job != PDI_SMOOTHER_RESIDUAL) {
+        pdi_smoother_cells(level, stride, job, first + pdi_par_first(team, count), first + pdi_par_behind(team, count),
+                           1);
         return;
     }
-    PDI_PARALLEL_FOR(nt)
-    for (int part = 0; part < PDI_SMOOTHER_PARTS; part++)
-        pdi_smoother_cells(level, stride, job, first + pdi_smoother_part(count, part),
-                            first + pdi_smoother_part(count, part + 1), 1);
+    int32_t rows = level->cells / n0;
+    for (int32_t r = pdi_par_first(team, rows); r < pdi_par_behind(team, rows); r++)
+        pdi_smoother_row_residual(level, stride, r, r * n0, (r + 1) * n0, 1);
 }
 
 /* x = b/a (START) or (b + sum)/a (SWEEP) on every second cell from `first` of a row of level 0, none of which is linked
@@ -243,30 +285,22 @@ static void pdi_smoother_row(const pd_smoother_level *fine, const int32_t *strid
         pdi_smoother_cells(fine, stride, job, last, last + 1, 1);
 }
 
-/* A job on the cells of one colour of level 0: the share of one thread. */
-static void pdi_smoother_rows(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_job job, int colour)
+PDI_FN void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job, int colour)
 {
-    int32_t n0 = level->n[0], rows = level->cells / n0;
-    PDI_FOR
-    for (int32_t r = 0; r < rows; r++) {
+    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
+    if (level->row) {
+        pdi_smoother_range(team, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
+        return;
+    }
+    pdi_smoother_strides(level, stride);
+    for (int32_t r = pdi_par_first(team, rows); r < pdi_par_behind(team, rows); r++) {
         int32_t first = level->begin[r];
         first += ((first - r * n0) ^ pdi_smoother_row_colour(level, r) ^ colour) & 1;
         if (job == PDI_SMOOTHER_START || job == PDI_SMOOTHER_SWEEP) pdi_smoother_row(level, stride, job, r, first);
+        else if (job == PDI_SMOOTHER_RESIDUAL)
+            pdi_smoother_row_residual(level, stride, r, first, level->end[r], 2);
         else pdi_smoother_cells(level, stride, job, first, level->end[r], 2);
     }
-}
-
-/* A job on the cells of one colour: they do not touch each other. */
-PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour)
-{
-    if (level->row) {
-        pdi_smoother_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
-        return;
-    }
-    int32_t stride[PD_DIM];
-    pdi_smoother_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
-    PDI_SHARE(nt, pdi_smoother_rows(level, stride, job, colour));
 }
 
 /* Gauss-Seidel forth and back along one line of a coarse level. */
@@ -398,34 +432,31 @@ static int32_t pdi_smoother_block_line(const pd_smoother_level *level, const pdi
     return line;
 }
 
-/* Blocks of a colour, `by` (1 or 2) at a time: the share of one thread. */
-static void pdi_smoother_colour_lines(const pd_smoother_level *level, const int32_t *stride, const int *blocks,
-                                      int colour, int by, int descending)
+/* Blocks k .. k + by of a colour, `by` (1 or 2) at a time. */
+static void pdi_smoother_blocks(const pd_smoother_level *level, const int32_t *stride, const int *blocks, int colour,
+                                int k, int by, int descending)
 {
     int count = pdi_smoother_block_count(blocks, colour);
-    PDI_FOR
-    for (int k = 0; k < count; k += by) {
-        pdi_smoother_block block[2];
-        int32_t longest = 0;
-        block[1].lines = 0;
-        for (int l = 0; l < by && k + l < count; l++) {
-            block[l] = pdi_smoother_block_get(level, blocks, colour, k + l);
-            if (block[l].lines > longest) longest = block[l].lines;
+    pdi_smoother_block block[2];
+    int32_t longest = 0;
+    block[1].lines = 0;
+    for (int l = 0; l < by && k + l < count; l++) {
+        block[l] = pdi_smoother_block_get(level, blocks, colour, k + l);
+        if (block[l].lines > longest) longest = block[l].lines;
+    }
+    for (int32_t q = 0; q < longest; q++) {
+        int32_t line[2];
+        int lines = 0;
+        for (int l = 0; l < by; l++) {
+            int32_t at = descending ? block[l].lines - 1 - q : q;
+            if (q < block[l].lines) line[lines++] = pdi_smoother_block_line(level, &block[l], at);
         }
-        for (int32_t q = 0; q < longest; q++) {
-            int32_t line[2];
-            int lines = 0;
-            for (int l = 0; l < by; l++) {
-                int32_t at = descending ? block[l].lines - 1 - q : q;
-                if (q < block[l].lines) line[lines++] = pdi_smoother_block_line(level, &block[l], at);
-            }
-            pdi_smoother_line(level, stride, line, lines);
-        }
+        pdi_smoother_line(level, stride, line, lines);
     }
 }
 
 /* Lines of the blocks, ascending or descending, colour by colour. */
-PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending)
+PDI_FN void pdi_smoother_lines(pdi_par_team team, const pd_smoother_level *level, int descending)
 {
     int32_t stride[PD_DIM];
     int blocks[PD_DIM], colours = 1 << (PD_DIM - 1);
@@ -433,9 +464,10 @@ PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level
     pdi_smoother_partition(level, blocks);
     for (int k = 0; k < colours; k++) {
         int colour = descending ? colours - 1 - k : k, count = pdi_smoother_block_count(blocks, colour);
-        int nt = count > 1 ? pdi_par_threads(ctx, (int64_t)level->cells / colours * PDI_SMOOTHER_WORK) : 1;
-        int by = !level->row && count >= 2 * nt ? 2 : 1;
-        PDI_SHARE(nt, pdi_smoother_colour_lines(level, stride, blocks, colour, by, descending));
+        int by = !level->row && count >= 2 * team.size ? 2 : 1, groups = (count + by - 1) / by;
+        if (k && count) pdi_par_meet(team);
+        for (int g = pdi_par_first(team, groups); g < pdi_par_behind(team, groups); g++)
+            pdi_smoother_blocks(level, stride, blocks, colour, g * by, by, descending);
     }
 }
 

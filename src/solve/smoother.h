@@ -5,7 +5,7 @@
  */
 #ifndef PD_SMOOTHER_H
 #define PD_SMOOTHER_H
-#include "core/base.h"
+#include "core/par.h"
 
 /* One level. Level 0 holds all cells of the box and finds neighbours by stride; coarser levels are rows of links, the
  * cells sorted by colour (symmetric) or by block. */
@@ -82,14 +82,15 @@ static inline float pdi_smoother_edge_coefficient(const pd_smoother_level *fine,
     if (upper) return fine->hi[axis][c];
     return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
 }
+/* All threads of a team call these, which do not wait for each other at the end. */
 /* A job on count cells from `first`, in any order. */
-PDI_FN PDI_ONCE void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
+PDI_FN PDI_ONCE void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job,
                                         int32_t first, int32_t count);
 /* A job on the cells of one colour: they do not touch each other. */
-PDI_FN PDI_ONCE void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
+PDI_FN PDI_ONCE void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job,
                                          int colour);
 /* Gauss-Seidel forth and back along every line, ascending or descending. */
-PDI_FN PDI_ONCE void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending);
+PDI_FN PDI_ONCE void pdi_smoother_lines(pdi_par_team team, const pd_smoother_level *level, int descending);
 #endif
 
 #endif

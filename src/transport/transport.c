@@ -430,7 +430,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
         if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
-        loose = pdi_krylov_forcing(left);
+        loose = pdi_krylov_forcing_first(left);
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
