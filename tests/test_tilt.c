@@ -59,8 +59,8 @@ static double found(const int *direction, double m, pd_metal_model model, pd_ker
     return v;
 }
 
-/* Every kernel whose weights are calibrated, along lattice planes of all kinds. Steps of a plane that is nearly normal to
- * an axis are further apart than two families reach. */
+/* Every kernel whose weights are calibrated, along lattice planes of all kinds. Steps of a plane that is nearly normal
+ * to an axis are further apart than two families reach. */
 TEST(directions)
 {
     static const int ways[][3] = {

@@ -136,8 +136,8 @@ static const val_case front_case = {
     "front", "Fronts of bond-based corrosion",
     "A slab in a periodic box dissolves under activation control, its fronts normal to an axis or a diagonal. Their "
     "speed, from the times at which layers turn fluid, against the 1 mm/year that was asked for: the worst of area "
-    "weights, inverse squares and inverse distances (along (1,1,1) area weights only), and area weights with h, h/2 and "
-    "h/4 (3D: one h).",
+    "weights, inverse squares and inverse distances (along (1,1,1) area weights only), and area weights with h, h/2 "
+    "and h/4 (3D: one h).",
     "Rates found from a trial run, which hold for its direction, spacing and horizon only; loss that differs between "
     "the ends of a bond.",
     "theory, equations 6.3b and 6.8",
