@@ -33,13 +33,13 @@ static double rate_content(const val_lab *lab)
 }
 
 /* A half-space of metal in a box that is thin along the other axes. */
-static void rate_half_space(val_lab *lab, const int *direction)
+static void rate_half_space(val_lab *lab, const int *direction, int n)
 {
     lab->shapes[0].type = PD_SHAPE_HALF_SPACE;
     for (int d = 0; d < PD_DIM; d++) {
         lab->shapes[0].a[d] = direction[d] ? 0.55 * RATE_EDGE : 0.0;
         lab->shapes[0].b[d] = direction[d];
-        if (!direction[d]) lab->grid_desc.hi[d] = 0.2 * RATE_EDGE; /* mirrored there, so thin is enough */
+        if (!direction[d]) lab->grid_desc.hi[d] = 2.0 * RATE_EDGE / n; /* mirrored there, so thin is enough */
     }
 }
 
@@ -80,7 +80,7 @@ static pd_status rate_front(val_job *job, const int *direction, double *error)
     lab->grid_desc.solid = &lab->shapes[0];
     for (int d = 0; d < PD_DIM; d++) ones += direction[d];
     if (ones > 1) edge = rate_slab(lab, direction, n, mask);
-    else rate_half_space(lab, direction);
+    else rate_half_space(lab, direction, n);
     lab->dissolve_desc.solid = 1e5;
     lab->dissolve_desc.rate = dissolution_law;
     lab->dissolve_desc.rate_user = &law;
