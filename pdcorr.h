@@ -155,6 +155,7 @@
  *     front      weights of the bonds across a front between metal and fluid, and the speed that they give it.
  *     metal      dissolving metal, as data: its law, its content, and the fluid beside it.
  *     reach      bonds of exposed metal to fluid that takes it, in bond-based corrosion.
+ *     tilt       what the weights of bonds across a surface make of its area where it faces along no axis.
  *     interface  where metal enters the fluid, and with which weights.
  *     content    what solid nodes hold: pieces that a step uses up, who turns fluid, and who takes over the rest.
  *     damage     mechanical bonds of metal that dissolves, broken at random as it goes (theory: 6.7).
@@ -7240,6 +7241,9 @@ typedef struct pd_dissolve {
     uint32_t *reach;          /* bonds: [reach_rows][words] bit k % 32 of word k / 32: bond k of an exposed node leads
                                * to fluid that takes metal */
     int32_t reach_rows, reach_used;
+    int16_t *facing;          /* [total][PD_DIM] of exposed nodes: from metal to fluid, in spacings, of any length */
+    float *tilt;              /* [total] [-] 1/f(N) of exposed nodes, by which their bonds count (eq. 6.3b); NULL: 1 */
+    int tilted;               /* 1: they are those of now, but for touched nodes */
     int reached;              /* 1: they are those of now, but for touched nodes */
     int lags;                 /* 1: nodes have been touched since the rates were found */
     int lasts;                /* 1: `rate` of all exposed nodes follows from the speeds `rated` of now */
@@ -7306,6 +7310,11 @@ static inline int pdi_metal_bonds(const pd_dissolve *d) { return d->desc.model =
 static inline double pdi_metal_factor(const pd_dissolve *d, int32_t solid)
 {
     return d->desc.factor ? d->desc.factor[solid] : 1.0;
+}
+/* What the bonds of exposed node j count: its factor, and what its area is over that of its weights. */
+static inline double pdi_metal_gives(const pd_dissolve *d, int32_t solid)
+{
+    return pdi_metal_factor(d, solid) * (d->tilt ? d->tilt[solid] : 1.0);
 }
 /* Index of the metal of solid node j. */
 static inline int pdi_metal_of(const pd_dissolve *d, int32_t j) { return d->desc.metal ? d->desc.metal[j] : 0; }
@@ -7414,6 +7423,25 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *dissolve);
 /* Node i among the fluid beside metal, where it is put if it is not there. */
 PDI_FN pdi_beside *pdi_reach_join(pd_dissolve *dissolve, int32_t i);
 PDI_FN void pdi_reach_list(pdi_owner *owner, void *dissolve);
+#endif
+
+#endif
+
+/* ======== >>metal/tilt.h ======== */
+/* tilt: what the weights of bonds across a surface make of its area where it faces along no axis.
+ *
+ * A family has finitely many directions, so a plane of the normal N is measured as f(N) of its area (theory: eq. 6.3,
+ * 6.8). Exposed metal finds its normal from the metal and the fluid around it, averaged over the exposed metal in its
+ * family, and gives 1/f(N) of what its weights say (eq. 6.3b). Along an axis that is 1.
+ */
+#ifndef PD_TILT_H
+#define PD_TILT_H
+
+#ifdef PDI_INTERNAL
+/* Beside the marks of reach.h: what is in the reach of exposed metal has turned, or the normal of metal there. */
+enum { PDI_TILT_NEAR = 32 };
+/* Normals of exposed metal and the factors, as nodes are now. */
+PDI_FN void pdi_tilt_update(const pd_ctx *ctx, pd_dissolve *dissolve);
 #endif
 
 #endif
@@ -45427,7 +45455,7 @@ static void pdi_reach_gather(const pd_dissolve *d, pdi_beside *beside)
     for (int k = 0; k < d->paths.stencil->count; k++) {
         int32_t j = pdi_entry_far(&d->paths, i, k);
         if (d->grid->kind[j] != PD_SOLID || !pdi_entry_free(&d->paths, i, k)) continue;
-        double weight = pdi_metal_supply(d, j) * pdi_metal_factor(d, j) * pdi_metal_area(d, i, k);
+        double weight = pdi_metal_supply(d, j) * pdi_metal_gives(d, j) * pdi_metal_area(d, i, k);
         pdi_metal_beside *own = &portion[pdi_metal_of(d, j)];
         beside->enters += weight;
         own->enters += weight;
@@ -45472,6 +45500,125 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
     d->reached = 1;
     return PD_OK;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>metal/tilt.c ======== */
+/* tilt: see tilt.h */
+#include <math.h>
+#include <stdlib.h>
+
+/* Range of the normals as integers. */
+#define PDI_TILT_RANGE 32767.0
+
+/* 1: fluid, -1: metal, 0: neither, at the far end of bond k. */
+static int pdi_tilt_side(const pd_dissolve *d, int32_t j, int k)
+{
+    uint8_t kind = d->grid->kind[pdi_entry_far(&d->paths, j, k)];
+    if (kind != PD_FLUID && kind != PD_SOLID) return 0;
+    return !pdi_entry_free(&d->paths, j, k) ? 0 : kind == PD_FLUID ? 1 : -1;
+}
+
+/* Normal of the surface at node j in the lattice, of any length: from metal to fluid. What a wall takes from one side
+ * counts on neither, so that a front that meets a wall keeps its direction. */
+static void pdi_tilt_face(pd_dissolve *d, int32_t j)
+{
+    const pd_stencil *s = d->paths.stencil;
+    double sum[PD_DIM] = {0.0}, whole = 0.0;
+    for (int k = 0; k < s->count / 2; k++) {
+        int one = pdi_tilt_side(d, j, k), other = one ? pdi_tilt_side(d, j, s->count - 1 - k) : 0;
+        for (int a = 0; a < PD_DIM && other; a++) sum[a] += s->beta[k] * s->offset[k * PD_DIM + a] * (one - other);
+        whole += 2.0 * s->beta[k] * abs(s->offset[k * PD_DIM]);
+    }
+    for (int a = 0; a < PD_DIM; a++)
+        d->facing[(int64_t)j * PD_DIM + a] = (int16_t)floor(PDI_TILT_RANGE * sum[a] / whole + 0.5);
+}
+
+/* The same at the far end of bond k, exposed metal, as the bond sees it. 0: there is none, or it faces away. */
+static int pdi_tilt_far(const pd_dissolve *d, int32_t j, int k, double *normal)
+{
+    const int16_t *own = d->facing + (int64_t)j * PD_DIM;
+    int32_t at = j + d->paths.shift[k];
+    uint8_t kind = d->grid->kind[at];
+    int flip = 0;
+    double dot = 0.0;
+    if (kind != PD_FLUID && kind != PD_SOLID) at = pdi_grid_image(d->grid, at, &flip);
+    if (d->grid->kind[at] != PD_SOLID || !d->exposed[at] || !pdi_entry_free(&d->paths, j, k)) return 0;
+    for (int a = 0; a < PD_DIM; a++) {
+        normal[a] = flip & 1 << a ? -(double)d->facing[(int64_t)at * PD_DIM + a] : d->facing[(int64_t)at * PD_DIM + a];
+        dot += normal[a] * own[a];
+    }
+    return dot > 0.0;
+}
+
+/* 1/f(N) at node j. */
+static double pdi_tilt_factor(const pd_dissolve *d, int32_t j)
+{
+    const pd_stencil *s = d->paths.stencil;
+    double sum[PD_DIM], normal[PD_DIM], f = 0.0;
+    for (int a = 0; a < PD_DIM; a++) sum[a] = d->facing[(int64_t)j * PD_DIM + a];
+    for (int k = 0; k < s->count; k++) {
+        if (!pdi_tilt_far(d, j, k, normal)) continue;
+        for (int a = 0; a < PD_DIM; a++) sum[a] += s->beta[k] * normal[a];
+    }
+    for (int a = 0; a < PD_DIM; a++) sum[a] /= s->h[a]; /* normals of planes go with the inverse of the spacing */
+    double length = pdi_vec_norm(sum);
+    if (!(length > 0.0)) return 1.0;
+    for (int k = 0; k < s->count / 2; k++) f += d->weight[k] * fabs(pdi_vec_dot(s->xi + k * PD_DIM, sum));
+    return length / f;
+}
+
+static void pdi_tilt_near(pd_dissolve *d, int32_t j)
+{
+    d->mark[j] |= PDI_TILT_NEAR;
+    for (int k = 0; k < d->paths.stencil->count; k++) d->mark[pdi_entry_far(&d->paths, j, k)] |= PDI_TILT_NEAR;
+}
+
+/* Bonds: the factor of node j is another one. What it gives and what enters at its bonds has to be found anew. */
+static void pdi_tilt_touch(pd_dissolve *d, int32_t j)
+{
+    d->mark[j] |= PDI_REACH_TOUCHED;
+    for (int k = 0; k < d->paths.stencil->count; k++) {
+        int32_t i = pdi_entry_far(&d->paths, j, k);
+        if (d->grid->kind[i] == PD_FLUID) d->mark[i] |= PDI_REACH_TOUCHED;
+    }
+}
+
+PDI_FN void pdi_tilt_update(const pd_ctx *ctx, pd_dissolve *d)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
+    int all = !d->tilted;
+    (void)nt;
+    if (!d->tilt || (!all && !d->lags)) return;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t f = 0; f < d->front_count; f++)
+        if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_tilt_face(d, d->front[f]);
+    for (int32_t f = 0; f < d->front_count && !all; f++)
+        if (d->mark[d->front[f]] & PDI_REACH_TOUCHED) pdi_tilt_near(d, d->front[f]);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        if (!all && !(d->mark[j] & PDI_TILT_NEAR)) continue;
+        float factor = (float)pdi_tilt_factor(d, j);
+        if (factor >= d->tilt[j] && factor <= d->tilt[j]) d->mark[j] &= (uint8_t)~PDI_TILT_NEAR;
+        d->tilt[j] = factor;
+    }
+    for (int32_t f = 0; f < d->front_count && !all && pdi_metal_bonds(d); f++)
+        if (d->mark[d->front[f]] & PDI_TILT_NEAR) pdi_tilt_touch(d, d->front[f]);
+    d->tilted = 1;
+}
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
 
 /* ======== >>metal/interface.c ======== */
 /* interface: see interface.h */
@@ -45524,7 +45671,7 @@ PDI_FN double pdi_interface_fastest(const pd_dissolve *d, int32_t i)
 
 PDI_FN double pdi_interface_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_entry *entry)
 {
-    return pdi_metal_supply(d, j) * pdi_metal_factor(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
+    return pdi_metal_supply(d, j) * pdi_metal_gives(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
            pdi_metal_over(d, j, i);
 }
 
@@ -45539,7 +45686,7 @@ static double pdi_interface_bond_rate(const pd_dissolve *d, int32_t f)
         int32_t i = pdi_entry_far(&d->paths, j, reach.bond);
         sum += pdi_metal_area(d, j, reach.bond) * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i, metal);
     }
-    return sum * pdi_metal_factor(d, j);
+    return sum * pdi_metal_gives(d, j);
 }
 
 /* f sum c(n) v over the bonds to fluid. */
@@ -45554,7 +45701,7 @@ PDI_FN double pdi_interface_rate(const pd_dissolve *d, int32_t f)
         for (int e = 0; e < entry.count; e++)
             sum += pdi_metal_area(d, j, k) / entry.count * pdi_interface_speed(d, entry.node[e], pdi_metal_of(d, j));
     }
-    return sum * pdi_metal_factor(d, j);
+    return sum * pdi_metal_gives(d, j);
 }
 
 PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
@@ -46463,6 +46610,8 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, dissolve, exposed, total, "1");
     PDI_ARRAY(owner, dissolve, rate, total, "1/s");
     PDI_ARRAY(owner, dissolve, slot, total, "1");
+    if (PD_DIM > 1 && desc->weights == PD_WEIGHTS_CALIBRATED) PDI_ARRAY(owner, dissolve, facing, total * PD_DIM, "1");
+    if (PD_DIM > 1 && desc->weights == PD_WEIGHTS_CALIBRATED) PDI_ARRAY(owner, dissolve, tilt, total, "1");
     if (bonds && desc->repassivation > 0.0) PDI_STATE(owner, dissolve, film, total, "1");
     if (bonds && !desc->activation) PDI_STATE(owner, dissolve, moved, total, "mol/m3");
     if (desc->sheds && !desc->lags) PDI_ARRAY(owner, dissolve, shed, total, "mol/m3");
@@ -46562,6 +46711,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
         if (grid->kind[j] == PD_FLUID && desc->activation) transport->c[j] = desc->bulk;
         d->exposed[j] = (uint8_t)pdi_content_is_exposed(d, j);
         d->slot[j] = -1;
+        if (d->tilt) d->tilt[j] = 1.0f;
     }
     if (d->links) pdi_dissolve_links(ctx, d);
     for (int32_t j = 0; j < grid->total && desc->factor; j++)
@@ -46736,6 +46886,7 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     pdi_par_zero(ctx, d->grid->total, t->source);
     pdi_par_zero(ctx, d->grid->total, t->absorb);
     for (int m = 0; m < d->kinds; m++) d->kind[m].like = -1;
+    pdi_tilt_update(ctx, d);
     PDI_TRY(pdi_interface_land(ctx, d));
     if (pdi_dissolve_films(d)) {
         d->reached = 0;
@@ -47100,7 +47251,7 @@ static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *tu
 static pd_status pdi_dissolve_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_dissolve *d = (pd_dissolve *)self;
-    if (archive->reading) d->reached = 0; /* films may be read */
+    if (archive->reading) d->reached = d->tilted = 0; /* films may be read */
     PDI_TRY(pdi_transport_store(ctx, d->transport, archive));
     return pdi_owner_store(ctx, pdi_dissolve_list, d, archive);
 }

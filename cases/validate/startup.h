@@ -370,7 +370,8 @@ static pd_status channel_short_run(val_job *job)
     "The slowest mode of the reversed flow is ten times as large as that of the other, 2.8 against 0.28 m/s. The " \
     "leading error of the Laplacian is 2/24 h^2 times the fourth derivatives (theory: section 2.2), so with 40 cells " \
     "the mode decays at 0.9995 of its rate. At 20 s, when 1/e of it is left, that is an error of 3.8e-4; with that " \
-    "of the walls 4.6e-4 is found, which falls with the second power of h, and 1e-4 takes 84 cells."
+    "of the walls 4.6e-4 is found, which falls with the second power of h, and 1e-4 takes 84 cells (theory: section " \
+    "2.3)."
 
 static const val_part channel_along = {
     "along", "force along the stream", "nodes across", VAL_BY_N, NULL, 2.0, CHANNEL_MEASURES, CHANNEL_GOALS(40),

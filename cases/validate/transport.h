@@ -124,7 +124,7 @@ static pd_status gauss_space_run(val_job *job)
 {
     double end = GAUSS_TIME, largest;
     PDI_TRY(gauss_build(job));
-    PDI_TRY(transport_extrapolate(job, gauss_field, &end, 1, PD_DIM == 3 ? 4 : 8));
+    PDI_TRY(transport_extrapolate(job, gauss_field, &end, 1, 8));
     transport_errors(job->lab, job->lab->field[0], gauss_field, end, &job->out->err[0], &largest);
     job->out->err[1] = largest;
     transport_curves(job, job->lab->field[0], gauss_field, end, "Spreading Gaussian", "c [-]");

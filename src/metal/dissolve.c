@@ -3,6 +3,7 @@
 #include "core/par.h"
 #include "metal/content.h"
 #include "metal/damage.h"
+#include "metal/tilt.h"
 #include "transport/amount.h"
 #include "transport/explicit.h"
 #include <math.h>
@@ -94,6 +95,8 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, dissolve, exposed, total, "1");
     PDI_ARRAY(owner, dissolve, rate, total, "1/s");
     PDI_ARRAY(owner, dissolve, slot, total, "1");
+    if (PD_DIM > 1 && desc->weights == PD_WEIGHTS_CALIBRATED) PDI_ARRAY(owner, dissolve, facing, total * PD_DIM, "1");
+    if (PD_DIM > 1 && desc->weights == PD_WEIGHTS_CALIBRATED) PDI_ARRAY(owner, dissolve, tilt, total, "1");
     if (bonds && desc->repassivation > 0.0) PDI_STATE(owner, dissolve, film, total, "1");
     if (bonds && !desc->activation) PDI_STATE(owner, dissolve, moved, total, "mol/m3");
     if (desc->sheds && !desc->lags) PDI_ARRAY(owner, dissolve, shed, total, "mol/m3");
@@ -193,6 +196,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
         if (grid->kind[j] == PD_FLUID && desc->activation) transport->c[j] = desc->bulk;
         d->exposed[j] = (uint8_t)pdi_content_is_exposed(d, j);
         d->slot[j] = -1;
+        if (d->tilt) d->tilt[j] = 1.0f;
     }
     if (d->links) pdi_dissolve_links(ctx, d);
     for (int32_t j = 0; j < grid->total && desc->factor; j++)
@@ -367,6 +371,7 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     pdi_par_zero(ctx, d->grid->total, t->source);
     pdi_par_zero(ctx, d->grid->total, t->absorb);
     for (int m = 0; m < d->kinds; m++) d->kind[m].like = -1;
+    pdi_tilt_update(ctx, d);
     PDI_TRY(pdi_interface_land(ctx, d));
     if (pdi_dissolve_films(d)) {
         d->reached = 0;
@@ -741,7 +746,7 @@ static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *tu
 static pd_status pdi_dissolve_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_dissolve *d = (pd_dissolve *)self;
-    if (archive->reading) d->reached = 0; /* films may be read */
+    if (archive->reading) d->reached = d->tilted = 0; /* films may be read */
     PDI_TRY(pdi_transport_store(ctx, d->transport, archive));
     return pdi_owner_store(ctx, pdi_dissolve_list, d, archive);
 }

@@ -50,7 +50,7 @@ PDI_FN double pdi_interface_fastest(const pd_dissolve *d, int32_t i)
 
 PDI_FN double pdi_interface_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_entry *entry)
 {
-    return pdi_metal_supply(d, j) * pdi_metal_factor(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
+    return pdi_metal_supply(d, j) * pdi_metal_gives(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
            pdi_metal_over(d, j, i);
 }
 
@@ -65,7 +65,7 @@ static double pdi_interface_bond_rate(const pd_dissolve *d, int32_t f)
         int32_t i = pdi_entry_far(&d->paths, j, reach.bond);
         sum += pdi_metal_area(d, j, reach.bond) * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i, metal);
     }
-    return sum * pdi_metal_factor(d, j);
+    return sum * pdi_metal_gives(d, j);
 }
 
 /* f sum c(n) v over the bonds to fluid. */
@@ -80,7 +80,7 @@ PDI_FN double pdi_interface_rate(const pd_dissolve *d, int32_t f)
         for (int e = 0; e < entry.count; e++)
             sum += pdi_metal_area(d, j, k) / entry.count * pdi_interface_speed(d, entry.node[e], pdi_metal_of(d, j));
     }
-    return sum * pdi_metal_factor(d, j);
+    return sum * pdi_metal_gives(d, j);
 }
 
 PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)

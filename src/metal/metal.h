@@ -105,6 +105,9 @@ typedef struct pd_dissolve {
     uint32_t *reach;          /* bonds: [reach_rows][words] bit k % 32 of word k / 32: bond k of an exposed node leads
                                * to fluid that takes metal */
     int32_t reach_rows, reach_used;
+    int16_t *facing;          /* [total][PD_DIM] of exposed nodes: from metal to fluid, in spacings, of any length */
+    float *tilt;              /* [total] [-] 1/f(N) of exposed nodes, by which their bonds count (eq. 6.3b); NULL: 1 */
+    int tilted;               /* 1: they are those of now, but for touched nodes */
     int reached;              /* 1: they are those of now, but for touched nodes */
     int lags;                 /* 1: nodes have been touched since the rates were found */
     int lasts;                /* 1: `rate` of all exposed nodes follows from the speeds `rated` of now */
@@ -171,6 +174,11 @@ static inline int pdi_metal_bonds(const pd_dissolve *d) { return d->desc.model =
 static inline double pdi_metal_factor(const pd_dissolve *d, int32_t solid)
 {
     return d->desc.factor ? d->desc.factor[solid] : 1.0;
+}
+/* What the bonds of exposed node j count: its factor, and what its area is over that of its weights. */
+static inline double pdi_metal_gives(const pd_dissolve *d, int32_t solid)
+{
+    return pdi_metal_factor(d, solid) * (d->tilt ? d->tilt[solid] : 1.0);
 }
 /* Index of the metal of solid node j. */
 static inline int pdi_metal_of(const pd_dissolve *d, int32_t j) { return d->desc.metal ? d->desc.metal[j] : 0; }

@@ -82,7 +82,7 @@ static void pdi_reach_gather(const pd_dissolve *d, pdi_beside *beside)
     for (int k = 0; k < d->paths.stencil->count; k++) {
         int32_t j = pdi_entry_far(&d->paths, i, k);
         if (d->grid->kind[j] != PD_SOLID || !pdi_entry_free(&d->paths, i, k)) continue;
-        double weight = pdi_metal_supply(d, j) * pdi_metal_factor(d, j) * pdi_metal_area(d, i, k);
+        double weight = pdi_metal_supply(d, j) * pdi_metal_gives(d, j) * pdi_metal_area(d, i, k);
         pdi_metal_beside *own = &portion[pdi_metal_of(d, j)];
         beside->enters += weight;
         own->enters += weight;
