@@ -2724,7 +2724,8 @@ typedef struct pd_flow_desc {
     pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
     void *wall_user;
     int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice.
-                             * PD_FLOW_PAYING: 4 where that is known to pay (theory: 4.1b), else 2 */
+                             * PD_FLOW_PAYING: 4 in steady flows where that is known to pay (theory: 4.1b), else 2;
+                             * pd_implicit takes 2 or 4 */
 } pd_flow_desc;
 
 typedef struct pd_flow {
@@ -10200,7 +10201,7 @@ typedef struct pd_setup {
     double length;          /* [m] reference; 0: width of the inlet */
     double steady;          /* [-] residual */
     pd_motion motion;
-    int flow_order;         /* 2 or 4; 0: 4 where it pays */
+    int flow_order;         /* 2 or 4; 0: 4 in steady flow where it pays */
     pd_expr start[PD_DIM];  /* of x, y, z; in m/s: given flow, or flow or gas at the start */
     double flow_rtol;       /* [-] error of an implicit step */
     int linear;             /* explicit: equation of state p = c0^2 (rho - rho0), else Tait */
@@ -67528,8 +67529,7 @@ static int pdi_footprint_order(const pd_setup *u)
 {
     int across = 0;
     if (u->flow_order) return u->flow_order;
-    if (u->m > 1.0 || u->axisymmetric || u->shapes || (u->motion != PD_MOTION_STEADY && u->motion != PD_MOTION_IMPLICIT))
-        return 2;
+    if (u->m > 1.0 || u->axisymmetric || u->shapes || u->motion != PD_MOTION_STEADY) return 2;
     for (int d = 0; d < PD_DIM; d++) {
         pd_side low = u->side[2 * d].kind, high = u->side[2 * d + 1].kind;
         if (pdi_grid_port(low) || pdi_grid_port(high)) return 2;
@@ -68226,7 +68226,8 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     flow.p_out = u->p_out;
     flow.speed = u->speed;
     flow.length = u->length;
-    flow.order = u->flow_order ? u->flow_order : PD_FLOW_PAYING;
+    flow.order = u->flow_order;
+    if (!u->flow_order && u->motion == PD_MOTION_STEADY) flow.order = PD_FLOW_PAYING;
     for (int s = 2 * PD_DIM - 1; s >= 0; s--) { /* what users know the inlet by */
         if (u->side[s].kind != PD_SIDE_INLET) continue;
         if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);

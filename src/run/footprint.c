@@ -205,8 +205,7 @@ static int pdi_footprint_order(const pd_setup *u)
 {
     int across = 0;
     if (u->flow_order) return u->flow_order;
-    if (u->m > 1.0 || u->axisymmetric || u->shapes || (u->motion != PD_MOTION_STEADY && u->motion != PD_MOTION_IMPLICIT))
-        return 2;
+    if (u->m > 1.0 || u->axisymmetric || u->shapes || u->motion != PD_MOTION_STEADY) return 2;
     for (int d = 0; d < PD_DIM; d++) {
         pd_side low = u->side[2 * d].kind, high = u->side[2 * d + 1].kind;
         if (pdi_grid_port(low) || pdi_grid_port(high)) return 2;
