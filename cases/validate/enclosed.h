@@ -43,11 +43,10 @@ static const double cavity_u1000[CAVITY_POINTS] = {-0.1812881, -0.2023300, -0.22
 static const double cavity_v1000[CAVITY_POINTS] = {0.2807056,  0.2962703,  0.3099097,  0.3330442,  0.3769189,
                                                    0.3339924,  0.3253592,  0.0257995,  -0.3202137, -0.4264545,
                                                    -0.5264392, -0.4103754, -0.3553213, -0.2936869, -0.2279225};
-/* Re = 400 and 3200: collocation of the stream function in 65 x 65 points of Chebyshev, without the leading singular part
- * at both corners of the lid (slow flow in a corner, linear in the distance), Newton. The same program is within 2e-7 of
- * itself with 49 x 49 points at Re = 100, and within 2e-5 of Botella and Peyret at Re = 1000. With 49 x 49 points the values
- * differ by 1.5e-5 at Re = 400 and by 1.3e-3 at Re = 3200. The tables of Ghia, Ghia and Shin, 129 x 129 nodes, are off them
- * by up to 6.3e-03 and 4.9e-02. */
+/* Re = 400 and 3200: collocation of the stream function in 65 x 65 points of Chebyshev, without the leading singular
+ * part at both corners of the lid (slow flow in a corner, linear in the distance), by Newton's method. At Re = 1000
+ * that is within 2e-5 of Botella and Peyret. With 49 x 49 points the values move by 1.5e-5 at Re = 400 and by 1.3e-3 at
+ * Re = 3200. The tables of Ghia, Ghia and Shin, 129 x 129 nodes, are off by up to 6.3e-3 and 4.9e-2. */
 static const double cavity_u400[CAVITY_POINTS] = {-0.08182, -0.09260, -0.10330, -0.14619, -0.24378,
                                                   -0.32872, -0.17148, -0.11505, 0.02103, 0.16257,
                                                   0.29203, 0.56157, 0.61991, 0.68721, 0.76067};
