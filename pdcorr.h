@@ -2737,6 +2737,9 @@ typedef struct pdi_sharp_field {
     const double *v, *bend;  /* [m/s] */
 } pdi_sharp_field;
 
+/* 1: a closed box without bodies, whose walls meet, on nearest neighbours: slower flows there have less error for the
+ * same time. */
+PDI_FN int pdi_sharp_pays(const pd_bonds *bonds);
 /* PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or nodes are rings. */
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp);
 PDI_FN void pdi_sharp_list(pdi_owner *owner, void *object);
@@ -2817,6 +2820,8 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
 #define PD_FLOW_H
 #include <math.h>
 
+#define PD_FLOW_PAYING (-1)
+
 typedef struct pd_flow_desc {
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
@@ -2832,7 +2837,9 @@ typedef struct pd_flow_desc {
     void *inlet_user;
     pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
     void *wall_user;
-    int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice */
+    int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice.
+                             * PD_FLOW_PAYING: 4 in steady flows where that is known to pay (theory: 4.1b), else 2;
+                             * pd_implicit takes 2 or 4 */
 } pd_flow_desc;
 
 typedef struct pd_flow {
@@ -2870,7 +2877,7 @@ typedef struct pd_flow {
     int32_t rim;            /* length of the next three */
     int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
     pd_reconstruct slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
-    int order;              /* 4: a solver of steady flows makes `sharp` */
+    int order;              /* 4: a solver of steady flows makes `sharp`; PD_FLOW_PAYING: it will decide */
     pd_sharp sharp;         /* empty: second order */
     pd_isotropic isotropic; /* friction of second order; empty: that of the Laplacian (explicit flows) */
     double isotropy;        /* [-] share of its excess */
@@ -10319,7 +10326,7 @@ typedef struct pd_setup {
     double length;          /* [m] reference; 0: width of the inlet */
     double steady;          /* [-] residual */
     pd_motion motion;
-    int flow_order;         /* 2 or 4 */
+    int flow_order;         /* 2 or 4; 0: 4 in steady flow where it pays */
     pd_expr start[PD_DIM];  /* of x, y, z; in m/s: given flow, or flow or gas at the start */
     double flow_rtol;       /* [-] error of an implicit step */
     int linear;             /* explicit: equation of state p = c0^2 (rho - rho0), else Tait */
@@ -22251,17 +22258,43 @@ static int pdi_sharp_find(const pd_stencil *s, int d, int b, int along)
     return -1;
 }
 
-PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)
+/* 1: the family reaches beyond the nearest neighbours. */
+static int pdi_sharp_far(const pd_stencil *s)
 {
-    const pd_stencil *s = bonds->stencil;
-    memset(sharp, 0, sizeof *sharp);
     int far = s->reach > 1;
     for (int k = 0; k < s->count; k++) {
         int axes = 0;
         for (int d = 0; d < PD_DIM; d++) axes += s->offset[k * PD_DIM + d] != 0;
         far = far || axes > 2;
     }
-    if (far)
+    return far;
+}
+
+PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
+{
+    const pd_grid *grid = bonds->grid;
+    int across = 0;
+    if (pdi_sharp_far(bonds->stencil) || grid->circumference) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        const pd_side *side = &grid->side[2 * d];
+        if (pdi_grid_port(side[0]) || pdi_grid_port(side[1])) return 0;
+        across += side[0] == PD_SIDE_WALL || side[1] == PD_SIDE_WALL;
+    }
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM], inside = 1;
+        if (grid->kind[node] == PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        for (int d = 0; d < PD_DIM; d++) inside = inside && i[d] >= 0 && i[d] < grid->n[d];
+        if (inside) return 0;
+    }
+    return across > 1;
+}
+
+PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)
+{
+    const pd_stencil *s = bonds->stencil;
+    memset(sharp, 0, sizeof *sharp);
+    if (pdi_sharp_far(s))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 needs the nearest neighbours, m = 1, and m is %g", s->m);
     if (bonds->grid->circumference)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 has no weights of rings: axisymmetric flow has order 2");
@@ -23114,7 +23147,7 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow",
                         "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
                         "the last two", desc->rho, desc->mu, desc->speed, desc->length);
-    if (desc->order != 0 && desc->order != 2 && desc->order != 4)
+    if (desc->order != 0 && desc->order != 2 && desc->order != 4 && desc->order != PD_FLOW_PAYING)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order = %d, expected 2 or 4", desc->order);
     if (bonds->options & PD_BONDS_AT_REST)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the bonds are those of fluid at rest (PD_BONDS_AT_REST)");
@@ -24183,6 +24216,10 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
 /* A linear solve that just misses costs a whole Newton step more. */
 #define PDI_STEADY_STAGE_ENOUGH 0.1
 
+/* Largest Reynolds number of a flow, and of the longest spacing, at which fourth order is known to pay. */
+#define PDI_STEADY_SHARP 1000.0
+#define PDI_STEADY_SHARP_CELL 16.0
+
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
     pd_ctx *ctx;
@@ -24482,6 +24519,19 @@ PDI_FN size_t pdi_steady_room(pd_steady *s)
     return pdi_arena_bytes(pdi_steady_work_list, s) + (setup > linear ? setup : linear);
 }
 
+/* The order of a flow that has none yet: it stays, whatever the flow becomes. */
+static void pdi_steady_order(pd_flow *flow)
+{
+    double rate = flow->speed / flow->nu, longest = 0.0;
+    if (flow->order != PD_FLOW_PAYING) return;
+    for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, flow->grid->h[d]);
+    int calm = rate * flow->length <= PDI_STEADY_SHARP * (1.0 + 1e-9) && rate * longest <= PDI_STEADY_SHARP_CELL;
+    flow->order = calm && pdi_sharp_pays(flow->bonds) ? 4 : 2;
+    if (flow->order == 2) return;
+    memset(&flow->isotropic, 0, sizeof flow->isotropic);
+    flow->isotropy = 0.0;
+}
+
 static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
 {
     memset(s, 0, sizeof *s);
@@ -24494,6 +24544,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     pd_krylov_desc kd;
     PDI_TRY(pdi_flow_mirror(ctx, flow));
+    pdi_steady_order(flow);
     if (flow->order == 4 && !flow->sharp.bonds) PDI_TRY(pdi_sharp_build(ctx, flow->bonds, &flow->sharp));
     PDI_TRY(pdi_steady_plan(ctx, s));
     pdi_steady_krylov(s, &kd);
@@ -60238,9 +60289,10 @@ static const pd_key pdi_keys_of_flow[] = {
      "viscosity"},
     {"steady", "-", "1e-6",
      "residual at which the flow is steady (theory: eq. 4.7, 4.8), up to 0.1, against scales of the flow itself"},
-    {"order", "-", "2",
+    {"order", "-", "auto",
      "order of the error in the spacing, 2 or 4 (theory: 4.1b): 4 takes `m = 1`, a planar box, and `time = steady` "
-     "or `implicit`"},
+     "or `implicit`. `auto`: 4 in steady flow in closed boxes without shapes whose walls meet, with `m = 1`, a "
+     "Reynolds number of at most 1000 and one of a cell of at most 16; else 2. The summary names order 4"},
     {"force", "m/s2", "0",
      "body force per mass, an expression in x, y, z, t an axis"},
     {"speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 4.5b)",
@@ -67108,12 +67160,12 @@ static pd_status pdi_scene_force(pdi_reader *s, int section)
 /* Which order the operator of the flow has. */
 static pd_status pdi_scene_order(pdi_reader *s, int section)
 {
-    static const char *const orders[] = {"2", "4", NULL};
+    static const char *const orders[] = {"auto", "2", "4", NULL};
     const pd_setup *u = s->setup;
-    int fourth;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "order", orders, "2", &fourth));
-    s->setup->flow_order = fourth ? 4 : 2;
-    if (!fourth) return PD_OK;
+    int twice;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "order", orders, "auto", &twice));
+    s->setup->flow_order = 2 * twice;
+    if (twice < 2) return PD_OK;
     if (u->m > 1.0)
         return pdi_text_refuse(s->ctx, s->text, section, "order", "found 4 and m = %g, expected m = 1 in [grid]", u->m);
     if (u->axisymmetric)
@@ -68426,6 +68478,20 @@ static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, 
     return bytes + pdi_footprint_arena(plan, room);
 }
 
+/* 4: the flow has fourth order, or will if it is slow enough. */
+static int pdi_footprint_order(const pd_setup *u)
+{
+    int across = 0;
+    if (u->flow_order) return u->flow_order;
+    if (u->m > 1.0 || u->axisymmetric || u->shapes || u->motion != PD_MOTION_STEADY) return 2;
+    for (int d = 0; d < PD_DIM; d++) {
+        pd_side low = u->side[2 * d].kind, high = u->side[2 * d + 1].kind;
+        if (pdi_grid_port(low) || pdi_grid_port(high)) return 2;
+        across += low == PD_SIDE_WALL || high == PD_SIDE_WALL;
+    }
+    return across > 1 ? 4 : 2;
+}
+
 static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_FLOW];
@@ -68436,7 +68502,8 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
     unsteady.flow = &plan->flow;
     memset(&sharp, 0, sizeof sharp);
     sharp.bonds = plan->flow.bonds;
-    if (u->flow_order == 4) *bytes += pdi_footprint_list(plan, pdi_sharp_list, &sharp);
+    plan->flow.order = pdi_footprint_order(u);
+    if (plan->flow.order == 4) *bytes += pdi_footprint_list(plan, pdi_sharp_list, &sharp);
     if (pdi_wall_moves(u)) plan->flow.wall = pdi_wall_velocity;
     if (u->pushed) plan->flow.push = pdi_inlet_body;
     *bytes += pdi_footprint_list(plan, pdi_flow_list, &plan->flow);
@@ -69146,6 +69213,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     flow.speed = u->speed;
     flow.length = u->length;
     flow.order = u->flow_order;
+    if (!u->flow_order && u->motion == PD_MOTION_STEADY) flow.order = PD_FLOW_PAYING;
     for (int s = 2 * PD_DIM - 1; s >= 0; s--) { /* what users know the inlet by */
         if (u->side[s].kind != PD_SIDE_INLET) continue;
         if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);
@@ -71620,13 +71688,15 @@ static void pdi_summary_flow(const pdi_summary *s)
     if (!m->setup->has_flow) return;
     pdi_setup_show(m->flow.reference_speed, "m/s", speed);
     pdi_setup_show(m->flow.reference_length, "m", length);
-    char how[96];
+    char how[112];
+    const char *order = m->flow.order == 4 ? ", order 4" : "";
     if (m->setup->motion == PD_MOTION_IMPLICIT)
-        snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g", m->implicit.desc.rtol);
+        snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g%s",
+                 m->implicit.desc.rtol, order);
     else if (m->setup->motion == PD_MOTION_EXPLICIT)
         snprintf(how, sizeof how, "weakly compressible flow in time, explicit, c0 = %g m/s", m->setup->sound);
     else if (m->setup->motion == PD_MOTION_GIVEN) snprintf(how, sizeof how, "given flow");
-    else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g", m->setup->steady);
+    else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g%s", m->setup->steady, order);
     snprintf(text, sizeof text, "%s, U = %s, L = %s, Re = %.4g", how, speed, length,
              m->flow.reference_speed * m->flow.reference_length / m->flow.nu);
     pdi_summary_part(s, PD_PART_FLOW, "flow", text);

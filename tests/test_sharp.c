@@ -283,6 +283,53 @@ TEST(derivative)
     scene_free(s);
 }
 
+/* Speed of the lid y = 1 [m/s]. */
+static void lid(void *user, const double *x, double *u)
+{
+    memset(u, 0, PD_DIM * sizeof *u);
+    if (x[1] > 1.0 - 1e-9) u[0] = *(const double *)user;
+}
+
+/* The order of a box with a lid; `body`: a cube stands in it. */
+static int chosen(int n, pd_side side, double speed, int body)
+{
+    scene *s = box(n, PD_FLOW_PAYING, side);
+    s->flow_desc.wall = lid;
+    s->flow_desc.wall_user = &speed;
+    if (body) {
+        s->shapes[0].type = PD_SHAPE_BOX;
+        for (int d = 0; d < PD_DIM; d++) s->shapes[0].b[d] = 0.25;
+        s->grid_desc.solid = &s->shapes[0];
+    }
+    int order = scene_build(s) ? s->flow.order : 0;
+    CHECK((order == 4) == (s->flow.sharp.bonds != NULL));
+    CHECK((order == 4) == (s->flow.isotropic.bonds == NULL));
+    scene_free(s);
+    return order;
+}
+
+/* Fourth order by itself: walls meet, no body, and the flow and its cells are slow (eq. 4.6h). */
+TEST(paying)
+{
+    CHECK(chosen(16, PD_SIDE_WALL, 0.01, 0) == 4);
+    CHECK(chosen(16, PD_SIDE_WALL, 2.5, 0) == 4); /* a cell has the Reynolds number 15.6 */
+    CHECK(chosen(16, PD_SIDE_WALL, 2.6, 0) == 2);
+    CHECK(chosen(64, PD_SIDE_WALL, 10.0, 0) == 4); /* Re = 1000 */
+    CHECK(chosen(64, PD_SIDE_WALL, 10.1, 0) == 2);
+    CHECK(chosen(16, PD_SIDE_WALL, 0.01, 1) == 2);
+    CHECK(chosen(16, PD_SIDE_PERIODIC, 0.01, 0) == 2);
+    scene *s = box(8, PD_FLOW_PAYING, PD_SIDE_WALL);
+    s->grid_desc.side[0] = PD_SIDE_INLET;
+    s->grid_desc.side[1] = PD_SIDE_OUTLET;
+    s->flow_desc.inlet = parabola;
+    if (scene_build(s)) CHECK(s->flow.order == 2);
+    scene_free(s);
+    s = box(8, PD_FLOW_PAYING, PD_SIDE_WALL);
+    s->stencil_desc.m = 2.0;
+    if (scene_build(s)) CHECK(s->flow.order == 2);
+    scene_free(s);
+}
+
 TEST(refusals)
 {
     pd_unsteady_desc desc;
@@ -302,4 +349,4 @@ TEST(refusals)
 }
 
 TEST_MAIN(ENTRY(fourth_order) ENTRY(walls) ENTRY(channels) ENTRY(conservation) ENTRY(momentum)
-              ENTRY(derivative) ENTRY(refusals))
+              ENTRY(derivative) ENTRY(paying) ENTRY(refusals))

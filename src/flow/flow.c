@@ -720,7 +720,7 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow",
                         "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
                         "the last two", desc->rho, desc->mu, desc->speed, desc->length);
-    if (desc->order != 0 && desc->order != 2 && desc->order != 4)
+    if (desc->order != 0 && desc->order != 2 && desc->order != 4 && desc->order != PD_FLOW_PAYING)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order = %d, expected 2 or 4", desc->order);
     if (bonds->options & PD_BONDS_AT_REST)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the bonds are those of fluid at rest (PD_BONDS_AT_REST)");

@@ -13,6 +13,8 @@
 #include "lattice/traverse.h"
 #include <math.h>
 
+#define PD_FLOW_PAYING (-1)
+
 typedef struct pd_flow_desc {
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
@@ -28,7 +30,9 @@ typedef struct pd_flow_desc {
     void *inlet_user;
     pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
     void *wall_user;
-    int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice */
+    int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice.
+                             * PD_FLOW_PAYING: 4 in steady flows where that is known to pay (theory: 4.1b), else 2;
+                             * pd_implicit takes 2 or 4 */
 } pd_flow_desc;
 
 typedef struct pd_flow {
@@ -66,7 +70,7 @@ typedef struct pd_flow {
     int32_t rim;            /* length of the next three */
     int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
     pd_reconstruct slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
-    int order;              /* 4: a solver of steady flows makes `sharp` */
+    int order;              /* 4: a solver of steady flows makes `sharp`; PD_FLOW_PAYING: it will decide */
     pd_sharp sharp;         /* empty: second order */
     pd_isotropic isotropic; /* friction of second order; empty: that of the Laplacian (explicit flows) */
     double isotropy;        /* [-] share of its excess */

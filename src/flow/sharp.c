@@ -459,17 +459,43 @@ static int pdi_sharp_find(const pd_stencil *s, int d, int b, int along)
     return -1;
 }
 
-PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)
+/* 1: the family reaches beyond the nearest neighbours. */
+static int pdi_sharp_far(const pd_stencil *s)
 {
-    const pd_stencil *s = bonds->stencil;
-    memset(sharp, 0, sizeof *sharp);
     int far = s->reach > 1;
     for (int k = 0; k < s->count; k++) {
         int axes = 0;
         for (int d = 0; d < PD_DIM; d++) axes += s->offset[k * PD_DIM + d] != 0;
         far = far || axes > 2;
     }
-    if (far)
+    return far;
+}
+
+PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
+{
+    const pd_grid *grid = bonds->grid;
+    int across = 0;
+    if (pdi_sharp_far(bonds->stencil) || grid->circumference) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        const pd_side *side = &grid->side[2 * d];
+        if (pdi_grid_port(side[0]) || pdi_grid_port(side[1])) return 0;
+        across += side[0] == PD_SIDE_WALL || side[1] == PD_SIDE_WALL;
+    }
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM], inside = 1;
+        if (grid->kind[node] == PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        for (int d = 0; d < PD_DIM; d++) inside = inside && i[d] >= 0 && i[d] < grid->n[d];
+        if (inside) return 0;
+    }
+    return across > 1;
+}
+
+PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)
+{
+    const pd_stencil *s = bonds->stencil;
+    memset(sharp, 0, sizeof *sharp);
+    if (pdi_sharp_far(s))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 needs the nearest neighbours, m = 1, and m is %g", s->m);
     if (bonds->grid->circumference)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 has no weights of rings: axisymmetric flow has order 2");

@@ -28,6 +28,9 @@ typedef struct pdi_sharp_field {
     const double *v, *bend;  /* [m/s] */
 } pdi_sharp_field;
 
+/* 1: a closed box without bodies, whose walls meet, on nearest neighbours: slower flows there have less error for the
+ * same time. */
+PDI_FN int pdi_sharp_pays(const pd_bonds *bonds);
 /* PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or nodes are rings. */
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp);
 PDI_FN void pdi_sharp_list(pdi_owner *owner, void *object);

@@ -44,6 +44,10 @@
 /* A linear solve that just misses costs a whole Newton step more. */
 #define PDI_STEADY_STAGE_ENOUGH 0.1
 
+/* Largest Reynolds number of a flow, and of the longest spacing, at which fourth order is known to pay. */
+#define PDI_STEADY_SHARP 1000.0
+#define PDI_STEADY_SHARP_CELL 16.0
+
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
     pd_ctx *ctx;
@@ -343,6 +347,19 @@ PDI_FN size_t pdi_steady_room(pd_steady *s)
     return pdi_arena_bytes(pdi_steady_work_list, s) + (setup > linear ? setup : linear);
 }
 
+/* The order of a flow that has none yet: it stays, whatever the flow becomes. */
+static void pdi_steady_order(pd_flow *flow)
+{
+    double rate = flow->speed / flow->nu, longest = 0.0;
+    if (flow->order != PD_FLOW_PAYING) return;
+    for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, flow->grid->h[d]);
+    int calm = rate * flow->length <= PDI_STEADY_SHARP * (1.0 + 1e-9) && rate * longest <= PDI_STEADY_SHARP_CELL;
+    flow->order = calm && pdi_sharp_pays(flow->bonds) ? 4 : 2;
+    if (flow->order == 2) return;
+    memset(&flow->isotropic, 0, sizeof flow->isotropic);
+    flow->isotropy = 0.0;
+}
+
 static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
 {
     memset(s, 0, sizeof *s);
@@ -355,6 +372,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     pd_krylov_desc kd;
     PDI_TRY(pdi_flow_mirror(ctx, flow));
+    pdi_steady_order(flow);
     if (flow->order == 4 && !flow->sharp.bonds) PDI_TRY(pdi_sharp_build(ctx, flow->bonds, &flow->sharp));
     PDI_TRY(pdi_steady_plan(ctx, s));
     pdi_steady_krylov(s, &kd);

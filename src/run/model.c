@@ -102,6 +102,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     flow.speed = u->speed;
     flow.length = u->length;
     flow.order = u->flow_order;
+    if (!u->flow_order && u->motion == PD_MOTION_STEADY) flow.order = PD_FLOW_PAYING;
     for (int s = 2 * PD_DIM - 1; s >= 0; s--) { /* what users know the inlet by */
         if (u->side[s].kind != PD_SIDE_INLET) continue;
         if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);

@@ -63,13 +63,15 @@ static void pdi_summary_flow(const pdi_summary *s)
     if (!m->setup->has_flow) return;
     pdi_setup_show(m->flow.reference_speed, "m/s", speed);
     pdi_setup_show(m->flow.reference_length, "m", length);
-    char how[96];
+    char how[112];
+    const char *order = m->flow.order == 4 ? ", order 4" : "";
     if (m->setup->motion == PD_MOTION_IMPLICIT)
-        snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g", m->implicit.desc.rtol);
+        snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g%s",
+                 m->implicit.desc.rtol, order);
     else if (m->setup->motion == PD_MOTION_EXPLICIT)
         snprintf(how, sizeof how, "weakly compressible flow in time, explicit, c0 = %g m/s", m->setup->sound);
     else if (m->setup->motion == PD_MOTION_GIVEN) snprintf(how, sizeof how, "given flow");
-    else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g", m->setup->steady);
+    else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g%s", m->setup->steady, order);
     snprintf(text, sizeof text, "%s, U = %s, L = %s, Re = %.4g", how, speed, length,
              m->flow.reference_speed * m->flow.reference_length / m->flow.nu);
     pdi_summary_part(s, PD_PART_FLOW, "flow", text);

@@ -121,9 +121,10 @@ static const pd_key pdi_keys_of_flow[] = {
      "viscosity"},
     {"steady", "-", "1e-6",
      "residual at which the flow is steady (theory: eq. 4.7, 4.8), up to 0.1, against scales of the flow itself"},
-    {"order", "-", "2",
+    {"order", "-", "auto",
      "order of the error in the spacing, 2 or 4 (theory: 4.1b): 4 takes `m = 1`, a planar box, and `time = steady` "
-     "or `implicit`"},
+     "or `implicit`. `auto`: 4 in steady flow in closed boxes without shapes whose walls meet, with `m = 1`, a "
+     "Reynolds number of at most 1000 and one of a cell of at most 16; else 2. The summary names order 4"},
     {"force", "m/s2", "0",
      "body force per mass, an expression in x, y, z, t an axis"},
     {"speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 4.5b)",

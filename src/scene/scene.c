@@ -370,12 +370,12 @@ static pd_status pdi_scene_force(pdi_reader *s, int section)
 /* Which order the operator of the flow has. */
 static pd_status pdi_scene_order(pdi_reader *s, int section)
 {
-    static const char *const orders[] = {"2", "4", NULL};
+    static const char *const orders[] = {"auto", "2", "4", NULL};
     const pd_setup *u = s->setup;
-    int fourth;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "order", orders, "2", &fourth));
-    s->setup->flow_order = fourth ? 4 : 2;
-    if (!fourth) return PD_OK;
+    int twice;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "order", orders, "auto", &twice));
+    s->setup->flow_order = 2 * twice;
+    if (twice < 2) return PD_OK;
     if (u->m > 1.0)
         return pdi_text_refuse(s->ctx, s->text, section, "order", "found 4 and m = %g, expected m = 1 in [grid]", u->m);
     if (u->axisymmetric)

@@ -350,7 +350,7 @@ typedef struct pd_setup {
     double length;          /* [m] reference; 0: width of the inlet */
     double steady;          /* [-] residual */
     pd_motion motion;
-    int flow_order;         /* 2 or 4 */
+    int flow_order;         /* 2 or 4; 0: 4 in steady flow where it pays */
     pd_expr start[PD_DIM];  /* of x, y, z; in m/s: given flow, or flow or gas at the start */
     double flow_rtol;       /* [-] error of an implicit step */
     int linear;             /* explicit: equation of state p = c0^2 (rho - rho0), else Tait */

@@ -18,6 +18,7 @@ PD_EXPR_LENGTH = 4096
 PD_EXPR_NESTING = 64
 PD_EXPR_VARS = 32
 PD_FIT_TEXT = 160
+PD_FLOW_PAYING = -1
 PD_FOLDER_LIST = 'pdcorr.files'
 PD_FOLDER_LOCK = 'pdcorr.lock'
 PD_FOLDER_SCRIPT = 'open_in_paraview.py'
