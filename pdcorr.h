@@ -117,7 +117,7 @@
  *     etch       metal that dissolves by a law in the species at its surface, solved with the step of the species
  *     tangent    derivatives of the balances of a step, and the linear systems that follow (theory: 5c).
  *     advance    steps in time of species that flow, diffuse and react (theory: 5c).
- *     course     species in time as a process, in steps of two stages with a controlled error (theory: 5c.5).
+ *     course     species in time as a process, in steps of two stages with a controlled error (theory: 5c).
  *   solid/
  *     rim        the part of a cell of a lattice that lies within a ball.
  *     body       material points of a solid and their families.
@@ -2552,6 +2552,7 @@ typedef struct pd_step {
     double end;       /* [s] where the attempt ends: limit, or time + dt */
     double error;     /* [-] how good the attempt is, as its process counts it, for its `accept` and `reject` */
     int trial;        /* attempts before this one */
+    int ends;         /* 1: from `accept`: those behind the process have to move before it does again */
     double fraction;  /* [-] of the run: largest share of a node's content that a step takes */
     double rtol;      /* [-] of the run: error in time of what is lost, over all that is lost */
     double max_step;  /* [s] of the run; 0: none */
@@ -4270,7 +4271,7 @@ PDI_FN int pdi_flux_open(const pd_flux *t, int32_t i, int k);
 
 /* ======== >>transport/migrate.h ======== */
 /* migrate: what bonds carry of several charged fields by diffusion, by a flow and by an electric field, fitted by
- * exponentials (theory: eq. 5c.5).
+ * exponentials (theory: eq. 5c.6).
  *
  * A bond carries what leaves one of its ends and enters the other, bit for bit. It takes from each end a share that is
  * not negative: matrices are M-matrices for any potential, and steps of any length keep concentrations positive.
@@ -4927,7 +4928,7 @@ static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c
 
 /* ======== >>react/etch.h ======== */
 /* etch: metal that dissolves by a law in the species at its surface, solved with the step of the species
- * (theory: 5c.2).
+ * (theory: eq. 5c.4).
  *
  * The speed v of a node holds for the concentrations at the metal itself, behind a film that what dissolves diffuses
  * through. So v = max(law(c_s(v)), 0). Where a law falls there is one solution; where it jumps down, the speed between.
@@ -5057,7 +5058,7 @@ PD_API pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *reactive, double dt,
 #endif
 
 /* ======== >>react/course.h ======== */
-/* course: species in time as a process, in steps of two stages with a controlled error (theory: 5c.5).
+/* course: species in time as a process, in steps of two stages with a controlled error (theory: 5c).
  *
  * Metal that dissolves gives amounts by node; they enter by the stoichiometry of a reaction, in the steps that follow
  * up to the end of the step of the run. Nodes that turn fluid begin as water without solutes, with migration with a
@@ -5077,10 +5078,14 @@ typedef struct pd_course_desc {
                                                * of the step of the run; NULL: nothing does */
     void *feeder;     /* user of that */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
-    pd_at_fn find;       /* lists its places */
+    pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: weighs
+                          * them anew for each step of the species, or writes `ahead` where there is no `surface` */
     void *user;
-    double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none */
-    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here */
+    double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
+                         * species move before the metal */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here: in a
+                         * step of the species that of its middle, when the metal moves the mean over the step of the
+                         * run */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
@@ -5099,6 +5104,16 @@ typedef struct pd_course {
     double error;           /* [-] estimated error of the last step */
     double left;            /* [s] of the step of the run */
     double taken;           /* [mol] of metal that is in the species */
+    /* metal that minerals cover: */
+    double *share;          /* [total] [-] bare, at the end of the step; -1: no minerals are near, or it is no metal */
+    double *now, *first;    /* [total] [-] the same at the start of the step, and of the step of the run */
+    double *rate;           /* [total] [1/s] at which it changed in the last step */
+    double *mean;           /* [total] [-] over the step of the run; [s] within it */
+    double *ahead;          /* [total] [mol/m3/s] of metal that fluid nodes get in the step; NULL: by `surface`, or it
+                             * gives nothing */
+    double *came;           /* [total] [mol/m3] of it, in the step of the run; NULL: it gives nothing */
+    double begin, span;     /* [s] start of the step of the run, length of one that is tried next; 0: not known yet */
+    double covered;         /* [-] error of shares in the step of the run, over what it may be */
     int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
     int64_t steps, rejected, krylov, newton;
@@ -21277,6 +21292,7 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
     pd_status status;
     s->dt = left;
     s->turned_count = 0;
+    s->ends = 0;
     PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
     if (p->limit) PDI_TRY(p->limit(ctx, p->self, s));
     left = s->limit - s->time;
@@ -33751,7 +33767,8 @@ static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
     kd->restart = PDI_REACTIVE_BASIS;
     kd->most = 10 * PDI_REACTIVE_BASIS;
     kd->flexible = 1;
-    kd->compressed = PD_KRYLOV_SINGLE;
+    /* psi in water beside salt is below the rounding of floats: its unknown is a charge */
+    kd->compressed = r->migration.on ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE;
     kd->zero_guess = 1;
 }
 
@@ -35244,7 +35261,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double rate = r->migration.on ? pdi_migration_pace(&r->migration, dt) : 1.0 / dt;
     PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, rate, NULL, 0));
     double norm = pdi_advance_residual(ctx, r);
-    for (int step = 0; norm > goal; step++) {
+    for (int step = 0; !(norm <= goal); step++) { /* also where it is no number */
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
         pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
@@ -35310,6 +35327,16 @@ static void pdi_advance_owe(pd_reactive *r, double dt)
         for (int64_t i = k * total; i < (k + 1) * total; i++) r->carry[i] = dt * r->weight[k] * r->work[i];
 }
 
+/* 1: most of what is dissolved, or more, would go into that much of mineral m [mol/m3]; with a speed it has to. */
+static int pdi_advance_short(const pd_reactive *r, int m, double grown, const double *dissolved)
+{
+    const pd_mineral *of = &r->minerals.of[m];
+    if (!(of->rate > 0.0) && !(of->surface > 0.0)) return 0;
+    for (int k = 0; k < r->components.count; k++)
+        if (fabs(r->minerals.gain[m][k]) * grown > 0.5 * fabs(dissolved[k])) return 1;
+    return 0;
+}
+
 /* The totals that the second stage starts from, by what has passed in the first one: also where that leaves totals that
  * no concentrations have. To go on from the nearest ones would make amounts that the stream carries off. */
 static void pdi_advance_between(pd_reactive *r)
@@ -35331,6 +35358,9 @@ static void pdi_advance_between(pd_reactive *r)
             int64_t at = m * total + i;
             r->solid_slope[at] = r->solid[at] - r->solid_start[at];
             r->solid_start[at] += ratio * r->solid_slope[at];
+            /* what its law asks for and is not dissolved comes with it */
+            if (pdi_advance_short(r, m, ratio * r->solid_slope[at], sum))
+                r->solid[at] = r->solid_start[at] + r->solid_slope[at];
         }
     }
 }
@@ -35550,6 +35580,8 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
 #define PDI_COURSE_TRIALS 6
 /* Times of diffusion through the box after which fields are steady. */
 #define PDI_COURSE_LATE 1e6
+/* Share of the longest step of the run that the first one is when minerals cover metal. */
+#define PDI_COURSE_FIRST 1e-3
 
 PDI_COLD_BEGIN
 PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
@@ -35561,6 +35593,16 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, course, start, r->components.solutes * total, "mol/m3");
     PDI_ARRAY(owner, course, carry, r->components.count * total, "mol/m3");
     if (r->minerals.count) PDI_ARRAY(owner, course, solid, r->minerals.count * total, "mol/m3");
+    if (course->desc.bare) {
+        PDI_ARRAY(owner, course, share, total, "1");
+        PDI_ARRAY(owner, course, first, total, "1");
+        PDI_ARRAY(owner, course, now, total, "1");
+        PDI_ARRAY(owner, course, mean, total, "1");
+        PDI_STATE(owner, course, rate, total, "1/s");
+        if (course->desc.fed) PDI_ARRAY(owner, course, came, total, "mol/m3");
+        if (course->desc.fed && !course->desc.surface) PDI_ARRAY(owner, course, ahead, total, "mol/m3/s");
+        PDI_VALUE(owner, course, span, "s");
+    }
     PDI_VALUE(owner, course, time, "s");
     PDI_VALUE(owner, course, dt, "s");
     PDI_VALUE(owner, course, error, "1");
@@ -35600,13 +35642,19 @@ pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *des
 
 /* ---- metal ---- */
 
-/* Sources [mol/m3/s] that empty `fed` in what is left of the step of the run. */
+/* [mol/m3/s] of metal at a node: what empties `fed` in what is left of the step of the run, and what comes by itself. */
+static double pdi_course_given(const pd_course *a, int32_t i)
+{
+    if (a->reactive->grid->kind[i] != PD_FLUID) return 0.0;
+    return a->desc.fed[i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
+}
+
 static void pdi_course_feed(pd_course *a)
 {
     pd_reactive *r = a->reactive;
     int64_t total = r->grid->total;
     for (int32_t i = 0; i < (int32_t)total && a->desc.fed; i++) {
-        double rate = r->grid->kind[i] == PD_FLUID ? a->desc.fed[i] / a->left : 0.0;
+        double rate = pdi_course_given(a, i);
         for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
     }
     if (!a->desc.feed) return;
@@ -35615,29 +35663,38 @@ static void pdi_course_feed(pd_course *a)
 }
 
 /* What a step of dt [s] has taken of it. */
-static void pdi_course_taken(pd_course *a, double dt, int last)
+static void pdi_course_taken(pd_course *a, double dt, int all)
 {
     const pd_reactive *r = a->reactive;
     pdi_sum sum = {0.0, 0.0};
-    double share = last ? 1.0 : dt / a->left;
+    double share = all ? 1.0 : dt / a->left;
     for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_sum_add(&sum, share * a->desc.fed[i] * pdi_grid_circumference(r->grid, i));
-        a->desc.fed[i] = last ? 0.0 : a->desc.fed[i] * (1.0 - share);
+        a->desc.fed[i] = all ? 0.0 : a->desc.fed[i] * (1.0 - share);
+        if (a->ahead) a->came[i] += dt * a->ahead[i];
     }
+    const pd_etch *s = a->desc.surface;
+    for (int32_t p = 0; a->came && s && p < s->count; p++) a->came[s->node[p]] += s->weight[p] * s->ahead[p];
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
-/* What the law at the surface gave in the step of the run has still to come from the metal. */
+/* What the law at the surface gave in the step of the run, and what came by itself, has still to come from the metal. */
 static void pdi_course_owed(pd_course *a)
 {
     const pd_reactive *r = a->reactive;
     const pd_etch *s = a->desc.surface;
     pdi_sum sum = {0.0, 0.0};
-    for (int32_t p = 0; p < s->count; p++) {
+    for (int32_t p = 0; !a->came && s && p < s->count; p++) {
         double given = s->weight[p] * s->passed[p];
         if (a->desc.fed) a->desc.fed[s->node[p]] -= given;
         pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+    }
+    for (int32_t i = 0; i < r->grid->total && a->came; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        a->desc.fed[i] -= a->came[i];
+        pdi_sum_add(&sum, a->came[i] * pdi_grid_circumference(r->grid, i));
+        a->came[i] = 0.0;
     }
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
@@ -35659,44 +35716,140 @@ static double pdi_course_beside(const pd_course *a, int32_t j)
     return faces ? thick / faces : -1.0;
 }
 
-/* [m] What lies on metal next to one below it; `bare` holds the thickness where it is known, -1: none is. */
-static double pdi_course_above(const pd_course *a, int32_t j)
+/* [m] What lies on metal next to one below it; `thick` holds it where it is known, -1: none is. */
+static double pdi_course_above(const pd_grid *grid, const double *thick, int32_t j)
 {
-    const pd_grid *grid = a->reactive->grid;
-    double thick = 0.0;
+    double sum = 0.0;
     int faces = 0;
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int64_t i = j + (side % 2 ? 1 : -1) * (int64_t)grid->stride[side / 2];
-        if (i < 0 || i >= grid->total || grid->kind[i] != PD_SOLID || !(a->desc.bare[i] >= 0.0)) continue;
-        thick += a->desc.bare[i];
+        if (i < 0 || i >= grid->total || grid->kind[i] != PD_SOLID || !(thick[i] >= 0.0)) continue;
+        sum += thick[i];
         faces++;
     }
-    return faces ? thick / faces : -1.0;
+    return faces ? sum / faces : -1.0;
 }
 
 /* One layer of metal more gets the thickness of what lies above it. Those of this call are kept as -2 - thickness. */
-static void pdi_course_deeper(pd_course *a)
+static void pdi_course_deeper(const pd_grid *grid, double *thick)
 {
-    const pd_grid *grid = a->reactive->grid;
-    double *bare = a->desc.bare;
     for (int32_t j = 0; j < grid->total; j++) {
-        double thick = grid->kind[j] == PD_SOLID && bare[j] < 0.0 ? pdi_course_above(a, j) : -1.0;
-        if (thick >= 0.0) bare[j] = -2.0 - thick;
+        double above = grid->kind[j] == PD_SOLID && thick[j] < 0.0 ? pdi_course_above(grid, thick, j) : -1.0;
+        if (above >= 0.0) thick[j] = -2.0 - above;
     }
     for (int32_t j = 0; j < grid->total; j++)
-        if (bare[j] <= -2.0) bare[j] = -2.0 - bare[j];
+        if (thick[j] <= -2.0) thick[j] = -2.0 - thick[j];
 }
 
-/* Of metal under a film d thick exp(-d/cover) is bare: at the surface, and as deep below it as metal dissolves. */
-static void pdi_course_cover(pd_course *a)
+/* Of metal under a film d thick exp(-d/cover) is bare: at the surface, and as deep below it as metal dissolves. -1:
+ * what is not metal, or lies deeper. */
+static void pdi_course_shares(const pd_course *a, double *share)
 {
     const pd_grid *grid = a->reactive->grid;
-    double *bare = a->desc.bare;
-    for (int32_t j = 0; j < grid->total; j++) bare[j] = grid->kind[j] == PD_SOLID ? pdi_course_beside(a, j) : -1.0;
-    for (int layer = 0; layer < a->desc.layers; layer++) pdi_course_deeper(a);
-    for (int32_t j = 0; j < grid->total; j++)
-        bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * (bare[j] > 0.0 ? exp(-bare[j] / a->desc.cover) : 1.0);
+    for (int32_t j = 0; j < grid->total; j++) share[j] = grid->kind[j] == PD_SOLID ? pdi_course_beside(a, j) : -1.0;
+    for (int layer = 0; layer < a->desc.layers; layer++) pdi_course_deeper(grid, share);
+    for (int32_t j = 0; j < grid->total; j++) share[j] = share[j] < 0.0 ? -1.0 : exp(-share[j] / a->desc.cover);
+}
+
+/* What the metal knows: the share x + by y. */
+static void pdi_course_bare(pd_course *a, const double *x, double by, const double *y)
+{
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        double share = x[j] < 0.0 ? 1.0 : fmin(fmax(x[j] + by * y[j], 0.0), 1.0);
+        a->desc.bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * share;
+    }
     if (a->desc.reached) *a->desc.reached = 0;
+}
+
+/* Shares are those of now, also at the start of the step of the run. */
+static void pdi_course_uncover(pd_course *a)
+{
+    size_t size = (size_t)a->reactive->grid->total * sizeof *a->first;
+    pdi_course_shares(a, a->share);
+    memcpy(a->first, a->share, size);
+    memset(a->mean, 0, size);
+    pdi_course_bare(a, a->share, 0.0, a->rate);
+}
+
+/* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run, of
+ * the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share of
+ * the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
+static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
+{
+    double most = 0.0, change = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;
+    *off = 0.0;
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        most = fmax(most, a->first[j]);
+        change = fmax(change, fabs(a->share[j] - a->first[j]));
+        *off = fmax(*off, fabs(a->share[j] - a->now[j] - s->dt * a->rate[j]));
+    }
+    if (!(most > 0.0)) return *off = 0.0;
+    *off *= 0.5 / (most * rtol);
+    return change * change / (12.0 * most * most * rtol);
+}
+
+/* Error of a step, over what may be: what is too much is left for the next one. */
+static double pdi_course_covering(pd_course *a, const pd_step *s)
+{
+    double off;
+    pdi_course_shares(a, a->share);
+    double load = pdi_course_load(a, s, &off);
+    if (load <= 1.0) return off;
+    double part = (1.0 - sqrt(a->covered)) / (sqrt(load) - sqrt(a->covered));
+    return part > 0.0 ? fmax(off, 1.0 / (part * part)) : HUGE_VAL;
+}
+
+/* A step of species stands. 1: another one like it would be too much for the step of the run. */
+static int pdi_course_full(pd_course *a, const pd_step *s)
+{
+    double off, before = sqrt(a->covered), load = pdi_course_load(a, s, &off);
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        a->rate[j] = (a->share[j] - a->now[j]) / s->dt;
+        a->mean[j] += 0.5 * s->dt * (a->share[j] + a->now[j]);
+    }
+    a->covered = load;
+    return sqrt(load) + (sqrt(load) - before) > 1.0;
+}
+
+/* The step of the run is done. */
+static void pdi_course_covered(pd_course *a, double end)
+{
+    double span = end - a->begin;
+    a->span = pdi_sdirk_plan(a->span, span, pdi_sdirk_factor(a->covered, PDI_COURSE_GROWTH));
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) a->mean[j] = a->first[j] < 0.0 ? -1.0 : a->mean[j] / span;
+    pdi_course_bare(a, a->mean, 0.0, a->rate);
+}
+
+/* Nodes have turned: what is bare of the metal around them has no past. */
+static void pdi_course_turned(pd_course *a)
+{
+    pdi_course_shares(a, a->now);
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        if (!(a->now[j] < a->share[j]) && !(a->now[j] > a->share[j])) continue;
+        a->share[j] = a->first[j] = a->mean[j] = a->now[j];
+        a->rate[j] = 0.0;
+    }
+    pdi_course_bare(a, a->mean, 0.0, a->rate);
+}
+
+/* What metal gives in a step of species. */
+static pd_status pdi_course_ahead(pd_ctx *ctx, pd_course *a, const pd_step *s)
+{
+    pdi_course_bare(a, a->now, 0.5 * s->dt, a->rate);
+    if (a->desc.surface || a->ahead) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time + 0.5 * s->dt));
+    pdi_course_feed(a);
+    return PD_OK;
+}
+
+/* Steps of the run that suit the shares, as far as the last one tells. */
+static pd_status pdi_course_longest(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    (void)ctx;
+    pdi_course_uncover(a);
+    if (!(a->span > 0.0)) a->span = PDI_COURSE_FIRST * s->dt;
+    s->dt = fmin(s->dt, a->span);
+    return PD_OK;
 }
 
 /* ---- the steps of a process ---- */
@@ -35719,8 +35872,14 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->left = s->limit - s->time;
     if (!(a->dt > 0.0)) a->dt = a->left;
     a->time = s->time;
-    if (a->desc.surface && !a->begun) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
+    if (!a->begun) {
+        a->begin = s->time;
+        a->covered = 0.0;
+        if (a->desc.bare) pdi_course_uncover(a);
+        if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
+    }
     a->begun = 1;
+    if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
     pdi_course_keep(ctx, a, 0);
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
@@ -35733,6 +35892,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_course *a = (pd_course *)self;
     pd_reactive_result result;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
     if (a->desc.surface) a->desc.surface->time = s->time + 0.5 * s->dt;
     pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
     a->krylov += result.krylov;
@@ -35742,6 +35902,11 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (status == PD_RETRY) s->error = HUGE_VAL;
     if (status != PD_OK) return status;
     a->euler += result.euler;
+    double covering = a->desc.bare ? pdi_course_covering(a, s) : 0.0;
+    if (covering > 1.0) {
+        s->error = fmax(s->error, covering);
+        return PD_RETRY;
+    }
     if (a->bent) return PD_OK;
     if (result.euler && !(result.error > 0.0)) {
         if (s->trial >= PDI_COURSE_TRIALS) return PD_OK;
@@ -35754,16 +35919,17 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     (void)ctx;
-    int last = !(s->end < s->limit);
-    pdi_course_taken(a, s->dt, last);
+    int all = !(s->end < s->limit), last = all;
+    if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
+    pdi_course_taken(a, s->dt, all);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
-    if (a->desc.surface && last) pdi_course_owed(a);
+    if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
+    if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
     a->time = s->end;
     if (!a->bent) a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH));
     a->bent = 0;
     a->steps++;
-    if (a->desc.bare) pdi_course_cover(a);
     return PD_OK;
 }
 
@@ -35806,7 +35972,7 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
 {
     pd_course *a = (pd_course *)self;
     a->time = t;
-    if (a->desc.bare) pdi_course_cover(a);
+    if (a->desc.bare) pdi_course_uncover(a);
     return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
 }
 
@@ -35874,7 +36040,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
         pdi_course_share(a, turned, count, 0.0);
     }
     a->bent = 1;
-    if (a->desc.bare) pdi_course_cover(a);
+    if (a->desc.bare) pdi_course_turned(a);
     return PD_OK;
 }
 
@@ -35887,7 +36053,7 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
     PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
-    if (a->desc.bare) pdi_course_cover(a); /* of what was read */
+    if (a->desc.bare && archive->reading) pdi_course_uncover(a);
     return PD_OK;
 }
 
@@ -35916,7 +36082,8 @@ pd_process pd_course_process(pd_course *a)
     if (a->desc.settle) return p;
     p.time = &a->time;
     p.steps = &a->steps;
-    p.inner = a->desc.surface != NULL;
+    p.inner = a->desc.surface != NULL || a->desc.bare != NULL;
+    if (a->desc.bare) p.longest = pdi_course_longest;
     p.limit = pdi_course_limit;
     p.attempt = pdi_course_attempt;
     p.accept = pdi_course_accept;
@@ -47195,6 +47362,26 @@ static pd_status pdi_dissolve_start(pd_ctx *ctx, void *self, double t)
     return pdi_transport_at(ctx, ((pd_dissolve *)self)->transport, t);
 }
 
+/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
+ * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
+ * that share, too. */
+static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
+{
+    double error, taken;
+    if (d->uniform) return 1.0;
+    pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
+    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
+    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
+}
+
+/* A step that is so short. */
+static double pdi_dissolve_shortened(const pd_dissolve *d, const pd_step *s)
+{
+    pd_step step = *s;
+    for (double factor = 0.0; factor < 1.0; step.dt *= factor) factor = pdi_dissolve_shorten(d, &step);
+    return step.dt;
+}
+
 /* The longest admissible step. */
 static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
@@ -47208,7 +47395,9 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
     double fastest = pdi_dissolve_fastest(ctx, d);
     if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
     s->dt = fmin(s->dt, d->next_dt);
-    return pdi_process_longest(ctx, self, s);
+    PDI_TRY(pdi_process_longest(ctx, self, s));
+    if (d->desc.lags && !d->desc.found) s->dt = pdi_dissolve_shortened(d, s);
+    return PD_OK;
 }
 
 static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
@@ -47216,18 +47405,6 @@ static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
     PDI_TRY(pdi_dissolve_longest(ctx, self, s));
     s->dt = pdi_process_even(s->limit - s->time, s->dt);
     return PD_OK;
-}
-
-/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
- * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
- * that share, too. */
-static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
-{
-    double error, taken;
-    if (d->uniform) return 1.0;
-    pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
-    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
-    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
 }
 
 static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
@@ -50016,7 +50193,7 @@ static pd_status pdi_couple_longest(pd_ctx *ctx, const pd_couple *c, pd_step *s)
     return PD_OK;
 }
 
-/* Move a process on to s->limit, or by one step of its own. */
+/* Move a process on to s->limit, or to where those behind it have to follow first, or by one step of its own. */
 static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p, int once, pd_step *s)
 {
     pd_status worst = PD_OK;
@@ -50028,8 +50205,39 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p,
         if (status > 0) worst = status;
         PDI_TRY(pdi_couple_changed(ctx, c, s->turned, s->turned_count));
         s->time = s->end;
-    } while (!once && s->time < limit);
+    } while (!once && !s->ends && s->time < limit);
     if (p->finish) PDI_TRY(p->finish(ctx, p->self, s->end));
+    return worst;
+}
+
+/* Processes from number n on, which stand at `from` [s], follow to `end` [s]. *count: steps that one counts for the
+ * run. */
+static pd_status pdi_couple_follow(pd_ctx *ctx, pd_couple *c, int n, double from, double end, pd_step *s,
+                                   int64_t *count)
+{
+    pd_status worst = PD_OK;
+    for (; n < c->count; n++) {
+        const pd_process *p = &c->process[n];
+        int64_t before = p->counts ? *p->steps : 0;
+        double reached = from;
+        if (!p->attempt) continue;
+        for (;;) {
+            s->time = reached;
+            s->limit = end;
+            s->lost = pdi_couple_lost(c, p);
+            pd_status status = pdi_couple_move(ctx, c, p, 0, s);
+            reached = s->end;
+            if (status >= 0 && reached < end) {
+                worst = status > 0 ? status : worst;
+                status = pdi_couple_follow(ctx, c, n + 1, from, reached, s, count);
+                from = reached;
+            }
+            if (status < 0) return status;
+            if (status > 0) worst = status;
+            if (!(reached < end)) break;
+        }
+        if (p->counts) *count = *p->steps - before;
+    }
     return worst;
 }
 
@@ -50038,8 +50246,7 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p,
 static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, double *dt, int64_t *count)
 {
     pd_step s;
-    pd_status worst = PD_OK;
-    int moved = 0;
+    int n = 0;
     memset(&s, 0, sizeof s);
     s.fraction = c->desc.fraction;
     s.rtol = c->desc.rtol;
@@ -50047,24 +50254,22 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
     s.at = pdi_couple_at;
     s.at_user = c;
     *count = 1;
-    for (int n = 0; n < c->count; n++) {
+    while (n < c->count && !c->process[n].attempt) n++;
+    if (n < c->count) {
         const pd_process *p = &c->process[n];
         int64_t before = p->counts ? *p->steps : 0;
-        if (!p->attempt) continue;
         s.time = c->time;
         s.limit = *end;
-        if (!moved && p->inner) PDI_TRY(pdi_couple_longest(ctx, c, &s));
-        double left = s.limit - s.time;
+        if (p->inner) PDI_TRY(pdi_couple_longest(ctx, c, &s));
         s.lost = pdi_couple_lost(c, p);
-        pd_status status = pdi_couple_move(ctx, c, p, !moved && !p->inner, &s);
-        if (status < 0) return status;
-        if (status > 0) worst = status;
+        pd_status worst = pdi_couple_move(ctx, c, p, !p->inner, &s);
+        if (worst < 0) return worst;
         if (p->counts) *count = *p->steps - before;
-        if (!moved) *dt = p->inner ? left : s.dt;
         *end = s.end;
-        moved = 1;
+        *dt = p->inner ? *end - c->time : s.dt;
+        pd_status status = pdi_couple_follow(ctx, c, n + 1, c->time, *end, &s, count);
+        return status ? status : worst;
     }
-    if (moved) return worst;
     if (c->desc.max_step > 0.0 && c->desc.max_step < *dt) {
         *dt = pdi_process_even(*dt, c->desc.max_step);
         if (*dt < *end - c->time) *end = c->time + *dt;
@@ -68570,6 +68775,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     pd_reactive r;
     pd_course course;
     pd_etch etch;
+    double mark = 0.0;
     if (!u->has_chemistry) return;
     memset(&r, 0, sizeof r);
     memset(&course, 0, sizeof course);
@@ -68598,13 +68804,18 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes += pdi_footprint_list(plan, pdi_conductance_list, &r.flux.conductance);
     course.reactive = &r;
     course.desc.settle = u->settle;
-    *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
+    memset(&etch, 0, sizeof etch);
     if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
-        memset(&etch, 0, sizeof etch);
         etch.reactive = &r;
+        course.desc.surface = &etch;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
     }
-    if (u->cover > 0.0 && u->minerals) b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
+    if (u->cover > 0.0 && u->minerals && u->has_dissolve) {
+        course.desc.bare = &mark;
+        course.desc.fed = u->sheds ? &mark : NULL;
+        b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
+    }
+    *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }
 
@@ -69053,6 +69264,21 @@ static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
     }
 }
 
+/* The same places within a step of the run, of metal that minerals cover otherwise. */
+static void pdi_attack_again(pd_attack *a)
+{
+    const pd_dissolve *d = a->dissolve;
+    pd_etch *s = &a->etch;
+    for (int32_t p = 0; p < s->count; p++) s->weight[p] = 0.0;
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        int32_t p = s->slot[beside->node];
+        if (p < 0 || !(beside->weight > 0.0)) continue;
+        s->weight[p] = beside->weight;
+        s->thick[p] = pdi_attack_thick(a, beside);
+    }
+}
+
 /* The law for the species as they are now. */
 static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 {
@@ -69081,6 +69307,8 @@ PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
     pd_attack *a = (pd_attack *)user;
     pd_etch *s = &a->etch;
     s->time = t;
+    if (a->course->begun) pdi_attack_again(a);
+    if (a->course->begun) return PD_OK;
     if (!(a->course->time > t)) return pdi_attack_now(ctx, a);
     for (int32_t p = 0; p < s->count; p++) /* what the species have got in the step of the run */
         s->speed[s->node[p]] = s->passed[p] / (a->course->time - a->begin);
@@ -69090,7 +69318,8 @@ PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
 PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t)
 {
     pd_attack *a = (pd_attack *)user;
-    a->begin = a->dissolve->time = t;
+    if (!a->course->begun) a->begin = t;
+    a->dissolve->time = t;
     return pdi_dissolve_prepare(ctx, a->dissolve);
 }
 #ifdef PDI_COLD
@@ -69363,6 +69592,20 @@ static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
     return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, &e, m);
 }
 
+/* What fluid nodes get from metal as it is now, by its laws at time t [s]. */
+static pd_status pdi_model_ahead(pd_ctx *ctx, void *user, double t)
+{
+    pd_model *m = (pd_model *)user;
+    const pd_transport *transport = &m->transport;
+    m->dissolve.time = t;
+    PDI_TRY(pdi_dissolve_prepare(ctx, &m->dissolve));
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        double rate = transport->source[i] - transport->absorb[i] * transport->c[i];
+        m->course.ahead[i] = m->grid.kind[i] == PD_FLUID ? rate : 0.0;
+    }
+    return PD_OK;
+}
+
 /* Their way in time; behind the metal, which feeds them. */
 static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
 {
@@ -69383,6 +69626,10 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     if (u->potential.reacts) {
         desc.feed = pdi_electrodes_feed;
         desc.feeder = &m->electrodes;
+    }
+    if (m->bare && !desc.surface) {
+        desc.find = pdi_model_ahead;
+        desc.user = m;
     }
     desc.cover = m->bare ? u->cover : 0.0;
     desc.bare = m->bare;
@@ -69517,6 +69764,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
         PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->bare));
         for (int32_t i = 0; i < m->grid.total; i++) m->bare[i] = desc.factor ? desc.factor[i] : 1.0;
         desc.factor = m->bare;
+        desc.lags = 1;
     }
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
@@ -69655,10 +69903,11 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
     if (u->has_solid)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
-    if (m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    int first = m->attack.dissolve || m->bare;
+    if (first) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
-    if (u->has_chemistry && !m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    if (u->has_chemistry && !first) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     if (u->has_potential) PDI_TRY(pd_couple_add(ctx, c, pd_cell_process(&m->cell)));
     return PD_OK;
 }
