@@ -4940,14 +4940,14 @@ typedef struct pd_course_desc {
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
-    pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: weighs
-                          * them anew for each step of the species, or writes `ahead` where there is no `surface` */
+    pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: also
+                          * weighs them for each step of the species, or writes `ahead` where there is no `surface` */
     void *user;
     double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
                          * species move before the metal */
-    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here: in a
-                         * step of the species that of its middle, when the metal moves the mean over the step of the
-                         * run */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here: in
+                         * a step of the species that of its middle, when the metal moves the mean over the step of
+                         * the run */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
@@ -34173,8 +34173,6 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
 #define PDI_ADVANCE_HALVINGS 10
-/* Share of a correction that is tried at least where longer ones lead to totals without concentrations. */
-#define PDI_ADVANCE_SHORTEST 1e-9
 /* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
  * factor, since the next one finds the potential in the ions that have come. */
 #define PDI_ADVANCE_LIFT 3.0
@@ -34328,26 +34326,6 @@ static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
     return PD_OK;
 }
 
-/* c and minerals n of node i for the dissolved totals with these n, from the last ones, or else from those that the step
- * began with. */
-static pd_status pdi_advance_minerals(const pd_reactive *r, int32_t i, const double *sum, double *c, double *n)
-{
-    const pd_components *s = &r->components;
-    double first[PD_MINERAL_MOST], begin[PD_MINERAL_MOST], total[PD_SPECIES_MOST];
-    pd_mineral_start start;
-    pdi_tangent_law(r, i, first, &start);
-    if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) == PD_OK) return PD_OK;
-    pdi_reactive_solids(r, r->solid_begin, i, begin);
-    for (int k = 0; k < s->count; k++) {
-        total[k] = sum[k];
-        for (int m = 0; m < r->minerals.count; m++) total[k] += r->minerals.gain[m][k] * (n[m] - begin[m]);
-    }
-    pdi_reactive_get(r, r->begin, i, c);
-    pd_status status = pdi_mineral_solve(s, &r->minerals, &start, total, c, begin);
-    if (status == PD_OK) memcpy(n, begin, (size_t)r->minerals.count * sizeof *n);
-    return status;
-}
-
 /* c: what belongs to the totals of `base` moved by a share of the correction. Where no equilibrium is found it is
  * NaN. */
 static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
@@ -34365,9 +34343,11 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
         if (r->minerals.count) {
-            double n[PD_MINERAL_MOST];
+            double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
+            pd_mineral_start start;
+            pdi_tangent_law(r, i, first, &start);
             pdi_reactive_solids(r, r->solid_base, i, n);
-            if (pdi_advance_minerals(r, i, sum, c, n) != PD_OK) c[0] = NAN;
+            if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) != PD_OK) c[0] = NAN;
             for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
         } else if (pdi_components_solve(s, sum, c) != PD_OK) {
             c[0] = NAN;
@@ -34406,8 +34386,7 @@ static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, d
     double before = *norm, share = 1.0;
     pdi_advance_mark(ctx, r);
     if (r->migration.on && pdi_advance_lift(ctx, r, before, norm)) return 1;
-    for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving += *norm < HUGE_VAL, share *= 0.5) {
-        if (!(share > PDI_ADVANCE_SHORTEST)) return 0;
+    for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
         pdi_advance_move(ctx, r, share);
         *norm = pdi_advance_residual(ctx, r);
         if (*norm < (halving ? before : room * before)) return 1;
@@ -34806,7 +34785,7 @@ pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *des
 
 /* ---- metal ---- */
 
-/* [mol/m3/s] of metal at a node: what empties `fed` in what is left of the step of the run, and what comes by itself. */
+/* [mol/m3/s] of metal at a node: what empties `fed` in what is left of the step of the run, and what comes anew. */
 static double pdi_course_given(const pd_course *a, int32_t i)
 {
     if (a->reactive->grid->kind[i] != PD_FLUID) return 0.0;
@@ -34840,7 +34819,7 @@ static void pdi_course_taken(pd_course *a, double dt, int all)
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
-/* What the law at the surface gave in the step of the run, and what came by itself, has still to come from the metal. */
+/* What the law at the surface gave in the step of the run, and what came anew, has still to come from the metal. */
 static void pdi_course_owed(pd_course *a)
 {
     const pd_reactive *r = a->reactive;
@@ -34932,8 +34911,8 @@ static void pdi_course_uncover(pd_course *a)
     pdi_course_bare(a, a->share, 0.0, a->rate);
 }
 
-/* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run, of
- * the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share of
+/* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run,
+ * of the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share of
  * the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
 static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
 {
