@@ -4945,9 +4945,9 @@ typedef struct pd_course_desc {
     void *user;
     double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
                          * species move before the metal */
-    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here: in
-                         * a step of the species that of its middle, when the metal moves the mean over the step of
-                         * the run */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here:
+                         * in a step of the species that of its middle, when the metal moves the mean over the step
+                         * of the run */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
@@ -34912,8 +34912,8 @@ static void pdi_course_uncover(pd_course *a)
 }
 
 /* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run,
- * of the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share of
- * the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
+ * of the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share
+ * of the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
 static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
 {
     double most = 0.0, change = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;

@@ -202,8 +202,8 @@ static void pdi_course_uncover(pd_course *a)
 }
 
 /* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run,
- * of the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share of
- * the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
+ * of the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share
+ * of the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
 static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
 {
     double most = 0.0, change = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;
