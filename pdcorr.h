@@ -5078,14 +5078,14 @@ typedef struct pd_course_desc {
                                                * of the step of the run; NULL: nothing does */
     void *feeder;     /* user of that */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
-    pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: weighs
-                          * them anew for each step of the species, or writes `ahead` where there is no `surface` */
+    pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: also
+                          * weighs them for each step of the species, or writes `ahead` where there is no `surface` */
     void *user;
     double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
                          * species move before the metal */
-    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here: in a
-                         * step of the species that of its middle, when the metal moves the mean over the step of the
-                         * run */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here:
+                         * in a step of the species that of its middle, when the metal moves the mean over the step
+                         * of the run */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
@@ -35642,7 +35642,7 @@ pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *des
 
 /* ---- metal ---- */
 
-/* [mol/m3/s] of metal at a node: what empties `fed` in what is left of the step of the run, and what comes by itself. */
+/* [mol/m3/s] of metal at a node: what empties `fed` in what is left of the step of the run, and what comes anew. */
 static double pdi_course_given(const pd_course *a, int32_t i)
 {
     if (a->reactive->grid->kind[i] != PD_FLUID) return 0.0;
@@ -35679,7 +35679,7 @@ static void pdi_course_taken(pd_course *a, double dt, int all)
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
-/* What the law at the surface gave in the step of the run, and what came by itself, has still to come from the metal. */
+/* What the law at the surface gave in the step of the run, and what came anew, has still to come from the metal. */
 static void pdi_course_owed(pd_course *a)
 {
     const pd_reactive *r = a->reactive;
@@ -35771,9 +35771,9 @@ static void pdi_course_uncover(pd_course *a)
     pdi_course_bare(a, a->share, 0.0, a->rate);
 }
 
-/* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run, of
- * the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share of
- * the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
+/* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run,
+ * of the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share
+ * of the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
 static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
 {
     double most = 0.0, change = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;

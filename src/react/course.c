@@ -75,7 +75,7 @@ pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *des
 
 /* ---- metal ---- */
 
-/* [mol/m3/s] of metal at a node: what empties `fed` in what is left of the step of the run, and what comes by itself. */
+/* [mol/m3/s] of metal at a node: what empties `fed` in what is left of the step of the run, and what comes anew. */
 static double pdi_course_given(const pd_course *a, int32_t i)
 {
     if (a->reactive->grid->kind[i] != PD_FLUID) return 0.0;
@@ -112,7 +112,7 @@ static void pdi_course_taken(pd_course *a, double dt, int all)
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
-/* What the law at the surface gave in the step of the run, and what came by itself, has still to come from the metal. */
+/* What the law at the surface gave in the step of the run, and what came anew, has still to come from the metal. */
 static void pdi_course_owed(pd_course *a)
 {
     const pd_reactive *r = a->reactive;
@@ -204,9 +204,9 @@ static void pdi_course_uncover(pd_course *a)
     pdi_course_bare(a, a->share, 0.0, a->rate);
 }
 
-/* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run, of
- * the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share of
- * the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
+/* Errors of the shares over the largest of them and over what they may be. Metal takes means over the step of the run,
+ * of the share and of the speed: where both change by x, their product is wrong by x^2/12. *off: species get the share
+ * of the middle of their step, by its rate in the last one; where it is x off at the end, by x/2. */
 static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
 {
     double most = 0.0, change = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;

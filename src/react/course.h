@@ -21,14 +21,14 @@ typedef struct pd_course_desc {
                                                * of the step of the run; NULL: nothing does */
     void *feeder;     /* user of that */
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
-    pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: weighs
-                          * them anew for each step of the species, or writes `ahead` where there is no `surface` */
+    pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: also
+                          * weighs them for each step of the species, or writes `ahead` where there is no `surface` */
     void *user;
     double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
                          * species move before the metal */
-    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here: in a
-                         * step of the species that of its middle, when the metal moves the mean over the step of the
-                         * run */
+    double *bare;       /* [total] [-] bare share of metal nodes, times `whole`; with `cover`. Borrowed, written here:
+                         * in a step of the species that of its middle, when the metal moves the mean over the step
+                         * of the run */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
