@@ -310,7 +310,10 @@ static pd_status duct_run_order(val_job *job, int order)
     return PD_OK;
 }
 
-static pd_status duct_run(val_job *job) { return duct_run_order(job, PD_FLOW_PAYING); }
+static pd_status duct_run(val_job *job)
+{
+    return duct_run_order(job, job->lab->flow_desc.order ? job->lab->flow_desc.order : PD_FLOW_PAYING);
+}
 static pd_status duct_run_second(val_job *job) { return duct_run_order(job, 2); }
 
 static const val_part duct_part = {
