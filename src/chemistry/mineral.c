@@ -15,8 +15,6 @@
  * then given up: the step is taken in parts. */
 #define PDI_MINERAL_SOLVES 500
 #define PDI_MINERAL_LOOSE 1e-4
-/* Largest |ln Omega| off the law at which an amount is found. */
-#define PDI_MINERAL_MET 1e-13
 /* A volume within this share of its room is full, where ln Omega is off the law by more. */
 #define PDI_MINERAL_FULL 1e-9
 /* Roundings of the totals within which amounts are the same. */

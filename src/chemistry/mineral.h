@@ -40,6 +40,8 @@ typedef struct pd_mineral_start {
 } pd_mineral_start;
 
 #ifdef PDI_INTERNAL
+/* Largest |ln Omega| off the law at which an amount is found. */
+#define PDI_MINERAL_MET 1e-13
 /* Minerals of a system: each has one reaction, with a K and no other solid. PD_ERR_ARGUMENT: it has none or several, or
  * a number is negative or not finite. */
 PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *components, const pd_species *species, int count,

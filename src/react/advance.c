@@ -27,6 +27,8 @@
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
 #define PDI_ADVANCE_HALVINGS 10
+/* Halvings of the correction of one node whose totals would have no equilibrium. */
+#define PDI_ADVANCE_CUTS 20
 /* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
  * factor, since the next one finds the potential in the ions that have come. */
 #define PDI_ADVANCE_LIFT 3.0
@@ -136,18 +138,19 @@ static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, dou
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    double *size = r->part_of;
+    double *size = r->part_of, round = PDI_ADVANCE_ROUND * DBL_EPSILON;
+    double met = round + (r->minerals.count ? PDI_MINERAL_MET : 0.0); /* concentrations are as good as their law */
     *held = 0.0;
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double sum = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
-        size[i] = (sum + pdi_advance_charge(r, k, i)) * (1.0 / r->dt + r->rates[i]);
+        size[i] = (sum + pdi_advance_charge(r, k, i)) * (round / r->dt + met * r->rates[i]);
         for (int m = 0; m < r->minerals.count; m++)
-            size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] / r->dt;
+            size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] * round / r->dt;
         *held += sum / r->dt * (sum / r->dt);
     }
-    return PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
+    return sqrt(pdi_par_dot(ctx, total, size, size));
 }
 
 /* With migration: weights grow with the rounding of what has come. 1: one has. */
@@ -193,36 +196,45 @@ static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
     return PD_OK;
 }
 
-/* c: what belongs to the totals of `base` moved by a share of the correction. Where no equilibrium is found it is
- * NaN. */
-static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
+/* c: what belongs to the totals of node i of `base` moved by a share of the correction. PD_NOT_CONVERGED: there is no
+ * equilibrium. */
+static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share, double *c)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     const double *delta = r->work + s->count * total;
+    double sum[PD_SPECIES_MOST];
+    pdi_reactive_get(r, r->base, i, c);
+    pdi_components_totals(s, c, sum);
+    for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
+    if (r->minerals.count) {
+        double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
+        pd_mineral_start start;
+        pdi_tangent_law(r, i, first, &start);
+        pdi_reactive_solids(r, r->solid_base, i, n);
+        if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) != PD_OK) return PD_NOT_CONVERGED;
+        for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
+    } else if (pdi_components_solve(s, sum, c) != PD_OK) {
+        return PD_NOT_CONVERGED;
+    }
+    if (!r->migration.on) return PD_OK;
+    r->migration.psi[i] = r->migration.base[i] + share * r->migration.share * r->migration.move[i];
+    return pdi_advance_neutral(r, c);
+}
+
+/* The same at all nodes. A node without an equilibrium there goes a part of the way; where none is found c is NaN. */
+static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
+{
+    int64_t total = r->grid->total;
     int nt = pdi_tangent_threads(ctx, r);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        double c[PD_SPECIES_MOST], part = share;
+        int cut = 0;
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->base, i, c);
-        pdi_components_totals(s, c, sum);
-        for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
-        if (r->minerals.count) {
-            double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
-            pd_mineral_start start;
-            pdi_tangent_law(r, i, first, &start);
-            pdi_reactive_solids(r, r->solid_base, i, n);
-            if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) != PD_OK) c[0] = NAN;
-            for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
-        } else if (pdi_components_solve(s, sum, c) != PD_OK) {
-            c[0] = NAN;
-        }
-        if (r->migration.on) {
-            r->migration.psi[i] = r->migration.base[i] + share * r->migration.share * r->migration.move[i];
-            if (pdi_advance_neutral(r, c) != PD_OK) c[0] = NAN;
-        }
+        while (pdi_advance_node(r, i, part, c) != PD_OK && cut++ < PDI_ADVANCE_CUTS) part *= 0.5;
+        if (cut > PDI_ADVANCE_CUTS) c[0] = NAN;
         pdi_reactive_put(r, c, i, r->c);
     }
 }
