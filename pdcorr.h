@@ -3777,6 +3777,8 @@ typedef struct pd_mineral_start {
 } pd_mineral_start;
 
 #ifdef PDI_INTERNAL
+/* Largest |ln Omega| off the law at which an amount is found. */
+#define PDI_MINERAL_MET 1e-13
 /* Minerals of a system: each has one reaction, with a K and no other solid. PD_ERR_ARGUMENT: it has none or several, or
  * a number is negative or not finite. */
 PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *components, const pd_species *species, int count,
@@ -11580,6 +11582,7 @@ typedef struct pd_figure {
 typedef struct pd_figures {
     pd_figure *list; /* [room] */
     int count, room;
+    int order; /* of the flow: 2 or 4; 0: there is none, or it has no figures yet */
 } pd_figures;
 
 #define pd_figures_free PD_NAME(pd_figures_free)
@@ -11892,6 +11895,7 @@ typedef struct pd_estimate {
     char without[PD_MESSAGE_SIZE]; /* why there is no second one; "": there is */
     pd_estimated *list;          /* [count] */
     int count;
+    int order;                   /* of the flow of the run, which coarser runs keep; 0: theirs */
     int worst;                   /* index of the largest error of those that are not minor; -1: none */
     double wall;                 /* [s] that they took */
 } pd_estimate;
@@ -28526,8 +28530,6 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
  * then given up: the step is taken in parts. */
 #define PDI_MINERAL_SOLVES 500
 #define PDI_MINERAL_LOOSE 1e-4
-/* Largest |ln Omega| off the law at which an amount is found. */
-#define PDI_MINERAL_MET 1e-13
 /* A volume within this share of its room is full, where ln Omega is off the law by more. */
 #define PDI_MINERAL_FULL 1e-9
 /* Roundings of the totals within which amounts are the same. */
@@ -35011,6 +35013,8 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
 #define PDI_ADVANCE_HALVINGS 10
+/* Halvings of the correction of one node whose totals would have no equilibrium. */
+#define PDI_ADVANCE_CUTS 20
 /* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
  * factor, since the next one finds the potential in the ions that have come. */
 #define PDI_ADVANCE_LIFT 3.0
@@ -35120,18 +35124,19 @@ static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, dou
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    double *size = r->part_of;
+    double *size = r->part_of, round = PDI_ADVANCE_ROUND * DBL_EPSILON;
+    double met = round + (r->minerals.count ? PDI_MINERAL_MET : 0.0); /* concentrations are as good as their law */
     *held = 0.0;
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double sum = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
-        size[i] = (sum + pdi_advance_charge(r, k, i)) * (1.0 / r->dt + r->rates[i]);
+        size[i] = (sum + pdi_advance_charge(r, k, i)) * (round / r->dt + met * r->rates[i]);
         for (int m = 0; m < r->minerals.count; m++)
-            size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] / r->dt;
+            size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] * round / r->dt;
         *held += sum / r->dt * (sum / r->dt);
     }
-    return PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
+    return sqrt(pdi_par_dot(ctx, total, size, size));
 }
 
 /* With migration: weights grow with the rounding of what has come. 1: one has. */
@@ -35177,36 +35182,45 @@ static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
     return PD_OK;
 }
 
-/* c: what belongs to the totals of `base` moved by a share of the correction. Where no equilibrium is found it is
- * NaN. */
-static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
+/* c: what belongs to the totals of node i of `base` moved by a share of the correction. PD_NOT_CONVERGED: there is no
+ * equilibrium. */
+static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share, double *c)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     const double *delta = r->work + s->count * total;
+    double sum[PD_SPECIES_MOST];
+    pdi_reactive_get(r, r->base, i, c);
+    pdi_components_totals(s, c, sum);
+    for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
+    if (r->minerals.count) {
+        double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
+        pd_mineral_start start;
+        pdi_tangent_law(r, i, first, &start);
+        pdi_reactive_solids(r, r->solid_base, i, n);
+        if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) != PD_OK) return PD_NOT_CONVERGED;
+        for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
+    } else if (pdi_components_solve(s, sum, c) != PD_OK) {
+        return PD_NOT_CONVERGED;
+    }
+    if (!r->migration.on) return PD_OK;
+    r->migration.psi[i] = r->migration.base[i] + share * r->migration.share * r->migration.move[i];
+    return pdi_advance_neutral(r, c);
+}
+
+/* The same at all nodes. A node without an equilibrium there goes a part of the way; where none is found c is NaN. */
+static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
+{
+    int64_t total = r->grid->total;
     int nt = pdi_tangent_threads(ctx, r);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        double c[PD_SPECIES_MOST], part = share;
+        int cut = 0;
         if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->base, i, c);
-        pdi_components_totals(s, c, sum);
-        for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
-        if (r->minerals.count) {
-            double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
-            pd_mineral_start start;
-            pdi_tangent_law(r, i, first, &start);
-            pdi_reactive_solids(r, r->solid_base, i, n);
-            if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) != PD_OK) c[0] = NAN;
-            for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
-        } else if (pdi_components_solve(s, sum, c) != PD_OK) {
-            c[0] = NAN;
-        }
-        if (r->migration.on) {
-            r->migration.psi[i] = r->migration.base[i] + share * r->migration.share * r->migration.move[i];
-            if (pdi_advance_neutral(r, c) != PD_OK) c[0] = NAN;
-        }
+        while (pdi_advance_node(r, i, part, c) != PD_OK && cut++ < PDI_ADVANCE_CUTS) part *= 0.5;
+        if (cut > PDI_ADVANCE_CUTS) c[0] = NAN;
         pdi_reactive_put(r, c, i, r->c);
     }
 }
@@ -72912,6 +72926,7 @@ static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_
 PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all, pd_figures *f)
 {
     const pd_setup *u = model->setup;
+    f->order = u->has_flow && model->flow.order > 0 ? model->flow.order : 0;
     if (u->has_dissolve)
         PDI_TRY(pdi_figures_add(ctx, f, "scene", "", -1, "volume_loss", "-", pd_couple_volume_loss(&model->couple)));
     for (int k = 0; k < u->monitors; k++) {
@@ -74141,6 +74156,7 @@ static pd_status pdi_estimate_coarser(pd_ctx *ctx, const pd_run_desc *desc, pd_e
     pd_coarser *coarser = NULL;
     PDI_TRY(PDI_NEW(ctx, "estimate", 1, coarser));
     pd_status status = pdi_coarser_build(ctx, e->setup, level ? 4 : 2, coarser);
+    if (status >= 0 && e->order) coarser->setup.flow_order = e->order; /* which may depend on the spacing */
     if (status >= 0) status = pdi_estimate_coarser_run(ctx, desc, coarser, e, level);
     PDI_DELETE(ctx, 1, coarser);
     return status < 0 ? status : PD_OK;
@@ -74209,6 +74225,7 @@ pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc 
     e->worst = -1;
     PDI_TRY(PDI_NEW(ctx, "estimate", figures->count, e->list));
     e->count = figures->count;
+    e->order = figures->order;
     for (int k = 0; k < e->count; k++) {
         e->list[k].figure = figures->list[k];
         e->list[k].coarser[0] = e->list[k].coarser[1] = (double)NAN;

@@ -59,6 +59,15 @@ run poiseuille 2 "$scenes/poiseuille_2d.scene" "h=1 m / 40" --estimate-error
 between poiseuille probe=axis err_vx 0 1e-9
 between poiseuille probe=axis err_p 0 1e-6
 # a pit that grows by diffusion: sqrt(depth^2 + gap^2) - gap after 10 s, order 1 (402 cells: no lattice at 4 h)
+# coarser runs keep the order that the run has chosen: at 4 h it would be another
+for order in auto 4; do
+    run "cavity_$order" 2 "$scenes/cavity_2d.scene" "h=1 m / 24" "flow.order=$order" --estimate-error
+done
+grep -o 'err_[a-z_A-Z]*=[^ ]*' "$dir/cavity_auto.out" > "$dir/auto.err"
+grep -o 'err_[a-z_A-Z]*=[^ ]*' "$dir/cavity_4.out" > "$dir/4.err"
+test -s "$dir/auto.err" && cmp -s "$dir/auto.err" "$dir/4.err"
+verdict "errors of a cavity: $(paste -sd' ' "$dir/auto.err"), with order = 4 $(paste -sd' ' "$dir/4.err")" $?
+
 run pencil 1 "$scenes/pencil_304_1d.scene" "h=0.25 um" "until=10 s" --estimate-error
 honest pencil estimate=richardson volume_loss "$(value pencil dim=1 volume_loss)" 0.24427
 between pencil assumed=volume_loss order 1 1

@@ -64,6 +64,7 @@ static pd_status pdi_estimate_coarser(pd_ctx *ctx, const pd_run_desc *desc, pd_e
     pd_coarser *coarser = NULL;
     PDI_TRY(PDI_NEW(ctx, "estimate", 1, coarser));
     pd_status status = pdi_coarser_build(ctx, e->setup, level ? 4 : 2, coarser);
+    if (status >= 0 && e->order) coarser->setup.flow_order = e->order; /* which may depend on the spacing */
     if (status >= 0) status = pdi_estimate_coarser_run(ctx, desc, coarser, e, level);
     PDI_DELETE(ctx, 1, coarser);
     return status < 0 ? status : PD_OK;
@@ -132,6 +133,7 @@ pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc 
     e->worst = -1;
     PDI_TRY(PDI_NEW(ctx, "estimate", figures->count, e->list));
     e->count = figures->count;
+    e->order = figures->order;
     for (int k = 0; k < e->count; k++) {
         e->list[k].figure = figures->list[k];
         e->list[k].coarser[0] = e->list[k].coarser[1] = (double)NAN;

@@ -27,6 +27,7 @@ typedef struct pd_estimate {
     char without[PD_MESSAGE_SIZE]; /* why there is no second one; "": there is */
     pd_estimated *list;          /* [count] */
     int count;
+    int order;                   /* of the flow of the run, which coarser runs keep; 0: theirs */
     int worst;                   /* index of the largest error of those that are not minor; -1: none */
     double wall;                 /* [s] that they took */
 } pd_estimate;

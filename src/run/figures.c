@@ -64,6 +64,7 @@ static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_
 PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all, pd_figures *f)
 {
     const pd_setup *u = model->setup;
+    f->order = u->has_flow && model->flow.order > 0 ? model->flow.order : 0;
     if (u->has_dissolve)
         PDI_TRY(pdi_figures_add(ctx, f, "scene", "", -1, "volume_loss", "-", pd_couple_volume_loss(&model->couple)));
     for (int k = 0; k < u->monitors; k++) {

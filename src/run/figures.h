@@ -16,6 +16,7 @@ typedef struct pd_figure {
 typedef struct pd_figures {
     pd_figure *list; /* [room] */
     int count, room;
+    int order; /* of the flow: 2 or 4; 0: there is none, or it has no figures yet */
 } pd_figures;
 
 #define pd_figures_free PD_NAME(pd_figures_free)

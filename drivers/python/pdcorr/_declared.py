@@ -3779,6 +3779,7 @@ def declare(dim):
         ('list', POINTER(pd_figure)),
         ('count', c_int),
         ('room', c_int),
+        ('order', c_int),
     ]
 
     class pd_instant(Structure):
@@ -3926,6 +3927,7 @@ def declare(dim):
         ('without', c_char * 640),
         ('list', POINTER(pd_estimated)),
         ('count', c_int),
+        ('order', c_int),
         ('worst', c_int),
         ('wall', c_double),
     ]
