@@ -141,7 +141,9 @@ TEST(solid_on_a_mirror)
             CHECK(loss[k] > (world == 2 ? 1e-3 : 0.1) && loss[k] < 0.99);
         }
         double error = fabs(loss[0] - loss[1]) / loss[1];
-        CHECK_LE(error, 1e-12); /* steps by the same law from the same surface: rounding */
+        /* steps by the same law from the same surface: rounding; where what has dissolved stays, law and transport are
+         * solved together to 1e-10 */
+        CHECK_LE(error, world == 2 ? 1e-10 : 1e-12);
         hard_close(h[1]);
         hard_end(h[0], names[world], error, "volume_loss_of_half_against_whole", 0.0, NULL);
     }
