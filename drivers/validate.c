@@ -24,9 +24,7 @@
 #include "cases/validate/cases.h"
 #include "cases/validate/report.h"
 
-enum { MAX_RESULTS = 96 };
-
-static val_result results[MAX_RESULTS];
+static val_result *results; /* of all parts of the cases that run */
 static val_lab lab;
 
 static void help(const char *program)
@@ -109,7 +107,7 @@ static pd_status run_case(const options *o, pd_ctx *ctx, const val_case *c, tall
 {
     int first = t->results, judged = 0;
     if (!o->quiet) val_print_title(c);
-    for (int k = 0; k < c->parts && t->results < MAX_RESULTS; k++) {
+    for (int k = 0; k < c->parts; k++) {
         val_result *r = &results[t->results];
         run_part(o, ctx, c, c->part[k], r);
         if (!r->levels && !r->failed) continue; /* a quick run may leave out a part */
@@ -130,16 +128,18 @@ static int run(const options *o, pd_ctx *ctx)
     tally t;
     int threads = pdi_par_offered(ctx, INT64_MAX);
     pd_status status = o->out ? pd_file_make_directory(ctx, o->out) : PD_OK;
+    int parts = 0;
     memset(&t, 0, sizeof t);
+    for (int k = 0; k < VAL_CASE_COUNT; k++) parts += val_cases[k]->parts;
+    if (status == PD_OK) status = PDI_NEW(ctx, "validate", parts, results);
     for (int k = 0; k < VAL_CASE_COUNT && status == PD_OK; k++)
         if (!o->named || o->wanted[k]) status = run_case(o, ctx, val_cases[k], &t);
     if (status == PD_OK && o->out) status = val_write_summary(ctx, o->out, results, t.results);
-    if (status != PD_OK) {
-        fprintf(stderr, "%s: %s\n", o->program, ctx->message);
-        return 1;
-    }
-    if (!o->quiet) printf("\n");
-    for (int k = 0; k < t.results; k++) val_print_result(&results[k], threads);
+    if (status != PD_OK) fprintf(stderr, "%s: %s\n", o->program, ctx->message);
+    else if (!o->quiet) printf("\n");
+    for (int k = 0; k < t.results && status == PD_OK; k++) val_print_result(&results[k], threads);
+    PDI_DELETE(ctx, parts, results);
+    if (status != PD_OK) return 1;
     return t.failed || (o->check && (t.missed || t.unjudged));
 }
 
