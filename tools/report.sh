@@ -112,7 +112,8 @@ What the operators, the solvers and whole runs cost, and what error that buys. W
 every case of \`cases/bench/\`. One case: \`build/bench2d kernels\`; for options see \`build/bench2d --help\`. Counts
 of evaluations and iterations do not depend on the machine. Times do: these are of one machine
 ($(processor), $(getconf _NPROCESSORS_ONLN) cores, load average $(load) when this was written), and on a shared
-one ratios of times that were taken in turns mean more than the times.
+one ratios of times that were taken in turns mean more than the times. Sections that an earlier run has left are of the
+machine of that run: glass, kernels, neighbour, scaling, scenes in 3D, solid and study are of an AMD EPYC.
 
 ## Summary
 
