@@ -2738,6 +2738,8 @@ typedef struct pdi_sharp_field {
     const double *v, *bend;  /* [m/s] */
 } pdi_sharp_field;
 
+/* side [2 PD_DIM]. 1: fluid neither enters nor leaves, and there are walls across two axes or more: they meet. */
+PDI_FN int pdi_sharp_closed(const pd_side *side);
 /* 1: a closed box without bodies, whose walls meet, on nearest neighbours: slower flows there have less error for the
  * same time. */
 PDI_FN int pdi_sharp_pays(const pd_bonds *bonds);
@@ -2839,7 +2841,7 @@ typedef struct pd_flow_desc {
     pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
     void *wall_user;
     int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice.
-                             * PD_FLOW_PAYING: 4 in steady flows where that is known to pay (theory: 4.1b), else 2;
+                             * PD_FLOW_PAYING: 4 in steady flows where that is known to pay (theory: eq. 4.6h), else 2;
                              * pd_implicit takes 2 or 4 */
 } pd_flow_desc;
 
@@ -22290,16 +22292,20 @@ static int pdi_sharp_far(const pd_stencil *s)
     return far;
 }
 
+PDI_FN int pdi_sharp_closed(const pd_side *side)
+{
+    int across = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (pdi_grid_port(side[2 * d]) || pdi_grid_port(side[2 * d + 1])) return 0;
+        across += side[2 * d] == PD_SIDE_WALL || side[2 * d + 1] == PD_SIDE_WALL;
+    }
+    return across > 1;
+}
+
 PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
 {
     const pd_grid *grid = bonds->grid;
-    int across = 0;
-    if (pdi_sharp_far(bonds->stencil) || grid->circumference) return 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        const pd_side *side = &grid->side[2 * d];
-        if (pdi_grid_port(side[0]) || pdi_grid_port(side[1])) return 0;
-        across += side[0] == PD_SIDE_WALL || side[1] == PD_SIDE_WALL;
-    }
+    if (pdi_sharp_far(bonds->stencil) || grid->circumference || !pdi_sharp_closed(grid->side)) return 0;
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM], inside = 1;
         if (grid->kind[node] == PD_FLUID) continue;
@@ -22307,7 +22313,7 @@ PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
         for (int d = 0; d < PD_DIM; d++) inside = inside && i[d] >= 0 && i[d] < grid->n[d];
         if (inside) return 0;
     }
-    return across > 1;
+    return 1;
 }
 
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)
@@ -68698,17 +68704,11 @@ static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, 
 }
 
 /* 4: the flow has fourth order, or will if it is slow enough. */
-static int pdi_footprint_order(const pd_setup *u)
+static int pdi_footprint_order(const pd_setup *u, const pd_grid *grid)
 {
-    int across = 0;
     if (u->flow_order) return u->flow_order;
     if (u->m > 1.0 || u->axisymmetric || u->shapes || u->motion != PD_MOTION_STEADY) return 2;
-    for (int d = 0; d < PD_DIM; d++) {
-        pd_side low = u->side[2 * d].kind, high = u->side[2 * d + 1].kind;
-        if (pdi_grid_port(low) || pdi_grid_port(high)) return 2;
-        across += low == PD_SIDE_WALL || high == PD_SIDE_WALL;
-    }
-    return across > 1 ? 4 : 2;
+    return pdi_sharp_closed(grid->side) ? 4 : 2;
 }
 
 static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
@@ -68721,7 +68721,7 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
     unsteady.flow = &plan->flow;
     memset(&sharp, 0, sizeof sharp);
     sharp.bonds = plan->flow.bonds;
-    plan->flow.order = pdi_footprint_order(u);
+    plan->flow.order = pdi_footprint_order(u, &plan->grid);
     if (plan->flow.order == 4) *bytes += pdi_footprint_list(plan, pdi_sharp_list, &sharp);
     if (pdi_wall_moves(u)) plan->flow.wall = pdi_wall_velocity;
     if (u->pushed) plan->flow.push = pdi_inlet_body;
@@ -69321,8 +69321,10 @@ PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
     pd_attack *a = (pd_attack *)user;
     pd_etch *s = &a->etch;
     s->time = t;
-    if (a->course->begun) pdi_attack_again(a);
-    if (a->course->begun) return PD_OK;
+    if (a->course->begun) {
+        pdi_attack_again(a);
+        return PD_OK;
+    }
     if (!(a->course->time > t)) return pdi_attack_now(ctx, a);
     for (int32_t p = 0; p < s->count; p++) /* what the species have got in the step of the run */
         s->speed[s->node[p]] = s->passed[p] / (a->course->time - a->begin);

@@ -4,7 +4,8 @@
 # to read of it, DOCS/validation.md.
 #
 # report.sh --performance DIR DOCS: that of bench1d, 2d and 3d. Sections that an earlier run
-# has left in DIR count, so that single cases can be run again.
+# has left in DIR count, so that single cases can be run again; DIR/kept.txt, where it is there, says of which machine
+# they are.
 #
 # report.sh --stability DIR DOCS: the result lines of the logs of tests/hard/ in DIR, and what stability1d, 2d and 3d
 # have written there. The reasons of the cases are the comments above their tests.
@@ -113,7 +114,7 @@ every case of \`cases/bench/\`. One case: \`build/bench2d kernels\`; for options
 of evaluations and iterations do not depend on the machine. Times do: these are of one machine
 ($(processor), $(getconf _NPROCESSORS_ONLN) cores, load average $(load) when this was written), and on a shared
 one ratios of times that were taken in turns mean more than the times. Sections that an earlier run has left are of the
-machine of that run: glass, kernels, neighbour, scaling, scenes in 3D, solid and study are of an AMD EPYC.
+machine of that run.$([ ! -f "$dir/kept.txt" ] || echo " $(cat "$dir/kept.txt")")
 
 ## Summary
 

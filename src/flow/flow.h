@@ -31,7 +31,7 @@ typedef struct pd_flow_desc {
     pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
     void *wall_user;
     int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice.
-                             * PD_FLOW_PAYING: 4 in steady flows where that is known to pay (theory: 4.1b), else 2;
+                             * PD_FLOW_PAYING: 4 in steady flows where that is known to pay (theory: eq. 4.6h), else 2;
                              * pd_implicit takes 2 or 4 */
 } pd_flow_desc;
 

@@ -471,16 +471,20 @@ static int pdi_sharp_far(const pd_stencil *s)
     return far;
 }
 
+PDI_FN int pdi_sharp_closed(const pd_side *side)
+{
+    int across = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (pdi_grid_port(side[2 * d]) || pdi_grid_port(side[2 * d + 1])) return 0;
+        across += side[2 * d] == PD_SIDE_WALL || side[2 * d + 1] == PD_SIDE_WALL;
+    }
+    return across > 1;
+}
+
 PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
 {
     const pd_grid *grid = bonds->grid;
-    int across = 0;
-    if (pdi_sharp_far(bonds->stencil) || grid->circumference) return 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        const pd_side *side = &grid->side[2 * d];
-        if (pdi_grid_port(side[0]) || pdi_grid_port(side[1])) return 0;
-        across += side[0] == PD_SIDE_WALL || side[1] == PD_SIDE_WALL;
-    }
+    if (pdi_sharp_far(bonds->stencil) || grid->circumference || !pdi_sharp_closed(grid->side)) return 0;
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM], inside = 1;
         if (grid->kind[node] == PD_FLUID) continue;
@@ -488,7 +492,7 @@ PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
         for (int d = 0; d < PD_DIM; d++) inside = inside && i[d] >= 0 && i[d] < grid->n[d];
         if (inside) return 0;
     }
-    return across > 1;
+    return 1;
 }
 
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)

@@ -28,6 +28,8 @@ typedef struct pdi_sharp_field {
     const double *v, *bend;  /* [m/s] */
 } pdi_sharp_field;
 
+/* side [2 PD_DIM]. 1: fluid neither enters nor leaves, and there are walls across two axes or more: they meet. */
+PDI_FN int pdi_sharp_closed(const pd_side *side);
 /* 1: a closed box without bodies, whose walls meet, on nearest neighbours: slower flows there have less error for the
  * same time. */
 PDI_FN int pdi_sharp_pays(const pd_bonds *bonds);

@@ -174,8 +174,10 @@ PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
     pd_attack *a = (pd_attack *)user;
     pd_etch *s = &a->etch;
     s->time = t;
-    if (a->course->begun) pdi_attack_again(a);
-    if (a->course->begun) return PD_OK;
+    if (a->course->begun) {
+        pdi_attack_again(a);
+        return PD_OK;
+    }
     if (!(a->course->time > t)) return pdi_attack_now(ctx, a);
     for (int32_t p = 0; p < s->count; p++) /* what the species have got in the step of the run */
         s->speed[s->node[p]] = s->passed[p] / (a->course->time - a->begin);

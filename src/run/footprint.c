@@ -201,17 +201,11 @@ static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, 
 }
 
 /* 4: the flow has fourth order, or will if it is slow enough. */
-static int pdi_footprint_order(const pd_setup *u)
+static int pdi_footprint_order(const pd_setup *u, const pd_grid *grid)
 {
-    int across = 0;
     if (u->flow_order) return u->flow_order;
     if (u->m > 1.0 || u->axisymmetric || u->shapes || u->motion != PD_MOTION_STEADY) return 2;
-    for (int d = 0; d < PD_DIM; d++) {
-        pd_side low = u->side[2 * d].kind, high = u->side[2 * d + 1].kind;
-        if (pdi_grid_port(low) || pdi_grid_port(high)) return 2;
-        across += low == PD_SIDE_WALL || high == PD_SIDE_WALL;
-    }
-    return across > 1 ? 4 : 2;
+    return pdi_sharp_closed(grid->side) ? 4 : 2;
 }
 
 static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
@@ -224,7 +218,7 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
     unsteady.flow = &plan->flow;
     memset(&sharp, 0, sizeof sharp);
     sharp.bonds = plan->flow.bonds;
-    plan->flow.order = pdi_footprint_order(u);
+    plan->flow.order = pdi_footprint_order(u, &plan->grid);
     if (plan->flow.order == 4) *bytes += pdi_footprint_list(plan, pdi_sharp_list, &sharp);
     if (pdi_wall_moves(u)) plan->flow.wall = pdi_wall_velocity;
     if (u->pushed) plan->flow.push = pdi_inlet_body;
