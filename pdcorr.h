@@ -42,6 +42,7 @@
  *     par        threads, ordered sums, wall clock.
  *     rng        counter-based random numbers. A number depends on (seed, stream, counter) alone: no state, no order of calls,
  *     curve      a function of one variable through given points, as monotone as they are.
+ *     bracket    where a function of one variable changes its sign, between two places where it has different ones.
  *   lattice/
  *     facets     a closed surface of triangles in 3D, and the signed distance to it.
  *     shape      signed distances and set operations. Negative inside the shape.
@@ -975,6 +976,36 @@ PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *curve);
 
 /* Why the points up to k >= 0 make no curve, with those before it admissible: "expected ..."; NULL: they do. */
 PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k);
+#endif
+
+#endif
+
+/* ======== >>core/bracket.h ======== */
+/* bracket: where a function of one variable changes its sign, between two places where it has different ones.
+ *
+ * The straight line between both ends says where to ask next. Where one end stays for a second time, its value is
+ * halved: without that a curved function moves one end only. Each fourth place is the middle, so that the bracket of
+ * a function with a jump is halved too. Order 1.44 at a simple root. The caller asks the function:
+ *     pdi_bracket s = {a, f(a), b, f(b), 0, 0};
+ *     while (s.b - s.a > tolerance && pdi_bracket_next(&s, &x)) pdi_bracket_take(&s, x, f(x));
+ * Source: Dowell and Jarratt 1971 (the Illinois rule).
+ */
+#ifndef PD_BRACKET_H
+#define PD_BRACKET_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_bracket {
+    double a, at_a;  /* [-] (units of the caller) an end and the value there, which is not zero */
+    double b, at_b;  /* the other end, below or above a, and the value there, which has not the sign of at_a */
+    int steps, kept; /* places asked for; 1: `a` was kept in the last step, -1: b was */
+} pdi_bracket;
+
+/* Share of the way from a to b where to ask next, from 0 to 1. */
+PDI_FN double pdi_bracket_share(const pdi_bracket *s);
+/* The place at this share of the way. 0: no number lies between the ends, or 200 places were asked for. */
+PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x);
+/* The value at x, between the ends: x becomes `a` where that has the sign of at_a, and else b. */
+PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value);
 #endif
 
 #endif
@@ -13224,6 +13255,47 @@ PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 
 #undef PDI_CURVE_STEEPEST
 #undef PDI_CURVE_BEYOND
+
+/* ======== >>core/bracket.c ======== */
+/* bracket: see bracket.h */
+#include <math.h>
+
+#define PDI_BRACKET_STEPS 200
+#define PDI_BRACKET_MIDDLE 4 /* each such step takes the middle */
+
+PDI_FN double pdi_bracket_share(const pdi_bracket *s)
+{
+    if (s->steps % PDI_BRACKET_MIDDLE == PDI_BRACKET_MIDDLE - 1) return 0.5;
+    return s->at_a / (s->at_a - s->at_b);
+}
+
+PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x)
+{
+    double low = fmin(s->a, s->b), high = fmax(s->a, s->b);
+    if (s->steps >= PDI_BRACKET_STEPS) return 0;
+    *x = s->a + (s->b - s->a) * pdi_bracket_share(s);
+    if (!(*x > low) || !(*x < high)) *x = low + 0.5 * (high - low);
+    return *x > low && *x < high;
+}
+
+PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value)
+{
+    s->steps++;
+    if (value != 0.0 && (value > 0.0) == (s->at_a > 0.0)) {
+        s->a = x;
+        s->at_a = value;
+        if (s->kept < 0) s->at_b *= 0.5;
+        s->kept = -1;
+    } else {
+        s->b = x;
+        s->at_b = value;
+        if (s->kept > 0) s->at_a *= 0.5;
+        s->kept = 1;
+    }
+}
+
+#undef PDI_BRACKET_STEPS
+#undef PDI_BRACKET_MIDDLE
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -15850,7 +15922,7 @@ static double pdi_bond_chord(const pd_grid *grid, int shape, const double *x, co
 
 /* Move the cut onto the zero level of `shape`, if the bond crosses it: before the face cut or, where the line grazes
  * the closed cell, behind it, up to fraction `limit`: in a tube even behind the far end, where cells at the wall block
- * the line between two fluid nodes. Regula falsi with the Illinois rule. */
+ * the line between two fluid nodes. */
 static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const double *xi, double limit,
                                pdi_cut *cut)
 {
@@ -15871,22 +15943,11 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     /* a tube that touches the side meets it to rounding */
     if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
     fhi = fmin(fhi, 0.0);
-    double t = hi;
-    for (int step = 0, last = 0; step < 12; step++) {
-        t = (lo * fhi - hi * flo) / (fhi - flo);
-        double f = pdi_bond_distance(grid, shape, x, xi, t);
-        if (fabs(f) <= 1e-12 * (fabs(flo) + fabs(fhi))) break;
-        if (f > 0.0) {
-            lo = t;
-            flo = f;
-            if (last == 1) fhi *= 0.5;
-            last = 1;
-        } else {
-            hi = t;
-            fhi = f;
-            if (last == -1) flo *= 0.5;
-            last = -1;
-        }
+    pdi_bracket s = {lo, flo, hi, fhi, 0, 0};
+    double t = hi, f = fhi;
+    while (fabs(f) > 1e-12 * (flo - fhi) && pdi_bracket_next(&s, &t)) {
+        f = pdi_bond_distance(grid, shape, x, xi, t);
+        pdi_bracket_take(&s, t, f);
     }
     cut->t = t;
     pdi_bond_curve(grid, shape, x, xi, cut);
@@ -16955,26 +17016,15 @@ static int pdi_media_side(const pd_media *m, double level)
     return (level > touch) - (level < -touch);
 }
 
-/* Where the level passes zero between lo and hi: regula falsi with the Illinois rule. */
+/* Where the level passes zero between lo and hi. */
 static double pdi_media_root(const pdi_media_way *w, double lo, double hi, double flo, double fhi)
 {
-    double scale = fabs(flo) + fabs(fhi), t = lo;
+    double scale = fabs(flo) + fabs(fhi), t = lo, f = scale;
     if (!(flo * fhi < 0.0)) return lo; /* it starts on the surface */
-    for (int step = 0, last = 0; step < 50; step++) {
-        t = lo + (hi - lo) * (fabs(flo) / (fabs(flo) + fabs(fhi)));
-        double f = pdi_media_level(w, t);
-        if (fabs(f) <= 1e-14 * scale) break;
-        int low = (f > 0.0) == (flo > 0.0);
-        if (low) {
-            lo = t;
-            flo = f;
-            if (last == 1) fhi *= 0.5;
-        } else {
-            hi = t;
-            fhi = f;
-            if (last == -1) flo *= 0.5;
-        }
-        last = low ? 1 : -1;
+    pdi_bracket s = {lo, flo, hi, fhi, 0, 0};
+    while (fabs(f) > 1e-14 * scale && pdi_bracket_next(&s, &t)) {
+        f = pdi_media_level(w, t);
+        pdi_bracket_take(&s, t, f);
     }
     return t;
 }
@@ -28529,8 +28579,7 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
 #define PDI_MINERAL_LEAST 1e-200
 /* ln Omega where totals have no concentrations. */
 #define PDI_MINERAL_LOST (-1e3)
-/* Most steps of the search for the amount of one mineral, and rounds over all of them. */
-#define PDI_MINERAL_STEPS 200
+/* Most rounds over all minerals. */
 #define PDI_MINERAL_ROUNDS 200
 /* Equilibria that a volume solves at most for its minerals, and the logarithm of Omega off its law with which it is
  * then given up: the step is taken in parts. */
@@ -28758,23 +28807,19 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
     if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
-    for (int step = 0, side = 0; step < PDI_MINERAL_STEPS && w->left > 0; step++) {
-        double share = step % 3 == 2 ? 0.5 : f[0] / (f[0] - f[1]), next = x[0] + share * (x[1] - x[0]);
+    pdi_bracket b = {x[0], f[0], x[1], f[1], 0, 0};
+    double next;
+    while (w->left > 0 && pdi_bracket_next(&b, &next)) {
         if (most < HUGE_VAL) {
-            double far = log(most - x[0]), near = log(fmax(most - x[1], DBL_EPSILON * most));
-            next = most - exp(far + share * (near - far));
+            double far = log(most - b.a), near = log(fmax(most - b.b, DBL_EPSILON * most));
+            double bent = most - exp(far + pdi_bracket_share(&b) * (near - far));
+            if (bent > b.a && bent < b.b) next = bent;
         }
-        if (!(next > x[0] && next < x[1])) next = 0.5 * (x[0] + x[1]);
-        if (!(next > x[0] && next < x[1])) break;
         double off = pdi_mineral_off(w, s, next);
-        int above = off > 0.0;
         if (fabs(off) < PDI_MINERAL_MET) return;
-        x[!above] = next;
-        f[!above] = off;
-        if (side == (above ? 1 : -1)) f[above] *= 0.5; /* Illinois */
-        side = above ? 1 : -1;
+        pdi_bracket_take(&b, next, off);
     }
-    pdi_mineral_off(w, s, fabs(f[0]) < fabs(f[1]) ? x[0] : x[1]);
+    pdi_mineral_off(w, s, fabs(b.at_a) < fabs(b.at_b) ? b.a : b.b);
 }
 
 /* ---- derivatives ---- */
@@ -29003,8 +29048,6 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
 /* [mol/m3] of acid or base that is tried first and last to meet a pH. */
 #define PDI_ELECTROLYTE_FIRST 1e-9
 #define PDI_ELECTROLYTE_LAST 2e4
-/* Most steps of the search in between. */
-#define PDI_ELECTROLYTE_STEPS 200
 
 PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name)
 {
@@ -29175,7 +29218,7 @@ static pd_status pdi_electrolyte_bracket(pd_ctx *ctx, const pd_electrolyte *e, d
     return PD_OK;
 }
 
-/* The amount of acid or base of a pH by the method of Illinois. */
+/* The amount of acid or base of a pH. */
 static pd_status pdi_electrolyte_set(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
     double from[PD_SPECIES_MOST], a[2], f[2];
@@ -29187,22 +29230,14 @@ static pd_status pdi_electrolyte_set(pd_ctx *ctx, const pd_electrolyte *e, doubl
                         "[species OH-], expected both");
     memcpy(from, c, (size_t)e->count * sizeof *c);
     PDI_TRY(pdi_electrolyte_bracket(ctx, e, ph, from, a, f));
-    for (int k = 0; k < PDI_ELECTROLYTE_STEPS && fabs(f[1]) > PDI_ELECTROLYTE_PH && a[0] != a[1]; k++) {
-        double middle = k % 3 == 2 ? 0.5 * (a[0] + a[1]) : a[1] - f[1] * (a[1] - a[0]) / (f[1] - f[0]), found;
-        PDI_TRY(pdi_electrolyte_ph(ctx, e, from, middle, c, &found));
-        found -= ph;
-        if (found * f[1] < 0.0) {
-            a[0] = a[1];
-            f[0] = f[1];
-        } else {
-            f[0] *= 0.5;
-        }
-        if (!(fabs(middle - a[1]) > 0.0)) break;
-        a[1] = middle;
-        f[1] = found;
+    pdi_bracket s = {a[0], f[0], a[1], f[1], 0, 0};
+    double acid = a[1], off = f[1], found;
+    while (fabs(off) > PDI_ELECTROLYTE_PH && pdi_bracket_next(&s, &acid)) {
+        PDI_TRY(pdi_electrolyte_ph(ctx, e, from, acid, c, &found));
+        off = found - ph;
+        pdi_bracket_take(&s, acid, off);
     }
-    double found;
-    return pdi_electrolyte_ph(ctx, e, from, a[1], c, &found);
+    return pdi_electrolyte_ph(ctx, e, from, acid, c, &found);
 }
 
 /* The ion of which there is most, as a proposal. */
@@ -34118,29 +34153,21 @@ static double pdi_etch_across(pd_components *film, pdi_etch_work *w, double v, d
     return b;
 }
 
-/* The lift that makes the surface neutral where metal dissolves at v: false position (Illinois), halved where that is
- * slow. Fluid without ions of one sign lifts it as far as it goes. 0: no equilibrium was found. */
+/* The lift that makes the surface neutral where metal dissolves at v. Fluid without ions of one sign lifts it as far
+ * as it goes. 0: no equilibrium was found. */
 static int pdi_etch_lift(pd_components *film, pdi_etch_work *w, double v)
 {
     double a = w->lift, of = pdi_etch_charge(film, w, v, a), there;
     if (fabs(of) <= PDI_ETCH_NEUTRAL) return 1;
     double b = pdi_etch_across(film, w, v, &a, &of, &there);
-    for (int step = 0; step < PDI_ETCH_STEPS && of * there < 0.0; step++) {
-        double x = a + (b - a) * (of / (of - there));
-        if (step % 4 == 3) x = a + 0.5 * (b - a);
-        if (!(fabs(b - a) > PDI_ETCH_CLOSE * fmax(fabs(x), PDI_ETCH_LIFT_FIRST))) break;
+    pdi_bracket s = {a, of, b, there, 0, 0};
+    double x;
+    while (of * there < 0.0 && pdi_bracket_next(&s, &x) &&
+           fabs(s.b - s.a) > PDI_ETCH_CLOSE * fmax(fabs(x), PDI_ETCH_LIFT_FIRST)) {
         double g = pdi_etch_charge(film, w, v, x);
         if (!(g == g)) return 0;
         if (fabs(g) <= PDI_ETCH_NEUTRAL) break;
-        if (g * there > 0.0) {
-            b = x;
-            there = g;
-            of *= 0.5;
-        } else {
-            a = x;
-            of = g;
-            there *= 0.5;
-        }
+        pdi_bracket_take(&s, x, g);
     }
     return of == of && there == there;
 }
@@ -34198,31 +34225,22 @@ static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess,
     return 0;
 }
 
-/* The speed of a node: false position (Illinois), halved where that is slow. */
+/* The speed of a node. */
 static double pdi_etch_find(pd_components *film, pdi_etch_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_etch_given(film, w, 0.0);
     if (!(fabs(first) < HUGE_VAL)) return NAN;
     if (!(first > 0.0) || !(w->thick > 0.0)) return first;
     if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return NAN;
-    for (int step = 0; step < PDI_ETCH_STEPS && b - a > PDI_ETCH_CLOSE * b; step++) {
-        double v = a + (b - a) * (above / (above - below));
-        if (step % 4 == 3 || !(v > a) || !(v < b)) v = a + 0.5 * (b - a);
-        if (!(v > a) || !(v < b)) break;
+    pdi_bracket s = {a, above, b, below, 0, 0};
+    double v;
+    while (s.b - s.a > PDI_ETCH_CLOSE * s.b && pdi_bracket_next(&s, &v)) {
         double g = pdi_etch_given(film, w, v) - v;
         if (!(fabs(g) < HUGE_VAL)) return NAN;
-        if (g > 0.0) {
-            a = v;
-            above = g;
-            below *= 0.5;
-        } else {
-            b = v;
-            below = g;
-            above *= 0.5;
-            if (!(g < 0.0)) break;
-        }
+        pdi_bracket_take(&s, v, g);
+        if (!(fabs(g) > 0.0)) break;
     }
-    return b;
+    return s.b;
 }
 
 /* Change of the law with concentrations that change by `along`, per unit of it. Both sides of a jump count. */
@@ -45036,27 +45054,17 @@ static double pdi_law_point_end(pdi_law *law, pdi_law_point *p, double c, double
     return c < p->end ? p->end : pdi_law_end(law, c, limit);
 }
 
-/* Solution of v = v(c + R v) between a, where the law is above v, and b, where it is not: false position (Illinois),
- * halved where that is slow. */
+/* Solution of v = v(c + R v) between a, where the law is above v, and b, where it is not. */
 static double pdi_law_between(pdi_law *law, double resist, double c, double a, double above, double b, double below)
 {
-    for (int k = 0; k < PDI_LAW_HALVINGS && b - a > 1e-15 * b; k++) {
-        double v = a + (b - a) * (above / (above - below));
-        if (k % 4 == 3 || !(v > a) || !(v < b)) v = a + 0.5 * (b - a);
-        if (!(v > a) || !(v < b)) break;
+    pdi_bracket s = {a, above, b, below, 0, 0};
+    double v;
+    while (s.b - s.a > 1e-15 * s.b && pdi_bracket_next(&s, &v)) {
         double g = pdi_law_rate(law, c + resist * v) - v;
         if (!pdi_law_finite(g)) return g;
-        if (g > 0.0) {
-            a = v;
-            above = g;
-            below *= 0.5;
-        } else {
-            b = v;
-            below = g;
-            above *= 0.5;
-        }
+        pdi_bracket_take(&s, v, g);
     }
-    return b;
+    return s.b;
 }
 
 /* V(c), at least 0. NaN or infinite: so is the law, at law->at.c. */
@@ -45229,24 +45237,15 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
         if (last > a && pdi_law_at(law, p, last) > asked_a + rise * (last - p->low_c) && pdi_law_pin(law, last, b, p))
             return b;
     }
-    for (int k = 0; k < PDI_LAW_HALVINGS && b - a > 1e-14 * fmax(fabs(b), fabs(a)); k++) {
-        double c = a + (b - a) * (above / (above - below));
-        if (k % 4 == 3 || !(c > a) || !(c < b)) c = a + 0.5 * (b - a);
-        if (!(c > a) || !(c < b)) break;
+    pdi_bracket s = {a, above, b, below, 0, 0};
+    double c;
+    while (s.b - s.a > 1e-14 * fmax(fabs(s.b), fabs(s.a)) && pdi_bracket_next(&s, &c)) {
         double g = pdi_law_at(law, p, c) - (asked_a + rise * (c - p->low_c));
         if (!pdi_law_finite(g)) return g;
-        if (g > 0.0) {
-            a = c;
-            above = g;
-            below *= 0.5;
-        } else {
-            b = c;
-            below = g;
-            above *= 0.5;
-        }
+        pdi_bracket_take(&s, c, g);
     }
-    if (!(p->resist > 0.0) && b - a <= PDI_LAW_AROUND * b) pdi_law_pin(law, a, b, p);
-    return b;
+    if (!(p->resist > 0.0) && s.b - s.a <= PDI_LAW_AROUND * s.b) pdi_law_pin(law, s.a, s.b, p);
+    return s.b;
 }
 
 /* Where a rising law meets, above c, the straight line through (low_c, low_v) and (c, asked). */
@@ -48341,8 +48340,7 @@ PDI_FN pd_status pdi_circuit_check(pd_ctx *ctx, const pd_potential *p)
 #define PDI_BALANCE_FLAT 1e-15
 /* A step is taken when its end has at most this share of the slope of the energy at its start. */
 #define PDI_BALANCE_ENOUGH 0.5
-/* Most evaluations in the search along a step, and how often it is doubled. */
-#define PDI_BALANCE_SEARCH 80
+/* How often a step is doubled at most. */
 #define PDI_BALANCE_DOUBLE 6
 /* Scalar operations of a contact, to decide on threads. */
 #define PDI_BALANCE_WORK 400
@@ -48464,23 +48462,13 @@ PDI_FN double pdi_balance_share(const pd_ctx *ctx, pd_potential *p)
         high = pdi_balance_slope(ctx, p, start, bend, hi);
     }
     if (!(high > enough)) return hi;
-    for (int n = 0, last = 0; n < PDI_BALANCE_SEARCH; n++) { /* regula falsi with the Illinois rule, and halves */
-        s = n % 4 == 3 ? 0.5 * (lo + hi) : (lo * high - hi * low) / (high - low);
-        if (!(s > lo) || !(s < hi)) s = 0.5 * (lo + hi);
+    pdi_bracket b = {lo, low, hi, high, 0, 0};
+    while (pdi_bracket_next(&b, &s)) {
         double here = pdi_balance_slope(ctx, p, start, bend, s);
         if (fabs(here) <= enough) return s;
-        if (here > 0.0) {
-            hi = s;
-            high = here;
-            if (last == 1) low *= 0.5;
-        } else {
-            lo = s;
-            low = here;
-            if (last == -1) high *= 0.5;
-        }
-        last = here > 0.0 ? 1 : -1;
+        pdi_bracket_take(&b, s, here);
     }
-    return lo > 0.0 ? lo : s;
+    return b.a > 0.0 ? b.a : s;
 }
 
 PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)

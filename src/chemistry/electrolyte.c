@@ -1,5 +1,6 @@
 /* electrolyte: see electrolyte.h */
 #include "chemistry/electrolyte.h"
+#include "core/bracket.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -11,8 +12,6 @@
 /* [mol/m3] of acid or base that is tried first and last to meet a pH. */
 #define PDI_ELECTROLYTE_FIRST 1e-9
 #define PDI_ELECTROLYTE_LAST 2e4
-/* Most steps of the search in between. */
-#define PDI_ELECTROLYTE_STEPS 200
 
 PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name)
 {
@@ -183,7 +182,7 @@ static pd_status pdi_electrolyte_bracket(pd_ctx *ctx, const pd_electrolyte *e, d
     return PD_OK;
 }
 
-/* The amount of acid or base of a pH by the method of Illinois. */
+/* The amount of acid or base of a pH. */
 static pd_status pdi_electrolyte_set(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
     double from[PD_SPECIES_MOST], a[2], f[2];
@@ -195,22 +194,14 @@ static pd_status pdi_electrolyte_set(pd_ctx *ctx, const pd_electrolyte *e, doubl
                         "[species OH-], expected both");
     memcpy(from, c, (size_t)e->count * sizeof *c);
     PDI_TRY(pdi_electrolyte_bracket(ctx, e, ph, from, a, f));
-    for (int k = 0; k < PDI_ELECTROLYTE_STEPS && fabs(f[1]) > PDI_ELECTROLYTE_PH && a[0] != a[1]; k++) {
-        double middle = k % 3 == 2 ? 0.5 * (a[0] + a[1]) : a[1] - f[1] * (a[1] - a[0]) / (f[1] - f[0]), found;
-        PDI_TRY(pdi_electrolyte_ph(ctx, e, from, middle, c, &found));
-        found -= ph;
-        if (found * f[1] < 0.0) {
-            a[0] = a[1];
-            f[0] = f[1];
-        } else {
-            f[0] *= 0.5;
-        }
-        if (!(fabs(middle - a[1]) > 0.0)) break;
-        a[1] = middle;
-        f[1] = found;
+    pdi_bracket s = {a[0], f[0], a[1], f[1], 0, 0};
+    double acid = a[1], off = f[1], found;
+    while (fabs(off) > PDI_ELECTROLYTE_PH && pdi_bracket_next(&s, &acid)) {
+        PDI_TRY(pdi_electrolyte_ph(ctx, e, from, acid, c, &found));
+        off = found - ph;
+        pdi_bracket_take(&s, acid, off);
     }
-    double found;
-    return pdi_electrolyte_ph(ctx, e, from, a[1], c, &found);
+    return pdi_electrolyte_ph(ctx, e, from, acid, c, &found);
 }
 
 /* The ion of which there is most, as a proposal. */

@@ -1,5 +1,6 @@
 /* mineral: see mineral.h */
 #include "chemistry/mineral.h"
+#include "core/bracket.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -8,8 +9,7 @@
 #define PDI_MINERAL_LEAST 1e-200
 /* ln Omega where totals have no concentrations. */
 #define PDI_MINERAL_LOST (-1e3)
-/* Most steps of the search for the amount of one mineral, and rounds over all of them. */
-#define PDI_MINERAL_STEPS 200
+/* Most rounds over all minerals. */
 #define PDI_MINERAL_ROUNDS 200
 /* Equilibria that a volume solves at most for its minerals, and the logarithm of Omega off its law with which it is
  * then given up: the step is taken in parts. */
@@ -237,23 +237,19 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
     if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
-    for (int step = 0, side = 0; step < PDI_MINERAL_STEPS && w->left > 0; step++) {
-        double share = step % 3 == 2 ? 0.5 : f[0] / (f[0] - f[1]), next = x[0] + share * (x[1] - x[0]);
+    pdi_bracket b = {x[0], f[0], x[1], f[1], 0, 0};
+    double next;
+    while (w->left > 0 && pdi_bracket_next(&b, &next)) {
         if (most < HUGE_VAL) {
-            double far = log(most - x[0]), near = log(fmax(most - x[1], DBL_EPSILON * most));
-            next = most - exp(far + share * (near - far));
+            double far = log(most - b.a), near = log(fmax(most - b.b, DBL_EPSILON * most));
+            double bent = most - exp(far + pdi_bracket_share(&b) * (near - far));
+            if (bent > b.a && bent < b.b) next = bent;
         }
-        if (!(next > x[0] && next < x[1])) next = 0.5 * (x[0] + x[1]);
-        if (!(next > x[0] && next < x[1])) break;
         double off = pdi_mineral_off(w, s, next);
-        int above = off > 0.0;
         if (fabs(off) < PDI_MINERAL_MET) return;
-        x[!above] = next;
-        f[!above] = off;
-        if (side == (above ? 1 : -1)) f[above] *= 0.5; /* Illinois */
-        side = above ? 1 : -1;
+        pdi_bracket_take(&b, next, off);
     }
-    pdi_mineral_off(w, s, fabs(f[0]) < fabs(f[1]) ? x[0] : x[1]);
+    pdi_mineral_off(w, s, fabs(b.at_a) < fabs(b.at_b) ? b.a : b.b);
 }
 
 /* ---- derivatives ---- */

@@ -1,5 +1,6 @@
 /* bond: see bond.h */
 #include "lattice/bond.h"
+#include "core/bracket.h"
 #include "core/vec.h"
 #include "core/par.h"
 #include <math.h>
@@ -135,7 +136,7 @@ static double pdi_bond_chord(const pd_grid *grid, int shape, const double *x, co
 
 /* Move the cut onto the zero level of `shape`, if the bond crosses it: before the face cut or, where the line grazes
  * the closed cell, behind it, up to fraction `limit`: in a tube even behind the far end, where cells at the wall block
- * the line between two fluid nodes. Regula falsi with the Illinois rule. */
+ * the line between two fluid nodes. */
 static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const double *xi, double limit,
                                pdi_cut *cut)
 {
@@ -156,22 +157,11 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     /* a tube that touches the side meets it to rounding */
     if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
     fhi = fmin(fhi, 0.0);
-    double t = hi;
-    for (int step = 0, last = 0; step < 12; step++) {
-        t = (lo * fhi - hi * flo) / (fhi - flo);
-        double f = pdi_bond_distance(grid, shape, x, xi, t);
-        if (fabs(f) <= 1e-12 * (fabs(flo) + fabs(fhi))) break;
-        if (f > 0.0) {
-            lo = t;
-            flo = f;
-            if (last == 1) fhi *= 0.5;
-            last = 1;
-        } else {
-            hi = t;
-            fhi = f;
-            if (last == -1) flo *= 0.5;
-            last = -1;
-        }
+    pdi_bracket s = {lo, flo, hi, fhi, 0, 0};
+    double t = hi, f = fhi;
+    while (fabs(f) > 1e-12 * (flo - fhi) && pdi_bracket_next(&s, &t)) {
+        f = pdi_bond_distance(grid, shape, x, xi, t);
+        pdi_bracket_take(&s, t, f);
     }
     cut->t = t;
     pdi_bond_curve(grid, shape, x, xi, cut);

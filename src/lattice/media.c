@@ -1,5 +1,6 @@
 /* media: see media.h */
 #include "lattice/media.h"
+#include "core/bracket.h"
 #include "core/vec.h"
 #include <math.h>
 #include <string.h>
@@ -37,26 +38,15 @@ static int pdi_media_side(const pd_media *m, double level)
     return (level > touch) - (level < -touch);
 }
 
-/* Where the level passes zero between lo and hi: regula falsi with the Illinois rule. */
+/* Where the level passes zero between lo and hi. */
 static double pdi_media_root(const pdi_media_way *w, double lo, double hi, double flo, double fhi)
 {
-    double scale = fabs(flo) + fabs(fhi), t = lo;
+    double scale = fabs(flo) + fabs(fhi), t = lo, f = scale;
     if (!(flo * fhi < 0.0)) return lo; /* it starts on the surface */
-    for (int step = 0, last = 0; step < 50; step++) {
-        t = lo + (hi - lo) * (fabs(flo) / (fabs(flo) + fabs(fhi)));
-        double f = pdi_media_level(w, t);
-        if (fabs(f) <= 1e-14 * scale) break;
-        int low = (f > 0.0) == (flo > 0.0);
-        if (low) {
-            lo = t;
-            flo = f;
-            if (last == 1) fhi *= 0.5;
-        } else {
-            hi = t;
-            fhi = f;
-            if (last == -1) flo *= 0.5;
-        }
-        last = low ? 1 : -1;
+    pdi_bracket s = {lo, flo, hi, fhi, 0, 0};
+    while (fabs(f) > 1e-14 * scale && pdi_bracket_next(&s, &t)) {
+        f = pdi_media_level(w, t);
+        pdi_bracket_take(&s, t, f);
     }
     return t;
 }

@@ -1,5 +1,6 @@
 /* law: see law.h */
 #include "metal/law.h"
+#include "core/bracket.h"
 #include <math.h>
 
 /* The end of a law is sought in strides of concentration. This is a stride over the concentration. */
@@ -80,27 +81,17 @@ static double pdi_law_point_end(pdi_law *law, pdi_law_point *p, double c, double
     return c < p->end ? p->end : pdi_law_end(law, c, limit);
 }
 
-/* Solution of v = v(c + R v) between a, where the law is above v, and b, where it is not: false position (Illinois),
- * halved where that is slow. */
+/* Solution of v = v(c + R v) between a, where the law is above v, and b, where it is not. */
 static double pdi_law_between(pdi_law *law, double resist, double c, double a, double above, double b, double below)
 {
-    for (int k = 0; k < PDI_LAW_HALVINGS && b - a > 1e-15 * b; k++) {
-        double v = a + (b - a) * (above / (above - below));
-        if (k % 4 == 3 || !(v > a) || !(v < b)) v = a + 0.5 * (b - a);
-        if (!(v > a) || !(v < b)) break;
+    pdi_bracket s = {a, above, b, below, 0, 0};
+    double v;
+    while (s.b - s.a > 1e-15 * s.b && pdi_bracket_next(&s, &v)) {
         double g = pdi_law_rate(law, c + resist * v) - v;
         if (!pdi_law_finite(g)) return g;
-        if (g > 0.0) {
-            a = v;
-            above = g;
-            below *= 0.5;
-        } else {
-            b = v;
-            below = g;
-            above *= 0.5;
-        }
+        pdi_bracket_take(&s, v, g);
     }
-    return b;
+    return s.b;
 }
 
 /* V(c), at least 0. NaN or infinite: so is the law, at law->at.c. */
@@ -273,24 +264,15 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
         if (last > a && pdi_law_at(law, p, last) > asked_a + rise * (last - p->low_c) && pdi_law_pin(law, last, b, p))
             return b;
     }
-    for (int k = 0; k < PDI_LAW_HALVINGS && b - a > 1e-14 * fmax(fabs(b), fabs(a)); k++) {
-        double c = a + (b - a) * (above / (above - below));
-        if (k % 4 == 3 || !(c > a) || !(c < b)) c = a + 0.5 * (b - a);
-        if (!(c > a) || !(c < b)) break;
+    pdi_bracket s = {a, above, b, below, 0, 0};
+    double c;
+    while (s.b - s.a > 1e-14 * fmax(fabs(s.b), fabs(s.a)) && pdi_bracket_next(&s, &c)) {
         double g = pdi_law_at(law, p, c) - (asked_a + rise * (c - p->low_c));
         if (!pdi_law_finite(g)) return g;
-        if (g > 0.0) {
-            a = c;
-            above = g;
-            below *= 0.5;
-        } else {
-            b = c;
-            below = g;
-            above *= 0.5;
-        }
+        pdi_bracket_take(&s, c, g);
     }
-    if (!(p->resist > 0.0) && b - a <= PDI_LAW_AROUND * b) pdi_law_pin(law, a, b, p);
-    return b;
+    if (!(p->resist > 0.0) && s.b - s.a <= PDI_LAW_AROUND * s.b) pdi_law_pin(law, s.a, s.b, p);
+    return s.b;
 }
 
 /* Where a rising law meets, above c, the straight line through (low_c, low_v) and (c, asked). */

@@ -1,5 +1,6 @@
 /* balance: see balance.h */
 #include "potential/balance.h"
+#include "core/bracket.h"
 #include "core/par.h"
 #include <math.h>
 
@@ -11,8 +12,7 @@
 #define PDI_BALANCE_FLAT 1e-15
 /* A step is taken when its end has at most this share of the slope of the energy at its start. */
 #define PDI_BALANCE_ENOUGH 0.5
-/* Most evaluations in the search along a step, and how often it is doubled. */
-#define PDI_BALANCE_SEARCH 80
+/* How often a step is doubled at most. */
 #define PDI_BALANCE_DOUBLE 6
 /* Scalar operations of a contact, to decide on threads. */
 #define PDI_BALANCE_WORK 400
@@ -134,23 +134,13 @@ PDI_FN double pdi_balance_share(const pd_ctx *ctx, pd_potential *p)
         high = pdi_balance_slope(ctx, p, start, bend, hi);
     }
     if (!(high > enough)) return hi;
-    for (int n = 0, last = 0; n < PDI_BALANCE_SEARCH; n++) { /* regula falsi with the Illinois rule, and halves */
-        s = n % 4 == 3 ? 0.5 * (lo + hi) : (lo * high - hi * low) / (high - low);
-        if (!(s > lo) || !(s < hi)) s = 0.5 * (lo + hi);
+    pdi_bracket b = {lo, low, hi, high, 0, 0};
+    while (pdi_bracket_next(&b, &s)) {
         double here = pdi_balance_slope(ctx, p, start, bend, s);
         if (fabs(here) <= enough) return s;
-        if (here > 0.0) {
-            hi = s;
-            high = here;
-            if (last == 1) low *= 0.5;
-        } else {
-            lo = s;
-            low = here;
-            if (last == -1) high *= 0.5;
-        }
-        last = here > 0.0 ? 1 : -1;
+        pdi_bracket_take(&b, s, here);
     }
-    return lo > 0.0 ? lo : s;
+    return b.a > 0.0 ? b.a : s;
 }
 
 PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)

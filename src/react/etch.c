@@ -6,6 +6,7 @@
  * same holds for the shares of exponential fluxes (migrate.h), and the potential of the surface makes it neutral.
  */
 #include "react/etch.h"
+#include "core/bracket.h"
 #include "core/par.h"
 #include <float.h>
 #include <math.h>
@@ -137,29 +138,21 @@ static double pdi_etch_across(pd_components *film, pdi_etch_work *w, double v, d
     return b;
 }
 
-/* The lift that makes the surface neutral where metal dissolves at v: false position (Illinois), halved where that is
- * slow. Fluid without ions of one sign lifts it as far as it goes. 0: no equilibrium was found. */
+/* The lift that makes the surface neutral where metal dissolves at v. Fluid without ions of one sign lifts it as far
+ * as it goes. 0: no equilibrium was found. */
 static int pdi_etch_lift(pd_components *film, pdi_etch_work *w, double v)
 {
     double a = w->lift, of = pdi_etch_charge(film, w, v, a), there;
     if (fabs(of) <= PDI_ETCH_NEUTRAL) return 1;
     double b = pdi_etch_across(film, w, v, &a, &of, &there);
-    for (int step = 0; step < PDI_ETCH_STEPS && of * there < 0.0; step++) {
-        double x = a + (b - a) * (of / (of - there));
-        if (step % 4 == 3) x = a + 0.5 * (b - a);
-        if (!(fabs(b - a) > PDI_ETCH_CLOSE * fmax(fabs(x), PDI_ETCH_LIFT_FIRST))) break;
+    pdi_bracket s = {a, of, b, there, 0, 0};
+    double x;
+    while (of * there < 0.0 && pdi_bracket_next(&s, &x) &&
+           fabs(s.b - s.a) > PDI_ETCH_CLOSE * fmax(fabs(x), PDI_ETCH_LIFT_FIRST)) {
         double g = pdi_etch_charge(film, w, v, x);
         if (!(g == g)) return 0;
         if (fabs(g) <= PDI_ETCH_NEUTRAL) break;
-        if (g * there > 0.0) {
-            b = x;
-            there = g;
-            of *= 0.5;
-        } else {
-            a = x;
-            of = g;
-            there *= 0.5;
-        }
+        pdi_bracket_take(&s, x, g);
     }
     return of == of && there == there;
 }
@@ -217,31 +210,22 @@ static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess,
     return 0;
 }
 
-/* The speed of a node: false position (Illinois), halved where that is slow. */
+/* The speed of a node. */
 static double pdi_etch_find(pd_components *film, pdi_etch_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_etch_given(film, w, 0.0);
     if (!(fabs(first) < HUGE_VAL)) return NAN;
     if (!(first > 0.0) || !(w->thick > 0.0)) return first;
     if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return NAN;
-    for (int step = 0; step < PDI_ETCH_STEPS && b - a > PDI_ETCH_CLOSE * b; step++) {
-        double v = a + (b - a) * (above / (above - below));
-        if (step % 4 == 3 || !(v > a) || !(v < b)) v = a + 0.5 * (b - a);
-        if (!(v > a) || !(v < b)) break;
+    pdi_bracket s = {a, above, b, below, 0, 0};
+    double v;
+    while (s.b - s.a > PDI_ETCH_CLOSE * s.b && pdi_bracket_next(&s, &v)) {
         double g = pdi_etch_given(film, w, v) - v;
         if (!(fabs(g) < HUGE_VAL)) return NAN;
-        if (g > 0.0) {
-            a = v;
-            above = g;
-            below *= 0.5;
-        } else {
-            b = v;
-            below = g;
-            above *= 0.5;
-            if (!(g < 0.0)) break;
-        }
+        pdi_bracket_take(&s, v, g);
+        if (!(fabs(g) > 0.0)) break;
     }
-    return b;
+    return s.b;
 }
 
 /* Change of the law with concentrations that change by `along`, per unit of it. Both sides of a jump count. */

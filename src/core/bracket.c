@@ -1,0 +1,40 @@
+/* bracket: see bracket.h */
+#include "core/bracket.h"
+#include <math.h>
+
+#define PDI_BRACKET_STEPS 200
+#define PDI_BRACKET_MIDDLE 4 /* each such step takes the middle */
+
+PDI_FN double pdi_bracket_share(const pdi_bracket *s)
+{
+    if (s->steps % PDI_BRACKET_MIDDLE == PDI_BRACKET_MIDDLE - 1) return 0.5;
+    return s->at_a / (s->at_a - s->at_b);
+}
+
+PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x)
+{
+    double low = fmin(s->a, s->b), high = fmax(s->a, s->b);
+    if (s->steps >= PDI_BRACKET_STEPS) return 0;
+    *x = s->a + (s->b - s->a) * pdi_bracket_share(s);
+    if (!(*x > low) || !(*x < high)) *x = low + 0.5 * (high - low);
+    return *x > low && *x < high;
+}
+
+PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value)
+{
+    s->steps++;
+    if (value != 0.0 && (value > 0.0) == (s->at_a > 0.0)) {
+        s->a = x;
+        s->at_a = value;
+        if (s->kept < 0) s->at_b *= 0.5;
+        s->kept = -1;
+    } else {
+        s->b = x;
+        s->at_b = value;
+        if (s->kept > 0) s->at_a *= 0.5;
+        s->kept = 1;
+    }
+}
+
+#undef PDI_BRACKET_STEPS
+#undef PDI_BRACKET_MIDDLE
