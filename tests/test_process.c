@@ -19,6 +19,9 @@ typedef struct toy {
     int turns;           /* it reports a node that has turned */
     int32_t node;
     double shortest;     /* attempt so far */
+    double ends;         /* [s] of its own after which those behind it have to follow; 0: never */
+    double seen;         /* [s] since then */
+    const struct toy *ahead; /* of the list; checked: it is not more than its `ends` ahead */
 } toy;
 
 static pd_status toy_start(pd_ctx *ctx, void *self, double t)
@@ -35,6 +38,7 @@ static pd_status toy_limit(pd_ctx *ctx, void *self, pd_step *s)
     (void)ctx;
     y->limits++;
     CHECK(s->time == y->time);
+    if (y->ahead) CHECK_LE(y->ahead->time - y->time, y->ahead->ends);
     if (y->step > 0.0) s->dt = pdi_process_even(s->limit - s->time, y->step);
     return PD_OK;
 }
@@ -68,6 +72,11 @@ static pd_status toy_accept(pd_ctx *ctx, void *self, pd_step *s)
     y->time = s->end;
     y->amount += s->dt;
     y->passed += s->dt;
+    y->seen += s->dt;
+    if (y->ends > 0.0 && y->seen >= y->ends) {
+        s->ends = 1;
+        y->seen = 0.0;
+    }
     s->turned = &y->node;
     s->turned_count = y->turns;
     return PD_OK;
@@ -247,6 +256,41 @@ TEST(a_list)
     follower.passed += 0.25;
     CHECK_INT(pd_couple_step(&ctx, &b.couple, 2.0), PD_ERR_LEDGER);
     CHECK(strstr(ctx.message, "kg of pears misses the start 0 kg by -0.25") != NULL);
+    box_free(&ctx, &b);
+}
+
+/* A process in the middle of the list that lets those behind it follow before it moves on: each of them meets each time
+ * at which one before it waits, all end on the end, and the ledgers are whole. */
+TEST(those_behind_follow)
+{
+    pd_ctx ctx;
+    box b;
+    toy y[4];
+    static const char *const name[4] = {"lead", "second", "third", "fourth"};
+    static const double step[4] = {1.0, 0.0625, 0.015625, 0.0};
+    pd_ctx_init(&ctx);
+    if (!box_build(&ctx, 0.0, &b)) return;
+    memset(y, 0, sizeof y);
+    for (int n = 0; n < 4; n++) {
+        pd_process p = toy_process(name[n], &y[n]);
+        p.inner = n > 0;
+        CHECK_OK(&ctx, pd_couple_add(&ctx, &b.couple, p));
+        y[n].step = step[n];
+        y[n].ahead = n ? &y[n - 1] : NULL;
+    }
+    y[0].ends = 1.0;
+    y[1].ends = 0.25;
+    y[2].ends = 0.125;
+    CHECK_OK(&ctx, pd_couple_run(&ctx, &b.couple, 4.0, 0.0, NULL, NULL));
+    for (int n = 0; n < 4; n++) {
+        CHECK(y[n].time == 4.0);
+        CHECK_NEAR(y[n].amount, 4.0, 1e-13);
+    }
+    CHECK_INT(b.couple.steps, 4);
+    CHECK_INT(y[1].finishes, 16);
+    CHECK_INT(y[2].finishes, 32);
+    CHECK_INT(y[3].accepts, 32);
+    CHECK_LE(pd_couple_imbalance(&b.couple), 1e-14);
     box_free(&ctx, &b);
 }
 
@@ -436,8 +480,9 @@ TEST(steady_flow_that_follows)
 #endif
 
 #if PD_DIM == 1
-TEST_MAIN(ENTRY(one_process) ENTRY(a_list) ENTRY(elements) ENTRY(gas_through_sides) ENTRY(gas_that_streams))
+TEST_MAIN(ENTRY(one_process) ENTRY(a_list) ENTRY(those_behind_follow) ENTRY(elements) ENTRY(gas_through_sides)
+          ENTRY(gas_that_streams))
 #else
-TEST_MAIN(ENTRY(one_process) ENTRY(a_list) ENTRY(elements) ENTRY(metal_in_a_flow_in_time)
+TEST_MAIN(ENTRY(one_process) ENTRY(a_list) ENTRY(those_behind_follow) ENTRY(elements) ENTRY(metal_in_a_flow_in_time)
           ENTRY(steady_flow_that_follows))
 #endif

@@ -184,15 +184,12 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p,
     return worst;
 }
 
-/* Processes from number n on, which stand at `from` [s], follow to `end` [s]. *count: steps that one counts for the
- * run. */
-static pd_status pdi_couple_follow(pd_ctx *ctx, pd_couple *c, int n, double from, double end, pd_step *s,
-                                   int64_t *count)
+/* Processes from number n on, which stand at `from` [s], follow to `end` [s]. */
+static pd_status pdi_couple_follow(pd_ctx *ctx, pd_couple *c, int n, double from, double end, pd_step *s)
 {
     pd_status worst = PD_OK;
     for (; n < c->count; n++) {
         const pd_process *p = &c->process[n];
-        int64_t before = p->counts ? *p->steps : 0;
         double reached = from;
         if (!p->attempt) continue;
         for (;;) {
@@ -203,21 +200,19 @@ static pd_status pdi_couple_follow(pd_ctx *ctx, pd_couple *c, int n, double from
             reached = s->end;
             if (status >= 0 && reached < end) {
                 worst = status > 0 ? status : worst;
-                status = pdi_couple_follow(ctx, c, n + 1, from, reached, s, count);
+                status = pdi_couple_follow(ctx, c, n + 1, from, reached, s);
                 from = reached;
             }
             if (status < 0) return status;
             if (status > 0) worst = status;
             if (!(reached < end)) break;
         }
-        if (p->counts) *count = *p->steps - before;
     }
     return worst;
 }
 
-/* All processes that move, in their order, up to the end of the step: *end and *dt [s]. *count: steps that it counts
- * for. */
-static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, double *dt, int64_t *count)
+/* All processes that move, in their order, up to the end of the step: *end and *dt [s]. */
+static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, double *dt)
 {
     pd_step s;
     int n = 0;
@@ -227,21 +222,18 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
     s.max_step = c->desc.max_step;
     s.at = pdi_couple_at;
     s.at_user = c;
-    *count = 1;
     while (n < c->count && !c->process[n].attempt) n++;
     if (n < c->count) {
         const pd_process *p = &c->process[n];
-        int64_t before = p->counts ? *p->steps : 0;
         s.time = c->time;
         s.limit = *end;
         if (p->inner) PDI_TRY(pdi_couple_longest(ctx, c, &s));
         s.lost = pdi_couple_lost(c, p);
         pd_status worst = pdi_couple_move(ctx, c, p, !p->inner, &s);
         if (worst < 0) return worst;
-        if (p->counts) *count = *p->steps - before;
         *end = s.end;
         *dt = p->inner ? *end - c->time : s.dt;
-        pd_status status = pdi_couple_follow(ctx, c, n + 1, c->time, *end, &s, count);
+        pd_status status = pdi_couple_follow(ctx, c, n + 1, c->time, *end, &s);
         return status ? status : worst;
     }
     if (c->desc.max_step > 0.0 && c->desc.max_step < *dt) {
@@ -254,15 +246,14 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
 pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
 {
     double end = t_limit, dt = t_limit - c->time;
-    int64_t count;
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
-    pd_status status = pdi_couple_advance(ctx, c, &end, &dt, &count);
+    pd_status status = pdi_couple_advance(ctx, c, &end, &dt);
     if (status < 0) return status;
     c->unsolved += status > 0;
-    c->dt = dt / (double)count;
+    c->dt = dt;
     c->time = end;
-    c->steps += count;
+    c->steps++;
     PDI_TRY(pdi_couple_balance(ctx, c));
     for (int n = 0; n < c->count; n++)
         if (c->process[n].at && c->process[n].finish) PDI_TRY(c->process[n].finish(ctx, c->process[n].self, c->time));

@@ -52,7 +52,6 @@ typedef struct pd_process {
     int elements;
     int inner;            /* 1: a step of the run takes it through steps of its own */
     const int64_t *steps; /* its own ones; NULL: not counted */
-    int counts;           /* 1: its own steps are those of the run */
     /* Once, before the opening balance, at time t [s]. */
     pd_status (*start)(pd_ctx *ctx, void *self, double t);
     /* Quasi-steady processes: become those of time t [s]. */

@@ -893,7 +893,6 @@ def declare(dim):
         ('elements', c_int),
         ('inner', c_int),
         ('steps', POINTER(c_int64)),
-        ('counts', c_int),
         ('start', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_double)),
         ('at', pd_at_fn),
         ('longest', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
