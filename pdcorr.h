@@ -74,6 +74,7 @@
  *     compact    the nearest-neighbour (2d+1 point) picture of a scene that multigrid preconditioners work on.
  *     sdirk      what all users of the two-stage, second-order, L-stable SDIRK method share: its constant, and the choice of
  *     process    a physics that moves in time, as the driver of a run sees it.
+ *     stiff      a few ordinary differential equations, stiff or not, from one time to another with a controlled error.
  *     least_squares bounded least squares over a few parameters of a function that costs much and has noise: a run.
  *   flow/
  *     scales     how large a flow is and how fast it comes in, from the lattice alone.
@@ -116,6 +117,7 @@
  *     migration  the potential that keeps species neutral as they diffuse, and its part in the linear systems (theory:
  *     reactive   several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
  *     etch       metal that dissolves by a law in the species at its surface, solved with the step of the species
+ *     coat       what surfaces of metal carry besides the species beside them, such as the cover and the thickness of a film:
  *     tangent    derivatives of the balances of a step, and the linear systems that follow (theory: 5c).
  *     advance    steps in time of species that flow, diffuse and react (theory: 5c).
  *     course     species in time as a process, in steps of two stages with a controlled error (theory: 5c).
@@ -227,6 +229,7 @@
  *     read_solid the section [solid] of a scene, and what holds and loads the metal: keys of sides and of shapes.
  *     read_cuts  the [cut NAME] sections of a scene: cracks that metal under load has from the start.
  *     read_shapes the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
+ *     read_surface what a scene says of states that surfaces of metal carry: the sections [surface NAME].
  *     read_metal reads the sections [dissolve] and [corrode] of a scene: how metal goes.
  *     read_chemistry what a scene says of species that a run carries: the electrolyte, how it moves in time, and the
  *     read_potential what a scene says of the electric potential: the sections [potential] and [electrode NAME], and the
@@ -240,6 +243,7 @@
  *     inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
  *     wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
  *     grip       what holds and loads a body: sides of the box, shapes, forces on all of it.
+ *     surfaces   the states of surfaces of a setup on its lattice: where they are, what their rates read, and what reads them.
  *     electrodes the electrodes of a setup on its lattice: which metal each of them is, what is connected, what is given.
  *     footprint  the memory of a run, from its setup alone: nothing is built for it.
  *     attack     a law of the scene in pH or species, between metal and species: where metal lies, what the law says there.
@@ -2665,6 +2669,43 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *process, pd_ste
 
 #endif
 
+/* ======== >>solve/stiff.h ======== */
+/* stiff: a few ordinary differential equations, stiff or not, from one time to another with a controlled error.
+ *
+ * Linearly implicit steps of Euler, extrapolated to order 5 (Deuflhard 1985; Hairer and Wanner 1996, IV.9). A value that
+ * reaches a bound stays there as long as its rate points outwards: the step ends where the bound is met. Rates are asked
+ * within bounds only. Nothing is allocated and nothing is global, so threads may solve side by side.
+ */
+#ifndef PD_STIFF_H
+#define PD_STIFF_H
+
+#define PD_STIFF_MOST 8 /* equations */
+
+/* Rates [count] [unit of y per s] of y [count] at time t [s]. */
+typedef void (*pd_stiff_fn)(void *user, double t, const double *y, double *rate);
+
+typedef struct pd_stiff {
+    int count;
+    pd_stiff_fn rate;
+    void *user;
+    const double *low, *high; /* [count] bounds; infinite: none */
+    const double *size;       /* [count] errors count against that, or against the value where it is larger */
+    double tolerance;         /* [-] of a step */
+} pd_stiff;
+
+typedef enum pd_stiff_end {
+    PD_STIFF_DONE = 0,
+    PD_STIFF_NOT_FINITE, /* a rate is not */
+    PD_STIFF_STUCK       /* the error does not fall with the step, as where a rate jumps back and forth */
+} pd_stiff_end;
+
+#ifdef PDI_INTERNAL
+/* y [count] at `from` [s] becomes that at `to`. *which: the equation that is not finite, else unchanged. */
+PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *stiff, double from, double to, double *y, int *which);
+#endif
+
+#endif
+
 /* ======== >>solve/least_squares.h ======== */
 /* least_squares: bounded least squares over a few parameters of a function that costs much and has noise: a run.
  *
@@ -5022,6 +5063,10 @@ PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
+/* What a film between nodes and surfaces solves with: the system of concentrations times `scale` [solutes], and the same
+ * with the activities of a node: ln gamma of a charge of 1. */
+PDI_FN void pdi_etch_film(const pd_reactive *reactive, pd_components *film, double *scale);
+PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now);
 /* Speed [m/s] at a fluid node for the present concentrations, behind such a film. NaN: the law is not finite. */
 PDI_FN double pdi_etch_at(const pd_etch *etch, int32_t node, double thick, double guess);
 /* The speeds of all places; `derive`: and how they follow the totals. */
@@ -5041,6 +5086,101 @@ static inline double pdi_etch_follow(const pd_etch *s, int32_t place, const doub
     for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
     return sum;
 }
+#endif
+
+#endif
+
+/* ======== >>react/coat.h ======== */
+/* coat: what surfaces of metal carry besides the species beside them, such as the cover and the thickness of a film:
+ * states with laws for their rates, stepped with the species (theory: eq. 5c.6).
+ *
+ * The states of a place are ordinary differential equations in the concentrations at the surface, which are those of
+ * the node behind what metal gives (etch.h). A step of the species is one of the states: they are first taken to its
+ * middle, with concentrations that go on as in the last step; what depends on them is found there and holds for the
+ * step. Then they take the step again, with concentrations from its start to its end. Second order in time.
+ */
+#ifndef PD_COAT_H
+#define PD_COAT_H
+
+#define PD_COAT_MOST PD_STIFF_MOST /* states */
+#define PD_COAT_AROUND 2           /* values besides the species that rates may read */
+
+/* What rates read at a place. */
+typedef struct pd_coat_at {
+    int32_t node;
+    const double *c;      /* [solutes] [mol/m3] at the surface, of those that rates read */
+    double ph;            /* NaN without H+ */
+    const double *around; /* [PD_COAT_AROUND] as the caller says */
+    double time;          /* [s] */
+} pd_coat_at;
+
+typedef struct pd_coat_desc {
+    int count;                                     /* states, 1 to PD_COAT_MOST */
+    double low[PD_COAT_MOST], high[PD_COAT_MOST];  /* [unit of each] rates out of them are 0 there; infinite: none */
+    const char *name[PD_COAT_MOST];                /* for messages */
+    double rtol;                                   /* [-] error of a step over the largest of each state */
+    uint32_t reads;                                /* bit n: rates depend on solute n, */
+    int reads_ph;                                  /* 1: on pH */
+    /* on [total] of fluid nodes: bit k: the surface there carries state k; 0 before the call. `anew`: nodes have turned
+     * fluid since the last one */
+    pd_status (*where)(pd_ctx *ctx, void *user, int anew, uint32_t *on);
+    double (*initial)(void *user, int state, int32_t node);
+    void (*rate)(void *user, const pd_coat_at *at, const double *y, double *rate); /* [count] [unit of each per s] */
+    /* Bring what depends on states to time t [s]; NULL: nothing does but what is asked for in the step. */
+    pd_at_fn solve;
+    void (*around)(void *user, int32_t node, double *around); /* then; NULL: nothing else is read */
+    /* Adds to flows [components] what comes out of metal at a node, as of pd_etch: [mol/m3]. NULL: nothing does. */
+    void (*film)(void *user, int32_t node, double *flows);
+    void *user;
+} pd_coat_desc;
+
+typedef struct pd_coat {
+    pd_coat_desc desc;
+    pd_reactive *reactive;
+    pd_components film;           /* see pd_etch */
+    double scale[PD_SPECIES_MOST]; /* the same */
+    uint32_t *on;     /* [total] see `where` */
+    uint32_t *was;    /* [total] work */
+    int32_t *node;    /* [total] of places */
+    int32_t count;    /* of places */
+    double *value;    /* [states][total] [unit of each] now; within a step of the species in its middle */
+    double *start;    /* [states][total] [unit of each] at the start of the step */
+    double *middle;   /* [states][total] [unit of each] in its middle, as it was foreseen */
+    /* at the surface, of solutes that rates read [mol/m3], and with pH of ln gamma of a charge of 1 [-]: */
+    int columns, solute[PD_SPECIES_MOST + 1];
+    double *fresh;    /* [columns][total] at the start of the step */
+    double *slope;    /* [columns][total] [1/s times] of that, in the last step */
+    double *first;    /* [columns][total] the same with what comes out of metal in the middle */
+    double *way;      /* [columns][total] [1/s times] change from there to the end of the step */
+    int *off;         /* [total] work: what went wrong at places */
+    double size[PD_COAT_MOST]; /* [unit of each] largest value */
+    double last;      /* [s] the last step; 0: none */
+    int anew;         /* 1: nodes have turned fluid; at first, too */
+    int begun;        /* 1: there are places */
+} pd_coat;
+
+#ifdef PDI_INTERNAL
+/* reactive is borrowed. */
+PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *reactive, const pd_coat_desc *desc, pd_coat *coat);
+PDI_FN void pdi_coat_free(pd_ctx *ctx, pd_coat *coat);
+/* Its columns, from the desc and reactive. */
+PDI_FN void pdi_coat_columns(pd_coat *coat);
+PDI_FN void pdi_coat_list(pdi_owner *owner, void *object);
+/* Find the places as they are now; new ones take over what those around them carry. */
+PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *coat);
+/* A step of the species begins at t [s]. */
+PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *coat, double t);
+/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; with `last` a message. */
+PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt, int last);
+/* To its end, after the species, whose concentrations [solutes][total] were `from`. *error: over what it may be. */
+PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt, int last,
+                                 double *error);
+/* The step of dt [s] stands; it does not. */
+PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
+PDI_FN void pdi_coat_reject(pd_coat *coat);
+/* A state at the surface beside a fluid node; where that carries none, the mean of the nearest places within two cells,
+ * else that of the start. */
+PDI_FN double pdi_coat_value(const pd_coat *coat, int state, int32_t node);
 #endif
 
 #endif
@@ -5122,6 +5262,8 @@ typedef struct pd_course_desc {
                          * of the run */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
+    pd_coat *coat;      /* states of surfaces, which step with the species; NULL: there are none. Borrowed. `feed` is
+                         * asked in the middle of each step then, and what is behind the species follows each of them */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
 } pd_course_desc;
 
@@ -7724,9 +7866,10 @@ PD_API double pd_electrode_current(const pd_electrode *electrode, double u, doub
 PD_API void pd_electrode_free(pd_ctx *ctx, pd_electrode *electrode);
 
 #ifdef PDI_INTERNAL
-/* Current density [A/m2] at E - phi = `drop` [V], where phi lies behind `resist` > 0 [m2/S] of electrolyte, and
- * behind the film; *slope [S/m2] its derivative; *u [V] a guess in, the overpotential at the surface out. */
-PDI_FN double pdi_electrode_through(const pd_electrode *electrode, double drop, double resist, double *u,
+/* Current density [A/m2] of `share` [-] times the curve at E - phi = `drop` [V], where phi lies behind `resist` > 0
+ * [m2/S] of electrolyte, and behind the film; *slope [S/m2] its derivative; *u [V] a guess in, the overpotential at the
+ * surface out. */
+PDI_FN double pdi_electrode_through(const pd_electrode *electrode, double share, double drop, double resist, double *u,
                                     double *slope);
 /* Least and largest current density [A/m2], infinite where there is no limit. */
 PDI_FN void pdi_electrode_range(const pd_electrode *electrode, double *least, double *most);
@@ -7754,6 +7897,7 @@ typedef struct pd_contact {
     int electrode;
     double area; /* [1/m] over the volume of the node */
     double way;  /* [m] from the node to the surface */
+    double share; /* [-] factor of the curve, at least 0: 1, or as the caller sets it */
 } pd_contact;
 
 typedef struct pd_contacts {
@@ -8033,6 +8177,8 @@ typedef struct pd_cell_desc {
     int (*which)(void *user, int32_t node);                /* electrode of a solid node */
     double (*given)(void *user, int circuit, double t);    /* value of a circuit at time t [s]; NULL: as it is */
     void (*conduct)(void *user, double *field);            /* [total] [S/m] at fluid nodes, now; NULL: uniform */
+    /* writes the share of each contact, now; NULL: curves hold as they are */
+    pd_status (*share)(pd_ctx *ctx, void *user, pd_contact *contact, int32_t count, double t);
     void *user;
 } pd_cell_desc;
 
@@ -8051,6 +8197,7 @@ typedef struct pd_cell {
     pd_potential potential;
     pd_potential_result result;  /* of the last solution */
     int stale;                   /* 1: nodes have turned fluid */
+    double time;                 /* [s] of the last solution */
     int64_t solves, newton, krylov;
 } pd_cell;
 
@@ -8080,6 +8227,8 @@ PD_API void pd_cell_free(pd_ctx *ctx, pd_cell *cell);
 /* Beside fluid node i: current density [A/m2] and E - phi at the surface [V] of electrodes with metal `kind`, means
  * over the area of its contacts; where it has none, of those nearest within two cells. 0: there is none. */
 PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface);
+/* A solution for time t [s] within a step; nothing is done where it is that of the last one. */
+PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t);
 /* Current density [A/m2] at the contacts of fluid node i, of all electrodes; 0 where it has none. */
 PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i);
 /* Current density j[PD_DIM] [A/m2] in fluid node i: the first moment of what its bonds and contacts carry, which a
@@ -10057,6 +10206,7 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 #define PD_SETUP_CUTS 16 /* most [cut] sections */
 #define PD_SETUP_CORNERS 32 /* most corners of a cut */
 #define PD_SETUP_ELECTRODES 16 /* [electrode] sections */
+#define PD_SETUP_STATES PD_COAT_MOST /* [surface] sections */
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -10090,7 +10240,7 @@ typedef enum pd_field {
     PD_FIELD_POTENTIAL, /* that its ions migrate in */
     PD_FIELD_FILM,    /* share of a cell that minerals take */
     PD_FIELD_SI,      /* largest saturation index of the minerals */
-    PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order */
+    PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order, then states of surfaces */
     PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MOST
 } pd_field;
 
@@ -10174,7 +10324,8 @@ typedef enum pd_monitor_kind {
     PD_MONITOR_GRIP,     /* force of a grip on a body */
     PD_MONITOR_SOLID,    /* energies of a body, and its extremes */
     PD_MONITOR_CUT,      /* the tip of a crack */
-    PD_MONITOR_ELECTRODE /* its potential and current */
+    PD_MONITOR_ELECTRODE, /* its potential and current */
+    PD_MONITOR_STATE     /* of surfaces: its mean and extremes */
 } pd_monitor_kind;
 
 /* The concentration of the fluid that a Sherwood number refers to. */
@@ -10228,7 +10379,7 @@ typedef struct pd_setup_metal {
     int shape;         /* where it is; -1: all solid that is not of a later metal */
     pd_expr rate;      /* of C, t, x, y, z, grain, pH, species; in m/s, in 1/s per layer, or in A/m2 */
     int species;       /* that the rate has behind pH, */
-    int of[PD_EXPR_VARS]; /* by their place in the electrolyte */
+    int of[PD_EXPR_VARS]; /* by their place in the electrolyte; behind them it has all states of surfaces */
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
     int polarised;     /* 1: among ions that migrate it has a given potential: */
     pd_expr potential; /* of t; in V, against inlets and walls that hold species */
@@ -10302,6 +10453,20 @@ typedef struct pd_setup_drawing {
     double way[3];                   /* [-] in which the eye looking at it stands */
 } pd_setup_drawing;
 
+/* What surfaces of metal carry, with a law for its rate. */
+typedef struct pd_setup_state {
+    char name[PD_SETUP_NAME];
+    int line;               /* of the file */
+    char unit[PD_UNITS_TEXT]; /* "": a plain number */
+    char label[PD_SETUP_NAME + PD_UNITS_TEXT + 4]; /* "theta", "l [m]" */
+    uint32_t electrodes;    /* bit k: electrode k carries it; without electrodes all metal that dissolves */
+    pd_expr initial;        /* of x, y, z */
+    double low, high;       /* infinite: none */
+    pd_expr rate;           /* of C, t, x, y, z, grain (unread), i, E, pH, species, states, T */
+    int species;            /* that the rate has behind pH, */
+    int of[PD_EXPR_VARS];   /* by their place in the electrolyte */
+} pd_setup_state;
+
 /* Metal with a polarisation curve. */
 typedef struct pd_setup_electrode {
     char name[PD_SETUP_NAME];
@@ -10313,6 +10478,8 @@ typedef struct pd_setup_electrode {
     int points;
     double *potential, *current; /* [points] [V] [A/m2] */
     double film;              /* [m2/S] */
+    int shares;               /* 1: its currents are multiplied: */
+    pd_expr share;            /* of x, y, z, t and all states of surfaces */
     int holds, gives;         /* 1: its potential, or its current, is given: */
     pd_expr given;            /* of t; in V, or in A (per m in planar 2D, per m2 in 1D) */
     int wire;                 /* electrodes of one number are connected: the first of them */
@@ -10427,6 +10594,9 @@ typedef struct pd_setup {
     /* electric potential */
     int has_potential;
     pd_setup_potential potential;
+    /* states of surfaces */
+    pd_setup_state state[PD_SETUP_STATES];
+    int states;
     /* functions of the expressions */
     pd_setup_table *table;   /* [tables] */
     pd_expr_table *function; /* [tables] of `table`, as expressions want them */
@@ -10490,7 +10660,9 @@ PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name);
 /* What the species are; all but their concentrations and the arena. */
 PDI_FN void pdi_setup_reactive(const pd_setup *setup, pd_reactive_desc *desc);
 /* Species of the electrolyte whose concentration it is; -1: it is none. */
-PDI_FN int pdi_setup_field_species(int64_t field);
+PDI_FN int pdi_setup_field_species(const pd_setup *setup, int64_t field);
+/* State of surfaces that it is; -1: it is none. */
+PDI_FN int pdi_setup_field_state(const pd_setup *setup, int64_t field);
 /* 1: displacements, stresses and the like. */
 PDI_FN int pdi_setup_field_body(pd_field field);
 /* 1: a stress along axes. */
@@ -10606,6 +10778,8 @@ PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_co
 /* One of the caller's own, with a unit that lives as long. */
 PDI_FN void pdi_read_constants_append(pd_text *text, pdi_read_constants *named, const char *name, const char *unit,
                                       double value);
+/* Unit of SI for a dimension, as expressions read it, into unit[PD_UNITS_TEXT]. 0: exponents are broken. */
+PDI_FN int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit);
 /* 1: expressions of a scene know the name without its doing. */
 PDI_FN int pdi_read_constants_taken(const char *name);
 #endif
@@ -10763,6 +10937,30 @@ PDI_FN pd_status pdi_read_cuts_read(pdi_reader *s);
 /* Read all [shape ...] sections: geometry, solid, wall, material and grains of the setup. folder: where the paths of
  * masks start. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line. */
 PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
+#endif
+
+#endif
+
+/* ======== >>scene/read_surface.h ======== */
+/* read_surface: what a scene says of states that surfaces of metal carry: the sections [surface NAME].
+ *
+ * Their names are known to the laws of metal and to factors of electrodes, so they are read first; their rates name
+ * what electrodes bring, and are read last.
+ */
+#ifndef PD_READ_SURFACE_H
+#define PD_READ_SURFACE_H
+
+#ifdef PDI_INTERNAL
+/* Names, units, values of the start and bounds; behind species. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+PDI_FN pd_status pdi_read_surface_states(pdi_reader *reader);
+/* Rates and what carries the states; behind metal and electrodes. */
+PDI_FN pd_status pdi_read_surface_rates(pdi_reader *reader);
+/* Append the species that the text of a key names as [H+], which name[] keeps, and all states. of[*species]: species by
+ * their place in the electrolyte. */
+PDI_FN pd_status pdi_read_surface_variables(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
+                                            char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species);
+/* The factor of an electrode, its number. */
+PDI_FN pd_status pdi_read_surface_share(pdi_reader *reader, int section, int electrode);
 #endif
 
 #endif
@@ -11089,6 +11287,50 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at);
 
 #endif
 
+/* ======== >>run/surfaces.h ======== */
+/* surfaces: the states of surfaces of a setup on its lattice: where they are, what their rates read, and what reads them.
+ */
+#ifndef PD_SURFACES_H
+#define PD_SURFACES_H
+
+/* All is borrowed, but for the contacts. */
+typedef struct pd_surfaces {
+    const pd_setup *setup;
+    const pd_bonds *bonds;
+    const pd_stencil *across; /* of bonds across surfaces */
+    pd_cell *cell;            /* of the electrodes; NULL: there are none */
+    const pd_etch *etch;      /* metal that dissolves by a law in the species; NULL: it does not */
+    pd_contacts contacts;     /* without electrodes: of metal and fluid */
+    pd_coat *coat;
+    int moves;                /* 1: the potential follows states, or rates follow it */
+    int comes;                /* 1: currents of electrodes enter the species */
+    double gain[PD_SETUP_ELECTRODES][PD_SPECIES_MOST]; /* [-] components with one electron */
+} pd_surfaces;
+
+/* A state as it is now. */
+typedef struct pd_surfaces_figures {
+    double mean, least, most; /* [unit of the state] over the area; NaN without any */
+    double area;              /* [m^(d-1)] of a body of rings all around */
+} pd_surfaces_figures;
+
+#ifdef PDI_INTERNAL
+/* It must not be moved once it is built. cell, etch: NULL without; they are built later. */
+PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, const pd_bonds *bonds,
+                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_coat *coat,
+                                    pd_surfaces *surfaces);
+PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *surfaces);
+/* All states at the surface beside a fluid node. */
+PDI_FN void pdi_surfaces_values(const pd_surfaces *surfaces, int32_t node, double *value);
+/* State k of a fluid node; NaN: its surface carries none. */
+PDI_FN double pdi_surfaces_at(const pd_surfaces *surfaces, int k, int32_t node);
+PDI_FN void pdi_surfaces_figures(const pd_surfaces *surfaces, int k, pd_surfaces_figures *figures);
+/* Factors of the curves of electrodes, as `share` of a cell. */
+PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *surfaces, pd_contact *contact, int32_t count,
+                                    double t);
+#endif
+
+#endif
+
 /* ======== >>run/electrodes.h ======== */
 /* electrodes: the electrodes of a setup on its lattice: which metal each of them is, what is connected, what is given.
  */
@@ -11103,6 +11345,7 @@ typedef struct pd_electrode_map {
     const pd_reactive *reactive; /* whose conductivity it is; NULL: it is given */
     const pd_reactive *species;  /* that reactions of electrodes bring; NULL: none are there */
     const pd_cell *cell;
+    const pd_surfaces *surfaces; /* whose states the curves read; NULL: they read none */
     int circuits;
     int member[PD_SETUP_ELECTRODES];       /* circuit of each electrode */
     int given[PD_SETUP_ELECTRODES];        /* of each circuit: the electrode that has a given value; -1: none */
@@ -11111,11 +11354,12 @@ typedef struct pd_electrode_map {
 } pd_electrode_map;
 
 #ifdef PDI_INTERNAL
-/* All is borrowed. reactive, dissolve: NULL without. PD_ERR_GEOMETRY: metal that is no electrode, an electrode without
+/* All is borrowed. reactive, dissolve, surfaces: NULL without. PD_ERR_GEOMETRY: metal that is no electrode, an electrode without
  * metal. PD_ERR_ARGUMENT: two values are given for metals that touch. */
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
-                                      const pd_dissolve *dissolve, pd_electrode_map *electrodes, pd_cell *cell);
+                                      const pd_dissolve *dissolve, const pd_surfaces *surfaces,
+                                      pd_electrode_map *electrodes, pd_cell *cell);
 /* A `feed` of a course, of a pd_electrode_map with species and cell: by Faraday's law, of the potential found last. */
 PDI_FN void pdi_electrodes_feed(void *user, double *source);
 #endif
@@ -11175,6 +11419,7 @@ typedef struct pd_attack {
     pd_dissolve *dissolve;
     const pd_course *course;
     const pd_cell *cell; /* whose potential the law reads, as it was found last; NULL: it does not */
+    const pd_surfaces *surfaces; /* whose states the law reads; NULL: it reads none */
     int32_t *grain; /* [total] of the metal beside a node; NULL: the law does not ask */
     double begin;   /* [s] of the step of the run */
 } pd_attack;
@@ -11182,7 +11427,8 @@ typedef struct pd_attack {
 #ifdef PDI_INTERNAL
 /* The law of the first metal of the setup, which is chemical. All is borrowed. */
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, const pd_cell *cell, pd_attack *attack);
+                                  const pd_course *course, const pd_cell *cell, const pd_surfaces *surfaces,
+                                  pd_attack *attack);
 PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *attack);
 /* A pd_rate_fn of the dissolution, its `found`, and the `find` of the course. */
 PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at);
@@ -11226,6 +11472,8 @@ typedef struct pd_model {
     pd_reactive reactive;     /* species */
     double *bare;             /* [total] [-] factor of metal that minerals cover, or NULL */
     pd_course course;
+    pd_coat coat;             /* states of surfaces; else absent */
+    pd_surfaces surfaces;     /* the same */
     pd_attack attack;         /* of a law in the species; else absent */
     pd_grain grain;
     pd_grain_stats grain_stats;
@@ -21386,6 +21634,244 @@ pd_status pd_process_run(pd_ctx *ctx, pd_process p, double t_end)
 }
 
 #undef PDI_PROCESS_TRIALS
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
+#endif
+
+/* ======== >>solve/stiff.c ======== */
+/* stiff: see stiff.h */
+#include <math.h>
+#include <string.h>
+
+/* Columns of the table of extrapolation: steps are taken as 1, 2, ... of them. */
+#define PDI_STIFF_COLUMNS 5
+/* Steps at most, and the least of one over the whole way. */
+#define PDI_STIFF_STEPS 20000
+#define PDI_STIFF_LEAST 1e-13
+/* Share of the step that the error allows; a step is at most this many times the last one, at least that share. */
+#define PDI_STIFF_SAFETY 0.8
+#define PDI_STIFF_GROWTH 8.0
+#define PDI_STIFF_SHRINK 0.1
+/* Relative change of a value, and of its size, by which slopes of rates are found. */
+#define PDI_STIFF_STRIDE 1e-7
+
+typedef double pdi_stiff_matrix[PD_STIFF_MOST][PD_STIFF_MOST];
+
+/* A step at hand. */
+typedef struct pdi_stiff_work {
+    const pd_stiff *s;
+    int held[PD_STIFF_MOST];     /* 1: it stands at a bound, with its rate outwards */
+    pdi_stiff_matrix slope;      /* [1/s] of rates by values */
+    int bad;                     /* equation whose rate is not finite; -1: none */
+} pdi_stiff_work;
+
+static double pdi_stiff_within(const pd_stiff *s, int k, double y) { return fmin(fmax(y, s->low[k]), s->high[k]); }
+
+/* Rates at values within bounds; those that are held have none. */
+static void pdi_stiff_rates(pdi_stiff_work *w, double t, const double *y, double *rate)
+{
+    const pd_stiff *s = w->s;
+    double x[PD_STIFF_MOST];
+    for (int k = 0; k < s->count; k++) x[k] = pdi_stiff_within(s, k, y[k]);
+    s->rate(s->user, t, x, rate);
+    for (int k = 0; k < s->count; k++) {
+        if (!(fabs(rate[k]) < 1e100) && w->bad < 0) w->bad = k;
+        if (w->held[k]) rate[k] = 0.0;
+    }
+}
+
+/* Which values stand at a bound and want out. */
+static void pdi_stiff_hold(pdi_stiff_work *w, double t, const double *y)
+{
+    const pd_stiff *s = w->s;
+    double rate[PD_STIFF_MOST];
+    memset(w->held, 0, sizeof w->held);
+    pdi_stiff_rates(w, t, y, rate);
+    for (int k = 0; k < s->count; k++)
+        w->held[k] = (y[k] >= s->high[k] && rate[k] > 0.0) || (y[k] <= s->low[k] && rate[k] < 0.0);
+}
+
+/* How the rates follow the values, by differences away from upper bounds. */
+static void pdi_stiff_slopes(pdi_stiff_work *w, double t, const double *y)
+{
+    const pd_stiff *s = w->s;
+    double x[PD_STIFF_MOST], at[PD_STIFF_MOST], moved[PD_STIFF_MOST];
+    memcpy(x, y, sizeof x);
+    pdi_stiff_rates(w, t, x, at);
+    for (int j = 0; j < s->count; j++) {
+        double stride = PDI_STIFF_STRIDE * fmax(fabs(y[j]), s->size[j]);
+        if (!(stride > 0.0)) stride = PDI_STIFF_STRIDE;
+        x[j] = y[j] + stride > s->high[j] ? y[j] - stride : y[j] + stride;
+        pdi_stiff_rates(w, t, x, moved);
+        for (int k = 0; k < s->count; k++) w->slope[k][j] = w->held[j] ? 0.0 : (moved[k] - at[k]) / (x[j] - y[j]);
+        x[j] = y[j];
+    }
+}
+
+/* The factors of 1 - h slope, with rows exchanged; 0: it is singular. */
+static int pdi_stiff_factor(const pdi_stiff_work *w, double h, pdi_stiff_matrix a, int *row)
+{
+    int n = w->s->count;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) a[i][j] = (i == j ? 1.0 : 0.0) - h * w->slope[i][j];
+    for (int p = 0; p < n; p++) {
+        row[p] = p;
+        for (int i = p + 1; i < n; i++)
+            if (fabs(a[i][p]) > fabs(a[row[p]][p])) row[p] = i;
+        for (int j = 0; j < n && row[p] != p; j++) {
+            double swap = a[p][j];
+            a[p][j] = a[row[p]][j];
+            a[row[p]][j] = swap;
+        }
+        if (!(fabs(a[p][p]) > 0.0) || !(fabs(a[p][p]) < HUGE_VAL)) return 0;
+        for (int i = p + 1; i < n; i++) {
+            a[i][p] /= a[p][p];
+            for (int j = p + 1; j < n; j++) a[i][j] -= a[i][p] * a[p][j];
+        }
+    }
+    return 1;
+}
+
+static void pdi_stiff_back(int n, pdi_stiff_matrix a, const int *row, double *x)
+{
+    for (int p = 0; p < n; p++) {
+        double swap = x[p];
+        x[p] = x[row[p]];
+        x[row[p]] = swap;
+    }
+    for (int i = 1; i < n; i++)
+        for (int j = 0; j < i; j++) x[i] -= a[i][j] * x[j];
+    for (int i = n - 1; i >= 0; i--) {
+        for (int j = i + 1; j < n; j++) x[i] -= a[i][j] * x[j];
+        x[i] /= a[i][i];
+    }
+}
+
+/* `parts` steps of Euler over h; 0: a matrix is singular. */
+static int pdi_stiff_euler(pdi_stiff_work *w, double t, double h, int parts, const double *y, double *end)
+{
+    int n = w->s->count, row[PD_STIFF_MOST];
+    double part = h / parts, x[PD_STIFF_MOST];
+    pdi_stiff_matrix a;
+    memcpy(end, y, PD_STIFF_MOST * sizeof *end);
+    if (!pdi_stiff_factor(w, part, a, row)) return 0;
+    for (int i = 1; i <= parts; i++) {
+        pdi_stiff_rates(w, t + i * part, end, x);
+        for (int k = 0; k < n; k++) x[k] *= part;
+        pdi_stiff_back(n, a, row, x);
+        for (int k = 0; k < n; k++) end[k] += x[k];
+    }
+    return 1;
+}
+
+/* A step of h from y to `end`: its error over what it may be; HUGE_VAL: there is no result. */
+static double pdi_stiff_step(pdi_stiff_work *w, double t, double h, const double *y, double *end)
+{
+    const pd_stiff *s = w->s;
+    double table[PDI_STIFF_COLUMNS][PDI_STIFF_COLUMNS][PD_STIFF_MOST], worst = 0.0;
+    int last = PDI_STIFF_COLUMNS - 1;
+    for (int j = 0; j <= last; j++) {
+        if (!pdi_stiff_euler(w, t, h, j + 1, y, table[j][0])) return HUGE_VAL;
+        for (int c = 1; c <= j; c++)
+            for (int k = 0; k < s->count; k++)
+                table[j][c][k] = table[j][c - 1][k] + (table[j][c - 1][k] - table[j - 1][c - 1][k]) /
+                                                      ((j + 1.0) / (j + 1.0 - c) - 1.0);
+    }
+    for (int k = 0; k < s->count; k++) {
+        double off = fabs(table[last][last][k] - table[last][last - 1][k]);
+        double size = fmax(fmax(fabs(y[k]), fabs(table[last][last][k])), s->size[k]);
+        end[k] = table[last][last][k];
+        if (!(off < 1e100)) return HUGE_VAL;
+        if (off > 0.0) worst = fmax(worst, off / (size * s->tolerance));
+    }
+    return worst;
+}
+
+/* Share of the step after which the first value meets a bound; 1: none does. What is within the tolerance of a bound
+ * gets there. */
+static double pdi_stiff_met(const pd_stiff *s, const double *y, double *end)
+{
+    double share = 1.0;
+    for (int k = 0; k < s->count; k++) {
+        double bound = pdi_stiff_within(s, k, end[k]), out = fabs(end[k] - bound);
+        if (!(out > 0.0)) continue;
+        if (out <= s->tolerance * fmax(fmax(fabs(bound), fabs(y[k])), s->size[k])) end[k] = bound;
+        else share = fmin(share, fmax((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_SHRINK));
+    }
+    return share;
+}
+
+/* 1: a value that was held over a step of h has come off its bound in it, by more than the tolerance. */
+static int pdi_stiff_left(const pdi_stiff_work *w, double t, double h, const double *end)
+{
+    const pd_stiff *s = w->s;
+    pdi_stiff_work loose = *w;
+    double rate[PD_STIFF_MOST];
+    int any = 0;
+    for (int k = 0; k < s->count; k++) any |= w->held[k];
+    if (!any) return 0;
+    memset(loose.held, 0, sizeof loose.held);
+    pdi_stiff_rates(&loose, t + h, end, rate);
+    for (int k = 0; k < s->count; k++) {
+        double out = end[k] >= s->high[k] ? rate[k] : -rate[k];
+        if (w->held[k] && -out * h > s->tolerance * fmax(fabs(end[k]), s->size[k])) return 1;
+    }
+    return 0;
+}
+
+PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, double *y, int *which)
+{
+    pdi_stiff_work w;
+    double t = from, h = to - from, end[PD_STIFF_MOST];
+    memset(&w, 0, sizeof w);
+    w.s = s;
+    w.bad = -1;
+    for (int step = 0; step < PDI_STIFF_STEPS && t < to; step++) {
+        int last = !(h < to - t);
+        if (last) h = to - t;
+        if (!(h > PDI_STIFF_LEAST * (to - from))) return PD_STIFF_STUCK;
+        pdi_stiff_hold(&w, t, y);
+        pdi_stiff_slopes(&w, t, y);
+        if (w.bad >= 0) break;
+        double error = pdi_stiff_step(&w, t, h, y, end), share = error <= 1.0 ? pdi_stiff_met(s, y, end) : 1.0;
+        if (error <= 1.0 && share >= 1.0 && pdi_stiff_left(&w, t, h, end)) share = 0.5;
+        double factor = PDI_STIFF_SAFETY * pow(fmax(error, 1e-10), -1.0 / PDI_STIFF_COLUMNS);
+        factor = fmin(fmax(factor, PDI_STIFF_SHRINK), PDI_STIFF_GROWTH);
+        if (w.bad >= 0 && h <= 2.0 * PDI_STIFF_LEAST * (to - from)) break;
+        if (w.bad >= 0) {
+            w.bad = -1;
+            h *= PDI_STIFF_SHRINK;
+            continue;
+        }
+        if (error <= 1.0 && share >= 1.0) {
+            memcpy(y, end, (size_t)s->count * sizeof *y);
+            t = last ? to : t + h;
+        }
+        h *= error <= 1.0 && share < 1.0 ? share : error <= 1.0 ? fmax(factor, 1.0) : fmin(factor, 0.5);
+    }
+    if (w.bad >= 0) {
+        *which = w.bad;
+        return PD_STIFF_NOT_FINITE;
+    }
+    return t < to ? PD_STIFF_STUCK : PD_STIFF_DONE;
+}
+
+#undef PDI_STIFF_COLUMNS
+#undef PDI_STIFF_STEPS
+#undef PDI_STIFF_LEAST
+#undef PDI_STIFF_SAFETY
+#undef PDI_STIFF_GROWTH
+#undef PDI_STIFF_SHRINK
+#undef PDI_STIFF_STRIDE
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
 
 /* ======== >>solve/least_squares.c ======== */
 /* least_squares: see least_squares.h */
@@ -34071,6 +34557,18 @@ typedef struct pdi_etch_work {
 static double pdi_etch_share(double z) { return pdi_migrate_leave(1.0, 0.0, z, 1.0, 0.0); }
 static double pdi_etch_share_by(double z) { return -pdi_migrate_conduct(z, 1.0, 0.0); }
 
+PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now)
+{
+    for (int n = 0; n < of->solutes; n++) {
+        now->ln_k[n] = film->ln_k[n] - of->charge[n] * of->charge[n] * davies;
+        for (int k = 0; k < of->joined; k++) {
+            int z = of->charge[of->master[k]];
+            now->ln_k[n] += of->m[k][n] * z * z * davies;
+        }
+    }
+    for (int k = 0; k < of->joined; k++) now->ln_k[of->master[k]] = 0.0;
+}
+
 static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_components *film, pdi_etch_work *w)
 {
     const pd_components *of = &s->reactive->components;
@@ -34084,14 +34582,7 @@ static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_comp
     w->lift = 0.0;
     memcpy(w->surface, w->c, sizeof w->surface);
     if (!(thick > 0.0)) return;
-    for (int n = 0; n < of->solutes; n++) {
-        film->ln_k[n] = s->film.ln_k[n] - of->charge[n] * of->charge[n] * w->davies;
-        for (int k = 0; k < of->joined; k++) {
-            int z = of->charge[of->master[k]];
-            film->ln_k[n] += of->m[k][n] * z * z * w->davies;
-        }
-    }
-    for (int k = 0; k < of->joined; k++) film->ln_k[of->master[k]] = 0.0;
+    pdi_etch_activities(of, &s->film, w->davies, film);
     memcpy(w->ln_k, film->ln_k, sizeof w->ln_k);
     pdi_components_totals(of, w->at, w->flows);
 }
@@ -34553,15 +35044,15 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
 }
 
 /* The system of concentrations times their diffusivities: ln c' = ln K + ln d + sum m (ln c'_master - ln d_master). */
-static void pdi_etch_film(pd_etch *s)
+PDI_FN void pdi_etch_film(const pd_reactive *r, pd_components *film, double *scale)
 {
-    const pd_components *of = &s->reactive->components;
-    s->film = *of;
-    s->film.debye = 0.0;
-    for (int n = 0; n < of->solutes; n++) s->scale[n] = fmax(s->reactive->ratio[n], PDI_ETCH_LEAST);
+    const pd_components *of = &r->components;
+    *film = *of;
+    film->debye = 0.0;
+    for (int n = 0; n < of->solutes; n++) scale[n] = fmax(r->ratio[n], PDI_ETCH_LEAST);
     for (int n = 0; n < of->solutes; n++) {
-        s->film.ln_k[n] += log(s->scale[n]);
-        for (int k = 0; k < of->joined; k++) s->film.ln_k[n] -= of->m[k][n] * log(s->scale[of->master[k]]);
+        film->ln_k[n] += log(scale[n]);
+        for (int k = 0; k < of->joined; k++) film->ln_k[n] -= of->m[k][n] * log(scale[of->master[k]]);
     }
 }
 
@@ -34576,7 +35067,7 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
         if (r->components.place[i] >= 0) s->shed[r->components.place[i]] = desc->shed[i];
     pdi_components_totals(&r->components, s->shed, s->gain);
     for (int n = 0; n < r->components.solutes; n++) s->charge += r->components.charge[n] * s->shed[n];
-    pdi_etch_film(s);
+    pdi_etch_film(r, &s->film, s->scale);
     pd_status status = pdi_owner_build(ctx, pdi_etch_list, s);
     if (status < 0) {
         pd_etch_free(ctx, s);
@@ -34595,6 +35086,392 @@ void pd_etch_free(pd_ctx *ctx, pd_etch *s)
     memset(s, 0, sizeof *s);
 }
 PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>react/coat.c ======== */
+/* coat: see coat.h */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Error of the equations of a place, in each of their steps. */
+#define PDI_COAT_TOLERANCE 1e-8
+/* [cells] Places are looked for this far from a node. */
+#define PDI_COAT_NEAR 2
+/* Scalar operations of a place and component, to decide on threads. */
+#define PDI_COAT_WORK 400
+
+PDI_COLD_BEGIN
+PDI_FN void pdi_coat_list(pdi_owner *owner, void *object)
+{
+    pd_coat *coat = (pd_coat *)object;
+    int64_t total = coat->reactive ? coat->reactive->grid->total : 0, states = coat->desc.count;
+    if (!coat->reactive) return;
+    PDI_STATE(owner, coat, on, total, "1");
+    PDI_ARRAY(owner, coat, was, total, "1");
+    PDI_ARRAY(owner, coat, node, total, "1");
+    PDI_STATE(owner, coat, value, states * total, "");
+    PDI_ARRAY(owner, coat, start, states * total, "");
+    PDI_ARRAY(owner, coat, middle, states * total, "");
+    PDI_STATE(owner, coat, fresh, coat->columns * total, "");
+    PDI_ARRAY(owner, coat, slope, coat->columns * total, "");
+    PDI_ARRAY(owner, coat, first, coat->columns * total, "");
+    PDI_ARRAY(owner, coat, way, coat->columns * total, "");
+    PDI_ARRAY(owner, coat, off, total, "1");
+    PDI_VALUE(owner, coat, last, "s");
+    PDI_VALUE(owner, coat, begun, "1");
+}
+
+PDI_FN void pdi_coat_columns(pd_coat *s)
+{
+    for (int n = 0; n < s->reactive->components.solutes; n++)
+        if (s->desc.reads >> n & 1u || (s->desc.reads_ph && n == s->reactive->proton)) s->solute[s->columns++] = n;
+    if (s->desc.reads_ph) s->solute[s->columns++] = -1;
+}
+
+PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *r, const pd_coat_desc *desc, pd_coat *s)
+{
+    memset(s, 0, sizeof *s);
+    s->desc = *desc;
+    s->reactive = r;
+    s->anew = 1;
+    pdi_coat_columns(s);
+    pdi_etch_film(r, &s->film, s->scale);
+    pd_status status = pdi_owner_build(ctx, pdi_coat_list, s);
+    if (status < 0) {
+        pdi_coat_free(ctx, s);
+        return status;
+    }
+    int64_t total = r->grid->total;
+    for (int32_t i = 0; i < total; i++)
+        for (int k = 0; k < desc->count && r->grid->kind[i] == PD_FLUID; k++) {
+            double y = desc->initial(desc->user, k, i);
+            s->value[k * total + i] = y;
+            if (y >= desc->low[k] && y <= desc->high[k]) continue;
+            char place[PDI_GRID_PLACE];
+            status = pdi_fail(ctx, PD_ERR_STATE, "surface", "%s begins with %g at %s m, expected a value from %g to %g",
+                              desc->name[k], y, pdi_grid_place(r->grid, i, place), desc->low[k], desc->high[k]);
+            pdi_coat_free(ctx, s);
+            return status;
+        }
+    return PD_OK;
+}
+
+PDI_FN void pdi_coat_free(pd_ctx *ctx, pd_coat *s)
+{
+    pdi_owner_free(ctx, pdi_coat_list, s);
+    memset(s, 0, sizeof *s);
+}
+PDI_COLD_END
+
+/* ---- places ---- */
+
+/* Mean of a state over the nodes with its bit in `of` whose largest distance along an axis is `reach` cells. 0: there is
+ * none. */
+static int pdi_coat_around(const pd_coat *s, const uint32_t *of, int state, int32_t i, int reach, double *mean)
+{
+    const pd_grid *grid = s->reactive->grid;
+    int at[PD_DIM], count = 1, found = 0;
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
+    for (int k = 0; k < count; k++) {
+        int rest = k, far = 0;
+        pdi_grid_index(grid, i, at);
+        for (int d = 0; d < PD_DIM; d++) {
+            int step = rest % (2 * reach + 1) - reach;
+            rest /= 2 * reach + 1;
+            at[d] += step;
+            far = step > far ? step : -step > far ? -step : far;
+        }
+        if (far != reach || !pdi_grid_inside(grid, at)) continue;
+        int32_t j = pd_grid_node(grid, at);
+        if (!(of[j] >> state & 1u)) continue;
+        sum += s->value[(int64_t)state * grid->total + j];
+        found++;
+    }
+    *mean = found ? sum / found : 0.0;
+    return found > 0;
+}
+
+PDI_FN double pdi_coat_value(const pd_coat *s, int state, int32_t node)
+{
+    double mean;
+    for (int reach = 0; reach <= PDI_COAT_NEAR; reach++)
+        if (pdi_coat_around(s, s->on, state, node, reach, &mean)) return mean;
+    return s->desc.initial(s->desc.user, state, node);
+}
+
+/* A place that is new begins with what those around it had; else with the value of the start. */
+static void pdi_coat_inherit(pd_coat *s, int state, int32_t i)
+{
+    int64_t total = s->reactive->grid->total;
+    double *value = &s->value[state * total + i];
+    for (int reach = 1; reach <= PDI_COAT_NEAR; reach++)
+        if (pdi_coat_around(s, s->was, state, i, reach, value)) return;
+    *value = s->desc.initial(s->desc.user, state, i);
+}
+
+PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *s)
+{
+    int64_t total = s->reactive->grid->total;
+    memcpy(s->was, s->on, (size_t)total * sizeof *s->on);
+    memset(s->on, 0, (size_t)total * sizeof *s->on);
+    PDI_TRY(s->desc.where(ctx, s->desc.user, s->anew, s->on));
+    s->anew = 0;
+    s->count = 0;
+    for (int32_t i = 0; i < total; i++) {
+        if (s->on[i]) s->node[s->count++] = i;
+        for (int k = 0; k < s->desc.count && s->begun; k++)
+            if ((s->on[i] & ~s->was[i]) >> k & 1u) pdi_coat_inherit(s, k, i);
+    }
+    s->begun = 1;
+    return PD_OK;
+}
+
+/* ---- the surface ---- */
+
+/* Concentrations at the surface beside a node that has those of `field`, behind what comes out of metal now. 0: no
+ * equilibrium was found. */
+static int pdi_coat_near(const pd_coat *s, const double *field, int32_t i, double *c)
+{
+    const pd_components *of = &s->reactive->components;
+    double flows[PD_SPECIES_MOST];
+    pdi_reactive_get(s->reactive, field, i, c);
+    if (!s->desc.film) return 1;
+    double davies = pdi_components_activity(of, c);
+    pd_components film = s->film;
+    pdi_etch_activities(of, &s->film, davies, &film);
+    for (int n = 0; n < of->solutes; n++) c[n] *= s->scale[n];
+    pdi_components_totals(of, c, flows);
+    s->desc.film(s->desc.user, i, flows);
+    if (pdi_components_solve(&film, flows, c) != PD_OK) return 0;
+    for (int n = 0; n < of->solutes; n++) c[n] /= s->scale[n];
+    return 1;
+}
+
+/* Columns of all places; what has no equilibrium is NaN, which rates pass on. */
+static void pdi_coat_surface(const pd_ctx *ctx, const pd_coat *s, const double *field, double *column)
+{
+    const pd_components *of = &s->reactive->components;
+    int64_t total = s->reactive->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * of->solutes);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < s->count; p++) {
+        double c[PD_SPECIES_MOST];
+        int found = s->columns > 0 && pdi_coat_near(s, field, s->node[p], c);
+        for (int k = 0; k < s->columns; k++) {
+            double value = NAN;
+            if (found) value = s->solute[k] < 0 ? pdi_components_activity(of, c) : c[s->solute[k]];
+            column[k * total + s->node[p]] = value;
+        }
+    }
+}
+
+/* ---- the equations of a place ---- */
+
+typedef struct pdi_coat_work {
+    const pd_coat *s;
+    int32_t node;
+    double from;                  /* [s] columns go from `first` there by `slope` */
+    const double *first, *slope;
+    double around[PD_COAT_AROUND];
+    double fixed[PD_COAT_MOST];   /* states that the place does not carry */
+    int states, of[PD_COAT_MOST]; /* those that it does */
+} pdi_coat_work;
+
+static void pdi_coat_rates(void *user, double t, const double *y, double *rate)
+{
+    const pdi_coat_work *w = (const pdi_coat_work *)user;
+    const pd_coat *s = w->s;
+    int64_t total = s->reactive->grid->total;
+    double c[PD_SPECIES_MOST], all[PD_COAT_MOST], rates[PD_COAT_MOST], davies = 0.0;
+    pd_coat_at at;
+    memset(c, 0, sizeof c);
+    for (int k = 0; k < s->columns; k++) {
+        double value = w->first[k * total + w->node] + (t - w->from) * w->slope[k * total + w->node];
+        if (s->solute[k] < 0) davies = value;
+        else c[s->solute[k]] = value < 0.0 ? 0.0 : value; /* what goes on in a line may pass zero */
+    }
+    memcpy(all, w->fixed, sizeof all);
+    for (int k = 0; k < w->states; k++) all[w->of[k]] = y[k];
+    at.node = w->node;
+    at.c = c;
+    at.around = w->around;
+    at.time = t;
+    at.ph = NAN;
+    if (s->desc.reads_ph && s->reactive->proton >= 0)
+        at.ph = 3.0 - (log(fmax(c[s->reactive->proton], DBL_MIN)) + davies) / log(10.0);
+    s->desc.rate(s->desc.user, &at, all, rates);
+    for (int k = 0; k < w->states; k++) rate[k] = rates[w->of[k]];
+}
+
+/* The states of place p over dt; values go from `from` to `to` [states][total]. 0, 1 + the state whose rate is not
+ * finite, or -1: no steps follow them. */
+static int pdi_coat_solve(const pd_coat *s, int32_t p, pdi_coat_work *w, double dt, const double *from, double *to)
+{
+    int64_t total = s->reactive->grid->total;
+    int32_t i = s->node[p];
+    double y[PD_STIFF_MOST], low[PD_STIFF_MOST], high[PD_STIFF_MOST], size[PD_STIFF_MOST];
+    pd_stiff stiff;
+    int which = 0;
+    w->s = s;
+    w->node = i;
+    for (int k = 0; k < s->desc.count; k++) {
+        w->fixed[k] = from[k * total + i];
+        if (!(s->on[i] >> k & 1u)) continue;
+        y[w->states] = w->fixed[k];
+        low[w->states] = s->desc.low[k];
+        high[w->states] = s->desc.high[k];
+        size[w->states] = s->size[k];
+        w->of[w->states++] = k;
+    }
+    if (s->desc.around) s->desc.around(s->desc.user, i, w->around);
+    memset(&stiff, 0, sizeof stiff);
+    stiff.count = w->states;
+    stiff.rate = pdi_coat_rates;
+    stiff.user = w;
+    stiff.low = low;
+    stiff.high = high;
+    stiff.size = size;
+    stiff.tolerance = PDI_COAT_TOLERANCE;
+    pd_stiff_end end = pdi_stiff_solve(&stiff, w->from, w->from + dt, y, &which);
+    for (int k = 0; k < w->states; k++) to[w->of[k] * total + i] = y[k];
+    if (end == PD_STIFF_NOT_FINITE) return 1 + w->of[which];
+    return end == PD_STIFF_STUCK ? -1 : 0;
+}
+
+/* What went wrong at a place. */
+static pd_status pdi_coat_refuse(pd_ctx *ctx, const pd_coat *s, int32_t p, double t)
+{
+    char place[PDI_GRID_PLACE];
+    int32_t i = s->node[p];
+    int state = s->off[p] - 1;
+    pdi_grid_place(s->reactive->grid, i, place);
+    if (state < 0)
+        return pdi_fail(ctx, PD_ERR_STATE, "surface", "no steps follow the rates of states at %s m from t = %g s on: "
+                        "one jumps back and forth, expected it to be continuous, or min and max where it ends", place,
+                        t);
+    return pdi_fail(ctx, PD_ERR_STATE, "surface", "the rate of %s is no finite number at %s m (pH %.4g) from t = %g s "
+                    "on, where it is %g, expected a law that holds there", s->desc.name[state], place,
+                    pd_reactive_ph(s->reactive, i), t, s->start[state * (int64_t)s->reactive->grid->total + i]);
+}
+
+/* All places over dt from t. */
+static pd_status pdi_coat_move(pd_ctx *ctx, pd_coat *s, const double *first, const double *slope, double t, double dt,
+                               int last, double *to)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * s->desc.count);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < s->count; p++) {
+        pdi_coat_work w;
+        memset(&w, 0, sizeof w);
+        w.from = t;
+        w.first = first;
+        w.slope = slope;
+        s->off[p] = pdi_coat_solve(s, p, &w, dt, s->start, to);
+    }
+    for (int32_t p = 0; p < s->count; p++)
+        if (s->off[p]) return last ? pdi_coat_refuse(ctx, s, p, t) : PD_RETRY;
+    return PD_OK;
+}
+
+/* ---- steps ---- */
+
+/* Columns at the start of a step, and how they have changed since that of the last one. */
+static void pdi_coat_fresh(const pd_ctx *ctx, pd_coat *s)
+{
+    int64_t total = s->reactive->grid->total;
+    pdi_coat_surface(ctx, s, s->reactive->c, s->way);
+    for (int k = 0; k < s->columns; k++)
+        for (int32_t p = 0; p < s->count; p++) {
+            int64_t at = k * total + s->node[p];
+            int known = s->last > 0.0 && s->was[s->node[p]];
+            double slope = known ? (s->way[at] - s->fresh[at]) / s->last : 0.0;
+            s->slope[at] = fabs(slope) < HUGE_VAL ? slope : 0.0;
+            s->fresh[at] = s->way[at];
+        }
+}
+
+PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
+{
+    int64_t total = s->reactive->grid->total;
+    if (s->desc.solve) PDI_TRY(s->desc.solve(ctx, s->desc.user, t));
+    PDI_TRY(pdi_coat_places(ctx, s));
+    memcpy(s->start, s->value, (size_t)(s->desc.count * total) * sizeof *s->value);
+    pdi_coat_fresh(ctx, s);
+    for (int k = 0; k < s->desc.count; k++) {
+        s->size[k] = 0.0;
+        for (int32_t p = 0; p < s->count; p++) s->size[k] = fmax(s->size[k], fabs(s->value[k * total + s->node[p]]));
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, int last)
+{
+    int64_t count = s->desc.count * (int64_t)s->reactive->grid->total;
+    PDI_TRY(pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, last, s->value));
+    memcpy(s->middle, s->value, (size_t)count * sizeof *s->value);
+    return s->desc.solve ? s->desc.solve(ctx, s->desc.user, t + 0.5 * dt) : PD_OK;
+}
+
+/* What the end of a step differs by from the middle that was foreseen for it: of state k, over the largest of it. The
+ * mean over a step is off by a sixth of what the course bends. */
+static double pdi_coat_error(const pd_coat *s, int k)
+{
+    int64_t total = s->reactive->grid->total;
+    double worst = 0.0, size = s->size[k];
+    for (int32_t p = 0; p < s->count; p++) {
+        int64_t at = k * total + s->node[p];
+        if (!(s->on[s->node[p]] >> k & 1u)) continue;
+        double bend = (s->start[at] - 2.0 * s->middle[at] + s->value[at]) / 6.0;
+        worst = fmax(worst, fabs(bend));
+        size = fmax(size, fabs(s->value[at]));
+    }
+    return worst > 0.0 ? worst / (size * s->desc.rtol) : 0.0;
+}
+
+PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, double t, double dt, int last,
+                                 double *error)
+{
+    int64_t total = s->reactive->grid->total;
+    pdi_coat_surface(ctx, s, from, s->first);
+    pdi_coat_surface(ctx, s, s->reactive->c, s->way);
+    for (int k = 0; k < s->columns; k++)
+        for (int32_t p = 0; p < s->count; p++) {
+            int64_t at = k * total + s->node[p];
+            s->way[at] = (s->way[at] - s->first[at]) / dt;
+        }
+    PDI_TRY(pdi_coat_move(ctx, s, s->first, s->way, t, dt, last, s->value));
+    *error = 0.0;
+    for (int k = 0; k < s->desc.count; k++) *error = fmax(*error, pdi_coat_error(s, k));
+    return PD_OK;
+}
+
+PDI_FN void pdi_coat_accept(pd_coat *s, double dt) { s->last = dt; }
+
+PDI_FN void pdi_coat_reject(pd_coat *s)
+{
+    memcpy(s->value, s->start, (size_t)(s->desc.count * (int64_t)s->reactive->grid->total) * sizeof *s->value);
+}
+
+#undef PDI_COAT_TOLERANCE
+#undef PDI_COAT_NEAR
+#undef PDI_COAT_WORK
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
 
 /* ======== >>react/tangent.c ======== */
 /* tangent: see tangent.h */
@@ -35918,9 +36795,21 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->begun = 1;
     if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
     pdi_course_keep(ctx, a, 0);
+    if (a->desc.coat) PDI_TRY(pdi_coat_begin(ctx, a->desc.coat, s->time));
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
     return PD_OK;
+}
+
+/* States of surfaces go to the end of the step; *covering: the larger of what it was and of their error. */
+static pd_status pdi_course_coat(pd_ctx *ctx, pd_course *a, pd_step *s, double *covering)
+{
+    double error = 0.0;
+    pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->trial >= PDI_COURSE_TRIALS,
+                                       &error);
+    if (status == PD_RETRY) s->error = HUGE_VAL;
+    *covering = fmax(*covering, error);
+    return status;
 }
 
 /* The flow is that of the middle of the step. */
@@ -35929,6 +36818,11 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_course *a = (pd_course *)self;
     pd_reactive_result result;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    if (a->desc.coat) {
+        s->error = HUGE_VAL; /* of PD_RETRY */
+        PDI_TRY(pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial >= PDI_COURSE_TRIALS));
+        pdi_course_feed(a);
+    }
     if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
     if (a->desc.surface) a->desc.surface->time = s->time + 0.5 * s->dt;
     pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
@@ -35940,10 +36834,12 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (status != PD_OK) return status;
     a->euler += result.euler;
     double covering = a->desc.bare ? pdi_course_covering(a, s) : 0.0;
+    if (a->desc.coat) PDI_TRY(pdi_course_coat(ctx, a, s, &covering));
     if (covering > 1.0) {
         s->error = fmax(s->error, covering);
         return PD_RETRY;
     }
+    if (a->desc.coat) s->error = fmax(s->error, covering);
     if (a->bent) return PD_OK;
     if (result.euler && !(result.error > 0.0)) {
         if (s->trial >= PDI_COURSE_TRIALS) return PD_OK;
@@ -35958,6 +36854,10 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     (void)ctx;
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
+    if (a->desc.coat) {
+        pdi_coat_accept(a->desc.coat, s->dt);
+        last = s->ends = 1;
+    }
     pdi_course_taken(a, s->dt, all);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
@@ -35975,6 +36875,7 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
     pd_course *a = (pd_course *)self;
     int last;
     pdi_course_keep(ctx, a, 1);
+    if (a->desc.coat) pdi_coat_reject(a->desc.coat);
     a->rejected++;
     a->dt = s->dt * (s->error < HUGE_VAL ? fmax(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
                                          : PDI_COURSE_SHRINK);
@@ -36010,6 +36911,7 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
     pd_course *a = (pd_course *)self;
     a->time = t;
     if (a->desc.bare) pdi_course_uncover(a);
+    if (a->desc.coat) PDI_TRY(pdi_coat_places(ctx, a->desc.coat));
     return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
 }
 
@@ -36077,6 +36979,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
         pdi_course_share(a, turned, count, 0.0);
     }
     a->bent = 1;
+    if (a->desc.coat) a->desc.coat->anew = 1;
     if (a->desc.bare) pdi_course_turned(a);
     return PD_OK;
 }
@@ -36090,6 +36993,7 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
     PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
+    if (a->desc.coat) PDI_TRY(pdi_owner_store(ctx, pdi_coat_list, a->desc.coat, archive));
     if (a->desc.bare && archive->reading) pdi_course_uncover(a);
     return PD_OK;
 }
@@ -47674,16 +48578,23 @@ static double pdi_electrode_solve(const pd_electrode *e, double drop, double res
     return u;
 }
 
-PDI_FN double pdi_electrode_through(const pd_electrode *e, double drop, double resist, double *u, double *slope)
+PDI_FN double pdi_electrode_through(const pd_electrode *e, double share, double drop, double resist, double *u,
+                                    double *slope)
 {
     resist += e->desc.film;
+    if (!(share > 0.0)) {
+        *u = drop;
+        *slope = 0.0;
+        return 0.0;
+    }
     if (e->count == 0) {
         *u = e->desc.equilibrium;
         *slope = 1.0 / resist;
         return (drop - *u) / resist;
     }
-    *u = pdi_electrode_solve(e, drop, resist, *u);
-    double by, i = pd_electrode_current(e, *u, &by);
+    *u = pdi_electrode_solve(e, drop, share * resist, *u);
+    double by, i = share * pd_electrode_current(e, *u, &by);
+    by *= share;
     *slope = by / (1.0 + resist * by);
     return resist * by > 1.0 ? (drop - *u) / resist : i; /* the one with more digits */
 }
@@ -47983,6 +48894,7 @@ static int32_t pdi_contact_node(pdi_contact_walk *w, int32_t row, pd_contact *li
             list[found].node = i;
             list[found].electrode = electrode;
             list[found].way /= contact->area;
+            list[found].share = 1.0;
         }
         contact->area = contact->way = 0.0;
         found++;
@@ -48352,8 +49264,8 @@ static void pdi_balance_currents(const pd_ctx *ctx, pd_potential *p)
     for (int32_t n = 0; n < p->contacts.count; n++) {
         const pd_contact *c = &p->contacts.list[n];
         double resist = c->way / pdi_potential_kappa(p, c->node);
-        p->current[n] = pdi_electrode_through(&p->desc.electrode[c->electrode], pdi_potential_drop(p, c), resist,
-                                              &p->surface[n], &p->slope[n]);
+        p->current[n] = pdi_electrode_through(&p->desc.electrode[c->electrode], c->share, pdi_potential_drop(p, c),
+                                              resist, &p->surface[n], &p->slope[n]);
         p->slope[n] = fmax(p->slope[n], PDI_BALANCE_FLAT / resist);
     }
 }
@@ -48433,8 +49345,8 @@ static double pdi_balance_slope(const pd_ctx *ctx, pd_potential *p, double start
         const pd_contact *c = &p->contacts.list[n];
         int place = p->place[pdi_potential_circuit(p, c->electrode)];
         double by = (place < 0 ? 0.0 : p->step[total + place]) - p->step[c->node], slope, u = p->surface[n];
-        double i = pdi_electrode_through(&p->desc.electrode[c->electrode], pdi_potential_drop(p, c) + s * by,
-                                         c->way / pdi_potential_kappa(p, c->node), &u, &slope);
+        double i = pdi_electrode_through(&p->desc.electrode[c->electrode], c->share,
+                                         pdi_potential_drop(p, c) + s * by, c->way / pdi_potential_kappa(p, c->node), &u, &slope);
         p->trial[n] = pdi_potential_area(p, c) * (i - p->current[n]) * by;
     }
     pdi_sum_add(&sum, start);
@@ -49163,12 +50075,16 @@ static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
 {
     for (int n = 0; n < cell->desc.potential.circuits && cell->desc.given; n++)
         cell->circuit[n].value = cell->desc.given(cell->desc.user, n, t);
+    if (cell->desc.share)
+        PDI_TRY(cell->desc.share(ctx, cell->desc.user, cell->potential.contacts.list, cell->potential.contacts.count,
+                                 t));
     pd_status status = pd_potential_solve(ctx, &cell->potential, &cell->result);
     if (status < 0) return status;
     if (status != PD_OK)
         return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "at t = %g s the balances of currents lack %.3g of them "
                         "after %d steps of Newton's method, expected at most %g: a larger tolerance accepts it", t,
                         cell->result.residual, cell->result.newton, cell->potential.desc.tolerance);
+    cell->time = t;
     cell->solves++;
     cell->newton += cell->result.newton;
     cell->krylov += cell->result.krylov;
@@ -49186,6 +50102,13 @@ static pd_status pdi_cell_renew(pd_ctx *ctx, pd_cell *cell)
     cell->potential.desc.idle = 1; /* what metal leaves behind as it goes */
     if (anew) return pd_potential_update(ctx, &cell->potential);
     return cell->dissolve ? pdi_distribution_contacts(ctx, &cell->potential) : PD_OK;
+}
+
+PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t)
+{
+    if (cell->solves && !cell->stale && !(cell->time < t) && !(cell->time > t)) return PD_OK;
+    if (cell->stale) PDI_TRY(pdi_cell_renew(ctx, cell));
+    return pdi_cell_solve(ctx, cell, t);
 }
 
 static pd_status pdi_cell_start(pd_ctx *ctx, void *self, double t)
@@ -49237,6 +50160,7 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "anodic current", &cell->result.anodic, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "current through sides", &cell->result.through, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "solves of the potential", &cell->solves, 1));
+    if (cell->desc.share) PDI_TRY(PDI_KEEP(ctx, archive, "time of the potential", &cell->time, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "newton of the potential", &cell->newton, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the potential", &cell->krylov, 1));
     if (archive->reading) pdi_cell_index(cell);
@@ -60930,8 +61854,23 @@ static const pd_key pdi_keys_of_electrode[] = {
     {"reaction", "text", "none",
      "half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 e- = 4 OH-`, "
      "balanced in elements and charge; anodic with `e-` on the right"},
+    {"factor", "-", "1",
+     "factor of its currents, an expression in states of surfaces (2.22), x, y, z, t; at least 0"},
     {"connected", "-", "none",
      "names of electrodes that it is wired to. Metals that touch are connected, too"}};
+
+static const pd_key pdi_keys_of_surface[] = {
+    {"of", "-", "all electrodes; without them all metal that dissolves",
+     "names of the electrodes that carry the state"},
+    {"initial", "of the state", "required",
+     "value at the start, an expression in x, y, z; its unit is that of the state"},
+    {"rate", "of the state per s", "required",
+     "change in time, an expression in the concentrations at the surface, `[Mg2+]`, in pH, in E and i of the "
+     "electrode, the temperature T, t, x, y, z and all states"},
+    {"min", "of the state", "none",
+     "where the law ends: a state that is there stays as long as its rate is negative"},
+    {"max", "of the state", "none",
+     "the same above"}};
 
 #define PDI_KEYS_OF(table) (table), (int)(sizeof(table) / sizeof(table)[0])
 static const pd_key_section pdi_keys_all[] = {
@@ -60955,6 +61894,8 @@ static const pd_key_section pdi_keys_all[] = {
     {"mineral", "FORMULA", "a solid that forms and dissolves in a run: Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_mineral)},
     {"potential", "", "electric potential of the fluid", PDI_KEYS_OF(pdi_keys_of_potential)},
     {"electrode", "NAME", "metal with a polarisation curve", PDI_KEYS_OF(pdi_keys_of_electrode)},
+    {"surface", "NAME", "a state that surfaces of metal carry, such as the thickness of a film",
+     PDI_KEYS_OF(pdi_keys_of_surface)},
     {"run", "", "end and steps", PDI_KEYS_OF(pdi_keys_of_run)},
     {"output", "", "files and pictures", PDI_KEYS_OF(pdi_keys_of_output)},
     {"probe", "NAME", "values at a place", PDI_KEYS_OF(pdi_keys_of_probe)},
@@ -62576,6 +63517,7 @@ static void pdi_setup_free_electrodes(pd_ctx *ctx, pd_setup_potential *p)
         PDI_DELETE(ctx, e->points, e->potential);
         PDI_DELETE(ctx, e->points, e->current);
         pdi_expr_free(ctx, &e->given);
+        pdi_expr_free(ctx, &e->share);
     }
 }
 
@@ -62599,6 +63541,10 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     for (int k = 0; k < setup->metals; k++) {
         pdi_expr_free(ctx, &setup->metal[k].rate);
         pdi_expr_free(ctx, &setup->metal[k].potential);
+    }
+    for (int k = 0; k < setup->states; k++) {
+        pdi_expr_free(ctx, &setup->state[k].initial);
+        pdi_expr_free(ctx, &setup->state[k].rate);
     }
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
     for (int k = 0; k < setup->surfaces; k++) {
@@ -62727,9 +63673,16 @@ PDI_FN void pdi_setup_reactive(const pd_setup *u, pd_reactive_desc *desc)
     desc->migration = u->migrates;
 }
 
-PDI_FN int pdi_setup_field_species(int64_t field)
+PDI_FN int pdi_setup_field_species(const pd_setup *setup, int64_t field)
 {
-    return field >= PD_FIELD_SPECIES && field < PD_FIELD_COUNT ? (int)(field - PD_FIELD_SPECIES) : -1;
+    int64_t place = field - PD_FIELD_SPECIES;
+    return place >= 0 && place < PD_SPECIES_MOST && place < setup->electrolyte.count ? (int)place : -1;
+}
+
+PDI_FN int pdi_setup_field_state(const pd_setup *setup, int64_t field)
+{
+    int64_t place = field - PD_FIELD_SPECIES - setup->electrolyte.count;
+    return field >= PD_FIELD_SPECIES && place >= 0 && place < setup->states ? (int)place : -1;
 }
 
 PDI_FN int pdi_setup_field_body(pd_field field) { return field >= PD_FIELD_U && field <= PD_FIELD_ZX; }
@@ -62738,7 +63691,8 @@ PDI_FN int pdi_setup_field_stress(pd_field field) { return field >= PD_FIELD_XX 
 
 PDI_FN const char *pdi_setup_field_name(const pd_setup *setup, pd_field field)
 {
-    int species = pdi_setup_field_species(field);
+    int species = pdi_setup_field_species(setup, field), state = pdi_setup_field_state(setup, field);
+    if (field >= PD_FIELD_SPECIES && species < 0) return state < 0 ? "" : setup->state[state].name;
     return species < 0 ? pdi_setup_fields[field] : setup->electrolyte.species[species].name;
 }
 
@@ -62760,7 +63714,8 @@ static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]
 
 PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field)
 {
-    int species = pdi_setup_field_species(field);
+    int species = pdi_setup_field_species(setup, field), state = pdi_setup_field_state(setup, field);
+    if (field >= PD_FIELD_SPECIES && species < 0) return state < 0 ? "" : setup->state[state].label;
     return species < 0 ? pdi_setup_labels[field] : setup->species_label[species];
 }
 
@@ -62790,7 +63745,8 @@ static int pdi_setup_stressed(const pd_setup *setup)
 static const char *pdi_setup_dissolved_needs(const pd_setup *setup, pd_field field)
 {
     const pd_electrolyte *e = &setup->electrolyte;
-    int species = field == PD_FIELD_PH ? pdi_electrolyte_find(e, "H+") : pdi_setup_field_species(field);
+    int species = field == PD_FIELD_PH ? pdi_electrolyte_find(e, "H+") : pdi_setup_field_species(setup, field);
+    if (pdi_setup_field_state(setup, field) >= 0) return NULL;
     if (!setup->has_chemistry) return "a [chemistry] section";
     if (field == PD_FIELD_POTENTIAL) return setup->migrates ? NULL : "[chemistry] migration = yes";
     if (field == PD_FIELD_FILM || field == PD_FIELD_SI) return setup->minerals ? NULL : "a [mineral ...] section";
@@ -62850,7 +63806,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
 {
     static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid", "cut",
-                                        "electrode"};
+                                        "electrode", "surface"};
     return names[kind];
 }
 
@@ -63063,8 +64019,7 @@ PDI_FN int pdi_read_constants_taken(const char *name)
     return pdi_expr_taken(name);
 }
 
-/* Unit of SI for a dimension, as expressions read it. */
-static int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
+PDI_FN int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
 {
     char text[PD_UNITS_TEXT];
     pd_dims again;
@@ -64733,6 +65688,328 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
 
 #undef PDI_READ_SHAPES_RAW_LIMIT
 
+/* ======== >>scene/read_surface.c ======== */
+/* read_surface: see read_surface.h */
+#include <ctype.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static int pdi_read_surface_section(pdi_reader *s, const pd_setup_state *state)
+{
+    return pdi_text_section(s->ctx, s->text, "surface", state->name);
+}
+
+/* ---- names, units, bounds ---- */
+
+static int pdi_read_surface_word(const char *name)
+{
+    size_t length = strlen(name);
+    if (!isalpha((unsigned char)name[0])) return 0;
+    for (size_t k = 0; k < length; k++)
+        if (!isalnum((unsigned char)name[k]) && name[k] != '_') return 0;
+    return 1;
+}
+
+/* A name that expressions and fields do not have yet. */
+static pd_status pdi_read_surface_name(pdi_reader *s, int section, const char *name)
+{
+    static const char *const others[] = {"E", "i", "pH", "T", "grain"};
+    const char *what = NULL;
+    if (!pdi_read_surface_word(name) || strlen(name) >= PD_SETUP_NAME - 24)
+        return pdi_text_refuse(s->ctx, s->text, section, "surface", "found '%.40s', expected a short name of letters, "
+                               "digits and _: [surface theta]", name);
+    int field = pdi_setup_field_find(s->setup, name);
+    if (field < PD_FIELD_COUNT)
+        what = pdi_setup_field_species(s->setup, field) >= 0 ? "a species" :
+               pdi_setup_field_state(s->setup, field) >= 0 ? "another state" : "a field";
+    for (size_t k = 0; k < sizeof others / sizeof others[0]; k++)
+        if (strcmp(others[k], name) == 0) what = "a variable";
+    if (pdi_read_constants_taken(name)) what = "a name of expressions";
+    for (int k = 0; k < s->text->const_count; k++)
+        if (strcmp(s->text->consts[k].name, name) == 0) what = "a constant";
+    for (int k = 0; k < s->setup->tables; k++)
+        if (strcmp(s->setup->table[k].name, name) == 0) what = "a table";
+    if (!what) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "surface", "found the name '%.40s', which is %s, expected another "
+                           "one", name, what);
+}
+
+/* 1: the expression has these dimensions, or is 0. */
+static int pdi_read_surface_fits(const pd_expr *expr, const pd_dims *dims)
+{
+    double zero = pdi_expr_constant(expr) ? pdi_expr_eval(expr, NULL) : 1.0;
+    return pdi_units_same(&expr->dims, dims) || !(fabs(zero) > 0.0);
+}
+
+/* A bound of the state, of its dimension. */
+static pd_status pdi_read_surface_bound(pdi_reader *s, int section, const char *key, const pd_setup_state *state,
+                                        double *value)
+{
+    pd_expr expr;
+    char found[PD_UNITS_TEXT], wanted[PD_UNITS_TEXT];
+    if (!pdi_text_has(s->ctx, s->text, section, key)) return PD_OK;
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, NULL, NULL, 0, NULL, &expr));
+    int fits = pdi_read_surface_fits(&expr, &state->initial.dims);
+    pdi_units_describe(&expr.dims, found);
+    pdi_units_describe(&state->initial.dims, wanted);
+    *value = pdi_expr_eval(&expr, NULL);
+    pdi_expr_free(s->ctx, &expr);
+    if (fits) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected %s as of 'initial'", found, wanted);
+}
+
+static pd_status pdi_read_surface_state(pdi_reader *s, int section)
+{
+    pd_setup *u = s->setup;
+    const char *name = s->text->section[section].label;
+    char wanted[PD_UNITS_TEXT];
+    if (u->states == PD_SETUP_STATES)
+        return pdi_text_refuse(s->ctx, s->text, section, "surface", "found more than %d states of surfaces, expected "
+                               "fewer", PD_SETUP_STATES);
+    if (u->electrolyte.count + u->states >= PD_SPECIES_MOST)
+        return pdi_text_refuse(s->ctx, s->text, section, "surface", "found more than %d species and states of "
+                               "surfaces, expected fewer", PD_SPECIES_MOST);
+    PDI_TRY(pdi_read_surface_name(s, section, name));
+    pd_setup_state *state = &u->state[u->states];
+    memset(state, 0, sizeof *state);
+    memcpy(state->name, name, strlen(name) + 1);
+    state->line = s->text->section[section].line;
+    state->low = -HUGE_VAL;
+    state->high = HUGE_VAL;
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "initial", NULL, pdi_setup_position(), PD_DIM, NULL,
+                          &state->initial));
+    u->states++; /* from here on it is freed */
+    if (!pdi_read_constants_unit(s->ctx, &state->initial.dims, state->unit))
+        return pdi_text_refuse(s->ctx, s->text, section, "initial", "found a quantity with broken exponents, expected "
+                               "whole ones");
+    memcpy(state->label, name, strlen(name) + 1);
+    if (state->unit[0]) pdi_append(state->label, sizeof state->label, " [%s]", state->unit);
+    PDI_TRY(pdi_read_surface_bound(s, section, "min", state, &state->low));
+    PDI_TRY(pdi_read_surface_bound(s, section, "max", state, &state->high));
+    if (!(state->low < state->high))
+        return pdi_text_refuse(s->ctx, s->text, section, "max", "found bounds from %g to %g, expected min below max",
+                               state->low, state->high);
+    if (!pdi_expr_constant(&state->initial)) return PD_OK;
+    double start = pdi_expr_eval(&state->initial, NULL);
+    if (start >= state->low && start <= state->high) return PD_OK;
+    pdi_units_describe(&state->initial.dims, wanted);
+    return pdi_text_refuse(s->ctx, s->text, section, "initial", "found %g in SI, expected %s within its bounds, from "
+                           "%g to %g", start, wanted, state->low, state->high);
+}
+
+/* The physics that states go with. */
+static pd_status pdi_read_surface_alone(pdi_reader *s, int section)
+{
+    const pd_setup *u = s->setup;
+    if (!u->has_chemistry)
+        return pdi_text_refuse(s->ctx, s->text, section, "surface", "found without species, expected [species Mg2+] "
+                               "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
+    if (u->settle)
+        return pdi_text_refuse(s->ctx, s->text, section, "surface", "found beside time = steady in [chemistry], "
+                               "expected implicit");
+    if (u->migrates)
+        return pdi_text_refuse(s->ctx, s->text, section, "surface", "found beside migration = yes in [chemistry], "
+                               "expected species that diffuse each by itself");
+    if (u->has_potential || u->has_dissolve) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "surface", "found without metal, expected an [electrode NAME], or "
+                           "[dissolve]");
+}
+
+PDI_FN pd_status pdi_read_surface_states(pdi_reader *s)
+{
+    for (int k = pdi_text_next(s->ctx, s->text, "surface", -1); k >= 0;
+         k = pdi_text_next(s->ctx, s->text, "surface", k)) {
+        PDI_TRY(pdi_read_surface_alone(s, k));
+        PDI_TRY(pdi_read_surface_state(s, k));
+    }
+    return PD_OK;
+}
+
+/* ---- what laws know ---- */
+
+PDI_FN pd_status pdi_read_surface_variables(pdi_reader *s, int section, const char *key, pd_expr_symbol *vars,
+                                            char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species)
+{
+    const pd_setup *u = s->setup;
+    const pd_electrolyte *e = &u->electrolyte;
+    const char *at = "";
+    *species = 0;
+    if (pdi_text_has(s->ctx, s->text, section, key))
+        PDI_TRY(pdi_text_string(s->ctx, s->text, section, key, NULL, &at));
+    for (at = strchr(at, '['); at; at = strchr(at + 1, '[')) {
+        int size = (int)strcspn(at, "]") + 1, known = 0;
+        char word[PD_SPECIES_NAME + 2];
+        if (size > PD_SPECIES_NAME) size = PD_SPECIES_NAME;
+        snprintf(name[*species], PD_SPECIES_NAME + 2, "%.*s", size, at);
+        for (int k = 0; k < *species; k++) known |= strcmp(name[k], name[*species]) == 0;
+        if (known) continue;
+        snprintf(word, sizeof word, "%.*s", size - 2, at + 1);
+        int found = u->has_chemistry ? pdi_electrolyte_find(e, word) : -1;
+        if (found < 0 || e->species[found].phase != PD_PHASE_SOLUTE)
+            return pdi_text_refuse(s->ctx, s->text, section, key, "found [%s], expected a solute of a [species ...], "
+                                   "such as [H+]", word);
+        if (*count + u->states >= PD_EXPR_VARS)
+            return pdi_text_refuse(s->ctx, s->text, section, key, "found more than %d species, expected fewer",
+                                   *species);
+        vars[*count].name = name[*species];
+        vars[*count].unit = "mol/m3";
+        vars[(*count)++].value = 0.0;
+        of[(*species)++] = found;
+    }
+    for (int k = 0; k < u->states; k++) {
+        vars[*count].name = u->state[k].name;
+        vars[*count].unit = u->state[k].unit;
+        vars[(*count)++].value = 0.0;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_surface_share(pdi_reader *s, int section, int electrode)
+{
+    pd_setup *u = s->setup;
+    pd_setup_electrode *e = &u->potential.electrode[electrode];
+    pd_expr_symbol vars[PD_EXPR_VARS];
+    char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
+    int count = PDI_SETUP_PLACE, of[PD_EXPR_VARS], species;
+    e->shares = pdi_text_has(s->ctx, s->text, section, "factor");
+    if (!e->shares) return PD_OK;
+    if (!u->states)
+        return pdi_text_refuse(s->ctx, s->text, section, "factor", "found without states of surfaces, expected a "
+                               "[surface NAME], or a factor of the curve itself");
+    if (e->primary)
+        return pdi_text_refuse(s->ctx, s->text, section, "factor", "found beside curve = primary, where current passes "
+                               "freely, expected another curve");
+    memcpy(vars, pdi_setup_position(), PDI_SETUP_PLACE * sizeof *vars);
+    PDI_TRY(pdi_read_surface_variables(s, section, "factor", vars, name, &count, of, &species));
+    if (species)
+        return pdi_text_refuse(s->ctx, s->text, section, "factor", "found %s, expected states of surfaces, x, y, z and "
+                               "t", name[0]);
+    return pdi_text_expr(s->ctx, s->text, section, "factor", "", vars, count, NULL, &e->share);
+}
+
+/* ---- rates ---- */
+
+/* The electrodes of the key `of`; all of them without it. */
+static pd_status pdi_read_surface_of(pdi_reader *s, int section, pd_setup_state *state)
+{
+    const pd_setup_potential *p = &s->setup->potential;
+    pd_word_list list;
+    if (!pdi_text_has(s->ctx, s->text, section, "of")) {
+        state->electrodes = ((uint32_t)1 << p->electrodes) - 1;
+        return PD_OK;
+    }
+    if (!s->setup->has_potential)
+        return pdi_text_refuse(s->ctx, s->text, section, "of", "found without [potential], where all metal that "
+                               "dissolves carries the state, expected electrodes");
+    PDI_TRY(pdi_text_words(s->ctx, s->text, section, "of", NULL, &list));
+    for (int w = 0; w < list.count; w++) {
+        int k = 0;
+        while (k < p->electrodes && strcmp(p->electrode[k].name, list.word[w]) != 0) k++;
+        if (k == p->electrodes)
+            return pdi_text_refuse(s->ctx, s->text, section, "of", "found '%s', expected the name of an [electrode "
+                                   "NAME]", list.word[w]);
+        state->electrodes |= (uint32_t)1 << k;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_read_surface_rate(pdi_reader *s, int section, pd_setup_state *state)
+{
+    pd_setup *u = s->setup;
+    pd_expr_symbol vars[PD_EXPR_VARS];
+    char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2], found[PD_UNITS_TEXT], wanted[PD_UNITS_TEXT];
+    int count = PDI_SETUP_PH + 1, shadowed = 0;
+    pd_dims dims = state->initial.dims;
+    memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
+    vars[0].name = vars[PDI_SETUP_GRAIN].name = "";
+    if (!u->has_potential) vars[PDI_SETUP_CURRENT].name = vars[PDI_SETUP_SURFACE].name = "";
+    vars[PDI_SETUP_PH].name = "pH";
+    vars[PDI_SETUP_PH].unit = "";
+    PDI_TRY(pdi_read_surface_variables(s, section, "rate", vars, name, &count, state->of, &state->species));
+    for (int k = 0; k < s->text->const_count; k++) shadowed |= strcmp(s->text->consts[k].name, "T") == 0;
+    if (count == PD_EXPR_VARS)
+        return pdi_text_refuse(s->ctx, s->text, section, "rate", "found more than %d species, expected fewer",
+                               state->species - 1);
+    vars[count].name = shadowed ? "" : "T";
+    vars[count].unit = "K";
+    vars[count].value = 0.0;
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "rate", NULL, vars, count + 1, NULL, &state->rate));
+    dims.e[2] -= 1.0; /* per s */
+    pdi_units_describe(&state->rate.dims, found);
+    pdi_units_describe(&dims, wanted);
+    if (!pdi_read_surface_fits(&state->rate, &dims))
+        return pdi_text_refuse(s->ctx, s->text, section, "rate", "found %s, expected %s, that of %s per time", found,
+                               wanted, state->name);
+    int acid = pdi_electrolyte_find(&u->electrolyte, "H+") >= 0;
+    if (!(state->rate.uses >> PDI_SETUP_PH & 1u) || acid) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "rate", "found pH without the species H+, expected [species H+] "
+                           "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
+}
+
+/* What reads state k on electrodes `where` (bits) finds it there. */
+static pd_status pdi_read_surface_carried(pdi_reader *s, int section, const char *key, int k, uint32_t where)
+{
+    const pd_setup *u = s->setup;
+    uint32_t missing = where & ~u->state[k].electrodes;
+    for (int e = 0; e < u->potential.electrodes; e++)
+        if (missing >> e & 1u)
+            return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, which the electrode %s does not carry, "
+                                   "expected it in 'of' of [surface %s]", u->state[k].name,
+                                   u->potential.electrode[e].name, u->state[k].name);
+    return PD_OK;
+}
+
+/* States are read where they are. */
+static pd_status pdi_read_surface_readers(pdi_reader *s)
+{
+    const pd_setup *u = s->setup;
+    const pd_setup_metal *metal = &u->metal[0];
+    uint32_t all = ((uint32_t)1 << u->potential.electrodes) - 1;
+    for (int k = 0; k < u->states; k++) {
+        for (int n = 0; n < u->states; n++)
+            if (u->state[n].rate.uses >> (PDI_SETUP_PH + 1 + u->state[n].species + k) & 1u)
+                PDI_TRY(pdi_read_surface_carried(s, pdi_read_surface_section(s, &u->state[n]), "rate", k,
+                                                 u->state[n].electrodes));
+        for (int e = 0; e < u->potential.electrodes; e++)
+            if (u->potential.electrode[e].share.uses >> (PDI_SETUP_PLACE + k) & 1u)
+                PDI_TRY(pdi_read_surface_carried(s, pdi_text_section(s->ctx, s->text, "electrode",
+                                                                     u->potential.electrode[e].name), "factor", k,
+                                                 (uint32_t)1 << e));
+        if (u->has_dissolve && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species + k) & 1u)
+            PDI_TRY(pdi_read_surface_carried(s, pdi_text_section(s->ctx, s->text, u->has_corrode ? "corrode" :
+                                                                 "dissolve", NULL), "rate", k, all));
+    }
+    return PD_OK;
+}
+
+/* Each state has a table of its own. */
+static pd_status pdi_read_surface_table(pdi_reader *s, int section, int index)
+{
+    pd_setup *u = s->setup;
+    if (u->monitors == PD_SETUP_MONITORS)
+        return pdi_text_refuse(s->ctx, s->text, section, "surface", "found more than %d tables", PD_SETUP_MONITORS);
+    pd_setup_monitor *m = &u->monitor[u->monitors++];
+    memset(m, 0, sizeof *m);
+    m->kind = PD_MONITOR_STATE;
+    m->index = index;
+    m->line = u->state[index].line;
+    memcpy(m->name, u->state[index].name, sizeof m->name);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_surface_rates(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    for (int k = 0; k < u->states; k++) {
+        int section = pdi_read_surface_section(s, &u->state[k]);
+        PDI_TRY(pdi_read_surface_of(s, section, &u->state[k]));
+        PDI_TRY(pdi_read_surface_rate(s, section, &u->state[k]));
+        PDI_TRY(pdi_read_surface_table(s, section, k));
+    }
+    return pdi_read_surface_readers(s);
+}
+
 /* ======== >>scene/read_metal.c ======== */
 /* read_metal: see read_metal.h */
 #include <math.h>
@@ -64843,13 +66120,11 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* The variables of a law: those of all laws, pH, and the species that its text names as [H+], which name[] keeps. A law
- * that is not there names none. */
+/* The variables of a law: those of all laws, pH, the species that its text names as [H+], which name[] keeps, and states
+ * of surfaces. A law that is not there names no species. */
 static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                           pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
 {
-    const pd_electrolyte *e = &s->setup->electrolyte;
-    const char *at;
     memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
     if (!s->setup->has_potential) vars[PDI_SETUP_CURRENT].name = "";
     if (!s->setup->has_potential && !metal->polarised) vars[PDI_SETUP_SURFACE].name = "";
@@ -64857,30 +66132,7 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     vars[PDI_SETUP_PH].name = "pH";
     vars[PDI_SETUP_PH].unit = "";
     *count = PDI_SETUP_PH + 1;
-    metal->species = 0;
-    if (!pdi_text_has(s->ctx, s->text, section, key)) return PD_OK;
-    PDI_TRY(pdi_text_string(s->ctx, s->text, section, key, NULL, &at));
-    for (at = strchr(at, '['); at; at = strchr(at + 1, '[')) {
-        int size = (int)strcspn(at, "]") + 1, known = 0;
-        if (size > PD_SPECIES_NAME) size = PD_SPECIES_NAME;
-        snprintf(name[metal->species], PD_SPECIES_NAME + 2, "%.*s", size, at);
-        for (int k = 0; k < metal->species; k++) known |= strcmp(name[k], name[metal->species]) == 0;
-        if (known) continue;
-        char word[PD_SPECIES_NAME + 2];
-        snprintf(word, sizeof word, "%.*s", size - 2, at + 1);
-        int found = s->setup->has_chemistry ? pdi_electrolyte_find(e, word) : -1;
-        if (found < 0 || e->species[found].phase != PD_PHASE_SOLUTE)
-            return pdi_text_refuse(s->ctx, s->text, section, key, "found [%s], expected a solute of a [species ...], "
-                                   "such as [H+]", word);
-        if (*count == PD_EXPR_VARS)
-            return pdi_text_refuse(s->ctx, s->text, section, key, "found more than %d species, expected fewer",
-                                   metal->species);
-        vars[*count].name = name[metal->species];
-        vars[*count].unit = "mol/m3";
-        vars[(*count)++].value = 0.0;
-        metal->of[metal->species++] = found;
-    }
-    return PD_OK;
+    return pdi_read_surface_variables(s, section, key, vars, name, count, metal->of, &metal->species);
 }
 
 /* The potential of the metal among ions that migrate. */
@@ -65645,6 +66897,7 @@ static pd_status pdi_read_potential_section(pdi_reader *s, int section)
     e->wire = p->electrodes++;
     PDI_TRY(pdi_read_potential_place(s, section, e));
     PDI_TRY(pdi_read_potential_kinetics(s, section, e));
+    PDI_TRY(pdi_read_surface_share(s, section, e->wire));
     PDI_TRY(pdi_read_potential_control(s, section, e));
     e->reacts = pdi_text_has(s->ctx, s->text, section, "reaction");
     if (e->reacts) PDI_TRY(pdi_read_chemistry_electrode(s, section, e->shed));
@@ -66404,6 +67657,7 @@ static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind
     case PD_MONITOR_GRIP:
     case PD_MONITOR_SOLID:
     case PD_MONITOR_ELECTRODE:
+    case PD_MONITOR_STATE:
     case PD_MONITOR_CUT: break; /* [solid] and [cut] make them */
     }
     return PD_OK;
@@ -67616,11 +68870,13 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_flow(&s));
     PDI_TRY(pdi_read_gas_read(ctx, text, setup));
     PDI_TRY(pdi_scene_transport(&s));
+    PDI_TRY(pdi_read_surface_states(&s));
     PDI_TRY(pdi_read_metal_dissolve(&s));
     PDI_TRY(pdi_read_metal_corrode(&s));
     PDI_TRY(pdi_read_metal_laws(&s));
     PDI_TRY(pdi_read_chemistry_metal(&s));
     PDI_TRY(pdi_read_potential_read(&s));
+    PDI_TRY(pdi_read_surface_rates(&s));
     PDI_TRY(pdi_read_solid_read(&s));
     PDI_TRY(pdi_read_cuts_read(&s));
     PDI_TRY(pdi_scene_run(&s));
@@ -68309,6 +69565,223 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at)
 #undef PDI_GRIP_EXACT
 #undef PDI_GRIP_LEAST
 
+/* ======== >>run/surfaces.c ======== */
+/* surfaces: see surfaces.h */
+#include <math.h>
+#include <string.h>
+
+#define PDI_SURFACES_FARADAY 96485.33212 /* [C/mol] */
+
+/* The contacts that states go with. */
+static const pd_contacts *pdi_surfaces_contacts(const pd_surfaces *s)
+{
+    return s->cell ? &s->cell->potential.contacts : &s->contacts;
+}
+
+static uint32_t pdi_surfaces_bits(const pd_surfaces *s, int electrode)
+{
+    uint32_t bits = 0;
+    for (int k = 0; k < s->setup->states; k++)
+        if (!s->cell || s->setup->state[k].electrodes >> electrode & 1u) bits |= (uint32_t)1 << k;
+    return bits;
+}
+
+static pd_status pdi_surfaces_where(pd_ctx *ctx, void *user, int anew, uint32_t *on)
+{
+    pd_surfaces *s = (pd_surfaces *)user;
+    if (!s->cell && anew) {
+        pdi_contact_metal metal;
+        memset(&metal, 0, sizeof metal);
+        metal.wide = s->across;
+        PDI_TRY(pdi_contact_find(ctx, s->bonds, &metal, &s->contacts));
+    }
+    const pd_contacts *c = pdi_surfaces_contacts(s);
+    for (int32_t k = 0; k < c->count; k++) on[c->list[k].node] |= pdi_surfaces_bits(s, c->list[k].electrode);
+    return PD_OK;
+}
+
+static double pdi_surfaces_initial(void *user, int state, int32_t node)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    double x[PD_DIM];
+    pd_grid_position(s->bonds->grid, node, x);
+    return pdi_setup_eval(&s->setup->state[state].initial, x, 0.0);
+}
+
+/* Means over the contacts of a node with electrodes that carry a state: current density, E at the surface. */
+static void pdi_surfaces_around(void *user, int32_t node, double *around)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_potential *p = &s->cell->potential;
+    double area = 0.0;
+    around[0] = around[1] = 0.0;
+    for (int32_t k = s->cell->first[node]; k >= 0 && k < p->contacts.count && p->contacts.list[k].node == node; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        if (!pdi_surfaces_bits(s, c->electrode)) continue;
+        area += c->area;
+        around[0] += c->area * p->current[k];
+        around[1] += c->area * p->surface[k];
+    }
+    for (int k = 0; k < 2 && area > 0.0; k++) around[k] /= area;
+}
+
+static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y, double *rate)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_setup *u = s->setup;
+    double vars[PD_EXPR_VARS];
+    memset(vars, 0, sizeof vars);
+    vars[1] = at->time;
+    pd_grid_position(s->bonds->grid, at->node, vars + 2);
+    vars[PDI_SETUP_CURRENT] = at->around[0];
+    vars[PDI_SETUP_SURFACE] = at->around[1];
+    vars[PDI_SETUP_PH] = at->ph;
+    for (int k = 0; k < u->states; k++) {
+        const pd_setup_state *state = &u->state[k];
+        int next = PDI_SETUP_PH + 1;
+        for (int n = 0; n < state->species; n++)
+            vars[next++] = at->c[s->coat->reactive->components.place[state->of[n]]];
+        for (int n = 0; n < u->states; n++) vars[next++] = y[n];
+        vars[next] = u->electrolyte.temperature;
+        rate[k] = pdi_expr_eval(&state->rate, vars);
+    }
+}
+
+/* [m/s] by which a current density of 1 C/mol A/m2 spreads over a film of 1 m. */
+static void pdi_surfaces_film(void *user, int32_t node, double *flows)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_reactive *r = s->coat->reactive;
+    int count = r->components.count;
+    int32_t place = s->etch ? s->etch->slot[node] : -1;
+    if (place >= 0)
+        for (int k = 0; k < count; k++)
+            flows[k] += s->etch->gain[k] * s->etch->thick[place] * s->etch->speed[node];
+    if (!s->comes) return;
+    const pd_potential *p = &s->cell->potential;
+    for (int32_t n = s->cell->first[node]; n >= 0 && n < p->contacts.count && p->contacts.list[n].node == node; n++) {
+        const pd_contact *c = &p->contacts.list[n];
+        double electrons = p->current[n] / PDI_SURFACES_FARADAY * c->way / r->diffusion.desc.diffusivity;
+        if (!pdi_surfaces_bits(s, c->electrode)) continue;
+        for (int k = 0; k < count; k++) flows[k] += s->gain[c->electrode][k] * electrons;
+    }
+}
+
+static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
+{
+    return pdi_cell_bring(ctx, ((pd_surfaces *)user)->cell, t);
+}
+
+PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive *reactive, const pd_bonds *bonds,
+                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_coat *coat,
+                                    pd_surfaces *s)
+{
+    pd_coat_desc desc;
+    memset(s, 0, sizeof *s);
+    memset(&desc, 0, sizeof desc);
+    s->setup = u;
+    s->bonds = bonds;
+    s->across = across;
+    s->cell = cell;
+    s->etch = etch;
+    s->coat = coat;
+    for (int k = 0; k < u->states; k++) {
+        const pd_setup_state *state = &u->state[k];
+        desc.name[k] = state->name;
+        desc.low[k] = state->low;
+        desc.high[k] = state->high;
+        desc.reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
+        for (int n = 0; n < state->species; n++)
+            if (state->rate.uses >> (PDI_SETUP_PH + 1 + n) & 1u)
+                desc.reads |= (uint32_t)1 << reactive->components.place[state->of[n]];
+        s->moves |= (state->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
+    }
+    for (int e = 0; e < u->potential.electrodes; e++) {
+        const pd_setup_electrode *is = &u->potential.electrode[e];
+        double shed[PD_SPECIES_MOST];
+        memset(shed, 0, sizeof shed);
+        for (int n = 0; n < u->electrolyte.count && is->reacts; n++)
+            if (reactive->components.place[n] >= 0) shed[reactive->components.place[n]] = is->shed[n];
+        pdi_components_totals(&reactive->components, shed, s->gain[e]);
+        s->comes |= is->reacts;
+        s->moves |= is->shares;
+    }
+    desc.count = u->states;
+    desc.rtol = u->rtol > 0.0 ? u->rtol : 1e-3;
+    desc.where = pdi_surfaces_where;
+    desc.initial = pdi_surfaces_initial;
+    desc.rate = pdi_surfaces_rate;
+    if (s->cell) desc.around = pdi_surfaces_around;
+    if (s->cell && (s->moves || s->comes)) desc.solve = pdi_surfaces_solve;
+    if (s->comes || s->etch) desc.film = pdi_surfaces_film;
+    desc.user = s;
+    return pdi_coat_build(ctx, reactive, &desc, coat);
+}
+
+PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *s)
+{
+    pdi_contact_free(ctx, &s->contacts);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- what reads states ---- */
+
+PDI_FN void pdi_surfaces_values(const pd_surfaces *s, int32_t node, double *value)
+{
+    for (int k = 0; k < s->setup->states; k++) value[k] = pdi_coat_value(s->coat, k, node);
+}
+
+PDI_FN double pdi_surfaces_at(const pd_surfaces *s, int k, int32_t node)
+{
+    if (!(s->coat->on[node] >> k & 1u)) return (double)NAN;
+    return s->coat->value[k * (int64_t)s->bonds->grid->total + node];
+}
+
+PDI_FN void pdi_surfaces_figures(const pd_surfaces *s, int k, pd_surfaces_figures *f)
+{
+    const pd_contacts *c = pdi_surfaces_contacts(s);
+    const pd_grid *grid = s->bonds->grid;
+    double sum = 0.0;
+    f->least = f->most = (double)NAN;
+    f->area = 0.0;
+    for (int32_t n = 0; n < c->count; n++) {
+        const pd_contact *at = &c->list[n];
+        double y = pdi_surfaces_at(s, k, at->node);
+        double area = at->area * s->bonds->stencil->volume * pdi_grid_circumference(grid, at->node);
+        if (!(pdi_surfaces_bits(s, at->electrode) >> k & 1u) || !(y == y)) continue;
+        f->area += area;
+        sum += area * y;
+        f->least = f->least <= y ? f->least : y;
+        f->most = f->most >= y ? f->most : y;
+    }
+    f->mean = sum / f->area;
+}
+
+PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *s, pd_contact *contact, int32_t count, double t)
+{
+    const pd_setup *u = s->setup;
+    double vars[PD_EXPR_VARS];
+    char place[PDI_GRID_PLACE];
+    for (int32_t n = 0; n < count; n++) {
+        const pd_setup_electrode *e = &u->potential.electrode[contact[n].electrode];
+        if (!e->shares) continue;
+        pd_grid_position(s->bonds->grid, contact[n].node, vars);
+        vars[PD_DIM] = t;
+        pdi_surfaces_values(s, contact[n].node, vars + PDI_SETUP_PLACE);
+        double share = pdi_expr_eval(&e->share, vars);
+        if (share >= 0.0 && share < 1e100) {
+            contact[n].share = share;
+            continue;
+        }
+        return pdi_fail(ctx, PD_ERR_STATE, "electrode", "the factor of %s is %g at %s m and t = %g s, expected a finite "
+                        "number of at least 0", e->name, share, pdi_grid_place(s->bonds->grid, contact[n].node, place),
+                        t);
+    }
+    return PD_OK;
+}
+
+#undef PDI_SURFACES_FARADAY
+
 /* ======== >>run/electrodes.c ======== */
 /* electrodes: see electrodes.h */
 #include <math.h>
@@ -68357,6 +69830,11 @@ static void pdi_electrodes_conduct(void *user, double *field)
         for (int32_t i = 0; i < m->grid->total; i++)
             if (m->grid->kind[i] == PD_FLUID) field[i] += share * fmax(c[i], 0.0);
     }
+}
+
+static pd_status pdi_electrodes_share(pd_ctx *ctx, void *user, pd_contact *contact, int32_t count, double t)
+{
+    return pdi_surfaces_share(ctx, ((const pd_electrode_map *)user)->surfaces, contact, count, t);
 }
 
 PDI_FN void pdi_electrodes_feed(void *user, double *source)
@@ -68460,6 +69938,8 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
     desc.user = m;
     desc.potential.conductivity = p->conductivity;
     if (m->reactive) desc.conduct = pdi_electrodes_conduct;
+    for (int k = 0; k < p->electrodes; k++)
+        if (p->electrode[k].shares) desc.share = pdi_electrodes_share;
     if (m->reactive) desc.potential.conductivity = 1.0; /* of no node of the fluid */
     desc.potential.electrodes = p->electrodes;
     desc.potential.circuits = m->circuits;
@@ -68474,7 +69954,8 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
 
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
-                                      const pd_dissolve *dissolve, pd_electrode_map *m, pd_cell *cell)
+                                      const pd_dissolve *dissolve, const pd_surfaces *surfaces,
+                                      pd_electrode_map *m, pd_cell *cell)
 {
     int wire[PD_SETUP_ELECTRODES];
     memset(m, 0, sizeof *m);
@@ -68482,6 +69963,7 @@ PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const 
     m->grid = bonds->grid;
     m->metal = metal;
     m->reactive = reactive;
+    m->surfaces = surfaces;
     m->line = setup->line[PD_PART_POTENTIAL];
     for (int k = 0; k < setup->potential.electrodes; k++) wire[k] = setup->potential.electrode[k].wire;
     PDI_TRY(pdi_electrodes_find(ctx, m, wire));
@@ -68759,6 +70241,25 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     b->working += pdi_footprint_levels(plan, &t.inverse.mg);
 }
 
+/* [byte] of the states of surfaces. */
+static double pdi_footprint_states(const pd_setup *u, pdi_footprint_plan *plan, pd_reactive *r)
+{
+    pd_coat coat;
+    memset(&coat, 0, sizeof coat);
+    if (!u->states) return 0.0;
+    coat.reactive = r;
+    coat.desc.count = u->states;
+    for (int k = 0; k < u->states; k++) {
+        const pd_setup_state *state = &u->state[k];
+        coat.desc.reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
+        for (int n = 0; n < state->species; n++)
+            if (state->rate.uses >> (PDI_SETUP_PH + 1 + n) & 1u)
+                coat.desc.reads |= (uint32_t)1 << r->components.place[state->of[n]];
+    }
+    pdi_coat_columns(&coat);
+    return pdi_footprint_list(plan, pdi_coat_list, &coat);
+}
+
 static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
@@ -68807,6 +70308,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
         course.desc.fed = u->sheds ? &mark : NULL;
         b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
     }
+    *bytes += pdi_footprint_states(u, plan, &r);
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }
@@ -69154,11 +70656,13 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     vars[PDI_SETUP_PH] = ph;
     for (int k = 0; k < metal->species; k++)
         vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
+    if (a->surfaces) pdi_surfaces_values(a->surfaces, node, vars + PDI_SETUP_PH + 1 + metal->species);
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, const pd_cell *cell, pd_attack *a)
+                                  const pd_course *course, const pd_cell *cell, const pd_surfaces *surfaces,
+                                  pd_attack *a)
 {
     const pd_setup_metal *metal = &setup->metal[0];
     pd_etch_desc desc;
@@ -69176,6 +70680,7 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
     a->dissolve = dissolve;
     a->course = course;
     a->cell = pdi_setup_electric(metal) ? cell : NULL;
+    if (metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species)) a->surfaces = surfaces;
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
     if (metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
     return PD_OK;
@@ -69611,8 +71116,16 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.settle = u->settle;
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
     desc.shed = u->shed;
-    if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
-        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->cell, &m->attack));
+    int chemical = u->has_dissolve && pdi_setup_chemical(&u->metal[0]);
+    if (u->states) {
+        m->line = u->state[0].line;
+        PDI_TRY(pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
+                                   chemical ? &m->attack.etch : NULL, &m->coat, &m->surfaces));
+        m->line = u->line[PD_PART_CHEMISTRY];
+        desc.coat = &m->coat;
+    }
+    if (chemical) {
+        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->cell, &m->surfaces, &m->attack));
         desc.surface = &m->attack.etch;
         desc.find = pdi_attack_find;
         desc.user = &m->attack;
@@ -69780,7 +71293,8 @@ static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
     int given = u->potential.conductivity > 0.0;
     m->unknowns[PD_PART_POTENTIAL] = m->grid.fluid_count;
     pd_status status = pdi_electrodes_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
-                                            u->has_dissolve ? &m->dissolve : NULL, &m->electrodes, &m->cell);
+                                            u->has_dissolve ? &m->dissolve : NULL, u->states ? &m->surfaces : NULL,
+                                            &m->electrodes, &m->cell);
     m->electrodes.cell = &m->cell;
     m->electrodes.species = &m->reactive;
     m->line = m->electrodes.line;
@@ -69938,6 +71452,8 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_course_free(ctx, &m->course);
     pdi_attack_free(ctx, &m->attack);
+    pdi_surfaces_free(ctx, &m->surfaces);
+    pdi_coat_free(ctx, &m->coat);
     pd_dissolve_free(ctx, &m->dissolve);
     pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);
@@ -70230,7 +71746,7 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
 /* [total] [mol/m3] concentration of a species, or the amount of a mineral; NULL: it is no field of one. */
 static const double *pdi_sample_species(const pd_model *m, pd_field field)
 {
-    int species = pdi_setup_field_species(field), n = species < 0 ? -1 : m->reactive.components.place[species];
+    int species = pdi_setup_field_species(m->setup, field), n = species < 0 ? -1 : m->reactive.components.place[species];
     for (int s = 0; s < m->reactive.minerals.count; s++)
         if (species >= 0 && m->reactive.minerals.of[s].species == species)
             return m->reactive.solid + (int64_t)s * m->grid.total;
@@ -70276,6 +71792,8 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     const double *species = pdi_sample_species(m, field);
     double square = 0.0, j[PD_DIM];
     if (species) return fluid ? species[i] : 0.0;
+    int state = pdi_setup_field_state(m->setup, field);
+    if (state >= 0) return fluid ? pdi_surfaces_at(&m->surfaces, state, i) : (double)NAN;
     switch (field) {
     case PD_FIELD_PHI: return fluid ? m->cell.potential.phi[i] : (double)NAN;
     case PD_FIELD_I: return fluid ? pdi_cell_density(&m->cell, i) : 0.0;
@@ -70397,7 +71915,10 @@ typedef struct pdi_sample_job {
 } pdi_sample_job;
 
 /* 1: a concentration. */
-static int pdi_sample_dissolved(pd_field field) { return field == PD_FIELD_C || pdi_setup_field_species(field) >= 0; }
+static int pdi_sample_dissolved(const pd_model *m, pd_field field)
+{
+    return field == PD_FIELD_C || pdi_setup_field_species(m->setup, field) >= 0;
+}
 
 /* Signed distance from the surface of the medium; 0: there is none, or a place on it. */
 static double pdi_sample_medium(const pd_model *m, const double *x)
@@ -70428,7 +71949,7 @@ static void pdi_sample_surface(pdi_sample_job *job, const double *place, const d
         if (m->flow.wall) m->flow.wall(m->flow.wall_user, at, u);
         pdi_quadratic_value(&job->fit, place, u[job->component]);
     }
-    if (!pdi_sample_dissolved(job->field) || pdi_sample_medium(m, place) * job->side < 0.0) return;
+    if (!pdi_sample_dissolved(job->m, job->field) || pdi_sample_medium(m, place) * job->side < 0.0) return;
     if (job->field == PD_FIELD_C && m->transport.desc.held) held = m->transport.desc.held(m->transport.desc.user, at);
     if (held >= 0.0) pdi_quadratic_value(&job->fit, place, held);
     else if ((!m->setup->has_dissolve || m->grid.kind[closed] != PD_SOLID) && pdi_sample_sure(m, place, normal, closed))
@@ -70446,7 +71967,7 @@ static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
     int i[PD_DIM], inlet = m->grid.kind[far] == PD_INLET;
     pd_grid_position(&m->grid, base, at);
     pdi_grid_index(&m->grid, base, i);
-    for (int d = 0; d < PD_DIM && inlet && pdi_sample_dissolved(job->field); d++) {
+    for (int d = 0; d < PD_DIM && inlet && pdi_sample_dissolved(job->m, job->field); d++) {
         int step = s->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? m->grid.n[d] - i[d] - 0.5 : i[d] + 0.5;
         if (step && pdi_grid_port(m->grid.side[2 * d + upper])) share = fmin(share, inside / abs(step));
@@ -70541,6 +72062,14 @@ static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
     return fluid;
 }
 
+/* A state of surfaces is that of the first cell with one. */
+static double pdi_sample_state(const pd_model *m, pd_field field, int cells, const int32_t *node)
+{
+    double value = (double)NAN;
+    for (int k = 0; k < cells && !(value == value); k++) value = pdi_sample_node(m, field, node[k]);
+    return value;
+}
+
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x)
 {
     int32_t node[PDI_SAMPLE_CELLS];
@@ -70553,12 +72082,13 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (field == PD_FIELD_V && m->flow.u) job.f = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) job.f = m->flow.p;
     if (field == PD_FIELD_C) job.f = m->transport.c;
-    if (pdi_setup_field_species(field) >= 0) job.f = pdi_sample_species(m, field);
+    if (pdi_setup_field_species(m->setup, field) >= 0) job.f = pdi_sample_species(m, field);
     if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
     if (field == PD_FIELD_PHI) job.f = m->cell.potential.phi;
     if (!job.f && field != PD_FIELD_PH && field != PD_FIELD_POTENTIAL) {
         int cells = pdi_sample_cells(&m->grid, x, node);
+        if (pdi_setup_field_state(m->setup, field) >= 0) return pdi_sample_state(m, field, cells, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
@@ -72461,6 +73991,19 @@ static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "most", "A/m2", e.most);
 }
 
+/* Mean over the surface that carries a state, and its extremes. */
+static void pdi_monitor_state(const pd_model *model, pd_monitor *m)
+{
+    const char *unit = model->setup->state[m->desc->index].unit;
+    pd_surfaces_figures f;
+    pdi_surfaces_figures(&model->surfaces, m->desc->index, &f);
+    if (!unit[0]) unit = "-";
+    pdi_monitor_put(m, "mean", unit, f.mean);
+    pdi_monitor_put(m, "least", unit, f.least);
+    pdi_monitor_put(m, "most", unit, f.most);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], f.area);
+}
+
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
@@ -72470,6 +74013,7 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
     if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_electrode(model, m);
+    if (m->desc->kind == PD_MONITOR_STATE) pdi_monitor_state(model, m);
     if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_cut(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_GRIP) {
         double force[PD_DIM];
@@ -72889,7 +74433,7 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
 /* Fields of a probe that are smooth in the fluid, and so may be compared and extrapolated. */
 static int pdi_figures_smooth(const pd_setup *u, int field)
 {
-    int species = pdi_setup_field_species(field);
+    int species = pdi_setup_field_species(u, field);
     return field == PD_FIELD_PH || (species >= 0 && u->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
 }
 

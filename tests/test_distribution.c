@@ -49,8 +49,8 @@ static double circle_error(double m, int n, double move, int curved)
     if (!ready(is_outer) || !solve()) return 1.0;
     for (int k = 0; k < 100; k++) { /* a source far off drives its current through a curve, whose u is asked for */
         double i = 0.5 * (lo + hi), u = 0.0, v = 0.0, by;
-        pdi_electrode_through(&X.e[0], 1e9, 1e9 / (i / (2.0 * PI * r0)), &u, &by);
-        pdi_electrode_through(&X.e[1], -1e9, 1e9 / (i / (2.0 * PI * r1)), &v, &by);
+        pdi_electrode_through(&X.e[0], 1.0, 1e9, 1e9 / (i / (2.0 * PI * r0)), &u, &by);
+        pdi_electrode_through(&X.e[1], 1.0, -1e9, 1e9 / (i / (2.0 * PI * r1)), &v, &by);
         if (u - v + i * log(r1 / r0) / (2.0 * PI * kappa) < 1.0) lo = i;
         else hi = i;
     }

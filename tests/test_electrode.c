@@ -116,7 +116,7 @@ TEST(any_overpotential)
             for (double drop = 1e-4; drop < 1e7; drop *= 10.0)
                 for (int guess = 0; guess < 3; guess++) {
                     double u = guess == 0 ? sign * drop : guess == 1 ? 50.0 : -1e5, by, more, slope;
-                    double i = pdi_electrode_through(&e, sign * drop, resist, &u, &by);
+                    double i = pdi_electrode_through(&e, 1.0, sign * drop, resist, &u, &by);
                     double curve = pd_electrode_current(&e, u, &slope);
                     /* one unit in the last place of u and of the drop */
                     double rounding = 4e-16 * (fabs(u) + drop) * (slope + 1.0 / resist);
@@ -124,7 +124,7 @@ TEST(any_overpotential)
                     CHECK_NEAR(i, curve, 1e-12 * fabs(curve) + 4.0 * rounding);
                     CHECK(by > 0.0 && by <= 1.0 / resist * (1.0 + 1e-12));
                     more = u;
-                    CHECK_LE(i, pdi_electrode_through(&e, sign * drop * (1.0 + sign * 1e-3), resist, &more, &by));
+                    CHECK_LE(i, pdi_electrode_through(&e, 1.0, sign * drop * (1.0 + sign * 1e-3), resist, &more, &by));
                 }
     freed(&e);
 }
@@ -140,7 +140,7 @@ TEST(series)
     d.film = 3e-3;
     pd_ctx_init(&ctx);
     CHECK_OK(&ctx, pd_electrode_build(&ctx, &d, &e));
-    CHECK_REL(pdi_electrode_through(&e, 0.75, 1e-3, &u, &slope), 1.0 / 4e-3, 1e-15);
+    CHECK_REL(pdi_electrode_through(&e, 1.0, 0.75, 1e-3, &u, &slope), 1.0 / 4e-3, 1e-15);
     CHECK_REL(slope, 250.0, 1e-15);
     CHECK_NEAR(u, -0.25, 0.0);
     freed(&e);
@@ -149,7 +149,7 @@ TEST(series)
     t.resistance = 2e-3;
     CHECK_OK(&ctx, make(&t, 1, 3e-3, &e));
     u = 7.0;
-    CHECK_REL(pdi_electrode_through(&e, 1.1, 5e-3, &u, &slope), 1.0 / 1e-2, 1e-13);
+    CHECK_REL(pdi_electrode_through(&e, 1.0, 1.1, 5e-3, &u, &slope), 1.0 / 1e-2, 1e-13);
     CHECK_REL(u, 0.3, 1e-12);
     freed(&e);
 }

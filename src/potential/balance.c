@@ -25,8 +25,8 @@ static void pdi_balance_currents(const pd_ctx *ctx, pd_potential *p)
     for (int32_t n = 0; n < p->contacts.count; n++) {
         const pd_contact *c = &p->contacts.list[n];
         double resist = c->way / pdi_potential_kappa(p, c->node);
-        p->current[n] = pdi_electrode_through(&p->desc.electrode[c->electrode], pdi_potential_drop(p, c), resist,
-                                              &p->surface[n], &p->slope[n]);
+        p->current[n] = pdi_electrode_through(&p->desc.electrode[c->electrode], c->share, pdi_potential_drop(p, c),
+                                              resist, &p->surface[n], &p->slope[n]);
         p->slope[n] = fmax(p->slope[n], PDI_BALANCE_FLAT / resist);
     }
 }
@@ -106,8 +106,8 @@ static double pdi_balance_slope(const pd_ctx *ctx, pd_potential *p, double start
         const pd_contact *c = &p->contacts.list[n];
         int place = p->place[pdi_potential_circuit(p, c->electrode)];
         double by = (place < 0 ? 0.0 : p->step[total + place]) - p->step[c->node], slope, u = p->surface[n];
-        double i = pdi_electrode_through(&p->desc.electrode[c->electrode], pdi_potential_drop(p, c) + s * by,
-                                         c->way / pdi_potential_kappa(p, c->node), &u, &slope);
+        double i = pdi_electrode_through(&p->desc.electrode[c->electrode], c->share,
+                                         pdi_potential_drop(p, c) + s * by, c->way / pdi_potential_kappa(p, c->node), &u, &slope);
         p->trial[n] = pdi_potential_area(p, c) * (i - p->current[n]) * by;
     }
     pdi_sum_add(&sum, start);

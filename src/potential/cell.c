@@ -162,12 +162,16 @@ static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
 {
     for (int n = 0; n < cell->desc.potential.circuits && cell->desc.given; n++)
         cell->circuit[n].value = cell->desc.given(cell->desc.user, n, t);
+    if (cell->desc.share)
+        PDI_TRY(cell->desc.share(ctx, cell->desc.user, cell->potential.contacts.list, cell->potential.contacts.count,
+                                 t));
     pd_status status = pd_potential_solve(ctx, &cell->potential, &cell->result);
     if (status < 0) return status;
     if (status != PD_OK)
         return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "at t = %g s the balances of currents lack %.3g of them "
                         "after %d steps of Newton's method, expected at most %g: a larger tolerance accepts it", t,
                         cell->result.residual, cell->result.newton, cell->potential.desc.tolerance);
+    cell->time = t;
     cell->solves++;
     cell->newton += cell->result.newton;
     cell->krylov += cell->result.krylov;
@@ -185,6 +189,13 @@ static pd_status pdi_cell_renew(pd_ctx *ctx, pd_cell *cell)
     cell->potential.desc.idle = 1; /* what metal leaves behind as it goes */
     if (anew) return pd_potential_update(ctx, &cell->potential);
     return cell->dissolve ? pdi_distribution_contacts(ctx, &cell->potential) : PD_OK;
+}
+
+PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t)
+{
+    if (cell->solves && !cell->stale && !(cell->time < t) && !(cell->time > t)) return PD_OK;
+    if (cell->stale) PDI_TRY(pdi_cell_renew(ctx, cell));
+    return pdi_cell_solve(ctx, cell, t);
 }
 
 static pd_status pdi_cell_start(pd_ctx *ctx, void *self, double t)
@@ -236,6 +247,7 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "anodic current", &cell->result.anodic, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "current through sides", &cell->result.through, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "solves of the potential", &cell->solves, 1));
+    if (cell->desc.share) PDI_TRY(PDI_KEEP(ctx, archive, "time of the potential", &cell->time, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "newton of the potential", &cell->newton, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the potential", &cell->krylov, 1));
     if (archive->reading) pdi_cell_index(cell);

@@ -17,6 +17,8 @@ typedef struct pd_cell_desc {
     int (*which)(void *user, int32_t node);                /* electrode of a solid node */
     double (*given)(void *user, int circuit, double t);    /* value of a circuit at time t [s]; NULL: as it is */
     void (*conduct)(void *user, double *field);            /* [total] [S/m] at fluid nodes, now; NULL: uniform */
+    /* writes the share of each contact, now; NULL: curves hold as they are */
+    pd_status (*share)(pd_ctx *ctx, void *user, pd_contact *contact, int32_t count, double t);
     void *user;
 } pd_cell_desc;
 
@@ -35,6 +37,7 @@ typedef struct pd_cell {
     pd_potential potential;
     pd_potential_result result;  /* of the last solution */
     int stale;                   /* 1: nodes have turned fluid */
+    double time;                 /* [s] of the last solution */
     int64_t solves, newton, krylov;
 } pd_cell;
 
@@ -64,6 +67,8 @@ PD_API void pd_cell_free(pd_ctx *ctx, pd_cell *cell);
 /* Beside fluid node i: current density [A/m2] and E - phi at the surface [V] of electrodes with metal `kind`, means
  * over the area of its contacts; where it has none, of those nearest within two cells. 0: there is none. */
 PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface);
+/* A solution for time t [s] within a step; nothing is done where it is that of the last one. */
+PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t);
 /* Current density [A/m2] at the contacts of fluid node i, of all electrodes; 0 where it has none. */
 PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i);
 /* Current density j[PD_DIM] [A/m2] in fluid node i: the first moment of what its bonds and contacts carry, which a

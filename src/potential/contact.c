@@ -152,6 +152,7 @@ static int32_t pdi_contact_node(pdi_contact_walk *w, int32_t row, pd_contact *li
             list[found].node = i;
             list[found].electrode = electrode;
             list[found].way /= contact->area;
+            list[found].share = 1.0;
         }
         contact->area = contact->way = 0.0;
         found++;

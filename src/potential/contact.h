@@ -18,6 +18,7 @@ typedef struct pd_contact {
     int electrode;
     double area; /* [1/m] over the volume of the node */
     double way;  /* [m] from the node to the surface */
+    double share; /* [-] factor of the curve, at least 0: 1, or as the caller sets it */
 } pd_contact;
 
 typedef struct pd_contacts {

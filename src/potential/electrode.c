@@ -111,16 +111,23 @@ static double pdi_electrode_solve(const pd_electrode *e, double drop, double res
     return u;
 }
 
-PDI_FN double pdi_electrode_through(const pd_electrode *e, double drop, double resist, double *u, double *slope)
+PDI_FN double pdi_electrode_through(const pd_electrode *e, double share, double drop, double resist, double *u,
+                                    double *slope)
 {
     resist += e->desc.film;
+    if (!(share > 0.0)) {
+        *u = drop;
+        *slope = 0.0;
+        return 0.0;
+    }
     if (e->count == 0) {
         *u = e->desc.equilibrium;
         *slope = 1.0 / resist;
         return (drop - *u) / resist;
     }
-    *u = pdi_electrode_solve(e, drop, resist, *u);
-    double by, i = pd_electrode_current(e, *u, &by);
+    *u = pdi_electrode_solve(e, drop, share * resist, *u);
+    double by, i = share * pd_electrode_current(e, *u, &by);
+    by *= share;
     *slope = by / (1.0 + resist * by);
     return resist * by > 1.0 ? (drop - *u) / resist : i; /* the one with more digits */
 }

@@ -59,9 +59,10 @@ PD_API double pd_electrode_current(const pd_electrode *electrode, double u, doub
 PD_API void pd_electrode_free(pd_ctx *ctx, pd_electrode *electrode);
 
 #ifdef PDI_INTERNAL
-/* Current density [A/m2] at E - phi = `drop` [V], where phi lies behind `resist` > 0 [m2/S] of electrolyte, and
- * behind the film; *slope [S/m2] its derivative; *u [V] a guess in, the overpotential at the surface out. */
-PDI_FN double pdi_electrode_through(const pd_electrode *electrode, double drop, double resist, double *u,
+/* Current density [A/m2] of `share` [-] times the curve at E - phi = `drop` [V], where phi lies behind `resist` > 0
+ * [m2/S] of electrolyte, and behind the film; *slope [S/m2] its derivative; *u [V] a guess in, the overpotential at the
+ * surface out. */
+PDI_FN double pdi_electrode_through(const pd_electrode *electrode, double share, double drop, double resist, double *u,
                                     double *slope);
 /* Least and largest current density [A/m2], infinite where there is no limit. */
 PDI_FN void pdi_electrode_range(const pd_electrode *electrode, double *least, double *most);

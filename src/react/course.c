@@ -314,9 +314,21 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->begun = 1;
     if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
     pdi_course_keep(ctx, a, 0);
+    if (a->desc.coat) PDI_TRY(pdi_coat_begin(ctx, a->desc.coat, s->time));
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
     return PD_OK;
+}
+
+/* States of surfaces go to the end of the step; *covering: the larger of what it was and of their error. */
+static pd_status pdi_course_coat(pd_ctx *ctx, pd_course *a, pd_step *s, double *covering)
+{
+    double error = 0.0;
+    pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->trial >= PDI_COURSE_TRIALS,
+                                       &error);
+    if (status == PD_RETRY) s->error = HUGE_VAL;
+    *covering = fmax(*covering, error);
+    return status;
 }
 
 /* The flow is that of the middle of the step. */
@@ -325,6 +337,11 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_course *a = (pd_course *)self;
     pd_reactive_result result;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    if (a->desc.coat) {
+        s->error = HUGE_VAL; /* of PD_RETRY */
+        PDI_TRY(pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial >= PDI_COURSE_TRIALS));
+        pdi_course_feed(a);
+    }
     if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
     if (a->desc.surface) a->desc.surface->time = s->time + 0.5 * s->dt;
     pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
@@ -336,10 +353,12 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (status != PD_OK) return status;
     a->euler += result.euler;
     double covering = a->desc.bare ? pdi_course_covering(a, s) : 0.0;
+    if (a->desc.coat) PDI_TRY(pdi_course_coat(ctx, a, s, &covering));
     if (covering > 1.0) {
         s->error = fmax(s->error, covering);
         return PD_RETRY;
     }
+    if (a->desc.coat) s->error = fmax(s->error, covering);
     if (a->bent) return PD_OK;
     if (result.euler && !(result.error > 0.0)) {
         if (s->trial >= PDI_COURSE_TRIALS) return PD_OK;
@@ -354,6 +373,10 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     (void)ctx;
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
+    if (a->desc.coat) {
+        pdi_coat_accept(a->desc.coat, s->dt);
+        last = s->ends = 1;
+    }
     pdi_course_taken(a, s->dt, all);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
@@ -371,6 +394,7 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
     pd_course *a = (pd_course *)self;
     int last;
     pdi_course_keep(ctx, a, 1);
+    if (a->desc.coat) pdi_coat_reject(a->desc.coat);
     a->rejected++;
     a->dt = s->dt * (s->error < HUGE_VAL ? fmax(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
                                          : PDI_COURSE_SHRINK);
@@ -406,6 +430,7 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
     pd_course *a = (pd_course *)self;
     a->time = t;
     if (a->desc.bare) pdi_course_uncover(a);
+    if (a->desc.coat) PDI_TRY(pdi_coat_places(ctx, a->desc.coat));
     return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
 }
 
@@ -473,6 +498,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
         pdi_course_share(a, turned, count, 0.0);
     }
     a->bent = 1;
+    if (a->desc.coat) a->desc.coat->anew = 1;
     if (a->desc.bare) pdi_course_turned(a);
     return PD_OK;
 }
@@ -486,6 +512,7 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
     PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
+    if (a->desc.coat) PDI_TRY(pdi_owner_store(ctx, pdi_coat_list, a->desc.coat, archive));
     if (a->desc.bare && archive->reading) pdi_course_uncover(a);
     return PD_OK;
 }

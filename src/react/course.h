@@ -7,6 +7,7 @@
 #ifndef PD_COURSE_H
 #define PD_COURSE_H
 #include "react/advance.h"
+#include "react/coat.h"
 #include "react/etch.h"
 #include "solve/process.h"
 
@@ -31,6 +32,8 @@ typedef struct pd_course_desc {
                          * of the run */
     int layers;         /* [cells] of metal below its surface that dissolve, by faces; with `cover` */
     const double *whole; /* [total] [-] factor of the metal without minerals; NULL: 1. Borrowed */
+    pd_coat *coat;      /* states of surfaces, which step with the species; NULL: there are none. Borrowed. `feed` is
+                         * asked in the middle of each step then, and what is behind the species follows each of them */
     int *reached;       /* 0 is written to it when `bare` has changed; NULL: to none */
 } pd_course_desc;
 

@@ -57,6 +57,18 @@ typedef struct pdi_etch_work {
 static double pdi_etch_share(double z) { return pdi_migrate_leave(1.0, 0.0, z, 1.0, 0.0); }
 static double pdi_etch_share_by(double z) { return -pdi_migrate_conduct(z, 1.0, 0.0); }
 
+PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now)
+{
+    for (int n = 0; n < of->solutes; n++) {
+        now->ln_k[n] = film->ln_k[n] - of->charge[n] * of->charge[n] * davies;
+        for (int k = 0; k < of->joined; k++) {
+            int z = of->charge[of->master[k]];
+            now->ln_k[n] += of->m[k][n] * z * z * davies;
+        }
+    }
+    for (int k = 0; k < of->joined; k++) now->ln_k[of->master[k]] = 0.0;
+}
+
 static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_components *film, pdi_etch_work *w)
 {
     const pd_components *of = &s->reactive->components;
@@ -70,14 +82,7 @@ static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_comp
     w->lift = 0.0;
     memcpy(w->surface, w->c, sizeof w->surface);
     if (!(thick > 0.0)) return;
-    for (int n = 0; n < of->solutes; n++) {
-        film->ln_k[n] = s->film.ln_k[n] - of->charge[n] * of->charge[n] * w->davies;
-        for (int k = 0; k < of->joined; k++) {
-            int z = of->charge[of->master[k]];
-            film->ln_k[n] += of->m[k][n] * z * z * w->davies;
-        }
-    }
-    for (int k = 0; k < of->joined; k++) film->ln_k[of->master[k]] = 0.0;
+    pdi_etch_activities(of, &s->film, w->davies, film);
     memcpy(w->ln_k, film->ln_k, sizeof w->ln_k);
     pdi_components_totals(of, w->at, w->flows);
 }
@@ -539,15 +544,15 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
 }
 
 /* The system of concentrations times their diffusivities: ln c' = ln K + ln d + sum m (ln c'_master - ln d_master). */
-static void pdi_etch_film(pd_etch *s)
+PDI_FN void pdi_etch_film(const pd_reactive *r, pd_components *film, double *scale)
 {
-    const pd_components *of = &s->reactive->components;
-    s->film = *of;
-    s->film.debye = 0.0;
-    for (int n = 0; n < of->solutes; n++) s->scale[n] = fmax(s->reactive->ratio[n], PDI_ETCH_LEAST);
+    const pd_components *of = &r->components;
+    *film = *of;
+    film->debye = 0.0;
+    for (int n = 0; n < of->solutes; n++) scale[n] = fmax(r->ratio[n], PDI_ETCH_LEAST);
     for (int n = 0; n < of->solutes; n++) {
-        s->film.ln_k[n] += log(s->scale[n]);
-        for (int k = 0; k < of->joined; k++) s->film.ln_k[n] -= of->m[k][n] * log(s->scale[of->master[k]]);
+        film->ln_k[n] += log(scale[n]);
+        for (int k = 0; k < of->joined; k++) film->ln_k[n] -= of->m[k][n] * log(scale[of->master[k]]);
     }
 }
 
@@ -562,7 +567,7 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
         if (r->components.place[i] >= 0) s->shed[r->components.place[i]] = desc->shed[i];
     pdi_components_totals(&r->components, s->shed, s->gain);
     for (int n = 0; n < r->components.solutes; n++) s->charge += r->components.charge[n] * s->shed[n];
-    pdi_etch_film(s);
+    pdi_etch_film(r, &s->film, s->scale);
     pd_status status = pdi_owner_build(ctx, pdi_etch_list, s);
     if (status < 0) {
         pd_etch_free(ctx, s);

@@ -29,11 +29,13 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     vars[PDI_SETUP_PH] = ph;
     for (int k = 0; k < metal->species; k++)
         vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
+    if (a->surfaces) pdi_surfaces_values(a->surfaces, node, vars + PDI_SETUP_PH + 1 + metal->species);
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, const pd_cell *cell, pd_attack *a)
+                                  const pd_course *course, const pd_cell *cell, const pd_surfaces *surfaces,
+                                  pd_attack *a)
 {
     const pd_setup_metal *metal = &setup->metal[0];
     pd_etch_desc desc;
@@ -51,6 +53,7 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
     a->dissolve = dissolve;
     a->course = course;
     a->cell = pdi_setup_electric(metal) ? cell : NULL;
+    if (metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species)) a->surfaces = surfaces;
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
     if (metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
     return PD_OK;

@@ -48,6 +48,11 @@ static void pdi_electrodes_conduct(void *user, double *field)
     }
 }
 
+static pd_status pdi_electrodes_share(pd_ctx *ctx, void *user, pd_contact *contact, int32_t count, double t)
+{
+    return pdi_surfaces_share(ctx, ((const pd_electrode_map *)user)->surfaces, contact, count, t);
+}
+
 PDI_FN void pdi_electrodes_feed(void *user, double *source)
 {
     const pd_electrode_map *m = (const pd_electrode_map *)user;
@@ -149,6 +154,8 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
     desc.user = m;
     desc.potential.conductivity = p->conductivity;
     if (m->reactive) desc.conduct = pdi_electrodes_conduct;
+    for (int k = 0; k < p->electrodes; k++)
+        if (p->electrode[k].shares) desc.share = pdi_electrodes_share;
     if (m->reactive) desc.potential.conductivity = 1.0; /* of no node of the fluid */
     desc.potential.electrodes = p->electrodes;
     desc.potential.circuits = m->circuits;
@@ -163,7 +170,8 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
 
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
-                                      const pd_dissolve *dissolve, pd_electrode_map *m, pd_cell *cell)
+                                      const pd_dissolve *dissolve, const pd_surfaces *surfaces,
+                                      pd_electrode_map *m, pd_cell *cell)
 {
     int wire[PD_SETUP_ELECTRODES];
     memset(m, 0, sizeof *m);
@@ -171,6 +179,7 @@ PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const 
     m->grid = bonds->grid;
     m->metal = metal;
     m->reactive = reactive;
+    m->surfaces = surfaces;
     m->line = setup->line[PD_PART_POTENTIAL];
     for (int k = 0; k < setup->potential.electrodes; k++) wire[k] = setup->potential.electrode[k].wire;
     PDI_TRY(pdi_electrodes_find(ctx, m, wire));

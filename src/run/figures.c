@@ -47,7 +47,7 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
 /* Fields of a probe that are smooth in the fluid, and so may be compared and extrapolated. */
 static int pdi_figures_smooth(const pd_setup *u, int field)
 {
-    int species = pdi_setup_field_species(field);
+    int species = pdi_setup_field_species(u, field);
     return field == PD_FIELD_PH || (species >= 0 && u->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
 }
 

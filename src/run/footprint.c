@@ -278,6 +278,25 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     b->working += pdi_footprint_levels(plan, &t.inverse.mg);
 }
 
+/* [byte] of the states of surfaces. */
+static double pdi_footprint_states(const pd_setup *u, pdi_footprint_plan *plan, pd_reactive *r)
+{
+    pd_coat coat;
+    memset(&coat, 0, sizeof coat);
+    if (!u->states) return 0.0;
+    coat.reactive = r;
+    coat.desc.count = u->states;
+    for (int k = 0; k < u->states; k++) {
+        const pd_setup_state *state = &u->state[k];
+        coat.desc.reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
+        for (int n = 0; n < state->species; n++)
+            if (state->rate.uses >> (PDI_SETUP_PH + 1 + n) & 1u)
+                coat.desc.reads |= (uint32_t)1 << r->components.place[state->of[n]];
+    }
+    pdi_coat_columns(&coat);
+    return pdi_footprint_list(plan, pdi_coat_list, &coat);
+}
+
 static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
@@ -326,6 +345,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
         course.desc.fed = u->sheds ? &mark : NULL;
         b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
     }
+    *bytes += pdi_footprint_states(u, plan, &r);
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }

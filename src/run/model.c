@@ -277,8 +277,16 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.settle = u->settle;
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
     desc.shed = u->shed;
-    if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
-        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->cell, &m->attack));
+    int chemical = u->has_dissolve && pdi_setup_chemical(&u->metal[0]);
+    if (u->states) {
+        m->line = u->state[0].line;
+        PDI_TRY(pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
+                                   chemical ? &m->attack.etch : NULL, &m->coat, &m->surfaces));
+        m->line = u->line[PD_PART_CHEMISTRY];
+        desc.coat = &m->coat;
+    }
+    if (chemical) {
+        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->cell, &m->surfaces, &m->attack));
         desc.surface = &m->attack.etch;
         desc.find = pdi_attack_find;
         desc.user = &m->attack;
@@ -446,7 +454,8 @@ static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
     int given = u->potential.conductivity > 0.0;
     m->unknowns[PD_PART_POTENTIAL] = m->grid.fluid_count;
     pd_status status = pdi_electrodes_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
-                                            u->has_dissolve ? &m->dissolve : NULL, &m->electrodes, &m->cell);
+                                            u->has_dissolve ? &m->dissolve : NULL, u->states ? &m->surfaces : NULL,
+                                            &m->electrodes, &m->cell);
     m->electrodes.cell = &m->cell;
     m->electrodes.species = &m->reactive;
     m->line = m->electrodes.line;
@@ -604,6 +613,8 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_course_free(ctx, &m->course);
     pdi_attack_free(ctx, &m->attack);
+    pdi_surfaces_free(ctx, &m->surfaces);
+    pdi_coat_free(ctx, &m->coat);
     pd_dissolve_free(ctx, &m->dissolve);
     pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);

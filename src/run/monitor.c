@@ -304,6 +304,19 @@ static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "most", "A/m2", e.most);
 }
 
+/* Mean over the surface that carries a state, and its extremes. */
+static void pdi_monitor_state(const pd_model *model, pd_monitor *m)
+{
+    const char *unit = model->setup->state[m->desc->index].unit;
+    pd_surfaces_figures f;
+    pdi_surfaces_figures(&model->surfaces, m->desc->index, &f);
+    if (!unit[0]) unit = "-";
+    pdi_monitor_put(m, "mean", unit, f.mean);
+    pdi_monitor_put(m, "least", unit, f.least);
+    pdi_monitor_put(m, "most", unit, f.most);
+    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], f.area);
+}
+
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
@@ -313,6 +326,7 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
     if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_electrode(model, m);
+    if (m->desc->kind == PD_MONITOR_STATE) pdi_monitor_state(model, m);
     if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_cut(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_GRIP) {
         double force[PD_DIM];

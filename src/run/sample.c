@@ -41,7 +41,7 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
 /* [total] [mol/m3] concentration of a species, or the amount of a mineral; NULL: it is no field of one. */
 static const double *pdi_sample_species(const pd_model *m, pd_field field)
 {
-    int species = pdi_setup_field_species(field), n = species < 0 ? -1 : m->reactive.components.place[species];
+    int species = pdi_setup_field_species(m->setup, field), n = species < 0 ? -1 : m->reactive.components.place[species];
     for (int s = 0; s < m->reactive.minerals.count; s++)
         if (species >= 0 && m->reactive.minerals.of[s].species == species)
             return m->reactive.solid + (int64_t)s * m->grid.total;
@@ -87,6 +87,8 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     const double *species = pdi_sample_species(m, field);
     double square = 0.0, j[PD_DIM];
     if (species) return fluid ? species[i] : 0.0;
+    int state = pdi_setup_field_state(m->setup, field);
+    if (state >= 0) return fluid ? pdi_surfaces_at(&m->surfaces, state, i) : (double)NAN;
     switch (field) {
     case PD_FIELD_PHI: return fluid ? m->cell.potential.phi[i] : (double)NAN;
     case PD_FIELD_I: return fluid ? pdi_cell_density(&m->cell, i) : 0.0;
@@ -208,7 +210,10 @@ typedef struct pdi_sample_job {
 } pdi_sample_job;
 
 /* 1: a concentration. */
-static int pdi_sample_dissolved(pd_field field) { return field == PD_FIELD_C || pdi_setup_field_species(field) >= 0; }
+static int pdi_sample_dissolved(const pd_model *m, pd_field field)
+{
+    return field == PD_FIELD_C || pdi_setup_field_species(m->setup, field) >= 0;
+}
 
 /* Signed distance from the surface of the medium; 0: there is none, or a place on it. */
 static double pdi_sample_medium(const pd_model *m, const double *x)
@@ -239,7 +244,7 @@ static void pdi_sample_surface(pdi_sample_job *job, const double *place, const d
         if (m->flow.wall) m->flow.wall(m->flow.wall_user, at, u);
         pdi_quadratic_value(&job->fit, place, u[job->component]);
     }
-    if (!pdi_sample_dissolved(job->field) || pdi_sample_medium(m, place) * job->side < 0.0) return;
+    if (!pdi_sample_dissolved(job->m, job->field) || pdi_sample_medium(m, place) * job->side < 0.0) return;
     if (job->field == PD_FIELD_C && m->transport.desc.held) held = m->transport.desc.held(m->transport.desc.user, at);
     if (held >= 0.0) pdi_quadratic_value(&job->fit, place, held);
     else if ((!m->setup->has_dissolve || m->grid.kind[closed] != PD_SOLID) && pdi_sample_sure(m, place, normal, closed))
@@ -257,7 +262,7 @@ static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
     int i[PD_DIM], inlet = m->grid.kind[far] == PD_INLET;
     pd_grid_position(&m->grid, base, at);
     pdi_grid_index(&m->grid, base, i);
-    for (int d = 0; d < PD_DIM && inlet && pdi_sample_dissolved(job->field); d++) {
+    for (int d = 0; d < PD_DIM && inlet && pdi_sample_dissolved(job->m, job->field); d++) {
         int step = s->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? m->grid.n[d] - i[d] - 0.5 : i[d] + 0.5;
         if (step && pdi_grid_port(m->grid.side[2 * d + upper])) share = fmin(share, inside / abs(step));
@@ -352,6 +357,14 @@ static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
     return fluid;
 }
 
+/* A state of surfaces is that of the first cell with one. */
+static double pdi_sample_state(const pd_model *m, pd_field field, int cells, const int32_t *node)
+{
+    double value = (double)NAN;
+    for (int k = 0; k < cells && !(value == value); k++) value = pdi_sample_node(m, field, node[k]);
+    return value;
+}
+
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x)
 {
     int32_t node[PDI_SAMPLE_CELLS];
@@ -364,12 +377,13 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (field == PD_FIELD_V && m->flow.u) job.f = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) job.f = m->flow.p;
     if (field == PD_FIELD_C) job.f = m->transport.c;
-    if (pdi_setup_field_species(field) >= 0) job.f = pdi_sample_species(m, field);
+    if (pdi_setup_field_species(m->setup, field) >= 0) job.f = pdi_sample_species(m, field);
     if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
     if (field == PD_FIELD_PHI) job.f = m->cell.potential.phi;
     if (!job.f && field != PD_FIELD_PH && field != PD_FIELD_POTENTIAL) {
         int cells = pdi_sample_cells(&m->grid, x, node);
+        if (pdi_setup_field_state(m->setup, field) >= 0) return pdi_sample_state(m, field, cells, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);

@@ -559,8 +559,23 @@ static const pd_key pdi_keys_of_electrode[] = {
     {"reaction", "text", "none",
      "half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 e- = 4 OH-`, "
      "balanced in elements and charge; anodic with `e-` on the right"},
+    {"factor", "-", "1",
+     "factor of its currents, an expression in states of surfaces (2.22), x, y, z, t; at least 0"},
     {"connected", "-", "none",
      "names of electrodes that it is wired to. Metals that touch are connected, too"}};
+
+static const pd_key pdi_keys_of_surface[] = {
+    {"of", "-", "all electrodes; without them all metal that dissolves",
+     "names of the electrodes that carry the state"},
+    {"initial", "of the state", "required",
+     "value at the start, an expression in x, y, z; its unit is that of the state"},
+    {"rate", "of the state per s", "required",
+     "change in time, an expression in the concentrations at the surface, `[Mg2+]`, in pH, in E and i of the "
+     "electrode, the temperature T, t, x, y, z and all states"},
+    {"min", "of the state", "none",
+     "where the law ends: a state that is there stays as long as its rate is negative"},
+    {"max", "of the state", "none",
+     "the same above"}};
 
 #define PDI_KEYS_OF(table) (table), (int)(sizeof(table) / sizeof(table)[0])
 static const pd_key_section pdi_keys_all[] = {
@@ -584,6 +599,8 @@ static const pd_key_section pdi_keys_all[] = {
     {"mineral", "FORMULA", "a solid that forms and dissolves in a run: Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_mineral)},
     {"potential", "", "electric potential of the fluid", PDI_KEYS_OF(pdi_keys_of_potential)},
     {"electrode", "NAME", "metal with a polarisation curve", PDI_KEYS_OF(pdi_keys_of_electrode)},
+    {"surface", "NAME", "a state that surfaces of metal carry, such as the thickness of a film",
+     PDI_KEYS_OF(pdi_keys_of_surface)},
     {"run", "", "end and steps", PDI_KEYS_OF(pdi_keys_of_run)},
     {"output", "", "files and pictures", PDI_KEYS_OF(pdi_keys_of_output)},
     {"probe", "NAME", "values at a place", PDI_KEYS_OF(pdi_keys_of_probe)},

@@ -10,8 +10,7 @@ PDI_FN int pdi_read_constants_taken(const char *name)
     return pdi_expr_taken(name);
 }
 
-/* Unit of SI for a dimension, as expressions read it. */
-static int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
+PDI_FN int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
 {
     char text[PD_UNITS_TEXT];
     pd_dims again;

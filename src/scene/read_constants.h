@@ -22,6 +22,8 @@ PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_co
 /* One of the caller's own, with a unit that lives as long. */
 PDI_FN void pdi_read_constants_append(pd_text *text, pdi_read_constants *named, const char *name, const char *unit,
                                       double value);
+/* Unit of SI for a dimension, as expressions read it, into unit[PD_UNITS_TEXT]. 0: exponents are broken. */
+PDI_FN int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit);
 /* 1: expressions of a scene know the name without its doing. */
 PDI_FN int pdi_read_constants_taken(const char *name);
 #endif

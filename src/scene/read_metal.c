@@ -1,5 +1,6 @@
 /* read_metal: see read_metal.h */
 #include "scene/read_metal.h"
+#include "scene/read_surface.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -108,13 +109,11 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* The variables of a law: those of all laws, pH, and the species that its text names as [H+], which name[] keeps. A law
- * that is not there names none. */
+/* The variables of a law: those of all laws, pH, the species that its text names as [H+], which name[] keeps, and states
+ * of surfaces. A law that is not there names no species. */
 static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                           pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
 {
-    const pd_electrolyte *e = &s->setup->electrolyte;
-    const char *at;
     memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
     if (!s->setup->has_potential) vars[PDI_SETUP_CURRENT].name = "";
     if (!s->setup->has_potential && !metal->polarised) vars[PDI_SETUP_SURFACE].name = "";
@@ -122,30 +121,7 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     vars[PDI_SETUP_PH].name = "pH";
     vars[PDI_SETUP_PH].unit = "";
     *count = PDI_SETUP_PH + 1;
-    metal->species = 0;
-    if (!pdi_text_has(s->ctx, s->text, section, key)) return PD_OK;
-    PDI_TRY(pdi_text_string(s->ctx, s->text, section, key, NULL, &at));
-    for (at = strchr(at, '['); at; at = strchr(at + 1, '[')) {
-        int size = (int)strcspn(at, "]") + 1, known = 0;
-        if (size > PD_SPECIES_NAME) size = PD_SPECIES_NAME;
-        snprintf(name[metal->species], PD_SPECIES_NAME + 2, "%.*s", size, at);
-        for (int k = 0; k < metal->species; k++) known |= strcmp(name[k], name[metal->species]) == 0;
-        if (known) continue;
-        char word[PD_SPECIES_NAME + 2];
-        snprintf(word, sizeof word, "%.*s", size - 2, at + 1);
-        int found = s->setup->has_chemistry ? pdi_electrolyte_find(e, word) : -1;
-        if (found < 0 || e->species[found].phase != PD_PHASE_SOLUTE)
-            return pdi_text_refuse(s->ctx, s->text, section, key, "found [%s], expected a solute of a [species ...], "
-                                   "such as [H+]", word);
-        if (*count == PD_EXPR_VARS)
-            return pdi_text_refuse(s->ctx, s->text, section, key, "found more than %d species, expected fewer",
-                                   metal->species);
-        vars[*count].name = name[metal->species];
-        vars[*count].unit = "mol/m3";
-        vars[(*count)++].value = 0.0;
-        metal->of[metal->species++] = found;
-    }
-    return PD_OK;
+    return pdi_read_surface_variables(s, section, key, vars, name, count, metal->of, &metal->species);
 }
 
 /* The potential of the metal among ions that migrate. */

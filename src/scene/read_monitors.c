@@ -270,6 +270,7 @@ static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind
     case PD_MONITOR_GRIP:
     case PD_MONITOR_SOLID:
     case PD_MONITOR_ELECTRODE:
+    case PD_MONITOR_STATE:
     case PD_MONITOR_CUT: break; /* [solid] and [cut] make them */
     }
     return PD_OK;

@@ -1,6 +1,7 @@
 /* read_potential: see read_potential.h */
 #include "scene/read_potential.h"
 #include "scene/read_chemistry.h"
+#include "scene/read_surface.h"
 #include <math.h>
 #include <string.h>
 
@@ -225,6 +226,7 @@ static pd_status pdi_read_potential_section(pdi_reader *s, int section)
     e->wire = p->electrodes++;
     PDI_TRY(pdi_read_potential_place(s, section, e));
     PDI_TRY(pdi_read_potential_kinetics(s, section, e));
+    PDI_TRY(pdi_read_surface_share(s, section, e->wire));
     PDI_TRY(pdi_read_potential_control(s, section, e));
     e->reacts = pdi_text_has(s->ctx, s->text, section, "reaction");
     if (e->reacts) PDI_TRY(pdi_read_chemistry_electrode(s, section, e->shed));

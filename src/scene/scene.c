@@ -9,6 +9,7 @@
 #include "scene/read_electrolyte.h"
 #include "scene/read_chemistry.h"
 #include "scene/read_potential.h"
+#include "scene/read_surface.h"
 #include "scene/read_gas.h"
 #include "scene/read_solid.h"
 #include "scene/read_cuts.h"
@@ -623,11 +624,13 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_flow(&s));
     PDI_TRY(pdi_read_gas_read(ctx, text, setup));
     PDI_TRY(pdi_scene_transport(&s));
+    PDI_TRY(pdi_read_surface_states(&s));
     PDI_TRY(pdi_read_metal_dissolve(&s));
     PDI_TRY(pdi_read_metal_corrode(&s));
     PDI_TRY(pdi_read_metal_laws(&s));
     PDI_TRY(pdi_read_chemistry_metal(&s));
     PDI_TRY(pdi_read_potential_read(&s));
+    PDI_TRY(pdi_read_surface_rates(&s));
     PDI_TRY(pdi_read_solid_read(&s));
     PDI_TRY(pdi_read_cuts_read(&s));
     PDI_TRY(pdi_scene_run(&s));

@@ -65,6 +65,7 @@ static void pdi_setup_free_electrodes(pd_ctx *ctx, pd_setup_potential *p)
         PDI_DELETE(ctx, e->points, e->potential);
         PDI_DELETE(ctx, e->points, e->current);
         pdi_expr_free(ctx, &e->given);
+        pdi_expr_free(ctx, &e->share);
     }
 }
 
@@ -88,6 +89,10 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     for (int k = 0; k < setup->metals; k++) {
         pdi_expr_free(ctx, &setup->metal[k].rate);
         pdi_expr_free(ctx, &setup->metal[k].potential);
+    }
+    for (int k = 0; k < setup->states; k++) {
+        pdi_expr_free(ctx, &setup->state[k].initial);
+        pdi_expr_free(ctx, &setup->state[k].rate);
     }
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
     for (int k = 0; k < setup->surfaces; k++) {
@@ -216,9 +221,16 @@ PDI_FN void pdi_setup_reactive(const pd_setup *u, pd_reactive_desc *desc)
     desc->migration = u->migrates;
 }
 
-PDI_FN int pdi_setup_field_species(int64_t field)
+PDI_FN int pdi_setup_field_species(const pd_setup *setup, int64_t field)
 {
-    return field >= PD_FIELD_SPECIES && field < PD_FIELD_COUNT ? (int)(field - PD_FIELD_SPECIES) : -1;
+    int64_t place = field - PD_FIELD_SPECIES;
+    return place >= 0 && place < PD_SPECIES_MOST && place < setup->electrolyte.count ? (int)place : -1;
+}
+
+PDI_FN int pdi_setup_field_state(const pd_setup *setup, int64_t field)
+{
+    int64_t place = field - PD_FIELD_SPECIES - setup->electrolyte.count;
+    return field >= PD_FIELD_SPECIES && place >= 0 && place < setup->states ? (int)place : -1;
 }
 
 PDI_FN int pdi_setup_field_body(pd_field field) { return field >= PD_FIELD_U && field <= PD_FIELD_ZX; }
@@ -227,7 +239,8 @@ PDI_FN int pdi_setup_field_stress(pd_field field) { return field >= PD_FIELD_XX 
 
 PDI_FN const char *pdi_setup_field_name(const pd_setup *setup, pd_field field)
 {
-    int species = pdi_setup_field_species(field);
+    int species = pdi_setup_field_species(setup, field), state = pdi_setup_field_state(setup, field);
+    if (field >= PD_FIELD_SPECIES && species < 0) return state < 0 ? "" : setup->state[state].name;
     return species < 0 ? pdi_setup_fields[field] : setup->electrolyte.species[species].name;
 }
 
@@ -249,7 +262,8 @@ static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]
 
 PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field)
 {
-    int species = pdi_setup_field_species(field);
+    int species = pdi_setup_field_species(setup, field), state = pdi_setup_field_state(setup, field);
+    if (field >= PD_FIELD_SPECIES && species < 0) return state < 0 ? "" : setup->state[state].label;
     return species < 0 ? pdi_setup_labels[field] : setup->species_label[species];
 }
 
@@ -279,7 +293,8 @@ static int pdi_setup_stressed(const pd_setup *setup)
 static const char *pdi_setup_dissolved_needs(const pd_setup *setup, pd_field field)
 {
     const pd_electrolyte *e = &setup->electrolyte;
-    int species = field == PD_FIELD_PH ? pdi_electrolyte_find(e, "H+") : pdi_setup_field_species(field);
+    int species = field == PD_FIELD_PH ? pdi_electrolyte_find(e, "H+") : pdi_setup_field_species(setup, field);
+    if (pdi_setup_field_state(setup, field) >= 0) return NULL;
     if (!setup->has_chemistry) return "a [chemistry] section";
     if (field == PD_FIELD_POTENTIAL) return setup->migrates ? NULL : "[chemistry] migration = yes";
     if (field == PD_FIELD_FILM || field == PD_FIELD_SI) return setup->minerals ? NULL : "a [mineral ...] section";
@@ -339,7 +354,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
 {
     static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid", "cut",
-                                        "electrode"};
+                                        "electrode", "surface"};
     return names[kind];
 }
 

@@ -12,7 +12,7 @@
 #include "couple/structure.h"
 #include "chemistry/electrolyte.h"
 #include "potential/electrode.h"
-#include "react/reactive.h"
+#include "react/coat.h"
 #include "io/file.h"
 #include "scene/expr.h"
 #include "scene/text.h"
@@ -32,6 +32,7 @@
 #define PD_SETUP_CUTS 16 /* most [cut] sections */
 #define PD_SETUP_CORNERS 32 /* most corners of a cut */
 #define PD_SETUP_ELECTRODES 16 /* [electrode] sections */
+#define PD_SETUP_STATES PD_COAT_MOST /* [surface] sections */
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -65,7 +66,7 @@ typedef enum pd_field {
     PD_FIELD_POTENTIAL, /* that its ions migrate in */
     PD_FIELD_FILM,    /* share of a cell that minerals take */
     PD_FIELD_SI,      /* largest saturation index of the minerals */
-    PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order */
+    PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order, then states of surfaces */
     PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MOST
 } pd_field;
 
@@ -149,7 +150,8 @@ typedef enum pd_monitor_kind {
     PD_MONITOR_GRIP,     /* force of a grip on a body */
     PD_MONITOR_SOLID,    /* energies of a body, and its extremes */
     PD_MONITOR_CUT,      /* the tip of a crack */
-    PD_MONITOR_ELECTRODE /* its potential and current */
+    PD_MONITOR_ELECTRODE, /* its potential and current */
+    PD_MONITOR_STATE     /* of surfaces: its mean and extremes */
 } pd_monitor_kind;
 
 /* The concentration of the fluid that a Sherwood number refers to. */
@@ -203,7 +205,7 @@ typedef struct pd_setup_metal {
     int shape;         /* where it is; -1: all solid that is not of a later metal */
     pd_expr rate;      /* of C, t, x, y, z, grain, pH, species; in m/s, in 1/s per layer, or in A/m2 */
     int species;       /* that the rate has behind pH, */
-    int of[PD_EXPR_VARS]; /* by their place in the electrolyte */
+    int of[PD_EXPR_VARS]; /* by their place in the electrolyte; behind them it has all states of surfaces */
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
     int polarised;     /* 1: among ions that migrate it has a given potential: */
     pd_expr potential; /* of t; in V, against inlets and walls that hold species */
@@ -277,6 +279,20 @@ typedef struct pd_setup_drawing {
     double way[3];                   /* [-] in which the eye looking at it stands */
 } pd_setup_drawing;
 
+/* What surfaces of metal carry, with a law for its rate. */
+typedef struct pd_setup_state {
+    char name[PD_SETUP_NAME];
+    int line;               /* of the file */
+    char unit[PD_UNITS_TEXT]; /* "": a plain number */
+    char label[PD_SETUP_NAME + PD_UNITS_TEXT + 4]; /* "theta", "l [m]" */
+    uint32_t electrodes;    /* bit k: electrode k carries it; without electrodes all metal that dissolves */
+    pd_expr initial;        /* of x, y, z */
+    double low, high;       /* infinite: none */
+    pd_expr rate;           /* of C, t, x, y, z, grain (unread), i, E, pH, species, states, T */
+    int species;            /* that the rate has behind pH, */
+    int of[PD_EXPR_VARS];   /* by their place in the electrolyte */
+} pd_setup_state;
+
 /* Metal with a polarisation curve. */
 typedef struct pd_setup_electrode {
     char name[PD_SETUP_NAME];
@@ -288,6 +304,8 @@ typedef struct pd_setup_electrode {
     int points;
     double *potential, *current; /* [points] [V] [A/m2] */
     double film;              /* [m2/S] */
+    int shares;               /* 1: its currents are multiplied: */
+    pd_expr share;            /* of x, y, z, t and all states of surfaces */
     int holds, gives;         /* 1: its potential, or its current, is given: */
     pd_expr given;            /* of t; in V, or in A (per m in planar 2D, per m2 in 1D) */
     int wire;                 /* electrodes of one number are connected: the first of them */
@@ -402,6 +420,9 @@ typedef struct pd_setup {
     /* electric potential */
     int has_potential;
     pd_setup_potential potential;
+    /* states of surfaces */
+    pd_setup_state state[PD_SETUP_STATES];
+    int states;
     /* functions of the expressions */
     pd_setup_table *table;   /* [tables] */
     pd_expr_table *function; /* [tables] of `table`, as expressions want them */
@@ -465,7 +486,9 @@ PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name);
 /* What the species are; all but their concentrations and the arena. */
 PDI_FN void pdi_setup_reactive(const pd_setup *setup, pd_reactive_desc *desc);
 /* Species of the electrolyte whose concentration it is; -1: it is none. */
-PDI_FN int pdi_setup_field_species(int64_t field);
+PDI_FN int pdi_setup_field_species(const pd_setup *setup, int64_t field);
+/* State of surfaces that it is; -1: it is none. */
+PDI_FN int pdi_setup_field_state(const pd_setup *setup, int64_t field);
 /* 1: displacements, stresses and the like. */
 PDI_FN int pdi_setup_field_body(pd_field field);
 /* 1: a stress along axes. */

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 PD_ACCURACY_LEAST = 1e-06
 PD_ACCURACY_MOST = 0.5
 PD_BAND_MOST = 32
+PD_COAT_AROUND = 2
 PD_COUPLE_ELEMENTS = 8
 PD_COUPLE_PROCESSES = 8
 PD_CSV_COLUMNS = 256
@@ -69,6 +70,7 @@ PD_SHAPE_MAX_EVALUATIONS = 4096
 PD_SPECIES_ELEMENTS = 8
 PD_SPECIES_MOST = 32
 PD_SPECIES_NAME = 24
+PD_STIFF_MOST = 8
 PD_STORE_NAME = 32
 PD_SWEEP_AXES = 8
 PD_SWEEP_OVERRIDES = 64
@@ -137,6 +139,9 @@ PD_KRYLOV_CG = 1
 PD_KRYLOV_DOUBLE = 0
 PD_KRYLOV_SINGLE = 1
 PD_KRYLOV_INTEGER = 2
+PD_STIFF_DONE = 0
+PD_STIFF_NOT_FINITE = 1
+PD_STIFF_STUCK = 2
 PD_EOS_TAIT = 0
 PD_EOS_LINEAR = 1
 PD_GAS_SECOND = 0
@@ -274,6 +279,7 @@ PD_MONITOR_GRIP = 5
 PD_MONITOR_SOLID = 6
 PD_MONITOR_CUT = 7
 PD_MONITOR_ELECTRODE = 8
+PD_MONITOR_STATE = 9
 PD_AGAINST_VALUE = 0
 PD_AGAINST_INLET = 1
 PD_AGAINST_BULK = 2
@@ -300,6 +306,7 @@ ENUMS = {
     'pd_csr_operator': {'PD_CSR_LAPLACIAN': 0, 'PD_CSR_DIFFUSE': 1, 'PD_CSR_GRADIENT': 2, 'PD_CSR_DIVERGENCE': 3},
     'pd_krylov_method': {'PD_KRYLOV_GMRES': 0, 'PD_KRYLOV_CG': 1},
     'pd_krylov_precision': {'PD_KRYLOV_DOUBLE': 0, 'PD_KRYLOV_SINGLE': 1, 'PD_KRYLOV_INTEGER': 2},
+    'pd_stiff_end': {'PD_STIFF_DONE': 0, 'PD_STIFF_NOT_FINITE': 1, 'PD_STIFF_STUCK': 2},
     'pd_eos': {'PD_EOS_TAIT': 0, 'PD_EOS_LINEAR': 1},
     'pd_gas_order': {'PD_GAS_SECOND': 0, 'PD_GAS_FIRST': 1},
     'pd_phase': {'PD_PHASE_SOLUTE': 0, 'PD_PHASE_SOLVENT': 1, 'PD_PHASE_SOLID': 2, 'PD_PHASE_GAS': 3, 'PD_PHASE_ELECTRON': 4},
@@ -328,7 +335,7 @@ ENUMS = {
     'pd_part': {'PD_PART_GRID': 0, 'PD_PART_FLOW': 1, 'PD_PART_GAS': 2, 'PD_PART_TRANSPORT': 3, 'PD_PART_DISSOLVE': 4, 'PD_PART_GRAIN': 5, 'PD_PART_SOLID': 6, 'PD_PART_CHEMISTRY': 7, 'PD_PART_POTENTIAL': 8, 'PD_PART_COUNT': 9},
     'pd_profile': {'PD_PROFILE_REST': 0, 'PD_PROFILE_UNIFORM': 1, 'PD_PROFILE_PARABOLA': 2, 'PD_PROFILE_EXPRESSION': 3},
     'pd_motion': {'PD_MOTION_STEADY': 0, 'PD_MOTION_IMPLICIT': 1, 'PD_MOTION_EXPLICIT': 2, 'PD_MOTION_GIVEN': 3},
-    'pd_monitor_kind': {'PD_MONITOR_LINE': 0, 'PD_MONITOR_PLANE': 1, 'PD_MONITOR_FORCE': 2, 'PD_MONITOR_TRANSFER': 3, 'PD_MONITOR_TOTAL': 4, 'PD_MONITOR_GRIP': 5, 'PD_MONITOR_SOLID': 6, 'PD_MONITOR_CUT': 7, 'PD_MONITOR_ELECTRODE': 8},
+    'pd_monitor_kind': {'PD_MONITOR_LINE': 0, 'PD_MONITOR_PLANE': 1, 'PD_MONITOR_FORCE': 2, 'PD_MONITOR_TRANSFER': 3, 'PD_MONITOR_TOTAL': 4, 'PD_MONITOR_GRIP': 5, 'PD_MONITOR_SOLID': 6, 'PD_MONITOR_CUT': 7, 'PD_MONITOR_ELECTRODE': 8, 'PD_MONITOR_STATE': 9},
     'pd_against': {'PD_AGAINST_VALUE': 0, 'PD_AGAINST_INLET': 1, 'PD_AGAINST_BULK': 2},
     'pd_knob': {'PD_KNOB_STEADY': 0, 'PD_KNOB_FLOW_RTOL': 1, 'PD_KNOB_RTOL': 2, 'PD_KNOB_FRACTION': 3},
     'pd_print_kind': {'PD_PRINT_SUMMARY': 0, 'PD_PRINT_NOTE': 1, 'PD_PRINT_PROGRESS': 2, 'PD_PRINT_RESULT': 3},
@@ -906,6 +913,20 @@ def declare(dim):
         ('store', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_archive))),
         ('balance', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, c_int, POINTER(pd_amounts))),
         ('imbalance', CFUNCTYPE(c_double, POINTER(pd_ctx), c_void_p)),
+    ]
+
+    pd_stiff_fn = CFUNCTYPE(None, c_void_p, c_double, POINTER(c_double), POINTER(c_double))
+
+    class pd_stiff(Structure):
+        pass
+    pd_stiff._fields_ = [
+        ('count', c_int),
+        ('rate', pd_stiff_fn),
+        ('user', c_void_p),
+        ('low', POINTER(c_double)),
+        ('high', POINTER(c_double)),
+        ('size', POINTER(c_double)),
+        ('tolerance', c_double),
     ]
 
     pd_least_squares_fn = CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double))
@@ -1769,6 +1790,62 @@ def declare(dim):
         ('time', c_double),
     ]
 
+    class pd_coat_at(Structure):
+        pass
+    pd_coat_at._fields_ = [
+        ('node', c_int32),
+        ('c', POINTER(c_double)),
+        ('ph', c_double),
+        ('around', POINTER(c_double)),
+        ('time', c_double),
+    ]
+
+    class pd_coat_desc(Structure):
+        pass
+    pd_coat_desc._fields_ = [
+        ('count', c_int),
+        ('low', c_double * 8),
+        ('high', c_double * 8),
+        ('name', c_char_p * 8),
+        ('rtol', c_double),
+        ('reads', c_uint32),
+        ('reads_ph', c_int),
+        ('where', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_int, POINTER(c_uint32))),
+        ('initial', CFUNCTYPE(c_double, c_void_p, c_int, c_int32)),
+        ('rate', CFUNCTYPE(None, c_void_p, POINTER(pd_coat_at), POINTER(c_double), POINTER(c_double))),
+        ('solve', pd_at_fn),
+        ('around', CFUNCTYPE(None, c_void_p, c_int32, POINTER(c_double))),
+        ('film', CFUNCTYPE(None, c_void_p, c_int32, POINTER(c_double))),
+        ('user', c_void_p),
+    ]
+
+    class pd_coat(Structure):
+        pass
+    pd_coat._fields_ = [
+        ('desc', pd_coat_desc),
+        ('reactive', POINTER(pd_reactive)),
+        ('film', pd_components),
+        ('scale', c_double * 32),
+        ('on', POINTER(c_uint32)),
+        ('was', POINTER(c_uint32)),
+        ('node', POINTER(c_int32)),
+        ('count', c_int32),
+        ('value', POINTER(c_double)),
+        ('start', POINTER(c_double)),
+        ('middle', POINTER(c_double)),
+        ('columns', c_int),
+        ('solute', c_int * 33),
+        ('fresh', POINTER(c_double)),
+        ('slope', POINTER(c_double)),
+        ('first', POINTER(c_double)),
+        ('way', POINTER(c_double)),
+        ('off', POINTER(c_int)),
+        ('size', c_double * 8),
+        ('last', c_double),
+        ('anew', c_int),
+        ('begun', c_int),
+    ]
+
     class pd_reactive_result(Structure):
         pass
     pd_reactive_result._fields_ = [
@@ -1797,6 +1874,7 @@ def declare(dim):
         ('bare', POINTER(c_double)),
         ('layers', c_int),
         ('whole', POINTER(c_double)),
+        ('coat', POINTER(pd_coat)),
         ('reached', POINTER(c_int)),
     ]
 
@@ -2567,6 +2645,7 @@ def declare(dim):
         ('electrode', c_int),
         ('area', c_double),
         ('way', c_double),
+        ('share', c_double),
     ]
 
     class pd_contacts(Structure):
@@ -2670,6 +2749,7 @@ def declare(dim):
         ('which', CFUNCTYPE(c_int, c_void_p, c_int32)),
         ('given', CFUNCTYPE(c_double, c_void_p, c_int, c_double)),
         ('conduct', CFUNCTYPE(None, c_void_p, POINTER(c_double))),
+        ('share', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_contact), c_int32, c_double)),
         ('user', c_void_p),
     ]
 
@@ -2689,6 +2769,7 @@ def declare(dim):
         ('potential', pd_potential),
         ('result', pd_potential_result),
         ('stale', c_int),
+        ('time', c_double),
         ('solves', c_int64),
         ('newton', c_int64),
         ('krylov', c_int64),
@@ -3351,6 +3432,22 @@ def declare(dim):
         ('way', c_double * 3),
     ]
 
+    class pd_setup_state(Structure):
+        pass
+    pd_setup_state._fields_ = [
+        ('name', c_char * 64),
+        ('line', c_int),
+        ('unit', c_char * 96),
+        ('label', c_char * 164),
+        ('electrodes', c_uint32),
+        ('initial', pd_expr),
+        ('low', c_double),
+        ('high', c_double),
+        ('rate', pd_expr),
+        ('species', c_int),
+        ('of', c_int * 32),
+    ]
+
     class pd_setup_electrode(Structure):
         pass
     pd_setup_electrode._fields_ = [
@@ -3364,6 +3461,8 @@ def declare(dim):
         ('potential', POINTER(c_double)),
         ('current', POINTER(c_double)),
         ('film', c_double),
+        ('shares', c_int),
+        ('share', pd_expr),
         ('holds', c_int),
         ('gives', c_int),
         ('given', pd_expr),
@@ -3482,6 +3581,8 @@ def declare(dim):
         ('gas_shed', c_double),
         ('has_potential', c_int),
         ('potential', pd_setup_potential),
+        ('state', pd_setup_state * 8),
+        ('states', c_int),
         ('table', POINTER(pd_setup_table)),
         ('function', POINTER(pd_expr_table)),
         ('tables', c_int),
@@ -3533,6 +3634,30 @@ def declare(dim):
         ('area', c_double * 16),
     ]
 
+    class pd_surfaces(Structure):
+        pass
+    pd_surfaces._fields_ = [
+        ('setup', POINTER(pd_setup)),
+        ('bonds', POINTER(pd_bonds)),
+        ('across', POINTER(pd_stencil)),
+        ('cell', POINTER(pd_cell)),
+        ('etch', POINTER(pd_etch)),
+        ('contacts', pd_contacts),
+        ('coat', POINTER(pd_coat)),
+        ('moves', c_int),
+        ('comes', c_int),
+        ('gain', c_double * 32 * 16),
+    ]
+
+    class pd_surfaces_figures(Structure):
+        pass
+    pd_surfaces_figures._fields_ = [
+        ('mean', c_double),
+        ('least', c_double),
+        ('most', c_double),
+        ('area', c_double),
+    ]
+
     class pd_electrode_map(Structure):
         pass
     pd_electrode_map._fields_ = [
@@ -3542,6 +3667,7 @@ def declare(dim):
         ('reactive', POINTER(pd_reactive)),
         ('species', POINTER(pd_reactive)),
         ('cell', POINTER(pd_cell)),
+        ('surfaces', POINTER(pd_surfaces)),
         ('circuits', c_int),
         ('member', c_int * 16),
         ('given', c_int * 16),
@@ -3574,6 +3700,7 @@ def declare(dim):
         ('dissolve', POINTER(pd_dissolve)),
         ('course', POINTER(pd_course)),
         ('cell', POINTER(pd_cell)),
+        ('surfaces', POINTER(pd_surfaces)),
         ('grain', POINTER(c_int32)),
         ('begin', c_double),
     ]
@@ -3609,6 +3736,8 @@ def declare(dim):
         ('reactive', pd_reactive),
         ('bare', POINTER(c_double)),
         ('course', pd_course),
+        ('coat', pd_coat),
+        ('surfaces', pd_surfaces),
         ('attack', pd_attack),
         ('grain', pd_grain),
         ('grain_stats', pd_grain_stats),

@@ -1,0 +1,373 @@
+/* coat: see coat.h */
+#include "react/coat.h"
+#include "core/par.h"
+#include "react/etch.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Error of the equations of a place, in each of their steps. */
+#define PDI_COAT_TOLERANCE 1e-8
+/* [cells] Places are looked for this far from a node. */
+#define PDI_COAT_NEAR 2
+/* Scalar operations of a place and component, to decide on threads. */
+#define PDI_COAT_WORK 400
+
+PDI_COLD_BEGIN
+PDI_FN void pdi_coat_list(pdi_owner *owner, void *object)
+{
+    pd_coat *coat = (pd_coat *)object;
+    int64_t total = coat->reactive ? coat->reactive->grid->total : 0, states = coat->desc.count;
+    if (!coat->reactive) return;
+    PDI_STATE(owner, coat, on, total, "1");
+    PDI_ARRAY(owner, coat, was, total, "1");
+    PDI_ARRAY(owner, coat, node, total, "1");
+    PDI_STATE(owner, coat, value, states * total, "");
+    PDI_ARRAY(owner, coat, start, states * total, "");
+    PDI_ARRAY(owner, coat, middle, states * total, "");
+    PDI_STATE(owner, coat, fresh, coat->columns * total, "");
+    PDI_ARRAY(owner, coat, slope, coat->columns * total, "");
+    PDI_ARRAY(owner, coat, first, coat->columns * total, "");
+    PDI_ARRAY(owner, coat, way, coat->columns * total, "");
+    PDI_ARRAY(owner, coat, off, total, "1");
+    PDI_VALUE(owner, coat, last, "s");
+    PDI_VALUE(owner, coat, begun, "1");
+}
+
+PDI_FN void pdi_coat_columns(pd_coat *s)
+{
+    for (int n = 0; n < s->reactive->components.solutes; n++)
+        if (s->desc.reads >> n & 1u || (s->desc.reads_ph && n == s->reactive->proton)) s->solute[s->columns++] = n;
+    if (s->desc.reads_ph) s->solute[s->columns++] = -1;
+}
+
+PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *r, const pd_coat_desc *desc, pd_coat *s)
+{
+    memset(s, 0, sizeof *s);
+    s->desc = *desc;
+    s->reactive = r;
+    s->anew = 1;
+    pdi_coat_columns(s);
+    pdi_etch_film(r, &s->film, s->scale);
+    pd_status status = pdi_owner_build(ctx, pdi_coat_list, s);
+    if (status < 0) {
+        pdi_coat_free(ctx, s);
+        return status;
+    }
+    int64_t total = r->grid->total;
+    for (int32_t i = 0; i < total; i++)
+        for (int k = 0; k < desc->count && r->grid->kind[i] == PD_FLUID; k++) {
+            double y = desc->initial(desc->user, k, i);
+            s->value[k * total + i] = y;
+            if (y >= desc->low[k] && y <= desc->high[k]) continue;
+            char place[PDI_GRID_PLACE];
+            status = pdi_fail(ctx, PD_ERR_STATE, "surface", "%s begins with %g at %s m, expected a value from %g to %g",
+                              desc->name[k], y, pdi_grid_place(r->grid, i, place), desc->low[k], desc->high[k]);
+            pdi_coat_free(ctx, s);
+            return status;
+        }
+    return PD_OK;
+}
+
+PDI_FN void pdi_coat_free(pd_ctx *ctx, pd_coat *s)
+{
+    pdi_owner_free(ctx, pdi_coat_list, s);
+    memset(s, 0, sizeof *s);
+}
+PDI_COLD_END
+
+/* ---- places ---- */
+
+/* Mean of a state over the nodes with its bit in `of` whose largest distance along an axis is `reach` cells. 0: there is
+ * none. */
+static int pdi_coat_around(const pd_coat *s, const uint32_t *of, int state, int32_t i, int reach, double *mean)
+{
+    const pd_grid *grid = s->reactive->grid;
+    int at[PD_DIM], count = 1, found = 0;
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
+    for (int k = 0; k < count; k++) {
+        int rest = k, far = 0;
+        pdi_grid_index(grid, i, at);
+        for (int d = 0; d < PD_DIM; d++) {
+            int step = rest % (2 * reach + 1) - reach;
+            rest /= 2 * reach + 1;
+            at[d] += step;
+            far = step > far ? step : -step > far ? -step : far;
+        }
+        if (far != reach || !pdi_grid_inside(grid, at)) continue;
+        int32_t j = pd_grid_node(grid, at);
+        if (!(of[j] >> state & 1u)) continue;
+        sum += s->value[(int64_t)state * grid->total + j];
+        found++;
+    }
+    *mean = found ? sum / found : 0.0;
+    return found > 0;
+}
+
+PDI_FN double pdi_coat_value(const pd_coat *s, int state, int32_t node)
+{
+    double mean;
+    for (int reach = 0; reach <= PDI_COAT_NEAR; reach++)
+        if (pdi_coat_around(s, s->on, state, node, reach, &mean)) return mean;
+    return s->desc.initial(s->desc.user, state, node);
+}
+
+/* A place that is new begins with what those around it had; else with the value of the start. */
+static void pdi_coat_inherit(pd_coat *s, int state, int32_t i)
+{
+    int64_t total = s->reactive->grid->total;
+    double *value = &s->value[state * total + i];
+    for (int reach = 1; reach <= PDI_COAT_NEAR; reach++)
+        if (pdi_coat_around(s, s->was, state, i, reach, value)) return;
+    *value = s->desc.initial(s->desc.user, state, i);
+}
+
+PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *s)
+{
+    int64_t total = s->reactive->grid->total;
+    memcpy(s->was, s->on, (size_t)total * sizeof *s->on);
+    memset(s->on, 0, (size_t)total * sizeof *s->on);
+    PDI_TRY(s->desc.where(ctx, s->desc.user, s->anew, s->on));
+    s->anew = 0;
+    s->count = 0;
+    for (int32_t i = 0; i < total; i++) {
+        if (s->on[i]) s->node[s->count++] = i;
+        for (int k = 0; k < s->desc.count && s->begun; k++)
+            if ((s->on[i] & ~s->was[i]) >> k & 1u) pdi_coat_inherit(s, k, i);
+    }
+    s->begun = 1;
+    return PD_OK;
+}
+
+/* ---- the surface ---- */
+
+/* Concentrations at the surface beside a node that has those of `field`, behind what comes out of metal now. 0: no
+ * equilibrium was found. */
+static int pdi_coat_near(const pd_coat *s, const double *field, int32_t i, double *c)
+{
+    const pd_components *of = &s->reactive->components;
+    double flows[PD_SPECIES_MOST];
+    pdi_reactive_get(s->reactive, field, i, c);
+    if (!s->desc.film) return 1;
+    double davies = pdi_components_activity(of, c);
+    pd_components film = s->film;
+    pdi_etch_activities(of, &s->film, davies, &film);
+    for (int n = 0; n < of->solutes; n++) c[n] *= s->scale[n];
+    pdi_components_totals(of, c, flows);
+    s->desc.film(s->desc.user, i, flows);
+    if (pdi_components_solve(&film, flows, c) != PD_OK) return 0;
+    for (int n = 0; n < of->solutes; n++) c[n] /= s->scale[n];
+    return 1;
+}
+
+/* Columns of all places; what has no equilibrium is NaN, which rates pass on. */
+static void pdi_coat_surface(const pd_ctx *ctx, const pd_coat *s, const double *field, double *column)
+{
+    const pd_components *of = &s->reactive->components;
+    int64_t total = s->reactive->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * of->solutes);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < s->count; p++) {
+        double c[PD_SPECIES_MOST];
+        int found = s->columns > 0 && pdi_coat_near(s, field, s->node[p], c);
+        for (int k = 0; k < s->columns; k++) {
+            double value = NAN;
+            if (found) value = s->solute[k] < 0 ? pdi_components_activity(of, c) : c[s->solute[k]];
+            column[k * total + s->node[p]] = value;
+        }
+    }
+}
+
+/* ---- the equations of a place ---- */
+
+typedef struct pdi_coat_work {
+    const pd_coat *s;
+    int32_t node;
+    double from;                  /* [s] columns go from `first` there by `slope` */
+    const double *first, *slope;
+    double around[PD_COAT_AROUND];
+    double fixed[PD_COAT_MOST];   /* states that the place does not carry */
+    int states, of[PD_COAT_MOST]; /* those that it does */
+} pdi_coat_work;
+
+static void pdi_coat_rates(void *user, double t, const double *y, double *rate)
+{
+    const pdi_coat_work *w = (const pdi_coat_work *)user;
+    const pd_coat *s = w->s;
+    int64_t total = s->reactive->grid->total;
+    double c[PD_SPECIES_MOST], all[PD_COAT_MOST], rates[PD_COAT_MOST], davies = 0.0;
+    pd_coat_at at;
+    memset(c, 0, sizeof c);
+    for (int k = 0; k < s->columns; k++) {
+        double value = w->first[k * total + w->node] + (t - w->from) * w->slope[k * total + w->node];
+        if (s->solute[k] < 0) davies = value;
+        else c[s->solute[k]] = value < 0.0 ? 0.0 : value; /* what goes on in a line may pass zero */
+    }
+    memcpy(all, w->fixed, sizeof all);
+    for (int k = 0; k < w->states; k++) all[w->of[k]] = y[k];
+    at.node = w->node;
+    at.c = c;
+    at.around = w->around;
+    at.time = t;
+    at.ph = NAN;
+    if (s->desc.reads_ph && s->reactive->proton >= 0)
+        at.ph = 3.0 - (log(fmax(c[s->reactive->proton], DBL_MIN)) + davies) / log(10.0);
+    s->desc.rate(s->desc.user, &at, all, rates);
+    for (int k = 0; k < w->states; k++) rate[k] = rates[w->of[k]];
+}
+
+/* The states of place p over dt; values go from `from` to `to` [states][total]. 0, 1 + the state whose rate is not
+ * finite, or -1: no steps follow them. */
+static int pdi_coat_solve(const pd_coat *s, int32_t p, pdi_coat_work *w, double dt, const double *from, double *to)
+{
+    int64_t total = s->reactive->grid->total;
+    int32_t i = s->node[p];
+    double y[PD_STIFF_MOST], low[PD_STIFF_MOST], high[PD_STIFF_MOST], size[PD_STIFF_MOST];
+    pd_stiff stiff;
+    int which = 0;
+    w->s = s;
+    w->node = i;
+    for (int k = 0; k < s->desc.count; k++) {
+        w->fixed[k] = from[k * total + i];
+        if (!(s->on[i] >> k & 1u)) continue;
+        y[w->states] = w->fixed[k];
+        low[w->states] = s->desc.low[k];
+        high[w->states] = s->desc.high[k];
+        size[w->states] = s->size[k];
+        w->of[w->states++] = k;
+    }
+    if (s->desc.around) s->desc.around(s->desc.user, i, w->around);
+    memset(&stiff, 0, sizeof stiff);
+    stiff.count = w->states;
+    stiff.rate = pdi_coat_rates;
+    stiff.user = w;
+    stiff.low = low;
+    stiff.high = high;
+    stiff.size = size;
+    stiff.tolerance = PDI_COAT_TOLERANCE;
+    pd_stiff_end end = pdi_stiff_solve(&stiff, w->from, w->from + dt, y, &which);
+    for (int k = 0; k < w->states; k++) to[w->of[k] * total + i] = y[k];
+    if (end == PD_STIFF_NOT_FINITE) return 1 + w->of[which];
+    return end == PD_STIFF_STUCK ? -1 : 0;
+}
+
+/* What went wrong at a place. */
+static pd_status pdi_coat_refuse(pd_ctx *ctx, const pd_coat *s, int32_t p, double t)
+{
+    char place[PDI_GRID_PLACE];
+    int32_t i = s->node[p];
+    int state = s->off[p] - 1;
+    pdi_grid_place(s->reactive->grid, i, place);
+    if (state < 0)
+        return pdi_fail(ctx, PD_ERR_STATE, "surface", "no steps follow the rates of states at %s m from t = %g s on: "
+                        "one jumps back and forth, expected it to be continuous, or min and max where it ends", place,
+                        t);
+    return pdi_fail(ctx, PD_ERR_STATE, "surface", "the rate of %s is no finite number at %s m (pH %.4g) from t = %g s "
+                    "on, where it is %g, expected a law that holds there", s->desc.name[state], place,
+                    pd_reactive_ph(s->reactive, i), t, s->start[state * (int64_t)s->reactive->grid->total + i]);
+}
+
+/* All places over dt from t. */
+static pd_status pdi_coat_move(pd_ctx *ctx, pd_coat *s, const double *first, const double *slope, double t, double dt,
+                               int last, double *to)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * s->desc.count);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < s->count; p++) {
+        pdi_coat_work w;
+        memset(&w, 0, sizeof w);
+        w.from = t;
+        w.first = first;
+        w.slope = slope;
+        s->off[p] = pdi_coat_solve(s, p, &w, dt, s->start, to);
+    }
+    for (int32_t p = 0; p < s->count; p++)
+        if (s->off[p]) return last ? pdi_coat_refuse(ctx, s, p, t) : PD_RETRY;
+    return PD_OK;
+}
+
+/* ---- steps ---- */
+
+/* Columns at the start of a step, and how they have changed since that of the last one. */
+static void pdi_coat_fresh(const pd_ctx *ctx, pd_coat *s)
+{
+    int64_t total = s->reactive->grid->total;
+    pdi_coat_surface(ctx, s, s->reactive->c, s->way);
+    for (int k = 0; k < s->columns; k++)
+        for (int32_t p = 0; p < s->count; p++) {
+            int64_t at = k * total + s->node[p];
+            int known = s->last > 0.0 && s->was[s->node[p]];
+            double slope = known ? (s->way[at] - s->fresh[at]) / s->last : 0.0;
+            s->slope[at] = fabs(slope) < HUGE_VAL ? slope : 0.0;
+            s->fresh[at] = s->way[at];
+        }
+}
+
+PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
+{
+    int64_t total = s->reactive->grid->total;
+    if (s->desc.solve) PDI_TRY(s->desc.solve(ctx, s->desc.user, t));
+    PDI_TRY(pdi_coat_places(ctx, s));
+    memcpy(s->start, s->value, (size_t)(s->desc.count * total) * sizeof *s->value);
+    pdi_coat_fresh(ctx, s);
+    for (int k = 0; k < s->desc.count; k++) {
+        s->size[k] = 0.0;
+        for (int32_t p = 0; p < s->count; p++) s->size[k] = fmax(s->size[k], fabs(s->value[k * total + s->node[p]]));
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, int last)
+{
+    int64_t count = s->desc.count * (int64_t)s->reactive->grid->total;
+    PDI_TRY(pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, last, s->value));
+    memcpy(s->middle, s->value, (size_t)count * sizeof *s->value);
+    return s->desc.solve ? s->desc.solve(ctx, s->desc.user, t + 0.5 * dt) : PD_OK;
+}
+
+/* What the end of a step differs by from the middle that was foreseen for it: of state k, over the largest of it. The
+ * mean over a step is off by a sixth of what the course bends. */
+static double pdi_coat_error(const pd_coat *s, int k)
+{
+    int64_t total = s->reactive->grid->total;
+    double worst = 0.0, size = s->size[k];
+    for (int32_t p = 0; p < s->count; p++) {
+        int64_t at = k * total + s->node[p];
+        if (!(s->on[s->node[p]] >> k & 1u)) continue;
+        double bend = (s->start[at] - 2.0 * s->middle[at] + s->value[at]) / 6.0;
+        worst = fmax(worst, fabs(bend));
+        size = fmax(size, fabs(s->value[at]));
+    }
+    return worst > 0.0 ? worst / (size * s->desc.rtol) : 0.0;
+}
+
+PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, double t, double dt, int last,
+                                 double *error)
+{
+    int64_t total = s->reactive->grid->total;
+    pdi_coat_surface(ctx, s, from, s->first);
+    pdi_coat_surface(ctx, s, s->reactive->c, s->way);
+    for (int k = 0; k < s->columns; k++)
+        for (int32_t p = 0; p < s->count; p++) {
+            int64_t at = k * total + s->node[p];
+            s->way[at] = (s->way[at] - s->first[at]) / dt;
+        }
+    PDI_TRY(pdi_coat_move(ctx, s, s->first, s->way, t, dt, last, s->value));
+    *error = 0.0;
+    for (int k = 0; k < s->desc.count; k++) *error = fmax(*error, pdi_coat_error(s, k));
+    return PD_OK;
+}
+
+PDI_FN void pdi_coat_accept(pd_coat *s, double dt) { s->last = dt; }
+
+PDI_FN void pdi_coat_reject(pd_coat *s)
+{
+    memcpy(s->value, s->start, (size_t)(s->desc.count * (int64_t)s->reactive->grid->total) * sizeof *s->value);
+}
+
+#undef PDI_COAT_TOLERANCE
+#undef PDI_COAT_NEAR
+#undef PDI_COAT_WORK

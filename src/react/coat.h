@@ -1,0 +1,96 @@
+/* coat: what surfaces of metal carry besides the species beside them, such as the cover and the thickness of a film:
+ * states with laws for their rates, stepped with the species (theory: eq. 5c.6).
+ *
+ * The states of a place are ordinary differential equations in the concentrations at the surface, which are those of
+ * the node behind what metal gives (etch.h). A step of the species is one of the states: they are first taken to its
+ * middle, with concentrations that go on as in the last step; what depends on them is found there and holds for the
+ * step. Then they take the step again, with concentrations from its start to its end. Second order in time.
+ */
+#ifndef PD_COAT_H
+#define PD_COAT_H
+#include "react/reactive.h"
+#include "solve/process.h"
+#include "solve/stiff.h"
+
+#define PD_COAT_MOST PD_STIFF_MOST /* states */
+#define PD_COAT_AROUND 2           /* values besides the species that rates may read */
+
+/* What rates read at a place. */
+typedef struct pd_coat_at {
+    int32_t node;
+    const double *c;      /* [solutes] [mol/m3] at the surface, of those that rates read */
+    double ph;            /* NaN without H+ */
+    const double *around; /* [PD_COAT_AROUND] as the caller says */
+    double time;          /* [s] */
+} pd_coat_at;
+
+typedef struct pd_coat_desc {
+    int count;                                     /* states, 1 to PD_COAT_MOST */
+    double low[PD_COAT_MOST], high[PD_COAT_MOST];  /* [unit of each] rates out of them are 0 there; infinite: none */
+    const char *name[PD_COAT_MOST];                /* for messages */
+    double rtol;                                   /* [-] error of a step over the largest of each state */
+    uint32_t reads;                                /* bit n: rates depend on solute n, */
+    int reads_ph;                                  /* 1: on pH */
+    /* on [total] of fluid nodes: bit k: the surface there carries state k; 0 before the call. `anew`: nodes have turned
+     * fluid since the last one */
+    pd_status (*where)(pd_ctx *ctx, void *user, int anew, uint32_t *on);
+    double (*initial)(void *user, int state, int32_t node);
+    void (*rate)(void *user, const pd_coat_at *at, const double *y, double *rate); /* [count] [unit of each per s] */
+    /* Bring what depends on states to time t [s]; NULL: nothing does but what is asked for in the step. */
+    pd_at_fn solve;
+    void (*around)(void *user, int32_t node, double *around); /* then; NULL: nothing else is read */
+    /* Adds to flows [components] what comes out of metal at a node, as of pd_etch: [mol/m3]. NULL: nothing does. */
+    void (*film)(void *user, int32_t node, double *flows);
+    void *user;
+} pd_coat_desc;
+
+typedef struct pd_coat {
+    pd_coat_desc desc;
+    pd_reactive *reactive;
+    pd_components film;           /* see pd_etch */
+    double scale[PD_SPECIES_MOST]; /* the same */
+    uint32_t *on;     /* [total] see `where` */
+    uint32_t *was;    /* [total] work */
+    int32_t *node;    /* [total] of places */
+    int32_t count;    /* of places */
+    double *value;    /* [states][total] [unit of each] now; within a step of the species in its middle */
+    double *start;    /* [states][total] [unit of each] at the start of the step */
+    double *middle;   /* [states][total] [unit of each] in its middle, as it was foreseen */
+    /* at the surface, of solutes that rates read [mol/m3], and with pH of ln gamma of a charge of 1 [-]: */
+    int columns, solute[PD_SPECIES_MOST + 1];
+    double *fresh;    /* [columns][total] at the start of the step */
+    double *slope;    /* [columns][total] [1/s times] of that, in the last step */
+    double *first;    /* [columns][total] the same with what comes out of metal in the middle */
+    double *way;      /* [columns][total] [1/s times] change from there to the end of the step */
+    int *off;         /* [total] work: what went wrong at places */
+    double size[PD_COAT_MOST]; /* [unit of each] largest value */
+    double last;      /* [s] the last step; 0: none */
+    int anew;         /* 1: nodes have turned fluid; at first, too */
+    int begun;        /* 1: there are places */
+} pd_coat;
+
+#ifdef PDI_INTERNAL
+/* reactive is borrowed. */
+PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *reactive, const pd_coat_desc *desc, pd_coat *coat);
+PDI_FN void pdi_coat_free(pd_ctx *ctx, pd_coat *coat);
+/* Its columns, from the desc and reactive. */
+PDI_FN void pdi_coat_columns(pd_coat *coat);
+PDI_FN void pdi_coat_list(pdi_owner *owner, void *object);
+/* Find the places as they are now; new ones take over what those around them carry. */
+PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *coat);
+/* A step of the species begins at t [s]. */
+PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *coat, double t);
+/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; with `last` a message. */
+PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt, int last);
+/* To its end, after the species, whose concentrations [solutes][total] were `from`. *error: over what it may be. */
+PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt, int last,
+                                 double *error);
+/* The step of dt [s] stands; it does not. */
+PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
+PDI_FN void pdi_coat_reject(pd_coat *coat);
+/* A state at the surface beside a fluid node; where that carries none, the mean of the nearest places within two cells,
+ * else that of the start. */
+PDI_FN double pdi_coat_value(const pd_coat *coat, int state, int32_t node);
+#endif
+
+#endif

@@ -1,0 +1,216 @@
+/* surfaces: see surfaces.h */
+#include "run/surfaces.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_SURFACES_FARADAY 96485.33212 /* [C/mol] */
+
+/* The contacts that states go with. */
+static const pd_contacts *pdi_surfaces_contacts(const pd_surfaces *s)
+{
+    return s->cell ? &s->cell->potential.contacts : &s->contacts;
+}
+
+static uint32_t pdi_surfaces_bits(const pd_surfaces *s, int electrode)
+{
+    uint32_t bits = 0;
+    for (int k = 0; k < s->setup->states; k++)
+        if (!s->cell || s->setup->state[k].electrodes >> electrode & 1u) bits |= (uint32_t)1 << k;
+    return bits;
+}
+
+static pd_status pdi_surfaces_where(pd_ctx *ctx, void *user, int anew, uint32_t *on)
+{
+    pd_surfaces *s = (pd_surfaces *)user;
+    if (!s->cell && anew) {
+        pdi_contact_metal metal;
+        memset(&metal, 0, sizeof metal);
+        metal.wide = s->across;
+        PDI_TRY(pdi_contact_find(ctx, s->bonds, &metal, &s->contacts));
+    }
+    const pd_contacts *c = pdi_surfaces_contacts(s);
+    for (int32_t k = 0; k < c->count; k++) on[c->list[k].node] |= pdi_surfaces_bits(s, c->list[k].electrode);
+    return PD_OK;
+}
+
+static double pdi_surfaces_initial(void *user, int state, int32_t node)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    double x[PD_DIM];
+    pd_grid_position(s->bonds->grid, node, x);
+    return pdi_setup_eval(&s->setup->state[state].initial, x, 0.0);
+}
+
+/* Means over the contacts of a node with electrodes that carry a state: current density, E at the surface. */
+static void pdi_surfaces_around(void *user, int32_t node, double *around)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_potential *p = &s->cell->potential;
+    double area = 0.0;
+    around[0] = around[1] = 0.0;
+    for (int32_t k = s->cell->first[node]; k >= 0 && k < p->contacts.count && p->contacts.list[k].node == node; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        if (!pdi_surfaces_bits(s, c->electrode)) continue;
+        area += c->area;
+        around[0] += c->area * p->current[k];
+        around[1] += c->area * p->surface[k];
+    }
+    for (int k = 0; k < 2 && area > 0.0; k++) around[k] /= area;
+}
+
+static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y, double *rate)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_setup *u = s->setup;
+    double vars[PD_EXPR_VARS];
+    memset(vars, 0, sizeof vars);
+    vars[1] = at->time;
+    pd_grid_position(s->bonds->grid, at->node, vars + 2);
+    vars[PDI_SETUP_CURRENT] = at->around[0];
+    vars[PDI_SETUP_SURFACE] = at->around[1];
+    vars[PDI_SETUP_PH] = at->ph;
+    for (int k = 0; k < u->states; k++) {
+        const pd_setup_state *state = &u->state[k];
+        int next = PDI_SETUP_PH + 1;
+        for (int n = 0; n < state->species; n++)
+            vars[next++] = at->c[s->coat->reactive->components.place[state->of[n]]];
+        for (int n = 0; n < u->states; n++) vars[next++] = y[n];
+        vars[next] = u->electrolyte.temperature;
+        rate[k] = pdi_expr_eval(&state->rate, vars);
+    }
+}
+
+/* [m/s] by which a current density of 1 C/mol A/m2 spreads over a film of 1 m. */
+static void pdi_surfaces_film(void *user, int32_t node, double *flows)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_reactive *r = s->coat->reactive;
+    int count = r->components.count;
+    int32_t place = s->etch ? s->etch->slot[node] : -1;
+    if (place >= 0)
+        for (int k = 0; k < count; k++)
+            flows[k] += s->etch->gain[k] * s->etch->thick[place] * s->etch->speed[node];
+    if (!s->comes) return;
+    const pd_potential *p = &s->cell->potential;
+    for (int32_t n = s->cell->first[node]; n >= 0 && n < p->contacts.count && p->contacts.list[n].node == node; n++) {
+        const pd_contact *c = &p->contacts.list[n];
+        double electrons = p->current[n] / PDI_SURFACES_FARADAY * c->way / r->diffusion.desc.diffusivity;
+        if (!pdi_surfaces_bits(s, c->electrode)) continue;
+        for (int k = 0; k < count; k++) flows[k] += s->gain[c->electrode][k] * electrons;
+    }
+}
+
+static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
+{
+    return pdi_cell_bring(ctx, ((pd_surfaces *)user)->cell, t);
+}
+
+PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive *reactive, const pd_bonds *bonds,
+                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_coat *coat,
+                                    pd_surfaces *s)
+{
+    pd_coat_desc desc;
+    memset(s, 0, sizeof *s);
+    memset(&desc, 0, sizeof desc);
+    s->setup = u;
+    s->bonds = bonds;
+    s->across = across;
+    s->cell = cell;
+    s->etch = etch;
+    s->coat = coat;
+    for (int k = 0; k < u->states; k++) {
+        const pd_setup_state *state = &u->state[k];
+        desc.name[k] = state->name;
+        desc.low[k] = state->low;
+        desc.high[k] = state->high;
+        desc.reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
+        for (int n = 0; n < state->species; n++)
+            if (state->rate.uses >> (PDI_SETUP_PH + 1 + n) & 1u)
+                desc.reads |= (uint32_t)1 << reactive->components.place[state->of[n]];
+        s->moves |= (state->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
+    }
+    for (int e = 0; e < u->potential.electrodes; e++) {
+        const pd_setup_electrode *is = &u->potential.electrode[e];
+        double shed[PD_SPECIES_MOST];
+        memset(shed, 0, sizeof shed);
+        for (int n = 0; n < u->electrolyte.count && is->reacts; n++)
+            if (reactive->components.place[n] >= 0) shed[reactive->components.place[n]] = is->shed[n];
+        pdi_components_totals(&reactive->components, shed, s->gain[e]);
+        s->comes |= is->reacts;
+        s->moves |= is->shares;
+    }
+    desc.count = u->states;
+    desc.rtol = u->rtol > 0.0 ? u->rtol : 1e-3;
+    desc.where = pdi_surfaces_where;
+    desc.initial = pdi_surfaces_initial;
+    desc.rate = pdi_surfaces_rate;
+    if (s->cell) desc.around = pdi_surfaces_around;
+    if (s->cell && (s->moves || s->comes)) desc.solve = pdi_surfaces_solve;
+    if (s->comes || s->etch) desc.film = pdi_surfaces_film;
+    desc.user = s;
+    return pdi_coat_build(ctx, reactive, &desc, coat);
+}
+
+PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *s)
+{
+    pdi_contact_free(ctx, &s->contacts);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- what reads states ---- */
+
+PDI_FN void pdi_surfaces_values(const pd_surfaces *s, int32_t node, double *value)
+{
+    for (int k = 0; k < s->setup->states; k++) value[k] = pdi_coat_value(s->coat, k, node);
+}
+
+PDI_FN double pdi_surfaces_at(const pd_surfaces *s, int k, int32_t node)
+{
+    if (!(s->coat->on[node] >> k & 1u)) return (double)NAN;
+    return s->coat->value[k * (int64_t)s->bonds->grid->total + node];
+}
+
+PDI_FN void pdi_surfaces_figures(const pd_surfaces *s, int k, pd_surfaces_figures *f)
+{
+    const pd_contacts *c = pdi_surfaces_contacts(s);
+    const pd_grid *grid = s->bonds->grid;
+    double sum = 0.0;
+    f->least = f->most = (double)NAN;
+    f->area = 0.0;
+    for (int32_t n = 0; n < c->count; n++) {
+        const pd_contact *at = &c->list[n];
+        double y = pdi_surfaces_at(s, k, at->node);
+        double area = at->area * s->bonds->stencil->volume * pdi_grid_circumference(grid, at->node);
+        if (!(pdi_surfaces_bits(s, at->electrode) >> k & 1u) || !(y == y)) continue;
+        f->area += area;
+        sum += area * y;
+        f->least = f->least <= y ? f->least : y;
+        f->most = f->most >= y ? f->most : y;
+    }
+    f->mean = sum / f->area;
+}
+
+PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *s, pd_contact *contact, int32_t count, double t)
+{
+    const pd_setup *u = s->setup;
+    double vars[PD_EXPR_VARS];
+    char place[PDI_GRID_PLACE];
+    for (int32_t n = 0; n < count; n++) {
+        const pd_setup_electrode *e = &u->potential.electrode[contact[n].electrode];
+        if (!e->shares) continue;
+        pd_grid_position(s->bonds->grid, contact[n].node, vars);
+        vars[PD_DIM] = t;
+        pdi_surfaces_values(s, contact[n].node, vars + PDI_SETUP_PLACE);
+        double share = pdi_expr_eval(&e->share, vars);
+        if (share >= 0.0 && share < 1e100) {
+            contact[n].share = share;
+            continue;
+        }
+        return pdi_fail(ctx, PD_ERR_STATE, "electrode", "the factor of %s is %g at %s m and t = %g s, expected a finite "
+                        "number of at least 0", e->name, share, pdi_grid_place(s->bonds->grid, contact[n].node, place),
+                        t);
+    }
+    return PD_OK;
+}
+
+#undef PDI_SURFACES_FARADAY

@@ -1,0 +1,225 @@
+/* stiff: see stiff.h */
+#include "solve/stiff.h"
+#include <math.h>
+#include <string.h>
+
+/* Columns of the table of extrapolation: steps are taken as 1, 2, ... of them. */
+#define PDI_STIFF_COLUMNS 5
+/* Steps at most, and the least of one over the whole way. */
+#define PDI_STIFF_STEPS 20000
+#define PDI_STIFF_LEAST 1e-13
+/* Share of the step that the error allows; a step is at most this many times the last one, at least that share. */
+#define PDI_STIFF_SAFETY 0.8
+#define PDI_STIFF_GROWTH 8.0
+#define PDI_STIFF_SHRINK 0.1
+/* Relative change of a value, and of its size, by which slopes of rates are found. */
+#define PDI_STIFF_STRIDE 1e-7
+
+typedef double pdi_stiff_matrix[PD_STIFF_MOST][PD_STIFF_MOST];
+
+/* A step at hand. */
+typedef struct pdi_stiff_work {
+    const pd_stiff *s;
+    int held[PD_STIFF_MOST];     /* 1: it stands at a bound, with its rate outwards */
+    pdi_stiff_matrix slope;      /* [1/s] of rates by values */
+    int bad;                     /* equation whose rate is not finite; -1: none */
+} pdi_stiff_work;
+
+static double pdi_stiff_within(const pd_stiff *s, int k, double y) { return fmin(fmax(y, s->low[k]), s->high[k]); }
+
+/* Rates at values within bounds; those that are held have none. */
+static void pdi_stiff_rates(pdi_stiff_work *w, double t, const double *y, double *rate)
+{
+    const pd_stiff *s = w->s;
+    double x[PD_STIFF_MOST];
+    for (int k = 0; k < s->count; k++) x[k] = pdi_stiff_within(s, k, y[k]);
+    s->rate(s->user, t, x, rate);
+    for (int k = 0; k < s->count; k++) {
+        if (!(fabs(rate[k]) < 1e100) && w->bad < 0) w->bad = k;
+        if (w->held[k]) rate[k] = 0.0;
+    }
+}
+
+/* Which values stand at a bound and want out. */
+static void pdi_stiff_hold(pdi_stiff_work *w, double t, const double *y)
+{
+    const pd_stiff *s = w->s;
+    double rate[PD_STIFF_MOST];
+    memset(w->held, 0, sizeof w->held);
+    pdi_stiff_rates(w, t, y, rate);
+    for (int k = 0; k < s->count; k++)
+        w->held[k] = (y[k] >= s->high[k] && rate[k] > 0.0) || (y[k] <= s->low[k] && rate[k] < 0.0);
+}
+
+/* How the rates follow the values, by differences away from upper bounds. */
+static void pdi_stiff_slopes(pdi_stiff_work *w, double t, const double *y)
+{
+    const pd_stiff *s = w->s;
+    double x[PD_STIFF_MOST], at[PD_STIFF_MOST], moved[PD_STIFF_MOST];
+    memcpy(x, y, sizeof x);
+    pdi_stiff_rates(w, t, x, at);
+    for (int j = 0; j < s->count; j++) {
+        double stride = PDI_STIFF_STRIDE * fmax(fabs(y[j]), s->size[j]);
+        if (!(stride > 0.0)) stride = PDI_STIFF_STRIDE;
+        x[j] = y[j] + stride > s->high[j] ? y[j] - stride : y[j] + stride;
+        pdi_stiff_rates(w, t, x, moved);
+        for (int k = 0; k < s->count; k++) w->slope[k][j] = w->held[j] ? 0.0 : (moved[k] - at[k]) / (x[j] - y[j]);
+        x[j] = y[j];
+    }
+}
+
+/* The factors of 1 - h slope, with rows exchanged; 0: it is singular. */
+static int pdi_stiff_factor(const pdi_stiff_work *w, double h, pdi_stiff_matrix a, int *row)
+{
+    int n = w->s->count;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) a[i][j] = (i == j ? 1.0 : 0.0) - h * w->slope[i][j];
+    for (int p = 0; p < n; p++) {
+        row[p] = p;
+        for (int i = p + 1; i < n; i++)
+            if (fabs(a[i][p]) > fabs(a[row[p]][p])) row[p] = i;
+        for (int j = 0; j < n && row[p] != p; j++) {
+            double swap = a[p][j];
+            a[p][j] = a[row[p]][j];
+            a[row[p]][j] = swap;
+        }
+        if (!(fabs(a[p][p]) > 0.0) || !(fabs(a[p][p]) < HUGE_VAL)) return 0;
+        for (int i = p + 1; i < n; i++) {
+            a[i][p] /= a[p][p];
+            for (int j = p + 1; j < n; j++) a[i][j] -= a[i][p] * a[p][j];
+        }
+    }
+    return 1;
+}
+
+static void pdi_stiff_back(int n, pdi_stiff_matrix a, const int *row, double *x)
+{
+    for (int p = 0; p < n; p++) {
+        double swap = x[p];
+        x[p] = x[row[p]];
+        x[row[p]] = swap;
+    }
+    for (int i = 1; i < n; i++)
+        for (int j = 0; j < i; j++) x[i] -= a[i][j] * x[j];
+    for (int i = n - 1; i >= 0; i--) {
+        for (int j = i + 1; j < n; j++) x[i] -= a[i][j] * x[j];
+        x[i] /= a[i][i];
+    }
+}
+
+/* `parts` steps of Euler over h; 0: a matrix is singular. */
+static int pdi_stiff_euler(pdi_stiff_work *w, double t, double h, int parts, const double *y, double *end)
+{
+    int n = w->s->count, row[PD_STIFF_MOST];
+    double part = h / parts, x[PD_STIFF_MOST];
+    pdi_stiff_matrix a;
+    memcpy(end, y, PD_STIFF_MOST * sizeof *end);
+    if (!pdi_stiff_factor(w, part, a, row)) return 0;
+    for (int i = 1; i <= parts; i++) {
+        pdi_stiff_rates(w, t + i * part, end, x);
+        for (int k = 0; k < n; k++) x[k] *= part;
+        pdi_stiff_back(n, a, row, x);
+        for (int k = 0; k < n; k++) end[k] += x[k];
+    }
+    return 1;
+}
+
+/* A step of h from y to `end`: its error over what it may be; HUGE_VAL: there is no result. */
+static double pdi_stiff_step(pdi_stiff_work *w, double t, double h, const double *y, double *end)
+{
+    const pd_stiff *s = w->s;
+    double table[PDI_STIFF_COLUMNS][PDI_STIFF_COLUMNS][PD_STIFF_MOST], worst = 0.0;
+    int last = PDI_STIFF_COLUMNS - 1;
+    for (int j = 0; j <= last; j++) {
+        if (!pdi_stiff_euler(w, t, h, j + 1, y, table[j][0])) return HUGE_VAL;
+        for (int c = 1; c <= j; c++)
+            for (int k = 0; k < s->count; k++)
+                table[j][c][k] = table[j][c - 1][k] + (table[j][c - 1][k] - table[j - 1][c - 1][k]) /
+                                                      ((j + 1.0) / (j + 1.0 - c) - 1.0);
+    }
+    for (int k = 0; k < s->count; k++) {
+        double off = fabs(table[last][last][k] - table[last][last - 1][k]);
+        double size = fmax(fmax(fabs(y[k]), fabs(table[last][last][k])), s->size[k]);
+        end[k] = table[last][last][k];
+        if (!(off < 1e100)) return HUGE_VAL;
+        if (off > 0.0) worst = fmax(worst, off / (size * s->tolerance));
+    }
+    return worst;
+}
+
+/* Share of the step after which the first value meets a bound; 1: none does. What is within the tolerance of a bound
+ * gets there. */
+static double pdi_stiff_met(const pd_stiff *s, const double *y, double *end)
+{
+    double share = 1.0;
+    for (int k = 0; k < s->count; k++) {
+        double bound = pdi_stiff_within(s, k, end[k]), out = fabs(end[k] - bound);
+        if (!(out > 0.0)) continue;
+        if (out <= s->tolerance * fmax(fmax(fabs(bound), fabs(y[k])), s->size[k])) end[k] = bound;
+        else share = fmin(share, fmax((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_SHRINK));
+    }
+    return share;
+}
+
+/* 1: a value that was held over a step of h has come off its bound in it, by more than the tolerance. */
+static int pdi_stiff_left(const pdi_stiff_work *w, double t, double h, const double *end)
+{
+    const pd_stiff *s = w->s;
+    pdi_stiff_work loose = *w;
+    double rate[PD_STIFF_MOST];
+    int any = 0;
+    for (int k = 0; k < s->count; k++) any |= w->held[k];
+    if (!any) return 0;
+    memset(loose.held, 0, sizeof loose.held);
+    pdi_stiff_rates(&loose, t + h, end, rate);
+    for (int k = 0; k < s->count; k++) {
+        double out = end[k] >= s->high[k] ? rate[k] : -rate[k];
+        if (w->held[k] && -out * h > s->tolerance * fmax(fabs(end[k]), s->size[k])) return 1;
+    }
+    return 0;
+}
+
+PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, double *y, int *which)
+{
+    pdi_stiff_work w;
+    double t = from, h = to - from, end[PD_STIFF_MOST];
+    memset(&w, 0, sizeof w);
+    w.s = s;
+    w.bad = -1;
+    for (int step = 0; step < PDI_STIFF_STEPS && t < to; step++) {
+        int last = !(h < to - t);
+        if (last) h = to - t;
+        if (!(h > PDI_STIFF_LEAST * (to - from))) return PD_STIFF_STUCK;
+        pdi_stiff_hold(&w, t, y);
+        pdi_stiff_slopes(&w, t, y);
+        if (w.bad >= 0) break;
+        double error = pdi_stiff_step(&w, t, h, y, end), share = error <= 1.0 ? pdi_stiff_met(s, y, end) : 1.0;
+        if (error <= 1.0 && share >= 1.0 && pdi_stiff_left(&w, t, h, end)) share = 0.5;
+        double factor = PDI_STIFF_SAFETY * pow(fmax(error, 1e-10), -1.0 / PDI_STIFF_COLUMNS);
+        factor = fmin(fmax(factor, PDI_STIFF_SHRINK), PDI_STIFF_GROWTH);
+        if (w.bad >= 0 && h <= 2.0 * PDI_STIFF_LEAST * (to - from)) break;
+        if (w.bad >= 0) {
+            w.bad = -1;
+            h *= PDI_STIFF_SHRINK;
+            continue;
+        }
+        if (error <= 1.0 && share >= 1.0) {
+            memcpy(y, end, (size_t)s->count * sizeof *y);
+            t = last ? to : t + h;
+        }
+        h *= error <= 1.0 && share < 1.0 ? share : error <= 1.0 ? fmax(factor, 1.0) : fmin(factor, 0.5);
+    }
+    if (w.bad >= 0) {
+        *which = w.bad;
+        return PD_STIFF_NOT_FINITE;
+    }
+    return t < to ? PD_STIFF_STUCK : PD_STIFF_DONE;
+}
+
+#undef PDI_STIFF_COLUMNS
+#undef PDI_STIFF_STEPS
+#undef PDI_STIFF_LEAST
+#undef PDI_STIFF_SAFETY
+#undef PDI_STIFF_GROWTH
+#undef PDI_STIFF_SHRINK
+#undef PDI_STIFF_STRIDE
