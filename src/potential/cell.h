@@ -18,6 +18,7 @@ typedef struct pd_cell_desc {
     double (*given)(void *user, int circuit, double t);    /* value of a circuit at time t [s]; NULL: as it is */
     void (*conduct)(void *user, double *field);            /* [total] [S/m] at fluid nodes, now; NULL: uniform */
     void *user;
+    int apart;  /* 1: potential and currents are found elsewhere: contacts and circuits alone are those of now */
 } pd_cell_desc;
 
 /* It must not be moved once it is built. */

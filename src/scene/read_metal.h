@@ -8,6 +8,9 @@
 #include "scene/reader.h"
 
 #ifdef PDI_INTERNAL
+/* Species that a text names as [H+], which name[] keeps, become variables behind the first *count ones, and of[]. */
+PDI_FN pd_status pdi_read_metal_species(pdi_reader *s, int section, const char *key, pd_expr_symbol *vars,
+                                        char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species);
 /* 1: there is a section of that name, with or without the name of a metal. */
 PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name);
 /* Cs, Csat and the properties of the first metal become constants of all later numbers. */
