@@ -69384,14 +69384,18 @@ PDI_FN int pdi_polarise_near(const pd_polarise *p, const pd_dissolve *dissolve, 
     return found;
 }
 
-/* [A] (per m in planar 2D) of a place. */
-static double pdi_polarise_place(const pd_etch *s, int32_t k)
+/* [A] (per m in planar 2D) of a place, by law and curve; *size: of both, *anodic: of what leaves the metal. */
+static double pdi_polarise_place(const pd_etch *s, int32_t k, double *size, double *anodic)
 {
     const pd_reactive *r = s->reactive;
     double charge = 0.0, volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, s->node[k]);
     for (int n = 0; n < r->components.solutes; n++)
         charge += r->components.charge[n] * s->part[s->electrode[k] * r->components.solutes + n];
-    return PDI_POLARISE_FARADAY * volume * (s->charge * s->gave[k] + charge * s->area[k] * s->flow[k]);
+    double law = PDI_POLARISE_FARADAY * volume * s->charge * s->gave[k];
+    double curve = PDI_POLARISE_FARADAY * volume * charge * s->area[k] * s->flow[k];
+    *size = fabs(law) + fabs(curve);
+    *anodic = fmax(law, 0.0) + fmax(curve, 0.0);
+    return law + curve;
 }
 
 PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_electrode *now)
@@ -69403,10 +69407,10 @@ PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_
     for (int32_t k = 0; k < s->count; k++) {
         if (s->electrode[k] != electrode) continue;
         double volume = s->reactive->bonds->stencil->volume * pdi_grid_circumference(s->reactive->grid, s->node[k]);
-        double area = volume * s->area[k], current = pdi_polarise_place(s, k);
+        double area = volume * s->area[k], size, anodic, current = pdi_polarise_place(s, k, &size, &anodic);
         now->area += area;
         now->current += current;
-        now->anodic += fmax(current, 0.0);
+        now->anodic += anodic;
         if (!(area > 0.0)) continue;
         now->least = touched ? fmin(now->least, current / area) : current / area;
         now->most = touched ? fmax(now->most, current / area) : current / area;
@@ -69417,10 +69421,10 @@ PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_
 PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node)
 {
     const pd_etch *s = p->etch;
-    double area = 0.0, current = 0.0;
+    double area = 0.0, current = 0.0, size, anodic;
     for (int32_t k = s->slot[node]; k >= 0 && k < s->count && s->node[k] == node; k++) {
         area += s->reactive->bonds->stencil->volume * pdi_grid_circumference(s->reactive->grid, node) * s->area[k];
-        current += pdi_polarise_place(s, k);
+        current += pdi_polarise_place(s, k, &size, &anodic);
     }
     return area > 0.0 ? current / area : 0.0;
 }
@@ -69434,10 +69438,10 @@ PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
         double sum = 0.0, size = 0.0, wanted = s->desc.electrodes.circuit[n].value;
         for (int32_t k = 0; k < s->count; k++) {
             if (pdi_etch_circuit(s, k) != n) continue;
-            double current = pdi_polarise_place(s, k);
-            sum += current;
-            size += fabs(current);
-            anodic += fmax(current, 0.0);
+            double each, leaves;
+            sum += pdi_polarise_place(s, k, &each, &leaves);
+            size += each;
+            anodic += leaves;
         }
         if (!s->desc.electrodes.circuit[n].holds && size > 0.0) *off = fmax(*off, fabs(sum - wanted) / size);
     }

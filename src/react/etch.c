@@ -29,6 +29,9 @@
 #define PDI_ETCH_NOTHING 1e-30
 /* What is left at least of 1 less the slope of a rising law behind its film. */
 #define PDI_ETCH_RISE 0.05
+/* Steps of Newton's method for speed and flow of an electrode, and the share of them that counts as found. */
+#define PDI_ETCH_NEWTON 12
+#define PDI_ETCH_MET 1e-12
 #define PDI_ETCH_FARADAY 96485.33212 /* [C/mol] */
 /* Bit of what curves read: pH. */
 #define PDI_ETCH_PH ((uint32_t)1 << 31)
@@ -566,38 +569,77 @@ static void pdi_etch_chain(const pd_components *film, const pdi_etch_work *w, co
     }
 }
 
-/* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], drive[1]. */
-static void pdi_etch_derive_charged(const pd_components *film, const pdi_etch_work *w, float *by, float *flow_by,
-                                    double drive[2])
+/* How law and curve at the surface follow the speed, the flow and the totals of the node, and F phi/(R T) there. */
+typedef struct pdi_etch_slopes_of {
+    double law[PD_SPECIES_MOST + 2], curve[PD_SPECIES_MOST + 2];
+    double lift, bend;
+} pdi_etch_slopes_of;
+
+static void pdi_etch_tangent(const pd_components *film, const pdi_etch_work *w, int goes, pdi_etch_slopes_of *t)
 {
     const pd_components *of = &w->s->reactive->components;
-    double gradient[PD_SPECIES_MOST], lift = 0.0, bend = 0.0, law[PD_SPECIES_MOST + 2], curve[PD_SPECIES_MOST + 2];
+    double gradient[PD_SPECIES_MOST];
     float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
     pdi_etch_table a;
     int count = of->count, films = w->thick + w->way > 0.0;
-    memset(law, 0, sizeof law);
-    memset(curve, 0, sizeof curve);
+    memset(t, 0, sizeof *t);
     pdi_components_derive(films ? film : of, w->surface, own);
     if (films) {
         pdi_etch_balances(film, w, own, a);
         pdi_etch_linear(count + 1, 2 * count + 3, a);
     }
-    if (by) {
-        pdi_etch_gradient(w, gradient, &lift);
-        pdi_etch_chain(film, w, own, a, gradient, lift, law);
+    if (goes) {
+        pdi_etch_gradient(w, gradient, &t->lift);
+        pdi_etch_chain(film, w, own, a, gradient, t->lift, t->law);
     }
-    if (w->electrode >= 0) {
-        pdi_etch_bend(w, gradient, &bend);
-        pdi_etch_chain(film, w, own, a, gradient, bend, curve);
+    if (w->electrode < 0) return;
+    pdi_etch_bend(w, gradient, &t->bend);
+    pdi_etch_chain(film, w, own, a, gradient, t->bend, t->curve);
+}
+
+/* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], drive[1]. */
+static void pdi_etch_derive_charged(const pd_components *film, const pdi_etch_work *w, float *by, float *flow_by,
+                                    double drive[2])
+{
+    pdi_etch_slopes_of t;
+    pdi_etch_tangent(film, w, by != NULL, &t);
+    double one = fmax(1.0 - t.law[0], PDI_ETCH_RISE), two = fmax(1.0 - t.curve[1], PDI_ETCH_RISE);
+    double back = fmax(one * two - t.law[1] * t.curve[0], PDI_ETCH_RISE * one * two);
+    for (int k = 0; k < film->count; k++) {
+        if (by) by[k] = (float)((two * t.law[2 + k] + t.law[1] * t.curve[2 + k]) / back);
+        if (flow_by) flow_by[k] = (float)((one * t.curve[2 + k] + t.curve[0] * t.law[2 + k]) / back);
     }
-    double one = fmax(1.0 - law[0], PDI_ETCH_RISE), two = fmax(1.0 - curve[1], PDI_ETCH_RISE);
-    double back = fmax(one * two - law[1] * curve[0], PDI_ETCH_RISE * one * two);
-    for (int k = 0; k < count; k++) {
-        if (by) by[k] = (float)((two * law[2 + k] + law[1] * curve[2 + k]) / back);
-        if (flow_by) flow_by[k] = (float)((one * curve[2 + k] + curve[0] * law[2 + k]) / back);
+    drive[0] = (two * t.lift + t.law[1] * t.bend) / back;
+    drive[1] = (one * t.bend + t.curve[0] * t.lift) / back;
+}
+
+/* Speed and flow of an electrode by Newton's method from guesses. 0: it does not get there, and they are searched. */
+static int pdi_etch_newton(pd_components *film, pdi_etch_work *w, int goes, double *speed)
+{
+    double v = goes ? fmax(*speed, 0.0) : 0.0, f = w->guess;
+    for (int step = 0; step < PDI_ETCH_NEWTON; step++) {
+        pdi_etch_slopes_of t;
+        if (w->reads) w->flow = f;
+        if (!pdi_etch_lift(film, w, v)) return 0;
+        double law = goes ? pdi_etch_law(w, w->surface, w->psi + w->lift) : 0.0;
+        double curve = w->reads ? pdi_etch_curve(w, w->surface, w->psi + w->lift) : w->flow;
+        f = w->flow;
+        if (!(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
+        int met = fabs(law - v) <= PDI_ETCH_MET * law && fabs(curve - f) <= PDI_ETCH_MET * fabs(f);
+        if (met && (!goes || !(law > 0.0) || !(fabs(law - v) > 0.0))) break;
+        pdi_etch_tangent(film, w, goes, &t);
+        double one = 1.0 - t.law[0], two = 1.0 - t.curve[1], back = one * two - t.law[1] * t.curve[0];
+        if (!(one > 0.0) || !(two > 0.0) || !(back > 0.0)) return 0;
+        double dv = (two * (law - v) + t.law[1] * (curve - f)) / back;
+        f += (one * (curve - f) + t.curve[0] * (law - v)) / back;
+        v += dv;
+        if (!(v >= 0.0) || !(fabs(f) < HUGE_VAL)) return 0;
+        if (met) break;
+        if (step + 1 == PDI_ETCH_NEWTON) return 0;
     }
-    drive[0] = (two * lift + law[1] * bend) / back;
-    drive[1] = (one * bend + curve[0] * lift) / back;
+    if (w->reads) w->flow = f;
+    *speed = v;
+    return 1;
 }
 
 PDI_FN double pdi_etch_at(const pd_etch *s, int32_t node, int32_t place, double thick, double guess)
@@ -620,14 +662,19 @@ static void pdi_etch_place(pd_etch *s, int32_t p, int derive)
     if (!goes) v = &still;
     pdi_etch_enter(s, s->node[p], p, s->thick[p], &film, &w);
     if (!derive) {
+        if (w.electrode >= 0 && pdi_etch_newton(&film, &w, goes, v)) {
+            s->flow[p] = w.flow;
+            return;
+        }
         if (goes) *v = pdi_etch_find(&film, &w, *v);
         if (!s->electrode) return;
         int found = fabs(*v) < HUGE_VAL && (w.electrode < 0 || pdi_etch_settle(&film, &w, *v));
         s->flow[p] = found ? w.flow : (double)NAN;
         return;
     }
-    if (goes) pdi_etch_given(&film, &w, *v);
-    else if (w.electrode >= 0) pdi_etch_settle(&film, &w, 0.0);
+    w.flow = w.guess;
+    if (w.electrode >= 0) pdi_etch_lift(&film, &w, *v);
+    else if (goes) pdi_etch_given(&film, &w, *v);
     if (!s->drive) {
         pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
         return;
@@ -712,11 +759,16 @@ PDI_FN void pdi_etch_yield(pd_etch *s)
                       (s->electrode ? s->area[p] * fmax(-(double)s->flow_drive[p], 0.0) : 0.0);
 }
 
+PDI_FN void pdi_etch_note(pd_etch *s)
+{
+    for (int32_t p = 0; p < s->count && s->gave; p++)
+        s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * s->speed[s->node[p]] : 0.0;
+}
+
 PDI_FN void pdi_etch_accept(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
-    for (int32_t p = 0; p < s->count && s->gave; p++)
-        s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * s->speed[s->node[p]] : 0.0;
+    pdi_etch_note(s);
     pdi_etch_begin(s);
 }
 

@@ -116,6 +116,8 @@ PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int de
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* With electrodes: `gave` is that of now. */
+PDI_FN void pdi_etch_note(pd_etch *etch);
 /* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */
 PDI_FN void pdi_etch_yield(pd_etch *etch);
 /* Change of the speed [m/s] with that of the dissolved totals [mol/m3] of its node. */

@@ -14,7 +14,7 @@
 #define PDI_LEVELS_STRIDE 0.05
 #define PDI_LEVELS_FAR 100.0
 /* Share of the currents of a circuit that their sum may be off by, and a potential, of volts. */
-#define PDI_LEVELS_MET 1e-14
+#define PDI_LEVELS_MET 1e-13
 #define PDI_LEVELS_CLOSE 2e-16
 
 /* Charge that a rate of place p brings: of its law and of its curve [mol/s]. */

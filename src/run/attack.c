@@ -217,6 +217,7 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
     pdi_levels_solve(ctx, s);
+    pdi_etch_note(s);
     if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));
     for (int32_t k = 0; d && k < d->beside_count && s->desc.reads_phi; k++)
         if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);
@@ -229,14 +230,9 @@ PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t)
     pd_etch *s = &a->etch;
     if (!s->electrode) return PD_OK;
     s->time = t;
-    if (a->dissolve) {
-        a->dissolve->time = t;
-        PDI_TRY(pdi_dissolve_prepare(ctx, a->dissolve));
-    } else {
-        PDI_TRY(pdi_attack_now(ctx, a));
-    }
-    pdi_etch_accept(s);
-    for (int32_t p = 0; p < s->count; p++) s->passed[p] = 0.0;
+    if (!a->dissolve) return pdi_attack_now(ctx, a);
+    a->dissolve->time = t;
+    PDI_TRY(pdi_dissolve_prepare(ctx, a->dissolve));
     return PD_OK;
 }
 
