@@ -43,6 +43,8 @@
 #define PDI_ADVANCE_NONE 1e-150
 /* Share of the largest value by which a field may leave its bounds. */
 #define PDI_ADVANCE_SLACK 1e-9
+/* Share of the ions of a closed box that a charge of rounding is at most. */
+#define PDI_ADVANCE_FAINT 1e-13
 /* Share of a residual that the linear solver leaves at least: its basis has single precision. */
 #define PDI_ADVANCE_SINGLE 1e-5
 
@@ -525,12 +527,12 @@ static pd_status pdi_advance_given(pd_ctx *ctx, const pd_etch *metal)
                     "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
 }
 
-/* With migration: where no current can leave, sources give none. */
-static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
+/* With migration: where no current can leave, sources give none but for rounding in a step of dt [s]. */
+static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
 {
     int64_t total = r->grid->total;
     pdi_sum sum = {0.0, 0.0};
-    double size = 0.0;
+    double size = 0.0, held = 0.0;
     pdi_migration_tie(&r->migration);
     if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
     if (r->migration.tied) return PD_OK;
@@ -546,9 +548,10 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
             double term = around * r->migration.charge[n] * r->source[n * total + i];
             pdi_sum_add(&sum, term);
             size += fabs(term);
+            held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
         }
     }
-    if (!(fabs(pdi_sum_total(&sum)) > PDI_ADVANCE_SLACK * size)) return PD_OK;
+    if (!(fabs(pdi_sum_total(&sum)) > fmax(PDI_ADVANCE_SLACK * size, PDI_ADVANCE_FAINT * held / dt))) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
                     "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }
@@ -563,7 +566,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
     pdi_advance_pores(r);
-    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r));
+    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r, dt));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
