@@ -117,6 +117,7 @@
  *     migration  the potential that keeps species neutral as they diffuse, and its part in the linear systems (theory:
  *     reactive   several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
  *     etch       metal that dissolves by a law in the species at its surface, solved with the step of the species
+ *     levels     potentials of metals among ions that migrate, from the currents of their circuits (theory: 5c.4).
  *     coat       what surfaces of metal carry besides the species beside them, such as the cover and the thickness of a film:
  *     tangent    derivatives of the balances of a step, and the linear systems that follow (theory: 5c).
  *     advance    steps in time of species that flow, diffuse and react (theory: 5c).
@@ -245,6 +246,7 @@
  *     grip       what holds and loads a body: sides of the box, shapes, forces on all of it.
  *     surfaces   the states of surfaces of a setup on its lattice: where they are, what their rates read, and what reads them.
  *     electrodes the electrodes of a setup on its lattice: which metal each of them is, what is connected, what is given.
+ *     polarise   electrodes of a setup among ions that migrate: their curves at the surface, where they lie, what passes.
  *     footprint  the memory of a run, from its setup alone: nothing is built for it.
  *     attack     a law of the scene in pH or species, between metal and species: where metal lies, what the law says there.
  *     model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
@@ -4813,8 +4815,8 @@ PDI_FN void pdi_migration_inlets(pd_migration *migration, double phi);
 PDI_FN double pdi_migration_pace(pd_migration *migration, double dt);
 /* Find out whether it is tied. */
 PDI_FN void pdi_migration_tie(pd_migration *migration);
-/* Where nothing ties it: the mean of psi becomes 0. */
-PDI_FN void pdi_migration_level(pd_migration *migration);
+/* Where nothing ties it: the mean of psi becomes 0. [V] it was. */
+PDI_FN double pdi_migration_level(pd_migration *migration);
 #endif
 
 #endif
@@ -5007,6 +5009,10 @@ static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c
  *
  * The speed v of a node holds for the concentrations at the metal itself, behind a film that what dissolves diffuses
  * through. So v = max(law(c_s(v)), 0). Where a law falls there is one solution; where it jumps down, the speed between.
+ *
+ * With migration, metals may be electrodes: beside the law a polarisation curve brings its current into the species, by
+ * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total current
+ * (levels.h, theory: 5c.4).
  */
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
@@ -5014,14 +5020,38 @@ static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c
 /* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), the potential
  * phi [V] of pd_reactive_potential (NaN without migration), time t [s]. */
 typedef double (*pd_etch_fn)(void *user, int32_t node, const double *c, double ph, double phi, double t);
+/* Current density [A/m2] from metal to fluid, from what is at the surface, at `drop` [V], the potential of the metal
+ * less that of the fluid. It does not fall as that rises. */
+typedef double (*pd_etch_curve_fn)(void *user, int electrode, const double *c, double ph, double drop, double t);
+
+/* Metals that are connected have one potential. */
+typedef struct pd_etch_circuit {
+    int holds;    /* 1: `value` is it [V]; 0: it is the current [A] (per m in planar 2D, per m2 in 1D) into the fluid */
+    double value;
+} pd_etch_circuit;
+
+/* Zero-initialise. Arrays are borrowed for the life of the object, but for `part`. */
+typedef struct pd_etch_electrodes {
+    int count;                /* 0: none */
+    pd_etch_curve_fn curve;
+    double (*given)(void *user, int circuit, double t); /* value of a circuit at a time [s]; NULL: as it is */
+    void *user;
+    const double *part;       /* [count][species] [-] of each with one electron that leaves the fluid for the metal */
+    const uint32_t *reads;    /* [count] bit n: the curve depends on solute n, and with bit 31 on pH; NULL: none does */
+    const int *member;        /* [count] circuit of each */
+    pd_etch_circuit *circuit; /* [circuits] */
+    int circuits;
+} pd_etch_electrodes;
 
 typedef struct pd_etch_desc {
-    pd_etch_fn law;
+    pd_etch_fn law;     /* NULL: none dissolves */
     void *user;
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes */
     uint32_t reads;     /* bit n: the law depends on solute n */
     int reads_ph;       /* 1: on pH */
-    int reads_phi;      /* 1: on phi, which an inlet or a held wall has to tie */
+    int reads_phi;      /* 1: on phi, which an inlet or a held wall has to tie, or with electrodes a given potential; of
+                         * these phi is that of the fluid less that of the metal */
+    pd_etch_electrodes electrodes;
 } pd_etch_desc;
 
 typedef struct pd_etch {
@@ -5033,8 +5063,8 @@ typedef struct pd_etch {
     double scale[PD_SPECIES_MOST]; /* [-] diffusivities over the mean one, not 0 */
     pd_components film;           /* of concentrations times `scale` */
     int32_t count;                /* fluid nodes beside metal */
-    int32_t *node;                /* [total] of places */
-    int32_t *slot;                /* [total] place of a node; -1: none */
+    int32_t *node;                /* [total] of places; those of a node follow each other */
+    int32_t *slot;                /* [total] first place of a node; -1: none */
     double *weight;               /* [total] [mol/m4] of places: metal per speed */
     double *thick;                /* [total] [mol s/m4] of places: change of concentration across the film per speed */
     double *speed;                /* [total] [m/s] of nodes */
@@ -5044,11 +5074,26 @@ typedef struct pd_etch {
     float *by;                    /* [total][components] of places: how the speed follows totals */
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
+    /* with electrodes: */
+    double *part;                 /* [electrodes][solutes] [-] see pd_etch_electrodes */
+    double *part_gain;            /* [electrodes][components] [-] of totals */
+    int32_t *electrode;           /* [total] of places; -1: none */
+    double *area;                 /* [total] [1/m] of places: of the electrode, over the volume of the node */
+    double *way;                  /* [total] [s/m] of places: through the film, over the mean diffusivity */
+    double *flow;                 /* [total] [mol/m2/s] of places: electrons that leave the fluid by the curve */
+    float *flow_by, *flow_drive;  /* as `by` and `drive`, of `flow` */
+    double *gave;                 /* [total] [mol/m3/s] of places: of the law, at the end of the last step that stands */
+    double *side;                 /* [2][total] of places: speeds and flows on one side of a jump, and work */
+    double *level;                /* [circuits] [V] potential of the metal */
+    double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */
+    double *charge_of;            /* [circuits] [mol/s] charge that leaves metal */
+    int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
 } pd_etch;
 
 #define pd_etch_build PD_NAME(pd_etch_build)
 #define pd_etch_open PD_NAME(pd_etch_open)
 #define pd_etch_put PD_NAME(pd_etch_put)
+#define pd_etch_polarise PD_NAME(pd_etch_polarise)
 #define pd_etch_free PD_NAME(pd_etch_free)
 
 /* A law for the species; reactive is borrowed, and takes it into its steps. Nodes beside metal are listed by the next
@@ -5059,6 +5104,9 @@ PD_API void pd_etch_open(pd_etch *etch);
 /* One more: each speed v [m/s] gives it `weight` v [mol/m3/s] of metal, and lies behind a film across which what comes
  * from metal rises by `thick` v [mol/m3], at the mean diffusivity. Beside a plane, half a cell: Cs/h, Cs h/(2 D). */
 PD_API void pd_etch_put(pd_etch *etch, int32_t node, double weight, double thick);
+/* The place put last, or with the others of its node, has that electrode: `area` [1/m] of it over the volume of the
+ * node, `way` [m] from the node to it. Of the places of a node one has a weight. */
+PD_API void pd_etch_polarise(pd_etch *etch, int electrode, double area, double way);
 PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
@@ -5067,14 +5115,18 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
  * with the activities of a node: ln gamma of a charge of 1. */
 PDI_FN void pdi_etch_film(const pd_reactive *reactive, pd_components *film, double *scale);
 PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now);
-/* Speed [m/s] at a fluid node for the present concentrations, behind such a film. NaN: the law is not finite. */
-PDI_FN double pdi_etch_at(const pd_etch *etch, int32_t node, double thick, double guess);
-/* The speeds of all places; `derive`: and how they follow the totals. */
-PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int derive);
+/* Speed [m/s] at a fluid node for the present concentrations, behind such a film, of the metal of `place` (-1: of that
+ * without electrodes). NaN: the law is not finite. */
+PDI_FN double pdi_etch_at(const pd_etch *etch, int32_t node, int32_t place, double thick, double guess);
+/* The speeds of all places (of a circuit; -1: of all), for potentials of metal as they are; `derive`: and how they
+ * follow the totals. */
+PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int derive);
 /* Nothing has passed in the step at hand; dt [s] of it at the present speeds; the step stands. */
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* With electrodes: `gave` is that of now. */
+PDI_FN void pdi_etch_note(pd_etch *etch);
 /* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */
 PDI_FN void pdi_etch_yield(pd_etch *etch);
 /* Change of the speed [m/s] with that of the dissolved totals [mol/m3] of its node. */
@@ -5086,6 +5138,55 @@ static inline double pdi_etch_follow(const pd_etch *s, int32_t place, const doub
     for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
     return sum;
 }
+/* The same of what its electrode gives [mol/m2/s]. */
+static inline double pdi_etch_follow_flow(const pd_etch *s, int32_t place, const double *change)
+{
+    int count = s->reactive->components.count;
+    const float *by = s->flow_by + (int64_t)place * count;
+    double sum = 0.0;
+    for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
+    return sum;
+}
+/* Circuit of a place; -1: it is no electrode. */
+static inline int pdi_etch_circuit(const pd_etch *s, int32_t place)
+{
+    return s->electrode && s->electrode[place] >= 0 ? s->desc.electrodes.member[s->electrode[place]] : -1;
+}
+/* [mol/m3/s] of component k for a speed and a flow of a place. */
+static inline double pdi_etch_gives(const pd_etch *s, int32_t place, int k, double speed, double flow)
+{
+    double sum = s->gain[k] * s->weight[place] * speed;
+    if (s->electrode && s->electrode[place] >= 0)
+        sum += s->part_gain[s->electrode[place] * s->reactive->components.count + k] * s->area[place] * flow;
+    return sum;
+}
+#endif
+
+#endif
+
+/* ======== >>react/levels.h ======== */
+/* levels: potentials of metals among ions that migrate, from the currents of their circuits (theory: 5c.4).
+ *
+ * A circuit has a given potential, or the one at which its metal gives its given current, 0 where it corrodes freely.
+ * That potential follows from the state of the nodes, at each residual of a step: the sum of the currents rises with it.
+ */
+#ifndef PD_LEVELS_H
+#define PD_LEVELS_H
+
+#ifdef PDI_INTERNAL
+/* Potentials of circuits, and the speeds and flows of all places. Where a circuit has none, they are NaN and
+ * etch->lost says which it is. */
+PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *etch);
+/* After derivatives: how the currents of circuits follow their potentials. */
+PDI_FN void pdi_levels_derive(pd_etch *etch);
+/* Changes of speeds and flows [count] get those by the potentials of circuits that float. */
+PDI_FN void pdi_levels_follow(const pd_etch *etch, double *speed, double *flow);
+/* 1: a potential is given to metal that is there. */
+PDI_FN int pdi_levels_tie(const pd_etch *etch);
+/* All potentials change by `by` [V]. */
+PDI_FN void pdi_levels_shift(pd_etch *etch, double by);
+/* [mol/s] charge that leaves the metal of a circuit, and *size, the sum of its sizes. */
+PDI_FN double pdi_levels_charge(const pd_etch *etch, int circuit, double *size);
 #endif
 
 #endif
@@ -5254,6 +5355,7 @@ typedef struct pd_course_desc {
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
     pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: also
                           * weighs them for each step of the species, or writes `ahead` where there is no `surface` */
+    pd_at_fn open;       /* with `surface`, before the first step; NULL: nothing is to be done */
     void *user;
     double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
                          * species move before the metal */
@@ -7989,6 +8091,7 @@ typedef struct pd_potential_desc {
     int max_newton;                /* 0: 200 */
     int idle;                      /* 1: where the curves around a pocket carry current one way only, none passes
                                     * there; 0: refused */
+    int apart;                     /* 1: it is not solved, and all contacts are kept */
 } pd_potential_desc;
 
 /* It must not be moved once it is built. */
@@ -8180,6 +8283,7 @@ typedef struct pd_cell_desc {
     /* writes the share of each contact, now; NULL: curves hold as they are */
     pd_status (*share)(pd_ctx *ctx, void *user, pd_contact *contact, int32_t count, double t);
     void *user;
+    int apart;  /* 1: potential and currents are found elsewhere: contacts and circuits alone are those of now */
 } pd_cell_desc;
 
 /* It must not be moved once it is built. */
@@ -10381,7 +10485,7 @@ typedef struct pd_setup_metal {
     int species;       /* that the rate has behind pH, */
     int of[PD_EXPR_VARS]; /* by their place in the electrolyte; behind them it has all states of surfaces */
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
-    int polarised;     /* 1: among ions that migrate it has a given potential: */
+    int polarised;     /* 1: among ions that migrate it has a potential: that of its electrode, or a given one: */
     pd_expr potential; /* of t; in V, against inlets and walls that hold species */
 } pd_setup_metal;
 
@@ -10483,6 +10587,11 @@ typedef struct pd_setup_electrode {
     int holds, gives;         /* 1: its potential, or its current, is given: */
     pd_expr given;            /* of t; in V, or in A (per m in planar 2D, per m2 in 1D) */
     int wire;                 /* electrodes of one number are connected: the first of them */
+    int bare;                 /* 1: among ions that migrate, it has no curve beside the law of its metal */
+    int reads;                /* 1: among them its curve is this one, in species: */
+    pd_expr law;              /* of E, pH and species; in A/m2 */
+    int species;              /* that it has behind pH, */
+    int of[PD_EXPR_VARS];     /* by their place in the electrolyte */
     int reacts;               /* 1: its current enters the species: */
     double shed[PD_SPECIES_MOST]; /* [-] of each with one electron that leaves the fluid for the metal */
 } pd_setup_electrode;
@@ -10703,6 +10812,15 @@ static inline int pdi_setup_chemical(const pd_setup_metal *metal)
     return metal->rate.uses >> PDI_SETUP_PH != 0 ||
            (metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u) != 0);
 }
+/* The metal with a law in the species or in E among ions that migrate; -1: none. */
+static inline int pdi_setup_attacked(const pd_setup *setup)
+{
+    for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
+        if (pdi_setup_chemical(&setup->metal[k])) return k;
+    return -1;
+}
+/* 1: electrodes among ions that migrate. */
+static inline int pdi_setup_polarises(const pd_setup *setup) { return setup->migrates && setup->has_potential; }
 static inline int pdi_setup_electric(const pd_setup_metal *metal)
 {
     return !metal->polarised && (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
@@ -10955,8 +11073,11 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
 PDI_FN pd_status pdi_read_surface_states(pdi_reader *reader);
 /* Rates and what carries the states; behind metal and electrodes. */
 PDI_FN pd_status pdi_read_surface_rates(pdi_reader *reader);
-/* Append the species that the text of a key names as [H+], which name[] keeps, and all states. of[*species]: species by
- * their place in the electrolyte. */
+/* Append the species that the text of a key names as [H+], which name[] keeps. of[*species]: species by their place in
+ * the electrolyte. */
+PDI_FN pd_status pdi_read_surface_species(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
+                                          char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species);
+/* The same, and all states behind them. */
 PDI_FN pd_status pdi_read_surface_variables(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
                                             char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species);
 /* The factor of an electrode, its number. */
@@ -11360,8 +11481,52 @@ PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const 
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
                                       const pd_dissolve *dissolve, const pd_surfaces *surfaces,
                                       pd_electrode_map *electrodes, pd_cell *cell);
+/* Value of a circuit at time t [s], of a pd_electrode_map. */
+PDI_FN double pdi_electrodes_given(void *user, int circuit, double t);
 /* A `feed` of a course, of a pd_electrode_map with species and cell: by Faraday's law, of the potential found last. */
 PDI_FN void pdi_electrodes_feed(void *user, double *source);
+#endif
+
+#endif
+
+/* ======== >>run/polarise.h ======== */
+/* polarise: electrodes of a setup among ions that migrate: their curves at the surface, where they lie, what passes.
+ *
+ * The cell tells contacts and circuits. What passes is found with the steps of the species (react/levels.h).
+ */
+#ifndef PD_POLARISE_H
+#define PD_POLARISE_H
+
+typedef struct pd_polarise {
+    const pd_setup *setup;
+    pd_electrode_map *map;
+    const pd_cell *cell;
+    pd_etch *etch;
+    double *part;                                  /* [electrodes][species] see pd_etch_electrodes */
+    uint32_t reads[PD_SETUP_ELECTRODES];
+    pd_etch_circuit circuit[PD_SETUP_ELECTRODES];
+} pd_polarise;
+
+#ifdef PDI_INTERNAL
+/* Electrodes for a pd_etch that is to be built; all is borrowed. */
+PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_electrode_map *map, const pd_cell *cell,
+                                    const pd_reactive *reactive, pd_etch *etch, pd_polarise *p,
+                                    pd_etch_electrodes *electrodes);
+PDI_FN void pdi_polarise_free(pd_ctx *ctx, pd_polarise *p);
+/* The places of a contact's node begin at `first`, and end where it returns; *own: the one whose metal is of `kind`,
+ * with the largest area; -1: none. */
+PDI_FN int32_t pdi_polarise_node(const pd_polarise *p, int32_t first, int kind, int32_t *own);
+/* Electrode of the metal of `kind` that is nearest to a node. */
+PDI_FN int pdi_polarise_near(const pd_polarise *p, const pd_dissolve *dissolve, int32_t node, int kind);
+/* An electrode as it was at the end of the last step of the species. */
+PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_electrode *now);
+/* [A/m2] Current density at the electrodes beside a fluid node. */
+PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node);
+/* [A] (per m in planar 2D) what leaves metal, and *off [-], what circuits that float lack at most, over their currents.
+ */
+PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off);
+/* No potential gives a circuit its current. */
+PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p);
 #endif
 
 #endif
@@ -11418,17 +11583,23 @@ typedef struct pd_attack {
     const pd_setup *setup;
     pd_dissolve *dissolve;
     const pd_course *course;
-    const pd_cell *cell; /* whose potential the law reads, as it was found last; NULL: it does not */
+    const pd_cell *cell; /* whose potential the law reads, as it was found last, or whose contacts electrodes have; NULL:
+                          * neither */
     const pd_surfaces *surfaces; /* whose states the law reads; NULL: it reads none */
+    pd_polarise polarise; /* electrodes among ions that migrate; else empty */
+    int kind;             /* metal that the law is of; -1: none dissolves */
     int32_t *grain; /* [total] of the metal beside a node; NULL: the law does not ask */
     double begin;   /* [s] of the step of the run */
 } pd_attack;
 
 #ifdef PDI_INTERNAL
-/* The law of the first metal of the setup, which is chemical. All is borrowed. */
+/* The law of the metal of the setup that is chemical, and electrodes among ions that migrate. All is borrowed; dissolve:
+ * NULL where metal stays. */
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, const pd_cell *cell, const pd_surfaces *surfaces,
-                                  pd_attack *attack);
+                                  const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
+                                  const pd_surfaces *surfaces, pd_attack *attack);
+/* With electrodes: what they are like before the first step, at time t [s]. */
+PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t);
 PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *attack);
 /* A pd_rate_fn of the dissolution, its `found`, and the `find` of the course. */
 PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at);
@@ -33915,12 +34086,12 @@ PDI_FN void pdi_migration_tie(pd_migration *m)
         m->tied = grid->kind[m->flux->boundary->far[p]] == PD_INLET;
 }
 
-PDI_FN void pdi_migration_level(pd_migration *m)
+PDI_FN double pdi_migration_level(pd_migration *m)
 {
     const pd_grid *grid = m->flux->bonds->grid;
     pdi_sum sum = {0.0, 0.0};
     int32_t count = 0;
-    if (m->tied) return;
+    if (m->tied) return 0.0;
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
         pdi_sum_add(&sum, m->psi[i]);
@@ -33928,6 +34099,7 @@ PDI_FN void pdi_migration_level(pd_migration *m)
     }
     for (int32_t i = 0; i < grid->total && count; i++)
         if (grid->kind[i] == PD_FLUID) m->psi[i] -= pdi_sum_total(&sum) / count;
+    return count ? m->volt * pdi_sum_total(&sum) / count : 0.0;
 }
 #endif /* cut */
 
@@ -34530,6 +34702,12 @@ PDI_COLD_END
 #define PDI_ETCH_NOTHING 1e-30
 /* What is left at least of 1 less the slope of a rising law behind its film. */
 #define PDI_ETCH_RISE 0.05
+/* Steps of Newton's method for speed and flow of an electrode, and the share of them that counts as found. */
+#define PDI_ETCH_NEWTON 12
+#define PDI_ETCH_MET 1e-12
+#define PDI_ETCH_FARADAY 96485.33212 /* [C/mol] */
+/* Bit of what curves read: pH. */
+#define PDI_ETCH_PH ((uint32_t)1 << 31)
 /* F phi/(R T): most of the surface over the node, first stride to it, and the change by which a slope is found. */
 #define PDI_ETCH_LIFT 60.0
 #define PDI_ETCH_LIFT_FIRST 0.01
@@ -34551,6 +34729,11 @@ typedef struct pdi_etch_work {
     double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
     double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
     double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
+    int electrode;                    /* -1: none */
+    double level;                     /* [V] of the metal */
+    double way;                       /* [s/m] through the film of the electrode */
+    double flow, guess;               /* [mol/m2/s] of the electrode */
+    uint32_t reads;                   /* what its curve reads */
 } pdi_etch_work;
 
 /* z/(exp(z) - 1) and its derivative. */
@@ -34569,7 +34752,23 @@ PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *fi
     for (int k = 0; k < of->joined; k++) now->ln_k[of->master[k]] = 0.0;
 }
 
-static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_components *film, pdi_etch_work *w)
+/* The electrode of a place. */
+static void pdi_etch_enter_electrode(const pd_etch *s, int32_t place, pdi_etch_work *w)
+{
+    const pd_etch_electrodes *of = &s->desc.electrodes;
+    w->electrode = s->electrode && place >= 0 ? s->electrode[place] : -1;
+    w->level = w->way = w->flow = w->guess = 0.0;
+    w->reads = 0;
+    if (w->electrode < 0) return;
+    w->level = s->level[of->member[w->electrode]];
+    w->way = s->area[place] > 0.0 ? s->way[place] : 0.0;
+    w->guess = s->flow[place];
+    if (of->reads) w->reads = of->reads[w->electrode];
+    if (!(s->area[place] > 0.0)) w->electrode = -1;
+}
+
+static void pdi_etch_enter(const pd_etch *s, int32_t node, int32_t place, double thick, pd_components *film,
+                           pdi_etch_work *w)
 {
     const pd_components *of = &s->reactive->components;
     w->s = s;
@@ -34581,7 +34780,8 @@ static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_comp
     w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
     w->lift = 0.0;
     memcpy(w->surface, w->c, sizeof w->surface);
-    if (!(thick > 0.0)) return;
+    pdi_etch_enter_electrode(s, place, w);
+    if (!(thick + w->way > 0.0)) return;
     pdi_etch_activities(of, &s->film, w->davies, film);
     memcpy(w->ln_k, film->ln_k, sizeof w->ln_k);
     pdi_components_totals(of, w->at, w->flows);
@@ -34593,8 +34793,18 @@ static double pdi_etch_law(const pdi_etch_work *w, const double *c, double psi)
     const pd_reactive *r = w->s->reactive;
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
-    double phi = r->migration.on ? psi * r->migration.volt : (double)NAN;
+    double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
     return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time), 0.0);
+}
+
+/* The flow of the electrode there. */
+static double pdi_etch_curve(const pdi_etch_work *w, const double *c, double psi)
+{
+    const pd_reactive *r = w->s->reactive;
+    const pd_etch_electrodes *of = &w->s->desc.electrodes;
+    double ph = NAN;
+    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    return of->curve(of->user, w->electrode, c, ph, w->level - psi * r->migration.volt, w->s->time) / PDI_ETCH_FARADAY;
 }
 
 /* ---- the film of a node with migration ---- */
@@ -34616,7 +34826,11 @@ static double pdi_etch_charge(pd_components *film, pdi_etch_work *w, double v, d
     }
     for (int k = 0; k < film->joined; k++) film->ln_k[film->master[k]] = 0.0;
     pdi_components_totals(film, up, flows);
-    for (int k = 0; k < film->count; k++) flows[k] += s->gain[k] * w->thick * v;
+    if (w->electrode >= 0 && !w->reads) w->flow = pdi_etch_curve(w, w->c, w->psi + lift);
+    for (int k = 0; k < film->count; k++) {
+        flows[k] += s->gain[k] * w->thick * v;
+        if (w->electrode >= 0) flows[k] += s->part_gain[w->electrode * film->count + k] * w->way * w->flow;
+    }
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) {
         w->surface[n] = w->at[n] / (s->scale[n] * down[n]);
@@ -34662,14 +34876,70 @@ static int pdi_etch_lift(pd_components *film, pdi_etch_work *w, double v)
     return of == of && there == there;
 }
 
+/* What the curve gives beyond the flow f, where metal dissolves at v: it falls with f. Where f takes more than there is,
+ * the surface has none of it. */
+static double pdi_etch_excess(pd_components *film, pdi_etch_work *w, double v, double f)
+{
+    w->flow = f;
+    if (!pdi_etch_lift(film, w, v)) return f < 0.0 ? HUGE_VAL : -HUGE_VAL;
+    return pdi_etch_curve(w, w->surface, w->psi + w->lift) - f;
+}
+
+/* Between a bracket [a, b] of a flow that is not 0. */
+static double pdi_etch_middle(double a, double b)
+{
+    double low = fmin(fabs(a), fabs(b)), high = fmax(fabs(a), fabs(b)), sign = a + b < 0.0 ? -1.0 : 1.0;
+    return low > 0.0 && high > 4.0 * low ? sign * sqrt(low * high) : 0.5 * (a + b);
+}
+
+/* The flow of a curve that reads the species, where metal dissolves at v: between none and what the curve gives without
+ * it; the guess first. 0: no surface was found. */
+static int pdi_etch_flow(pd_components *film, pdi_etch_work *w, double v)
+{
+    double a = 0.0, of = pdi_etch_excess(film, w, v, 0.0), b = of, there = 0.0, f = w->guess;
+    if (!(fabs(of) < HUGE_VAL)) return 0;
+    if (!(fabs(of) > 0.0)) return 1;
+    for (int step = 0; step < PDI_ETCH_STEPS && fabs(b - a) > PDI_ETCH_CLOSE * fabs(b); step++) {
+        if (step > 1) f = a + (b - a) * (of / (of - there));
+        if (step == 1) f *= there * of < 0.0 ? 1.0 - PDI_ETCH_STRIDE : 1.0 + PDI_ETCH_STRIDE;
+        if ((step > 1 && (step % 3 == 2 || !(fabs(of - there) < HUGE_VAL) || !(there * of < 0.0))) ||
+            !((f - a) * (b - f) > 0.0))
+            f = pdi_etch_middle(a, b);
+        if (!((f - a) * (b - f) > 0.0)) break;
+        double g = pdi_etch_excess(film, w, v, f);
+        if (!(g * of > 0.0)) {
+            b = f;
+            there = g;
+            if (step > 1) of *= 0.5;
+            if (!(fabs(g) > 0.0)) {
+                a = f;
+                break;
+            }
+        } else {
+            a = f;
+            of = g;
+            if (step > 1) there *= 0.5;
+        }
+    }
+    double last = pdi_etch_excess(film, w, v, fabs(there) < HUGE_VAL && fabs(there) > 0.0 ? b : a);
+    w->guess = w->flow;
+    return fabs(last) < HUGE_VAL;
+}
+
+/* With migration: the surface where metal dissolves at v. 0: none was found. */
+static int pdi_etch_settle(pd_components *film, pdi_etch_work *w, double v)
+{
+    return w->electrode >= 0 && w->reads ? pdi_etch_flow(film, w, v) : pdi_etch_lift(film, w, v);
+}
+
 /* The law at the surface, where metal dissolves at v [m/s]. */
 static double pdi_etch_given(pd_components *film, pdi_etch_work *w, double v)
 {
     const pd_etch *s = w->s;
     double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
-    if (!(w->thick > 0.0)) return pdi_etch_law(w, w->c, w->psi);
+    if (!(w->thick + w->way > 0.0)) return pdi_etch_law(w, w->c, w->psi);
     if (s->reactive->migration.on)
-        return pdi_etch_lift(film, w, v) ? pdi_etch_law(w, w->surface, w->psi + w->lift) : (double)NAN;
+        return pdi_etch_settle(film, w, v) ? pdi_etch_law(w, w->surface, w->psi + w->lift) : (double)NAN;
     for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
@@ -34720,7 +34990,7 @@ static double pdi_etch_find(pd_components *film, pdi_etch_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_etch_given(film, w, 0.0);
     if (!(fabs(first) < HUGE_VAL)) return NAN;
-    if (!(first > 0.0) || !(w->thick > 0.0)) return first;
+    if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
     if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return NAN;
     pdi_bracket s = {a, above, b, below, 0, 0};
     double v;
@@ -34800,6 +35070,27 @@ static void pdi_etch_derive(const pd_components *film, const pdi_etch_work *w, f
 
 /* ---- how the speed of a node follows, with migration ---- */
 
+/* Changes of the curve of the electrode with each solute that it reads, and with F phi/(R T): *lift. */
+static void pdi_etch_bend(const pdi_etch_work *w, double *by, double *lift)
+{
+    const pd_etch *s = w->s;
+    double c[PD_SPECIES_MOST], psi = w->psi + w->lift, stride = PDI_ETCH_LIFT_STRIDE;
+    memcpy(c, w->surface, sizeof c);
+    for (int n = 0; n < s->film.solutes; n++) {
+        by[n] = 0.0;
+        if (!(w->reads >> n & 1u) && !((w->reads & PDI_ETCH_PH) && n == s->reactive->proton)) continue;
+        double from = c[n], step = PDI_ETCH_STRIDE * fmax(from, PDI_ETCH_NOTHING);
+        c[n] = from + step;
+        by[n] = pdi_etch_curve(w, c, psi);
+        c[n] = from - step;
+        by[n] = (by[n] - pdi_etch_curve(w, c, psi)) / (2.0 * step);
+        c[n] = from;
+        if (!(fabs(by[n]) < HUGE_VAL)) by[n] = 0.0;
+    }
+    *lift = (pdi_etch_curve(w, c, psi + stride) - pdi_etch_curve(w, c, psi - stride)) / (2.0 * stride);
+    if (!(fabs(*lift) < HUGE_VAL)) *lift = 0.0;
+}
+
 /* The law at the surface with a change of one concentration. */
 static double pdi_etch_moved(const pdi_etch_work *w, double *c, int n, double change)
 {
@@ -34863,7 +35154,7 @@ static void pdi_etch_gradient(const pdi_etch_work *w, double *by, double *lift)
     *lift = fabs(*lift) < HUGE_VAL ? *lift / (2.0 * PDI_ETCH_LIFT_STRIDE) : 0.0;
 }
 
-typedef double pdi_etch_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 2];
+typedef double pdi_etch_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 3];
 
 /* Gauss and Jordan: the columns behind the first `rows` become the solution. What is singular stays 0. */
 static void pdi_etch_linear(int rows, int columns, pdi_etch_table a)
@@ -34887,7 +35178,7 @@ static void pdi_etch_linear(int rows, int columns, pdi_etch_table a)
 }
 
 /* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
- * (one more), and, on the right, the speed (one more) and the totals of the node (those of components). */
+ * (one more), and, on the right, the speed and the flow (two more) and the totals of the node (those of components). */
 static void pdi_etch_balances(const pd_components *film, const pdi_etch_work *w, const float *own, pdi_etch_table a)
 {
     const pd_etch *s = w->s;
@@ -34907,9 +35198,10 @@ static void pdi_etch_balances(const pd_components *film, const pdi_etch_work *w,
         pdi_components_follow(of, node, one, along);
         for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_etch_share(of->charge[n] * w->lift);
         pdi_components_totals(of, along, sum);
-        for (int k = 0; k < count; k++) a[k][count + 2 + j] = sum[k];
+        for (int k = 0; k < count; k++) a[k][count + 3 + j] = sum[k];
         a[count][j] = of->charge[of->master[j]];
         a[j][count + 1] = s->gain[j] * w->thick;
+        if (w->electrode >= 0) a[j][count + 2] = s->part_gain[w->electrode * count + j] * w->way;
     }
     for (int n = 0; n < of->solutes; n++) {
         double z = of->charge[n];
@@ -34923,59 +35215,146 @@ static void pdi_etch_balances(const pd_components *film, const pdi_etch_work *w,
     a[count][count] = 1.0;
 }
 
-/* How the speed of a node follows its totals, and F phi/(R T) there: *drive. */
-static void pdi_etch_derive_charged(const pd_components *film, const pdi_etch_work *w, float *by, float *drive)
+/* How a rate at the surface follows what changes there: the speed, the flow, then the totals. */
+static void pdi_etch_chain(const pd_components *film, const pdi_etch_work *w, const float *own, pdi_etch_table a,
+                           const double *gradient, double lift, double *slope)
 {
     const pd_components *of = &w->s->reactive->components;
-    double gradient[PD_SPECIES_MOST], lift, slope[PD_SPECIES_MOST + 1], along[PD_SPECIES_MOST], change[PD_SPECIES_MOST];
-    float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
-    pdi_etch_table a;
-    int count = of->count, films = w->thick > 0.0;
-    pdi_etch_gradient(w, gradient, &lift);
-    pdi_components_derive(films ? film : of, w->surface, own);
-    if (films) {
-        pdi_etch_balances(film, w, own, a);
-        pdi_etch_linear(count + 1, 2 * count + 2, a);
-    }
-    for (int j = 0; j <= count; j++) { /* the speed, then the totals */
-        for (int k = 0; k < count; k++) change[k] = films ? a[k][count + 1 + j] : k == j - 1 ? 1.0 : 0.0;
+    double along[PD_SPECIES_MOST], change[PD_SPECIES_MOST];
+    int count = of->count, films = w->thick + w->way > 0.0;
+    for (int j = 0; j <= count + 1; j++) {
+        for (int k = 0; k < count; k++) change[k] = films ? a[k][count + 1 + j] : k == j - 2 ? 1.0 : 0.0;
         pdi_components_follow(films ? film : of, own, change, along);
         slope[j] = films ? lift * a[count][count + 1 + j] : 0.0;
         for (int n = 0; n < of->solutes; n++) slope[j] += gradient[n] * along[n];
     }
-    double back = films ? fmax(1.0 - slope[0], PDI_ETCH_RISE) : 1.0;
-    for (int k = 0; k < count; k++) by[k] = (float)(slope[1 + k] / back);
-    *drive = (float)(lift / back);
 }
 
-PDI_FN double pdi_etch_at(const pd_etch *s, int32_t node, double thick, double guess)
+/* How law and curve at the surface follow the speed, the flow and the totals of the node, and F phi/(R T) there. */
+typedef struct pdi_etch_slopes_of {
+    double law[PD_SPECIES_MOST + 2], curve[PD_SPECIES_MOST + 2];
+    double lift, bend;
+} pdi_etch_slopes_of;
+
+static void pdi_etch_tangent(const pd_components *film, const pdi_etch_work *w, int goes, pdi_etch_slopes_of *t)
+{
+    const pd_components *of = &w->s->reactive->components;
+    double gradient[PD_SPECIES_MOST];
+    float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    pdi_etch_table a;
+    int count = of->count, films = w->thick + w->way > 0.0;
+    memset(t, 0, sizeof *t);
+    pdi_components_derive(films ? film : of, w->surface, own);
+    if (films) {
+        pdi_etch_balances(film, w, own, a);
+        pdi_etch_linear(count + 1, 2 * count + 3, a);
+    }
+    if (goes) {
+        pdi_etch_gradient(w, gradient, &t->lift);
+        pdi_etch_chain(film, w, own, a, gradient, t->lift, t->law);
+    }
+    if (w->electrode < 0) return;
+    pdi_etch_bend(w, gradient, &t->bend);
+    pdi_etch_chain(film, w, own, a, gradient, t->bend, t->curve);
+}
+
+/* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], drive[1]. */
+static void pdi_etch_derive_charged(const pd_components *film, const pdi_etch_work *w, float *by, float *flow_by,
+                                    double drive[2])
+{
+    pdi_etch_slopes_of t;
+    pdi_etch_tangent(film, w, by != NULL, &t);
+    double one = fmax(1.0 - t.law[0], PDI_ETCH_RISE), two = fmax(1.0 - t.curve[1], PDI_ETCH_RISE);
+    double back = fmax(one * two - t.law[1] * t.curve[0], PDI_ETCH_RISE * one * two);
+    for (int k = 0; k < film->count; k++) {
+        if (by) by[k] = (float)((two * t.law[2 + k] + t.law[1] * t.curve[2 + k]) / back);
+        if (flow_by) flow_by[k] = (float)((one * t.curve[2 + k] + t.curve[0] * t.law[2 + k]) / back);
+    }
+    drive[0] = (two * t.lift + t.law[1] * t.bend) / back;
+    drive[1] = (one * t.bend + t.curve[0] * t.lift) / back;
+}
+
+/* Speed and flow of an electrode by Newton's method from guesses. 0: it does not get there, and they are searched. */
+static int pdi_etch_newton(pd_components *film, pdi_etch_work *w, int goes, double *speed)
+{
+    double v = goes ? fmax(*speed, 0.0) : 0.0, f = w->guess;
+    for (int step = 0; step < PDI_ETCH_NEWTON; step++) {
+        pdi_etch_slopes_of t;
+        if (w->reads) w->flow = f;
+        if (!pdi_etch_lift(film, w, v)) return 0;
+        double law = goes ? pdi_etch_law(w, w->surface, w->psi + w->lift) : 0.0;
+        double curve = w->reads ? pdi_etch_curve(w, w->surface, w->psi + w->lift) : w->flow;
+        f = w->flow;
+        if (!(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
+        int met = fabs(law - v) <= PDI_ETCH_MET * law && fabs(curve - f) <= PDI_ETCH_MET * fabs(f);
+        if (met && (!goes || !(law > 0.0) || !(fabs(law - v) > 0.0))) break;
+        pdi_etch_tangent(film, w, goes, &t);
+        double one = 1.0 - t.law[0], two = 1.0 - t.curve[1], back = one * two - t.law[1] * t.curve[0];
+        if (!(one > 0.0) || !(two > 0.0) || !(back > 0.0)) return 0;
+        double dv = (two * (law - v) + t.law[1] * (curve - f)) / back;
+        f += (one * (curve - f) + t.curve[0] * (law - v)) / back;
+        v += dv;
+        if (!(v >= 0.0) || !(fabs(f) < HUGE_VAL)) return 0;
+        if (met) break;
+        if (step + 1 == PDI_ETCH_NEWTON) return 0;
+    }
+    if (w->reads) w->flow = f;
+    *speed = v;
+    return 1;
+}
+
+PDI_FN double pdi_etch_at(const pd_etch *s, int32_t node, int32_t place, double thick, double guess)
 {
     pd_components film = s->film;
     pdi_etch_work w;
-    pdi_etch_enter(s, node, thick, &film, &w);
+    pdi_etch_enter(s, node, place, thick, &film, &w);
     return pdi_etch_find(&film, &w, guess);
 }
 
 /* ---- all of them ---- */
 
-PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *s, int derive)
+/* A place whose metal dissolves, with its derivatives or without. */
+static void pdi_etch_place(pd_etch *s, int32_t p, int derive)
+{
+    pd_components film = s->film;
+    pdi_etch_work w;
+    int count = film.count, goes = s->desc.law && s->weight[p] > 0.0;
+    double *v = &s->speed[s->node[p]], still = 0.0, drive[2];
+    if (!goes) v = &still;
+    pdi_etch_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    if (!derive) {
+        if (w.electrode >= 0 && pdi_etch_newton(&film, &w, goes, v)) {
+            s->flow[p] = w.flow;
+            return;
+        }
+        if (goes) *v = pdi_etch_find(&film, &w, *v);
+        if (!s->electrode) return;
+        int found = fabs(*v) < HUGE_VAL && (w.electrode < 0 || pdi_etch_settle(&film, &w, *v));
+        s->flow[p] = found ? w.flow : (double)NAN;
+        return;
+    }
+    w.flow = w.guess;
+    if (w.electrode >= 0) pdi_etch_lift(&film, &w, *v);
+    else if (goes) pdi_etch_given(&film, &w, *v);
+    if (!s->drive) {
+        pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
+        return;
+    }
+    if (!goes) memset(s->by + (int64_t)p * count, 0, (size_t)count * sizeof *s->by);
+    pdi_etch_derive_charged(&film, &w, goes ? s->by + (int64_t)p * count : NULL,
+                            s->electrode ? s->flow_by + (int64_t)p * count : NULL, drive);
+    s->drive[p] = (float)drive[0];
+    if (s->electrode) s->flow_drive[p] = (float)drive[1];
+}
+
+PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int derive)
 {
     int count = s->reactive->components.count;
     int nt = pdi_par_threads(ctx, (int64_t)s->count * count * count * PDI_ETCH_STEPS);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t p = 0; p < s->count; p++) {
-        pd_components film = s->film;
-        pdi_etch_work w;
-        pdi_etch_enter(s, s->node[p], s->thick[p], &film, &w);
-        if (derive) {
-            pdi_etch_given(&film, &w, s->speed[s->node[p]]);
-            if (s->drive) pdi_etch_derive_charged(&film, &w, s->by + (int64_t)p * count, s->drive + p);
-            else pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
-        } else {
-            s->speed[s->node[p]] = pdi_etch_find(&film, &w, s->speed[s->node[p]]);
-        }
-    }
+    for (int32_t p = 0; p < s->count; p++)
+        if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_etch_place(s, p, derive);
 }
 
 void pd_etch_open(pd_etch *s)
@@ -34986,11 +35365,24 @@ void pd_etch_open(pd_etch *s)
 
 void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
 {
-    s->slot[node] = s->count;
+    if (s->slot[node] < 0) s->slot[node] = s->count;
     s->node[s->count] = node;
     s->weight[s->count] = weight;
     s->ahead[s->count] = s->passed[s->count] = 0.0;
+    if (s->electrode) {
+        s->electrode[s->count] = -1;
+        s->area[s->count] = s->way[s->count] = s->gave[s->count] = 0.0;
+    }
     s->thick[s->count++] = thick;
+}
+
+void pd_etch_polarise(pd_etch *s, int electrode, double area, double way)
+{
+    int32_t p = s->count - 1;
+    double d = s->reactive->diffusion.desc.diffusivity;
+    s->electrode[p] = electrode;
+    s->area[p] = area;
+    s->way[p] = d > 0.0 ? way / d : 0.0;
 }
 
 PDI_FN void pdi_etch_begin(pd_etch *s)
@@ -35004,22 +35396,40 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
     pdi_sum sum = {0.0, 0.0};
     for (int32_t p = 0; p < s->count; p++) {
         int32_t i = s->node[p];
+        if (!(s->weight[p] > 0.0)) continue;
         s->ahead[p] += dt * s->speed[i];
         pdi_sum_add(&sum, pdi_grid_circumference(r->grid, i) * s->weight[p] * s->speed[i]);
     }
     double amount = dt * r->bonds->stencil->volume * pdi_sum_total(&sum);
     for (int n = 0; n < r->components.solutes; n++) r->in[n] += amount * s->shed[n];
+    for (int e = 0; e < s->desc.electrodes.count; e++) {
+        pdi_sum flows = {0.0, 0.0};
+        for (int32_t p = 0; p < s->count; p++)
+            if (s->electrode[p] == e)
+                pdi_sum_add(&flows, pdi_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
+        amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
+        for (int n = 0; n < r->components.solutes; n++)
+            r->in[n] += amount * s->part[e * r->components.solutes + n];
+    }
 }
 
 PDI_FN void pdi_etch_yield(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++)
-        s->split[p] = s->weight[p] * fmax(-s->charge * (double)s->drive[p], 0.0);
+        s->split[p] = s->weight[p] * fmax(-s->charge * (double)s->drive[p], 0.0) +
+                      (s->electrode ? s->area[p] * fmax(-(double)s->flow_drive[p], 0.0) : 0.0);
+}
+
+PDI_FN void pdi_etch_note(pd_etch *s)
+{
+    for (int32_t p = 0; p < s->count && s->gave; p++)
+        s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * s->speed[s->node[p]] : 0.0;
 }
 
 PDI_FN void pdi_etch_accept(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
+    pdi_etch_note(s);
     pdi_etch_begin(s);
 }
 
@@ -35041,6 +35451,21 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, split, total, "m/s");
     PDI_ARRAY(owner, etch, by, etch->reactive->components.count * total, "m4/mol/s");
     if (etch->reactive->migration.on) PDI_ARRAY(owner, etch, drive, total, "m/s");
+    const pd_etch_electrodes *of = &etch->desc.electrodes;
+    if (!of->count) return;
+    PDI_ARRAY(owner, etch, part, of->count * etch->reactive->components.solutes, "1");
+    PDI_ARRAY(owner, etch, part_gain, of->count * etch->reactive->components.count, "1");
+    PDI_ARRAY(owner, etch, electrode, total, "1");
+    PDI_ARRAY(owner, etch, area, total, "1/m");
+    PDI_ARRAY(owner, etch, way, total, "s/m");
+    PDI_STATE(owner, etch, flow, total, "mol/m2/s");
+    PDI_ARRAY(owner, etch, gave, total, "mol/m3/s");
+    PDI_ARRAY(owner, etch, flow_by, etch->reactive->components.count * total, "m/s");
+    PDI_ARRAY(owner, etch, flow_drive, total, "mol/m2/s");
+    PDI_ARRAY(owner, etch, side, 2 * total, "1");
+    PDI_STATE(owner, etch, level, of->circuits, "V");
+    PDI_ARRAY(owner, etch, conduct, of->circuits, "mol/s/V");
+    PDI_ARRAY(owner, etch, charge_of, of->circuits, "mol/s");
 }
 
 /* The system of concentrations times their diffusivities: ln c' = ln K + ln d + sum m (ln c'_master - ln d_master). */
@@ -35056,10 +35481,28 @@ PDI_FN void pdi_etch_film(const pd_reactive *r, pd_components *film, double *sca
     }
 }
 
+/* What electrodes bring, of solutes and of totals. */
+static void pdi_etch_parts(pd_etch *s)
+{
+    const pd_reactive *r = s->reactive;
+    const pd_etch_electrodes *of = &s->desc.electrodes;
+    for (int e = 0; e < of->count; e++) {
+        double *part = s->part + e * r->components.solutes;
+        for (int i = 0; i < r->desc.count; i++)
+            if (r->components.place[i] >= 0) part[r->components.place[i]] = of->part[e * r->desc.count + i];
+        pdi_components_totals(&r->components, part, s->part_gain + e * r->components.count);
+    }
+    for (int n = 0; n < of->circuits && of->count; n++)
+        if (of->circuit[n].holds) s->level[n] = of->circuit[n].value;
+    s->desc.electrodes.part = NULL;
+}
+
 pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, pd_etch *s)
 {
     memset(s, 0, sizeof *s);
-    if (!desc->law) return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "there is no law");
+    if (!desc->law && !desc->electrodes.count) return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "there is no law");
+    if (desc->electrodes.count && !r->migration.on)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "electrodes without migration, expected it");
     s->desc = *desc;
     s->desc.shed = NULL;
     s->reactive = r;
@@ -35074,6 +35517,7 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
         return status;
     }
     for (int32_t i = 0; i < r->grid->total; i++) s->slot[i] = -1;
+    pdi_etch_parts(s);
     r->surface = s;
     r->linear = 0;
     return PD_OK;
@@ -35086,6 +35530,208 @@ void pd_etch_free(pd_ctx *ctx, pd_etch *s)
     memset(s, 0, sizeof *s);
 }
 PDI_COLD_END
+
+/* ======== >>react/levels.c ======== */
+/* levels: see levels.h
+ *
+ * Design: a potential is no unknown of the linear systems. It is found within each residual, and its change is taken
+ * out of their rows: a change of rank one for each circuit, which GMRES meets in a step or two.
+ */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define PDI_LEVELS_FARADAY 96485.33212 /* [C/mol] */
+#define PDI_LEVELS_STEPS 200
+/* [V] First stride of a search, and the farthest potential. */
+#define PDI_LEVELS_STRIDE 0.05
+#define PDI_LEVELS_FAR 100.0
+/* Share of the currents of a circuit that their sum may be off by, and a potential, of volts. */
+#define PDI_LEVELS_MET 1e-13
+#define PDI_LEVELS_CLOSE 2e-16
+
+/* Charge that a rate of place p brings: of its law and of its curve [mol/s]. */
+static double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double flow)
+{
+    const pd_reactive *r = s->reactive;
+    const double *part = s->part + s->electrode[p] * r->components.solutes;
+    double charge = 0.0, volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, s->node[p]);
+    for (int n = 0; n < r->components.solutes; n++) charge += r->components.charge[n] * part[n];
+    return volume * (s->charge * (s->weight[p] > 0.0 ? s->weight[p] * speed : 0.0) + charge * s->area[p] * flow);
+}
+
+PDI_FN double pdi_levels_charge(const pd_etch *s, int circuit, double *size)
+{
+    pdi_sum sum = {0.0, 0.0}, sizes = {0.0, 0.0};
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != circuit) continue;
+        double law = pdi_levels_place(s, p, s->speed[s->node[p]], 0.0), curve = pdi_levels_place(s, p, 0.0, s->flow[p]);
+        pdi_sum_add(&sum, law + curve);
+        pdi_sum_add(&sizes, fabs(law) + fabs(curve));
+    }
+    *size = pdi_sum_total(&sizes);
+    return pdi_sum_total(&sum);
+}
+
+/* A search: the charge that is too much at potentials on both sides. */
+typedef struct pdi_levels_search {
+    int circuit;
+    double wanted;               /* [mol/s] */
+    double low, high;            /* [V] where it is too little, too much; infinite: not known */
+    double of_low, of_high;      /* [mol/s] */
+    double size;                 /* [mol/s] of the last sum */
+} pdi_levels_search;
+
+/* What is too much at E; a bracket takes it. Where no surface was found, no such potential is on that side of `from`. */
+static double pdi_levels_try(const pd_ctx *ctx, pd_etch *s, pdi_levels_search *q, double e, double from)
+{
+    s->level[q->circuit] = e;
+    pdi_etch_solve(ctx, s, q->circuit, 0);
+    double off = pdi_levels_charge(s, q->circuit, &q->size) - q->wanted;
+    if (!(fabs(off) < HUGE_VAL)) off = e < from ? -HUGE_VAL : HUGE_VAL;
+    if (off > 0.0) {
+        q->high = e;
+        q->of_high = off;
+    } else {
+        q->low = e;
+        q->of_low = off;
+    }
+    return off;
+}
+
+/* The next potential to try, after e with `off`. */
+static double pdi_levels_next(const pdi_levels_search *q, double e, double off, double slope, int step, double *stride)
+{
+    double next = slope > 0.0 ? e - off / slope : (double)NAN;
+    if (q->low > -HUGE_VAL && q->high < HUGE_VAL) {
+        double width = q->high - q->low;
+        if (step % 3 == 2 || !(next > q->low) || !(next < q->high)) {
+            next = q->low + width * (q->of_low / (q->of_low - q->of_high));
+            if (step % 2 || !(next > q->low) || !(next < q->high)) next = q->low + 0.5 * width;
+        }
+        return next;
+    }
+    double way = off > 0.0 ? -1.0 : 1.0;
+    if (!(fabs(next - e) < *stride)) next = e + way * *stride;
+    else next = e + 2.0 * (next - e); /* to the other side */
+    *stride *= 2.0;
+    return next;
+}
+
+/* The curves jump over what is wanted: rates between those of both sides. */
+static void pdi_levels_between(const pd_ctx *ctx, pd_etch *s, const pdi_levels_search *q)
+{
+    double share = q->of_low / (q->of_low - q->of_high), *speed = s->side, *flow = s->side + s->reactive->grid->total;
+    s->level[q->circuit] = q->low;
+    pdi_etch_solve(ctx, s, q->circuit, 0);
+    for (int32_t p = 0; p < s->count; p++) {
+        speed[p] = s->speed[s->node[p]];
+        flow[p] = s->flow[p];
+    }
+    s->level[q->circuit] = q->high;
+    pdi_etch_solve(ctx, s, q->circuit, 0);
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != q->circuit) continue;
+        if (s->weight[p] > 0.0) s->speed[s->node[p]] = speed[p] + share * (s->speed[s->node[p]] - speed[p]);
+        s->flow[p] = flow[p] + share * (s->flow[p] - flow[p]);
+    }
+}
+
+/* 1: it has a place where currents pass. */
+static int pdi_levels_there(const pd_etch *s, int circuit)
+{
+    for (int32_t p = 0; p < s->count; p++)
+        if (pdi_etch_circuit(s, p) == circuit) return 1;
+    return 0;
+}
+
+static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit)
+{
+    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY, -HUGE_VAL, HUGE_VAL,
+                           -HUGE_VAL, HUGE_VAL, 0.0};
+    double e = s->level[circuit], stride = PDI_LEVELS_STRIDE, slope = s->conduct[circuit];
+    double off = pdi_levels_try(ctx, s, &q, e, e);
+    for (int step = 0; step < PDI_LEVELS_STEPS; step++) {
+        if (fabs(off) <= PDI_LEVELS_MET * (q.size + fabs(q.wanted))) return;
+        if (!(q.high - q.low > PDI_LEVELS_CLOSE * fmax(fabs(e), 1.0))) break;
+        double next = pdi_levels_next(&q, e, off, slope, step, &stride);
+        if (!(next > q.low) || !(next < q.high) || fabs(next) > PDI_LEVELS_FAR) break;
+        double was = off, before = e;
+        off = pdi_levels_try(ctx, s, &q, next, before);
+        e = next;
+        slope = (off - was) / (e - before);
+        if (!(slope < HUGE_VAL)) slope = 0.0;
+    }
+    if (fabs(q.of_low) < HUGE_VAL && fabs(q.of_high) < HUGE_VAL) {
+        pdi_levels_between(ctx, s, &q);
+        return;
+    }
+    s->lost = 1 + circuit;
+    for (int32_t p = 0; p < s->count; p++)
+        if (pdi_etch_circuit(s, p) == circuit) s->flow[p] = NAN;
+}
+
+PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
+{
+    double size;
+    s->lost = 0;
+    if (!s->electrode) {
+        pdi_etch_solve(ctx, s, -1, 0);
+        return;
+    }
+    for (int n = 0; n < s->desc.electrodes.circuits; n++) {
+        pd_etch_circuit *circuit = &s->desc.electrodes.circuit[n];
+        if (s->desc.electrodes.given) circuit->value = s->desc.electrodes.given(s->desc.electrodes.user, n, s->time);
+        if (circuit->holds) {
+            s->level[n] = circuit->value;
+            pdi_etch_solve(ctx, s, n, 0);
+        } else if (pdi_levels_there(s, n)) {
+            pdi_levels_find(ctx, s, n);
+        }
+        s->charge_of[n] = pdi_levels_charge(s, n, &size);
+    }
+}
+
+PDI_FN void pdi_levels_derive(pd_etch *s)
+{
+    double volt = s->reactive->migration.volt;
+    for (int n = 0; n < s->desc.electrodes.circuits; n++) {
+        pdi_sum sum = {0.0, 0.0};
+        for (int32_t p = 0; p < s->count; p++)
+            if (pdi_etch_circuit(s, p) == n)
+                pdi_sum_add(&sum, -pdi_levels_place(s, p, (double)s->drive[p], (double)s->flow_drive[p]));
+        s->conduct[n] = pdi_sum_total(&sum) / volt;
+    }
+}
+
+PDI_FN void pdi_levels_follow(const pd_etch *s, double *speed, double *flow)
+{
+    double volt = s->reactive->migration.volt;
+    for (int n = 0; n < s->desc.electrodes.circuits; n++) {
+        pdi_sum sum = {0.0, 0.0};
+        if (s->desc.electrodes.circuit[n].holds || !(s->conduct[n] > DBL_MIN)) continue;
+        for (int32_t p = 0; p < s->count; p++)
+            if (pdi_etch_circuit(s, p) == n) pdi_sum_add(&sum, pdi_levels_place(s, p, speed[p], flow[p]));
+        double rise = pdi_sum_total(&sum) / (s->conduct[n] * volt);
+        for (int32_t p = 0; p < s->count; p++) {
+            if (pdi_etch_circuit(s, p) != n) continue;
+            speed[p] += (double)s->drive[p] * rise;
+            flow[p] += (double)s->flow_drive[p] * rise;
+        }
+    }
+}
+
+PDI_FN int pdi_levels_tie(const pd_etch *s)
+{
+    for (int n = 0; n < s->desc.electrodes.circuits; n++)
+        if (s->desc.electrodes.circuit[n].holds && pdi_levels_there(s, n)) return 1;
+    return 0;
+}
+
+PDI_FN void pdi_levels_shift(pd_etch *s, double by)
+{
+    for (int n = 0; n < s->desc.electrodes.circuits; n++) s->level[n] += by;
+}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -35597,7 +36243,8 @@ static pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
     }
-    if (r->surface) pdi_etch_solve(ctx, r->surface, 1);
+    if (r->surface) pdi_etch_solve(ctx, r->surface, -1, 1);
+    if (r->surface && r->surface->electrode) pdi_levels_derive(r->surface);
     if (r->migration.on) PDI_TRY(pdi_tangent_migration(ctx, r));
     for (int n = 0; n < s->kinetics; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
@@ -35625,16 +36272,47 @@ static void pdi_tangent_part(const pd_reactive *r, int32_t i, double *x)
     r->migration.move[i] = charge / r->migration.size[i];
 }
 
-/* Change of the speed of metal at place p with the change x of totals (and psi) of its node; x loses what minerals
- * take. */
-static double pdi_tangent_metal(const pd_reactive *r, int32_t p, double *x)
+/* Change of the speed of metal at place p with the change x of totals (and psi) of its node, and *flow, that of its
+ * electrode; x loses what minerals take. */
+static double pdi_tangent_metal(const pd_reactive *r, int32_t p, double *x, double *flow)
 {
     const pd_etch *metal = r->surface;
     int32_t i = metal->node[p];
     pdi_tangent_part(r, i, x);
     pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, x);
     double sum = pdi_etch_follow(metal, p, x);
+    *flow = 0.0;
+    if (metal->electrode)
+        *flow = pdi_etch_follow_flow(metal, p, x) + (double)metal->flow_drive[p] * r->migration.move[i];
     return metal->drive ? sum + (double)metal->drive[p] * r->migration.move[i] : sum;
+}
+
+/* What places give with the change x takes what it is of the balances y. */
+static void pdi_tangent_places(const pd_reactive *r, const double *x, double *y)
+{
+    const pd_etch *metal = r->surface;
+    int count = r->components.count;
+    int64_t total = r->grid->total;
+    double change[PD_SPECIES_MOST], speed = 0.0, flow = 0.0;
+    for (int pass = 0; pass < (metal->electrode ? 2 : 1); pass++) { /* circuits have to know all changes first */
+        for (int32_t p = 0; p < metal->count; p++) {
+            int32_t i = metal->node[p];
+            if (pass) {
+                speed = metal->side[p];
+                flow = metal->side[total + p];
+            } else {
+                for (int k = 0; k < count; k++) change[k] = r->weight[k] * x[k * total + i];
+                speed = pdi_tangent_metal(r, p, change, &flow);
+            }
+            if (metal->electrode && !pass) {
+                metal->side[p] = speed;
+                metal->side[total + p] = flow;
+                continue;
+            }
+            for (int k = 0; k < count; k++) y[k * total + i] -= pdi_etch_gives(metal, p, k, speed, flow) / r->weight[k];
+        }
+        if (metal->electrode && !pass) pdi_levels_follow(metal, metal->side, metal->side + total);
+    }
 }
 
 /* y = J x, in totals over weights. */
@@ -35672,13 +36350,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
             for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
         }
     }
-    for (int32_t p = 0; r->surface && p < r->surface->count; p++) {
-        int32_t i = r->surface->node[p];
-        double change[PD_SPECIES_MOST];
-        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
-        double given = r->surface->weight[p] * pdi_tangent_metal(r, p, change);
-        for (int k = 0; k < s->count; k++) y[k * total + i] -= r->surface->gain[k] * given / r->weight[k];
-    }
+    if (r->surface) pdi_tangent_places(r, x, y);
     pdi_tangent_spend(r, y);
 }
 
@@ -35928,6 +36600,8 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 #define PDI_ADVANCE_NONE 1e-150
 /* Share of the largest value by which a field may leave its bounds. */
 #define PDI_ADVANCE_SLACK 1e-9
+/* Share of the ions of a closed box that a charge of rounding is at most. */
+#define PDI_ADVANCE_FAINT 1e-13
 /* Share of a residual that the linear solver leaves at least: its basis has single precision. */
 #define PDI_ADVANCE_SINGLE 1e-5
 
@@ -35969,8 +36643,10 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
     }
     const pd_etch *metal = r->surface;
     if (!metal || metal->slot[i] < 0) return;
-    double given = metal->weight[metal->slot[i]] * metal->speed[i];
-    for (int k = 0; k < s->count; k++) lack[k] += metal->gain[k] * given;
+    for (int32_t p = metal->slot[i]; p < metal->count && metal->node[p] == i; p++)
+        for (int k = 0; k < s->count; k++)
+            lack[k] += pdi_etch_gives(metal, p, k, metal->weight[p] > 0.0 ? metal->speed[i] : 0.0,
+                                      metal->electrode ? metal->flow[p] : 0.0);
 }
 
 /* 1: no solute of component k is at node i. */
@@ -35991,7 +36667,7 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     (void)nt;
     pdi_tangent_images(r, r->c);
     pdi_tangent_leave(ctx, r, r->c, r->wall, work);
-    if (r->surface) pdi_etch_solve(ctx, r->surface, 0);
+    if (r->surface) pdi_levels_solve(ctx, r->surface);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double lack[PD_SPECIES_MOST];
@@ -36395,15 +37071,30 @@ static void pdi_advance_pores(pd_reactive *r)
     r->migration.pass = r->pass;
 }
 
-/* With migration: where no current can leave, sources give none. */
-static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
+/* Where no current can leave, those that are given to circuits sum to zero. */
+static pd_status pdi_advance_given(pd_ctx *ctx, const pd_etch *metal)
+{
+    double sum = 0.0, size = 0.0;
+    for (int n = 0; n < metal->desc.electrodes.circuits; n++) {
+        sum += metal->desc.electrodes.circuit[n].value;
+        size += fabs(metal->desc.electrodes.circuit[n].value);
+    }
+    if (!(fabs(sum) > PDI_ADVANCE_SLACK * size)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the currents that are given to metals sum to %g A, and no inlet "
+                    "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
+}
+
+/* With migration: where no current can leave, sources give none but for rounding in a step of dt [s]. */
+static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
 {
     int64_t total = r->grid->total;
     pdi_sum sum = {0.0, 0.0};
-    double size = 0.0;
+    double size = 0.0, held = 0.0;
     pdi_migration_tie(&r->migration);
+    if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
     if (r->migration.tied) return PD_OK;
-    if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
+    if (r->surface && r->surface->electrode) PDI_TRY(pdi_advance_given(ctx, r->surface));
+    else if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
                         "species has a potential and lets a current pass, expected one",
                         r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
@@ -36414,9 +37105,10 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
             double term = around * r->migration.charge[n] * r->source[n * total + i];
             pdi_sum_add(&sum, term);
             size += fabs(term);
+            held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
         }
     }
-    if (!(fabs(pdi_sum_total(&sum)) > PDI_ADVANCE_SLACK * size)) return PD_OK;
+    if (!(fabs(pdi_sum_total(&sum)) > fmax(PDI_ADVANCE_SLACK * size, PDI_ADVANCE_FAINT * held / dt))) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
                     "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }
@@ -36431,7 +37123,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
     pdi_advance_pores(r);
-    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r));
+    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r, dt));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
@@ -36460,8 +37152,12 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
-    if (status != PD_OK) pdi_advance_back(ctx, r, 0);
-    else if (r->migration.on) pdi_migration_level(&r->migration);
+    if (status != PD_OK) {
+        pdi_advance_back(ctx, r, 0);
+    } else if (r->migration.on) {
+        double by = pdi_migration_level(&r->migration);
+        if (r->surface && r->surface->electrode) pdi_levels_shift(r->surface, -by);
+    }
     pdi_krylov_trim(ctx, &r->krylov);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
     if (r->migration.on) pdi_multigrid_close(&r->migration.mg);
@@ -36886,6 +37582,10 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
+    if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an electrode "
+                        "may take up more of a species than reaches the metal, expected one that falls to 0 with it, "
+                        "as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
 }
@@ -36897,7 +37597,9 @@ static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
     pd_reactive_result result;
     double square = 0.0, d = r->diffusion.desc.diffusivity;
     for (int axis = 0; axis < PD_DIM; axis++) square = fmax(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
+    if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, 0.0));
     pd_status status = pd_reactive_step(ctx, r, PDI_COURSE_LATE * square / d, &result);
+    if (a->desc.surface && status == PD_OK) pdi_etch_accept(a->desc.surface);
     a->krylov += result.krylov;
     a->newton += result.newton;
     if (status == PD_OK) return pd_reactive_begin(ctx, r);
@@ -36912,7 +37614,8 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
     a->time = t;
     if (a->desc.bare) pdi_course_uncover(a);
     if (a->desc.coat) PDI_TRY(pdi_coat_places(ctx, a->desc.coat));
-    return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
+    if (a->desc.settle) return pdi_course_settle(ctx, a);
+    return a->desc.open ? a->desc.open(ctx, a->desc.user, t) : PD_OK;
 }
 
 /* A node comes to equilibrium again; what that is off by is owed. */
@@ -36994,6 +37697,8 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
     PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
     if (a->desc.coat) PDI_TRY(pdi_owner_store(ctx, pdi_coat_list, a->desc.coat, archive));
+    if (a->desc.surface && a->desc.surface->electrode)
+        PDI_TRY(pdi_owner_store(ctx, pdi_etch_list, a->desc.surface, archive));
     if (a->desc.bare && archive->reading) pdi_course_uncover(a);
     return PD_OK;
 }
@@ -49208,6 +49913,10 @@ PDI_FN pd_status pdi_circuit_find(pd_ctx *ctx, pd_potential *p)
     double *range = NULL;
     int64_t size = 2 * (int64_t)p->grid->total;
     pdi_circuit_pockets(p);
+    if (p->desc.apart) {
+        pdi_circuit_parts(p);
+        return PD_OK;
+    }
     PDI_TRY(PDI_NEW(ctx, "potential", size, range));
     pd_status status = pdi_circuit_ranges(ctx, p, range, range + p->grid->total);
     PDI_DELETE(ctx, size, range);
@@ -50073,6 +50782,7 @@ void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode 
 
 static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
 {
+    if (cell->desc.apart) return PD_OK;
     for (int n = 0; n < cell->desc.potential.circuits && cell->desc.given; n++)
         cell->circuit[n].value = cell->desc.given(cell->desc.user, n, t);
     if (cell->desc.share)
@@ -50208,6 +50918,7 @@ static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     p.circuit = cell->circuit;
     p.metal = cell->metal;
     p.left = cell->left;
+    p.apart = desc->apart;
     if (desc->conduct) p.field = cell->field;
     return pd_potential_build(ctx, grid, bonds, &p, &cell->potential);
 }
@@ -63514,6 +64225,7 @@ static void pdi_setup_free_electrodes(pd_ctx *ctx, pd_setup_potential *p)
 {
     for (int k = 0; k < p->electrodes; k++) {
         pd_setup_electrode *e = &p->electrode[k];
+        pdi_expr_free(ctx, &e->law);
         PDI_DELETE(ctx, e->points, e->potential);
         PDI_DELETE(ctx, e->points, e->current);
         pdi_expr_free(ctx, &e->given);
@@ -63783,8 +64495,10 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_C:
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] or [corrode] section";
-    case PD_FIELD_PHI:
     case PD_FIELD_J:
+        if (setup->has_potential && setup->migrates) return "[potential] without migration = yes";
+        return setup->has_potential ? NULL : "a [potential] section";
+    case PD_FIELD_PHI:
     case PD_FIELD_I: return setup->has_potential ? NULL : "a [potential] section";
     case PD_FIELD_DAMAGE: return setup->has_corrode ? NULL : "a [corrode] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
@@ -65828,8 +66542,8 @@ PDI_FN pd_status pdi_read_surface_states(pdi_reader *s)
 
 /* ---- what laws know ---- */
 
-PDI_FN pd_status pdi_read_surface_variables(pdi_reader *s, int section, const char *key, pd_expr_symbol *vars,
-                                            char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species)
+PDI_FN pd_status pdi_read_surface_species(pdi_reader *s, int section, const char *key, pd_expr_symbol *vars,
+                                          char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species)
 {
     const pd_setup *u = s->setup;
     const pd_electrolyte *e = &u->electrolyte;
@@ -65857,6 +66571,14 @@ PDI_FN pd_status pdi_read_surface_variables(pdi_reader *s, int section, const ch
         vars[(*count)++].value = 0.0;
         of[(*species)++] = found;
     }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_surface_variables(pdi_reader *s, int section, const char *key, pd_expr_symbol *vars,
+                                            char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species)
+{
+    const pd_setup *u = s->setup;
+    PDI_TRY(pdi_read_surface_species(s, section, key, vars, name, count, of, species));
     for (int k = 0; k < u->states; k++) {
         vars[*count].name = u->state[k].name;
         vars[*count].unit = u->state[k].unit;
@@ -66003,6 +66725,10 @@ PDI_FN pd_status pdi_read_surface_rates(pdi_reader *s)
     pd_setup *u = s->setup;
     for (int k = 0; k < u->states; k++) {
         int section = pdi_read_surface_section(s, &u->state[k]);
+        if (pdi_setup_polarises(u))
+            return pdi_text_refuse(s->ctx, s->text, section, "rate", "found beside electrodes among ions that migrate, "
+                                   "whose potentials are solved with the species, expected migration = no of [chemistry] "
+                                   "or no [potential]");
         PDI_TRY(pdi_read_surface_of(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_rate(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_table(s, section, k));
@@ -66125,20 +66851,34 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
 static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                           pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
 {
+    const char *at;
     memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
-    if (!s->setup->has_potential) vars[PDI_SETUP_CURRENT].name = "";
+    if (!s->setup->has_potential || s->setup->migrates) vars[PDI_SETUP_CURRENT].name = "";
     if (!s->setup->has_potential && !metal->polarised) vars[PDI_SETUP_SURFACE].name = "";
     memset(&vars[PDI_SETUP_PH], 0, sizeof *vars);
     vars[PDI_SETUP_PH].name = "pH";
     vars[PDI_SETUP_PH].unit = "";
     *count = PDI_SETUP_PH + 1;
+    metal->species = 0;
+    if (!pdi_text_has(s->ctx, s->text, section, key)) return PD_OK;
+    if (s->setup->has_potential && s->setup->migrates) {
+        PDI_TRY(pdi_text_string(s->ctx, s->text, section, key, NULL, &at));
+        if (strcmp(at, "i") == 0)
+            return pdi_text_refuse(s->ctx, s->text, section, key, "found i, expected the anodic law itself among ions "
+                                   "that migrate, in E: current = 0.1 A/m2*exp((E + 0.4 V)/(26 mV)); the curve of the "
+                                   "electrode is what passes beside it");
+    }
     return pdi_read_surface_variables(s, section, key, vars, name, count, metal->of, &metal->species);
 }
 
 /* The potential of the metal among ions that migrate. */
 static pd_status pdi_read_metal_potential(pdi_reader *s, int section, pd_setup_metal *metal)
 {
+    if (pdi_setup_polarises(s->setup)) metal->polarised = 1;
     if (!pdi_text_has(s->ctx, s->text, section, "potential")) return PD_OK;
+    if (metal->polarised)
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside an [electrode NAME], expected "
+                               "potential = E there");
     if (!s->setup->migrates)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found without ions that carry a current, "
                                "expected migration = yes in [chemistry], or [potential] and an [electrode NAME] with "
@@ -66168,6 +66908,10 @@ static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char 
     if (metal->rate.uses & 1u)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found C beside pH, species or E, expected the species "
                                "of the dissolved metal, such as [Mg2+]");
+    if (pdi_setup_polarises(u) && u->has_corrode)
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found E of electrodes among ions that migrate, expected "
+                               "[dissolve] there");
+    if (pdi_setup_polarises(u) && u->metals > 1) return PD_OK; /* see pdi_read_metal_one */
     if (u->metals > 1 || u->activation || u->drive == PD_DRIVE_DIFFERENCE)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found pH, species or E %s", u->metals > 1 ?
                                "with several metals, expected one" : u->activation ?
@@ -66219,6 +66963,21 @@ static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_meta
     return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
 }
 
+/* Among ions that migrate one of several metals dissolves, the others stay. */
+static pd_status pdi_read_metal_one(pdi_reader *s)
+{
+    const pd_setup *u = s->setup;
+    int goes = pdi_setup_attacked(u);
+    for (int m = 0; m < u->metals && u->metals > 1 && pdi_setup_polarises(u) && goes >= 0; m++) {
+        const pd_setup_metal *metal = &u->metal[m];
+        if (m == goes || (!metal->rate.uses && !(fabs(pdi_setup_speed(metal)) > 0.0))) continue;
+        return pdi_text_refuse(s->ctx, s->text, pdi_read_metal_section(s, m), "rate", "found several metals that "
+                               "dissolve among ions that migrate, expected one, and rate = 0 in [dissolve %s] of the "
+                               "others", metal->material.name);
+    }
+    return PD_OK;
+}
+
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -66234,7 +66993,7 @@ PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
                                   u->metal[m].solid_c, u->metal[m].material.name);
     }
     pdi_read_metal_named(s, &u->metal[0]);
-    return status;
+    return status == PD_OK ? pdi_read_metal_one(s) : status;
 }
 
 /* ---- what all metals share ---- */
@@ -66594,10 +67353,10 @@ PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double
     if (!s->setup->has_chemistry)
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found without species, expected [species OH-] "
                                "and others");
-    if (s->setup->sheds)
+    if (s->setup->sheds && !s->setup->migrates)
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside reaction of [dissolve], which takes "
                                "the same current, expected one of them");
-    if (s->setup->settle)
+    if (s->setup->settle && !s->setup->migrates)
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside time = steady in [chemistry], "
                                "expected implicit");
     PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
@@ -66613,7 +67372,8 @@ PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double
 static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double electrons)
 {
     const pd_setup *u = s->setup;
-    double charge = u->metal[0].material.charge;
+    int goes = pdi_setup_attacked(u);
+    double charge = u->metal[goes > 0 ? goes : 0].material.charge;
     if (!(electrons > 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- on the left, expected it on the right, "
                                "as in Fe = Fe2+ + 2 e-");
@@ -66621,6 +67381,10 @@ static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- where nothing carries the current, "
                                "expected migration = yes in [chemistry], [potential] with electrodes, or what takes up "
                                "the electrons, as in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
+    if (pdi_setup_polarises(u) && goes < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- beside electrodes among ions that "
+                               "migrate, and a law without E, expected one in E, the potential of the metal less that "
+                               "of the ions: current = 0.1 A/m2*exp((E + 0.4 V)/(26 mV))");
     if (!pdi_text_has(s->ctx, s->text, section, "current") ||
         fabs(electrons - charge) <= PDI_READ_CHEMISTRY_SAME * charge) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %.6g e- for one of the metal, but Faraday's "
@@ -66663,8 +67427,9 @@ PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *s)
         return pdi_text_refuse(s->ctx, s->text, pdi_read_chemistry_section(s, ""), "chemistry",
                                "found beside a medium, where species would have a D of their own, expected none");
     if (!given) return PD_OK;
-    if (u->metals > 1 || u->activation)
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", u->metals > 1 ?
+    int several = u->metals > 1 && !(pdi_setup_polarises(u) && pdi_setup_attacked(u) >= 0);
+    if (several || u->activation)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", several ?
                                "found with several metals, expected one" :
                                "found with control = activation, where nothing dissolved is followed, expected "
                                "diffusion");
@@ -66678,6 +67443,10 @@ PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *s)
 
 /* Points of a curve that is given as an expression. */
 #define PDI_READ_POTENTIAL_POINTS 4001
+/* A curve in species is tried at so many potentials up to so many volts, and may fall by so much of itself. */
+#define PDI_READ_POTENTIAL_TRIALS 400
+#define PDI_READ_POTENTIAL_WIDE 4.0
+#define PDI_READ_POTENTIAL_SLACK 1e-12
 /* [V] A potential of this size is none. */
 #define PDI_READ_POTENTIAL_MOST 1e4
 
@@ -66786,9 +67555,56 @@ static pd_status pdi_read_potential_points(pdi_reader *s, int section, const pd_
     return PD_OK;
 }
 
+/* A curve of E, pH and species must not fall with E: for 1 mol/m3 of each, and pH 7. */
+static pd_status pdi_read_potential_rises(pdi_reader *s, int section, const pd_setup_electrode *e)
+{
+    double vars[PD_EXPR_VARS], last = -HUGE_VAL;
+    for (int k = 0; k < PD_EXPR_VARS; k++) vars[k] = 1.0;
+    vars[1] = 7.0;
+    for (int k = 0; k <= PDI_READ_POTENTIAL_TRIALS; k++) {
+        vars[0] = PDI_READ_POTENTIAL_WIDE * (2.0 * k / PDI_READ_POTENTIAL_TRIALS - 1.0);
+        double i = pdi_expr_eval(&e->law, vars);
+        if (!(fabs(i) < PDI_READER_HUGE)) continue;
+        if (i < last - PDI_READ_POTENTIAL_SLACK * fabs(last))
+            return pdi_text_refuse(s->ctx, s->text, section, "i", "found a current that falls from %.6g to %.6g A/m2 as "
+                                   "E rises to %.6g V, at 1 mol/m3 of each species, expected one that rises or stays "
+                                   "(cathodic currents are negative)", last, i, vars[0]);
+        last = i;
+    }
+    return PD_OK;
+}
+
+/* Among ions that migrate a curve may depend on pH and species: it is no table then. */
+static pd_status pdi_read_potential_law(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    pd_expr_symbol vars[PD_EXPR_VARS];
+    char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
+    const char *text;
+    int count = 2;
+    if (!s->setup->migrates || !pdi_text_has(s->ctx, s->text, section, "i")) return PD_OK;
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "i", NULL, &text));
+    if (!strchr(text, '[') && !strstr(text, "pH")) return PD_OK;
+    memset(vars, 0, sizeof vars);
+    vars[0] = pdi_read_potential_argument[0];
+    vars[1].name = "pH";
+    vars[1].unit = "";
+    PDI_TRY(pdi_read_surface_species(s, section, "i", vars, name, &count, e->of, &e->species));
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "i", "A/m2", vars, count, NULL, &e->law));
+    e->reads = 1;
+    if ((e->law.uses >> 1 & 1u) && pdi_electrolyte_find(&s->setup->electrolyte, "H+") < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "i", "found pH without the species H+, expected [species H+] "
+                               "and others");
+    if (e->film > 0.0 || pdi_text_has(s->ctx, s->text, section, "range"))
+        return pdi_text_refuse(s->ctx, s->text, section, e->film > 0.0 ? "film" : "range", "found beside a curve in pH "
+                               "or species, expected none");
+    return pdi_read_potential_rises(s, section, e);
+}
+
 static pd_status pdi_read_potential_expression(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr curve;
+    PDI_TRY(pdi_read_potential_law(s, section, e));
+    if (e->reads) return PD_OK;
     PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "i", "A/m2", pdi_read_potential_argument, 1, NULL, &curve));
     pd_status status = pdi_read_potential_points(s, section, &curve, e);
     pdi_expr_free(s->ctx, &curve);
@@ -66799,6 +67615,8 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
 {
     static const char *const curves[] = {"butler_volmer", "tafel", "linear", "expression", "primary", NULL};
     int curve = 0;
+    e->bare = s->setup->migrates && !pdi_text_has(s->ctx, s->text, section, "curve");
+    if (e->bare) return PD_OK;
     if (!pdi_text_has(s->ctx, s->text, section, "curve"))
         return pdi_text_refuse(s->ctx, s->text, section, "curve", "found no polarisation curve, expected curve = "
                                "butler_volmer, tafel, linear, expression or primary");
@@ -66808,6 +67626,9 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
     PDI_TRY(pdi_reader_within(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MOST, PDI_READ_POTENTIAL_MOST, 0,
                               &e->term.equilibrium));
     e->primary = curve == PDI_READ_POTENTIAL_PRIMARY;
+    if (e->primary && s->setup->migrates)
+        return pdi_text_refuse(s->ctx, s->text, section, "curve", "found primary beside migration = yes of [chemistry], "
+                               "expected another curve");
     if (e->primary) return PD_OK;
     if (curve != PDI_READ_POTENTIAL_LINEAR)
         return pdi_read_potential_slopes(s, section, curve == PDI_READ_POTENTIAL_BUTLER, &e->term);
@@ -66901,6 +67722,9 @@ static pd_status pdi_read_potential_section(pdi_reader *s, int section)
     PDI_TRY(pdi_read_potential_control(s, section, e));
     e->reacts = pdi_text_has(s->ctx, s->text, section, "reaction");
     if (e->reacts) PDI_TRY(pdi_read_chemistry_electrode(s, section, e->shed));
+    if (s->setup->migrates && !e->reacts && !e->bare)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found none, expected the half-reaction by which "
+                               "the current of the curve enters the ions: reaction = O2 + 2 H2O + 4 e- = 4 OH-");
     p->reacts = p->reacts || e->reacts;
     return pdi_read_potential_table(s, section, e->wire);
 }
@@ -66911,6 +67735,9 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
     for (int k = 0; k < 2 * PD_DIM; k++) {
         int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
         if (!pdi_text_has(s->ctx, s->text, section, "potential")) continue;
+        if (u->migrates)
+            return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry], "
+                                   "expected species = inlet, which holds ions at the potential 0");
         PDI_TRY(pdi_reader_within(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MOST,
                                   PDI_READ_POTENTIAL_MOST, 0, &u->potential.hold[k]));
         u->potential.held[k] = 1;
@@ -66924,6 +67751,9 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
 static pd_status pdi_read_potential_electrolyte(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;
+    if (s->setup->migrates && pdi_text_has(s->ctx, s->text, section, "conductivity"))
+        return pdi_text_refuse(s->ctx, s->text, section, "conductivity", "found beside migration = yes of [chemistry], "
+                               "expected none: it is that of the ions");
     if (!pdi_text_has(s->ctx, s->text, section, "conductivity") && !s->setup->has_chemistry)
         return pdi_text_refuse(s->ctx, s->text, section, "conductivity", "found none, expected [potential] "
                                "conductivity = 1.5 S/m or another positive value");
@@ -66941,10 +67771,6 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
     if (u->has_gas)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside [gas], expected [flow] or fluid at "
                                "rest");
-    if (u->migrates)
-        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry], "
-                               "expected one of them: among ions that migrate one metal dissolves, at potential = E of "
-                               "[dissolve]; electrodes do not move them yet");
     if (first < 0)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found no electrode, expected an [electrode "
                                "NAME] with a shape and a curve");
@@ -66963,6 +67789,9 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
 }
 
 #undef PDI_READ_POTENTIAL_POINTS
+#undef PDI_READ_POTENTIAL_TRIALS
+#undef PDI_READ_POTENTIAL_WIDE
+#undef PDI_READ_POTENTIAL_SLACK
 #undef PDI_READ_POTENTIAL_MOST
 
 /* ======== >>scene/read_gas.c ======== */
@@ -69805,7 +70634,7 @@ static int pdi_electrodes_which(void *user, int32_t node)
     return -1;
 }
 
-static double pdi_electrodes_given(void *user, int circuit, double t)
+PDI_FN double pdi_electrodes_given(void *user, int circuit, double t)
 {
     const pd_electrode_map *m = (const pd_electrode_map *)user;
     double x[PD_DIM];
@@ -69927,7 +70756,7 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
     for (int k = 0; k < p->electrodes; k++) {
         const pd_setup_electrode *e = &p->electrode[k];
         curve[k].term = &e->term;
-        curve[k].count = !e->primary;
+        curve[k].count = !e->primary && !e->bare && !e->reads;
         curve[k].equilibrium = e->term.equilibrium;
         curve[k].film = e->film;
     }
@@ -69937,6 +70766,7 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
     desc.given = pdi_electrodes_given;
     desc.user = m;
     desc.potential.conductivity = p->conductivity;
+    desc.apart = m->setup->migrates;
     if (m->reactive) desc.conduct = pdi_electrodes_conduct;
     for (int k = 0; k < p->electrodes; k++)
         if (p->electrode[k].shares) desc.share = pdi_electrodes_share;
@@ -69973,6 +70803,194 @@ PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const 
 
 #undef PDI_ELECTRODES_GAS
 #undef PDI_ELECTRODES_FARADAY
+
+/* ======== >>run/polarise.c ======== */
+/* polarise: see polarise.h */
+#include <math.h>
+#include <string.h>
+
+#define PDI_POLARISE_FARADAY 96485.33212 /* [C/mol] */
+/* Bit of what curves read: pH. */
+#define PDI_POLARISE_PH ((uint32_t)1 << 31)
+/* [cells] Metal is looked for this far from a fluid node. */
+#define PDI_POLARISE_AROUND 6
+
+static double pdi_polarise_curve(void *user, int electrode, const double *c, double ph, double drop, double t)
+{
+    const pd_polarise *p = (const pd_polarise *)user;
+    const pd_setup_electrode *e = &p->setup->potential.electrode[electrode];
+    const pd_components *s = &p->etch->reactive->components;
+    double vars[PD_EXPR_VARS], u = drop, slope;
+    (void)t;
+    if (e->bare) return 0.0;
+    if (!e->reads && !(e->film > 0.0)) return pd_electrode_current(&p->cell->curve[electrode], drop, NULL);
+    if (!e->reads) return pdi_electrode_through(&p->cell->curve[electrode], 1.0, drop, 0.0, &u, &slope);
+    vars[0] = drop;
+    vars[1] = ph;
+    for (int k = 0; k < e->species; k++) vars[2 + k] = c[s->place[e->of[k]]];
+    return pdi_expr_eval(&e->law, vars);
+}
+
+static double pdi_polarise_given(void *user, int circuit, double t)
+{
+    const pd_polarise *p = (const pd_polarise *)user;
+    return pdi_electrodes_given(p->map, circuit, t);
+}
+
+PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_electrode_map *map, const pd_cell *cell,
+                                    const pd_reactive *reactive, pd_etch *etch, pd_polarise *p,
+                                    pd_etch_electrodes *electrodes)
+{
+    int count = setup->potential.electrodes, species = setup->electrolyte.count;
+    memset(p, 0, sizeof *p);
+    memset(electrodes, 0, sizeof *electrodes);
+    p->setup = setup;
+    p->map = map;
+    p->cell = cell;
+    p->etch = etch;
+    PDI_TRY(PDI_NEW(ctx, "polarise", (int64_t)count * species, p->part));
+    for (int e = 0; e < count; e++) {
+        const pd_setup_electrode *of = &setup->potential.electrode[e];
+        for (int k = 0; k < species && of->reacts; k++) p->part[e * species + k] = of->shed[k];
+        if (of->reads && (of->law.uses >> 1 & 1u)) p->reads[e] |= PDI_POLARISE_PH;
+        for (int k = 0; k < of->species && of->reads; k++)
+            if (of->law.uses >> (2 + k) & 1u) p->reads[e] |= (uint32_t)1 << reactive->components.place[of->of[k]];
+    }
+    for (int n = 0; n < map->circuits; n++) p->circuit[n].holds = map->circuit[n].control == PD_CIRCUIT_POTENTIAL;
+    electrodes->count = count;
+    electrodes->curve = pdi_polarise_curve;
+    electrodes->given = pdi_polarise_given;
+    electrodes->user = p;
+    electrodes->part = p->part;
+    electrodes->reads = p->reads;
+    electrodes->member = map->member;
+    electrodes->circuit = p->circuit;
+    electrodes->circuits = map->circuits;
+    return PD_OK;
+}
+
+PDI_FN void pdi_polarise_free(pd_ctx *ctx, pd_polarise *p)
+{
+    if (p->setup)
+        PDI_DELETE(ctx, (int64_t)p->setup->potential.electrodes * p->setup->electrolyte.count, p->part);
+    memset(p, 0, sizeof *p);
+}
+
+PDI_FN int32_t pdi_polarise_node(const pd_polarise *p, int32_t first, int kind, int32_t *own)
+{
+    const pd_contacts *c = &p->cell->potential.contacts;
+    int32_t end = first;
+    *own = -1;
+    for (; end < c->count && c->list[end].node == c->list[first].node; end++) {
+        if (kind < 0 || !(p->cell->kinds[c->list[end].electrode] >> kind & 1u)) continue;
+        if (*own < 0 || c->list[end].area > c->list[*own].area) *own = end;
+    }
+    return end;
+}
+
+PDI_FN int pdi_polarise_near(const pd_polarise *p, const pd_dissolve *dissolve, int32_t node, int kind)
+{
+    const pd_grid *grid = dissolve->grid;
+    double nearest = HUGE_VAL, from[PD_DIM], x[PD_DIM];
+    int found = 0, width = 2 * PDI_POLARISE_AROUND + 1, count = 1, at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) count *= width;
+    pd_grid_position(grid, node, from);
+    for (int k = 0; k < count; k++) {
+        int rest = k;
+        double far = 0.0;
+        pdi_grid_index(grid, node, at);
+        for (int d = 0; d < PD_DIM; d++, rest /= width) at[d] += rest % width - PDI_POLARISE_AROUND;
+        if (!pdi_grid_inside(grid, at)) continue;
+        int32_t i = pd_grid_node(grid, at);
+        if (grid->kind[i] != PD_SOLID || pdi_metal_of(dissolve, i) != kind) continue;
+        pd_grid_position(grid, i, x);
+        for (int d = 0; d < PD_DIM; d++) far += (x[d] - from[d]) * (x[d] - from[d]);
+        if (!(far < nearest)) continue;
+        nearest = far;
+        found = p->cell->metal[i];
+    }
+    return found;
+}
+
+/* [A] (per m in planar 2D) of a place, by law and curve; *size: of both, *anodic: of what leaves the metal. */
+static double pdi_polarise_place(const pd_etch *s, int32_t k, double *size, double *anodic)
+{
+    const pd_reactive *r = s->reactive;
+    double charge = 0.0, volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, s->node[k]);
+    for (int n = 0; n < r->components.solutes; n++)
+        charge += r->components.charge[n] * s->part[s->electrode[k] * r->components.solutes + n];
+    double law = PDI_POLARISE_FARADAY * volume * s->charge * s->gave[k];
+    double curve = PDI_POLARISE_FARADAY * volume * charge * s->area[k] * s->flow[k];
+    *size = fabs(law) + fabs(curve);
+    *anodic = fmax(law, 0.0) + fmax(curve, 0.0);
+    return law + curve;
+}
+
+PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_electrode *now)
+{
+    const pd_etch *s = p->etch;
+    int touched = 0;
+    memset(now, 0, sizeof *now);
+    now->potential = s->level[s->desc.electrodes.member[electrode]];
+    for (int32_t k = 0; k < s->count; k++) {
+        if (s->electrode[k] != electrode) continue;
+        double volume = s->reactive->bonds->stencil->volume * pdi_grid_circumference(s->reactive->grid, s->node[k]);
+        double area = volume * s->area[k], size, anodic, current = pdi_polarise_place(s, k, &size, &anodic);
+        now->area += area;
+        now->current += current;
+        now->anodic += anodic;
+        if (!(area > 0.0)) continue;
+        now->least = touched ? fmin(now->least, current / area) : current / area;
+        now->most = touched ? fmax(now->most, current / area) : current / area;
+        touched = 1;
+    }
+}
+
+PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node)
+{
+    const pd_etch *s = p->etch;
+    double area = 0.0, current = 0.0, size, anodic;
+    for (int32_t k = s->slot[node]; k >= 0 && k < s->count && s->node[k] == node; k++) {
+        area += s->reactive->bonds->stencil->volume * pdi_grid_circumference(s->reactive->grid, node) * s->area[k];
+        current += pdi_polarise_place(s, k, &size, &anodic);
+    }
+    return area > 0.0 ? current / area : 0.0;
+}
+
+PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
+{
+    const pd_etch *s = p->etch;
+    double anodic = 0.0;
+    *off = 0.0;
+    for (int n = 0; n < s->desc.electrodes.circuits; n++) {
+        double sum = 0.0, size = 0.0, wanted = s->desc.electrodes.circuit[n].value;
+        for (int32_t k = 0; k < s->count; k++) {
+            if (pdi_etch_circuit(s, k) != n) continue;
+            double each, leaves;
+            sum += pdi_polarise_place(s, k, &each, &leaves);
+            size += each;
+            anodic += leaves;
+        }
+        if (!s->desc.electrodes.circuit[n].holds && size > 0.0) *off = fmax(*off, fabs(sum - wanted) / size);
+    }
+    return anodic;
+}
+
+PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p)
+{
+    const pd_etch *s = p->etch;
+    const pd_setup_potential *of = &p->setup->potential;
+    if (!s->lost) return PD_OK;
+    for (int e = 0; e < of->electrodes; e++) {
+        if (s->desc.electrodes.member[e] != s->lost - 1) continue;
+        return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s no potential gives the metal of %s a total current "
+                        "of %g A: its curve and its law do not carry that, or they take up more of a species than "
+                        "reaches the metal; expected anodic and cathodic reactions, and a curve that falls to 0 with "
+                        "the species that it takes up", s->time, of->electrode[e].name,
+                        s->desc.electrodes.circuit[s->lost - 1].value);
+    }
+    return PD_ERR_STATE;
+}
 
 /* ======== >>run/footprint.c ======== */
 /* footprint: see footprint.h */
@@ -70298,8 +71316,9 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     course.reactive = &r;
     course.desc.settle = u->settle;
     memset(&etch, 0, sizeof etch);
-    if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
+    if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         etch.reactive = &r;
+        if (pdi_setup_polarises(u)) etch.desc.electrodes.count = etch.desc.electrodes.circuits = u->potential.electrodes;
         course.desc.surface = &etch;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
     }
@@ -70640,15 +71659,17 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
 {
     const pd_attack *a = (const pd_attack *)user;
-    const pd_setup_metal *metal = &a->setup->metal[0];
+    const pd_setup_metal *metal = &a->setup->metal[a->kind];
     double vars[PD_EXPR_VARS];
     vars[0] = 0.0;
     vars[1] = t;
     pd_grid_position(a->dissolve->grid, node, vars + 2);
     vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
     vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
-    if (a->cell) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
-    if (metal->polarised) {
+    if (a->cell && !a->polarise.setup) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
+    if (a->polarise.setup) {
+        vars[PDI_SETUP_SURFACE] = -phi;
+    } else if (metal->polarised) {
         double x[PD_DIM];
         memset(x, 0, sizeof x);
         vars[PDI_SETUP_SURFACE] = pdi_setup_eval(&metal->potential, x, t) - phi;
@@ -70661,28 +71682,34 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
 }
 
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, const pd_cell *cell, const pd_surfaces *surfaces,
-                                  pd_attack *a)
+                                  const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
+                                  const pd_surfaces *surfaces, pd_attack *a)
 {
-    const pd_setup_metal *metal = &setup->metal[0];
+    int kind = pdi_setup_attacked(setup);
+    const pd_setup_metal *metal = &setup->metal[kind > 0 ? kind : 0];
     pd_etch_desc desc;
     memset(a, 0, sizeof *a);
     memset(&desc, 0, sizeof desc);
-    desc.law = pdi_attack_law;
+    a->kind = kind;
+    if (kind >= 0) desc.law = pdi_attack_law;
     desc.user = a;
     desc.shed = setup->sheds ? setup->shed : NULL;
     desc.reads_ph = (int)(metal->rate.uses >> PDI_SETUP_PH & 1u);
     desc.reads_phi = metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u);
-    for (int k = 0; k < metal->species; k++)
+    for (int k = 0; k < metal->species && kind >= 0; k++)
         if (metal->rate.uses >> (PDI_SETUP_PH + 1 + k) & 1u)
             desc.reads |= (uint32_t)1 << reactive->components.place[metal->of[k]];
     a->setup = setup;
     a->dissolve = dissolve;
     a->course = course;
-    a->cell = pdi_setup_electric(metal) ? cell : NULL;
-    if (metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species)) a->surfaces = surfaces;
+    if (kind >= 0 && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species)) a->surfaces = surfaces;
+    a->cell = pdi_setup_electric(metal) || pdi_setup_polarises(setup) ? cell : NULL;
+    if (pdi_setup_polarises(setup)) {
+        desc.reads_phi = 1;
+        PDI_TRY(pdi_polarise_build(ctx, setup, map, cell, reactive, &a->etch, &a->polarise, &desc.electrodes));
+    }
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
-    if (metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
+    if (kind >= 0 && metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
     return PD_OK;
 }
 
@@ -70690,6 +71717,7 @@ PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *a)
 {
     if (a->dissolve) PDI_DELETE(ctx, a->dissolve->grid->total, a->grain);
     pd_etch_free(ctx, &a->etch);
+    pdi_polarise_free(ctx, &a->polarise);
     memset(a, 0, sizeof *a);
 }
 
@@ -70697,6 +71725,13 @@ PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at)
 {
     const pd_attack *a = (const pd_attack *)user;
     return a->etch.speed[at->node];
+}
+
+/* Weight of the metal that the law is of. */
+static double pdi_attack_weight(const pd_attack *a, const pdi_beside *beside)
+{
+    const pd_dissolve *d = a->dissolve;
+    return d->kinds > 1 ? pdi_metal_portion(d, beside)[a->kind].weight : beside->weight;
 }
 
 /* Amounts of concentration that a unit of speed makes across the film, over its diffusivity [mol s/m4]. */
@@ -70733,7 +71768,7 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
         const pdi_beside *beside = &d->beside[k];
         int32_t i = beside->node;
         if (!(beside->weight > 0.0)) continue;
-        if (s->slot[i] < 0) s->speed[i] = pdi_etch_at(s, i, pdi_attack_thick(a, beside), s->speed[i]);
+        if (s->slot[i] < 0) s->speed[i] = pdi_etch_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
         PDI_TRY(pdi_attack_lawful(ctx, a, i));
     }
     return PD_OK;
@@ -70757,7 +71792,7 @@ static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
-        *speed = fmax(*speed, pdi_etch_at(&a->etch, next, pdi_attack_thick(a, beside), *speed));
+        *speed = fmax(*speed, pdi_etch_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed));
     }
 }
 
@@ -70766,6 +71801,12 @@ static void pdi_attack_again(pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
     pd_etch *s = &a->etch;
+    for (int32_t p = 0; p < s->count && s->electrode; p++) {
+        if (!(s->weight[p] > 0.0) || d->slot[s->node[p]] < 0) continue;
+        const pdi_beside *beside = &d->beside[d->slot[s->node[p]]];
+        if (beside->weight > 0.0) s->weight[p] = pdi_attack_weight(a, beside);
+    }
+    if (s->electrode) return;
     for (int32_t p = 0; p < s->count; p++) s->weight[p] = 0.0;
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
@@ -70776,13 +71817,43 @@ static void pdi_attack_again(pd_attack *a)
     }
 }
 
+/* A place for each electrode beside a node; the law is that of the metal with the largest area there. */
+static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
+{
+    const pd_dissolve *d = a->dissolve;
+    const pd_contacts *c = &a->cell->potential.contacts;
+    pd_etch *s = &a->etch;
+    for (int32_t k = 0, end; k < c->count; k = end) {
+        int32_t own, i = c->list[k].node;
+        const pdi_beside *beside = d && d->slot[i] >= 0 ? &d->beside[d->slot[i]] : NULL;
+        end = pdi_polarise_node(&a->polarise, k, a->kind, &own);
+        for (int32_t at = k; at < end; at++) {
+            int goes = at == own && beside && pdi_attack_weight(a, beside) > 0.0;
+            if (s->count == s->reactive->grid->total)
+                return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
+            pd_etch_put(s, i, goes ? pdi_attack_weight(a, beside) : 0.0, goes ? pdi_attack_thick(a, beside) : 0.0);
+            pd_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
+        }
+    }
+    for (int32_t k = 0; d && k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        if (s->slot[beside->node] >= 0 || !(pdi_attack_weight(a, beside) > 0.0)) continue;
+        if (s->count == s->reactive->grid->total)
+            return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
+        pd_etch_put(s, beside->node, pdi_attack_weight(a, beside), pdi_attack_thick(a, beside));
+        pd_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
+    }
+    return PD_OK;
+}
+
 /* The law for the species as they are now. */
 static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
     pd_etch *s = &a->etch;
     pd_etch_open(s);
-    for (int32_t k = 0; k < d->beside_count; k++) {
+    if (s->electrode) PDI_TRY(pdi_attack_electrodes(ctx, a));
+    for (int32_t k = 0; d && k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         pdi_law law;
         if (!(beside->weight > 0.0)) continue;
@@ -70790,13 +71861,27 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             pdi_interface_law(d, beside, &law);
             a->grain[beside->node] = law.at.grain;
         }
-        if (!pdi_attack_salt(d, beside->node))
+        if (!s->electrode && !pdi_attack_salt(d, beside->node))
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
-    pdi_etch_solve(ctx, s, 0);
-    for (int32_t k = 0; k < d->beside_count && s->desc.reads_phi; k++)
+    pdi_levels_solve(ctx, s);
+    pdi_etch_note(s);
+    if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));
+    for (int32_t k = 0; d && k < d->beside_count && s->desc.reads_phi; k++)
         if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);
-    return pdi_attack_speeds(ctx, a);
+    return d ? pdi_attack_speeds(ctx, a) : PD_OK;
+}
+
+PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t)
+{
+    pd_attack *a = (pd_attack *)user;
+    pd_etch *s = &a->etch;
+    if (!s->electrode) return PD_OK;
+    s->time = t;
+    if (!a->dissolve) return pdi_attack_now(ctx, a);
+    a->dissolve->time = t;
+    PDI_TRY(pdi_dissolve_prepare(ctx, a->dissolve));
+    return PD_OK;
 }
 
 PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
@@ -70818,6 +71903,10 @@ PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t)
 {
     pd_attack *a = (pd_attack *)user;
     if (!a->course->begun) a->begin = t;
+    if (!a->dissolve) {
+        a->etch.time = t;
+        return a->course->begun ? PD_OK : pdi_attack_now(ctx, a);
+    }
     a->dissolve->time = t;
     return pdi_dissolve_prepare(ctx, a->dissolve);
 }
@@ -71116,21 +72205,22 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.settle = u->settle;
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
     desc.shed = u->shed;
-    int chemical = u->has_dissolve && pdi_setup_chemical(&u->metal[0]);
     if (u->states) {
         m->line = u->state[0].line;
         PDI_TRY(pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
-                                   chemical ? &m->attack.etch : NULL, &m->coat, &m->surfaces));
+                                   pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, &m->coat, &m->surfaces));
         m->line = u->line[PD_PART_CHEMISTRY];
         desc.coat = &m->coat;
     }
-    if (chemical) {
-        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->cell, &m->surfaces, &m->attack));
+    if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
+        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL, &m->course, &m->cell,
+                                 &m->electrodes, &m->surfaces, &m->attack));
         desc.surface = &m->attack.etch;
         desc.find = pdi_attack_find;
+        desc.open = pdi_attack_open;
         desc.user = &m->attack;
     }
-    if (u->potential.reacts) {
+    if (u->potential.reacts && !u->migrates) {
         desc.feed = pdi_electrodes_feed;
         desc.feeder = &m->electrodes;
     }
@@ -71276,9 +72366,16 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
     desc.sheds = u->sheds;
-    if (pdi_setup_chemical(&u->metal[0])) {
+    int attacked = pdi_setup_attacked(u);
+    if (attacked > 0) {
+        metal[attacked].rate = pdi_attack_rate;
+        metal[attacked].rate_user = &m->attack;
+        metal[attacked].uniform = 0;
+    } else if (attacked == 0) {
         desc.rate = pdi_attack_rate;
         desc.rate_user = &m->attack;
+    }
+    if (attacked >= 0) {
         desc.found = pdi_attack_found;
         desc.found_user = &m->attack;
         desc.lags = 1;
@@ -71364,12 +72461,12 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
                             PD_PART_SOLID, PD_PART_CHEMISTRY, PD_PART_DISSOLVE, PD_PART_DISSOLVE,
-                            PD_PART_CHEMISTRY, PD_PART_POTENTIAL};
+                            PD_PART_POTENTIAL, PD_PART_CHEMISTRY};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
                               pdi_model_structure, pdi_model_species, pdi_model_metals, pdi_model_dissolve,
-                              pdi_model_course, pdi_model_cell};
+                              pdi_model_cell, pdi_model_course};
     const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_chemistry,
-                          u->has_dissolve || u->has_potential, u->has_dissolve, u->has_chemistry, u->has_potential};
+                          u->has_dissolve || u->has_potential, u->has_dissolve, u->has_potential, u->has_chemistry};
     for (size_t k = 0; k < sizeof part / sizeof part[0]; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -71411,7 +72508,7 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
     if (u->has_solid)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
-    int first = m->attack.dissolve || m->bare;
+    int first = m->attack.setup || m->bare;
     if (first) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
@@ -71795,8 +72892,12 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     int state = pdi_setup_field_state(m->setup, field);
     if (state >= 0) return fluid ? pdi_surfaces_at(&m->surfaces, state, i) : (double)NAN;
     switch (field) {
-    case PD_FIELD_PHI: return fluid ? m->cell.potential.phi[i] : (double)NAN;
-    case PD_FIELD_I: return fluid ? pdi_cell_density(&m->cell, i) : 0.0;
+    case PD_FIELD_PHI:
+        if (m->attack.polarise.setup) return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
+        return fluid ? m->cell.potential.phi[i] : (double)NAN;
+    case PD_FIELD_I:
+        if (m->attack.polarise.setup) return fluid ? pdi_polarise_density(&m->attack.polarise, i) : 0.0;
+        return fluid ? pdi_cell_density(&m->cell, i) : 0.0;
     case PD_FIELD_J:
         if (fluid) pdi_cell_current(&m->cell, i, j);
         return fluid ? pdi_vec_norm(j) : 0.0;
@@ -72075,6 +73176,7 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     int32_t node[PDI_SAMPLE_CELLS];
     pdi_sample_job job;
     double sum = 0.0;
+    if (field == PD_FIELD_PHI && m->attack.polarise.setup) field = PD_FIELD_POTENTIAL;
     job.m = m;
     job.field = field;
     job.component = component;
@@ -73981,7 +75083,8 @@ static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_current[pdi_monitor_extent(model->setup)];
     pd_cell_electrode e;
-    pd_cell_electrode_of(&model->cell, m->desc->index, &e);
+    if (model->attack.polarise.setup) pdi_polarise_electrode(&model->attack.polarise, m->desc->index, &e);
+    else pd_cell_electrode_of(&model->cell, m->desc->index, &e);
     pdi_monitor_put(m, "E", "V", e.potential);
     pdi_monitor_put(m, "current", unit, e.current);
     pdi_monitor_put(m, "anodic", unit, e.anodic);
@@ -75137,6 +76240,8 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->has_potential = r->setup->has_potential;
     result->current_balance = m->cell.result.imbalance;
     result->current = m->cell.result.anodic;
+    if (m->attack.polarise.setup)
+        result->current = pdi_polarise_current(&m->attack.polarise, &result->current_balance);
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;

@@ -160,6 +160,7 @@ void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode 
 
 static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
 {
+    if (cell->desc.apart) return PD_OK;
     for (int n = 0; n < cell->desc.potential.circuits && cell->desc.given; n++)
         cell->circuit[n].value = cell->desc.given(cell->desc.user, n, t);
     if (cell->desc.share)
@@ -295,6 +296,7 @@ static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     p.circuit = cell->circuit;
     p.metal = cell->metal;
     p.left = cell->left;
+    p.apart = desc->apart;
     if (desc->conduct) p.field = cell->field;
     return pd_potential_build(ctx, grid, bonds, &p, &cell->potential);
 }

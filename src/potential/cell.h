@@ -20,6 +20,7 @@ typedef struct pd_cell_desc {
     /* writes the share of each contact, now; NULL: curves hold as they are */
     pd_status (*share)(pd_ctx *ctx, void *user, pd_contact *contact, int32_t count, double t);
     void *user;
+    int apart;  /* 1: potential and currents are found elsewhere: contacts and circuits alone are those of now */
 } pd_cell_desc;
 
 /* It must not be moved once it is built. */

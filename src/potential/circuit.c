@@ -211,6 +211,10 @@ PDI_FN pd_status pdi_circuit_find(pd_ctx *ctx, pd_potential *p)
     double *range = NULL;
     int64_t size = 2 * (int64_t)p->grid->total;
     pdi_circuit_pockets(p);
+    if (p->desc.apart) {
+        pdi_circuit_parts(p);
+        return PD_OK;
+    }
     PDI_TRY(PDI_NEW(ctx, "potential", size, range));
     pd_status status = pdi_circuit_ranges(ctx, p, range, range + p->grid->total);
     PDI_DELETE(ctx, size, range);

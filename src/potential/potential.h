@@ -45,6 +45,7 @@ typedef struct pd_potential_desc {
     int max_newton;                /* 0: 200 */
     int idle;                      /* 1: where the curves around a pocket carry current one way only, none passes
                                     * there; 0: refused */
+    int apart;                     /* 1: it is not solved, and all contacts are kept */
 } pd_potential_desc;
 
 /* It must not be moved once it is built. */

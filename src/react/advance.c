@@ -5,6 +5,7 @@
  * linear systems are solved by GMRES with the derivatives dc/dT of each node.
  */
 #include "react/advance.h"
+#include "react/levels.h"
 #include "react/tangent.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
@@ -42,6 +43,8 @@
 #define PDI_ADVANCE_NONE 1e-150
 /* Share of the largest value by which a field may leave its bounds. */
 #define PDI_ADVANCE_SLACK 1e-9
+/* Share of the ions of a closed box that a charge of rounding is at most. */
+#define PDI_ADVANCE_FAINT 1e-13
 /* Share of a residual that the linear solver leaves at least: its basis has single precision. */
 #define PDI_ADVANCE_SINGLE 1e-5
 
@@ -83,8 +86,10 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
     }
     const pd_etch *metal = r->surface;
     if (!metal || metal->slot[i] < 0) return;
-    double given = metal->weight[metal->slot[i]] * metal->speed[i];
-    for (int k = 0; k < s->count; k++) lack[k] += metal->gain[k] * given;
+    for (int32_t p = metal->slot[i]; p < metal->count && metal->node[p] == i; p++)
+        for (int k = 0; k < s->count; k++)
+            lack[k] += pdi_etch_gives(metal, p, k, metal->weight[p] > 0.0 ? metal->speed[i] : 0.0,
+                                      metal->electrode ? metal->flow[p] : 0.0);
 }
 
 /* 1: no solute of component k is at node i. */
@@ -105,7 +110,7 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     (void)nt;
     pdi_tangent_images(r, r->c);
     pdi_tangent_leave(ctx, r, r->c, r->wall, work);
-    if (r->surface) pdi_etch_solve(ctx, r->surface, 0);
+    if (r->surface) pdi_levels_solve(ctx, r->surface);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double lack[PD_SPECIES_MOST];
@@ -509,15 +514,30 @@ static void pdi_advance_pores(pd_reactive *r)
     r->migration.pass = r->pass;
 }
 
-/* With migration: where no current can leave, sources give none. */
-static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
+/* Where no current can leave, those that are given to circuits sum to zero. */
+static pd_status pdi_advance_given(pd_ctx *ctx, const pd_etch *metal)
+{
+    double sum = 0.0, size = 0.0;
+    for (int n = 0; n < metal->desc.electrodes.circuits; n++) {
+        sum += metal->desc.electrodes.circuit[n].value;
+        size += fabs(metal->desc.electrodes.circuit[n].value);
+    }
+    if (!(fabs(sum) > PDI_ADVANCE_SLACK * size)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the currents that are given to metals sum to %g A, and no inlet "
+                    "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
+}
+
+/* With migration: where no current can leave, sources give none but for rounding in a step of dt [s]. */
+static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
 {
     int64_t total = r->grid->total;
     pdi_sum sum = {0.0, 0.0};
-    double size = 0.0;
+    double size = 0.0, held = 0.0;
     pdi_migration_tie(&r->migration);
+    if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
     if (r->migration.tied) return PD_OK;
-    if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
+    if (r->surface && r->surface->electrode) PDI_TRY(pdi_advance_given(ctx, r->surface));
+    else if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
                         "species has a potential and lets a current pass, expected one",
                         r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
@@ -528,9 +548,10 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
             double term = around * r->migration.charge[n] * r->source[n * total + i];
             pdi_sum_add(&sum, term);
             size += fabs(term);
+            held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
         }
     }
-    if (!(fabs(pdi_sum_total(&sum)) > PDI_ADVANCE_SLACK * size)) return PD_OK;
+    if (!(fabs(pdi_sum_total(&sum)) > fmax(PDI_ADVANCE_SLACK * size, PDI_ADVANCE_FAINT * held / dt))) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
                     "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }
@@ -545,7 +566,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
     pdi_advance_pores(r);
-    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r));
+    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r, dt));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
@@ -574,8 +595,12 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
-    if (status != PD_OK) pdi_advance_back(ctx, r, 0);
-    else if (r->migration.on) pdi_migration_level(&r->migration);
+    if (status != PD_OK) {
+        pdi_advance_back(ctx, r, 0);
+    } else if (r->migration.on) {
+        double by = pdi_migration_level(&r->migration);
+        if (r->surface && r->surface->electrode) pdi_levels_shift(r->surface, -by);
+    }
     pdi_krylov_trim(ctx, &r->krylov);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
     if (r->migration.on) pdi_multigrid_close(&r->migration.mg);

@@ -405,6 +405,10 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
+    if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an electrode "
+                        "may take up more of a species than reaches the metal, expected one that falls to 0 with it, "
+                        "as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
 }
@@ -416,7 +420,9 @@ static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
     pd_reactive_result result;
     double square = 0.0, d = r->diffusion.desc.diffusivity;
     for (int axis = 0; axis < PD_DIM; axis++) square = fmax(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
+    if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, 0.0));
     pd_status status = pd_reactive_step(ctx, r, PDI_COURSE_LATE * square / d, &result);
+    if (a->desc.surface && status == PD_OK) pdi_etch_accept(a->desc.surface);
     a->krylov += result.krylov;
     a->newton += result.newton;
     if (status == PD_OK) return pd_reactive_begin(ctx, r);
@@ -431,7 +437,8 @@ static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
     a->time = t;
     if (a->desc.bare) pdi_course_uncover(a);
     if (a->desc.coat) PDI_TRY(pdi_coat_places(ctx, a->desc.coat));
-    return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
+    if (a->desc.settle) return pdi_course_settle(ctx, a);
+    return a->desc.open ? a->desc.open(ctx, a->desc.user, t) : PD_OK;
 }
 
 /* A node comes to equilibrium again; what that is off by is owed. */
@@ -513,6 +520,8 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
     PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
     if (a->desc.coat) PDI_TRY(pdi_owner_store(ctx, pdi_coat_list, a->desc.coat, archive));
+    if (a->desc.surface && a->desc.surface->electrode)
+        PDI_TRY(pdi_owner_store(ctx, pdi_etch_list, a->desc.surface, archive));
     if (a->desc.bare && archive->reading) pdi_course_uncover(a);
     return PD_OK;
 }

@@ -24,6 +24,7 @@ typedef struct pd_course_desc {
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
     pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: also
                           * weighs them for each step of the species, or writes `ahead` where there is no `surface` */
+    pd_at_fn open;       /* with `surface`, before the first step; NULL: nothing is to be done */
     void *user;
     double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
                          * species move before the metal */

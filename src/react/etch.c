@@ -30,6 +30,12 @@
 #define PDI_ETCH_NOTHING 1e-30
 /* What is left at least of 1 less the slope of a rising law behind its film. */
 #define PDI_ETCH_RISE 0.05
+/* Steps of Newton's method for speed and flow of an electrode, and the share of them that counts as found. */
+#define PDI_ETCH_NEWTON 12
+#define PDI_ETCH_MET 1e-12
+#define PDI_ETCH_FARADAY 96485.33212 /* [C/mol] */
+/* Bit of what curves read: pH. */
+#define PDI_ETCH_PH ((uint32_t)1 << 31)
 /* F phi/(R T): most of the surface over the node, first stride to it, and the change by which a slope is found. */
 #define PDI_ETCH_LIFT 60.0
 #define PDI_ETCH_LIFT_FIRST 0.01
@@ -51,6 +57,11 @@ typedef struct pdi_etch_work {
     double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
     double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
     double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
+    int electrode;                    /* -1: none */
+    double level;                     /* [V] of the metal */
+    double way;                       /* [s/m] through the film of the electrode */
+    double flow, guess;               /* [mol/m2/s] of the electrode */
+    uint32_t reads;                   /* what its curve reads */
 } pdi_etch_work;
 
 /* z/(exp(z) - 1) and its derivative. */
@@ -69,7 +80,23 @@ PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *fi
     for (int k = 0; k < of->joined; k++) now->ln_k[of->master[k]] = 0.0;
 }
 
-static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_components *film, pdi_etch_work *w)
+/* The electrode of a place. */
+static void pdi_etch_enter_electrode(const pd_etch *s, int32_t place, pdi_etch_work *w)
+{
+    const pd_etch_electrodes *of = &s->desc.electrodes;
+    w->electrode = s->electrode && place >= 0 ? s->electrode[place] : -1;
+    w->level = w->way = w->flow = w->guess = 0.0;
+    w->reads = 0;
+    if (w->electrode < 0) return;
+    w->level = s->level[of->member[w->electrode]];
+    w->way = s->area[place] > 0.0 ? s->way[place] : 0.0;
+    w->guess = s->flow[place];
+    if (of->reads) w->reads = of->reads[w->electrode];
+    if (!(s->area[place] > 0.0)) w->electrode = -1;
+}
+
+static void pdi_etch_enter(const pd_etch *s, int32_t node, int32_t place, double thick, pd_components *film,
+                           pdi_etch_work *w)
 {
     const pd_components *of = &s->reactive->components;
     w->s = s;
@@ -81,7 +108,8 @@ static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_comp
     w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
     w->lift = 0.0;
     memcpy(w->surface, w->c, sizeof w->surface);
-    if (!(thick > 0.0)) return;
+    pdi_etch_enter_electrode(s, place, w);
+    if (!(thick + w->way > 0.0)) return;
     pdi_etch_activities(of, &s->film, w->davies, film);
     memcpy(w->ln_k, film->ln_k, sizeof w->ln_k);
     pdi_components_totals(of, w->at, w->flows);
@@ -93,8 +121,18 @@ static double pdi_etch_law(const pdi_etch_work *w, const double *c, double psi)
     const pd_reactive *r = w->s->reactive;
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
-    double phi = r->migration.on ? psi * r->migration.volt : (double)NAN;
+    double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
     return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time), 0.0);
+}
+
+/* The flow of the electrode there. */
+static double pdi_etch_curve(const pdi_etch_work *w, const double *c, double psi)
+{
+    const pd_reactive *r = w->s->reactive;
+    const pd_etch_electrodes *of = &w->s->desc.electrodes;
+    double ph = NAN;
+    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    return of->curve(of->user, w->electrode, c, ph, w->level - psi * r->migration.volt, w->s->time) / PDI_ETCH_FARADAY;
 }
 
 /* ---- the film of a node with migration ---- */
@@ -116,7 +154,11 @@ static double pdi_etch_charge(pd_components *film, pdi_etch_work *w, double v, d
     }
     for (int k = 0; k < film->joined; k++) film->ln_k[film->master[k]] = 0.0;
     pdi_components_totals(film, up, flows);
-    for (int k = 0; k < film->count; k++) flows[k] += s->gain[k] * w->thick * v;
+    if (w->electrode >= 0 && !w->reads) w->flow = pdi_etch_curve(w, w->c, w->psi + lift);
+    for (int k = 0; k < film->count; k++) {
+        flows[k] += s->gain[k] * w->thick * v;
+        if (w->electrode >= 0) flows[k] += s->part_gain[w->electrode * film->count + k] * w->way * w->flow;
+    }
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) {
         w->surface[n] = w->at[n] / (s->scale[n] * down[n]);
@@ -162,14 +204,70 @@ static int pdi_etch_lift(pd_components *film, pdi_etch_work *w, double v)
     return of == of && there == there;
 }
 
+/* What the curve gives beyond the flow f, where metal dissolves at v: it falls with f. Where f takes more than there is,
+ * the surface has none of it. */
+static double pdi_etch_excess(pd_components *film, pdi_etch_work *w, double v, double f)
+{
+    w->flow = f;
+    if (!pdi_etch_lift(film, w, v)) return f < 0.0 ? HUGE_VAL : -HUGE_VAL;
+    return pdi_etch_curve(w, w->surface, w->psi + w->lift) - f;
+}
+
+/* Between a bracket [a, b] of a flow that is not 0. */
+static double pdi_etch_middle(double a, double b)
+{
+    double low = fmin(fabs(a), fabs(b)), high = fmax(fabs(a), fabs(b)), sign = a + b < 0.0 ? -1.0 : 1.0;
+    return low > 0.0 && high > 4.0 * low ? sign * sqrt(low * high) : 0.5 * (a + b);
+}
+
+/* The flow of a curve that reads the species, where metal dissolves at v: between none and what the curve gives without
+ * it; the guess first. 0: no surface was found. */
+static int pdi_etch_flow(pd_components *film, pdi_etch_work *w, double v)
+{
+    double a = 0.0, of = pdi_etch_excess(film, w, v, 0.0), b = of, there = 0.0, f = w->guess;
+    if (!(fabs(of) < HUGE_VAL)) return 0;
+    if (!(fabs(of) > 0.0)) return 1;
+    for (int step = 0; step < PDI_ETCH_STEPS && fabs(b - a) > PDI_ETCH_CLOSE * fabs(b); step++) {
+        if (step > 1) f = a + (b - a) * (of / (of - there));
+        if (step == 1) f *= there * of < 0.0 ? 1.0 - PDI_ETCH_STRIDE : 1.0 + PDI_ETCH_STRIDE;
+        if ((step > 1 && (step % 3 == 2 || !(fabs(of - there) < HUGE_VAL) || !(there * of < 0.0))) ||
+            !((f - a) * (b - f) > 0.0))
+            f = pdi_etch_middle(a, b);
+        if (!((f - a) * (b - f) > 0.0)) break;
+        double g = pdi_etch_excess(film, w, v, f);
+        if (!(g * of > 0.0)) {
+            b = f;
+            there = g;
+            if (step > 1) of *= 0.5;
+            if (!(fabs(g) > 0.0)) {
+                a = f;
+                break;
+            }
+        } else {
+            a = f;
+            of = g;
+            if (step > 1) there *= 0.5;
+        }
+    }
+    double last = pdi_etch_excess(film, w, v, fabs(there) < HUGE_VAL && fabs(there) > 0.0 ? b : a);
+    w->guess = w->flow;
+    return fabs(last) < HUGE_VAL;
+}
+
+/* With migration: the surface where metal dissolves at v. 0: none was found. */
+static int pdi_etch_settle(pd_components *film, pdi_etch_work *w, double v)
+{
+    return w->electrode >= 0 && w->reads ? pdi_etch_flow(film, w, v) : pdi_etch_lift(film, w, v);
+}
+
 /* The law at the surface, where metal dissolves at v [m/s]. */
 static double pdi_etch_given(pd_components *film, pdi_etch_work *w, double v)
 {
     const pd_etch *s = w->s;
     double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
-    if (!(w->thick > 0.0)) return pdi_etch_law(w, w->c, w->psi);
+    if (!(w->thick + w->way > 0.0)) return pdi_etch_law(w, w->c, w->psi);
     if (s->reactive->migration.on)
-        return pdi_etch_lift(film, w, v) ? pdi_etch_law(w, w->surface, w->psi + w->lift) : (double)NAN;
+        return pdi_etch_settle(film, w, v) ? pdi_etch_law(w, w->surface, w->psi + w->lift) : (double)NAN;
     for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
@@ -220,7 +318,7 @@ static double pdi_etch_find(pd_components *film, pdi_etch_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_etch_given(film, w, 0.0);
     if (!(fabs(first) < HUGE_VAL)) return NAN;
-    if (!(first > 0.0) || !(w->thick > 0.0)) return first;
+    if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
     if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return NAN;
     pdi_bracket s = {a, above, b, below, 0, 0};
     double v;
@@ -300,6 +398,27 @@ static void pdi_etch_derive(const pd_components *film, const pdi_etch_work *w, f
 
 /* ---- how the speed of a node follows, with migration ---- */
 
+/* Changes of the curve of the electrode with each solute that it reads, and with F phi/(R T): *lift. */
+static void pdi_etch_bend(const pdi_etch_work *w, double *by, double *lift)
+{
+    const pd_etch *s = w->s;
+    double c[PD_SPECIES_MOST], psi = w->psi + w->lift, stride = PDI_ETCH_LIFT_STRIDE;
+    memcpy(c, w->surface, sizeof c);
+    for (int n = 0; n < s->film.solutes; n++) {
+        by[n] = 0.0;
+        if (!(w->reads >> n & 1u) && !((w->reads & PDI_ETCH_PH) && n == s->reactive->proton)) continue;
+        double from = c[n], step = PDI_ETCH_STRIDE * fmax(from, PDI_ETCH_NOTHING);
+        c[n] = from + step;
+        by[n] = pdi_etch_curve(w, c, psi);
+        c[n] = from - step;
+        by[n] = (by[n] - pdi_etch_curve(w, c, psi)) / (2.0 * step);
+        c[n] = from;
+        if (!(fabs(by[n]) < HUGE_VAL)) by[n] = 0.0;
+    }
+    *lift = (pdi_etch_curve(w, c, psi + stride) - pdi_etch_curve(w, c, psi - stride)) / (2.0 * stride);
+    if (!(fabs(*lift) < HUGE_VAL)) *lift = 0.0;
+}
+
 /* The law at the surface with a change of one concentration. */
 static double pdi_etch_moved(const pdi_etch_work *w, double *c, int n, double change)
 {
@@ -363,7 +482,7 @@ static void pdi_etch_gradient(const pdi_etch_work *w, double *by, double *lift)
     *lift = fabs(*lift) < HUGE_VAL ? *lift / (2.0 * PDI_ETCH_LIFT_STRIDE) : 0.0;
 }
 
-typedef double pdi_etch_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 2];
+typedef double pdi_etch_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 3];
 
 /* Gauss and Jordan: the columns behind the first `rows` become the solution. What is singular stays 0. */
 static void pdi_etch_linear(int rows, int columns, pdi_etch_table a)
@@ -387,7 +506,7 @@ static void pdi_etch_linear(int rows, int columns, pdi_etch_table a)
 }
 
 /* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
- * (one more), and, on the right, the speed (one more) and the totals of the node (those of components). */
+ * (one more), and, on the right, the speed and the flow (two more) and the totals of the node (those of components). */
 static void pdi_etch_balances(const pd_components *film, const pdi_etch_work *w, const float *own, pdi_etch_table a)
 {
     const pd_etch *s = w->s;
@@ -407,9 +526,10 @@ static void pdi_etch_balances(const pd_components *film, const pdi_etch_work *w,
         pdi_components_follow(of, node, one, along);
         for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_etch_share(of->charge[n] * w->lift);
         pdi_components_totals(of, along, sum);
-        for (int k = 0; k < count; k++) a[k][count + 2 + j] = sum[k];
+        for (int k = 0; k < count; k++) a[k][count + 3 + j] = sum[k];
         a[count][j] = of->charge[of->master[j]];
         a[j][count + 1] = s->gain[j] * w->thick;
+        if (w->electrode >= 0) a[j][count + 2] = s->part_gain[w->electrode * count + j] * w->way;
     }
     for (int n = 0; n < of->solutes; n++) {
         double z = of->charge[n];
@@ -423,59 +543,146 @@ static void pdi_etch_balances(const pd_components *film, const pdi_etch_work *w,
     a[count][count] = 1.0;
 }
 
-/* How the speed of a node follows its totals, and F phi/(R T) there: *drive. */
-static void pdi_etch_derive_charged(const pd_components *film, const pdi_etch_work *w, float *by, float *drive)
+/* How a rate at the surface follows what changes there: the speed, the flow, then the totals. */
+static void pdi_etch_chain(const pd_components *film, const pdi_etch_work *w, const float *own, pdi_etch_table a,
+                           const double *gradient, double lift, double *slope)
 {
     const pd_components *of = &w->s->reactive->components;
-    double gradient[PD_SPECIES_MOST], lift, slope[PD_SPECIES_MOST + 1], along[PD_SPECIES_MOST], change[PD_SPECIES_MOST];
-    float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
-    pdi_etch_table a;
-    int count = of->count, films = w->thick > 0.0;
-    pdi_etch_gradient(w, gradient, &lift);
-    pdi_components_derive(films ? film : of, w->surface, own);
-    if (films) {
-        pdi_etch_balances(film, w, own, a);
-        pdi_etch_linear(count + 1, 2 * count + 2, a);
-    }
-    for (int j = 0; j <= count; j++) { /* the speed, then the totals */
-        for (int k = 0; k < count; k++) change[k] = films ? a[k][count + 1 + j] : k == j - 1 ? 1.0 : 0.0;
+    double along[PD_SPECIES_MOST], change[PD_SPECIES_MOST];
+    int count = of->count, films = w->thick + w->way > 0.0;
+    for (int j = 0; j <= count + 1; j++) {
+        for (int k = 0; k < count; k++) change[k] = films ? a[k][count + 1 + j] : k == j - 2 ? 1.0 : 0.0;
         pdi_components_follow(films ? film : of, own, change, along);
         slope[j] = films ? lift * a[count][count + 1 + j] : 0.0;
         for (int n = 0; n < of->solutes; n++) slope[j] += gradient[n] * along[n];
     }
-    double back = films ? fmax(1.0 - slope[0], PDI_ETCH_RISE) : 1.0;
-    for (int k = 0; k < count; k++) by[k] = (float)(slope[1 + k] / back);
-    *drive = (float)(lift / back);
 }
 
-PDI_FN double pdi_etch_at(const pd_etch *s, int32_t node, double thick, double guess)
+/* How law and curve at the surface follow the speed, the flow and the totals of the node, and F phi/(R T) there. */
+typedef struct pdi_etch_slopes_of {
+    double law[PD_SPECIES_MOST + 2], curve[PD_SPECIES_MOST + 2];
+    double lift, bend;
+} pdi_etch_slopes_of;
+
+static void pdi_etch_tangent(const pd_components *film, const pdi_etch_work *w, int goes, pdi_etch_slopes_of *t)
+{
+    const pd_components *of = &w->s->reactive->components;
+    double gradient[PD_SPECIES_MOST];
+    float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    pdi_etch_table a;
+    int count = of->count, films = w->thick + w->way > 0.0;
+    memset(t, 0, sizeof *t);
+    pdi_components_derive(films ? film : of, w->surface, own);
+    if (films) {
+        pdi_etch_balances(film, w, own, a);
+        pdi_etch_linear(count + 1, 2 * count + 3, a);
+    }
+    if (goes) {
+        pdi_etch_gradient(w, gradient, &t->lift);
+        pdi_etch_chain(film, w, own, a, gradient, t->lift, t->law);
+    }
+    if (w->electrode < 0) return;
+    pdi_etch_bend(w, gradient, &t->bend);
+    pdi_etch_chain(film, w, own, a, gradient, t->bend, t->curve);
+}
+
+/* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], drive[1]. */
+static void pdi_etch_derive_charged(const pd_components *film, const pdi_etch_work *w, float *by, float *flow_by,
+                                    double drive[2])
+{
+    pdi_etch_slopes_of t;
+    pdi_etch_tangent(film, w, by != NULL, &t);
+    double one = fmax(1.0 - t.law[0], PDI_ETCH_RISE), two = fmax(1.0 - t.curve[1], PDI_ETCH_RISE);
+    double back = fmax(one * two - t.law[1] * t.curve[0], PDI_ETCH_RISE * one * two);
+    for (int k = 0; k < film->count; k++) {
+        if (by) by[k] = (float)((two * t.law[2 + k] + t.law[1] * t.curve[2 + k]) / back);
+        if (flow_by) flow_by[k] = (float)((one * t.curve[2 + k] + t.curve[0] * t.law[2 + k]) / back);
+    }
+    drive[0] = (two * t.lift + t.law[1] * t.bend) / back;
+    drive[1] = (one * t.bend + t.curve[0] * t.lift) / back;
+}
+
+/* Speed and flow of an electrode by Newton's method from guesses. 0: it does not get there, and they are searched. */
+static int pdi_etch_newton(pd_components *film, pdi_etch_work *w, int goes, double *speed)
+{
+    double v = goes ? fmax(*speed, 0.0) : 0.0, f = w->guess;
+    for (int step = 0; step < PDI_ETCH_NEWTON; step++) {
+        pdi_etch_slopes_of t;
+        if (w->reads) w->flow = f;
+        if (!pdi_etch_lift(film, w, v)) return 0;
+        double law = goes ? pdi_etch_law(w, w->surface, w->psi + w->lift) : 0.0;
+        double curve = w->reads ? pdi_etch_curve(w, w->surface, w->psi + w->lift) : w->flow;
+        f = w->flow;
+        if (!(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
+        int met = fabs(law - v) <= PDI_ETCH_MET * law && fabs(curve - f) <= PDI_ETCH_MET * fabs(f);
+        if (met && (!goes || !(law > 0.0) || !(fabs(law - v) > 0.0))) break;
+        pdi_etch_tangent(film, w, goes, &t);
+        double one = 1.0 - t.law[0], two = 1.0 - t.curve[1], back = one * two - t.law[1] * t.curve[0];
+        if (!(one > 0.0) || !(two > 0.0) || !(back > 0.0)) return 0;
+        double dv = (two * (law - v) + t.law[1] * (curve - f)) / back;
+        f += (one * (curve - f) + t.curve[0] * (law - v)) / back;
+        v += dv;
+        if (!(v >= 0.0) || !(fabs(f) < HUGE_VAL)) return 0;
+        if (met) break;
+        if (step + 1 == PDI_ETCH_NEWTON) return 0;
+    }
+    if (w->reads) w->flow = f;
+    *speed = v;
+    return 1;
+}
+
+PDI_FN double pdi_etch_at(const pd_etch *s, int32_t node, int32_t place, double thick, double guess)
 {
     pd_components film = s->film;
     pdi_etch_work w;
-    pdi_etch_enter(s, node, thick, &film, &w);
+    pdi_etch_enter(s, node, place, thick, &film, &w);
     return pdi_etch_find(&film, &w, guess);
 }
 
 /* ---- all of them ---- */
 
-PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *s, int derive)
+/* A place whose metal dissolves, with its derivatives or without. */
+static void pdi_etch_place(pd_etch *s, int32_t p, int derive)
+{
+    pd_components film = s->film;
+    pdi_etch_work w;
+    int count = film.count, goes = s->desc.law && s->weight[p] > 0.0;
+    double *v = &s->speed[s->node[p]], still = 0.0, drive[2];
+    if (!goes) v = &still;
+    pdi_etch_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    if (!derive) {
+        if (w.electrode >= 0 && pdi_etch_newton(&film, &w, goes, v)) {
+            s->flow[p] = w.flow;
+            return;
+        }
+        if (goes) *v = pdi_etch_find(&film, &w, *v);
+        if (!s->electrode) return;
+        int found = fabs(*v) < HUGE_VAL && (w.electrode < 0 || pdi_etch_settle(&film, &w, *v));
+        s->flow[p] = found ? w.flow : (double)NAN;
+        return;
+    }
+    w.flow = w.guess;
+    if (w.electrode >= 0) pdi_etch_lift(&film, &w, *v);
+    else if (goes) pdi_etch_given(&film, &w, *v);
+    if (!s->drive) {
+        pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
+        return;
+    }
+    if (!goes) memset(s->by + (int64_t)p * count, 0, (size_t)count * sizeof *s->by);
+    pdi_etch_derive_charged(&film, &w, goes ? s->by + (int64_t)p * count : NULL,
+                            s->electrode ? s->flow_by + (int64_t)p * count : NULL, drive);
+    s->drive[p] = (float)drive[0];
+    if (s->electrode) s->flow_drive[p] = (float)drive[1];
+}
+
+PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int derive)
 {
     int count = s->reactive->components.count;
     int nt = pdi_par_threads(ctx, (int64_t)s->count * count * count * PDI_ETCH_STEPS);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t p = 0; p < s->count; p++) {
-        pd_components film = s->film;
-        pdi_etch_work w;
-        pdi_etch_enter(s, s->node[p], s->thick[p], &film, &w);
-        if (derive) {
-            pdi_etch_given(&film, &w, s->speed[s->node[p]]);
-            if (s->drive) pdi_etch_derive_charged(&film, &w, s->by + (int64_t)p * count, s->drive + p);
-            else pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
-        } else {
-            s->speed[s->node[p]] = pdi_etch_find(&film, &w, s->speed[s->node[p]]);
-        }
-    }
+    for (int32_t p = 0; p < s->count; p++)
+        if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_etch_place(s, p, derive);
 }
 
 void pd_etch_open(pd_etch *s)
@@ -486,11 +693,24 @@ void pd_etch_open(pd_etch *s)
 
 void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
 {
-    s->slot[node] = s->count;
+    if (s->slot[node] < 0) s->slot[node] = s->count;
     s->node[s->count] = node;
     s->weight[s->count] = weight;
     s->ahead[s->count] = s->passed[s->count] = 0.0;
+    if (s->electrode) {
+        s->electrode[s->count] = -1;
+        s->area[s->count] = s->way[s->count] = s->gave[s->count] = 0.0;
+    }
     s->thick[s->count++] = thick;
+}
+
+void pd_etch_polarise(pd_etch *s, int electrode, double area, double way)
+{
+    int32_t p = s->count - 1;
+    double d = s->reactive->diffusion.desc.diffusivity;
+    s->electrode[p] = electrode;
+    s->area[p] = area;
+    s->way[p] = d > 0.0 ? way / d : 0.0;
 }
 
 PDI_FN void pdi_etch_begin(pd_etch *s)
@@ -504,22 +724,40 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
     pdi_sum sum = {0.0, 0.0};
     for (int32_t p = 0; p < s->count; p++) {
         int32_t i = s->node[p];
+        if (!(s->weight[p] > 0.0)) continue;
         s->ahead[p] += dt * s->speed[i];
         pdi_sum_add(&sum, pdi_grid_circumference(r->grid, i) * s->weight[p] * s->speed[i]);
     }
     double amount = dt * r->bonds->stencil->volume * pdi_sum_total(&sum);
     for (int n = 0; n < r->components.solutes; n++) r->in[n] += amount * s->shed[n];
+    for (int e = 0; e < s->desc.electrodes.count; e++) {
+        pdi_sum flows = {0.0, 0.0};
+        for (int32_t p = 0; p < s->count; p++)
+            if (s->electrode[p] == e)
+                pdi_sum_add(&flows, pdi_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
+        amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
+        for (int n = 0; n < r->components.solutes; n++)
+            r->in[n] += amount * s->part[e * r->components.solutes + n];
+    }
 }
 
 PDI_FN void pdi_etch_yield(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++)
-        s->split[p] = s->weight[p] * fmax(-s->charge * (double)s->drive[p], 0.0);
+        s->split[p] = s->weight[p] * fmax(-s->charge * (double)s->drive[p], 0.0) +
+                      (s->electrode ? s->area[p] * fmax(-(double)s->flow_drive[p], 0.0) : 0.0);
+}
+
+PDI_FN void pdi_etch_note(pd_etch *s)
+{
+    for (int32_t p = 0; p < s->count && s->gave; p++)
+        s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * s->speed[s->node[p]] : 0.0;
 }
 
 PDI_FN void pdi_etch_accept(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
+    pdi_etch_note(s);
     pdi_etch_begin(s);
 }
 
@@ -541,6 +779,21 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, split, total, "m/s");
     PDI_ARRAY(owner, etch, by, etch->reactive->components.count * total, "m4/mol/s");
     if (etch->reactive->migration.on) PDI_ARRAY(owner, etch, drive, total, "m/s");
+    const pd_etch_electrodes *of = &etch->desc.electrodes;
+    if (!of->count) return;
+    PDI_ARRAY(owner, etch, part, of->count * etch->reactive->components.solutes, "1");
+    PDI_ARRAY(owner, etch, part_gain, of->count * etch->reactive->components.count, "1");
+    PDI_ARRAY(owner, etch, electrode, total, "1");
+    PDI_ARRAY(owner, etch, area, total, "1/m");
+    PDI_ARRAY(owner, etch, way, total, "s/m");
+    PDI_STATE(owner, etch, flow, total, "mol/m2/s");
+    PDI_ARRAY(owner, etch, gave, total, "mol/m3/s");
+    PDI_ARRAY(owner, etch, flow_by, etch->reactive->components.count * total, "m/s");
+    PDI_ARRAY(owner, etch, flow_drive, total, "mol/m2/s");
+    PDI_ARRAY(owner, etch, side, 2 * total, "1");
+    PDI_STATE(owner, etch, level, of->circuits, "V");
+    PDI_ARRAY(owner, etch, conduct, of->circuits, "mol/s/V");
+    PDI_ARRAY(owner, etch, charge_of, of->circuits, "mol/s");
 }
 
 /* The system of concentrations times their diffusivities: ln c' = ln K + ln d + sum m (ln c'_master - ln d_master). */
@@ -556,10 +809,28 @@ PDI_FN void pdi_etch_film(const pd_reactive *r, pd_components *film, double *sca
     }
 }
 
+/* What electrodes bring, of solutes and of totals. */
+static void pdi_etch_parts(pd_etch *s)
+{
+    const pd_reactive *r = s->reactive;
+    const pd_etch_electrodes *of = &s->desc.electrodes;
+    for (int e = 0; e < of->count; e++) {
+        double *part = s->part + e * r->components.solutes;
+        for (int i = 0; i < r->desc.count; i++)
+            if (r->components.place[i] >= 0) part[r->components.place[i]] = of->part[e * r->desc.count + i];
+        pdi_components_totals(&r->components, part, s->part_gain + e * r->components.count);
+    }
+    for (int n = 0; n < of->circuits && of->count; n++)
+        if (of->circuit[n].holds) s->level[n] = of->circuit[n].value;
+    s->desc.electrodes.part = NULL;
+}
+
 pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, pd_etch *s)
 {
     memset(s, 0, sizeof *s);
-    if (!desc->law) return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "there is no law");
+    if (!desc->law && !desc->electrodes.count) return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "there is no law");
+    if (desc->electrodes.count && !r->migration.on)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "electrodes without migration, expected it");
     s->desc = *desc;
     s->desc.shed = NULL;
     s->reactive = r;
@@ -574,6 +845,7 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
         return status;
     }
     for (int32_t i = 0; i < r->grid->total; i++) s->slot[i] = -1;
+    pdi_etch_parts(s);
     r->surface = s;
     r->linear = 0;
     return PD_OK;

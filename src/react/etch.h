@@ -3,6 +3,10 @@
  *
  * The speed v of a node holds for the concentrations at the metal itself, behind a film that what dissolves diffuses
  * through. So v = max(law(c_s(v)), 0). Where a law falls there is one solution; where it jumps down, the speed between.
+ *
+ * With migration, metals may be electrodes: beside the law a polarisation curve brings its current into the species, by
+ * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total current
+ * (levels.h, theory: 5c.4).
  */
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
@@ -11,14 +15,38 @@
 /* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), the potential
  * phi [V] of pd_reactive_potential (NaN without migration), time t [s]. */
 typedef double (*pd_etch_fn)(void *user, int32_t node, const double *c, double ph, double phi, double t);
+/* Current density [A/m2] from metal to fluid, from what is at the surface, at `drop` [V], the potential of the metal
+ * less that of the fluid. It does not fall as that rises. */
+typedef double (*pd_etch_curve_fn)(void *user, int electrode, const double *c, double ph, double drop, double t);
+
+/* Metals that are connected have one potential. */
+typedef struct pd_etch_circuit {
+    int holds;    /* 1: `value` is it [V]; 0: it is the current [A] (per m in planar 2D, per m2 in 1D) into the fluid */
+    double value;
+} pd_etch_circuit;
+
+/* Zero-initialise. Arrays are borrowed for the life of the object, but for `part`. */
+typedef struct pd_etch_electrodes {
+    int count;                /* 0: none */
+    pd_etch_curve_fn curve;
+    double (*given)(void *user, int circuit, double t); /* value of a circuit at a time [s]; NULL: as it is */
+    void *user;
+    const double *part;       /* [count][species] [-] of each with one electron that leaves the fluid for the metal */
+    const uint32_t *reads;    /* [count] bit n: the curve depends on solute n, and with bit 31 on pH; NULL: none does */
+    const int *member;        /* [count] circuit of each */
+    pd_etch_circuit *circuit; /* [circuits] */
+    int circuits;
+} pd_etch_electrodes;
 
 typedef struct pd_etch_desc {
-    pd_etch_fn law;
+    pd_etch_fn law;     /* NULL: none dissolves */
     void *user;
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes */
     uint32_t reads;     /* bit n: the law depends on solute n */
     int reads_ph;       /* 1: on pH */
-    int reads_phi;      /* 1: on phi, which an inlet or a held wall has to tie */
+    int reads_phi;      /* 1: on phi, which an inlet or a held wall has to tie, or with electrodes a given potential; of
+                         * these phi is that of the fluid less that of the metal */
+    pd_etch_electrodes electrodes;
 } pd_etch_desc;
 
 typedef struct pd_etch {
@@ -30,8 +58,8 @@ typedef struct pd_etch {
     double scale[PD_SPECIES_MOST]; /* [-] diffusivities over the mean one, not 0 */
     pd_components film;           /* of concentrations times `scale` */
     int32_t count;                /* fluid nodes beside metal */
-    int32_t *node;                /* [total] of places */
-    int32_t *slot;                /* [total] place of a node; -1: none */
+    int32_t *node;                /* [total] of places; those of a node follow each other */
+    int32_t *slot;                /* [total] first place of a node; -1: none */
     double *weight;               /* [total] [mol/m4] of places: metal per speed */
     double *thick;                /* [total] [mol s/m4] of places: change of concentration across the film per speed */
     double *speed;                /* [total] [m/s] of nodes */
@@ -41,11 +69,26 @@ typedef struct pd_etch {
     float *by;                    /* [total][components] of places: how the speed follows totals */
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
+    /* with electrodes: */
+    double *part;                 /* [electrodes][solutes] [-] see pd_etch_electrodes */
+    double *part_gain;            /* [electrodes][components] [-] of totals */
+    int32_t *electrode;           /* [total] of places; -1: none */
+    double *area;                 /* [total] [1/m] of places: of the electrode, over the volume of the node */
+    double *way;                  /* [total] [s/m] of places: through the film, over the mean diffusivity */
+    double *flow;                 /* [total] [mol/m2/s] of places: electrons that leave the fluid by the curve */
+    float *flow_by, *flow_drive;  /* as `by` and `drive`, of `flow` */
+    double *gave;                 /* [total] [mol/m3/s] of places: of the law, at the end of the last step that stands */
+    double *side;                 /* [2][total] of places: speeds and flows on one side of a jump, and work */
+    double *level;                /* [circuits] [V] potential of the metal */
+    double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */
+    double *charge_of;            /* [circuits] [mol/s] charge that leaves metal */
+    int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
 } pd_etch;
 
 #define pd_etch_build PD_NAME(pd_etch_build)
 #define pd_etch_open PD_NAME(pd_etch_open)
 #define pd_etch_put PD_NAME(pd_etch_put)
+#define pd_etch_polarise PD_NAME(pd_etch_polarise)
 #define pd_etch_free PD_NAME(pd_etch_free)
 
 /* A law for the species; reactive is borrowed, and takes it into its steps. Nodes beside metal are listed by the next
@@ -56,6 +99,9 @@ PD_API void pd_etch_open(pd_etch *etch);
 /* One more: each speed v [m/s] gives it `weight` v [mol/m3/s] of metal, and lies behind a film across which what comes
  * from metal rises by `thick` v [mol/m3], at the mean diffusivity. Beside a plane, half a cell: Cs/h, Cs h/(2 D). */
 PD_API void pd_etch_put(pd_etch *etch, int32_t node, double weight, double thick);
+/* The place put last, or with the others of its node, has that electrode: `area` [1/m] of it over the volume of the
+ * node, `way` [m] from the node to it. Of the places of a node one has a weight. */
+PD_API void pd_etch_polarise(pd_etch *etch, int electrode, double area, double way);
 PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
@@ -64,14 +110,18 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
  * with the activities of a node: ln gamma of a charge of 1. */
 PDI_FN void pdi_etch_film(const pd_reactive *reactive, pd_components *film, double *scale);
 PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now);
-/* Speed [m/s] at a fluid node for the present concentrations, behind such a film. NaN: the law is not finite. */
-PDI_FN double pdi_etch_at(const pd_etch *etch, int32_t node, double thick, double guess);
-/* The speeds of all places; `derive`: and how they follow the totals. */
-PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int derive);
+/* Speed [m/s] at a fluid node for the present concentrations, behind such a film, of the metal of `place` (-1: of that
+ * without electrodes). NaN: the law is not finite. */
+PDI_FN double pdi_etch_at(const pd_etch *etch, int32_t node, int32_t place, double thick, double guess);
+/* The speeds of all places (of a circuit; -1: of all), for potentials of metal as they are; `derive`: and how they
+ * follow the totals. */
+PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int derive);
 /* Nothing has passed in the step at hand; dt [s] of it at the present speeds; the step stands. */
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* With electrodes: `gave` is that of now. */
+PDI_FN void pdi_etch_note(pd_etch *etch);
 /* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */
 PDI_FN void pdi_etch_yield(pd_etch *etch);
 /* Change of the speed [m/s] with that of the dissolved totals [mol/m3] of its node. */
@@ -81,6 +131,28 @@ static inline double pdi_etch_follow(const pd_etch *s, int32_t place, const doub
     const float *by = s->by + (int64_t)place * count;
     double sum = 0.0;
     for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
+    return sum;
+}
+/* The same of what its electrode gives [mol/m2/s]. */
+static inline double pdi_etch_follow_flow(const pd_etch *s, int32_t place, const double *change)
+{
+    int count = s->reactive->components.count;
+    const float *by = s->flow_by + (int64_t)place * count;
+    double sum = 0.0;
+    for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
+    return sum;
+}
+/* Circuit of a place; -1: it is no electrode. */
+static inline int pdi_etch_circuit(const pd_etch *s, int32_t place)
+{
+    return s->electrode && s->electrode[place] >= 0 ? s->desc.electrodes.member[s->electrode[place]] : -1;
+}
+/* [mol/m3/s] of component k for a speed and a flow of a place. */
+static inline double pdi_etch_gives(const pd_etch *s, int32_t place, int k, double speed, double flow)
+{
+    double sum = s->gain[k] * s->weight[place] * speed;
+    if (s->electrode && s->electrode[place] >= 0)
+        sum += s->part_gain[s->electrode[place] * s->reactive->components.count + k] * s->area[place] * flow;
     return sum;
 }
 #endif

@@ -295,12 +295,12 @@ PDI_FN void pdi_migration_tie(pd_migration *m)
         m->tied = grid->kind[m->flux->boundary->far[p]] == PD_INLET;
 }
 
-PDI_FN void pdi_migration_level(pd_migration *m)
+PDI_FN double pdi_migration_level(pd_migration *m)
 {
     const pd_grid *grid = m->flux->bonds->grid;
     pdi_sum sum = {0.0, 0.0};
     int32_t count = 0;
-    if (m->tied) return;
+    if (m->tied) return 0.0;
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
         pdi_sum_add(&sum, m->psi[i]);
@@ -308,4 +308,5 @@ PDI_FN void pdi_migration_level(pd_migration *m)
     }
     for (int32_t i = 0; i < grid->total && count; i++)
         if (grid->kind[i] == PD_FLUID) m->psi[i] -= pdi_sum_total(&sum) / count;
+    return count ? m->volt * pdi_sum_total(&sum) / count : 0.0;
 }

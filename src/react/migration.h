@@ -75,8 +75,8 @@ PDI_FN void pdi_migration_inlets(pd_migration *migration, double phi);
 PDI_FN double pdi_migration_pace(pd_migration *migration, double dt);
 /* Find out whether it is tied. */
 PDI_FN void pdi_migration_tie(pd_migration *migration);
-/* Where nothing ties it: the mean of psi becomes 0. */
-PDI_FN void pdi_migration_level(pd_migration *migration);
+/* Where nothing ties it: the mean of psi becomes 0. [V] it was. */
+PDI_FN double pdi_migration_level(pd_migration *migration);
 #endif
 
 #endif

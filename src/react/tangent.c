@@ -1,5 +1,6 @@
 /* tangent: see tangent.h */
 #include "react/tangent.h"
+#include "react/levels.h"
 #include "core/par.h"
 #include <math.h>
 #include <string.h>
@@ -123,7 +124,8 @@ static pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
     }
-    if (r->surface) pdi_etch_solve(ctx, r->surface, 1);
+    if (r->surface) pdi_etch_solve(ctx, r->surface, -1, 1);
+    if (r->surface && r->surface->electrode) pdi_levels_derive(r->surface);
     if (r->migration.on) PDI_TRY(pdi_tangent_migration(ctx, r));
     for (int n = 0; n < s->kinetics; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
@@ -151,16 +153,47 @@ static void pdi_tangent_part(const pd_reactive *r, int32_t i, double *x)
     r->migration.move[i] = charge / r->migration.size[i];
 }
 
-/* Change of the speed of metal at place p with the change x of totals (and psi) of its node; x loses what minerals
- * take. */
-static double pdi_tangent_metal(const pd_reactive *r, int32_t p, double *x)
+/* Change of the speed of metal at place p with the change x of totals (and psi) of its node, and *flow, that of its
+ * electrode; x loses what minerals take. */
+static double pdi_tangent_metal(const pd_reactive *r, int32_t p, double *x, double *flow)
 {
     const pd_etch *metal = r->surface;
     int32_t i = metal->node[p];
     pdi_tangent_part(r, i, x);
     pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, x);
     double sum = pdi_etch_follow(metal, p, x);
+    *flow = 0.0;
+    if (metal->electrode)
+        *flow = pdi_etch_follow_flow(metal, p, x) + (double)metal->flow_drive[p] * r->migration.move[i];
     return metal->drive ? sum + (double)metal->drive[p] * r->migration.move[i] : sum;
+}
+
+/* What places give with the change x takes what it is of the balances y. */
+static void pdi_tangent_places(const pd_reactive *r, const double *x, double *y)
+{
+    const pd_etch *metal = r->surface;
+    int count = r->components.count;
+    int64_t total = r->grid->total;
+    double change[PD_SPECIES_MOST], speed = 0.0, flow = 0.0;
+    for (int pass = 0; pass < (metal->electrode ? 2 : 1); pass++) { /* circuits have to know all changes first */
+        for (int32_t p = 0; p < metal->count; p++) {
+            int32_t i = metal->node[p];
+            if (pass) {
+                speed = metal->side[p];
+                flow = metal->side[total + p];
+            } else {
+                for (int k = 0; k < count; k++) change[k] = r->weight[k] * x[k * total + i];
+                speed = pdi_tangent_metal(r, p, change, &flow);
+            }
+            if (metal->electrode && !pass) {
+                metal->side[p] = speed;
+                metal->side[total + p] = flow;
+                continue;
+            }
+            for (int k = 0; k < count; k++) y[k * total + i] -= pdi_etch_gives(metal, p, k, speed, flow) / r->weight[k];
+        }
+        if (metal->electrode && !pass) pdi_levels_follow(metal, metal->side, metal->side + total);
+    }
 }
 
 /* y = J x, in totals over weights. */
@@ -198,13 +231,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
             for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
         }
     }
-    for (int32_t p = 0; r->surface && p < r->surface->count; p++) {
-        int32_t i = r->surface->node[p];
-        double change[PD_SPECIES_MOST];
-        for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
-        double given = r->surface->weight[p] * pdi_tangent_metal(r, p, change);
-        for (int k = 0; k < s->count; k++) y[k * total + i] -= r->surface->gain[k] * given / r->weight[k];
-    }
+    if (r->surface) pdi_tangent_places(r, x, y);
     pdi_tangent_spend(r, y);
 }
 

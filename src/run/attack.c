@@ -1,5 +1,6 @@
 /* attack: see attack.h */
 #include "run/attack.h"
+#include "react/levels.h"
 #include "metal/interface.h"
 #include <math.h>
 #include <string.h>
@@ -13,15 +14,17 @@
 static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
 {
     const pd_attack *a = (const pd_attack *)user;
-    const pd_setup_metal *metal = &a->setup->metal[0];
+    const pd_setup_metal *metal = &a->setup->metal[a->kind];
     double vars[PD_EXPR_VARS];
     vars[0] = 0.0;
     vars[1] = t;
     pd_grid_position(a->dissolve->grid, node, vars + 2);
     vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
     vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
-    if (a->cell) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
-    if (metal->polarised) {
+    if (a->cell && !a->polarise.setup) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
+    if (a->polarise.setup) {
+        vars[PDI_SETUP_SURFACE] = -phi;
+    } else if (metal->polarised) {
         double x[PD_DIM];
         memset(x, 0, sizeof x);
         vars[PDI_SETUP_SURFACE] = pdi_setup_eval(&metal->potential, x, t) - phi;
@@ -34,28 +37,34 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
 }
 
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, const pd_cell *cell, const pd_surfaces *surfaces,
-                                  pd_attack *a)
+                                  const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
+                                  const pd_surfaces *surfaces, pd_attack *a)
 {
-    const pd_setup_metal *metal = &setup->metal[0];
+    int kind = pdi_setup_attacked(setup);
+    const pd_setup_metal *metal = &setup->metal[kind > 0 ? kind : 0];
     pd_etch_desc desc;
     memset(a, 0, sizeof *a);
     memset(&desc, 0, sizeof desc);
-    desc.law = pdi_attack_law;
+    a->kind = kind;
+    if (kind >= 0) desc.law = pdi_attack_law;
     desc.user = a;
     desc.shed = setup->sheds ? setup->shed : NULL;
     desc.reads_ph = (int)(metal->rate.uses >> PDI_SETUP_PH & 1u);
     desc.reads_phi = metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u);
-    for (int k = 0; k < metal->species; k++)
+    for (int k = 0; k < metal->species && kind >= 0; k++)
         if (metal->rate.uses >> (PDI_SETUP_PH + 1 + k) & 1u)
             desc.reads |= (uint32_t)1 << reactive->components.place[metal->of[k]];
     a->setup = setup;
     a->dissolve = dissolve;
     a->course = course;
-    a->cell = pdi_setup_electric(metal) ? cell : NULL;
-    if (metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species)) a->surfaces = surfaces;
+    if (kind >= 0 && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species)) a->surfaces = surfaces;
+    a->cell = pdi_setup_electric(metal) || pdi_setup_polarises(setup) ? cell : NULL;
+    if (pdi_setup_polarises(setup)) {
+        desc.reads_phi = 1;
+        PDI_TRY(pdi_polarise_build(ctx, setup, map, cell, reactive, &a->etch, &a->polarise, &desc.electrodes));
+    }
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
-    if (metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
+    if (kind >= 0 && metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
     return PD_OK;
 }
 
@@ -63,6 +72,7 @@ PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *a)
 {
     if (a->dissolve) PDI_DELETE(ctx, a->dissolve->grid->total, a->grain);
     pd_etch_free(ctx, &a->etch);
+    pdi_polarise_free(ctx, &a->polarise);
     memset(a, 0, sizeof *a);
 }
 
@@ -70,6 +80,13 @@ PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at)
 {
     const pd_attack *a = (const pd_attack *)user;
     return a->etch.speed[at->node];
+}
+
+/* Weight of the metal that the law is of. */
+static double pdi_attack_weight(const pd_attack *a, const pdi_beside *beside)
+{
+    const pd_dissolve *d = a->dissolve;
+    return d->kinds > 1 ? pdi_metal_portion(d, beside)[a->kind].weight : beside->weight;
 }
 
 /* Amounts of concentration that a unit of speed makes across the film, over its diffusivity [mol s/m4]. */
@@ -106,7 +123,7 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
         const pdi_beside *beside = &d->beside[k];
         int32_t i = beside->node;
         if (!(beside->weight > 0.0)) continue;
-        if (s->slot[i] < 0) s->speed[i] = pdi_etch_at(s, i, pdi_attack_thick(a, beside), s->speed[i]);
+        if (s->slot[i] < 0) s->speed[i] = pdi_etch_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
         PDI_TRY(pdi_attack_lawful(ctx, a, i));
     }
     return PD_OK;
@@ -130,7 +147,7 @@ static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
-        *speed = fmax(*speed, pdi_etch_at(&a->etch, next, pdi_attack_thick(a, beside), *speed));
+        *speed = fmax(*speed, pdi_etch_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed));
     }
 }
 
@@ -139,6 +156,12 @@ static void pdi_attack_again(pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
     pd_etch *s = &a->etch;
+    for (int32_t p = 0; p < s->count && s->electrode; p++) {
+        if (!(s->weight[p] > 0.0) || d->slot[s->node[p]] < 0) continue;
+        const pdi_beside *beside = &d->beside[d->slot[s->node[p]]];
+        if (beside->weight > 0.0) s->weight[p] = pdi_attack_weight(a, beside);
+    }
+    if (s->electrode) return;
     for (int32_t p = 0; p < s->count; p++) s->weight[p] = 0.0;
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
@@ -149,13 +172,43 @@ static void pdi_attack_again(pd_attack *a)
     }
 }
 
+/* A place for each electrode beside a node; the law is that of the metal with the largest area there. */
+static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
+{
+    const pd_dissolve *d = a->dissolve;
+    const pd_contacts *c = &a->cell->potential.contacts;
+    pd_etch *s = &a->etch;
+    for (int32_t k = 0, end; k < c->count; k = end) {
+        int32_t own, i = c->list[k].node;
+        const pdi_beside *beside = d && d->slot[i] >= 0 ? &d->beside[d->slot[i]] : NULL;
+        end = pdi_polarise_node(&a->polarise, k, a->kind, &own);
+        for (int32_t at = k; at < end; at++) {
+            int goes = at == own && beside && pdi_attack_weight(a, beside) > 0.0;
+            if (s->count == s->reactive->grid->total)
+                return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
+            pd_etch_put(s, i, goes ? pdi_attack_weight(a, beside) : 0.0, goes ? pdi_attack_thick(a, beside) : 0.0);
+            pd_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
+        }
+    }
+    for (int32_t k = 0; d && k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        if (s->slot[beside->node] >= 0 || !(pdi_attack_weight(a, beside) > 0.0)) continue;
+        if (s->count == s->reactive->grid->total)
+            return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
+        pd_etch_put(s, beside->node, pdi_attack_weight(a, beside), pdi_attack_thick(a, beside));
+        pd_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
+    }
+    return PD_OK;
+}
+
 /* The law for the species as they are now. */
 static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
     pd_etch *s = &a->etch;
     pd_etch_open(s);
-    for (int32_t k = 0; k < d->beside_count; k++) {
+    if (s->electrode) PDI_TRY(pdi_attack_electrodes(ctx, a));
+    for (int32_t k = 0; d && k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         pdi_law law;
         if (!(beside->weight > 0.0)) continue;
@@ -163,13 +216,27 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             pdi_interface_law(d, beside, &law);
             a->grain[beside->node] = law.at.grain;
         }
-        if (!pdi_attack_salt(d, beside->node))
+        if (!s->electrode && !pdi_attack_salt(d, beside->node))
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
-    pdi_etch_solve(ctx, s, 0);
-    for (int32_t k = 0; k < d->beside_count && s->desc.reads_phi; k++)
+    pdi_levels_solve(ctx, s);
+    pdi_etch_note(s);
+    if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));
+    for (int32_t k = 0; d && k < d->beside_count && s->desc.reads_phi; k++)
         if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);
-    return pdi_attack_speeds(ctx, a);
+    return d ? pdi_attack_speeds(ctx, a) : PD_OK;
+}
+
+PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t)
+{
+    pd_attack *a = (pd_attack *)user;
+    pd_etch *s = &a->etch;
+    if (!s->electrode) return PD_OK;
+    s->time = t;
+    if (!a->dissolve) return pdi_attack_now(ctx, a);
+    a->dissolve->time = t;
+    PDI_TRY(pdi_dissolve_prepare(ctx, a->dissolve));
+    return PD_OK;
 }
 
 PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
@@ -191,6 +258,10 @@ PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t)
 {
     pd_attack *a = (pd_attack *)user;
     if (!a->course->begun) a->begin = t;
+    if (!a->dissolve) {
+        a->etch.time = t;
+        return a->course->begun ? PD_OK : pdi_attack_now(ctx, a);
+    }
     a->dissolve->time = t;
     return pdi_dissolve_prepare(ctx, a->dissolve);
 }

@@ -8,6 +8,7 @@
 #include "metal/dissolve.h"
 #include "potential/cell.h"
 #include "react/course.h"
+#include "run/polarise.h"
 #include "run/surfaces.h"
 #include "scene/setup.h"
 
@@ -16,17 +17,23 @@ typedef struct pd_attack {
     const pd_setup *setup;
     pd_dissolve *dissolve;
     const pd_course *course;
-    const pd_cell *cell; /* whose potential the law reads, as it was found last; NULL: it does not */
+    const pd_cell *cell; /* whose potential the law reads, as it was found last, or whose contacts electrodes have; NULL:
+                          * neither */
     const pd_surfaces *surfaces; /* whose states the law reads; NULL: it reads none */
+    pd_polarise polarise; /* electrodes among ions that migrate; else empty */
+    int kind;             /* metal that the law is of; -1: none dissolves */
     int32_t *grain; /* [total] of the metal beside a node; NULL: the law does not ask */
     double begin;   /* [s] of the step of the run */
 } pd_attack;
 
 #ifdef PDI_INTERNAL
-/* The law of the first metal of the setup, which is chemical. All is borrowed. */
+/* The law of the metal of the setup that is chemical, and electrodes among ions that migrate. All is borrowed; dissolve:
+ * NULL where metal stays. */
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, const pd_cell *cell, const pd_surfaces *surfaces,
-                                  pd_attack *attack);
+                                  const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
+                                  const pd_surfaces *surfaces, pd_attack *attack);
+/* With electrodes: what they are like before the first step, at time t [s]. */
+PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t);
 PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *attack);
 /* A pd_rate_fn of the dissolution, its `found`, and the `find` of the course. */
 PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at);

@@ -21,7 +21,7 @@ static int pdi_electrodes_which(void *user, int32_t node)
     return -1;
 }
 
-static double pdi_electrodes_given(void *user, int circuit, double t)
+PDI_FN double pdi_electrodes_given(void *user, int circuit, double t)
 {
     const pd_electrode_map *m = (const pd_electrode_map *)user;
     double x[PD_DIM];
@@ -143,7 +143,7 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
     for (int k = 0; k < p->electrodes; k++) {
         const pd_setup_electrode *e = &p->electrode[k];
         curve[k].term = &e->term;
-        curve[k].count = !e->primary;
+        curve[k].count = !e->primary && !e->bare && !e->reads;
         curve[k].equilibrium = e->term.equilibrium;
         curve[k].film = e->film;
     }
@@ -153,6 +153,7 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
     desc.given = pdi_electrodes_given;
     desc.user = m;
     desc.potential.conductivity = p->conductivity;
+    desc.apart = m->setup->migrates;
     if (m->reactive) desc.conduct = pdi_electrodes_conduct;
     for (int k = 0; k < p->electrodes; k++)
         if (p->electrode[k].shares) desc.share = pdi_electrodes_share;

@@ -335,8 +335,9 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     course.reactive = &r;
     course.desc.settle = u->settle;
     memset(&etch, 0, sizeof etch);
-    if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
+    if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         etch.reactive = &r;
+        if (pdi_setup_polarises(u)) etch.desc.electrodes.count = etch.desc.electrodes.circuits = u->potential.electrodes;
         course.desc.surface = &etch;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
     }

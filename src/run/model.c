@@ -277,21 +277,22 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.settle = u->settle;
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
     desc.shed = u->shed;
-    int chemical = u->has_dissolve && pdi_setup_chemical(&u->metal[0]);
     if (u->states) {
         m->line = u->state[0].line;
         PDI_TRY(pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
-                                   chemical ? &m->attack.etch : NULL, &m->coat, &m->surfaces));
+                                   pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, &m->coat, &m->surfaces));
         m->line = u->line[PD_PART_CHEMISTRY];
         desc.coat = &m->coat;
     }
-    if (chemical) {
-        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->cell, &m->surfaces, &m->attack));
+    if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
+        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL, &m->course, &m->cell,
+                                 &m->electrodes, &m->surfaces, &m->attack));
         desc.surface = &m->attack.etch;
         desc.find = pdi_attack_find;
+        desc.open = pdi_attack_open;
         desc.user = &m->attack;
     }
-    if (u->potential.reacts) {
+    if (u->potential.reacts && !u->migrates) {
         desc.feed = pdi_electrodes_feed;
         desc.feeder = &m->electrodes;
     }
@@ -437,9 +438,16 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
     desc.sheds = u->sheds;
-    if (pdi_setup_chemical(&u->metal[0])) {
+    int attacked = pdi_setup_attacked(u);
+    if (attacked > 0) {
+        metal[attacked].rate = pdi_attack_rate;
+        metal[attacked].rate_user = &m->attack;
+        metal[attacked].uniform = 0;
+    } else if (attacked == 0) {
         desc.rate = pdi_attack_rate;
         desc.rate_user = &m->attack;
+    }
+    if (attacked >= 0) {
         desc.found = pdi_attack_found;
         desc.found_user = &m->attack;
         desc.lags = 1;
@@ -525,12 +533,12 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
                             PD_PART_SOLID, PD_PART_CHEMISTRY, PD_PART_DISSOLVE, PD_PART_DISSOLVE,
-                            PD_PART_CHEMISTRY, PD_PART_POTENTIAL};
+                            PD_PART_POTENTIAL, PD_PART_CHEMISTRY};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
                               pdi_model_structure, pdi_model_species, pdi_model_metals, pdi_model_dissolve,
-                              pdi_model_course, pdi_model_cell};
+                              pdi_model_cell, pdi_model_course};
     const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_chemistry,
-                          u->has_dissolve || u->has_potential, u->has_dissolve, u->has_chemistry, u->has_potential};
+                          u->has_dissolve || u->has_potential, u->has_dissolve, u->has_potential, u->has_chemistry};
     for (size_t k = 0; k < sizeof part / sizeof part[0]; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -572,7 +580,7 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
     if (u->has_solid)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
-    int first = m->attack.dissolve || m->bare;
+    int first = m->attack.setup || m->bare;
     if (first) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));

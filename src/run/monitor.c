@@ -294,7 +294,8 @@ static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_current[pdi_monitor_extent(model->setup)];
     pd_cell_electrode e;
-    pd_cell_electrode_of(&model->cell, m->desc->index, &e);
+    if (model->attack.polarise.setup) pdi_polarise_electrode(&model->attack.polarise, m->desc->index, &e);
+    else pd_cell_electrode_of(&model->cell, m->desc->index, &e);
     pdi_monitor_put(m, "E", "V", e.potential);
     pdi_monitor_put(m, "current", unit, e.current);
     pdi_monitor_put(m, "anodic", unit, e.anodic);

@@ -360,6 +360,8 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->has_potential = r->setup->has_potential;
     result->current_balance = m->cell.result.imbalance;
     result->current = m->cell.result.anodic;
+    if (m->attack.polarise.setup)
+        result->current = pdi_polarise_current(&m->attack.polarise, &result->current_balance);
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;

@@ -90,8 +90,12 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     int state = pdi_setup_field_state(m->setup, field);
     if (state >= 0) return fluid ? pdi_surfaces_at(&m->surfaces, state, i) : (double)NAN;
     switch (field) {
-    case PD_FIELD_PHI: return fluid ? m->cell.potential.phi[i] : (double)NAN;
-    case PD_FIELD_I: return fluid ? pdi_cell_density(&m->cell, i) : 0.0;
+    case PD_FIELD_PHI:
+        if (m->attack.polarise.setup) return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
+        return fluid ? m->cell.potential.phi[i] : (double)NAN;
+    case PD_FIELD_I:
+        if (m->attack.polarise.setup) return fluid ? pdi_polarise_density(&m->attack.polarise, i) : 0.0;
+        return fluid ? pdi_cell_density(&m->cell, i) : 0.0;
     case PD_FIELD_J:
         if (fluid) pdi_cell_current(&m->cell, i, j);
         return fluid ? pdi_vec_norm(j) : 0.0;
@@ -370,6 +374,7 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     int32_t node[PDI_SAMPLE_CELLS];
     pdi_sample_job job;
     double sum = 0.0;
+    if (field == PD_FIELD_PHI && m->attack.polarise.setup) field = PD_FIELD_POTENTIAL;
     job.m = m;
     job.field = field;
     job.component = component;

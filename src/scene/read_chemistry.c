@@ -227,10 +227,10 @@ PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double
     if (!s->setup->has_chemistry)
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found without species, expected [species OH-] "
                                "and others");
-    if (s->setup->sheds)
+    if (s->setup->sheds && !s->setup->migrates)
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside reaction of [dissolve], which takes "
                                "the same current, expected one of them");
-    if (s->setup->settle)
+    if (s->setup->settle && !s->setup->migrates)
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found beside time = steady in [chemistry], "
                                "expected implicit");
     PDI_TRY(pdi_read_chemistry_reaction(s, section, &all, &metal, &gas, &electron, &reaction));
@@ -246,7 +246,8 @@ PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double
 static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double electrons)
 {
     const pd_setup *u = s->setup;
-    double charge = u->metal[0].material.charge;
+    int goes = pdi_setup_attacked(u);
+    double charge = u->metal[goes > 0 ? goes : 0].material.charge;
     if (!(electrons > 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- on the left, expected it on the right, "
                                "as in Fe = Fe2+ + 2 e-");
@@ -254,6 +255,10 @@ static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- where nothing carries the current, "
                                "expected migration = yes in [chemistry], [potential] with electrodes, or what takes up "
                                "the electrons, as in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
+    if (pdi_setup_polarises(u) && goes < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- beside electrodes among ions that "
+                               "migrate, and a law without E, expected one in E, the potential of the metal less that "
+                               "of the ions: current = 0.1 A/m2*exp((E + 0.4 V)/(26 mV))");
     if (!pdi_text_has(s->ctx, s->text, section, "current") ||
         fabs(electrons - charge) <= PDI_READ_CHEMISTRY_SAME * charge) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %.6g e- for one of the metal, but Faraday's "
@@ -296,8 +301,9 @@ PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *s)
         return pdi_text_refuse(s->ctx, s->text, pdi_read_chemistry_section(s, ""), "chemistry",
                                "found beside a medium, where species would have a D of their own, expected none");
     if (!given) return PD_OK;
-    if (u->metals > 1 || u->activation)
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", u->metals > 1 ?
+    int several = u->metals > 1 && !(pdi_setup_polarises(u) && pdi_setup_attacked(u) >= 0);
+    if (several || u->activation)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", several ?
                                "found with several metals, expected one" :
                                "found with control = activation, where nothing dissolved is followed, expected "
                                "diffusion");

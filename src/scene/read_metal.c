@@ -114,20 +114,34 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
 static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                           pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
 {
+    const char *at;
     memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
-    if (!s->setup->has_potential) vars[PDI_SETUP_CURRENT].name = "";
+    if (!s->setup->has_potential || s->setup->migrates) vars[PDI_SETUP_CURRENT].name = "";
     if (!s->setup->has_potential && !metal->polarised) vars[PDI_SETUP_SURFACE].name = "";
     memset(&vars[PDI_SETUP_PH], 0, sizeof *vars);
     vars[PDI_SETUP_PH].name = "pH";
     vars[PDI_SETUP_PH].unit = "";
     *count = PDI_SETUP_PH + 1;
+    metal->species = 0;
+    if (!pdi_text_has(s->ctx, s->text, section, key)) return PD_OK;
+    if (s->setup->has_potential && s->setup->migrates) {
+        PDI_TRY(pdi_text_string(s->ctx, s->text, section, key, NULL, &at));
+        if (strcmp(at, "i") == 0)
+            return pdi_text_refuse(s->ctx, s->text, section, key, "found i, expected the anodic law itself among ions "
+                                   "that migrate, in E: current = 0.1 A/m2*exp((E + 0.4 V)/(26 mV)); the curve of the "
+                                   "electrode is what passes beside it");
+    }
     return pdi_read_surface_variables(s, section, key, vars, name, count, metal->of, &metal->species);
 }
 
 /* The potential of the metal among ions that migrate. */
 static pd_status pdi_read_metal_potential(pdi_reader *s, int section, pd_setup_metal *metal)
 {
+    if (pdi_setup_polarises(s->setup)) metal->polarised = 1;
     if (!pdi_text_has(s->ctx, s->text, section, "potential")) return PD_OK;
+    if (metal->polarised)
+        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside an [electrode NAME], expected "
+                               "potential = E there");
     if (!s->setup->migrates)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found without ions that carry a current, "
                                "expected migration = yes in [chemistry], or [potential] and an [electrode NAME] with "
@@ -157,6 +171,10 @@ static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char 
     if (metal->rate.uses & 1u)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found C beside pH, species or E, expected the species "
                                "of the dissolved metal, such as [Mg2+]");
+    if (pdi_setup_polarises(u) && u->has_corrode)
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found E of electrodes among ions that migrate, expected "
+                               "[dissolve] there");
+    if (pdi_setup_polarises(u) && u->metals > 1) return PD_OK; /* see pdi_read_metal_one */
     if (u->metals > 1 || u->activation || u->drive == PD_DRIVE_DIFFERENCE)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found pH, species or E %s", u->metals > 1 ?
                                "with several metals, expected one" : u->activation ?
@@ -208,6 +226,21 @@ static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_meta
     return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
 }
 
+/* Among ions that migrate one of several metals dissolves, the others stay. */
+static pd_status pdi_read_metal_one(pdi_reader *s)
+{
+    const pd_setup *u = s->setup;
+    int goes = pdi_setup_attacked(u);
+    for (int m = 0; m < u->metals && u->metals > 1 && pdi_setup_polarises(u) && goes >= 0; m++) {
+        const pd_setup_metal *metal = &u->metal[m];
+        if (m == goes || (!metal->rate.uses && !(fabs(pdi_setup_speed(metal)) > 0.0))) continue;
+        return pdi_text_refuse(s->ctx, s->text, pdi_read_metal_section(s, m), "rate", "found several metals that "
+                               "dissolve among ions that migrate, expected one, and rate = 0 in [dissolve %s] of the "
+                               "others", metal->material.name);
+    }
+    return PD_OK;
+}
+
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -223,7 +256,7 @@ PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
                                   u->metal[m].solid_c, u->metal[m].material.name);
     }
     pdi_read_metal_named(s, &u->metal[0]);
-    return status;
+    return status == PD_OK ? pdi_read_metal_one(s) : status;
 }
 
 /* ---- what all metals share ---- */

@@ -7,6 +7,10 @@
 
 /* Points of a curve that is given as an expression. */
 #define PDI_READ_POTENTIAL_POINTS 4001
+/* A curve in species is tried at so many potentials up to so many volts, and may fall by so much of itself. */
+#define PDI_READ_POTENTIAL_TRIALS 400
+#define PDI_READ_POTENTIAL_WIDE 4.0
+#define PDI_READ_POTENTIAL_SLACK 1e-12
 /* [V] A potential of this size is none. */
 #define PDI_READ_POTENTIAL_MOST 1e4
 
@@ -115,9 +119,56 @@ static pd_status pdi_read_potential_points(pdi_reader *s, int section, const pd_
     return PD_OK;
 }
 
+/* A curve of E, pH and species must not fall with E: for 1 mol/m3 of each, and pH 7. */
+static pd_status pdi_read_potential_rises(pdi_reader *s, int section, const pd_setup_electrode *e)
+{
+    double vars[PD_EXPR_VARS], last = -HUGE_VAL;
+    for (int k = 0; k < PD_EXPR_VARS; k++) vars[k] = 1.0;
+    vars[1] = 7.0;
+    for (int k = 0; k <= PDI_READ_POTENTIAL_TRIALS; k++) {
+        vars[0] = PDI_READ_POTENTIAL_WIDE * (2.0 * k / PDI_READ_POTENTIAL_TRIALS - 1.0);
+        double i = pdi_expr_eval(&e->law, vars);
+        if (!(fabs(i) < PDI_READER_HUGE)) continue;
+        if (i < last - PDI_READ_POTENTIAL_SLACK * fabs(last))
+            return pdi_text_refuse(s->ctx, s->text, section, "i", "found a current that falls from %.6g to %.6g A/m2 as "
+                                   "E rises to %.6g V, at 1 mol/m3 of each species, expected one that rises or stays "
+                                   "(cathodic currents are negative)", last, i, vars[0]);
+        last = i;
+    }
+    return PD_OK;
+}
+
+/* Among ions that migrate a curve may depend on pH and species: it is no table then. */
+static pd_status pdi_read_potential_law(pdi_reader *s, int section, pd_setup_electrode *e)
+{
+    pd_expr_symbol vars[PD_EXPR_VARS];
+    char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
+    const char *text;
+    int count = 2;
+    if (!s->setup->migrates || !pdi_text_has(s->ctx, s->text, section, "i")) return PD_OK;
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "i", NULL, &text));
+    if (!strchr(text, '[') && !strstr(text, "pH")) return PD_OK;
+    memset(vars, 0, sizeof vars);
+    vars[0] = pdi_read_potential_argument[0];
+    vars[1].name = "pH";
+    vars[1].unit = "";
+    PDI_TRY(pdi_read_surface_species(s, section, "i", vars, name, &count, e->of, &e->species));
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "i", "A/m2", vars, count, NULL, &e->law));
+    e->reads = 1;
+    if ((e->law.uses >> 1 & 1u) && pdi_electrolyte_find(&s->setup->electrolyte, "H+") < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "i", "found pH without the species H+, expected [species H+] "
+                               "and others");
+    if (e->film > 0.0 || pdi_text_has(s->ctx, s->text, section, "range"))
+        return pdi_text_refuse(s->ctx, s->text, section, e->film > 0.0 ? "film" : "range", "found beside a curve in pH "
+                               "or species, expected none");
+    return pdi_read_potential_rises(s, section, e);
+}
+
 static pd_status pdi_read_potential_expression(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr curve;
+    PDI_TRY(pdi_read_potential_law(s, section, e));
+    if (e->reads) return PD_OK;
     PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "i", "A/m2", pdi_read_potential_argument, 1, NULL, &curve));
     pd_status status = pdi_read_potential_points(s, section, &curve, e);
     pdi_expr_free(s->ctx, &curve);
@@ -128,6 +179,8 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
 {
     static const char *const curves[] = {"butler_volmer", "tafel", "linear", "expression", "primary", NULL};
     int curve = 0;
+    e->bare = s->setup->migrates && !pdi_text_has(s->ctx, s->text, section, "curve");
+    if (e->bare) return PD_OK;
     if (!pdi_text_has(s->ctx, s->text, section, "curve"))
         return pdi_text_refuse(s->ctx, s->text, section, "curve", "found no polarisation curve, expected curve = "
                                "butler_volmer, tafel, linear, expression or primary");
@@ -137,6 +190,9 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
     PDI_TRY(pdi_reader_within(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MOST, PDI_READ_POTENTIAL_MOST, 0,
                               &e->term.equilibrium));
     e->primary = curve == PDI_READ_POTENTIAL_PRIMARY;
+    if (e->primary && s->setup->migrates)
+        return pdi_text_refuse(s->ctx, s->text, section, "curve", "found primary beside migration = yes of [chemistry], "
+                               "expected another curve");
     if (e->primary) return PD_OK;
     if (curve != PDI_READ_POTENTIAL_LINEAR)
         return pdi_read_potential_slopes(s, section, curve == PDI_READ_POTENTIAL_BUTLER, &e->term);
@@ -230,6 +286,9 @@ static pd_status pdi_read_potential_section(pdi_reader *s, int section)
     PDI_TRY(pdi_read_potential_control(s, section, e));
     e->reacts = pdi_text_has(s->ctx, s->text, section, "reaction");
     if (e->reacts) PDI_TRY(pdi_read_chemistry_electrode(s, section, e->shed));
+    if (s->setup->migrates && !e->reacts && !e->bare)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found none, expected the half-reaction by which "
+                               "the current of the curve enters the ions: reaction = O2 + 2 H2O + 4 e- = 4 OH-");
     p->reacts = p->reacts || e->reacts;
     return pdi_read_potential_table(s, section, e->wire);
 }
@@ -240,6 +299,9 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
     for (int k = 0; k < 2 * PD_DIM; k++) {
         int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
         if (!pdi_text_has(s->ctx, s->text, section, "potential")) continue;
+        if (u->migrates)
+            return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry], "
+                                   "expected species = inlet, which holds ions at the potential 0");
         PDI_TRY(pdi_reader_within(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MOST,
                                   PDI_READ_POTENTIAL_MOST, 0, &u->potential.hold[k]));
         u->potential.held[k] = 1;
@@ -253,6 +315,9 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
 static pd_status pdi_read_potential_electrolyte(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;
+    if (s->setup->migrates && pdi_text_has(s->ctx, s->text, section, "conductivity"))
+        return pdi_text_refuse(s->ctx, s->text, section, "conductivity", "found beside migration = yes of [chemistry], "
+                               "expected none: it is that of the ions");
     if (!pdi_text_has(s->ctx, s->text, section, "conductivity") && !s->setup->has_chemistry)
         return pdi_text_refuse(s->ctx, s->text, section, "conductivity", "found none, expected [potential] "
                                "conductivity = 1.5 S/m or another positive value");
@@ -270,10 +335,6 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
     if (u->has_gas)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside [gas], expected [flow] or fluid at "
                                "rest");
-    if (u->migrates)
-        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry], "
-                               "expected one of them: among ions that migrate one metal dissolves, at potential = E of "
-                               "[dissolve]; electrodes do not move them yet");
     if (first < 0)
         return pdi_text_refuse(s->ctx, s->text, section, "potential", "found no electrode, expected an [electrode "
                                "NAME] with a shape and a curve");
@@ -292,4 +353,7 @@ PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
 }
 
 #undef PDI_READ_POTENTIAL_POINTS
+#undef PDI_READ_POTENTIAL_TRIALS
+#undef PDI_READ_POTENTIAL_WIDE
+#undef PDI_READ_POTENTIAL_SLACK
 #undef PDI_READ_POTENTIAL_MOST

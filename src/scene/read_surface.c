@@ -138,8 +138,8 @@ PDI_FN pd_status pdi_read_surface_states(pdi_reader *s)
 
 /* ---- what laws know ---- */
 
-PDI_FN pd_status pdi_read_surface_variables(pdi_reader *s, int section, const char *key, pd_expr_symbol *vars,
-                                            char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species)
+PDI_FN pd_status pdi_read_surface_species(pdi_reader *s, int section, const char *key, pd_expr_symbol *vars,
+                                          char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species)
 {
     const pd_setup *u = s->setup;
     const pd_electrolyte *e = &u->electrolyte;
@@ -167,6 +167,14 @@ PDI_FN pd_status pdi_read_surface_variables(pdi_reader *s, int section, const ch
         vars[(*count)++].value = 0.0;
         of[(*species)++] = found;
     }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_surface_variables(pdi_reader *s, int section, const char *key, pd_expr_symbol *vars,
+                                            char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species)
+{
+    const pd_setup *u = s->setup;
+    PDI_TRY(pdi_read_surface_species(s, section, key, vars, name, count, of, species));
     for (int k = 0; k < u->states; k++) {
         vars[*count].name = u->state[k].name;
         vars[*count].unit = u->state[k].unit;
@@ -313,6 +321,10 @@ PDI_FN pd_status pdi_read_surface_rates(pdi_reader *s)
     pd_setup *u = s->setup;
     for (int k = 0; k < u->states; k++) {
         int section = pdi_read_surface_section(s, &u->state[k]);
+        if (pdi_setup_polarises(u))
+            return pdi_text_refuse(s->ctx, s->text, section, "rate", "found beside electrodes among ions that migrate, "
+                                   "whose potentials are solved with the species, expected migration = no of [chemistry] "
+                                   "or no [potential]");
         PDI_TRY(pdi_read_surface_of(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_rate(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_table(s, section, k));

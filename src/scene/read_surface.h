@@ -12,8 +12,11 @@
 PDI_FN pd_status pdi_read_surface_states(pdi_reader *reader);
 /* Rates and what carries the states; behind metal and electrodes. */
 PDI_FN pd_status pdi_read_surface_rates(pdi_reader *reader);
-/* Append the species that the text of a key names as [H+], which name[] keeps, and all states. of[*species]: species by
- * their place in the electrolyte. */
+/* Append the species that the text of a key names as [H+], which name[] keeps. of[*species]: species by their place in
+ * the electrolyte. */
+PDI_FN pd_status pdi_read_surface_species(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
+                                          char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species);
+/* The same, and all states behind them. */
 PDI_FN pd_status pdi_read_surface_variables(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
                                             char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species);
 /* The factor of an electrode, its number. */

@@ -62,6 +62,7 @@ static void pdi_setup_free_electrodes(pd_ctx *ctx, pd_setup_potential *p)
 {
     for (int k = 0; k < p->electrodes; k++) {
         pd_setup_electrode *e = &p->electrode[k];
+        pdi_expr_free(ctx, &e->law);
         PDI_DELETE(ctx, e->points, e->potential);
         PDI_DELETE(ctx, e->points, e->current);
         pdi_expr_free(ctx, &e->given);
@@ -331,8 +332,10 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_C:
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] or [corrode] section";
-    case PD_FIELD_PHI:
     case PD_FIELD_J:
+        if (setup->has_potential && setup->migrates) return "[potential] without migration = yes";
+        return setup->has_potential ? NULL : "a [potential] section";
+    case PD_FIELD_PHI:
     case PD_FIELD_I: return setup->has_potential ? NULL : "a [potential] section";
     case PD_FIELD_DAMAGE: return setup->has_corrode ? NULL : "a [corrode] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";

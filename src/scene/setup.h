@@ -207,7 +207,7 @@ typedef struct pd_setup_metal {
     int species;       /* that the rate has behind pH, */
     int of[PD_EXPR_VARS]; /* by their place in the electrolyte; behind them it has all states of surfaces */
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
-    int polarised;     /* 1: among ions that migrate it has a given potential: */
+    int polarised;     /* 1: among ions that migrate it has a potential: that of its electrode, or a given one: */
     pd_expr potential; /* of t; in V, against inlets and walls that hold species */
 } pd_setup_metal;
 
@@ -309,6 +309,11 @@ typedef struct pd_setup_electrode {
     int holds, gives;         /* 1: its potential, or its current, is given: */
     pd_expr given;            /* of t; in V, or in A (per m in planar 2D, per m2 in 1D) */
     int wire;                 /* electrodes of one number are connected: the first of them */
+    int bare;                 /* 1: among ions that migrate, it has no curve beside the law of its metal */
+    int reads;                /* 1: among them its curve is this one, in species: */
+    pd_expr law;              /* of E, pH and species; in A/m2 */
+    int species;              /* that it has behind pH, */
+    int of[PD_EXPR_VARS];     /* by their place in the electrolyte */
     int reacts;               /* 1: its current enters the species: */
     double shed[PD_SPECIES_MOST]; /* [-] of each with one electron that leaves the fluid for the metal */
 } pd_setup_electrode;
@@ -529,6 +534,15 @@ static inline int pdi_setup_chemical(const pd_setup_metal *metal)
     return metal->rate.uses >> PDI_SETUP_PH != 0 ||
            (metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u) != 0);
 }
+/* The metal with a law in the species or in E among ions that migrate; -1: none. */
+static inline int pdi_setup_attacked(const pd_setup *setup)
+{
+    for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
+        if (pdi_setup_chemical(&setup->metal[k])) return k;
+    return -1;
+}
+/* 1: electrodes among ions that migrate. */
+static inline int pdi_setup_polarises(const pd_setup *setup) { return setup->migrates && setup->has_potential; }
 static inline int pdi_setup_electric(const pd_setup_metal *metal)
 {
     return !metal->polarised && (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;

@@ -1754,6 +1754,28 @@ def declare(dim):
     ]
 
     pd_etch_fn = CFUNCTYPE(c_double, c_void_p, c_int32, POINTER(c_double), c_double, c_double, c_double)
+    pd_etch_curve_fn = CFUNCTYPE(c_double, c_void_p, c_int, POINTER(c_double), c_double, c_double, c_double)
+
+    class pd_etch_circuit(Structure):
+        pass
+    pd_etch_circuit._fields_ = [
+        ('holds', c_int),
+        ('value', c_double),
+    ]
+
+    class pd_etch_electrodes(Structure):
+        pass
+    pd_etch_electrodes._fields_ = [
+        ('count', c_int),
+        ('curve', pd_etch_curve_fn),
+        ('given', CFUNCTYPE(c_double, c_void_p, c_int, c_double)),
+        ('user', c_void_p),
+        ('part', POINTER(c_double)),
+        ('reads', POINTER(c_uint32)),
+        ('member', POINTER(c_int)),
+        ('circuit', POINTER(pd_etch_circuit)),
+        ('circuits', c_int),
+    ]
 
     class pd_etch_desc(Structure):
         pass
@@ -1764,6 +1786,7 @@ def declare(dim):
         ('reads', c_uint32),
         ('reads_ph', c_int),
         ('reads_phi', c_int),
+        ('electrodes', pd_etch_electrodes),
     ]
 
     class pd_etch(Structure):
@@ -1788,6 +1811,20 @@ def declare(dim):
         ('by', POINTER(c_float)),
         ('drive', POINTER(c_float)),
         ('time', c_double),
+        ('part', POINTER(c_double)),
+        ('part_gain', POINTER(c_double)),
+        ('electrode', POINTER(c_int32)),
+        ('area', POINTER(c_double)),
+        ('way', POINTER(c_double)),
+        ('flow', POINTER(c_double)),
+        ('flow_by', POINTER(c_float)),
+        ('flow_drive', POINTER(c_float)),
+        ('gave', POINTER(c_double)),
+        ('side', POINTER(c_double)),
+        ('level', POINTER(c_double)),
+        ('conduct', POINTER(c_double)),
+        ('charge_of', POINTER(c_double)),
+        ('lost', c_int),
     ]
 
     class pd_coat_at(Structure):
@@ -1869,6 +1906,7 @@ def declare(dim):
         ('feeder', c_void_p),
         ('surface', POINTER(pd_etch)),
         ('find', pd_at_fn),
+        ('open', pd_at_fn),
         ('user', c_void_p),
         ('cover', c_double),
         ('bare', POINTER(c_double)),
@@ -2690,6 +2728,7 @@ def declare(dim):
         ('tolerance', c_double),
         ('max_newton', c_int),
         ('idle', c_int),
+        ('apart', c_int),
     ]
 
     class pd_potential(Structure):
@@ -2751,6 +2790,7 @@ def declare(dim):
         ('conduct', CFUNCTYPE(None, c_void_p, POINTER(c_double))),
         ('share', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_contact), c_int32, c_double)),
         ('user', c_void_p),
+        ('apart', c_int),
     ]
 
     class pd_cell(Structure):
@@ -3467,6 +3507,11 @@ def declare(dim):
         ('gives', c_int),
         ('given', pd_expr),
         ('wire', c_int),
+        ('bare', c_int),
+        ('reads', c_int),
+        ('law', pd_expr),
+        ('species', c_int),
+        ('of', c_int * 32),
         ('reacts', c_int),
         ('shed', c_double * 32),
     ]
@@ -3675,6 +3720,18 @@ def declare(dim):
         ('line', c_int),
     ]
 
+    class pd_polarise(Structure):
+        pass
+    pd_polarise._fields_ = [
+        ('setup', POINTER(pd_setup)),
+        ('map', POINTER(pd_electrode_map)),
+        ('cell', POINTER(pd_cell)),
+        ('etch', POINTER(pd_etch)),
+        ('part', POINTER(c_double)),
+        ('reads', c_uint32 * 16),
+        ('circuit', pd_etch_circuit * 16),
+    ]
+
     class pd_footprint(Structure):
         pass
     pd_footprint._fields_ = [
@@ -3701,6 +3758,8 @@ def declare(dim):
         ('course', POINTER(pd_course)),
         ('cell', POINTER(pd_cell)),
         ('surfaces', POINTER(pd_surfaces)),
+        ('polarise', pd_polarise),
+        ('kind', c_int),
         ('grain', POINTER(c_int32)),
         ('begin', c_double),
     ]
@@ -4245,6 +4304,7 @@ def declare(dim):
         'pd_etch_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_etch_desc), POINTER(pd_etch)]),
         'pd_etch_open': (None, [POINTER(pd_etch)]),
         'pd_etch_put': (None, [POINTER(pd_etch), c_int32, c_double, c_double]),
+        'pd_etch_polarise': (None, [POINTER(pd_etch), c_int, c_double, c_double]),
         'pd_etch_free': (None, [POINTER(pd_ctx), POINTER(pd_etch)]),
         'pd_reactive_step': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), c_double, POINTER(pd_reactive_result)]),
         'pd_course_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_course_desc), POINTER(pd_course)]),

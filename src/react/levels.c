@@ -1,0 +1,201 @@
+/* levels: see levels.h
+ *
+ * Design: a potential is no unknown of the linear systems. It is found within each residual, and its change is taken
+ * out of their rows: a change of rank one for each circuit, which GMRES meets in a step or two.
+ */
+#include "react/levels.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define PDI_LEVELS_FARADAY 96485.33212 /* [C/mol] */
+#define PDI_LEVELS_STEPS 200
+/* [V] First stride of a search, and the farthest potential. */
+#define PDI_LEVELS_STRIDE 0.05
+#define PDI_LEVELS_FAR 100.0
+/* Share of the currents of a circuit that their sum may be off by, and a potential, of volts. */
+#define PDI_LEVELS_MET 1e-13
+#define PDI_LEVELS_CLOSE 2e-16
+
+/* Charge that a rate of place p brings: of its law and of its curve [mol/s]. */
+static double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double flow)
+{
+    const pd_reactive *r = s->reactive;
+    const double *part = s->part + s->electrode[p] * r->components.solutes;
+    double charge = 0.0, volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, s->node[p]);
+    for (int n = 0; n < r->components.solutes; n++) charge += r->components.charge[n] * part[n];
+    return volume * (s->charge * (s->weight[p] > 0.0 ? s->weight[p] * speed : 0.0) + charge * s->area[p] * flow);
+}
+
+PDI_FN double pdi_levels_charge(const pd_etch *s, int circuit, double *size)
+{
+    pdi_sum sum = {0.0, 0.0}, sizes = {0.0, 0.0};
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != circuit) continue;
+        double law = pdi_levels_place(s, p, s->speed[s->node[p]], 0.0), curve = pdi_levels_place(s, p, 0.0, s->flow[p]);
+        pdi_sum_add(&sum, law + curve);
+        pdi_sum_add(&sizes, fabs(law) + fabs(curve));
+    }
+    *size = pdi_sum_total(&sizes);
+    return pdi_sum_total(&sum);
+}
+
+/* A search: the charge that is too much at potentials on both sides. */
+typedef struct pdi_levels_search {
+    int circuit;
+    double wanted;               /* [mol/s] */
+    double low, high;            /* [V] where it is too little, too much; infinite: not known */
+    double of_low, of_high;      /* [mol/s] */
+    double size;                 /* [mol/s] of the last sum */
+} pdi_levels_search;
+
+/* What is too much at E; a bracket takes it. Where no surface was found, no such potential is on that side of `from`. */
+static double pdi_levels_try(const pd_ctx *ctx, pd_etch *s, pdi_levels_search *q, double e, double from)
+{
+    s->level[q->circuit] = e;
+    pdi_etch_solve(ctx, s, q->circuit, 0);
+    double off = pdi_levels_charge(s, q->circuit, &q->size) - q->wanted;
+    if (!(fabs(off) < HUGE_VAL)) off = e < from ? -HUGE_VAL : HUGE_VAL;
+    if (off > 0.0) {
+        q->high = e;
+        q->of_high = off;
+    } else {
+        q->low = e;
+        q->of_low = off;
+    }
+    return off;
+}
+
+/* The next potential to try, after e with `off`. */
+static double pdi_levels_next(const pdi_levels_search *q, double e, double off, double slope, int step, double *stride)
+{
+    double next = slope > 0.0 ? e - off / slope : (double)NAN;
+    if (q->low > -HUGE_VAL && q->high < HUGE_VAL) {
+        double width = q->high - q->low;
+        if (step % 3 == 2 || !(next > q->low) || !(next < q->high)) {
+            next = q->low + width * (q->of_low / (q->of_low - q->of_high));
+            if (step % 2 || !(next > q->low) || !(next < q->high)) next = q->low + 0.5 * width;
+        }
+        return next;
+    }
+    double way = off > 0.0 ? -1.0 : 1.0;
+    if (!(fabs(next - e) < *stride)) next = e + way * *stride;
+    else next = e + 2.0 * (next - e); /* to the other side */
+    *stride *= 2.0;
+    return next;
+}
+
+/* The curves jump over what is wanted: rates between those of both sides. */
+static void pdi_levels_between(const pd_ctx *ctx, pd_etch *s, const pdi_levels_search *q)
+{
+    double share = q->of_low / (q->of_low - q->of_high), *speed = s->side, *flow = s->side + s->reactive->grid->total;
+    s->level[q->circuit] = q->low;
+    pdi_etch_solve(ctx, s, q->circuit, 0);
+    for (int32_t p = 0; p < s->count; p++) {
+        speed[p] = s->speed[s->node[p]];
+        flow[p] = s->flow[p];
+    }
+    s->level[q->circuit] = q->high;
+    pdi_etch_solve(ctx, s, q->circuit, 0);
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != q->circuit) continue;
+        if (s->weight[p] > 0.0) s->speed[s->node[p]] = speed[p] + share * (s->speed[s->node[p]] - speed[p]);
+        s->flow[p] = flow[p] + share * (s->flow[p] - flow[p]);
+    }
+}
+
+/* 1: it has a place where currents pass. */
+static int pdi_levels_there(const pd_etch *s, int circuit)
+{
+    for (int32_t p = 0; p < s->count; p++)
+        if (pdi_etch_circuit(s, p) == circuit) return 1;
+    return 0;
+}
+
+static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit)
+{
+    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY, -HUGE_VAL, HUGE_VAL,
+                           -HUGE_VAL, HUGE_VAL, 0.0};
+    double e = s->level[circuit], stride = PDI_LEVELS_STRIDE, slope = s->conduct[circuit];
+    double off = pdi_levels_try(ctx, s, &q, e, e);
+    for (int step = 0; step < PDI_LEVELS_STEPS; step++) {
+        if (fabs(off) <= PDI_LEVELS_MET * (q.size + fabs(q.wanted))) return;
+        if (!(q.high - q.low > PDI_LEVELS_CLOSE * fmax(fabs(e), 1.0))) break;
+        double next = pdi_levels_next(&q, e, off, slope, step, &stride);
+        if (!(next > q.low) || !(next < q.high) || fabs(next) > PDI_LEVELS_FAR) break;
+        double was = off, before = e;
+        off = pdi_levels_try(ctx, s, &q, next, before);
+        e = next;
+        slope = (off - was) / (e - before);
+        if (!(slope < HUGE_VAL)) slope = 0.0;
+    }
+    if (fabs(q.of_low) < HUGE_VAL && fabs(q.of_high) < HUGE_VAL) {
+        pdi_levels_between(ctx, s, &q);
+        return;
+    }
+    s->lost = 1 + circuit;
+    for (int32_t p = 0; p < s->count; p++)
+        if (pdi_etch_circuit(s, p) == circuit) s->flow[p] = NAN;
+}
+
+PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
+{
+    double size;
+    s->lost = 0;
+    if (!s->electrode) {
+        pdi_etch_solve(ctx, s, -1, 0);
+        return;
+    }
+    for (int n = 0; n < s->desc.electrodes.circuits; n++) {
+        pd_etch_circuit *circuit = &s->desc.electrodes.circuit[n];
+        if (s->desc.electrodes.given) circuit->value = s->desc.electrodes.given(s->desc.electrodes.user, n, s->time);
+        if (circuit->holds) {
+            s->level[n] = circuit->value;
+            pdi_etch_solve(ctx, s, n, 0);
+        } else if (pdi_levels_there(s, n)) {
+            pdi_levels_find(ctx, s, n);
+        }
+        s->charge_of[n] = pdi_levels_charge(s, n, &size);
+    }
+}
+
+PDI_FN void pdi_levels_derive(pd_etch *s)
+{
+    double volt = s->reactive->migration.volt;
+    for (int n = 0; n < s->desc.electrodes.circuits; n++) {
+        pdi_sum sum = {0.0, 0.0};
+        for (int32_t p = 0; p < s->count; p++)
+            if (pdi_etch_circuit(s, p) == n)
+                pdi_sum_add(&sum, -pdi_levels_place(s, p, (double)s->drive[p], (double)s->flow_drive[p]));
+        s->conduct[n] = pdi_sum_total(&sum) / volt;
+    }
+}
+
+PDI_FN void pdi_levels_follow(const pd_etch *s, double *speed, double *flow)
+{
+    double volt = s->reactive->migration.volt;
+    for (int n = 0; n < s->desc.electrodes.circuits; n++) {
+        pdi_sum sum = {0.0, 0.0};
+        if (s->desc.electrodes.circuit[n].holds || !(s->conduct[n] > DBL_MIN)) continue;
+        for (int32_t p = 0; p < s->count; p++)
+            if (pdi_etch_circuit(s, p) == n) pdi_sum_add(&sum, pdi_levels_place(s, p, speed[p], flow[p]));
+        double rise = pdi_sum_total(&sum) / (s->conduct[n] * volt);
+        for (int32_t p = 0; p < s->count; p++) {
+            if (pdi_etch_circuit(s, p) != n) continue;
+            speed[p] += (double)s->drive[p] * rise;
+            flow[p] += (double)s->flow_drive[p] * rise;
+        }
+    }
+}
+
+PDI_FN int pdi_levels_tie(const pd_etch *s)
+{
+    for (int n = 0; n < s->desc.electrodes.circuits; n++)
+        if (s->desc.electrodes.circuit[n].holds && pdi_levels_there(s, n)) return 1;
+    return 0;
+}
+
+PDI_FN void pdi_levels_shift(pd_etch *s, double by)
+{
+    for (int n = 0; n < s->desc.electrodes.circuits; n++) s->level[n] += by;
+}

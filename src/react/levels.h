@@ -1,0 +1,26 @@
+/* levels: potentials of metals among ions that migrate, from the currents of their circuits (theory: 5c.4).
+ *
+ * A circuit has a given potential, or the one at which its metal gives its given current, 0 where it corrodes freely.
+ * That potential follows from the state of the nodes, at each residual of a step: the sum of the currents rises with it.
+ */
+#ifndef PD_LEVELS_H
+#define PD_LEVELS_H
+#include "react/etch.h"
+
+#ifdef PDI_INTERNAL
+/* Potentials of circuits, and the speeds and flows of all places. Where a circuit has none, they are NaN and
+ * etch->lost says which it is. */
+PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *etch);
+/* After derivatives: how the currents of circuits follow their potentials. */
+PDI_FN void pdi_levels_derive(pd_etch *etch);
+/* Changes of speeds and flows [count] get those by the potentials of circuits that float. */
+PDI_FN void pdi_levels_follow(const pd_etch *etch, double *speed, double *flow);
+/* 1: a potential is given to metal that is there. */
+PDI_FN int pdi_levels_tie(const pd_etch *etch);
+/* All potentials change by `by` [V]. */
+PDI_FN void pdi_levels_shift(pd_etch *etch, double by);
+/* [mol/s] charge that leaves the metal of a circuit, and *size, the sum of its sizes. */
+PDI_FN double pdi_levels_charge(const pd_etch *etch, int circuit, double *size);
+#endif
+
+#endif
