@@ -388,14 +388,14 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.paths.words = (plan->across.count + 31) / 32;
     d.kinds = u->metals;
     d.capacity = (int32_t)plan->grid.solid_count;
-    d.beside_capacity = (int32_t)((b->solid + shell) / plan->times);
+    d.beside_capacity = (int32_t)(1.25 * shell / plan->times); /* there is room for more */
     d.kernel.stencil = &plan->across;
     d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
     d.desc.activation = u->activation;
     d.desc.sheds = u->sheds;
     d.desc.stochastic = u->stochastic;
     d.desc.repassivation = u->repassivation;
-    *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
+    *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_reach_beside_list, &d);
     if (u->has_corrode) {
         /* metal within a horizon of fluid; there is room for more */
         double layers = fmin(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
