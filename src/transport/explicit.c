@@ -47,14 +47,14 @@ static void pdi_explicit_share(const pd_transport *t, double dt)
     if (!held) {
         PDI_FOR
         for (int32_t i = 0; i < t->grid->total; i++) {
-            double next = old[i] + dt * (source[i] + anti[i] - net[i]) + carry[i];
+            double next = old[i] + dt * (source[i] + (anti ? anti[i] : 0.0) - net[i]) + carry[i];
             c[i] = kind[i] == PD_FLUID ? next : c[i];
         }
         return;
     }
     PDI_FOR
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + anti[i] - net[i]) + carry[i];
+        if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + pdi_transport_gain(t, i) - net[i]) + carry[i];
 }
 
 static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)

@@ -25,6 +25,8 @@
 #define PDI_TRANSPORT_ENOUGH 1000.0
 #define PDI_TRANSPORT_FINISHED 30.0
 #define PDI_TRANSPORT_ROUGH 30.0
+/* Basis vectors of a solve at rest that there is room for from the start: most take no more. */
+#define PDI_TRANSPORT_LEAST 4
 /* A change of the field, relative, that is none. */
 #define PDI_TRANSPORT_STILL 1e-10
 /* The same where what is left undone breaks them. */
@@ -158,7 +160,7 @@ static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
-        t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] + t->anti[i] : 0.0;
+        t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] + pdi_transport_gain(t, i) : 0.0;
     for (int32_t i = 0; i < t->grid->total && t->diffusion.wall_source; i++)
         if (kind[i] == PD_FLUID) t->rhs[i] += t->diffusion.wall_source[i];
 }
@@ -230,7 +232,7 @@ PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share
 
 PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *t)
 {
-    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    int limited = pdi_transport_limits(t);
     if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
     return limited;
 }
@@ -272,7 +274,7 @@ PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
-    pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
+    if (t->anti) pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -319,7 +321,7 @@ PDI_FN int pdi_transport_start(pd_transport *t)
     pdi_transport_bounds(t, t->old, 0.0, &bounds);
     t->most = fmax(fabs(bounds.low), fabs(bounds.high));
     pdi_transport_measure(t);
-    return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    return pdi_transport_limits(t);
 }
 
 PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
@@ -636,7 +638,7 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, absorb, total, "1/s");
     if (transport->desc.given) return;
-    if (transport->flow) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
+    if (pdi_transport_limits(transport)) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, upwinded, total, "1");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
@@ -652,10 +654,10 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     PDI_RAW(owner, transport, old, total, "mol/m3");
     PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
     PDI_RAW(owner, transport, work, 2 * total, "");
-    PDI_OWN(owner, transport->flow ? PDI_OWNED_ARRAY : PDI_OWNED_RAW, transport, probe, PD_DIM * total, "mol/m4");
+    if (pdi_transport_limits(transport)) PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
+    else PDI_RAW(owner, transport, probe, total, "");
     if (images || pdi_transport_rests(transport)) PDI_RAW(owner, transport, repeated, total, "mol/m3");
-    if (!transport->flow) PDI_ARRAY(owner, transport, anti, total, "mol/m3/s");
-    if (transport->flow) pdi_limiter_list(owner, &transport->limiter);
+    if (pdi_transport_limits(transport)) pdi_limiter_list(owner, &transport->limiter);
     pdi_flux_list(owner, &transport->flux);
     if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
 }
@@ -667,6 +669,7 @@ static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
     kd->spans = &t->bonds->spans;
     kd->components = 1;
     kd->restart = 20;
+    kd->least = t->flow ? 0 : PDI_TRANSPORT_LEAST;
     kd->most = t->flow ? 10 * kd->restart : 0;
     kd->arena = pdi_transport_arena(t);
     kd->fixed = 1;
@@ -734,6 +737,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.level = desc->level;
     dd.held = desc->held;
     dd.walls_only = desc->walls_only;
+    dd.smooth = !pdi_transport_limits(t);
     dd.user = desc->user;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
