@@ -132,7 +132,7 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     plan->across.count = (int)pdi_footprint_bonds(u->metal_m);
     plan->bonds.stencil = &plan->stencil;
     plan->bonds.grid = grid;
-    plan->bonds.options = u->has_flow ? 0 : PD_BONDS_AT_REST;
+    plan->bonds.options = pdi_setup_bonds(u);
     plan->bonds.paths.words = (plan->stencil.count + 31) / 32;
     plan->bonds.capacity = (int32_t)(1.25 * b->cut / plan->times);
     plan->bonds.spans.total = grid->total;

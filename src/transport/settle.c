@@ -35,7 +35,7 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
 {
     pd_flux steady = t->flux;
     pd_diffusion free_walls = t->diffusion;
-    double *out = t->work, *more = t->probe;
+    double *out = t->work, *more = t->work + t->grid->total;
     free_walls.wall_rate = NULL;
     steady.diffusion = &free_walls;
     steady.rate = 0.0;

@@ -69,11 +69,12 @@ typedef struct pd_transport {
                              * step, they are what converges for an M-matrix */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
-                             * the nodes keep; lent */
+                             * the nodes keep; lent. NULL: no fluxes are limited */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction; lent */
-    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; [total]
-                             * where no fluxes are limited; lent */
-    double *repeated;       /* [total] [mol/m3] operand with its images, work; lent. NULL: no periodic or mirror side */
+    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent. NULL:
+                             * no fluxes are limited */
+    double *repeated;       /* [total] [mol/m3] operand with its images, and work of the preconditioner; lent. NULL: no
+                             * periodic or mirror side */
     int32_t worst;          /* of a steady field: the node whose balance lacks most */
     int32_t *pinned;        /* [pinned_count] nodes that hold their concentration in a stage: what they take or give is
                              * the residual there. Borrowed */
