@@ -7381,8 +7381,6 @@ PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *e
 PDI_FN void pdi_entry_mirror(const pdi_entry *entry, int e, const double *v, double *seen);
 /* (x_far - x_node).axis [m] of node e of an entry, for bond k. */
 PDI_FN double pdi_entry_beyond(const pd_paths *paths, int k, const pdi_entry *entry, int e, const double *axis);
-/* How many nodes can ever lie within a bond of metal; work [total]. */
-PDI_FN int32_t pdi_entry_around(const pd_paths *paths, uint8_t *work);
 
 #endif
 
@@ -7534,9 +7532,10 @@ typedef struct pd_dissolve {
     int rounds;               /* linear systems in the last step */
     int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`, and with bonds of an exposed
                                * node in `reach`; -1: it has none */
-    struct pdi_beside *beside; /* these nodes */
-    struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
+    struct pdi_beside *beside; /* [beside_capacity + 1] these nodes; the last one takes what finds no room */
+    struct pdi_metal_beside *portion; /* [beside_capacity + 1, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
+    int beside_lacks;         /* 1: a node has found no room */
     double *rate;             /* [total] [1/s] solid nodes: share of the supply lost per time in the last step */
     uint32_t *reach;          /* bonds: [reach_rows][words] bit k % 32 of word k / 32: bond k of an exposed node leads
                                * to fluid that takes metal */
@@ -7547,7 +7546,7 @@ typedef struct pd_dissolve {
     int reached;              /* 1: they are those of now, but for touched nodes */
     int lags;                 /* 1: nodes have been touched since the rates were found */
     int lasts;                /* 1: `rate` of all exposed nodes follows from the speeds `rated` of now */
-    int32_t *pinned;          /* [beside_capacity] see pd_transport */
+    int32_t *pinned;          /* [beside_capacity + 1] see pd_transport */
     /* ---- bonds: */
     uint8_t *film;            /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
     uint16_t *links;          /* [total] mechanical bonds of solid nodes at the start; NULL: not stochastic */
@@ -7720,9 +7719,15 @@ static inline int pdi_reach_next(pdi_reach *r)
 PDI_FN int32_t pdi_reach_taker(const pd_dissolve *dissolve, int32_t j, int k);
 /* Bonds and the fluid beside metal, as nodes and contents are now. Fluid that is as it was keeps what enters. */
 PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *dissolve);
-/* Node i among the fluid beside metal, where it is put if it is not there. */
+/* Node i among the fluid beside metal, where it is put if it is not there. Where there is no room: a place that counts
+ * for nothing, and beside_lacks. */
 PDI_FN pdi_beside *pdi_reach_join(pd_dissolve *dissolve, int32_t i);
 PDI_FN void pdi_reach_list(pdi_owner *owner, void *dissolve);
+/* Room for so many nodes beside metal, if there is less. All of them are forgotten. */
+PDI_FN pd_status pdi_reach_make_room(pd_ctx *ctx, pd_dissolve *dissolve, int32_t count);
+/* The same for more than there is room for, by a quarter. */
+PDI_FN pd_status pdi_reach_make_more(pd_ctx *ctx, pd_dissolve *dissolve);
+PDI_FN void pdi_reach_beside_list(pdi_owner *owner, void *object);
 #endif
 
 #endif
@@ -7897,9 +7902,8 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, doub
 /* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it
  * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
 PDI_FN double pdi_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
-/* Its arrays; those of the fluid beside metal, which are made later. */
+/* Its arrays, but for those of the fluid beside metal (reach.h). */
 PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *dissolve);
-PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *dissolve);
 #endif
 
 #endif
@@ -47058,35 +47062,6 @@ PDI_FN double pdi_entry_beyond(const pd_paths *paths, int k, const pdi_entry *en
     }
     return sum;
 }
-
-/* 1: a cell beside metal node j is not metal. */
-static int pdi_entry_outer(const pd_paths *paths, int32_t j)
-{
-    const pd_grid *grid = paths->grid;
-    for (int d = 0; d < PD_DIM; d++)
-        for (int step = -1; step <= 1; step += 2)
-            if (grid->kind[pdi_entry_home(paths, j + step * grid->stride[d], NULL)] != PD_SOLID) return 1;
-    return 0;
-}
-
-/* A lattice path of shrinking steps leads from metal to any node in its reach. The last metal on it has that node in
- * its reach, too, and is an outer one. */
-PDI_FN int32_t pdi_entry_around(const pd_paths *paths, uint8_t *work)
-{
-    const pd_grid *grid = paths->grid;
-    int32_t count = 0;
-    memset(work, 0, (size_t)grid->total);
-    for (int32_t j = 0; j < grid->total; j++) {
-        if (grid->kind[j] != PD_SOLID) continue;
-        int last = pdi_entry_outer(paths, j) ? paths->stencil->count : 0;
-        for (int k = -1; k < last; k++) {
-            int32_t i = k < 0 ? j : pdi_entry_far(paths, j, k);
-            count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
-            work[i] = 1;
-        }
-    }
-    return count;
-}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -47221,6 +47196,9 @@ PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *f)
 /* reach: see reach.h */
 #include <string.h>
 
+/* Nodes beside metal that there is room for at least. */
+#define PDI_REACH_LEAST 32
+
 PDI_FN int32_t pdi_reach_taker(const pd_dissolve *d, int32_t j, int k)
 {
     int32_t far = pdi_entry_far(&d->paths, j, k);
@@ -47238,22 +47216,55 @@ PDI_FN void pdi_reach_list(pdi_owner *owner, void *object)
 PDI_FN pdi_beside *pdi_reach_join(pd_dissolve *d, int32_t i)
 {
     if (d->slot[i] < 0) {
-        d->slot[i] = d->beside_count++;
-        pdi_beside *beside = &d->beside[d->slot[i]];
+        pdi_beside *beside = &d->beside[d->beside_count];
+        if (d->beside_count == d->beside_capacity) d->beside_lacks = 1;
+        else d->slot[i] = d->beside_count++;
         memset(beside, 0, sizeof *beside);
         memset(pdi_metal_portion(d, beside), 0, (size_t)d->kinds * sizeof(pdi_metal_beside));
         beside->node = i;
         beside->fresh = 1;
+        return beside;
     }
     return &d->beside[d->slot[i]];
+}
+
+PDI_FN void pdi_reach_beside_list(pdi_owner *owner, void *object)
+{
+    pd_dissolve *dissolve = (pd_dissolve *)object;
+    int64_t count = (int64_t)dissolve->beside_capacity + 1;
+    PDI_ARRAY(owner, dissolve, beside, count, "");
+    PDI_ARRAY(owner, dissolve, portion, count * dissolve->kinds, "");
+    PDI_ARRAY(owner, dissolve, pinned, count, "1");
+}
+
+/* No node is beside metal. */
+static void pdi_reach_forget(pd_dissolve *d)
+{
+    for (int32_t i = 0; i < d->grid->total; i++) d->slot[i] = -1;
+    d->beside_count = d->beside_lacks = d->reach_used = d->lasts = 0;
+    d->transport->pinned_count = 0;
+}
+
+PDI_FN pd_status pdi_reach_make_room(pd_ctx *ctx, pd_dissolve *d, int32_t count)
+{
+    if (d->beside && count <= d->beside_capacity) return PD_OK;
+    pdi_reach_forget(d);
+    pd_status status = pdi_owner_renew(ctx, pdi_reach_beside_list, d, &d->beside_capacity, count);
+    d->transport->pinned = d->pinned;
+    return status;
+}
+
+PDI_FN pd_status pdi_reach_make_more(pd_ctx *ctx, pd_dissolve *d)
+{
+    int64_t more = (int64_t)d->beside_capacity + d->beside_capacity / 4 + PDI_REACH_LEAST;
+    return pdi_reach_make_room(ctx, d, (int32_t)(more < d->grid->total ? more : d->grid->total));
 }
 
 /* Forget all rows and all fluid beside metal, and make room for the metal that is exposed now. */
 static pd_status pdi_reach_restart(pd_ctx *ctx, pd_dissolve *d)
 {
     int64_t room = d->front_count + (int64_t)d->front_count / 4 + 1;
-    for (int32_t i = 0; i < d->grid->total; i++) d->slot[i] = -1;
-    d->beside_count = d->reach_used = d->lasts = 0;
+    pdi_reach_forget(d);
     if (room <= d->reach_rows) return PD_OK;
     return pdi_owner_renew(ctx, pdi_reach_list, d, &d->reach_rows, (int32_t)(room < INT32_MAX ? room : INT32_MAX));
 }
@@ -47321,13 +47332,11 @@ static void pdi_reach_again(const pd_dissolve *d, pdi_beside *beside)
     }
 }
 
-PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
+/* Rows of exposed nodes, of all or of touched ones, and the fluid that they lead to, as far as there is room. */
+static pd_status pdi_reach_find(pd_ctx *ctx, pd_dissolve *d, int all)
 {
     int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
-    int all = !d->reached, contents = d->desc.drive == PD_DRIVE_DIFFERENCE;
     (void)nt;
-    d->reached = 0; /* unless all goes well */
-    if (!all && d->lags) all = !pdi_reach_rows(d);
     if (all) PDI_TRY(pdi_reach_restart(ctx, d));
     if (all) pdi_reach_rows(d);
     PDI_PARALLEL_FOR(nt)
@@ -47335,6 +47344,22 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
         if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_row(d, d->front[f]);
     for (int32_t f = 0; f < d->front_count; f++)
         if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_join_all(d, d->front[f]);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
+    int all = !d->reached, contents = d->desc.drive == PD_DRIVE_DIFFERENCE;
+    (void)nt;
+    d->reached = 0; /* unless all goes well */
+    if (!all && d->lags) all = !pdi_reach_rows(d);
+    PDI_TRY(pdi_reach_find(ctx, d, all));
+    while (d->beside_lacks) {
+        all = 1;
+        PDI_TRY(pdi_reach_make_more(ctx, d));
+        PDI_TRY(pdi_reach_find(ctx, d, all));
+    }
     PDI_PARALLEL_FOR(nt)
     for (int32_t n = 0; n < d->beside_count; n++) {
         pdi_beside *beside = &d->beside[n];
@@ -47345,6 +47370,8 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
     d->reached = 1;
     return PD_OK;
 }
+
+#undef PDI_REACH_LEAST
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -47793,11 +47820,15 @@ static void pdi_interface_anew(pd_dissolve *d)
 
 PDI_FN pd_status pdi_interface_land(pd_ctx *ctx, pd_dissolve *d)
 {
+    PDI_TRY(pdi_reach_make_room(ctx, d, 1)); /* there is none after memory has been refused */
     if (pdi_metal_bonds(d)) return pdi_reach_update(ctx, d);
-    pdi_interface_anew(d);
-    pdi_interface_link(d, pdi_interface_count);
-    pdi_interface_link(d, pdi_interface_arrive);
-    return PD_OK;
+    for (;;) {
+        pdi_interface_anew(d);
+        pdi_interface_link(d, pdi_interface_count);
+        pdi_interface_link(d, pdi_interface_arrive);
+        if (!d->beside_lacks) return PD_OK;
+        PDI_TRY(pdi_reach_make_more(ctx, d));
+    }
 }
 
 PDI_FN int pdi_interface_lasts(const pd_dissolve *d)
@@ -48473,15 +48504,6 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, dissolve, result.change, "1");
 }
 
-PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *object)
-{
-    pd_dissolve *dissolve = (pd_dissolve *)object;
-    int64_t count = dissolve->beside_capacity;
-    PDI_ARRAY(owner, dissolve, beside, count, "");
-    PDI_ARRAY(owner, dissolve, portion, count * dissolve->kinds, "");
-    PDI_ARRAY(owner, dissolve, pinned, count, "1");
-}
-
 /* Mechanical bonds of solid nodes, and the content at which the last of them breaks. */
 static void pdi_dissolve_links(const pd_ctx *ctx, pd_dissolve *d)
 {
@@ -48547,9 +48569,6 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
     d->capacity = (int32_t)grid->solid_count;
     PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_list, d));
     PDI_TRY(pdi_dissolve_kinds(ctx, d));
-    d->beside_capacity = pdi_entry_around(&d->paths, d->mark);
-    PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_beside_list, d));
-    transport->pinned = d->pinned;
     d->next_dt = HUGE_VAL;
     for (int32_t j = 0; j < grid->total; j++) {
         if (grid->kind[j] == PD_SOLID) transport->c[j] = pdi_metal_solid(d, j);
@@ -48566,7 +48585,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
     d->lead = pdi_content_lead(s);
     for (int k = 0; k < own->count; k++) d->spread += own->lap[k];
     pdi_content_collect(d);
-    return PD_OK;
+    return pdi_reach_make_room(ctx, d, d->front_count + 1);
 }
 
 pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, pd_transport *transport,
@@ -49150,7 +49169,7 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {
     pdi_front_free(ctx, &d->kernel);
     pdi_owner_free(ctx, pdi_dissolve_list, d);
-    pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
+    pdi_owner_free(ctx, pdi_reach_beside_list, d);
     pdi_owner_free(ctx, pdi_reach_list, d);
     pdi_path_free(ctx, &d->paths);
     memset(d, 0, sizeof *d);
@@ -71390,14 +71409,14 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.paths.words = (plan->across.count + 31) / 32;
     d.kinds = u->metals;
     d.capacity = (int32_t)plan->grid.solid_count;
-    d.beside_capacity = (int32_t)((b->solid + shell) / plan->times);
+    d.beside_capacity = (int32_t)(1.25 * shell / plan->times); /* there is room for more */
     d.kernel.stencil = &plan->across;
     d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
     d.desc.activation = u->activation;
     d.desc.sheds = u->sheds;
     d.desc.stochastic = u->stochastic;
     d.desc.repassivation = u->repassivation;
-    *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
+    *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_reach_beside_list, &d);
     if (u->has_corrode) {
         /* metal within a horizon of fluid; there is room for more */
         double layers = fmin(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);

@@ -208,19 +208,29 @@ static int32_t layer_node(const scene *s, int i)
     return pd_grid_node(&s->grid, at);
 }
 
-/* A c of the last step's equations, layer by layer, for c = 1 in the layers from .. to - 1 and 0 elsewhere. */
-static void layer_product(scene *s, int from, int to, double *product)
+/* b - A c of the last step's equations, layer by layer, for c = 1 in the layers from .. to - 1 and 0 elsewhere. */
+static void layer_residual(scene *s, int from, int to, double *residual)
 {
     pd_transport *t = &s->transport;
+    double *had = t->work + s->grid.total;
     for (int32_t i = 0; i < s->grid.total; i++) {
         int at[PD_DIM];
-        t->probe[i] = t->c[i];
+        had[i] = t->c[i];
         pdi_grid_index(&s->grid, i, at);
         if (s->grid.kind[i] == PD_FLUID) t->c[i] = at[0] >= from && at[0] < to;
     }
     pdi_transport_residual(&s->ctx, t, t->work);
-    for (int i = 0; i < LAYERS; i++) product[i] = t->rhs[layer_node(s, i)] - t->work[layer_node(s, i)];
-    memcpy(t->c, t->probe, (size_t)s->grid.total * sizeof *t->c);
+    for (int i = 0; i < LAYERS; i++) residual[i] = t->work[layer_node(s, i)];
+    memcpy(t->c, had, (size_t)s->grid.total * sizeof *t->c);
+}
+
+/* A c. */
+static void layer_product(scene *s, int from, int to, double *product)
+{
+    double given[LAYERS];
+    layer_residual(s, 0, 0, given);
+    layer_residual(s, from, to, product);
+    for (int i = 0; i < LAYERS; i++) product[i] = given[i] - product[i];
 }
 
 /* The same equations by elimination. It works with what the rows have beside their links and only adds positive
@@ -229,13 +239,13 @@ static void layer_solve(scene *s, double *x)
 {
     static double link[LAYERS][LAYERS];
     double excess[LAYERS], column[LAYERS], diagonal[LAYERS];
-    layer_product(s, 0, 0, excess); /* rhs - (rhs - 0): zero, so that what follows is A itself */
+    layer_residual(s, 0, 0, x); /* b */
+    layer_product(s, 0, 0, excess); /* b - (b - (rhs - 0): zero, so that what follows is A itself */
     for (int i = 0; i < LAYERS; i++) CHECK_NEAR(excess[i], 0.0, 0.0);
     layer_product(s, 0, LAYERS, excess);
     for (int j = 0; j < LAYERS; j++) {
         layer_product(s, j, j + 1, column);
         for (int i = 0; i < LAYERS; i++) link[i][j] = -column[i];
-        x[j] = s->transport.rhs[layer_node(s, j)];
     }
     for (int k = LAYERS - 1; k >= 0; k--) {
         diagonal[k] = excess[k];

@@ -16,11 +16,17 @@
 #define PD_ARENA_H
 #include "core/owner.h"
 
+/* Multigrids that leave their coarse levels to others. */
+#define PD_ARENA_IDLE 16
+
 /* Zero-initialise. It must not be moved while something is built that uses it. */
 typedef struct pd_arena {
     unsigned char *block; /* [size and an alignment] */
     size_t size;          /* [byte] that can be lent */
     size_t used;          /* [byte] of them, from the front on */
+    void *idle[PD_ARENA_IDLE]; /* multigrids that do not work now: the next one to work takes the memory of the coarse
+                                * levels of the last of them (multigrid.h). Borrowed */
+    int idles;
 } pd_arena;
 
 #define pd_arena_free PD_NAME(pd_arena_free)

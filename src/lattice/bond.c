@@ -387,6 +387,33 @@ static void pdi_bond_invert_open(const double *norm, const double *moment, const
     memset(inverse, 0, PD_DIM * PD_DIM * sizeof *inverse);
 }
 
+/* Inverse moments of row r at rest. */
+static void pdi_bond_rest(pd_bonds *bonds, int32_t r, const double *moment, double *inverse)
+{
+    double closure[PD_DIM * PD_DIM];
+    if (pdi_bond_invert(bonds->norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
+    pdi_bond_close_row(bonds, r, closure);
+    pdi_bond_invert_open(bonds->norm, moment, closure, inverse);
+}
+
+PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *room)
+{
+    enum { N = PD_DIM * PD_DIM };
+    const pd_stencil *s = bonds->stencil;
+    pd_bonds rest = *bonds; /* what is written to rows is of flows only */
+    double moment[N];
+    if (bonds->moment) return bonds->moment + (int64_t)r * N;
+    memset(moment, 0, sizeof moment);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        int inlet = bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] == PD_INLET;
+        if (inlet || !pdi_bond_open(bonds, r, k)) continue;
+        for (int i = 0; i < N; i++) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+    }
+    pdi_bond_rest(&rest, r, moment, room);
+    return room;
+}
+
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
 {
     enum { N = PD_DIM * PD_DIM };
@@ -394,7 +421,7 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
     int rests = bonds->options & PD_BONDS_AT_REST;
-    double moment[N], closure[N], inner[N], entry[N], norm[PD_DIM], *inverse = bonds->moment + (int64_t)r * N;
+    double moment[N], closure[N], inner[N], entry[N], norm[PD_DIM];
     memset(moment, 0, sizeof moment);
     memset(inner, 0, sizeof inner);
     memset(entry, 0, sizeof entry);
@@ -414,12 +441,14 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
             (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
         }
     }
-    if (rests && pdi_bond_invert(bonds->norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
-    for (int i = 0; i < 2 * PD_DIM && !rests; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
-    if (!rests) bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
+    if (rests) {
+        if (bonds->moment) pdi_bond_rest(bonds, r, moment, bonds->moment + (int64_t)r * N);
+        return;
+    }
+    for (int i = 0; i < 2 * PD_DIM; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
+    bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
     pdi_bond_close_row(bonds, r, closure);
-    pdi_bond_invert_open(bonds->norm, moment, closure, inverse);
-    if (rests) return;
+    pdi_bond_invert_open(bonds->norm, moment, closure, bonds->moment + (int64_t)r * N);
     double *advecting = bonds->advecting + (int64_t)r * N;
     for (int i = 0; i < N; i++) entry[i] += inner[i];
     pdi_bond_invert_open(norm, entry, closure, advecting);
@@ -434,6 +463,7 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, node, rows, "1");
     PDI_ARRAY(owner, bonds, mask, rows * bonds->paths.words, "1");
     PDI_ARRAY(owner, bonds, inlet, rows, "1");
+    if (bonds->options & PD_BONDS_LEAN) return;
     PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
     if (bonds->options & PD_BONDS_AT_REST) return;
     PDI_ARRAY(owner, bonds, smooth, rows, "1");
@@ -443,9 +473,11 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, advecting, rows * PD_DIM * PD_DIM, "1");
 }
 
-/* What walls do to a flow at the first `rows` rows. */
+/* Moments, and what walls do to a flow, at the first `rows` rows. */
 static void pdi_bond_copy_walls(const pd_bonds *from, size_t rows, pd_bonds *to)
 {
+    if (from->options & PD_BONDS_LEAN) return;
+    memcpy(to->moment, from->moment, rows * PD_DIM * PD_DIM * sizeof *from->moment);
     if (from->options & PD_BONDS_AT_REST) return;
     memcpy(to->smooth, from->smooth, rows * sizeof *from->smooth);
     memcpy(to->leg, from->leg, rows * 2 * PD_DIM * sizeof *from->leg);
@@ -470,7 +502,6 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
                 memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
                        used * sizeof *b->mask);
             memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
-            memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
             pdi_bond_copy_walls(b, used, &fresh);
         }
         *b = fresh;
@@ -510,6 +541,7 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     b->row[b->node[r]] = r;
     b->row[b->node[q]] = q;
     pdi_bond_swap_byte(b->inlet, r, q);
+    if (b->options & PD_BONDS_LEAN) return;
     pdi_bond_swap_double(b->moment, PD_DIM * PD_DIM, r, q);
     if (b->options & PD_BONDS_AT_REST) return;
     pdi_bond_swap_byte(b->smooth, r, q);
@@ -625,6 +657,8 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
                                pd_bonds *bonds)
 {
     memset(bonds, 0, sizeof *bonds);
+    if ((options & PD_BONDS_LEAN) && !(options & PD_BONDS_AT_REST))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "bonds", "PD_BONDS_LEAN, expected PD_BONDS_AT_REST with it");
     bonds->stencil = stencil;
     bonds->grid = grid;
     bonds->options = options;

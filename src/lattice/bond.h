@@ -26,7 +26,8 @@ typedef struct pd_runs {
 /* What rows there are, and what they hold: a sum of these. */
 typedef enum pd_bonds_options {
     PD_BONDS_ALL_ROWS = 1, /* every fluid node owns a row (for comparisons of both paths) */
-    PD_BONDS_AT_REST = 2   /* nothing flows: what walls do to a flow is left out */
+    PD_BONDS_AT_REST = 2,  /* nothing flows: what walls do to a flow is left out */
+    PD_BONDS_LEAN = 4      /* with PD_BONDS_AT_REST: moments of rows are found when a gradient is asked for */
 } pd_bonds_options;
 
 typedef struct pd_bonds {
@@ -48,7 +49,7 @@ typedef struct pd_bonds {
     uint32_t *mask;      /* [words of the paths][capacity] bit k % 32 of word k / 32: bond k is open */
     uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
-                          * (eq. 3.5) */
+                          * (eq. 3.5); NULL: lean */
     /* NULL at rest: */
     uint8_t *smooth;     /* [capacity] 1: a closed bond ends on a shape that is curved or inclined there */
     double *leg;         /* [capacity][2 PD_DIM] [-] spacings to the next cell along an axis, x-, x+, y-, ...: 1, or
@@ -66,7 +67,8 @@ typedef struct pd_bonds {
 #define pd_bonds_validate PD_NAME(pd_bonds_validate)
 #define pd_bonds_free PD_NAME(pd_bonds_free)
 
-/* Grid and stencil are borrowed. options: 0, or a sum of pd_bonds_options. */
+/* Grid and stencil are borrowed. options: 0, or a sum of pd_bonds_options. PD_ERR_ARGUMENT: lean,
+ * but not at rest. */
 PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                 pd_bonds *bonds);
 /* The kinds of `count` nodes have changed: renew the rows within one reach of them, nothing else. */
@@ -79,6 +81,8 @@ PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 #ifdef PDI_INTERNAL
 /* Arrays of pd_bonds that go by the rows. */
 PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object);
+/* moment of row r; of lean bonds into room [PD_DIM][PD_DIM]. */
+PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *room);
 /* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
 static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
 {

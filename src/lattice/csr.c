@@ -58,7 +58,8 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *ow
     const pd_bonds *b = w->bonds;
     const pd_stencil *s = b->stencil;
     int32_t r = b->row[i];
-    double weight = 0.0;
+    double weight = 0.0, room[PD_DIM * PD_DIM];
+    const double *inverse = NULL;
     int axis = w->desc->axis;
     switch (w->desc->op) {
     case PD_CSR_LAPLACIAN: weight = pdi_bond_lap(b, i)[k]; break;
@@ -71,8 +72,8 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *ow
     case PD_CSR_GRADIENT: /* eq. 2.4; at cut families eq. 3.5 */
         weight = r < 0 ? s->grad[k * PD_DIM + axis] : 0.0;
         if (r >= 0 && b->grid->kind[i + b->paths.shift[k]] == PD_INLET) break;
-        for (int e = 0; e < PD_DIM && r >= 0; e++)
-            weight += b->moment[((int64_t)r * PD_DIM + axis) * PD_DIM + e] * s->base[k] * s->xi[k * PD_DIM + e];
+        if (r >= 0) inverse = pdi_bond_moment(b, r, room) + axis * PD_DIM;
+        for (int e = 0; e < PD_DIM && inverse; e++) weight += inverse[e] * s->base[k] * s->xi[k * PD_DIM + e];
         break;
     case PD_CSR_DIVERGENCE: /* eq. 4.2 */
         weight = s->grad[k * PD_DIM + axis] * pdi_bond_flux(b, i, k);

@@ -91,7 +91,8 @@ static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t
         }
     }
     for (int b = 0; b < count; b++) {
-        const double *inverse = bonds->moment + (int64_t)(r + b) * PD_DIM * PD_DIM;
+        double room[PD_DIM * PD_DIM];
+        const double *inverse = pdi_bond_moment(bonds, r + b, room);
         for (int d = 0; d < PD_DIM; d++) {
             double value = 0.0;
             for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];

@@ -113,15 +113,6 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, dissolve, result.change, "1");
 }
 
-PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *object)
-{
-    pd_dissolve *dissolve = (pd_dissolve *)object;
-    int64_t count = dissolve->beside_capacity;
-    PDI_ARRAY(owner, dissolve, beside, count, "");
-    PDI_ARRAY(owner, dissolve, portion, count * dissolve->kinds, "");
-    PDI_ARRAY(owner, dissolve, pinned, count, "1");
-}
-
 /* Mechanical bonds of solid nodes, and the content at which the last of them breaks. */
 static void pdi_dissolve_links(const pd_ctx *ctx, pd_dissolve *d)
 {
@@ -187,9 +178,6 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
     d->capacity = (int32_t)grid->solid_count;
     PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_list, d));
     PDI_TRY(pdi_dissolve_kinds(ctx, d));
-    d->beside_capacity = pdi_entry_around(&d->paths, d->mark);
-    PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_beside_list, d));
-    transport->pinned = d->pinned;
     d->next_dt = HUGE_VAL;
     for (int32_t j = 0; j < grid->total; j++) {
         if (grid->kind[j] == PD_SOLID) transport->c[j] = pdi_metal_solid(d, j);
@@ -206,7 +194,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
     d->lead = pdi_content_lead(s);
     for (int k = 0; k < own->count; k++) d->spread += own->lap[k];
     pdi_content_collect(d);
-    return PD_OK;
+    return pdi_reach_make_room(ctx, d, d->front_count + 1);
 }
 
 pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, pd_transport *transport,
@@ -790,7 +778,7 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {
     pdi_front_free(ctx, &d->kernel);
     pdi_owner_free(ctx, pdi_dissolve_list, d);
-    pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
+    pdi_owner_free(ctx, pdi_reach_beside_list, d);
     pdi_owner_free(ctx, pdi_reach_list, d);
     pdi_path_free(ctx, &d->paths);
     memset(d, 0, sizeof *d);

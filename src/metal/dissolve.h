@@ -47,9 +47,8 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, doub
 /* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it
  * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
 PDI_FN double pdi_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
-/* Its arrays; those of the fluid beside metal, which are made later. */
+/* Its arrays, but for those of the fluid beside metal (reach.h). */
 PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *dissolve);
-PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *dissolve);
 #endif
 
 #endif

@@ -74,32 +74,3 @@ PDI_FN double pdi_entry_beyond(const pd_paths *paths, int k, const pdi_entry *en
     }
     return sum;
 }
-
-/* 1: a cell beside metal node j is not metal. */
-static int pdi_entry_outer(const pd_paths *paths, int32_t j)
-{
-    const pd_grid *grid = paths->grid;
-    for (int d = 0; d < PD_DIM; d++)
-        for (int step = -1; step <= 1; step += 2)
-            if (grid->kind[pdi_entry_home(paths, j + step * grid->stride[d], NULL)] != PD_SOLID) return 1;
-    return 0;
-}
-
-/* A lattice path of shrinking steps leads from metal to any node in its reach. The last metal on it has that node in
- * its reach, too, and is an outer one. */
-PDI_FN int32_t pdi_entry_around(const pd_paths *paths, uint8_t *work)
-{
-    const pd_grid *grid = paths->grid;
-    int32_t count = 0;
-    memset(work, 0, (size_t)grid->total);
-    for (int32_t j = 0; j < grid->total; j++) {
-        if (grid->kind[j] != PD_SOLID) continue;
-        int last = pdi_entry_outer(paths, j) ? paths->stencil->count : 0;
-        for (int k = -1; k < last; k++) {
-            int32_t i = k < 0 ? j : pdi_entry_far(paths, j, k);
-            count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
-            work[i] = 1;
-        }
-    }
-    return count;
-}

@@ -39,8 +39,6 @@ PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *e
 PDI_FN void pdi_entry_mirror(const pdi_entry *entry, int e, const double *v, double *seen);
 /* (x_far - x_node).axis [m] of node e of an entry, for bond k. */
 PDI_FN double pdi_entry_beyond(const pd_paths *paths, int k, const pdi_entry *entry, int e, const double *axis);
-/* How many nodes can ever lie within a bond of metal; work [total]. */
-PDI_FN int32_t pdi_entry_around(const pd_paths *paths, uint8_t *work);
 
 #endif
 

@@ -98,9 +98,10 @@ typedef struct pd_dissolve {
     int rounds;               /* linear systems in the last step */
     int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`, and with bonds of an exposed
                                * node in `reach`; -1: it has none */
-    struct pdi_beside *beside; /* these nodes */
-    struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
+    struct pdi_beside *beside; /* [beside_capacity + 1] these nodes; the last one takes what finds no room */
+    struct pdi_metal_beside *portion; /* [beside_capacity + 1, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
+    int beside_lacks;         /* 1: a node has found no room */
     double *rate;             /* [total] [1/s] solid nodes: share of the supply lost per time in the last step */
     uint32_t *reach;          /* bonds: [reach_rows][words] bit k % 32 of word k / 32: bond k of an exposed node leads
                                * to fluid that takes metal */
@@ -111,7 +112,7 @@ typedef struct pd_dissolve {
     int reached;              /* 1: they are those of now, but for touched nodes */
     int lags;                 /* 1: nodes have been touched since the rates were found */
     int lasts;                /* 1: `rate` of all exposed nodes follows from the speeds `rated` of now */
-    int32_t *pinned;          /* [beside_capacity] see pd_transport */
+    int32_t *pinned;          /* [beside_capacity + 1] see pd_transport */
     /* ---- bonds: */
     uint8_t *film;            /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
     uint16_t *links;          /* [total] mechanical bonds of solid nodes at the start; NULL: not stochastic */

@@ -3,6 +3,9 @@
 #include "core/par.h"
 #include <string.h>
 
+/* Nodes beside metal that there is room for at least. */
+#define PDI_REACH_LEAST 32
+
 PDI_FN int32_t pdi_reach_taker(const pd_dissolve *d, int32_t j, int k)
 {
     int32_t far = pdi_entry_far(&d->paths, j, k);
@@ -20,22 +23,55 @@ PDI_FN void pdi_reach_list(pdi_owner *owner, void *object)
 PDI_FN pdi_beside *pdi_reach_join(pd_dissolve *d, int32_t i)
 {
     if (d->slot[i] < 0) {
-        d->slot[i] = d->beside_count++;
-        pdi_beside *beside = &d->beside[d->slot[i]];
+        pdi_beside *beside = &d->beside[d->beside_count];
+        if (d->beside_count == d->beside_capacity) d->beside_lacks = 1;
+        else d->slot[i] = d->beside_count++;
         memset(beside, 0, sizeof *beside);
         memset(pdi_metal_portion(d, beside), 0, (size_t)d->kinds * sizeof(pdi_metal_beside));
         beside->node = i;
         beside->fresh = 1;
+        return beside;
     }
     return &d->beside[d->slot[i]];
+}
+
+PDI_FN void pdi_reach_beside_list(pdi_owner *owner, void *object)
+{
+    pd_dissolve *dissolve = (pd_dissolve *)object;
+    int64_t count = (int64_t)dissolve->beside_capacity + 1;
+    PDI_ARRAY(owner, dissolve, beside, count, "");
+    PDI_ARRAY(owner, dissolve, portion, count * dissolve->kinds, "");
+    PDI_ARRAY(owner, dissolve, pinned, count, "1");
+}
+
+/* No node is beside metal. */
+static void pdi_reach_forget(pd_dissolve *d)
+{
+    for (int32_t i = 0; i < d->grid->total; i++) d->slot[i] = -1;
+    d->beside_count = d->beside_lacks = d->reach_used = d->lasts = 0;
+    d->transport->pinned_count = 0;
+}
+
+PDI_FN pd_status pdi_reach_make_room(pd_ctx *ctx, pd_dissolve *d, int32_t count)
+{
+    if (d->beside && count <= d->beside_capacity) return PD_OK;
+    pdi_reach_forget(d);
+    pd_status status = pdi_owner_renew(ctx, pdi_reach_beside_list, d, &d->beside_capacity, count);
+    d->transport->pinned = d->pinned;
+    return status;
+}
+
+PDI_FN pd_status pdi_reach_make_more(pd_ctx *ctx, pd_dissolve *d)
+{
+    int64_t more = (int64_t)d->beside_capacity + d->beside_capacity / 4 + PDI_REACH_LEAST;
+    return pdi_reach_make_room(ctx, d, (int32_t)(more < d->grid->total ? more : d->grid->total));
 }
 
 /* Forget all rows and all fluid beside metal, and make room for the metal that is exposed now. */
 static pd_status pdi_reach_restart(pd_ctx *ctx, pd_dissolve *d)
 {
     int64_t room = d->front_count + (int64_t)d->front_count / 4 + 1;
-    for (int32_t i = 0; i < d->grid->total; i++) d->slot[i] = -1;
-    d->beside_count = d->reach_used = d->lasts = 0;
+    pdi_reach_forget(d);
     if (room <= d->reach_rows) return PD_OK;
     return pdi_owner_renew(ctx, pdi_reach_list, d, &d->reach_rows, (int32_t)(room < INT32_MAX ? room : INT32_MAX));
 }
@@ -103,13 +139,11 @@ static void pdi_reach_again(const pd_dissolve *d, pdi_beside *beside)
     }
 }
 
-PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
+/* Rows of exposed nodes, of all or of touched ones, and the fluid that they lead to, as far as there is room. */
+static pd_status pdi_reach_find(pd_ctx *ctx, pd_dissolve *d, int all)
 {
     int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
-    int all = !d->reached, contents = d->desc.drive == PD_DRIVE_DIFFERENCE;
     (void)nt;
-    d->reached = 0; /* unless all goes well */
-    if (!all && d->lags) all = !pdi_reach_rows(d);
     if (all) PDI_TRY(pdi_reach_restart(ctx, d));
     if (all) pdi_reach_rows(d);
     PDI_PARALLEL_FOR(nt)
@@ -117,6 +151,22 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
         if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_row(d, d->front[f]);
     for (int32_t f = 0; f < d->front_count; f++)
         if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_join_all(d, d->front[f]);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
+    int all = !d->reached, contents = d->desc.drive == PD_DRIVE_DIFFERENCE;
+    (void)nt;
+    d->reached = 0; /* unless all goes well */
+    if (!all && d->lags) all = !pdi_reach_rows(d);
+    PDI_TRY(pdi_reach_find(ctx, d, all));
+    while (d->beside_lacks) {
+        all = 1;
+        PDI_TRY(pdi_reach_make_more(ctx, d));
+        PDI_TRY(pdi_reach_find(ctx, d, all));
+    }
     PDI_PARALLEL_FOR(nt)
     for (int32_t n = 0; n < d->beside_count; n++) {
         pdi_beside *beside = &d->beside[n];
@@ -127,3 +177,5 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
     d->reached = 1;
     return PD_OK;
 }
+
+#undef PDI_REACH_LEAST

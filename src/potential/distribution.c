@@ -408,7 +408,7 @@ static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
     dd.field = p->desc.field ? pdi_distribution_at : NULL;
     dd.held = walls ? pdi_distribution_wall : NULL;
     dd.user = p;
-    dd.walls_only = 1;
+    dd.walls_only = dd.smooth = 1;
     p->origin = HUGE_VAL;
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (p->desc.held[s]) p->origin = fmin(p->origin, p->desc.hold[s]);

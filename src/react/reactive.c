@@ -515,6 +515,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     dd.diffusivity = r->diffusion.desc.diffusivity;
     dd.held = desc->wall ? desc->held : NULL;
     dd.user = desc->user;
+    dd.smooth = 1;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &r->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &r->boundary));
     r->flux.flow = flow;

@@ -89,7 +89,7 @@ typedef struct pdi_footprint_plan {
     pd_grid grid;
     pd_bonds bonds;
     pd_flow flow;
-    double arena; /* [byte] */
+    double arena, levels; /* [byte] of what solvers share: work, and coarse levels of multigrids */
     double times; /* [-] nodes of the run for one of the grid, which an int32 counts */
 } pdi_footprint_plan;
 
@@ -132,7 +132,7 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     plan->across.count = (int)pdi_footprint_bonds(u->metal_m);
     plan->bonds.stencil = &plan->stencil;
     plan->bonds.grid = grid;
-    plan->bonds.options = u->has_flow ? 0 : PD_BONDS_AT_REST;
+    plan->bonds.options = pdi_setup_bonds(u);
     plan->bonds.paths.words = (plan->stencil.count + 31) / 32;
     plan->bonds.capacity = (int32_t)(1.25 * b->cut / plan->times);
     plan->bonds.spans.total = grid->total;
@@ -151,8 +151,17 @@ static double pdi_footprint_list(const pdi_footprint_plan *plan, pdi_list_fn lis
 static double pdi_footprint_levels(const pdi_footprint_plan *plan, const pd_multigrid *mg)
 {
     double contrast = mg->desc.contrast ? 1.0 : 0.0;
-    double cell = 4.0 + (4.0 * (4.0 + contrast) + 16.0 + 8.0 * contrast + 16.0 * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
+    double link = mg->desc.symmetric ? 12.0 : 16.0;
+    double cell = 4.0 + (4.0 * (4.0 + contrast) + 16.0 + 8.0 * contrast + link * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
     return plan->times * cell * mg->level[0].cells;
+}
+
+/* Solvers that work by turns have one memory for such levels. */
+static void pdi_footprint_share(pdi_footprint_plan *plan, double levels, pd_footprint *b)
+{
+    double more = fmax(levels - plan->levels, 0.0);
+    plan->levels += more;
+    b->working += more;
 }
 
 /* [byte] of a part whose work is lent: what the arena grows by. */
@@ -190,8 +199,8 @@ static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, 
     pdi_steady_plan(&plan->ctx, &steady);
     double bytes = pdi_footprint_list(plan, pdi_steady_list, &steady);
     bytes += pdi_footprint_list(plan, pdi_jacobian_list, &steady.jacobian);
-    b->working += pdi_footprint_levels(plan, &steady.mg_u) + (steady.timed ? 3.0 : 2.0) *
-                  pdi_footprint_levels(plan, &steady.mg_p);
+    pdi_footprint_share(plan, pdi_footprint_levels(plan, &steady.mg_u) + (steady.timed ? 3.0 : 2.0) *
+                              pdi_footprint_levels(plan, &steady.mg_p), b);
     size_t room = pdi_steady_room(&steady);
     if (steady.timed) {
         bytes += pdi_footprint_list(plan, pdi_implicit_list, &implicit);
@@ -249,6 +258,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&two_stage, 0, sizeof two_stage);
     t.grid = &plan->grid;
     t.bonds = t.flux.bonds = t.limiter.bonds = t.diffusion.bonds = &plan->bonds;
+    t.desc.advection = u->advection;
     if (u->has_flow) t.flow = t.flux.flow = &plan->flow;
     if (medium) t.desc.field = t.diffusion.media.level = pdi_footprint_any;
     t.desc.given = u->has_corrode && u->activation && !u->has_flow;
@@ -257,6 +267,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
         return;
     }
     if (pdi_wall_holds(u)) t.diffusion.desc.held = pdi_footprint_any;
+    t.diffusion.desc.smooth = !pdi_transport_limits(&t);
     t.diffusion.media.grid = &plan->grid;
     t.diffusion.media.stencil = &plan->stencil;
     t.diffusion.media.rows = (int32_t)(b->near / plan->times);
@@ -275,7 +286,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);
     if (!u->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_two_stage_list, &two_stage);
-    b->working += pdi_footprint_levels(plan, &t.inverse.mg);
+    pdi_footprint_share(plan, pdi_footprint_levels(plan, &t.inverse.mg), b);
 }
 
 /* [byte] of the states of surfaces. */
@@ -327,6 +338,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes += pdi_footprint_arena(plan, pdi_reactive_room(&r));
     for (int side = 0; side < 2 * PD_DIM; side++)
         if (u->side[side].steeps) r.diffusion.desc.held = pdi_footprint_any;
+    r.diffusion.desc.smooth = 1;
     r.diffusion.capacity = plan->bonds.capacity;
     r.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &r.diffusion);
@@ -348,7 +360,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     }
     *bytes += pdi_footprint_states(u, plan, &r);
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
-    b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
+    pdi_footprint_share(plan, (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg), b);
 }
 
 /* Stands for what a cell asks for a conductivity. */
@@ -381,6 +393,7 @@ static void pdi_footprint_potential(const pd_setup *u, pdi_footprint_plan *plan,
     p->flux.conductance.capacity = p->diffusion.capacity = plan->bonds.capacity;
     p->flux.diffusion = &p->diffusion;
     p->diffusion.metals = plan->grid.solid_count > 0;
+    p->diffusion.desc.smooth = 1;
     /* a contact for each fluid node beside metal, which has at least the surface of a cube */
     double shell = fmin(2.0 * PD_DIM * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     p->contacts.count = (int32_t)(shell / plan->times);
@@ -409,14 +422,14 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.paths.words = (plan->across.count + 31) / 32;
     d.kinds = u->metals;
     d.capacity = (int32_t)plan->grid.solid_count;
-    d.beside_capacity = (int32_t)((b->solid + shell) / plan->times);
+    d.beside_capacity = (int32_t)(1.25 * shell / plan->times); /* there is room for more */
     d.kernel.stencil = &plan->across;
     d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
     d.desc.activation = u->activation;
     d.desc.sheds = u->sheds;
     d.desc.stochastic = u->stochastic;
     d.desc.repassivation = u->repassivation;
-    *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
+    *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_reach_beside_list, &d);
     if (u->has_corrode) {
         /* metal within a horizon of fluid; there is room for more */
         double layers = fmin(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);

@@ -45,7 +45,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
 static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
-    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, m->setup->has_flow ? 0 : PD_BONDS_AT_REST, &m->bonds));
+    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, pdi_setup_bonds(m->setup), &m->bonds));
     if (pdi_setup_surfaces(m->setup)) {
         PDI_TRY(pdi_model_stencil(ctx, m->setup, m->setup->metal_m, &m->across));
         PDI_TRY(pdi_path_build(ctx, &m->across, &m->grid, &m->paths));

@@ -205,6 +205,12 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
     return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
+PDI_FN int pdi_setup_bonds(const pd_setup *setup)
+{
+    if (setup->has_flow) return 0;
+    return setup->has_gas ? PD_BONDS_AT_REST : PD_BONDS_AT_REST | PD_BONDS_LEAN;
+}
+
 PDI_FN void pdi_setup_reactive(const pd_setup *u, pd_reactive_desc *desc)
 {
     const pd_electrolyte *e = &u->electrolyte;

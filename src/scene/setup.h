@@ -514,6 +514,8 @@ PDI_FN const char *pdi_setup_side_name(int side);
 PDI_FN int pdi_setup_surfaces(const pd_setup *setup);
 /* Layers of ghosts: largest n with |n| < m + 1/2 of any horizon of the lattice. */
 PDI_FN int pdi_setup_layers(const pd_setup *setup);
+/* pd_bonds_options of its bonds. */
+PDI_FN int pdi_setup_bonds(const pd_setup *setup);
 /* Cells of the box along an axis. */
 PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
 /* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */

@@ -40,7 +40,7 @@ static void pdi_coarsen_link_list(pdi_owner *owner, void *object)
 {
     pd_smoother_level *level = (pd_smoother_level *)object;
     int64_t links = level->link_capacity;
-    PDI_ARRAY(owner, level, a, 2 * links, "1");
+    PDI_ARRAY(owner, level, a, level->symmetric ? links : 2 * links, "1");
     PDI_ARRAY(owner, level, col, links, "1");
     PDI_ARRAY(owner, level, face, links, "1");
 }
@@ -65,7 +65,7 @@ static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *
 
 static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoother_level *level, int32_t cells)
 {
-    if (cells <= level->cell_capacity && level->values) return PD_OK;
+    if (cells <= level->cell_capacity && level->values && level->contrast == contrast) return PD_OK;
     size_t room = (size_t)cells;
     pdi_coarsen_free(ctx, level);
     level->contrast = contrast;
@@ -82,11 +82,14 @@ static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoothe
     return PD_OK;
 }
 
-static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smoother_level *level, int32_t links)
+static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smoother_level *level, int32_t links)
 {
-    if (links > level->link_capacity || !level->a)
+    int other = level->symmetric != symmetric;
+    if (other) pdi_owner_free(ctx, pdi_coarsen_link_list, level);
+    level->symmetric = symmetric;
+    if (other || links > level->link_capacity || !level->a)
         PDI_TRY(pdi_owner_renew(ctx, pdi_coarsen_link_list, level, &level->link_capacity, links));
-    level->back = level->a + level->link_capacity;
+    level->back = symmetric ? level->a : level->a + level->link_capacity;
     return PD_OK;
 }
 
@@ -391,6 +394,7 @@ static int32_t pdi_coarsen_row(const pd_smoother_level *level, pd_smoother_level
                                int fill, int32_t *mark)
 {
     int32_t seen[PDI_COARSEN_FEW], *entry = fill ? coarse->col + start : seen, end = start;
+    int flows = fill && !coarse->symmetric;
     pdi_coarsen_link link;
     for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
         int32_t c = coarse->child[j];
@@ -420,10 +424,10 @@ static int32_t pdi_coarsen_row(const pd_smoother_level *level, pd_smoother_level
             if (!fill) continue;
             /* the smaller coefficient is the conductance, the difference the flow out of p */
             coarse->a[at] += fminf(link.a, link.back) * pdi_coarsen_link_factor(level, coarse, i, &link);
-            coarse->back[at] += link.back - link.a;
+            if (flows) coarse->back[at] += link.back - link.a;
         }
     }
-    for (int32_t k = start; fill && k < end; k++) {
+    for (int32_t k = start; flows && k < end; k++) {
         float g = coarse->a[k], f = coarse->back[k];
         coarse->a[k] = g + (f < 0.0f ? -f : 0.0f);
         coarse->back[k] = g + (f > 0.0f ? f : 0.0f);
@@ -456,7 +460,7 @@ static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd
     row[0] = 0;
     for (int32_t p = 0; p < coarse->cells; p++)
         row[p + 1] = row[p + 1] < 0 ? pdi_coarsen_row(level, coarse, p, row[p], 0, mark) : row[p] + row[p + 1];
-    PDI_TRY(pdi_coarsen_reserve_links(ctx, coarse, row[coarse->cells]));
+    PDI_TRY(pdi_coarsen_reserve_links(ctx, how->symmetric, coarse, row[coarse->cells]));
     PDI_SHARE(nt, pdi_coarsen_rows(level, coarse, 1));
     for (int32_t p = 0; p < coarse->cells; p++) mark[p] = -1;
     for (int32_t p = 0; p < coarse->cells; p++)

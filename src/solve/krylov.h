@@ -13,7 +13,7 @@
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 
 /* Times that a basis may grow. */
-#define PD_KRYLOV_MORE 64
+#define PD_KRYLOV_MORE 150
 
 typedef enum pd_krylov_method {
     PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3; lean: one less) */

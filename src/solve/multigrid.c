@@ -110,9 +110,41 @@ static void pdi_multigrid_blank(const pd_multigrid *mg, float *values, int all)
     if (!all) memset(values + cells, 0, (size_t)pad * sizeof *values);
 }
 
+/* Off the list of those that do not work, if it stands there. */
+static void pdi_multigrid_wake(pd_multigrid *mg)
+{
+    pd_arena *arena = mg->desc.arena;
+    int kept = 0;
+    if (!arena) return;
+    for (int k = 0; k < arena->idles; k++)
+        if (arena->idle[k] != mg) arena->idle[kept++] = arena->idle[k];
+    arena->idles = kept;
+}
+
+/* The coarse levels of the multigrid that has ended its work last: those that work by turns have one memory for them. */
+static void pdi_multigrid_inherit(pd_multigrid *mg)
+{
+    pd_arena *arena = mg->desc.arena;
+    int own = mg->level[1].cell_capacity > 0;
+    pdi_multigrid_wake(mg);
+    if (own || !arena || !arena->idles) return;
+    pd_multigrid *other = (pd_multigrid *)arena->idle[--arena->idles];
+    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) {
+        mg->level[l] = other->level[l];
+        memset(&other->level[l], 0, sizeof other->level[l]);
+    }
+}
+
+static void pdi_multigrid_leave(pd_multigrid *mg)
+{
+    pd_arena *arena = mg->desc.arena;
+    if (arena && mg->level[1].cell_capacity && arena->idles < PD_ARENA_IDLE) arena->idle[arena->idles++] = mg;
+}
+
 PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
 {
     const pd_multigrid_desc *desc = &mg->desc;
+    pdi_multigrid_inherit(mg);
     pd_smoother_level *fine = &mg->level[0];
     int64_t cells = fine->cells;
     float *next = mg->store + mg->pad;
@@ -145,6 +177,7 @@ PDI_FN void pdi_multigrid_close(pd_multigrid *mg)
     fine->sum = NULL;
     fine->end = NULL;
     for (int d = 0; d < PD_DIM; d++) fine->lo[d] = fine->hi[d] = NULL;
+    pdi_multigrid_leave(mg);
 }
 
 PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
@@ -159,6 +192,7 @@ PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc,
 
 PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
+    pdi_multigrid_wake(mg);
     pdi_owner_free(ctx, pdi_multigrid_list, mg);
     pdi_owner_free(ctx, pdi_multigrid_mark_list, mg);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &mg->level[l]);
@@ -313,7 +347,8 @@ static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
     pdi_coarsen how = pdi_multigrid_how(mg), all = how;
     all.all = 1;
     /* a later setup may need the room of all cells, and steps take no memory */
-    if (!how.all && !mg->level[1].cell_capacity) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
+    if (!how.all && !mg->roomy) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
+    mg->roomy = 1;
     return pdi_multigrid_levels(ctx, &how, mg);
 }
 
@@ -511,8 +546,7 @@ static void pdi_multigrid_wipe(const pd_smoother_level *fine, int32_t r)
 {
     int32_t n0 = fine->n[0], first = r * n0, begin = fine->begin[r], end = fine->end[r];
     size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
-    memset(fine->x + first, 0, before * sizeof *fine->x);
-    memset(fine->x + end, 0, behind * sizeof *fine->x);
+    memset(fine->x + first, 0, (size_t)n0 * sizeof *fine->x); /* closed links lead to what sweeps have not written yet */
     memset(fine->b + first, 0, before * sizeof *fine->b);
     memset(fine->b + end, 0, behind * sizeof *fine->b);
     memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);

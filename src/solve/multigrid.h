@@ -36,14 +36,15 @@ typedef struct pd_multigrid_desc {
     struct pd_multigrid *host; /* of the same box: it has x, b and r of the finest level for both, which never cycle at
                              * the same time, and is opened first. Borrowed; NULL: they are its own */
     pd_arena *arena;        /* lends the work of a setup, and for the time of a solve the finest level:
-                             * pdi_multigrid_list is no part of the build. Borrowed; NULL: the multigrid has all of
-                             * its own */
+                             * pdi_multigrid_list is no part of the build. Between solves the memory of the coarse
+                             * levels is for any multigrid with this arena. Borrowed; NULL: all is its own */
 } pd_multigrid_desc;
 
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
     int levels;     /* 0: not set up */
     int hosts;      /* 1: another one has this one as its host */
+    int roomy;      /* 1: it has once taken the room of all cells */
     double scale;   /* [-] power of two: stored coefficient = scale * given one */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *store;   /* level 0: coefficients with their pads, inv and excess */

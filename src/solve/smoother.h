@@ -27,7 +27,8 @@ typedef struct pd_smoother_level {
     int32_t *block;    /* coarse levels: [cells] block of the cell */
     int32_t *row;      /* [cells + 1] */
     int32_t *col;      /* [row[cells]] the neighbour */
-    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation) */
+    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation; symmetric: one
+                        * array) */
     uint8_t *face;     /* 2 axis + (1: upper) */
     uint8_t *edge;     /* level 0: [cells] 1: the cell has a neighbour across the box; NULL: no axis wraps */
     int32_t *child_first, *child; /* cells of the level above that make up a cell */
@@ -35,6 +36,7 @@ typedef struct pd_smoother_level {
     int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
     int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
     int contrast;      /* coarse levels: 1 when there are sum and excess */
+    int symmetric;     /* coarse levels: 1 when back is a */
     int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
 } pd_smoother_level;
 

@@ -17,7 +17,7 @@ static double pdi_amount_limited(pd_ctx *ctx, pd_transport *t, int axis, int ind
 
 PDI_FN double pdi_amount_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
-    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    int limited = pdi_transport_limits(t);
     double flux;
     if (t->desc.given) return 0.0;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);

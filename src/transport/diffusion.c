@@ -315,8 +315,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r], place = d->place[i];
-    double x[PD_DIM], t, value, *grad = d->wall_grad + (int64_t)place * PD_DIM;
-    double *grad_rate = d->wall_grad_rate + (int64_t)place * PD_DIM;
+    double x[PD_DIM], t, value;
     int first = 1;
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
@@ -330,9 +329,9 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */
         if (!(c >= 0.0)) continue;
         held[k] = 1;
-        for (int a = 0; a < PD_DIM; a++) {
-            grad[a] += s->grad[k * PD_DIM + a] / t * c;
-            grad_rate[a] += s->grad[k * PD_DIM + a] / t;
+        for (int a = 0; a < PD_DIM && d->wall_grad; a++) {
+            d->wall_grad[(int64_t)place * PD_DIM + a] += s->grad[k * PD_DIM + a] / t * c;
+            d->wall_grad_rate[(int64_t)place * PD_DIM + a] += s->grad[k * PD_DIM + a] / t;
         }
         if (first) d->wall_value[place] = c;
         first = 0;
@@ -360,7 +359,8 @@ static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
     d->wall_rate[i] = d->wall_source[i] = 0.0;
     if (place < 0) return;
     d->wall_value[place] = d->wall_rest[place] = 0.0;
-    for (int a = 0; a < PD_DIM; a++) d->wall_grad[place * PD_DIM + a] = d->wall_grad_rate[place * PD_DIM + a] = 0.0;
+    for (int a = 0; a < PD_DIM && d->wall_grad; a++)
+        d->wall_grad[place * PD_DIM + a] = d->wall_grad_rate[place * PD_DIM + a] = 0.0;
 }
 
 /* The numbers of node i are renewed. */
@@ -480,6 +480,7 @@ PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, diffusion, wall_value, count, "mol/m3");
     PDI_ARRAY(owner, diffusion, wall_rest, count, "mol/m3/s");
     PDI_ARRAY(owner, diffusion, wall_part, count, "1");
+    if (diffusion->desc.smooth) return;
     PDI_ARRAY(owner, diffusion, wall_grad, PD_DIM * count, "mol/m4");
     PDI_ARRAY(owner, diffusion, wall_grad_rate, PD_DIM * count, "1/m");
 }

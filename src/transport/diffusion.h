@@ -23,6 +23,7 @@ typedef struct pd_diffusion_desc {
                           * NULL: no flux anywhere */
     void *user;          /* of all three */
     int walls_only;      /* 1: `held` is not asked on solids, which hold nothing */
+    int smooth;          /* 1: nobody asks what values held make of gradients */
 } pd_diffusion_desc;
 
 typedef struct pd_diffusion {
@@ -50,7 +51,7 @@ typedef struct pd_diffusion {
     double *wall_value, *wall_rest;     /* [capacity] [mol/m3], [mol/m3/s] one of the values that the node sees, and
                                          * what `wall_source` is beside `wall_rate` times that; or NULL */
     double *wall_grad, *wall_grad_rate; /* [capacity][PD_DIM] [mol/m4], [1/m] held values add grad - rate c to the
-                                         * gradient at their node; or NULL */
+                                         * gradient at their node; or NULL, with desc.smooth, too */
     uint8_t *wall_part;                 /* [capacity] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
     double held_least, held_most;       /* [mol/m3] bounds of the values held; least > most: none */

@@ -31,9 +31,9 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
 static int pdi_explicit_within(pd_ctx *ctx, const pd_transport *t, double dt)
 {
     double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
-    pdi_par_zero(ctx, t->grid->total, t->rhs);
-    pdi_flux_rates(ctx, &t->flux, room, t->rhs);
-    return dt * pdi_par_max_abs(ctx, t->grid->total, t->rhs) <= 1.0;
+    pdi_par_zero(ctx, t->grid->total, t->work);
+    pdi_flux_rates(ctx, &t->flux, room, t->work);
+    return dt * pdi_par_max_abs(ctx, t->grid->total, t->work) <= 1.0;
 }
 
 /* c = start + dt (what comes in less what leaves) + what the last solve left undone, at fluid nodes; the share of one
@@ -41,20 +41,20 @@ static int pdi_explicit_within(pd_ctx *ctx, const pd_transport *t, double dt)
 static void pdi_explicit_share(const pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
-    const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->rhs, *carry = t->carry;
+    const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->work, *carry = t->carry;
     const double *held = t->diffusion.wall_source;
     double *PD_RESTRICT c = t->c;
     if (!held) {
         PDI_FOR
         for (int32_t i = 0; i < t->grid->total; i++) {
-            double next = old[i] + dt * (source[i] + anti[i] - net[i]) + carry[i];
+            double next = old[i] + dt * (source[i] + (anti ? anti[i] : 0.0) - net[i]) + carry[i];
             c[i] = kind[i] == PD_FLUID ? next : c[i];
         }
         return;
     }
     PDI_FOR
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + anti[i] - net[i]) + carry[i];
+        if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + pdi_transport_gain(t, i) - net[i]) + carry[i];
 }
 
 static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
@@ -79,7 +79,7 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
     int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
-    pdi_transport_operator(ctx, t, t->old, t->rhs);
+    pdi_transport_operator(ctx, t, t->old, t->work);
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
         if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);

@@ -35,7 +35,7 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
 {
     pd_flux steady = t->flux;
     pd_diffusion free_walls = t->diffusion;
-    double *out = t->work, *more = t->probe;
+    double *out = t->work, *more = t->work + t->grid->total;
     free_walls.wall_rate = NULL;
     steady.diffusion = &free_walls;
     steady.rate = 0.0;
@@ -49,7 +49,9 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
         int fluid = t->grid->kind[i] == PD_FLUID;
         double rest = fluid && t->rest ? t->rest[i] : 0.0, sum = fluid ? out[i] : 0.0;
         if (fluid && t->rest) sum += more[i];
-        out[i] = fluid ? pdi_diffusion_gain(&t->diffusion, i, t->c[i], rest) + t->source[i] + t->anti[i] - sum : 0.0;
+        if (fluid) sum = pdi_diffusion_gain(&t->diffusion, i, t->c[i], rest) + t->source[i] +
+                         pdi_transport_gain(t, i) - sum;
+        out[i] = sum;
     }
 }
 
@@ -132,7 +134,7 @@ static pd_status pdi_settle_correct(pd_ctx *ctx, pd_transport *t, pd_transport_r
 static pd_status pdi_settle_find(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
     double limit = pdi_settle_slowest(t);
-    int krylov = 0, limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    int krylov = 0, limited = pdi_transport_limits(t);
     if (!(limit < 1e200))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "settle", "nothing moves: there is no steady field to find");
     for (int step = 0; step < PDI_SETTLE_STEPS; step++) {

@@ -25,6 +25,8 @@
 #define PDI_TRANSPORT_ENOUGH 1000.0
 #define PDI_TRANSPORT_FINISHED 30.0
 #define PDI_TRANSPORT_ROUGH 30.0
+/* Basis vectors of a solve at rest that there is room for from the start: most take no more. */
+#define PDI_TRANSPORT_LEAST 4
 /* A change of the field, relative, that is none. */
 #define PDI_TRANSPORT_STILL 1e-10
 /* The same where what is left undone breaks them. */
@@ -150,17 +152,22 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
     pdi_transport_pin(u->t, y);
 }
 
-/* rhs = old/dt + source + carry/dt + anti at fluid nodes. */
+/* old/dt + source + carry/dt + anti at fluid node i. */
+static inline double pdi_transport_right(const pd_transport *t, int32_t i)
+{
+    double sum = (t->old[i] + t->carry[i]) / t->dt + t->source[i] + pdi_transport_gain(t, i);
+    return t->diffusion.wall_source ? sum + t->diffusion.wall_source[i] : sum;
+}
+
+/* All of them, where they are kept. */
 static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
 {
     const uint8_t *kind = t->grid->kind;
     int nt = pdi_par_threads(ctx, t->grid->total * 4);
     (void)nt;
+    if (!t->rhs) return;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++)
-        t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] + t->anti[i] : 0.0;
-    for (int32_t i = 0; i < t->grid->total && t->diffusion.wall_source; i++)
-        if (kind[i] == PD_FLUID) t->rhs[i] += t->diffusion.wall_source[i];
+    for (int32_t i = 0; i < t->grid->total; i++) t->rhs[i] = kind[i] == PD_FLUID ? pdi_transport_right(t, i) : 0.0;
 }
 
 /* residual = rhs - A c at fluid nodes, into out. */
@@ -171,7 +178,10 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     (void)nt;
     pdi_transport_sweep(ctx, t, t->c, !t->rough, out);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (kind[i] == PD_FLUID) out[i] = (t->rhs ? t->rhs[i] : pdi_transport_right(t, i)) - out[i];
+        else out[i] = 0.0;
+    }
 }
 
 /* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. */
@@ -230,7 +240,7 @@ PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share
 
 PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *t)
 {
-    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    int limited = pdi_transport_limits(t);
     if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
     return limited;
 }
@@ -272,7 +282,7 @@ PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
-    pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
+    if (t->anti) pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -319,7 +329,7 @@ PDI_FN int pdi_transport_start(pd_transport *t)
     pdi_transport_bounds(t, t->old, 0.0, &bounds);
     t->most = fmax(fabs(bounds.low), fabs(bounds.high));
     pdi_transport_measure(t);
-    return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    return pdi_transport_limits(t);
 }
 
 PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
@@ -340,8 +350,8 @@ static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
     if (!pdi_bounds_keep(t->grid, t->c, NULL, &bounds)) return 0;
     pdi_transport_residual(ctx, t, t->work);
     pdi_transport_pin(t, t->work);
-    pdi_transport_precondition(&user, t->work, t->probe);
-    return pdi_bounds_keep(t->grid, t->c, t->probe, &bounds);
+    pdi_transport_precondition(&user, t->work, t->work + t->grid->total);
+    return pdi_bounds_keep(t->grid, t->c, t->work + t->grid->total, &bounds);
 }
 
 /* The last solve; known as above. What it leaves undone counts times dt in nodes that little passes: where the field
@@ -484,12 +494,13 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
 /* Size of the equations: the right-hand side, with sources as they are at the present field. */
 static double pdi_transport_given(const pd_ctx *ctx, pd_transport *t)
 {
+    double *given = t->work + t->grid->total;
     int nt = pdi_par_threads(ctx, t->grid->total * 2);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
-        t->probe[i] = t->grid->kind[i] == PD_FLUID ? t->rhs[i] - t->absorb[i] * t->c[i] : 0.0;
-    return sqrt(pdi_par_dot(ctx, t->grid->total, t->probe, t->probe));
+        given[i] = t->grid->kind[i] == PD_FLUID ? pdi_transport_right(t, i) - t->absorb[i] * t->c[i] : 0.0;
+    return sqrt(pdi_par_dot(ctx, t->grid->total, given, given));
 }
 
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
@@ -542,8 +553,8 @@ PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *t, double dt, pd_s
         return pdi_transport_release(ctx, t, status);
     }
     pdi_transport_right_side(ctx, t); /* sources may have been settled after the last stage */
-    pdi_transport_residual(ctx, t, t->carry);
-    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] *= dt;
+    pdi_transport_residual(ctx, t, t->work);
+    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * t->work[i];
     return pdi_transport_release(ctx, t, status);
 }
 
@@ -636,10 +647,25 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, absorb, total, "1/s");
     if (transport->desc.given) return;
-    if (transport->flow) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
+    if (pdi_transport_limits(transport)) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, upwinded, total, "1");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
+}
+
+/* 1: sweeps need a copy of what they are applied to. */
+static int pdi_transport_repeats(const pd_transport *t)
+{
+    int images = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) images = images || t->grid->side[s] >= PD_SIDE_PERIODIC;
+    return images || pdi_transport_rests(t);
+}
+
+/* Entries of it: cycles of the multigrid have their fields there, too. */
+static int64_t pdi_transport_repeated(const pd_transport *t)
+{
+    int64_t total = t->grid->total, fields = t->lean ? 0 : (int64_t)(pdi_multigrid_fields(&t->inverse.mg) + 1) / 2;
+    return fields > total ? fields : total;
 }
 
 /* What is lent for a step. */
@@ -647,15 +673,13 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
 {
     pd_transport *transport = (pd_transport *)object;
     int64_t total = transport->grid->total;
-    int images = 0;
-    for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
+    int limits = pdi_transport_limits(transport), repeats = pdi_transport_repeats(transport);
     PDI_RAW(owner, transport, old, total, "mol/m3");
-    PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
+    if (limits) PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
     PDI_RAW(owner, transport, work, 2 * total, "");
-    PDI_OWN(owner, transport->flow ? PDI_OWNED_ARRAY : PDI_OWNED_RAW, transport, probe, PD_DIM * total, "mol/m4");
-    if (images || pdi_transport_rests(transport)) PDI_RAW(owner, transport, repeated, total, "mol/m3");
-    if (!transport->flow) PDI_ARRAY(owner, transport, anti, total, "mol/m3/s");
-    if (transport->flow) pdi_limiter_list(owner, &transport->limiter);
+    if (limits) PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
+    if (repeats) PDI_RAW(owner, transport, repeated, pdi_transport_repeated(transport), "mol/m3");
+    if (limits) pdi_limiter_list(owner, &transport->limiter);
     pdi_flux_list(owner, &transport->flux);
     if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
 }
@@ -667,6 +691,7 @@ static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
     kd->spans = &t->bonds->spans;
     kd->components = 1;
     kd->restart = 20;
+    kd->least = t->flow ? 0 : PDI_TRANSPORT_LEAST;
     kd->most = t->flow ? 10 * kd->restart : 0;
     kd->arena = pdi_transport_arena(t);
     kd->fixed = 1;
@@ -684,6 +709,7 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
     md.symmetric = t->flow == NULL;
     md.contrast = md.contrast || t->desc.field != NULL;
     md.arena = pdi_transport_arena(t);
+    md.guest = pdi_transport_repeats(t);
     t->inverse.flux = &t->flux;
     t->limiter.bonds = t->flux.bonds = t->bonds;
     t->flux.flow = t->flow;
@@ -734,6 +760,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.level = desc->level;
     dd.held = desc->held;
     dd.walls_only = desc->walls_only;
+    dd.smooth = !pdi_transport_limits(t);
     dd.user = desc->user;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
@@ -755,6 +782,7 @@ PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
 {
     if (!t->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
+        if (t->repeated && !t->lean) t->inverse.mg.fields = (float *)(void *)t->repeated;
         if (!t->lean) pdi_multigrid_open(&t->inverse.mg);
     }
     t->held++;
@@ -766,6 +794,7 @@ PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *t, pd_status s
     if (--t->held) return status;
     t->inverse.fresh = 0;
     if (!t->lean) pdi_multigrid_close(&t->inverse.mg);
+    if (t->repeated) t->inverse.mg.fields = NULL;
     status = pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
     t->lean = 0;
     return status;

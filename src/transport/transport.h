@@ -59,7 +59,7 @@ typedef struct pd_transport {
     double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
     double ceiling;         /* [mol/m3] given, too: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
-    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; fluid at rest: lent zeros */
+    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; NULL: none are limited */
     double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
                              * conductor beside a poor one is below that. NULL: one diffusivity; 0 after steps */
     double size;            /* [mol/m3] of the field, the largest since the start of the step */
@@ -69,10 +69,12 @@ typedef struct pd_transport {
                              * step, they are what converges for an M-matrix */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
-                             * the nodes keep; lent */
+                             * the nodes keep; lent. NULL: no fluxes are limited */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction; lent */
-    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent */
-    double *repeated;       /* [total] [mol/m3] operand with its images, work; lent. NULL: no periodic or mirror side */
+    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent. NULL:
+                             * no fluxes are limited */
+    double *repeated;       /* [total] [mol/m3] operand with its images, and work of the preconditioner; lent. NULL: no
+                             * periodic or mirror side */
     int32_t worst;          /* of a steady field: the node whose balance lacks most */
     int32_t *pinned;        /* [pinned_count] nodes that hold their concentration in a stage: what they take or give is
                              * the residual there. Borrowed */
@@ -118,6 +120,13 @@ PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, dou
 PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 
 #ifdef PDI_INTERNAL
+/* 1: it has antidiffusive fluxes, which are limited. */
+static inline int pdi_transport_limits(const pd_transport *t)
+{
+    return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+}
+/* [mol/m3/s] that they give to node i. */
+static inline double pdi_transport_gain(const pd_transport *t, int32_t i) { return t->anti ? t->anti[i] : 0.0; }
 /* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
 PDI_FN int pdi_transport_rests(const pd_transport *transport);
 /* Arrays of a pd_transport that the build makes, beside those of its parts. */

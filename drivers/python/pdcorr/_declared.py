@@ -2612,6 +2612,7 @@ def declare(dim):
         ('portion', c_void_p),
         ('beside_count', c_int32),
         ('beside_capacity', c_int32),
+        ('beside_lacks', c_int),
         ('rate', POINTER(c_double)),
         ('reach', POINTER(c_uint32)),
         ('reach_rows', c_int32),
