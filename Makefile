@@ -326,7 +326,7 @@ $$(BUILD)/lib/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
 $$(BUILD)/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) $$(BUILD)/pdcorr$(1)d.o
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(BUILD)/pdcorr$(1)d.o -o $$@ $$(LIBS)
 
-$$(BUILD)/%$(1)d: drivers/%.c $$(CASES) $$(BUILD)/pdcorr$(1)d.o
+$$(BUILD)/%$(1)d: drivers/%.c $$(wildcard drivers/*.h) $$(CASES) $$(BUILD)/pdcorr$(1)d.o
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_LINKED -DPDI_SPLIT -I. $$< $$(BUILD)/pdcorr$(1)d.o \
 	    -o $$@ $$(LIBS)
 

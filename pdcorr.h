@@ -725,11 +725,17 @@ PDI_FN PDI_ONCE void pdi_owner_add(pdi_owner *owner, pdi_owned_kind kind, const 
 #ifndef PD_ARENA_H
 #define PD_ARENA_H
 
+/* Multigrids that leave their coarse levels to others. */
+#define PD_ARENA_IDLE 16
+
 /* Zero-initialise. It must not be moved while something is built that uses it. */
 typedef struct pd_arena {
     unsigned char *block; /* [size and an alignment] */
     size_t size;          /* [byte] that can be lent */
     size_t used;          /* [byte] of them, from the front on */
+    void *idle[PD_ARENA_IDLE]; /* multigrids that do not work now: the next one to work takes the memory of the coarse
+                                * levels of the last of them (multigrid.h). Borrowed */
+    int idles;
 } pd_arena;
 
 #define pd_arena_free PD_NAME(pd_arena_free)
@@ -794,6 +800,14 @@ PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x);
  */
 #ifndef PD_PAR_H
 #define PD_PAR_H
+
+/* How threads of OpenMP should wait for others: they spin for the time of a waking up and then sleep. A runtime that
+ * spins on keeps the processor from what they wait for as soon as another program runs beside: tens of times the wall
+ * time. Between two barriers of a cycle lie 2 to 20 us. With 10000 turns of libgomp, some 100 us, a thread is still
+ * awake at the next one, and beside a busy program runs take as long as with 1000. Other runtimes follow the policy.
+ * A runtime reads its environment when it is loaded: the programs and the Python package set it before. */
+#define PD_OMP_WAIT_POLICY "passive"
+#define PD_GOMP_SPINCOUNT "10000"
 
 #ifdef PDI_INTERNAL
 #ifdef _OPENMP
@@ -1503,7 +1517,8 @@ typedef struct pd_runs {
 /* What rows there are, and what they hold: a sum of these. */
 typedef enum pd_bonds_options {
     PD_BONDS_ALL_ROWS = 1, /* every fluid node owns a row (for comparisons of both paths) */
-    PD_BONDS_AT_REST = 2   /* nothing flows: what walls do to a flow is left out */
+    PD_BONDS_AT_REST = 2,  /* nothing flows: what walls do to a flow is left out */
+    PD_BONDS_LEAN = 4      /* with PD_BONDS_AT_REST: moments of rows are found when a gradient is asked for */
 } pd_bonds_options;
 
 typedef struct pd_bonds {
@@ -1525,7 +1540,7 @@ typedef struct pd_bonds {
     uint32_t *mask;      /* [words of the paths][capacity] bit k % 32 of word k / 32: bond k is open */
     uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
-                          * (eq. 3.5) */
+                          * (eq. 3.5); NULL: lean */
     /* NULL at rest: */
     uint8_t *smooth;     /* [capacity] 1: a closed bond ends on a shape that is curved or inclined there */
     double *leg;         /* [capacity][2 PD_DIM] [-] spacings to the next cell along an axis, x-, x+, y-, ...: 1, or
@@ -1543,7 +1558,8 @@ typedef struct pd_bonds {
 #define pd_bonds_validate PD_NAME(pd_bonds_validate)
 #define pd_bonds_free PD_NAME(pd_bonds_free)
 
-/* Grid and stencil are borrowed. options: 0, or a sum of pd_bonds_options. */
+/* Grid and stencil are borrowed. options: 0, or a sum of pd_bonds_options. PD_ERR_ARGUMENT: lean,
+ * but not at rest. */
 PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                 pd_bonds *bonds);
 /* The kinds of `count` nodes have changed: renew the rows within one reach of them, nothing else. */
@@ -1556,6 +1572,8 @@ PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 #ifdef PDI_INTERNAL
 /* Arrays of pd_bonds that go by the rows. */
 PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object);
+/* moment of row r; of lean bonds into room [PD_DIM][PD_DIM]. */
+PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *room);
 /* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
 static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
 {
@@ -2105,7 +2123,7 @@ PDI_FN double pdi_arnoldi_append(const pd_ctx *ctx, int64_t n, int j, pdi_arnold
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 
 /* Times that a basis may grow. */
-#define PD_KRYLOV_MORE 64
+#define PD_KRYLOV_MORE 150
 
 typedef enum pd_krylov_method {
     PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3; lean: one less) */
@@ -2250,7 +2268,8 @@ typedef struct pd_smoother_level {
     int32_t *block;    /* coarse levels: [cells] block of the cell */
     int32_t *row;      /* [cells + 1] */
     int32_t *col;      /* [row[cells]] the neighbour */
-    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation) */
+    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation; symmetric: one
+                        * array) */
     uint8_t *face;     /* 2 axis + (1: upper) */
     uint8_t *edge;     /* level 0: [cells] 1: the cell has a neighbour across the box; NULL: no axis wraps */
     int32_t *child_first, *child; /* cells of the level above that make up a cell */
@@ -2258,6 +2277,7 @@ typedef struct pd_smoother_level {
     int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
     int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
     int contrast;      /* coarse levels: 1 when there are sum and excess */
+    int symmetric;     /* coarse levels: 1 when back is a */
     int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
 } pd_smoother_level;
 
@@ -2431,14 +2451,15 @@ typedef struct pd_multigrid_desc {
     struct pd_multigrid *host; /* of the same box: it has x, b and r of the finest level for both, which never cycle at
                              * the same time, and is opened first. Borrowed; NULL: they are its own */
     pd_arena *arena;        /* lends the work of a setup, and for the time of a solve the finest level:
-                             * pdi_multigrid_list is no part of the build. Borrowed; NULL: the multigrid has all of
-                             * its own */
+                             * pdi_multigrid_list is no part of the build. Between solves the memory of the coarse
+                             * levels is for any multigrid with this arena. Borrowed; NULL: all is its own */
 } pd_multigrid_desc;
 
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
     int levels;     /* 0: not set up */
     int hosts;      /* 1: another one has this one as its host */
+    int roomy;      /* 1: it has once taken the room of all cells */
     double scale;   /* [-] power of two: stored coefficient = scale * given one */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *store;   /* level 0: coefficients with their pads, inv and excess */
@@ -3967,6 +3988,7 @@ typedef struct pd_diffusion_desc {
                           * NULL: no flux anywhere */
     void *user;          /* of all three */
     int walls_only;      /* 1: `held` is not asked on solids, which hold nothing */
+    int smooth;          /* 1: nobody asks what values held make of gradients */
 } pd_diffusion_desc;
 
 typedef struct pd_diffusion {
@@ -3994,7 +4016,7 @@ typedef struct pd_diffusion {
     double *wall_value, *wall_rest;     /* [capacity] [mol/m3], [mol/m3/s] one of the values that the node sees, and
                                          * what `wall_source` is beside `wall_rate` times that; or NULL */
     double *wall_grad, *wall_grad_rate; /* [capacity][PD_DIM] [mol/m4], [1/m] held values add grad - rate c to the
-                                         * gradient at their node; or NULL */
+                                         * gradient at their node; or NULL, with desc.smooth, too */
     uint8_t *wall_part;                 /* [capacity] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
     double held_least, held_most;       /* [mol/m3] bounds of the values held; least > most: none */
@@ -4499,7 +4521,7 @@ typedef struct pd_transport {
     double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
     double ceiling;         /* [mol/m3] given, too: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
-    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; fluid at rest: lent zeros */
+    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; NULL: none are limited */
     double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
                              * conductor beside a poor one is below that. NULL: one diffusivity; 0 after steps */
     double size;            /* [mol/m3] of the field, the largest since the start of the step */
@@ -4509,10 +4531,12 @@ typedef struct pd_transport {
                              * step, they are what converges for an M-matrix */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
-                             * the nodes keep; lent */
+                             * the nodes keep; lent. NULL: no fluxes are limited */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction; lent */
-    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent */
-    double *repeated;       /* [total] [mol/m3] operand with its images, work; lent. NULL: no periodic or mirror side */
+    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent. NULL:
+                             * no fluxes are limited */
+    double *repeated;       /* [total] [mol/m3] operand with its images, and work of the preconditioner; lent. NULL: no
+                             * periodic or mirror side */
     int32_t worst;          /* of a steady field: the node whose balance lacks most */
     int32_t *pinned;        /* [pinned_count] nodes that hold their concentration in a stage: what they take or give is
                              * the residual there. Borrowed */
@@ -4558,6 +4582,13 @@ PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, dou
 PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 
 #ifdef PDI_INTERNAL
+/* 1: it has antidiffusive fluxes, which are limited. */
+static inline int pdi_transport_limits(const pd_transport *t)
+{
+    return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+}
+/* [mol/m3/s] that they give to node i. */
+static inline double pdi_transport_gain(const pd_transport *t, int32_t i) { return t->anti ? t->anti[i] : 0.0; }
 /* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
 PDI_FN int pdi_transport_rests(const pd_transport *transport);
 /* Arrays of a pd_transport that the build makes, beside those of its parts. */
@@ -9368,7 +9399,7 @@ typedef enum pd_stroke {
 } pd_stroke;
 
 typedef struct pd_series {
-    const char *name;    /* in the legend; NULL: not listed */
+    const char *name;    /* in the legend, if a point is shown; NULL: not listed */
     const double *x, *y; /* [count] [-] in the unit of the labels; points that an axis cannot show (NaN, <= 0 on a log
                           * axis) leave a gap */
     int count;
@@ -10796,6 +10827,8 @@ PDI_FN const char *pdi_setup_side_name(int side);
 PDI_FN int pdi_setup_surfaces(const pd_setup *setup);
 /* Layers of ghosts: largest n with |n| < m + 1/2 of any horizon of the lattice. */
 PDI_FN int pdi_setup_layers(const pd_setup *setup);
+/* pd_bonds_options of its bonds. */
+PDI_FN int pdi_setup_bonds(const pd_setup *setup);
 /* Cells of the box along an axis. */
 PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
 /* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */
@@ -13727,6 +13760,8 @@ PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/facets.c ======== */
@@ -14402,6 +14437,8 @@ PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int cou
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -15146,6 +15183,8 @@ void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/grid.c ======== */
@@ -15673,6 +15712,8 @@ PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, 
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -16595,6 +16636,33 @@ static void pdi_bond_invert_open(const double *norm, const double *moment, const
     memset(inverse, 0, PD_DIM * PD_DIM * sizeof *inverse);
 }
 
+/* Inverse moments of row r at rest. */
+static void pdi_bond_rest(pd_bonds *bonds, int32_t r, const double *moment, double *inverse)
+{
+    double closure[PD_DIM * PD_DIM];
+    if (pdi_bond_invert(bonds->norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
+    pdi_bond_close_row(bonds, r, closure);
+    pdi_bond_invert_open(bonds->norm, moment, closure, inverse);
+}
+
+PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *room)
+{
+    enum { N = PD_DIM * PD_DIM };
+    const pd_stencil *s = bonds->stencil;
+    pd_bonds rest = *bonds; /* what is written to rows is of flows only */
+    double moment[N];
+    if (bonds->moment) return bonds->moment + (int64_t)r * N;
+    memset(moment, 0, sizeof moment);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        int inlet = bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] == PD_INLET;
+        if (inlet || !pdi_bond_open(bonds, r, k)) continue;
+        for (int i = 0; i < N; i++) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+    }
+    pdi_bond_rest(&rest, r, moment, room);
+    return room;
+}
+
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
 {
     enum { N = PD_DIM * PD_DIM };
@@ -16602,7 +16670,7 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
     int rests = bonds->options & PD_BONDS_AT_REST;
-    double moment[N], closure[N], inner[N], entry[N], norm[PD_DIM], *inverse = bonds->moment + (int64_t)r * N;
+    double moment[N], closure[N], inner[N], entry[N], norm[PD_DIM];
     memset(moment, 0, sizeof moment);
     memset(inner, 0, sizeof inner);
     memset(entry, 0, sizeof entry);
@@ -16622,12 +16690,14 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
             (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
         }
     }
-    if (rests && pdi_bond_invert(bonds->norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
-    for (int i = 0; i < 2 * PD_DIM && !rests; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
-    if (!rests) bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
+    if (rests) {
+        if (bonds->moment) pdi_bond_rest(bonds, r, moment, bonds->moment + (int64_t)r * N);
+        return;
+    }
+    for (int i = 0; i < 2 * PD_DIM; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
+    bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
     pdi_bond_close_row(bonds, r, closure);
-    pdi_bond_invert_open(bonds->norm, moment, closure, inverse);
-    if (rests) return;
+    pdi_bond_invert_open(bonds->norm, moment, closure, bonds->moment + (int64_t)r * N);
     double *advecting = bonds->advecting + (int64_t)r * N;
     for (int i = 0; i < N; i++) entry[i] += inner[i];
     pdi_bond_invert_open(norm, entry, closure, advecting);
@@ -16642,6 +16712,7 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, node, rows, "1");
     PDI_ARRAY(owner, bonds, mask, rows * bonds->paths.words, "1");
     PDI_ARRAY(owner, bonds, inlet, rows, "1");
+    if (bonds->options & PD_BONDS_LEAN) return;
     PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
     if (bonds->options & PD_BONDS_AT_REST) return;
     PDI_ARRAY(owner, bonds, smooth, rows, "1");
@@ -16651,9 +16722,11 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, advecting, rows * PD_DIM * PD_DIM, "1");
 }
 
-/* What walls do to a flow at the first `rows` rows. */
+/* Moments, and what walls do to a flow, at the first `rows` rows. */
 static void pdi_bond_copy_walls(const pd_bonds *from, size_t rows, pd_bonds *to)
 {
+    if (from->options & PD_BONDS_LEAN) return;
+    memcpy(to->moment, from->moment, rows * PD_DIM * PD_DIM * sizeof *from->moment);
     if (from->options & PD_BONDS_AT_REST) return;
     memcpy(to->smooth, from->smooth, rows * sizeof *from->smooth);
     memcpy(to->leg, from->leg, rows * 2 * PD_DIM * sizeof *from->leg);
@@ -16678,7 +16751,6 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
                 memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
                        used * sizeof *b->mask);
             memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
-            memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
             pdi_bond_copy_walls(b, used, &fresh);
         }
         *b = fresh;
@@ -16718,6 +16790,7 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     b->row[b->node[r]] = r;
     b->row[b->node[q]] = q;
     pdi_bond_swap_byte(b->inlet, r, q);
+    if (b->options & PD_BONDS_LEAN) return;
     pdi_bond_swap_double(b->moment, PD_DIM * PD_DIM, r, q);
     if (b->options & PD_BONDS_AT_REST) return;
     pdi_bond_swap_byte(b->smooth, r, q);
@@ -16833,6 +16906,8 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
                                pd_bonds *bonds)
 {
     memset(bonds, 0, sizeof *bonds);
+    if ((options & PD_BONDS_LEAN) && !(options & PD_BONDS_AT_REST))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "bonds", "PD_BONDS_LEAN, expected PD_BONDS_AT_REST with it");
     bonds->stencil = stencil;
     bonds->grid = grid;
     bonds->options = options;
@@ -17258,6 +17333,8 @@ PDI_FN pd_status pdi_boundary_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/traverse.c ======== */
@@ -17391,6 +17468,8 @@ PDI_FN double pdi_traverse_section(const pd_bonds *bonds, int axis, int index, p
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -18075,7 +18154,8 @@ static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t
         }
     }
     for (int b = 0; b < count; b++) {
-        const double *inverse = bonds->moment + (int64_t)(r + b) * PD_DIM * PD_DIM;
+        double room[PD_DIM * PD_DIM];
+        const double *inverse = pdi_bond_moment(bonds, r + b, room);
         for (int d = 0; d < PD_DIM; d++) {
             double value = 0.0;
             for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];
@@ -18330,7 +18410,8 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *ow
     const pd_bonds *b = w->bonds;
     const pd_stencil *s = b->stencil;
     int32_t r = b->row[i];
-    double weight = 0.0;
+    double weight = 0.0, room[PD_DIM * PD_DIM];
+    const double *inverse = NULL;
     int axis = w->desc->axis;
     switch (w->desc->op) {
     case PD_CSR_LAPLACIAN: weight = pdi_bond_lap(b, i)[k]; break;
@@ -18343,8 +18424,8 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *ow
     case PD_CSR_GRADIENT: /* eq. 2.4; at cut families eq. 3.5 */
         weight = r < 0 ? s->grad[k * PD_DIM + axis] : 0.0;
         if (r >= 0 && b->grid->kind[i + b->paths.shift[k]] == PD_INLET) break;
-        for (int e = 0; e < PD_DIM && r >= 0; e++)
-            weight += b->moment[((int64_t)r * PD_DIM + axis) * PD_DIM + e] * s->base[k] * s->xi[k * PD_DIM + e];
+        if (r >= 0) inverse = pdi_bond_moment(b, r, room) + axis * PD_DIM;
+        for (int e = 0; e < PD_DIM && inverse; e++) weight += inverse[e] * s->base[k] * s->xi[k * PD_DIM + e];
         break;
     case PD_CSR_DIVERGENCE: /* eq. 4.2 */
         weight = s->grad[k * PD_DIM + axis] * pdi_bond_flux(b, i, k);
@@ -20401,6 +20482,8 @@ PDI_FN void pdi_smoother_lines(pdi_par_team team, const pd_smoother_level *level
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solve/coarsen.c ======== */
@@ -20443,7 +20526,7 @@ static void pdi_coarsen_link_list(pdi_owner *owner, void *object)
 {
     pd_smoother_level *level = (pd_smoother_level *)object;
     int64_t links = level->link_capacity;
-    PDI_ARRAY(owner, level, a, 2 * links, "1");
+    PDI_ARRAY(owner, level, a, level->symmetric ? links : 2 * links, "1");
     PDI_ARRAY(owner, level, col, links, "1");
     PDI_ARRAY(owner, level, face, links, "1");
 }
@@ -20468,7 +20551,7 @@ static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *
 
 static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoother_level *level, int32_t cells)
 {
-    if (cells <= level->cell_capacity && level->values) return PD_OK;
+    if (cells <= level->cell_capacity && level->values && level->contrast == contrast) return PD_OK;
     size_t room = (size_t)cells;
     pdi_coarsen_free(ctx, level);
     level->contrast = contrast;
@@ -20485,11 +20568,14 @@ static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoothe
     return PD_OK;
 }
 
-static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smoother_level *level, int32_t links)
+static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smoother_level *level, int32_t links)
 {
-    if (links > level->link_capacity || !level->a)
+    int other = level->symmetric != symmetric;
+    if (other) pdi_owner_free(ctx, pdi_coarsen_link_list, level);
+    level->symmetric = symmetric;
+    if (other || links > level->link_capacity || !level->a)
         PDI_TRY(pdi_owner_renew(ctx, pdi_coarsen_link_list, level, &level->link_capacity, links));
-    level->back = level->a + level->link_capacity;
+    level->back = symmetric ? level->a : level->a + level->link_capacity;
     return PD_OK;
 }
 
@@ -20794,6 +20880,7 @@ static int32_t pdi_coarsen_row(const pd_smoother_level *level, pd_smoother_level
                                int fill, int32_t *mark)
 {
     int32_t seen[PDI_COARSEN_FEW], *entry = fill ? coarse->col + start : seen, end = start;
+    int flows = fill && !coarse->symmetric;
     pdi_coarsen_link link;
     for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
         int32_t c = coarse->child[j];
@@ -20823,10 +20910,10 @@ static int32_t pdi_coarsen_row(const pd_smoother_level *level, pd_smoother_level
             if (!fill) continue;
             /* the smaller coefficient is the conductance, the difference the flow out of p */
             coarse->a[at] += fminf(link.a, link.back) * pdi_coarsen_link_factor(level, coarse, i, &link);
-            coarse->back[at] += link.back - link.a;
+            if (flows) coarse->back[at] += link.back - link.a;
         }
     }
-    for (int32_t k = start; fill && k < end; k++) {
+    for (int32_t k = start; flows && k < end; k++) {
         float g = coarse->a[k], f = coarse->back[k];
         coarse->a[k] = g + (f < 0.0f ? -f : 0.0f);
         coarse->back[k] = g + (f > 0.0f ? f : 0.0f);
@@ -20859,7 +20946,7 @@ static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd
     row[0] = 0;
     for (int32_t p = 0; p < coarse->cells; p++)
         row[p + 1] = row[p + 1] < 0 ? pdi_coarsen_row(level, coarse, p, row[p], 0, mark) : row[p] + row[p + 1];
-    PDI_TRY(pdi_coarsen_reserve_links(ctx, coarse, row[coarse->cells]));
+    PDI_TRY(pdi_coarsen_reserve_links(ctx, how->symmetric, coarse, row[coarse->cells]));
     PDI_SHARE(nt, pdi_coarsen_rows(level, coarse, 1));
     for (int32_t p = 0; p < coarse->cells; p++) mark[p] = -1;
     for (int32_t p = 0; p < coarse->cells; p++)
@@ -20906,6 +20993,8 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -21023,9 +21112,41 @@ static void pdi_multigrid_blank(const pd_multigrid *mg, float *values, int all)
     if (!all) memset(values + cells, 0, (size_t)pad * sizeof *values);
 }
 
+/* Off the list of those that do not work, if it stands there. */
+static void pdi_multigrid_wake(pd_multigrid *mg)
+{
+    pd_arena *arena = mg->desc.arena;
+    int kept = 0;
+    if (!arena) return;
+    for (int k = 0; k < arena->idles; k++)
+        if (arena->idle[k] != mg) arena->idle[kept++] = arena->idle[k];
+    arena->idles = kept;
+}
+
+/* The coarse levels of the multigrid that has ended its work last: those that work by turns have one memory for them. */
+static void pdi_multigrid_inherit(pd_multigrid *mg)
+{
+    pd_arena *arena = mg->desc.arena;
+    int own = mg->level[1].cell_capacity > 0;
+    pdi_multigrid_wake(mg);
+    if (own || !arena || !arena->idles) return;
+    pd_multigrid *other = (pd_multigrid *)arena->idle[--arena->idles];
+    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) {
+        mg->level[l] = other->level[l];
+        memset(&other->level[l], 0, sizeof other->level[l]);
+    }
+}
+
+static void pdi_multigrid_leave(pd_multigrid *mg)
+{
+    pd_arena *arena = mg->desc.arena;
+    if (arena && mg->level[1].cell_capacity && arena->idles < PD_ARENA_IDLE) arena->idle[arena->idles++] = mg;
+}
+
 PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
 {
     const pd_multigrid_desc *desc = &mg->desc;
+    pdi_multigrid_inherit(mg);
     pd_smoother_level *fine = &mg->level[0];
     int64_t cells = fine->cells;
     float *next = mg->store + mg->pad;
@@ -21058,6 +21179,7 @@ PDI_FN void pdi_multigrid_close(pd_multigrid *mg)
     fine->sum = NULL;
     fine->end = NULL;
     for (int d = 0; d < PD_DIM; d++) fine->lo[d] = fine->hi[d] = NULL;
+    pdi_multigrid_leave(mg);
 }
 
 PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
@@ -21072,6 +21194,7 @@ PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc,
 
 PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
+    pdi_multigrid_wake(mg);
     pdi_owner_free(ctx, pdi_multigrid_list, mg);
     pdi_owner_free(ctx, pdi_multigrid_mark_list, mg);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &mg->level[l]);
@@ -21226,7 +21349,8 @@ static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
     pdi_coarsen how = pdi_multigrid_how(mg), all = how;
     all.all = 1;
     /* a later setup may need the room of all cells, and steps take no memory */
-    if (!how.all && !mg->level[1].cell_capacity) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
+    if (!how.all && !mg->roomy) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
+    mg->roomy = 1;
     return pdi_multigrid_levels(ctx, &how, mg);
 }
 
@@ -21424,8 +21548,7 @@ static void pdi_multigrid_wipe(const pd_smoother_level *fine, int32_t r)
 {
     int32_t n0 = fine->n[0], first = r * n0, begin = fine->begin[r], end = fine->end[r];
     size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
-    memset(fine->x + first, 0, before * sizeof *fine->x);
-    memset(fine->x + end, 0, behind * sizeof *fine->x);
+    memset(fine->x + first, 0, (size_t)n0 * sizeof *fine->x); /* closed links lead to what sweeps have not written yet */
     memset(fine->b + first, 0, before * sizeof *fine->b);
     memset(fine->b + end, 0, behind * sizeof *fine->b);
     memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
@@ -24699,6 +24822,8 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>flow/precond.c ======== */
@@ -24896,6 +25021,8 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -28658,6 +28785,8 @@ pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count,
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>chemistry/components.c ======== */
@@ -29683,6 +29812,8 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -29951,6 +30082,8 @@ pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const cha
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>transport/diffusion.c ======== */
@@ -30268,8 +30401,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r], place = d->place[i];
-    double x[PD_DIM], t, value, *grad = d->wall_grad + (int64_t)place * PD_DIM;
-    double *grad_rate = d->wall_grad_rate + (int64_t)place * PD_DIM;
+    double x[PD_DIM], t, value;
     int first = 1;
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
@@ -30283,9 +30415,9 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */
         if (!(c >= 0.0)) continue;
         held[k] = 1;
-        for (int a = 0; a < PD_DIM; a++) {
-            grad[a] += s->grad[k * PD_DIM + a] / t * c;
-            grad_rate[a] += s->grad[k * PD_DIM + a] / t;
+        for (int a = 0; a < PD_DIM && d->wall_grad; a++) {
+            d->wall_grad[(int64_t)place * PD_DIM + a] += s->grad[k * PD_DIM + a] / t * c;
+            d->wall_grad_rate[(int64_t)place * PD_DIM + a] += s->grad[k * PD_DIM + a] / t;
         }
         if (first) d->wall_value[place] = c;
         first = 0;
@@ -30313,7 +30445,8 @@ static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
     d->wall_rate[i] = d->wall_source[i] = 0.0;
     if (place < 0) return;
     d->wall_value[place] = d->wall_rest[place] = 0.0;
-    for (int a = 0; a < PD_DIM; a++) d->wall_grad[place * PD_DIM + a] = d->wall_grad_rate[place * PD_DIM + a] = 0.0;
+    for (int a = 0; a < PD_DIM && d->wall_grad; a++)
+        d->wall_grad[place * PD_DIM + a] = d->wall_grad_rate[place * PD_DIM + a] = 0.0;
 }
 
 /* The numbers of node i are renewed. */
@@ -30433,6 +30566,7 @@ PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, diffusion, wall_value, count, "mol/m3");
     PDI_ARRAY(owner, diffusion, wall_rest, count, "mol/m3/s");
     PDI_ARRAY(owner, diffusion, wall_part, count, "1");
+    if (diffusion->desc.smooth) return;
     PDI_ARRAY(owner, diffusion, wall_grad, PD_DIM * count, "mol/m4");
     PDI_ARRAY(owner, diffusion, wall_grad_rate, PD_DIM * count, "1/m");
 }
@@ -30520,6 +30654,8 @@ PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -32160,6 +32296,8 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>transport/inverse.c ======== */
@@ -32331,6 +32469,8 @@ PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, doubl
 #define PDI_TRANSPORT_ENOUGH 1000.0
 #define PDI_TRANSPORT_FINISHED 30.0
 #define PDI_TRANSPORT_ROUGH 30.0
+/* Basis vectors of a solve at rest that there is room for from the start: most take no more. */
+#define PDI_TRANSPORT_LEAST 4
 /* A change of the field, relative, that is none. */
 #define PDI_TRANSPORT_STILL 1e-10
 /* The same where what is left undone breaks them. */
@@ -32456,17 +32596,22 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
     pdi_transport_pin(u->t, y);
 }
 
-/* rhs = old/dt + source + carry/dt + anti at fluid nodes. */
+/* old/dt + source + carry/dt + anti at fluid node i. */
+static inline double pdi_transport_right(const pd_transport *t, int32_t i)
+{
+    double sum = (t->old[i] + t->carry[i]) / t->dt + t->source[i] + pdi_transport_gain(t, i);
+    return t->diffusion.wall_source ? sum + t->diffusion.wall_source[i] : sum;
+}
+
+/* All of them, where they are kept. */
 static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
 {
     const uint8_t *kind = t->grid->kind;
     int nt = pdi_par_threads(ctx, t->grid->total * 4);
     (void)nt;
+    if (!t->rhs) return;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++)
-        t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] + t->anti[i] : 0.0;
-    for (int32_t i = 0; i < t->grid->total && t->diffusion.wall_source; i++)
-        if (kind[i] == PD_FLUID) t->rhs[i] += t->diffusion.wall_source[i];
+    for (int32_t i = 0; i < t->grid->total; i++) t->rhs[i] = kind[i] == PD_FLUID ? pdi_transport_right(t, i) : 0.0;
 }
 
 /* residual = rhs - A c at fluid nodes, into out. */
@@ -32477,7 +32622,10 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     (void)nt;
     pdi_transport_sweep(ctx, t, t->c, !t->rough, out);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (kind[i] == PD_FLUID) out[i] = (t->rhs ? t->rhs[i] : pdi_transport_right(t, i)) - out[i];
+        else out[i] = 0.0;
+    }
 }
 
 /* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. */
@@ -32536,7 +32684,7 @@ PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share
 
 PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *t)
 {
-    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    int limited = pdi_transport_limits(t);
     if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
     return limited;
 }
@@ -32578,7 +32726,7 @@ PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
-    pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
+    if (t->anti) pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -32625,7 +32773,7 @@ PDI_FN int pdi_transport_start(pd_transport *t)
     pdi_transport_bounds(t, t->old, 0.0, &bounds);
     t->most = fmax(fabs(bounds.low), fabs(bounds.high));
     pdi_transport_measure(t);
-    return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    return pdi_transport_limits(t);
 }
 
 PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
@@ -32646,8 +32794,8 @@ static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
     if (!pdi_bounds_keep(t->grid, t->c, NULL, &bounds)) return 0;
     pdi_transport_residual(ctx, t, t->work);
     pdi_transport_pin(t, t->work);
-    pdi_transport_precondition(&user, t->work, t->probe);
-    return pdi_bounds_keep(t->grid, t->c, t->probe, &bounds);
+    pdi_transport_precondition(&user, t->work, t->work + t->grid->total);
+    return pdi_bounds_keep(t->grid, t->c, t->work + t->grid->total, &bounds);
 }
 
 /* The last solve; known as above. What it leaves undone counts times dt in nodes that little passes: where the field
@@ -32790,12 +32938,13 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
 /* Size of the equations: the right-hand side, with sources as they are at the present field. */
 static double pdi_transport_given(const pd_ctx *ctx, pd_transport *t)
 {
+    double *given = t->work + t->grid->total;
     int nt = pdi_par_threads(ctx, t->grid->total * 2);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
-        t->probe[i] = t->grid->kind[i] == PD_FLUID ? t->rhs[i] - t->absorb[i] * t->c[i] : 0.0;
-    return sqrt(pdi_par_dot(ctx, t->grid->total, t->probe, t->probe));
+        given[i] = t->grid->kind[i] == PD_FLUID ? pdi_transport_right(t, i) - t->absorb[i] * t->c[i] : 0.0;
+    return sqrt(pdi_par_dot(ctx, t->grid->total, given, given));
 }
 
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
@@ -32848,8 +32997,8 @@ PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *t, double dt, pd_s
         return pdi_transport_release(ctx, t, status);
     }
     pdi_transport_right_side(ctx, t); /* sources may have been settled after the last stage */
-    pdi_transport_residual(ctx, t, t->carry);
-    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] *= dt;
+    pdi_transport_residual(ctx, t, t->work);
+    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * t->work[i];
     return pdi_transport_release(ctx, t, status);
 }
 
@@ -32942,10 +33091,25 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, absorb, total, "1/s");
     if (transport->desc.given) return;
-    if (transport->flow) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
+    if (pdi_transport_limits(transport)) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, upwinded, total, "1");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
+}
+
+/* 1: sweeps need a copy of what they are applied to. */
+static int pdi_transport_repeats(const pd_transport *t)
+{
+    int images = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) images = images || t->grid->side[s] >= PD_SIDE_PERIODIC;
+    return images || pdi_transport_rests(t);
+}
+
+/* Entries of it: cycles of the multigrid have their fields there, too. */
+static int64_t pdi_transport_repeated(const pd_transport *t)
+{
+    int64_t total = t->grid->total, fields = t->lean ? 0 : (int64_t)(pdi_multigrid_fields(&t->inverse.mg) + 1) / 2;
+    return fields > total ? fields : total;
 }
 
 /* What is lent for a step. */
@@ -32953,15 +33117,13 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
 {
     pd_transport *transport = (pd_transport *)object;
     int64_t total = transport->grid->total;
-    int images = 0;
-    for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
+    int limits = pdi_transport_limits(transport), repeats = pdi_transport_repeats(transport);
     PDI_RAW(owner, transport, old, total, "mol/m3");
-    PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
+    if (limits) PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
     PDI_RAW(owner, transport, work, 2 * total, "");
-    PDI_OWN(owner, transport->flow ? PDI_OWNED_ARRAY : PDI_OWNED_RAW, transport, probe, PD_DIM * total, "mol/m4");
-    if (images || pdi_transport_rests(transport)) PDI_RAW(owner, transport, repeated, total, "mol/m3");
-    if (!transport->flow) PDI_ARRAY(owner, transport, anti, total, "mol/m3/s");
-    if (transport->flow) pdi_limiter_list(owner, &transport->limiter);
+    if (limits) PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
+    if (repeats) PDI_RAW(owner, transport, repeated, pdi_transport_repeated(transport), "mol/m3");
+    if (limits) pdi_limiter_list(owner, &transport->limiter);
     pdi_flux_list(owner, &transport->flux);
     if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
 }
@@ -32973,6 +33135,7 @@ static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
     kd->spans = &t->bonds->spans;
     kd->components = 1;
     kd->restart = 20;
+    kd->least = t->flow ? 0 : PDI_TRANSPORT_LEAST;
     kd->most = t->flow ? 10 * kd->restart : 0;
     kd->arena = pdi_transport_arena(t);
     kd->fixed = 1;
@@ -32990,6 +33153,7 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
     md.symmetric = t->flow == NULL;
     md.contrast = md.contrast || t->desc.field != NULL;
     md.arena = pdi_transport_arena(t);
+    md.guest = pdi_transport_repeats(t);
     t->inverse.flux = &t->flux;
     t->limiter.bonds = t->flux.bonds = t->bonds;
     t->flux.flow = t->flow;
@@ -33040,6 +33204,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.level = desc->level;
     dd.held = desc->held;
     dd.walls_only = desc->walls_only;
+    dd.smooth = !pdi_transport_limits(t);
     dd.user = desc->user;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
@@ -33061,6 +33226,7 @@ PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
 {
     if (!t->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
+        if (t->repeated && !t->lean) t->inverse.mg.fields = (float *)(void *)t->repeated;
         if (!t->lean) pdi_multigrid_open(&t->inverse.mg);
     }
     t->held++;
@@ -33072,6 +33238,7 @@ PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *t, pd_status s
     if (--t->held) return status;
     t->inverse.fresh = 0;
     if (!t->lean) pdi_multigrid_close(&t->inverse.mg);
+    if (t->repeated) t->inverse.mg.fields = NULL;
     status = pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
     t->lean = 0;
     return status;
@@ -33106,6 +33273,8 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -33137,7 +33306,7 @@ static double pdi_amount_limited(pd_ctx *ctx, pd_transport *t, int axis, int ind
 
 PDI_FN double pdi_amount_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
-    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    int limited = pdi_transport_limits(t);
     double flux;
     if (t->desc.given) return 0.0;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
@@ -33202,9 +33371,9 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
 static int pdi_explicit_within(pd_ctx *ctx, const pd_transport *t, double dt)
 {
     double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
-    pdi_par_zero(ctx, t->grid->total, t->rhs);
-    pdi_flux_rates(ctx, &t->flux, room, t->rhs);
-    return dt * pdi_par_max_abs(ctx, t->grid->total, t->rhs) <= 1.0;
+    pdi_par_zero(ctx, t->grid->total, t->work);
+    pdi_flux_rates(ctx, &t->flux, room, t->work);
+    return dt * pdi_par_max_abs(ctx, t->grid->total, t->work) <= 1.0;
 }
 
 /* c = start + dt (what comes in less what leaves) + what the last solve left undone, at fluid nodes; the share of one
@@ -33212,20 +33381,20 @@ static int pdi_explicit_within(pd_ctx *ctx, const pd_transport *t, double dt)
 static void pdi_explicit_share(const pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
-    const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->rhs, *carry = t->carry;
+    const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->work, *carry = t->carry;
     const double *held = t->diffusion.wall_source;
     double *PD_RESTRICT c = t->c;
     if (!held) {
         PDI_FOR
         for (int32_t i = 0; i < t->grid->total; i++) {
-            double next = old[i] + dt * (source[i] + anti[i] - net[i]) + carry[i];
+            double next = old[i] + dt * (source[i] + (anti ? anti[i] : 0.0) - net[i]) + carry[i];
             c[i] = kind[i] == PD_FLUID ? next : c[i];
         }
         return;
     }
     PDI_FOR
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + anti[i] - net[i]) + carry[i];
+        if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + pdi_transport_gain(t, i) - net[i]) + carry[i];
 }
 
 static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
@@ -33250,7 +33419,7 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
     int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
-    pdi_transport_operator(ctx, t, t->old, t->rhs);
+    pdi_transport_operator(ctx, t, t->old, t->work);
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
         if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
@@ -33327,7 +33496,7 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
 {
     pd_flux steady = t->flux;
     pd_diffusion free_walls = t->diffusion;
-    double *out = t->work, *more = t->probe;
+    double *out = t->work, *more = t->work + t->grid->total;
     free_walls.wall_rate = NULL;
     steady.diffusion = &free_walls;
     steady.rate = 0.0;
@@ -33341,7 +33510,9 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
         int fluid = t->grid->kind[i] == PD_FLUID;
         double rest = fluid && t->rest ? t->rest[i] : 0.0, sum = fluid ? out[i] : 0.0;
         if (fluid && t->rest) sum += more[i];
-        out[i] = fluid ? pdi_diffusion_gain(&t->diffusion, i, t->c[i], rest) + t->source[i] + t->anti[i] - sum : 0.0;
+        if (fluid) sum = pdi_diffusion_gain(&t->diffusion, i, t->c[i], rest) + t->source[i] +
+                         pdi_transport_gain(t, i) - sum;
+        out[i] = sum;
     }
 }
 
@@ -33424,7 +33595,7 @@ static pd_status pdi_settle_correct(pd_ctx *ctx, pd_transport *t, pd_transport_r
 static pd_status pdi_settle_find(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
     double limit = pdi_settle_slowest(t);
-    int krylov = 0, limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    int krylov = 0, limited = pdi_transport_limits(t);
     if (!(limit < 1e200))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "settle", "nothing moves: there is no steady field to find");
     for (int step = 0; step < PDI_SETTLE_STEPS; step++) {
@@ -34112,6 +34283,8 @@ PDI_FN double pdi_migration_level(pd_migration *m)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>react/reactive.c ======== */
@@ -34630,6 +34803,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     dd.diffusivity = r->diffusion.desc.diffusivity;
     dd.held = desc->wall ? desc->held : NULL;
     dd.user = desc->user;
+    dd.smooth = 1;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &r->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &r->boundary));
     r->flux.flow = flow;
@@ -35738,6 +35912,8 @@ PDI_FN void pdi_levels_shift(pd_etch *s, double by)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -36121,6 +36297,8 @@ PDI_FN void pdi_coat_reject(pd_coat *s)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>react/tangent.c ======== */
@@ -37170,6 +37348,8 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -38945,6 +39125,8 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/weigh.c ======== */
@@ -39099,6 +39281,8 @@ PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, pd_bond_weight
 #undef PDI_WEIGH_WAYS
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -39871,6 +40055,8 @@ PDI_FN void pdi_scaffold_add(const pd_ctx *ctx, pd_scaffold *s, const double *f,
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/plastic.c ======== */
@@ -39985,6 +40171,8 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -41021,6 +41209,8 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/criterion.c ======== */
@@ -41710,6 +41900,8 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #undef PDI_EQUILIBRIUM_BEYOND
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -44823,6 +45015,8 @@ PDI_FN pd_status pdi_toughness_find(pd_ctx *ctx, const pd_body *body, const pd_e
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/finite_law.c ======== */
@@ -45236,6 +45430,8 @@ PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f,
 #undef PDI_FINITE_LAW_NEAR
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -46984,6 +47180,8 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>metal/entry.c ======== */
@@ -47064,6 +47262,8 @@ PDI_FN double pdi_entry_beyond(const pd_paths *paths, int k, const pdi_entry *en
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -47190,6 +47390,8 @@ PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *f)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>metal/reach.c ======== */
@@ -47374,6 +47576,8 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
 #undef PDI_REACH_LEAST
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -47490,6 +47694,8 @@ PDI_FN void pdi_tilt_update(const pd_ctx *ctx, pd_dissolve *d)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>metal/interface.c ======== */
@@ -47881,6 +48087,8 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 #undef PDI_INTERFACE_DROP
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -50570,7 +50778,7 @@ static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
     dd.field = p->desc.field ? pdi_distribution_at : NULL;
     dd.held = walls ? pdi_distribution_wall : NULL;
     dd.user = p;
-    dd.walls_only = 1;
+    dd.walls_only = dd.smooth = 1;
     p->origin = HUGE_VAL;
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (p->desc.held[s]) p->origin = fmin(p->origin, p->desc.hold[s]);
@@ -52549,6 +52757,8 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/zlib.c ======== */
@@ -53287,6 +53497,8 @@ PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -57319,11 +57531,19 @@ static int pdi_plot_crowd(const pd_plot *plot, const pdi_plot_layout *l, int lef
     return crowd;
 }
 
+/* In the legend: a name, and a point at which it is seen. */
+static int pdi_plot_named(const pd_plot *plot, const pd_series *s)
+{
+    for (int i = 0; s->name && i < s->count; i++)
+        if (pdi_plot_shown(plot, s, i)) return 1;
+    return 0;
+}
+
 static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int rows = 0, widest = 0, best = -1, left = 0, top = 0;
     for (int k = 0; k < plot->count; k++) {
-        if (!plot->series[k].name) continue;
+        if (!pdi_plot_named(plot, &plot->series[k])) continue;
         int width = pdi_canvas_text_width(plot->series[k].name);
         if (width > widest) widest = width;
         rows++;
@@ -57343,7 +57563,7 @@ static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_c
     pdi_canvas_frame(canvas, left, top, left + width, top + height, 0xC4C7CBu);
     for (int k = 0, row = 0; k < plot->count; k++) {
         const pd_series *s = &plot->series[k];
-        if (!s->name) continue;
+        if (!pdi_plot_named(plot, s)) continue;
         double y = top + 5 + (row++ + 0.5) * PDI_PLOT_LEGEND_ROW, run = 0;
         uint32_t colour = pdi_colour_series(k);
         if (s->stroke == PD_STROKE_DASHED) pdi_plot_dashes(canvas, left + 12, y, left + 48, y, &run, colour);
@@ -61226,6 +61446,8 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>scene/expr.c ======== */
@@ -62011,6 +62233,8 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 #undef PDI_EXPR_BUILTINS
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -62028,579 +62252,607 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
  * (pdi_keys_agree), the tables of docs/guide.md against all of it (tests/test_keys.c). */
 #include <string.h>
 
+#ifdef PDI_NO_MEANINGS /* for programs that are sent over a network and print no keys */
+#define PDI_SAYS(text) ""
+#else
+#define PDI_SAYS(text) text
+#endif
+
 static const pd_key pdi_keys_of_constants[] = {
     {"NAME", "any", "-",
-     "a value of any dimension, an expression of those above it"}};
+     PDI_SAYS("a value of any dimension, an expression of those above it")}};
 
 static const pd_key pdi_keys_of_grid[] = {
     {"h", "m", "required",
-     "spacing, one or one an axis"},
+     PDI_SAYS("spacing, one or one an axis")},
     {"m", "-", "1; beside `[corrode]` that of its bonds",
-     "horizon of the fluid over h, 1 to 6; 1.328 in 2D and 1.387 in 3D make diffusion isotropic, as viscosity is "
-     "with 1 (theory: 2.3)"},
+     PDI_SAYS("horizon of the fluid over h, 1 to 6; 1.328 in 2D and 1.387 in 3D make diffusion isotropic, as "
+              "viscosity is with 1 (theory: 2.3)")},
     {"box", "m", "required",
-     "extent, a range an axis, whole numbers of cells"},
+     PDI_SAYS("extent, a range an axis, whole numbers of cells")},
     {"geometry", "-", "planar",
-     "2D: `planar`, or `axisymmetric`: x runs along the axis, y is the distance from it, cells are rings and "
-     "amounts those of the whole body. The box begins at y = 0, the axis, which needs no `[side y-]`, or at least "
-     "one horizon (m cells) away"},
+     PDI_SAYS("2D: `planar`, or `axisymmetric`: x runs along the axis, y is the distance from it, cells are rings "
+              "and amounts those of the whole body. The box begins at y = 0, the axis, which needs no `[side y-]`, "
+              "or at least one horizon (m cells) away")},
     {"threads", "-", "0",
-     "threads, 0 to 1024; 0: all. The `--threads` option goes first"}};
+     PDI_SAYS("threads, 0 to 1024; 0: all. The `--threads` option goes first")}};
 
 static const pd_key pdi_keys_of_shape[] = {
     {"box", "m", "-",
-     "box, a range an axis"},
+     PDI_SAYS("box, a range an axis")},
     {"ball", "m", "-",
-     "centre of a ball (a disc in 2D), with `radius`"},
+     PDI_SAYS("centre of a ball (a disc in 2D), with `radius`")},
     {"cylinder", "-", "-",
-     "`x`, `y` or `z`: unbounded along that axis, with `radius`. 2D: a plane section, so `x` is a slab"},
+     PDI_SAYS("`x`, `y` or `z`: unbounded along that axis, with `radius`. 2D: a plane section, so `x` is a slab")},
     {"half_space", "-", "-",
-     "`yes`: points behind a plane, with `point` and `normal`"},
+     PDI_SAYS("`yes`: points behind a plane, with `point` and `normal`")},
     {"mask", "-", "-",
-     "2D: PNG file, relative to the scene; white is inside; with `corner` and `cell`"},
+     PDI_SAYS("2D: PNG file, relative to the scene; white is inside; with `corner` and `cell`")},
     {"raw", "-", "-",
-     "file of one byte a voxel, x fastest; not 0 is inside; with `size`, `corner` and `cell`"},
+     PDI_SAYS("file of one byte a voxel, x fastest; not 0 is inside; with `size`, `corner` and `cell`")},
     {"stl", "-", "-",
-     "3D: STL file (text or binary), relative to the scene: a closed surface, each of whose edges has two "
-     "triangles; with `scale`. Where it ends at a side of the box is a face of it"},
+     PDI_SAYS("3D: STL file (text or binary), relative to the scene: a closed surface, each of whose edges has two "
+              "triangles; with `scale`. Where it ends at a side of the box is a face of it")},
     {"union, intersect, difference", "-", "-",
-     "2 to 8 names of shapes above; `difference`: first minus the others"},
+     PDI_SAYS("2 to 8 names of shapes above; `difference`: first minus the others")},
     {"radius", "m", "required there",
-     "of a ball or a cylinder"},
+     PDI_SAYS("of a ball or a cylinder")},
     {"centre", "m", "the origin",
-     "a point of the axis of a cylinder"},
+     PDI_SAYS("a point of the axis of a cylinder")},
     {"point", "m", "required there",
-     "a point of the plane of a half space"},
+     PDI_SAYS("a point of the plane of a half space")},
     {"normal", "-", "required there",
-     "outward normal of that plane, plain numbers"},
+     PDI_SAYS("outward normal of that plane, plain numbers")},
     {"corner", "m", "required there",
-     "place of the first corner of a mask or a raw file"},
+     PDI_SAYS("place of the first corner of a mask or a raw file")},
     {"cell", "m", "required there",
-     "size of a pixel or voxel, one or one an axis"},
+     PDI_SAYS("size of a pixel or voxel, one or one an axis")},
     {"size", "-", "required there",
-     "voxels of a raw file, a number an axis"},
+     PDI_SAYS("voxels of a raw file, a number an axis")},
     {"scale", "m", "required there",
-     "length of one unit of an STL file"},
+     PDI_SAYS("length of one unit of an STL file")},
     {"shift", "m", "the origin",
-     "where the origin of an STL file lies"},
+     PDI_SAYS("where the origin of an STL file lies")},
     {"outside", "-", "no",
-     "`yes`: the complement"},
+     PDI_SAYS("`yes`: the complement")},
     {"kind", "-", "part",
-     "`solid` (dissolves), `wall`, `medium` (fluid with a diffusivity of its own), `passive` (with `[corrode]`: "
-     "fluid there does not attack, as in front of a passive film), `grip` (with `[solid]`: the metal there is "
-     "held), `solution` (fluid that begins with `inside` of the species, 2.20), `part` (operand of a set operation "
-     "only)"},
+     PDI_SAYS("`solid` (dissolves), `wall`, `medium` (fluid with a diffusivity of its own), `passive` (with "
+              "`[corrode]`: fluid there does not attack, as in front of a passive film), `grip` (with `[solid]`: "
+              "the metal there is held), `solution` (fluid that begins with `inside` of the species, 2.20), `part` "
+              "(operand of a set operation only)")},
     {"C", "mol/m3", "no flux",
-     "`wall`: concentration that its surface holds"},
+     PDI_SAYS("`wall`: concentration that its surface holds")},
     {"D", "m2/s", "required there",
-     "`medium`: diffusivity inside"},
+     PDI_SAYS("`medium`: diffusivity inside")},
     {"material", "-", "the first one that is named, else mg4ag",
-     "preset of the metal: `mg4ag`, `steel304`, `copper`, `alloy625` (density, molar mass, charge; sources in "
-     "`src/metal/material.h`). Solids may be of different metals"},
+     PDI_SAYS("preset of the metal: `mg4ag`, `steel304`, `copper`, `alloy625` (density, molar mass, charge; sources "
+              "in `src/metal/material.h`). Solids may be of different metals")},
     {"grains", "m", "no grains",
-     "mean grain diameter; the grains of all solids are the same"},
+     PDI_SAYS("mean grain diameter; the grains of all solids are the same")},
     {"grain_spread", "m", "0",
-     "standard deviation of the diameter; 0: random seeds (2D: 26 % of the diameter); else up to 44 %, 22 %, 13 % "
-     "of it in 1D, 2D, 3D"},
+     PDI_SAYS("standard deviation of the diameter; 0: random seeds (2D: 26 % of the diameter); else up to 44 %, 22 "
+              "%, 13 % of it in 1D, 2D, 3D")},
     {"grain_seed", "-", "1",
-     "whole number, another polycrystal each"},
+     PDI_SAYS("whole number, another polycrystal each")},
     {"boundary_width", "m", "0.5 um",
-     "physical width of a grain boundary"},
+     PDI_SAYS("physical width of a grain boundary")},
     {"ux, uy, uz", "m", "-",
-     "`grip`: displacement of the metal in it, expressions in x, y, z, t; an axis without one is free"}};
+     PDI_SAYS("`grip`: displacement of the metal in it, expressions in x, y, z, t; an axis without one is free")}};
 
 static const pd_key pdi_keys_of_side[] = {
     {"flow", "-", "noslip; with `[gas]` slip",
-     "`noslip`, `inlet`, `outlet`, `periodic` (both sides of the axis), `mirror` (plane of symmetry, free slip), "
-     "`open` (with `time = given`: inlet where the flow enters, outlet where it leaves; with `[corrode]`: `bulk` "
-     "behind it), `slip` (with `[gas]`: a wall)"},
+     PDI_SAYS("`noslip`, `inlet`, `outlet`, `periodic` (both sides of the axis), `mirror` (plane of symmetry, free "
+              "slip), `open` (with `time = given`: inlet where the flow enters, outlet where it leaves; with "
+              "`[corrode]`: `bulk` behind it), `slip` (with `[gas]`: a wall)")},
     {"profile", "-", "required there",
-     "inlet: `uniform`, `parabola` (between walls, of a tube, axisymmetric also between two), `expression`"},
+     PDI_SAYS("inlet: `uniform`, `parabola` (between walls, of a tube, axisymmetric also between two), `expression`")},
     {"mean", "m/s", "required, or `flow_rate`",
-     "inlet: mean speed into the box, expression in t"},
+     PDI_SAYS("inlet: mean speed into the box, expression in t")},
     {"flow_rate", "m3/s", "-",
-     "inlet: volume per time, expression in t. Planar 2D: through a tube as wide as the opening"},
+     PDI_SAYS("inlet: volume per time, expression in t. Planar 2D: through a tube as wide as the opening")},
     {"vx, vy, vz", "m/s", "0, one of them required",
-     "`profile = expression`: velocity, expressions in x, y, z, t"},
+     PDI_SAYS("`profile = expression`: velocity, expressions in x, y, z, t")},
     {"p", "Pa", "0",
-     "outlet: pressure"},
+     PDI_SAYS("outlet: pressure")},
     {"velocity", "m/s", "0",
-     "noslip: velocity of the wall along itself, an expression in x, y, z, t an axis, 0 across it"},
+     PDI_SAYS("noslip: velocity of the wall along itself, an expression in x, y, z, t an axis, 0 across it")},
     {"C", "mol/m3", "inlet, open: 0; wall: no flux",
-     "inlet, open: concentration of the inflow; noslip: concentration held by the wall; expressions in x, y, z, t"},
+     PDI_SAYS("inlet, open: concentration of the inflow; noslip: concentration held by the wall; expressions in x, "
+              "y, z, t")},
     {"species", "-", "closed",
-     "noslip: `closed`, or `inlet`: the wall holds the species of what enters (2.20)"},
+     PDI_SAYS("noslip: `closed`, or `inlet`: the wall holds the species of what enters (2.20)")},
     {"ux, uy, uz", "m", "-",
-     "with `[solid]`: displacement of the metal at the side, expressions in x, y, z, t; an axis without one is free"},
+     PDI_SAYS("with `[solid]`: displacement of the metal at the side, expressions in x, y, z, t; an axis without "
+              "one is free")},
     {"traction", "Pa", "-",
-     "with `[solid]`: force per area on the metal at the side, an expression in x, y, z, t an axis"},
+     PDI_SAYS("with `[solid]`: force per area on the metal at the side, an expression in x, y, z, t an axis")},
     {"pressure", "Pa", "-",
-     "with `[solid]`: force per area against the side, an expression in x, y, z, t"},
+     PDI_SAYS("with `[solid]`: force per area against the side, an expression in x, y, z, t")},
     {"potential", "V", "no current passes",
-     "with `[potential]`: noslip, inlet: potential that the fluid has there"}};
+     PDI_SAYS("with `[potential]`: noslip, inlet: potential that the fluid has there")}};
 
 static const pd_key pdi_keys_of_flow[] = {
     {"rho", "kg/m3", "required",
-     "density"},
+     PDI_SAYS("density")},
     {"mu", "Pa s", "required",
-     "viscosity"},
+     PDI_SAYS("viscosity")},
     {"steady", "-", "1e-6",
-     "residual at which the flow is steady (theory: eq. 4.7, 4.8), up to 0.1, against scales of the flow itself"},
+     PDI_SAYS("residual at which the flow is steady (theory: eq. 4.7, 4.8), up to 0.1, against scales of the flow "
+              "itself")},
     {"order", "-", "auto",
-     "order of the error in the spacing, 2 or 4 (theory: 4.1b): 4 takes `m = 1`, a planar box, and `time = steady` "
-     "or `implicit`. `auto`: 4 in steady flow in closed boxes without shapes whose walls meet, with `m = 1`, a "
-     "Reynolds number of at most 1000 and one of a cell of at most 16; else 2. The summary names order 4"},
+     PDI_SAYS("order of the error in the spacing, 2 or 4 (theory: 4.1b): 4 takes `m = 1`, a planar box, and `time = "
+              "steady` or `implicit`. `auto`: 4 in steady flow in closed boxes without shapes whose walls meet, "
+              "with `m = 1`, a Reynolds number of at most 1000 and one of a cell of at most 16; else 2. The summary "
+              "names order 4")},
     {"force", "m/s2", "0",
-     "body force per mass, an expression in x, y, z, t an axis"},
+     PDI_SAYS("body force per mass, an expression in x, y, z, t an axis")},
     {"speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 4.5b)",
-     "reference value that residuals and `Re` are reported with; nothing else depends on it"},
+     PDI_SAYS("reference value that residuals and `Re` are reported with; nothing else depends on it")},
     {"length", "m", "width of the inlet, else a scale of the flow (theory: eq. 4.5b)",
-     "as `speed`"},
+     PDI_SAYS("as `speed`")},
     {"time", "-", "steady",
-     "`steady`; `implicit`: incompressible flow in time, steps by error; `explicit`: weakly compressible flow in "
-     "time; `given`: `vx`, `vy`, `vz` for ever"},
+     PDI_SAYS("`steady`; `implicit`: incompressible flow in time, steps by error; `explicit`: weakly compressible "
+              "flow in time; `given`: `vx`, `vy`, `vz` for ever")},
     {"vx, vy, vz", "m/s", "0",
-     "flow at the start, or given flow (free of divergence), expressions in x, y, z"},
+     PDI_SAYS("flow at the start, or given flow (free of divergence), expressions in x, y, z")},
     {"rtol", "-", "1e-4",
-     "`implicit`: error of a step against the speed of the flow (theory: eq. 4.5b)"},
+     PDI_SAYS("`implicit`: error of a step against the speed of the flow (theory: eq. 4.5b)")},
     {"eos", "-", "tait",
-     "`explicit`: `tait` or `linear`"},
+     PDI_SAYS("`explicit`: `tait` or `linear`")},
     {"c0", "m/s", "required there",
-     "`explicit`: speed of sound, ten times the largest speed or more"}};
+     PDI_SAYS("`explicit`: speed of sound, ten times the largest speed or more")}};
 
 static const pd_key pdi_keys_of_gas[] = {
     {"gamma", "-", "1.4",
-     "ratio of the heat capacities, above 1"},
+     PDI_SAYS("ratio of the heat capacities, above 1")},
     {"rho", "kg/m3", "required",
-     "density at the start, an expression in x, y, z, positive"},
+     PDI_SAYS("density at the start, an expression in x, y, z, positive")},
     {"p", "Pa", "required",
-     "pressure at the start, an expression in x, y, z, positive"},
+     PDI_SAYS("pressure at the start, an expression in x, y, z, positive")},
     {"vx, vy, vz", "m/s", "0",
-     "velocity at the start, expressions in x, y, z"},
+     PDI_SAYS("velocity at the start, expressions in x, y, z")},
     {"order", "-", "second",
-     "`second` where smooth, `first`"},
+     PDI_SAYS("`second` where smooth, `first`")},
     {"cfl", "-", "0.8",
-     "share of the longest stable step (theory: eq. 4.26), up to 1"}};
+     PDI_SAYS("share of the longest stable step (theory: eq. 4.26), up to 1")}};
 
 static const pd_key pdi_keys_of_transport[] = {
     {"D", "m2/s", "required",
-     "diffusivity"},
+     PDI_SAYS("diffusivity")},
     {"initial", "mol/m3", "0",
-     "concentration at the start, expression in x, y, z, not negative"},
+     PDI_SAYS("concentration at the start, expression in x, y, z, not negative")},
     {"advection", "-", "limited",
-     "`limited` (second order where smooth), `upwind` (first order)"},
+     PDI_SAYS("`limited` (second order where smooth), `upwind` (first order)")},
     {"time", "-", "implicit",
-     "`implicit`: in time; `steady`: the steady field at once; the run fails when balances lack more than 1e-6 of "
-     "what passes, and `defect=` says how much (theory: eq. 5.13)"}};
+     PDI_SAYS("`implicit`: in time; `steady`: the steady field at once; the run fails when balances lack more than "
+              "1e-6 of what passes, and `defect=` says how much (theory: eq. 5.13)")}};
 
 static const pd_key pdi_keys_of_dissolve[] = {
     {"rate", "m/s", "`rate`, `law` or `current` required",
-     "recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)"},
+     PDI_SAYS("recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)")},
     {"law", "1/s", "-",
-     "the same in layers of `h` per time: speed = law h. Depends on the grid"},
+     PDI_SAYS("the same in layers of `h` per time: speed = law h. Depends on the grid")},
     {"current", "A/m2", "-",
-     "the same as a current density: speed = `i/(z F Cs)`; `i` is that of the `[electrode]`"},
+     PDI_SAYS("the same as a current density: speed = `i/(z F Cs)`; `i` is that of the `[electrode]`")},
     {"rate_scale", "-", "1",
-     "factor of `rate`, `law` or `current`"},
+     PDI_SAYS("factor of `rate`, `law` or `current`")},
     {"Csat", "mol/m3", "none",
-     "saturation concentration, a constant for the expressions"},
+     PDI_SAYS("saturation concentration, a constant for the expressions")},
     {"Cs", "mol/m3", "density over molar mass",
-     "concentration of the intact metal"},
+     PDI_SAYS("concentration of the intact metal")},
     {"charge", "-", "that of the material",
-     "electrons that an atom gives off, for currents in the summary"},
+     PDI_SAYS("electrons that an atom gives off, for currents in the summary")},
     {"potential", "V", "none",
-     "with `migration = yes`: potential of the metal against inlets and walls that hold species, an expression in t. "
-     "The law may depend on `E`, that potential less the one of the ions at the surface (2.20)"},
+     PDI_SAYS("with `migration = yes`: potential of the metal against inlets and walls that hold species, an "
+              "expression in t. The law may depend on `E`, that potential less the one of the ions at the surface "
+              "(2.20)")},
     {"gb_factor", "-", "1",
-     "factor on the speed in a grain boundary; needs `grains`"},
+     PDI_SAYS("factor on the speed in a grain boundary; needs `grains`")},
     {"reaction", "text", "none",
-     "by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)`: "
-     "balanced in elements and charge, the metal by its symbol; `e-` is what a current takes away, as in "
-     "`Fe = Fe2+ + 2 e-`"},
+     PDI_SAYS("by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + "
+              "H2(g)`: balanced in elements and charge, the metal by its symbol; `e-` is what a current takes away, "
+              "as in `Fe = Fe2+ + 2 e-`")},
     {"threshold", "-", "0",
-     "share of the content that stays in a node when it turns fluid, up to 0.99"},
+     PDI_SAYS("share of the content that stays in a node when it turns fluid, up to 0.99")},
     {"m", "-", "3, or that of the fluid when it is longer",
-     "horizon of the bonds of metal over h, at least that of the fluid, up to 6"}};
+     PDI_SAYS("horizon of the bonds of metal over h, at least that of the fluid, up to 6")}};
 
 static const pd_key pdi_keys_of_corrode[] = {
     {"rate", "m/s", "`rate` or `current` required",
-     "recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)"},
+     PDI_SAYS("recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)")},
     {"current", "A/m2", "-",
-     "the same as a current density: speed = `i/(z F Cs)`"},
+     PDI_SAYS("the same as a current density: speed = `i/(z F Cs)`")},
     {"rate_scale", "-", "1",
-     "factor of `rate` or `current`"},
+     PDI_SAYS("factor of `rate` or `current`")},
     {"reaction", "text", "none",
-     "by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)`: "
-     "balanced in elements and charge, the metal by its symbol"},
+     PDI_SAYS("by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + "
+              "H2(g)`: balanced in elements and charge, the metal by its symbol")},
     {"Csat", "mol/m3", "required",
-     "saturation concentration: a node that is down to it turns fluid; fluid that has reached it takes no more "
-     "(salt layer)"},
+     PDI_SAYS("saturation concentration: a node that is down to it turns fluid; fluid that has reached it takes no "
+              "more (salt layer)")},
     {"Cs", "mol/m3", "density over molar mass",
-     "concentration of the intact metal"},
+     PDI_SAYS("concentration of the intact metal")},
     {"charge", "-", "that of the material",
-     "electrons given off by one atom, `z_m`"},
+     PDI_SAYS("electrons given off by one atom, `z_m`")},
     {"D", "m2/s", "required; `activation` 0",
-     "diffusivity of the fluid"},
+     PDI_SAYS("diffusivity of the fluid")},
     {"initial", "mol/m3", "0",
-     "concentration of the fluid at the start, expression in x, y, z, not negative"},
+     PDI_SAYS("concentration of the fluid at the start, expression in x, y, z, not negative")},
     {"bulk", "mol/m3", "0",
-     "concentration behind open sides; with `activation` of all fluid, up to `Csat`"},
+     PDI_SAYS("concentration behind open sides; with `activation` of all fluid, up to `Csat`")},
     {"control", "-", "diffusion",
-     "`diffusion`: dissolved metal has to diffuse away; `activation`: it is gone at once"},
+     PDI_SAYS("`diffusion`: dissolved metal has to diffuse away; `activation`: it is gone at once")},
     {"drive", "-", "constant",
-     "`constant`: the law holds at every concentration; `difference`: loss in proportion to the difference of metal "
-     "and fluid, as in the literature"},
+     PDI_SAYS("`constant`: the law holds at every concentration; `difference`: loss in proportion to the difference "
+              "of metal and fluid, as in the literature")},
     {"kernel", "-", "area",
-     "weights of the bonds: `area` (same speed in all directions), `square`, `inverse` (one over the squared, the "
-     "simple length)"},
+     PDI_SAYS("weights of the bonds: `area` (same speed in all directions), `square`, `inverse` (one over the "
+              "squared, the simple length)")},
     {"weights", "-", "calibrated",
-     "`calibrated`: a flat front moves at the rate; `printed`: coefficients of the continuum, slower on a lattice; "
-     "not for `area`"},
+     PDI_SAYS("`calibrated`: a flat front moves at the rate; `printed`: coefficients of the continuum, slower on a "
+              "lattice; not for `area`")},
     {"gb_factor", "-", "1",
-     "factor on the speed in a grain boundary; needs `grains`"},
+     PDI_SAYS("factor on the speed in a grain boundary; needs `grains`")},
     {"repassivation", "mol/m3", "none forms",
-     "solution beside metal that has once been below it does not attack any more: a film has formed (with diffusion)"},
+     PDI_SAYS("solution beside metal that has once been below it does not attack any more: a film has formed (with "
+              "diffusion)")},
     {"breaking", "-", "deterministic",
-     "`deterministic`: a node turns fluid at `Csat`; `stochastic`: when the last of its mechanical bonds has "
-     "broken, which happens at random as its metal goes, at `Csat` at the latest (theory: 6.7)"},
+     PDI_SAYS("`deterministic`: a node turns fluid at `Csat`; `stochastic`: when the last of its mechanical bonds "
+              "has broken, which happens at random as its metal goes, at `Csat` at the latest (theory: 6.7)")},
     {"seed", "-", "1",
-     "`stochastic`: whole number, other bonds each"},
+     PDI_SAYS("`stochastic`: whole number, other bonds each")},
     {"m", "-", "that of `[grid]`; 3",
-     "horizon of the bonds of metal over h, 1 to 6"}};
+     PDI_SAYS("horizon of the bonds of metal over h, 1 to 6")}};
 
 static const pd_key pdi_keys_of_solid[] = {
     {"E", "Pa", "required",
-     "Young's modulus"},
+     PDI_SAYS("Young's modulus")},
     {"nu", "-", "required",
-     "Poisson's ratio, which 1D does not have; springs have 1/4, in plane stress 1/3"},
+     PDI_SAYS("Poisson's ratio, which 1D does not have; springs have 1/4, in plane stress 1/3")},
     {"material", "-", "correspondence",
-     "`correspondence`: small strains, of any Poisson's ratio (theory: 8.1); `ordinary`: the linear peridynamic "
-     "solid, of small strains (8.9); `neo_hookean`, `hencky`: strains of any size (8.8); `springs`: bonds that pull "
-     "for themselves, displacements of any size, no stress (8.2)"},
+     PDI_SAYS("`correspondence`: small strains, of any Poisson's ratio (theory: 8.1); `ordinary`: the linear "
+              "peridynamic solid, of small strains (8.9); `neo_hookean`, `hencky`: strains of any size (8.8); "
+              "`springs`: bonds that pull for themselves, displacements of any size, no stress (8.2)")},
     {"plane", "-", "strain",
-     "2D: `strain` or `stress`"},
+     PDI_SAYS("2D: `strain` or `stress`")},
     {"yield", "Pa", "0: it does not flow",
-     "stress of von Mises at which the metal flows; with `correspondence` (not in `plane = stress`) and `hencky`"},
+     PDI_SAYS("stress of von Mises at which the metal flows; with `correspondence` (not in `plane = stress`) and "
+              "`hencky`")},
     {"hardening", "Pa", "0",
-     "by how much `yield` grows with the plastic strain"},
+     PDI_SAYS("by how much `yield` grows with the plastic strain")},
     {"toughness", "J/m2", "0: none breaks",
-     "energy per area at which a crack runs; of `correspondence` without `yield`, in balance (3D: m = 1.5 to 3), "
-     "and of `springs`"},
+     PDI_SAYS("energy per area at which a crack runs; of `correspondence` without `yield`, in balance (3D: m = 1.5 "
+              "to 3), and of `springs`")},
     {"strength", "Pa", "0: none breaks",
-     "bonds break whose ends have a larger principal stress, in the mean; in balance"},
+     PDI_SAYS("bonds break whose ends have a larger principal stress, in the mean; in balance")},
     {"stretch", "-", "0: none breaks",
-     "bonds break that are stretched by more; in balance"},
+     PDI_SAYS("bonds break that are stretched by more; in balance")},
     {"motion", "-", "no",
-     "`yes`: the metal moves from rest at t = 0"},
+     PDI_SAYS("`yes`: the metal moves from rest at t = 0")},
     {"density", "kg/m3", "required there",
-     "mass density of the metal that moves"},
+     PDI_SAYS("mass density of the metal that moves")},
     {"force", "N/m3", "0",
-     "a force on all of the metal, an expression in x, y, z, t an axis"},
+     PDI_SAYS("a force on all of the metal, an expression in x, y, z, t an axis")},
     {"speed_factor", "-", "1",
-     "factor of the speed at which the metal dissolves, an expression in sigma_h, mises, eps_p, x, y, z, t"},
+     PDI_SAYS("factor of the speed at which the metal dissolves, an expression in sigma_h, mises, eps_p, x, y, z, t")},
     {"m", "-", "2; springs 3",
-     "horizon of the bonds over h"},
+     PDI_SAYS("horizon of the bonds over h")},
     {"influence", "-", "constant",
-     "how bonds count by their length: `constant`, `inverse`, `linear`"},
+     PDI_SAYS("how bonds count by their length: `constant`, `inverse`, `linear`")},
     {"rtol", "-", "1e-8",
-     "of the balance"}};
+     PDI_SAYS("of the balance")}};
 
 static const pd_key pdi_keys_of_cut[] = {
     {"points", "m", "required",
-     "corners one after another, all coordinates of each; up to 32"},
+     PDI_SAYS("corners one after another, all coordinates of each; up to 32")},
     {"way", "-", "2D: that of the last piece; 3D: no table",
-     "direction in which the crack grows, plain numbers"},
+     PDI_SAYS("direction in which the crack grows, plain numbers")},
     {"contours", "m", "no J",
-     "2D: three radii about the tip, a horizon `m h` or more apart"}};
+     PDI_SAYS("2D: three radii about the tip, a horizon `m h` or more apart")}};
 
 static const pd_key pdi_keys_of_table[] = {
     {"file", "-", "required",
-     "CSV file, relative to the scene: `#` lines are comments, then one line of headings, then a row a point"},
+     PDI_SAYS("CSV file, relative to the scene: `#` lines are comments, then one line of headings, then a row a "
+              "point")},
     {"x", "-", "required",
-     "column of the argument, `heading in unit`; without `in` plain numbers"},
+     PDI_SAYS("column of the argument, `heading in unit`; without `in` plain numbers")},
     {"y", "-", "required",
-     "column of the value, as for `x`"},
+     PDI_SAYS("column of the value, as for `x`")},
     {"outside", "-", "hold",
-     "beyond the first and last `x`: `hold` (the value there holds) or `error` (the run ends with a message)"}};
+     PDI_SAYS("beyond the first and last `x`: `hold` (the value there holds) or `error` (the run ends with a "
+              "message)")}};
 
 static const pd_key pdi_keys_of_run[] = {
     {"until", "s", "-",
-     "end; required with `[transport]` and `[corrode]`"},
+     PDI_SAYS("end; required with `[transport]` and `[corrode]`")},
     {"rtol", "-", "4e-3; without dissolution and with `[corrode]` 1e-3",
-     "aim for the error of the volume loss, up to 0.1; sets `fraction = 25 rtol`. Without dissolution: error of a "
-     "step of the transport against the largest concentration; with `[corrode]` over `Csat`"},
+     PDI_SAYS("aim for the error of the volume loss, up to 0.1; sets `fraction = 25 rtol`. Without dissolution: "
+              "error of a step of the transport against the largest concentration; with `[corrode]` over `Csat`")},
     {"fraction", "-", "25 rtol; with `[corrode]` 0.2, `activation` 0.1, `drive = difference` 0.01",
-     "largest share of its content that a node loses in a step, up to 1; overrides `rtol`"},
+     PDI_SAYS("largest share of its content that a node loses in a step, up to 1; overrides `rtol`")},
     {"max_step", "s", "0",
-     "longest step; 0: none"}};
+     PDI_SAYS("longest step; 0: none")}};
 
 static const pd_key pdi_keys_of_output[] = {
     {"every", "s", "until/20",
-     "time between frames"},
+     PDI_SAYS("time between frames")},
     {"fields", "-",
      "C, v, p, kind, grain, pH, phi as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` "
      "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken",
-     "fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, `energy`, "
-     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, `phi`, `j`, `i`, `pH`, a species such as `Mg2+`, or `none`"},
+     PDI_SAYS("fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, "
+              "`energy`, `u`, `mises`, `sigma_h`, `eps_p`, `broken`, `phi`, `j`, `i`, `pH`, a species such as "
+              "`Mg2+`, or `none`")},
     {"images", "-", "none",
-     "fields that are drawn, from the same list"},
+     PDI_SAYS("fields that are drawn, from the same list")},
     {"range", "of the field", "of all frames",
-     "colours of a drawn field go from one value to the other, for example `C 0 .. 500 mol/m3, v 0 .. 1 mm/s`"},
+     PDI_SAYS("colours of a drawn field go from one value to the other, for example `C 0 .. 500 mol/m3, v 0 .. 1 "
+              "mm/s`")},
     {"percentile", "-", "100 %",
-     "values of a frame, in the middle of all, that count for a range that is not given"},
+     PDI_SAYS("values of a frame, in the middle of all, that count for a range that is not given")},
     {"log", "-", "none",
-     "drawn fields whose colours go by the logarithm; values of zero and below stay blank"},
+     PDI_SAYS("drawn fields whose colours go by the logarithm; values of zero and below stay blank")},
     {"map", "-", "violet; diverging for p, sigma_h and stresses",
-     "2D and 3D: colours `violet`, `viridis`, `grey` or `diverging`, for all drawn fields or behind the name of "
-     "one: `grey, p diverging`"},
+     PDI_SAYS("2D and 3D: colours `violet`, `viridis`, `grey` or `diverging`, for all drawn fields or behind the "
+              "name of one: `grey, p diverging`")},
     {"width", "-", "1000",
-     "2D and 3D: pixels that the width of a drawn field aims at, its height at nine tenths of that; 120 to 4000"},
+     PDI_SAYS("2D and 3D: pixels that the width of a drawn field aims at, its height at nine tenths of that; 120 to "
+              "4000")},
     {"cells", "-", "blocky",
-     "2D and 3D: `blocky`: a cell has one colour; `smooth`: colours are linear between the middles of cells"},
+     PDI_SAYS("2D and 3D: `blocky`: a cell has one colour; `smooth`: colours are linear between the middles of cells")},
     {"format", "-", "png",
-     "of the pictures of fields and of the volume loss: `png`, `svg` or both"},
+     PDI_SAYS("of the pictures of fields and of the volume loss: `png`, `svg` or both")},
     {"animate", "-", "no",
-     "`yes`: a film of each drawn field, `C_film.png`"},
+     PDI_SAYS("`yes`: a film of each drawn field, `C_film.png`")},
     {"contours", "of the field", "none",
-     "2D and 3D: lines of one value of a drawn field: how many, `C 8`, or their values, `C at 100 200 mol/m3, p 5`"},
+     PDI_SAYS("2D and 3D: lines of one value of a drawn field: how many, `C 8`, or their values, `C at 100 200 "
+              "mol/m3, p 5`")},
     {"streamlines", "-", "none",
-     "2D and 3D: drawn fields with evenly spaced lines along the flow, for example `v, C`; behind a field, how "
-     "many fit side by side into `width`, 4 to 100: `v 50`, without 36"},
+     PDI_SAYS("2D and 3D: drawn fields with evenly spaced lines along the flow, for example `v, C`; behind a field, "
+              "how many fit side by side into `width`, 4 to 100: `v 50`, without 36")},
     {"vectors", "-", "none",
-     "2D and 3D: drawn fields with arrows as long as the flow is fast, likewise; without a number 30"},
+     PDI_SAYS("2D and 3D: drawn fields with arrows as long as the flow is fast, likewise; without a number 30")},
     {"surface", "-", "no",
-     "3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours"},
+     PDI_SAYS("3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours")},
     {"view", "-", "1, -1, 1",
-     "3D: direction in which the eye that looks at the surface stands"},
+     PDI_SAYS("3D: direction in which the eye that looks at the surface stands")},
     {"deformed", "-", "0",
-     "with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
-     "displacements times this factor; 0: where it was"},
+     PDI_SAYS("with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
+              "displacements times this factor; 0: where it was")},
     {"slice", "m", "z, middle of the box",
-     "3D: the drawn plane, for example `z 0 um`"},
+     PDI_SAYS("3D: the drawn plane, for example `z 0 um`")},
     {"prefix", "-", "corr",
-     "start of the names of VTK files"},
+     PDI_SAYS("start of the names of VTK files")},
     {"folder", "-", "the name of the scene, below output/",
-     "folder of the output, when `--out` is not given; below the current one: neither absolute nor with `..`"}};
+     PDI_SAYS("folder of the output, when `--out` is not given; below the current one: neither absolute nor with "
+              "`..`")}};
 
 static const pd_key pdi_keys_of_probe[] = {
     {"at", "m", "required",
-     "place, a coordinate an axis"},
+     PDI_SAYS("place, a coordinate an axis")},
     {"fields", "-", "C; without transport pH or v",
-     "some of those of `[output]`"}};
+     PDI_SAYS("some of those of `[output]`")}};
 
 static const pd_key pdi_keys_of_line[] = {
     {"from, to", "m", "required",
-     "ends, a coordinate an axis"},
+     PDI_SAYS("ends, a coordinate an axis")},
     {"points", "-", "`points` or `spacing` required",
-     "number of points, with the ends"},
+     PDI_SAYS("number of points, with the ends")},
     {"spacing", "m", "-",
-     "largest distance between points"},
+     PDI_SAYS("largest distance between points")},
     {"fields", "-", "C, v, p, pH as far as they exist",
-     "some of those of `[output]`"},
+     PDI_SAYS("some of those of `[output]`")},
     {"images", "-", "all",
-     "those of the fields that are drawn, or `none`"}};
+     PDI_SAYS("those of the fields that are drawn, or `none`")}};
 
 static const pd_key pdi_keys_of_plane[] = {
     {"at", "m", "required",
-     "axis and place, for example `x -250 um`; the nearest plane between cells is taken"}};
+     PDI_SAYS("axis and place, for example `x -250 um`; the nearest plane between cells is taken")}};
 
 static const pd_key pdi_keys_of_force[] = {
     {"box", "m", "required without `shape`; with it the whole box",
-     "holds the body; a range an axis"},
+     PDI_SAYS("holds the body; a range an axis")},
     {"shape", "-", "all surfaces in the box",
-     "name of a `[shape]` of `kind` solid or wall: only its surfaces count, not those of other bodies or of the "
-     "sides"},
+     PDI_SAYS("name of a `[shape]` of `kind` solid or wall: only its surfaces count, not those of other bodies or "
+              "of the sides")},
     {"balance", "-", "yes; with `shape` no",
-     "`no`: on the surface only. A balance needs two cells of fluid on both sides of the box, and is of all that "
-     "the box holds"},
+     PDI_SAYS("`no`: on the surface only. A balance needs two cells of fluid on both sides of the box, and is of "
+              "all that the box holds")},
     {"speed", "m/s", "no coefficients",
-     "reference value `U` of the coefficients `2 F/(rho U^2 A)`"},
+     PDI_SAYS("reference value `U` of the coefficients `2 F/(rho U^2 A)`")},
     {"length", "m", "required with `speed`",
-     "2D: reference value `A` of the coefficients"},
+     PDI_SAYS("2D: reference value `A` of the coefficients")},
     {"area", "m2", "required with `speed`",
-     "3D: reference value `A` of the coefficients"}};
+     PDI_SAYS("3D: reference value `A` of the coefficients")}};
 
 static const pd_key pdi_keys_of_transfer[] = {
     {"box", "m", "everything",
-     "nodes that count; a range an axis"},
+     PDI_SAYS("nodes that count; a range an axis")},
     {"along", "-", "none",
-     "axis of local values: at output times `transfer_NAME_000012_t....csv` and its plot, a row for each layer of "
-     "cells"},
+     PDI_SAYS("axis of local values: at output times `transfer_NAME_000012_t....csv` and its plot, a row for each "
+              "layer of cells")},
     {"length", "m", "no Sherwood number",
-     "reference length `L` of Sherwood numbers"},
+     PDI_SAYS("reference length `L` of Sherwood numbers")},
     {"surface", "mol/m3", "required with `length`",
-     "concentration at the surface"},
+     PDI_SAYS("concentration at the surface")},
     {"fluid", "mol/m3", "required with `length`",
-     "concentration of the fluid: `inlet`, `bulk` (of the mixed stream of each layer; needs `along`), or a value"},
+     PDI_SAYS("concentration of the fluid: `inlet`, `bulk` (of the mixed stream of each layer; needs `along`), or a "
+              "value")},
     {"D", "m2/s", "that of `[transport]`",
-     "diffusivity of the Sherwood number"},
+     PDI_SAYS("diffusivity of the Sherwood number")},
     {"area", "m^(d-1)", "measured",
-     "area of the surface"}};
+     PDI_SAYS("area of the surface")}};
 
 static const pd_key pdi_keys_of_total[] = {
     {"box", "m", "everything",
-     "nodes that count; a range an axis"}};
+     PDI_SAYS("nodes that count; a range an axis")}};
 
 static const pd_key pdi_keys_of_measured[] = {
     {"file", "-", "required",
-     "CSV file, relative to the scene, as for a table (2.17)"},
+     PDI_SAYS("CSV file, relative to the scene, as for a table (2.17)")},
     {"time", "-", "the first",
-     "column of the times, `heading in unit`; they may not fall"},
+     PDI_SAYS("column of the times, `heading in unit`; they may not fall")},
     {"value", "-", "the second",
-     "column of the values"},
+     PDI_SAYS("column of the values")},
     {"spread", "-", "the one whose heading starts with `spread`, else none",
-     "column of their spread, for example a standard deviation"},
+     PDI_SAYS("column of their spread, for example a standard deviation")},
     {"of", "-", "`volume_loss`",
-     "figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16 or a probe: `plane.NAME.flow`, "
-     "`total.NAME.solid`, `probe.NAME.C`, `probe.NAME.pH`"},
+     PDI_SAYS("figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16 or a probe: "
+              "`plane.NAME.flow`, `total.NAME.solid`, `probe.NAME.C`, `probe.NAME.pH`")},
     {"start", "s", "0",
-     "time of the file at which the run begins"}};
+     PDI_SAYS("time of the file at which the run begins")}};
 
 static const pd_key pdi_keys_of_chemistry[] = {
     {"include", "-", "none",
-     "files with more of these sections, relative to this one, for example `electrolytes/hbss.electrolyte`; what "
-     "stands here goes before what they say"},
+     PDI_SAYS("files with more of these sections, relative to this one, for example "
+              "`electrolytes/hbss.electrolyte`; what stands here goes before what they say")},
     {"activity", "-", "davies",
-     "`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)"},
+     PDI_SAYS("`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)")},
     {"temperature", "K", "298.15 K",
-     "273 to 373: Davies' equation, constants with an `enthalpy`, rates and diffusivities with an `activation` follow "
-     "it; expressions know it as `T`"},
+     PDI_SAYS("273 to 373: Davies' equation, constants with an `enthalpy`, rates and diffusivities with an "
+              "`activation` follow it; expressions know it as `T`")},
     {"diffusion", "-", "given",
-     "`given`: each `D` holds as it is written, but for an `activation`; `viscosity`: those are of 25 C, and follow "
-     "temperature and viscosity of water by Stokes and Einstein (theory: eq. 5b.14)"},
+     PDI_SAYS("`given`: each `D` holds as it is written, but for an `activation`; `viscosity`: those are of 25 C, "
+              "and follow temperature and viscosity of water by Stokes and Einstein (theory: eq. 5b.14)")},
     {"pH", "-", "that of the equilibrium",
-     "at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has this pH"},
+     PDI_SAYS("at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has "
+              "this pH")},
     {"inlet_pH", "-", "that of `pH`",
-     "the same of what enters"},
+     PDI_SAYS("the same of what enters")},
     {"inside_pH", "-", "that of `pH`",
-     "the same at the start in shapes of `kind = solution`"},
+     PDI_SAYS("the same at the start in shapes of `kind = solution`")},
     {"counter", "-", "that of `balance`",
-     "ion that comes or goes with the acid or base of `pH`"},
+     PDI_SAYS("ion that comes or goes with the acid or base of `pH`")},
     {"balance", "-", "none: charges have to sum to 0",
-     "ion that makes up for the sum of charges of what is written"},
+     PDI_SAYS("ion that makes up for the sum of charges of what is written")},
     {"time", "-", "implicit",
-     "of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at rest alone"},
+     PDI_SAYS("of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at "
+              "rest alone")},
     {"migration", "-", "no",
-     "of a run: `yes`: ions also move in the potential that keeps the fluid neutral while they diffuse at different "
-     "speeds (theory: 5c.1), which is the field `potential` [V]; `no`: each diffuses by itself"},
+     PDI_SAYS("of a run: `yes`: ions also move in the potential that keeps the fluid neutral while they diffuse at "
+              "different speeds (theory: 5c.1), which is the field `potential` [V]; `no`: each diffuses by itself")},
     {"minerals", "-", "given",
-     "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can. Of a run: "
-     "`given` are those with `[mineral ...]`, and `all` puts the others in equilibrium"},
+     PDI_SAYS("`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can. "
+              "Of a run: `given` are those with `[mineral ...]`, and `all` puts the others in equilibrium")},
     {"tortuosity", "-", "1",
-     "tau of the diffusivity `D eps/tau` in cells of which minerals leave the share eps open"},
+     PDI_SAYS("tau of the diffusivity `D eps/tau` in cells of which minerals leave the share eps open")},
     {"cover", "m", "0: minerals cover no metal",
-     "thickness d0 of minerals: under a film d thick the share `exp(-d/d0)` of the metal dissolves"}};
+     PDI_SAYS("thickness d0 of minerals: under a film d thick the share `exp(-d/d0)` of the metal dissolves")}};
 
 static const pd_key pdi_keys_of_mineral[] = {
     {"rate", "mol/m2/s", "none: in equilibrium",
-     "k of its growth by `k A (Omega^p - 1)` with Omega = IAP/K; below saturation it dissolves"},
+     PDI_SAYS("k of its growth by `k A (Omega^p - 1)` with Omega = IAP/K; below saturation it dissolves")},
     {"area", "1/m", "0",
-     "surface it has over the volume of a cell, whatever there is of it; `rate` needs it or `surface`"},
+     PDI_SAYS("surface it has over the volume of a cell, whatever there is of it; `rate` needs it or `surface`")},
     {"surface", "m2/mol", "0",
-     "surface over its amount, as at the start of a step"},
+     PDI_SAYS("surface over its amount, as at the start of a step")},
     {"exponent", "-", "1",
-     "p of that law"},
+     PDI_SAYS("p of that law")},
     {"nucleation", "-", "0",
-     "saturation index log10 Omega from which it forms in a cell that has none"},
+     PDI_SAYS("saturation index log10 Omega from which it forms in a cell that has none")},
     {"porosity", "-", "0.1",
-     "share of a cell that it leaves open when it can grow no more; unread without `volume`"}};
+     PDI_SAYS("share of a cell that it leaves open when it can grow no more; unread without `volume`")}};
 
 static const pd_key pdi_keys_of_species[] = {
     {"D", "m2/s", "not known",
-     "diffusivity; a species that moves needs it"},
+     PDI_SAYS("diffusivity; a species that moves needs it")},
     {"activation", "J/mol", "none: D holds as it is written",
-     "energy of activation of `D`, which is that of 25 C then (theory: eq. 5b.13)"},
+     PDI_SAYS("energy of activation of `D`, which is that of 25 C then (theory: eq. 5b.13)")},
     {"charge", "-", "that of the name",
-     "needed where the name is no formula with its charge"},
+     PDI_SAYS("needed where the name is no formula with its charge")},
     {"formula", "-", "the name",
-     "atoms, without charge, of a name that is no formula, for example `C6H12O6` of glucose"},
+     PDI_SAYS("atoms, without charge, of a name that is no formula, for example `C6H12O6` of glucose")},
     {"initial", "mol/m3", "0",
-     "concentration that is put in at the start, also in mM or mol/L; of a solid its amount over the volume of water"},
+     PDI_SAYS("concentration that is put in at the start, also in mM or mol/L; of a solid its amount over the "
+              "volume of water")},
     {"inlet", "mol/m3", "that of `initial`",
-     "the same of what enters, and of walls with `species = inlet`"},
+     PDI_SAYS("the same of what enters, and of walls with `species = inlet`")},
     {"inside", "mol/m3", "that of `initial`",
-     "the same at the start in shapes of `kind = solution`"},
+     PDI_SAYS("the same at the start in shapes of `kind = solution`")},
     {"volume", "m3/mol", "0: it takes no room",
-     "molar volume of a solid, which narrows pores in a run"}};
+     PDI_SAYS("molar volume of a solid, which narrows pores in a run")}};
 
 static const pd_key pdi_keys_of_reaction[] = {
     {"equation", "text", "required",
-     "stands behind the header without its key: `Mg2+ + 2 OH- = Mg(OH)2(s)`, with blanks around + and =. Elements and "
-     "charge have to balance"},
+     PDI_SAYS("stands behind the header without its key: `Mg2+ + 2 OH- = Mg(OH)2(s)`, with blanks around + and =. "
+              "Elements and charge have to balance")},
     {"K", "of the reaction", "required, or `log10_K`, or both rates",
-     "constant of the equilibrium of the equation as it is written, with its unit: products over reactants, water and "
-     "solids being 1"},
+     PDI_SAYS("constant of the equilibrium of the equation as it is written, with its unit: products over "
+              "reactants, water and solids being 1")},
     {"log10_K", "-", "required, or `K`, or both rates",
-     "its decimal logarithm with mol/L"},
+     PDI_SAYS("its decimal logarithm with mol/L")},
     {"enthalpy", "J/mol", "none: K holds as it is written",
-     "of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
-     "van 't Hoff's equation (theory: eq. 5b.12)"},
+     PDI_SAYS("of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
+              "van 't Hoff's equation (theory: eq. 5b.12)")},
     {"forward", "of the reaction", "none: the reaction is in equilibrium",
-     "rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`"},
+     PDI_SAYS("rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`")},
     {"backward", "of the reaction", "`forward` over K",
-     "from right to left"},
+     PDI_SAYS("from right to left")},
     {"activation", "J/mol", "none: rates hold as they are written",
-     "energy of activation of `forward`; rates are those of 25 C then; that of `backward` is less by the `enthalpy`"}};
+     PDI_SAYS("energy of activation of `forward`; rates are those of 25 C then; that of `backward` is less by the "
+              "`enthalpy`")}};
 
 static const pd_key pdi_keys_of_potential[] = {
     {"conductivity", "S/m", "that of the species",
-     "of the fluid; with `[chemistry]` it follows from charges, diffusivities and concentrations (theory: eq. 6b.7)"},
+     PDI_SAYS("of the fluid; with `[chemistry]` it follows from charges, diffusivities and concentrations (theory: "
+              "eq. 6b.7)")},
     {"tolerance", "-", "1e-12",
-     "of what the balances of currents lack, over the currents"}};
+     PDI_SAYS("of what the balances of currents lack, over the currents")}};
 
 static const pd_key pdi_keys_of_electrode[] = {
     {"shape", "-", "`shape` or `material` required",
-     "name of a solid `[shape]` whose metal it is; where electrodes overlap the later one counts"},
+     PDI_SAYS("name of a solid `[shape]` whose metal it is; where electrodes overlap the later one counts")},
     {"material", "-", "-",
-     "all metal of a material"},
+     PDI_SAYS("all metal of a material")},
     {"curve", "-", "required",
-     "`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `resistance`; `expression`: `i`; `primary`: "
-     "current passes freely at `E0` (theory: 6b.1)"},
+     PDI_SAYS("`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `resistance`; `expression`: `i`; "
+              "`primary`: current passes freely at `E0` (theory: 6b.1)")},
     {"i0", "A/m2", "required there",
-     "exchange current density, or that of free corrosion"},
+     PDI_SAYS("exchange current density, or that of free corrosion")},
     {"E0", "V", "0",
-     "equilibrium potential, or that of free corrosion"},
+     PDI_SAYS("equilibrium potential, or that of free corrosion")},
     {"anodic_slope", "V", "none",
-     "change of E by which the anodic current grows tenfold (Tafel's slope), positive"},
+     PDI_SAYS("change of E by which the anodic current grows tenfold (Tafel's slope), positive")},
     {"cathodic_slope", "V", "none",
-     "the same of the cathodic current, positive"},
+     PDI_SAYS("the same of the cathodic current, positive")},
     {"anodic_limit", "A/m2", "0: none",
-     "limiting current density of the anodic branch"},
+     PDI_SAYS("limiting current density of the anodic branch")},
     {"cathodic_limit", "A/m2", "0: none",
-     "the same of the cathodic one, positive"},
+     PDI_SAYS("the same of the cathodic one, positive")},
     {"resistance", "ohm m2", "required there",
-     "`linear`: polarisation resistance"},
+     PDI_SAYS("`linear`: polarisation resistance")},
     {"i", "A/m2", "required there",
-     "`expression`: current density, positive from metal to fluid, in `E`; also of a `[table]`: `i = f(E)`. It must "
-     "not fall as E rises"},
+     PDI_SAYS("`expression`: current density, positive from metal to fluid, in `E`; also of a `[table]`: `i = "
+              "f(E)`. It must not fall as E rises")},
     {"range", "V", "required there",
-     "`expression`: from where to where E may lie; straight on beyond"},
+     PDI_SAYS("`expression`: from where to where E may lie; straight on beyond")},
     {"film", "ohm m2", "0",
-     "resistance of a coating or film on it"},
+     PDI_SAYS("resistance of a coating or film on it")},
     {"potential", "V", "it follows from the current",
-     "given potential of the metal, expression in t"},
+     PDI_SAYS("given potential of the metal, expression in t")},
     {"current", "A", "0: it corrodes freely",
-     "given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D"},
+     PDI_SAYS("given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D")},
     {"reaction", "text", "none",
-     "half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 e- = 4 OH-`, "
-     "balanced in elements and charge; anodic with `e-` on the right"},
+     PDI_SAYS("half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 "
+               "e- = 4 OH-`, balanced in elements and charge; anodic with `e-` on the right")},
     {"factor", "-", "1",
-     "factor of its currents, an expression in states of surfaces (2.22), x, y, z, t; at least 0"},
+     PDI_SAYS("factor of its currents, an expression in states of surfaces (2.22), x, y, z, t; at least 0")},
     {"connected", "-", "none",
-     "names of electrodes that it is wired to. Metals that touch are connected, too"}};
+     PDI_SAYS("names of electrodes that it is wired to. Metals that touch are connected, too")}};
 
 static const pd_key pdi_keys_of_surface[] = {
     {"of", "-", "all electrodes; without them all metal that dissolves",
-     "names of the electrodes that carry the state"},
+     PDI_SAYS("names of the electrodes that carry the state")},
     {"initial", "of the state", "required",
-     "value at the start, an expression in x, y, z; its unit is that of the state"},
+     PDI_SAYS("value at the start, an expression in x, y, z; its unit is that of the state")},
     {"rate", "of the state per s", "required",
-     "change in time, an expression in the concentrations at the surface, `[Mg2+]`, in pH, in E and i of the "
-     "electrode, the temperature T, t, x, y, z and all states"},
+     PDI_SAYS("change in time, an expression in the concentrations at the surface, `[Mg2+]`, in pH, in E and i "
+               "of the electrode, the temperature T, t, x, y, z and all states")},
     {"min", "of the state", "none",
-     "where the law ends: a state that is there stays as long as its rate is negative"},
+     PDI_SAYS("where the law ends: a state that is there stays as long as its rate is negative")},
     {"max", "of the state", "none",
-     "the same above"}};
+     PDI_SAYS("the same above")}};
+
+#undef PDI_SAYS
 
 #define PDI_KEYS_OF(table) (table), (int)(sizeof(table) / sizeof(table)[0])
 static const pd_key_section pdi_keys_all[] = {
@@ -64385,6 +64637,12 @@ PDI_FN int pdi_setup_surfaces(const pd_setup *setup)
 PDI_FN int pdi_setup_layers(const pd_setup *setup)
 {
     return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
+}
+
+PDI_FN int pdi_setup_bonds(const pd_setup *setup)
+{
+    if (setup->has_flow) return 0;
+    return setup->has_gas ? PD_BONDS_AT_REST : PD_BONDS_AT_REST | PD_BONDS_LEAN;
 }
 
 PDI_FN void pdi_setup_reactive(const pd_setup *u, pd_reactive_desc *desc)
@@ -71089,7 +71347,7 @@ typedef struct pdi_footprint_plan {
     pd_grid grid;
     pd_bonds bonds;
     pd_flow flow;
-    double arena; /* [byte] */
+    double arena, levels; /* [byte] of what solvers share: work, and coarse levels of multigrids */
     double times; /* [-] nodes of the run for one of the grid, which an int32 counts */
 } pdi_footprint_plan;
 
@@ -71132,7 +71390,7 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     plan->across.count = (int)pdi_footprint_bonds(u->metal_m);
     plan->bonds.stencil = &plan->stencil;
     plan->bonds.grid = grid;
-    plan->bonds.options = u->has_flow ? 0 : PD_BONDS_AT_REST;
+    plan->bonds.options = pdi_setup_bonds(u);
     plan->bonds.paths.words = (plan->stencil.count + 31) / 32;
     plan->bonds.capacity = (int32_t)(1.25 * b->cut / plan->times);
     plan->bonds.spans.total = grid->total;
@@ -71151,8 +71409,17 @@ static double pdi_footprint_list(const pdi_footprint_plan *plan, pdi_list_fn lis
 static double pdi_footprint_levels(const pdi_footprint_plan *plan, const pd_multigrid *mg)
 {
     double contrast = mg->desc.contrast ? 1.0 : 0.0;
-    double cell = 4.0 + (4.0 * (4.0 + contrast) + 16.0 + 8.0 * contrast + 16.0 * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
+    double link = mg->desc.symmetric ? 12.0 : 16.0;
+    double cell = 4.0 + (4.0 * (4.0 + contrast) + 16.0 + 8.0 * contrast + link * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
     return plan->times * cell * mg->level[0].cells;
+}
+
+/* Solvers that work by turns have one memory for such levels. */
+static void pdi_footprint_share(pdi_footprint_plan *plan, double levels, pd_footprint *b)
+{
+    double more = fmax(levels - plan->levels, 0.0);
+    plan->levels += more;
+    b->working += more;
 }
 
 /* [byte] of a part whose work is lent: what the arena grows by. */
@@ -71190,8 +71457,8 @@ static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, 
     pdi_steady_plan(&plan->ctx, &steady);
     double bytes = pdi_footprint_list(plan, pdi_steady_list, &steady);
     bytes += pdi_footprint_list(plan, pdi_jacobian_list, &steady.jacobian);
-    b->working += pdi_footprint_levels(plan, &steady.mg_u) + (steady.timed ? 3.0 : 2.0) *
-                  pdi_footprint_levels(plan, &steady.mg_p);
+    pdi_footprint_share(plan, pdi_footprint_levels(plan, &steady.mg_u) + (steady.timed ? 3.0 : 2.0) *
+                              pdi_footprint_levels(plan, &steady.mg_p), b);
     size_t room = pdi_steady_room(&steady);
     if (steady.timed) {
         bytes += pdi_footprint_list(plan, pdi_implicit_list, &implicit);
@@ -71249,6 +71516,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&two_stage, 0, sizeof two_stage);
     t.grid = &plan->grid;
     t.bonds = t.flux.bonds = t.limiter.bonds = t.diffusion.bonds = &plan->bonds;
+    t.desc.advection = u->advection;
     if (u->has_flow) t.flow = t.flux.flow = &plan->flow;
     if (medium) t.desc.field = t.diffusion.media.level = pdi_footprint_any;
     t.desc.given = u->has_corrode && u->activation && !u->has_flow;
@@ -71257,6 +71525,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
         return;
     }
     if (pdi_wall_holds(u)) t.diffusion.desc.held = pdi_footprint_any;
+    t.diffusion.desc.smooth = !pdi_transport_limits(&t);
     t.diffusion.media.grid = &plan->grid;
     t.diffusion.media.stencil = &plan->stencil;
     t.diffusion.media.rows = (int32_t)(b->near / plan->times);
@@ -71275,7 +71544,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);
     if (!u->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_two_stage_list, &two_stage);
-    b->working += pdi_footprint_levels(plan, &t.inverse.mg);
+    pdi_footprint_share(plan, pdi_footprint_levels(plan, &t.inverse.mg), b);
 }
 
 /* [byte] of the states of surfaces. */
@@ -71327,6 +71596,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes += pdi_footprint_arena(plan, pdi_reactive_room(&r));
     for (int side = 0; side < 2 * PD_DIM; side++)
         if (u->side[side].steeps) r.diffusion.desc.held = pdi_footprint_any;
+    r.diffusion.desc.smooth = 1;
     r.diffusion.capacity = plan->bonds.capacity;
     r.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &r.diffusion);
@@ -71348,7 +71618,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     }
     *bytes += pdi_footprint_states(u, plan, &r);
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
-    b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
+    pdi_footprint_share(plan, (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg), b);
 }
 
 /* Stands for what a cell asks for a conductivity. */
@@ -71381,6 +71651,7 @@ static void pdi_footprint_potential(const pd_setup *u, pdi_footprint_plan *plan,
     p->flux.conductance.capacity = p->diffusion.capacity = plan->bonds.capacity;
     p->flux.diffusion = &p->diffusion;
     p->diffusion.metals = plan->grid.solid_count > 0;
+    p->diffusion.desc.smooth = 1;
     /* a contact for each fluid node beside metal, which has at least the surface of a cube */
     double shell = fmin(2.0 * PD_DIM * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     p->contacts.count = (int32_t)(shell / plan->times);
@@ -71992,7 +72263,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
 static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
-    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, m->setup->has_flow ? 0 : PD_BONDS_AT_REST, &m->bonds));
+    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, pdi_setup_bonds(m->setup), &m->bonds));
     if (pdi_setup_surfaces(m->setup)) {
         PDI_TRY(pdi_model_stencil(ctx, m->setup, m->setup->metal_m, &m->across));
         PDI_TRY(pdi_path_build(ctx, &m->across, &m->grid, &m->paths));

@@ -26,21 +26,6 @@ static double peak_rss_mb(void)
 #endif
 }
 
-/* Threads that wait for others spin for the time of a waking up and then sleep. A runtime that spins on keeps the
- * processor from what they wait for as soon as another program runs beside: tens of times the wall time. It reads its
- * environment before main, so the program starts itself once more, unless the caller has chosen. With 10000
- * turns of libgomp a thread is awake at the next barrier of a cycle; other runtimes follow the policy. */
-static void calm_threads(char **argv)
-{
-#ifdef _OPENMP
-    if (getenv("OMP_WAIT_POLICY") || getenv("GOMP_SPINCOUNT") || getenv("KMP_BLOCKTIME")) return;
-    if (setenv("OMP_WAIT_POLICY", "passive", 1) == 0 && setenv("GOMP_SPINCOUNT", "10000", 1) == 0)
-        execvp(argv[0], argv); /* it comes back where it failed, and all goes on as it is */
-#else
-    (void)argv;
-#endif
-}
-
 /* A number within [lo, hi] and nothing behind it. */
 static int parse_number(const char *text, double lo, double hi, double *value)
 {

@@ -14,6 +14,7 @@
 #include "pdcorr.h"
 
 #include "machine.h"
+#include "calm.h"
 #include "screen.h"
 #include <errno.h>
 #include <math.h>
@@ -685,22 +686,6 @@ static int sweep(const options *o, pd_ctx *ctx, screen *s)
     int status = sweep_runs(ctx, &all, &run_desc, o->threads);
     pd_sweep_free(ctx, &all);
     return status;
-}
-
-/* Threads that wait for others spin for the time of a waking up and then sleep. A runtime that spins on keeps the
- * processor from what they wait for as soon as another program runs beside: tens of times the wall time. It reads its
- * environment before main, so the program starts itself once more, unless the caller has chosen. Between two barriers
- * of a cycle lie 2 to 20 us. With 10000 turns of libgomp, some 100 us, a thread is still awake at the next one,
- * and beside a busy program runs take as long as with 1000. Other runtimes follow the policy. */
-static void calm_threads(char **argv)
-{
-#if defined(_OPENMP) && !defined(_WIN32) && !defined(__wasi__)
-    if (getenv("OMP_WAIT_POLICY") || getenv("GOMP_SPINCOUNT") || getenv("KMP_BLOCKTIME")) return;
-    if (setenv("OMP_WAIT_POLICY", "passive", 1) == 0 && setenv("GOMP_SPINCOUNT", "10000", 1) == 0)
-        execvp(argv[0], argv); /* it comes back where it failed, and all goes on as it is */
-#else
-    (void)argv;
-#endif
 }
 
 static int act(int argc, char **argv, options *o)

@@ -20,6 +20,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "calm.h"
 #include "cases/common.h"
 #include "cases/table.h"
 #include "cases/validate/lab.h"

@@ -19,6 +19,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "calm.h"
 #include "cases/common.h"
 #include "cases/table.h"
 #include "cases/validate/cases.h"

@@ -140,7 +140,7 @@ fi
 # The program of scenes is one file.
 for dim in 2 ${PD_TEST_ALL:+3}; do
     fresh
-    cp "$root/drivers/scene.c" "$root/drivers/machine.h" "$root/drivers/screen.h" "$dir/box"
+    cp "$root/drivers/scene.c" "$root"/drivers/*.h "$dir/box"
     check "scene.c and its headers, $dim D: compile" c99 -DPD_DIM="$dim" scene.c -o prog -lm
     scene=pin_304_stream_2d
     [ "$dim" = 2 ] || scene=uniform_cu_3d
@@ -150,7 +150,7 @@ done
 if [ "$PD_TEST_ALL" ]; then # `make` links it to a library
     fresh
     mkdir "$dir/box/drivers"
-    cp "$root/drivers/validate.c" "$dir/box/drivers"
+    cp "$root/drivers/validate.c" "$root/drivers/calm.h" "$dir/box/drivers"
     cp -r "$root/cases" "$dir/box"
     check "validate.c and its cases: compile" c99 -DPD_DIM=2 -I. drivers/validate.c -o prog -lm
     check "validate.c and its cases: run" sh -c "./prog poiseuille n=16 > log && grep -q 'result case=poiseuille' log"

@@ -598,6 +598,40 @@ TEST(a_plot_copes_with_what_cannot_be_shown)
     CHECK_INT(ctx.in_use, 0);
 }
 
+/* A series of which no point is seen has no row in the legend, and the others keep their colours. */
+TEST(a_legend_names_what_is_drawn)
+{
+    double x[2] = {1, 2}, y[2] = {1, 3}, below[2] = {-1, 0};
+    pd_ctx ctx;
+    pd_plot plot;
+    pd_image without, with;
+    pd_ctx_init(&ctx);
+    memset(&plot, 0, sizeof plot);
+    plot.count = 4;
+    for (int k = 0; k < 4; k++) {
+        plot.series[k].name = k % 3 ? NULL : "seen";
+        plot.series[k].x = x;
+        plot.series[k].y = k == 1 ? below : y;
+        plot.series[k].count = k == 2 ? 0 : 2;
+        plot.series[k].stroke = PD_STROKE_BOTH;
+    }
+    plot.y_log = 1;
+    if (!CHECK_OK(&ctx, pdi_plot_draw(&ctx, &plot, &without))) return;
+    plot.series[1].name = "a name that makes a legend wider"; /* below 0 on a logarithmic axis */
+    plot.series[2].name = "no points";
+    if (CHECK_OK(&ctx, pdi_plot_draw(&ctx, &plot, &with))) {
+        CHECK(memcmp(with.pixels, without.pixels, (size_t)(3 * with.width * with.height)) == 0);
+        pdi_image_free(&ctx, &with);
+    }
+    plot.y_log = 0; /* it is seen there */
+    if (CHECK_OK(&ctx, pdi_plot_draw(&ctx, &plot, &with))) {
+        CHECK(memcmp(with.pixels, without.pixels, (size_t)(3 * with.width * with.height)) != 0);
+        pdi_image_free(&ctx, &with);
+    }
+    pdi_image_free(&ctx, &without);
+    CHECK_INT(ctx.in_use, 0);
+}
+
 /* What a film refuses; what it shows: tests/pictures.sh. */
 TEST(films_of_one_size)
 {
@@ -752,4 +786,5 @@ TEST_MAIN(ENTRY(colours_are_ordered_by_lightness) ENTRY(ranges_of_nothing_less_t
           ENTRY(legends_of_labels) ENTRY(extreme_values_have_a_picture)
           ENTRY(a_picture_with_wrong_arguments_is_refused) ENTRY(a_curve_passes_through_its_points)
           ENTRY(points_have_their_spread) ENTRY(a_plot_copes_with_what_cannot_be_shown)
+          ENTRY(a_legend_names_what_is_drawn)
           ENTRY(films_of_one_size) ENTRY(contours_stand_at_their_place) ENTRY(every_failing_allocation_is_reported))

@@ -20,6 +20,8 @@ for dim in 1 2 3; do
     sent=$(gzip -9 -c "$build/web/pdcorr${dim}d.wasm" | wc -c)
     check "pdcorr${dim}d.wasm: $sent bytes as it is sent, expected less than half a million" test "$sent" -lt 500000
 done
+! grep -n '\.\(indexOf\|lastIndexOf\|includes\)(' drivers/web/worker.js drivers/web/wasi.js > "$dir/log"
+verdict "no search by vectors before a run, after which Firefox computes slowly (worker.js, text)"
 
 sed 's/h = 5 um/h = 10 um/; s/until = 9 h/until = 1 h/' examples/scenes/mg_pin_2d.scene > "$dir/mg_pin_2d.scene"
 "$programs/pd2d" "$dir/mg_pin_2d.scene" --out "$dir/native" --threads 1 --quiet > "$dir/log" 2>&1

@@ -377,7 +377,7 @@ static void append_file(text *out, const module *m, const char *data, const char
 /* Is it compiled to be small, where that is asked for? */
 static int small(const module *m)
 {
-    return m->level == 'g' || m->level == '1';
+    return m->level == 'g' || m->level == '1' || m->level == '2';
 }
 
 /* Guards of neighbours that the same macros leave out; their level of optimisation. */

@@ -4,6 +4,7 @@
  * goes on with the same bits. Texts are UTF-8 and end with 0. One scene at a time.
  */
 #define PDCORR_IMPLEMENTATION
+#define PDI_NO_MEANINGS /* of keys: the page has no list of them */
 #include "pdcorr.h"
 
 #include <stdio.h>

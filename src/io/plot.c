@@ -270,11 +270,19 @@ static int pdi_plot_crowd(const pd_plot *plot, const pdi_plot_layout *l, int lef
     return crowd;
 }
 
+/* In the legend: a name, and a point at which it is seen. */
+static int pdi_plot_named(const pd_plot *plot, const pd_series *s)
+{
+    for (int i = 0; s->name && i < s->count; i++)
+        if (pdi_plot_shown(plot, s, i)) return 1;
+    return 0;
+}
+
 static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int rows = 0, widest = 0, best = -1, left = 0, top = 0;
     for (int k = 0; k < plot->count; k++) {
-        if (!plot->series[k].name) continue;
+        if (!pdi_plot_named(plot, &plot->series[k])) continue;
         int width = pdi_canvas_text_width(plot->series[k].name);
         if (width > widest) widest = width;
         rows++;
@@ -294,7 +302,7 @@ static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_c
     pdi_canvas_frame(canvas, left, top, left + width, top + height, 0xC4C7CBu);
     for (int k = 0, row = 0; k < plot->count; k++) {
         const pd_series *s = &plot->series[k];
-        if (!s->name) continue;
+        if (!pdi_plot_named(plot, s)) continue;
         double y = top + 5 + (row++ + 0.5) * PDI_PLOT_LEGEND_ROW, run = 0;
         uint32_t colour = pdi_colour_series(k);
         if (s->stroke == PD_STROKE_DASHED) pdi_plot_dashes(canvas, left + 12, y, left + 48, y, &run, colour);

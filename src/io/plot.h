@@ -13,7 +13,7 @@ typedef enum pd_stroke {
 } pd_stroke;
 
 typedef struct pd_series {
-    const char *name;    /* in the legend; NULL: not listed */
+    const char *name;    /* in the legend, if a point is shown; NULL: not listed */
     const double *x, *y; /* [count] [-] in the unit of the labels; points that an axis cannot show (NaN, <= 0 on a log
                           * axis) leave a gap */
     int count;

@@ -3,579 +3,607 @@
 #include "scene/keys.h"
 #include <string.h>
 
+#ifdef PDI_NO_MEANINGS /* for programs that are sent over a network and print no keys */
+#define PDI_SAYS(text) ""
+#else
+#define PDI_SAYS(text) text
+#endif
+
 static const pd_key pdi_keys_of_constants[] = {
     {"NAME", "any", "-",
-     "a value of any dimension, an expression of those above it"}};
+     PDI_SAYS("a value of any dimension, an expression of those above it")}};
 
 static const pd_key pdi_keys_of_grid[] = {
     {"h", "m", "required",
-     "spacing, one or one an axis"},
+     PDI_SAYS("spacing, one or one an axis")},
     {"m", "-", "1; beside `[corrode]` that of its bonds",
-     "horizon of the fluid over h, 1 to 6; 1.328 in 2D and 1.387 in 3D make diffusion isotropic, as viscosity is "
-     "with 1 (theory: 2.3)"},
+     PDI_SAYS("horizon of the fluid over h, 1 to 6; 1.328 in 2D and 1.387 in 3D make diffusion isotropic, as "
+              "viscosity is with 1 (theory: 2.3)")},
     {"box", "m", "required",
-     "extent, a range an axis, whole numbers of cells"},
+     PDI_SAYS("extent, a range an axis, whole numbers of cells")},
     {"geometry", "-", "planar",
-     "2D: `planar`, or `axisymmetric`: x runs along the axis, y is the distance from it, cells are rings and "
-     "amounts those of the whole body. The box begins at y = 0, the axis, which needs no `[side y-]`, or at least "
-     "one horizon (m cells) away"},
+     PDI_SAYS("2D: `planar`, or `axisymmetric`: x runs along the axis, y is the distance from it, cells are rings "
+              "and amounts those of the whole body. The box begins at y = 0, the axis, which needs no `[side y-]`, "
+              "or at least one horizon (m cells) away")},
     {"threads", "-", "0",
-     "threads, 0 to 1024; 0: all. The `--threads` option goes first"}};
+     PDI_SAYS("threads, 0 to 1024; 0: all. The `--threads` option goes first")}};
 
 static const pd_key pdi_keys_of_shape[] = {
     {"box", "m", "-",
-     "box, a range an axis"},
+     PDI_SAYS("box, a range an axis")},
     {"ball", "m", "-",
-     "centre of a ball (a disc in 2D), with `radius`"},
+     PDI_SAYS("centre of a ball (a disc in 2D), with `radius`")},
     {"cylinder", "-", "-",
-     "`x`, `y` or `z`: unbounded along that axis, with `radius`. 2D: a plane section, so `x` is a slab"},
+     PDI_SAYS("`x`, `y` or `z`: unbounded along that axis, with `radius`. 2D: a plane section, so `x` is a slab")},
     {"half_space", "-", "-",
-     "`yes`: points behind a plane, with `point` and `normal`"},
+     PDI_SAYS("`yes`: points behind a plane, with `point` and `normal`")},
     {"mask", "-", "-",
-     "2D: PNG file, relative to the scene; white is inside; with `corner` and `cell`"},
+     PDI_SAYS("2D: PNG file, relative to the scene; white is inside; with `corner` and `cell`")},
     {"raw", "-", "-",
-     "file of one byte a voxel, x fastest; not 0 is inside; with `size`, `corner` and `cell`"},
+     PDI_SAYS("file of one byte a voxel, x fastest; not 0 is inside; with `size`, `corner` and `cell`")},
     {"stl", "-", "-",
-     "3D: STL file (text or binary), relative to the scene: a closed surface, each of whose edges has two "
-     "triangles; with `scale`. Where it ends at a side of the box is a face of it"},
+     PDI_SAYS("3D: STL file (text or binary), relative to the scene: a closed surface, each of whose edges has two "
+              "triangles; with `scale`. Where it ends at a side of the box is a face of it")},
     {"union, intersect, difference", "-", "-",
-     "2 to 8 names of shapes above; `difference`: first minus the others"},
+     PDI_SAYS("2 to 8 names of shapes above; `difference`: first minus the others")},
     {"radius", "m", "required there",
-     "of a ball or a cylinder"},
+     PDI_SAYS("of a ball or a cylinder")},
     {"centre", "m", "the origin",
-     "a point of the axis of a cylinder"},
+     PDI_SAYS("a point of the axis of a cylinder")},
     {"point", "m", "required there",
-     "a point of the plane of a half space"},
+     PDI_SAYS("a point of the plane of a half space")},
     {"normal", "-", "required there",
-     "outward normal of that plane, plain numbers"},
+     PDI_SAYS("outward normal of that plane, plain numbers")},
     {"corner", "m", "required there",
-     "place of the first corner of a mask or a raw file"},
+     PDI_SAYS("place of the first corner of a mask or a raw file")},
     {"cell", "m", "required there",
-     "size of a pixel or voxel, one or one an axis"},
+     PDI_SAYS("size of a pixel or voxel, one or one an axis")},
     {"size", "-", "required there",
-     "voxels of a raw file, a number an axis"},
+     PDI_SAYS("voxels of a raw file, a number an axis")},
     {"scale", "m", "required there",
-     "length of one unit of an STL file"},
+     PDI_SAYS("length of one unit of an STL file")},
     {"shift", "m", "the origin",
-     "where the origin of an STL file lies"},
+     PDI_SAYS("where the origin of an STL file lies")},
     {"outside", "-", "no",
-     "`yes`: the complement"},
+     PDI_SAYS("`yes`: the complement")},
     {"kind", "-", "part",
-     "`solid` (dissolves), `wall`, `medium` (fluid with a diffusivity of its own), `passive` (with `[corrode]`: "
-     "fluid there does not attack, as in front of a passive film), `grip` (with `[solid]`: the metal there is "
-     "held), `solution` (fluid that begins with `inside` of the species, 2.20), `part` (operand of a set operation "
-     "only)"},
+     PDI_SAYS("`solid` (dissolves), `wall`, `medium` (fluid with a diffusivity of its own), `passive` (with "
+              "`[corrode]`: fluid there does not attack, as in front of a passive film), `grip` (with `[solid]`: "
+              "the metal there is held), `solution` (fluid that begins with `inside` of the species, 2.20), `part` "
+              "(operand of a set operation only)")},
     {"C", "mol/m3", "no flux",
-     "`wall`: concentration that its surface holds"},
+     PDI_SAYS("`wall`: concentration that its surface holds")},
     {"D", "m2/s", "required there",
-     "`medium`: diffusivity inside"},
+     PDI_SAYS("`medium`: diffusivity inside")},
     {"material", "-", "the first one that is named, else mg4ag",
-     "preset of the metal: `mg4ag`, `steel304`, `copper`, `alloy625` (density, molar mass, charge; sources in "
-     "`src/metal/material.h`). Solids may be of different metals"},
+     PDI_SAYS("preset of the metal: `mg4ag`, `steel304`, `copper`, `alloy625` (density, molar mass, charge; sources "
+              "in `src/metal/material.h`). Solids may be of different metals")},
     {"grains", "m", "no grains",
-     "mean grain diameter; the grains of all solids are the same"},
+     PDI_SAYS("mean grain diameter; the grains of all solids are the same")},
     {"grain_spread", "m", "0",
-     "standard deviation of the diameter; 0: random seeds (2D: 26 % of the diameter); else up to 44 %, 22 %, 13 % "
-     "of it in 1D, 2D, 3D"},
+     PDI_SAYS("standard deviation of the diameter; 0: random seeds (2D: 26 % of the diameter); else up to 44 %, 22 "
+              "%, 13 % of it in 1D, 2D, 3D")},
     {"grain_seed", "-", "1",
-     "whole number, another polycrystal each"},
+     PDI_SAYS("whole number, another polycrystal each")},
     {"boundary_width", "m", "0.5 um",
-     "physical width of a grain boundary"},
+     PDI_SAYS("physical width of a grain boundary")},
     {"ux, uy, uz", "m", "-",
-     "`grip`: displacement of the metal in it, expressions in x, y, z, t; an axis without one is free"}};
+     PDI_SAYS("`grip`: displacement of the metal in it, expressions in x, y, z, t; an axis without one is free")}};
 
 static const pd_key pdi_keys_of_side[] = {
     {"flow", "-", "noslip; with `[gas]` slip",
-     "`noslip`, `inlet`, `outlet`, `periodic` (both sides of the axis), `mirror` (plane of symmetry, free slip), "
-     "`open` (with `time = given`: inlet where the flow enters, outlet where it leaves; with `[corrode]`: `bulk` "
-     "behind it), `slip` (with `[gas]`: a wall)"},
+     PDI_SAYS("`noslip`, `inlet`, `outlet`, `periodic` (both sides of the axis), `mirror` (plane of symmetry, free "
+              "slip), `open` (with `time = given`: inlet where the flow enters, outlet where it leaves; with "
+              "`[corrode]`: `bulk` behind it), `slip` (with `[gas]`: a wall)")},
     {"profile", "-", "required there",
-     "inlet: `uniform`, `parabola` (between walls, of a tube, axisymmetric also between two), `expression`"},
+     PDI_SAYS("inlet: `uniform`, `parabola` (between walls, of a tube, axisymmetric also between two), `expression`")},
     {"mean", "m/s", "required, or `flow_rate`",
-     "inlet: mean speed into the box, expression in t"},
+     PDI_SAYS("inlet: mean speed into the box, expression in t")},
     {"flow_rate", "m3/s", "-",
-     "inlet: volume per time, expression in t. Planar 2D: through a tube as wide as the opening"},
+     PDI_SAYS("inlet: volume per time, expression in t. Planar 2D: through a tube as wide as the opening")},
     {"vx, vy, vz", "m/s", "0, one of them required",
-     "`profile = expression`: velocity, expressions in x, y, z, t"},
+     PDI_SAYS("`profile = expression`: velocity, expressions in x, y, z, t")},
     {"p", "Pa", "0",
-     "outlet: pressure"},
+     PDI_SAYS("outlet: pressure")},
     {"velocity", "m/s", "0",
-     "noslip: velocity of the wall along itself, an expression in x, y, z, t an axis, 0 across it"},
+     PDI_SAYS("noslip: velocity of the wall along itself, an expression in x, y, z, t an axis, 0 across it")},
     {"C", "mol/m3", "inlet, open: 0; wall: no flux",
-     "inlet, open: concentration of the inflow; noslip: concentration held by the wall; expressions in x, y, z, t"},
+     PDI_SAYS("inlet, open: concentration of the inflow; noslip: concentration held by the wall; expressions in x, "
+              "y, z, t")},
     {"species", "-", "closed",
-     "noslip: `closed`, or `inlet`: the wall holds the species of what enters (2.20)"},
+     PDI_SAYS("noslip: `closed`, or `inlet`: the wall holds the species of what enters (2.20)")},
     {"ux, uy, uz", "m", "-",
-     "with `[solid]`: displacement of the metal at the side, expressions in x, y, z, t; an axis without one is free"},
+     PDI_SAYS("with `[solid]`: displacement of the metal at the side, expressions in x, y, z, t; an axis without "
+              "one is free")},
     {"traction", "Pa", "-",
-     "with `[solid]`: force per area on the metal at the side, an expression in x, y, z, t an axis"},
+     PDI_SAYS("with `[solid]`: force per area on the metal at the side, an expression in x, y, z, t an axis")},
     {"pressure", "Pa", "-",
-     "with `[solid]`: force per area against the side, an expression in x, y, z, t"},
+     PDI_SAYS("with `[solid]`: force per area against the side, an expression in x, y, z, t")},
     {"potential", "V", "no current passes",
-     "with `[potential]`: noslip, inlet: potential that the fluid has there"}};
+     PDI_SAYS("with `[potential]`: noslip, inlet: potential that the fluid has there")}};
 
 static const pd_key pdi_keys_of_flow[] = {
     {"rho", "kg/m3", "required",
-     "density"},
+     PDI_SAYS("density")},
     {"mu", "Pa s", "required",
-     "viscosity"},
+     PDI_SAYS("viscosity")},
     {"steady", "-", "1e-6",
-     "residual at which the flow is steady (theory: eq. 4.7, 4.8), up to 0.1, against scales of the flow itself"},
+     PDI_SAYS("residual at which the flow is steady (theory: eq. 4.7, 4.8), up to 0.1, against scales of the flow "
+              "itself")},
     {"order", "-", "auto",
-     "order of the error in the spacing, 2 or 4 (theory: 4.1b): 4 takes `m = 1`, a planar box, and `time = steady` "
-     "or `implicit`. `auto`: 4 in steady flow in closed boxes without shapes whose walls meet, with `m = 1`, a "
-     "Reynolds number of at most 1000 and one of a cell of at most 16; else 2. The summary names order 4"},
+     PDI_SAYS("order of the error in the spacing, 2 or 4 (theory: 4.1b): 4 takes `m = 1`, a planar box, and `time = "
+              "steady` or `implicit`. `auto`: 4 in steady flow in closed boxes without shapes whose walls meet, "
+              "with `m = 1`, a Reynolds number of at most 1000 and one of a cell of at most 16; else 2. The summary "
+              "names order 4")},
     {"force", "m/s2", "0",
-     "body force per mass, an expression in x, y, z, t an axis"},
+     PDI_SAYS("body force per mass, an expression in x, y, z, t an axis")},
     {"speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 4.5b)",
-     "reference value that residuals and `Re` are reported with; nothing else depends on it"},
+     PDI_SAYS("reference value that residuals and `Re` are reported with; nothing else depends on it")},
     {"length", "m", "width of the inlet, else a scale of the flow (theory: eq. 4.5b)",
-     "as `speed`"},
+     PDI_SAYS("as `speed`")},
     {"time", "-", "steady",
-     "`steady`; `implicit`: incompressible flow in time, steps by error; `explicit`: weakly compressible flow in "
-     "time; `given`: `vx`, `vy`, `vz` for ever"},
+     PDI_SAYS("`steady`; `implicit`: incompressible flow in time, steps by error; `explicit`: weakly compressible "
+              "flow in time; `given`: `vx`, `vy`, `vz` for ever")},
     {"vx, vy, vz", "m/s", "0",
-     "flow at the start, or given flow (free of divergence), expressions in x, y, z"},
+     PDI_SAYS("flow at the start, or given flow (free of divergence), expressions in x, y, z")},
     {"rtol", "-", "1e-4",
-     "`implicit`: error of a step against the speed of the flow (theory: eq. 4.5b)"},
+     PDI_SAYS("`implicit`: error of a step against the speed of the flow (theory: eq. 4.5b)")},
     {"eos", "-", "tait",
-     "`explicit`: `tait` or `linear`"},
+     PDI_SAYS("`explicit`: `tait` or `linear`")},
     {"c0", "m/s", "required there",
-     "`explicit`: speed of sound, ten times the largest speed or more"}};
+     PDI_SAYS("`explicit`: speed of sound, ten times the largest speed or more")}};
 
 static const pd_key pdi_keys_of_gas[] = {
     {"gamma", "-", "1.4",
-     "ratio of the heat capacities, above 1"},
+     PDI_SAYS("ratio of the heat capacities, above 1")},
     {"rho", "kg/m3", "required",
-     "density at the start, an expression in x, y, z, positive"},
+     PDI_SAYS("density at the start, an expression in x, y, z, positive")},
     {"p", "Pa", "required",
-     "pressure at the start, an expression in x, y, z, positive"},
+     PDI_SAYS("pressure at the start, an expression in x, y, z, positive")},
     {"vx, vy, vz", "m/s", "0",
-     "velocity at the start, expressions in x, y, z"},
+     PDI_SAYS("velocity at the start, expressions in x, y, z")},
     {"order", "-", "second",
-     "`second` where smooth, `first`"},
+     PDI_SAYS("`second` where smooth, `first`")},
     {"cfl", "-", "0.8",
-     "share of the longest stable step (theory: eq. 4.26), up to 1"}};
+     PDI_SAYS("share of the longest stable step (theory: eq. 4.26), up to 1")}};
 
 static const pd_key pdi_keys_of_transport[] = {
     {"D", "m2/s", "required",
-     "diffusivity"},
+     PDI_SAYS("diffusivity")},
     {"initial", "mol/m3", "0",
-     "concentration at the start, expression in x, y, z, not negative"},
+     PDI_SAYS("concentration at the start, expression in x, y, z, not negative")},
     {"advection", "-", "limited",
-     "`limited` (second order where smooth), `upwind` (first order)"},
+     PDI_SAYS("`limited` (second order where smooth), `upwind` (first order)")},
     {"time", "-", "implicit",
-     "`implicit`: in time; `steady`: the steady field at once; the run fails when balances lack more than 1e-6 of "
-     "what passes, and `defect=` says how much (theory: eq. 5.13)"}};
+     PDI_SAYS("`implicit`: in time; `steady`: the steady field at once; the run fails when balances lack more than "
+              "1e-6 of what passes, and `defect=` says how much (theory: eq. 5.13)")}};
 
 static const pd_key pdi_keys_of_dissolve[] = {
     {"rate", "m/s", "`rate`, `law` or `current` required",
-     "recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)"},
+     PDI_SAYS("recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)")},
     {"law", "1/s", "-",
-     "the same in layers of `h` per time: speed = law h. Depends on the grid"},
+     PDI_SAYS("the same in layers of `h` per time: speed = law h. Depends on the grid")},
     {"current", "A/m2", "-",
-     "the same as a current density: speed = `i/(z F Cs)`; `i` is that of the `[electrode]`"},
+     PDI_SAYS("the same as a current density: speed = `i/(z F Cs)`; `i` is that of the `[electrode]`")},
     {"rate_scale", "-", "1",
-     "factor of `rate`, `law` or `current`"},
+     PDI_SAYS("factor of `rate`, `law` or `current`")},
     {"Csat", "mol/m3", "none",
-     "saturation concentration, a constant for the expressions"},
+     PDI_SAYS("saturation concentration, a constant for the expressions")},
     {"Cs", "mol/m3", "density over molar mass",
-     "concentration of the intact metal"},
+     PDI_SAYS("concentration of the intact metal")},
     {"charge", "-", "that of the material",
-     "electrons that an atom gives off, for currents in the summary"},
+     PDI_SAYS("electrons that an atom gives off, for currents in the summary")},
     {"potential", "V", "none",
-     "with `migration = yes`: potential of the metal against inlets and walls that hold species, an expression in t. "
-     "The law may depend on `E`, that potential less the one of the ions at the surface (2.20)"},
+     PDI_SAYS("with `migration = yes`: potential of the metal against inlets and walls that hold species, an "
+              "expression in t. The law may depend on `E`, that potential less the one of the ions at the surface "
+              "(2.20)")},
     {"gb_factor", "-", "1",
-     "factor on the speed in a grain boundary; needs `grains`"},
+     PDI_SAYS("factor on the speed in a grain boundary; needs `grains`")},
     {"reaction", "text", "none",
-     "by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)`: "
-     "balanced in elements and charge, the metal by its symbol; `e-` is what a current takes away, as in "
-     "`Fe = Fe2+ + 2 e-`"},
+     PDI_SAYS("by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + "
+              "H2(g)`: balanced in elements and charge, the metal by its symbol; `e-` is what a current takes away, "
+              "as in `Fe = Fe2+ + 2 e-`")},
     {"threshold", "-", "0",
-     "share of the content that stays in a node when it turns fluid, up to 0.99"},
+     PDI_SAYS("share of the content that stays in a node when it turns fluid, up to 0.99")},
     {"m", "-", "3, or that of the fluid when it is longer",
-     "horizon of the bonds of metal over h, at least that of the fluid, up to 6"}};
+     PDI_SAYS("horizon of the bonds of metal over h, at least that of the fluid, up to 6")}};
 
 static const pd_key pdi_keys_of_corrode[] = {
     {"rate", "m/s", "`rate` or `current` required",
-     "recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)"},
+     PDI_SAYS("recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)")},
     {"current", "A/m2", "-",
-     "the same as a current density: speed = `i/(z F Cs)`"},
+     PDI_SAYS("the same as a current density: speed = `i/(z F Cs)`")},
     {"rate_scale", "-", "1",
-     "factor of `rate` or `current`"},
+     PDI_SAYS("factor of `rate` or `current`")},
     {"reaction", "text", "none",
-     "by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)`: "
-     "balanced in elements and charge, the metal by its symbol"},
+     PDI_SAYS("by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + "
+              "H2(g)`: balanced in elements and charge, the metal by its symbol")},
     {"Csat", "mol/m3", "required",
-     "saturation concentration: a node that is down to it turns fluid; fluid that has reached it takes no more "
-     "(salt layer)"},
+     PDI_SAYS("saturation concentration: a node that is down to it turns fluid; fluid that has reached it takes no "
+              "more (salt layer)")},
     {"Cs", "mol/m3", "density over molar mass",
-     "concentration of the intact metal"},
+     PDI_SAYS("concentration of the intact metal")},
     {"charge", "-", "that of the material",
-     "electrons given off by one atom, `z_m`"},
+     PDI_SAYS("electrons given off by one atom, `z_m`")},
     {"D", "m2/s", "required; `activation` 0",
-     "diffusivity of the fluid"},
+     PDI_SAYS("diffusivity of the fluid")},
     {"initial", "mol/m3", "0",
-     "concentration of the fluid at the start, expression in x, y, z, not negative"},
+     PDI_SAYS("concentration of the fluid at the start, expression in x, y, z, not negative")},
     {"bulk", "mol/m3", "0",
-     "concentration behind open sides; with `activation` of all fluid, up to `Csat`"},
+     PDI_SAYS("concentration behind open sides; with `activation` of all fluid, up to `Csat`")},
     {"control", "-", "diffusion",
-     "`diffusion`: dissolved metal has to diffuse away; `activation`: it is gone at once"},
+     PDI_SAYS("`diffusion`: dissolved metal has to diffuse away; `activation`: it is gone at once")},
     {"drive", "-", "constant",
-     "`constant`: the law holds at every concentration; `difference`: loss in proportion to the difference of metal "
-     "and fluid, as in the literature"},
+     PDI_SAYS("`constant`: the law holds at every concentration; `difference`: loss in proportion to the difference "
+              "of metal and fluid, as in the literature")},
     {"kernel", "-", "area",
-     "weights of the bonds: `area` (same speed in all directions), `square`, `inverse` (one over the squared, the "
-     "simple length)"},
+     PDI_SAYS("weights of the bonds: `area` (same speed in all directions), `square`, `inverse` (one over the "
+              "squared, the simple length)")},
     {"weights", "-", "calibrated",
-     "`calibrated`: a flat front moves at the rate; `printed`: coefficients of the continuum, slower on a lattice; "
-     "not for `area`"},
+     PDI_SAYS("`calibrated`: a flat front moves at the rate; `printed`: coefficients of the continuum, slower on a "
+              "lattice; not for `area`")},
     {"gb_factor", "-", "1",
-     "factor on the speed in a grain boundary; needs `grains`"},
+     PDI_SAYS("factor on the speed in a grain boundary; needs `grains`")},
     {"repassivation", "mol/m3", "none forms",
-     "solution beside metal that has once been below it does not attack any more: a film has formed (with diffusion)"},
+     PDI_SAYS("solution beside metal that has once been below it does not attack any more: a film has formed (with "
+              "diffusion)")},
     {"breaking", "-", "deterministic",
-     "`deterministic`: a node turns fluid at `Csat`; `stochastic`: when the last of its mechanical bonds has "
-     "broken, which happens at random as its metal goes, at `Csat` at the latest (theory: 6.7)"},
+     PDI_SAYS("`deterministic`: a node turns fluid at `Csat`; `stochastic`: when the last of its mechanical bonds "
+              "has broken, which happens at random as its metal goes, at `Csat` at the latest (theory: 6.7)")},
     {"seed", "-", "1",
-     "`stochastic`: whole number, other bonds each"},
+     PDI_SAYS("`stochastic`: whole number, other bonds each")},
     {"m", "-", "that of `[grid]`; 3",
-     "horizon of the bonds of metal over h, 1 to 6"}};
+     PDI_SAYS("horizon of the bonds of metal over h, 1 to 6")}};
 
 static const pd_key pdi_keys_of_solid[] = {
     {"E", "Pa", "required",
-     "Young's modulus"},
+     PDI_SAYS("Young's modulus")},
     {"nu", "-", "required",
-     "Poisson's ratio, which 1D does not have; springs have 1/4, in plane stress 1/3"},
+     PDI_SAYS("Poisson's ratio, which 1D does not have; springs have 1/4, in plane stress 1/3")},
     {"material", "-", "correspondence",
-     "`correspondence`: small strains, of any Poisson's ratio (theory: 8.1); `ordinary`: the linear peridynamic "
-     "solid, of small strains (8.9); `neo_hookean`, `hencky`: strains of any size (8.8); `springs`: bonds that pull "
-     "for themselves, displacements of any size, no stress (8.2)"},
+     PDI_SAYS("`correspondence`: small strains, of any Poisson's ratio (theory: 8.1); `ordinary`: the linear "
+              "peridynamic solid, of small strains (8.9); `neo_hookean`, `hencky`: strains of any size (8.8); "
+              "`springs`: bonds that pull for themselves, displacements of any size, no stress (8.2)")},
     {"plane", "-", "strain",
-     "2D: `strain` or `stress`"},
+     PDI_SAYS("2D: `strain` or `stress`")},
     {"yield", "Pa", "0: it does not flow",
-     "stress of von Mises at which the metal flows; with `correspondence` (not in `plane = stress`) and `hencky`"},
+     PDI_SAYS("stress of von Mises at which the metal flows; with `correspondence` (not in `plane = stress`) and "
+              "`hencky`")},
     {"hardening", "Pa", "0",
-     "by how much `yield` grows with the plastic strain"},
+     PDI_SAYS("by how much `yield` grows with the plastic strain")},
     {"toughness", "J/m2", "0: none breaks",
-     "energy per area at which a crack runs; of `correspondence` without `yield`, in balance (3D: m = 1.5 to 3), "
-     "and of `springs`"},
+     PDI_SAYS("energy per area at which a crack runs; of `correspondence` without `yield`, in balance (3D: m = 1.5 "
+              "to 3), and of `springs`")},
     {"strength", "Pa", "0: none breaks",
-     "bonds break whose ends have a larger principal stress, in the mean; in balance"},
+     PDI_SAYS("bonds break whose ends have a larger principal stress, in the mean; in balance")},
     {"stretch", "-", "0: none breaks",
-     "bonds break that are stretched by more; in balance"},
+     PDI_SAYS("bonds break that are stretched by more; in balance")},
     {"motion", "-", "no",
-     "`yes`: the metal moves from rest at t = 0"},
+     PDI_SAYS("`yes`: the metal moves from rest at t = 0")},
     {"density", "kg/m3", "required there",
-     "mass density of the metal that moves"},
+     PDI_SAYS("mass density of the metal that moves")},
     {"force", "N/m3", "0",
-     "a force on all of the metal, an expression in x, y, z, t an axis"},
+     PDI_SAYS("a force on all of the metal, an expression in x, y, z, t an axis")},
     {"speed_factor", "-", "1",
-     "factor of the speed at which the metal dissolves, an expression in sigma_h, mises, eps_p, x, y, z, t"},
+     PDI_SAYS("factor of the speed at which the metal dissolves, an expression in sigma_h, mises, eps_p, x, y, z, t")},
     {"m", "-", "2; springs 3",
-     "horizon of the bonds over h"},
+     PDI_SAYS("horizon of the bonds over h")},
     {"influence", "-", "constant",
-     "how bonds count by their length: `constant`, `inverse`, `linear`"},
+     PDI_SAYS("how bonds count by their length: `constant`, `inverse`, `linear`")},
     {"rtol", "-", "1e-8",
-     "of the balance"}};
+     PDI_SAYS("of the balance")}};
 
 static const pd_key pdi_keys_of_cut[] = {
     {"points", "m", "required",
-     "corners one after another, all coordinates of each; up to 32"},
+     PDI_SAYS("corners one after another, all coordinates of each; up to 32")},
     {"way", "-", "2D: that of the last piece; 3D: no table",
-     "direction in which the crack grows, plain numbers"},
+     PDI_SAYS("direction in which the crack grows, plain numbers")},
     {"contours", "m", "no J",
-     "2D: three radii about the tip, a horizon `m h` or more apart"}};
+     PDI_SAYS("2D: three radii about the tip, a horizon `m h` or more apart")}};
 
 static const pd_key pdi_keys_of_table[] = {
     {"file", "-", "required",
-     "CSV file, relative to the scene: `#` lines are comments, then one line of headings, then a row a point"},
+     PDI_SAYS("CSV file, relative to the scene: `#` lines are comments, then one line of headings, then a row a "
+              "point")},
     {"x", "-", "required",
-     "column of the argument, `heading in unit`; without `in` plain numbers"},
+     PDI_SAYS("column of the argument, `heading in unit`; without `in` plain numbers")},
     {"y", "-", "required",
-     "column of the value, as for `x`"},
+     PDI_SAYS("column of the value, as for `x`")},
     {"outside", "-", "hold",
-     "beyond the first and last `x`: `hold` (the value there holds) or `error` (the run ends with a message)"}};
+     PDI_SAYS("beyond the first and last `x`: `hold` (the value there holds) or `error` (the run ends with a "
+              "message)")}};
 
 static const pd_key pdi_keys_of_run[] = {
     {"until", "s", "-",
-     "end; required with `[transport]` and `[corrode]`"},
+     PDI_SAYS("end; required with `[transport]` and `[corrode]`")},
     {"rtol", "-", "4e-3; without dissolution and with `[corrode]` 1e-3",
-     "aim for the error of the volume loss, up to 0.1; sets `fraction = 25 rtol`. Without dissolution: error of a "
-     "step of the transport against the largest concentration; with `[corrode]` over `Csat`"},
+     PDI_SAYS("aim for the error of the volume loss, up to 0.1; sets `fraction = 25 rtol`. Without dissolution: "
+              "error of a step of the transport against the largest concentration; with `[corrode]` over `Csat`")},
     {"fraction", "-", "25 rtol; with `[corrode]` 0.2, `activation` 0.1, `drive = difference` 0.01",
-     "largest share of its content that a node loses in a step, up to 1; overrides `rtol`"},
+     PDI_SAYS("largest share of its content that a node loses in a step, up to 1; overrides `rtol`")},
     {"max_step", "s", "0",
-     "longest step; 0: none"}};
+     PDI_SAYS("longest step; 0: none")}};
 
 static const pd_key pdi_keys_of_output[] = {
     {"every", "s", "until/20",
-     "time between frames"},
+     PDI_SAYS("time between frames")},
     {"fields", "-",
      "C, v, p, kind, grain, pH, phi as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` "
      "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken",
-     "fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, `energy`, "
-     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, `phi`, `j`, `i`, `pH`, a species such as `Mg2+`, or `none`"},
+     PDI_SAYS("fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, "
+              "`energy`, `u`, `mises`, `sigma_h`, `eps_p`, `broken`, `phi`, `j`, `i`, `pH`, a species such as "
+              "`Mg2+`, or `none`")},
     {"images", "-", "none",
-     "fields that are drawn, from the same list"},
+     PDI_SAYS("fields that are drawn, from the same list")},
     {"range", "of the field", "of all frames",
-     "colours of a drawn field go from one value to the other, for example `C 0 .. 500 mol/m3, v 0 .. 1 mm/s`"},
+     PDI_SAYS("colours of a drawn field go from one value to the other, for example `C 0 .. 500 mol/m3, v 0 .. 1 "
+              "mm/s`")},
     {"percentile", "-", "100 %",
-     "values of a frame, in the middle of all, that count for a range that is not given"},
+     PDI_SAYS("values of a frame, in the middle of all, that count for a range that is not given")},
     {"log", "-", "none",
-     "drawn fields whose colours go by the logarithm; values of zero and below stay blank"},
+     PDI_SAYS("drawn fields whose colours go by the logarithm; values of zero and below stay blank")},
     {"map", "-", "violet; diverging for p, sigma_h and stresses",
-     "2D and 3D: colours `violet`, `viridis`, `grey` or `diverging`, for all drawn fields or behind the name of "
-     "one: `grey, p diverging`"},
+     PDI_SAYS("2D and 3D: colours `violet`, `viridis`, `grey` or `diverging`, for all drawn fields or behind the "
+              "name of one: `grey, p diverging`")},
     {"width", "-", "1000",
-     "2D and 3D: pixels that the width of a drawn field aims at, its height at nine tenths of that; 120 to 4000"},
+     PDI_SAYS("2D and 3D: pixels that the width of a drawn field aims at, its height at nine tenths of that; 120 to "
+              "4000")},
     {"cells", "-", "blocky",
-     "2D and 3D: `blocky`: a cell has one colour; `smooth`: colours are linear between the middles of cells"},
+     PDI_SAYS("2D and 3D: `blocky`: a cell has one colour; `smooth`: colours are linear between the middles of cells")},
     {"format", "-", "png",
-     "of the pictures of fields and of the volume loss: `png`, `svg` or both"},
+     PDI_SAYS("of the pictures of fields and of the volume loss: `png`, `svg` or both")},
     {"animate", "-", "no",
-     "`yes`: a film of each drawn field, `C_film.png`"},
+     PDI_SAYS("`yes`: a film of each drawn field, `C_film.png`")},
     {"contours", "of the field", "none",
-     "2D and 3D: lines of one value of a drawn field: how many, `C 8`, or their values, `C at 100 200 mol/m3, p 5`"},
+     PDI_SAYS("2D and 3D: lines of one value of a drawn field: how many, `C 8`, or their values, `C at 100 200 "
+              "mol/m3, p 5`")},
     {"streamlines", "-", "none",
-     "2D and 3D: drawn fields with evenly spaced lines along the flow, for example `v, C`; behind a field, how "
-     "many fit side by side into `width`, 4 to 100: `v 50`, without 36"},
+     PDI_SAYS("2D and 3D: drawn fields with evenly spaced lines along the flow, for example `v, C`; behind a field, "
+              "how many fit side by side into `width`, 4 to 100: `v 50`, without 36")},
     {"vectors", "-", "none",
-     "2D and 3D: drawn fields with arrows as long as the flow is fast, likewise; without a number 30"},
+     PDI_SAYS("2D and 3D: drawn fields with arrows as long as the flow is fast, likewise; without a number 30")},
     {"surface", "-", "no",
-     "3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours"},
+     PDI_SAYS("3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours")},
     {"view", "-", "1, -1, 1",
-     "3D: direction in which the eye that looks at the surface stands"},
+     PDI_SAYS("3D: direction in which the eye that looks at the surface stands")},
     {"deformed", "-", "0",
-     "with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
-     "displacements times this factor; 0: where it was"},
+     PDI_SAYS("with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
+              "displacements times this factor; 0: where it was")},
     {"slice", "m", "z, middle of the box",
-     "3D: the drawn plane, for example `z 0 um`"},
+     PDI_SAYS("3D: the drawn plane, for example `z 0 um`")},
     {"prefix", "-", "corr",
-     "start of the names of VTK files"},
+     PDI_SAYS("start of the names of VTK files")},
     {"folder", "-", "the name of the scene, below output/",
-     "folder of the output, when `--out` is not given; below the current one: neither absolute nor with `..`"}};
+     PDI_SAYS("folder of the output, when `--out` is not given; below the current one: neither absolute nor with "
+              "`..`")}};
 
 static const pd_key pdi_keys_of_probe[] = {
     {"at", "m", "required",
-     "place, a coordinate an axis"},
+     PDI_SAYS("place, a coordinate an axis")},
     {"fields", "-", "C; without transport pH or v",
-     "some of those of `[output]`"}};
+     PDI_SAYS("some of those of `[output]`")}};
 
 static const pd_key pdi_keys_of_line[] = {
     {"from, to", "m", "required",
-     "ends, a coordinate an axis"},
+     PDI_SAYS("ends, a coordinate an axis")},
     {"points", "-", "`points` or `spacing` required",
-     "number of points, with the ends"},
+     PDI_SAYS("number of points, with the ends")},
     {"spacing", "m", "-",
-     "largest distance between points"},
+     PDI_SAYS("largest distance between points")},
     {"fields", "-", "C, v, p, pH as far as they exist",
-     "some of those of `[output]`"},
+     PDI_SAYS("some of those of `[output]`")},
     {"images", "-", "all",
-     "those of the fields that are drawn, or `none`"}};
+     PDI_SAYS("those of the fields that are drawn, or `none`")}};
 
 static const pd_key pdi_keys_of_plane[] = {
     {"at", "m", "required",
-     "axis and place, for example `x -250 um`; the nearest plane between cells is taken"}};
+     PDI_SAYS("axis and place, for example `x -250 um`; the nearest plane between cells is taken")}};
 
 static const pd_key pdi_keys_of_force[] = {
     {"box", "m", "required without `shape`; with it the whole box",
-     "holds the body; a range an axis"},
+     PDI_SAYS("holds the body; a range an axis")},
     {"shape", "-", "all surfaces in the box",
-     "name of a `[shape]` of `kind` solid or wall: only its surfaces count, not those of other bodies or of the "
-     "sides"},
+     PDI_SAYS("name of a `[shape]` of `kind` solid or wall: only its surfaces count, not those of other bodies or "
+              "of the sides")},
     {"balance", "-", "yes; with `shape` no",
-     "`no`: on the surface only. A balance needs two cells of fluid on both sides of the box, and is of all that "
-     "the box holds"},
+     PDI_SAYS("`no`: on the surface only. A balance needs two cells of fluid on both sides of the box, and is of "
+              "all that the box holds")},
     {"speed", "m/s", "no coefficients",
-     "reference value `U` of the coefficients `2 F/(rho U^2 A)`"},
+     PDI_SAYS("reference value `U` of the coefficients `2 F/(rho U^2 A)`")},
     {"length", "m", "required with `speed`",
-     "2D: reference value `A` of the coefficients"},
+     PDI_SAYS("2D: reference value `A` of the coefficients")},
     {"area", "m2", "required with `speed`",
-     "3D: reference value `A` of the coefficients"}};
+     PDI_SAYS("3D: reference value `A` of the coefficients")}};
 
 static const pd_key pdi_keys_of_transfer[] = {
     {"box", "m", "everything",
-     "nodes that count; a range an axis"},
+     PDI_SAYS("nodes that count; a range an axis")},
     {"along", "-", "none",
-     "axis of local values: at output times `transfer_NAME_000012_t....csv` and its plot, a row for each layer of "
-     "cells"},
+     PDI_SAYS("axis of local values: at output times `transfer_NAME_000012_t....csv` and its plot, a row for each "
+              "layer of cells")},
     {"length", "m", "no Sherwood number",
-     "reference length `L` of Sherwood numbers"},
+     PDI_SAYS("reference length `L` of Sherwood numbers")},
     {"surface", "mol/m3", "required with `length`",
-     "concentration at the surface"},
+     PDI_SAYS("concentration at the surface")},
     {"fluid", "mol/m3", "required with `length`",
-     "concentration of the fluid: `inlet`, `bulk` (of the mixed stream of each layer; needs `along`), or a value"},
+     PDI_SAYS("concentration of the fluid: `inlet`, `bulk` (of the mixed stream of each layer; needs `along`), or a "
+              "value")},
     {"D", "m2/s", "that of `[transport]`",
-     "diffusivity of the Sherwood number"},
+     PDI_SAYS("diffusivity of the Sherwood number")},
     {"area", "m^(d-1)", "measured",
-     "area of the surface"}};
+     PDI_SAYS("area of the surface")}};
 
 static const pd_key pdi_keys_of_total[] = {
     {"box", "m", "everything",
-     "nodes that count; a range an axis"}};
+     PDI_SAYS("nodes that count; a range an axis")}};
 
 static const pd_key pdi_keys_of_measured[] = {
     {"file", "-", "required",
-     "CSV file, relative to the scene, as for a table (2.17)"},
+     PDI_SAYS("CSV file, relative to the scene, as for a table (2.17)")},
     {"time", "-", "the first",
-     "column of the times, `heading in unit`; they may not fall"},
+     PDI_SAYS("column of the times, `heading in unit`; they may not fall")},
     {"value", "-", "the second",
-     "column of the values"},
+     PDI_SAYS("column of the values")},
     {"spread", "-", "the one whose heading starts with `spread`, else none",
-     "column of their spread, for example a standard deviation"},
+     PDI_SAYS("column of their spread, for example a standard deviation")},
     {"of", "-", "`volume_loss`",
-     "figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16 or a probe: `plane.NAME.flow`, "
-     "`total.NAME.solid`, `probe.NAME.C`, `probe.NAME.pH`"},
+     PDI_SAYS("figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16 or a probe: "
+              "`plane.NAME.flow`, `total.NAME.solid`, `probe.NAME.C`, `probe.NAME.pH`")},
     {"start", "s", "0",
-     "time of the file at which the run begins"}};
+     PDI_SAYS("time of the file at which the run begins")}};
 
 static const pd_key pdi_keys_of_chemistry[] = {
     {"include", "-", "none",
-     "files with more of these sections, relative to this one, for example `electrolytes/hbss.electrolyte`; what "
-     "stands here goes before what they say"},
+     PDI_SAYS("files with more of these sections, relative to this one, for example "
+              "`electrolytes/hbss.electrolyte`; what stands here goes before what they say")},
     {"activity", "-", "davies",
-     "`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)"},
+     PDI_SAYS("`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)")},
     {"temperature", "K", "298.15 K",
-     "273 to 373: Davies' equation, constants with an `enthalpy`, rates and diffusivities with an `activation` follow "
-     "it; expressions know it as `T`"},
+     PDI_SAYS("273 to 373: Davies' equation, constants with an `enthalpy`, rates and diffusivities with an "
+              "`activation` follow it; expressions know it as `T`")},
     {"diffusion", "-", "given",
-     "`given`: each `D` holds as it is written, but for an `activation`; `viscosity`: those are of 25 C, and follow "
-     "temperature and viscosity of water by Stokes and Einstein (theory: eq. 5b.14)"},
+     PDI_SAYS("`given`: each `D` holds as it is written, but for an `activation`; `viscosity`: those are of 25 C, "
+              "and follow temperature and viscosity of water by Stokes and Einstein (theory: eq. 5b.14)")},
     {"pH", "-", "that of the equilibrium",
-     "at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has this pH"},
+     PDI_SAYS("at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has "
+              "this pH")},
     {"inlet_pH", "-", "that of `pH`",
-     "the same of what enters"},
+     PDI_SAYS("the same of what enters")},
     {"inside_pH", "-", "that of `pH`",
-     "the same at the start in shapes of `kind = solution`"},
+     PDI_SAYS("the same at the start in shapes of `kind = solution`")},
     {"counter", "-", "that of `balance`",
-     "ion that comes or goes with the acid or base of `pH`"},
+     PDI_SAYS("ion that comes or goes with the acid or base of `pH`")},
     {"balance", "-", "none: charges have to sum to 0",
-     "ion that makes up for the sum of charges of what is written"},
+     PDI_SAYS("ion that makes up for the sum of charges of what is written")},
     {"time", "-", "implicit",
-     "of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at rest alone"},
+     PDI_SAYS("of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at "
+              "rest alone")},
     {"migration", "-", "no",
-     "of a run: `yes`: ions also move in the potential that keeps the fluid neutral while they diffuse at different "
-     "speeds (theory: 5c.1), which is the field `potential` [V]; `no`: each diffuses by itself"},
+     PDI_SAYS("of a run: `yes`: ions also move in the potential that keeps the fluid neutral while they diffuse at "
+              "different speeds (theory: 5c.1), which is the field `potential` [V]; `no`: each diffuses by itself")},
     {"minerals", "-", "given",
-     "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can. Of a run: "
-     "`given` are those with `[mineral ...]`, and `all` puts the others in equilibrium"},
+     PDI_SAYS("`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can. "
+              "Of a run: `given` are those with `[mineral ...]`, and `all` puts the others in equilibrium")},
     {"tortuosity", "-", "1",
-     "tau of the diffusivity `D eps/tau` in cells of which minerals leave the share eps open"},
+     PDI_SAYS("tau of the diffusivity `D eps/tau` in cells of which minerals leave the share eps open")},
     {"cover", "m", "0: minerals cover no metal",
-     "thickness d0 of minerals: under a film d thick the share `exp(-d/d0)` of the metal dissolves"}};
+     PDI_SAYS("thickness d0 of minerals: under a film d thick the share `exp(-d/d0)` of the metal dissolves")}};
 
 static const pd_key pdi_keys_of_mineral[] = {
     {"rate", "mol/m2/s", "none: in equilibrium",
-     "k of its growth by `k A (Omega^p - 1)` with Omega = IAP/K; below saturation it dissolves"},
+     PDI_SAYS("k of its growth by `k A (Omega^p - 1)` with Omega = IAP/K; below saturation it dissolves")},
     {"area", "1/m", "0",
-     "surface it has over the volume of a cell, whatever there is of it; `rate` needs it or `surface`"},
+     PDI_SAYS("surface it has over the volume of a cell, whatever there is of it; `rate` needs it or `surface`")},
     {"surface", "m2/mol", "0",
-     "surface over its amount, as at the start of a step"},
+     PDI_SAYS("surface over its amount, as at the start of a step")},
     {"exponent", "-", "1",
-     "p of that law"},
+     PDI_SAYS("p of that law")},
     {"nucleation", "-", "0",
-     "saturation index log10 Omega from which it forms in a cell that has none"},
+     PDI_SAYS("saturation index log10 Omega from which it forms in a cell that has none")},
     {"porosity", "-", "0.1",
-     "share of a cell that it leaves open when it can grow no more; unread without `volume`"}};
+     PDI_SAYS("share of a cell that it leaves open when it can grow no more; unread without `volume`")}};
 
 static const pd_key pdi_keys_of_species[] = {
     {"D", "m2/s", "not known",
-     "diffusivity; a species that moves needs it"},
+     PDI_SAYS("diffusivity; a species that moves needs it")},
     {"activation", "J/mol", "none: D holds as it is written",
-     "energy of activation of `D`, which is that of 25 C then (theory: eq. 5b.13)"},
+     PDI_SAYS("energy of activation of `D`, which is that of 25 C then (theory: eq. 5b.13)")},
     {"charge", "-", "that of the name",
-     "needed where the name is no formula with its charge"},
+     PDI_SAYS("needed where the name is no formula with its charge")},
     {"formula", "-", "the name",
-     "atoms, without charge, of a name that is no formula, for example `C6H12O6` of glucose"},
+     PDI_SAYS("atoms, without charge, of a name that is no formula, for example `C6H12O6` of glucose")},
     {"initial", "mol/m3", "0",
-     "concentration that is put in at the start, also in mM or mol/L; of a solid its amount over the volume of water"},
+     PDI_SAYS("concentration that is put in at the start, also in mM or mol/L; of a solid its amount over the "
+              "volume of water")},
     {"inlet", "mol/m3", "that of `initial`",
-     "the same of what enters, and of walls with `species = inlet`"},
+     PDI_SAYS("the same of what enters, and of walls with `species = inlet`")},
     {"inside", "mol/m3", "that of `initial`",
-     "the same at the start in shapes of `kind = solution`"},
+     PDI_SAYS("the same at the start in shapes of `kind = solution`")},
     {"volume", "m3/mol", "0: it takes no room",
-     "molar volume of a solid, which narrows pores in a run"}};
+     PDI_SAYS("molar volume of a solid, which narrows pores in a run")}};
 
 static const pd_key pdi_keys_of_reaction[] = {
     {"equation", "text", "required",
-     "stands behind the header without its key: `Mg2+ + 2 OH- = Mg(OH)2(s)`, with blanks around + and =. Elements and "
-     "charge have to balance"},
+     PDI_SAYS("stands behind the header without its key: `Mg2+ + 2 OH- = Mg(OH)2(s)`, with blanks around + and =. "
+              "Elements and charge have to balance")},
     {"K", "of the reaction", "required, or `log10_K`, or both rates",
-     "constant of the equilibrium of the equation as it is written, with its unit: products over reactants, water and "
-     "solids being 1"},
+     PDI_SAYS("constant of the equilibrium of the equation as it is written, with its unit: products over "
+              "reactants, water and solids being 1")},
     {"log10_K", "-", "required, or `K`, or both rates",
-     "its decimal logarithm with mol/L"},
+     PDI_SAYS("its decimal logarithm with mol/L")},
     {"enthalpy", "J/mol", "none: K holds as it is written",
-     "of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
-     "van 't Hoff's equation (theory: eq. 5b.12)"},
+     PDI_SAYS("of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
+              "van 't Hoff's equation (theory: eq. 5b.12)")},
     {"forward", "of the reaction", "none: the reaction is in equilibrium",
-     "rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`"},
+     PDI_SAYS("rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`")},
     {"backward", "of the reaction", "`forward` over K",
-     "from right to left"},
+     PDI_SAYS("from right to left")},
     {"activation", "J/mol", "none: rates hold as they are written",
-     "energy of activation of `forward`; rates are those of 25 C then; that of `backward` is less by the `enthalpy`"}};
+     PDI_SAYS("energy of activation of `forward`; rates are those of 25 C then; that of `backward` is less by the "
+              "`enthalpy`")}};
 
 static const pd_key pdi_keys_of_potential[] = {
     {"conductivity", "S/m", "that of the species",
-     "of the fluid; with `[chemistry]` it follows from charges, diffusivities and concentrations (theory: eq. 6b.7)"},
+     PDI_SAYS("of the fluid; with `[chemistry]` it follows from charges, diffusivities and concentrations (theory: "
+              "eq. 6b.7)")},
     {"tolerance", "-", "1e-12",
-     "of what the balances of currents lack, over the currents"}};
+     PDI_SAYS("of what the balances of currents lack, over the currents")}};
 
 static const pd_key pdi_keys_of_electrode[] = {
     {"shape", "-", "`shape` or `material` required",
-     "name of a solid `[shape]` whose metal it is; where electrodes overlap the later one counts"},
+     PDI_SAYS("name of a solid `[shape]` whose metal it is; where electrodes overlap the later one counts")},
     {"material", "-", "-",
-     "all metal of a material"},
+     PDI_SAYS("all metal of a material")},
     {"curve", "-", "required",
-     "`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `resistance`; `expression`: `i`; `primary`: "
-     "current passes freely at `E0` (theory: 6b.1)"},
+     PDI_SAYS("`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `resistance`; `expression`: `i`; "
+              "`primary`: current passes freely at `E0` (theory: 6b.1)")},
     {"i0", "A/m2", "required there",
-     "exchange current density, or that of free corrosion"},
+     PDI_SAYS("exchange current density, or that of free corrosion")},
     {"E0", "V", "0",
-     "equilibrium potential, or that of free corrosion"},
+     PDI_SAYS("equilibrium potential, or that of free corrosion")},
     {"anodic_slope", "V", "none",
-     "change of E by which the anodic current grows tenfold (Tafel's slope), positive"},
+     PDI_SAYS("change of E by which the anodic current grows tenfold (Tafel's slope), positive")},
     {"cathodic_slope", "V", "none",
-     "the same of the cathodic current, positive"},
+     PDI_SAYS("the same of the cathodic current, positive")},
     {"anodic_limit", "A/m2", "0: none",
-     "limiting current density of the anodic branch"},
+     PDI_SAYS("limiting current density of the anodic branch")},
     {"cathodic_limit", "A/m2", "0: none",
-     "the same of the cathodic one, positive"},
+     PDI_SAYS("the same of the cathodic one, positive")},
     {"resistance", "ohm m2", "required there",
-     "`linear`: polarisation resistance"},
+     PDI_SAYS("`linear`: polarisation resistance")},
     {"i", "A/m2", "required there",
-     "`expression`: current density, positive from metal to fluid, in `E`; also of a `[table]`: `i = f(E)`. It must "
-     "not fall as E rises"},
+     PDI_SAYS("`expression`: current density, positive from metal to fluid, in `E`; also of a `[table]`: `i = "
+              "f(E)`. It must not fall as E rises")},
     {"range", "V", "required there",
-     "`expression`: from where to where E may lie; straight on beyond"},
+     PDI_SAYS("`expression`: from where to where E may lie; straight on beyond")},
     {"film", "ohm m2", "0",
-     "resistance of a coating or film on it"},
+     PDI_SAYS("resistance of a coating or film on it")},
     {"potential", "V", "it follows from the current",
-     "given potential of the metal, expression in t"},
+     PDI_SAYS("given potential of the metal, expression in t")},
     {"current", "A", "0: it corrodes freely",
-     "given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D"},
+     PDI_SAYS("given current from metal to fluid, expression in t; per m of depth in planar 2D, per m2 in 1D")},
     {"reaction", "text", "none",
-     "half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 e- = 4 OH-`, "
-     "balanced in elements and charge; anodic with `e-` on the right"},
+     PDI_SAYS("half-reaction of its current, by which it enters the species of `[chemistry]`: `O2 + 2 H2O + 4 "
+               "e- = 4 OH-`, balanced in elements and charge; anodic with `e-` on the right")},
     {"factor", "-", "1",
-     "factor of its currents, an expression in states of surfaces (2.22), x, y, z, t; at least 0"},
+     PDI_SAYS("factor of its currents, an expression in states of surfaces (2.22), x, y, z, t; at least 0")},
     {"connected", "-", "none",
-     "names of electrodes that it is wired to. Metals that touch are connected, too"}};
+     PDI_SAYS("names of electrodes that it is wired to. Metals that touch are connected, too")}};
 
 static const pd_key pdi_keys_of_surface[] = {
     {"of", "-", "all electrodes; without them all metal that dissolves",
-     "names of the electrodes that carry the state"},
+     PDI_SAYS("names of the electrodes that carry the state")},
     {"initial", "of the state", "required",
-     "value at the start, an expression in x, y, z; its unit is that of the state"},
+     PDI_SAYS("value at the start, an expression in x, y, z; its unit is that of the state")},
     {"rate", "of the state per s", "required",
-     "change in time, an expression in the concentrations at the surface, `[Mg2+]`, in pH, in E and i of the "
-     "electrode, the temperature T, t, x, y, z and all states"},
+     PDI_SAYS("change in time, an expression in the concentrations at the surface, `[Mg2+]`, in pH, in E and i "
+               "of the electrode, the temperature T, t, x, y, z and all states")},
     {"min", "of the state", "none",
-     "where the law ends: a state that is there stays as long as its rate is negative"},
+     PDI_SAYS("where the law ends: a state that is there stays as long as its rate is negative")},
     {"max", "of the state", "none",
-     "the same above"}};
+     PDI_SAYS("the same above")}};
+
+#undef PDI_SAYS
 
 #define PDI_KEYS_OF(table) (table), (int)(sizeof(table) / sizeof(table)[0])
 static const pd_key_section pdi_keys_all[] = {

@@ -22,7 +22,7 @@ Status = enum.IntEnum("Status", _declared.ENUMS["pd_status"])
 Status.__doc__ = "What a function of the library returns: 0 done, negative failed, positive see the library."
 
 # How threads wait, read by OpenMP when it is loaded: a busy wait loses against other programs.
-_OPENMP = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "10000"}
+_OPENMP = {name: getattr(_declared, "PD_" + name) for name in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT")}
 
 
 class Error(Exception):
