@@ -5125,6 +5125,7 @@ typedef struct pd_coat {
     int *off;         /* [total] work: what went wrong at places */
     double size[PD_COAT_MOST]; /* [unit of each] largest value */
     double last;      /* [s] the last step; 0: none */
+    double error;     /* [-] of the last attempt, over what it may be */
     int anew;         /* 1: nodes have turned fluid; at first, too */
     int begun;        /* 1: there are places */
 } pd_coat;
@@ -5140,11 +5141,12 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *coat);
 /* A step of the species begins at t [s]. */
 PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *coat, double t);
-/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; with `last` a message. */
-PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt, int last);
-/* To its end, after the species, whose concentrations [solutes][total] were `from`. *error: over what it may be. */
-PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt, int last,
-                                 double *error);
+/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; after some `trial`s there is a
+ * message. */
+PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt, int trial);
+/* To its end, after the species, whose concentrations [solutes][total] were `from`. */
+PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt,
+                                 int trial);
 /* The step of dt [s] stands; it does not. */
 PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
 PDI_FN void pdi_coat_reject(pd_coat *coat);
@@ -11263,7 +11265,7 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at);
 #ifndef PD_SURFACES_H
 #define PD_SURFACES_H
 
-/* All is borrowed, but for the contacts. */
+/* All is borrowed, but for the contacts and the coat. */
 typedef struct pd_surfaces {
     const pd_setup *setup;
     const pd_bonds *bonds;
@@ -11271,7 +11273,7 @@ typedef struct pd_surfaces {
     pd_cell *cell;            /* of the electrodes; NULL: there are none */
     const pd_etch *etch;      /* metal that dissolves by a law in the species; NULL: it does not */
     pd_contacts contacts;     /* without electrodes: of metal and fluid */
-    pd_coat *coat;
+    pd_coat coat;
     int moves;                /* 1: the potential follows states, or rates follow it */
     int comes;                /* 1: currents of electrodes enter the species */
     double gain[PD_SETUP_ELECTRODES][PD_SPECIES_MOST]; /* [-] components with one electron */
@@ -11286,8 +11288,7 @@ typedef struct pd_surfaces_figures {
 #ifdef PDI_INTERNAL
 /* It must not be moved once it is built. cell, etch: NULL without; they are built later. */
 PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, const pd_bonds *bonds,
-                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_coat *coat,
-                                    pd_surfaces *surfaces);
+                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_surfaces *surfaces);
 PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *surfaces);
 /* All states at the surface beside a fluid node. */
 PDI_FN void pdi_surfaces_values(const pd_surfaces *surfaces, int32_t node, double *value);
@@ -11442,8 +11443,7 @@ typedef struct pd_model {
     pd_reactive reactive;     /* species */
     double *bare;             /* [total] [-] factor of metal that minerals cover, or NULL */
     pd_course course;
-    pd_coat coat;             /* states of surfaces; else absent */
-    pd_surfaces surfaces;     /* the same */
+    pd_surfaces *surfaces;    /* states of surfaces; NULL: there are none */
     pd_attack attack;         /* of a law in the species; else absent */
     pd_grain grain;
     pd_grain_stats grain_stats;
@@ -21599,7 +21599,7 @@ pd_status pd_process_run(pd_ctx *ctx, pd_process p, double t_end)
 /* Columns of the table of extrapolation: steps are taken as 1, 2, ... of them. */
 #define PDI_STIFF_COLUMNS 5
 /* Steps at most, and the least of one over the whole way. */
-#define PDI_STIFF_STEPS 20000
+#define PDI_STIFF_STEPS 5000
 #define PDI_STIFF_LEAST 1e-13
 /* Share of the step that the error allows; a step is at most this many times the last one, at least that share. */
 #define PDI_STIFF_SAFETY 0.8
@@ -35084,6 +35084,8 @@ PDI_COLD_END
 
 /* Error of the equations of a place, in each of their steps. */
 #define PDI_COAT_TOLERANCE 1e-8
+/* So often a step is made shorter before a rate that is not finite is refused. */
+#define PDI_COAT_TRIALS 6
 /* [cells] Places are looked for this far from a node. */
 #define PDI_COAT_NEAR 2
 /* Scalar operations of a place and component, to decide on threads. */
@@ -35338,16 +35340,16 @@ static pd_status pdi_coat_refuse(pd_ctx *ctx, const pd_coat *s, int32_t p, doubl
     pdi_grid_place(s->reactive->grid, i, place);
     if (state < 0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "no steps follow the rates of states at %s m from t = %g s on: "
-                        "one jumps back and forth, expected it to be continuous, or min and max where it ends", place,
-                        t);
+                        "one jumps back and forth or grows beyond all bounds, expected a rate that is continuous, or min and "
+                        "max where it ends", place, t);
     return pdi_fail(ctx, PD_ERR_STATE, "surface", "the rate of %s is no finite number at %s m (pH %.4g) from t = %g s "
                     "on, where it is %g, expected a law that holds there", s->desc.name[state], place,
                     pd_reactive_ph(s->reactive, i), t, s->start[state * (int64_t)s->reactive->grid->total + i]);
 }
 
-/* All places over dt from t. */
+/* All places over dt from t; `stuck`: trials after which equations that no steps follow are refused. */
 static pd_status pdi_coat_move(pd_ctx *ctx, pd_coat *s, const double *first, const double *slope, double t, double dt,
-                               int last, double *to)
+                               int stuck, int trial, double *to)
 {
     int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * s->desc.count);
     (void)nt;
@@ -35361,7 +35363,10 @@ static pd_status pdi_coat_move(pd_ctx *ctx, pd_coat *s, const double *first, con
         s->off[p] = pdi_coat_solve(s, p, &w, dt, s->start, to);
     }
     for (int32_t p = 0; p < s->count; p++)
-        if (s->off[p]) return last ? pdi_coat_refuse(ctx, s, p, t) : PD_RETRY;
+        if (s->off[p]) {
+            int most = s->off[p] < 0 ? stuck : PDI_COAT_TRIALS;
+            return trial >= most ? pdi_coat_refuse(ctx, s, p, t) : PD_RETRY;
+        }
     return PD_OK;
 }
 
@@ -35396,10 +35401,11 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, int last)
+PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, int trial)
 {
     int64_t count = s->desc.count * (int64_t)s->reactive->grid->total;
-    PDI_TRY(pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, last, s->value));
+    pd_status status = pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, 1, trial, s->value);
+    if (status != PD_OK) return status;
     memcpy(s->middle, s->value, (size_t)count * sizeof *s->value);
     return s->desc.solve ? s->desc.solve(ctx, s->desc.user, t + 0.5 * dt) : PD_OK;
 }
@@ -35420,8 +35426,7 @@ static double pdi_coat_error(const pd_coat *s, int k)
     return worst > 0.0 ? worst / (size * s->desc.rtol) : 0.0;
 }
 
-PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, double t, double dt, int last,
-                                 double *error)
+PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, double t, double dt, int trial)
 {
     int64_t total = s->reactive->grid->total;
     pdi_coat_surface(ctx, s, from, s->first);
@@ -35431,10 +35436,10 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
             int64_t at = k * total + s->node[p];
             s->way[at] = (s->way[at] - s->first[at]) / dt;
         }
-    PDI_TRY(pdi_coat_move(ctx, s, s->first, s->way, t, dt, last, s->value));
-    *error = 0.0;
-    for (int k = 0; k < s->desc.count; k++) *error = fmax(*error, pdi_coat_error(s, k));
-    return PD_OK;
+    pd_status status = pdi_coat_move(ctx, s, s->first, s->way, t, dt, 0, trial, s->value);
+    s->error = 0.0;
+    for (int k = 0; k < s->desc.count && status == PD_OK; k++) s->error = fmax(s->error, pdi_coat_error(s, k));
+    return status;
 }
 
 PDI_FN void pdi_coat_accept(pd_coat *s, double dt) { s->last = dt; }
@@ -35446,6 +35451,7 @@ PDI_FN void pdi_coat_reject(pd_coat *s)
 
 #undef PDI_COAT_TOLERANCE
 #undef PDI_COAT_NEAR
+#undef PDI_COAT_TRIALS
 #undef PDI_COAT_WORK
 #endif /* cut */
 
@@ -36787,11 +36793,9 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 /* States of surfaces go to the end of the step; *covering: the larger of what it was and of their error. */
 static pd_status pdi_course_coat(pd_ctx *ctx, pd_course *a, pd_step *s, double *covering)
 {
-    double error = 0.0;
-    pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->trial >= PDI_COURSE_TRIALS,
-                                       &error);
+    pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->trial);
     if (status == PD_RETRY) s->error = HUGE_VAL;
-    *covering = fmax(*covering, error);
+    *covering = fmax(*covering, a->desc.coat->error);
     return status;
 }
 
@@ -36803,7 +36807,8 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
     if (a->desc.coat) {
         s->error = HUGE_VAL; /* of PD_RETRY */
-        PDI_TRY(pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial >= PDI_COURSE_TRIALS));
+        pd_status ahead = pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial);
+        if (ahead != PD_OK) return ahead;
         pdi_course_feed(a);
     }
     if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
@@ -36817,7 +36822,8 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (status != PD_OK) return status;
     a->euler += result.euler;
     double covering = a->desc.bare ? pdi_course_covering(a, s) : 0.0;
-    if (a->desc.coat) PDI_TRY(pdi_course_coat(ctx, a, s, &covering));
+    if (a->desc.coat) status = pdi_course_coat(ctx, a, s, &covering);
+    if (status != PD_OK) return status;
     if (covering > 1.0) {
         s->error = fmax(s->error, covering);
         return PD_RETRY;
@@ -36869,6 +36875,9 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
+    if (a->desc.coat && a->desc.coat->error > 1.0)
+        return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = %g "
+                        "s: expected a rate that stays finite", s->time);
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
 }
@@ -69662,7 +69671,7 @@ static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y,
         const pd_setup_state *state = &u->state[k];
         int next = PDI_SETUP_PH + 1;
         for (int n = 0; n < state->species; n++)
-            vars[next++] = at->c[s->coat->reactive->components.place[state->of[n]]];
+            vars[next++] = at->c[s->coat.reactive->components.place[state->of[n]]];
         for (int n = 0; n < u->states; n++) vars[next++] = y[n];
         vars[next] = u->electrolyte.temperature;
         rate[k] = pdi_expr_eval(&state->rate, vars);
@@ -69673,7 +69682,7 @@ static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y,
 static void pdi_surfaces_film(void *user, int32_t node, double *flows)
 {
     const pd_surfaces *s = (const pd_surfaces *)user;
-    const pd_reactive *r = s->coat->reactive;
+    const pd_reactive *r = s->coat.reactive;
     int count = r->components.count;
     int32_t place = s->etch ? s->etch->slot[node] : -1;
     if (place >= 0)
@@ -69695,8 +69704,7 @@ static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
 }
 
 PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive *reactive, const pd_bonds *bonds,
-                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_coat *coat,
-                                    pd_surfaces *s)
+                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_surfaces *s)
 {
     pd_coat_desc desc;
     memset(s, 0, sizeof *s);
@@ -69706,7 +69714,6 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     s->across = across;
     s->cell = cell;
     s->etch = etch;
-    s->coat = coat;
     for (int k = 0; k < u->states; k++) {
         const pd_setup_state *state = &u->state[k];
         desc.name[k] = state->name;
@@ -69737,11 +69744,12 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     if (s->cell && (s->moves || s->comes)) desc.solve = pdi_surfaces_solve;
     if (s->comes || s->etch) desc.film = pdi_surfaces_film;
     desc.user = s;
-    return pdi_coat_build(ctx, reactive, &desc, coat);
+    return pdi_coat_build(ctx, reactive, &desc, &s->coat);
 }
 
 PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *s)
 {
+    pdi_coat_free(ctx, &s->coat);
     pdi_contact_free(ctx, &s->contacts);
     memset(s, 0, sizeof *s);
 }
@@ -69750,13 +69758,13 @@ PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *s)
 
 PDI_FN void pdi_surfaces_values(const pd_surfaces *s, int32_t node, double *value)
 {
-    for (int k = 0; k < s->setup->states; k++) value[k] = pdi_coat_value(s->coat, k, node);
+    for (int k = 0; k < s->setup->states; k++) value[k] = pdi_coat_value(&s->coat, k, node);
 }
 
 PDI_FN double pdi_surfaces_at(const pd_surfaces *s, int k, int32_t node)
 {
-    if (!(s->coat->on[node] >> k & 1u)) return (double)NAN;
-    return s->coat->value[k * (int64_t)s->bonds->grid->total + node];
+    if (!(s->coat.on[node] >> k & 1u)) return (double)NAN;
+    return s->coat.value[k * (int64_t)s->bonds->grid->total + node];
 }
 
 PDI_FN void pdi_surfaces_figures(const pd_surfaces *s, int k, pd_surfaces_figures *f)
@@ -71141,13 +71149,14 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     int chemical = u->has_dissolve && pdi_setup_chemical(&u->metal[0]);
     if (u->states) {
         m->line = u->state[0].line;
+        PDI_TRY(PDI_NEW(ctx, "model", 1, m->surfaces));
         PDI_TRY(pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
-                                   chemical ? &m->attack.etch : NULL, &m->coat, &m->surfaces));
+                                   chemical ? &m->attack.etch : NULL, m->surfaces));
         m->line = u->line[PD_PART_CHEMISTRY];
-        desc.coat = &m->coat;
+        desc.coat = &m->surfaces->coat;
     }
     if (chemical) {
-        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->cell, &m->surfaces, &m->attack));
+        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->cell, m->surfaces, &m->attack));
         desc.surface = &m->attack.etch;
         desc.find = pdi_attack_find;
         desc.user = &m->attack;
@@ -71315,7 +71324,7 @@ static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
     int given = u->potential.conductivity > 0.0;
     m->unknowns[PD_PART_POTENTIAL] = m->grid.fluid_count;
     pd_status status = pdi_electrodes_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
-                                            u->has_dissolve ? &m->dissolve : NULL, u->states ? &m->surfaces : NULL,
+                                            u->has_dissolve ? &m->dissolve : NULL, m->surfaces,
                                             &m->electrodes, &m->cell);
     m->electrodes.cell = &m->cell;
     m->electrodes.species = &m->reactive;
@@ -71474,8 +71483,8 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_course_free(ctx, &m->course);
     pdi_attack_free(ctx, &m->attack);
-    pdi_surfaces_free(ctx, &m->surfaces);
-    pdi_coat_free(ctx, &m->coat);
+    if (m->surfaces) pdi_surfaces_free(ctx, m->surfaces);
+    PDI_DELETE(ctx, 1, m->surfaces);
     pd_dissolve_free(ctx, &m->dissolve);
     pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);
@@ -71815,7 +71824,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     double square = 0.0, j[PD_DIM];
     if (species) return fluid ? species[i] : 0.0;
     int state = pdi_setup_field_state(m->setup, field);
-    if (state >= 0) return fluid ? pdi_surfaces_at(&m->surfaces, state, i) : (double)NAN;
+    if (state >= 0) return fluid ? pdi_surfaces_at(m->surfaces, state, i) : (double)NAN;
     switch (field) {
     case PD_FIELD_PHI: return fluid ? m->cell.potential.phi[i] : (double)NAN;
     case PD_FIELD_I: return fluid ? pdi_cell_density(&m->cell, i) : 0.0;
@@ -74018,7 +74027,7 @@ static void pdi_monitor_state(const pd_model *model, pd_monitor *m)
 {
     const char *unit = model->setup->state[m->desc->index].unit;
     pd_surfaces_figures f;
-    pdi_surfaces_figures(&model->surfaces, m->desc->index, &f);
+    pdi_surfaces_figures(model->surfaces, m->desc->index, &f);
     if (!unit[0]) unit = "-";
     pdi_monitor_put(m, "mean", unit, f.mean);
     pdi_monitor_put(m, "least", unit, f.least);
