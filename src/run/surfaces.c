@@ -75,7 +75,6 @@ static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y,
         for (int n = 0; n < state->species; n++)
             vars[next++] = at->c[s->coat.reactive->components.place[state->of[n]]];
         for (int n = 0; n < u->states; n++) vars[next++] = y[n];
-        vars[next] = u->electrolyte.temperature;
         rate[k] = pdi_expr_eval(&state->rate, vars);
     }
 }
