@@ -8,6 +8,8 @@
 
 /* Error of the equations of a place, in each of their steps. */
 #define PDI_COAT_TOLERANCE 1e-8
+/* So often a step is made shorter before a rate that is not finite is refused. */
+#define PDI_COAT_TRIALS 6
 /* [cells] Places are looked for this far from a node. */
 #define PDI_COAT_NEAR 2
 /* Scalar operations of a place and component, to decide on threads. */
@@ -262,16 +264,16 @@ static pd_status pdi_coat_refuse(pd_ctx *ctx, const pd_coat *s, int32_t p, doubl
     pdi_grid_place(s->reactive->grid, i, place);
     if (state < 0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "no steps follow the rates of states at %s m from t = %g s on: "
-                        "one jumps back and forth, expected it to be continuous, or min and max where it ends", place,
-                        t);
+                        "one jumps back and forth or grows beyond all bounds, expected a rate that is continuous, or min and "
+                        "max where it ends", place, t);
     return pdi_fail(ctx, PD_ERR_STATE, "surface", "the rate of %s is no finite number at %s m (pH %.4g) from t = %g s "
                     "on, where it is %g, expected a law that holds there", s->desc.name[state], place,
                     pd_reactive_ph(s->reactive, i), t, s->start[state * (int64_t)s->reactive->grid->total + i]);
 }
 
-/* All places over dt from t. */
+/* All places over dt from t; `stuck`: trials after which equations that no steps follow are refused. */
 static pd_status pdi_coat_move(pd_ctx *ctx, pd_coat *s, const double *first, const double *slope, double t, double dt,
-                               int last, double *to)
+                               int stuck, int trial, double *to)
 {
     int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * s->desc.count);
     (void)nt;
@@ -285,7 +287,10 @@ static pd_status pdi_coat_move(pd_ctx *ctx, pd_coat *s, const double *first, con
         s->off[p] = pdi_coat_solve(s, p, &w, dt, s->start, to);
     }
     for (int32_t p = 0; p < s->count; p++)
-        if (s->off[p]) return last ? pdi_coat_refuse(ctx, s, p, t) : PD_RETRY;
+        if (s->off[p]) {
+            int most = s->off[p] < 0 ? stuck : PDI_COAT_TRIALS;
+            return trial >= most ? pdi_coat_refuse(ctx, s, p, t) : PD_RETRY;
+        }
     return PD_OK;
 }
 
@@ -320,10 +325,11 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, int last)
+PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, int trial)
 {
     int64_t count = s->desc.count * (int64_t)s->reactive->grid->total;
-    PDI_TRY(pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, last, s->value));
+    pd_status status = pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, 1, trial, s->value);
+    if (status != PD_OK) return status;
     memcpy(s->middle, s->value, (size_t)count * sizeof *s->value);
     return s->desc.solve ? s->desc.solve(ctx, s->desc.user, t + 0.5 * dt) : PD_OK;
 }
@@ -344,8 +350,7 @@ static double pdi_coat_error(const pd_coat *s, int k)
     return worst > 0.0 ? worst / (size * s->desc.rtol) : 0.0;
 }
 
-PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, double t, double dt, int last,
-                                 double *error)
+PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, double t, double dt, int trial)
 {
     int64_t total = s->reactive->grid->total;
     pdi_coat_surface(ctx, s, from, s->first);
@@ -355,10 +360,10 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
             int64_t at = k * total + s->node[p];
             s->way[at] = (s->way[at] - s->first[at]) / dt;
         }
-    PDI_TRY(pdi_coat_move(ctx, s, s->first, s->way, t, dt, last, s->value));
-    *error = 0.0;
-    for (int k = 0; k < s->desc.count; k++) *error = fmax(*error, pdi_coat_error(s, k));
-    return PD_OK;
+    pd_status status = pdi_coat_move(ctx, s, s->first, s->way, t, dt, 0, trial, s->value);
+    s->error = 0.0;
+    for (int k = 0; k < s->desc.count && status == PD_OK; k++) s->error = fmax(s->error, pdi_coat_error(s, k));
+    return status;
 }
 
 PDI_FN void pdi_coat_accept(pd_coat *s, double dt) { s->last = dt; }
@@ -370,4 +375,5 @@ PDI_FN void pdi_coat_reject(pd_coat *s)
 
 #undef PDI_COAT_TOLERANCE
 #undef PDI_COAT_NEAR
+#undef PDI_COAT_TRIALS
 #undef PDI_COAT_WORK

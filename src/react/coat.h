@@ -1,5 +1,5 @@
 /* coat: what surfaces of metal carry besides the species beside them, such as the cover and the thickness of a film:
- * states with laws for their rates, stepped with the species (theory: eq. 5c.6).
+ * states with laws for their rates, stepped with the species (theory: 5c.4).
  *
  * The states of a place are ordinary differential equations in the concentrations at the surface, which are those of
  * the node behind what metal gives (etch.h). A step of the species is one of the states: they are first taken to its
@@ -65,6 +65,7 @@ typedef struct pd_coat {
     int *off;         /* [total] work: what went wrong at places */
     double size[PD_COAT_MOST]; /* [unit of each] largest value */
     double last;      /* [s] the last step; 0: none */
+    double error;     /* [-] of the last attempt, over what it may be */
     int anew;         /* 1: nodes have turned fluid; at first, too */
     int begun;        /* 1: there are places */
 } pd_coat;
@@ -80,11 +81,12 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *coat);
 /* A step of the species begins at t [s]. */
 PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *coat, double t);
-/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; with `last` a message. */
-PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt, int last);
-/* To its end, after the species, whose concentrations [solutes][total] were `from`. *error: over what it may be. */
-PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt, int last,
-                                 double *error);
+/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; after some `trial`s there is a
+ * message. */
+PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt, int trial);
+/* To its end, after the species, whose concentrations [solutes][total] were `from`. */
+PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt,
+                                 int trial);
 /* The step of dt [s] stands; it does not. */
 PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
 PDI_FN void pdi_coat_reject(pd_coat *coat);

@@ -323,11 +323,9 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 /* States of surfaces go to the end of the step; *covering: the larger of what it was and of their error. */
 static pd_status pdi_course_coat(pd_ctx *ctx, pd_course *a, pd_step *s, double *covering)
 {
-    double error = 0.0;
-    pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->trial >= PDI_COURSE_TRIALS,
-                                       &error);
+    pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->trial);
     if (status == PD_RETRY) s->error = HUGE_VAL;
-    *covering = fmax(*covering, error);
+    *covering = fmax(*covering, a->desc.coat->error);
     return status;
 }
 
@@ -339,7 +337,8 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
     if (a->desc.coat) {
         s->error = HUGE_VAL; /* of PD_RETRY */
-        PDI_TRY(pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial >= PDI_COURSE_TRIALS));
+        pd_status ahead = pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial);
+        if (ahead != PD_OK) return ahead;
         pdi_course_feed(a);
     }
     if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
@@ -353,7 +352,8 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (status != PD_OK) return status;
     a->euler += result.euler;
     double covering = a->desc.bare ? pdi_course_covering(a, s) : 0.0;
-    if (a->desc.coat) PDI_TRY(pdi_course_coat(ctx, a, s, &covering));
+    if (a->desc.coat) status = pdi_course_coat(ctx, a, s, &covering);
+    if (status != PD_OK) return status;
     if (covering > 1.0) {
         s->error = fmax(s->error, covering);
         return PD_RETRY;
@@ -409,6 +409,9 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an electrode "
                         "may take up more of a species than reaches the metal, expected one that falls to 0 with it, "
                         "as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
+    if (a->desc.coat && a->desc.coat->error > 1.0)
+        return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = %g "
+                        "s: expected a rate that stays finite", s->time);
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
 }

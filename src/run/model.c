@@ -279,14 +279,15 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.shed = u->shed;
     if (u->states) {
         m->line = u->state[0].line;
+        PDI_TRY(PDI_NEW(ctx, "model", 1, m->surfaces));
         PDI_TRY(pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
-                                   pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, &m->coat, &m->surfaces));
+                                   pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, m->surfaces));
         m->line = u->line[PD_PART_CHEMISTRY];
-        desc.coat = &m->coat;
+        desc.coat = &m->surfaces->coat;
     }
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL, &m->course, &m->cell,
-                                 &m->electrodes, &m->surfaces, &m->attack));
+                                 &m->electrodes, m->surfaces, &m->attack));
         desc.surface = &m->attack.etch;
         desc.find = pdi_attack_find;
         desc.open = pdi_attack_open;
@@ -462,7 +463,7 @@ static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
     int given = u->potential.conductivity > 0.0;
     m->unknowns[PD_PART_POTENTIAL] = m->grid.fluid_count;
     pd_status status = pdi_electrodes_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
-                                            u->has_dissolve ? &m->dissolve : NULL, u->states ? &m->surfaces : NULL,
+                                            u->has_dissolve ? &m->dissolve : NULL, m->surfaces,
                                             &m->electrodes, &m->cell);
     m->electrodes.cell = &m->cell;
     m->electrodes.species = &m->reactive;
@@ -621,8 +622,8 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_course_free(ctx, &m->course);
     pdi_attack_free(ctx, &m->attack);
-    pdi_surfaces_free(ctx, &m->surfaces);
-    pdi_coat_free(ctx, &m->coat);
+    if (m->surfaces) pdi_surfaces_free(ctx, m->surfaces);
+    PDI_DELETE(ctx, 1, m->surfaces);
     pd_dissolve_free(ctx, &m->dissolve);
     pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);

@@ -43,8 +43,7 @@ typedef struct pd_model {
     pd_reactive reactive;     /* species */
     double *bare;             /* [total] [-] factor of metal that minerals cover, or NULL */
     pd_course course;
-    pd_coat coat;             /* states of surfaces; else absent */
-    pd_surfaces surfaces;     /* the same */
+    pd_surfaces *surfaces;    /* states of surfaces; NULL: there are none */
     pd_attack attack;         /* of a law in the species; else absent */
     pd_grain grain;
     pd_grain_stats grain_stats;

@@ -310,7 +310,7 @@ static void pdi_monitor_state(const pd_model *model, pd_monitor *m)
 {
     const char *unit = model->setup->state[m->desc->index].unit;
     pd_surfaces_figures f;
-    pdi_surfaces_figures(&model->surfaces, m->desc->index, &f);
+    pdi_surfaces_figures(model->surfaces, m->desc->index, &f);
     if (!unit[0]) unit = "-";
     pdi_monitor_put(m, "mean", unit, f.mean);
     pdi_monitor_put(m, "least", unit, f.least);

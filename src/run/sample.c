@@ -88,7 +88,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     double square = 0.0, j[PD_DIM];
     if (species) return fluid ? species[i] : 0.0;
     int state = pdi_setup_field_state(m->setup, field);
-    if (state >= 0) return fluid ? pdi_surfaces_at(&m->surfaces, state, i) : (double)NAN;
+    if (state >= 0) return fluid ? pdi_surfaces_at(m->surfaces, state, i) : (double)NAN;
     switch (field) {
     case PD_FIELD_PHI:
         if (m->attack.polarise.setup) return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;

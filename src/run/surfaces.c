@@ -73,9 +73,8 @@ static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y,
         const pd_setup_state *state = &u->state[k];
         int next = PDI_SETUP_PH + 1;
         for (int n = 0; n < state->species; n++)
-            vars[next++] = at->c[s->coat->reactive->components.place[state->of[n]]];
+            vars[next++] = at->c[s->coat.reactive->components.place[state->of[n]]];
         for (int n = 0; n < u->states; n++) vars[next++] = y[n];
-        vars[next] = u->electrolyte.temperature;
         rate[k] = pdi_expr_eval(&state->rate, vars);
     }
 }
@@ -84,7 +83,7 @@ static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y,
 static void pdi_surfaces_film(void *user, int32_t node, double *flows)
 {
     const pd_surfaces *s = (const pd_surfaces *)user;
-    const pd_reactive *r = s->coat->reactive;
+    const pd_reactive *r = s->coat.reactive;
     int count = r->components.count;
     int32_t place = s->etch ? s->etch->slot[node] : -1;
     if (place >= 0)
@@ -106,8 +105,7 @@ static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
 }
 
 PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive *reactive, const pd_bonds *bonds,
-                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_coat *coat,
-                                    pd_surfaces *s)
+                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_surfaces *s)
 {
     pd_coat_desc desc;
     memset(s, 0, sizeof *s);
@@ -117,7 +115,6 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     s->across = across;
     s->cell = cell;
     s->etch = etch;
-    s->coat = coat;
     for (int k = 0; k < u->states; k++) {
         const pd_setup_state *state = &u->state[k];
         desc.name[k] = state->name;
@@ -148,11 +145,12 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     if (s->cell && (s->moves || s->comes)) desc.solve = pdi_surfaces_solve;
     if (s->comes || s->etch) desc.film = pdi_surfaces_film;
     desc.user = s;
-    return pdi_coat_build(ctx, reactive, &desc, coat);
+    return pdi_coat_build(ctx, reactive, &desc, &s->coat);
 }
 
 PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *s)
 {
+    pdi_coat_free(ctx, &s->coat);
     pdi_contact_free(ctx, &s->contacts);
     memset(s, 0, sizeof *s);
 }
@@ -161,13 +159,13 @@ PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *s)
 
 PDI_FN void pdi_surfaces_values(const pd_surfaces *s, int32_t node, double *value)
 {
-    for (int k = 0; k < s->setup->states; k++) value[k] = pdi_coat_value(s->coat, k, node);
+    for (int k = 0; k < s->setup->states; k++) value[k] = pdi_coat_value(&s->coat, k, node);
 }
 
 PDI_FN double pdi_surfaces_at(const pd_surfaces *s, int k, int32_t node)
 {
-    if (!(s->coat->on[node] >> k & 1u)) return (double)NAN;
-    return s->coat->value[k * (int64_t)s->bonds->grid->total + node];
+    if (!(s->coat.on[node] >> k & 1u)) return (double)NAN;
+    return s->coat.value[k * (int64_t)s->bonds->grid->total + node];
 }
 
 PDI_FN void pdi_surfaces_figures(const pd_surfaces *s, int k, pd_surfaces_figures *f)

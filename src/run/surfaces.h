@@ -7,7 +7,7 @@
 #include "react/etch.h"
 #include "scene/setup.h"
 
-/* All is borrowed, but for the contacts. */
+/* All is borrowed, but for the contacts and the coat. */
 typedef struct pd_surfaces {
     const pd_setup *setup;
     const pd_bonds *bonds;
@@ -15,7 +15,7 @@ typedef struct pd_surfaces {
     pd_cell *cell;            /* of the electrodes; NULL: there are none */
     const pd_etch *etch;      /* metal that dissolves by a law in the species; NULL: it does not */
     pd_contacts contacts;     /* without electrodes: of metal and fluid */
-    pd_coat *coat;
+    pd_coat coat;
     int moves;                /* 1: the potential follows states, or rates follow it */
     int comes;                /* 1: currents of electrodes enter the species */
     double gain[PD_SETUP_ELECTRODES][PD_SPECIES_MOST]; /* [-] components with one electron */
@@ -30,8 +30,7 @@ typedef struct pd_surfaces_figures {
 #ifdef PDI_INTERNAL
 /* It must not be moved once it is built. cell, etch: NULL without; they are built later. */
 PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, const pd_bonds *bonds,
-                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_coat *coat,
-                                    pd_surfaces *surfaces);
+                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_surfaces *surfaces);
 PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *surfaces);
 /* All states at the surface beside a fluid node. */
 PDI_FN void pdi_surfaces_values(const pd_surfaces *surfaces, int32_t node, double *value);

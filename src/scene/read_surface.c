@@ -24,7 +24,7 @@ static int pdi_read_surface_word(const char *name)
 /* A name that expressions and fields do not have yet. */
 static pd_status pdi_read_surface_name(pdi_reader *s, int section, const char *name)
 {
-    static const char *const others[] = {"E", "i", "pH", "T", "grain"};
+    static const char *const others[] = {"E", "i", "pH", "grain"};
     const char *what = NULL;
     if (!pdi_read_surface_word(name) || strlen(name) >= PD_SETUP_NAME - 24)
         return pdi_text_refuse(s->ctx, s->text, section, "surface", "found '%.40s', expected a short name of letters, "
@@ -237,7 +237,7 @@ static pd_status pdi_read_surface_rate(pdi_reader *s, int section, pd_setup_stat
     pd_setup *u = s->setup;
     pd_expr_symbol vars[PD_EXPR_VARS];
     char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2], found[PD_UNITS_TEXT], wanted[PD_UNITS_TEXT];
-    int count = PDI_SETUP_PH + 1, shadowed = 0;
+    int count = PDI_SETUP_PH + 1;
     pd_dims dims = state->initial.dims;
     memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
     vars[0].name = vars[PDI_SETUP_GRAIN].name = "";
@@ -245,14 +245,7 @@ static pd_status pdi_read_surface_rate(pdi_reader *s, int section, pd_setup_stat
     vars[PDI_SETUP_PH].name = "pH";
     vars[PDI_SETUP_PH].unit = "";
     PDI_TRY(pdi_read_surface_variables(s, section, "rate", vars, name, &count, state->of, &state->species));
-    for (int k = 0; k < s->text->const_count; k++) shadowed |= strcmp(s->text->consts[k].name, "T") == 0;
-    if (count == PD_EXPR_VARS)
-        return pdi_text_refuse(s->ctx, s->text, section, "rate", "found more than %d species, expected fewer",
-                               state->species - 1);
-    vars[count].name = shadowed ? "" : "T";
-    vars[count].unit = "K";
-    vars[count].value = 0.0;
-    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "rate", NULL, vars, count + 1, NULL, &state->rate));
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "rate", NULL, vars, count, NULL, &state->rate));
     dims.e[2] -= 1.0; /* per s */
     pdi_units_describe(&state->rate.dims, found);
     pdi_units_describe(&dims, wanted);

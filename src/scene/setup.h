@@ -288,7 +288,7 @@ typedef struct pd_setup_state {
     uint32_t electrodes;    /* bit k: electrode k carries it; without electrodes all metal that dissolves */
     pd_expr initial;        /* of x, y, z */
     double low, high;       /* infinite: none */
-    pd_expr rate;           /* of C, t, x, y, z, grain (unread), i, E, pH, species, states, T */
+    pd_expr rate;           /* of C, t, x, y, z, grain (unread), i, E, pH, species, states */
     int species;            /* that the rate has behind pH, */
     int of[PD_EXPR_VARS];   /* by their place in the electrolyte */
 } pd_setup_state;

@@ -6,7 +6,7 @@
 /* Columns of the table of extrapolation: steps are taken as 1, 2, ... of them. */
 #define PDI_STIFF_COLUMNS 5
 /* Steps at most, and the least of one over the whole way. */
-#define PDI_STIFF_STEPS 20000
+#define PDI_STIFF_STEPS 5000
 #define PDI_STIFF_LEAST 1e-13
 /* Share of the step that the error allows; a step is at most this many times the last one, at least that share. */
 #define PDI_STIFF_SAFETY 0.8
