@@ -747,8 +747,11 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
             if (s->electrode[p] == e)
                 pdi_sum_add(&flows, pdi_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
         amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
-        for (int n = 0; n < r->components.solutes; n++)
-            r->in[n] += amount * s->part[e * r->components.solutes + n];
+        for (int n = 0; n < r->components.solutes; n++) {
+            double gain = amount * s->part[e * r->components.solutes + n];
+            r->in[n] += fmax(gain, 0.0);
+            r->out[n] += fmax(-gain, 0.0);
+        }
     }
 }
 
