@@ -190,6 +190,28 @@ TEST(any_step)
     }
 }
 
+#if PD_DIM == 2
+/* A gap along metal that is held over its mouth: a line with losses, phi'' = (phi - E)/(R kappa w). */
+TEST(gap)
+{
+    static const char text[] =
+        "[grid] h = 12.5 um  threads = 1  box = 0 mm .. 2 mm, -50 um .. 50 um\n[side x+] species = inlet\n"
+        "[shape metal] kind = solid  material = steel304  box = 0 mm .. 2 mm, -50 um .. 0 um\n"
+        "[chemistry] activity = ideal  migration = yes\n[species Cu2+] D = 0.71e-9 m2/s\n"
+        "[species Na+] D = 1.33e-9 m2/s  initial = 500 mol/m3\n"
+        "[species Cl-] D = 2.03e-9 m2/s  initial = 500 mol/m3\n[potential]\n"
+        "[electrode metal] shape = metal  curve = linear  resistance = 8e-4 ohm*m2  potential = 10 mV\n"
+        "reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 ms\n";
+    double share, kappa = PLATES_FARADAY / PLATES_VOLT * (1.33e-9 + 2.03e-9) * 500.0, w = 5e-5, length = 2e-3;
+    double resist = 8e-4 + w / (3.0 * kappa), wide = sqrt(resist * kappa * w); /* a third of the way across */
+    CHECK_REL(figure(text, "electrode.metal.current", &share), 0.01 / resist * wide * tanh(length / wide), 2e-3);
+    CHECK_LE(share, 1e-12);
+}
+#define GAPS ENTRY(gap)
+#else
+#define GAPS
+#endif
+
 /* ---- refused ---- */
 
 TEST(refused)
@@ -236,4 +258,4 @@ TEST(refused)
     }
 }
 
-TEST_MAIN(ENTRY(tafel) ENTRY(wired) ENTRY(given) ENTRY(jumps) ENTRY(oxygen) ENTRY(any_step) ENTRY(refused))
+TEST_MAIN(ENTRY(tafel) ENTRY(wired) ENTRY(given) ENTRY(jumps) ENTRY(oxygen) ENTRY(any_step) GAPS ENTRY(refused))
