@@ -117,7 +117,7 @@
  *     migration  the potential that keeps species neutral as they diffuse, and its part in the linear systems (theory:
  *     reactive   several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
  *     etch       metal that dissolves by a law in the species at its surface, solved with the step of the species
- *     levels     potentials of metals among ions that migrate, from the currents of their circuits (theory: 5c.4).
+ *     levels     potentials of metals among ions that migrate, from the currents of their circuits (theory: 5c.5).
  *     coat       what surfaces of metal carry besides the species beside them, such as the cover and the thickness of a film:
  *     tangent    derivatives of the balances of a step, and the linear systems that follow (theory: 5c).
  *     advance    steps in time of species that flow, diffuse and react (theory: 5c).
@@ -5043,7 +5043,7 @@ static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c
  *
  * With migration, metals may be electrodes: beside the law a polarisation curve brings its current into the species, by
  * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total current
- * (levels.h, theory: 5c.4).
+ * (levels.h, theory: 5c.5).
  */
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
@@ -5118,6 +5118,8 @@ typedef struct pd_etch {
     double *level;                /* [circuits] [V] potential of the metal */
     double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */
     double *charge_of;            /* [circuits] [mol/s] charge that leaves metal */
+    double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
+    double extra;                 /* [mol/s] rounding that a circuit gives beside its current, where none leaves */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
 } pd_etch;
 
@@ -5196,7 +5198,7 @@ static inline double pdi_etch_gives(const pd_etch *s, int32_t place, int k, doub
 #endif
 
 /* ======== >>react/levels.h ======== */
-/* levels: potentials of metals among ions that migrate, from the currents of their circuits (theory: 5c.4).
+/* levels: potentials of metals among ions that migrate, from the currents of their circuits (theory: 5c.5).
  *
  * A circuit has a given potential, or the one at which its metal gives its given current, 0 where it corrodes freely.
  * That potential follows from the state of the nodes, at each residual of a step: the sum of the currents rises with it.
@@ -5224,7 +5226,7 @@ PDI_FN double pdi_levels_charge(const pd_etch *etch, int circuit, double *size);
 
 /* ======== >>react/coat.h ======== */
 /* coat: what surfaces of metal carry besides the species beside them, such as the cover and the thickness of a film:
- * states with laws for their rates, stepped with the species (theory: eq. 5c.6).
+ * states with laws for their rates, stepped with the species (theory: 5c.4).
  *
  * The states of a place are ordinary differential equations in the concentrations at the surface, which are those of
  * the node behind what metal gives (etch.h). A step of the species is one of the states: they are first taken to its
@@ -5287,6 +5289,7 @@ typedef struct pd_coat {
     int *off;         /* [total] work: what went wrong at places */
     double size[PD_COAT_MOST]; /* [unit of each] largest value */
     double last;      /* [s] the last step; 0: none */
+    double error;     /* [-] of the last attempt, over what it may be */
     int anew;         /* 1: nodes have turned fluid; at first, too */
     int begun;        /* 1: there are places */
 } pd_coat;
@@ -5302,11 +5305,12 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *coat);
 /* A step of the species begins at t [s]. */
 PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *coat, double t);
-/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; with `last` a message. */
-PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt, int last);
-/* To its end, after the species, whose concentrations [solutes][total] were `from`. *error: over what it may be. */
-PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt, int last,
-                                 double *error);
+/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; after some `trial`s there is a
+ * message. */
+PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt, int trial);
+/* To its end, after the species, whose concentrations [solutes][total] were `from`. */
+PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt,
+                                 int trial);
 /* The step of dt [s] stands; it does not. */
 PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
 PDI_FN void pdi_coat_reject(pd_coat *coat);
@@ -10601,7 +10605,7 @@ typedef struct pd_setup_state {
     uint32_t electrodes;    /* bit k: electrode k carries it; without electrodes all metal that dissolves */
     pd_expr initial;        /* of x, y, z */
     double low, high;       /* infinite: none */
-    pd_expr rate;           /* of C, t, x, y, z, grain (unread), i, E, pH, species, states, T */
+    pd_expr rate;           /* of C, t, x, y, z, grain (unread), i, E, pH, species, states */
     int species;            /* that the rate has behind pH, */
     int of[PD_EXPR_VARS];   /* by their place in the electrolyte */
 } pd_setup_state;
@@ -11451,7 +11455,7 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at);
 #ifndef PD_SURFACES_H
 #define PD_SURFACES_H
 
-/* All is borrowed, but for the contacts. */
+/* All is borrowed, but for the contacts and the coat. */
 typedef struct pd_surfaces {
     const pd_setup *setup;
     const pd_bonds *bonds;
@@ -11459,7 +11463,7 @@ typedef struct pd_surfaces {
     pd_cell *cell;            /* of the electrodes; NULL: there are none */
     const pd_etch *etch;      /* metal that dissolves by a law in the species; NULL: it does not */
     pd_contacts contacts;     /* without electrodes: of metal and fluid */
-    pd_coat *coat;
+    pd_coat coat;
     int moves;                /* 1: the potential follows states, or rates follow it */
     int comes;                /* 1: currents of electrodes enter the species */
     double gain[PD_SETUP_ELECTRODES][PD_SPECIES_MOST]; /* [-] components with one electron */
@@ -11474,8 +11478,7 @@ typedef struct pd_surfaces_figures {
 #ifdef PDI_INTERNAL
 /* It must not be moved once it is built. cell, etch: NULL without; they are built later. */
 PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, const pd_bonds *bonds,
-                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_coat *coat,
-                                    pd_surfaces *surfaces);
+                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_surfaces *surfaces);
 PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *surfaces);
 /* All states at the surface beside a fluid node. */
 PDI_FN void pdi_surfaces_values(const pd_surfaces *surfaces, int32_t node, double *value);
@@ -11680,8 +11683,7 @@ typedef struct pd_model {
     pd_reactive reactive;     /* species */
     double *bare;             /* [total] [-] factor of metal that minerals cover, or NULL */
     pd_course course;
-    pd_coat coat;             /* states of surfaces; else absent */
-    pd_surfaces surfaces;     /* the same */
+    pd_surfaces *surfaces;    /* states of surfaces; NULL: there are none */
     pd_attack attack;         /* of a law in the species; else absent */
     pd_grain grain;
     pd_grain_stats grain_stats;
@@ -21946,7 +21948,7 @@ pd_status pd_process_run(pd_ctx *ctx, pd_process p, double t_end)
 /* Columns of the table of extrapolation: steps are taken as 1, 2, ... of them. */
 #define PDI_STIFF_COLUMNS 5
 /* Steps at most, and the least of one over the whole way. */
-#define PDI_STIFF_STEPS 20000
+#define PDI_STIFF_STEPS 5000
 #define PDI_STIFF_LEAST 1e-13
 /* Share of the step that the error allows; a step is at most this many times the last one, at least that share. */
 #define PDI_STIFF_SAFETY 0.8
@@ -34867,6 +34869,8 @@ PDI_COLD_END
 /* Steps of a search, and the share of the speed to which it is found. */
 #define PDI_ETCH_STEPS 200
 #define PDI_ETCH_CLOSE 1e-15
+/* [m/s] First guess of a law that overflows. */
+#define PDI_ETCH_FAST 1.0
 /* Factor by which a bracket of the speed grows first; it is squared each time. */
 #define PDI_ETCH_BRACKET 2.0
 /* Relative change of what a law reads by which its slope is found. */
@@ -35125,15 +35129,15 @@ static double pdi_etch_given(pd_components *film, pdi_etch_work *w, double v)
 }
 
 /* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
- * differences. 0: the law is not finite. */
+ * differences; of a law that overflows *above is infinite. 0: the law is no number, or beyond all bounds. */
 static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess, double first, double *a,
                                double *above, double *b, double *below)
 {
-    double factor = PDI_ETCH_BRACKET, v = guess > 0.0 ? guess : first;
+    double factor = PDI_ETCH_BRACKET, v = guess > 0.0 ? guess : fmin(first, PDI_ETCH_FAST);
     *a = 0.0;
     *above = first;
     double g = pdi_etch_given(film, w, v) - v;
-    for (int step = 0; step < PDI_ETCH_STEPS && fabs(g) < HUGE_VAL; step++) {
+    for (int step = 0; step < PDI_ETCH_STEPS && g == g; step++) {
         int up = g > 0.0;
         if (up) {
             *a = v;
@@ -35145,7 +35149,7 @@ static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess,
         double next = up ? v * factor : v / factor;
         factor *= factor;
         double there = pdi_etch_given(film, w, next) - next;
-        if (!(fabs(there) < HUGE_VAL)) return 0;
+        if (!(there == there)) return 0;
         if (up && !(there > 0.0)) {
             *b = next;
             *below = there;
@@ -35167,14 +35171,14 @@ static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess,
 static double pdi_etch_find(pd_components *film, pdi_etch_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_etch_given(film, w, 0.0);
-    if (!(fabs(first) < HUGE_VAL)) return NAN;
+    if (!(first == first)) return NAN;
     if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
-    if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return NAN;
+    if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return first < HUGE_VAL ? NAN : first;
     pdi_bracket s = {a, above, b, below, 0, 0};
     double v;
     while (s.b - s.a > PDI_ETCH_CLOSE * s.b && pdi_bracket_next(&s, &v)) {
         double g = pdi_etch_given(film, w, v) - v;
-        if (!(fabs(g) < HUGE_VAL)) return NAN;
+        if (!(g == g)) return NAN;
         pdi_bracket_take(&s, v, g);
         if (!(fabs(g) > 0.0)) break;
     }
@@ -35586,8 +35590,11 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
             if (s->electrode[p] == e)
                 pdi_sum_add(&flows, pdi_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
         amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
-        for (int n = 0; n < r->components.solutes; n++)
-            r->in[n] += amount * s->part[e * r->components.solutes + n];
+        for (int n = 0; n < r->components.solutes; n++) {
+            double gain = amount * s->part[e * r->components.solutes + n];
+            r->in[n] += fmax(gain, 0.0);
+            r->out[n] += fmax(-gain, 0.0);
+        }
     }
 }
 
@@ -35721,9 +35728,11 @@ PDI_COLD_END
 
 #define PDI_LEVELS_FARADAY 96485.33212 /* [C/mol] */
 #define PDI_LEVELS_STEPS 200
-/* [V] First stride of a search, and the farthest potential. */
+/* [V] First stride of a search, and the farthest potential beyond those of the fluid beside the metal. */
 #define PDI_LEVELS_STRIDE 0.05
-#define PDI_LEVELS_FAR 100.0
+#define PDI_LEVELS_FAR 10.0
+/* [V] Its first move at least, which grows fourfold. */
+#define PDI_LEVELS_LEAST 1e-12
 /* Share of the currents of a circuit that their sum may be off by, and a potential, of volts. */
 #define PDI_LEVELS_MET 1e-13
 #define PDI_LEVELS_CLOSE 2e-16
@@ -35789,29 +35798,43 @@ static double pdi_levels_next(const pdi_levels_search *q, double e, double off, 
         }
         return next;
     }
-    double way = off > 0.0 ? -1.0 : 1.0;
-    if (!(fabs(next - e) < *stride)) next = e + way * *stride;
-    else next = e + 2.0 * (next - e); /* to the other side */
+    double way = off > 0.0 ? -1.0 : 1.0, least = PDI_LEVELS_LEAST * ldexp(1.0, 2 * step);
+    double move = next == next ? fmin(fmax(2.0 * fabs(next - e), least), *stride) : *stride; /* to the other side */
     *stride *= 2.0;
-    return next;
+    return e + way * move;
 }
 
 /* The curves jump over what is wanted: rates between those of both sides. */
 static void pdi_levels_between(const pd_ctx *ctx, pd_etch *s, const pdi_levels_search *q)
 {
-    double share = q->of_low / (q->of_low - q->of_high), *speed = s->side, *flow = s->side + s->reactive->grid->total;
+    double *speed = s->side, *flow = s->side + s->reactive->grid->total, size;
     s->level[q->circuit] = q->low;
     pdi_etch_solve(ctx, s, q->circuit, 0);
     for (int32_t p = 0; p < s->count; p++) {
         speed[p] = s->speed[s->node[p]];
         flow[p] = s->flow[p];
     }
+    double low = pdi_levels_charge(s, q->circuit, &size) - q->wanted;
     s->level[q->circuit] = q->high;
     pdi_etch_solve(ctx, s, q->circuit, 0);
+    double high = pdi_levels_charge(s, q->circuit, &size) - q->wanted, share = low < high ? low / (low - high) : 1.0;
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != q->circuit) continue;
         if (s->weight[p] > 0.0) s->speed[s->node[p]] = speed[p] + share * (s->speed[s->node[p]] - speed[p]);
         s->flow[p] = flow[p] + share * (s->flow[p] - flow[p]);
+    }
+}
+
+/* [V] Potentials of the fluid beside the metal of a circuit. */
+static void pdi_levels_fluid(const pd_etch *s, int circuit, double *least, double *most)
+{
+    const pd_migration *m = &s->reactive->migration;
+    *least = HUGE_VAL;
+    *most = -HUGE_VAL;
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != circuit) continue;
+        *least = fmin(*least, m->volt * m->psi[s->node[p]]);
+        *most = fmax(*most, m->volt * m->psi[s->node[p]]);
     }
 }
 
@@ -35823,17 +35846,36 @@ static int pdi_levels_there(const pd_etch *s, int circuit)
     return 0;
 }
 
-static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit)
+/* What the sum is still off by goes by the slopes found last: it is exact to rounding. */
+static void pdi_levels_close(pd_etch *s, int circuit, double wanted)
 {
-    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY, -HUGE_VAL, HUGE_VAL,
-                           -HUGE_VAL, HUGE_VAL, 0.0};
-    double e = s->level[circuit], stride = PDI_LEVELS_STRIDE, slope = s->conduct[circuit];
+    double size, off = pdi_levels_charge(s, circuit, &size) - wanted, volt = s->reactive->migration.volt;
+    if (!(s->conduct[circuit] > DBL_MIN)) return;
+    double rise = off / (s->conduct[circuit] * volt);
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != circuit) continue;
+        if (s->weight[p] > 0.0) s->speed[s->node[p]] += (double)s->drive[p] * rise;
+        s->flow[p] += (double)s->flow_drive[p] * rise;
+    }
+}
+
+static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double extra)
+{
+    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY + extra, -HUGE_VAL,
+                           HUGE_VAL, -HUGE_VAL, HUGE_VAL, 0.0};
+    double e = s->level[circuit], stride = PDI_LEVELS_STRIDE, slope = s->conduct[circuit], least, most;
+    pdi_levels_fluid(s, circuit, &least, &most);
+    if (!(e > least - PDI_LEVELS_FAR) || !(e < most + PDI_LEVELS_FAR)) e = least;
     double off = pdi_levels_try(ctx, s, &q, e, e);
     for (int step = 0; step < PDI_LEVELS_STEPS; step++) {
-        if (fabs(off) <= PDI_LEVELS_MET * (q.size + fabs(q.wanted))) return;
+        if (fabs(off) <= PDI_LEVELS_MET * (q.size + fabs(q.wanted))) {
+            pdi_levels_close(s, circuit, q.wanted);
+            return;
+        }
         if (!(q.high - q.low > PDI_LEVELS_CLOSE * fmax(fabs(e), 1.0))) break;
         double next = pdi_levels_next(&q, e, off, slope, step, &stride);
-        if (!(next > q.low) || !(next < q.high) || fabs(next) > PDI_LEVELS_FAR) break;
+        if (!(next > q.low) || !(next < q.high) || next < least - PDI_LEVELS_FAR ||
+            next > most + PDI_LEVELS_FAR) break;
         double was = off, before = e;
         off = pdi_levels_try(ctx, s, &q, next, before);
         e = next;
@@ -35851,7 +35893,7 @@ static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit)
 
 PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
 {
-    double size;
+    double size, extra = s->extra;
     s->lost = 0;
     if (!s->electrode) {
         pdi_etch_solve(ctx, s, -1, 0);
@@ -35864,7 +35906,8 @@ PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
             s->level[n] = circuit->value;
             pdi_etch_solve(ctx, s, n, 0);
         } else if (pdi_levels_there(s, n)) {
-            pdi_levels_find(ctx, s, n);
+            pdi_levels_find(ctx, s, n, extra);
+            extra = 0.0;
         }
         s->charge_of[n] = pdi_levels_charge(s, n, &size);
     }
@@ -35927,6 +35970,8 @@ PDI_FN void pdi_levels_shift(pd_etch *s, double by)
 
 /* Error of the equations of a place, in each of their steps. */
 #define PDI_COAT_TOLERANCE 1e-8
+/* So often a step is made shorter before a rate that is not finite is refused. */
+#define PDI_COAT_TRIALS 6
 /* [cells] Places are looked for this far from a node. */
 #define PDI_COAT_NEAR 2
 /* Scalar operations of a place and component, to decide on threads. */
@@ -36181,16 +36226,16 @@ static pd_status pdi_coat_refuse(pd_ctx *ctx, const pd_coat *s, int32_t p, doubl
     pdi_grid_place(s->reactive->grid, i, place);
     if (state < 0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "no steps follow the rates of states at %s m from t = %g s on: "
-                        "one jumps back and forth, expected it to be continuous, or min and max where it ends", place,
-                        t);
+                        "one jumps back and forth or grows beyond all bounds, expected a rate that is continuous, or min and "
+                        "max where it ends", place, t);
     return pdi_fail(ctx, PD_ERR_STATE, "surface", "the rate of %s is no finite number at %s m (pH %.4g) from t = %g s "
                     "on, where it is %g, expected a law that holds there", s->desc.name[state], place,
                     pd_reactive_ph(s->reactive, i), t, s->start[state * (int64_t)s->reactive->grid->total + i]);
 }
 
-/* All places over dt from t. */
+/* All places over dt from t; `stuck`: trials after which equations that no steps follow are refused. */
 static pd_status pdi_coat_move(pd_ctx *ctx, pd_coat *s, const double *first, const double *slope, double t, double dt,
-                               int last, double *to)
+                               int stuck, int trial, double *to)
 {
     int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * s->desc.count);
     (void)nt;
@@ -36204,7 +36249,10 @@ static pd_status pdi_coat_move(pd_ctx *ctx, pd_coat *s, const double *first, con
         s->off[p] = pdi_coat_solve(s, p, &w, dt, s->start, to);
     }
     for (int32_t p = 0; p < s->count; p++)
-        if (s->off[p]) return last ? pdi_coat_refuse(ctx, s, p, t) : PD_RETRY;
+        if (s->off[p]) {
+            int most = s->off[p] < 0 ? stuck : PDI_COAT_TRIALS;
+            return trial >= most ? pdi_coat_refuse(ctx, s, p, t) : PD_RETRY;
+        }
     return PD_OK;
 }
 
@@ -36239,10 +36287,11 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, int last)
+PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, int trial)
 {
     int64_t count = s->desc.count * (int64_t)s->reactive->grid->total;
-    PDI_TRY(pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, last, s->value));
+    pd_status status = pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, 1, trial, s->value);
+    if (status != PD_OK) return status;
     memcpy(s->middle, s->value, (size_t)count * sizeof *s->value);
     return s->desc.solve ? s->desc.solve(ctx, s->desc.user, t + 0.5 * dt) : PD_OK;
 }
@@ -36263,8 +36312,7 @@ static double pdi_coat_error(const pd_coat *s, int k)
     return worst > 0.0 ? worst / (size * s->desc.rtol) : 0.0;
 }
 
-PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, double t, double dt, int last,
-                                 double *error)
+PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, double t, double dt, int trial)
 {
     int64_t total = s->reactive->grid->total;
     pdi_coat_surface(ctx, s, from, s->first);
@@ -36274,10 +36322,10 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
             int64_t at = k * total + s->node[p];
             s->way[at] = (s->way[at] - s->first[at]) / dt;
         }
-    PDI_TRY(pdi_coat_move(ctx, s, s->first, s->way, t, dt, last, s->value));
-    *error = 0.0;
-    for (int k = 0; k < s->desc.count; k++) *error = fmax(*error, pdi_coat_error(s, k));
-    return PD_OK;
+    pd_status status = pdi_coat_move(ctx, s, s->first, s->way, t, dt, 0, trial, s->value);
+    s->error = 0.0;
+    for (int k = 0; k < s->desc.count && status == PD_OK; k++) s->error = fmax(s->error, pdi_coat_error(s, k));
+    return status;
 }
 
 PDI_FN void pdi_coat_accept(pd_coat *s, double dt) { s->last = dt; }
@@ -36289,6 +36337,7 @@ PDI_FN void pdi_coat_reject(pd_coat *s)
 
 #undef PDI_COAT_TOLERANCE
 #undef PDI_COAT_NEAR
+#undef PDI_COAT_TRIALS
 #undef PDI_COAT_WORK
 #endif /* cut */
 
@@ -37022,6 +37071,8 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
 {
     double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
     r->dt = dt;
+    if (r->surface && r->surface->electrode)
+        r->surface->extra = r->migration.tied ? 0.0 : -(r->surface->owed / dt + r->surface->sourced);
     if (r->minerals.count) { /* each node meets the laws of its minerals before nodes exchange anything */
         int64_t size = r->components.count * (int64_t)r->grid->total;
         for (int k = 0; k < r->components.count; k++) r->weight[k] = 1.0;
@@ -37072,6 +37123,20 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
 
 /* ---- a step ---- */
 
+/* [mol] Charge of a field of totals; or (undone = 1) of what the stage at hand leaves undone. */
+static double pdi_advance_charges(const pd_reactive *r, const double *field, int undone)
+{
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    for (int k = 0; k < r->components.count; k++) {
+        double z = r->migration.charge[r->components.master[k]] * (undone ? r->dt * r->weight[k] : 1.0);
+        for (int32_t i = 0; i < (int32_t)total; i++)
+            if (r->grid->kind[i] == PD_FLUID)
+                pdi_sum_add(&sum, pdi_grid_circumference(r->grid, i) * z * field[k * total + i]);
+    }
+    return r->bonds->stencil->volume * pdi_sum_total(&sum);
+}
+
 /* Totals at the start with what is owed. */
 static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
 {
@@ -37089,6 +37154,7 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) r->total[k * total + i] = sum[k] + r->carry[k * total + i];
     }
+    if (r->surface && r->surface->electrode) r->surface->owed = pdi_advance_charges(r, r->carry, 0);
 }
 
 /* carry: what a stage of dt [s] leaves undone. */
@@ -37116,6 +37182,8 @@ static void pdi_advance_between(pd_reactive *r)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
+    if (r->surface && r->surface->electrode)
+        r->surface->owed += ratio * (pdi_advance_charges(r, r->work, 1) - r->surface->owed);
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
@@ -37274,6 +37342,7 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     double size = 0.0, held = 0.0;
     pdi_migration_tie(&r->migration);
     if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
+    if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
     if (r->migration.tied) return PD_OK;
     if (r->surface && r->surface->electrode) PDI_TRY(pdi_advance_given(ctx, r->surface));
     else if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
@@ -37290,6 +37359,7 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
             held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
         }
     }
+    if (r->surface && r->surface->electrode) r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
     if (!(fabs(pdi_sum_total(&sum)) > fmax(PDI_ADVANCE_SLACK * size, PDI_ADVANCE_FAINT * held / dt))) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
                     "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
@@ -37684,11 +37754,9 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 /* States of surfaces go to the end of the step; *covering: the larger of what it was and of their error. */
 static pd_status pdi_course_coat(pd_ctx *ctx, pd_course *a, pd_step *s, double *covering)
 {
-    double error = 0.0;
-    pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->trial >= PDI_COURSE_TRIALS,
-                                       &error);
+    pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->trial);
     if (status == PD_RETRY) s->error = HUGE_VAL;
-    *covering = fmax(*covering, error);
+    *covering = fmax(*covering, a->desc.coat->error);
     return status;
 }
 
@@ -37700,7 +37768,8 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
     if (a->desc.coat) {
         s->error = HUGE_VAL; /* of PD_RETRY */
-        PDI_TRY(pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial >= PDI_COURSE_TRIALS));
+        pd_status ahead = pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial);
+        if (ahead != PD_OK) return ahead;
         pdi_course_feed(a);
     }
     if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
@@ -37714,7 +37783,8 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (status != PD_OK) return status;
     a->euler += result.euler;
     double covering = a->desc.bare ? pdi_course_covering(a, s) : 0.0;
-    if (a->desc.coat) PDI_TRY(pdi_course_coat(ctx, a, s, &covering));
+    if (a->desc.coat) status = pdi_course_coat(ctx, a, s, &covering);
+    if (status != PD_OK) return status;
     if (covering > 1.0) {
         s->error = fmax(s->error, covering);
         return PD_RETRY;
@@ -37770,6 +37840,9 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an electrode "
                         "may take up more of a species than reaches the metal, expected one that falls to 0 with it, "
                         "as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
+    if (a->desc.coat && a->desc.coat->error > 1.0)
+        return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = %g "
+                        "s: expected a rate that stays finite", s->time);
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
 }
@@ -62805,7 +62878,8 @@ static const pd_key pdi_keys_of_electrode[] = {
      PDI_SAYS("all metal of a material")},
     {"curve", "-", "required",
      PDI_SAYS("`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `resistance`; `expression`: `i`; "
-              "`primary`: current passes freely at `E0` (theory: 6b.1)")},
+               "`primary`: current passes freely at `E0` (theory: 6b.1). With `migration = yes` it may be "
+               "absent: its metal dissolves alone")},
     {"i0", "A/m2", "required there",
      PDI_SAYS("exchange current density, or that of free corrosion")},
     {"E0", "V", "0",
@@ -62821,10 +62895,10 @@ static const pd_key pdi_keys_of_electrode[] = {
     {"resistance", "ohm m2", "required there",
      PDI_SAYS("`linear`: polarisation resistance")},
     {"i", "A/m2", "required there",
-     PDI_SAYS("`expression`: current density, positive from metal to fluid, in `E`; also of a `[table]`: `i = "
-              "f(E)`. It must not fall as E rises")},
+     PDI_SAYS("`expression`: current density, positive from metal to fluid, in `E`, with `migration = yes` also "
+               "in pH and species; also of a `[table]`: `i = f(E)`. It must not fall as E rises")},
     {"range", "V", "required there",
-     PDI_SAYS("`expression`: from where to where E may lie; straight on beyond")},
+     PDI_SAYS("`expression`: from where to where E may lie; straight on beyond; none with pH or species")},
     {"film", "ohm m2", "0",
      PDI_SAYS("resistance of a coating or film on it")},
     {"potential", "V", "it follows from the current",
@@ -66705,7 +66779,7 @@ static int pdi_read_surface_word(const char *name)
 /* A name that expressions and fields do not have yet. */
 static pd_status pdi_read_surface_name(pdi_reader *s, int section, const char *name)
 {
-    static const char *const others[] = {"E", "i", "pH", "T", "grain"};
+    static const char *const others[] = {"E", "i", "pH", "grain"};
     const char *what = NULL;
     if (!pdi_read_surface_word(name) || strlen(name) >= PD_SETUP_NAME - 24)
         return pdi_text_refuse(s->ctx, s->text, section, "surface", "found '%.40s', expected a short name of letters, "
@@ -66918,7 +66992,7 @@ static pd_status pdi_read_surface_rate(pdi_reader *s, int section, pd_setup_stat
     pd_setup *u = s->setup;
     pd_expr_symbol vars[PD_EXPR_VARS];
     char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2], found[PD_UNITS_TEXT], wanted[PD_UNITS_TEXT];
-    int count = PDI_SETUP_PH + 1, shadowed = 0;
+    int count = PDI_SETUP_PH + 1;
     pd_dims dims = state->initial.dims;
     memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
     vars[0].name = vars[PDI_SETUP_GRAIN].name = "";
@@ -66926,14 +67000,7 @@ static pd_status pdi_read_surface_rate(pdi_reader *s, int section, pd_setup_stat
     vars[PDI_SETUP_PH].name = "pH";
     vars[PDI_SETUP_PH].unit = "";
     PDI_TRY(pdi_read_surface_variables(s, section, "rate", vars, name, &count, state->of, &state->species));
-    for (int k = 0; k < s->text->const_count; k++) shadowed |= strcmp(s->text->consts[k].name, "T") == 0;
-    if (count == PD_EXPR_VARS)
-        return pdi_text_refuse(s->ctx, s->text, section, "rate", "found more than %d species, expected fewer",
-                               state->species - 1);
-    vars[count].name = shadowed ? "" : "T";
-    vars[count].unit = "K";
-    vars[count].value = 0.0;
-    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "rate", NULL, vars, count + 1, NULL, &state->rate));
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "rate", NULL, vars, count, NULL, &state->rate));
     dims.e[2] -= 1.0; /* per s */
     pdi_units_describe(&state->rate.dims, found);
     pdi_units_describe(&dims, wanted);
@@ -70746,9 +70813,8 @@ static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y,
         const pd_setup_state *state = &u->state[k];
         int next = PDI_SETUP_PH + 1;
         for (int n = 0; n < state->species; n++)
-            vars[next++] = at->c[s->coat->reactive->components.place[state->of[n]]];
+            vars[next++] = at->c[s->coat.reactive->components.place[state->of[n]]];
         for (int n = 0; n < u->states; n++) vars[next++] = y[n];
-        vars[next] = u->electrolyte.temperature;
         rate[k] = pdi_expr_eval(&state->rate, vars);
     }
 }
@@ -70757,7 +70823,7 @@ static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y,
 static void pdi_surfaces_film(void *user, int32_t node, double *flows)
 {
     const pd_surfaces *s = (const pd_surfaces *)user;
-    const pd_reactive *r = s->coat->reactive;
+    const pd_reactive *r = s->coat.reactive;
     int count = r->components.count;
     int32_t place = s->etch ? s->etch->slot[node] : -1;
     if (place >= 0)
@@ -70779,8 +70845,7 @@ static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
 }
 
 PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive *reactive, const pd_bonds *bonds,
-                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_coat *coat,
-                                    pd_surfaces *s)
+                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_surfaces *s)
 {
     pd_coat_desc desc;
     memset(s, 0, sizeof *s);
@@ -70790,7 +70855,6 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     s->across = across;
     s->cell = cell;
     s->etch = etch;
-    s->coat = coat;
     for (int k = 0; k < u->states; k++) {
         const pd_setup_state *state = &u->state[k];
         desc.name[k] = state->name;
@@ -70821,11 +70885,12 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     if (s->cell && (s->moves || s->comes)) desc.solve = pdi_surfaces_solve;
     if (s->comes || s->etch) desc.film = pdi_surfaces_film;
     desc.user = s;
-    return pdi_coat_build(ctx, reactive, &desc, coat);
+    return pdi_coat_build(ctx, reactive, &desc, &s->coat);
 }
 
 PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *s)
 {
+    pdi_coat_free(ctx, &s->coat);
     pdi_contact_free(ctx, &s->contacts);
     memset(s, 0, sizeof *s);
 }
@@ -70834,13 +70899,13 @@ PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *s)
 
 PDI_FN void pdi_surfaces_values(const pd_surfaces *s, int32_t node, double *value)
 {
-    for (int k = 0; k < s->setup->states; k++) value[k] = pdi_coat_value(s->coat, k, node);
+    for (int k = 0; k < s->setup->states; k++) value[k] = pdi_coat_value(&s->coat, k, node);
 }
 
 PDI_FN double pdi_surfaces_at(const pd_surfaces *s, int k, int32_t node)
 {
-    if (!(s->coat->on[node] >> k & 1u)) return (double)NAN;
-    return s->coat->value[k * (int64_t)s->bonds->grid->total + node];
+    if (!(s->coat.on[node] >> k & 1u)) return (double)NAN;
+    return s->coat.value[k * (int64_t)s->bonds->grid->total + node];
 }
 
 PDI_FN void pdi_surfaces_figures(const pd_surfaces *s, int k, pd_surfaces_figures *f)
@@ -71237,10 +71302,10 @@ PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node)
 PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
 {
     const pd_etch *s = p->etch;
-    double anodic = 0.0;
+    double anodic = 0.0, extra = PDI_POLARISE_FARADAY * s->extra;
     *off = 0.0;
     for (int n = 0; n < s->desc.electrodes.circuits; n++) {
-        double sum = 0.0, size = 0.0, wanted = s->desc.electrodes.circuit[n].value;
+        double sum = 0.0, size = 0.0, wanted = s->desc.electrodes.circuit[n].value + extra;
         for (int32_t k = 0; k < s->count; k++) {
             if (pdi_etch_circuit(s, k) != n) continue;
             double each, leaves;
@@ -71248,7 +71313,9 @@ PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
             size += each;
             anodic += leaves;
         }
-        if (!s->desc.electrodes.circuit[n].holds && size > 0.0) *off = fmax(*off, fabs(sum - wanted) / size);
+        if (s->desc.electrodes.circuit[n].holds || !(size > 0.0)) continue;
+        *off = fmax(*off, fabs(sum - wanted) / size);
+        extra = 0.0;
     }
     return anodic;
 }
@@ -72497,14 +72564,15 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.shed = u->shed;
     if (u->states) {
         m->line = u->state[0].line;
+        PDI_TRY(PDI_NEW(ctx, "model", 1, m->surfaces));
         PDI_TRY(pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
-                                   pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, &m->coat, &m->surfaces));
+                                   pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, m->surfaces));
         m->line = u->line[PD_PART_CHEMISTRY];
-        desc.coat = &m->coat;
+        desc.coat = &m->surfaces->coat;
     }
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL, &m->course, &m->cell,
-                                 &m->electrodes, &m->surfaces, &m->attack));
+                                 &m->electrodes, m->surfaces, &m->attack));
         desc.surface = &m->attack.etch;
         desc.find = pdi_attack_find;
         desc.open = pdi_attack_open;
@@ -72680,7 +72748,7 @@ static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
     int given = u->potential.conductivity > 0.0;
     m->unknowns[PD_PART_POTENTIAL] = m->grid.fluid_count;
     pd_status status = pdi_electrodes_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
-                                            u->has_dissolve ? &m->dissolve : NULL, u->states ? &m->surfaces : NULL,
+                                            u->has_dissolve ? &m->dissolve : NULL, m->surfaces,
                                             &m->electrodes, &m->cell);
     m->electrodes.cell = &m->cell;
     m->electrodes.species = &m->reactive;
@@ -72839,8 +72907,8 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_course_free(ctx, &m->course);
     pdi_attack_free(ctx, &m->attack);
-    pdi_surfaces_free(ctx, &m->surfaces);
-    pdi_coat_free(ctx, &m->coat);
+    if (m->surfaces) pdi_surfaces_free(ctx, m->surfaces);
+    PDI_DELETE(ctx, 1, m->surfaces);
     pd_dissolve_free(ctx, &m->dissolve);
     pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);
@@ -73180,7 +73248,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     double square = 0.0, j[PD_DIM];
     if (species) return fluid ? species[i] : 0.0;
     int state = pdi_setup_field_state(m->setup, field);
-    if (state >= 0) return fluid ? pdi_surfaces_at(&m->surfaces, state, i) : (double)NAN;
+    if (state >= 0) return fluid ? pdi_surfaces_at(m->surfaces, state, i) : (double)NAN;
     switch (field) {
     case PD_FIELD_PHI:
         if (m->attack.polarise.setup) return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
@@ -75389,7 +75457,7 @@ static void pdi_monitor_state(const pd_model *model, pd_monitor *m)
 {
     const char *unit = model->setup->state[m->desc->index].unit;
     pd_surfaces_figures f;
-    pdi_surfaces_figures(&model->surfaces, m->desc->index, &f);
+    pdi_surfaces_figures(model->surfaces, m->desc->index, &f);
     if (!unit[0]) unit = "-";
     pdi_monitor_put(m, "mean", unit, f.mean);
     pdi_monitor_put(m, "least", unit, f.least);

@@ -58,6 +58,21 @@ static inline int plates_at(const plates *p, double psi, plates_state *s)
     return 1;
 }
 
+/* With a given current [A/m2]. */
+static inline plates_state plates_given(const plates *p, double current)
+{
+    plates_state s;
+    double far = -30.0, near = -1e-9;
+    memset(&s, 0, sizeof s);
+    for (int k = 0; k < 200; k++) {
+        double middle = 0.5 * (far + near);
+        if (plates_at(p, middle, &s) && s.current < current) near = middle;
+        else far = middle;
+    }
+    plates_at(p, near, &s);
+    return s;
+}
+
 /* Wired to each other. */
 static inline plates_state plates_wired(const plates *p)
 {

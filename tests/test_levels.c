@@ -10,9 +10,11 @@
 #if PD_DIM == 1
 #define BOX(from, to) from " .. " to
 #define SIDES
+#define PER(amperes) amperes " A"
 #else
 #define BOX(from, to) from " .. " to ", 0 um .. 30 um"
 #define SIDES "[side y-] flow = mirror\n[side y+] flow = mirror\n"
+#define PER(amperes) amperes " A*3e-5"
 #endif
 
 /* A figure of the end of a run of a scene; `share`: what balances and currents are off by, together. NaN: it failed. */
@@ -37,7 +39,6 @@ static double figure(const char *text, const char *name, double *share)
                      figures.list[k].key);
             if (strcmp(full, name) == 0) value = figures.list[k].value;
         }
-        if (strcmp(name, "loss") == 0) value = result.volume_loss;
         *share = fmax(result.ledger, result.current_balance);
     }
     pd_figures_free(&ctx, &figures);
@@ -63,7 +64,7 @@ TEST(tafel)
 {
     static const char text[] = "[grid] h = 5 um  threads = 1  box = " BOX("0 um", "150 um") "\n" IRON RUSTS
         "[electrode iron] shape = iron  curve = tafel  i0 = 1 mA/m2  E0 = -0.4 V  cathodic_slope = 120 mV\n"
-        "reaction = 2 H2O + 2 e- = H2 + 2 OH-\n[run] until = 1 us\n";
+        "reaction = 2 H2O + 2 e- = H2 + 2 OH-\n[run] until = 1 ms\n";
     double share, e = (log10(0.1) * 0.12 - 0.4 - 2.0 * 0.6) / 3.0; /* 10 x 10^((E + 0.6)/0.06) = 10^(-(E + 0.4)/0.12) */
     double height = PD_DIM == 1 ? 1.0 : 3e-5;
     CHECK_NEAR(figure(text, "electrode.iron.E", &share), e, 1e-7);
@@ -103,7 +104,7 @@ TEST(wired)
     static const plates steep = {0.71e-9, 1e-4, 0.5, 40.5, 10.0, 0.06, 0.12, 0.5, 20.0};
     static const char *const text[] = {
         GAP("2.5 um", "50", "250", "100") ANODE "connected = cathode\n" CATHODE("100 mV") "[run] until = 1000 s\n",
-        GAP("2.5 um", "0.5", "40.5", "20") ANODE "connected = cathode\n" DEPOSITS "[run] until = 1000 s\n"};
+        GAP("1 um", "0.5", "40.5", "20") ANODE "connected = cathode\n" DEPOSITS "[run] until = 1000 s\n"};
     for (int k = 0; k < 2; k++) {
         plates_state wanted = plates_wired(k ? &steep : &mild);
         double share, off = k ? 1e-3 : 1e-6;
@@ -114,4 +115,147 @@ TEST(wired)
     }
 }
 
-TEST_MAIN(ENTRY(tafel) ENTRY(wired))
+
+/* Given currents: both potentials, which float. Given potentials: the same current, whatever they count from. */
+TEST(given)
+{
+    static const plates mild = {0.71e-9, 1e-4, 50.0, 250.0, 10.0, 0.06, 0.12, 0.1, 0.0};
+    static const char amperes[] =
+        GAP("5 um", "50", "250", "100") ANODE "current = " PER("20") "\n" CATHODE("100 mV") "current = " PER("-20")
+        "\n[run] until = 1000 s\n";
+    plates_state wanted = plates_given(&mild, 20.0), wired = plates_wired(&mild);
+    double share;
+    char volts[2048];
+    CHECK_NEAR(figure(amperes, "electrode.anode.E", &share), wanted.anode, 1e-7);
+    CHECK_NEAR(figure(amperes, "electrode.cathode.E", &share), wanted.cathode, 1e-7);
+    CHECK_LE(share, 1e-12);
+    snprintf(volts, sizeof volts, "%s%spotential = %.17g V\n%spotential = %.17g V\n[run] until = 1000 s\n",
+             GAP("5 um", "50", "250", "100"), ANODE, 1.0 + wired.anode, CATHODE("100 mV"), 1.0 + wired.cathode);
+    CHECK_REL(figure(volts, "electrode.cathode.current", &share), -height * wired.current, 1e-6);
+    CHECK_LE(share, 1e-12);
+}
+
+/* ---- laws that jump, end or reach a limit ---- */
+
+#define OPEN(law, curve, until) \
+    "[grid] h = 5 um  threads = 1  box = " BOX("0 um", "150 um") "\n[side x+] species = inlet\n" IRON \
+    "[species O2] D = 2e-9 m2/s  initial = 0.25 mol/m3\n[transport] D = 1e-9 m2/s\n" \
+    "[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-  current = " law "\n" \
+    "[electrode iron] shape = iron  " curve "\n[run] until = " until "\n"
+#define HYDROGEN "curve = tafel  i0 = 1 mA/m2  E0 = -0.4 V  cathodic_slope = 120 mV\nreaction = 2 H2O + 2 e- = H2 + 2 OH-"
+#define OXYGEN \
+    "curve = expression  i = -1 mA/m2*[O2]/(0.25 mol/m3)*10^(-(E + 0.1 V)/(120 mV))\n" \
+    "reaction = O2 + 2 H2O + 4 e- = 4 OH-"
+
+TEST(jumps)
+{
+    static const char jump[] = OPEN("if(E < -0.5 V, 0 A/m2, 1 A/m2)", HYDROGEN, "0.1 s");
+    static const char limit[] = OPEN("0.01 A/m2*10^((E + 0.6 V)/(60 mV))", HYDROGEN "\ncathodic_limit = 0.5 mA/m2",
+                                     "1 us");
+    double share, wanted = 0.001 * pow(10.0, 0.1 / 0.12);
+    CHECK_NEAR(figure(jump, "electrode.iron.E", &share), -0.5, 1e-4); /* and the potential at its surface */
+    CHECK_REL(figure(jump, "electrode.iron.anodic", &share), height * wanted, 2e-3);
+    CHECK_LE(share, 1e-12);
+    CHECK_LE(figure(limit, "electrode.iron.anodic", &share), height * 0.5e-3);
+    CHECK_LE(height * 0.4e-3, figure(limit, "electrode.iron.anodic", &share));
+    CHECK_LE(share, 1e-12);
+}
+
+/* Oxygen diffuses to iron: it does not migrate, so the current follows from E - phi alone. */
+TEST(oxygen)
+{
+    static const char text[] = OPEN("0.01 A/m2*10^((E + 0.6 V)/(60 mV))", OXYGEN, "100 s");
+    double low = -1.0, high = 0.0, share, most = 4.0 * PLATES_FARADAY * 2e-9 * 0.25 / 1e-4, i = 0.0;
+    for (int k = 0; k < 100; k++) {
+        double u = 0.5 * (low + high), curve = 0.001 * pow(10.0, -(u + 0.1) / 0.12);
+        i = most * curve / (most + curve);
+        if (0.01 * pow(10.0, (u + 0.6) / 0.06) > i) high = u;
+        else low = u;
+    }
+    CHECK_REL(figure(text, "electrode.iron.anodic", &share), height * i, 1e-4);
+    CHECK_LE(share, 1e-12);
+}
+
+/* One step of any length, in a gap that nothing leaves and in an open one: balances close. */
+TEST(any_step)
+{
+    static const char *const until[] = {"1 ns", "1 s", "1e6 s", "1e9 s"};
+    for (int k = 0; k < 4; k++) {
+        char text[2048];
+        double share;
+        snprintf(text, sizeof text, "%s%sconnected = cathode\n%s[run] until = %s  rtol = 0.1\n",
+                 GAP("5 um", "0.5", "40.5", "20"), ANODE, DEPOSITS, until[k]);
+        CHECK(figure(text, "electrode.anode.current", &share) > 0.0);
+        CHECK_LE(share, 1e-12);
+    }
+}
+
+#if PD_DIM == 2
+/* A gap along metal that is held over its mouth: a line with losses, phi'' = (phi - E)/(R kappa w). */
+TEST(gap)
+{
+    static const char text[] =
+        "[grid] h = 12.5 um  threads = 1  box = 0 mm .. 2 mm, -50 um .. 50 um\n[side x+] species = inlet\n"
+        "[shape metal] kind = solid  material = steel304  box = 0 mm .. 2 mm, -50 um .. 0 um\n"
+        "[chemistry] activity = ideal  migration = yes\n[species Cu2+] D = 0.71e-9 m2/s\n"
+        "[species Na+] D = 1.33e-9 m2/s  initial = 500 mol/m3\n"
+        "[species Cl-] D = 2.03e-9 m2/s  initial = 500 mol/m3\n[potential]\n"
+        "[electrode metal] shape = metal  curve = linear  resistance = 8e-4 ohm*m2  potential = 10 mV\n"
+        "reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 ms\n";
+    double share, kappa = PLATES_FARADAY / PLATES_VOLT * (1.33e-9 + 2.03e-9) * 500.0, w = 5e-5, length = 2e-3;
+    double resist = 8e-4 + w / (3.0 * kappa), wide = sqrt(resist * kappa * w); /* a third of the way across */
+    CHECK_REL(figure(text, "electrode.metal.current", &share), 0.01 / resist * wide * tanh(length / wide), 2e-3);
+    CHECK_LE(share, 1e-12);
+}
+#define GAPS ENTRY(gap)
+#else
+#define GAPS
+#endif
+
+/* ---- refused ---- */
+
+TEST(refused)
+{
+    static const char *const bad[][2] = {
+        {GAP("5 um", "50", "250", "100") "conductivity = 1 S/m\n" ANODE CATHODE("0 V") "[run] until = 1 s\n",
+         "it is that of the ions"},
+        {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = tafel  i0 = 1 A/m2  "
+         "anodic_slope = 60 mV\n[run] until = 1 s\n", "the half-reaction by which"},
+        {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = primary\n"
+         "reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n", "expected another curve"},
+        {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = expression\n"
+         "i = -1 A/m2*[Cu2+]/(1 mol/m3)*E/(1 V)  reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n", "a current that falls"},
+        {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = expression\n"
+         "i = 1 A/m2*(pH + E/(1 V))  reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n", "without the species H+"},
+        {GAP("5 um", "50", "250", "100") ANODE CATHODE("0 V") "[side x-] potential = 1 V\n[run] until = 1 s\n",
+         "at the potential 0"},
+        {OPEN("i", HYDROGEN, "1 s"), "the anodic law itself"},
+        {OPEN("0.1 A/m2", HYDROGEN, "1 s"), "a law without E"},
+        {OPEN("0.1 A/m2*E/(1 V)", HYDROGEN, "1 s") "[dissolve] potential = 0 V\n", "potential"},
+        {"[constants] E = 1 V\n" OPEN("0.1 A/m2*E/(1 V)", HYDROGEN, "1 s"), "name 'E'"}};
+    static const char *const lost[][2] = {
+        {OPEN("0 A/m2*E/(1 V)", HYDROGEN, "1 s"), "no potential gives the metal of iron"},
+        {GAP("5 um", "50", "250", "100") ANODE "current = " PER("20") "\n" CATHODE("0 V") "current = " PER("-10") "\n[run] until = 1 s\n",
+         "sum to "}};
+    for (size_t k = 0; k < sizeof bad / sizeof bad[0] + sizeof lost / sizeof lost[0]; k++) {
+        int runs = k >= sizeof bad / sizeof bad[0];
+        const char *const *each = runs ? lost[k - sizeof bad / sizeof bad[0]] : bad[k];
+        pd_ctx ctx;
+        pd_setup setup;
+        pd_run_desc desc;
+        pd_run_result result;
+        pd_ctx_init(&ctx);
+        memset(&desc, 0, sizeof desc);
+        desc.dry = 1;
+        pd_status status = pd_scene_parse(&ctx, "a.scene", each[0], NULL, 0, &setup);
+        if (status == PD_OK) {
+            status = runs ? pd_run(&ctx, &setup, &desc, &result) : PD_OK;
+            pd_setup_free(&ctx, &setup);
+        }
+        CHECK(status < 0);
+        if (!CHECK(strstr(ctx.message, each[1]) != NULL)) NOTE("%d: %s", (int)k, ctx.message);
+        CHECK_INT(ctx.in_use, 0);
+    }
+}
+
+TEST_MAIN(ENTRY(tafel) ENTRY(wired) ENTRY(given) ENTRY(jumps) ENTRY(oxygen) ENTRY(any_step) GAPS ENTRY(refused))

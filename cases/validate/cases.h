@@ -32,6 +32,7 @@
 #include "mineral.h"
 #include "measured.h"
 #include "pit.h"
+#include "plates.h"
 #include "galvanic.h"
 
 static const val_case *const val_cases[] = {
@@ -111,6 +112,7 @@ static const val_case *const val_cases[] = {
 #if PD_DIM < 3
     &measured_case,
     &pit_case,
+    &plates_case,
 #endif
 #if PD_DIM > 1
     &galvanic_case,

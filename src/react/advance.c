@@ -283,6 +283,8 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
 {
     double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
     r->dt = dt;
+    if (r->surface && r->surface->electrode)
+        r->surface->extra = r->migration.tied ? 0.0 : -(r->surface->owed / dt + r->surface->sourced);
     if (r->minerals.count) { /* each node meets the laws of its minerals before nodes exchange anything */
         int64_t size = r->components.count * (int64_t)r->grid->total;
         for (int k = 0; k < r->components.count; k++) r->weight[k] = 1.0;
@@ -333,6 +335,20 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
 
 /* ---- a step ---- */
 
+/* [mol] Charge of a field of totals; or (undone = 1) of what the stage at hand leaves undone. */
+static double pdi_advance_charges(const pd_reactive *r, const double *field, int undone)
+{
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    for (int k = 0; k < r->components.count; k++) {
+        double z = r->migration.charge[r->components.master[k]] * (undone ? r->dt * r->weight[k] : 1.0);
+        for (int32_t i = 0; i < (int32_t)total; i++)
+            if (r->grid->kind[i] == PD_FLUID)
+                pdi_sum_add(&sum, pdi_grid_circumference(r->grid, i) * z * field[k * total + i]);
+    }
+    return r->bonds->stencil->volume * pdi_sum_total(&sum);
+}
+
 /* Totals at the start with what is owed. */
 static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
 {
@@ -350,6 +366,7 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) r->total[k * total + i] = sum[k] + r->carry[k * total + i];
     }
+    if (r->surface && r->surface->electrode) r->surface->owed = pdi_advance_charges(r, r->carry, 0);
 }
 
 /* carry: what a stage of dt [s] leaves undone. */
@@ -377,6 +394,8 @@ static void pdi_advance_between(pd_reactive *r)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
+    if (r->surface && r->surface->electrode)
+        r->surface->owed += ratio * (pdi_advance_charges(r, r->work, 1) - r->surface->owed);
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
@@ -535,6 +554,7 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     double size = 0.0, held = 0.0;
     pdi_migration_tie(&r->migration);
     if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
+    if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
     if (r->migration.tied) return PD_OK;
     if (r->surface && r->surface->electrode) PDI_TRY(pdi_advance_given(ctx, r->surface));
     else if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
@@ -551,6 +571,7 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
             held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
         }
     }
+    if (r->surface && r->surface->electrode) r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
     if (!(fabs(pdi_sum_total(&sum)) > fmax(PDI_ADVANCE_SLACK * size, PDI_ADVANCE_FAINT * held / dt))) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
                     "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);

@@ -17,6 +17,8 @@
 /* Steps of a search, and the share of the speed to which it is found. */
 #define PDI_ETCH_STEPS 200
 #define PDI_ETCH_CLOSE 1e-15
+/* [m/s] First guess of a law that overflows. */
+#define PDI_ETCH_FAST 1.0
 /* Factor by which a bracket of the speed grows first; it is squared each time. */
 #define PDI_ETCH_BRACKET 2.0
 /* Relative change of what a law reads by which its slope is found. */
@@ -275,15 +277,15 @@ static double pdi_etch_given(pd_components *film, pdi_etch_work *w, double v)
 }
 
 /* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
- * differences. 0: the law is not finite. */
+ * differences; of a law that overflows *above is infinite. 0: the law is no number, or beyond all bounds. */
 static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess, double first, double *a,
                                double *above, double *b, double *below)
 {
-    double factor = PDI_ETCH_BRACKET, v = guess > 0.0 ? guess : first;
+    double factor = PDI_ETCH_BRACKET, v = guess > 0.0 ? guess : fmin(first, PDI_ETCH_FAST);
     *a = 0.0;
     *above = first;
     double g = pdi_etch_given(film, w, v) - v;
-    for (int step = 0; step < PDI_ETCH_STEPS && fabs(g) < HUGE_VAL; step++) {
+    for (int step = 0; step < PDI_ETCH_STEPS && g == g; step++) {
         int up = g > 0.0;
         if (up) {
             *a = v;
@@ -295,7 +297,7 @@ static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess,
         double next = up ? v * factor : v / factor;
         factor *= factor;
         double there = pdi_etch_given(film, w, next) - next;
-        if (!(fabs(there) < HUGE_VAL)) return 0;
+        if (!(there == there)) return 0;
         if (up && !(there > 0.0)) {
             *b = next;
             *below = there;
@@ -317,14 +319,14 @@ static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess,
 static double pdi_etch_find(pd_components *film, pdi_etch_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_etch_given(film, w, 0.0);
-    if (!(fabs(first) < HUGE_VAL)) return NAN;
+    if (!(first == first)) return NAN;
     if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
-    if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return NAN;
+    if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return first < HUGE_VAL ? NAN : first;
     pdi_bracket s = {a, above, b, below, 0, 0};
     double v;
     while (s.b - s.a > PDI_ETCH_CLOSE * s.b && pdi_bracket_next(&s, &v)) {
         double g = pdi_etch_given(film, w, v) - v;
-        if (!(fabs(g) < HUGE_VAL)) return NAN;
+        if (!(g == g)) return NAN;
         pdi_bracket_take(&s, v, g);
         if (!(fabs(g) > 0.0)) break;
     }
@@ -736,8 +738,11 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
             if (s->electrode[p] == e)
                 pdi_sum_add(&flows, pdi_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
         amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
-        for (int n = 0; n < r->components.solutes; n++)
-            r->in[n] += amount * s->part[e * r->components.solutes + n];
+        for (int n = 0; n < r->components.solutes; n++) {
+            double gain = amount * s->part[e * r->components.solutes + n];
+            r->in[n] += fmax(gain, 0.0);
+            r->out[n] += fmax(-gain, 0.0);
+        }
     }
 }
 

@@ -6,7 +6,7 @@
  *
  * With migration, metals may be electrodes: beside the law a polarisation curve brings its current into the species, by
  * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total current
- * (levels.h, theory: 5c.4).
+ * (levels.h, theory: 5c.5).
  */
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
@@ -82,6 +82,8 @@ typedef struct pd_etch {
     double *level;                /* [circuits] [V] potential of the metal */
     double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */
     double *charge_of;            /* [circuits] [mol/s] charge that leaves metal */
+    double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
+    double extra;                 /* [mol/s] rounding that a circuit gives beside its current, where none leaves */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
 } pd_etch;
 

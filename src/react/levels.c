@@ -10,9 +10,11 @@
 
 #define PDI_LEVELS_FARADAY 96485.33212 /* [C/mol] */
 #define PDI_LEVELS_STEPS 200
-/* [V] First stride of a search, and the farthest potential. */
+/* [V] First stride of a search, and the farthest potential beyond those of the fluid beside the metal. */
 #define PDI_LEVELS_STRIDE 0.05
-#define PDI_LEVELS_FAR 100.0
+#define PDI_LEVELS_FAR 10.0
+/* [V] Its first move at least, which grows fourfold. */
+#define PDI_LEVELS_LEAST 1e-12
 /* Share of the currents of a circuit that their sum may be off by, and a potential, of volts. */
 #define PDI_LEVELS_MET 1e-13
 #define PDI_LEVELS_CLOSE 2e-16
@@ -78,29 +80,43 @@ static double pdi_levels_next(const pdi_levels_search *q, double e, double off, 
         }
         return next;
     }
-    double way = off > 0.0 ? -1.0 : 1.0;
-    if (!(fabs(next - e) < *stride)) next = e + way * *stride;
-    else next = e + 2.0 * (next - e); /* to the other side */
+    double way = off > 0.0 ? -1.0 : 1.0, least = PDI_LEVELS_LEAST * ldexp(1.0, 2 * step);
+    double move = next == next ? fmin(fmax(2.0 * fabs(next - e), least), *stride) : *stride; /* to the other side */
     *stride *= 2.0;
-    return next;
+    return e + way * move;
 }
 
 /* The curves jump over what is wanted: rates between those of both sides. */
 static void pdi_levels_between(const pd_ctx *ctx, pd_etch *s, const pdi_levels_search *q)
 {
-    double share = q->of_low / (q->of_low - q->of_high), *speed = s->side, *flow = s->side + s->reactive->grid->total;
+    double *speed = s->side, *flow = s->side + s->reactive->grid->total, size;
     s->level[q->circuit] = q->low;
     pdi_etch_solve(ctx, s, q->circuit, 0);
     for (int32_t p = 0; p < s->count; p++) {
         speed[p] = s->speed[s->node[p]];
         flow[p] = s->flow[p];
     }
+    double low = pdi_levels_charge(s, q->circuit, &size) - q->wanted;
     s->level[q->circuit] = q->high;
     pdi_etch_solve(ctx, s, q->circuit, 0);
+    double high = pdi_levels_charge(s, q->circuit, &size) - q->wanted, share = low < high ? low / (low - high) : 1.0;
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != q->circuit) continue;
         if (s->weight[p] > 0.0) s->speed[s->node[p]] = speed[p] + share * (s->speed[s->node[p]] - speed[p]);
         s->flow[p] = flow[p] + share * (s->flow[p] - flow[p]);
+    }
+}
+
+/* [V] Potentials of the fluid beside the metal of a circuit. */
+static void pdi_levels_fluid(const pd_etch *s, int circuit, double *least, double *most)
+{
+    const pd_migration *m = &s->reactive->migration;
+    *least = HUGE_VAL;
+    *most = -HUGE_VAL;
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != circuit) continue;
+        *least = fmin(*least, m->volt * m->psi[s->node[p]]);
+        *most = fmax(*most, m->volt * m->psi[s->node[p]]);
     }
 }
 
@@ -112,17 +128,36 @@ static int pdi_levels_there(const pd_etch *s, int circuit)
     return 0;
 }
 
-static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit)
+/* What the sum is still off by goes by the slopes found last: it is exact to rounding. */
+static void pdi_levels_close(pd_etch *s, int circuit, double wanted)
 {
-    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY, -HUGE_VAL, HUGE_VAL,
-                           -HUGE_VAL, HUGE_VAL, 0.0};
-    double e = s->level[circuit], stride = PDI_LEVELS_STRIDE, slope = s->conduct[circuit];
+    double size, off = pdi_levels_charge(s, circuit, &size) - wanted, volt = s->reactive->migration.volt;
+    if (!(s->conduct[circuit] > DBL_MIN)) return;
+    double rise = off / (s->conduct[circuit] * volt);
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != circuit) continue;
+        if (s->weight[p] > 0.0) s->speed[s->node[p]] += (double)s->drive[p] * rise;
+        s->flow[p] += (double)s->flow_drive[p] * rise;
+    }
+}
+
+static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double extra)
+{
+    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY + extra, -HUGE_VAL,
+                           HUGE_VAL, -HUGE_VAL, HUGE_VAL, 0.0};
+    double e = s->level[circuit], stride = PDI_LEVELS_STRIDE, slope = s->conduct[circuit], least, most;
+    pdi_levels_fluid(s, circuit, &least, &most);
+    if (!(e > least - PDI_LEVELS_FAR) || !(e < most + PDI_LEVELS_FAR)) e = least;
     double off = pdi_levels_try(ctx, s, &q, e, e);
     for (int step = 0; step < PDI_LEVELS_STEPS; step++) {
-        if (fabs(off) <= PDI_LEVELS_MET * (q.size + fabs(q.wanted))) return;
+        if (fabs(off) <= PDI_LEVELS_MET * (q.size + fabs(q.wanted))) {
+            pdi_levels_close(s, circuit, q.wanted);
+            return;
+        }
         if (!(q.high - q.low > PDI_LEVELS_CLOSE * fmax(fabs(e), 1.0))) break;
         double next = pdi_levels_next(&q, e, off, slope, step, &stride);
-        if (!(next > q.low) || !(next < q.high) || fabs(next) > PDI_LEVELS_FAR) break;
+        if (!(next > q.low) || !(next < q.high) || next < least - PDI_LEVELS_FAR ||
+            next > most + PDI_LEVELS_FAR) break;
         double was = off, before = e;
         off = pdi_levels_try(ctx, s, &q, next, before);
         e = next;
@@ -140,7 +175,7 @@ static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit)
 
 PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
 {
-    double size;
+    double size, extra = s->extra;
     s->lost = 0;
     if (!s->electrode) {
         pdi_etch_solve(ctx, s, -1, 0);
@@ -153,7 +188,8 @@ PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
             s->level[n] = circuit->value;
             pdi_etch_solve(ctx, s, n, 0);
         } else if (pdi_levels_there(s, n)) {
-            pdi_levels_find(ctx, s, n);
+            pdi_levels_find(ctx, s, n, extra);
+            extra = 0.0;
         }
         s->charge_of[n] = pdi_levels_charge(s, n, &size);
     }

@@ -155,10 +155,10 @@ PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node)
 PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
 {
     const pd_etch *s = p->etch;
-    double anodic = 0.0;
+    double anodic = 0.0, extra = PDI_POLARISE_FARADAY * s->extra;
     *off = 0.0;
     for (int n = 0; n < s->desc.electrodes.circuits; n++) {
-        double sum = 0.0, size = 0.0, wanted = s->desc.electrodes.circuit[n].value;
+        double sum = 0.0, size = 0.0, wanted = s->desc.electrodes.circuit[n].value + extra;
         for (int32_t k = 0; k < s->count; k++) {
             if (pdi_etch_circuit(s, k) != n) continue;
             double each, leaves;
@@ -166,7 +166,9 @@ PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
             size += each;
             anodic += leaves;
         }
-        if (!s->desc.electrodes.circuit[n].holds && size > 0.0) *off = fmax(*off, fabs(sum - wanted) / size);
+        if (s->desc.electrodes.circuit[n].holds || !(size > 0.0)) continue;
+        *off = fmax(*off, fabs(sum - wanted) / size);
+        extra = 0.0;
     }
     return anodic;
 }

@@ -556,7 +556,8 @@ static const pd_key pdi_keys_of_electrode[] = {
      PDI_SAYS("all metal of a material")},
     {"curve", "-", "required",
      PDI_SAYS("`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `resistance`; `expression`: `i`; "
-              "`primary`: current passes freely at `E0` (theory: 6b.1)")},
+               "`primary`: current passes freely at `E0` (theory: 6b.1). With `migration = yes` it may be "
+               "absent: its metal dissolves alone")},
     {"i0", "A/m2", "required there",
      PDI_SAYS("exchange current density, or that of free corrosion")},
     {"E0", "V", "0",
@@ -572,10 +573,10 @@ static const pd_key pdi_keys_of_electrode[] = {
     {"resistance", "ohm m2", "required there",
      PDI_SAYS("`linear`: polarisation resistance")},
     {"i", "A/m2", "required there",
-     PDI_SAYS("`expression`: current density, positive from metal to fluid, in `E`; also of a `[table]`: `i = "
-              "f(E)`. It must not fall as E rises")},
+     PDI_SAYS("`expression`: current density, positive from metal to fluid, in `E`, with `migration = yes` also "
+               "in pH and species; also of a `[table]`: `i = f(E)`. It must not fall as E rises")},
     {"range", "V", "required there",
-     PDI_SAYS("`expression`: from where to where E may lie; straight on beyond")},
+     PDI_SAYS("`expression`: from where to where E may lie; straight on beyond; none with pH or species")},
     {"film", "ohm m2", "0",
      PDI_SAYS("resistance of a coating or film on it")},
     {"potential", "V", "it follows from the current",
