@@ -718,11 +718,17 @@ PDI_FN PDI_ONCE void pdi_owner_add(pdi_owner *owner, pdi_owned_kind kind, const 
 #ifndef PD_ARENA_H
 #define PD_ARENA_H
 
+/* Multigrids that leave their coarse levels to others. */
+#define PD_ARENA_IDLE 16
+
 /* Zero-initialise. It must not be moved while something is built that uses it. */
 typedef struct pd_arena {
     unsigned char *block; /* [size and an alignment] */
     size_t size;          /* [byte] that can be lent */
     size_t used;          /* [byte] of them, from the front on */
+    void *idle[PD_ARENA_IDLE]; /* multigrids that do not work now: the next one to work takes the memory of the coarse
+                                * levels of the last of them (multigrid.h). Borrowed */
+    int idles;
 } pd_arena;
 
 #define pd_arena_free PD_NAME(pd_arena_free)
@@ -1466,7 +1472,8 @@ typedef struct pd_runs {
 /* What rows there are, and what they hold: a sum of these. */
 typedef enum pd_bonds_options {
     PD_BONDS_ALL_ROWS = 1, /* every fluid node owns a row (for comparisons of both paths) */
-    PD_BONDS_AT_REST = 2   /* nothing flows: what walls do to a flow is left out */
+    PD_BONDS_AT_REST = 2,  /* nothing flows: what walls do to a flow is left out */
+    PD_BONDS_LEAN = 4      /* with PD_BONDS_AT_REST: moments of rows are found when a gradient is asked for */
 } pd_bonds_options;
 
 typedef struct pd_bonds {
@@ -1488,7 +1495,7 @@ typedef struct pd_bonds {
     uint32_t *mask;      /* [words of the paths][capacity] bit k % 32 of word k / 32: bond k is open */
     uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
-                          * (eq. 3.5) */
+                          * (eq. 3.5); NULL: lean */
     /* NULL at rest: */
     uint8_t *smooth;     /* [capacity] 1: a closed bond ends on a shape that is curved or inclined there */
     double *leg;         /* [capacity][2 PD_DIM] [-] spacings to the next cell along an axis, x-, x+, y-, ...: 1, or
@@ -1506,7 +1513,8 @@ typedef struct pd_bonds {
 #define pd_bonds_validate PD_NAME(pd_bonds_validate)
 #define pd_bonds_free PD_NAME(pd_bonds_free)
 
-/* Grid and stencil are borrowed. options: 0, or a sum of pd_bonds_options. */
+/* Grid and stencil are borrowed. options: 0, or a sum of pd_bonds_options. PD_ERR_ARGUMENT: lean,
+ * but not at rest. */
 PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                 pd_bonds *bonds);
 /* The kinds of `count` nodes have changed: renew the rows within one reach of them, nothing else. */
@@ -1519,6 +1527,8 @@ PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 #ifdef PDI_INTERNAL
 /* Arrays of pd_bonds that go by the rows. */
 PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object);
+/* moment of row r; of lean bonds into room [PD_DIM][PD_DIM]. */
+PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *room);
 /* Weights a(n) [count] of the bonds of `node`, and what the flux along bond k of it counts beside g(n). */
 static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
 {
@@ -2068,7 +2078,7 @@ PDI_FN double pdi_arnoldi_append(const pd_ctx *ctx, int64_t n, int j, pdi_arnold
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 
 /* Times that a basis may grow. */
-#define PD_KRYLOV_MORE 64
+#define PD_KRYLOV_MORE 150
 
 typedef enum pd_krylov_method {
     PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3; lean: one less) */
@@ -2096,7 +2106,8 @@ typedef struct pd_krylov_desc {
                          * restart. Where memory is refused it restarts */
     pd_arena *arena;    /* GMRES: lends what the basis grows by for the rest of a solve, as far as it has room.
                          * Borrowed; NULL: all is allocated */
-    int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
+    int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is, and not before it: PD_ERR_MEMORY where
+                         * memory for that is refused */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
     pd_krylov_precision compressed; /* of the basis of GMRES. Residuals stay double; a cycle gains up to six digits in
@@ -2213,7 +2224,8 @@ typedef struct pd_smoother_level {
     int32_t *block;    /* coarse levels: [cells] block of the cell */
     int32_t *row;      /* [cells + 1] */
     int32_t *col;      /* [row[cells]] the neighbour */
-    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation) */
+    float *a, *back;   /* its coefficient in this row, and that of this cell in its row (one allocation; symmetric: one
+                        * array) */
     uint8_t *face;     /* 2 axis + (1: upper) */
     uint8_t *edge;     /* level 0: [cells] 1: the cell has a neighbour across the box; NULL: no axis wraps */
     int32_t *child_first, *child; /* cells of the level above that make up a cell */
@@ -2221,6 +2233,7 @@ typedef struct pd_smoother_level {
     int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
     int32_t *line;     /* not symmetric: [lines + 1] first cell of each line of blocks along axis 0 */
     int contrast;      /* coarse levels: 1 when there are sum and excess */
+    int symmetric;     /* coarse levels: 1 when back is a */
     int32_t cell_capacity, link_capacity, child_capacity, line_capacity;
 } pd_smoother_level;
 
@@ -2394,14 +2407,15 @@ typedef struct pd_multigrid_desc {
     struct pd_multigrid *host; /* of the same box: it has x, b and r of the finest level for both, which never cycle at
                              * the same time, and is opened first. Borrowed; NULL: they are its own */
     pd_arena *arena;        /* lends the work of a setup, and for the time of a solve the finest level:
-                             * pdi_multigrid_list is no part of the build. Borrowed; NULL: the multigrid has all of
-                             * its own */
+                             * pdi_multigrid_list is no part of the build. Between solves the memory of the coarse
+                             * levels is for any multigrid with this arena. Borrowed; NULL: all is its own */
 } pd_multigrid_desc;
 
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
     int levels;     /* 0: not set up */
     int hosts;      /* 1: another one has this one as its host */
+    int roomy;      /* 1: it has once taken the room of all cells */
     double scale;   /* [-] power of two: stored coefficient = scale * given one */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *store;   /* level 0: coefficients with their pads, inv and excess */
@@ -3894,6 +3908,7 @@ typedef struct pd_diffusion_desc {
                           * NULL: no flux anywhere */
     void *user;          /* of all three */
     int walls_only;      /* 1: `held` is not asked on solids, which hold nothing */
+    int smooth;          /* 1: nobody asks what values held make of gradients */
 } pd_diffusion_desc;
 
 typedef struct pd_diffusion {
@@ -3917,11 +3932,11 @@ typedef struct pd_diffusion {
     pd_media media;                     /* where the diffusivity is a field; empty as above */
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
     double *wall_rate;                  /* [total] [1/s] conductance to held walls, or NULL */
-    double *wall_source;                /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
+    double *wall_source;                /* [capacity] [mol/m3/s] sum of conductance times held value, or NULL */
     double *wall_value, *wall_rest;     /* [capacity] [mol/m3], [mol/m3/s] one of the values that the node sees, and
                                          * what `wall_source` is beside `wall_rate` times that; or NULL */
     double *wall_grad, *wall_grad_rate; /* [capacity][PD_DIM] [mol/m4], [1/m] held values add grad - rate c to the
-                                         * gradient at their node; or NULL */
+                                         * gradient at their node; or NULL, with desc.smooth, too */
     uint8_t *wall_part;                 /* [capacity] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
     double held_least, held_most;       /* [mol/m3] bounds of the values held; least > most: none */
@@ -3948,6 +3963,11 @@ PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double 
 PDI_FN float pdi_diffusion_more(const pd_diffusion *diffusion, int32_t i, int k);
 /* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, int rows, double *bond);
+/* wall_source at node i. */
+static inline double pdi_diffusion_given(const pd_diffusion *d, int32_t i)
+{
+    return d->place[i] < 0 ? 0.0 : d->wall_source[d->place[i]];
+}
 /* What held walls give to node i with the concentration c + rest [mol/m3/s]: differences first, since beside a good
  * conductor they drown in their products. */
 static inline double pdi_diffusion_gain(const pd_diffusion *d, int32_t i, double c, double rest)
@@ -4426,7 +4446,7 @@ typedef struct pd_transport {
     double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
     double ceiling;         /* [mol/m3] given, too: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
-    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; fluid at rest: lent zeros */
+    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; NULL: none are limited */
     double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
                              * conductor beside a poor one is below that. NULL: one diffusivity; 0 after steps */
     double size;            /* [mol/m3] of the field, the largest since the start of the step */
@@ -4436,10 +4456,12 @@ typedef struct pd_transport {
                              * step, they are what converges for an M-matrix */
     uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
-                             * the nodes keep; lent */
+                             * the nodes keep; lent. NULL: no fluxes are limited */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction; lent */
-    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent */
-    double *repeated;       /* [total] [mol/m3] operand with its images, work; lent. NULL: no periodic or mirror side */
+    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent. NULL:
+                             * no fluxes are limited */
+    double *repeated;       /* [total] [mol/m3] operand with its images, and work of the preconditioner; lent. NULL: no
+                             * periodic or mirror side */
     int32_t worst;          /* of a steady field: the node whose balance lacks most */
     int32_t *pinned;        /* [pinned_count] nodes that hold their concentration in a stage: what they take or give is
                              * the residual there. Borrowed */
@@ -4485,6 +4507,13 @@ PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, dou
 PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 
 #ifdef PDI_INTERNAL
+/* 1: it has antidiffusive fluxes, which are limited. */
+static inline int pdi_transport_limits(const pd_transport *t)
+{
+    return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+}
+/* [mol/m3/s] that they give to node i. */
+static inline double pdi_transport_gain(const pd_transport *t, int32_t i) { return t->anti ? t->anti[i] : 0.0; }
 /* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
 PDI_FN int pdi_transport_rests(const pd_transport *transport);
 /* Arrays of a pd_transport that the build makes, beside those of its parts. */
@@ -10485,6 +10514,8 @@ PDI_FN const char *pdi_setup_side_name(int side);
 PDI_FN int pdi_setup_surfaces(const pd_setup *setup);
 /* Layers of ghosts: largest n with |n| < m + 1/2 of any horizon of the lattice. */
 PDI_FN int pdi_setup_layers(const pd_setup *setup);
+/* pd_bonds_options of its bonds. */
+PDI_FN int pdi_setup_bonds(const pd_setup *setup);
 /* Cells of the box along an axis. */
 PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
 /* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */
@@ -16116,6 +16147,33 @@ static void pdi_bond_invert_open(const double *norm, const double *moment, const
     memset(inverse, 0, PD_DIM * PD_DIM * sizeof *inverse);
 }
 
+/* Inverse moments of row r at rest. */
+static void pdi_bond_rest(pd_bonds *bonds, int32_t r, const double *moment, double *inverse)
+{
+    double closure[PD_DIM * PD_DIM];
+    if (pdi_bond_invert(bonds->norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
+    pdi_bond_close_row(bonds, r, closure);
+    pdi_bond_invert_open(bonds->norm, moment, closure, inverse);
+}
+
+PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *room)
+{
+    enum { N = PD_DIM * PD_DIM };
+    const pd_stencil *s = bonds->stencil;
+    pd_bonds rest = *bonds; /* what is written to rows is of flows only */
+    double moment[N];
+    if (bonds->moment) return bonds->moment + (int64_t)r * N;
+    memset(moment, 0, sizeof moment);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        int inlet = bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] == PD_INLET;
+        if (inlet || !pdi_bond_open(bonds, r, k)) continue;
+        for (int i = 0; i < N; i++) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+    }
+    pdi_bond_rest(&rest, r, moment, room);
+    return room;
+}
+
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
 {
     enum { N = PD_DIM * PD_DIM };
@@ -16123,7 +16181,7 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
     int rests = bonds->options & PD_BONDS_AT_REST;
-    double moment[N], closure[N], inner[N], entry[N], norm[PD_DIM], *inverse = bonds->moment + (int64_t)r * N;
+    double moment[N], closure[N], inner[N], entry[N], norm[PD_DIM];
     memset(moment, 0, sizeof moment);
     memset(inner, 0, sizeof inner);
     memset(entry, 0, sizeof entry);
@@ -16143,12 +16201,14 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
             (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
         }
     }
-    if (rests && pdi_bond_invert(bonds->norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
-    for (int i = 0; i < 2 * PD_DIM && !rests; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
-    if (!rests) bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
+    if (rests) {
+        if (bonds->moment) pdi_bond_rest(bonds, r, moment, bonds->moment + (int64_t)r * N);
+        return;
+    }
+    for (int i = 0; i < 2 * PD_DIM; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
+    bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
     pdi_bond_close_row(bonds, r, closure);
-    pdi_bond_invert_open(bonds->norm, moment, closure, inverse);
-    if (rests) return;
+    pdi_bond_invert_open(bonds->norm, moment, closure, bonds->moment + (int64_t)r * N);
     double *advecting = bonds->advecting + (int64_t)r * N;
     for (int i = 0; i < N; i++) entry[i] += inner[i];
     pdi_bond_invert_open(norm, entry, closure, advecting);
@@ -16163,6 +16223,7 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, node, rows, "1");
     PDI_ARRAY(owner, bonds, mask, rows * bonds->paths.words, "1");
     PDI_ARRAY(owner, bonds, inlet, rows, "1");
+    if (bonds->options & PD_BONDS_LEAN) return;
     PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
     if (bonds->options & PD_BONDS_AT_REST) return;
     PDI_ARRAY(owner, bonds, smooth, rows, "1");
@@ -16172,9 +16233,11 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, advecting, rows * PD_DIM * PD_DIM, "1");
 }
 
-/* What walls do to a flow at the first `rows` rows. */
+/* Moments, and what walls do to a flow, at the first `rows` rows. */
 static void pdi_bond_copy_walls(const pd_bonds *from, size_t rows, pd_bonds *to)
 {
+    if (from->options & PD_BONDS_LEAN) return;
+    memcpy(to->moment, from->moment, rows * PD_DIM * PD_DIM * sizeof *from->moment);
     if (from->options & PD_BONDS_AT_REST) return;
     memcpy(to->smooth, from->smooth, rows * sizeof *from->smooth);
     memcpy(to->leg, from->leg, rows * 2 * PD_DIM * sizeof *from->leg);
@@ -16199,7 +16262,6 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
                 memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
                        used * sizeof *b->mask);
             memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
-            memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
             pdi_bond_copy_walls(b, used, &fresh);
         }
         *b = fresh;
@@ -16239,6 +16301,7 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     b->row[b->node[r]] = r;
     b->row[b->node[q]] = q;
     pdi_bond_swap_byte(b->inlet, r, q);
+    if (b->options & PD_BONDS_LEAN) return;
     pdi_bond_swap_double(b->moment, PD_DIM * PD_DIM, r, q);
     if (b->options & PD_BONDS_AT_REST) return;
     pdi_bond_swap_byte(b->smooth, r, q);
@@ -16354,6 +16417,8 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
                                pd_bonds *bonds)
 {
     memset(bonds, 0, sizeof *bonds);
+    if ((options & PD_BONDS_LEAN) && !(options & PD_BONDS_AT_REST))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "bonds", "PD_BONDS_LEAN, expected PD_BONDS_AT_REST with it");
     bonds->stencil = stencil;
     bonds->grid = grid;
     bonds->options = options;
@@ -17607,7 +17672,8 @@ static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t
         }
     }
     for (int b = 0; b < count; b++) {
-        const double *inverse = bonds->moment + (int64_t)(r + b) * PD_DIM * PD_DIM;
+        double room[PD_DIM * PD_DIM];
+        const double *inverse = pdi_bond_moment(bonds, r + b, room);
         for (int d = 0; d < PD_DIM; d++) {
             double value = 0.0;
             for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];
@@ -17862,7 +17928,8 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *ow
     const pd_bonds *b = w->bonds;
     const pd_stencil *s = b->stencil;
     int32_t r = b->row[i];
-    double weight = 0.0;
+    double weight = 0.0, room[PD_DIM * PD_DIM];
+    const double *inverse = NULL;
     int axis = w->desc->axis;
     switch (w->desc->op) {
     case PD_CSR_LAPLACIAN: weight = pdi_bond_lap(b, i)[k]; break;
@@ -17875,8 +17942,8 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *ow
     case PD_CSR_GRADIENT: /* eq. 2.4; at cut families eq. 3.5 */
         weight = r < 0 ? s->grad[k * PD_DIM + axis] : 0.0;
         if (r >= 0 && b->grid->kind[i + b->paths.shift[k]] == PD_INLET) break;
-        for (int e = 0; e < PD_DIM && r >= 0; e++)
-            weight += b->moment[((int64_t)r * PD_DIM + axis) * PD_DIM + e] * s->base[k] * s->xi[k * PD_DIM + e];
+        if (r >= 0) inverse = pdi_bond_moment(b, r, room) + axis * PD_DIM;
+        for (int e = 0; e < PD_DIM && inverse; e++) weight += inverse[e] * s->base[k] * s->xi[k * PD_DIM + e];
         break;
     case PD_CSR_DIVERGENCE: /* eq. 4.2 */
         weight = s->grad[k * PD_DIM + axis] * pdi_bond_flux(b, i, k);
@@ -18867,7 +18934,7 @@ static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
     return pdi_owner_build(ctx, pdi_krylov_chunk_list, krylov);
 }
 
-/* Room for more basis vectors; 0: there is none. */
+/* Room for more basis vectors; 0: there is none, negative: fixed, and memory is refused. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
     int columns = krylov->base + krylov->chunks * krylov->grow; /* without a shift */
@@ -18881,6 +18948,7 @@ static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
         krylov->chunks += chunk;
         return 1;
     }
+    if (krylov->desc.fixed) return status;
     ctx->status = PD_OK; /* it goes on with what it has */
     ctx->message[0] = '\0';
     return 0;
@@ -19185,6 +19253,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         if (j == pdi_krylov_room(run->k)) {
             int grown = pdi_krylov_grow(run->ctx, run->k);
             s = pdi_krylov_look(run->k); /* it may have moved even so */
+            if (grown < 0) return run->ctx->status;
             if (!grown) break;
         }
         double *h = s.hess + pdi_hessenberg_column(j);
@@ -19975,7 +20044,7 @@ static void pdi_coarsen_link_list(pdi_owner *owner, void *object)
 {
     pd_smoother_level *level = (pd_smoother_level *)object;
     int64_t links = level->link_capacity;
-    PDI_ARRAY(owner, level, a, 2 * links, "1");
+    PDI_ARRAY(owner, level, a, level->symmetric ? links : 2 * links, "1");
     PDI_ARRAY(owner, level, col, links, "1");
     PDI_ARRAY(owner, level, face, links, "1");
 }
@@ -20000,7 +20069,7 @@ static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *
 
 static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoother_level *level, int32_t cells)
 {
-    if (cells <= level->cell_capacity && level->values) return PD_OK;
+    if (cells <= level->cell_capacity && level->values && level->contrast == contrast) return PD_OK;
     size_t room = (size_t)cells;
     pdi_coarsen_free(ctx, level);
     level->contrast = contrast;
@@ -20017,11 +20086,14 @@ static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoothe
     return PD_OK;
 }
 
-static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smoother_level *level, int32_t links)
+static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smoother_level *level, int32_t links)
 {
-    if (links > level->link_capacity || !level->a)
+    int other = level->symmetric != symmetric;
+    if (other) pdi_owner_free(ctx, pdi_coarsen_link_list, level);
+    level->symmetric = symmetric;
+    if (other || links > level->link_capacity || !level->a)
         PDI_TRY(pdi_owner_renew(ctx, pdi_coarsen_link_list, level, &level->link_capacity, links));
-    level->back = level->a + level->link_capacity;
+    level->back = symmetric ? level->a : level->a + level->link_capacity;
     return PD_OK;
 }
 
@@ -20326,6 +20398,7 @@ static int32_t pdi_coarsen_row(const pd_smoother_level *level, pd_smoother_level
                                int fill, int32_t *mark)
 {
     int32_t seen[PDI_COARSEN_FEW], *entry = fill ? coarse->col + start : seen, end = start;
+    int flows = fill && !coarse->symmetric;
     pdi_coarsen_link link;
     for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
         int32_t c = coarse->child[j];
@@ -20355,10 +20428,10 @@ static int32_t pdi_coarsen_row(const pd_smoother_level *level, pd_smoother_level
             if (!fill) continue;
             /* the smaller coefficient is the conductance, the difference the flow out of p */
             coarse->a[at] += fminf(link.a, link.back) * pdi_coarsen_link_factor(level, coarse, i, &link);
-            coarse->back[at] += link.back - link.a;
+            if (flows) coarse->back[at] += link.back - link.a;
         }
     }
-    for (int32_t k = start; fill && k < end; k++) {
+    for (int32_t k = start; flows && k < end; k++) {
         float g = coarse->a[k], f = coarse->back[k];
         coarse->a[k] = g + (f < 0.0f ? -f : 0.0f);
         coarse->back[k] = g + (f > 0.0f ? f : 0.0f);
@@ -20391,7 +20464,7 @@ static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd
     row[0] = 0;
     for (int32_t p = 0; p < coarse->cells; p++)
         row[p + 1] = row[p + 1] < 0 ? pdi_coarsen_row(level, coarse, p, row[p], 0, mark) : row[p] + row[p + 1];
-    PDI_TRY(pdi_coarsen_reserve_links(ctx, coarse, row[coarse->cells]));
+    PDI_TRY(pdi_coarsen_reserve_links(ctx, how->symmetric, coarse, row[coarse->cells]));
     PDI_SHARE(nt, pdi_coarsen_rows(level, coarse, 1));
     for (int32_t p = 0; p < coarse->cells; p++) mark[p] = -1;
     for (int32_t p = 0; p < coarse->cells; p++)
@@ -20555,9 +20628,41 @@ static void pdi_multigrid_blank(const pd_multigrid *mg, float *values, int all)
     if (!all) memset(values + cells, 0, (size_t)pad * sizeof *values);
 }
 
+/* Off the list of those that do not work, if it stands there. */
+static void pdi_multigrid_wake(pd_multigrid *mg)
+{
+    pd_arena *arena = mg->desc.arena;
+    int kept = 0;
+    if (!arena) return;
+    for (int k = 0; k < arena->idles; k++)
+        if (arena->idle[k] != mg) arena->idle[kept++] = arena->idle[k];
+    arena->idles = kept;
+}
+
+/* The coarse levels of the multigrid that has ended its work last: those that work by turns have one memory for them. */
+static void pdi_multigrid_inherit(pd_multigrid *mg)
+{
+    pd_arena *arena = mg->desc.arena;
+    int own = mg->level[1].cell_capacity > 0;
+    pdi_multigrid_wake(mg);
+    if (own || !arena || !arena->idles) return;
+    pd_multigrid *other = (pd_multigrid *)arena->idle[--arena->idles];
+    for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) {
+        mg->level[l] = other->level[l];
+        memset(&other->level[l], 0, sizeof other->level[l]);
+    }
+}
+
+static void pdi_multigrid_leave(pd_multigrid *mg)
+{
+    pd_arena *arena = mg->desc.arena;
+    if (arena && mg->level[1].cell_capacity && arena->idles < PD_ARENA_IDLE) arena->idle[arena->idles++] = mg;
+}
+
 PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
 {
     const pd_multigrid_desc *desc = &mg->desc;
+    pdi_multigrid_inherit(mg);
     pd_smoother_level *fine = &mg->level[0];
     int64_t cells = fine->cells;
     float *next = mg->store + mg->pad;
@@ -20590,6 +20695,7 @@ PDI_FN void pdi_multigrid_close(pd_multigrid *mg)
     fine->sum = NULL;
     fine->end = NULL;
     for (int d = 0; d < PD_DIM; d++) fine->lo[d] = fine->hi[d] = NULL;
+    pdi_multigrid_leave(mg);
 }
 
 PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
@@ -20604,6 +20710,7 @@ PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc,
 
 PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
+    pdi_multigrid_wake(mg);
     pdi_owner_free(ctx, pdi_multigrid_list, mg);
     pdi_owner_free(ctx, pdi_multigrid_mark_list, mg);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &mg->level[l]);
@@ -20758,7 +20865,8 @@ static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
     pdi_coarsen how = pdi_multigrid_how(mg), all = how;
     all.all = 1;
     /* a later setup may need the room of all cells, and steps take no memory */
-    if (!how.all && !mg->level[1].cell_capacity) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
+    if (!how.all && !mg->roomy) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
+    mg->roomy = 1;
     return pdi_multigrid_levels(ctx, &how, mg);
 }
 
@@ -20956,8 +21064,7 @@ static void pdi_multigrid_wipe(const pd_smoother_level *fine, int32_t r)
 {
     int32_t n0 = fine->n[0], first = r * n0, begin = fine->begin[r], end = fine->end[r];
     size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
-    memset(fine->x + first, 0, before * sizeof *fine->x);
-    memset(fine->x + end, 0, behind * sizeof *fine->x);
+    memset(fine->x + first, 0, (size_t)n0 * sizeof *fine->x); /* closed links lead to what sweeps have not written yet */
     memset(fine->b + first, 0, before * sizeof *fine->b);
     memset(fine->b + end, 0, behind * sizeof *fine->b);
     memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
@@ -29577,8 +29684,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r], place = d->place[i];
-    double x[PD_DIM], t, value, *grad = d->wall_grad + (int64_t)place * PD_DIM;
-    double *grad_rate = d->wall_grad_rate + (int64_t)place * PD_DIM;
+    double x[PD_DIM], t, value;
     int first = 1;
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
@@ -29592,14 +29698,14 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */
         if (!(c >= 0.0)) continue;
         held[k] = 1;
-        for (int a = 0; a < PD_DIM; a++) {
-            grad[a] += s->grad[k * PD_DIM + a] / t * c;
-            grad_rate[a] += s->grad[k * PD_DIM + a] / t;
+        for (int a = 0; a < PD_DIM && d->wall_grad; a++) {
+            d->wall_grad[(int64_t)place * PD_DIM + a] += s->grad[k * PD_DIM + a] / t * c;
+            d->wall_grad_rate[(int64_t)place * PD_DIM + a] += s->grad[k * PD_DIM + a] / t;
         }
         if (first) d->wall_value[place] = c;
         first = 0;
         d->wall_rate[i] += value;
-        d->wall_source[i] += value * c;
+        d->wall_source[place] += value * c;
         d->wall_rest[place] += value * (c - d->wall_value[place]);
         d->held_least = fmin(d->held_least, c);
         d->held_most = fmax(d->held_most, c);
@@ -29619,10 +29725,11 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
 static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
 {
     int64_t place = d->place[i];
-    d->wall_rate[i] = d->wall_source[i] = 0.0;
+    d->wall_rate[i] = 0.0;
     if (place < 0) return;
-    d->wall_value[place] = d->wall_rest[place] = 0.0;
-    for (int a = 0; a < PD_DIM; a++) d->wall_grad[place * PD_DIM + a] = d->wall_grad_rate[place * PD_DIM + a] = 0.0;
+    d->wall_source[place] = d->wall_value[place] = d->wall_rest[place] = 0.0;
+    for (int a = 0; a < PD_DIM && d->wall_grad; a++)
+        d->wall_grad[place * PD_DIM + a] = d->wall_grad_rate[place * PD_DIM + a] = 0.0;
 }
 
 /* The numbers of node i are renewed. */
@@ -29726,7 +29833,6 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, diffusion, renewed, total, "1");
     if (!diffusion->desc.held) return;
     PDI_ARRAY(owner, diffusion, wall_rate, total, "1/s");
-    PDI_ARRAY(owner, diffusion, wall_source, total, "mol/m3/s");
     PDI_ARRAY(owner, diffusion, held, diffusion->bonds->stencil->count, "1");
 }
 
@@ -29739,9 +29845,11 @@ PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object)
     if (diffusion->metals) PDI_ARRAY(owner, diffusion, metal, PD_DIFFUSION_TENSOR * count, "1");
     if (diffusion->metals) PDI_ARRAY(owner, diffusion, facing, PD_DIM * count, "1");
     if (!diffusion->desc.held) return;
+    PDI_ARRAY(owner, diffusion, wall_source, count, "mol/m3/s");
     PDI_ARRAY(owner, diffusion, wall_value, count, "mol/m3");
     PDI_ARRAY(owner, diffusion, wall_rest, count, "mol/m3/s");
     PDI_ARRAY(owner, diffusion, wall_part, count, "1");
+    if (diffusion->desc.smooth) return;
     PDI_ARRAY(owner, diffusion, wall_grad, PD_DIM * count, "mol/m4");
     PDI_ARRAY(owner, diffusion, wall_grad_rate, PD_DIM * count, "1/m");
 }
@@ -30135,7 +30243,7 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
     int64_t total = bonds->grid->total;
     double c = p->c[b], value = f->field ? f->field[i] : f->desc.diffusivity, sum[PD_DIM], *slope = s->slope + i;
     if (f->wall_rate && f->wall_rate[i] > 0.0) {
-        double step = (f->wall_source[i] - f->wall_rate[i] * c) / value;
+        double step = (pdi_diffusion_given(f, i) - f->wall_rate[i] * c) / value;
         p->bend[b] += step;
         p->size[b] += fabs(step);
         if (p->x) {
@@ -31640,6 +31748,8 @@ PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, doubl
 #define PDI_TRANSPORT_ENOUGH 1000.0
 #define PDI_TRANSPORT_FINISHED 30.0
 #define PDI_TRANSPORT_ROUGH 30.0
+/* Basis vectors of a solve at rest that there is room for from the start: most take no more. */
+#define PDI_TRANSPORT_LEAST 4
 /* A change of the field, relative, that is none. */
 #define PDI_TRANSPORT_STILL 1e-10
 /* The same where what is left undone breaks them. */
@@ -31765,17 +31875,22 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
     pdi_transport_pin(u->t, y);
 }
 
-/* rhs = old/dt + source + carry/dt + anti at fluid nodes. */
+/* old/dt + source + carry/dt + anti at fluid node i. */
+static inline double pdi_transport_right(const pd_transport *t, int32_t i)
+{
+    double sum = (t->old[i] + t->carry[i]) / t->dt + t->source[i] + pdi_transport_gain(t, i);
+    return t->diffusion.wall_source ? sum + pdi_diffusion_given(&t->diffusion, i) : sum;
+}
+
+/* All of them, where they are kept. */
 static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
 {
     const uint8_t *kind = t->grid->kind;
     int nt = pdi_par_threads(ctx, t->grid->total * 4);
     (void)nt;
+    if (!t->rhs) return;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++)
-        t->rhs[i] = kind[i] == PD_FLUID ? (t->old[i] + t->carry[i]) / t->dt + t->source[i] + t->anti[i] : 0.0;
-    for (int32_t i = 0; i < t->grid->total && t->diffusion.wall_source; i++)
-        if (kind[i] == PD_FLUID) t->rhs[i] += t->diffusion.wall_source[i];
+    for (int32_t i = 0; i < t->grid->total; i++) t->rhs[i] = kind[i] == PD_FLUID ? pdi_transport_right(t, i) : 0.0;
 }
 
 /* residual = rhs - A c at fluid nodes, into out. */
@@ -31786,7 +31901,10 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     (void)nt;
     pdi_transport_sweep(ctx, t, t->c, !t->rough, out);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        if (kind[i] == PD_FLUID) out[i] = (t->rhs ? t->rhs[i] : pdi_transport_right(t, i)) - out[i];
+        else out[i] = 0.0;
+    }
 }
 
 /* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. */
@@ -31845,7 +31963,7 @@ PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share
 
 PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *t)
 {
-    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    int limited = pdi_transport_limits(t);
     if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
     return limited;
 }
@@ -31887,7 +32005,7 @@ PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
-    pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
+    if (t->anti) pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -31934,7 +32052,7 @@ PDI_FN int pdi_transport_start(pd_transport *t)
     pdi_transport_bounds(t, t->old, 0.0, &bounds);
     t->most = fmax(fabs(bounds.low), fabs(bounds.high));
     pdi_transport_measure(t);
-    return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    return pdi_transport_limits(t);
 }
 
 PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
@@ -31955,8 +32073,8 @@ static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
     if (!pdi_bounds_keep(t->grid, t->c, NULL, &bounds)) return 0;
     pdi_transport_residual(ctx, t, t->work);
     pdi_transport_pin(t, t->work);
-    pdi_transport_precondition(&user, t->work, t->probe);
-    return pdi_bounds_keep(t->grid, t->c, t->probe, &bounds);
+    pdi_transport_precondition(&user, t->work, t->work + t->grid->total);
+    return pdi_bounds_keep(t->grid, t->c, t->work + t->grid->total, &bounds);
 }
 
 /* The last solve; known as above. What it leaves undone counts times dt in nodes that little passes: where the field
@@ -32099,12 +32217,13 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
 /* Size of the equations: the right-hand side, with sources as they are at the present field. */
 static double pdi_transport_given(const pd_ctx *ctx, pd_transport *t)
 {
+    double *given = t->work + t->grid->total;
     int nt = pdi_par_threads(ctx, t->grid->total * 2);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
-        t->probe[i] = t->grid->kind[i] == PD_FLUID ? t->rhs[i] - t->absorb[i] * t->c[i] : 0.0;
-    return sqrt(pdi_par_dot(ctx, t->grid->total, t->probe, t->probe));
+        given[i] = t->grid->kind[i] == PD_FLUID ? pdi_transport_right(t, i) - t->absorb[i] * t->c[i] : 0.0;
+    return sqrt(pdi_par_dot(ctx, t->grid->total, given, given));
 }
 
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
@@ -32157,8 +32276,8 @@ PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *t, double dt, pd_s
         return pdi_transport_release(ctx, t, status);
     }
     pdi_transport_right_side(ctx, t); /* sources may have been settled after the last stage */
-    pdi_transport_residual(ctx, t, t->carry);
-    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] *= dt;
+    pdi_transport_residual(ctx, t, t->work);
+    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * t->work[i];
     return pdi_transport_release(ctx, t, status);
 }
 
@@ -32251,10 +32370,25 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, absorb, total, "1/s");
     if (transport->desc.given) return;
-    if (transport->flow) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
+    if (pdi_transport_limits(transport)) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, upwinded, total, "1");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
+}
+
+/* 1: sweeps need a copy of what they are applied to. */
+static int pdi_transport_repeats(const pd_transport *t)
+{
+    int images = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) images = images || t->grid->side[s] >= PD_SIDE_PERIODIC;
+    return images || pdi_transport_rests(t);
+}
+
+/* Entries of it: cycles of the multigrid have their fields there, too. */
+static int64_t pdi_transport_repeated(const pd_transport *t)
+{
+    int64_t total = t->grid->total, fields = t->lean ? 0 : (int64_t)(pdi_multigrid_fields(&t->inverse.mg) + 1) / 2;
+    return fields > total ? fields : total;
 }
 
 /* What is lent for a step. */
@@ -32262,15 +32396,13 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
 {
     pd_transport *transport = (pd_transport *)object;
     int64_t total = transport->grid->total;
-    int images = 0;
-    for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
+    int limits = pdi_transport_limits(transport), repeats = pdi_transport_repeats(transport);
     PDI_RAW(owner, transport, old, total, "mol/m3");
-    PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
+    if (limits) PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
     PDI_RAW(owner, transport, work, 2 * total, "");
-    PDI_OWN(owner, transport->flow ? PDI_OWNED_ARRAY : PDI_OWNED_RAW, transport, probe, PD_DIM * total, "mol/m4");
-    if (images || pdi_transport_rests(transport)) PDI_RAW(owner, transport, repeated, total, "mol/m3");
-    if (!transport->flow) PDI_ARRAY(owner, transport, anti, total, "mol/m3/s");
-    if (transport->flow) pdi_limiter_list(owner, &transport->limiter);
+    if (limits) PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
+    if (repeats) PDI_RAW(owner, transport, repeated, pdi_transport_repeated(transport), "mol/m3");
+    if (limits) pdi_limiter_list(owner, &transport->limiter);
     pdi_flux_list(owner, &transport->flux);
     if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
 }
@@ -32282,6 +32414,7 @@ static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
     kd->spans = &t->bonds->spans;
     kd->components = 1;
     kd->restart = 20;
+    kd->least = t->flow ? 0 : PDI_TRANSPORT_LEAST;
     kd->most = t->flow ? 10 * kd->restart : 0;
     kd->arena = pdi_transport_arena(t);
     kd->fixed = 1;
@@ -32299,6 +32432,7 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
     md.symmetric = t->flow == NULL;
     md.contrast = md.contrast || t->desc.field != NULL;
     md.arena = pdi_transport_arena(t);
+    md.guest = pdi_transport_repeats(t);
     t->inverse.flux = &t->flux;
     t->limiter.bonds = t->flux.bonds = t->bonds;
     t->flux.flow = t->flow;
@@ -32349,6 +32483,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.level = desc->level;
     dd.held = desc->held;
     dd.walls_only = desc->walls_only;
+    dd.smooth = !pdi_transport_limits(t);
     dd.user = desc->user;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
@@ -32370,6 +32505,7 @@ PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
 {
     if (!t->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
+        if (t->repeated && !t->lean) t->inverse.mg.fields = (float *)(void *)t->repeated;
         if (!t->lean) pdi_multigrid_open(&t->inverse.mg);
     }
     t->held++;
@@ -32381,6 +32517,7 @@ PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *t, pd_status s
     if (--t->held) return status;
     t->inverse.fresh = 0;
     if (!t->lean) pdi_multigrid_close(&t->inverse.mg);
+    if (t->repeated) t->inverse.mg.fields = NULL;
     status = pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
     t->lean = 0;
     return status;
@@ -32446,7 +32583,7 @@ static double pdi_amount_limited(pd_ctx *ctx, pd_transport *t, int axis, int ind
 
 PDI_FN double pdi_amount_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
-    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    int limited = pdi_transport_limits(t);
     double flux;
     if (t->desc.given) return 0.0;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
@@ -32511,9 +32648,9 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
 static int pdi_explicit_within(pd_ctx *ctx, const pd_transport *t, double dt)
 {
     double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
-    pdi_par_zero(ctx, t->grid->total, t->rhs);
-    pdi_flux_rates(ctx, &t->flux, room, t->rhs);
-    return dt * pdi_par_max_abs(ctx, t->grid->total, t->rhs) <= 1.0;
+    pdi_par_zero(ctx, t->grid->total, t->work);
+    pdi_flux_rates(ctx, &t->flux, room, t->work);
+    return dt * pdi_par_max_abs(ctx, t->grid->total, t->work) <= 1.0;
 }
 
 /* c = start + dt (what comes in less what leaves) + what the last solve left undone, at fluid nodes; the share of one
@@ -32521,20 +32658,22 @@ static int pdi_explicit_within(pd_ctx *ctx, const pd_transport *t, double dt)
 static void pdi_explicit_share(const pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
-    const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->rhs, *carry = t->carry;
-    const double *held = t->diffusion.wall_source;
+    const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->work, *carry = t->carry;
     double *PD_RESTRICT c = t->c;
-    if (!held) {
+    if (!t->diffusion.wall_source) {
         PDI_FOR
         for (int32_t i = 0; i < t->grid->total; i++) {
-            double next = old[i] + dt * (source[i] + anti[i] - net[i]) + carry[i];
+            double next = old[i] + dt * (source[i] + (anti ? anti[i] : 0.0) - net[i]) + carry[i];
             c[i] = kind[i] == PD_FLUID ? next : c[i];
         }
         return;
     }
     PDI_FOR
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + anti[i] - net[i]) + carry[i];
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double held = pdi_diffusion_given(&t->diffusion, i);
+        if (kind[i] != PD_FLUID) continue;
+        c[i] = old[i] + dt * (source[i] + held + pdi_transport_gain(t, i) - net[i]) + carry[i];
+    }
 }
 
 static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
@@ -32559,7 +32698,7 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
     int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
-    pdi_transport_operator(ctx, t, t->old, t->rhs);
+    pdi_transport_operator(ctx, t, t->old, t->work);
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
         if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
@@ -32636,7 +32775,7 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
 {
     pd_flux steady = t->flux;
     pd_diffusion free_walls = t->diffusion;
-    double *out = t->work, *more = t->probe;
+    double *out = t->work, *more = t->work + t->grid->total;
     free_walls.wall_rate = NULL;
     steady.diffusion = &free_walls;
     steady.rate = 0.0;
@@ -32650,7 +32789,9 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
         int fluid = t->grid->kind[i] == PD_FLUID;
         double rest = fluid && t->rest ? t->rest[i] : 0.0, sum = fluid ? out[i] : 0.0;
         if (fluid && t->rest) sum += more[i];
-        out[i] = fluid ? pdi_diffusion_gain(&t->diffusion, i, t->c[i], rest) + t->source[i] + t->anti[i] - sum : 0.0;
+        if (fluid) sum = pdi_diffusion_gain(&t->diffusion, i, t->c[i], rest) + t->source[i] +
+                         pdi_transport_gain(t, i) - sum;
+        out[i] = sum;
     }
 }
 
@@ -32733,7 +32874,7 @@ static pd_status pdi_settle_correct(pd_ctx *ctx, pd_transport *t, pd_transport_r
 static pd_status pdi_settle_find(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
     double limit = pdi_settle_slowest(t);
-    int krylov = 0, limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    int krylov = 0, limited = pdi_transport_limits(t);
     if (!(limit < 1e200))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "settle", "nothing moves: there is no steady field to find");
     for (int step = 0; step < PDI_SETTLE_STEPS; step++) {
@@ -32918,8 +33059,8 @@ static pd_status pdi_two_stage_second(pd_ctx *ctx, pd_two_stage *a, double dt, p
     a->krylov += result->krylov;
     if (status < 0) return status;
     a->error = pdi_two_stage_error(a, &a->largest);
-    pdi_transport_residual(ctx, t, t->carry);
-    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
+    pdi_transport_residual(ctx, t, t->work);
+    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->work[i]);
     return status;
 }
 
@@ -33938,6 +34079,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     dd.diffusivity = r->diffusion.desc.diffusivity;
     dd.held = desc->wall ? desc->held : NULL;
     dd.user = desc->user;
+    dd.smooth = 1;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &r->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &r->boundary));
     r->flux.flow = flow;
@@ -48962,7 +49104,7 @@ static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
     dd.field = p->desc.field ? pdi_distribution_at : NULL;
     dd.held = walls ? pdi_distribution_wall : NULL;
     dd.user = p;
-    dd.walls_only = 1;
+    dd.walls_only = dd.smooth = 1;
     p->origin = HUGE_VAL;
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (p->desc.held[s]) p->origin = fmin(p->origin, p->desc.hold[s]);
@@ -62751,6 +62893,12 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
     return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
+PDI_FN int pdi_setup_bonds(const pd_setup *setup)
+{
+    if (setup->has_flow) return 0;
+    return setup->has_gas ? PD_BONDS_AT_REST : PD_BONDS_AT_REST | PD_BONDS_LEAN;
+}
+
 PDI_FN void pdi_setup_reactive(const pd_setup *u, pd_reactive_desc *desc)
 {
     const pd_electrolyte *e = &u->electrolyte;
@@ -68546,6 +68694,8 @@ PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const 
 #define PDI_FOOTPRINT_PACK 0.55e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_FOOTPRINT_BASE 0.22e6
+/* Basis vectors by which solves at rest grow. */
+#define PDI_FOOTPRINT_COLUMNS 3.0
 /* Nodes of a lattice that is planned as it is. */
 #define PDI_FOOTPRINT_NODES 1e8
 
@@ -68573,6 +68723,34 @@ static int pdi_footprint_beside(const pd_setup *u, const double *x, double near_
     return 0;
 }
 
+/* [m] Distance of x from metal and walls, below 0 within them. */
+static double pdi_footprint_away(const pd_setup *u, const double *x)
+{
+    double away = HUGE_VAL;
+    if (u->wall >= 0) away = pd_shape_distance(u->shape, u->wall, x);
+    if (u->solid >= 0) away = fmin(away, pd_shape_distance(u->shape, u->solid, x));
+    return away;
+}
+
+/* 1: a family around x in the fluid, `away` from them, reaches them: by the distance, or where spacings differ along the
+ * axes. */
+static int pdi_footprint_cuts(const pd_setup *u, const double *x, double away, double reach)
+{
+    double least = u->h[0], most = u->h[0];
+    for (int d = 1; d < PD_DIM; d++) {
+        least = fmin(least, u->h[d]);
+        most = fmax(most, u->h[d]);
+    }
+    if (!(away < reach * most)) return 0;
+    for (int step = -(int)reach; step <= (int)reach && most > least; step++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double at[PD_DIM];
+            for (int a = 0; a < PD_DIM; a++) at[a] = x[a] + (a == d ? step * u->h[a] : 0.0);
+            if (pdi_footprint_away(u, at) < 0.0) return 1;
+        }
+    return !(most > least);
+}
+
 /* Kinds of nodes, by the places of a regular sample. */
 static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *b)
 {
@@ -68588,15 +68766,14 @@ static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *
     for (i[2] = 0; i[2] < count[2]; i[2]++)
         for (i[1] = 0; i[1] < count[1]; i[1]++)
             for (i[0] = 0; i[0] < count[0]; i[0]++) {
-                double x[PD_DIM], far_away = HUGE_VAL;
+                double x[PD_DIM];
                 for (int d = 0; d < PD_DIM; d++) x[d] = u->lo[d] + (i[d] + 0.5) * (u->hi[d] - u->lo[d]) / count[d];
                 if (u->medium >= 0) near += fabs(pd_shape_distance(u->shape, u->medium, x)) < (u->m + 0.5) * step;
-                if (u->wall >= 0) far_away = pd_shape_distance(u->shape, u->wall, x);
-                if (far_away < 0.0) continue;
-                if (u->solid >= 0) far_away = fmin(far_away, pd_shape_distance(u->shape, u->solid, x));
-                solid += far_away < 0.0;
-                fluid += !(far_away < 0.0);
-                cut += !(far_away < 0.0) && (far_away < reach * step || pdi_footprint_beside(u, x, reach));
+                if (u->wall >= 0 && pd_shape_distance(u->shape, u->wall, x) < 0.0) continue;
+                double away = pdi_footprint_away(u, x);
+                solid += away < 0.0;
+                fluid += !(away < 0.0);
+                cut += !(away < 0.0) && (pdi_footprint_cuts(u, x, away, reach) || pdi_footprint_beside(u, x, reach));
             }
     b->fluid = b->cells * fluid / points;
     b->solid = b->cells * solid / points;
@@ -68611,7 +68788,7 @@ typedef struct pdi_footprint_plan {
     pd_grid grid;
     pd_bonds bonds;
     pd_flow flow;
-    double arena; /* [byte] */
+    double arena, levels; /* [byte] of what solvers share: work, and coarse levels of multigrids */
     double times; /* [-] nodes of the run for one of the grid, which an int32 counts */
 } pdi_footprint_plan;
 
@@ -68654,7 +68831,7 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     plan->across.count = (int)pdi_footprint_bonds(u->metal_m);
     plan->bonds.stencil = &plan->stencil;
     plan->bonds.grid = grid;
-    plan->bonds.options = u->has_flow ? 0 : PD_BONDS_AT_REST;
+    plan->bonds.options = pdi_setup_bonds(u);
     plan->bonds.paths.words = (plan->stencil.count + 31) / 32;
     plan->bonds.capacity = (int32_t)(1.25 * b->cut / plan->times);
     plan->bonds.spans.total = grid->total;
@@ -68673,8 +68850,17 @@ static double pdi_footprint_list(const pdi_footprint_plan *plan, pdi_list_fn lis
 static double pdi_footprint_levels(const pdi_footprint_plan *plan, const pd_multigrid *mg)
 {
     double contrast = mg->desc.contrast ? 1.0 : 0.0;
-    double cell = 4.0 + (4.0 * (4.0 + contrast) + 16.0 + 8.0 * contrast + 16.0 * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
+    double link = mg->desc.symmetric ? 12.0 : 16.0;
+    double cell = 4.0 + (4.0 * (4.0 + contrast) + 16.0 + 8.0 * contrast + link * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
     return plan->times * cell * mg->level[0].cells;
+}
+
+/* Solvers that work by turns have one memory for such levels. */
+static void pdi_footprint_share(pdi_footprint_plan *plan, double levels, pd_footprint *b)
+{
+    double more = fmax(levels - plan->levels, 0.0);
+    plan->levels += more;
+    b->working += more;
 }
 
 /* [byte] of a part whose work is lent: what the arena grows by. */
@@ -68712,8 +68898,8 @@ static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, 
     pdi_steady_plan(&plan->ctx, &steady);
     double bytes = pdi_footprint_list(plan, pdi_steady_list, &steady);
     bytes += pdi_footprint_list(plan, pdi_jacobian_list, &steady.jacobian);
-    b->working += pdi_footprint_levels(plan, &steady.mg_u) + (steady.timed ? 3.0 : 2.0) *
-                  pdi_footprint_levels(plan, &steady.mg_p);
+    pdi_footprint_share(plan, pdi_footprint_levels(plan, &steady.mg_u) + (steady.timed ? 3.0 : 2.0) *
+                              pdi_footprint_levels(plan, &steady.mg_p), b);
     size_t room = pdi_steady_room(&steady);
     if (steady.timed) {
         bytes += pdi_footprint_list(plan, pdi_implicit_list, &implicit);
@@ -68771,6 +68957,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&two_stage, 0, sizeof two_stage);
     t.grid = &plan->grid;
     t.bonds = t.flux.bonds = t.limiter.bonds = t.diffusion.bonds = &plan->bonds;
+    t.desc.advection = u->advection;
     if (u->has_flow) t.flow = t.flux.flow = &plan->flow;
     if (medium) t.desc.field = t.diffusion.media.level = pdi_footprint_any;
     t.desc.given = u->has_corrode && u->activation && !u->has_flow;
@@ -68779,6 +68966,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
         return;
     }
     if (pdi_wall_holds(u)) t.diffusion.desc.held = pdi_footprint_any;
+    t.diffusion.desc.smooth = !pdi_transport_limits(&t);
     t.diffusion.media.grid = &plan->grid;
     t.diffusion.media.stencil = &plan->stencil;
     t.diffusion.media.rows = (int32_t)(b->near / plan->times);
@@ -68789,6 +68977,8 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     pdi_transport_plan(&plan->ctx, &t);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
     *bytes += pdi_footprint_arena(plan, pdi_transport_room(&t));
+    if (!u->has_flow) b->working += PDI_FOOTPRINT_COLUMNS * 2.0 * (medium ? 8.0 : 4.0) * plan->times *
+                                    (double)t.krylov.length;
     t.diffusion.capacity = plan->bonds.capacity;
     t.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &t.diffusion);
@@ -68797,7 +68987,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);
     if (!u->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_two_stage_list, &two_stage);
-    b->working += pdi_footprint_levels(plan, &t.inverse.mg);
+    pdi_footprint_share(plan, pdi_footprint_levels(plan, &t.inverse.mg), b);
 }
 
 static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
@@ -68830,6 +69020,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes += pdi_footprint_arena(plan, pdi_reactive_room(&r));
     for (int side = 0; side < 2 * PD_DIM; side++)
         if (u->side[side].steeps) r.diffusion.desc.held = pdi_footprint_any;
+    r.diffusion.desc.smooth = 1;
     r.diffusion.capacity = plan->bonds.capacity;
     r.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &r.diffusion);
@@ -68849,7 +69040,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
         b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
     }
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
-    b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
+    pdi_footprint_share(plan, (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg), b);
 }
 
 /* Stands for what a cell asks for a conductivity. */
@@ -68882,6 +69073,7 @@ static void pdi_footprint_potential(const pd_setup *u, pdi_footprint_plan *plan,
     p->flux.conductance.capacity = p->diffusion.capacity = plan->bonds.capacity;
     p->flux.diffusion = &p->diffusion;
     p->diffusion.metals = plan->grid.solid_count > 0;
+    p->diffusion.desc.smooth = 1;
     /* a contact for each fluid node beside metal, which has at least the surface of a cube */
     double shell = fmin(2.0 * PD_DIM * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     p->contacts.count = (int32_t)(shell / plan->times);
@@ -69164,6 +69356,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #undef PDI_FOOTPRINT_PACK
 #undef PDI_FOOTPRINT_BASE
 #undef PDI_FOOTPRINT_NODES
+#undef PDI_FOOTPRINT_COLUMNS
 
 /* ======== >>run/attack.c ======== */
 /* attack: see attack.h */
@@ -69420,7 +69613,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
 static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
-    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, m->setup->has_flow ? 0 : PD_BONDS_AT_REST, &m->bonds));
+    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, pdi_setup_bonds(m->setup), &m->bonds));
     if (pdi_setup_surfaces(m->setup)) {
         PDI_TRY(pdi_model_stencil(ctx, m->setup, m->setup->metal_m, &m->across));
         PDI_TRY(pdi_path_build(ctx, &m->across, &m->grid, &m->paths));

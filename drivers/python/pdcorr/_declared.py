@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 PD_ACCURACY_LEAST = 1e-06
 PD_ACCURACY_MOST = 0.5
+PD_ARENA_IDLE = 16
 PD_BAND_MOST = 32
 PD_COUPLE_ELEMENTS = 8
 PD_COUPLE_PROCESSES = 8
@@ -26,7 +27,7 @@ PD_FOOTPRINT_ERROR = 0.2
 PD_FORCE_ALL = -1
 PD_FORCE_SIDES = -2
 PD_IMAGES_KEPT = 'pictures.bin'
-PD_KRYLOV_MORE = 64
+PD_KRYLOV_MORE = 150
 PD_LEAST_SQUARES_PARAMETERS = 8
 PD_MESSAGE_SIZE = 640
 PD_MINERAL_MOST = 8
@@ -128,6 +129,7 @@ PD_SIDE_PERIODIC = 3
 PD_SIDE_MIRROR = 4
 PD_BONDS_ALL_ROWS = 1
 PD_BONDS_AT_REST = 2
+PD_BONDS_LEAN = 4
 PD_CSR_LAPLACIAN = 0
 PD_CSR_DIFFUSE = 1
 PD_CSR_GRADIENT = 2
@@ -296,7 +298,7 @@ ENUMS = {
     'pd_family': {'PD_FAMILY_PARTIAL': 0, 'PD_FAMILY_WHOLE': 1},
     'pd_kind': {'PD_OUTSIDE': 0, 'PD_FLUID': 1, 'PD_SOLID': 2, 'PD_WALL': 3, 'PD_INLET': 4, 'PD_OUTLET': 5, 'PD_IMAGE': 6},
     'pd_side': {'PD_SIDE_WALL': 0, 'PD_SIDE_INLET': 1, 'PD_SIDE_OUTLET': 2, 'PD_SIDE_PERIODIC': 3, 'PD_SIDE_MIRROR': 4},
-    'pd_bonds_options': {'PD_BONDS_ALL_ROWS': 1, 'PD_BONDS_AT_REST': 2},
+    'pd_bonds_options': {'PD_BONDS_ALL_ROWS': 1, 'PD_BONDS_AT_REST': 2, 'PD_BONDS_LEAN': 4},
     'pd_csr_operator': {'PD_CSR_LAPLACIAN': 0, 'PD_CSR_DIFFUSE': 1, 'PD_CSR_GRADIENT': 2, 'PD_CSR_DIVERGENCE': 3},
     'pd_krylov_method': {'PD_KRYLOV_GMRES': 0, 'PD_KRYLOV_CG': 1},
     'pd_krylov_precision': {'PD_KRYLOV_DOUBLE': 0, 'PD_KRYLOV_SINGLE': 1, 'PD_KRYLOV_INTEGER': 2},
@@ -404,6 +406,8 @@ def declare(dim):
         ('block', POINTER(c_uint8)),
         ('size', c_size_t),
         ('used', c_size_t),
+        ('idle', c_void_p * 16),
+        ('idles', c_int),
     ]
 
     class pd_curve(Structure):
@@ -744,9 +748,9 @@ def declare(dim):
         ('grow', c_int),
         ('columns', c_int),
         ('few', c_int),
-        ('more', c_void_p * 64),
+        ('more', c_void_p * 150),
         ('chunks', c_int),
-        ('lent', c_int * 64),
+        ('lent', c_int * 150),
     ]
 
     class pd_krylov_result(Structure):
@@ -794,6 +798,7 @@ def declare(dim):
         ('indices', POINTER(c_int32)),
         ('line', POINTER(c_int32)),
         ('contrast', c_int),
+        ('symmetric', c_int),
         ('cell_capacity', c_int32),
         ('link_capacity', c_int32),
         ('child_capacity', c_int32),
@@ -821,6 +826,7 @@ def declare(dim):
         ('desc', pd_multigrid_desc),
         ('levels', c_int),
         ('hosts', c_int),
+        ('roomy', c_int),
         ('scale', c_double),
         ('pad', c_int32),
         ('store', POINTER(c_float)),
@@ -1391,6 +1397,7 @@ def declare(dim):
         ('held', pd_point_fn),
         ('user', c_void_p),
         ('walls_only', c_int),
+        ('smooth', c_int),
     ]
 
     class pd_diffusion(Structure):
