@@ -28,7 +28,8 @@ static double exchange_column(const val_lab *lab, int at)
         int32_t node = pd_grid_node(&lab->grid, i);
         double around = pdi_grid_circumference(&lab->grid, node);
         if (lab->grid.kind[node] != PD_FLUID) continue;
-        flux += (t->diffusion.wall_rate[node] * t->c[node] - t->diffusion.wall_source[node]) * lab->grid.h[1] * around;
+        double given = pdi_diffusion_given(&t->diffusion, node);
+        flux += (t->diffusion.wall_rate[node] * t->c[node] - given) * lab->grid.h[1] * around;
         carried += lab->flow.u[node] * t->c[node] * around;
         stream += lab->flow.u[node] * around;
     }

@@ -24,6 +24,8 @@
 #define PDI_FOOTPRINT_PACK 0.55e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_FOOTPRINT_BASE 0.22e6
+/* Basis vectors by which solves at rest grow. */
+#define PDI_FOOTPRINT_COLUMNS 3.0
 /* Nodes of a lattice that is planned as it is. */
 #define PDI_FOOTPRINT_NODES 1e8
 
@@ -51,6 +53,34 @@ static int pdi_footprint_beside(const pd_setup *u, const double *x, double near_
     return 0;
 }
 
+/* [m] Distance of x from metal and walls, below 0 within them. */
+static double pdi_footprint_away(const pd_setup *u, const double *x)
+{
+    double away = HUGE_VAL;
+    if (u->wall >= 0) away = pd_shape_distance(u->shape, u->wall, x);
+    if (u->solid >= 0) away = fmin(away, pd_shape_distance(u->shape, u->solid, x));
+    return away;
+}
+
+/* 1: a family around x in the fluid, `away` from them, reaches them: by the distance, or where spacings differ along the
+ * axes. */
+static int pdi_footprint_cuts(const pd_setup *u, const double *x, double away, double reach)
+{
+    double least = u->h[0], most = u->h[0];
+    for (int d = 1; d < PD_DIM; d++) {
+        least = fmin(least, u->h[d]);
+        most = fmax(most, u->h[d]);
+    }
+    if (!(away < reach * most)) return 0;
+    for (int step = -(int)reach; step <= (int)reach && most > least; step++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double at[PD_DIM];
+            for (int a = 0; a < PD_DIM; a++) at[a] = x[a] + (a == d ? step * u->h[a] : 0.0);
+            if (pdi_footprint_away(u, at) < 0.0) return 1;
+        }
+    return !(most > least);
+}
+
 /* Kinds of nodes, by the places of a regular sample. */
 static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *b)
 {
@@ -66,15 +96,14 @@ static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *
     for (i[2] = 0; i[2] < count[2]; i[2]++)
         for (i[1] = 0; i[1] < count[1]; i[1]++)
             for (i[0] = 0; i[0] < count[0]; i[0]++) {
-                double x[PD_DIM], far_away = HUGE_VAL;
+                double x[PD_DIM];
                 for (int d = 0; d < PD_DIM; d++) x[d] = u->lo[d] + (i[d] + 0.5) * (u->hi[d] - u->lo[d]) / count[d];
                 if (u->medium >= 0) near += fabs(pd_shape_distance(u->shape, u->medium, x)) < (u->m + 0.5) * step;
-                if (u->wall >= 0) far_away = pd_shape_distance(u->shape, u->wall, x);
-                if (far_away < 0.0) continue;
-                if (u->solid >= 0) far_away = fmin(far_away, pd_shape_distance(u->shape, u->solid, x));
-                solid += far_away < 0.0;
-                fluid += !(far_away < 0.0);
-                cut += !(far_away < 0.0) && (far_away < reach * step || pdi_footprint_beside(u, x, reach));
+                if (u->wall >= 0 && pd_shape_distance(u->shape, u->wall, x) < 0.0) continue;
+                double away = pdi_footprint_away(u, x);
+                solid += away < 0.0;
+                fluid += !(away < 0.0);
+                cut += !(away < 0.0) && (pdi_footprint_cuts(u, x, away, reach) || pdi_footprint_beside(u, x, reach));
             }
     b->fluid = b->cells * fluid / points;
     b->solid = b->cells * solid / points;
@@ -278,6 +307,8 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     pdi_transport_plan(&plan->ctx, &t);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
     *bytes += pdi_footprint_arena(plan, pdi_transport_room(&t));
+    if (!u->has_flow) b->working += PDI_FOOTPRINT_COLUMNS * 2.0 * (medium ? 8.0 : 4.0) * plan->times *
+                                    (double)t.krylov.length;
     t.diffusion.capacity = plan->bonds.capacity;
     t.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &t.diffusion);
@@ -676,3 +707,4 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #undef PDI_FOOTPRINT_PACK
 #undef PDI_FOOTPRINT_BASE
 #undef PDI_FOOTPRINT_NODES
+#undef PDI_FOOTPRINT_COLUMNS

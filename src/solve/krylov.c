@@ -199,7 +199,7 @@ static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
     return pdi_owner_build(ctx, pdi_krylov_chunk_list, krylov);
 }
 
-/* Room for more basis vectors; 0: there is none. */
+/* Room for more basis vectors; 0: there is none, negative: fixed, and memory is refused. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
     int columns = krylov->base + krylov->chunks * krylov->grow; /* without a shift */
@@ -213,6 +213,7 @@ static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
         krylov->chunks += chunk;
         return 1;
     }
+    if (krylov->desc.fixed) return status;
     ctx->status = PD_OK; /* it goes on with what it has */
     ctx->message[0] = '\0';
     return 0;
@@ -517,6 +518,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         if (j == pdi_krylov_room(run->k)) {
             int grown = pdi_krylov_grow(run->ctx, run->k);
             s = pdi_krylov_look(run->k); /* it may have moved even so */
+            if (grown < 0) return run->ctx->status;
             if (!grown) break;
         }
         double *h = s.hess + pdi_hessenberg_column(j);

@@ -41,7 +41,8 @@ typedef struct pd_krylov_desc {
                          * restart. Where memory is refused it restarts */
     pd_arena *arena;    /* GMRES: lends what the basis grows by for the rest of a solve, as far as it has room.
                          * Borrowed; NULL: all is allocated */
-    int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
+    int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is, and not before it: PD_ERR_MEMORY where
+                         * memory for that is refused */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
     pd_krylov_precision compressed; /* of the basis of GMRES. Residuals stay double; a cycle gains up to six digits in

@@ -336,7 +336,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         if (first) d->wall_value[place] = c;
         first = 0;
         d->wall_rate[i] += value;
-        d->wall_source[i] += value * c;
+        d->wall_source[place] += value * c;
         d->wall_rest[place] += value * (c - d->wall_value[place]);
         d->held_least = fmin(d->held_least, c);
         d->held_most = fmax(d->held_most, c);
@@ -356,9 +356,9 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
 static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
 {
     int64_t place = d->place[i];
-    d->wall_rate[i] = d->wall_source[i] = 0.0;
+    d->wall_rate[i] = 0.0;
     if (place < 0) return;
-    d->wall_value[place] = d->wall_rest[place] = 0.0;
+    d->wall_source[place] = d->wall_value[place] = d->wall_rest[place] = 0.0;
     for (int a = 0; a < PD_DIM && d->wall_grad; a++)
         d->wall_grad[place * PD_DIM + a] = d->wall_grad_rate[place * PD_DIM + a] = 0.0;
 }
@@ -464,7 +464,6 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, diffusion, renewed, total, "1");
     if (!diffusion->desc.held) return;
     PDI_ARRAY(owner, diffusion, wall_rate, total, "1/s");
-    PDI_ARRAY(owner, diffusion, wall_source, total, "mol/m3/s");
     PDI_ARRAY(owner, diffusion, held, diffusion->bonds->stencil->count, "1");
 }
 
@@ -477,6 +476,7 @@ PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object)
     if (diffusion->metals) PDI_ARRAY(owner, diffusion, metal, PD_DIFFUSION_TENSOR * count, "1");
     if (diffusion->metals) PDI_ARRAY(owner, diffusion, facing, PD_DIM * count, "1");
     if (!diffusion->desc.held) return;
+    PDI_ARRAY(owner, diffusion, wall_source, count, "mol/m3/s");
     PDI_ARRAY(owner, diffusion, wall_value, count, "mol/m3");
     PDI_ARRAY(owner, diffusion, wall_rest, count, "mol/m3/s");
     PDI_ARRAY(owner, diffusion, wall_part, count, "1");

@@ -47,7 +47,7 @@ typedef struct pd_diffusion {
     pd_media media;                     /* where the diffusivity is a field; empty as above */
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
     double *wall_rate;                  /* [total] [1/s] conductance to held walls, or NULL */
-    double *wall_source;                /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
+    double *wall_source;                /* [capacity] [mol/m3/s] sum of conductance times held value, or NULL */
     double *wall_value, *wall_rest;     /* [capacity] [mol/m3], [mol/m3/s] one of the values that the node sees, and
                                          * what `wall_source` is beside `wall_rate` times that; or NULL */
     double *wall_grad, *wall_grad_rate; /* [capacity][PD_DIM] [mol/m4], [1/m] held values add grad - rate c to the
@@ -78,6 +78,11 @@ PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double 
 PDI_FN float pdi_diffusion_more(const pd_diffusion *diffusion, int32_t i, int k);
 /* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, int rows, double *bond);
+/* wall_source at node i. */
+static inline double pdi_diffusion_given(const pd_diffusion *d, int32_t i)
+{
+    return d->place[i] < 0 ? 0.0 : d->wall_source[d->place[i]];
+}
 /* What held walls give to node i with the concentration c + rest [mol/m3/s]: differences first, since beside a good
  * conductor they drown in their products. */
 static inline double pdi_diffusion_gain(const pd_diffusion *d, int32_t i, double c, double rest)

@@ -42,9 +42,8 @@ static void pdi_explicit_share(const pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
     const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->work, *carry = t->carry;
-    const double *held = t->diffusion.wall_source;
     double *PD_RESTRICT c = t->c;
-    if (!held) {
+    if (!t->diffusion.wall_source) {
         PDI_FOR
         for (int32_t i = 0; i < t->grid->total; i++) {
             double next = old[i] + dt * (source[i] + (anti ? anti[i] : 0.0) - net[i]) + carry[i];
@@ -53,8 +52,11 @@ static void pdi_explicit_share(const pd_transport *t, double dt)
         return;
     }
     PDI_FOR
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + pdi_transport_gain(t, i) - net[i]) + carry[i];
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double held = pdi_diffusion_given(&t->diffusion, i);
+        if (kind[i] != PD_FLUID) continue;
+        c[i] = old[i] + dt * (source[i] + held + pdi_transport_gain(t, i) - net[i]) + carry[i];
+    }
 }
 
 static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)

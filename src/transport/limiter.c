@@ -58,7 +58,7 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
     int64_t total = bonds->grid->total;
     double c = p->c[b], value = f->field ? f->field[i] : f->desc.diffusivity, sum[PD_DIM], *slope = s->slope + i;
     if (f->wall_rate && f->wall_rate[i] > 0.0) {
-        double step = (f->wall_source[i] - f->wall_rate[i] * c) / value;
+        double step = (pdi_diffusion_given(f, i) - f->wall_rate[i] * c) / value;
         p->bend[b] += step;
         p->size[b] += fabs(step);
         if (p->x) {

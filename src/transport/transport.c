@@ -156,7 +156,7 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
 static inline double pdi_transport_right(const pd_transport *t, int32_t i)
 {
     double sum = (t->old[i] + t->carry[i]) / t->dt + t->source[i] + pdi_transport_gain(t, i);
-    return t->diffusion.wall_source ? sum + t->diffusion.wall_source[i] : sum;
+    return t->diffusion.wall_source ? sum + pdi_diffusion_given(&t->diffusion, i) : sum;
 }
 
 /* All of them, where they are kept. */

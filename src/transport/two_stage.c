@@ -126,8 +126,8 @@ static pd_status pdi_two_stage_second(pd_ctx *ctx, pd_two_stage *a, double dt, p
     a->krylov += result->krylov;
     if (status < 0) return status;
     a->error = pdi_two_stage_error(a, &a->largest);
-    pdi_transport_residual(ctx, t, t->carry);
-    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
+    pdi_transport_residual(ctx, t, t->work);
+    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->work[i]);
     return status;
 }
 
