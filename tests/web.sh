@@ -8,8 +8,9 @@ python=/usr/bin/python3
 for tool in chromium chromedriver; do command -v $tool > /dev/null || skip_all "$tool is not installed"; done
 $python -c 'import selenium' 2> /dev/null || skip_all "selenium for Python is not installed"
 
-${MAKE:-make} --no-print-directory BUILD="$build" "$build/web/index.html" > "$dir/log" 2>&1
-verdict "the page is built"
+sh tools/first.sh --commands browser > "$dir/run" 2> "$dir/log"
+BUILD=$build sh -ec '. "$1"' sh "$dir/run" > "$dir/log" 2>&1
+verdict "the page is built, by the commands of docs/tutorials/browser.md"
 if [ "$failed" != 0 ]; then
     score
     exit 1
