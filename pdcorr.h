@@ -386,7 +386,7 @@
 #define PDI_COLD
 #endif
 
-/* PDI_SMALL: the same rooms are compiled to be small, where programs are sent over a network. */
+/* PDI_SMALL: the same rooms and a few others are compiled to be small, where programs are sent over a network. */
 #if defined(__clang__) && defined(__wasm__)
 #define PDI_SMALL
 #pragma clang diagnostic ignored "-Wpragma-clang-attribute" /* a module may have no function in a dimension */
@@ -32007,6 +32007,10 @@ PDI_COLD_END
 
 #if !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_SMALL
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
+
 /* ======== >>transport/migrate.c ======== */
 /* migrate: see migrate.h
  *
@@ -32192,6 +32196,9 @@ PDI_FN void pdi_migrate_apply(const pd_ctx *ctx, const pdi_migrate *m)
     pdi_traverse_blocks(ctx, m->flux->boundary, bonds->grid->fluid_count * bonds->stencil->count * 8 * m->count,
                         pdi_migrate_nodes, m);
 }
+#ifdef PDI_SMALL
+#pragma clang attribute pop
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -33967,6 +33974,10 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 
 #if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_SMALL
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
+
 /* ======== >>react/migration.c ======== */
 /* migration: see migration.h */
 #include <float.h>
@@ -34278,6 +34289,9 @@ PDI_FN double pdi_migration_level(pd_migration *m)
         if (grid->kind[i] == PD_FLUID) m->psi[i] -= pdi_sum_total(&sum) / count;
     return count ? m->volt * pdi_sum_total(&sum) / count : 0.0;
 }
+#ifdef PDI_SMALL
+#pragma clang attribute pop
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
@@ -40254,6 +40268,8 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/band.c ======== */
@@ -40613,6 +40629,19 @@ PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double
 #undef PDI_BAND_STEPS
 #undef PDI_BAND_LINES
 #undef PDI_BAND_APART
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
 
 /* ======== >>solid/elastic.c ======== */
 /* elastic: see elastic.h */
@@ -42967,6 +42996,8 @@ PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners,
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/springs.c ======== */
@@ -43373,10 +43404,16 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_swe
 #undef PDI_SPRINGS_ALL
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_SMALL
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
 
 /* ======== >>solid/mend.c ======== */
 /* mend: see mend.h */
@@ -43595,6 +43632,9 @@ PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *o, double *share)
 #undef PDI_MEND_WHOLE
 #undef PDI_MEND_GRID
 #undef PDI_MEND_COARSE
+#ifdef PDI_SMALL
+#pragma clang attribute pop
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
@@ -43602,6 +43642,8 @@ PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *o, double *share)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/microelastic.c ======== */
@@ -44849,6 +44891,8 @@ void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 #undef PDI_ORDINARY_SQUARINGS
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -45513,6 +45557,8 @@ PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f,
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/finite.c ======== */
@@ -46182,6 +46228,8 @@ pd_solid pd_finite_solid(pd_finite *f)
 #undef PDI_FINITE_WORK
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -47656,6 +47704,10 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
 
 #if !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_SMALL
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
+
 /* ======== >>metal/tilt.c ======== */
 /* tilt: see tilt.h */
 #include <math.h>
@@ -47760,6 +47812,9 @@ PDI_FN void pdi_tilt_update(const pd_ctx *ctx, pd_dissolve *d)
         if (d->mark[d->front[f]] & PDI_TILT_NEAR) pdi_tilt_touch(d, d->front[f]);
     d->tilted = 1;
 }
+#ifdef PDI_SMALL
+#pragma clang attribute pop
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -54244,6 +54299,10 @@ PDI_FN void pdi_folder_close(pd_folder *f)
 
 #if !defined(PDCORR_NO_IO)
 
+#ifdef PDI_SMALL
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
+
 /* ======== >>io/png.c ======== */
 /* png: see png.h */
 #include <string.h>
@@ -54660,6 +54719,9 @@ PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
     return status;
 }
 PDI_COLD_END
+#ifdef PDI_SMALL
+#pragma clang attribute pop
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_IO)

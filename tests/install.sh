@@ -1,7 +1,7 @@
 #!/bin/sh
 # slow: yes
 # make install: what it writes and what not; programs that use the header, the shared and the static library, by
-# pkg-config and CMake, also where the tree has been moved; the program of docs/tutorials/program.md; make uninstall.
+# pkg-config and CMake, also where the tree has been moved; make uninstall. As a page says it: tests/ways.sh.
 . tests/lib/script.sh
 CC=${CC:-cc}
 prefix=/opt/pd
@@ -99,28 +99,6 @@ if command -v cmake > /dev/null; then
 else
     echo "skipped: cmake is not installed"
     skipped=$((skipped + 1))
-fi
-
-# The program of the tutorial, as its page builds it.
-page=docs/tutorials/program.md
-mkdir "$dir/program"
-block $page 1 c > "$dir/program/main.c"
-block $page 1 cmake > "$dir/program/CMakeLists.txt"
-says() {
-    LD_LIBRARY_PATH=$tree/lib "$1" 2> "$dir/log" | grep -q '^C \[mol/m3\] is [0-9.e+-]* in the corner after 7200 s$'
-}
-if command -v pkg-config > /dev/null; then
-    # shellcheck disable=SC2046
-    $CC -std=c99 -DPD_DIM=2 "$dir/program/main.c" $(pc --cflags) -o "$dir/program/main" -lpdcorr $(pc --libs) \
-        2> "$dir/log"
-    verdict "$page: pkg-config"
-    check "$page: pkg-config: run" says "$dir/program/main"
-fi
-if command -v cmake > /dev/null; then
-    CC=$CC cmake -S "$dir/program" -B "$dir/program/cmake" -DCMAKE_PREFIX_PATH="$tree" > "$dir/log" 2>&1 &&
-        cmake --build "$dir/program/cmake" > "$dir/log" 2>&1
-    verdict "$page: CMake"
-    check "$page: CMake: run" says "$dir/program/cmake/main"
 fi
 
 echo mine > "$tree/share/pdcorr/mine"

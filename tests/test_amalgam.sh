@@ -132,6 +132,13 @@ printf 'cold g: attic\n' >> src/MODULES
 check "a level for what is rarely run" tool
 check "says so to gcc" grep -q '^#pragma GCC optimize ("Og")$' one.h
 fresh
+printf 'cold 3: attic\nsmall: attic low\n' >> src/MODULES
+check "modules that are small where programs are sent" tool
+check "says so to clang" [ "$(grep -c '^#pragma clang attribute push' one.h)" = 2 ]
+check "ends what it says" [ "$(grep -c '^#pragma clang attribute pop' one.h)" = 2 ]
+check "beside a level and without one" \
+    [ "$(grep -c '^#elif defined(PDI_SMALL)$' one.h) $(grep -c '^#ifdef PDI_SMALL$' one.h)" = '2 2' ]
+fresh
 printf 'cold 7: attic\n' >> src/MODULES
 check "no such level" refuses 'cold/7:.h: not found'
 

@@ -14,6 +14,7 @@
  *   cold N: ROOM or MODULE...   no loop of theirs gains from more than -O<N>, which gcc then compiles their .c with;
  *                               N: g, 1 or 2; 3: all but the passes that loops of vectors do not gain from; of two
  *                               lines that name a module the later one counts
+ *   small: ROOM or MODULE...    compiled to be small where programs are sent over a network, as those of -Og to -O2 are
  */
 #define _POSIX_C_SOURCE 200809L
 #include <ctype.h>
@@ -36,6 +37,7 @@ typedef struct module {
     char uses[MAX_MODULES]; /* 1: a file of this module includes that module */
     unsigned cuts; /* bit k: cut k leaves it out */
     char level; /* of optimisation that its .c gains from; 0: whatever the compiler has */
+    int small;  /* named by a line `small` */
     int seen; /* of the cycle search: 1 on the path, 2 finished */
 } module;
 
@@ -154,8 +156,8 @@ static void add_module(const char *src, const char *room, const char *name, int 
     module_count++;
 }
 
-/* The words from `at` to the end of the line: rooms and paths of modules of a cut, or, cut < 0, of a level, which takes
- * names of modules, too. */
+/* The words from `at` to the end of the line: rooms and paths of modules of a cut, or, cut < 0, of a level (0: small),
+ * which takes names of modules, too. */
 static void mark_modules(const char *src, const char *at, const char *end, int cut, char level)
 {
     char name[NAME_SIZE];
@@ -167,7 +169,8 @@ static void mark_modules(const char *src, const char *at, const char *end, int c
             if (strcmp(m->room, name) != 0 && strcmp(m->path, name) != 0 && (cut >= 0 || strcmp(m->name, name) != 0))
                 continue;
             if (cut >= 0) m->cuts |= 1u << cut;
-            else m->level = level;
+            else if (level) m->level = level;
+            else m->small = 1;
             found = 1;
         }
         if (!found) die("%s/MODULES: %s is no room or module that stands before", src, name);
@@ -180,6 +183,10 @@ static int read_mark(const char *src, const char *line, const char *end)
     int size = 0;
     if (strncmp(line, "cold ", 5) == 0 && line[5] && strchr("g123", line[5]) && line[6] == ':') {
         mark_modules(src, line + 7, end, -1, line[5]);
+        return 1;
+    }
+    if (strncmp(line, "small:", 6) == 0) {
+        mark_modules(src, line + 6, end, -1, 0);
         return 1;
     }
     if (sscanf(line, "cut %47[A-Z_]:%n", name, &size) != 1 || !size) return 0;
@@ -377,15 +384,17 @@ static void append_file(text *out, const module *m, const char *data, const char
 /* Is it compiled to be small, where that is asked for? */
 static int small(const module *m)
 {
-    return m->level == 'g' || m->level == '1' || m->level == '2';
+    return m->small || m->level == 'g' || m->level == '1' || m->level == '2';
 }
 
 /* Guards of neighbours that the same macros leave out; their level of optimisation. */
 static void close_guards(text *out, const module *last, int sources)
 {
     if (sources && last->level) append_line(out, "#ifdef PDI_COLD\n#pragma GCC pop_options");
-    if (sources && small(last)) append_line(out, "#elif defined(PDI_SMALL)\n#pragma clang attribute pop");
-    if (sources && last->level) append_line(out, "#endif");
+    if (sources && small(last))
+        append_line(out, "%s\n#pragma clang attribute pop",
+                    last->level ? "#elif defined(PDI_SMALL)" : "#ifdef PDI_SMALL");
+    if (sources && (last->level || small(last))) append_line(out, "#endif");
     if (last->cuts) append_line(out, "#endif /* cut */");
 }
 
@@ -397,14 +406,14 @@ static void open_guards(text *out, const module *m, int sources)
             snprintf(line + strlen(line), sizeof line - strlen(line), "%s !defined(%s)", line[4] ? " &&" : "",
                      cuts[cut]);
     if (m->cuts) append_line(out, "%s", line);
-    if (!sources || !m->level) return;
-    append_line(out, "\n#ifdef PDI_COLD\n#pragma GCC push_options");
+    if (!sources || !(m->level || small(m))) return;
+    if (m->level) append_line(out, "\n#ifdef PDI_COLD\n#pragma GCC push_options");
     if (m->level == '3')
         append_line(out, "#pragma GCC optimize (\"no-gcse-after-reload\", \"no-schedule-insns2\", \"no-split-paths\")");
-    else append_line(out, "#pragma GCC optimize (\"O%c\")", m->level);
+    else if (m->level) append_line(out, "#pragma GCC optimize (\"O%c\")", m->level);
     if (small(m))
-        append_line(out, "#elif defined(PDI_SMALL)\n"
-                         "#pragma clang attribute push (__attribute__((minsize)), apply_to = function)");
+        append_line(out, "%s\n#pragma clang attribute push (__attribute__((minsize)), apply_to = function)",
+                    m->level ? "#elif defined(PDI_SMALL)" : "\n#ifdef PDI_SMALL");
     append_line(out, "#endif");
 }
 
@@ -415,7 +424,7 @@ static void append_modules(text *out, int sources)
     for (int k = 0; k < module_count; k++) {
         const module *m = &modules[k];
         if (sources && !m->source) continue;
-        if (!last || last->cuts != m->cuts || (sources && last->level != m->level)) {
+        if (!last || last->cuts != m->cuts || (sources && (last->level != m->level || small(last) != small(m)))) {
             if (last) close_guards(out, last, sources);
             open_guards(out, m, sources);
         }

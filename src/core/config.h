@@ -111,7 +111,7 @@
 #define PDI_COLD
 #endif
 
-/* PDI_SMALL: the same rooms are compiled to be small, where programs are sent over a network. */
+/* PDI_SMALL: the same rooms and a few others are compiled to be small, where programs are sent over a network. */
 #if defined(__clang__) && defined(__wasm__)
 #define PDI_SMALL
 #pragma clang diagnostic ignored "-Wpragma-clang-attribute" /* a module may have no function in a dimension */
