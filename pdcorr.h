@@ -105,6 +105,7 @@
  *     flux       advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
  *     migrate    what bonds carry of several charged fields by diffusion, by a flow and by an electric field, fitted by
  *     bounds     least and largest value that a field may take, and the nodes that leave them.
+ *     steep      antidiffusive fluxes of fifth order, which keep summits and steep fronts, for explicit steps with families of
  *     inverse    the preconditioner of transport, near the inverse of its operator.
  *     transport  steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
  *     amount     how much the fluid holds, and what passes a plane across it.
@@ -4333,6 +4334,38 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 
 #endif
 
+/* ======== >>transport/steep.h ======== */
+/* steep: antidiffusive fluxes of fifth order, which keep summits and steep fronts, for explicit steps with families of
+ * the nodes next to a node (theory: eq. 5.4c to 5.4e).
+ *
+ * A node knows what it gives to the bond ahead and to the one behind where the stream leaves through them: a value at
+ * their middle, from five nodes in a line, as far as monotone profiles stay monotone. What the bonds then bring is
+ * scaled where a node would leave bounds that the upwinded step keeps.
+ */
+#ifndef PD_STEEP_H
+#define PD_STEEP_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_steep {
+    const pd_flux *flux;
+    double dt;                /* [s] */
+    pdi_bounds bounds;        /* [mol/m3] of the field at the end of the step */
+    const double *c, *plain;  /* [total] [mol/m3] the field with its images and inlets; that of the upwinded step */
+    double *bend;             /* [total] [mol/m3] work: second differences along a line */
+    double *value;            /* [count][total] [mol/m3] values at the middle of bonds, less that of the node; lent */
+    double *gain, *loss;      /* [total] work: what comes in and leaves [mol/m3/s], then the shares that may [-] */
+} pdi_steep;
+
+/* 1: families reach the nodes next to a node and no others. */
+PDI_FN int pdi_steep_may(const pd_flux *flux);
+/* Arrays of a pdi_steep that are lent for a step. */
+PDI_FN void pdi_steep_list(pdi_owner *owner, void *object);
+/* y [total] [mol/m3/s]: what each fluid node gains. */
+PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *steep, double *y);
+#endif
+
+#endif
+
 /* ======== >>transport/inverse.h ======== */
 /* inverse: the preconditioner of transport, near the inverse of its operator.
  *
@@ -4424,6 +4457,7 @@ typedef struct pd_transport {
     double *absorb;         /* [total] [1/s] given, too; source - absorb c enters the fluid */
     double time;            /* [s] of the values that are held and enter */
     double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
+    double seen[2];         /* [mol/m3] least and largest value that explicit steps have begun with */
     double ceiling;         /* [mol/m3] given, too: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; fluid at rest: lent zeros */
@@ -4516,6 +4550,8 @@ PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport
 PDI_FN int pdi_transport_start(pd_transport *transport);
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
 PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
+/* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
+PDI_FN void pdi_transport_seen(pd_transport *transport, pdi_bounds *bounds);
 /* The bounds of a step begin with what is held and enters at its start. */
 PDI_FN void pdi_transport_open(pd_transport *transport);
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */
@@ -31455,6 +31491,262 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
     }
     return found;
 }
+
+/* ======== >>transport/steep.c ======== */
+/* steep: see steep.h */
+#include <math.h>
+
+/* How much a value at the middle of a bond may go on as the field has risen up to its upwind end (Suresh and Huynh
+ * 1997), and how curved the field may be behind it, of which a parabola has 1. */
+#define PDI_STEEP_RISE 4.0
+#define PDI_STEEP_CURVED (4.0 / 3.0)
+
+/* A sweep over the bonds of one line, or over all of them with the shares (0: to find them). */
+typedef struct pdi_steep_sweep {
+    const pdi_steep *s;
+    int k, shares;
+    double *y;
+} pdi_steep_sweep;
+
+/* ---- values at the middle of bonds ---- */
+
+/* Both bonds of line k are open, of the rows from `row`. */
+static inline double pdi_steep_open(const pd_bonds *bonds, int32_t row, int k, int b)
+{
+    int opposite = bonds->stencil->count - 1 - k;
+    return pdi_bond_open(bonds, row + b, k) && pdi_bond_open(bonds, row + b, opposite) ? 1.0 : 0.0;
+}
+
+/* Second differences along the line of bond k, of nodes as in traverse.h. Where a bond is closed or ends on an outlet
+ * the field goes on as a line. */
+static inline void pdi_steep_bends(const pdi_steep *s, int32_t i, int32_t row, int32_t place, int k, int count,
+                                   double *PD_RESTRICT bend)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    int32_t shift = bonds->paths.shift[k];
+    const double *c = s->c + i;
+    if (place >= 0) {
+        const int32_t *far = s->flux->boundary->far + (int64_t)place * bonds->stencil->count;
+        int32_t next = far[k], before = far[bonds->stencil->count - 1 - k];
+        bend[0] = next != i && before != i ? s->c[next] - 2.0 * c[0] + s->c[before] : 0.0;
+        return;
+    }
+    for (int b = 0; b < count; b++) bend[b] = c[b + shift] - 2.0 * c[b] + c[b - shift];
+    for (int b = 0; b < count && row >= 0; b++) bend[b] *= pdi_steep_open(bonds, row, k, b);
+}
+
+static void pdi_steep_bend_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep_sweep *of = (const pdi_steep_sweep *)user;
+    pdi_steep_bends(of->s, i, row, place, of->k, count, of->s->bend + i);
+}
+
+/* The bond that a mirror makes of bond k; odd: bit d: axis d turns round. */
+static int pdi_steep_turned(const pd_stencil *s, int k, int odd)
+{
+    int turned = 0;
+    for (int like = 0; turned < s->count && !like; turned += !like) {
+        like = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            double want = s->xi[k * PD_DIM + d];
+            if (odd >> d & 1) want = -want;
+            if (fabs(s->xi[turned * PD_DIM + d] - want) > 0.0) like = 0;
+        }
+    }
+    return turned;
+}
+
+/* Images of second differences: a mirror makes another line of one across it. Those of such lines are computed anew. */
+static void pdi_steep_bend_images(const pdi_steep *s, int k)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int last = bonds->stencil->count - 1;
+    for (int32_t g = 0; g < ghosts->images; g++) {
+        int32_t source = ghosts->source[g];
+        int turned = ghosts->odd[g] ? pdi_steep_turned(bonds->stencil, k, ghosts->odd[g]) : k;
+        int same = turned == k || turned == last - k || bonds->grid->kind[source] != PD_FLUID;
+        if (same) s->bend[ghosts->node[g]] = s->bend[source];
+        else pdi_steep_bends(s, source, bonds->row[source], -1, turned, 1, s->bend + ghosts->node[g]);
+    }
+}
+
+/* The least in size of two or of all, zero where signs differ. */
+static inline double pdi_steep_least(double a, double b)
+{
+    double low = a < b ? a : b, high = a < b ? b : a;
+    return low > 0.0 ? low : high < 0.0 ? high : 0.0;
+}
+
+/* The curvature of both ends that is no more than that of either, nor than what they have if one of them is none. */
+static inline double pdi_steep_curve(double a, double b)
+{
+    return pdi_steep_least(pdi_steep_least(4.0 * a - b, 4.0 * b - a), pdi_steep_least(a, b));
+}
+
+/* Value at the middle of the bond along which the field rises by `step`, less that of its upwind end: of fifth order,
+ * within what keeps the field monotone (eq. 5.4d). before, at, after: second differences. */
+static inline double pdi_steep_value(double step, double before, double at, double after)
+{
+    double value = 0.5 * step + (2.0 * before - 9.0 * at - 3.0 * after) / 60.0, rise = step - at;
+    double middle = 0.5 * (step - pdi_steep_curve(at, after)), most = PDI_STEEP_RISE * rise;
+    double round = 0.5 * rise + PDI_STEEP_CURVED * pdi_steep_curve(before, at);
+    double low = fmax(fmin(fmin(0.0, step), middle), fmin(fmin(0.0, most), round));
+    double high = fmin(fmax(fmax(0.0, step), middle), fmax(fmax(0.0, most), round));
+    return value + pdi_steep_least(low - value, high - value);
+}
+
+static void pdi_steep_value_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep_sweep *of = (const pdi_steep_sweep *)user;
+    const pd_bonds *bonds = of->s->flux->bonds;
+    int opposite = bonds->stencil->count - 1 - of->k;
+    int32_t next = bonds->paths.shift[of->k], before = -next;
+    int64_t total = bonds->grid->total;
+    const double *c = of->s->c + i, *bend = of->s->bend + i;
+    double *PD_RESTRICT ahead = of->s->value + of->k * total + i, *PD_RESTRICT behind = of->s->value + opposite * total + i;
+    (void)row;
+    if (place >= 0) {
+        const int32_t *far = of->s->flux->boundary->far + (int64_t)place * bonds->stencil->count;
+        next = far[of->k] - i;
+        before = far[opposite] - i;
+    }
+    for (int b = 0; b < count; b++) {
+        ahead[b] = pdi_steep_value(c[b + next] - c[b], bend[b + before], bend[b], bend[b + next]);
+        behind[b] = pdi_steep_value(c[b + before] - c[b], bend[b + next], bend[b], bend[b + before]);
+    }
+}
+
+static void pdi_steep_line(const pd_ctx *ctx, pdi_steep_sweep *of)
+{
+    const pdi_steep *s = of->s;
+    const pd_bonds *bonds = s->flux->bonds;
+    pdi_par_zero(ctx, bonds->grid->total, s->bend);
+    pdi_traverse_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 4, pdi_steep_bend_nodes, of);
+    pdi_steep_bend_images(s, of->k);
+    pdi_traverse_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 60, pdi_steep_value_nodes, of);
+}
+
+/* Images of values, when all lines are there. */
+static void pdi_steep_images(const pdi_steep *s)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int64_t total = bonds->grid->total;
+    for (int k = 0; k < bonds->stencil->count; k++)
+        for (int32_t g = 0; g < ghosts->images; g++) {
+            int from = ghosts->odd[g] ? pdi_steep_turned(bonds->stencil, k, ghosts->odd[g]) : k;
+            s->value[k * total + ghosts->node[g]] = s->value[from * total + ghosts->source[g]];
+        }
+}
+
+/* ---- what the bonds bring ---- */
+
+/* What node b gains through a bond by which `flux` leaves (eq. 5.4c): given is the value of its upwind end. */
+static inline double pdi_steep_bring(double flux, double least, double step, double given)
+{
+    double half = 0.5 * fabs(flux), more = half > least ? half - least : 0.0;
+    double leaves = flux > 0.0 ? flux * (given - 0.5 * step) : flux * (given + 0.5 * step);
+    return -leaves - more * step;
+}
+
+/* Gains and losses of nodes, or what they gain with the shares of both ends. Inlets have no bend and all there is. */
+PDI_INLINE void pdi_steep_block(const pdi_steep_sweep *of, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep *s = of->s;
+    const pd_flux *t = s->flux;
+    const double *c = s->c + i;
+    int last = t->bonds->stencil->count - 1;
+    int64_t total = t->bonds->grid->total;
+    double flux[PDI_BLOCK], bond[PDI_BLOCK], up[PDI_BLOCK], down[PDI_BLOCK];
+    for (int b = 0; b < count; b++) up[b] = down[b] = 0.0;
+    for (int k = 0; k <= last; k++) {
+        int32_t next = pdi_flux_bonds(t, i, row, place, k, count, flux, bond);
+        int entry = place >= 0 && t->bonds->grid->kind[i + next] == PD_INLET;
+        const double *here = s->value + k * total + i, *there = s->value + (last - k) * total + i + next;
+        const double *gain = s->gain + i, *loss = s->loss + i, *far = c + next;
+        if (place >= 0 && !next) continue;
+        for (int b = 0; b < count; b++) {
+            double step = far[b] - c[b], given = flux[b] > 0.0 ? here[b] : there[b];
+            if (entry) given = flux[b] > 0.0 ? 0.5 * step : -0.5 * step;
+            double bring = pdi_steep_bring(flux[b], bond[b], step, given);
+            double in = bring > 0.0 ? bring : 0.0, out = bring > 0.0 ? 0.0 : -bring;
+            if (of->shares) {
+                in *= fmin(gain[b], entry ? 1.0 : loss[b + next]);
+                out *= fmin(loss[b], entry ? 1.0 : gain[b + next]);
+            }
+            up[b] += in;
+            down[b] += out;
+        }
+    }
+    for (int b = 0; b < count; b++) {
+        if (of->shares) of->y[i + b] = up[b] - down[b];
+        else {
+            s->gain[i + b] = up[b];
+            s->loss[i + b] = down[b];
+        }
+    }
+}
+
+static void pdi_steep_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep_sweep *of = (const pdi_steep_sweep *)user;
+    if (count == PDI_BLOCK) pdi_steep_block(of, i, row, -1, PDI_BLOCK);
+    else pdi_steep_block(of, i, row, place, count);
+}
+
+/* What of its gains and losses a node may have (Zalesak 1979); 1: all may have all. The share of one thread. */
+static void pdi_steep_limit_share(const pdi_steep *s)
+{
+    const pd_grid *grid = s->flux->bonds->grid;
+    PDI_FOR
+    for (int32_t i = 0; i < grid->total; i++) {
+        double in = s->dt * s->gain[i], out = s->dt * s->loss[i];
+        double room = fmax(s->bounds.high - s->plain[i], 0.0), left = fmax(s->plain[i] - s->bounds.low, 0.0);
+        int fluid = grid->kind[i] == PD_FLUID;
+        s->gain[i] = fluid && in > room ? room / in : 1.0;
+        s->loss[i] = fluid && out > left ? left / out : 1.0;
+    }
+}
+
+static void pdi_steep_limit(const pd_ctx *ctx, const pdi_steep *s)
+{
+    const pd_ghosts *ghosts = &s->flux->bonds->ghosts;
+    int nt = pdi_par_threads(ctx, (int64_t)s->flux->bonds->grid->total * 8);
+    PDI_SHARE(nt, pdi_steep_limit_share(s));
+    pd_ghosts_scalar(ghosts, s->gain);
+    pd_ghosts_scalar(ghosts, s->loss);
+}
+
+PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *s, double *y)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    int64_t work = bonds->grid->fluid_count * bonds->stencil->count * 8;
+    pdi_steep_sweep of;
+    of.s = s;
+    of.y = y;
+    for (of.k = 0; of.k < bonds->stencil->count / 2; of.k++) pdi_steep_line(ctx, &of);
+    pdi_steep_images(s);
+    for (of.shares = 0; of.shares < 2; of.shares++) {
+        pdi_traverse_blocks(ctx, s->flux->boundary, work, pdi_steep_nodes, &of);
+        if (!of.shares) pdi_steep_limit(ctx, s);
+    }
+}
+
+PDI_FN int pdi_steep_may(const pd_flux *flux)
+{
+    const pd_stencil *s = flux->bonds->stencil;
+    for (int k = 0; k < s->count * PD_DIM; k++)
+        if (fabs(s->xi[k]) > 1.5 * s->h[k % PD_DIM]) return 0;
+    return 1;
+}
+
+PDI_FN void pdi_steep_list(pdi_owner *owner, void *object)
+{
+    pdi_steep *steep = (pdi_steep *)object;
+    const pd_bonds *bonds = steep->flux->bonds;
+    PDI_RAW(owner, steep, value, (int64_t)bonds->stencil->count * bonds->grid->total, "mol/m3");
+}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -31909,6 +32201,19 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
     pdi_bounds_widen(t->grid, t->c, slack, b);
 }
 
+PDI_FN void pdi_transport_seen(pd_transport *t, pdi_bounds *b)
+{
+    pdi_bounds seen;
+    seen.low = t->seen[0];
+    seen.high = t->seen[1];
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->old, &seen);
+    t->seen[0] = seen.low;
+    t->seen[1] = seen.high;
+    pdi_transport_bounds(t, t->old, 0.0, b);
+    b->low = fmin(b->low, seen.low);
+    b->high = fmax(b->high, seen.high);
+}
+
 /* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
  * reach them from upstream; how many are new. */
 PDI_FN int64_t pdi_transport_mark(pd_transport *t, double slack)
@@ -32318,7 +32623,8 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
                         "D = %g m2/s, inlet %g mol/m3, initial %g mol/m3, tolerance %g: expected finite values of at "
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
-    t->ceiling = HUGE_VAL;
+    t->ceiling = t->seen[0] = HUGE_VAL;
+    t->seen[1] = -HUGE_VAL;
     if (desc->clock) *desc->clock = 0.0;
     pdi_transport_open(t);
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
@@ -32539,6 +32845,27 @@ static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
     PDI_SHARE(nt, pdi_explicit_share(t, dt));
 }
 
+/* Antidiffusive fluxes of fifth order, as far as they keep the bounds of all explicit steps so far. */
+static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
+{
+    pd_arena *arena = t->desc.arena ? t->desc.arena : &t->own;
+    pdi_steep s;
+    s.flux = &t->flux;
+    s.dt = dt;
+    s.c = t->old;
+    s.plain = t->c;
+    s.bend = t->probe;
+    s.gain = t->work;
+    s.loss = t->work + t->grid->total;
+    pdi_transport_seen(t, &s.bounds);
+    pdi_par_zero(ctx, t->grid->total, t->anti);
+    pdi_explicit_move(ctx, t, dt);
+    pd_ghosts_scalar(&t->bonds->ghosts, t->old);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_steep_list, &s));
+    pdi_steep_anti(ctx, &s, t->anti);
+    return pdi_arena_return(ctx, arena, pdi_steep_list, &s, PD_OK);
+}
+
 /* A step with all that is lent for it. PD_RETRY: it is too long, and nothing has changed. */
 static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
 {
@@ -32554,14 +32881,15 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     t->dt = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
-    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
+    int limited = pdi_transport_start(t), steep = limited && pdi_steep_may(&t->flux), rounds = PDI_TRANSPORT_ROUNDS;
     pdi_transport_operator(ctx, t, t->old, t->rhs);
+    if (steep) PDI_TRY(pdi_explicit_steep(ctx, t, dt));
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
-        if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
+        if (limited && !steep) pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_boundary(ctx, t);
         pdi_explicit_move(ctx, t, dt);
-    } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
+    } while (limited && !steep && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
     pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
 }
