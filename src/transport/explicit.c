@@ -1,6 +1,7 @@
 /* explicit: see explicit.h */
 #include "transport/explicit.h"
 #include "core/par.h"
+#include "transport/steep.h"
 #include <math.h>
 
 PDI_FN double pdi_explicit_rate(const pd_transport *t, int32_t i)
@@ -65,6 +66,27 @@ static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
     PDI_SHARE(nt, pdi_explicit_share(t, dt));
 }
 
+/* Antidiffusive fluxes of fifth order, as far as they keep the bounds of all explicit steps so far. */
+static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
+{
+    pd_arena *arena = t->desc.arena ? t->desc.arena : &t->own;
+    pdi_steep s;
+    s.flux = &t->flux;
+    s.dt = dt;
+    s.c = t->old;
+    s.plain = t->c;
+    s.bend = t->probe;
+    s.gain = t->work + t->grid->total;
+    s.loss = t->rhs;
+    pdi_transport_seen(t, &s.bounds);
+    pdi_par_zero(ctx, t->grid->total, t->anti);
+    pdi_explicit_move(ctx, t, dt);
+    pd_ghosts_scalar(&t->bonds->ghosts, t->old);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_steep_list, &s));
+    pdi_steep_anti(ctx, &s, t->anti);
+    return pdi_arena_return(ctx, arena, pdi_steep_list, &s, PD_OK);
+}
+
 /* A step with all that is lent for it. PD_RETRY: it is too long, and nothing has changed. */
 static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
 {
@@ -80,14 +102,15 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     t->dt = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
-    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
+    int limited = pdi_transport_start(t), steep = limited && pdi_steep_may(&t->flux), rounds = PDI_TRANSPORT_ROUNDS;
     pdi_transport_operator(ctx, t, t->old, t->work);
+    if (steep) PDI_TRY(pdi_explicit_steep(ctx, t, dt));
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
-        if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
+        if (limited && !steep) pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_boundary(ctx, t);
         pdi_explicit_move(ctx, t, dt);
-    } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
+    } while (limited && !steep && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
     pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
 }

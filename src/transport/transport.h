@@ -57,6 +57,7 @@ typedef struct pd_transport {
     double *absorb;         /* [total] [1/s] given, too; source - absorb c enters the fluid */
     double time;            /* [s] of the values that are held and enter */
     double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
+    double seen[2];         /* [mol/m3] least and largest value that explicit steps have begun with */
     double ceiling;         /* [mol/m3] given, too: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; NULL: none are limited */
@@ -158,6 +159,8 @@ PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport
 PDI_FN int pdi_transport_start(pd_transport *transport);
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
 PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
+/* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
+PDI_FN void pdi_transport_seen(pd_transport *transport, pdi_bounds *bounds);
 /* The bounds of a step begin with what is held and enters at its start. */
 PDI_FN void pdi_transport_open(pd_transport *transport);
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */

@@ -1565,6 +1565,7 @@ def declare(dim):
         ('absorb', POINTER(c_double)),
         ('time', c_double),
         ('passed', c_double * 2),
+        ('seen', c_double * 2),
         ('ceiling', c_double),
         ('carry', POINTER(c_double)),
         ('anti', POINTER(c_double)),

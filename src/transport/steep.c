@@ -1,0 +1,257 @@
+/* steep: see steep.h */
+#include "transport/steep.h"
+#include "core/par.h"
+#include "lattice/traverse.h"
+#include <math.h>
+
+/* How much a value at the middle of a bond may go on as the field has risen up to its upwind end (Suresh and Huynh
+ * 1997), and how curved the field may be behind it, of which a parabola has 1. */
+#define PDI_STEEP_RISE 4.0
+#define PDI_STEEP_CURVED (4.0 / 3.0)
+
+/* A sweep over the bonds of one line, or over all of them with the shares (0: to find them). */
+typedef struct pdi_steep_sweep {
+    const pdi_steep *s;
+    int k, shares;
+    double *y;
+} pdi_steep_sweep;
+
+/* ---- values at the middle of bonds ---- */
+
+/* Both bonds of line k are open, of the rows from `row`. */
+static inline double pdi_steep_open(const pd_bonds *bonds, int32_t row, int k, int b)
+{
+    int opposite = bonds->stencil->count - 1 - k;
+    return pdi_bond_open(bonds, row + b, k) && pdi_bond_open(bonds, row + b, opposite) ? 1.0 : 0.0;
+}
+
+/* Second differences along the line of bond k, of nodes as in traverse.h. Where a bond is closed or ends on an outlet
+ * the field goes on as a line. */
+static inline void pdi_steep_bends(const pdi_steep *s, int32_t i, int32_t row, int32_t place, int k, int count,
+                                   double *PD_RESTRICT bend)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    int32_t shift = bonds->paths.shift[k];
+    const double *c = s->c + i;
+    if (place >= 0) {
+        const int32_t *far = s->flux->boundary->far + (int64_t)place * bonds->stencil->count;
+        int32_t next = far[k], before = far[bonds->stencil->count - 1 - k];
+        bend[0] = next != i && before != i ? s->c[next] - 2.0 * c[0] + s->c[before] : 0.0;
+        return;
+    }
+    for (int b = 0; b < count; b++) bend[b] = c[b + shift] - 2.0 * c[b] + c[b - shift];
+    for (int b = 0; b < count && row >= 0; b++) bend[b] *= pdi_steep_open(bonds, row, k, b);
+}
+
+static void pdi_steep_bend_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep_sweep *of = (const pdi_steep_sweep *)user;
+    pdi_steep_bends(of->s, i, row, place, of->k, count, of->s->bend + i);
+}
+
+/* The bond that a mirror makes of bond k; odd: bit d: axis d turns round. */
+static int pdi_steep_turned(const pd_stencil *s, int k, int odd)
+{
+    int turned = 0;
+    for (int like = 0; turned < s->count && !like; turned += !like) {
+        like = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            double want = s->xi[k * PD_DIM + d];
+            if (odd >> d & 1) want = -want;
+            if (fabs(s->xi[turned * PD_DIM + d] - want) > 0.0) like = 0;
+        }
+    }
+    return turned;
+}
+
+/* Images of second differences: a mirror makes another line of one across it. Those of such lines are computed anew. */
+static void pdi_steep_bend_images(const pdi_steep *s, int k)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int last = bonds->stencil->count - 1;
+    for (int32_t g = 0; g < ghosts->images; g++) {
+        int32_t source = ghosts->source[g];
+        int turned = ghosts->odd[g] ? pdi_steep_turned(bonds->stencil, k, ghosts->odd[g]) : k;
+        int same = turned == k || turned == last - k || bonds->grid->kind[source] != PD_FLUID;
+        if (same) s->bend[ghosts->node[g]] = s->bend[source];
+        else pdi_steep_bends(s, source, bonds->row[source], -1, turned, 1, s->bend + ghosts->node[g]);
+    }
+}
+
+/* The least in size of two or of all, zero where signs differ. */
+static inline double pdi_steep_least(double a, double b)
+{
+    double low = a < b ? a : b, high = a < b ? b : a;
+    return low > 0.0 ? low : high < 0.0 ? high : 0.0;
+}
+
+/* The curvature of both ends that is no more than that of either, nor than what they have if one of them is none. */
+static inline double pdi_steep_curve(double a, double b)
+{
+    return pdi_steep_least(pdi_steep_least(4.0 * a - b, 4.0 * b - a), pdi_steep_least(a, b));
+}
+
+/* Value at the middle of the bond along which the field rises by `step`, less that of its upwind end: of fifth order,
+ * within what keeps the field monotone (eq. 5.4d). before, at, after: second differences. */
+static inline double pdi_steep_value(double step, double before, double at, double after)
+{
+    double value = 0.5 * step + (2.0 * before - 9.0 * at - 3.0 * after) / 60.0, rise = step - at;
+    double middle = 0.5 * (step - pdi_steep_curve(at, after)), most = PDI_STEEP_RISE * rise;
+    double round = 0.5 * rise + PDI_STEEP_CURVED * pdi_steep_curve(before, at);
+    double low = fmax(fmin(fmin(0.0, step), middle), fmin(fmin(0.0, most), round));
+    double high = fmin(fmax(fmax(0.0, step), middle), fmax(fmax(0.0, most), round));
+    return value + pdi_steep_least(low - value, high - value);
+}
+
+static void pdi_steep_value_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep_sweep *of = (const pdi_steep_sweep *)user;
+    const pd_bonds *bonds = of->s->flux->bonds;
+    int opposite = bonds->stencil->count - 1 - of->k;
+    int32_t next = bonds->paths.shift[of->k], before = -next;
+    int64_t total = bonds->grid->total;
+    const double *c = of->s->c + i, *bend = of->s->bend + i;
+    double *PD_RESTRICT ahead = of->s->value + of->k * total + i, *PD_RESTRICT behind = of->s->value + opposite * total + i;
+    (void)row;
+    if (place >= 0) {
+        const int32_t *far = of->s->flux->boundary->far + (int64_t)place * bonds->stencil->count;
+        next = far[of->k] - i;
+        before = far[opposite] - i;
+    }
+    for (int b = 0; b < count; b++) {
+        ahead[b] = pdi_steep_value(c[b + next] - c[b], bend[b + before], bend[b], bend[b + next]);
+        behind[b] = pdi_steep_value(c[b + before] - c[b], bend[b + next], bend[b], bend[b + before]);
+    }
+}
+
+static void pdi_steep_line(const pd_ctx *ctx, pdi_steep_sweep *of)
+{
+    const pdi_steep *s = of->s;
+    const pd_bonds *bonds = s->flux->bonds;
+    pdi_par_zero(ctx, bonds->grid->total, s->bend);
+    pdi_traverse_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 4, pdi_steep_bend_nodes, of);
+    pdi_steep_bend_images(s, of->k);
+    pdi_traverse_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 60, pdi_steep_value_nodes, of);
+}
+
+/* Images of values, when all lines are there. */
+static void pdi_steep_images(const pdi_steep *s)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int64_t total = bonds->grid->total;
+    for (int k = 0; k < bonds->stencil->count; k++)
+        for (int32_t g = 0; g < ghosts->images; g++) {
+            int from = ghosts->odd[g] ? pdi_steep_turned(bonds->stencil, k, ghosts->odd[g]) : k;
+            s->value[k * total + ghosts->node[g]] = s->value[from * total + ghosts->source[g]];
+        }
+}
+
+/* ---- what the bonds bring ---- */
+
+/* What node b gains through a bond by which `flux` leaves (eq. 5.4c): given is the value of its upwind end. */
+static inline double pdi_steep_bring(double flux, double least, double step, double given)
+{
+    double half = 0.5 * fabs(flux), more = half > least ? half - least : 0.0;
+    double leaves = flux > 0.0 ? flux * (given - 0.5 * step) : flux * (given + 0.5 * step);
+    return -leaves - more * step;
+}
+
+/* Gains and losses of nodes, or what they gain with the shares of both ends. Inlets have no bend and all there is. */
+PDI_INLINE void pdi_steep_block(const pdi_steep_sweep *of, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep *s = of->s;
+    const pd_flux *t = s->flux;
+    const double *c = s->c + i;
+    int last = t->bonds->stencil->count - 1;
+    int64_t total = t->bonds->grid->total;
+    double flux[PDI_BLOCK], bond[PDI_BLOCK], up[PDI_BLOCK], down[PDI_BLOCK];
+    for (int b = 0; b < count; b++) up[b] = down[b] = 0.0;
+    for (int k = 0; k <= last; k++) {
+        int32_t next = pdi_flux_bonds(t, i, row, place, k, count, flux, bond);
+        int entry = place >= 0 && t->bonds->grid->kind[i + next] == PD_INLET;
+        const double *here = s->value + k * total + i, *there = s->value + (last - k) * total + i + next;
+        const double *gain = s->gain + i, *loss = s->loss + i, *far = c + next;
+        if (place >= 0 && !next) continue;
+        for (int b = 0; b < count; b++) {
+            double step = far[b] - c[b], given = flux[b] > 0.0 ? here[b] : there[b];
+            if (entry) given = flux[b] > 0.0 ? 0.5 * step : -0.5 * step;
+            double bring = pdi_steep_bring(flux[b], bond[b], step, given);
+            double in = bring > 0.0 ? bring : 0.0, out = bring > 0.0 ? 0.0 : -bring;
+            if (of->shares) {
+                in *= fmin(gain[b], entry ? 1.0 : loss[b + next]);
+                out *= fmin(loss[b], entry ? 1.0 : gain[b + next]);
+            }
+            up[b] += in;
+            down[b] += out;
+        }
+    }
+    for (int b = 0; b < count; b++) {
+        if (of->shares) of->y[i + b] = up[b] - down[b];
+        else {
+            s->gain[i + b] = up[b];
+            s->loss[i + b] = down[b];
+        }
+    }
+}
+
+static void pdi_steep_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep_sweep *of = (const pdi_steep_sweep *)user;
+    if (count == PDI_BLOCK) pdi_steep_block(of, i, row, -1, PDI_BLOCK);
+    else pdi_steep_block(of, i, row, place, count);
+}
+
+/* What of its gains and losses a node may have (Zalesak 1979); 1: all may have all. The share of one thread. */
+static void pdi_steep_limit_share(const pdi_steep *s)
+{
+    const pd_grid *grid = s->flux->bonds->grid;
+    PDI_FOR
+    for (int32_t i = 0; i < grid->total; i++) {
+        double in = s->dt * s->gain[i], out = s->dt * s->loss[i];
+        double room = fmax(s->bounds.high - s->plain[i], 0.0), left = fmax(s->plain[i] - s->bounds.low, 0.0);
+        int fluid = grid->kind[i] == PD_FLUID;
+        s->gain[i] = fluid && in > room ? room / in : 1.0;
+        s->loss[i] = fluid && out > left ? left / out : 1.0;
+    }
+}
+
+static void pdi_steep_limit(const pd_ctx *ctx, const pdi_steep *s)
+{
+    const pd_ghosts *ghosts = &s->flux->bonds->ghosts;
+    int nt = pdi_par_threads(ctx, (int64_t)s->flux->bonds->grid->total * 8);
+    PDI_SHARE(nt, pdi_steep_limit_share(s));
+    pd_ghosts_scalar(ghosts, s->gain);
+    pd_ghosts_scalar(ghosts, s->loss);
+}
+
+PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *s, double *y)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    int64_t work = bonds->grid->fluid_count * bonds->stencil->count * 8;
+    pdi_steep_sweep of;
+    of.s = s;
+    of.y = y;
+    for (of.k = 0; of.k < bonds->stencil->count / 2; of.k++) pdi_steep_line(ctx, &of);
+    pdi_steep_images(s);
+    for (of.shares = 0; of.shares < 2; of.shares++) {
+        pdi_traverse_blocks(ctx, s->flux->boundary, work, pdi_steep_nodes, &of);
+        if (!of.shares) pdi_steep_limit(ctx, s);
+    }
+}
+
+PDI_FN int pdi_steep_may(const pd_flux *flux)
+{
+    const pd_stencil *s = flux->bonds->stencil;
+    for (int k = 0; k < s->count * PD_DIM; k++)
+        if (fabs(s->xi[k]) > 1.5 * s->h[k % PD_DIM]) return 0;
+    return 1;
+}
+
+PDI_FN void pdi_steep_list(pdi_owner *owner, void *object)
+{
+    pdi_steep *steep = (pdi_steep *)object;
+    const pd_bonds *bonds = steep->flux->bonds;
+    PDI_RAW(owner, steep, value, (int64_t)bonds->stencil->count * bonds->grid->total, "mol/m3");
+}
