@@ -186,7 +186,7 @@ static void pdi_flux_store_run(const void *user, int32_t i, int32_t row, int32_t
 }
 
 /* F and the conductance of bond k of node i, as sweeps see them. */
-static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, double *bond)
+PDI_FN void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, double *bond)
 {
     int32_t row = t->bonds->row[i];
     *flux = 0.0;

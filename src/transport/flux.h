@@ -87,6 +87,8 @@ PDI_FN double pdi_flux_through(const pd_flux *t, const double *c, const double *
 PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, double *bond, double *upwind);
 /* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
 PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, int k);
+/* F and the conductance of bond k of node i [1/s], as sweeps see them. */
+PDI_FN void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, double *bond);
 /* Bond k of node i is open: by its row, or since its family is whole. */
 PDI_FN int pdi_flux_open(const pd_flux *t, int32_t i, int k);
 #endif

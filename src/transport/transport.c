@@ -95,6 +95,7 @@ typedef struct pdi_transport_user {
     pd_ctx *ctx;
     pd_transport *t;
     int limited; /* 1: there are antidiffusive fluxes */
+    int factored; /* 1: their derivatives are factored */
 } pdi_transport_user;
 
 /* Nodes that hold their concentration have no equation. */
@@ -145,6 +146,11 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
 static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
+    if (u->factored) {
+        pdi_factor_solve(&u->t->factors, x, y);
+        pdi_transport_pin(u->t, y);
+        return;
+    }
     pdi_inverse_apply(u->ctx, &u->t->inverse, x, y);
     pd_flux flux = u->t->flux;
     flux.rate = 1.0 / u->t->dt;
@@ -257,34 +263,6 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, 
         status = pdi_transport_solve(ctx, t, 0, atol, result, moved);
     }
     return status;
-}
-
-/* Flow through inlet and outlet bonds, and from and to held walls, at the present field. */
-PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
-{
-    pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
-    const pd_grid *grid = t->grid;
-    for (int32_t i = 0; i < grid->total && t->diffusion.wall_rate; i++) {
-        double gain = pdi_diffusion_gain(&t->diffusion, i, t->c[i], t->rest ? t->rest[i] : 0.0);
-        if (grid->kind[i] == PD_FLUID)
-            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * pdi_grid_circumference(grid, i));
-    }
-    for (int32_t p = 0; p < t->boundary.count; p++) {
-        int32_t i = t->boundary.node[p];
-        double around = pdi_grid_circumference(grid, i);
-        for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_flux_open(&t->flux, i, k)) continue;
-            uint8_t far_kind = grid->kind[i + t->bonds->paths.shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
-            if (far_kind == PD_INLET && t->rest)
-                pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->flux, t->rest, i, k));
-        }
-    }
-    /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
-    if (t->anti) pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
-    t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
-    t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
 
 /* Bounds that the step must keep: those of the field at its start and of the inflow; a source lifts the upper one. */
@@ -403,15 +381,20 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
     pd_krylov_result linear;
     pd_status status = PD_OK;
     user->limited = pdi_par_max_abs(user->ctx, t->grid->total, t->anti) > 0.0;
-    if (user->limited) pdi_flux_differentiate(user->ctx, &t->flux, t->c);
-    for (int attempt = 0; attempt < 2; attempt++) {
+    if (user->limited) {
+        pdi_flux_differentiate(user->ctx, &t->flux, t->c);
+        pdi_factor_make(user->ctx, &t->factors, t->c, 1.0 / t->dt, PDI_TRANSPORT_FAINT * t->size);
+        user->factored = t->factors.good;
+    }
+    for (int attempt = 0; attempt < 3; attempt++) {
         t->krylov.desc.rtol = user->limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
         status = pdi_transport_linear(user->ctx, t, pdi_transport_jacobian, user, &linear);
         if (status < 0) return status;
         result->krylov += linear.iterations;
         if (status == PD_OK || !user->limited) break;
-        user->limited = 0;
+        if (!user->factored) user->limited = 0;
+        user->factored = 0;
     }
     return PD_OK;
 }
@@ -440,6 +423,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     pd_status status = PD_OK;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
     pdi_krylov_pair(&t->krylov, pdi_compact_stretched(t->grid->h)); /* else rounding is far below what is asked for */
+    pdi_factor_lend(ctx, pdi_transport_arena(t), &t->krylov, &t->factors);
     if (t->flux.flux)
         pdi_bend_lend(ctx, pdi_transport_arena(t), t->size, t->flow->speed / t->grid->h[0], &t->krylov, &t->flux.bend);
     while (result->limiter < t->desc.max_limiter && norm > goal) {
@@ -458,6 +442,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
     status = pdi_bend_return(ctx, pdi_transport_arena(t), status, &t->krylov, &t->flux.bend);
+    status = pdi_factor_return(ctx, pdi_transport_arena(t), status, &t->krylov, &t->factors);
     pdi_krylov_pair(&t->krylov, 1);
     return status < 0 ? status : PD_OK;
 }
@@ -723,7 +708,7 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
     md.contrast = md.contrast || t->desc.field != NULL;
     md.arena = pdi_transport_arena(t);
     md.guest = pdi_transport_repeats(t);
-    t->inverse.flux = &t->flux;
+    t->inverse.flux = t->factors.flux = &t->flux;
     t->limiter.bonds = t->flux.bonds = t->bonds;
     t->flux.flow = t->flow;
     PDI_TRY(pdi_inverse_plan(ctx, &md, &t->inverse));
@@ -780,6 +765,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
     t->limiter.boundary = &t->boundary;
     t->limiter.diffusion = &t->diffusion;
+    t->factors.upwinded = t->upwinded;
     t->flux.diffusion = &t->diffusion;
     t->flux.limiter = &t->limiter;
     t->flux.boundary = &t->boundary;

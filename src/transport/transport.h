@@ -11,6 +11,7 @@
 #include "solve/process.h"
 #include "solve/krylov.h"
 #include "transport/bounds.h"
+#include "transport/factor.h"
 #include "transport/inverse.h"
 
 typedef enum pd_advection {
@@ -84,6 +85,7 @@ typedef struct pd_transport {
     double first;           /* [mol/m3/s] residual that the last stage of the step began with; 0: there was none */
     double dt;              /* [s] of the step in work; 0: none */
     pd_inverse inverse;
+    pd_factor factors;      /* of Newton's method */
     pd_krylov krylov;
     double outflow;         /* [mol/s] (per m in planar 2D) through outlets and into held walls at the end of the last
                              * step */

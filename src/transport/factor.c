@@ -1,0 +1,327 @@
+/* factor: see factor.h
+ *
+ * Rows stand in the order of elimination: columns along the stream, and their nodes one after the other. In each row
+ * five entries of a column stand side by side.
+ */
+#include "transport/factor.h"
+#include <math.h>
+#include <string.h>
+
+/* Vectors of a basis that are left at least. */
+#define PDI_FACTOR_VECTORS 9
+/* A pivot below this share of the diagonal is none. */
+#define PDI_FACTOR_PIVOT 1e-3
+
+/* The lattice in the order of elimination. */
+typedef struct pdi_factor_order {
+    int32_t origin, along, across; /* node of the first row; from column to column, and within one */
+    int columns, rows, line;       /* nodes; entries of a column of x with its rim */
+    int at[8];                     /* where the bonds end among the lines of four of `near` */
+} pdi_factor_order;
+
+/* What the sums of a row are made of: entries in lines of eight, the one of the node at [2][2]. */
+typedef float pdi_factor_row[5][8];
+
+static int pdi_factor_fits(const pd_factor *f)
+{
+    return PD_DIM == 2 && f->flux->flux && f->flux->bonds->stencil->reach == 1 && f->flux->bonds->stencil->count == 8;
+}
+
+static pdi_factor_order pdi_factor_sort(const pd_factor *f)
+{
+    const pd_grid *grid = f->flux->bonds->grid;
+    const pd_stencil *s = f->flux->bonds->stencil;
+    pdi_factor_order o;
+    int i[3] = {0, 0, 0}, other = 1 - f->axis;
+    if (f->down) i[f->axis] = grid->n[f->axis] - 1;
+    o.origin = pd_grid_node(grid, i);
+    o.along = f->down ? -grid->stride[f->axis] : grid->stride[f->axis];
+    o.across = grid->stride[other % PD_DIM];
+    o.columns = grid->n[f->axis];
+    o.rows = grid->n[other % PD_DIM];
+    o.line = o.rows + 4;
+    for (int k = 0; k < 8 && k < s->count; k++) {
+        int a = s->offset[k * PD_DIM + f->axis], b = s->offset[k * PD_DIM + other % PD_DIM];
+        o.at[k] = ((f->down ? -a : a) + 1) * 4 + b + 1;
+    }
+    return o;
+}
+
+/* The axis with the strongest mean stream comes first, downstream. */
+static void pdi_factor_turn(pd_factor *f)
+{
+    const pd_flow *flow = f->flux->flow;
+    double most = -1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double sum = 0.0;
+        for (int32_t i = 0; i < flow->grid->total; i++)
+            if (flow->grid->kind[i] == PD_FLUID) sum += flow->u[(int64_t)d * flow->grid->total + i];
+        if (!(fabs(sum) > most)) continue;
+        most = fabs(sum);
+        f->axis = d;
+        f->down = sum < 0.0;
+    }
+}
+
+PDI_COLD_BEGIN
+static void pdi_factor_list(pdi_owner *owner, void *object)
+{
+    pd_factor *factor = (pd_factor *)object;
+    pdi_factor_order o = pdi_factor_sort(factor);
+    PDI_RAW(owner, factor, entry, 25 * (int64_t)o.columns * o.rows, "1/s");
+    PDI_ARRAY(owner, factor, x, (int64_t)(o.columns + 4) * o.line, "mol/m3");
+    PDI_ARRAY(owner, factor, near, 3 * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR, "");
+}
+
+/* Vectors of the basis that take the same room. */
+static int64_t pdi_factor_entries(pd_factor *f)
+{
+    return (int64_t)(pdi_arena_bytes(pdi_factor_list, f) / sizeof *f->entry);
+}
+
+PDI_FN void pdi_factor_lend(pd_ctx *ctx, pd_arena *arena, pd_krylov *krylov, pd_factor *f)
+{
+    f->good = 0;
+    if (!pdi_factor_fits(f)) return;
+    pdi_factor_turn(f);
+    int64_t entries = pdi_factor_entries(f), least = PDI_FACTOR_VECTORS * krylov->stride;
+    int fits = krylov->desc.compressed == PD_KRYLOV_SINGLE && !krylov->desc.flexible;
+    if (!fits || krylov->built - entries < least || !pdi_arena_has(arena, pdi_krylov_list, krylov)) return;
+    if (pdi_arena_lend(ctx, arena, pdi_factor_list, f) < 0) return;
+    krylov->built -= entries;
+    pdi_krylov_pair(krylov, 0);
+}
+
+PDI_FN pd_status pdi_factor_return(pd_ctx *ctx, pd_arena *arena, pd_status status, pd_krylov *krylov, pd_factor *f)
+{
+    if (!f->entry) return status;
+    krylov->built += pdi_factor_entries(f);
+    return pdi_arena_return(ctx, arena, pdi_factor_list, f, status);
+}
+PDI_COLD_END
+
+/* Derivatives of alpha of fluid node i (eq. 5.4), into the first three lines of `near`. */
+static void pdi_factor_alpha(const pd_factor *f, const pdi_factor_order *o, const double *c, double least, int32_t i,
+                             const int *open, float *near)
+{
+    const pd_bonds *bonds = f->flux->bonds;
+    const pd_diffusion *d = f->flux->diffusion;
+    const double *lap = bonds->stencil->lap;
+    double bend = 0.0, size = 0.0, step[8], floor_size = least * bonds->stencil->lap_sum, own = 0.0;
+    for (int k = 0; k < 8; k++) {
+        step[k] = open[k] ? lap[k] * (c[i + bonds->paths.shift[k]] - c[i]) : 0.0;
+        bend += step[k];
+        size += fabs(step[k]);
+    }
+    if (d->wall_rate && d->wall_rate[i] > 0.0) {
+        double wall = (d->wall_source[i] - d->wall_rate[i] * c[i]) / (d->field ? d->field[i] : d->desc.diffusivity);
+        bend += wall;
+        size += fabs(wall);
+    }
+    double below = size + floor_size;
+    if (f->upwinded[i] || !(below > 0.0)) return;
+    double ratio = (fabs(bend) + floor_size) / below, slope = -4.0 * ratio * ratio * ratio / below;
+    double side = bend > 0.0 ? 1.0 : bend < 0.0 ? -1.0 : 0.0;
+    for (int k = 0; k < 8; k++) {
+        double sign = step[k] > 0.0 ? 1.0 : step[k] < 0.0 ? -1.0 : 0.0;
+        double by = open[k] ? slope * lap[k] * (side - ratio * sign) : 0.0;
+        near[o->at[k]] = (float)by;
+        own -= by;
+    }
+    near[5] = (float)own;
+}
+
+/* The gradient of the node (eq. 3.5), behind it. */
+static void pdi_factor_gradient(const pd_factor *f, const pdi_factor_order *o, int32_t i, const int *open, float *near)
+{
+    const pd_bonds *bonds = f->flux->bonds;
+    const double *grad = bonds->stencil->grad, *moment = NULL;
+    if (bonds->row[i] >= 0) moment = bonds->moment + (int64_t)bonds->row[i] * PD_DIM * PD_DIM;
+    for (int d = 0; d < 2; d++) {
+        double own = 0.0;
+        float *to = near + 12 * (d + 1);
+        for (int k = 0; k < 8; k++) {
+            const double *g = grad + k * PD_DIM;
+            double part = moment ? 0.0 : g[d % PD_DIM];
+            for (int e = 0; e < PD_DIM && moment; e++) part += moment[d * PD_DIM + e] * bonds->norm[e] * g[e];
+            if (!open[k]) continue;
+            to[o->at[k]] = (float)part;
+            own -= part;
+        }
+        to[5] = (float)own;
+    }
+}
+
+/* Both for the nodes of a column; others have none. */
+static void pdi_factor_column(const pd_factor *f, const pdi_factor_order *o, const double *c, double least, int column)
+{
+    const pd_bonds *bonds = f->flux->bonds;
+    float *near = f->near + (int64_t)(column % 3) * (o->rows + 2) * PDI_FACTOR_NEAR;
+    memset(near, 0, (size_t)(o->rows + 2) * PDI_FACTOR_NEAR * sizeof *near);
+    for (int row = 0; row < o->rows && column < o->columns; row++) {
+        int32_t i = o->origin + column * o->along + row * o->across;
+        int open[8];
+        near += PDI_FACTOR_NEAR;
+        if (bonds->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < 8; k++)
+            open[k] = pdi_flux_open(f->flux, i, k) && bonds->grid->kind[i + bonds->paths.shift[k]] != PD_OUTLET;
+        pdi_factor_alpha(f, o, c, least, i, open, near);
+        pdi_factor_gradient(f, o, i, open, near);
+    }
+}
+
+/* Add what a node has in `near`, whose middle stands at entry [a][b]. */
+static inline void pdi_factor_spread(const float *near, float alpha, const float *along, int a, int b,
+                                     pdi_factor_row row)
+{
+    for (int line = 0; line < 3; line++) {
+        const float *n = near + 4 * line;
+        float *to = row[a + line] + b;
+        for (int k = 0; k < 4; k++) to[k] += alpha * n[k] + along[0] * n[12 + k] + along[1] * n[24 + k];
+    }
+}
+
+/* The bond k of node i: what leaves by it, less what the limited fluxes give back. */
+static void pdi_factor_bond(const pd_factor *f, const pdi_factor_order *o, const double *c, int32_t i, int k,
+                            const float *near, float *own, pdi_factor_row row)
+{
+    const pd_flux *t = f->flux;
+    const pd_bonds *bonds = t->bonds;
+    const double *xi = bonds->stencil->xi + k * PD_DIM;
+    int32_t j = i + bonds->paths.shift[k];
+    int64_t total = bonds->grid->total;
+    int a = o->at[k] / 4 - 1, b = o->at[k] % 4 - 1;
+    uint8_t kind = bonds->grid->kind[j];
+    double flux, bond, x[2] = {0.0, 0.0};
+    pdi_flux_one(t, i, k, &flux, &bond);
+    if (kind == PD_OUTLET) {
+        row[2][2] += (float)flux;
+        return;
+    }
+    int32_t end[2];
+    end[0] = flux > 0.0 ? i : j;
+    end[1] = flux > 0.0 ? j : i;
+    for (int e = 0; e < 2; e++)
+        for (int d = 0; d < PD_DIM; d++) x[e] += xi[d] * t->limiter->slope[d * total + end[e]];
+    pdi_bend_terms of, by;
+    of.step = c[j] - c[i];
+    of.bend = pdi_bend_of(of.step, x[0], x[1]);
+    of.alpha = t->limiter->factor[end[0]];
+    pdi_bend_flux(flux, bond, kind == PD_INLET ? 0.0 : 1.0, &of, &by);
+    double half = 0.5 * flux, most = fmax(fabs(half), bond), step = by.step - PDI_BEND_LEAN * by.bend;
+    row[2][2] += (float)(half + most - step);
+    if (kind != PD_FLUID) return;
+    row[2 + a][2 + b] += (float)(half - most + step);
+    double up = by.bend * (0.5 * PDI_BEND_LEAN + PDI_BEND_SHARE), down = by.bend * (0.5 * PDI_BEND_LEAN - PDI_BEND_SHARE);
+    double here = flux > 0.0 ? up : down, there = flux > 0.0 ? down : up;
+    float along[2] = {0.0f, 0.0f};
+    for (int d = 0; d < PD_DIM && d < 2; d++) {
+        own[1 + d] += (float)(here * xi[d]);
+        along[d] = (float)(there * xi[d]);
+    }
+    own[0] += flux > 0.0 ? (float)by.alpha : 0.0f;
+    pdi_factor_spread(near, flux > 0.0 ? 0.0f : (float)by.alpha, along, 1 + a, 1 + b, row);
+}
+
+/* Row `row` of a column, without what joins it with nodes that are not fluid. Returns the size of its diagonal. */
+static float pdi_factor_assemble(const pd_factor *f, const pdi_factor_order *o, const double *c, double rate,
+                                 int column, int at, float *entry)
+{
+    const pd_flux *t = f->flux;
+    const uint8_t *kind = t->bonds->grid->kind;
+    int32_t i = o->origin + column * o->along + at * o->across;
+    double own_rate = rate + t->absorb[i] + (t->diffusion->wall_rate ? t->diffusion->wall_rate[i] : 0.0);
+    pdi_factor_row row;
+    float own[3] = {0.0f, 0.0f, 0.0f};
+    memset(row, 0, sizeof row);
+    row[2][2] = (float)own_rate;
+    for (int k = 0; k < 8; k++) {
+        if (!pdi_flux_open(t, i, k)) continue;
+        int a = o->at[k] / 4 - 1, b = o->at[k] % 4 - 1;
+        const float *near = f->near + ((int64_t)((column + 3 + a) % 3) * (o->rows + 2) + at + 1 + b) * PDI_FACTOR_NEAR;
+        pdi_factor_bond(f, o, c, i, k, near, own, row);
+    }
+    const float *near = f->near + ((int64_t)(column % 3) * (o->rows + 2) + at + 1) * PDI_FACTOR_NEAR;
+    pdi_factor_spread(near, own[0], own + 1, 1, 1, row);
+    for (int a = -2; a <= 2; a++)
+        for (int b = -2; b <= 2; b++) {
+            int inside = column + a >= 0 && column + a < o->columns && at + b >= 0 && at + b < o->rows;
+            int joined = inside && kind[i + a * o->along + b * o->across] == PD_FLUID;
+            entry[(a + 2) * 5 + b + 2] = joined ? row[a + 2][b + 2] : 0.0f;
+        }
+    return fabsf(entry[12]);
+}
+
+/* Eliminate the rows before row n from it. Returns 1 when its pivot is one. */
+static int pdi_factor_eliminate(const pd_factor *f, const pdi_factor_order *o, int64_t n, float size)
+{
+    float *row = f->entry + 25 * n;
+    for (int k = 0; k < 12; k++) {
+        int a = k / 5 - 2, b = k % 5 - 2;
+        if (!(row[k] < 0.0f) && !(row[k] > 0.0f)) continue;
+        const float *other = f->entry + 25 * (n + (int64_t)a * o->rows + b);
+        float factor = row[k] * other[12];
+        int first = b < 0 ? -b : 0, end = b > 0 ? 5 - b : 5; /* of the five entries of its columns that stay */
+        row[k] = factor;
+        for (int q = first > 3 ? first : 3; q < end; q++) row[k - 2 + q] -= factor * other[10 + q];
+        for (int line = 1; line < 3; line++)
+            for (int q = first; q < end; q++) row[k + 5 * line - 2 + q] -= factor * other[10 + 5 * line + q];
+    }
+    int good = fabsf(row[12]) > (float)PDI_FACTOR_PIVOT * size && fabsf(row[12]) < HUGE_VALF;
+    row[12] = good ? 1.0f / row[12] : 0.0f;
+    return good;
+}
+
+PDI_FN void pdi_factor_make(pd_ctx *ctx, pd_factor *f, const double *c, double rate, double least)
+{
+    (void)ctx;
+    f->good = 0;
+    if (!f->entry) return;
+    pdi_factor_order o = pdi_factor_sort(f);
+    f->good = 1;
+    memset(f->near, 0, 3 * (size_t)(o.rows + 2) * PDI_FACTOR_NEAR * sizeof *f->near);
+    pdi_factor_column(f, &o, c, least, 0);
+    for (int column = 0; column < o.columns && f->good; column++) {
+        pdi_factor_column(f, &o, c, least, column + 1);
+        for (int row = 0; row < o.rows && f->good; row++) {
+            int64_t n = (int64_t)column * o.rows + row;
+            int32_t i = o.origin + column * o.along + row * o.across;
+            if (f->flux->bonds->grid->kind[i] != PD_FLUID) {
+                memset(f->entry + 25 * n, 0, 25 * sizeof *f->entry);
+                continue;
+            }
+            float size = pdi_factor_assemble(f, &o, c, rate, column, row, f->entry + 25 * n);
+            f->good = pdi_factor_eliminate(f, &o, n, size);
+        }
+    }
+}
+
+PDI_FN void pdi_factor_solve(const pd_factor *f, const double *x, double *y)
+{
+    pdi_factor_order o = pdi_factor_sort(f);
+    for (int column = 0; column < o.columns; column++) {
+        double *to = f->x + (int64_t)(column + 2) * o.line + 2;
+        const float *e = f->entry + 25 * (int64_t)column * o.rows;
+        for (int row = 0; row < o.rows; row++, e += 25, to++) {
+            double sum = e[12] != 0.0f ? x[o.origin + column * o.along + row * o.across] : 0.0;
+            for (int k = 0; k < 5; k++) sum -= (double)e[k] * to[k - 2 - 2 * o.line];
+            for (int k = 0; k < 5; k++) sum -= (double)e[5 + k] * to[k - 2 - o.line];
+            *to = sum - (double)e[10] * to[-2] - (double)e[11] * to[-1];
+        }
+    }
+    for (int column = o.columns - 1; column >= 0; column--) {
+        double *to = f->x + (int64_t)(column + 2) * o.line + 2 + o.rows - 1;
+        const float *e = f->entry + 25 * ((int64_t)column * o.rows + o.rows - 1);
+        for (int row = o.rows - 1; row >= 0; row--, e -= 25, to--) {
+            double sum = *to;
+            int32_t i = o.origin + column * o.along + row * o.across;
+            for (int k = 0; k < 5; k++) sum -= (double)e[20 + k] * to[k - 2 + 2 * o.line];
+            for (int k = 0; k < 5; k++) sum -= (double)e[15 + k] * to[k - 2 + o.line];
+            *to = (sum - (double)e[14] * to[2] - (double)e[13] * to[1]) * (double)e[12];
+            if (f->flux->bonds->grid->kind[i] == PD_FLUID) y[i] = *to;
+        }
+    }
+}
+
+#undef PDI_FACTOR_VECTORS
+#undef PDI_FACTOR_PIVOT
