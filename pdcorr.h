@@ -105,8 +105,10 @@
  *     limiter    the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
  *     bend       the antidiffusive flux of a bond, and its derivatives (theory: eq. 5.4).
  *     flux       advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
+ *     factor     an incomplete factorisation of the linearised equations of limited transport, on a plane lattice whose bonds
  *     migrate    what bonds carry of several charged fields by diffusion, by a flow and by an electric field, fitted by
  *     bounds     least and largest value that a field may take, and the nodes that leave them.
+ *     steep      antidiffusive fluxes of fifth order, which keep summits and steep fronts, for explicit steps with families of
  *     inverse    the preconditioner of transport, near the inverse of its operator.
  *     transport  steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
  *     amount     how much the fluid holds, and what passes a plane across it.
@@ -2151,7 +2153,8 @@ typedef struct pd_krylov_desc {
                          * restart. Where memory is refused it restarts */
     pd_arena *arena;    /* GMRES: lends what the basis grows by for the rest of a solve, as far as it has room.
                          * Borrowed; NULL: all is allocated */
-    int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
+    int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is, and not before it: PD_ERR_MEMORY where
+                         * memory for that is refused */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
     pd_krylov_precision compressed; /* of the basis of GMRES. Residuals stay double; a cycle gains up to six digits in
@@ -4012,7 +4015,7 @@ typedef struct pd_diffusion {
     pd_media media;                     /* where the diffusivity is a field; empty as above */
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
     double *wall_rate;                  /* [total] [1/s] conductance to held walls, or NULL */
-    double *wall_source;                /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
+    double *wall_source;                /* [capacity] [mol/m3/s] sum of conductance times held value, or NULL */
     double *wall_value, *wall_rest;     /* [capacity] [mol/m3], [mol/m3/s] one of the values that the node sees, and
                                          * what `wall_source` is beside `wall_rate` times that; or NULL */
     double *wall_grad, *wall_grad_rate; /* [capacity][PD_DIM] [mol/m4], [1/m] held values add grad - rate c to the
@@ -4043,6 +4046,11 @@ PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double 
 PDI_FN float pdi_diffusion_more(const pd_diffusion *diffusion, int32_t i, int k);
 /* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, int rows, double *bond);
+/* wall_source at node i. */
+static inline double pdi_diffusion_given(const pd_diffusion *d, int32_t i)
+{
+    return d->place[i] < 0 ? 0.0 : d->wall_source[d->place[i]];
+}
 /* What held walls give to node i with the concentration c + rest [mol/m3/s]: differences first, since beside a good
  * conductor they drown in their products. */
 static inline double pdi_diffusion_gain(const pd_diffusion *d, int32_t i, double c, double rest)
@@ -4362,8 +4370,48 @@ PDI_FN double pdi_flux_through(const pd_flux *t, const double *c, const double *
 PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, double *bond, double *upwind);
 /* Amount per volume and time [mol/m3/s] that leaves i through bond k, upwinded (eq. 5.1). */
 PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, int k);
+/* F and the conductance of bond k of node i [1/s], as sweeps see them. */
+PDI_FN void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, double *bond);
 /* Bond k of node i is open: by its row, or since its family is whole. */
 PDI_FN int pdi_flux_open(const pd_flux *t, int32_t i, int k);
+#endif
+
+#endif
+
+/* ======== >>transport/factor.h ======== */
+/* factor: an incomplete factorisation of the linearised equations of limited transport, on a plane lattice whose bonds
+ * end on the eight nodes around (theory: 5.2).
+ *
+ * The derivative of the limiter joins a node with the 24 others of the square of five by five around it. Column by
+ * column, along the stream, elimination within these squares leaves out next to nothing.
+ */
+#ifndef PD_FACTOR_H
+#define PD_FACTOR_H
+
+typedef struct pd_factor {
+    const pd_flux *flux;     /* borrowed */
+    const uint8_t *upwinded; /* [total] nodes without antidiffusive fluxes. Borrowed */
+    int axis, down;          /* columns follow each other along this axis; 1: downwards */
+    float *entry;            /* [nodes of the box][5][5] [1/s] factors of a row, one over its pivot; lent, else NULL */
+    double *x;               /* [2][nodes with a rim of two] [mol/m3/s], [mol/m3] work; lent, too */
+    float *near;             /* [3][nodes of a column with a rim][PDI_FACTOR_NEAR] derivatives of alpha and of the
+                              * gradient by the family; lent, too */
+    int good;                /* 1: it can be used */
+} pd_factor;
+
+#ifdef PDI_INTERNAL
+/* Entries of `near` for a node: alpha, and both components of the gradient, three lines of four each. */
+#define PDI_FACTOR_NEAR 36
+/* Lend it in place of vectors of a basis that is not lent, where some are left and such lattices are asked for. */
+PDI_FN void pdi_factor_lend(pd_ctx *ctx, pd_arena *arena, pd_krylov *krylov, pd_factor *factor);
+/* What was lent goes back. */
+PDI_FN pd_status pdi_factor_return(pd_ctx *ctx, pd_arena *arena, pd_status status, pd_krylov *krylov,
+                                   pd_factor *factor);
+/* Factors of the equations about c [mol/m3], with its images, the present limiter and the rate [1/s] in time; steps
+ * below `least` [mol/m3] are faint. */
+PDI_FN void pdi_factor_make(pd_ctx *ctx, pd_factor *factor, const double *c, double rate, double least);
+/* y = near A^-1 x at fluid nodes. */
+PDI_FN void pdi_factor_solve(const pd_factor *factor, const double *x, double *y);
 #endif
 
 #endif
@@ -4424,6 +4472,38 @@ PDI_FN int pdi_bounds_keep(const pd_grid *grid, const double *c, const double *m
 /* Marks the fluid nodes that leave them, and where that is done already the far ends of their bonds; how many are
  * new. */
 PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi_bounds *bounds, uint8_t *marked);
+#endif
+
+#endif
+
+/* ======== >>transport/steep.h ======== */
+/* steep: antidiffusive fluxes of fifth order, which keep summits and steep fronts, for explicit steps with families of
+ * the nodes next to a node (theory: eq. 5.4c to 5.4e).
+ *
+ * A node knows what it gives to the bond ahead and to the one behind where the stream leaves through them: a value at
+ * their middle, from five nodes in a line, as far as monotone profiles stay monotone. What the bonds then bring is
+ * scaled where a node would leave bounds that the upwinded step keeps.
+ */
+#ifndef PD_STEEP_H
+#define PD_STEEP_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_steep {
+    const pd_flux *flux;
+    double dt;                /* [s] */
+    pdi_bounds bounds;        /* [mol/m3] of the field at the end of the step */
+    const double *c, *plain;  /* [total] [mol/m3] the field with its images and inlets; that of the upwinded step */
+    double *bend;             /* [total] [mol/m3] work: second differences along a line */
+    double *value;            /* [count][total] [mol/m3] values at the middle of bonds, less that of the node; lent */
+    double *gain, *loss;      /* [total] work: what comes in and leaves [mol/m3/s], then the shares that may [-] */
+} pdi_steep;
+
+/* 1: families reach the nodes next to a node and no others. */
+PDI_FN int pdi_steep_may(const pd_flux *flux);
+/* Arrays of a pdi_steep that are lent for a step. */
+PDI_FN void pdi_steep_list(pdi_owner *owner, void *object);
+/* y [total] [mol/m3/s]: what each fluid node gains. */
+PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *steep, double *y);
 #endif
 
 #endif
@@ -4519,6 +4599,7 @@ typedef struct pd_transport {
     double *absorb;         /* [total] [1/s] given, too; source - absorb c enters the fluid */
     double time;            /* [s] of the values that are held and enter */
     double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
+    double seen[2];         /* [mol/m3] least and largest value that explicit steps have begun with */
     double ceiling;         /* [mol/m3] given, too: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; NULL: none are limited */
@@ -4545,6 +4626,7 @@ typedef struct pd_transport {
     double first;           /* [mol/m3/s] residual that the last stage of the step began with; 0: there was none */
     double dt;              /* [s] of the step in work; 0: none */
     pd_inverse inverse;
+    pd_factor factors;      /* of Newton's method */
     pd_krylov krylov;
     double outflow;         /* [mol/s] (per m in planar 2D) through outlets and into held walls at the end of the last
                              * step */
@@ -4620,6 +4702,8 @@ PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport
 PDI_FN int pdi_transport_start(pd_transport *transport);
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
 PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
+/* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
+PDI_FN void pdi_transport_seen(pd_transport *transport, pdi_bounds *bounds);
 /* The bounds of a step begin with what is held and enters at its start. */
 PDI_FN void pdi_transport_open(pd_transport *transport);
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */
@@ -19418,7 +19502,7 @@ static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
     return pdi_owner_build(ctx, pdi_krylov_chunk_list, krylov);
 }
 
-/* Room for more basis vectors; 0: there is none. */
+/* Room for more basis vectors; 0: there is none, negative: fixed, and memory is refused. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
     int columns = krylov->base + krylov->chunks * krylov->grow; /* without a shift */
@@ -19432,6 +19516,7 @@ static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
         krylov->chunks += chunk;
         return 1;
     }
+    if (krylov->desc.fixed) return status;
     ctx->status = PD_OK; /* it goes on with what it has */
     ctx->message[0] = '\0';
     return 0;
@@ -19736,6 +19821,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         if (j == pdi_krylov_room(run->k)) {
             int grown = pdi_krylov_grow(run->ctx, run->k);
             s = pdi_krylov_look(run->k); /* it may have moved even so */
+            if (grown < 0) return run->ctx->status;
             if (!grown) break;
         }
         double *h = s.hess + pdi_hessenberg_column(j);
@@ -30424,7 +30510,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         if (first) d->wall_value[place] = c;
         first = 0;
         d->wall_rate[i] += value;
-        d->wall_source[i] += value * c;
+        d->wall_source[place] += value * c;
         d->wall_rest[place] += value * (c - d->wall_value[place]);
         d->held_least = fmin(d->held_least, c);
         d->held_most = fmax(d->held_most, c);
@@ -30444,9 +30530,9 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
 static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
 {
     int64_t place = d->place[i];
-    d->wall_rate[i] = d->wall_source[i] = 0.0;
+    d->wall_rate[i] = 0.0;
     if (place < 0) return;
-    d->wall_value[place] = d->wall_rest[place] = 0.0;
+    d->wall_source[place] = d->wall_value[place] = d->wall_rest[place] = 0.0;
     for (int a = 0; a < PD_DIM && d->wall_grad; a++)
         d->wall_grad[place * PD_DIM + a] = d->wall_grad_rate[place * PD_DIM + a] = 0.0;
 }
@@ -30552,7 +30638,6 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, diffusion, renewed, total, "1");
     if (!diffusion->desc.held) return;
     PDI_ARRAY(owner, diffusion, wall_rate, total, "1/s");
-    PDI_ARRAY(owner, diffusion, wall_source, total, "mol/m3/s");
     PDI_ARRAY(owner, diffusion, held, diffusion->bonds->stencil->count, "1");
 }
 
@@ -30565,6 +30650,7 @@ PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object)
     if (diffusion->metals) PDI_ARRAY(owner, diffusion, metal, PD_DIFFUSION_TENSOR * count, "1");
     if (diffusion->metals) PDI_ARRAY(owner, diffusion, facing, PD_DIM * count, "1");
     if (!diffusion->desc.held) return;
+    PDI_ARRAY(owner, diffusion, wall_source, count, "mol/m3/s");
     PDI_ARRAY(owner, diffusion, wall_value, count, "mol/m3");
     PDI_ARRAY(owner, diffusion, wall_rest, count, "mol/m3/s");
     PDI_ARRAY(owner, diffusion, wall_part, count, "1");
@@ -30964,7 +31050,7 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
     int64_t total = bonds->grid->total;
     double c = p->c[b], value = f->field ? f->field[i] : f->desc.diffusivity, sum[PD_DIM], *slope = s->slope + i;
     if (f->wall_rate && f->wall_rate[i] > 0.0) {
-        double step = (f->wall_source[i] - f->wall_rate[i] * c) / value;
+        double step = (pdi_diffusion_given(f, i) - f->wall_rate[i] * c) / value;
         p->bend[b] += step;
         p->size[b] += fabs(step);
         if (p->x) {
@@ -31397,7 +31483,7 @@ static void pdi_flux_store_run(const void *user, int32_t i, int32_t row, int32_t
 }
 
 /* F and the conductance of bond k of node i, as sweeps see them. */
-static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, double *bond)
+PDI_FN void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, double *bond)
 {
     int32_t row = t->bonds->row[i];
     *flux = 0.0;
@@ -32007,6 +32093,337 @@ PDI_COLD_END
 
 #if !defined(PDCORR_NO_PHYSICS)
 
+/* ======== >>transport/factor.c ======== */
+/* factor: see factor.h
+ *
+ * Rows stand in the order of elimination: columns along the stream, and their nodes one after the other. In each row
+ * five entries of a column stand side by side.
+ */
+#include <math.h>
+#include <string.h>
+
+/* Vectors of a basis that are left at least. */
+#define PDI_FACTOR_VECTORS 9
+/* A pivot below this share of the diagonal is none. */
+#define PDI_FACTOR_PIVOT 1e-3
+
+/* The lattice in the order of elimination. */
+typedef struct pdi_factor_order {
+    int32_t origin, along, across; /* node of the first row; from column to column, and within one */
+    int columns, rows, line;       /* nodes; entries of a column of x with its rim */
+    int at[8];                     /* where the bonds end among the lines of four of `near` */
+} pdi_factor_order;
+
+/* What the sums of a row are made of: entries in lines of eight, the one of the node at [2][2]. */
+typedef float pdi_factor_row[5][8];
+
+static int pdi_factor_fits(const pd_factor *f)
+{
+    return PD_DIM == 2 && f->flux->flux && f->flux->bonds->stencil->reach == 1 && f->flux->bonds->stencil->count == 8;
+}
+
+static pdi_factor_order pdi_factor_sort(const pd_factor *f)
+{
+    const pd_grid *grid = f->flux->bonds->grid;
+    const pd_stencil *s = f->flux->bonds->stencil;
+    pdi_factor_order o;
+    int i[3] = {0, 0, 0}, other = 1 - f->axis;
+    if (f->down) i[f->axis] = grid->n[f->axis] - 1;
+    o.origin = pd_grid_node(grid, i);
+    o.along = f->down ? -grid->stride[f->axis] : grid->stride[f->axis];
+    o.across = grid->stride[other % PD_DIM];
+    o.columns = grid->n[f->axis];
+    o.rows = grid->n[other % PD_DIM];
+    o.line = o.rows + 4;
+    for (int k = 0; k < 8 && k < s->count; k++) {
+        int a = s->offset[k * PD_DIM + f->axis], b = s->offset[k * PD_DIM + other % PD_DIM];
+        o.at[k] = ((f->down ? -a : a) + 1) * 4 + b + 1;
+    }
+    return o;
+}
+
+/* The axis with the strongest mean stream comes first, downstream. */
+static void pdi_factor_turn(pd_factor *f)
+{
+    const pd_flow *flow = f->flux->flow;
+    double most = -1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double sum = 0.0;
+        for (int32_t i = 0; i < flow->grid->total; i++)
+            if (flow->grid->kind[i] == PD_FLUID) sum += flow->u[(int64_t)d * flow->grid->total + i];
+        if (!(fabs(sum) > most)) continue;
+        most = fabs(sum);
+        f->axis = d;
+        f->down = sum < 0.0;
+    }
+}
+
+PDI_COLD_BEGIN
+static void pdi_factor_list(pdi_owner *owner, void *object)
+{
+    pd_factor *factor = (pd_factor *)object;
+    pdi_factor_order o = pdi_factor_sort(factor);
+    PDI_RAW(owner, factor, entry, 25 * (int64_t)o.columns * o.rows, "1/s");
+    PDI_ARRAY(owner, factor, x, (int64_t)(o.columns + 4) * o.line, "mol/m3");
+    PDI_ARRAY(owner, factor, near, 3 * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR, "");
+}
+
+/* Vectors of the basis that take the same room. */
+static int64_t pdi_factor_entries(pd_factor *f)
+{
+    return (int64_t)(pdi_arena_bytes(pdi_factor_list, f) / sizeof *f->entry);
+}
+
+PDI_FN void pdi_factor_lend(pd_ctx *ctx, pd_arena *arena, pd_krylov *krylov, pd_factor *f)
+{
+    f->good = 0;
+    if (!pdi_factor_fits(f)) return;
+    pdi_factor_turn(f);
+    int64_t entries = pdi_factor_entries(f), least = PDI_FACTOR_VECTORS * krylov->stride;
+    int fits = krylov->desc.compressed == PD_KRYLOV_SINGLE && !krylov->desc.flexible;
+    if (!fits || krylov->built - entries < least || !pdi_arena_has(arena, pdi_krylov_list, krylov)) return;
+    if (pdi_arena_lend(ctx, arena, pdi_factor_list, f) < 0) return;
+    krylov->built -= entries;
+    pdi_krylov_pair(krylov, 0);
+}
+
+PDI_FN pd_status pdi_factor_return(pd_ctx *ctx, pd_arena *arena, pd_status status, pd_krylov *krylov, pd_factor *f)
+{
+    if (!f->entry) return status;
+    krylov->built += pdi_factor_entries(f);
+    return pdi_arena_return(ctx, arena, pdi_factor_list, f, status);
+}
+PDI_COLD_END
+
+/* Derivatives of alpha of fluid node i (eq. 5.4), into the first three lines of `near`. */
+static void pdi_factor_alpha(const pd_factor *f, const pdi_factor_order *o, const double *c, double least, int32_t i,
+                             const int *open, float *near)
+{
+    const pd_bonds *bonds = f->flux->bonds;
+    const pd_diffusion *d = f->flux->diffusion;
+    const double *lap = bonds->stencil->lap;
+    double bend = 0.0, size = 0.0, step[8], floor_size = least * bonds->stencil->lap_sum, own = 0.0;
+    for (int k = 0; k < 8; k++) {
+        step[k] = open[k] ? lap[k] * (c[i + bonds->paths.shift[k]] - c[i]) : 0.0;
+        bend += step[k];
+        size += fabs(step[k]);
+    }
+    if (d->wall_rate && d->wall_rate[i] > 0.0) {
+        double wall = (d->wall_source[i] - d->wall_rate[i] * c[i]) / (d->field ? d->field[i] : d->desc.diffusivity);
+        bend += wall;
+        size += fabs(wall);
+    }
+    double below = size + floor_size;
+    if (f->upwinded[i] || !(below > 0.0)) return;
+    double ratio = (fabs(bend) + floor_size) / below, slope = -4.0 * ratio * ratio * ratio / below;
+    double side = bend > 0.0 ? 1.0 : bend < 0.0 ? -1.0 : 0.0;
+    for (int k = 0; k < 8; k++) {
+        double sign = step[k] > 0.0 ? 1.0 : step[k] < 0.0 ? -1.0 : 0.0;
+        double by = open[k] ? slope * lap[k] * (side - ratio * sign) : 0.0;
+        near[o->at[k]] = (float)by;
+        own -= by;
+    }
+    near[5] = (float)own;
+}
+
+/* The gradient of the node (eq. 3.5), behind it. */
+static void pdi_factor_gradient(const pd_factor *f, const pdi_factor_order *o, int32_t i, const int *open, float *near)
+{
+    const pd_bonds *bonds = f->flux->bonds;
+    const double *grad = bonds->stencil->grad, *moment = NULL;
+    if (bonds->row[i] >= 0) moment = bonds->moment + (int64_t)bonds->row[i] * PD_DIM * PD_DIM;
+    for (int d = 0; d < 2; d++) {
+        double own = 0.0;
+        float *to = near + 12 * (d + 1);
+        for (int k = 0; k < 8; k++) {
+            const double *g = grad + k * PD_DIM;
+            double part = moment ? 0.0 : g[d % PD_DIM];
+            for (int e = 0; e < PD_DIM && moment; e++) part += moment[d * PD_DIM + e] * bonds->norm[e] * g[e];
+            if (!open[k]) continue;
+            to[o->at[k]] = (float)part;
+            own -= part;
+        }
+        to[5] = (float)own;
+    }
+}
+
+/* Both for the nodes of a column; others have none. */
+static void pdi_factor_column(const pd_factor *f, const pdi_factor_order *o, const double *c, double least, int column)
+{
+    const pd_bonds *bonds = f->flux->bonds;
+    float *near = f->near + (int64_t)(column % 3) * (o->rows + 2) * PDI_FACTOR_NEAR;
+    memset(near, 0, (size_t)(o->rows + 2) * PDI_FACTOR_NEAR * sizeof *near);
+    for (int row = 0; row < o->rows && column < o->columns; row++) {
+        int32_t i = o->origin + column * o->along + row * o->across;
+        int open[8];
+        near += PDI_FACTOR_NEAR;
+        if (bonds->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < 8; k++)
+            open[k] = pdi_flux_open(f->flux, i, k) && bonds->grid->kind[i + bonds->paths.shift[k]] != PD_OUTLET;
+        pdi_factor_alpha(f, o, c, least, i, open, near);
+        pdi_factor_gradient(f, o, i, open, near);
+    }
+}
+
+/* Add what a node has in `near`, whose middle stands at entry [a][b]. */
+static inline void pdi_factor_spread(const float *near, float alpha, const float *along, int a, int b,
+                                     pdi_factor_row row)
+{
+    for (int line = 0; line < 3; line++) {
+        const float *n = near + 4 * line;
+        float *to = row[a + line] + b;
+        for (int k = 0; k < 4; k++) to[k] += alpha * n[k] + along[0] * n[12 + k] + along[1] * n[24 + k];
+    }
+}
+
+/* The bond k of node i: what leaves by it, less what the limited fluxes give back. */
+static void pdi_factor_bond(const pd_factor *f, const pdi_factor_order *o, const double *c, int32_t i, int k,
+                            const float *near, float *own, pdi_factor_row row)
+{
+    const pd_flux *t = f->flux;
+    const pd_bonds *bonds = t->bonds;
+    const double *xi = bonds->stencil->xi + k * PD_DIM;
+    int32_t j = i + bonds->paths.shift[k];
+    int64_t total = bonds->grid->total;
+    int a = o->at[k] / 4 - 1, b = o->at[k] % 4 - 1;
+    uint8_t kind = bonds->grid->kind[j];
+    double flux, bond, x[2] = {0.0, 0.0};
+    pdi_flux_one(t, i, k, &flux, &bond);
+    if (kind == PD_OUTLET) {
+        row[2][2] += (float)flux;
+        return;
+    }
+    int32_t end[2];
+    end[0] = flux > 0.0 ? i : j;
+    end[1] = flux > 0.0 ? j : i;
+    for (int e = 0; e < 2; e++)
+        for (int d = 0; d < PD_DIM; d++) x[e] += xi[d] * t->limiter->slope[d * total + end[e]];
+    pdi_bend_terms of, by;
+    of.step = c[j] - c[i];
+    of.bend = pdi_bend_of(of.step, x[0], x[1]);
+    of.alpha = t->limiter->factor[end[0]];
+    pdi_bend_flux(flux, bond, kind == PD_INLET ? 0.0 : 1.0, &of, &by);
+    double half = 0.5 * flux, most = fmax(fabs(half), bond), step = by.step - PDI_BEND_LEAN * by.bend;
+    row[2][2] += (float)(half + most - step);
+    if (kind != PD_FLUID) return;
+    row[2 + a][2 + b] += (float)(half - most + step);
+    double up = by.bend * (0.5 * PDI_BEND_LEAN + PDI_BEND_SHARE), down = by.bend * (0.5 * PDI_BEND_LEAN - PDI_BEND_SHARE);
+    double here = flux > 0.0 ? up : down, there = flux > 0.0 ? down : up;
+    float along[2] = {0.0f, 0.0f};
+    for (int d = 0; d < PD_DIM && d < 2; d++) {
+        own[1 + d] += (float)(here * xi[d]);
+        along[d] = (float)(there * xi[d]);
+    }
+    own[0] += flux > 0.0 ? (float)by.alpha : 0.0f;
+    pdi_factor_spread(near, flux > 0.0 ? 0.0f : (float)by.alpha, along, 1 + a, 1 + b, row);
+}
+
+/* Row `row` of a column, without what joins it with nodes that are not fluid. Returns the size of its diagonal. */
+static float pdi_factor_assemble(const pd_factor *f, const pdi_factor_order *o, const double *c, double rate,
+                                 int column, int at, float *entry)
+{
+    const pd_flux *t = f->flux;
+    const uint8_t *kind = t->bonds->grid->kind;
+    int32_t i = o->origin + column * o->along + at * o->across;
+    double own_rate = rate + t->absorb[i] + (t->diffusion->wall_rate ? t->diffusion->wall_rate[i] : 0.0);
+    pdi_factor_row row;
+    float own[3] = {0.0f, 0.0f, 0.0f};
+    memset(row, 0, sizeof row);
+    row[2][2] = (float)own_rate;
+    for (int k = 0; k < 8; k++) {
+        if (!pdi_flux_open(t, i, k)) continue;
+        int a = o->at[k] / 4 - 1, b = o->at[k] % 4 - 1;
+        const float *near = f->near + ((int64_t)((column + 3 + a) % 3) * (o->rows + 2) + at + 1 + b) * PDI_FACTOR_NEAR;
+        pdi_factor_bond(f, o, c, i, k, near, own, row);
+    }
+    const float *near = f->near + ((int64_t)(column % 3) * (o->rows + 2) + at + 1) * PDI_FACTOR_NEAR;
+    pdi_factor_spread(near, own[0], own + 1, 1, 1, row);
+    for (int a = -2; a <= 2; a++)
+        for (int b = -2; b <= 2; b++) {
+            int inside = column + a >= 0 && column + a < o->columns && at + b >= 0 && at + b < o->rows;
+            int joined = inside && kind[i + a * o->along + b * o->across] == PD_FLUID;
+            entry[(a + 2) * 5 + b + 2] = joined ? row[a + 2][b + 2] : 0.0f;
+        }
+    return fabsf(entry[12]);
+}
+
+/* Eliminate the rows before row n from it. Returns 1 when its pivot is one. */
+static int pdi_factor_eliminate(const pd_factor *f, const pdi_factor_order *o, int64_t n, float size)
+{
+    float *row = f->entry + 25 * n;
+    for (int k = 0; k < 12; k++) {
+        int a = k / 5 - 2, b = k % 5 - 2;
+        if (!(row[k] < 0.0f) && !(row[k] > 0.0f)) continue;
+        const float *other = f->entry + 25 * (n + (int64_t)a * o->rows + b);
+        float factor = row[k] * other[12];
+        int first = b < 0 ? -b : 0, end = b > 0 ? 5 - b : 5; /* of the five entries of its columns that stay */
+        row[k] = factor;
+        for (int q = first > 3 ? first : 3; q < end; q++) row[k - 2 + q] -= factor * other[10 + q];
+        for (int line = 1; line < 3; line++)
+            for (int q = first; q < end; q++) row[k + 5 * line - 2 + q] -= factor * other[10 + 5 * line + q];
+    }
+    int good = fabsf(row[12]) > (float)PDI_FACTOR_PIVOT * size && fabsf(row[12]) < HUGE_VALF;
+    row[12] = good ? 1.0f / row[12] : 0.0f;
+    return good;
+}
+
+PDI_FN void pdi_factor_make(pd_ctx *ctx, pd_factor *f, const double *c, double rate, double least)
+{
+    (void)ctx;
+    f->good = 0;
+    if (!f->entry) return;
+    pdi_factor_order o = pdi_factor_sort(f);
+    f->good = 1;
+    memset(f->near, 0, 3 * (size_t)(o.rows + 2) * PDI_FACTOR_NEAR * sizeof *f->near);
+    pdi_factor_column(f, &o, c, least, 0);
+    for (int column = 0; column < o.columns && f->good; column++) {
+        pdi_factor_column(f, &o, c, least, column + 1);
+        for (int row = 0; row < o.rows && f->good; row++) {
+            int64_t n = (int64_t)column * o.rows + row;
+            int32_t i = o.origin + column * o.along + row * o.across;
+            if (f->flux->bonds->grid->kind[i] != PD_FLUID) {
+                memset(f->entry + 25 * n, 0, 25 * sizeof *f->entry);
+                continue;
+            }
+            float size = pdi_factor_assemble(f, &o, c, rate, column, row, f->entry + 25 * n);
+            f->good = pdi_factor_eliminate(f, &o, n, size);
+        }
+    }
+}
+
+PDI_FN void pdi_factor_solve(const pd_factor *f, const double *x, double *y)
+{
+    pdi_factor_order o = pdi_factor_sort(f);
+    for (int column = 0; column < o.columns; column++) {
+        double *to = f->x + (int64_t)(column + 2) * o.line + 2;
+        const float *e = f->entry + 25 * (int64_t)column * o.rows;
+        for (int row = 0; row < o.rows; row++, e += 25, to++) {
+            double sum = e[12] != 0.0f ? x[o.origin + column * o.along + row * o.across] : 0.0;
+            for (int k = 0; k < 5; k++) sum -= (double)e[k] * to[k - 2 - 2 * o.line];
+            for (int k = 0; k < 5; k++) sum -= (double)e[5 + k] * to[k - 2 - o.line];
+            *to = sum - (double)e[10] * to[-2] - (double)e[11] * to[-1];
+        }
+    }
+    for (int column = o.columns - 1; column >= 0; column--) {
+        double *to = f->x + (int64_t)(column + 2) * o.line + 2 + o.rows - 1;
+        const float *e = f->entry + 25 * ((int64_t)column * o.rows + o.rows - 1);
+        for (int row = o.rows - 1; row >= 0; row--, e -= 25, to--) {
+            double sum = *to;
+            int32_t i = o.origin + column * o.along + row * o.across;
+            for (int k = 0; k < 5; k++) sum -= (double)e[20 + k] * to[k - 2 + 2 * o.line];
+            for (int k = 0; k < 5; k++) sum -= (double)e[15 + k] * to[k - 2 + o.line];
+            *to = (sum - (double)e[14] * to[2] - (double)e[13] * to[1]) * (double)e[12];
+            if (f->flux->bonds->grid->kind[i] == PD_FLUID) y[i] = *to;
+        }
+    }
+}
+
+#undef PDI_FACTOR_VECTORS
+#undef PDI_FACTOR_PIVOT
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
 #ifdef PDI_SMALL
 #pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
@@ -32295,6 +32712,262 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
     }
     return found;
 }
+
+/* ======== >>transport/steep.c ======== */
+/* steep: see steep.h */
+#include <math.h>
+
+/* How much a value at the middle of a bond may go on as the field has risen up to its upwind end (Suresh and Huynh
+ * 1997), and how curved the field may be behind it, of which a parabola has 1. */
+#define PDI_STEEP_RISE 4.0
+#define PDI_STEEP_CURVED (4.0 / 3.0)
+
+/* A sweep over the bonds of one line, or over all of them with the shares (0: to find them). */
+typedef struct pdi_steep_sweep {
+    const pdi_steep *s;
+    int k, shares;
+    double *y;
+} pdi_steep_sweep;
+
+/* ---- values at the middle of bonds ---- */
+
+/* Both bonds of line k are open, of the rows from `row`. */
+static inline double pdi_steep_open(const pd_bonds *bonds, int32_t row, int k, int b)
+{
+    int opposite = bonds->stencil->count - 1 - k;
+    return pdi_bond_open(bonds, row + b, k) && pdi_bond_open(bonds, row + b, opposite) ? 1.0 : 0.0;
+}
+
+/* Second differences along the line of bond k, of nodes as in traverse.h. Where a bond is closed or ends on an outlet
+ * the field goes on as a line. */
+static inline void pdi_steep_bends(const pdi_steep *s, int32_t i, int32_t row, int32_t place, int k, int count,
+                                   double *PD_RESTRICT bend)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    int32_t shift = bonds->paths.shift[k];
+    const double *c = s->c + i;
+    if (place >= 0) {
+        const int32_t *far = s->flux->boundary->far + (int64_t)place * bonds->stencil->count;
+        int32_t next = far[k], before = far[bonds->stencil->count - 1 - k];
+        bend[0] = next != i && before != i ? s->c[next] - 2.0 * c[0] + s->c[before] : 0.0;
+        return;
+    }
+    for (int b = 0; b < count; b++) bend[b] = c[b + shift] - 2.0 * c[b] + c[b - shift];
+    for (int b = 0; b < count && row >= 0; b++) bend[b] *= pdi_steep_open(bonds, row, k, b);
+}
+
+static void pdi_steep_bend_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep_sweep *of = (const pdi_steep_sweep *)user;
+    pdi_steep_bends(of->s, i, row, place, of->k, count, of->s->bend + i);
+}
+
+/* The bond that a mirror makes of bond k; odd: bit d: axis d turns round. */
+static int pdi_steep_turned(const pd_stencil *s, int k, int odd)
+{
+    int turned = 0;
+    for (int like = 0; turned < s->count && !like; turned += !like) {
+        like = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            double want = s->xi[k * PD_DIM + d];
+            if (odd >> d & 1) want = -want;
+            if (fabs(s->xi[turned * PD_DIM + d] - want) > 0.0) like = 0;
+        }
+    }
+    return turned;
+}
+
+/* Images of second differences: a mirror makes another line of one across it. Those of such lines are computed anew. */
+static void pdi_steep_bend_images(const pdi_steep *s, int k)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int last = bonds->stencil->count - 1;
+    for (int32_t g = 0; g < ghosts->images; g++) {
+        int32_t source = ghosts->source[g];
+        int turned = ghosts->odd[g] ? pdi_steep_turned(bonds->stencil, k, ghosts->odd[g]) : k;
+        int same = turned == k || turned == last - k || bonds->grid->kind[source] != PD_FLUID;
+        if (same) s->bend[ghosts->node[g]] = s->bend[source];
+        else pdi_steep_bends(s, source, bonds->row[source], -1, turned, 1, s->bend + ghosts->node[g]);
+    }
+}
+
+/* The least in size of two or of all, zero where signs differ. */
+static inline double pdi_steep_least(double a, double b)
+{
+    double low = a < b ? a : b, high = a < b ? b : a;
+    return low > 0.0 ? low : high < 0.0 ? high : 0.0;
+}
+
+/* The curvature of both ends that is no more than that of either, nor than what they have if one of them is none. */
+static inline double pdi_steep_curve(double a, double b)
+{
+    return pdi_steep_least(pdi_steep_least(4.0 * a - b, 4.0 * b - a), pdi_steep_least(a, b));
+}
+
+/* Value at the middle of the bond along which the field rises by `step`, less that of its upwind end: of fifth order,
+ * within what keeps the field monotone (eq. 5.4d). before, at, after: second differences. */
+static inline double pdi_steep_value(double step, double before, double at, double after)
+{
+    double value = 0.5 * step + (2.0 * before - 9.0 * at - 3.0 * after) / 60.0, rise = step - at;
+    double middle = 0.5 * (step - pdi_steep_curve(at, after)), most = PDI_STEEP_RISE * rise;
+    double round = 0.5 * rise + PDI_STEEP_CURVED * pdi_steep_curve(before, at);
+    double low = fmax(fmin(fmin(0.0, step), middle), fmin(fmin(0.0, most), round));
+    double high = fmin(fmax(fmax(0.0, step), middle), fmax(fmax(0.0, most), round));
+    return value + pdi_steep_least(low - value, high - value);
+}
+
+static void pdi_steep_value_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep_sweep *of = (const pdi_steep_sweep *)user;
+    const pd_bonds *bonds = of->s->flux->bonds;
+    int opposite = bonds->stencil->count - 1 - of->k;
+    int32_t next = bonds->paths.shift[of->k], before = -next;
+    int64_t total = bonds->grid->total;
+    const double *c = of->s->c + i, *bend = of->s->bend + i;
+    double *PD_RESTRICT ahead = of->s->value + of->k * total + i, *PD_RESTRICT behind = of->s->value + opposite * total + i;
+    (void)row;
+    if (place >= 0) {
+        const int32_t *far = of->s->flux->boundary->far + (int64_t)place * bonds->stencil->count;
+        next = far[of->k] - i;
+        before = far[opposite] - i;
+    }
+    for (int b = 0; b < count; b++) {
+        ahead[b] = pdi_steep_value(c[b + next] - c[b], bend[b + before], bend[b], bend[b + next]);
+        behind[b] = pdi_steep_value(c[b + before] - c[b], bend[b + next], bend[b], bend[b + before]);
+    }
+}
+
+static void pdi_steep_line(const pd_ctx *ctx, pdi_steep_sweep *of)
+{
+    const pdi_steep *s = of->s;
+    const pd_bonds *bonds = s->flux->bonds;
+    pdi_par_zero(ctx, bonds->grid->total, s->bend);
+    pdi_traverse_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 4, pdi_steep_bend_nodes, of);
+    pdi_steep_bend_images(s, of->k);
+    pdi_traverse_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 60, pdi_steep_value_nodes, of);
+}
+
+/* Images of values, when all lines are there. */
+static void pdi_steep_images(const pdi_steep *s)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int64_t total = bonds->grid->total;
+    for (int k = 0; k < bonds->stencil->count; k++)
+        for (int32_t g = 0; g < ghosts->images; g++) {
+            int from = ghosts->odd[g] ? pdi_steep_turned(bonds->stencil, k, ghosts->odd[g]) : k;
+            s->value[k * total + ghosts->node[g]] = s->value[from * total + ghosts->source[g]];
+        }
+}
+
+/* ---- what the bonds bring ---- */
+
+/* What node b gains through a bond by which `flux` leaves (eq. 5.4c): given is the value of its upwind end. */
+static inline double pdi_steep_bring(double flux, double least, double step, double given)
+{
+    double half = 0.5 * fabs(flux), more = half > least ? half - least : 0.0;
+    double leaves = flux > 0.0 ? flux * (given - 0.5 * step) : flux * (given + 0.5 * step);
+    return -leaves - more * step;
+}
+
+/* Gains and losses of nodes, or what they gain with the shares of both ends. Inlets have no bend and all there is. */
+PDI_INLINE void pdi_steep_block(const pdi_steep_sweep *of, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep *s = of->s;
+    const pd_flux *t = s->flux;
+    const double *c = s->c + i;
+    int last = t->bonds->stencil->count - 1;
+    int64_t total = t->bonds->grid->total;
+    double flux[PDI_BLOCK], bond[PDI_BLOCK], up[PDI_BLOCK], down[PDI_BLOCK];
+    for (int b = 0; b < count; b++) up[b] = down[b] = 0.0;
+    for (int k = 0; k <= last; k++) {
+        int32_t next = pdi_flux_bonds(t, i, row, place, k, count, flux, bond);
+        int entry = place >= 0 && t->bonds->grid->kind[i + next] == PD_INLET;
+        const double *here = s->value + k * total + i, *there = s->value + (last - k) * total + i + next;
+        const double *gain = s->gain + i, *loss = s->loss + i, *far = c + next;
+        if (place >= 0 && !next) continue;
+        for (int b = 0; b < count; b++) {
+            double step = far[b] - c[b], given = flux[b] > 0.0 ? here[b] : there[b];
+            if (entry) given = flux[b] > 0.0 ? 0.5 * step : -0.5 * step;
+            double bring = pdi_steep_bring(flux[b], bond[b], step, given);
+            double in = bring > 0.0 ? bring : 0.0, out = bring > 0.0 ? 0.0 : -bring;
+            if (of->shares) {
+                in *= fmin(gain[b], entry ? 1.0 : loss[b + next]);
+                out *= fmin(loss[b], entry ? 1.0 : gain[b + next]);
+            }
+            up[b] += in;
+            down[b] += out;
+        }
+    }
+    for (int b = 0; b < count; b++) {
+        if (of->shares) of->y[i + b] = up[b] - down[b];
+        else {
+            s->gain[i + b] = up[b];
+            s->loss[i + b] = down[b];
+        }
+    }
+}
+
+static void pdi_steep_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_steep_sweep *of = (const pdi_steep_sweep *)user;
+    if (count == PDI_BLOCK) pdi_steep_block(of, i, row, -1, PDI_BLOCK);
+    else pdi_steep_block(of, i, row, place, count);
+}
+
+/* What of its gains and losses a node may have (Zalesak 1979); 1: all may have all. The share of one thread. */
+static void pdi_steep_limit_share(const pdi_steep *s)
+{
+    const pd_grid *grid = s->flux->bonds->grid;
+    PDI_FOR
+    for (int32_t i = 0; i < grid->total; i++) {
+        double in = s->dt * s->gain[i], out = s->dt * s->loss[i];
+        double room = fmax(s->bounds.high - s->plain[i], 0.0), left = fmax(s->plain[i] - s->bounds.low, 0.0);
+        int fluid = grid->kind[i] == PD_FLUID;
+        s->gain[i] = fluid && in > room ? room / in : 1.0;
+        s->loss[i] = fluid && out > left ? left / out : 1.0;
+    }
+}
+
+static void pdi_steep_limit(const pd_ctx *ctx, const pdi_steep *s)
+{
+    const pd_ghosts *ghosts = &s->flux->bonds->ghosts;
+    int nt = pdi_par_threads(ctx, (int64_t)s->flux->bonds->grid->total * 8);
+    PDI_SHARE(nt, pdi_steep_limit_share(s));
+    pd_ghosts_scalar(ghosts, s->gain);
+    pd_ghosts_scalar(ghosts, s->loss);
+}
+
+PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *s, double *y)
+{
+    const pd_bonds *bonds = s->flux->bonds;
+    int64_t work = bonds->grid->fluid_count * bonds->stencil->count * 8;
+    pdi_steep_sweep of;
+    of.s = s;
+    of.y = y;
+    for (of.k = 0; of.k < bonds->stencil->count / 2; of.k++) pdi_steep_line(ctx, &of);
+    pdi_steep_images(s);
+    for (of.shares = 0; of.shares < 2; of.shares++) {
+        pdi_traverse_blocks(ctx, s->flux->boundary, work, pdi_steep_nodes, &of);
+        if (!of.shares) pdi_steep_limit(ctx, s);
+    }
+}
+
+PDI_FN int pdi_steep_may(const pd_flux *flux)
+{
+    const pd_stencil *s = flux->bonds->stencil;
+    for (int k = 0; k < s->count * PD_DIM; k++)
+        if (fabs(s->xi[k]) > 1.5 * s->h[k % PD_DIM]) return 0;
+    return 1;
+}
+
+PDI_FN void pdi_steep_list(pdi_owner *owner, void *object)
+{
+    pdi_steep *steep = (pdi_steep *)object;
+    const pd_bonds *bonds = steep->flux->bonds;
+    PDI_RAW(owner, steep, value, (int64_t)bonds->stencil->count * bonds->grid->total, "mol/m3");
+}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -32548,6 +33221,7 @@ typedef struct pdi_transport_user {
     pd_ctx *ctx;
     pd_transport *t;
     int limited; /* 1: there are antidiffusive fluxes */
+    int factored; /* 1: their derivatives are factored */
 } pdi_transport_user;
 
 /* Nodes that hold their concentration have no equation. */
@@ -32598,6 +33272,11 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
 static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
+    if (u->factored) {
+        pdi_factor_solve(&u->t->factors, x, y);
+        pdi_transport_pin(u->t, y);
+        return;
+    }
     pdi_inverse_apply(u->ctx, &u->t->inverse, x, y);
     pd_flux flux = u->t->flux;
     flux.rate = 1.0 / u->t->dt;
@@ -32609,7 +33288,7 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
 static inline double pdi_transport_right(const pd_transport *t, int32_t i)
 {
     double sum = (t->old[i] + t->carry[i]) / t->dt + t->source[i] + pdi_transport_gain(t, i);
-    return t->diffusion.wall_source ? sum + t->diffusion.wall_source[i] : sum;
+    return t->diffusion.wall_source ? sum + pdi_diffusion_given(&t->diffusion, i) : sum;
 }
 
 /* All of them, where they are kept. */
@@ -32712,34 +33391,6 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, 
     return status;
 }
 
-/* Flow through inlet and outlet bonds, and from and to held walls, at the present field. */
-PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
-{
-    pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
-    const pd_grid *grid = t->grid;
-    for (int32_t i = 0; i < grid->total && t->diffusion.wall_rate; i++) {
-        double gain = pdi_diffusion_gain(&t->diffusion, i, t->c[i], t->rest ? t->rest[i] : 0.0);
-        if (grid->kind[i] == PD_FLUID)
-            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * pdi_grid_circumference(grid, i));
-    }
-    for (int32_t p = 0; p < t->boundary.count; p++) {
-        int32_t i = t->boundary.node[p];
-        double around = pdi_grid_circumference(grid, i);
-        for (int k = 0; k < t->bonds->stencil->count; k++) {
-            if (!pdi_flux_open(&t->flux, i, k)) continue;
-            uint8_t far_kind = grid->kind[i + t->bonds->paths.shift[k]];
-            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
-            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
-            if (far_kind == PD_INLET && t->rest)
-                pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->flux, t->rest, i, k));
-        }
-    }
-    /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
-    if (t->anti) pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
-    t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
-    t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
-}
-
 /* Bounds that the step must keep: those of the field at its start and of the inflow; a source lifts the upper one. */
 static void pdi_transport_bounds(const pd_transport *t, const double *start, double slack, pdi_bounds *b)
 {
@@ -32759,6 +33410,19 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
         b->high = fmax(b->high, t->diffusion.held_most);
     }
     pdi_bounds_widen(t->grid, t->c, slack, b);
+}
+
+PDI_FN void pdi_transport_seen(pd_transport *t, pdi_bounds *b)
+{
+    pdi_bounds seen;
+    seen.low = t->seen[0];
+    seen.high = t->seen[1];
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->old, &seen);
+    t->seen[0] = seen.low;
+    t->seen[1] = seen.high;
+    pdi_transport_bounds(t, t->old, 0.0, b);
+    b->low = fmin(b->low, seen.low);
+    b->high = fmax(b->high, seen.high);
 }
 
 /* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
@@ -32843,15 +33507,20 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
     pd_krylov_result linear;
     pd_status status = PD_OK;
     user->limited = pdi_par_max_abs(user->ctx, t->grid->total, t->anti) > 0.0;
-    if (user->limited) pdi_flux_differentiate(user->ctx, &t->flux, t->c);
-    for (int attempt = 0; attempt < 2; attempt++) {
+    if (user->limited) {
+        pdi_flux_differentiate(user->ctx, &t->flux, t->c);
+        pdi_factor_make(user->ctx, &t->factors, t->c, 1.0 / t->dt, PDI_TRANSPORT_FAINT * t->size);
+        user->factored = t->factors.good;
+    }
+    for (int attempt = 0; attempt < 3; attempt++) {
         t->krylov.desc.rtol = user->limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
         status = pdi_transport_linear(user->ctx, t, pdi_transport_jacobian, user, &linear);
         if (status < 0) return status;
         result->krylov += linear.iterations;
         if (status == PD_OK || !user->limited) break;
-        user->limited = 0;
+        if (!user->factored) user->limited = 0;
+        user->factored = 0;
     }
     return PD_OK;
 }
@@ -32880,6 +33549,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     pd_status status = PD_OK;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
     pdi_krylov_pair(&t->krylov, pdi_compact_stretched(t->grid->h)); /* else rounding is far below what is asked for */
+    pdi_factor_lend(ctx, pdi_transport_arena(t), &t->krylov, &t->factors);
     if (t->flux.flux)
         pdi_bend_lend(ctx, pdi_transport_arena(t), t->size, t->flow->speed / t->grid->h[0], &t->krylov, &t->flux.bend);
     while (result->limiter < t->desc.max_limiter && norm > goal) {
@@ -32898,6 +33568,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
     status = pdi_bend_return(ctx, pdi_transport_arena(t), status, &t->krylov, &t->flux.bend);
+    status = pdi_factor_return(ctx, pdi_transport_arena(t), status, &t->krylov, &t->factors);
     pdi_krylov_pair(&t->krylov, 1);
     return status < 0 ? status : PD_OK;
 }
@@ -33163,7 +33834,7 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
     md.contrast = md.contrast || t->desc.field != NULL;
     md.arena = pdi_transport_arena(t);
     md.guest = pdi_transport_repeats(t);
-    t->inverse.flux = &t->flux;
+    t->inverse.flux = t->factors.flux = &t->flux;
     t->limiter.bonds = t->flux.bonds = t->bonds;
     t->flux.flow = t->flow;
     PDI_TRY(pdi_inverse_plan(ctx, &md, &t->inverse));
@@ -33186,7 +33857,8 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
                         "D = %g m2/s, inlet %g mol/m3, initial %g mol/m3, tolerance %g: expected finite values of at "
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
-    t->ceiling = HUGE_VAL;
+    t->ceiling = t->seen[0] = HUGE_VAL;
+    t->seen[1] = -HUGE_VAL;
     if (desc->clock) *desc->clock = 0.0;
     pdi_transport_open(t);
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
@@ -33219,6 +33891,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
     t->limiter.boundary = &t->boundary;
     t->limiter.diffusion = &t->diffusion;
+    t->factors.upwinded = t->upwinded;
     t->flux.diffusion = &t->diffusion;
     t->flux.limiter = &t->limiter;
     t->flux.boundary = &t->boundary;
@@ -33334,6 +34007,34 @@ double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
 {
     return pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, t->carry) * t->bonds->stencil->volume;
 }
+
+/* Flow through inlet and outlet bonds, and from and to held walls, at the present field. */
+PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
+{
+    pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
+    const pd_grid *grid = t->grid;
+    for (int32_t i = 0; i < grid->total && t->diffusion.wall_rate; i++) {
+        double gain = pdi_diffusion_gain(&t->diffusion, i, t->c[i], t->rest ? t->rest[i] : 0.0);
+        if (grid->kind[i] == PD_FLUID)
+            pdi_sum_add(gain > 0.0 ? &in : &out, fabs(gain) * pdi_grid_circumference(grid, i));
+    }
+    for (int32_t p = 0; p < t->boundary.count; p++) {
+        int32_t i = t->boundary.node[p];
+        double around = pdi_grid_circumference(grid, i);
+        for (int k = 0; k < t->bonds->stencil->count; k++) {
+            if (!pdi_flux_open(&t->flux, i, k)) continue;
+            uint8_t far_kind = grid->kind[i + t->bonds->paths.shift[k]];
+            if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
+            if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
+            if (far_kind == PD_INLET && t->rest)
+                pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->flux, t->rest, i, k));
+        }
+    }
+    /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
+    if (t->anti) pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
+    t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
+    t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
+}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -33391,9 +34092,8 @@ static void pdi_explicit_share(const pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
     const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->work, *carry = t->carry;
-    const double *held = t->diffusion.wall_source;
     double *PD_RESTRICT c = t->c;
-    if (!held) {
+    if (!t->diffusion.wall_source) {
         PDI_FOR
         for (int32_t i = 0; i < t->grid->total; i++) {
             double next = old[i] + dt * (source[i] + (anti ? anti[i] : 0.0) - net[i]) + carry[i];
@@ -33402,14 +34102,38 @@ static void pdi_explicit_share(const pd_transport *t, double dt)
         return;
     }
     PDI_FOR
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + pdi_transport_gain(t, i) - net[i]) + carry[i];
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double held = pdi_diffusion_given(&t->diffusion, i);
+        if (kind[i] != PD_FLUID) continue;
+        c[i] = old[i] + dt * (source[i] + held + pdi_transport_gain(t, i) - net[i]) + carry[i];
+    }
 }
 
 static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
 {
     int nt = pdi_par_threads(ctx, (int64_t)t->grid->total * 4);
     PDI_SHARE(nt, pdi_explicit_share(t, dt));
+}
+
+/* Antidiffusive fluxes of fifth order, as far as they keep the bounds of all explicit steps so far. */
+static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
+{
+    pd_arena *arena = t->desc.arena ? t->desc.arena : &t->own;
+    pdi_steep s;
+    s.flux = &t->flux;
+    s.dt = dt;
+    s.c = t->old;
+    s.plain = t->c;
+    s.bend = t->probe;
+    s.gain = t->work + t->grid->total;
+    s.loss = t->rhs;
+    pdi_transport_seen(t, &s.bounds);
+    pdi_par_zero(ctx, t->grid->total, t->anti);
+    pdi_explicit_move(ctx, t, dt);
+    pd_ghosts_scalar(&t->bonds->ghosts, t->old);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_steep_list, &s));
+    pdi_steep_anti(ctx, &s, t->anti);
+    return pdi_arena_return(ctx, arena, pdi_steep_list, &s, PD_OK);
 }
 
 /* A step with all that is lent for it. PD_RETRY: it is too long, and nothing has changed. */
@@ -33427,14 +34151,15 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     t->dt = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
-    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
+    int limited = pdi_transport_start(t), steep = limited && pdi_steep_may(&t->flux), rounds = PDI_TRANSPORT_ROUNDS;
     pdi_transport_operator(ctx, t, t->old, t->work);
+    if (steep) PDI_TRY(pdi_explicit_steep(ctx, t, dt));
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
-        if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
+        if (limited && !steep) pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_boundary(ctx, t);
         pdi_explicit_move(ctx, t, dt);
-    } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
+    } while (limited && !steep && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
     pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
 }
@@ -33789,8 +34514,8 @@ static pd_status pdi_two_stage_second(pd_ctx *ctx, pd_two_stage *a, double dt, p
     a->krylov += result->krylov;
     if (status < 0) return status;
     a->error = pdi_two_stage_error(a, &a->largest);
-    pdi_transport_residual(ctx, t, t->carry);
-    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
+    pdi_transport_residual(ctx, t, t->work);
+    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->work[i]);
     return status;
 }
 
@@ -71411,6 +72136,8 @@ PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p)
 #define PDI_FOOTPRINT_PACK 0.55e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_FOOTPRINT_BASE 0.22e6
+/* Basis vectors by which solves at rest grow. */
+#define PDI_FOOTPRINT_COLUMNS 3.0
 /* Nodes of a lattice that is planned as it is. */
 #define PDI_FOOTPRINT_NODES 1e8
 
@@ -71438,6 +72165,34 @@ static int pdi_footprint_beside(const pd_setup *u, const double *x, double near_
     return 0;
 }
 
+/* [m] Distance of x from metal and walls, below 0 within them. */
+static double pdi_footprint_away(const pd_setup *u, const double *x)
+{
+    double away = HUGE_VAL;
+    if (u->wall >= 0) away = pd_shape_distance(u->shape, u->wall, x);
+    if (u->solid >= 0) away = fmin(away, pd_shape_distance(u->shape, u->solid, x));
+    return away;
+}
+
+/* 1: a family around x in the fluid, `away` from them, reaches them: by the distance, or where spacings differ along the
+ * axes. */
+static int pdi_footprint_cuts(const pd_setup *u, const double *x, double away, double reach)
+{
+    double least = u->h[0], most = u->h[0];
+    for (int d = 1; d < PD_DIM; d++) {
+        least = fmin(least, u->h[d]);
+        most = fmax(most, u->h[d]);
+    }
+    if (!(away < reach * most)) return 0;
+    for (int step = -(int)reach; step <= (int)reach && most > least; step++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double at[PD_DIM];
+            for (int a = 0; a < PD_DIM; a++) at[a] = x[a] + (a == d ? step * u->h[a] : 0.0);
+            if (pdi_footprint_away(u, at) < 0.0) return 1;
+        }
+    return !(most > least);
+}
+
 /* Kinds of nodes, by the places of a regular sample. */
 static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *b)
 {
@@ -71453,15 +72208,14 @@ static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *
     for (i[2] = 0; i[2] < count[2]; i[2]++)
         for (i[1] = 0; i[1] < count[1]; i[1]++)
             for (i[0] = 0; i[0] < count[0]; i[0]++) {
-                double x[PD_DIM], far_away = HUGE_VAL;
+                double x[PD_DIM];
                 for (int d = 0; d < PD_DIM; d++) x[d] = u->lo[d] + (i[d] + 0.5) * (u->hi[d] - u->lo[d]) / count[d];
                 if (u->medium >= 0) near += fabs(pd_shape_distance(u->shape, u->medium, x)) < (u->m + 0.5) * step;
-                if (u->wall >= 0) far_away = pd_shape_distance(u->shape, u->wall, x);
-                if (far_away < 0.0) continue;
-                if (u->solid >= 0) far_away = fmin(far_away, pd_shape_distance(u->shape, u->solid, x));
-                solid += far_away < 0.0;
-                fluid += !(far_away < 0.0);
-                cut += !(far_away < 0.0) && (far_away < reach * step || pdi_footprint_beside(u, x, reach));
+                if (u->wall >= 0 && pd_shape_distance(u->shape, u->wall, x) < 0.0) continue;
+                double away = pdi_footprint_away(u, x);
+                solid += away < 0.0;
+                fluid += !(away < 0.0);
+                cut += !(away < 0.0) && (pdi_footprint_cuts(u, x, away, reach) || pdi_footprint_beside(u, x, reach));
             }
     b->fluid = b->cells * fluid / points;
     b->solid = b->cells * solid / points;
@@ -71665,6 +72419,8 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     pdi_transport_plan(&plan->ctx, &t);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
     *bytes += pdi_footprint_arena(plan, pdi_transport_room(&t));
+    if (!u->has_flow) b->working += PDI_FOOTPRINT_COLUMNS * 2.0 * (medium ? 8.0 : 4.0) * plan->times *
+                                    (double)t.krylov.length;
     t.diffusion.capacity = plan->bonds.capacity;
     t.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &t.diffusion);
@@ -72063,6 +72819,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #undef PDI_FOOTPRINT_PACK
 #undef PDI_FOOTPRINT_BASE
 #undef PDI_FOOTPRINT_NODES
+#undef PDI_FOOTPRINT_COLUMNS
 
 /* ======== >>run/attack.c ======== */
 /* attack: see attack.h */
