@@ -266,6 +266,16 @@ static pd_status pdi_model_ahead(pd_ctx *ctx, void *user, double t)
     return PD_OK;
 }
 
+/* States of surfaces; the cell and the law of metal, which read them, come behind. */
+static pd_status pdi_model_surfaces(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    m->line = u->state[0].line;
+    PDI_TRY(PDI_NEW(ctx, "model", 1, m->surfaces));
+    return pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
+                              pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, m->surfaces);
+}
+
 /* Their way in time; behind the metal, which feeds them. */
 static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
 {
@@ -277,14 +287,7 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.settle = u->settle;
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
     desc.shed = u->shed;
-    if (u->states) {
-        m->line = u->state[0].line;
-        PDI_TRY(PDI_NEW(ctx, "model", 1, m->surfaces));
-        PDI_TRY(pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
-                                   pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, m->surfaces));
-        m->line = u->line[PD_PART_CHEMISTRY];
-        desc.coat = &m->surfaces->coat;
-    }
+    desc.coat = m->surfaces ? &m->surfaces->coat : NULL;
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL, &m->course, &m->cell,
                                  &m->electrodes, m->surfaces, &m->attack));
@@ -534,12 +537,13 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
                             PD_PART_SOLID, PD_PART_CHEMISTRY, PD_PART_DISSOLVE, PD_PART_DISSOLVE,
-                            PD_PART_POTENTIAL, PD_PART_CHEMISTRY};
+                            PD_PART_CHEMISTRY, PD_PART_POTENTIAL, PD_PART_CHEMISTRY};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
                               pdi_model_structure, pdi_model_species, pdi_model_metals, pdi_model_dissolve,
-                              pdi_model_cell, pdi_model_course};
+                              pdi_model_surfaces, pdi_model_cell, pdi_model_course};
     const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_chemistry,
-                          u->has_dissolve || u->has_potential, u->has_dissolve, u->has_potential, u->has_chemistry};
+                          u->has_dissolve || u->has_potential, u->has_dissolve, u->states > 0, u->has_potential,
+                          u->has_chemistry};
     for (size_t k = 0; k < sizeof part / sizeof part[0]; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
