@@ -89,6 +89,8 @@ TEST(bounds)
     CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.5, 1e-8, 0.5, y), PD_STIFF_DONE);
     CHECK_NEAR(y[0], 0.75 * sin(0.5), 1e-7);
     y[0] = 0.0;
+    CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.75 * sin(0.5), 1e-8, 0.5, (y[0] = 0.0, y)), PD_STIFF_DONE); /* just there */
+    CHECK_NEAR(y[0], 0.75 * sin(0.5), 1e-8);
     CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.5, 1e-8, 1.2, y), PD_STIFF_DONE);
     CHECK_NEAR(y[0], 0.5, 0.0);
     y[0] = 0.0;

@@ -33,6 +33,7 @@
 #include "measured.h"
 #include "pit.h"
 #include "galvanic.h"
+#include "film.h"
 
 static const val_case *const val_cases[] = {
     &patch_case,
@@ -114,6 +115,9 @@ static const val_case *const val_cases[] = {
 #endif
 #if PD_DIM > 1
     &galvanic_case,
+#endif
+#if PD_DIM == 1
+    &film_case,
 #endif
 };
 

@@ -148,14 +148,15 @@ static double pdi_stiff_step(pdi_stiff_work *w, double t, double h, const double
 }
 
 /* Share of the step after which the first value meets a bound; 1: none does. What is within the tolerance of a bound
- * gets there. */
+ * before or after the step gets there. */
 static double pdi_stiff_met(const pd_stiff *s, const double *y, double *end)
 {
     double share = 1.0;
     for (int k = 0; k < s->count; k++) {
         double bound = pdi_stiff_within(s, k, end[k]), out = fabs(end[k] - bound);
+        double near_ = s->tolerance * fmax(fmax(fabs(bound), fabs(y[k])), s->size[k]);
         if (!(out > 0.0)) continue;
-        if (out <= s->tolerance * fmax(fmax(fabs(bound), fabs(y[k])), s->size[k])) end[k] = bound;
+        if (out <= near_ || fabs(bound - y[k]) <= near_) end[k] = bound;
         else share = fmin(share, fmax((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_SHRINK));
     }
     return share;
