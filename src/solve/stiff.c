@@ -8,6 +8,8 @@
 /* Steps at most, and the least of one over the whole way. */
 #define PDI_STIFF_STEPS 5000
 #define PDI_STIFF_LEAST 1e-13
+/* A step that leaves less than that of what is left goes to the end. */
+#define PDI_STIFF_REST 1e-6
 /* Share of the step that the error allows; a step is at most this many times the last one, at least that share. */
 #define PDI_STIFF_SAFETY 0.8
 #define PDI_STIFF_GROWTH 8.0
@@ -188,7 +190,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
     w.s = s;
     w.bad = -1;
     for (int step = 0; step < PDI_STIFF_STEPS && t < to; step++) {
-        int last = !(h < to - t);
+        int last = !(h < (to - t) * (1.0 - PDI_STIFF_REST));
         if (last) h = to - t;
         if (!(h > PDI_STIFF_LEAST * (to - from))) return PD_STIFF_STUCK;
         pdi_stiff_hold(&w, t, y);
@@ -220,6 +222,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
 #undef PDI_STIFF_COLUMNS
 #undef PDI_STIFF_STEPS
 #undef PDI_STIFF_LEAST
+#undef PDI_STIFF_REST
 #undef PDI_STIFF_SAFETY
 #undef PDI_STIFF_GROWTH
 #undef PDI_STIFF_SHRINK
