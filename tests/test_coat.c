@@ -366,6 +366,8 @@ static void continued(const char *text, double first, double end)
 TEST(state)
 {
     continued(COUPLE("1e-9 m2/s", "0.5", "1"), 900.0, 3000.0);
+    continued(STILL "[surface volt] of = a  initial = 0  rate = (E - volt*(1 V))/(1 V s)\n[surface pass] of = b\n"
+              "initial = 0 C/m2  rate = i*(1 + [Na+]/(1 mM))\n[run] until = 1 h\n", 3.0, 30.0);
     continued(BOX("10 um", "1 mm") "[shape left] box = 0 .. 0.5 mm" SPAN "  kind = solid\n" GOING, 3e4, 8e4);
 }
 

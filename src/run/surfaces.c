@@ -142,7 +142,7 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     desc.initial = pdi_surfaces_initial;
     desc.rate = pdi_surfaces_rate;
     if (s->cell) desc.around = pdi_surfaces_around;
-    if (s->cell && (s->moves || s->comes)) desc.solve = pdi_surfaces_solve;
+    if (s->cell && s->moves) desc.solve = pdi_surfaces_solve;
     if (s->comes || s->etch) desc.film = pdi_surfaces_film;
     desc.user = s;
     return pdi_coat_build(ctx, reactive, &desc, &s->coat);
