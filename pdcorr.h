@@ -69737,7 +69737,7 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     desc.initial = pdi_surfaces_initial;
     desc.rate = pdi_surfaces_rate;
     if (s->cell) desc.around = pdi_surfaces_around;
-    if (s->cell && (s->moves || s->comes)) desc.solve = pdi_surfaces_solve;
+    if (s->cell && s->moves) desc.solve = pdi_surfaces_solve;
     if (s->comes || s->etch) desc.film = pdi_surfaces_film;
     desc.user = s;
     return pdi_coat_build(ctx, reactive, &desc, &s->coat);
@@ -69964,8 +69964,7 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
     desc.user = m;
     desc.potential.conductivity = p->conductivity;
     if (m->reactive) desc.conduct = pdi_electrodes_conduct;
-    for (int k = 0; k < p->electrodes; k++)
-        if (p->electrode[k].shares) desc.share = pdi_electrodes_share;
+    if (m->surfaces) desc.share = pdi_electrodes_share;
     if (m->reactive) desc.potential.conductivity = 1.0; /* of no node of the fluid */
     desc.potential.electrodes = p->electrodes;
     desc.potential.circuits = m->circuits;
