@@ -34,6 +34,7 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, coat, off, total, "1");
     PDI_VALUE(owner, coat, last, "s");
     PDI_VALUE(owner, coat, begun, "1");
+    for (int k = 0; k < PD_COAT_MOST; k++) PDI_VALUE(owner, coat, size[k], "");
 }
 
 PDI_FN void pdi_coat_columns(pd_coat *s)
@@ -318,10 +319,8 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     PDI_TRY(pdi_coat_places(ctx, s));
     memcpy(s->start, s->value, (size_t)(s->desc.count * total) * sizeof *s->value);
     pdi_coat_fresh(ctx, s);
-    for (int k = 0; k < s->desc.count; k++) {
-        s->size[k] = 0.0;
+    for (int k = 0; k < s->desc.count; k++)
         for (int32_t p = 0; p < s->count; p++) s->size[k] = fmax(s->size[k], fabs(s->value[k * total + s->node[p]]));
-    }
     return PD_OK;
 }
 

@@ -28,7 +28,7 @@ typedef struct pd_coat_desc {
     int count;                                     /* states, 1 to PD_COAT_MOST */
     double low[PD_COAT_MOST], high[PD_COAT_MOST];  /* [unit of each] rates out of them are 0 there; infinite: none */
     const char *name[PD_COAT_MOST];                /* for messages */
-    double rtol;                                   /* [-] error of a step over the largest of each state */
+    double rtol;                                   /* [-] error of a step over the largest that each state has been */
     uint32_t reads;                                /* bit n: rates depend on solute n, */
     int reads_ph;                                  /* 1: on pH */
     /* on [total] of fluid nodes: bit k: the surface there carries state k; 0 before the call. `anew`: nodes have turned
@@ -63,7 +63,7 @@ typedef struct pd_coat {
     double *first;    /* [columns][total] [unit of each] the same with what comes out of metal in the middle */
     double *way;      /* [columns][total] [unit of each per s] change from there to the end of the step */
     int *off;         /* [total] work: what went wrong at places */
-    double size[PD_COAT_MOST]; /* [unit of each] largest value */
+    double size[PD_COAT_MOST]; /* [unit of each] largest value since the start */
     double last;      /* [s] the last step; 0: none */
     double error;     /* [-] of the last attempt, over what it may be */
     int anew;         /* 1: nodes have turned fluid; at first, too */
