@@ -5088,7 +5088,7 @@ typedef struct pd_coat_desc {
     int count;                                     /* states, 1 to PD_COAT_MOST */
     double low[PD_COAT_MOST], high[PD_COAT_MOST];  /* [unit of each] rates out of them are 0 there; infinite: none */
     const char *name[PD_COAT_MOST];                /* for messages */
-    double rtol;                                   /* [-] error of a step over the largest of each state */
+    double rtol;                                   /* [-] error of a step over the largest that each state has been */
     uint32_t reads;                                /* bit n: rates depend on solute n, */
     int reads_ph;                                  /* 1: on pH */
     /* on [total] of fluid nodes: bit k: the surface there carries state k; 0 before the call. `anew`: nodes have turned
@@ -5123,7 +5123,7 @@ typedef struct pd_coat {
     double *first;    /* [columns][total] [unit of each] the same with what comes out of metal in the middle */
     double *way;      /* [columns][total] [unit of each per s] change from there to the end of the step */
     int *off;         /* [total] work: what went wrong at places */
-    double size[PD_COAT_MOST]; /* [unit of each] largest value */
+    double size[PD_COAT_MOST]; /* [unit of each] largest value since the start */
     double last;      /* [s] the last step; 0: none */
     double error;     /* [-] of the last attempt, over what it may be */
     int anew;         /* 1: nodes have turned fluid; at first, too */
@@ -35114,6 +35114,7 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, coat, off, total, "1");
     PDI_VALUE(owner, coat, last, "s");
     PDI_VALUE(owner, coat, begun, "1");
+    for (int k = 0; k < PD_COAT_MOST; k++) PDI_VALUE(owner, coat, size[k], "");
 }
 
 PDI_FN void pdi_coat_columns(pd_coat *s)
@@ -35398,10 +35399,8 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     PDI_TRY(pdi_coat_places(ctx, s));
     memcpy(s->start, s->value, (size_t)(s->desc.count * total) * sizeof *s->value);
     pdi_coat_fresh(ctx, s);
-    for (int k = 0; k < s->desc.count; k++) {
-        s->size[k] = 0.0;
+    for (int k = 0; k < s->desc.count; k++)
         for (int32_t p = 0; p < s->count; p++) s->size[k] = fmax(s->size[k], fabs(s->value[k * total + s->node[p]]));
-    }
     return PD_OK;
 }
 
