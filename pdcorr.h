@@ -246,7 +246,7 @@
  *     inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
  *     wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
  *     grip       what holds and loads a body: sides of the box, shapes, forces on all of it.
- *     surfaces   the states of surfaces of a setup on its lattice: where they are, what their rates read, and what reads them.
+ *     surfaces   the states of surfaces of a setup on its lattice: where they are, what rates read, and what reads them.
  *     electrodes the electrodes of a setup on its lattice: which metal each of them is, what is connected, what is given.
  *     polarise   electrodes of a setup among ions that migrate: their curves at the surface, where they lie, what passes.
  *     footprint  the memory of a run, from its setup alone: nothing is built for it.
@@ -2698,9 +2698,9 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *process, pd_ste
 /* ======== >>solve/stiff.h ======== */
 /* stiff: a few ordinary differential equations, stiff or not, from one time to another with a controlled error.
  *
- * Linearly implicit steps of Euler, extrapolated to order 5 (Deuflhard 1985; Hairer and Wanner 1996, IV.9). A value that
- * reaches a bound stays there as long as its rate points outwards: the step ends where the bound is met. Rates are asked
- * within bounds only. Nothing is allocated and nothing is global, so threads may solve side by side.
+ * Linearly implicit steps of Euler, extrapolated to order 5 (Deuflhard 1985; Hairer and Wanner 1996, IV.9). A value
+ * that reaches a bound stays there as long as its rate points outwards: the step ends where the bound is met. Rates are
+ * asked within bounds only. Nothing is allocated and nothing is global, so threads may solve side by side.
  */
 #ifndef PD_STIFF_H
 #define PD_STIFF_H
@@ -2714,8 +2714,8 @@ typedef struct pd_stiff {
     int count;
     pd_stiff_fn rate;
     void *user;
-    const double *low, *high; /* [count] bounds; infinite: none */
-    const double *size;       /* [count] errors count against that, or against the value where it is larger */
+    const double *low, *high; /* [count] [unit of y] bounds; infinite: none */
+    const double *size;       /* [count] [unit of y] errors count against that, or against a larger value */
     double tolerance;         /* [-] of a step */
 } pd_stiff;
 
@@ -5228,8 +5228,8 @@ PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
-/* What a film between nodes and surfaces solves with: the system of concentrations times `scale` [solutes], and the same
- * with the activities of a node: ln gamma of a charge of 1. */
+/* What a film between nodes and surfaces solves with: the system of concentrations times `scale` [solutes], and the
+ * same with the activities of a node: ln gamma of a charge of 1. */
 PDI_FN void pdi_etch_film(const pd_reactive *reactive, pd_components *film, double *scale);
 PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now);
 /* Speed [m/s] at a fluid node for the present concentrations, behind such a film, of the metal of `place` (-1: of that
@@ -5327,8 +5327,8 @@ PDI_FN double pdi_levels_charge(const pd_etch *etch, int circuit, double *size);
 typedef struct pd_coat_at {
     int32_t node;
     const double *c;      /* [solutes] [mol/m3] at the surface, of those that rates read */
-    double ph;            /* NaN without H+ */
-    const double *around; /* [PD_COAT_AROUND] as the caller says */
+    double ph;            /* [-] NaN without H+ */
+    const double *around; /* [PD_COAT_AROUND] [unit of each] as the caller says */
     double time;          /* [s] */
 } pd_coat_at;
 
@@ -5336,7 +5336,7 @@ typedef struct pd_coat_desc {
     int count;                                     /* states, 1 to PD_COAT_MOST */
     double low[PD_COAT_MOST], high[PD_COAT_MOST];  /* [unit of each] rates out of them are 0 there; infinite: none */
     const char *name[PD_COAT_MOST];                /* for messages */
-    double rtol;                                   /* [-] error of a step over the largest of each state */
+    double rtol;                                   /* [-] error of a step over the largest that each state has been */
     uint32_t reads;                                /* bit n: rates depend on solute n, */
     int reads_ph;                                  /* 1: on pH */
     /* on [total] of fluid nodes: bit k: the surface there carries state k; 0 before the call. `anew`: nodes have turned
@@ -5356,7 +5356,7 @@ typedef struct pd_coat {
     pd_coat_desc desc;
     pd_reactive *reactive;
     pd_components film;           /* see pd_etch */
-    double scale[PD_SPECIES_MOST]; /* the same */
+    double scale[PD_SPECIES_MOST]; /* [-] the same */
     uint32_t *on;     /* [total] see `where` */
     uint32_t *was;    /* [total] work */
     int32_t *node;    /* [total] of places */
@@ -5364,14 +5364,14 @@ typedef struct pd_coat {
     double *value;    /* [states][total] [unit of each] now; within a step of the species in its middle */
     double *start;    /* [states][total] [unit of each] at the start of the step */
     double *middle;   /* [states][total] [unit of each] in its middle, as it was foreseen */
-    /* at the surface, of solutes that rates read [mol/m3], and with pH of ln gamma of a charge of 1 [-]: */
+    /* at the surface, columns of solutes that rates read [mol/m3], and with pH of ln gamma of a charge of 1 [-]: */
     int columns, solute[PD_SPECIES_MOST + 1];
-    double *fresh;    /* [columns][total] at the start of the step */
-    double *slope;    /* [columns][total] [1/s times] of that, in the last step */
-    double *first;    /* [columns][total] the same with what comes out of metal in the middle */
-    double *way;      /* [columns][total] [1/s times] change from there to the end of the step */
+    double *fresh;    /* [columns][total] [unit of each] at the start of the step */
+    double *slope;    /* [columns][total] [unit of each per s] of that, in the last step */
+    double *first;    /* [columns][total] [unit of each] the same with what comes out of metal in the middle */
+    double *way;      /* [columns][total] [unit of each per s] change from there to the end of the step */
     int *off;         /* [total] work: what went wrong at places */
-    double size[PD_COAT_MOST]; /* [unit of each] largest value */
+    double size[PD_COAT_MOST]; /* [unit of each] largest value since the start */
     double last;      /* [s] the last step; 0: none */
     double error;     /* [-] of the last attempt, over what it may be */
     int anew;         /* 1: nodes have turned fluid; at first, too */
@@ -5389,8 +5389,8 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *coat);
 /* A step of the species begins at t [s]. */
 PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *coat, double t);
-/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; after some `trial`s there is a
- * message. */
+/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; after some `trial`s there
+ * is a message. */
 PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt, int trial);
 /* To its end, after the species, whose concentrations [solutes][total] were `from`. */
 PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt,
@@ -10688,7 +10688,7 @@ typedef struct pd_setup_state {
     char label[PD_SETUP_NAME + PD_UNITS_TEXT + 4]; /* "theta", "l [m]" */
     uint32_t electrodes;    /* bit k: electrode k carries it; without electrodes all metal that dissolves */
     pd_expr initial;        /* of x, y, z */
-    double low, high;       /* infinite: none */
+    double low, high;       /* [unit of it] bounds; infinite: none */
     pd_expr rate;           /* of C, t, x, y, z, grain (unread), i, E, pH, species, states */
     int species;            /* that the rate has behind pH, */
     int of[PD_EXPR_VARS];   /* by their place in the electrolyte */
@@ -11534,8 +11534,7 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at);
 #endif
 
 /* ======== >>run/surfaces.h ======== */
-/* surfaces: the states of surfaces of a setup on its lattice: where they are, what their rates read, and what reads them.
- */
+/* surfaces: the states of surfaces of a setup on its lattice: where they are, what rates read, and what reads them. */
 #ifndef PD_SURFACES_H
 #define PD_SURFACES_H
 
@@ -11562,7 +11561,8 @@ typedef struct pd_surfaces_figures {
 #ifdef PDI_INTERNAL
 /* It must not be moved once it is built. cell, etch: NULL without; they are built later. */
 PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, const pd_bonds *bonds,
-                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_surfaces *surfaces);
+                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch,
+                                    pd_surfaces *surfaces);
 PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *surfaces);
 /* All states at the surface beside a fluid node. */
 PDI_FN void pdi_surfaces_values(const pd_surfaces *surfaces, int32_t node, double *value);
@@ -11599,8 +11599,8 @@ typedef struct pd_electrode_map {
 } pd_electrode_map;
 
 #ifdef PDI_INTERNAL
-/* All is borrowed. reactive, dissolve, surfaces: NULL without. PD_ERR_GEOMETRY: metal that is no electrode, an electrode without
- * metal. PD_ERR_ARGUMENT: two values are given for metals that touch. */
+/* All is borrowed. reactive, dissolve, surfaces: NULL without. PD_ERR_GEOMETRY: metal that is no electrode, an
+ * electrode without metal. PD_ERR_ARGUMENT: two values are given for metals that touch. */
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
                                       const pd_dissolve *dissolve, const pd_surfaces *surfaces,
@@ -22036,6 +22036,8 @@ pd_status pd_process_run(pd_ctx *ctx, pd_process p, double t_end)
 /* Steps at most, and the least of one over the whole way. */
 #define PDI_STIFF_STEPS 5000
 #define PDI_STIFF_LEAST 1e-13
+/* A step that leaves less than that of what is left goes to the end. */
+#define PDI_STIFF_REST 1e-6
 /* Share of the step that the error allows; a step is at most this many times the last one, at least that share. */
 #define PDI_STIFF_SAFETY 0.8
 #define PDI_STIFF_GROWTH 8.0
@@ -22176,14 +22178,15 @@ static double pdi_stiff_step(pdi_stiff_work *w, double t, double h, const double
 }
 
 /* Share of the step after which the first value meets a bound; 1: none does. What is within the tolerance of a bound
- * gets there. */
+ * before or after the step gets there. */
 static double pdi_stiff_met(const pd_stiff *s, const double *y, double *end)
 {
     double share = 1.0;
     for (int k = 0; k < s->count; k++) {
         double bound = pdi_stiff_within(s, k, end[k]), out = fabs(end[k] - bound);
+        double near_ = s->tolerance * fmax(fmax(fabs(bound), fabs(y[k])), s->size[k]);
         if (!(out > 0.0)) continue;
-        if (out <= s->tolerance * fmax(fmax(fabs(bound), fabs(y[k])), s->size[k])) end[k] = bound;
+        if (out <= near_ || fabs(bound - y[k]) <= near_) end[k] = bound;
         else share = fmin(share, fmax((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_SHRINK));
     }
     return share;
@@ -22215,7 +22218,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
     w.s = s;
     w.bad = -1;
     for (int step = 0; step < PDI_STIFF_STEPS && t < to; step++) {
-        int last = !(h < to - t);
+        int last = !(h < (to - t) * (1.0 - PDI_STIFF_REST));
         if (last) h = to - t;
         if (!(h > PDI_STIFF_LEAST * (to - from))) return PD_STIFF_STUCK;
         pdi_stiff_hold(&w, t, y);
@@ -22247,6 +22250,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
 #undef PDI_STIFF_COLUMNS
 #undef PDI_STIFF_STEPS
 #undef PDI_STIFF_LEAST
+#undef PDI_STIFF_REST
 #undef PDI_STIFF_SAFETY
 #undef PDI_STIFF_GROWTH
 #undef PDI_STIFF_SHRINK
@@ -36735,6 +36739,7 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, coat, off, total, "1");
     PDI_VALUE(owner, coat, last, "s");
     PDI_VALUE(owner, coat, begun, "1");
+    for (int k = 0; k < PD_COAT_MOST; k++) PDI_VALUE(owner, coat, size[k], "");
 }
 
 PDI_FN void pdi_coat_columns(pd_coat *s)
@@ -36781,8 +36786,8 @@ PDI_COLD_END
 
 /* ---- places ---- */
 
-/* Mean of a state over the nodes with its bit in `of` whose largest distance along an axis is `reach` cells. 0: there is
- * none. */
+/* Mean of a state over the nodes with its bit in `of` whose largest distance along an axis is `reach` cells. 0: there
+ * is none. */
 static int pdi_coat_around(const pd_coat *s, const uint32_t *of, int state, int32_t i, int reach, double *mean)
 {
     const pd_grid *grid = s->reactive->grid;
@@ -36965,8 +36970,8 @@ static pd_status pdi_coat_refuse(pd_ctx *ctx, const pd_coat *s, int32_t p, doubl
     pdi_grid_place(s->reactive->grid, i, place);
     if (state < 0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "no steps follow the rates of states at %s m from t = %g s on: "
-                        "one jumps back and forth or grows beyond all bounds, expected a rate that is continuous, or min and "
-                        "max where it ends", place, t);
+                        "one jumps back and forth or grows beyond all bounds, expected a rate that is continuous, or "
+                        "min and max where it ends", place, t);
     return pdi_fail(ctx, PD_ERR_STATE, "surface", "the rate of %s is no finite number at %s m (pH %.4g) from t = %g s "
                     "on, where it is %g, expected a law that holds there", s->desc.name[state], place,
                     pd_reactive_ph(s->reactive, i), t, s->start[state * (int64_t)s->reactive->grid->total + i]);
@@ -37019,10 +37024,8 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     PDI_TRY(pdi_coat_places(ctx, s));
     memcpy(s->start, s->value, (size_t)(s->desc.count * total) * sizeof *s->value);
     pdi_coat_fresh(ctx, s);
-    for (int k = 0; k < s->desc.count; k++) {
-        s->size[k] = 0.0;
+    for (int k = 0; k < s->desc.count; k++)
         for (int32_t p = 0; p < s->count; p++) s->size[k] = fmax(s->size[k], fabs(s->value[k * total + s->node[p]]));
-    }
     return PD_OK;
 }
 
@@ -38580,8 +38583,8 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                         "may take up more of a species than reaches the metal, expected one that falls to 0 with it, "
                         "as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
     if (a->desc.coat && a->desc.coat->error > 1.0)
-        return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = %g "
-                        "s: expected a rate that stays finite", s->time);
+        return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
+                        "%g s: expected a rate that stays finite", s->time);
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
 }
@@ -51134,8 +51137,8 @@ static double pdi_balance_slope(const pd_ctx *ctx, pd_potential *p, double start
         const pd_contact *c = &p->contacts.list[n];
         int place = p->place[pdi_potential_circuit(p, c->electrode)];
         double by = (place < 0 ? 0.0 : p->step[total + place]) - p->step[c->node], slope, u = p->surface[n];
-        double i = pdi_electrode_through(&p->desc.electrode[c->electrode], c->share,
-                                         pdi_potential_drop(p, c) + s * by, c->way / pdi_potential_kappa(p, c->node), &u, &slope);
+        double resist = c->way / pdi_potential_kappa(p, c->node), drop = pdi_potential_drop(p, c) + s * by;
+        double i = pdi_electrode_through(&p->desc.electrode[c->electrode], c->share, drop, resist, &u, &slope);
         p->trial[n] = pdi_potential_area(p, c) * (i - p->current[n]) * by;
     }
     pdi_sum_add(&sum, start);
@@ -67977,8 +67980,8 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* The variables of a law: those of all laws, pH, the species that its text names as [H+], which name[] keeps, and states
- * of surfaces. A law that is not there names no species. */
+/* The variables of a law: those of all laws, pH, the species that its text names as [H+], which name[] keeps, and
+ * states of surfaces. A law that is not there names no species. */
 static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                           pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
 {
@@ -71606,7 +71609,7 @@ static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y,
     }
 }
 
-/* [m/s] by which a current density of 1 C/mol A/m2 spreads over a film of 1 m. */
+/* What comes out of metal by its law, and by currents, over the half cell between node and surface. */
 static void pdi_surfaces_film(void *user, int32_t node, double *flows)
 {
     const pd_surfaces *s = (const pd_surfaces *)user;
@@ -71669,7 +71672,7 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     desc.initial = pdi_surfaces_initial;
     desc.rate = pdi_surfaces_rate;
     if (s->cell) desc.around = pdi_surfaces_around;
-    if (s->cell && (s->moves || s->comes)) desc.solve = pdi_surfaces_solve;
+    if (s->cell && s->moves) desc.solve = pdi_surfaces_solve;
     if (s->comes || s->etch) desc.film = pdi_surfaces_film;
     desc.user = s;
     return pdi_coat_build(ctx, reactive, &desc, &s->coat);
@@ -71731,9 +71734,9 @@ PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *s, pd_contac
             contact[n].share = share;
             continue;
         }
-        return pdi_fail(ctx, PD_ERR_STATE, "electrode", "the factor of %s is %g at %s m and t = %g s, expected a finite "
-                        "number of at least 0", e->name, share, pdi_grid_place(s->bonds->grid, contact[n].node, place),
-                        t);
+        return pdi_fail(ctx, PD_ERR_STATE, "electrode", "the factor of %s is %g at %s m and t = %g s, expected a "
+                        "finite number of at least 0", e->name, share, pdi_grid_place(s->bonds->grid, contact[n].node,
+                        place), t);
     }
     return PD_OK;
 }
@@ -71897,8 +71900,7 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
     desc.potential.conductivity = p->conductivity;
     desc.apart = m->setup->migrates;
     if (m->reactive) desc.conduct = pdi_electrodes_conduct;
-    for (int k = 0; k < p->electrodes; k++)
-        if (p->electrode[k].shares) desc.share = pdi_electrodes_share;
+    if (m->surfaces) desc.share = pdi_electrodes_share;
     if (m->reactive) desc.potential.conductivity = 1.0; /* of no node of the fluid */
     desc.potential.electrodes = p->electrodes;
     desc.potential.circuits = m->circuits;
@@ -74020,7 +74022,8 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
 /* [total] [mol/m3] concentration of a species, or the amount of a mineral; NULL: it is no field of one. */
 static const double *pdi_sample_species(const pd_model *m, pd_field field)
 {
-    int species = pdi_setup_field_species(m->setup, field), n = species < 0 ? -1 : m->reactive.components.place[species];
+    int species = pdi_setup_field_species(m->setup, field);
+    int n = species < 0 ? -1 : m->reactive.components.place[species];
     for (int s = 0; s < m->reactive.minerals.count; s++)
         if (species >= 0 && m->reactive.minerals.of[s].species == species)
             return m->reactive.solid + (int64_t)s * m->grid.total;
@@ -75793,6 +75796,9 @@ static void pdi_summary_chemistry(const pdi_summary *s)
              u->electrolyte.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal", u->electrolyte.temperature,
              u->settle ? "steady" : "implicit, until ", u->settle ? "" : until);
     pdi_summary_part(s, PD_PART_CHEMISTRY, "chemistry", text);
+    snprintf(text, sizeof text, "states of surfaces:");
+    for (int k = 0; k < u->states; k++) pdi_append(text, sizeof text, "%s %s", k ? "," : "", u->state[k].label);
+    if (u->states) pdi_summary_line(s, "  %-12s%s", "", text);
     if (!u->sheds) return;
     snprintf(text, sizeof text, "one of metal:");
     for (int k = 0; k < u->electrolyte.count; k++)

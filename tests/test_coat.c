@@ -1,5 +1,5 @@
-/* coat: states of surfaces in scenes: the film of Hoeche's couple against an integrator of its own, closed forms, order in
- * time, bounds, metal that goes, checkpoints, threads, bad input.
+/* coat: states of surfaces in scenes: the film of Hoeche's couple against an integrator of its own, closed forms, order
+ * in time, bounds, metal that goes, checkpoints, threads, bad input.
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
 #include "run/model.h"
@@ -152,18 +152,18 @@ static void film_run(double t, int n, double mg, double *y)
 TEST(film_of_a_couple)
 {
     static const double times[] = {1800.0, 2.0 * 3600.0, 8.0 * 3600.0};
-    double y[5];
+    double y[5]; /* the pores close, to nothing after 8 h: their error is one of those of the start */
     if (!open_model(COUPLE("1e-2 m2/s", "0", "0"), NULL, 0)) return;
     for (int k = 0; k < 3; k++) {
         if (!run_to(times[k])) break;
         pd_cell_electrode e;
         pd_cell_electrode_of(&model.cell, 0, &e);
         film_run(times[k], 20000, 0.0, y);
-        NOTE("couple: %g s, %d steps (%d rejected): theta %.6f (%.6f), eps %.6f (%.6f), l %.6g (%.6g), E %.6f (%.6f), Mg "
-             "%.5f (%.5f)", times[k], (int)model.course.steps, (int)model.course.rejected, mean_of(0), y[0], mean_of(1),
-             y[1], mean_of(2), y[2], e.potential, mixed(sqrt(y[0])), mean_concentration("Mg2+"), y[3]);
+        NOTE("couple: %g s, %d steps (%d rejected): theta %.6f (%.6f), eps %.6f (%.6f), l %.6g (%.6g), E %.6f (%.6f), "
+             "Mg %.5f (%.5f)", times[k], (int)model.course.steps, (int)model.course.rejected, mean_of(0), y[0],
+             mean_of(1), y[1], mean_of(2), y[2], e.potential, mixed(sqrt(y[0])), mean_concentration("Mg2+"), y[3]);
         CHECK_REL(mean_of(0), y[0], 5e-3);
-        CHECK_REL(mean_of(1), y[1], 5e-3);
+        CHECK_NEAR(mean_of(1), y[1], 5e-3 * 0.55);
         CHECK_REL(mean_of(2), y[2], 5e-3);
         CHECK_REL(mean_concentration("Mg2+"), y[3], 5e-3);
         CHECK_REL(mean_concentration("OH-"), y[4], 5e-3);
@@ -202,8 +202,8 @@ TEST(order_in_time)
 
 /* ---- closed forms ---- */
 
-/* A plate that gives a constant current into fluid at rest: c = 2 N sqrt(t/(pi D)) at its surface, where a film grows by
- * k c and covers by (1 - theta) q c. Away from it the other plate takes the current. */
+/* A plate that gives a constant current into fluid at rest: c = 2 N sqrt(t/(pi D)) at its surface, where a film grows
+ * by k c and covers by (1 - theta) q c. Away from it the other plate takes the current. */
 #define GROWTH \
     "[potential] conductivity = 1 S/m\n" \
     "[electrode mg] shape = left  curve = linear  resistance = 1 ohm m2  current = 0.5 A*(" AREA ")\n" \
@@ -286,7 +286,7 @@ TEST(metal_that_goes)
 {
     static const char text[] = BOX("10 um", "1 mm") "[shape left] box = 0 .. 0.5 mm" SPAN "  kind = solid\n" GOING;
     double tau = 50.0 * 3600.0, speed = 3e-6 / 3600.0;
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < (PD_DIM == 1 ? 2 : 1); k++) { /* 5800 steps */
         const char *overrides[] = {k ? "run.rtol=1e-4" : "run.rtol=4e-3"};
         if (!open_model(text, overrides, 1)) return;
         if (run_to(100.0 * 3600.0)) {
@@ -303,7 +303,7 @@ TEST(metal_that_goes)
 
 /* ---- steps ---- */
 
-/* Steps that are proposed a thousand times too long are made shorter, or the run is refused; it never ends elsewhere. */
+/* Steps that are proposed a thousand times too long are made shorter: theta = 1/(1 + t), and its integral. */
 TEST(long_steps)
 {
     static const char text[] = STILL
@@ -366,6 +366,8 @@ static void continued(const char *text, double first, double end)
 TEST(state)
 {
     continued(COUPLE("1e-9 m2/s", "0.5", "1"), 900.0, 3000.0);
+    continued(STILL "[surface volt] of = a  initial = 0  rate = (E - volt*(1 V))/(1 V s)\n[surface pass] of = b\n"
+              "initial = 0 C/m2  rate = i*(1 + [Na+]/(1 mM))\n[run] until = 1 h\n", 3.0, 30.0);
     continued(BOX("10 um", "1 mm") "[shape left] box = 0 .. 0.5 mm" SPAN "  kind = solid\n" GOING, 3e4, 8e4);
 }
 
@@ -422,17 +424,20 @@ TEST(refused)
         {ON "[surface q] initial = 1  rate = pH/s\n", "without the species H+"},
         {ON "[surface q] initial = 1  rate = C/s\n", "'C'"},
         {ON "[surface q] initial = 1  of = c  rate = 0\n", "'c', expected the name of an [electrode"},
-        {ON "[surface q] initial = 1  of = a  rate = r/s\n[surface r] of = b  initial = 1  rate = 0\n", "does not carry"},
+        {ON "[surface q] initial = 1  of = a  rate = r/s\n[surface r] of = b  initial = 1  rate = 0\n",
+         "does not carry"},
         {ON "[surface q] initial = 1  of = a  rate = 0\n[electrode b] factor = q\n", "does not carry"},
         {ON "[surface q] initial = 1 m  rate = 0\n[electrode b] factor = q\n", "expected a plain number"},
         {ON "[electrode b] factor = 2\n", "without states of surfaces"},
-        {ON "[surface q] initial = 1  rate = 0\n[electrode b] factor = q*[Na+]/(1 mM)\n", "expected states of surfaces"},
+        {ON "[surface q] initial = 1  rate = 0\n[electrode b] factor = q*[Na+]/(1 mM)\n",
+         "expected states of surfaces"},
         {ON "[surface q] initial = 1  rate = 0\n[electrode b] factor = -q\n", "factor of b is -1"},
         {ON "[surface q] initial = 1  rate = sqrt(0.5 - q)/s\n", "the rate of q is no finite number"},
         {ON "[surface q] initial = 0  rate = if(q > 0.5, -1/s, 1/s)\n", "no steps follow the rates"},
         {ON "[surface q] initial = 1  rate = q^2/s\n", "grows beyond all bounds"}, /* infinite after 1 s */
         {ON "[chemistry] time = steady\n[surface q] initial = 1  rate = 0\n", "steady"},
-        {PLATES "[transport] D = 1e-9 m2/s\n[dissolve] rate = 0\n[surface q] initial = 1  rate = 0\n[run] until = 1 s\n",
+        {PLATES "[transport] D = 1e-9 m2/s\n[dissolve] rate = 0\n[run] until = 1 s\n"
+         "[surface q] initial = 1  rate = 0\n",
          "without species"}};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
         pd_ctx_init(&ctx);

@@ -28,6 +28,7 @@ static const example examples[] = {
     {"validation/annulus_2d.scene", NULL},
     {"validation/layers_2d.scene", NULL},
     {"validation/startup_2d.scene", NULL},
+    {"mg_al_couple_film_2d.scene", "h=0.4 mm"},
     {"validation/flux_2d.scene", NULL}
 #else
     {"pits_304_3d.scene", "h=4 um"},

@@ -89,6 +89,9 @@ TEST(bounds)
     CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.5, 1e-8, 0.5, y), PD_STIFF_DONE);
     CHECK_NEAR(y[0], 0.75 * sin(0.5), 1e-7);
     y[0] = 0.0;
+    CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.75 * sin(0.5), 1e-8, 0.5, y), PD_STIFF_DONE); /* just there */
+    CHECK_NEAR(y[0], 0.75 * sin(0.5), 1e-8);
+    y[0] = 0.0;
     CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.5, 1e-8, 1.2, y), PD_STIFF_DONE);
     CHECK_NEAR(y[0], 0.5, 0.0);
     y[0] = 0.0;
@@ -111,6 +114,16 @@ static void chatter(void *user, double t, const double *y, double *rate)
     rate[0] = y[0] > 0.5 ? -1.0 : 1.0;
 }
 
+/* Ways that end anywhere: no rest of rounding is left. */
+TEST(ends)
+{
+    for (int k = 1; k < 2000; k++) {
+        double y[PD_STIFF_MOST] = {1.0, 0.0, 1.0}, to = 0.37 * k + 1e-3 / k;
+        if (!CHECK_INT(solve(turn, 3, -HUGE_VAL, HUGE_VAL, 1e-4, to, y), PD_STIFF_DONE)) return;
+        if (!CHECK_NEAR(y[0], cos(to), 3e-3 * (1.0 + to))) return;
+    }
+}
+
 TEST(what_cannot_be_done)
 {
     double y[PD_STIFF_MOST] = {0.0, 0.0};
@@ -119,4 +132,4 @@ TEST(what_cannot_be_done)
     CHECK_INT(solve(chatter, 1, -HUGE_VAL, HUGE_VAL, 1e-8, 1.0, y), PD_STIFF_STUCK);
 }
 
-TEST_MAIN(ENTRY(closed_forms) ENTRY(stiff) ENTRY(bounds) ENTRY(what_cannot_be_done))
+TEST_MAIN(ENTRY(closed_forms) ENTRY(stiff) ENTRY(bounds) ENTRY(ends) ENTRY(what_cannot_be_done))

@@ -34,6 +34,7 @@
 #include "pit.h"
 #include "plates.h"
 #include "galvanic.h"
+#include "film.h"
 
 static const val_case *const val_cases[] = {
     &patch_case,
@@ -116,6 +117,9 @@ static const val_case *const val_cases[] = {
 #endif
 #if PD_DIM > 1
     &galvanic_case,
+#endif
+#if PD_DIM == 1
+    &film_case,
 #endif
 };
 

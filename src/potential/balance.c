@@ -106,8 +106,8 @@ static double pdi_balance_slope(const pd_ctx *ctx, pd_potential *p, double start
         const pd_contact *c = &p->contacts.list[n];
         int place = p->place[pdi_potential_circuit(p, c->electrode)];
         double by = (place < 0 ? 0.0 : p->step[total + place]) - p->step[c->node], slope, u = p->surface[n];
-        double i = pdi_electrode_through(&p->desc.electrode[c->electrode], c->share,
-                                         pdi_potential_drop(p, c) + s * by, c->way / pdi_potential_kappa(p, c->node), &u, &slope);
+        double resist = c->way / pdi_potential_kappa(p, c->node), drop = pdi_potential_drop(p, c) + s * by;
+        double i = pdi_electrode_through(&p->desc.electrode[c->electrode], c->share, drop, resist, &u, &slope);
         p->trial[n] = pdi_potential_area(p, c) * (i - p->current[n]) * by;
     }
     pdi_sum_add(&sum, start);

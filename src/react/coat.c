@@ -34,6 +34,7 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, coat, off, total, "1");
     PDI_VALUE(owner, coat, last, "s");
     PDI_VALUE(owner, coat, begun, "1");
+    for (int k = 0; k < PD_COAT_MOST; k++) PDI_VALUE(owner, coat, size[k], "");
 }
 
 PDI_FN void pdi_coat_columns(pd_coat *s)
@@ -80,8 +81,8 @@ PDI_COLD_END
 
 /* ---- places ---- */
 
-/* Mean of a state over the nodes with its bit in `of` whose largest distance along an axis is `reach` cells. 0: there is
- * none. */
+/* Mean of a state over the nodes with its bit in `of` whose largest distance along an axis is `reach` cells. 0: there
+ * is none. */
 static int pdi_coat_around(const pd_coat *s, const uint32_t *of, int state, int32_t i, int reach, double *mean)
 {
     const pd_grid *grid = s->reactive->grid;
@@ -264,8 +265,8 @@ static pd_status pdi_coat_refuse(pd_ctx *ctx, const pd_coat *s, int32_t p, doubl
     pdi_grid_place(s->reactive->grid, i, place);
     if (state < 0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "no steps follow the rates of states at %s m from t = %g s on: "
-                        "one jumps back and forth or grows beyond all bounds, expected a rate that is continuous, or min and "
-                        "max where it ends", place, t);
+                        "one jumps back and forth or grows beyond all bounds, expected a rate that is continuous, or "
+                        "min and max where it ends", place, t);
     return pdi_fail(ctx, PD_ERR_STATE, "surface", "the rate of %s is no finite number at %s m (pH %.4g) from t = %g s "
                     "on, where it is %g, expected a law that holds there", s->desc.name[state], place,
                     pd_reactive_ph(s->reactive, i), t, s->start[state * (int64_t)s->reactive->grid->total + i]);
@@ -318,10 +319,8 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     PDI_TRY(pdi_coat_places(ctx, s));
     memcpy(s->start, s->value, (size_t)(s->desc.count * total) * sizeof *s->value);
     pdi_coat_fresh(ctx, s);
-    for (int k = 0; k < s->desc.count; k++) {
-        s->size[k] = 0.0;
+    for (int k = 0; k < s->desc.count; k++)
         for (int32_t p = 0; p < s->count; p++) s->size[k] = fmax(s->size[k], fabs(s->value[k * total + s->node[p]]));
-    }
     return PD_OK;
 }
 

@@ -19,8 +19,8 @@
 typedef struct pd_coat_at {
     int32_t node;
     const double *c;      /* [solutes] [mol/m3] at the surface, of those that rates read */
-    double ph;            /* NaN without H+ */
-    const double *around; /* [PD_COAT_AROUND] as the caller says */
+    double ph;            /* [-] NaN without H+ */
+    const double *around; /* [PD_COAT_AROUND] [unit of each] as the caller says */
     double time;          /* [s] */
 } pd_coat_at;
 
@@ -28,7 +28,7 @@ typedef struct pd_coat_desc {
     int count;                                     /* states, 1 to PD_COAT_MOST */
     double low[PD_COAT_MOST], high[PD_COAT_MOST];  /* [unit of each] rates out of them are 0 there; infinite: none */
     const char *name[PD_COAT_MOST];                /* for messages */
-    double rtol;                                   /* [-] error of a step over the largest of each state */
+    double rtol;                                   /* [-] error of a step over the largest that each state has been */
     uint32_t reads;                                /* bit n: rates depend on solute n, */
     int reads_ph;                                  /* 1: on pH */
     /* on [total] of fluid nodes: bit k: the surface there carries state k; 0 before the call. `anew`: nodes have turned
@@ -48,7 +48,7 @@ typedef struct pd_coat {
     pd_coat_desc desc;
     pd_reactive *reactive;
     pd_components film;           /* see pd_etch */
-    double scale[PD_SPECIES_MOST]; /* the same */
+    double scale[PD_SPECIES_MOST]; /* [-] the same */
     uint32_t *on;     /* [total] see `where` */
     uint32_t *was;    /* [total] work */
     int32_t *node;    /* [total] of places */
@@ -56,14 +56,14 @@ typedef struct pd_coat {
     double *value;    /* [states][total] [unit of each] now; within a step of the species in its middle */
     double *start;    /* [states][total] [unit of each] at the start of the step */
     double *middle;   /* [states][total] [unit of each] in its middle, as it was foreseen */
-    /* at the surface, of solutes that rates read [mol/m3], and with pH of ln gamma of a charge of 1 [-]: */
+    /* at the surface, columns of solutes that rates read [mol/m3], and with pH of ln gamma of a charge of 1 [-]: */
     int columns, solute[PD_SPECIES_MOST + 1];
-    double *fresh;    /* [columns][total] at the start of the step */
-    double *slope;    /* [columns][total] [1/s times] of that, in the last step */
-    double *first;    /* [columns][total] the same with what comes out of metal in the middle */
-    double *way;      /* [columns][total] [1/s times] change from there to the end of the step */
+    double *fresh;    /* [columns][total] [unit of each] at the start of the step */
+    double *slope;    /* [columns][total] [unit of each per s] of that, in the last step */
+    double *first;    /* [columns][total] [unit of each] the same with what comes out of metal in the middle */
+    double *way;      /* [columns][total] [unit of each per s] change from there to the end of the step */
     int *off;         /* [total] work: what went wrong at places */
-    double size[PD_COAT_MOST]; /* [unit of each] largest value */
+    double size[PD_COAT_MOST]; /* [unit of each] largest value since the start */
     double last;      /* [s] the last step; 0: none */
     double error;     /* [-] of the last attempt, over what it may be */
     int anew;         /* 1: nodes have turned fluid; at first, too */
@@ -81,8 +81,8 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *coat);
 /* A step of the species begins at t [s]. */
 PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *coat, double t);
-/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; after some `trial`s there is a
- * message. */
+/* To the middle of a step of dt [s]. PD_RETRY: a rate is not finite, or no steps follow it; after some `trial`s there
+ * is a message. */
 PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt, int trial);
 /* To its end, after the species, whose concentrations [solutes][total] were `from`. */
 PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt,

@@ -410,8 +410,8 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                         "may take up more of a species than reaches the metal, expected one that falls to 0 with it, "
                         "as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
     if (a->desc.coat && a->desc.coat->error > 1.0)
-        return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = %g "
-                        "s: expected a rate that stays finite", s->time);
+        return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
+                        "%g s: expected a rate that stays finite", s->time);
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
 }

@@ -108,8 +108,8 @@ PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
-/* What a film between nodes and surfaces solves with: the system of concentrations times `scale` [solutes], and the same
- * with the activities of a node: ln gamma of a charge of 1. */
+/* What a film between nodes and surfaces solves with: the system of concentrations times `scale` [solutes], and the
+ * same with the activities of a node: ln gamma of a charge of 1. */
 PDI_FN void pdi_etch_film(const pd_reactive *reactive, pd_components *film, double *scale);
 PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now);
 /* Speed [m/s] at a fluid node for the present concentrations, behind such a film, of the metal of `place` (-1: of that

@@ -155,8 +155,7 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
     desc.potential.conductivity = p->conductivity;
     desc.apart = m->setup->migrates;
     if (m->reactive) desc.conduct = pdi_electrodes_conduct;
-    for (int k = 0; k < p->electrodes; k++)
-        if (p->electrode[k].shares) desc.share = pdi_electrodes_share;
+    if (m->surfaces) desc.share = pdi_electrodes_share;
     if (m->reactive) desc.potential.conductivity = 1.0; /* of no node of the fluid */
     desc.potential.electrodes = p->electrodes;
     desc.potential.circuits = m->circuits;

@@ -24,8 +24,8 @@ typedef struct pd_electrode_map {
 } pd_electrode_map;
 
 #ifdef PDI_INTERNAL
-/* All is borrowed. reactive, dissolve, surfaces: NULL without. PD_ERR_GEOMETRY: metal that is no electrode, an electrode without
- * metal. PD_ERR_ARGUMENT: two values are given for metals that touch. */
+/* All is borrowed. reactive, dissolve, surfaces: NULL without. PD_ERR_GEOMETRY: metal that is no electrode, an
+ * electrode without metal. PD_ERR_ARGUMENT: two values are given for metals that touch. */
 PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
                                       const pd_dissolve *dissolve, const pd_surfaces *surfaces,

@@ -41,7 +41,8 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
 /* [total] [mol/m3] concentration of a species, or the amount of a mineral; NULL: it is no field of one. */
 static const double *pdi_sample_species(const pd_model *m, pd_field field)
 {
-    int species = pdi_setup_field_species(m->setup, field), n = species < 0 ? -1 : m->reactive.components.place[species];
+    int species = pdi_setup_field_species(m->setup, field);
+    int n = species < 0 ? -1 : m->reactive.components.place[species];
     for (int s = 0; s < m->reactive.minerals.count; s++)
         if (species >= 0 && m->reactive.minerals.of[s].species == species)
             return m->reactive.solid + (int64_t)s * m->grid.total;

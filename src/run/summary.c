@@ -116,6 +116,9 @@ static void pdi_summary_chemistry(const pdi_summary *s)
              u->electrolyte.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal", u->electrolyte.temperature,
              u->settle ? "steady" : "implicit, until ", u->settle ? "" : until);
     pdi_summary_part(s, PD_PART_CHEMISTRY, "chemistry", text);
+    snprintf(text, sizeof text, "states of surfaces:");
+    for (int k = 0; k < u->states; k++) pdi_append(text, sizeof text, "%s %s", k ? "," : "", u->state[k].label);
+    if (u->states) pdi_summary_line(s, "  %-12s%s", "", text);
     if (!u->sheds) return;
     snprintf(text, sizeof text, "one of metal:");
     for (int k = 0; k < u->electrolyte.count; k++)

@@ -79,7 +79,7 @@ static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y,
     }
 }
 
-/* [m/s] by which a current density of 1 C/mol A/m2 spreads over a film of 1 m. */
+/* What comes out of metal by its law, and by currents, over the half cell between node and surface. */
 static void pdi_surfaces_film(void *user, int32_t node, double *flows)
 {
     const pd_surfaces *s = (const pd_surfaces *)user;
@@ -142,7 +142,7 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     desc.initial = pdi_surfaces_initial;
     desc.rate = pdi_surfaces_rate;
     if (s->cell) desc.around = pdi_surfaces_around;
-    if (s->cell && (s->moves || s->comes)) desc.solve = pdi_surfaces_solve;
+    if (s->cell && s->moves) desc.solve = pdi_surfaces_solve;
     if (s->comes || s->etch) desc.film = pdi_surfaces_film;
     desc.user = s;
     return pdi_coat_build(ctx, reactive, &desc, &s->coat);
@@ -204,9 +204,9 @@ PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *s, pd_contac
             contact[n].share = share;
             continue;
         }
-        return pdi_fail(ctx, PD_ERR_STATE, "electrode", "the factor of %s is %g at %s m and t = %g s, expected a finite "
-                        "number of at least 0", e->name, share, pdi_grid_place(s->bonds->grid, contact[n].node, place),
-                        t);
+        return pdi_fail(ctx, PD_ERR_STATE, "electrode", "the factor of %s is %g at %s m and t = %g s, expected a "
+                        "finite number of at least 0", e->name, share, pdi_grid_place(s->bonds->grid, contact[n].node,
+                        place), t);
     }
     return PD_OK;
 }

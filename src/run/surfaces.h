@@ -1,5 +1,4 @@
-/* surfaces: the states of surfaces of a setup on its lattice: where they are, what their rates read, and what reads them.
- */
+/* surfaces: the states of surfaces of a setup on its lattice: where they are, what rates read, and what reads them. */
 #ifndef PD_SURFACES_H
 #define PD_SURFACES_H
 #include "potential/cell.h"
@@ -30,7 +29,8 @@ typedef struct pd_surfaces_figures {
 #ifdef PDI_INTERNAL
 /* It must not be moved once it is built. cell, etch: NULL without; they are built later. */
 PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, const pd_bonds *bonds,
-                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_surfaces *surfaces);
+                                    const pd_stencil *across, pd_cell *cell, const pd_etch *etch,
+                                    pd_surfaces *surfaces);
 PDI_FN void pdi_surfaces_free(pd_ctx *ctx, pd_surfaces *surfaces);
 /* All states at the surface beside a fluid node. */
 PDI_FN void pdi_surfaces_values(const pd_surfaces *surfaces, int32_t node, double *value);

@@ -109,8 +109,8 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* The variables of a law: those of all laws, pH, the species that its text names as [H+], which name[] keeps, and states
- * of surfaces. A law that is not there names no species. */
+/* The variables of a law: those of all laws, pH, the species that its text names as [H+], which name[] keeps, and
+ * states of surfaces. A law that is not there names no species. */
 static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                           pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
 {

@@ -287,7 +287,7 @@ typedef struct pd_setup_state {
     char label[PD_SETUP_NAME + PD_UNITS_TEXT + 4]; /* "theta", "l [m]" */
     uint32_t electrodes;    /* bit k: electrode k carries it; without electrodes all metal that dissolves */
     pd_expr initial;        /* of x, y, z */
-    double low, high;       /* infinite: none */
+    double low, high;       /* [unit of it] bounds; infinite: none */
     pd_expr rate;           /* of C, t, x, y, z, grain (unread), i, E, pH, species, states */
     int species;            /* that the rate has behind pH, */
     int of[PD_EXPR_VARS];   /* by their place in the electrolyte */

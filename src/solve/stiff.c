@@ -8,6 +8,8 @@
 /* Steps at most, and the least of one over the whole way. */
 #define PDI_STIFF_STEPS 5000
 #define PDI_STIFF_LEAST 1e-13
+/* A step that leaves less than that of what is left goes to the end. */
+#define PDI_STIFF_REST 1e-6
 /* Share of the step that the error allows; a step is at most this many times the last one, at least that share. */
 #define PDI_STIFF_SAFETY 0.8
 #define PDI_STIFF_GROWTH 8.0
@@ -148,14 +150,15 @@ static double pdi_stiff_step(pdi_stiff_work *w, double t, double h, const double
 }
 
 /* Share of the step after which the first value meets a bound; 1: none does. What is within the tolerance of a bound
- * gets there. */
+ * before or after the step gets there. */
 static double pdi_stiff_met(const pd_stiff *s, const double *y, double *end)
 {
     double share = 1.0;
     for (int k = 0; k < s->count; k++) {
         double bound = pdi_stiff_within(s, k, end[k]), out = fabs(end[k] - bound);
+        double near_ = s->tolerance * fmax(fmax(fabs(bound), fabs(y[k])), s->size[k]);
         if (!(out > 0.0)) continue;
-        if (out <= s->tolerance * fmax(fmax(fabs(bound), fabs(y[k])), s->size[k])) end[k] = bound;
+        if (out <= near_ || fabs(bound - y[k]) <= near_) end[k] = bound;
         else share = fmin(share, fmax((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_SHRINK));
     }
     return share;
@@ -187,7 +190,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
     w.s = s;
     w.bad = -1;
     for (int step = 0; step < PDI_STIFF_STEPS && t < to; step++) {
-        int last = !(h < to - t);
+        int last = !(h < (to - t) * (1.0 - PDI_STIFF_REST));
         if (last) h = to - t;
         if (!(h > PDI_STIFF_LEAST * (to - from))) return PD_STIFF_STUCK;
         pdi_stiff_hold(&w, t, y);
@@ -219,6 +222,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
 #undef PDI_STIFF_COLUMNS
 #undef PDI_STIFF_STEPS
 #undef PDI_STIFF_LEAST
+#undef PDI_STIFF_REST
 #undef PDI_STIFF_SAFETY
 #undef PDI_STIFF_GROWTH
 #undef PDI_STIFF_SHRINK

@@ -1,8 +1,8 @@
 /* stiff: a few ordinary differential equations, stiff or not, from one time to another with a controlled error.
  *
- * Linearly implicit steps of Euler, extrapolated to order 5 (Deuflhard 1985; Hairer and Wanner 1996, IV.9). A value that
- * reaches a bound stays there as long as its rate points outwards: the step ends where the bound is met. Rates are asked
- * within bounds only. Nothing is allocated and nothing is global, so threads may solve side by side.
+ * Linearly implicit steps of Euler, extrapolated to order 5 (Deuflhard 1985; Hairer and Wanner 1996, IV.9). A value
+ * that reaches a bound stays there as long as its rate points outwards: the step ends where the bound is met. Rates are
+ * asked within bounds only. Nothing is allocated and nothing is global, so threads may solve side by side.
  */
 #ifndef PD_STIFF_H
 #define PD_STIFF_H
@@ -17,8 +17,8 @@ typedef struct pd_stiff {
     int count;
     pd_stiff_fn rate;
     void *user;
-    const double *low, *high; /* [count] bounds; infinite: none */
-    const double *size;       /* [count] errors count against that, or against the value where it is larger */
+    const double *low, *high; /* [count] [unit of y] bounds; infinite: none */
+    const double *size;       /* [count] [unit of y] errors count against that, or against a larger value */
     double tolerance;         /* [-] of a step */
 } pd_stiff;
 
