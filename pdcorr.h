@@ -5016,6 +5016,8 @@ typedef struct pd_etch {
     double *level;                /* [circuits] [V] potential of the metal */
     double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */
     double *charge_of;            /* [circuits] [mol/s] charge that leaves metal */
+    double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
+    double extra;                 /* [mol/s] rounding that a circuit gives beside its current, where none leaves */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
 } pd_etch;
 
@@ -5050,6 +5052,8 @@ PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int de
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* With electrodes: `gave` is that of now. */
+PDI_FN void pdi_etch_note(pd_etch *etch);
 /* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */
 PDI_FN void pdi_etch_yield(pd_etch *etch);
 /* Change of the speed [m/s] with that of the dissolved totals [mol/m3] of its node. */
@@ -34168,6 +34172,8 @@ PDI_COLD_END
 /* Steps of a search, and the share of the speed to which it is found. */
 #define PDI_ETCH_STEPS 200
 #define PDI_ETCH_CLOSE 1e-15
+/* [m/s] First guess of a law that overflows. */
+#define PDI_ETCH_FAST 1.0
 /* Factor by which a bracket of the speed grows first; it is squared each time. */
 #define PDI_ETCH_BRACKET 2.0
 /* Relative change of what a law reads by which its slope is found. */
@@ -34181,6 +34187,9 @@ PDI_COLD_END
 #define PDI_ETCH_NOTHING 1e-30
 /* What is left at least of 1 less the slope of a rising law behind its film. */
 #define PDI_ETCH_RISE 0.05
+/* Steps of Newton's method for speed and flow of an electrode, and the share of them that counts as found. */
+#define PDI_ETCH_NEWTON 12
+#define PDI_ETCH_MET 1e-12
 #define PDI_ETCH_FARADAY 96485.33212 /* [C/mol] */
 /* Bit of what curves read: pH. */
 #define PDI_ETCH_PH ((uint32_t)1 << 31)
@@ -34426,15 +34435,15 @@ static double pdi_etch_given(pd_components *film, pdi_etch_work *w, double v)
 }
 
 /* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
- * differences. 0: the law is not finite. */
+ * differences; of a law that overflows *above is infinite. 0: the law is no number, or beyond all bounds. */
 static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess, double first, double *a,
                                double *above, double *b, double *below)
 {
-    double factor = PDI_ETCH_BRACKET, v = guess > 0.0 ? guess : first;
+    double factor = PDI_ETCH_BRACKET, v = guess > 0.0 ? guess : fmin(first, PDI_ETCH_FAST);
     *a = 0.0;
     *above = first;
     double g = pdi_etch_given(film, w, v) - v;
-    for (int step = 0; step < PDI_ETCH_STEPS && fabs(g) < HUGE_VAL; step++) {
+    for (int step = 0; step < PDI_ETCH_STEPS && g == g; step++) {
         int up = g > 0.0;
         if (up) {
             *a = v;
@@ -34446,7 +34455,7 @@ static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess,
         double next = up ? v * factor : v / factor;
         factor *= factor;
         double there = pdi_etch_given(film, w, next) - next;
-        if (!(fabs(there) < HUGE_VAL)) return 0;
+        if (!(there == there)) return 0;
         if (up && !(there > 0.0)) {
             *b = next;
             *below = there;
@@ -34468,15 +34477,15 @@ static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess,
 static double pdi_etch_find(pd_components *film, pdi_etch_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_etch_given(film, w, 0.0);
-    if (!(fabs(first) < HUGE_VAL)) return NAN;
+    if (!(first == first)) return NAN;
     if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
-    if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return NAN;
+    if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return first < HUGE_VAL ? NAN : first;
     for (int step = 0; step < PDI_ETCH_STEPS && b - a > PDI_ETCH_CLOSE * b; step++) {
-        double v = a + (b - a) * (above / (above - below));
+        double v = above < HUGE_VAL ? a + (b - a) * (above / (above - below)) : 0.0;
         if (step % 4 == 3 || !(v > a) || !(v < b)) v = a + 0.5 * (b - a);
         if (!(v > a) || !(v < b)) break;
         double g = pdi_etch_given(film, w, v) - v;
-        if (!(fabs(g) < HUGE_VAL)) return NAN;
+        if (!(g == g)) return NAN;
         if (g > 0.0) {
             a = v;
             above = g;
@@ -34718,38 +34727,77 @@ static void pdi_etch_chain(const pd_components *film, const pdi_etch_work *w, co
     }
 }
 
-/* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], drive[1]. */
-static void pdi_etch_derive_charged(const pd_components *film, const pdi_etch_work *w, float *by, float *flow_by,
-                                    double drive[2])
+/* How law and curve at the surface follow the speed, the flow and the totals of the node, and F phi/(R T) there. */
+typedef struct pdi_etch_slopes_of {
+    double law[PD_SPECIES_MOST + 2], curve[PD_SPECIES_MOST + 2];
+    double lift, bend;
+} pdi_etch_slopes_of;
+
+static void pdi_etch_tangent(const pd_components *film, const pdi_etch_work *w, int goes, pdi_etch_slopes_of *t)
 {
     const pd_components *of = &w->s->reactive->components;
-    double gradient[PD_SPECIES_MOST], lift = 0.0, bend = 0.0, law[PD_SPECIES_MOST + 2], curve[PD_SPECIES_MOST + 2];
+    double gradient[PD_SPECIES_MOST];
     float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
     pdi_etch_table a;
     int count = of->count, films = w->thick + w->way > 0.0;
-    memset(law, 0, sizeof law);
-    memset(curve, 0, sizeof curve);
+    memset(t, 0, sizeof *t);
     pdi_components_derive(films ? film : of, w->surface, own);
     if (films) {
         pdi_etch_balances(film, w, own, a);
         pdi_etch_linear(count + 1, 2 * count + 3, a);
     }
-    if (by) {
-        pdi_etch_gradient(w, gradient, &lift);
-        pdi_etch_chain(film, w, own, a, gradient, lift, law);
+    if (goes) {
+        pdi_etch_gradient(w, gradient, &t->lift);
+        pdi_etch_chain(film, w, own, a, gradient, t->lift, t->law);
     }
-    if (w->electrode >= 0) {
-        pdi_etch_bend(w, gradient, &bend);
-        pdi_etch_chain(film, w, own, a, gradient, bend, curve);
+    if (w->electrode < 0) return;
+    pdi_etch_bend(w, gradient, &t->bend);
+    pdi_etch_chain(film, w, own, a, gradient, t->bend, t->curve);
+}
+
+/* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], drive[1]. */
+static void pdi_etch_derive_charged(const pd_components *film, const pdi_etch_work *w, float *by, float *flow_by,
+                                    double drive[2])
+{
+    pdi_etch_slopes_of t;
+    pdi_etch_tangent(film, w, by != NULL, &t);
+    double one = fmax(1.0 - t.law[0], PDI_ETCH_RISE), two = fmax(1.0 - t.curve[1], PDI_ETCH_RISE);
+    double back = fmax(one * two - t.law[1] * t.curve[0], PDI_ETCH_RISE * one * two);
+    for (int k = 0; k < film->count; k++) {
+        if (by) by[k] = (float)((two * t.law[2 + k] + t.law[1] * t.curve[2 + k]) / back);
+        if (flow_by) flow_by[k] = (float)((one * t.curve[2 + k] + t.curve[0] * t.law[2 + k]) / back);
     }
-    double one = fmax(1.0 - law[0], PDI_ETCH_RISE), two = fmax(1.0 - curve[1], PDI_ETCH_RISE);
-    double back = fmax(one * two - law[1] * curve[0], PDI_ETCH_RISE * one * two);
-    for (int k = 0; k < count; k++) {
-        if (by) by[k] = (float)((two * law[2 + k] + law[1] * curve[2 + k]) / back);
-        if (flow_by) flow_by[k] = (float)((one * curve[2 + k] + curve[0] * law[2 + k]) / back);
+    drive[0] = (two * t.lift + t.law[1] * t.bend) / back;
+    drive[1] = (one * t.bend + t.curve[0] * t.lift) / back;
+}
+
+/* Speed and flow of an electrode by Newton's method from guesses. 0: it does not get there, and they are searched. */
+static int pdi_etch_newton(pd_components *film, pdi_etch_work *w, int goes, double *speed)
+{
+    double v = goes ? fmax(*speed, 0.0) : 0.0, f = w->guess;
+    for (int step = 0; step < PDI_ETCH_NEWTON; step++) {
+        pdi_etch_slopes_of t;
+        if (w->reads) w->flow = f;
+        if (!pdi_etch_lift(film, w, v)) return 0;
+        double law = goes ? pdi_etch_law(w, w->surface, w->psi + w->lift) : 0.0;
+        double curve = w->reads ? pdi_etch_curve(w, w->surface, w->psi + w->lift) : w->flow;
+        f = w->flow;
+        if (!(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
+        int met = fabs(law - v) <= PDI_ETCH_MET * law && fabs(curve - f) <= PDI_ETCH_MET * fabs(f);
+        if (met && (!goes || !(law > 0.0) || !(fabs(law - v) > 0.0))) break;
+        pdi_etch_tangent(film, w, goes, &t);
+        double one = 1.0 - t.law[0], two = 1.0 - t.curve[1], back = one * two - t.law[1] * t.curve[0];
+        if (!(one > 0.0) || !(two > 0.0) || !(back > 0.0)) return 0;
+        double dv = (two * (law - v) + t.law[1] * (curve - f)) / back;
+        f += (one * (curve - f) + t.curve[0] * (law - v)) / back;
+        v += dv;
+        if (!(v >= 0.0) || !(fabs(f) < HUGE_VAL)) return 0;
+        if (met) break;
+        if (step + 1 == PDI_ETCH_NEWTON) return 0;
     }
-    drive[0] = (two * lift + law[1] * bend) / back;
-    drive[1] = (one * bend + curve[0] * lift) / back;
+    if (w->reads) w->flow = f;
+    *speed = v;
+    return 1;
 }
 
 PDI_FN double pdi_etch_at(const pd_etch *s, int32_t node, int32_t place, double thick, double guess)
@@ -34772,14 +34820,19 @@ static void pdi_etch_place(pd_etch *s, int32_t p, int derive)
     if (!goes) v = &still;
     pdi_etch_enter(s, s->node[p], p, s->thick[p], &film, &w);
     if (!derive) {
+        if (w.electrode >= 0 && pdi_etch_newton(&film, &w, goes, v)) {
+            s->flow[p] = w.flow;
+            return;
+        }
         if (goes) *v = pdi_etch_find(&film, &w, *v);
         if (!s->electrode) return;
         int found = fabs(*v) < HUGE_VAL && (w.electrode < 0 || pdi_etch_settle(&film, &w, *v));
         s->flow[p] = found ? w.flow : (double)NAN;
         return;
     }
-    if (goes) pdi_etch_given(&film, &w, *v);
-    else if (w.electrode >= 0) pdi_etch_settle(&film, &w, 0.0);
+    w.flow = w.guess;
+    if (w.electrode >= 0) pdi_etch_lift(&film, &w, *v);
+    else if (goes) pdi_etch_given(&film, &w, *v);
     if (!s->drive) {
         pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
         return;
@@ -34852,8 +34905,11 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
             if (s->electrode[p] == e)
                 pdi_sum_add(&flows, pdi_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
         amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
-        for (int n = 0; n < r->components.solutes; n++)
-            r->in[n] += amount * s->part[e * r->components.solutes + n];
+        for (int n = 0; n < r->components.solutes; n++) {
+            double gain = amount * s->part[e * r->components.solutes + n];
+            r->in[n] += fmax(gain, 0.0);
+            r->out[n] += fmax(-gain, 0.0);
+        }
     }
 }
 
@@ -34864,11 +34920,16 @@ PDI_FN void pdi_etch_yield(pd_etch *s)
                       (s->electrode ? s->area[p] * fmax(-(double)s->flow_drive[p], 0.0) : 0.0);
 }
 
+PDI_FN void pdi_etch_note(pd_etch *s)
+{
+    for (int32_t p = 0; p < s->count && s->gave; p++)
+        s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * s->speed[s->node[p]] : 0.0;
+}
+
 PDI_FN void pdi_etch_accept(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
-    for (int32_t p = 0; p < s->count && s->gave; p++)
-        s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * s->speed[s->node[p]] : 0.0;
+    pdi_etch_note(s);
     pdi_etch_begin(s);
 }
 
@@ -34982,11 +35043,13 @@ PDI_COLD_END
 
 #define PDI_LEVELS_FARADAY 96485.33212 /* [C/mol] */
 #define PDI_LEVELS_STEPS 200
-/* [V] First stride of a search, and the farthest potential. */
+/* [V] First stride of a search, and the farthest potential beyond those of the fluid beside the metal. */
 #define PDI_LEVELS_STRIDE 0.05
-#define PDI_LEVELS_FAR 100.0
+#define PDI_LEVELS_FAR 10.0
+/* [V] Its first move at least, which grows fourfold. */
+#define PDI_LEVELS_LEAST 1e-12
 /* Share of the currents of a circuit that their sum may be off by, and a potential, of volts. */
-#define PDI_LEVELS_MET 1e-14
+#define PDI_LEVELS_MET 1e-13
 #define PDI_LEVELS_CLOSE 2e-16
 
 /* Charge that a rate of place p brings: of its law and of its curve [mol/s]. */
@@ -35050,29 +35113,43 @@ static double pdi_levels_next(const pdi_levels_search *q, double e, double off, 
         }
         return next;
     }
-    double way = off > 0.0 ? -1.0 : 1.0;
-    if (!(fabs(next - e) < *stride)) next = e + way * *stride;
-    else next = e + 2.0 * (next - e); /* to the other side */
+    double way = off > 0.0 ? -1.0 : 1.0, least = PDI_LEVELS_LEAST * ldexp(1.0, 2 * step);
+    double move = next == next ? fmin(fmax(2.0 * fabs(next - e), least), *stride) : *stride; /* to the other side */
     *stride *= 2.0;
-    return next;
+    return e + way * move;
 }
 
 /* The curves jump over what is wanted: rates between those of both sides. */
 static void pdi_levels_between(const pd_ctx *ctx, pd_etch *s, const pdi_levels_search *q)
 {
-    double share = q->of_low / (q->of_low - q->of_high), *speed = s->side, *flow = s->side + s->reactive->grid->total;
+    double *speed = s->side, *flow = s->side + s->reactive->grid->total, size;
     s->level[q->circuit] = q->low;
     pdi_etch_solve(ctx, s, q->circuit, 0);
     for (int32_t p = 0; p < s->count; p++) {
         speed[p] = s->speed[s->node[p]];
         flow[p] = s->flow[p];
     }
+    double low = pdi_levels_charge(s, q->circuit, &size) - q->wanted;
     s->level[q->circuit] = q->high;
     pdi_etch_solve(ctx, s, q->circuit, 0);
+    double high = pdi_levels_charge(s, q->circuit, &size) - q->wanted, share = low < high ? low / (low - high) : 1.0;
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != q->circuit) continue;
         if (s->weight[p] > 0.0) s->speed[s->node[p]] = speed[p] + share * (s->speed[s->node[p]] - speed[p]);
         s->flow[p] = flow[p] + share * (s->flow[p] - flow[p]);
+    }
+}
+
+/* [V] Potentials of the fluid beside the metal of a circuit. */
+static void pdi_levels_fluid(const pd_etch *s, int circuit, double *least, double *most)
+{
+    const pd_migration *m = &s->reactive->migration;
+    *least = HUGE_VAL;
+    *most = -HUGE_VAL;
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != circuit) continue;
+        *least = fmin(*least, m->volt * m->psi[s->node[p]]);
+        *most = fmax(*most, m->volt * m->psi[s->node[p]]);
     }
 }
 
@@ -35084,17 +35161,36 @@ static int pdi_levels_there(const pd_etch *s, int circuit)
     return 0;
 }
 
-static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit)
+/* What the sum is still off by goes by the slopes found last: it is exact to rounding. */
+static void pdi_levels_close(pd_etch *s, int circuit, double wanted)
 {
-    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY, -HUGE_VAL, HUGE_VAL,
-                           -HUGE_VAL, HUGE_VAL, 0.0};
-    double e = s->level[circuit], stride = PDI_LEVELS_STRIDE, slope = s->conduct[circuit];
+    double size, off = pdi_levels_charge(s, circuit, &size) - wanted, volt = s->reactive->migration.volt;
+    if (!(s->conduct[circuit] > DBL_MIN)) return;
+    double rise = off / (s->conduct[circuit] * volt);
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != circuit) continue;
+        if (s->weight[p] > 0.0) s->speed[s->node[p]] += (double)s->drive[p] * rise;
+        s->flow[p] += (double)s->flow_drive[p] * rise;
+    }
+}
+
+static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double extra)
+{
+    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY + extra, -HUGE_VAL,
+                           HUGE_VAL, -HUGE_VAL, HUGE_VAL, 0.0};
+    double e = s->level[circuit], stride = PDI_LEVELS_STRIDE, slope = s->conduct[circuit], least, most;
+    pdi_levels_fluid(s, circuit, &least, &most);
+    if (!(e > least - PDI_LEVELS_FAR) || !(e < most + PDI_LEVELS_FAR)) e = least;
     double off = pdi_levels_try(ctx, s, &q, e, e);
     for (int step = 0; step < PDI_LEVELS_STEPS; step++) {
-        if (fabs(off) <= PDI_LEVELS_MET * (q.size + fabs(q.wanted))) return;
+        if (fabs(off) <= PDI_LEVELS_MET * (q.size + fabs(q.wanted))) {
+            pdi_levels_close(s, circuit, q.wanted);
+            return;
+        }
         if (!(q.high - q.low > PDI_LEVELS_CLOSE * fmax(fabs(e), 1.0))) break;
         double next = pdi_levels_next(&q, e, off, slope, step, &stride);
-        if (!(next > q.low) || !(next < q.high) || fabs(next) > PDI_LEVELS_FAR) break;
+        if (!(next > q.low) || !(next < q.high) || next < least - PDI_LEVELS_FAR ||
+            next > most + PDI_LEVELS_FAR) break;
         double was = off, before = e;
         off = pdi_levels_try(ctx, s, &q, next, before);
         e = next;
@@ -35112,7 +35208,7 @@ static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit)
 
 PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
 {
-    double size;
+    double size, extra = s->extra;
     s->lost = 0;
     if (!s->electrode) {
         pdi_etch_solve(ctx, s, -1, 0);
@@ -35125,7 +35221,8 @@ PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
             s->level[n] = circuit->value;
             pdi_etch_solve(ctx, s, n, 0);
         } else if (pdi_levels_there(s, n)) {
-            pdi_levels_find(ctx, s, n);
+            pdi_levels_find(ctx, s, n, extra);
+            extra = 0.0;
         }
         s->charge_of[n] = pdi_levels_charge(s, n, &size);
     }
@@ -35653,6 +35750,8 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 #define PDI_ADVANCE_NONE 1e-150
 /* Share of the largest value by which a field may leave its bounds. */
 #define PDI_ADVANCE_SLACK 1e-9
+/* Share of the ions of a closed box that a charge of rounding is at most. */
+#define PDI_ADVANCE_FAINT 1e-13
 /* Share of a residual that the linear solver leaves at least: its basis has single precision. */
 #define PDI_ADVANCE_SINGLE 1e-5
 
@@ -35891,6 +35990,8 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
 {
     double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
     r->dt = dt;
+    if (r->surface && r->surface->electrode)
+        r->surface->extra = r->migration.tied ? 0.0 : -(r->surface->owed / dt + r->surface->sourced);
     if (r->minerals.count) { /* each node meets the laws of its minerals before nodes exchange anything */
         int64_t size = r->components.count * (int64_t)r->grid->total;
         for (int k = 0; k < r->components.count; k++) r->weight[k] = 1.0;
@@ -35941,6 +36042,20 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
 
 /* ---- a step ---- */
 
+/* [mol] Charge of a field of totals; or (undone = 1) of what the stage at hand leaves undone. */
+static double pdi_advance_charges(const pd_reactive *r, const double *field, int undone)
+{
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    for (int k = 0; k < r->components.count; k++) {
+        double z = r->migration.charge[r->components.master[k]] * (undone ? r->dt * r->weight[k] : 1.0);
+        for (int32_t i = 0; i < (int32_t)total; i++)
+            if (r->grid->kind[i] == PD_FLUID)
+                pdi_sum_add(&sum, pdi_grid_circumference(r->grid, i) * z * field[k * total + i]);
+    }
+    return r->bonds->stencil->volume * pdi_sum_total(&sum);
+}
+
 /* Totals at the start with what is owed. */
 static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
 {
@@ -35958,6 +36073,7 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) r->total[k * total + i] = sum[k] + r->carry[k * total + i];
     }
+    if (r->surface && r->surface->electrode) r->surface->owed = pdi_advance_charges(r, r->carry, 0);
 }
 
 /* carry: what a stage of dt [s] leaves undone. */
@@ -35985,6 +36101,8 @@ static void pdi_advance_between(pd_reactive *r)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
+    if (r->surface && r->surface->electrode)
+        r->surface->owed += ratio * (pdi_advance_charges(r, r->work, 1) - r->surface->owed);
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
@@ -36135,14 +36253,15 @@ static pd_status pdi_advance_given(pd_ctx *ctx, const pd_etch *metal)
                     "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
 }
 
-/* With migration: where no current can leave, sources give none. */
-static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
+/* With migration: where no current can leave, sources give none but for rounding in a step of dt [s]. */
+static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
 {
     int64_t total = r->grid->total;
     pdi_sum sum = {0.0, 0.0};
-    double size = 0.0;
+    double size = 0.0, held = 0.0;
     pdi_migration_tie(&r->migration);
     if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
+    if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
     if (r->migration.tied) return PD_OK;
     if (r->surface && r->surface->electrode) PDI_TRY(pdi_advance_given(ctx, r->surface));
     else if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
@@ -36156,9 +36275,11 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r)
             double term = around * r->migration.charge[n] * r->source[n * total + i];
             pdi_sum_add(&sum, term);
             size += fabs(term);
+            held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
         }
     }
-    if (!(fabs(pdi_sum_total(&sum)) > PDI_ADVANCE_SLACK * size)) return PD_OK;
+    if (r->surface && r->surface->electrode) r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
+    if (!(fabs(pdi_sum_total(&sum)) > fmax(PDI_ADVANCE_SLACK * size, PDI_ADVANCE_FAINT * held / dt))) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
                     "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }
@@ -36173,7 +36294,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
     pdi_advance_pores(r);
-    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r));
+    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r, dt));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
@@ -36608,6 +36729,10 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
+    if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an electrode "
+                        "may take up more of a species than reaches the metal, expected one that falls to 0 with it, "
+                        "as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
 }
@@ -61574,7 +61699,8 @@ static const pd_key pdi_keys_of_electrode[] = {
      "all metal of a material"},
     {"curve", "-", "required",
      "`butler_volmer`: both slopes; `tafel`: one of them; `linear`: `resistance`; `expression`: `i`; `primary`: "
-     "current passes freely at `E0` (theory: 6b.1)"},
+     "current passes freely at `E0` (theory: 6b.1). With `migration = yes` it may be absent: its metal dissolves "
+     "alone"},
     {"i0", "A/m2", "required there",
      "exchange current density, or that of free corrosion"},
     {"E0", "V", "0",
@@ -61590,10 +61716,10 @@ static const pd_key pdi_keys_of_electrode[] = {
     {"resistance", "ohm m2", "required there",
      "`linear`: polarisation resistance"},
     {"i", "A/m2", "required there",
-     "`expression`: current density, positive from metal to fluid, in `E`; also of a `[table]`: `i = f(E)`. It must "
-     "not fall as E rises"},
+     "`expression`: current density, positive from metal to fluid, in `E`, with `migration = yes` also in pH and "
+     "species; also of a `[table]`: `i = f(E)`. It must not fall as E rises"},
     {"range", "V", "required there",
-     "`expression`: from where to where E may lie; straight on beyond"},
+     "`expression`: from where to where E may lie; straight on beyond; none with pH or species"},
     {"film", "ohm m2", "0",
      "resistance of a coating or film on it"},
     {"potential", "V", "it follows from the current",
@@ -69432,10 +69558,10 @@ PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node)
 PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
 {
     const pd_etch *s = p->etch;
-    double anodic = 0.0;
+    double anodic = 0.0, extra = PDI_POLARISE_FARADAY * s->extra;
     *off = 0.0;
     for (int n = 0; n < s->desc.electrodes.circuits; n++) {
-        double sum = 0.0, size = 0.0, wanted = s->desc.electrodes.circuit[n].value;
+        double sum = 0.0, size = 0.0, wanted = s->desc.electrodes.circuit[n].value + extra;
         for (int32_t k = 0; k < s->count; k++) {
             if (pdi_etch_circuit(s, k) != n) continue;
             double each, leaves;
@@ -69443,7 +69569,9 @@ PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
             size += each;
             anodic += leaves;
         }
-        if (!s->desc.electrodes.circuit[n].holds && size > 0.0) *off = fmax(*off, fabs(sum - wanted) / size);
+        if (s->desc.electrodes.circuit[n].holds || !(size > 0.0)) continue;
+        *off = fmax(*off, fabs(sum - wanted) / size);
+        extra = 0.0;
     }
     return anodic;
 }
@@ -70314,6 +70442,7 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
     pdi_levels_solve(ctx, s);
+    pdi_etch_note(s);
     if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));
     for (int32_t k = 0; d && k < d->beside_count && s->desc.reads_phi; k++)
         if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);
@@ -70326,14 +70455,9 @@ PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t)
     pd_etch *s = &a->etch;
     if (!s->electrode) return PD_OK;
     s->time = t;
-    if (a->dissolve) {
-        a->dissolve->time = t;
-        PDI_TRY(pdi_dissolve_prepare(ctx, a->dissolve));
-    } else {
-        PDI_TRY(pdi_attack_now(ctx, a));
-    }
-    pdi_etch_accept(s);
-    for (int32_t p = 0; p < s->count; p++) s->passed[p] = 0.0;
+    if (!a->dissolve) return pdi_attack_now(ctx, a);
+    a->dissolve->time = t;
+    PDI_TRY(pdi_dissolve_prepare(ctx, a->dissolve));
     return PD_OK;
 }
 

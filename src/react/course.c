@@ -355,6 +355,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
     pdi_course_taken(a, s->dt, all);
+    pdi_advance_stands(a->reactive, s->dt);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
@@ -469,6 +470,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
     for (int32_t k = 0; k < count; k++) {
         pdi_reactive_put(r, c, turned[k], r->c);
         for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
+        if (r->narrow) r->narrow[turned[k]] = 0.0;
     }
     if (r->migration.on) {
         pdi_course_keep(ctx, a, 0);

@@ -1804,6 +1804,9 @@ def declare(dim):
         ('level', POINTER(c_double)),
         ('conduct', POINTER(c_double)),
         ('charge_of', POINTER(c_double)),
+        ('owed', c_double),
+        ('sourced', c_double),
+        ('extra', c_double),
         ('lost', c_int),
     ]
 
