@@ -4835,7 +4835,9 @@ typedef struct pd_reactive {
     double *carry;  /* [components][total] [mol/m3] what the last step left undone; the next one delivers it */
     double *source; /* [solutes][total] [mol/m3/s] given by the caller before a step */
     double *solid;  /* [minerals][total] [mol/m3] of the cell; NULL: none form */
-    double *pass;   /* [total] [-] eps/tau at the start of the step; NULL: minerals take no room */
+    double *pass;   /* [total] [-] eps/tau at the middle of the step; NULL: minerals take no room */
+    double *narrow; /* [total] [1/s] rate at which the share of minerals grew in the last step that stands */
+    double *filled; /* [total] [-] that share at the start of the step */
     /* lent for a step: */
     double *begin;  /* [solutes][total] [mol/m3] at the start of the step */
     double *base;   /* [solutes][total] [mol/m3] before a step of Newton */
@@ -5161,6 +5163,11 @@ typedef struct pd_reactive_result {
 /* One step of dt [s], of any length: by backward Euler, or the two stages of two_stage.h. Beyond all time scales it
  * gives the steady state. PD_RETRY: no solution was found, and nothing has changed; a shorter step may do. */
 PD_API pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *reactive, double dt, pd_reactive_result *result);
+
+#ifdef PDI_INTERNAL
+/* A step of dt [s] stands: pores narrow on as they did in it, in the next one. */
+PDI_FN void pdi_advance_stands(pd_reactive *reactive, double dt);
+#endif
 
 #endif
 
@@ -29019,6 +29026,16 @@ static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, con
     }
 }
 
+/* 1: in the step its amount changes by less than its rounding: the derivative of ln Omega, which grows without bounds where
+ * nothing is dissolved, says nothing of it. */
+static int pdi_mineral_inert(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
+                             const double *at, double n)
+{
+    double rate = start->rate[s] * start->dt;
+    if (!(rate < DBL_EPSILON * n)) return 0;
+    return rate * exp(m->of[s].exponent * pdi_mineral_index(c, m, s, at)) < DBL_EPSILON * n;
+}
+
 PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                const double *at, const double *n, float *by)
 {
@@ -29027,7 +29044,8 @@ PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, con
     int active[PD_MINERAL_MOST], count = 0;
     for (int s = 0; s < m->count; s++) {
         for (int k = 0; k < c->count; k++) by[s * c->count + k] = 0.0f;
-        if (n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
+        int there = n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_inert(c, m, start, s, at, n[s]);
+        if (there && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
     }
     if (!count) return;
     pdi_components_slopes(c, at, table);
@@ -33903,7 +33921,11 @@ PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, reactive, carry, reactive->components.count * total, "mol/m3");
     PDI_ARRAY(owner, reactive, source, reactive->components.solutes * total, "mol/m3/s");
     if (reactive->minerals.count) PDI_STATE(owner, reactive, solid, reactive->minerals.count * total, "mol/m3");
-    if (pdi_reactive_shrinks(reactive)) PDI_ARRAY(owner, reactive, pass, total, "1");
+    if (pdi_reactive_shrinks(reactive)) {
+        PDI_ARRAY(owner, reactive, pass, total, "1");
+        PDI_ARRAY(owner, reactive, filled, total, "1");
+        PDI_STATE(owner, reactive, narrow, total, "1/s");
+    }
     pdi_migration_list(owner, &reactive->migration);
     if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
 }
@@ -36229,11 +36251,25 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     return PD_OK;
 }
 
-/* What minerals leave open for diffusion, as they are at the start of the step. */
-static void pdi_advance_pores(pd_reactive *r)
+/* A share that grows by `change`: at most half of what is open is filled, and half of what fills it goes. */
+static double pdi_advance_filled(double film, double change)
+{
+    return film + fmin(fmax(change, -0.5 * film), 0.5 * (1.0 - film));
+}
+
+PDI_FN void pdi_advance_stands(pd_reactive *r, double dt)
+{
+    for (int32_t i = 0; i < r->grid->total && r->pass; i++)
+        r->narrow[i] = r->grid->kind[i] == PD_FLUID ? (pd_reactive_film(r, i) - r->filled[i]) / dt : 0.0;
+}
+
+/* What minerals leave open for diffusion in the middle of a step of dt [s], as far as the last one tells. */
+static void pdi_advance_pores(pd_reactive *r, double dt)
 {
     for (int32_t i = 0; i < r->grid->total && r->pass; i++) {
         double film = r->grid->kind[i] == PD_FLUID ? pd_reactive_film(r, i) : 0.0;
+        r->filled[i] = film;
+        if (film > 0.0) film = pdi_advance_filled(film, 0.5 * dt * r->narrow[i]);
         r->pass[i] = film > 0.0 ? (1.0 - film) / r->desc.tortuosity : 1.0;
     }
     if (r->pass) pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
@@ -36293,7 +36329,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
-    pdi_advance_pores(r);
+    pdi_advance_pores(r, dt);
     if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r, dt));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
@@ -36703,6 +36739,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
     pdi_course_taken(a, s->dt, all);
+    pdi_advance_stands(a->reactive, s->dt);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
@@ -36817,6 +36854,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
     for (int32_t k = 0; k < count; k++) {
         pdi_reactive_put(r, c, turned[k], r->c);
         for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
+        if (r->narrow) r->narrow[turned[k]] = 0.0;
     }
     if (r->migration.on) {
         pdi_course_keep(ctx, a, 0);

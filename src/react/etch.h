@@ -108,12 +108,6 @@ PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
-/* Speed [m/s] at a fluid node for the present concentrations, behind such a film, of the metal of `place` (-1: of that
- * without electrodes). NaN: the law is not finite. */
-PDI_FN double pdi_etch_at(const pd_etch *etch, int32_t node, int32_t place, double thick, double guess);
-/* The speeds of all places (of a circuit; -1: of all), for potentials of metal as they are; `derive`: and how they
- * follow the totals. */
-PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int derive);
 /* Nothing has passed in the step at hand; dt [s] of it at the present speeds; the step stands. */
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);

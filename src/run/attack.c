@@ -1,5 +1,6 @@
 /* attack: see attack.h */
 #include "run/attack.h"
+#include "react/layer.h"
 #include "react/levels.h"
 #include "metal/interface.h"
 #include <math.h>
@@ -120,7 +121,7 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
         const pdi_beside *beside = &d->beside[k];
         int32_t i = beside->node;
         if (!(beside->weight > 0.0)) continue;
-        if (s->slot[i] < 0) s->speed[i] = pdi_etch_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
+        if (s->slot[i] < 0) s->speed[i] = pdi_layer_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
         PDI_TRY(pdi_attack_lawful(ctx, a, i));
     }
     return PD_OK;
@@ -144,7 +145,7 @@ static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
-        *speed = fmax(*speed, pdi_etch_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed));
+        *speed = fmax(*speed, pdi_layer_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed));
     }
 }
 

@@ -1712,6 +1712,8 @@ def declare(dim):
         ('source', POINTER(c_double)),
         ('solid', POINTER(c_double)),
         ('pass', POINTER(c_double)),
+        ('narrow', POINTER(c_double)),
+        ('filled', POINTER(c_double)),
         ('begin', POINTER(c_double)),
         ('base', POINTER(c_double)),
         ('total', POINTER(c_double)),
