@@ -190,8 +190,7 @@ TEST(law_in_ph)
 }
 
 /* The same by bonds, with nodes that turn: what metal has lost is in the species, and the gas. A law in a species. */
-/* Pores that narrow as a solid grows everywhere: what has come through them after a time, in steps of so many, is of second
- * order. */
+/* Pores that narrow as a solid grows everywhere: what has come through them after a time is of second order. */
 TEST(narrowing)
 {
     double came[3];
@@ -204,7 +203,8 @@ TEST(narrowing)
                  "[species MgSO4(s)] volume = 4e-3 m3/mol  initial = 20 mol/m3\n[species H2O]\n"
                  "[reaction s] MgSO4(s) = Mg2+ + SO4-2  K = 0.9 mol2/L2\n"
                  "[mineral MgSO4(s)] rate = 1 mol/m2/s  area = 2 1/m  porosity = 0.01\n"
-                 "[run] until = 400 s  rtol = 0.1  max_step = %.17g s\n", BOX("50 um", "1 mm"), ACROSS, 40.0 / (1 << k));
+                 "[run] until = 400 s  rtol = 0.1  max_step = %.17g s\n", BOX("50 um", "1 mm"), ACROSS,
+                 40.0 / (1 << k));
         if (!open_model(text)) return;
         if (!run_to(400.0)) return;
         came[k] = balances("Na").dissolved;
@@ -695,7 +695,8 @@ TEST(refusals)
     refused(METAL ION "[dissolve] rate = 1 um/h [flow]\n" END, "a section starts on a line of its own");
 }
 
-TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(fast_stream) ENTRY(law_in_ph) ENTRY(law_that_overflows) ENTRY(narrowing) ENTRY(corrode)
+TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(fast_stream) ENTRY(law_in_ph)
+          ENTRY(law_that_overflows) ENTRY(narrowing) ENTRY(corrode)
           ENTRY(solutions) ENTRY(corner) ENTRY(walls) ENTRY(covered) ENTRY(covered_all) ENTRY(covered_more_and_more)
           ENTRY(all_together)
           ENTRY(front) ENTRY(one_species)

@@ -120,7 +120,7 @@ TEST(fronts)
 
 /* ---- pores ---- */
 
-/* Diffusion through a layer of water and one with a solid in it, which changes by less than its rounding in any step. */
+/* Diffusion through a layer of water and one with a solid in it, which changes by less than its rounding. */
 TEST(pores)
 {
     for (int k = 0; k < 4; k++) {

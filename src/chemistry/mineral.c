@@ -324,8 +324,8 @@ static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, con
     }
 }
 
-/* 1: in the step its amount changes by less than its rounding: the derivative of ln Omega, which grows without bounds where
- * nothing is dissolved, says nothing of it. */
+/* 1: in the step its amount changes by less than its rounding: the derivative of ln Omega, which grows without bounds
+ * where nothing is dissolved, says nothing of it. */
 static int pdi_mineral_inert(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
                              const double *at, double n)
 {

@@ -571,7 +571,8 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
     if (r->migration.tied) return PD_OK;
     if (r->surface && r->surface->electrode) PDI_TRY(pdi_advance_given(ctx, r->surface));
-    else if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
+    else if (r->surface && r->surface->count &&
+             (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
                         "species has a potential and lets a current pass, expected one",
                         r->surface->desc.reads_phi ? "by the potential" : "gives a charge");

@@ -383,9 +383,9 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an electrode "
-                        "may take up more of a species than reaches the metal, expected one that falls to 0 with it, "
-                        "as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an "
+                        "electrode may take up more of a species than reaches the metal, expected one that falls to "
+                        "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
 }

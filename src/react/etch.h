@@ -5,8 +5,8 @@
  * through. So v = max(law(c_s(v)), 0). Where a law falls there is one solution; where it jumps down, the speed between.
  *
  * With migration, metals may be electrodes: beside the law a polarisation curve brings its current into the species, by
- * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total current
- * (levels.h, theory: 5c.4).
+ * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total
+ * current (levels.h, theory: 5c.4).
  */
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
@@ -21,8 +21,8 @@ typedef double (*pd_etch_curve_fn)(void *user, int electrode, const double *c, d
 
 /* Metals that are connected have one potential. */
 typedef struct pd_etch_circuit {
-    int holds;    /* 1: `value` is it [V]; 0: it is the current [A] (per m in planar 2D, per m2 in 1D) into the fluid */
-    double value;
+    int holds;    /* 1: `value` is it; 0: it is the current into the fluid */
+    double value; /* [V] or [A] (per m in planar 2D, per m2 in 1D) */
 } pd_etch_circuit;
 
 /* Zero-initialise. Arrays are borrowed for the life of the object, but for `part`. */
@@ -77,7 +77,7 @@ typedef struct pd_etch {
     double *way;                  /* [total] [s/m] of places: through the film, over the mean diffusivity */
     double *flow;                 /* [total] [mol/m2/s] of places: electrons that leave the fluid by the curve */
     float *flow_by, *flow_drive;  /* as `by` and `drive`, of `flow` */
-    double *gave;                 /* [total] [mol/m3/s] of places: of the law, at the end of the last step that stands */
+    double *gave;                 /* [total] [mol/m3/s] of places: of the law, at the end of the last step */
     double *side;                 /* [2][total] of places: speeds and flows on one side of a jump, and work */
     double *level;                /* [circuits] [V] potential of the metal */
     double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */

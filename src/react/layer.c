@@ -206,8 +206,8 @@ static int pdi_layer_lift(pd_components *film, pdi_layer_work *w, double v)
     return of == of && there == there;
 }
 
-/* What the curve gives beyond the flow f, where metal dissolves at v: it falls with f. Where f takes more than there is,
- * the surface has none of it. */
+/* What the curve gives beyond the flow f, where metal dissolves at v: it falls with f. Where f takes more than there
+ * is, the surface has none of it. */
 static double pdi_layer_excess(pd_components *film, pdi_layer_work *w, double v, double f)
 {
     w->flow = f;
@@ -597,7 +597,7 @@ static void pdi_layer_tangent(const pd_components *film, const pdi_layer_work *w
     pdi_layer_chain(film, w, own, a, gradient, t->bend, t->curve);
 }
 
-/* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], drive[1]. */
+/* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], [1]. */
 static void pdi_layer_derive_charged(const pd_components *film, const pdi_layer_work *w, float *by, float *flow_by,
                                     double drive[2])
 {

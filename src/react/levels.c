@@ -52,7 +52,7 @@ typedef struct pdi_levels_search {
     double size;                 /* [mol/s] of the last sum */
 } pdi_levels_search;
 
-/* What is too much at E; a bracket takes it. Where no surface was found, no such potential is on that side of `from`. */
+/* What is too much at E; a bracket takes it. Where no surface was found, none is on that side of `from`. */
 static double pdi_levels_try(const pd_ctx *ctx, pd_etch *s, pdi_levels_search *q, double e, double from)
 {
     s->level[q->circuit] = e;

@@ -22,7 +22,8 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     pd_grid_position(a->dissolve->grid, node, vars + 2);
     vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
     vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
-    if (a->cell && !a->polarise.setup) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
+    if (a->cell && !a->polarise.setup)
+        pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
     if (a->polarise.setup) {
         vars[PDI_SETUP_SURFACE] = -phi;
     } else if (metal->polarised) {
@@ -62,7 +63,8 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
         PDI_TRY(pdi_polarise_build(ctx, setup, map, cell, reactive, &a->etch, &a->polarise, &desc.electrodes));
     }
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
-    if (kind >= 0 && metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
+    if (kind >= 0 && (metal->rate.uses >> PDI_SETUP_GRAIN & 1u))
+        return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
     return PD_OK;
 }
 
@@ -145,7 +147,8 @@ static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
-        *speed = fmax(*speed, pdi_layer_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed));
+        double there = pdi_layer_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed);
+        *speed = fmax(*speed, there);
     }
 }
 
