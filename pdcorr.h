@@ -5027,7 +5027,6 @@ typedef struct pd_etch {
 #define pd_etch_build PD_NAME(pd_etch_build)
 #define pd_etch_open PD_NAME(pd_etch_open)
 #define pd_etch_put PD_NAME(pd_etch_put)
-#define pd_etch_polarise PD_NAME(pd_etch_polarise)
 #define pd_etch_free PD_NAME(pd_etch_free)
 
 /* A law for the species; reactive is borrowed, and takes it into its steps. Nodes beside metal are listed by the next
@@ -5038,13 +5037,13 @@ PD_API void pd_etch_open(pd_etch *etch);
 /* One more: each speed v [m/s] gives it `weight` v [mol/m3/s] of metal, and lies behind a film across which what comes
  * from metal rises by `thick` v [mol/m3], at the mean diffusivity. Beside a plane, half a cell: Cs/h, Cs h/(2 D). */
 PD_API void pd_etch_put(pd_etch *etch, int32_t node, double weight, double thick);
-/* The place put last, or with the others of its node, has that electrode: `area` [1/m] of it over the volume of the
- * node, `way` [m] from the node to it. Of the places of a node one has a weight. */
-PD_API void pd_etch_polarise(pd_etch *etch, int electrode, double area, double way);
 PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
+/* The place put last, has that electrode: `area` [1/m] of it over the volume of the
+ * node, `way` [m] from the node to it. Of the places of a node one has a weight. */
+PDI_FN void pdi_etch_polarise(pd_etch *etch, int electrode, double area, double way);
 /* Nothing has passed in the step at hand; dt [s] of it at the present speeds; the step stands. */
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
@@ -34217,7 +34216,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     s->thick[s->count++] = thick;
 }
 
-void pd_etch_polarise(pd_etch *s, int electrode, double area, double way)
+PDI_FN void pdi_etch_polarise(pd_etch *s, int electrode, double area, double way)
 {
     int32_t p = s->count - 1;
     double d = s->reactive->diffusion.desc.diffusivity;
@@ -70474,7 +70473,7 @@ static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
             if (s->count == s->reactive->grid->total)
                 return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
             pd_etch_put(s, i, goes ? pdi_attack_weight(a, beside) : 0.0, goes ? pdi_attack_thick(a, beside) : 0.0);
-            pd_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
+            pdi_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
         }
     }
     for (int32_t k = 0; d && k < d->beside_count; k++) {
@@ -70483,7 +70482,7 @@ static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
         if (s->count == s->reactive->grid->total)
             return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
         pd_etch_put(s, beside->node, pdi_attack_weight(a, beside), pdi_attack_thick(a, beside));
-        pd_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
+        pdi_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
     }
     return PD_OK;
 }

@@ -25,7 +25,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     s->thick[s->count++] = thick;
 }
 
-void pd_etch_polarise(pd_etch *s, int electrode, double area, double way)
+PDI_FN void pdi_etch_polarise(pd_etch *s, int electrode, double area, double way)
 {
     int32_t p = s->count - 1;
     double d = s->reactive->diffusion.desc.diffusivity;

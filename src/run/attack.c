@@ -188,7 +188,7 @@ static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
             if (s->count == s->reactive->grid->total)
                 return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
             pd_etch_put(s, i, goes ? pdi_attack_weight(a, beside) : 0.0, goes ? pdi_attack_thick(a, beside) : 0.0);
-            pd_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
+            pdi_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
         }
     }
     for (int32_t k = 0; d && k < d->beside_count; k++) {
@@ -197,7 +197,7 @@ static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
         if (s->count == s->reactive->grid->total)
             return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
         pd_etch_put(s, beside->node, pdi_attack_weight(a, beside), pdi_attack_thick(a, beside));
-        pd_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
+        pdi_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
     }
     return PD_OK;
 }

@@ -4181,7 +4181,6 @@ def declare(dim):
         'pd_etch_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_etch_desc), POINTER(pd_etch)]),
         'pd_etch_open': (None, [POINTER(pd_etch)]),
         'pd_etch_put': (None, [POINTER(pd_etch), c_int32, c_double, c_double]),
-        'pd_etch_polarise': (None, [POINTER(pd_etch), c_int, c_double, c_double]),
         'pd_etch_free': (None, [POINTER(pd_ctx), POINTER(pd_etch)]),
         'pd_reactive_step': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), c_double, POINTER(pd_reactive_result)]),
         'pd_course_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_course_desc), POINTER(pd_course)]),
