@@ -119,6 +119,7 @@
  *     migration  the potential that keeps species neutral as they diffuse, and its part in the linear systems (theory:
  *     reactive   several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
  *     etch       metal that dissolves by a law in the species at its surface, solved with the step of the species
+ *     layer      the surface of metal behind the layer of fluid over it: what is there, what law and curve give, and how that
  *     levels     potentials of metals among ions that migrate, from the currents of their circuits (theory: 5c.5).
  *     coat       what surfaces of metal carry besides the species beside them, such as the cover and the thickness of a film:
  *     tangent    derivatives of the balances of a step, and the linear systems that follow (theory: 5c).
@@ -5021,7 +5022,9 @@ typedef struct pd_reactive {
     double *carry;  /* [components][total] [mol/m3] what the last step left undone; the next one delivers it */
     double *source; /* [solutes][total] [mol/m3/s] given by the caller before a step */
     double *solid;  /* [minerals][total] [mol/m3] of the cell; NULL: none form */
-    double *pass;   /* [total] [-] eps/tau at the start of the step; NULL: minerals take no room */
+    double *pass;   /* [total] [-] eps/tau at the middle of the step; NULL: minerals take no room */
+    double *narrow; /* [total] [1/s] rate at which the share of minerals grew in the last step that stands */
+    double *filled; /* [total] [-] that share at the start of the step */
     /* lent for a step: */
     double *begin;  /* [solutes][total] [mol/m3] at the start of the step */
     double *base;   /* [solutes][total] [mol/m3] before a step of Newton */
@@ -5126,8 +5129,8 @@ static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c
  * through. So v = max(law(c_s(v)), 0). Where a law falls there is one solution; where it jumps down, the speed between.
  *
  * With migration, metals may be electrodes: beside the law a polarisation curve brings its current into the species, by
- * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total current
- * (levels.h, theory: 5c.5).
+ * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total
+ * current (levels.h, theory: 5c.5).
  */
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
@@ -5141,8 +5144,8 @@ typedef double (*pd_etch_curve_fn)(void *user, int electrode, const double *c, d
 
 /* Metals that are connected have one potential. */
 typedef struct pd_etch_circuit {
-    int holds;    /* 1: `value` is it [V]; 0: it is the current [A] (per m in planar 2D, per m2 in 1D) into the fluid */
-    double value;
+    int holds;    /* 1: `value` is it; 0: it is the current into the fluid */
+    double value; /* [V] or [A] (per m in planar 2D, per m2 in 1D) */
 } pd_etch_circuit;
 
 /* Zero-initialise. Arrays are borrowed for the life of the object, but for `part`. */
@@ -5197,7 +5200,7 @@ typedef struct pd_etch {
     double *way;                  /* [total] [s/m] of places: through the film, over the mean diffusivity */
     double *flow;                 /* [total] [mol/m2/s] of places: electrons that leave the fluid by the curve */
     float *flow_by, *flow_drive;  /* as `by` and `drive`, of `flow` */
-    double *gave;                 /* [total] [mol/m3/s] of places: of the law, at the end of the last step that stands */
+    double *gave;                 /* [total] [mol/m3/s] of places: of the law, at the end of the last step */
     double *side;                 /* [2][total] of places: speeds and flows on one side of a jump, and work */
     double *level;                /* [circuits] [V] potential of the metal */
     double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */
@@ -5210,7 +5213,6 @@ typedef struct pd_etch {
 #define pd_etch_build PD_NAME(pd_etch_build)
 #define pd_etch_open PD_NAME(pd_etch_open)
 #define pd_etch_put PD_NAME(pd_etch_put)
-#define pd_etch_polarise PD_NAME(pd_etch_polarise)
 #define pd_etch_free PD_NAME(pd_etch_free)
 
 /* A law for the species; reactive is borrowed, and takes it into its steps. Nodes beside metal are listed by the next
@@ -5221,9 +5223,6 @@ PD_API void pd_etch_open(pd_etch *etch);
 /* One more: each speed v [m/s] gives it `weight` v [mol/m3/s] of metal, and lies behind a film across which what comes
  * from metal rises by `thick` v [mol/m3], at the mean diffusivity. Beside a plane, half a cell: Cs/h, Cs h/(2 D). */
 PD_API void pd_etch_put(pd_etch *etch, int32_t node, double weight, double thick);
-/* The place put last, or with the others of its node, has that electrode: `area` [1/m] of it over the volume of the
- * node, `way` [m] from the node to it. Of the places of a node one has a weight. */
-PD_API void pd_etch_polarise(pd_etch *etch, int electrode, double area, double way);
 PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
@@ -5232,12 +5231,9 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
  * same with the activities of a node: ln gamma of a charge of 1. */
 PDI_FN void pdi_etch_film(const pd_reactive *reactive, pd_components *film, double *scale);
 PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now);
-/* Speed [m/s] at a fluid node for the present concentrations, behind such a film, of the metal of `place` (-1: of that
- * without electrodes). NaN: the law is not finite. */
-PDI_FN double pdi_etch_at(const pd_etch *etch, int32_t node, int32_t place, double thick, double guess);
-/* The speeds of all places (of a circuit; -1: of all), for potentials of metal as they are; `derive`: and how they
- * follow the totals. */
-PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int derive);
+/* The place put last, has that electrode: `area` [1/m] of it over the volume of the
+ * node, `way` [m] from the node to it. Of the places of a node one has a weight. */
+PDI_FN void pdi_etch_polarise(pd_etch *etch, int electrode, double area, double way);
 /* Nothing has passed in the step at hand; dt [s] of it at the present speeds; the step stands. */
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
@@ -5281,11 +5277,29 @@ static inline double pdi_etch_gives(const pd_etch *s, int32_t place, int k, doub
 
 #endif
 
+/* ======== >>react/layer.h ======== */
+/* layer: the surface of metal behind the layer of fluid over it: what is there, what law and curve give, and how that
+ * follows the fluid (theory: eq. 5c.4, 5c.9, 5c.14).
+ */
+#ifndef PD_LAYER_H
+#define PD_LAYER_H
+
+#ifdef PDI_INTERNAL
+/* Speed [m/s] at a fluid node for the present concentrations, behind a film of `thick` [mol s/m4], of the metal of
+ * `place` (-1: of that without electrodes). NaN: the law is not finite. */
+PDI_FN double pdi_layer_at(const pd_etch *etch, int32_t node, int32_t place, double thick, double guess);
+/* The speeds of all places (of a circuit; -1: of all), for potentials of metal as they are; `derive`: and how they
+ * follow the totals. */
+PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int derive);
+#endif
+
+#endif
+
 /* ======== >>react/levels.h ======== */
 /* levels: potentials of metals among ions that migrate, from the currents of their circuits (theory: 5c.5).
  *
  * A circuit has a given potential, or the one at which its metal gives its given current, 0 where it corrodes freely.
- * That potential follows from the state of the nodes, at each residual of a step: the sum of the currents rises with it.
+ * That follows from the state of the nodes, at each residual of a step: the sum of the currents rises with it.
  */
 #ifndef PD_LEVELS_H
 #define PD_LEVELS_H
@@ -5448,6 +5462,11 @@ typedef struct pd_reactive_result {
 /* One step of dt [s], of any length: by backward Euler, or the two stages of two_stage.h. Beyond all time scales it
  * gives the steady state. PD_RETRY: no solution was found, and nothing has changed; a shorter step may do. */
 PD_API pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *reactive, double dt, pd_reactive_result *result);
+
+#ifdef PDI_INTERNAL
+/* A step of dt [s] stands: pores narrow on as they did in it, in the next one. */
+PDI_FN void pdi_advance_stands(pd_reactive *reactive, double dt);
+#endif
 
 #endif
 
@@ -11626,7 +11645,7 @@ typedef struct pd_polarise {
     pd_electrode_map *map;
     const pd_cell *cell;
     pd_etch *etch;
-    double *part;                                  /* [electrodes][species] see pd_etch_electrodes */
+    double *part;                                  /* [electrodes][species] [-] see pd_etch_electrodes */
     uint32_t reads[PD_SETUP_ELECTRODES];
     pd_etch_circuit circuit[PD_SETUP_ELECTRODES];
 } pd_polarise;
@@ -11707,8 +11726,8 @@ typedef struct pd_attack {
     const pd_setup *setup;
     pd_dissolve *dissolve;
     const pd_course *course;
-    const pd_cell *cell; /* whose potential the law reads, as it was found last, or whose contacts electrodes have; NULL:
-                          * neither */
+    const pd_cell *cell; /* whose potential the law reads, as it was found last, or whose contacts electrodes have;
+                          * NULL: neither */
     const pd_surfaces *surfaces; /* whose states the law reads; NULL: it reads none */
     pd_polarise polarise; /* electrodes among ions that migrate; else empty */
     int kind;             /* metal that the law is of; -1: none dissolves */
@@ -11717,8 +11736,8 @@ typedef struct pd_attack {
 } pd_attack;
 
 #ifdef PDI_INTERNAL
-/* The law of the metal of the setup that is chemical, and electrodes among ions that migrate. All is borrowed; dissolve:
- * NULL where metal stays. */
+/* The law of the metal of the setup that is chemical, and electrodes among ions that migrate. All is borrowed;
+ * dissolve: NULL where metal stays. */
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
                                   const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
                                   const pd_surfaces *surfaces, pd_attack *attack);
@@ -29771,6 +29790,16 @@ static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, con
     }
 }
 
+/* 1: in the step its amount changes by less than its rounding: the derivative of ln Omega, which grows without bounds
+ * where nothing is dissolved, says nothing of it. */
+static int pdi_mineral_inert(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
+                             const double *at, double n)
+{
+    double rate = start->rate[s] * start->dt;
+    if (!(rate < DBL_EPSILON * n)) return 0;
+    return rate * exp(m->of[s].exponent * pdi_mineral_index(c, m, s, at)) < DBL_EPSILON * n;
+}
+
 PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                const double *at, const double *n, float *by)
 {
@@ -29779,7 +29808,8 @@ PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, con
     int active[PD_MINERAL_MOST], count = 0;
     for (int s = 0; s < m->count; s++) {
         for (int k = 0; k < c->count; k++) by[s * c->count + k] = 0.0f;
-        if (n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
+        int there = n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_inert(c, m, start, s, at, n[s]);
+        if (there && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
     }
     if (!count) return;
     pdi_components_slopes(c, at, table);
@@ -35342,7 +35372,11 @@ PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, reactive, carry, reactive->components.count * total, "mol/m3");
     PDI_ARRAY(owner, reactive, source, reactive->components.solutes * total, "mol/m3/s");
     if (reactive->minerals.count) PDI_STATE(owner, reactive, solid, reactive->minerals.count * total, "mol/m3");
-    if (pdi_reactive_shrinks(reactive)) PDI_ARRAY(owner, reactive, pass, total, "1");
+    if (pdi_reactive_shrinks(reactive)) {
+        PDI_ARRAY(owner, reactive, pass, total, "1");
+        PDI_ARRAY(owner, reactive, filled, total, "1");
+        PDI_STATE(owner, reactive, narrow, total, "1/s");
+    }
     pdi_migration_list(owner, &reactive->migration);
     if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
 }
@@ -35596,691 +35630,12 @@ void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
 PDI_COLD_END
 
 /* ======== >>react/etch.c ======== */
-/* etch: see etch.h
- *
- * Design: in the film the sums over species of D times concentration, by components, are linear, since reactions in
- * equilibrium keep them. Concentrations times their diffusivities follow the same mass action with other constants, so
- * the surface is found by the solver of components. Coefficients of activity are those of the node. With migration the
- * same holds for the shares of exponential fluxes (migrate.h), and the potential of the surface makes it neutral.
- */
-#include <float.h>
+/* etch: see etch.h */
 #include <math.h>
 #include <string.h>
 
 /* Least diffusivity of a species in the film, over the mean one. */
 #define PDI_ETCH_LEAST 1e-6
-/* Steps of a search, and the share of the speed to which it is found. */
-#define PDI_ETCH_STEPS 200
-#define PDI_ETCH_CLOSE 1e-15
-/* [m/s] First guess of a law that overflows. */
-#define PDI_ETCH_FAST 1.0
-/* Factor by which a bracket of the speed grows first; it is squared each time. */
-#define PDI_ETCH_BRACKET 2.0
-/* Relative change of what a law reads by which its slope is found. */
-#define PDI_ETCH_STRIDE 1e-6
-/* Share by which twice that has another slope where a law jumps; doublings and halvings by which the place of the jump
- * is found. */
-#define PDI_ETCH_JUMP 0.25
-#define PDI_ETCH_DOUBLINGS 60
-#define PDI_ETCH_HALVINGS 20
-/* [mol/m3] that counts as nothing beside that. */
-#define PDI_ETCH_NOTHING 1e-30
-/* What is left at least of 1 less the slope of a rising law behind its film. */
-#define PDI_ETCH_RISE 0.05
-/* Steps of Newton's method for speed and flow of an electrode, and the share of them that counts as found. */
-#define PDI_ETCH_NEWTON 12
-#define PDI_ETCH_MET 1e-12
-#define PDI_ETCH_FARADAY 96485.33212 /* [C/mol] */
-/* Bit of what curves read: pH. */
-#define PDI_ETCH_PH ((uint32_t)1 << 31)
-/* F phi/(R T): most of the surface over the node, first stride to it, and the change by which a slope is found. */
-#define PDI_ETCH_LIFT 60.0
-#define PDI_ETCH_LIFT_FIRST 0.01
-#define PDI_ETCH_LIFT_STRIDE 1e-6
-/* Share of the sum of |z| c that is no charge. */
-#define PDI_ETCH_NEUTRAL 4e-16
-
-/* ---- the surface of a node ---- */
-
-/* A node and its film. */
-typedef struct pdi_etch_work {
-    const pd_etch *s;
-    int32_t node;
-    double thick;
-    double davies;                    /* ln gamma of a charge of 1 */
-    double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
-    double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
-    double at[PD_SPECIES_MOST];       /* [mol/m3] times `scale`: at the surface, the last that was found */
-    double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
-    double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
-    double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
-    int electrode;                    /* -1: none */
-    double level;                     /* [V] of the metal */
-    double way;                       /* [s/m] through the film of the electrode */
-    double flow, guess;               /* [mol/m2/s] of the electrode */
-    uint32_t reads;                   /* what its curve reads */
-} pdi_etch_work;
-
-/* z/(exp(z) - 1) and its derivative. */
-static double pdi_etch_share(double z) { return pdi_migrate_leave(1.0, 0.0, z, 1.0, 0.0); }
-static double pdi_etch_share_by(double z) { return -pdi_migrate_conduct(z, 1.0, 0.0); }
-
-PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now)
-{
-    for (int n = 0; n < of->solutes; n++) {
-        now->ln_k[n] = film->ln_k[n] - of->charge[n] * of->charge[n] * davies;
-        for (int k = 0; k < of->joined; k++) {
-            int z = of->charge[of->master[k]];
-            now->ln_k[n] += of->m[k][n] * z * z * davies;
-        }
-    }
-    for (int k = 0; k < of->joined; k++) now->ln_k[of->master[k]] = 0.0;
-}
-
-/* The electrode of a place. */
-static void pdi_etch_enter_electrode(const pd_etch *s, int32_t place, pdi_etch_work *w)
-{
-    const pd_etch_electrodes *of = &s->desc.electrodes;
-    w->electrode = s->electrode && place >= 0 ? s->electrode[place] : -1;
-    w->level = w->way = w->flow = w->guess = 0.0;
-    w->reads = 0;
-    if (w->electrode < 0) return;
-    w->level = s->level[of->member[w->electrode]];
-    w->way = s->area[place] > 0.0 ? s->way[place] : 0.0;
-    w->guess = s->flow[place];
-    if (of->reads) w->reads = of->reads[w->electrode];
-    if (!(s->area[place] > 0.0)) w->electrode = -1;
-}
-
-static void pdi_etch_enter(const pd_etch *s, int32_t node, int32_t place, double thick, pd_components *film,
-                           pdi_etch_work *w)
-{
-    const pd_components *of = &s->reactive->components;
-    w->s = s;
-    w->node = node;
-    w->thick = thick;
-    pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
-    w->davies = pdi_components_activity(of, w->c);
-    for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
-    w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
-    w->lift = 0.0;
-    memcpy(w->surface, w->c, sizeof w->surface);
-    pdi_etch_enter_electrode(s, place, w);
-    if (!(thick + w->way > 0.0)) return;
-    pdi_etch_activities(of, &s->film, w->davies, film);
-    memcpy(w->ln_k, film->ln_k, sizeof w->ln_k);
-    pdi_components_totals(of, w->at, w->flows);
-}
-
-/* The law for the concentrations c, where F phi/(R T) is psi. */
-static double pdi_etch_law(const pdi_etch_work *w, const double *c, double psi)
-{
-    const pd_reactive *r = w->s->reactive;
-    double ph = NAN;
-    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
-    double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
-    return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time), 0.0);
-}
-
-/* The flow of the electrode there. */
-static double pdi_etch_curve(const pdi_etch_work *w, const double *c, double psi)
-{
-    const pd_reactive *r = w->s->reactive;
-    const pd_etch_electrodes *of = &w->s->desc.electrodes;
-    double ph = NAN;
-    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
-    return of->curve(of->user, w->electrode, c, ph, w->level - psi * r->migration.volt, w->s->time) / PDI_ETCH_FARADAY;
-}
-
-/* ---- the film of a node with migration ---- */
-
-/* Charge of the surface over the sum of |z| c, where metal dissolves at v and the surface has `lift`: it falls with
- * that. NaN: no equilibrium was found. */
-static double pdi_etch_charge(pd_components *film, pdi_etch_work *w, double v, double lift)
-{
-    const pd_etch *s = w->s;
-    double down[PD_SPECIES_MOST], up[PD_SPECIES_MOST], flows[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
-    for (int n = 0; n < film->solutes; n++) {
-        double z = film->charge[n] * lift;
-        down[n] = pdi_etch_share(-z);
-        up[n] = s->scale[n] * pdi_etch_share(z) * w->c[n];
-    }
-    for (int n = 0; n < film->solutes && film->joined; n++) {
-        film->ln_k[n] = w->ln_k[n] + log(down[n]);
-        for (int k = 0; k < film->joined; k++) film->ln_k[n] -= film->m[k][n] * log(down[film->master[k]]);
-    }
-    for (int k = 0; k < film->joined; k++) film->ln_k[film->master[k]] = 0.0;
-    pdi_components_totals(film, up, flows);
-    if (w->electrode >= 0 && !w->reads) w->flow = pdi_etch_curve(w, w->c, w->psi + lift);
-    for (int k = 0; k < film->count; k++) {
-        flows[k] += s->gain[k] * w->thick * v;
-        if (w->electrode >= 0) flows[k] += s->part_gain[w->electrode * film->count + k] * w->way * w->flow;
-    }
-    if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
-    for (int n = 0; n < film->solutes; n++) {
-        w->surface[n] = w->at[n] / (s->scale[n] * down[n]);
-        charge += film->charge[n] * w->surface[n];
-        size += fabs((double)film->charge[n]) * w->surface[n];
-    }
-    w->lift = lift;
-    return size > DBL_MIN ? charge / size : 0.0;
-}
-
-/* From `a`, with the charge *of, by growing strides to a lift `b` on the other side of neutrality. */
-static double pdi_etch_across(pd_components *film, pdi_etch_work *w, double v, double *a, double *of, double *there)
-{
-    double stride = *of > 0.0 ? PDI_ETCH_LIFT_FIRST : -PDI_ETCH_LIFT_FIRST, b = *a;
-    *there = *of;
-    while (fabs(b) < PDI_ETCH_LIFT || b * stride < 0.0) {
-        b = fmin(fmax(b + stride, -PDI_ETCH_LIFT), PDI_ETCH_LIFT);
-        stride *= 3.0;
-        *there = pdi_etch_charge(film, w, v, b);
-        if (!(*there * *of > 0.0)) return b;
-        *a = b;
-        *of = *there;
-    }
-    return b;
-}
-
-/* The lift that makes the surface neutral where metal dissolves at v. Fluid without ions of one sign lifts it as far
- * as it goes. 0: no equilibrium was found. */
-static int pdi_etch_lift(pd_components *film, pdi_etch_work *w, double v)
-{
-    double a = w->lift, of = pdi_etch_charge(film, w, v, a), there;
-    if (fabs(of) <= PDI_ETCH_NEUTRAL) return 1;
-    double b = pdi_etch_across(film, w, v, &a, &of, &there);
-    pdi_bracket s = {a, of, b, there, 0, 0};
-    double x;
-    while (of * there < 0.0 && pdi_bracket_next(&s, &x) &&
-           fabs(s.b - s.a) > PDI_ETCH_CLOSE * fmax(fabs(x), PDI_ETCH_LIFT_FIRST)) {
-        double g = pdi_etch_charge(film, w, v, x);
-        if (!(g == g)) return 0;
-        if (fabs(g) <= PDI_ETCH_NEUTRAL) break;
-        pdi_bracket_take(&s, x, g);
-    }
-    return of == of && there == there;
-}
-
-/* What the curve gives beyond the flow f, where metal dissolves at v: it falls with f. Where f takes more than there is,
- * the surface has none of it. */
-static double pdi_etch_excess(pd_components *film, pdi_etch_work *w, double v, double f)
-{
-    w->flow = f;
-    if (!pdi_etch_lift(film, w, v)) return f < 0.0 ? HUGE_VAL : -HUGE_VAL;
-    return pdi_etch_curve(w, w->surface, w->psi + w->lift) - f;
-}
-
-/* Between a bracket [a, b] of a flow that is not 0. */
-static double pdi_etch_middle(double a, double b)
-{
-    double low = fmin(fabs(a), fabs(b)), high = fmax(fabs(a), fabs(b)), sign = a + b < 0.0 ? -1.0 : 1.0;
-    return low > 0.0 && high > 4.0 * low ? sign * sqrt(low * high) : 0.5 * (a + b);
-}
-
-/* The flow of a curve that reads the species, where metal dissolves at v: between none and what the curve gives without
- * it; the guess first. 0: no surface was found. */
-static int pdi_etch_flow(pd_components *film, pdi_etch_work *w, double v)
-{
-    double a = 0.0, of = pdi_etch_excess(film, w, v, 0.0), b = of, there = 0.0, f = w->guess;
-    if (!(fabs(of) < HUGE_VAL)) return 0;
-    if (!(fabs(of) > 0.0)) return 1;
-    for (int step = 0; step < PDI_ETCH_STEPS && fabs(b - a) > PDI_ETCH_CLOSE * fabs(b); step++) {
-        if (step > 1) f = a + (b - a) * (of / (of - there));
-        if (step == 1) f *= there * of < 0.0 ? 1.0 - PDI_ETCH_STRIDE : 1.0 + PDI_ETCH_STRIDE;
-        if ((step > 1 && (step % 3 == 2 || !(fabs(of - there) < HUGE_VAL) || !(there * of < 0.0))) ||
-            !((f - a) * (b - f) > 0.0))
-            f = pdi_etch_middle(a, b);
-        if (!((f - a) * (b - f) > 0.0)) break;
-        double g = pdi_etch_excess(film, w, v, f);
-        if (!(g * of > 0.0)) {
-            b = f;
-            there = g;
-            if (step > 1) of *= 0.5;
-            if (!(fabs(g) > 0.0)) {
-                a = f;
-                break;
-            }
-        } else {
-            a = f;
-            of = g;
-            if (step > 1) there *= 0.5;
-        }
-    }
-    double last = pdi_etch_excess(film, w, v, fabs(there) < HUGE_VAL && fabs(there) > 0.0 ? b : a);
-    w->guess = w->flow;
-    return fabs(last) < HUGE_VAL;
-}
-
-/* With migration: the surface where metal dissolves at v. 0: none was found. */
-static int pdi_etch_settle(pd_components *film, pdi_etch_work *w, double v)
-{
-    return w->electrode >= 0 && w->reads ? pdi_etch_flow(film, w, v) : pdi_etch_lift(film, w, v);
-}
-
-/* The law at the surface, where metal dissolves at v [m/s]. */
-static double pdi_etch_given(pd_components *film, pdi_etch_work *w, double v)
-{
-    const pd_etch *s = w->s;
-    double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
-    if (!(w->thick + w->way > 0.0)) return pdi_etch_law(w, w->c, w->psi);
-    if (s->reactive->migration.on)
-        return pdi_etch_settle(film, w, v) ? pdi_etch_law(w, w->surface, w->psi + w->lift) : (double)NAN;
-    for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
-    if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
-    for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
-    return pdi_etch_law(w, c, 0.0);
-}
-
-/* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
- * differences; of a law that overflows *above is infinite. 0: the law is no number, or beyond all bounds. */
-static int pdi_etch_bracket(pd_components *film, pdi_etch_work *w, double guess, double first, double *a,
-                               double *above, double *b, double *below)
-{
-    double factor = PDI_ETCH_BRACKET, v = guess > 0.0 ? guess : fmin(first, PDI_ETCH_FAST);
-    *a = 0.0;
-    *above = first;
-    double g = pdi_etch_given(film, w, v) - v;
-    for (int step = 0; step < PDI_ETCH_STEPS && g == g; step++) {
-        int up = g > 0.0;
-        if (up) {
-            *a = v;
-            *above = g;
-        } else {
-            *b = v;
-            *below = g;
-        }
-        double next = up ? v * factor : v / factor;
-        factor *= factor;
-        double there = pdi_etch_given(film, w, next) - next;
-        if (!(there == there)) return 0;
-        if (up && !(there > 0.0)) {
-            *b = next;
-            *below = there;
-            return 1;
-        }
-        if (!up && there > 0.0) {
-            *a = next;
-            *above = there;
-            return 1;
-        }
-        if (!up && !(next > DBL_MIN)) return 1;
-        v = next;
-        g = there;
-    }
-    return 0;
-}
-
-/* The speed of a node. */
-static double pdi_etch_find(pd_components *film, pdi_etch_work *w, double guess)
-{
-    double a, b = 0.0, above, below = 0.0, first = pdi_etch_given(film, w, 0.0);
-    if (!(first == first)) return NAN;
-    if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
-    if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return first < HUGE_VAL ? NAN : first;
-    pdi_bracket s = {a, above, b, below, 0, 0};
-    double v;
-    while (s.b - s.a > PDI_ETCH_CLOSE * s.b && pdi_bracket_next(&s, &v)) {
-        double g = pdi_etch_given(film, w, v) - v;
-        if (!(g == g)) return NAN;
-        pdi_bracket_take(&s, v, g);
-        if (!(fabs(g) > 0.0)) break;
-    }
-    return s.b;
-}
-
-/* Change of the law with concentrations that change by `along`, per unit of it. Both sides of a jump count. */
-static double pdi_etch_slope(const pdi_etch_work *w, const double *c, const double *along)
-{
-    const pd_etch *s = w->s;
-    double least = HUGE_VAL, up[PD_SPECIES_MOST], down[PD_SPECIES_MOST];
-    for (int n = 0; n < s->film.solutes; n++) {
-        int reads = (s->desc.reads >> n & 1u) || (s->desc.reads_ph && n == s->reactive->proton);
-        if (reads && fabs(along[n]) > 0.0) least = fmin(least, fmax(c[n], PDI_ETCH_NOTHING) / fabs(along[n]));
-    }
-    if (!(least < HUGE_VAL)) return 0.0;
-    double stride = PDI_ETCH_STRIDE * least;
-    for (int n = 0; n < s->film.solutes; n++) {
-        up[n] = fmax(c[n] + stride * along[n], 0.0);
-        down[n] = fmax(c[n] - stride * along[n], 0.0);
-    }
-    double change = (pdi_etch_law(w, up, 0.0) - pdi_etch_law(w, down, 0.0)) / (2.0 * stride);
-    return fabs(change) < HUGE_VAL ? change : 0.0;
-}
-
-/* How the law at the surface follows what diffuses: slope [components] [m4/mol/s]. */
-static void pdi_etch_slopes(const pd_components *system, const pdi_etch_work *w, const double *scale,
-                               const double *at, double *slope)
-{
-    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
-    double c[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
-    pdi_components_derive(system, at, table);
-    for (int n = 0; n < system->solutes; n++) c[n] = at[n] / (scale ? scale[n] : 1.0);
-    for (int k = 0; k < system->count; k++) {
-        memset(one, 0, sizeof one);
-        one[k] = 1.0;
-        pdi_components_follow(system, table, one, along);
-        for (int n = 0; n < system->solutes && scale; n++) along[n] /= scale[n];
-        slope[k] = pdi_etch_slope(w, c, along);
-    }
-}
-
-/* How the speed of a node follows its totals. */
-static void pdi_etch_derive(const pd_components *film, const pdi_etch_work *w, float *by)
-{
-    const pd_etch *s = w->s;
-    const pd_components *of = &s->reactive->components;
-    double slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], flows[PD_SPECIES_MOST];
-    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
-    if (!(w->thick > 0.0)) {
-        pdi_etch_slopes(of, w, NULL, w->c, slope);
-        for (int k = 0; k < of->count; k++) by[k] = (float)slope[k];
-        return;
-    }
-    double back = 1.0;
-    pdi_etch_slopes(film, w, s->scale, w->at, slope);
-    for (int k = 0; k < of->count; k++) back -= slope[k] * s->gain[k] * w->thick;
-    back = fmax(back, PDI_ETCH_RISE);
-    pdi_components_derive(of, w->c, table);
-    for (int k = 0; k < of->count; k++) {
-        double sum = 0.0;
-        memset(one, 0, sizeof one);
-        one[k] = 1.0;
-        pdi_components_follow(of, table, one, along);
-        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n];
-        pdi_components_totals(of, along, flows);
-        for (int j = 0; j < of->count; j++) sum += slope[j] * flows[j];
-        by[k] = (float)(sum / back);
-    }
-}
-
-/* ---- how the speed of a node follows, with migration ---- */
-
-/* Changes of the curve of the electrode with each solute that it reads, and with F phi/(R T): *lift. */
-static void pdi_etch_bend(const pdi_etch_work *w, double *by, double *lift)
-{
-    const pd_etch *s = w->s;
-    double c[PD_SPECIES_MOST], psi = w->psi + w->lift, stride = PDI_ETCH_LIFT_STRIDE;
-    memcpy(c, w->surface, sizeof c);
-    for (int n = 0; n < s->film.solutes; n++) {
-        by[n] = 0.0;
-        if (!(w->reads >> n & 1u) && !((w->reads & PDI_ETCH_PH) && n == s->reactive->proton)) continue;
-        double from = c[n], step = PDI_ETCH_STRIDE * fmax(from, PDI_ETCH_NOTHING);
-        c[n] = from + step;
-        by[n] = pdi_etch_curve(w, c, psi);
-        c[n] = from - step;
-        by[n] = (by[n] - pdi_etch_curve(w, c, psi)) / (2.0 * step);
-        c[n] = from;
-        if (!(fabs(by[n]) < HUGE_VAL)) by[n] = 0.0;
-    }
-    *lift = (pdi_etch_curve(w, c, psi + stride) - pdi_etch_curve(w, c, psi - stride)) / (2.0 * stride);
-    if (!(fabs(*lift) < HUGE_VAL)) *lift = 0.0;
-}
-
-/* The law at the surface with a change of one concentration. */
-static double pdi_etch_moved(const pdi_etch_work *w, double *c, int n, double change)
-{
-    double from = c[n];
-    c[n] = fmax(from + change, 0.0);
-    double v = pdi_etch_law(w, c, w->psi + w->lift);
-    c[n] = from;
-    return v;
-}
-
-/* The law jumps with solutes m and n, by `step` of m: the change of n that undoes it, in the sense of `sign`. */
-static double pdi_etch_undone(const pdi_etch_work *w, double *c, int m, double step, int n, double sign)
-{
-    double from = c[m], level = 0.5 * (pdi_etch_moved(w, c, m, step) + pdi_etch_moved(w, c, m, -step));
-    double low = 0.0, high = PDI_ETCH_STRIDE * PDI_ETCH_STRIDE * fmax(c[n], PDI_ETCH_NOTHING);
-    int above = pdi_etch_moved(w, c, m, step) > level, found = 0;
-    c[m] = fmax(from + step, 0.0);
-    for (int k = 0; k < PDI_ETCH_DOUBLINGS && !found; k++) {
-        found = (pdi_etch_moved(w, c, n, sign * high) > level) != above;
-        if (!found) low = high;
-        if (!found) high *= 2.0;
-    }
-    for (int k = 0; k < PDI_ETCH_HALVINGS; k++) {
-        double middle = 0.5 * (low + high);
-        if ((pdi_etch_moved(w, c, n, sign * middle) > level) != above) high = middle;
-        else low = middle;
-    }
-    c[m] = from;
-    return found ? high : HUGE_VAL;
-}
-
-/* Changes of the law with each solute that it reads, and with F phi/(R T): *lift. Where it jumps, both sides count, and
- * the changes are in the ratios that keep to the jump. */
-static void pdi_etch_gradient(const pdi_etch_work *w, double *by, double *lift)
-{
-    const pd_etch *s = w->s;
-    double c[PD_SPECIES_MOST], stride[PD_SPECIES_MOST], psi = w->psi + w->lift;
-    int jumps[PD_SPECIES_MOST], first = -1;
-    memcpy(c, w->surface, sizeof c);
-    for (int n = 0; n < s->film.solutes; n++) {
-        double wide;
-        stride[n] = PDI_ETCH_STRIDE * fmax(c[n], PDI_ETCH_NOTHING);
-        by[n] = 0.0;
-        jumps[n] = 0;
-        if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
-        by[n] = (pdi_etch_moved(w, c, n, stride[n]) - pdi_etch_moved(w, c, n, -stride[n])) / (2.0 * stride[n]);
-        wide = pdi_etch_moved(w, c, n, 2.0 * stride[n]) - pdi_etch_moved(w, c, n, -2.0 * stride[n]);
-        wide /= 4.0 * stride[n];
-        if (!(fabs(by[n]) < HUGE_VAL) || !(fabs(wide) < HUGE_VAL)) by[n] = wide = 0.0;
-        jumps[n] = fabs(by[n] - wide) > PDI_ETCH_JUMP * fabs(by[n]);
-        if (jumps[n] && (first < 0 || stride[n] > stride[first])) first = n;
-    }
-    for (int n = 0; n < s->film.solutes; n++) {
-        if (!jumps[n] || n == first) continue;
-        double change = pdi_etch_undone(w, c, first, stride[first], n, by[n] * by[first] > 0.0 ? -1.0 : 1.0);
-        by[n] = copysign(fabs(by[first]) * stride[first] / change, by[n]);
-    }
-    *lift = 0.0;
-    if (!s->desc.reads_phi) return;
-    *lift = pdi_etch_law(w, c, psi + PDI_ETCH_LIFT_STRIDE) - pdi_etch_law(w, c, psi - PDI_ETCH_LIFT_STRIDE);
-    *lift = fabs(*lift) < HUGE_VAL ? *lift / (2.0 * PDI_ETCH_LIFT_STRIDE) : 0.0;
-}
-
-typedef double pdi_etch_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 3];
-
-/* Gauss and Jordan: the columns behind the first `rows` become the solution. What is singular stays 0. */
-static void pdi_etch_linear(int rows, int columns, pdi_etch_table a)
-{
-    for (int p = 0; p < rows; p++) {
-        int best = p;
-        for (int i = p + 1; i < rows; i++)
-            if (fabs(a[i][p]) > fabs(a[best][p])) best = i;
-        for (int j = 0; j < columns; j++) {
-            double swap = a[p][j];
-            a[p][j] = a[best][j];
-            a[best][j] = swap;
-        }
-        double factor = fabs(a[p][p]) > DBL_MIN ? 1.0 / a[p][p] : 0.0;
-        for (int j = 0; j < columns; j++) a[p][j] *= factor;
-        for (int i = 0; i < rows; i++) {
-            double share = a[i][p];
-            for (int j = 0; j < columns && i != p; j++) a[i][j] -= share * a[p][j];
-        }
-    }
-}
-
-/* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
- * (one more), and, on the right, the speed and the flow (two more) and the totals of the node (those of components). */
-static void pdi_etch_balances(const pd_components *film, const pdi_etch_work *w, const float *own, pdi_etch_table a)
-{
-    const pd_etch *s = w->s;
-    const pd_components *of = &s->reactive->components;
-    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
-    float node[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
-    int count = of->count;
-    memset(a, 0, sizeof(pdi_etch_table));
-    pdi_components_derive(of, w->c, node);
-    for (int j = 0; j < count; j++) {
-        memset(one, 0, sizeof one);
-        one[j] = 1.0;
-        pdi_components_follow(film, own, one, along);
-        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_etch_share(-of->charge[n] * w->lift);
-        pdi_components_totals(of, along, sum);
-        for (int k = 0; k < count; k++) a[k][j] = sum[k];
-        pdi_components_follow(of, node, one, along);
-        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_etch_share(of->charge[n] * w->lift);
-        pdi_components_totals(of, along, sum);
-        for (int k = 0; k < count; k++) a[k][count + 3 + j] = sum[k];
-        a[count][j] = of->charge[of->master[j]];
-        a[j][count + 1] = s->gain[j] * w->thick;
-        if (w->electrode >= 0) a[j][count + 2] = s->part_gain[w->electrode * count + j] * w->way;
-    }
-    for (int n = 0; n < of->solutes; n++) {
-        double z = of->charge[n];
-        along[n] = -z * s->scale[n] * (pdi_etch_share_by(-z * w->lift) * w->surface[n] +
-                                       pdi_etch_share_by(z * w->lift) * w->c[n]);
-    }
-    pdi_components_totals(of, along, sum);
-    for (int k = 0; k < count; k++) a[k][count] = sum[k];
-    if (fabs(w->lift) < PDI_ETCH_LIFT) return;
-    for (int j = 0; j < count; j++) a[count][j] = 0.0; /* it goes no further */
-    a[count][count] = 1.0;
-}
-
-/* How a rate at the surface follows what changes there: the speed, the flow, then the totals. */
-static void pdi_etch_chain(const pd_components *film, const pdi_etch_work *w, const float *own, pdi_etch_table a,
-                           const double *gradient, double lift, double *slope)
-{
-    const pd_components *of = &w->s->reactive->components;
-    double along[PD_SPECIES_MOST], change[PD_SPECIES_MOST];
-    int count = of->count, films = w->thick + w->way > 0.0;
-    for (int j = 0; j <= count + 1; j++) {
-        for (int k = 0; k < count; k++) change[k] = films ? a[k][count + 1 + j] : k == j - 2 ? 1.0 : 0.0;
-        pdi_components_follow(films ? film : of, own, change, along);
-        slope[j] = films ? lift * a[count][count + 1 + j] : 0.0;
-        for (int n = 0; n < of->solutes; n++) slope[j] += gradient[n] * along[n];
-    }
-}
-
-/* How law and curve at the surface follow the speed, the flow and the totals of the node, and F phi/(R T) there. */
-typedef struct pdi_etch_slopes_of {
-    double law[PD_SPECIES_MOST + 2], curve[PD_SPECIES_MOST + 2];
-    double lift, bend;
-} pdi_etch_slopes_of;
-
-static void pdi_etch_tangent(const pd_components *film, const pdi_etch_work *w, int goes, pdi_etch_slopes_of *t)
-{
-    const pd_components *of = &w->s->reactive->components;
-    double gradient[PD_SPECIES_MOST];
-    float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
-    pdi_etch_table a;
-    int count = of->count, films = w->thick + w->way > 0.0;
-    memset(t, 0, sizeof *t);
-    pdi_components_derive(films ? film : of, w->surface, own);
-    if (films) {
-        pdi_etch_balances(film, w, own, a);
-        pdi_etch_linear(count + 1, 2 * count + 3, a);
-    }
-    if (goes) {
-        pdi_etch_gradient(w, gradient, &t->lift);
-        pdi_etch_chain(film, w, own, a, gradient, t->lift, t->law);
-    }
-    if (w->electrode < 0) return;
-    pdi_etch_bend(w, gradient, &t->bend);
-    pdi_etch_chain(film, w, own, a, gradient, t->bend, t->curve);
-}
-
-/* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], drive[1]. */
-static void pdi_etch_derive_charged(const pd_components *film, const pdi_etch_work *w, float *by, float *flow_by,
-                                    double drive[2])
-{
-    pdi_etch_slopes_of t;
-    pdi_etch_tangent(film, w, by != NULL, &t);
-    double one = fmax(1.0 - t.law[0], PDI_ETCH_RISE), two = fmax(1.0 - t.curve[1], PDI_ETCH_RISE);
-    double back = fmax(one * two - t.law[1] * t.curve[0], PDI_ETCH_RISE * one * two);
-    for (int k = 0; k < film->count; k++) {
-        if (by) by[k] = (float)((two * t.law[2 + k] + t.law[1] * t.curve[2 + k]) / back);
-        if (flow_by) flow_by[k] = (float)((one * t.curve[2 + k] + t.curve[0] * t.law[2 + k]) / back);
-    }
-    drive[0] = (two * t.lift + t.law[1] * t.bend) / back;
-    drive[1] = (one * t.bend + t.curve[0] * t.lift) / back;
-}
-
-/* Speed and flow of an electrode by Newton's method from guesses. 0: it does not get there, and they are searched. */
-static int pdi_etch_newton(pd_components *film, pdi_etch_work *w, int goes, double *speed)
-{
-    double v = goes ? fmax(*speed, 0.0) : 0.0, f = w->guess;
-    for (int step = 0; step < PDI_ETCH_NEWTON; step++) {
-        pdi_etch_slopes_of t;
-        if (w->reads) w->flow = f;
-        if (!pdi_etch_lift(film, w, v)) return 0;
-        double law = goes ? pdi_etch_law(w, w->surface, w->psi + w->lift) : 0.0;
-        double curve = w->reads ? pdi_etch_curve(w, w->surface, w->psi + w->lift) : w->flow;
-        f = w->flow;
-        if (!(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
-        int met = fabs(law - v) <= PDI_ETCH_MET * law && fabs(curve - f) <= PDI_ETCH_MET * fabs(f);
-        if (met && (!goes || !(law > 0.0) || !(fabs(law - v) > 0.0))) break;
-        pdi_etch_tangent(film, w, goes, &t);
-        double one = 1.0 - t.law[0], two = 1.0 - t.curve[1], back = one * two - t.law[1] * t.curve[0];
-        if (!(one > 0.0) || !(two > 0.0) || !(back > 0.0)) return 0;
-        double dv = (two * (law - v) + t.law[1] * (curve - f)) / back;
-        f += (one * (curve - f) + t.curve[0] * (law - v)) / back;
-        v += dv;
-        if (!(v >= 0.0) || !(fabs(f) < HUGE_VAL)) return 0;
-        if (met) break;
-        if (step + 1 == PDI_ETCH_NEWTON) return 0;
-    }
-    if (w->reads) w->flow = f;
-    *speed = v;
-    return 1;
-}
-
-PDI_FN double pdi_etch_at(const pd_etch *s, int32_t node, int32_t place, double thick, double guess)
-{
-    pd_components film = s->film;
-    pdi_etch_work w;
-    pdi_etch_enter(s, node, place, thick, &film, &w);
-    return pdi_etch_find(&film, &w, guess);
-}
-
-/* ---- all of them ---- */
-
-/* A place whose metal dissolves, with its derivatives or without. */
-static void pdi_etch_place(pd_etch *s, int32_t p, int derive)
-{
-    pd_components film = s->film;
-    pdi_etch_work w;
-    int count = film.count, goes = s->desc.law && s->weight[p] > 0.0;
-    double *v = &s->speed[s->node[p]], still = 0.0, drive[2];
-    if (!goes) v = &still;
-    pdi_etch_enter(s, s->node[p], p, s->thick[p], &film, &w);
-    if (!derive) {
-        if (w.electrode >= 0 && pdi_etch_newton(&film, &w, goes, v)) {
-            s->flow[p] = w.flow;
-            return;
-        }
-        if (goes) *v = pdi_etch_find(&film, &w, *v);
-        if (!s->electrode) return;
-        int found = fabs(*v) < HUGE_VAL && (w.electrode < 0 || pdi_etch_settle(&film, &w, *v));
-        s->flow[p] = found ? w.flow : (double)NAN;
-        return;
-    }
-    w.flow = w.guess;
-    if (w.electrode >= 0) pdi_etch_lift(&film, &w, *v);
-    else if (goes) pdi_etch_given(&film, &w, *v);
-    if (!s->drive) {
-        pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
-        return;
-    }
-    if (!goes) memset(s->by + (int64_t)p * count, 0, (size_t)count * sizeof *s->by);
-    pdi_etch_derive_charged(&film, &w, goes ? s->by + (int64_t)p * count : NULL,
-                            s->electrode ? s->flow_by + (int64_t)p * count : NULL, drive);
-    s->drive[p] = (float)drive[0];
-    if (s->electrode) s->flow_drive[p] = (float)drive[1];
-}
-
-PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int derive)
-{
-    int count = s->reactive->components.count;
-    int nt = pdi_par_threads(ctx, (int64_t)s->count * count * count * PDI_ETCH_STEPS);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t p = 0; p < s->count; p++)
-        if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_etch_place(s, p, derive);
-}
 
 void pd_etch_open(pd_etch *s)
 {
@@ -36301,7 +35656,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     s->thick[s->count++] = thick;
 }
 
-void pd_etch_polarise(pd_etch *s, int electrode, double area, double way)
+PDI_FN void pdi_etch_polarise(pd_etch *s, int electrode, double area, double way)
 {
     int32_t p = s->count - 1;
     double d = s->reactive->diffusion.desc.diffusivity;
@@ -36409,6 +35764,18 @@ PDI_FN void pdi_etch_film(const pd_reactive *r, pd_components *film, double *sca
     }
 }
 
+PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now)
+{
+    for (int n = 0; n < of->solutes; n++) {
+        now->ln_k[n] = film->ln_k[n] - of->charge[n] * of->charge[n] * davies;
+        for (int k = 0; k < of->joined; k++) {
+            int z = of->charge[of->master[k]];
+            now->ln_k[n] += of->m[k][n] * z * z * davies;
+        }
+    }
+    for (int k = 0; k < of->joined; k++) now->ln_k[of->master[k]] = 0.0;
+}
+
 /* What electrodes bring, of solutes and of totals. */
 static void pdi_etch_parts(pd_etch *s)
 {
@@ -36458,6 +35825,679 @@ void pd_etch_free(pd_ctx *ctx, pd_etch *s)
     memset(s, 0, sizeof *s);
 }
 PDI_COLD_END
+
+/* ======== >>react/layer.c ======== */
+/* layer: see layer.h
+ *
+ * Design: in the film the sums over species of D times concentration, by components, are linear, since reactions in
+ * equilibrium keep them. Concentrations times their diffusivities follow the same mass action with other constants, so
+ * the surface is found by the solver of components. Coefficients of activity are those of the node. With migration the
+ * same holds for the shares of exponential fluxes (migrate.h), and the potential of the surface makes it neutral.
+ */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Steps of a search, and the share of the speed to which it is found. */
+#define PDI_LAYER_STEPS 200
+#define PDI_LAYER_CLOSE 1e-15
+/* [m/s] First guess of a law that overflows. */
+#define PDI_LAYER_FAST 1.0
+/* Factor by which a bracket of the speed grows first; it is squared each time. */
+#define PDI_LAYER_BRACKET 2.0
+/* Relative change of what a law reads by which its slope is found. */
+#define PDI_LAYER_STRIDE 1e-6
+/* Share by which twice that has another slope where a law jumps; doublings and halvings by which the place of the jump
+ * is found. */
+#define PDI_LAYER_JUMP 0.25
+#define PDI_LAYER_DOUBLINGS 60
+#define PDI_LAYER_HALVINGS 20
+/* [mol/m3] that counts as nothing beside that. */
+#define PDI_LAYER_NOTHING 1e-30
+/* What is left at least of 1 less the slope of a rising law behind its film. */
+#define PDI_LAYER_RISE 0.05
+/* Steps of Newton's method for speed and flow of an electrode, and the share of them that counts as found. */
+#define PDI_LAYER_NEWTON 12
+#define PDI_LAYER_MET 1e-12
+#define PDI_LAYER_FARADAY 96485.33212 /* [C/mol] */
+/* Bit of what curves read: pH. */
+#define PDI_LAYER_PH ((uint32_t)1 << 31)
+/* F phi/(R T): most of the surface over the node, first stride to it, and the change by which a slope is found. */
+#define PDI_LAYER_LIFT 60.0
+#define PDI_LAYER_LIFT_FIRST 0.01
+#define PDI_LAYER_LIFT_STRIDE 1e-6
+/* Share of the sum of |z| c that is no charge. */
+#define PDI_LAYER_NEUTRAL 4e-16
+
+/* ---- the surface of a node ---- */
+
+/* A node and its film. */
+typedef struct pdi_layer_work {
+    const pd_etch *s;
+    int32_t node;
+    double thick;
+    double davies;                    /* ln gamma of a charge of 1 */
+    double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
+    double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
+    double at[PD_SPECIES_MOST];       /* [mol/m3] times `scale`: at the surface, the last that was found */
+    double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
+    double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
+    double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
+    int electrode;                    /* -1: none */
+    double level;                     /* [V] of the metal */
+    double way;                       /* [s/m] through the film of the electrode */
+    double flow, guess;               /* [mol/m2/s] of the electrode */
+    uint32_t reads;                   /* what its curve reads */
+} pdi_layer_work;
+
+/* z/(exp(z) - 1) and its derivative. */
+static double pdi_layer_share(double z) { return pdi_migrate_leave(1.0, 0.0, z, 1.0, 0.0); }
+static double pdi_layer_share_by(double z) { return -pdi_migrate_conduct(z, 1.0, 0.0); }
+
+/* The electrode of a place. */
+static void pdi_layer_enter_electrode(const pd_etch *s, int32_t place, pdi_layer_work *w)
+{
+    const pd_etch_electrodes *of = &s->desc.electrodes;
+    w->electrode = s->electrode && place >= 0 ? s->electrode[place] : -1;
+    w->level = w->way = w->flow = w->guess = 0.0;
+    w->reads = 0;
+    if (w->electrode < 0) return;
+    w->level = s->level[of->member[w->electrode]];
+    w->way = s->area[place] > 0.0 ? s->way[place] : 0.0;
+    w->guess = s->flow[place];
+    if (of->reads) w->reads = of->reads[w->electrode];
+    if (!(s->area[place] > 0.0)) w->electrode = -1;
+}
+
+static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, double thick, pd_components *film,
+                           pdi_layer_work *w)
+{
+    const pd_components *of = &s->reactive->components;
+    w->s = s;
+    w->node = node;
+    w->thick = thick;
+    pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
+    w->davies = pdi_components_activity(of, w->c);
+    for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
+    w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
+    w->lift = 0.0;
+    memcpy(w->surface, w->c, sizeof w->surface);
+    pdi_layer_enter_electrode(s, place, w);
+    if (!(thick + w->way > 0.0)) return;
+    pdi_etch_activities(of, &s->film, w->davies, film);
+    memcpy(w->ln_k, film->ln_k, sizeof w->ln_k);
+    pdi_components_totals(of, w->at, w->flows);
+}
+
+/* The law for the concentrations c, where F phi/(R T) is psi. */
+static double pdi_layer_law(const pdi_layer_work *w, const double *c, double psi)
+{
+    const pd_reactive *r = w->s->reactive;
+    double ph = NAN;
+    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
+    return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time), 0.0);
+}
+
+/* The flow of the electrode there. */
+static double pdi_layer_curve(const pdi_layer_work *w, const double *c, double psi)
+{
+    const pd_reactive *r = w->s->reactive;
+    const pd_etch_electrodes *of = &w->s->desc.electrodes;
+    double ph = NAN;
+    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    return of->curve(of->user, w->electrode, c, ph, w->level - psi * r->migration.volt, w->s->time) / PDI_LAYER_FARADAY;
+}
+
+/* ---- the film of a node with migration ---- */
+
+/* Charge of the surface over the sum of |z| c, where metal dissolves at v and the surface has `lift`: it falls with
+ * that. NaN: no equilibrium was found. */
+static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v, double lift)
+{
+    const pd_etch *s = w->s;
+    double down[PD_SPECIES_MOST], up[PD_SPECIES_MOST], flows[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+    for (int n = 0; n < film->solutes; n++) {
+        double z = film->charge[n] * lift;
+        down[n] = pdi_layer_share(-z);
+        up[n] = s->scale[n] * pdi_layer_share(z) * w->c[n];
+    }
+    for (int n = 0; n < film->solutes && film->joined; n++) {
+        film->ln_k[n] = w->ln_k[n] + log(down[n]);
+        for (int k = 0; k < film->joined; k++) film->ln_k[n] -= film->m[k][n] * log(down[film->master[k]]);
+    }
+    for (int k = 0; k < film->joined; k++) film->ln_k[film->master[k]] = 0.0;
+    pdi_components_totals(film, up, flows);
+    if (w->electrode >= 0 && !w->reads) w->flow = pdi_layer_curve(w, w->c, w->psi + lift);
+    for (int k = 0; k < film->count; k++) {
+        flows[k] += s->gain[k] * w->thick * v;
+        if (w->electrode >= 0) flows[k] += s->part_gain[w->electrode * film->count + k] * w->way * w->flow;
+    }
+    if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
+    for (int n = 0; n < film->solutes; n++) {
+        w->surface[n] = w->at[n] / (s->scale[n] * down[n]);
+        charge += film->charge[n] * w->surface[n];
+        size += fabs((double)film->charge[n]) * w->surface[n];
+    }
+    w->lift = lift;
+    return size > DBL_MIN ? charge / size : 0.0;
+}
+
+/* From `a`, with the charge *of, by growing strides to a lift `b` on the other side of neutrality. */
+static double pdi_layer_across(pd_components *film, pdi_layer_work *w, double v, double *a, double *of, double *there)
+{
+    double stride = *of > 0.0 ? PDI_LAYER_LIFT_FIRST : -PDI_LAYER_LIFT_FIRST, b = *a;
+    *there = *of;
+    while (fabs(b) < PDI_LAYER_LIFT || b * stride < 0.0) {
+        b = fmin(fmax(b + stride, -PDI_LAYER_LIFT), PDI_LAYER_LIFT);
+        stride *= 3.0;
+        *there = pdi_layer_charge(film, w, v, b);
+        if (!(*there * *of > 0.0)) return b;
+        *a = b;
+        *of = *there;
+    }
+    return b;
+}
+
+/* The lift that makes the surface neutral where metal dissolves at v. Fluid without ions of one sign
+ * lifts it as far as it goes. 0: no equilibrium was found. */
+static int pdi_layer_lift(pd_components *film, pdi_layer_work *w, double v)
+{
+    double a = w->lift, of = pdi_layer_charge(film, w, v, a), there;
+    if (fabs(of) <= PDI_LAYER_NEUTRAL) return 1;
+    double b = pdi_layer_across(film, w, v, &a, &of, &there);
+    pdi_bracket s = {a, of, b, there, 0, 0};
+    double x;
+    while (of * there < 0.0 && pdi_bracket_next(&s, &x) &&
+           fabs(s.b - s.a) > PDI_LAYER_CLOSE * fmax(fabs(x), PDI_LAYER_LIFT_FIRST)) {
+        double g = pdi_layer_charge(film, w, v, x);
+        if (!(g == g)) return 0;
+        if (fabs(g) <= PDI_LAYER_NEUTRAL) break;
+        pdi_bracket_take(&s, x, g);
+    }
+    return of == of && there == there;
+}
+
+/* What the curve gives beyond the flow f, where metal dissolves at v: it falls with f. Where f takes more than there
+ * is, the surface has none of it. */
+static double pdi_layer_excess(pd_components *film, pdi_layer_work *w, double v, double f)
+{
+    w->flow = f;
+    if (!pdi_layer_lift(film, w, v)) return f < 0.0 ? HUGE_VAL : -HUGE_VAL;
+    return pdi_layer_curve(w, w->surface, w->psi + w->lift) - f;
+}
+
+/* Between a bracket [a, b] of a flow that is not 0. */
+static double pdi_layer_middle(double a, double b)
+{
+    double low = fmin(fabs(a), fabs(b)), high = fmax(fabs(a), fabs(b)), sign = a + b < 0.0 ? -1.0 : 1.0;
+    return low > 0.0 && high > 4.0 * low ? sign * sqrt(low * high) : 0.5 * (a + b);
+}
+
+/* The flow of a curve that reads the species, where metal dissolves at v: between none and what the curve gives without
+ * it; the guess first. 0: no surface was found. */
+static int pdi_layer_flow(pd_components *film, pdi_layer_work *w, double v)
+{
+    double a = 0.0, of = pdi_layer_excess(film, w, v, 0.0), b = of, there = 0.0, f = w->guess;
+    if (!(fabs(of) < HUGE_VAL)) return 0;
+    if (!(fabs(of) > 0.0)) return 1;
+    for (int step = 0; step < PDI_LAYER_STEPS && fabs(b - a) > PDI_LAYER_CLOSE * fabs(b); step++) {
+        if (step > 1) f = a + (b - a) * (of / (of - there));
+        if (step == 1) f *= there * of < 0.0 ? 1.0 - PDI_LAYER_STRIDE : 1.0 + PDI_LAYER_STRIDE;
+        if ((step > 1 && (step % 3 == 2 || !(fabs(of - there) < HUGE_VAL) || !(there * of < 0.0))) ||
+            !((f - a) * (b - f) > 0.0))
+            f = pdi_layer_middle(a, b);
+        if (!((f - a) * (b - f) > 0.0)) break;
+        double g = pdi_layer_excess(film, w, v, f);
+        if (!(g * of > 0.0)) {
+            b = f;
+            there = g;
+            if (step > 1) of *= 0.5;
+            if (!(fabs(g) > 0.0)) {
+                a = f;
+                break;
+            }
+        } else {
+            a = f;
+            of = g;
+            if (step > 1) there *= 0.5;
+        }
+    }
+    double last = pdi_layer_excess(film, w, v, fabs(there) < HUGE_VAL && fabs(there) > 0.0 ? b : a);
+    w->guess = w->flow;
+    return fabs(last) < HUGE_VAL;
+}
+
+/* With migration: the surface where metal dissolves at v. 0: none was found. */
+static int pdi_layer_settle(pd_components *film, pdi_layer_work *w, double v)
+{
+    return w->electrode >= 0 && w->reads ? pdi_layer_flow(film, w, v) : pdi_layer_lift(film, w, v);
+}
+
+/* The law at the surface, where metal dissolves at v [m/s]. */
+static double pdi_layer_given(pd_components *film, pdi_layer_work *w, double v)
+{
+    const pd_etch *s = w->s;
+    double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
+    if (!(w->thick + w->way > 0.0)) return pdi_layer_law(w, w->c, w->psi);
+    if (s->reactive->migration.on)
+        return pdi_layer_settle(film, w, v) ? pdi_layer_law(w, w->surface, w->psi + w->lift) : (double)NAN;
+    for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
+    if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
+    for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
+    return pdi_layer_law(w, c, 0.0);
+}
+
+/* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
+ * differences; of a law that overflows *above is infinite. 0: the law is no number, or beyond all bounds. */
+static int pdi_layer_bracket(pd_components *film, pdi_layer_work *w, double guess, double first, double *a,
+                               double *above, double *b, double *below)
+{
+    double factor = PDI_LAYER_BRACKET, v = guess > 0.0 ? guess : fmin(first, PDI_LAYER_FAST);
+    *a = 0.0;
+    *above = first;
+    double g = pdi_layer_given(film, w, v) - v;
+    for (int step = 0; step < PDI_LAYER_STEPS && g == g; step++) {
+        int up = g > 0.0;
+        if (up) {
+            *a = v;
+            *above = g;
+        } else {
+            *b = v;
+            *below = g;
+        }
+        double next = up ? v * factor : v / factor;
+        factor *= factor;
+        double there = pdi_layer_given(film, w, next) - next;
+        if (!(there == there)) return 0;
+        if (up && !(there > 0.0)) {
+            *b = next;
+            *below = there;
+            return 1;
+        }
+        if (!up && there > 0.0) {
+            *a = next;
+            *above = there;
+            return 1;
+        }
+        if (!up && !(next > DBL_MIN)) return 1;
+        v = next;
+        g = there;
+    }
+    return 0;
+}
+
+/* The speed of a node: . */
+static double pdi_layer_find(pd_components *film, pdi_layer_work *w, double guess)
+{
+    double a, b = 0.0, above, below = 0.0, first = pdi_layer_given(film, w, 0.0);
+    if (!(first == first)) return NAN;
+    if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
+    if (!pdi_layer_bracket(film, w, guess, first, &a, &above, &b, &below)) return first < HUGE_VAL ? NAN : first;
+    pdi_bracket s = {a, above, b, below, 0, 0};
+    double v;
+    while (s.b - s.a > PDI_LAYER_CLOSE * s.b && pdi_bracket_next(&s, &v)) {
+        double g = pdi_layer_given(film, w, v) - v;
+        if (!(g == g)) return NAN;
+        pdi_bracket_take(&s, v, g);
+        if (!(fabs(g) > 0.0)) break;
+    }
+    return s.b;
+}
+
+/* Change of the law with concentrations that change by `along`, per unit of it. Both sides of a jump count. */
+static double pdi_layer_slope(const pdi_layer_work *w, const double *c, const double *along)
+{
+    const pd_etch *s = w->s;
+    double least = HUGE_VAL, up[PD_SPECIES_MOST], down[PD_SPECIES_MOST];
+    for (int n = 0; n < s->film.solutes; n++) {
+        int reads = (s->desc.reads >> n & 1u) || (s->desc.reads_ph && n == s->reactive->proton);
+        if (reads && fabs(along[n]) > 0.0) least = fmin(least, fmax(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
+    }
+    if (!(least < HUGE_VAL)) return 0.0;
+    double stride = PDI_LAYER_STRIDE * least;
+    for (int n = 0; n < s->film.solutes; n++) {
+        up[n] = fmax(c[n] + stride * along[n], 0.0);
+        down[n] = fmax(c[n] - stride * along[n], 0.0);
+    }
+    double change = (pdi_layer_law(w, up, 0.0) - pdi_layer_law(w, down, 0.0)) / (2.0 * stride);
+    return fabs(change) < HUGE_VAL ? change : 0.0;
+}
+
+/* How the law at the surface follows what diffuses: slope [components] [m4/mol/s]. */
+static void pdi_layer_slopes(const pd_components *system, const pdi_layer_work *w, const double *scale,
+                               const double *at, double *slope)
+{
+    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    double c[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
+    pdi_components_derive(system, at, table);
+    for (int n = 0; n < system->solutes; n++) c[n] = at[n] / (scale ? scale[n] : 1.0);
+    for (int k = 0; k < system->count; k++) {
+        memset(one, 0, sizeof one);
+        one[k] = 1.0;
+        pdi_components_follow(system, table, one, along);
+        for (int n = 0; n < system->solutes && scale; n++) along[n] /= scale[n];
+        slope[k] = pdi_layer_slope(w, c, along);
+    }
+}
+
+/* How the speed of a node follows its totals. */
+static void pdi_layer_derive(const pd_components *film, const pdi_layer_work *w, float *by)
+{
+    const pd_etch *s = w->s;
+    const pd_components *of = &s->reactive->components;
+    double slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], flows[PD_SPECIES_MOST];
+    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    if (!(w->thick > 0.0)) {
+        pdi_layer_slopes(of, w, NULL, w->c, slope);
+        for (int k = 0; k < of->count; k++) by[k] = (float)slope[k];
+        return;
+    }
+    double back = 1.0;
+    pdi_layer_slopes(film, w, s->scale, w->at, slope);
+    for (int k = 0; k < of->count; k++) back -= slope[k] * s->gain[k] * w->thick;
+    back = fmax(back, PDI_LAYER_RISE);
+    pdi_components_derive(of, w->c, table);
+    for (int k = 0; k < of->count; k++) {
+        double sum = 0.0;
+        memset(one, 0, sizeof one);
+        one[k] = 1.0;
+        pdi_components_follow(of, table, one, along);
+        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n];
+        pdi_components_totals(of, along, flows);
+        for (int j = 0; j < of->count; j++) sum += slope[j] * flows[j];
+        by[k] = (float)(sum / back);
+    }
+}
+
+/* ---- how the speed of a node follows, with migration ---- */
+
+/* Changes of the curve of the electrode with each solute that it reads, and with F phi/(R T): *lift. */
+static void pdi_layer_bend(const pdi_layer_work *w, double *by, double *lift)
+{
+    const pd_etch *s = w->s;
+    double c[PD_SPECIES_MOST], psi = w->psi + w->lift, stride = PDI_LAYER_LIFT_STRIDE;
+    memcpy(c, w->surface, sizeof c);
+    for (int n = 0; n < s->film.solutes; n++) {
+        by[n] = 0.0;
+        if (!(w->reads >> n & 1u) && !((w->reads & PDI_LAYER_PH) && n == s->reactive->proton)) continue;
+        double from = c[n], step = PDI_LAYER_STRIDE * fmax(from, PDI_LAYER_NOTHING);
+        c[n] = from + step;
+        by[n] = pdi_layer_curve(w, c, psi);
+        c[n] = from - step;
+        by[n] = (by[n] - pdi_layer_curve(w, c, psi)) / (2.0 * step);
+        c[n] = from;
+        if (!(fabs(by[n]) < HUGE_VAL)) by[n] = 0.0;
+    }
+    *lift = (pdi_layer_curve(w, c, psi + stride) - pdi_layer_curve(w, c, psi - stride)) / (2.0 * stride);
+    if (!(fabs(*lift) < HUGE_VAL)) *lift = 0.0;
+}
+
+/* The law at the surface with a change of one concentration. */
+static double pdi_layer_moved(const pdi_layer_work *w, double *c, int n, double change)
+{
+    double from = c[n];
+    c[n] = fmax(from + change, 0.0);
+    double v = pdi_layer_law(w, c, w->psi + w->lift);
+    c[n] = from;
+    return v;
+}
+
+/* The law jumps with solutes m and n, by `step` of m: the change of n that undoes it, in the sense of `sign`. */
+static double pdi_layer_undone(const pdi_layer_work *w, double *c, int m, double step, int n, double sign)
+{
+    double from = c[m], level = 0.5 * (pdi_layer_moved(w, c, m, step) + pdi_layer_moved(w, c, m, -step));
+    double low = 0.0, high = PDI_LAYER_STRIDE * PDI_LAYER_STRIDE * fmax(c[n], PDI_LAYER_NOTHING);
+    int above = pdi_layer_moved(w, c, m, step) > level, found = 0;
+    c[m] = fmax(from + step, 0.0);
+    for (int k = 0; k < PDI_LAYER_DOUBLINGS && !found; k++) {
+        found = (pdi_layer_moved(w, c, n, sign * high) > level) != above;
+        if (!found) low = high;
+        if (!found) high *= 2.0;
+    }
+    for (int k = 0; k < PDI_LAYER_HALVINGS; k++) {
+        double middle = 0.5 * (low + high);
+        if ((pdi_layer_moved(w, c, n, sign * middle) > level) != above) high = middle;
+        else low = middle;
+    }
+    c[m] = from;
+    return found ? high : HUGE_VAL;
+}
+
+/* Changes of the law with each solute that it reads, and with F phi/(R T): *lift. Where it jumps, both sides count, and
+ * the changes are in the ratios that keep to the jump. */
+static void pdi_layer_gradient(const pdi_layer_work *w, double *by, double *lift)
+{
+    const pd_etch *s = w->s;
+    double c[PD_SPECIES_MOST], stride[PD_SPECIES_MOST], psi = w->psi + w->lift;
+    int jumps[PD_SPECIES_MOST], first = -1;
+    memcpy(c, w->surface, sizeof c);
+    for (int n = 0; n < s->film.solutes; n++) {
+        double wide;
+        stride[n] = PDI_LAYER_STRIDE * fmax(c[n], PDI_LAYER_NOTHING);
+        by[n] = 0.0;
+        jumps[n] = 0;
+        if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
+        by[n] = (pdi_layer_moved(w, c, n, stride[n]) - pdi_layer_moved(w, c, n, -stride[n])) / (2.0 * stride[n]);
+        wide = pdi_layer_moved(w, c, n, 2.0 * stride[n]) - pdi_layer_moved(w, c, n, -2.0 * stride[n]);
+        wide /= 4.0 * stride[n];
+        if (!(fabs(by[n]) < HUGE_VAL) || !(fabs(wide) < HUGE_VAL)) by[n] = wide = 0.0;
+        jumps[n] = fabs(by[n] - wide) > PDI_LAYER_JUMP * fabs(by[n]);
+        if (jumps[n] && (first < 0 || stride[n] > stride[first])) first = n;
+    }
+    for (int n = 0; n < s->film.solutes; n++) {
+        if (!jumps[n] || n == first) continue;
+        double change = pdi_layer_undone(w, c, first, stride[first], n, by[n] * by[first] > 0.0 ? -1.0 : 1.0);
+        by[n] = copysign(fabs(by[first]) * stride[first] / change, by[n]);
+    }
+    *lift = 0.0;
+    if (!s->desc.reads_phi) return;
+    *lift = pdi_layer_law(w, c, psi + PDI_LAYER_LIFT_STRIDE) - pdi_layer_law(w, c, psi - PDI_LAYER_LIFT_STRIDE);
+    *lift = fabs(*lift) < HUGE_VAL ? *lift / (2.0 * PDI_LAYER_LIFT_STRIDE) : 0.0;
+}
+
+typedef double pdi_layer_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 3];
+
+/* Gauss and Jordan: the columns behind the first `rows` become the solution. What is singular stays 0. */
+static void pdi_layer_linear(int rows, int columns, pdi_layer_table a)
+{
+    for (int p = 0; p < rows; p++) {
+        int best = p;
+        for (int i = p + 1; i < rows; i++)
+            if (fabs(a[i][p]) > fabs(a[best][p])) best = i;
+        for (int j = 0; j < columns; j++) {
+            double swap = a[p][j];
+            a[p][j] = a[best][j];
+            a[best][j] = swap;
+        }
+        double factor = fabs(a[p][p]) > DBL_MIN ? 1.0 / a[p][p] : 0.0;
+        for (int j = 0; j < columns; j++) a[p][j] *= factor;
+        for (int i = 0; i < rows; i++) {
+            double share = a[i][p];
+            for (int j = 0; j < columns && i != p; j++) a[i][j] -= share * a[p][j];
+        }
+    }
+}
+
+/* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
+ * (one more), and, on the right, the speed and the flow (two more) and the totals of the node (those of components). */
+static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *w, const float *own, pdi_layer_table a)
+{
+    const pd_etch *s = w->s;
+    const pd_components *of = &s->reactive->components;
+    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+    float node[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    int count = of->count;
+    memset(a, 0, sizeof(pdi_layer_table));
+    pdi_components_derive(of, w->c, node);
+    for (int j = 0; j < count; j++) {
+        memset(one, 0, sizeof one);
+        one[j] = 1.0;
+        pdi_components_follow(film, own, one, along);
+        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_layer_share(-of->charge[n] * w->lift);
+        pdi_components_totals(of, along, sum);
+        for (int k = 0; k < count; k++) a[k][j] = sum[k];
+        pdi_components_follow(of, node, one, along);
+        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_layer_share(of->charge[n] * w->lift);
+        pdi_components_totals(of, along, sum);
+        for (int k = 0; k < count; k++) a[k][count + 3 + j] = sum[k];
+        a[count][j] = of->charge[of->master[j]];
+        a[j][count + 1] = s->gain[j] * w->thick;
+        if (w->electrode >= 0) a[j][count + 2] = s->part_gain[w->electrode * count + j] * w->way;
+    }
+    for (int n = 0; n < of->solutes; n++) {
+        double z = of->charge[n];
+        along[n] = -z * s->scale[n] * (pdi_layer_share_by(-z * w->lift) * w->surface[n] +
+                                       pdi_layer_share_by(z * w->lift) * w->c[n]);
+    }
+    pdi_components_totals(of, along, sum);
+    for (int k = 0; k < count; k++) a[k][count] = sum[k];
+    if (fabs(w->lift) < PDI_LAYER_LIFT) return;
+    for (int j = 0; j < count; j++) a[count][j] = 0.0; /* it goes no further */
+    a[count][count] = 1.0;
+}
+
+/* How a rate at the surface follows what changes there: the speed, the flow, then the totals. */
+static void pdi_layer_chain(const pd_components *film, const pdi_layer_work *w, const float *own, pdi_layer_table a,
+                           const double *gradient, double lift, double *slope)
+{
+    const pd_components *of = &w->s->reactive->components;
+    double along[PD_SPECIES_MOST], change[PD_SPECIES_MOST];
+    int count = of->count, films = w->thick + w->way > 0.0;
+    for (int j = 0; j <= count + 1; j++) {
+        for (int k = 0; k < count; k++) change[k] = films ? a[k][count + 1 + j] : k == j - 2 ? 1.0 : 0.0;
+        pdi_components_follow(films ? film : of, own, change, along);
+        slope[j] = films ? lift * a[count][count + 1 + j] : 0.0;
+        for (int n = 0; n < of->solutes; n++) slope[j] += gradient[n] * along[n];
+    }
+}
+
+/* How law and curve at the surface follow the speed, the flow and the totals of the node, and F phi/(R T) there. */
+typedef struct pdi_layer_slopes_of {
+    double law[PD_SPECIES_MOST + 2], curve[PD_SPECIES_MOST + 2];
+    double lift, bend;
+} pdi_layer_slopes_of;
+
+static void pdi_layer_tangent(const pd_components *film, const pdi_layer_work *w, int goes, pdi_layer_slopes_of *t)
+{
+    const pd_components *of = &w->s->reactive->components;
+    double gradient[PD_SPECIES_MOST];
+    float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    pdi_layer_table a;
+    int count = of->count, films = w->thick + w->way > 0.0;
+    memset(t, 0, sizeof *t);
+    pdi_components_derive(films ? film : of, w->surface, own);
+    if (films) {
+        pdi_layer_balances(film, w, own, a);
+        pdi_layer_linear(count + 1, 2 * count + 3, a);
+    }
+    if (goes) {
+        pdi_layer_gradient(w, gradient, &t->lift);
+        pdi_layer_chain(film, w, own, a, gradient, t->lift, t->law);
+    }
+    if (w->electrode < 0) return;
+    pdi_layer_bend(w, gradient, &t->bend);
+    pdi_layer_chain(film, w, own, a, gradient, t->bend, t->curve);
+}
+
+/* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], [1]. */
+static void pdi_layer_derive_charged(const pd_components *film, const pdi_layer_work *w, float *by, float *flow_by,
+                                    double drive[2])
+{
+    pdi_layer_slopes_of t;
+    pdi_layer_tangent(film, w, by != NULL, &t);
+    double one = fmax(1.0 - t.law[0], PDI_LAYER_RISE), two = fmax(1.0 - t.curve[1], PDI_LAYER_RISE);
+    double back = fmax(one * two - t.law[1] * t.curve[0], PDI_LAYER_RISE * one * two);
+    for (int k = 0; k < film->count; k++) {
+        if (by) by[k] = (float)((two * t.law[2 + k] + t.law[1] * t.curve[2 + k]) / back);
+        if (flow_by) flow_by[k] = (float)((one * t.curve[2 + k] + t.curve[0] * t.law[2 + k]) / back);
+    }
+    drive[0] = (two * t.lift + t.law[1] * t.bend) / back;
+    drive[1] = (one * t.bend + t.curve[0] * t.lift) / back;
+}
+
+/* Speed and flow of an electrode by Newton's method from guesses. 0: it does not get there, and they are searched. */
+static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, double *speed)
+{
+    double v = goes ? fmax(*speed, 0.0) : 0.0, f = w->guess;
+    for (int step = 0; step < PDI_LAYER_NEWTON; step++) {
+        pdi_layer_slopes_of t;
+        if (w->reads) w->flow = f;
+        if (!pdi_layer_lift(film, w, v)) return 0;
+        double law = goes ? pdi_layer_law(w, w->surface, w->psi + w->lift) : 0.0;
+        double curve = w->reads ? pdi_layer_curve(w, w->surface, w->psi + w->lift) : w->flow;
+        f = w->flow;
+        if (!(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
+        int met = fabs(law - v) <= PDI_LAYER_MET * law && fabs(curve - f) <= PDI_LAYER_MET * fabs(f);
+        if (met && (!goes || !(law > 0.0) || !(fabs(law - v) > 0.0))) break;
+        pdi_layer_tangent(film, w, goes, &t);
+        double one = 1.0 - t.law[0], two = 1.0 - t.curve[1], back = one * two - t.law[1] * t.curve[0];
+        if (!(one > 0.0) || !(two > 0.0) || !(back > 0.0)) return 0;
+        double dv = (two * (law - v) + t.law[1] * (curve - f)) / back;
+        f += (one * (curve - f) + t.curve[0] * (law - v)) / back;
+        v += dv;
+        if (!(v >= 0.0) || !(fabs(f) < HUGE_VAL)) return 0;
+        if (met) break;
+        if (step + 1 == PDI_LAYER_NEWTON) return 0;
+    }
+    if (w->reads) w->flow = f;
+    *speed = v;
+    return 1;
+}
+
+PDI_FN double pdi_layer_at(const pd_etch *s, int32_t node, int32_t place, double thick, double guess)
+{
+    pd_components film = s->film;
+    pdi_layer_work w;
+    pdi_layer_enter(s, node, place, thick, &film, &w);
+    return pdi_layer_find(&film, &w, guess);
+}
+
+/* ---- all places ---- */
+
+/* A place whose metal dissolves, with its derivatives or without. */
+static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
+{
+    pd_components film = s->film;
+    pdi_layer_work w;
+    int count = film.count, goes = s->desc.law && s->weight[p] > 0.0;
+    double *v = &s->speed[s->node[p]], still = 0.0, drive[2];
+    if (!goes) v = &still;
+    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    if (!derive) {
+        if (w.electrode >= 0 && pdi_layer_newton(&film, &w, goes, v)) {
+            s->flow[p] = w.flow;
+            return;
+        }
+        if (goes) *v = pdi_layer_find(&film, &w, *v);
+        if (!s->electrode) return;
+        int found = fabs(*v) < HUGE_VAL && (w.electrode < 0 || pdi_layer_settle(&film, &w, *v));
+        s->flow[p] = found ? w.flow : (double)NAN;
+        return;
+    }
+    w.flow = w.guess;
+    if (w.electrode >= 0) pdi_layer_lift(&film, &w, *v);
+    else if (goes) pdi_layer_given(&film, &w, *v);
+    if (!s->drive) {
+        pdi_layer_derive(&film, &w, s->by + (int64_t)p * count);
+        return;
+    }
+    if (!goes) memset(s->by + (int64_t)p * count, 0, (size_t)count * sizeof *s->by);
+    pdi_layer_derive_charged(&film, &w, goes ? s->by + (int64_t)p * count : NULL,
+                            s->electrode ? s->flow_by + (int64_t)p * count : NULL, drive);
+    s->drive[p] = (float)drive[0];
+    if (s->electrode) s->flow_drive[p] = (float)drive[1];
+}
+
+PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int derive)
+{
+    int count = s->reactive->components.count;
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * count * count * PDI_LAYER_STEPS);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < s->count; p++)
+        if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_layer_place(s, p, derive);
+}
 
 /* ======== >>react/levels.c ======== */
 /* levels: see levels.h
@@ -36512,11 +36552,11 @@ typedef struct pdi_levels_search {
     double size;                 /* [mol/s] of the last sum */
 } pdi_levels_search;
 
-/* What is too much at E; a bracket takes it. Where no surface was found, no such potential is on that side of `from`. */
+/* What is too much at E; a bracket takes it. Where no surface was found, none is on that side of `from`. */
 static double pdi_levels_try(const pd_ctx *ctx, pd_etch *s, pdi_levels_search *q, double e, double from)
 {
     s->level[q->circuit] = e;
-    pdi_etch_solve(ctx, s, q->circuit, 0);
+    pdi_layer_solve(ctx, s, q->circuit, 0);
     double off = pdi_levels_charge(s, q->circuit, &q->size) - q->wanted;
     if (!(fabs(off) < HUGE_VAL)) off = e < from ? -HUGE_VAL : HUGE_VAL;
     if (off > 0.0) {
@@ -36552,14 +36592,14 @@ static void pdi_levels_between(const pd_ctx *ctx, pd_etch *s, const pdi_levels_s
 {
     double *speed = s->side, *flow = s->side + s->reactive->grid->total, size;
     s->level[q->circuit] = q->low;
-    pdi_etch_solve(ctx, s, q->circuit, 0);
+    pdi_layer_solve(ctx, s, q->circuit, 0);
     for (int32_t p = 0; p < s->count; p++) {
         speed[p] = s->speed[s->node[p]];
         flow[p] = s->flow[p];
     }
     double low = pdi_levels_charge(s, q->circuit, &size) - q->wanted;
     s->level[q->circuit] = q->high;
-    pdi_etch_solve(ctx, s, q->circuit, 0);
+    pdi_layer_solve(ctx, s, q->circuit, 0);
     double high = pdi_levels_charge(s, q->circuit, &size) - q->wanted, share = low < high ? low / (low - high) : 1.0;
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != q->circuit) continue;
@@ -36639,7 +36679,7 @@ PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
     double size, extra = s->extra;
     s->lost = 0;
     if (!s->electrode) {
-        pdi_etch_solve(ctx, s, -1, 0);
+        pdi_layer_solve(ctx, s, -1, 0);
         return;
     }
     for (int n = 0; n < s->desc.electrodes.circuits; n++) {
@@ -36647,7 +36687,7 @@ PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
         if (s->desc.electrodes.given) circuit->value = s->desc.electrodes.given(s->desc.electrodes.user, n, s->time);
         if (circuit->holds) {
             s->level[n] = circuit->value;
-            pdi_etch_solve(ctx, s, n, 0);
+            pdi_layer_solve(ctx, s, n, 0);
         } else if (pdi_levels_there(s, n)) {
             pdi_levels_find(ctx, s, n, extra);
             extra = 0.0;
@@ -37216,7 +37256,7 @@ static pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
     }
-    if (r->surface) pdi_etch_solve(ctx, r->surface, -1, 1);
+    if (r->surface) pdi_layer_solve(ctx, r->surface, -1, 1);
     if (r->surface && r->surface->electrode) pdi_levels_derive(r->surface);
     if (r->migration.on) PDI_TRY(pdi_tangent_migration(ctx, r));
     for (int n = 0; n < s->kinetics; n++)
@@ -38052,11 +38092,25 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     return PD_OK;
 }
 
-/* What minerals leave open for diffusion, as they are at the start of the step. */
-static void pdi_advance_pores(pd_reactive *r)
+/* A share that grows by `change`: at most half of what is open is filled, and half of what fills it goes. */
+static double pdi_advance_filled(double film, double change)
+{
+    return film + fmin(fmax(change, -0.5 * film), 0.5 * (1.0 - film));
+}
+
+PDI_FN void pdi_advance_stands(pd_reactive *r, double dt)
+{
+    for (int32_t i = 0; i < r->grid->total && r->pass; i++)
+        r->narrow[i] = r->grid->kind[i] == PD_FLUID ? (pd_reactive_film(r, i) - r->filled[i]) / dt : 0.0;
+}
+
+/* What minerals leave open for diffusion in the middle of a step of dt [s], as far as the last one tells. */
+static void pdi_advance_pores(pd_reactive *r, double dt)
 {
     for (int32_t i = 0; i < r->grid->total && r->pass; i++) {
         double film = r->grid->kind[i] == PD_FLUID ? pd_reactive_film(r, i) : 0.0;
+        r->filled[i] = film;
+        if (film > 0.0) film = pdi_advance_filled(film, 0.5 * dt * r->narrow[i]);
         r->pass[i] = film > 0.0 ? (1.0 - film) / r->desc.tortuosity : 1.0;
     }
     if (r->pass) pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
@@ -38087,7 +38141,8 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
     if (r->migration.tied) return PD_OK;
     if (r->surface && r->surface->electrode) PDI_TRY(pdi_advance_given(ctx, r->surface));
-    else if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
+    else if (r->surface && r->surface->count &&
+             (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
                         "species has a potential and lets a current pass, expected one",
                         r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
@@ -38116,7 +38171,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
-    pdi_advance_pores(r);
+    pdi_advance_pores(r, dt);
     if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r, dt));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
@@ -38551,6 +38606,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
         last = s->ends = 1;
     }
     pdi_course_taken(a, s->dt, all);
+    pdi_advance_stands(a->reactive, s->dt);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
@@ -38579,9 +38635,9 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an electrode "
-                        "may take up more of a species than reaches the metal, expected one that falls to 0 with it, "
-                        "as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an "
+                        "electrode may take up more of a species than reaches the metal, expected one that falls to "
+                        "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
     if (a->desc.coat && a->desc.coat->error > 1.0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
                         "%g s: expected a rate that stays finite", s->time);
@@ -38670,6 +38726,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
     for (int32_t k = 0; k < count; k++) {
         pdi_reactive_put(r, c, turned[k], r->c);
         for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
+        if (r->narrow) r->narrow[turned[k]] = 0.0;
     }
     if (r->migration.on) {
         pdi_course_keep(ctx, a, 0);
@@ -68700,8 +68757,9 @@ static pd_status pdi_read_potential_rises(pdi_reader *s, int section, const pd_s
         double i = pdi_expr_eval(&e->law, vars);
         if (!(fabs(i) < PDI_READER_HUGE)) continue;
         if (i < last - PDI_READ_POTENTIAL_SLACK * fabs(last))
-            return pdi_text_refuse(s->ctx, s->text, section, "i", "found a current that falls from %.6g to %.6g A/m2 as "
-                                   "E rises to %.6g V, at 1 mol/m3 of each species, expected one that rises or stays "
+            return pdi_text_refuse(s->ctx, s->text, section, "i", "found a current that falls from %.6g to %.6g A/m2 "
+                                   "as E rises to %.6g V, at 1 mol/m3 of each species, expected one that rises or "
+                                   "stays "
                                    "(cathodic currents are negative)", last, i, vars[0]);
         last = i;
     }
@@ -68761,8 +68819,8 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
                               &e->term.equilibrium));
     e->primary = curve == PDI_READ_POTENTIAL_PRIMARY;
     if (e->primary && s->setup->migrates)
-        return pdi_text_refuse(s->ctx, s->text, section, "curve", "found primary beside migration = yes of [chemistry], "
-                               "expected another curve");
+        return pdi_text_refuse(s->ctx, s->text, section, "curve", "found primary beside migration = yes of [chemistry],"
+                               " expected another curve");
     if (e->primary) return PD_OK;
     if (curve != PDI_READ_POTENTIAL_LINEAR)
         return pdi_read_potential_slopes(s, section, curve == PDI_READ_POTENTIAL_BUTLER, &e->term);
@@ -68870,8 +68928,8 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
         int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
         if (!pdi_text_has(s->ctx, s->text, section, "potential")) continue;
         if (u->migrates)
-            return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry], "
-                                   "expected species = inlet, which holds ions at the potential 0");
+            return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry],"
+                                   " expected species = inlet, which holds ions at the potential 0");
         PDI_TRY(pdi_reader_within(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MOST,
                                   PDI_READ_POTENTIAL_MOST, 0, &u->potential.hold[k]));
         u->potential.held[k] = 1;
@@ -72116,10 +72174,10 @@ PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p)
     if (!s->lost) return PD_OK;
     for (int e = 0; e < of->electrodes; e++) {
         if (s->desc.electrodes.member[e] != s->lost - 1) continue;
-        return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s no potential gives the metal of %s a total current "
-                        "of %g A: its curve and its law do not carry that, or they take up more of a species than "
-                        "reaches the metal; expected anodic and cathodic reactions, and a curve that falls to 0 with "
-                        "the species that it takes up", s->time, of->electrode[e].name,
+        return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s no potential gives the metal of %s a total "
+                        "current of %g A: its curve and its law do not carry that, or they take up more of a species "
+                        "than reaches the metal; expected anodic and cathodic reactions, and a curve that falls to 0 "
+                        "with the species that it takes up", s->time, of->electrode[e].name,
                         s->desc.electrodes.circuit[s->lost - 1].value);
     }
     return PD_ERR_STATE;
@@ -72494,7 +72552,10 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&etch, 0, sizeof etch);
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         etch.reactive = &r;
-        if (pdi_setup_polarises(u)) etch.desc.electrodes.count = etch.desc.electrodes.circuits = u->potential.electrodes;
+        if (pdi_setup_polarises(u)) {
+            etch.desc.electrodes.count = u->potential.electrodes;
+            etch.desc.electrodes.circuits = u->potential.electrodes;
+        }
         course.desc.surface = &etch;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
     }
@@ -72844,7 +72905,8 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     pd_grid_position(a->dissolve->grid, node, vars + 2);
     vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
     vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
-    if (a->cell && !a->polarise.setup) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
+    if (a->cell && !a->polarise.setup)
+        pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
     if (a->polarise.setup) {
         vars[PDI_SETUP_SURFACE] = -phi;
     } else if (metal->polarised) {
@@ -72887,7 +72949,8 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
         PDI_TRY(pdi_polarise_build(ctx, setup, map, cell, reactive, &a->etch, &a->polarise, &desc.electrodes));
     }
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
-    if (kind >= 0 && metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
+    if (kind >= 0 && (metal->rate.uses >> PDI_SETUP_GRAIN & 1u))
+        return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
     return PD_OK;
 }
 
@@ -72946,7 +73009,7 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
         const pdi_beside *beside = &d->beside[k];
         int32_t i = beside->node;
         if (!(beside->weight > 0.0)) continue;
-        if (s->slot[i] < 0) s->speed[i] = pdi_etch_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
+        if (s->slot[i] < 0) s->speed[i] = pdi_layer_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
         PDI_TRY(pdi_attack_lawful(ctx, a, i));
     }
     return PD_OK;
@@ -72970,7 +73033,8 @@ static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
-        *speed = fmax(*speed, pdi_etch_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed));
+        double there = pdi_layer_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed);
+        *speed = fmax(*speed, there);
     }
 }
 
@@ -73010,7 +73074,7 @@ static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
             if (s->count == s->reactive->grid->total)
                 return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
             pd_etch_put(s, i, goes ? pdi_attack_weight(a, beside) : 0.0, goes ? pdi_attack_thick(a, beside) : 0.0);
-            pd_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
+            pdi_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
         }
     }
     for (int32_t k = 0; d && k < d->beside_count; k++) {
@@ -73019,7 +73083,7 @@ static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
         if (s->count == s->reactive->grid->total)
             return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
         pd_etch_put(s, beside->node, pdi_attack_weight(a, beside), pdi_attack_thick(a, beside));
-        pd_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
+        pdi_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
     }
     return PD_OK;
 }
@@ -73372,6 +73436,16 @@ static pd_status pdi_model_ahead(pd_ctx *ctx, void *user, double t)
     return PD_OK;
 }
 
+/* States of surfaces; the cell and the law of metal, which read them, come behind. */
+static pd_status pdi_model_surfaces(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    m->line = u->state[0].line;
+    PDI_TRY(PDI_NEW(ctx, "model", 1, m->surfaces));
+    return pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
+                              pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, m->surfaces);
+}
+
 /* Their way in time; behind the metal, which feeds them. */
 static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
 {
@@ -73383,14 +73457,7 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.settle = u->settle;
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
     desc.shed = u->shed;
-    if (u->states) {
-        m->line = u->state[0].line;
-        PDI_TRY(PDI_NEW(ctx, "model", 1, m->surfaces));
-        PDI_TRY(pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
-                                   pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, m->surfaces));
-        m->line = u->line[PD_PART_CHEMISTRY];
-        desc.coat = &m->surfaces->coat;
-    }
+    desc.coat = m->surfaces ? &m->surfaces->coat : NULL;
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL, &m->course, &m->cell,
                                  &m->electrodes, m->surfaces, &m->attack));
@@ -73640,12 +73707,13 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
                             PD_PART_SOLID, PD_PART_CHEMISTRY, PD_PART_DISSOLVE, PD_PART_DISSOLVE,
-                            PD_PART_POTENTIAL, PD_PART_CHEMISTRY};
+                            PD_PART_CHEMISTRY, PD_PART_POTENTIAL, PD_PART_CHEMISTRY};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
                               pdi_model_structure, pdi_model_species, pdi_model_metals, pdi_model_dissolve,
-                              pdi_model_cell, pdi_model_course};
+                              pdi_model_surfaces, pdi_model_cell, pdi_model_course};
     const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_chemistry,
-                          u->has_dissolve || u->has_potential, u->has_dissolve, u->has_potential, u->has_chemistry};
+                          u->has_dissolve || u->has_potential, u->has_dissolve, u->states > 0, u->has_potential,
+                          u->has_chemistry};
     for (size_t k = 0; k < sizeof part / sizeof part[0]; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;

@@ -219,7 +219,7 @@ static inline void mineral_half_full(void *user, double x, double *c)
 
 /* A source q everywhere between walls of 0: D1 c'' = -q on the left, D2 c'' = -q with D2 = D1 eps/tau on the right, c
  * and flux the same in the middle. Largest error of c over its largest value. */
-static inline pd_status mineral_pores(pd_ctx *ctx, int n, double m, mineral_found *f)
+static inline pd_status mineral_pores(pd_ctx *ctx, int n, double m, double dt, mineral_found *f)
 {
     static vessel v;
     double eps = 0.3, tau = 2.0, d1 = 1e-9, d2 = d1 * eps / tau, q = 1e-3, l = 0.5 * MINERAL_LENGTH, held[2], full;
@@ -241,7 +241,7 @@ static inline pd_status mineral_pores(pd_ctx *ctx, int n, double m, mineral_foun
     vessel_pour(&v, mineral_half_full, &full);
     for (int32_t i = 0; i < v.grid.total && v.status >= 0; i++)
         if (v.grid.kind[i] == PD_FLUID) pd_reactive_source(&v.reactive, 0)[i] = q;
-    for (int k = 0; k < 3; k++) mineral_step(&v, 1e6, f);
+    for (int k = 0; k < 3; k++) mineral_step(&v, dt, f);
     for (int k = 0; k < n && v.status >= 0; k++) {
         double x = vessel_place(&v, k), from = x < l ? x : MINERAL_LENGTH - x, at = x < l ? d1 : d2;
         double exact = q * l * l / (d1 + d2) * from / l + 0.5 * q / at * from * (l - from);

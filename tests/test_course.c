@@ -190,6 +190,31 @@ TEST(law_in_ph)
 }
 
 /* The same by bonds, with nodes that turn: what metal has lost is in the species, and the gas. A law in a species. */
+/* Pores that narrow as a solid grows everywhere: what has come through them after a time is of second order. */
+TEST(narrowing)
+{
+    double came[3];
+    for (int k = 0; k < 3; k++) {
+        char text[1536];
+        snprintf(text, sizeof text, "%s%s[side x-] species = inlet\n[chemistry] activity = ideal  tortuosity = 1\n"
+                 "[species Na+] D = 1e-9 m2/s  inlet = 10 mM\n[species Cl-] D = 1e-9 m2/s  inlet = 10 mM\n"
+                 "[species Mg2+] D = 1e-12 m2/s  initial = 1 mol/L  inlet = 1 mol/L\n"
+                 "[species SO4-2] D = 1e-12 m2/s  initial = 1 mol/L  inlet = 1 mol/L\n"
+                 "[species MgSO4(s)] volume = 4e-3 m3/mol  initial = 20 mol/m3\n[species H2O]\n"
+                 "[reaction s] MgSO4(s) = Mg2+ + SO4-2  K = 0.9 mol2/L2\n"
+                 "[mineral MgSO4(s)] rate = 1 mol/m2/s  area = 2 1/m  porosity = 0.01\n"
+                 "[run] until = 400 s  rtol = 0.1  max_step = %.17g s\n", BOX("50 um", "1 mm"), ACROSS,
+                 40.0 / (1 << k));
+        if (!open_model(text)) return;
+        if (!run_to(400.0)) return;
+        came[k] = balances("Na").dissolved;
+        close_model();
+    }
+    NOTE("%.3e %.3e, order %.2f", came[0] / came[2] - 1.0, came[1] / came[2] - 1.0,
+         log2(fabs((came[0] - came[1]) / (came[1] - came[2]))));
+    CHECK_LE(1.7, log2(fabs((came[0] - came[1]) / (came[1] - came[2]))));
+}
+
 /* A law that overflows where nothing dissolves is met where base has taken the phosphate: as one that ends at e^690. */
 TEST(law_that_overflows)
 {
@@ -670,7 +695,8 @@ TEST(refusals)
     refused(METAL ION "[dissolve] rate = 1 um/h [flow]\n" END, "a section starts on a line of its own");
 }
 
-TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(fast_stream) ENTRY(law_in_ph) ENTRY(law_that_overflows) ENTRY(corrode)
+TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(fast_stream) ENTRY(law_in_ph)
+          ENTRY(law_that_overflows) ENTRY(narrowing) ENTRY(corrode)
           ENTRY(solutions) ENTRY(corner) ENTRY(walls) ENTRY(covered) ENTRY(covered_all) ENTRY(covered_more_and_more)
           ENTRY(all_together)
           ENTRY(front) ENTRY(one_species)

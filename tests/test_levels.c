@@ -1,5 +1,5 @@
-/* levels: metals that corrode freely, and several electrodes, among ions that migrate: two lines of Tafel, a cell of two
- * plates against a closed form of its ions, oxygen that diffuses to metal, given potentials and currents, laws that
+/* levels: metals that corrode freely, and several electrodes, among ions that migrate: two lines of Tafel, a cell of
+ * two plates against a closed form of its ions, oxygen that diffuses to metal, given potentials and currents, laws that
  * jump, plateaus, steps of any length; what is refused.
  * dims: 1 2 */
 #include "run/run.h"
@@ -11,10 +11,12 @@
 #define BOX(from, to) from " .. " to
 #define SIDES
 #define PER(amperes) amperes " A"
+#define FINE "1 um"
 #else
 #define BOX(from, to) from " .. " to ", 0 um .. 30 um"
 #define SIDES "[side y-] flow = mirror\n[side y+] flow = mirror\n"
 #define PER(amperes) amperes " A*3e-5"
+#define FINE "2.5 um"
 #endif
 
 /* A figure of the end of a run of a scene; `share`: what balances and currents are off by, together. NaN: it failed. */
@@ -96,21 +98,21 @@ TEST(tafel)
 
 static const double height = PD_DIM == 1 ? 1.0 : 3e-5;
 
-/* Wired plates, with salt that stays and near the limiting current: current and potential, at rest, and after many times
- * of diffusion. */
+/* Wired plates, with salt that stays and near the limiting current: current and potential after many times of
+ * diffusion. */
 TEST(wired)
 {
     static const plates mild = {0.71e-9, 1e-4, 50.0, 250.0, 10.0, 0.06, 0.12, 0.1, 0.0};
     static const plates steep = {0.71e-9, 1e-4, 0.5, 40.5, 10.0, 0.06, 0.12, 0.5, 20.0};
     static const char *const text[] = {
         GAP("2.5 um", "50", "250", "100") ANODE "connected = cathode\n" CATHODE("100 mV") "[run] until = 1000 s\n",
-        GAP("1 um", "0.5", "40.5", "20") ANODE "connected = cathode\n" DEPOSITS "[run] until = 1000 s\n"};
+        GAP(FINE, "0.5", "40.5", "20") ANODE "connected = cathode\n" DEPOSITS "[run] until = 1000 s\n"};
     for (int k = 0; k < 2; k++) {
         plates_state wanted = plates_wired(k ? &steep : &mild);
-        double share, off = k ? 1e-3 : 1e-6;
+        double share, off = k ? (PD_DIM == 1 ? 1e-3 : 4e-3) : 1e-6;
         CHECK_REL(figure(text[k], "electrode.anode.current", &share), height * wanted.current, off);
         CHECK_LE(share, 1e-12);
-        CHECK_NEAR(figure(text[k], "electrode.anode.E", &share), wanted.anode, k ? 1e-4 : 1e-6);
+        CHECK_NEAR(figure(text[k], "electrode.anode.E", &share), wanted.anode, k ? 2e-4 : 1e-6);
         if (k) CHECK_LE(wanted.least, 1.0);
     }
 }
@@ -142,14 +144,15 @@ TEST(given)
     "[species O2] D = 2e-9 m2/s  initial = 0.25 mol/m3\n[transport] D = 1e-9 m2/s\n" \
     "[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-  current = " law "\n" \
     "[electrode iron] shape = iron  " curve "\n[run] until = " until "\n"
-#define HYDROGEN "curve = tafel  i0 = 1 mA/m2  E0 = -0.4 V  cathodic_slope = 120 mV\nreaction = 2 H2O + 2 e- = H2 + 2 OH-"
+#define HYDROGEN \
+    "curve = tafel  i0 = 1 mA/m2  E0 = -0.4 V  cathodic_slope = 120 mV\nreaction = 2 H2O + 2 e- = H2 + 2 OH-"
 #define OXYGEN \
     "curve = expression  i = -1 mA/m2*[O2]/(0.25 mol/m3)*10^(-(E + 0.1 V)/(120 mV))\n" \
     "reaction = O2 + 2 H2O + 4 e- = 4 OH-"
 
 TEST(jumps)
 {
-    static const char jump[] = OPEN("if(E < -0.5 V, 0 A/m2, 1 A/m2)", HYDROGEN, "0.1 s");
+    static const char jump[] = OPEN("if(E < -0.5 V, 0 A/m2, 1 A/m2)", HYDROGEN, "10 ms");
     static const char limit[] = OPEN("0.01 A/m2*10^((E + 0.6 V)/(60 mV))", HYDROGEN "\ncathodic_limit = 0.5 mA/m2",
                                      "1 us");
     double share, wanted = 0.001 * pow(10.0, 0.1 / 0.12);
@@ -224,7 +227,8 @@ TEST(refused)
         {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = primary\n"
          "reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n", "expected another curve"},
         {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = expression\n"
-         "i = -1 A/m2*[Cu2+]/(1 mol/m3)*E/(1 V)  reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n", "a current that falls"},
+         "i = -1 A/m2*[Cu2+]/(1 mol/m3)*E/(1 V)  reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n",
+         "a current that falls"},
         {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = expression\n"
          "i = 1 A/m2*(pH + E/(1 V))  reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n", "without the species H+"},
         {GAP("5 um", "50", "250", "100") ANODE CATHODE("0 V") "[side x-] potential = 1 V\n[run] until = 1 s\n",
@@ -235,7 +239,8 @@ TEST(refused)
         {"[constants] E = 1 V\n" OPEN("0.1 A/m2*E/(1 V)", HYDROGEN, "1 s"), "name 'E'"}};
     static const char *const lost[][2] = {
         {OPEN("0 A/m2*E/(1 V)", HYDROGEN, "1 s"), "no potential gives the metal of iron"},
-        {GAP("5 um", "50", "250", "100") ANODE "current = " PER("20") "\n" CATHODE("0 V") "current = " PER("-10") "\n[run] until = 1 s\n",
+        {GAP("5 um", "50", "250", "100") ANODE "current = " PER("20") "\n" CATHODE("0 V") "current = " PER("-10")
+         "\n[run] until = 1 s\n",
          "sum to "}};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0] + sizeof lost / sizeof lost[0]; k++) {
         int runs = k >= sizeof bad / sizeof bad[0];

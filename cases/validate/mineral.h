@@ -56,7 +56,7 @@ static pd_status mineral_front_run(val_job *job)
 static pd_status mineral_pores_run(val_job *job)
 {
     mineral_found f;
-    PDI_TRY(mineral_pores(job->ctx, job->level.n, job->level.m, &f));
+    PDI_TRY(mineral_pores(job->ctx, job->level.n, job->level.m, 1e6, &f));
     mineral_out(job, MINERAL_LENGTH / job->level.n, 1, &f);
     job->out->err[0] = f.value;
     return PD_OK;

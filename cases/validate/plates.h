@@ -1,5 +1,5 @@
-/* plates: electrodes among ions that migrate: two plates of one metal that are wired to each other (../plates.h), and iron
- * that rusts by the oxygen that reaches it. Included by cases.h alone. */
+/* plates: electrodes among ions that migrate: two plates of one metal that are wired to each other (../plates.h), and
+ * iron that rusts by the oxygen that reaches it. Included by cases.h alone. */
 #ifndef VAL_PLATES_H
 #define VAL_PLATES_H
 #include "case.h"
@@ -126,11 +126,11 @@ static const val_part *const plates_parts[] = {&plates_mild_part, &plates_steep_
 
 static const val_case plates_case = {
     "plates", "electrodes among ions that migrate",
-    "Two plates of copper in CuCl2 with a little NaCl, wired to each other, of which one gives and one takes up Cu2+, far "
-    "from the limiting current and near it; and iron that corrodes freely by the oxygen that diffuses to it. Potentials of "
-    "the metals follow from their currents.",
-    "A potential that is asked once a step, the fall of the potential by diffusion, the last half cell before an electrode, "
-    "charge that is lost, a current that takes up more than there is.",
+    "Two plates of copper in CuCl2 with a little NaCl, wired to each other, of which one gives and one takes up Cu2+, "
+    "far from the limiting current and near it; and iron that corrodes freely by the oxygen that diffuses to it. "
+    "Potentials of the metals follow from their currents.",
+    "A potential that is asked once a step, the fall of the potential by diffusion, the last half cell before an "
+    "electrode, charge that is lost, a current that takes up more than there is.",
     "closed form of the ions between the plates with the curves of both (theory: eq. 5c.15); diffusion of oxygen and "
     "the line of Tafel of iron",
     plates_parts, 3};

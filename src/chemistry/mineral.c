@@ -320,6 +320,16 @@ static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, con
     }
 }
 
+/* 1: in the step its amount changes by less than its rounding: the derivative of ln Omega, which grows without bounds
+ * where nothing is dissolved, says nothing of it. */
+static int pdi_mineral_inert(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
+                             const double *at, double n)
+{
+    double rate = start->rate[s] * start->dt;
+    if (!(rate < DBL_EPSILON * n)) return 0;
+    return rate * exp(m->of[s].exponent * pdi_mineral_index(c, m, s, at)) < DBL_EPSILON * n;
+}
+
 PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                const double *at, const double *n, float *by)
 {
@@ -328,7 +338,8 @@ PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, con
     int active[PD_MINERAL_MOST], count = 0;
     for (int s = 0; s < m->count; s++) {
         for (int k = 0; k < c->count; k++) by[s * c->count + k] = 0.0f;
-        if (n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
+        int there = n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_inert(c, m, start, s, at, n[s]);
+        if (there && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
     }
     if (!count) return;
     pdi_components_slopes(c, at, table);

@@ -522,11 +522,25 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     return PD_OK;
 }
 
-/* What minerals leave open for diffusion, as they are at the start of the step. */
-static void pdi_advance_pores(pd_reactive *r)
+/* A share that grows by `change`: at most half of what is open is filled, and half of what fills it goes. */
+static double pdi_advance_filled(double film, double change)
+{
+    return film + fmin(fmax(change, -0.5 * film), 0.5 * (1.0 - film));
+}
+
+PDI_FN void pdi_advance_stands(pd_reactive *r, double dt)
+{
+    for (int32_t i = 0; i < r->grid->total && r->pass; i++)
+        r->narrow[i] = r->grid->kind[i] == PD_FLUID ? (pd_reactive_film(r, i) - r->filled[i]) / dt : 0.0;
+}
+
+/* What minerals leave open for diffusion in the middle of a step of dt [s], as far as the last one tells. */
+static void pdi_advance_pores(pd_reactive *r, double dt)
 {
     for (int32_t i = 0; i < r->grid->total && r->pass; i++) {
         double film = r->grid->kind[i] == PD_FLUID ? pd_reactive_film(r, i) : 0.0;
+        r->filled[i] = film;
+        if (film > 0.0) film = pdi_advance_filled(film, 0.5 * dt * r->narrow[i]);
         r->pass[i] = film > 0.0 ? (1.0 - film) / r->desc.tortuosity : 1.0;
     }
     if (r->pass) pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
@@ -557,7 +571,8 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
     if (r->migration.tied) return PD_OK;
     if (r->surface && r->surface->electrode) PDI_TRY(pdi_advance_given(ctx, r->surface));
-    else if (r->surface && r->surface->count && (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
+    else if (r->surface && r->surface->count &&
+             (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
                         "species has a potential and lets a current pass, expected one",
                         r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
@@ -586,7 +601,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
-    pdi_advance_pores(r);
+    pdi_advance_pores(r, dt);
     if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r, dt));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);

@@ -378,6 +378,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
         last = s->ends = 1;
     }
     pdi_course_taken(a, s->dt, all);
+    pdi_advance_stands(a->reactive, s->dt);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
@@ -406,9 +407,9 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an electrode "
-                        "may take up more of a species than reaches the metal, expected one that falls to 0 with it, "
-                        "as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an "
+                        "electrode may take up more of a species than reaches the metal, expected one that falls to "
+                        "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
     if (a->desc.coat && a->desc.coat->error > 1.0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
                         "%g s: expected a rate that stays finite", s->time);
@@ -497,6 +498,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
     for (int32_t k = 0; k < count; k++) {
         pdi_reactive_put(r, c, turned[k], r->c);
         for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
+        if (r->narrow) r->narrow[turned[k]] = 0.0;
     }
     if (r->migration.on) {
         pdi_course_keep(ctx, a, 0);

@@ -5,8 +5,8 @@
  * through. So v = max(law(c_s(v)), 0). Where a law falls there is one solution; where it jumps down, the speed between.
  *
  * With migration, metals may be electrodes: beside the law a polarisation curve brings its current into the species, by
- * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total current
- * (levels.h, theory: 5c.5).
+ * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total
+ * current (levels.h, theory: 5c.5).
  */
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
@@ -21,8 +21,8 @@ typedef double (*pd_etch_curve_fn)(void *user, int electrode, const double *c, d
 
 /* Metals that are connected have one potential. */
 typedef struct pd_etch_circuit {
-    int holds;    /* 1: `value` is it [V]; 0: it is the current [A] (per m in planar 2D, per m2 in 1D) into the fluid */
-    double value;
+    int holds;    /* 1: `value` is it; 0: it is the current into the fluid */
+    double value; /* [V] or [A] (per m in planar 2D, per m2 in 1D) */
 } pd_etch_circuit;
 
 /* Zero-initialise. Arrays are borrowed for the life of the object, but for `part`. */
@@ -77,7 +77,7 @@ typedef struct pd_etch {
     double *way;                  /* [total] [s/m] of places: through the film, over the mean diffusivity */
     double *flow;                 /* [total] [mol/m2/s] of places: electrons that leave the fluid by the curve */
     float *flow_by, *flow_drive;  /* as `by` and `drive`, of `flow` */
-    double *gave;                 /* [total] [mol/m3/s] of places: of the law, at the end of the last step that stands */
+    double *gave;                 /* [total] [mol/m3/s] of places: of the law, at the end of the last step */
     double *side;                 /* [2][total] of places: speeds and flows on one side of a jump, and work */
     double *level;                /* [circuits] [V] potential of the metal */
     double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */
@@ -90,7 +90,6 @@ typedef struct pd_etch {
 #define pd_etch_build PD_NAME(pd_etch_build)
 #define pd_etch_open PD_NAME(pd_etch_open)
 #define pd_etch_put PD_NAME(pd_etch_put)
-#define pd_etch_polarise PD_NAME(pd_etch_polarise)
 #define pd_etch_free PD_NAME(pd_etch_free)
 
 /* A law for the species; reactive is borrowed, and takes it into its steps. Nodes beside metal are listed by the next
@@ -101,9 +100,6 @@ PD_API void pd_etch_open(pd_etch *etch);
 /* One more: each speed v [m/s] gives it `weight` v [mol/m3/s] of metal, and lies behind a film across which what comes
  * from metal rises by `thick` v [mol/m3], at the mean diffusivity. Beside a plane, half a cell: Cs/h, Cs h/(2 D). */
 PD_API void pd_etch_put(pd_etch *etch, int32_t node, double weight, double thick);
-/* The place put last, or with the others of its node, has that electrode: `area` [1/m] of it over the volume of the
- * node, `way` [m] from the node to it. Of the places of a node one has a weight. */
-PD_API void pd_etch_polarise(pd_etch *etch, int electrode, double area, double way);
 PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
@@ -112,12 +108,9 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
  * same with the activities of a node: ln gamma of a charge of 1. */
 PDI_FN void pdi_etch_film(const pd_reactive *reactive, pd_components *film, double *scale);
 PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now);
-/* Speed [m/s] at a fluid node for the present concentrations, behind such a film, of the metal of `place` (-1: of that
- * without electrodes). NaN: the law is not finite. */
-PDI_FN double pdi_etch_at(const pd_etch *etch, int32_t node, int32_t place, double thick, double guess);
-/* The speeds of all places (of a circuit; -1: of all), for potentials of metal as they are; `derive`: and how they
- * follow the totals. */
-PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int derive);
+/* The place put last, has that electrode: `area` [1/m] of it over the volume of the
+ * node, `way` [m] from the node to it. Of the places of a node one has a weight. */
+PDI_FN void pdi_etch_polarise(pd_etch *etch, int electrode, double area, double way);
 /* Nothing has passed in the step at hand; dt [s] of it at the present speeds; the step stands. */
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);

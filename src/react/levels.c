@@ -4,6 +4,7 @@
  * out of their rows: a change of rank one for each circuit, which GMRES meets in a step or two.
  */
 #include "react/levels.h"
+#include "react/layer.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -51,11 +52,11 @@ typedef struct pdi_levels_search {
     double size;                 /* [mol/s] of the last sum */
 } pdi_levels_search;
 
-/* What is too much at E; a bracket takes it. Where no surface was found, no such potential is on that side of `from`. */
+/* What is too much at E; a bracket takes it. Where no surface was found, none is on that side of `from`. */
 static double pdi_levels_try(const pd_ctx *ctx, pd_etch *s, pdi_levels_search *q, double e, double from)
 {
     s->level[q->circuit] = e;
-    pdi_etch_solve(ctx, s, q->circuit, 0);
+    pdi_layer_solve(ctx, s, q->circuit, 0);
     double off = pdi_levels_charge(s, q->circuit, &q->size) - q->wanted;
     if (!(fabs(off) < HUGE_VAL)) off = e < from ? -HUGE_VAL : HUGE_VAL;
     if (off > 0.0) {
@@ -91,14 +92,14 @@ static void pdi_levels_between(const pd_ctx *ctx, pd_etch *s, const pdi_levels_s
 {
     double *speed = s->side, *flow = s->side + s->reactive->grid->total, size;
     s->level[q->circuit] = q->low;
-    pdi_etch_solve(ctx, s, q->circuit, 0);
+    pdi_layer_solve(ctx, s, q->circuit, 0);
     for (int32_t p = 0; p < s->count; p++) {
         speed[p] = s->speed[s->node[p]];
         flow[p] = s->flow[p];
     }
     double low = pdi_levels_charge(s, q->circuit, &size) - q->wanted;
     s->level[q->circuit] = q->high;
-    pdi_etch_solve(ctx, s, q->circuit, 0);
+    pdi_layer_solve(ctx, s, q->circuit, 0);
     double high = pdi_levels_charge(s, q->circuit, &size) - q->wanted, share = low < high ? low / (low - high) : 1.0;
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != q->circuit) continue;
@@ -178,7 +179,7 @@ PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
     double size, extra = s->extra;
     s->lost = 0;
     if (!s->electrode) {
-        pdi_etch_solve(ctx, s, -1, 0);
+        pdi_layer_solve(ctx, s, -1, 0);
         return;
     }
     for (int n = 0; n < s->desc.electrodes.circuits; n++) {
@@ -186,7 +187,7 @@ PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
         if (s->desc.electrodes.given) circuit->value = s->desc.electrodes.given(s->desc.electrodes.user, n, s->time);
         if (circuit->holds) {
             s->level[n] = circuit->value;
-            pdi_etch_solve(ctx, s, n, 0);
+            pdi_layer_solve(ctx, s, n, 0);
         } else if (pdi_levels_there(s, n)) {
             pdi_levels_find(ctx, s, n, extra);
             extra = 0.0;

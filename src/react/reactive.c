@@ -309,7 +309,11 @@ PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, reactive, carry, reactive->components.count * total, "mol/m3");
     PDI_ARRAY(owner, reactive, source, reactive->components.solutes * total, "mol/m3/s");
     if (reactive->minerals.count) PDI_STATE(owner, reactive, solid, reactive->minerals.count * total, "mol/m3");
-    if (pdi_reactive_shrinks(reactive)) PDI_ARRAY(owner, reactive, pass, total, "1");
+    if (pdi_reactive_shrinks(reactive)) {
+        PDI_ARRAY(owner, reactive, pass, total, "1");
+        PDI_ARRAY(owner, reactive, filled, total, "1");
+        PDI_STATE(owner, reactive, narrow, total, "1/s");
+    }
     pdi_migration_list(owner, &reactive->migration);
     if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
 }

@@ -85,7 +85,9 @@ typedef struct pd_reactive {
     double *carry;  /* [components][total] [mol/m3] what the last step left undone; the next one delivers it */
     double *source; /* [solutes][total] [mol/m3/s] given by the caller before a step */
     double *solid;  /* [minerals][total] [mol/m3] of the cell; NULL: none form */
-    double *pass;   /* [total] [-] eps/tau at the start of the step; NULL: minerals take no room */
+    double *pass;   /* [total] [-] eps/tau at the middle of the step; NULL: minerals take no room */
+    double *narrow; /* [total] [1/s] rate at which the share of minerals grew in the last step that stands */
+    double *filled; /* [total] [-] that share at the start of the step */
     /* lent for a step: */
     double *begin;  /* [solutes][total] [mol/m3] at the start of the step */
     double *base;   /* [solutes][total] [mol/m3] before a step of Newton */

@@ -1,5 +1,6 @@
 /* tangent: see tangent.h */
 #include "react/tangent.h"
+#include "react/layer.h"
 #include "react/levels.h"
 #include "core/par.h"
 #include <math.h>
@@ -124,7 +125,7 @@ static pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
     }
-    if (r->surface) pdi_etch_solve(ctx, r->surface, -1, 1);
+    if (r->surface) pdi_layer_solve(ctx, r->surface, -1, 1);
     if (r->surface && r->surface->electrode) pdi_levels_derive(r->surface);
     if (r->migration.on) PDI_TRY(pdi_tangent_migration(ctx, r));
     for (int n = 0; n < s->kinetics; n++)

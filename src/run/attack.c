@@ -1,5 +1,6 @@
 /* attack: see attack.h */
 #include "run/attack.h"
+#include "react/layer.h"
 #include "react/levels.h"
 #include "metal/interface.h"
 #include <math.h>
@@ -21,7 +22,8 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     pd_grid_position(a->dissolve->grid, node, vars + 2);
     vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
     vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
-    if (a->cell && !a->polarise.setup) pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
+    if (a->cell && !a->polarise.setup)
+        pdi_cell_beside(a->cell, node, 0, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
     if (a->polarise.setup) {
         vars[PDI_SETUP_SURFACE] = -phi;
     } else if (metal->polarised) {
@@ -64,7 +66,8 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
         PDI_TRY(pdi_polarise_build(ctx, setup, map, cell, reactive, &a->etch, &a->polarise, &desc.electrodes));
     }
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
-    if (kind >= 0 && metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
+    if (kind >= 0 && (metal->rate.uses >> PDI_SETUP_GRAIN & 1u))
+        return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
     return PD_OK;
 }
 
@@ -123,7 +126,7 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
         const pdi_beside *beside = &d->beside[k];
         int32_t i = beside->node;
         if (!(beside->weight > 0.0)) continue;
-        if (s->slot[i] < 0) s->speed[i] = pdi_etch_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
+        if (s->slot[i] < 0) s->speed[i] = pdi_layer_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
         PDI_TRY(pdi_attack_lawful(ctx, a, i));
     }
     return PD_OK;
@@ -147,7 +150,8 @@ static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
-        *speed = fmax(*speed, pdi_etch_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed));
+        double there = pdi_layer_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed);
+        *speed = fmax(*speed, there);
     }
 }
 
@@ -187,7 +191,7 @@ static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
             if (s->count == s->reactive->grid->total)
                 return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
             pd_etch_put(s, i, goes ? pdi_attack_weight(a, beside) : 0.0, goes ? pdi_attack_thick(a, beside) : 0.0);
-            pd_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
+            pdi_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
         }
     }
     for (int32_t k = 0; d && k < d->beside_count; k++) {
@@ -196,7 +200,7 @@ static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
         if (s->count == s->reactive->grid->total)
             return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
         pd_etch_put(s, beside->node, pdi_attack_weight(a, beside), pdi_attack_thick(a, beside));
-        pd_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
+        pdi_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
     }
     return PD_OK;
 }

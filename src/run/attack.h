@@ -17,8 +17,8 @@ typedef struct pd_attack {
     const pd_setup *setup;
     pd_dissolve *dissolve;
     const pd_course *course;
-    const pd_cell *cell; /* whose potential the law reads, as it was found last, or whose contacts electrodes have; NULL:
-                          * neither */
+    const pd_cell *cell; /* whose potential the law reads, as it was found last, or whose contacts electrodes have;
+                          * NULL: neither */
     const pd_surfaces *surfaces; /* whose states the law reads; NULL: it reads none */
     pd_polarise polarise; /* electrodes among ions that migrate; else empty */
     int kind;             /* metal that the law is of; -1: none dissolves */
@@ -27,8 +27,8 @@ typedef struct pd_attack {
 } pd_attack;
 
 #ifdef PDI_INTERNAL
-/* The law of the metal of the setup that is chemical, and electrodes among ions that migrate. All is borrowed; dissolve:
- * NULL where metal stays. */
+/* The law of the metal of the setup that is chemical, and electrodes among ions that migrate. All is borrowed;
+ * dissolve: NULL where metal stays. */
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
                                   const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
                                   const pd_surfaces *surfaces, pd_attack *attack);

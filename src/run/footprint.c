@@ -380,7 +380,10 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&etch, 0, sizeof etch);
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         etch.reactive = &r;
-        if (pdi_setup_polarises(u)) etch.desc.electrodes.count = etch.desc.electrodes.circuits = u->potential.electrodes;
+        if (pdi_setup_polarises(u)) {
+            etch.desc.electrodes.count = u->potential.electrodes;
+            etch.desc.electrodes.circuits = u->potential.electrodes;
+        }
         course.desc.surface = &etch;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
     }

@@ -13,7 +13,7 @@ typedef struct pd_polarise {
     pd_electrode_map *map;
     const pd_cell *cell;
     pd_etch *etch;
-    double *part;                                  /* [electrodes][species] see pd_etch_electrodes */
+    double *part;                                  /* [electrodes][species] [-] see pd_etch_electrodes */
     uint32_t reads[PD_SETUP_ELECTRODES];
     pd_etch_circuit circuit[PD_SETUP_ELECTRODES];
 } pd_polarise;

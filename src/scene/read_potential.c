@@ -130,8 +130,9 @@ static pd_status pdi_read_potential_rises(pdi_reader *s, int section, const pd_s
         double i = pdi_expr_eval(&e->law, vars);
         if (!(fabs(i) < PDI_READER_HUGE)) continue;
         if (i < last - PDI_READ_POTENTIAL_SLACK * fabs(last))
-            return pdi_text_refuse(s->ctx, s->text, section, "i", "found a current that falls from %.6g to %.6g A/m2 as "
-                                   "E rises to %.6g V, at 1 mol/m3 of each species, expected one that rises or stays "
+            return pdi_text_refuse(s->ctx, s->text, section, "i", "found a current that falls from %.6g to %.6g A/m2 "
+                                   "as E rises to %.6g V, at 1 mol/m3 of each species, expected one that rises or "
+                                   "stays "
                                    "(cathodic currents are negative)", last, i, vars[0]);
         last = i;
     }
@@ -191,8 +192,8 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
                               &e->term.equilibrium));
     e->primary = curve == PDI_READ_POTENTIAL_PRIMARY;
     if (e->primary && s->setup->migrates)
-        return pdi_text_refuse(s->ctx, s->text, section, "curve", "found primary beside migration = yes of [chemistry], "
-                               "expected another curve");
+        return pdi_text_refuse(s->ctx, s->text, section, "curve", "found primary beside migration = yes of [chemistry],"
+                               " expected another curve");
     if (e->primary) return PD_OK;
     if (curve != PDI_READ_POTENTIAL_LINEAR)
         return pdi_read_potential_slopes(s, section, curve == PDI_READ_POTENTIAL_BUTLER, &e->term);
@@ -300,8 +301,8 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
         int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
         if (!pdi_text_has(s->ctx, s->text, section, "potential")) continue;
         if (u->migrates)
-            return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry], "
-                                   "expected species = inlet, which holds ions at the potential 0");
+            return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry],"
+                                   " expected species = inlet, which holds ions at the potential 0");
         PDI_TRY(pdi_reader_within(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MOST,
                                   PDI_READ_POTENTIAL_MOST, 0, &u->potential.hold[k]));
         u->potential.held[k] = 1;

@@ -1,0 +1,674 @@
+/* layer: see layer.h
+ *
+ * Design: in the film the sums over species of D times concentration, by components, are linear, since reactions in
+ * equilibrium keep them. Concentrations times their diffusivities follow the same mass action with other constants, so
+ * the surface is found by the solver of components. Coefficients of activity are those of the node. With migration the
+ * same holds for the shares of exponential fluxes (migrate.h), and the potential of the surface makes it neutral.
+ */
+#include "react/layer.h"
+#include "core/bracket.h"
+#include "core/par.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Steps of a search, and the share of the speed to which it is found. */
+#define PDI_LAYER_STEPS 200
+#define PDI_LAYER_CLOSE 1e-15
+/* [m/s] First guess of a law that overflows. */
+#define PDI_LAYER_FAST 1.0
+/* Factor by which a bracket of the speed grows first; it is squared each time. */
+#define PDI_LAYER_BRACKET 2.0
+/* Relative change of what a law reads by which its slope is found. */
+#define PDI_LAYER_STRIDE 1e-6
+/* Share by which twice that has another slope where a law jumps; doublings and halvings by which the place of the jump
+ * is found. */
+#define PDI_LAYER_JUMP 0.25
+#define PDI_LAYER_DOUBLINGS 60
+#define PDI_LAYER_HALVINGS 20
+/* [mol/m3] that counts as nothing beside that. */
+#define PDI_LAYER_NOTHING 1e-30
+/* What is left at least of 1 less the slope of a rising law behind its film. */
+#define PDI_LAYER_RISE 0.05
+/* Steps of Newton's method for speed and flow of an electrode, and the share of them that counts as found. */
+#define PDI_LAYER_NEWTON 12
+#define PDI_LAYER_MET 1e-12
+#define PDI_LAYER_FARADAY 96485.33212 /* [C/mol] */
+/* Bit of what curves read: pH. */
+#define PDI_LAYER_PH ((uint32_t)1 << 31)
+/* F phi/(R T): most of the surface over the node, first stride to it, and the change by which a slope is found. */
+#define PDI_LAYER_LIFT 60.0
+#define PDI_LAYER_LIFT_FIRST 0.01
+#define PDI_LAYER_LIFT_STRIDE 1e-6
+/* Share of the sum of |z| c that is no charge. */
+#define PDI_LAYER_NEUTRAL 4e-16
+
+/* ---- the surface of a node ---- */
+
+/* A node and its film. */
+typedef struct pdi_layer_work {
+    const pd_etch *s;
+    int32_t node;
+    double thick;
+    double davies;                    /* ln gamma of a charge of 1 */
+    double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
+    double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
+    double at[PD_SPECIES_MOST];       /* [mol/m3] times `scale`: at the surface, the last that was found */
+    double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
+    double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
+    double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
+    int electrode;                    /* -1: none */
+    double level;                     /* [V] of the metal */
+    double way;                       /* [s/m] through the film of the electrode */
+    double flow, guess;               /* [mol/m2/s] of the electrode */
+    uint32_t reads;                   /* what its curve reads */
+} pdi_layer_work;
+
+/* z/(exp(z) - 1) and its derivative. */
+static double pdi_layer_share(double z) { return pdi_migrate_leave(1.0, 0.0, z, 1.0, 0.0); }
+static double pdi_layer_share_by(double z) { return -pdi_migrate_conduct(z, 1.0, 0.0); }
+
+/* The electrode of a place. */
+static void pdi_layer_enter_electrode(const pd_etch *s, int32_t place, pdi_layer_work *w)
+{
+    const pd_etch_electrodes *of = &s->desc.electrodes;
+    w->electrode = s->electrode && place >= 0 ? s->electrode[place] : -1;
+    w->level = w->way = w->flow = w->guess = 0.0;
+    w->reads = 0;
+    if (w->electrode < 0) return;
+    w->level = s->level[of->member[w->electrode]];
+    w->way = s->area[place] > 0.0 ? s->way[place] : 0.0;
+    w->guess = s->flow[place];
+    if (of->reads) w->reads = of->reads[w->electrode];
+    if (!(s->area[place] > 0.0)) w->electrode = -1;
+}
+
+static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, double thick, pd_components *film,
+                           pdi_layer_work *w)
+{
+    const pd_components *of = &s->reactive->components;
+    w->s = s;
+    w->node = node;
+    w->thick = thick;
+    pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
+    w->davies = pdi_components_activity(of, w->c);
+    for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
+    w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
+    w->lift = 0.0;
+    memcpy(w->surface, w->c, sizeof w->surface);
+    pdi_layer_enter_electrode(s, place, w);
+    if (!(thick + w->way > 0.0)) return;
+    pdi_etch_activities(of, &s->film, w->davies, film);
+    memcpy(w->ln_k, film->ln_k, sizeof w->ln_k);
+    pdi_components_totals(of, w->at, w->flows);
+}
+
+/* The law for the concentrations c, where F phi/(R T) is psi. */
+static double pdi_layer_law(const pdi_layer_work *w, const double *c, double psi)
+{
+    const pd_reactive *r = w->s->reactive;
+    double ph = NAN;
+    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
+    return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time), 0.0);
+}
+
+/* The flow of the electrode there. */
+static double pdi_layer_curve(const pdi_layer_work *w, const double *c, double psi)
+{
+    const pd_reactive *r = w->s->reactive;
+    const pd_etch_electrodes *of = &w->s->desc.electrodes;
+    double ph = NAN;
+    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    return of->curve(of->user, w->electrode, c, ph, w->level - psi * r->migration.volt, w->s->time) / PDI_LAYER_FARADAY;
+}
+
+/* ---- the film of a node with migration ---- */
+
+/* Charge of the surface over the sum of |z| c, where metal dissolves at v and the surface has `lift`: it falls with
+ * that. NaN: no equilibrium was found. */
+static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v, double lift)
+{
+    const pd_etch *s = w->s;
+    double down[PD_SPECIES_MOST], up[PD_SPECIES_MOST], flows[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+    for (int n = 0; n < film->solutes; n++) {
+        double z = film->charge[n] * lift;
+        down[n] = pdi_layer_share(-z);
+        up[n] = s->scale[n] * pdi_layer_share(z) * w->c[n];
+    }
+    for (int n = 0; n < film->solutes && film->joined; n++) {
+        film->ln_k[n] = w->ln_k[n] + log(down[n]);
+        for (int k = 0; k < film->joined; k++) film->ln_k[n] -= film->m[k][n] * log(down[film->master[k]]);
+    }
+    for (int k = 0; k < film->joined; k++) film->ln_k[film->master[k]] = 0.0;
+    pdi_components_totals(film, up, flows);
+    if (w->electrode >= 0 && !w->reads) w->flow = pdi_layer_curve(w, w->c, w->psi + lift);
+    for (int k = 0; k < film->count; k++) {
+        flows[k] += s->gain[k] * w->thick * v;
+        if (w->electrode >= 0) flows[k] += s->part_gain[w->electrode * film->count + k] * w->way * w->flow;
+    }
+    if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
+    for (int n = 0; n < film->solutes; n++) {
+        w->surface[n] = w->at[n] / (s->scale[n] * down[n]);
+        charge += film->charge[n] * w->surface[n];
+        size += fabs((double)film->charge[n]) * w->surface[n];
+    }
+    w->lift = lift;
+    return size > DBL_MIN ? charge / size : 0.0;
+}
+
+/* From `a`, with the charge *of, by growing strides to a lift `b` on the other side of neutrality. */
+static double pdi_layer_across(pd_components *film, pdi_layer_work *w, double v, double *a, double *of, double *there)
+{
+    double stride = *of > 0.0 ? PDI_LAYER_LIFT_FIRST : -PDI_LAYER_LIFT_FIRST, b = *a;
+    *there = *of;
+    while (fabs(b) < PDI_LAYER_LIFT || b * stride < 0.0) {
+        b = fmin(fmax(b + stride, -PDI_LAYER_LIFT), PDI_LAYER_LIFT);
+        stride *= 3.0;
+        *there = pdi_layer_charge(film, w, v, b);
+        if (!(*there * *of > 0.0)) return b;
+        *a = b;
+        *of = *there;
+    }
+    return b;
+}
+
+/* The lift that makes the surface neutral where metal dissolves at v. Fluid without ions of one sign
+ * lifts it as far as it goes. 0: no equilibrium was found. */
+static int pdi_layer_lift(pd_components *film, pdi_layer_work *w, double v)
+{
+    double a = w->lift, of = pdi_layer_charge(film, w, v, a), there;
+    if (fabs(of) <= PDI_LAYER_NEUTRAL) return 1;
+    double b = pdi_layer_across(film, w, v, &a, &of, &there);
+    pdi_bracket s = {a, of, b, there, 0, 0};
+    double x;
+    while (of * there < 0.0 && pdi_bracket_next(&s, &x) &&
+           fabs(s.b - s.a) > PDI_LAYER_CLOSE * fmax(fabs(x), PDI_LAYER_LIFT_FIRST)) {
+        double g = pdi_layer_charge(film, w, v, x);
+        if (!(g == g)) return 0;
+        if (fabs(g) <= PDI_LAYER_NEUTRAL) break;
+        pdi_bracket_take(&s, x, g);
+    }
+    return of == of && there == there;
+}
+
+/* What the curve gives beyond the flow f, where metal dissolves at v: it falls with f. Where f takes more than there
+ * is, the surface has none of it. */
+static double pdi_layer_excess(pd_components *film, pdi_layer_work *w, double v, double f)
+{
+    w->flow = f;
+    if (!pdi_layer_lift(film, w, v)) return f < 0.0 ? HUGE_VAL : -HUGE_VAL;
+    return pdi_layer_curve(w, w->surface, w->psi + w->lift) - f;
+}
+
+/* Between a bracket [a, b] of a flow that is not 0. */
+static double pdi_layer_middle(double a, double b)
+{
+    double low = fmin(fabs(a), fabs(b)), high = fmax(fabs(a), fabs(b)), sign = a + b < 0.0 ? -1.0 : 1.0;
+    return low > 0.0 && high > 4.0 * low ? sign * sqrt(low * high) : 0.5 * (a + b);
+}
+
+/* The flow of a curve that reads the species, where metal dissolves at v: between none and what the curve gives without
+ * it; the guess first. 0: no surface was found. */
+static int pdi_layer_flow(pd_components *film, pdi_layer_work *w, double v)
+{
+    double a = 0.0, of = pdi_layer_excess(film, w, v, 0.0), b = of, there = 0.0, f = w->guess;
+    if (!(fabs(of) < HUGE_VAL)) return 0;
+    if (!(fabs(of) > 0.0)) return 1;
+    for (int step = 0; step < PDI_LAYER_STEPS && fabs(b - a) > PDI_LAYER_CLOSE * fabs(b); step++) {
+        if (step > 1) f = a + (b - a) * (of / (of - there));
+        if (step == 1) f *= there * of < 0.0 ? 1.0 - PDI_LAYER_STRIDE : 1.0 + PDI_LAYER_STRIDE;
+        if ((step > 1 && (step % 3 == 2 || !(fabs(of - there) < HUGE_VAL) || !(there * of < 0.0))) ||
+            !((f - a) * (b - f) > 0.0))
+            f = pdi_layer_middle(a, b);
+        if (!((f - a) * (b - f) > 0.0)) break;
+        double g = pdi_layer_excess(film, w, v, f);
+        if (!(g * of > 0.0)) {
+            b = f;
+            there = g;
+            if (step > 1) of *= 0.5;
+            if (!(fabs(g) > 0.0)) {
+                a = f;
+                break;
+            }
+        } else {
+            a = f;
+            of = g;
+            if (step > 1) there *= 0.5;
+        }
+    }
+    double last = pdi_layer_excess(film, w, v, fabs(there) < HUGE_VAL && fabs(there) > 0.0 ? b : a);
+    w->guess = w->flow;
+    return fabs(last) < HUGE_VAL;
+}
+
+/* With migration: the surface where metal dissolves at v. 0: none was found. */
+static int pdi_layer_settle(pd_components *film, pdi_layer_work *w, double v)
+{
+    return w->electrode >= 0 && w->reads ? pdi_layer_flow(film, w, v) : pdi_layer_lift(film, w, v);
+}
+
+/* The law at the surface, where metal dissolves at v [m/s]. */
+static double pdi_layer_given(pd_components *film, pdi_layer_work *w, double v)
+{
+    const pd_etch *s = w->s;
+    double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
+    if (!(w->thick + w->way > 0.0)) return pdi_layer_law(w, w->c, w->psi);
+    if (s->reactive->migration.on)
+        return pdi_layer_settle(film, w, v) ? pdi_layer_law(w, w->surface, w->psi + w->lift) : (double)NAN;
+    for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
+    if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
+    for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
+    return pdi_layer_law(w, c, 0.0);
+}
+
+/* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
+ * differences; of a law that overflows *above is infinite. 0: the law is no number, or beyond all bounds. */
+static int pdi_layer_bracket(pd_components *film, pdi_layer_work *w, double guess, double first, double *a,
+                               double *above, double *b, double *below)
+{
+    double factor = PDI_LAYER_BRACKET, v = guess > 0.0 ? guess : fmin(first, PDI_LAYER_FAST);
+    *a = 0.0;
+    *above = first;
+    double g = pdi_layer_given(film, w, v) - v;
+    for (int step = 0; step < PDI_LAYER_STEPS && g == g; step++) {
+        int up = g > 0.0;
+        if (up) {
+            *a = v;
+            *above = g;
+        } else {
+            *b = v;
+            *below = g;
+        }
+        double next = up ? v * factor : v / factor;
+        factor *= factor;
+        double there = pdi_layer_given(film, w, next) - next;
+        if (!(there == there)) return 0;
+        if (up && !(there > 0.0)) {
+            *b = next;
+            *below = there;
+            return 1;
+        }
+        if (!up && there > 0.0) {
+            *a = next;
+            *above = there;
+            return 1;
+        }
+        if (!up && !(next > DBL_MIN)) return 1;
+        v = next;
+        g = there;
+    }
+    return 0;
+}
+
+/* The speed of a node: . */
+static double pdi_layer_find(pd_components *film, pdi_layer_work *w, double guess)
+{
+    double a, b = 0.0, above, below = 0.0, first = pdi_layer_given(film, w, 0.0);
+    if (!(first == first)) return NAN;
+    if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
+    if (!pdi_layer_bracket(film, w, guess, first, &a, &above, &b, &below)) return first < HUGE_VAL ? NAN : first;
+    pdi_bracket s = {a, above, b, below, 0, 0};
+    double v;
+    while (s.b - s.a > PDI_LAYER_CLOSE * s.b && pdi_bracket_next(&s, &v)) {
+        double g = pdi_layer_given(film, w, v) - v;
+        if (!(g == g)) return NAN;
+        pdi_bracket_take(&s, v, g);
+        if (!(fabs(g) > 0.0)) break;
+    }
+    return s.b;
+}
+
+/* Change of the law with concentrations that change by `along`, per unit of it. Both sides of a jump count. */
+static double pdi_layer_slope(const pdi_layer_work *w, const double *c, const double *along)
+{
+    const pd_etch *s = w->s;
+    double least = HUGE_VAL, up[PD_SPECIES_MOST], down[PD_SPECIES_MOST];
+    for (int n = 0; n < s->film.solutes; n++) {
+        int reads = (s->desc.reads >> n & 1u) || (s->desc.reads_ph && n == s->reactive->proton);
+        if (reads && fabs(along[n]) > 0.0) least = fmin(least, fmax(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
+    }
+    if (!(least < HUGE_VAL)) return 0.0;
+    double stride = PDI_LAYER_STRIDE * least;
+    for (int n = 0; n < s->film.solutes; n++) {
+        up[n] = fmax(c[n] + stride * along[n], 0.0);
+        down[n] = fmax(c[n] - stride * along[n], 0.0);
+    }
+    double change = (pdi_layer_law(w, up, 0.0) - pdi_layer_law(w, down, 0.0)) / (2.0 * stride);
+    return fabs(change) < HUGE_VAL ? change : 0.0;
+}
+
+/* How the law at the surface follows what diffuses: slope [components] [m4/mol/s]. */
+static void pdi_layer_slopes(const pd_components *system, const pdi_layer_work *w, const double *scale,
+                               const double *at, double *slope)
+{
+    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    double c[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
+    pdi_components_derive(system, at, table);
+    for (int n = 0; n < system->solutes; n++) c[n] = at[n] / (scale ? scale[n] : 1.0);
+    for (int k = 0; k < system->count; k++) {
+        memset(one, 0, sizeof one);
+        one[k] = 1.0;
+        pdi_components_follow(system, table, one, along);
+        for (int n = 0; n < system->solutes && scale; n++) along[n] /= scale[n];
+        slope[k] = pdi_layer_slope(w, c, along);
+    }
+}
+
+/* How the speed of a node follows its totals. */
+static void pdi_layer_derive(const pd_components *film, const pdi_layer_work *w, float *by)
+{
+    const pd_etch *s = w->s;
+    const pd_components *of = &s->reactive->components;
+    double slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], flows[PD_SPECIES_MOST];
+    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    if (!(w->thick > 0.0)) {
+        pdi_layer_slopes(of, w, NULL, w->c, slope);
+        for (int k = 0; k < of->count; k++) by[k] = (float)slope[k];
+        return;
+    }
+    double back = 1.0;
+    pdi_layer_slopes(film, w, s->scale, w->at, slope);
+    for (int k = 0; k < of->count; k++) back -= slope[k] * s->gain[k] * w->thick;
+    back = fmax(back, PDI_LAYER_RISE);
+    pdi_components_derive(of, w->c, table);
+    for (int k = 0; k < of->count; k++) {
+        double sum = 0.0;
+        memset(one, 0, sizeof one);
+        one[k] = 1.0;
+        pdi_components_follow(of, table, one, along);
+        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n];
+        pdi_components_totals(of, along, flows);
+        for (int j = 0; j < of->count; j++) sum += slope[j] * flows[j];
+        by[k] = (float)(sum / back);
+    }
+}
+
+/* ---- how the speed of a node follows, with migration ---- */
+
+/* Changes of the curve of the electrode with each solute that it reads, and with F phi/(R T): *lift. */
+static void pdi_layer_bend(const pdi_layer_work *w, double *by, double *lift)
+{
+    const pd_etch *s = w->s;
+    double c[PD_SPECIES_MOST], psi = w->psi + w->lift, stride = PDI_LAYER_LIFT_STRIDE;
+    memcpy(c, w->surface, sizeof c);
+    for (int n = 0; n < s->film.solutes; n++) {
+        by[n] = 0.0;
+        if (!(w->reads >> n & 1u) && !((w->reads & PDI_LAYER_PH) && n == s->reactive->proton)) continue;
+        double from = c[n], step = PDI_LAYER_STRIDE * fmax(from, PDI_LAYER_NOTHING);
+        c[n] = from + step;
+        by[n] = pdi_layer_curve(w, c, psi);
+        c[n] = from - step;
+        by[n] = (by[n] - pdi_layer_curve(w, c, psi)) / (2.0 * step);
+        c[n] = from;
+        if (!(fabs(by[n]) < HUGE_VAL)) by[n] = 0.0;
+    }
+    *lift = (pdi_layer_curve(w, c, psi + stride) - pdi_layer_curve(w, c, psi - stride)) / (2.0 * stride);
+    if (!(fabs(*lift) < HUGE_VAL)) *lift = 0.0;
+}
+
+/* The law at the surface with a change of one concentration. */
+static double pdi_layer_moved(const pdi_layer_work *w, double *c, int n, double change)
+{
+    double from = c[n];
+    c[n] = fmax(from + change, 0.0);
+    double v = pdi_layer_law(w, c, w->psi + w->lift);
+    c[n] = from;
+    return v;
+}
+
+/* The law jumps with solutes m and n, by `step` of m: the change of n that undoes it, in the sense of `sign`. */
+static double pdi_layer_undone(const pdi_layer_work *w, double *c, int m, double step, int n, double sign)
+{
+    double from = c[m], level = 0.5 * (pdi_layer_moved(w, c, m, step) + pdi_layer_moved(w, c, m, -step));
+    double low = 0.0, high = PDI_LAYER_STRIDE * PDI_LAYER_STRIDE * fmax(c[n], PDI_LAYER_NOTHING);
+    int above = pdi_layer_moved(w, c, m, step) > level, found = 0;
+    c[m] = fmax(from + step, 0.0);
+    for (int k = 0; k < PDI_LAYER_DOUBLINGS && !found; k++) {
+        found = (pdi_layer_moved(w, c, n, sign * high) > level) != above;
+        if (!found) low = high;
+        if (!found) high *= 2.0;
+    }
+    for (int k = 0; k < PDI_LAYER_HALVINGS; k++) {
+        double middle = 0.5 * (low + high);
+        if ((pdi_layer_moved(w, c, n, sign * middle) > level) != above) high = middle;
+        else low = middle;
+    }
+    c[m] = from;
+    return found ? high : HUGE_VAL;
+}
+
+/* Changes of the law with each solute that it reads, and with F phi/(R T): *lift. Where it jumps, both sides count, and
+ * the changes are in the ratios that keep to the jump. */
+static void pdi_layer_gradient(const pdi_layer_work *w, double *by, double *lift)
+{
+    const pd_etch *s = w->s;
+    double c[PD_SPECIES_MOST], stride[PD_SPECIES_MOST], psi = w->psi + w->lift;
+    int jumps[PD_SPECIES_MOST], first = -1;
+    memcpy(c, w->surface, sizeof c);
+    for (int n = 0; n < s->film.solutes; n++) {
+        double wide;
+        stride[n] = PDI_LAYER_STRIDE * fmax(c[n], PDI_LAYER_NOTHING);
+        by[n] = 0.0;
+        jumps[n] = 0;
+        if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
+        by[n] = (pdi_layer_moved(w, c, n, stride[n]) - pdi_layer_moved(w, c, n, -stride[n])) / (2.0 * stride[n]);
+        wide = pdi_layer_moved(w, c, n, 2.0 * stride[n]) - pdi_layer_moved(w, c, n, -2.0 * stride[n]);
+        wide /= 4.0 * stride[n];
+        if (!(fabs(by[n]) < HUGE_VAL) || !(fabs(wide) < HUGE_VAL)) by[n] = wide = 0.0;
+        jumps[n] = fabs(by[n] - wide) > PDI_LAYER_JUMP * fabs(by[n]);
+        if (jumps[n] && (first < 0 || stride[n] > stride[first])) first = n;
+    }
+    for (int n = 0; n < s->film.solutes; n++) {
+        if (!jumps[n] || n == first) continue;
+        double change = pdi_layer_undone(w, c, first, stride[first], n, by[n] * by[first] > 0.0 ? -1.0 : 1.0);
+        by[n] = copysign(fabs(by[first]) * stride[first] / change, by[n]);
+    }
+    *lift = 0.0;
+    if (!s->desc.reads_phi) return;
+    *lift = pdi_layer_law(w, c, psi + PDI_LAYER_LIFT_STRIDE) - pdi_layer_law(w, c, psi - PDI_LAYER_LIFT_STRIDE);
+    *lift = fabs(*lift) < HUGE_VAL ? *lift / (2.0 * PDI_LAYER_LIFT_STRIDE) : 0.0;
+}
+
+typedef double pdi_layer_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 3];
+
+/* Gauss and Jordan: the columns behind the first `rows` become the solution. What is singular stays 0. */
+static void pdi_layer_linear(int rows, int columns, pdi_layer_table a)
+{
+    for (int p = 0; p < rows; p++) {
+        int best = p;
+        for (int i = p + 1; i < rows; i++)
+            if (fabs(a[i][p]) > fabs(a[best][p])) best = i;
+        for (int j = 0; j < columns; j++) {
+            double swap = a[p][j];
+            a[p][j] = a[best][j];
+            a[best][j] = swap;
+        }
+        double factor = fabs(a[p][p]) > DBL_MIN ? 1.0 / a[p][p] : 0.0;
+        for (int j = 0; j < columns; j++) a[p][j] *= factor;
+        for (int i = 0; i < rows; i++) {
+            double share = a[i][p];
+            for (int j = 0; j < columns && i != p; j++) a[i][j] -= share * a[p][j];
+        }
+    }
+}
+
+/* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
+ * (one more), and, on the right, the speed and the flow (two more) and the totals of the node (those of components). */
+static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *w, const float *own, pdi_layer_table a)
+{
+    const pd_etch *s = w->s;
+    const pd_components *of = &s->reactive->components;
+    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+    float node[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    int count = of->count;
+    memset(a, 0, sizeof(pdi_layer_table));
+    pdi_components_derive(of, w->c, node);
+    for (int j = 0; j < count; j++) {
+        memset(one, 0, sizeof one);
+        one[j] = 1.0;
+        pdi_components_follow(film, own, one, along);
+        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_layer_share(-of->charge[n] * w->lift);
+        pdi_components_totals(of, along, sum);
+        for (int k = 0; k < count; k++) a[k][j] = sum[k];
+        pdi_components_follow(of, node, one, along);
+        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_layer_share(of->charge[n] * w->lift);
+        pdi_components_totals(of, along, sum);
+        for (int k = 0; k < count; k++) a[k][count + 3 + j] = sum[k];
+        a[count][j] = of->charge[of->master[j]];
+        a[j][count + 1] = s->gain[j] * w->thick;
+        if (w->electrode >= 0) a[j][count + 2] = s->part_gain[w->electrode * count + j] * w->way;
+    }
+    for (int n = 0; n < of->solutes; n++) {
+        double z = of->charge[n];
+        along[n] = -z * s->scale[n] * (pdi_layer_share_by(-z * w->lift) * w->surface[n] +
+                                       pdi_layer_share_by(z * w->lift) * w->c[n]);
+    }
+    pdi_components_totals(of, along, sum);
+    for (int k = 0; k < count; k++) a[k][count] = sum[k];
+    if (fabs(w->lift) < PDI_LAYER_LIFT) return;
+    for (int j = 0; j < count; j++) a[count][j] = 0.0; /* it goes no further */
+    a[count][count] = 1.0;
+}
+
+/* How a rate at the surface follows what changes there: the speed, the flow, then the totals. */
+static void pdi_layer_chain(const pd_components *film, const pdi_layer_work *w, const float *own, pdi_layer_table a,
+                           const double *gradient, double lift, double *slope)
+{
+    const pd_components *of = &w->s->reactive->components;
+    double along[PD_SPECIES_MOST], change[PD_SPECIES_MOST];
+    int count = of->count, films = w->thick + w->way > 0.0;
+    for (int j = 0; j <= count + 1; j++) {
+        for (int k = 0; k < count; k++) change[k] = films ? a[k][count + 1 + j] : k == j - 2 ? 1.0 : 0.0;
+        pdi_components_follow(films ? film : of, own, change, along);
+        slope[j] = films ? lift * a[count][count + 1 + j] : 0.0;
+        for (int n = 0; n < of->solutes; n++) slope[j] += gradient[n] * along[n];
+    }
+}
+
+/* How law and curve at the surface follow the speed, the flow and the totals of the node, and F phi/(R T) there. */
+typedef struct pdi_layer_slopes_of {
+    double law[PD_SPECIES_MOST + 2], curve[PD_SPECIES_MOST + 2];
+    double lift, bend;
+} pdi_layer_slopes_of;
+
+static void pdi_layer_tangent(const pd_components *film, const pdi_layer_work *w, int goes, pdi_layer_slopes_of *t)
+{
+    const pd_components *of = &w->s->reactive->components;
+    double gradient[PD_SPECIES_MOST];
+    float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    pdi_layer_table a;
+    int count = of->count, films = w->thick + w->way > 0.0;
+    memset(t, 0, sizeof *t);
+    pdi_components_derive(films ? film : of, w->surface, own);
+    if (films) {
+        pdi_layer_balances(film, w, own, a);
+        pdi_layer_linear(count + 1, 2 * count + 3, a);
+    }
+    if (goes) {
+        pdi_layer_gradient(w, gradient, &t->lift);
+        pdi_layer_chain(film, w, own, a, gradient, t->lift, t->law);
+    }
+    if (w->electrode < 0) return;
+    pdi_layer_bend(w, gradient, &t->bend);
+    pdi_layer_chain(film, w, own, a, gradient, t->bend, t->curve);
+}
+
+/* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], [1]. */
+static void pdi_layer_derive_charged(const pd_components *film, const pdi_layer_work *w, float *by, float *flow_by,
+                                    double drive[2])
+{
+    pdi_layer_slopes_of t;
+    pdi_layer_tangent(film, w, by != NULL, &t);
+    double one = fmax(1.0 - t.law[0], PDI_LAYER_RISE), two = fmax(1.0 - t.curve[1], PDI_LAYER_RISE);
+    double back = fmax(one * two - t.law[1] * t.curve[0], PDI_LAYER_RISE * one * two);
+    for (int k = 0; k < film->count; k++) {
+        if (by) by[k] = (float)((two * t.law[2 + k] + t.law[1] * t.curve[2 + k]) / back);
+        if (flow_by) flow_by[k] = (float)((one * t.curve[2 + k] + t.curve[0] * t.law[2 + k]) / back);
+    }
+    drive[0] = (two * t.lift + t.law[1] * t.bend) / back;
+    drive[1] = (one * t.bend + t.curve[0] * t.lift) / back;
+}
+
+/* Speed and flow of an electrode by Newton's method from guesses. 0: it does not get there, and they are searched. */
+static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, double *speed)
+{
+    double v = goes ? fmax(*speed, 0.0) : 0.0, f = w->guess;
+    for (int step = 0; step < PDI_LAYER_NEWTON; step++) {
+        pdi_layer_slopes_of t;
+        if (w->reads) w->flow = f;
+        if (!pdi_layer_lift(film, w, v)) return 0;
+        double law = goes ? pdi_layer_law(w, w->surface, w->psi + w->lift) : 0.0;
+        double curve = w->reads ? pdi_layer_curve(w, w->surface, w->psi + w->lift) : w->flow;
+        f = w->flow;
+        if (!(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
+        int met = fabs(law - v) <= PDI_LAYER_MET * law && fabs(curve - f) <= PDI_LAYER_MET * fabs(f);
+        if (met && (!goes || !(law > 0.0) || !(fabs(law - v) > 0.0))) break;
+        pdi_layer_tangent(film, w, goes, &t);
+        double one = 1.0 - t.law[0], two = 1.0 - t.curve[1], back = one * two - t.law[1] * t.curve[0];
+        if (!(one > 0.0) || !(two > 0.0) || !(back > 0.0)) return 0;
+        double dv = (two * (law - v) + t.law[1] * (curve - f)) / back;
+        f += (one * (curve - f) + t.curve[0] * (law - v)) / back;
+        v += dv;
+        if (!(v >= 0.0) || !(fabs(f) < HUGE_VAL)) return 0;
+        if (met) break;
+        if (step + 1 == PDI_LAYER_NEWTON) return 0;
+    }
+    if (w->reads) w->flow = f;
+    *speed = v;
+    return 1;
+}
+
+PDI_FN double pdi_layer_at(const pd_etch *s, int32_t node, int32_t place, double thick, double guess)
+{
+    pd_components film = s->film;
+    pdi_layer_work w;
+    pdi_layer_enter(s, node, place, thick, &film, &w);
+    return pdi_layer_find(&film, &w, guess);
+}
+
+/* ---- all places ---- */
+
+/* A place whose metal dissolves, with its derivatives or without. */
+static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
+{
+    pd_components film = s->film;
+    pdi_layer_work w;
+    int count = film.count, goes = s->desc.law && s->weight[p] > 0.0;
+    double *v = &s->speed[s->node[p]], still = 0.0, drive[2];
+    if (!goes) v = &still;
+    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    if (!derive) {
+        if (w.electrode >= 0 && pdi_layer_newton(&film, &w, goes, v)) {
+            s->flow[p] = w.flow;
+            return;
+        }
+        if (goes) *v = pdi_layer_find(&film, &w, *v);
+        if (!s->electrode) return;
+        int found = fabs(*v) < HUGE_VAL && (w.electrode < 0 || pdi_layer_settle(&film, &w, *v));
+        s->flow[p] = found ? w.flow : (double)NAN;
+        return;
+    }
+    w.flow = w.guess;
+    if (w.electrode >= 0) pdi_layer_lift(&film, &w, *v);
+    else if (goes) pdi_layer_given(&film, &w, *v);
+    if (!s->drive) {
+        pdi_layer_derive(&film, &w, s->by + (int64_t)p * count);
+        return;
+    }
+    if (!goes) memset(s->by + (int64_t)p * count, 0, (size_t)count * sizeof *s->by);
+    pdi_layer_derive_charged(&film, &w, goes ? s->by + (int64_t)p * count : NULL,
+                            s->electrode ? s->flow_by + (int64_t)p * count : NULL, drive);
+    s->drive[p] = (float)drive[0];
+    if (s->electrode) s->flow_drive[p] = (float)drive[1];
+}
+
+PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int derive)
+{
+    int count = s->reactive->components.count;
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * count * count * PDI_LAYER_STEPS);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < s->count; p++)
+        if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_layer_place(s, p, derive);
+}

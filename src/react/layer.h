@@ -1,0 +1,17 @@
+/* layer: the surface of metal behind the layer of fluid over it: what is there, what law and curve give, and how that
+ * follows the fluid (theory: eq. 5c.4, 5c.9, 5c.14).
+ */
+#ifndef PD_LAYER_H
+#define PD_LAYER_H
+#include "react/etch.h"
+
+#ifdef PDI_INTERNAL
+/* Speed [m/s] at a fluid node for the present concentrations, behind a film of `thick` [mol s/m4], of the metal of
+ * `place` (-1: of that without electrodes). NaN: the law is not finite. */
+PDI_FN double pdi_layer_at(const pd_etch *etch, int32_t node, int32_t place, double thick, double guess);
+/* The speeds of all places (of a circuit; -1: of all), for potentials of metal as they are; `derive`: and how they
+ * follow the totals. */
+PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int derive);
+#endif
+
+#endif
