@@ -4615,8 +4615,8 @@ typedef struct pd_transport {
     double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
                              * the nodes keep; lent. NULL: no fluxes are limited */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction; lent */
-    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent. NULL:
-                             * no fluxes are limited */
+    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent.
+                             * NULL: no fluxes are limited */
     double *repeated;       /* [total] [mol/m3] operand with its images, and work of the preconditioner; lent. NULL: no
                              * periodic or mirror side */
     int32_t worst;          /* of a steady field: the node whose balance lacks most */
@@ -4672,8 +4672,30 @@ static inline int pdi_transport_limits(const pd_transport *t)
 }
 /* [mol/m3/s] that they give to node i. */
 static inline double pdi_transport_gain(const pd_transport *t, int32_t i) { return t->anti ? t->anti[i] : 0.0; }
+/* Right-hand side of a step: old/dt + source + carry/dt + anti at fluid node i. */
+static inline double pdi_transport_right(const pd_transport *t, int32_t i)
+{
+    double sum = (t->old[i] + t->carry[i]) / t->dt + t->source[i] + pdi_transport_gain(t, i);
+    return t->diffusion.wall_source ? sum + pdi_diffusion_given(&t->diffusion, i) : sum;
+}
 /* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
-PDI_FN int pdi_transport_rests(const pd_transport *transport);
+static inline int pdi_transport_rests(const pd_transport *t)
+{
+    return !t->flow && !t->desc.field && !t->grid->circumference && !pdi_boundary_any(t->grid);
+}
+/* 1: sweeps need a copy of what they are applied to. */
+static inline int pdi_transport_repeats(const pd_transport *t)
+{
+    int images = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) images = images || t->grid->side[s] >= PD_SIDE_PERIODIC;
+    return images || pdi_transport_rests(t);
+}
+/* Entries of it: cycles of the multigrid have their fields there, too. */
+static inline int64_t pdi_transport_repeated(const pd_transport *t)
+{
+    int64_t total = t->grid->total, fields = t->lean ? 0 : (int64_t)(pdi_multigrid_fields(&t->inverse.mg) + 1) / 2;
+    return fields > total ? fields : total;
+}
 /* Arrays of a pd_transport that the build makes, beside those of its parts. */
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object);
 /* Its solvers, from desc, grid, bonds and flow, without arrays; and then the [byte] that a step needs for its time. */
@@ -4706,7 +4728,11 @@ PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
 /* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
 PDI_FN void pdi_transport_seen(pd_transport *transport, pdi_bounds *bounds);
 /* The bounds of a step begin with what is held and enters at its start. */
-PDI_FN void pdi_transport_open(pd_transport *transport);
+static inline void pdi_transport_open(pd_transport *t)
+{
+    t->passed[0] = HUGE_VAL;
+    t->passed[1] = -HUGE_VAL;
+}
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *transport, pd_archive *archive);
 /* For the steady field. Limited antidiffusive fluxes of the present field into t->anti (0: none are limited); outflow
@@ -19491,7 +19517,7 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
     if (!krylov->chunks && krylov->columns <= krylov->few) return;
     while (krylov->chunks)
         pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
-    if (pdi_krylov_resize(ctx, krylov, krylov->few) == PD_OK) return;
+    if (krylov->columns <= krylov->few || pdi_krylov_resize(ctx, krylov, krylov->few) == PD_OK) return;
     ctx->status = PD_OK; /* what is too large does no harm */
     ctx->message[0] = '\0';
 }
@@ -21230,7 +21256,7 @@ static void pdi_multigrid_wake(pd_multigrid *mg)
     arena->idles = kept;
 }
 
-/* The coarse levels of the multigrid that has ended its work last: those that work by turns have one memory for them. */
+/* The coarse levels of the multigrid that ended its work last: those that work by turns have one memory for them. */
 static void pdi_multigrid_inherit(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
@@ -21655,7 +21681,7 @@ static void pdi_multigrid_wipe(const pd_smoother_level *fine, int32_t r)
 {
     int32_t n0 = fine->n[0], first = r * n0, begin = fine->begin[r], end = fine->end[r];
     size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
-    memset(fine->x + first, 0, (size_t)n0 * sizeof *fine->x); /* closed links lead to what sweeps have not written yet */
+    memset(fine->x + first, 0, (size_t)n0 * sizeof *fine->x); /* closed links lead to what is not written yet, too */
     memset(fine->b + first, 0, before * sizeof *fine->b);
     memset(fine->b + end, 0, behind * sizeof *fine->b);
     memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
@@ -33318,14 +33344,7 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
     pdi_transport_pin(u->t, y);
 }
 
-/* old/dt + source + carry/dt + anti at fluid node i. */
-static inline double pdi_transport_right(const pd_transport *t, int32_t i)
-{
-    double sum = (t->old[i] + t->carry[i]) / t->dt + t->source[i] + pdi_transport_gain(t, i);
-    return t->diffusion.wall_source ? sum + pdi_diffusion_given(&t->diffusion, i) : sum;
-}
-
-/* All of them, where they are kept. */
+/* The right-hand side of all nodes, where it is kept. */
 static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
 {
     const uint8_t *kind = t->grid->kind;
@@ -33722,12 +33741,6 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return pdi_transport_end(ctx, t, dt, pdi_transport_stage(ctx, t, dt, 1, result));
 }
 
-PDI_FN void pdi_transport_open(pd_transport *t)
-{
-    t->passed[0] = HUGE_VAL;
-    t->passed[1] = -HUGE_VAL;
-}
-
 /* What is held and enters now goes into the bounds of the step. */
 static void pdi_transport_pass(pd_transport *t)
 {
@@ -33790,11 +33803,6 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 }
 
 PDI_COLD_BEGIN
-PDI_FN int pdi_transport_rests(const pd_transport *t)
-{
-    return !t->flow && !t->desc.field && !t->grid->circumference && !pdi_boundary_any(t->grid);
-}
-
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
 {
     pd_transport *transport = (pd_transport *)object;
@@ -33809,21 +33817,6 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, upwinded, total, "1");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
-}
-
-/* 1: sweeps need a copy of what they are applied to. */
-static int pdi_transport_repeats(const pd_transport *t)
-{
-    int images = 0;
-    for (int s = 0; s < 2 * PD_DIM; s++) images = images || t->grid->side[s] >= PD_SIDE_PERIODIC;
-    return images || pdi_transport_rests(t);
-}
-
-/* Entries of it: cycles of the multigrid have their fields there, too. */
-static int64_t pdi_transport_repeated(const pd_transport *t)
-{
-    int64_t total = t->grid->total, fields = t->lean ? 0 : (int64_t)(pdi_multigrid_fields(&t->inverse.mg) + 1) / 2;
-    return fields > total ? fields : total;
 }
 
 /* What is lent for a step. */
@@ -72234,8 +72227,8 @@ static double pdi_footprint_away(const pd_setup *u, const double *x)
     return away;
 }
 
-/* 1: a family around x in the fluid, `away` from them, reaches them: by the distance, or where spacings differ along the
- * axes. */
+/* 1: a family around x in the fluid, `away` from them, reaches them: by the distance, or along the axes where spacings
+ * differ. */
 static int pdi_footprint_cuts(const pd_setup *u, const double *x, double away, double reach)
 {
     double least = u->h[0], most = u->h[0];

@@ -68,15 +68,17 @@ static const scene_run scene_runs[] = {
     "the law and keeps the ledger: an eighth."
 #define SCENES_MISSED \
     "Why bytes a node are missed: a limited step of transport borrows 372 bytes a node, 164 of them for 41 Krylov " \
-    "bases in single precision, and takes up to 50 more; a steady solve borrows the same memory, 70 to 160 for its " \
-    "bases. Coarse levels of four multigrids take 165, and fields and tables that steps carry on the rest."
+    "bases in single precision; a steady solve borrows the same memory, 80 to 165 for its bases. Coarse levels of " \
+    "three multigrids take 116, and fields and tables that steps carry on the rest. At rest, steps borrow 150 to 180, " \
+    "and fields, tables and what rows of cut families hold take 170 to 230 (docs/decisions.md)."
 #else
 #define SCENES_SERIAL \
     "Why speed-ups are missed: one thread sets up the coarse levels, and sweeps those of fewer than 4096 cells."
 #define SCENES_MISSED \
     "Why bytes a node are missed: 11 bases of four components, 91 bytes a node of fluid or metal (in time 176), and " \
     "more where they grow; vectors of the flow, its multigrids and linearised products; coarse levels; what rows of " \
-    "cut families hold; and ghosts, which double the nodes of a box 30 cells wide."
+    "cut families hold, in the pits a third of all for the conductances of 178 bonds; and ghosts, which double the " \
+    "nodes of a box 30 cells wide."
 #endif
 
 /* 3D: a quick run leaves out the pin. */

@@ -62,8 +62,8 @@ static double pdi_footprint_away(const pd_setup *u, const double *x)
     return away;
 }
 
-/* 1: a family around x in the fluid, `away` from them, reaches them: by the distance, or where spacings differ along the
- * axes. */
+/* 1: a family around x in the fluid, `away` from them, reaches them: by the distance, or along the axes where spacings
+ * differ. */
 static int pdi_footprint_cuts(const pd_setup *u, const double *x, double away, double reach)
 {
     double least = u->h[0], most = u->h[0];

@@ -169,7 +169,7 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
     if (!krylov->chunks && krylov->columns <= krylov->few) return;
     while (krylov->chunks)
         pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
-    if (pdi_krylov_resize(ctx, krylov, krylov->few) == PD_OK) return;
+    if (krylov->columns <= krylov->few || pdi_krylov_resize(ctx, krylov, krylov->few) == PD_OK) return;
     ctx->status = PD_OK; /* what is too large does no harm */
     ctx->message[0] = '\0';
 }

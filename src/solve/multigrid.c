@@ -121,7 +121,7 @@ static void pdi_multigrid_wake(pd_multigrid *mg)
     arena->idles = kept;
 }
 
-/* The coarse levels of the multigrid that has ended its work last: those that work by turns have one memory for them. */
+/* The coarse levels of the multigrid that ended its work last: those that work by turns have one memory for them. */
 static void pdi_multigrid_inherit(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
@@ -546,7 +546,7 @@ static void pdi_multigrid_wipe(const pd_smoother_level *fine, int32_t r)
 {
     int32_t n0 = fine->n[0], first = r * n0, begin = fine->begin[r], end = fine->end[r];
     size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
-    memset(fine->x + first, 0, (size_t)n0 * sizeof *fine->x); /* closed links lead to what sweeps have not written yet */
+    memset(fine->x + first, 0, (size_t)n0 * sizeof *fine->x); /* closed links lead to what is not written yet, too */
     memset(fine->b + first, 0, before * sizeof *fine->b);
     memset(fine->b + end, 0, behind * sizeof *fine->b);
     memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);

@@ -158,14 +158,7 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
     pdi_transport_pin(u->t, y);
 }
 
-/* old/dt + source + carry/dt + anti at fluid node i. */
-static inline double pdi_transport_right(const pd_transport *t, int32_t i)
-{
-    double sum = (t->old[i] + t->carry[i]) / t->dt + t->source[i] + pdi_transport_gain(t, i);
-    return t->diffusion.wall_source ? sum + pdi_diffusion_given(&t->diffusion, i) : sum;
-}
-
-/* All of them, where they are kept. */
+/* The right-hand side of all nodes, where it is kept. */
 static void pdi_transport_right_side(const pd_ctx *ctx, pd_transport *t)
 {
     const uint8_t *kind = t->grid->kind;
@@ -562,12 +555,6 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return pdi_transport_end(ctx, t, dt, pdi_transport_stage(ctx, t, dt, 1, result));
 }
 
-PDI_FN void pdi_transport_open(pd_transport *t)
-{
-    t->passed[0] = HUGE_VAL;
-    t->passed[1] = -HUGE_VAL;
-}
-
 /* What is held and enters now goes into the bounds of the step. */
 static void pdi_transport_pass(pd_transport *t)
 {
@@ -630,11 +617,6 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 }
 
 PDI_COLD_BEGIN
-PDI_FN int pdi_transport_rests(const pd_transport *t)
-{
-    return !t->flow && !t->desc.field && !t->grid->circumference && !pdi_boundary_any(t->grid);
-}
-
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
 {
     pd_transport *transport = (pd_transport *)object;
@@ -649,21 +631,6 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, upwinded, total, "1");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
-}
-
-/* 1: sweeps need a copy of what they are applied to. */
-static int pdi_transport_repeats(const pd_transport *t)
-{
-    int images = 0;
-    for (int s = 0; s < 2 * PD_DIM; s++) images = images || t->grid->side[s] >= PD_SIDE_PERIODIC;
-    return images || pdi_transport_rests(t);
-}
-
-/* Entries of it: cycles of the multigrid have their fields there, too. */
-static int64_t pdi_transport_repeated(const pd_transport *t)
-{
-    int64_t total = t->grid->total, fields = t->lean ? 0 : (int64_t)(pdi_multigrid_fields(&t->inverse.mg) + 1) / 2;
-    return fields > total ? fields : total;
 }
 
 /* What is lent for a step. */

@@ -73,8 +73,8 @@ typedef struct pd_transport {
     double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
                              * the nodes keep; lent. NULL: no fluxes are limited */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction; lent */
-    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent. NULL:
-                             * no fluxes are limited */
+    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent.
+                             * NULL: no fluxes are limited */
     double *repeated;       /* [total] [mol/m3] operand with its images, and work of the preconditioner; lent. NULL: no
                              * periodic or mirror side */
     int32_t worst;          /* of a steady field: the node whose balance lacks most */
@@ -130,8 +130,30 @@ static inline int pdi_transport_limits(const pd_transport *t)
 }
 /* [mol/m3/s] that they give to node i. */
 static inline double pdi_transport_gain(const pd_transport *t, int32_t i) { return t->anti ? t->anti[i] : 0.0; }
+/* Right-hand side of a step: old/dt + source + carry/dt + anti at fluid node i. */
+static inline double pdi_transport_right(const pd_transport *t, int32_t i)
+{
+    double sum = (t->old[i] + t->carry[i]) / t->dt + t->source[i] + pdi_transport_gain(t, i);
+    return t->diffusion.wall_source ? sum + pdi_diffusion_given(&t->diffusion, i) : sum;
+}
 /* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
-PDI_FN int pdi_transport_rests(const pd_transport *transport);
+static inline int pdi_transport_rests(const pd_transport *t)
+{
+    return !t->flow && !t->desc.field && !t->grid->circumference && !pdi_boundary_any(t->grid);
+}
+/* 1: sweeps need a copy of what they are applied to. */
+static inline int pdi_transport_repeats(const pd_transport *t)
+{
+    int images = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) images = images || t->grid->side[s] >= PD_SIDE_PERIODIC;
+    return images || pdi_transport_rests(t);
+}
+/* Entries of it: cycles of the multigrid have their fields there, too. */
+static inline int64_t pdi_transport_repeated(const pd_transport *t)
+{
+    int64_t total = t->grid->total, fields = t->lean ? 0 : (int64_t)(pdi_multigrid_fields(&t->inverse.mg) + 1) / 2;
+    return fields > total ? fields : total;
+}
 /* Arrays of a pd_transport that the build makes, beside those of its parts. */
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object);
 /* Its solvers, from desc, grid, bonds and flow, without arrays; and then the [byte] that a step needs for its time. */
@@ -164,7 +186,11 @@ PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
 /* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
 PDI_FN void pdi_transport_seen(pd_transport *transport, pdi_bounds *bounds);
 /* The bounds of a step begin with what is held and enters at its start. */
-PDI_FN void pdi_transport_open(pd_transport *transport);
+static inline void pdi_transport_open(pd_transport *t)
+{
+    t->passed[0] = HUGE_VAL;
+    t->passed[1] = -HUGE_VAL;
+}
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *transport, pd_archive *archive);
 /* For the steady field. Limited antidiffusive fluxes of the present field into t->anti (0: none are limited); outflow
