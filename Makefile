@@ -79,7 +79,7 @@ WASM = -msimd128 -mbulk-memory -mnontrapping-fptoint -msign-ext
 WASM_OPT = --enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext \
            --enable-mutable-globals -Os --low-memory-unused
 WEB_LINK = --target=wasm32-wasi -mexec-model=reactor
-WEB_FLAGS = $(WEB_LINK) $(WASM) -ftls-model=local-exec -std=c99 -O2 -fno-unroll-loops \
+WEB_FLAGS = --target=wasm32-wasi $(WASM) -ftls-model=local-exec -std=c99 -O2 -fno-unroll-loops \
             -mllvm -inline-threshold=5 -ffp-contract=off -Wall -Wextra -Werror '-DPD_API=extern __attribute__((visibility("hidden")))'
 WEB_WASM := $(foreach k,$(DIMS),$(BUILD)/web/pdcorr$kd.wasm)
 .PHONY: web
