@@ -52458,10 +52458,6 @@ PDI_FN void pdi_folder_close(pd_folder *f)
 
 #if !defined(PDCORR_NO_IO)
 
-#ifdef PDI_SMALL
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
-#endif
-
 /* ======== >>io/png.c ======== */
 /* png: see png.h */
 #include <string.h>
@@ -52878,9 +52874,6 @@ PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
     return status;
 }
 PDI_COLD_END
-#ifdef PDI_SMALL
-#pragma clang attribute pop
-#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_IO)
