@@ -37687,6 +37687,8 @@ PDI_FN void pdi_rigid_remove(const pd_rigid *r, double *u)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/scaffold.c ======== */
@@ -38295,6 +38297,8 @@ PDI_FN void pdi_scaffold_add(const pd_ctx *ctx, pd_scaffold *s, const double *f,
 #undef PDI_SCAFFOLD_SWEEPS
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -38790,19 +38794,6 @@ PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double
 #undef PDI_BAND_STEPS
 #undef PDI_BAND_LINES
 #undef PDI_BAND_APART
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
-#endif
 
 /* ======== >>solid/elastic.c ======== */
 /* elastic: see elastic.h */
@@ -39464,6 +39455,8 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 #undef PDI_ELASTIC_FLAT
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
