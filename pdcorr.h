@@ -40304,6 +40304,8 @@ PDI_FN void pdi_rigid_remove(const pd_rigid *r, double *u)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/scaffold.c ======== */
@@ -40912,6 +40914,8 @@ PDI_FN void pdi_scaffold_add(const pd_ctx *ctx, pd_scaffold *s, const double *f,
 #undef PDI_SCAFFOLD_SWEEPS
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -41407,19 +41411,6 @@ PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double
 #undef PDI_BAND_STEPS
 #undef PDI_BAND_LINES
 #undef PDI_BAND_APART
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
-#endif
 
 /* ======== >>solid/elastic.c ======== */
 /* elastic: see elastic.h */
@@ -42081,6 +42072,8 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 #undef PDI_ELASTIC_FLAT
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -55077,10 +55070,6 @@ PDI_FN void pdi_folder_close(pd_folder *f)
 
 #if !defined(PDCORR_NO_IO)
 
-#ifdef PDI_SMALL
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
-#endif
-
 /* ======== >>io/png.c ======== */
 /* png: see png.h */
 #include <string.h>
@@ -55497,9 +55486,6 @@ PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
     return status;
 }
 PDI_COLD_END
-#ifdef PDI_SMALL
-#pragma clang attribute pop
-#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_IO)
