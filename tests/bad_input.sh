@@ -113,7 +113,7 @@ spoil "a key of pictures without any" 's/fields = C, v/fields = C  width = 500/'
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, gas, \
-transport, dissolve, corrode, solid, cut, table, chemistry, species, reaction, mineral, potential, electrode, \
+transport, dissolve, corrode, solid, cut, table, chemistry, species, reaction, mineral, potential, electrode, surface, \
 run, output, probe, line, plane, force, transfer, total, measured: \
 did you mean 'transport'?"
 spoil "cut without solid" 's/^\[run\]/[cut a] points = 0 um, 0 um, 60 um, 0 um\n[run]/' \

@@ -72,27 +72,27 @@ static double mean_concentration(const char *species)
 
 /* ---- the couple of Hoeche, well mixed ---- */
 
-#define CURVES \
+#define CURVES(al) \
     "[electrode mg] shape = left  curve = expression  range = -1.8 V .. -1.25 V  factor = sqrt(theta)\n" \
     "  i = 0.28 A/m2*(exp(39.31786*0.4*(E + 1.517 V)/(1 V)) - exp(-39.31786*0.32*(E + 1.517 V)/(1 V)))\n" \
     "  reaction = Mg = Mg2+ + 2 e-\n" \
     "[electrode al] material = steel304  connected = mg  curve = expression  range = -1.8 V .. -1.25 V\n" \
-    "  i = -0.104 A/m2/(0.012 + exp(-2*(E + 0.595 V)/(1 V))) - 0.18 A/m2*10^(-(E + 1.41 V)/(0.118 V))\n" \
+    "  i = -0.104 A/m2/(0.012 + exp(-2*(E + 0.595 V)/(1 V))) - 0.18 A/m2*10^(-(E + 1.41 V)/(0.118 V))\n" al \
     "  reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n"
-#define FILM \
+#define FILM(of) \
     "[constants] Vm = 2.457627e-5 m3/mol  k = 3.7e-7 m/s/(1 mol/m3)^3*(1 mol/m3)\n" \
     "  q = 7.4e-4/s/(1 mol/m3)^3*(1 mol/m3)  Ksp = 0.45 mol3/m9\n" \
-    "[surface theta] of = mg  initial = 0.1  max = 1\n" \
+    "[surface theta] of = " of "  initial = 0.1  max = 1\n" \
     "  rate = (1 - theta)/((1 - eps)*l)*k*Vm*max([Mg2+]*[OH-]^2 - Ksp, 0)\n" \
-    "[surface eps] of = mg  initial = 0.55  min = 0\n" \
+    "[surface eps] of = " of "  initial = 0.55  min = 0\n" \
     "  rate = -eps*q*Vm*max([Mg2+]*[OH-]^2 - Ksp, 0)\n" \
-    "[surface l] of = mg  initial = 1e-7 m  max = 1 mm\n" \
+    "[surface l] of = " of "  initial = 1e-7 m  max = 1 mm\n" \
     "  rate = k*Vm*max([Mg2+]*[OH-]^2 - Ksp, 0)/((1 - 0.55)*theta)\n"
 #define WATER(D, mg, oh) \
     "[chemistry] activity = ideal\n[species Mg2+] D = " D "  initial = " mg " mM\n" \
     "[species OH-] D = " D "  initial = " oh " mM\n"
 #define COUPLE(D, mg, oh) \
-    PLATES "[potential] conductivity = 1e4 S/m\n" CURVES FILM WATER(D, mg, oh) "[run] until = 100 h\n"
+    PLATES "[potential] conductivity = 1e4 S/m\n" CURVES("") FILM("mg") WATER(D, mg, oh) "[run] until = 100 h\n"
 
 static double magnesium(double u)
 {
@@ -118,9 +118,11 @@ static double mixed(double share)
 }
 
 /* theta, eps, l, C of Mg2+ and OH-, well mixed in a gap; l has a bound. */
+static int film_on_both; /* 1: the currents of both metals have the factor, as in the paper */
+
 static void film_rates(const double *y, double *rate)
 {
-    double u = mixed(sqrt(y[0])), i = aluminium(u), volume = 2.457627e-5;
+    double i = film_on_both ? sqrt(y[0]) * aluminium(mixed(1.0)) : aluminium(mixed(sqrt(y[0]))), volume = 2.457627e-5;
     double chi = fmax(y[3] * y[4] * y[4] - 0.45, 0.0), k = 3.7e-7 * volume * chi;
     rate[0] = (1.0 - y[0]) / ((1.0 - y[1]) * y[2]) * k;
     rate[1] = -y[1] * 7.4e-4 * volume * chi;
@@ -169,6 +171,30 @@ TEST(film_of_a_couple)
         CHECK_REL(mean_concentration("OH-"), y[4], 5e-3);
         CHECK_NEAR(e.potential, mixed(sqrt(y[0])), 1e-4);
     }
+    close_model();
+}
+
+/* As published: both currents have the factor, and the potential is that of equal areas for ever. */
+TEST(film_as_published)
+{
+    static const char text[] = PLATES "[potential] conductivity = 1e4 S/m\n" CURVES("  factor = sqrt(theta)\n")
+        FILM("mg, al") WATER("1e-2 m2/s", "0", "0") "[run] until = 100 h\n";
+    double y[5];
+    if (!open_model(text, NULL, 0)) return;
+    film_on_both = 1;
+    for (double t = 1800.0; t < 8000.0; t *= 2.0) {
+        if (!run_to(t)) break;
+        pd_cell_electrode e;
+        pd_cell_electrode_of(&model.cell, 0, &e);
+        film_run(t, 20000, 0.0, y);
+        NOTE("published: %g s: theta %.6f (%.6f), l %.6g (%.6g), E %.7f V, %.6f A/m2", t, mean_of(0), y[0], mean_of(2),
+             y[2], e.potential, e.current / e.area);
+        CHECK_NEAR(e.potential, -1.462456, 1e-4);
+        CHECK_REL(e.current / e.area, sqrt(y[0]) * 0.51928, 5e-3);
+        CHECK_REL(mean_of(0), y[0], 5e-3);
+        CHECK_REL(mean_of(2), y[2], 5e-3);
+    }
+    film_on_both = 0;
     close_model();
 }
 
@@ -457,6 +483,6 @@ TEST(refused)
     }
 }
 
-TEST_MAIN(ENTRY(film_of_a_couple) ENTRY(order_in_time) ENTRY(behind_a_diffusion_layer)
+TEST_MAIN(ENTRY(film_of_a_couple) ENTRY(film_as_published) ENTRY(order_in_time) ENTRY(behind_a_diffusion_layer)
           ENTRY(places_without_diffusion) ENTRY(metal_that_goes) ENTRY(long_steps) ENTRY(state) ENTRY(seen)
           ENTRY(refused))

@@ -151,6 +151,13 @@ TEST(series)
     u = 7.0;
     CHECK_REL(pdi_electrode_through(&e, 1.0, 1.1, 5e-3, &u, &slope), 1.0 / 1e-2, 1e-13);
     CHECK_REL(u, 0.3, 1e-12);
+    /* a quarter of the curve: four times its resistance, 8e-3 in series with 8e-3 */
+    CHECK_REL(pdi_electrode_through(&e, 0.25, 1.7, 5e-3, &u, &slope), 1.6 / 16e-3, 1e-13);
+    CHECK_REL(slope, 1.0 / 16e-3, 1e-13);
+    CHECK_REL(u, 0.9, 1e-12);
+    CHECK_NEAR(pdi_electrode_through(&e, 0.0, 1.1, 5e-3, &u, &slope), 0.0, 0.0); /* and none of it */
+    CHECK_NEAR(slope, 0.0, 0.0);
+    CHECK_NEAR(u, 1.1, 0.0);
     freed(&e);
 }
 
