@@ -74,6 +74,8 @@ static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
     s.c = t->old;
     s.plain = t->c;
     s.bend = t->probe;
+    s.ahead = t->limiter.slope;
+    s.behind = t->limiter.factor;
     s.gain = t->work;
     s.loss = t->work + t->grid->total;
     pdi_transport_seen(t, &s.bounds);

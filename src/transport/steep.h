@@ -18,6 +18,7 @@ typedef struct pdi_steep {
     const double *c, *plain;  /* [total] [mol/m3] the field with its images and inlets; that of the upwinded step */
     double *bend;             /* [total] [mol/m3] work: second differences along a line */
     double *value;            /* [count][total] [mol/m3] values at the middle of bonds, less that of the node; lent */
+    double *ahead, *behind;   /* [total] [mol/m3] work: values of a line */
     double *gain, *loss;      /* [total] work: what comes in and leaves [mol/m3/s], then the shares that may [-] */
 } pdi_steep;
 
