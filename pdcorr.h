@@ -31573,16 +31573,15 @@ static void pdi_steep_bend_images(const pdi_steep *s, int k)
     }
 }
 
-/* The least in size of two or of all, zero where signs differ. */
+/* The smaller and the larger one, without a branch. */
+static inline double pdi_steep_low(double a, double b) { return 0.5 * (a + b - fabs(a - b)); }
+static inline double pdi_steep_high(double a, double b) { return 0.5 * (a + b + fabs(a - b)); }
+
+/* The least in size of two, zero where their signs differ. */
 static inline double pdi_steep_least(double a, double b)
 {
-    double low = a < b ? a : b, high = a < b ? b : a;
-    low = low > 0.0 ? low : 0.0;
-    return high < 0.0 ? high : low;
+    return pdi_steep_high(0.0, pdi_steep_low(a, b)) + pdi_steep_low(0.0, pdi_steep_high(a, b));
 }
-
-static inline double pdi_steep_low(double a, double b) { return a < b ? a : b; }
-static inline double pdi_steep_high(double a, double b) { return a > b ? a : b; }
 
 /* The curvature of both ends that is no more than that of either, nor than what they have if one of them is none. */
 static inline double pdi_steep_curve(double a, double b)
@@ -31602,14 +31601,15 @@ static inline double pdi_steep_keep(double value, double step, double before, do
 {
     double rise = step - at, middle = 0.5 * (step - pdi_steep_curve(at, after)), most = PDI_STEEP_RISE * rise;
     double round = 0.5 * rise + PDI_STEEP_CURVED * pdi_steep_curve(before, at);
-    double low = pdi_steep_low(pdi_steep_low(0.0, step), middle), high = pdi_steep_high(pdi_steep_high(0.0, step), middle);
+    double low = pdi_steep_low(pdi_steep_low(0.0, step), middle);
+    double high = pdi_steep_high(pdi_steep_high(0.0, step), middle);
     low = pdi_steep_high(low, pdi_steep_low(pdi_steep_low(0.0, most), round));
     high = pdi_steep_low(high, pdi_steep_high(pdi_steep_high(0.0, most), round));
     return value + pdi_steep_least(low - value, high - value);
 }
 
 /* Values of the nodes, or the means of what both ends say, kept within the limits of the node. */
-PDI_INLINE void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32_t place, int count)
+PDI_INLINE void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32_t place, int count, int means)
 {
     const pdi_steep *s = of->s;
     const pd_bonds *bonds = s->flux->bonds;
@@ -31617,8 +31617,8 @@ PDI_INLINE void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32_t p
     int32_t next = bonds->paths.shift[of->k], before = -next;
     int64_t total = bonds->grid->total;
     const double *c = s->c + i, *bend = s->bend + i;
-    double *one = s->value + of->k * total + i, *two = s->value + opposite * total + i;
-    double *PD_RESTRICT ahead = s->ahead + i, *PD_RESTRICT behind = s->behind + i;
+    const double *one = s->value + of->k * total + i, *two = s->value + opposite * total + i;
+    double on[PDI_BLOCK], back[PDI_BLOCK];
     if (place >= 0) {
         const int32_t *far = s->flux->boundary->far + (int64_t)place * bonds->stencil->count;
         next = far[of->k] - i;
@@ -31626,23 +31626,27 @@ PDI_INLINE void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32_t p
     }
     for (int b = 0; b < count; b++) {
         double rise = c[b + next] - c[b], fall = c[b + before] - c[b];
-        if (!of->means) {
-            ahead[b] = pdi_steep_raw(rise, bend[b + before], bend[b], bend[b + next]);
-            behind[b] = pdi_steep_raw(fall, bend[b + next], bend[b], bend[b + before]);
+        if (means) {
+            on[b] = 0.5 * (one[b] + rise + two[b + next]);
+            back[b] = 0.5 * (two[b] + fall + one[b + before]);
+            on[b] = pdi_steep_keep(on[b], rise, bend[b + before], bend[b], bend[b + next]);
+            back[b] = pdi_steep_keep(back[b], fall, bend[b + next], bend[b], bend[b + before]);
         } else {
-            double on = 0.5 * (one[b] + rise + two[b + next]), back = 0.5 * (two[b] + fall + one[b + before]);
-            ahead[b] = pdi_steep_keep(on, rise, bend[b + before], bend[b], bend[b + next]);
-            behind[b] = pdi_steep_keep(back, fall, bend[b + next], bend[b], bend[b + before]);
+            on[b] = pdi_steep_raw(rise, bend[b + before], bend[b], bend[b + next]);
+            back[b] = pdi_steep_raw(fall, bend[b + next], bend[b], bend[b + before]);
         }
     }
+    for (int b = 0; b < count; b++) s->ahead[i + b] = on[b];
+    for (int b = 0; b < count; b++) s->behind[i + b] = back[b];
 }
 
 static void pdi_steep_value_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_steep_sweep *of = (const pdi_steep_sweep *)user;
     (void)row;
-    if (count == PDI_BLOCK) pdi_steep_values(of, i, -1, PDI_BLOCK);
-    else pdi_steep_values(of, i, place, count);
+    if (count < PDI_BLOCK) pdi_steep_values(of, i, place, count, of->means);
+    else if (of->means) pdi_steep_values(of, i, -1, PDI_BLOCK, 1);
+    else pdi_steep_values(of, i, -1, PDI_BLOCK, 0);
 }
 
 static void pdi_steep_line(const pd_ctx *ctx, pdi_steep_sweep *of)
