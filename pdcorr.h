@@ -105,7 +105,7 @@
  *     flux       advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
  *     migrate    what bonds carry of several charged fields by diffusion, by a flow and by an electric field, fitted by
  *     bounds     least and largest value that a field may take, and the nodes that leave them.
- *     steep      antidiffusive fluxes of fifth order, which keep summits and steep fronts, for explicit steps with families of
+ *     steep      antidiffusive fluxes of sixth order, which keep summits and steep fronts, for explicit steps with families of
  *     inverse    the preconditioner of transport, near the inverse of its operator.
  *     transport  steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
  *     amount     how much the fluid holds, and what passes a plane across it.
@@ -4335,12 +4335,12 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 #endif
 
 /* ======== >>transport/steep.h ======== */
-/* steep: antidiffusive fluxes of fifth order, which keep summits and steep fronts, for explicit steps with families of
+/* steep: antidiffusive fluxes of sixth order, which keep summits and steep fronts, for explicit steps with families of
  * the nodes next to a node (theory: eq. 5.4c to 5.4e).
  *
- * A node knows what it gives to the bond ahead and to the one behind where the stream leaves through them: a value at
- * their middle, from five nodes in a line, as far as monotone profiles stay monotone. What the bonds then bring is
- * scaled where a node would leave bounds that the upwinded step keeps.
+ * A node knows the value at the middle of each of its bonds, from five nodes in a line. The mean of both ends counts,
+ * within the limits of the upwind one, so that monotone profiles stay monotone. What the bonds then bring is scaled
+ * where a node would leave bounds that the upwinded step keeps.
  */
 #ifndef PD_STEEP_H
 #define PD_STEEP_H
@@ -32884,7 +32884,7 @@ static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
     PDI_SHARE(nt, pdi_explicit_share(t, dt));
 }
 
-/* Antidiffusive fluxes of fifth order, as far as they keep the bounds of all explicit steps so far. */
+/* Antidiffusive fluxes of sixth order, as far as they keep the bounds of all explicit steps so far. */
 static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
 {
     pd_arena *arena = t->desc.arena ? t->desc.arena : &t->own;

@@ -64,7 +64,7 @@ static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
     PDI_SHARE(nt, pdi_explicit_share(t, dt));
 }
 
-/* Antidiffusive fluxes of fifth order, as far as they keep the bounds of all explicit steps so far. */
+/* Antidiffusive fluxes of sixth order, as far as they keep the bounds of all explicit steps so far. */
 static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
 {
     pd_arena *arena = t->desc.arena ? t->desc.arena : &t->own;

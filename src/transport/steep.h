@@ -1,9 +1,9 @@
-/* steep: antidiffusive fluxes of fifth order, which keep summits and steep fronts, for explicit steps with families of
+/* steep: antidiffusive fluxes of sixth order, which keep summits and steep fronts, for explicit steps with families of
  * the nodes next to a node (theory: eq. 5.4c to 5.4e).
  *
- * A node knows what it gives to the bond ahead and to the one behind where the stream leaves through them: a value at
- * their middle, from five nodes in a line, as far as monotone profiles stay monotone. What the bonds then bring is
- * scaled where a node would leave bounds that the upwinded step keeps.
+ * A node knows the value at the middle of each of its bonds, from five nodes in a line. The mean of both ends counts,
+ * within the limits of the upwind one, so that monotone profiles stay monotone. What the bonds then bring is scaled
+ * where a node would leave bounds that the upwinded step keeps.
  */
 #ifndef PD_STEEP_H
 #define PD_STEEP_H
