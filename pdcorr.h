@@ -4357,7 +4357,7 @@ typedef struct pdi_steep {
     double *gain, *loss;      /* [total] work: what comes in and leaves [mol/m3/s], then the shares that may [-] */
 } pdi_steep;
 
-/* 1: families reach the nodes next to a node and no others. */
+/* 1: families are those of nodes that share a face or an edge of their cells with a node. */
 PDI_FN int pdi_steep_may(const pd_flux *flux);
 /* Arrays of a pdi_steep that are lent for a step. */
 PDI_FN void pdi_steep_list(pdi_owner *owner, void *object);
@@ -4551,8 +4551,9 @@ PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport
 PDI_FN int pdi_transport_start(pd_transport *transport);
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
 PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
-/* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
-PDI_FN void pdi_transport_seen(pd_transport *transport, pdi_bounds *bounds);
+/* Bounds that a step must keep: those of the field at its start and of the inflow; a source lifts the upper one. Both
+ * move out by a share `slack` of the field. */
+PDI_FN void pdi_transport_bounds(const pd_transport *transport, const double *start, double slack, pdi_bounds *bounds);
 /* The bounds of a step begin with what is held and enters at its start. */
 PDI_FN void pdi_transport_open(pd_transport *transport);
 /* What steps carry on beside the flow, which comes first; sources are those of the next step. */
@@ -31775,9 +31776,7 @@ PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *s, double *y)
 PDI_FN int pdi_steep_may(const pd_flux *flux)
 {
     const pd_stencil *s = flux->bonds->stencil;
-    for (int k = 0; k < s->count * PD_DIM; k++)
-        if (fabs(s->xi[k]) > 1.5 * s->h[k % PD_DIM]) return 0;
-    return 1;
+    return s->reach == 1 && s->count <= 2 * PD_DIM * PD_DIM;
 }
 
 PDI_FN void pdi_steep_list(pdi_owner *owner, void *object)
@@ -32219,8 +32218,7 @@ PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
 
-/* Bounds that the step must keep: those of the field at its start and of the inflow; a source lifts the upper one. */
-static void pdi_transport_bounds(const pd_transport *t, const double *start, double slack, pdi_bounds *b)
+PDI_FN void pdi_transport_bounds(const pd_transport *t, const double *start, double slack, pdi_bounds *b)
 {
     b->low = t->passed[0];
     b->high = fmax(t->passed[1], 0.0);
@@ -32238,19 +32236,6 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
         b->high = fmax(b->high, t->diffusion.held_most);
     }
     pdi_bounds_widen(t->grid, t->c, slack, b);
-}
-
-PDI_FN void pdi_transport_seen(pd_transport *t, pdi_bounds *b)
-{
-    pdi_bounds seen;
-    seen.low = t->seen[0];
-    seen.high = t->seen[1];
-    pdi_bounds_take_all(t->grid, PD_FLUID, t->old, &seen);
-    t->seen[0] = seen.low;
-    t->seen[1] = seen.high;
-    pdi_transport_bounds(t, t->old, 0.0, b);
-    b->low = fmin(b->low, seen.low);
-    b->high = fmax(b->high, seen.high);
 }
 
 /* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
@@ -32662,8 +32647,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
                         "D = %g m2/s, inlet %g mol/m3, initial %g mol/m3, tolerance %g: expected finite values of at "
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
-    t->ceiling = t->seen[0] = HUGE_VAL;
-    t->seen[1] = -HUGE_VAL;
+    t->seen[1] = -(t->ceiling = t->seen[0] = HUGE_VAL); /* nothing yet */
     if (desc->clock) *desc->clock = 0.0;
     pdi_transport_open(t);
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
@@ -32884,6 +32868,20 @@ static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
     PDI_SHARE(nt, pdi_explicit_share(t, dt));
 }
 
+/* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
+static void pdi_explicit_bounds(pd_transport *t, pdi_bounds *b)
+{
+    pdi_bounds seen;
+    seen.low = t->seen[0];
+    seen.high = t->seen[1];
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->old, &seen);
+    t->seen[0] = seen.low;
+    t->seen[1] = seen.high;
+    pdi_transport_bounds(t, t->old, 0.0, b);
+    b->low = fmin(b->low, seen.low);
+    b->high = fmax(b->high, seen.high);
+}
+
 /* Antidiffusive fluxes of sixth order, as far as they keep the bounds of all explicit steps so far. */
 static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
 {
@@ -32898,7 +32896,7 @@ static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
     s.behind = t->limiter.factor;
     s.gain = t->work;
     s.loss = t->work + t->grid->total;
-    pdi_transport_seen(t, &s.bounds);
+    pdi_explicit_bounds(t, &s.bounds);
     pdi_par_zero(ctx, t->grid->total, t->anti);
     pdi_explicit_move(ctx, t, dt);
     pd_ghosts_scalar(&t->bonds->ghosts, t->old);

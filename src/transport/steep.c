@@ -282,9 +282,7 @@ PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *s, double *y)
 PDI_FN int pdi_steep_may(const pd_flux *flux)
 {
     const pd_stencil *s = flux->bonds->stencil;
-    for (int k = 0; k < s->count * PD_DIM; k++)
-        if (fabs(s->xi[k]) > 1.5 * s->h[k % PD_DIM]) return 0;
-    return 1;
+    return s->reach == 1 && s->count <= 2 * PD_DIM * PD_DIM;
 }
 
 PDI_FN void pdi_steep_list(pdi_owner *owner, void *object)

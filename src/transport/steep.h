@@ -22,7 +22,7 @@ typedef struct pdi_steep {
     double *gain, *loss;      /* [total] work: what comes in and leaves [mol/m3/s], then the shares that may [-] */
 } pdi_steep;
 
-/* 1: families reach the nodes next to a node and no others. */
+/* 1: families are those of nodes that share a face or an edge of their cells with a node. */
 PDI_FN int pdi_steep_may(const pd_flux *flux);
 /* Arrays of a pdi_steep that are lent for a step. */
 PDI_FN void pdi_steep_list(pdi_owner *owner, void *object);
