@@ -66,7 +66,21 @@ static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
     PDI_SHARE(nt, pdi_explicit_share(t, dt));
 }
 
-/* Antidiffusive fluxes of fifth order, as far as they keep the bounds of all explicit steps so far. */
+/* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
+static void pdi_explicit_bounds(pd_transport *t, pdi_bounds *b)
+{
+    pdi_bounds seen;
+    seen.low = t->seen[0];
+    seen.high = t->seen[1];
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->old, &seen);
+    t->seen[0] = seen.low;
+    t->seen[1] = seen.high;
+    pdi_transport_bounds(t, t->old, 0.0, b);
+    b->low = fmin(b->low, seen.low);
+    b->high = fmax(b->high, seen.high);
+}
+
+/* Antidiffusive fluxes of sixth order, as far as they keep the bounds of all explicit steps so far. */
 static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
 {
     pd_arena *arena = t->desc.arena ? t->desc.arena : &t->own;
@@ -76,9 +90,11 @@ static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
     s.c = t->old;
     s.plain = t->c;
     s.bend = t->probe;
+    s.ahead = t->limiter.slope;
+    s.behind = t->limiter.factor;
     s.gain = t->work + t->grid->total;
     s.loss = t->rhs;
-    pdi_transport_seen(t, &s.bounds);
+    pdi_explicit_bounds(t, &s.bounds);
     pdi_par_zero(ctx, t->grid->total, t->anti);
     pdi_explicit_move(ctx, t, dt);
     pd_ghosts_scalar(&t->bonds->ghosts, t->old);

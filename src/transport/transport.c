@@ -258,8 +258,7 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, 
     return status;
 }
 
-/* Bounds that the step must keep: those of the field at its start and of the inflow; a source lifts the upper one. */
-static void pdi_transport_bounds(const pd_transport *t, const double *start, double slack, pdi_bounds *b)
+PDI_FN void pdi_transport_bounds(const pd_transport *t, const double *start, double slack, pdi_bounds *b)
 {
     b->low = t->passed[0];
     b->high = fmax(t->passed[1], 0.0);
@@ -277,19 +276,6 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
         b->high = fmax(b->high, t->diffusion.held_most);
     }
     pdi_bounds_widen(t->grid, t->c, slack, b);
-}
-
-PDI_FN void pdi_transport_seen(pd_transport *t, pdi_bounds *b)
-{
-    pdi_bounds seen;
-    seen.low = t->seen[0];
-    seen.high = t->seen[1];
-    pdi_bounds_take_all(t->grid, PD_FLUID, t->old, &seen);
-    t->seen[0] = seen.low;
-    t->seen[1] = seen.high;
-    pdi_transport_bounds(t, t->old, 0.0, b);
-    b->low = fmin(b->low, seen.low);
-    b->high = fmax(b->high, seen.high);
 }
 
 /* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
@@ -698,8 +684,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
                         "D = %g m2/s, inlet %g mol/m3, initial %g mol/m3, tolerance %g: expected finite values of at "
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
-    t->ceiling = t->seen[0] = HUGE_VAL;
-    t->seen[1] = -HUGE_VAL;
+    t->seen[1] = -(t->ceiling = t->seen[0] = HUGE_VAL); /* nothing yet */
     if (desc->clock) *desc->clock = 0.0;
     pdi_transport_open(t);
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;

@@ -183,8 +183,9 @@ PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport
 PDI_FN int pdi_transport_start(pd_transport *transport);
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
 PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
-/* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
-PDI_FN void pdi_transport_seen(pd_transport *transport, pdi_bounds *bounds);
+/* Bounds that a step must keep: those of the field at its start and of the inflow; a source lifts the upper one. Both
+ * move out by a share `slack` of the field. */
+PDI_FN void pdi_transport_bounds(const pd_transport *transport, const double *start, double slack, pdi_bounds *bounds);
 /* The bounds of a step begin with what is held and enters at its start. */
 static inline void pdi_transport_open(pd_transport *t)
 {
