@@ -1483,6 +1483,20 @@ def declare(dim):
         ('boundary_capacity', c_int32),
     ]
 
+    class pd_factor(Structure):
+        pass
+    pd_factor._fields_ = [
+        ('flux', POINTER(pd_flux)),
+        ('upwinded', POINTER(c_uint8)),
+        ('axis', c_int),
+        ('down', c_int),
+        ('entry', POINTER(c_float)),
+        ('x', POINTER(c_double)),
+        ('near', POINTER(c_float)),
+        ('good', c_int),
+        ('took', c_int),
+    ]
+
     class pd_inverse(Structure):
         pass
     pd_inverse._fields_ = [
@@ -1556,6 +1570,7 @@ def declare(dim):
         ('first', c_double),
         ('dt', c_double),
         ('inverse', pd_inverse),
+        ('factors', pd_factor),
         ('krylov', pd_krylov),
         ('outflow', c_double),
         ('inflow', c_double),
