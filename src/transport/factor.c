@@ -16,11 +16,13 @@
 typedef struct pdi_factor_order {
     int32_t origin, along, across; /* node of the first row; from column to column, and within one */
     int columns, rows, line;       /* nodes; entries of a column of x with its rim */
+    int plain;                     /* 1: whole families conduct all the same */
     int at[8];                     /* where the bonds end among the lines of four of `near` */
 } pdi_factor_order;
 
-/* What the sums of a row are made of: entries in lines of eight, the one of the node at [2][2]. */
-typedef float pdi_factor_row[5][8];
+/* What a row is made of: five entries from [2] on in each line, the one of the node at [2][4]. What falls beside them
+ * is left out. */
+typedef float pdi_factor_row[5][12];
 
 static int pdi_factor_fits(const pd_factor *f)
 {
@@ -40,6 +42,7 @@ static pdi_factor_order pdi_factor_sort(const pd_factor *f)
     o.columns = grid->n[f->axis];
     o.rows = grid->n[other % PD_DIM];
     o.line = o.rows + 4;
+    o.plain = !grid->circumference && !f->flux->diffusion->field;
     for (int k = 0; k < 8 && k < s->count; k++) {
         int a = s->offset[k * PD_DIM + f->axis], b = s->offset[k * PD_DIM + other % PD_DIM];
         o.at[k] = ((f->down ? -a : a) + 1) * 4 + b + 1;
@@ -176,7 +179,7 @@ static inline void pdi_factor_spread(const float *near, float alpha, const float
 {
     for (int line = 0; line < 3; line++) {
         const float *n = near + 4 * line;
-        float *to = row[a + line] + b;
+        float *to = row[a + line] + 2 + b;
         for (int k = 0; k < 4; k++) to[k] += alpha * n[k] + along[0] * n[12 + k] + along[1] * n[24 + k];
     }
 }
@@ -193,9 +196,12 @@ static void pdi_factor_bond(const pd_factor *f, const pdi_factor_order *o, const
     int a = o->at[k] / 4 - 1, b = o->at[k] % 4 - 1;
     uint8_t kind = bonds->grid->kind[j];
     double flux, bond, x[2] = {0.0, 0.0};
-    pdi_flux_one(t, i, k, &flux, &bond);
+    if (o->plain && bonds->row[i] < 0) {
+        flux = k < 4 ? t->flux[k * total + i] : -t->flux[(7 - k) * total + j];
+        bond = t->diffusion->desc.diffusivity * bonds->stencil->lap[k];
+    } else pdi_flux_one(t, i, k, &flux, &bond);
     if (kind == PD_OUTLET) {
-        row[2][2] += (float)flux;
+        row[2][4] += (float)flux;
         return;
     }
     int32_t end[2];
@@ -208,11 +214,13 @@ static void pdi_factor_bond(const pd_factor *f, const pdi_factor_order *o, const
     of.bend = pdi_bend_of(of.step, x[0], x[1]);
     of.alpha = t->limiter->factor[end[0]];
     pdi_bend_flux(flux, bond, kind == PD_INLET ? 0.0 : 1.0, &of, &by);
-    double half = 0.5 * flux, most = fmax(fabs(half), bond), step = by.step - PDI_BEND_LEAN * by.bend;
-    row[2][2] += (float)(half + most - step);
+    double half = 0.5 * flux, size = fabs(half), most = size > bond ? size : bond;
+    double step = by.step - PDI_BEND_LEAN * by.bend;
+    row[2][4] += (float)(half + most - step);
     if (kind != PD_FLUID) return;
-    row[2 + a][2 + b] += (float)(half - most + step);
-    double up = by.bend * (0.5 * PDI_BEND_LEAN + PDI_BEND_SHARE), down = by.bend * (0.5 * PDI_BEND_LEAN - PDI_BEND_SHARE);
+    row[2 + a][4 + b] += (float)(half - most + step);
+    double up = by.bend * (0.5 * PDI_BEND_LEAN + PDI_BEND_SHARE);
+    double down = by.bend * (0.5 * PDI_BEND_LEAN - PDI_BEND_SHARE);
     double here = flux > 0.0 ? up : down, there = flux > 0.0 ? down : up;
     float along[2] = {0.0f, 0.0f};
     for (int d = 0; d < PD_DIM && d < 2; d++) {
@@ -223,18 +231,16 @@ static void pdi_factor_bond(const pd_factor *f, const pdi_factor_order *o, const
     pdi_factor_spread(near, flux > 0.0 ? 0.0f : (float)by.alpha, along, 1 + a, 1 + b, row);
 }
 
-/* Row `row` of a column, without what joins it with nodes that are not fluid. Returns the size of its diagonal. */
-static float pdi_factor_assemble(const pd_factor *f, const pdi_factor_order *o, const double *c, double rate,
-                                 int column, int at, float *entry)
+/* The equation of a fluid node. */
+static void pdi_factor_assemble(const pd_factor *f, const pdi_factor_order *o, const double *c, double rate, int column,
+                                int at, pdi_factor_row row)
 {
     const pd_flux *t = f->flux;
-    const uint8_t *kind = t->bonds->grid->kind;
     int32_t i = o->origin + column * o->along + at * o->across;
     double own_rate = rate + t->absorb[i] + (t->diffusion->wall_rate ? t->diffusion->wall_rate[i] : 0.0);
-    pdi_factor_row row;
     float own[3] = {0.0f, 0.0f, 0.0f};
-    memset(row, 0, sizeof row);
-    row[2][2] = (float)own_rate;
+    memset(row, 0, sizeof(pdi_factor_row));
+    row[2][4] = (float)own_rate;
     for (int k = 0; k < 8; k++) {
         if (!pdi_flux_open(t, i, k)) continue;
         int a = o->at[k] / 4 - 1, b = o->at[k] % 4 - 1;
@@ -243,41 +249,65 @@ static float pdi_factor_assemble(const pd_factor *f, const pdi_factor_order *o, 
     }
     const float *near = f->near + ((int64_t)(column % 3) * (o->rows + 2) + at + 1) * PDI_FACTOR_NEAR;
     pdi_factor_spread(near, own[0], own + 1, 1, 1, row);
-    for (int a = -2; a <= 2; a++)
-        for (int b = -2; b <= 2; b++) {
-            int inside = column + a >= 0 && column + a < o->columns && at + b >= 0 && at + b < o->rows;
-            int joined = inside && kind[i + a * o->along + b * o->across] == PD_FLUID;
-            entry[(a + 2) * 5 + b + 2] = joined ? row[a + 2][b + 2] : 0.0f;
-        }
-    return fabsf(entry[12]);
 }
 
-/* Eliminate the rows before row n from it. Returns 1 when its pivot is one. */
-static int pdi_factor_eliminate(const pd_factor *f, const pdi_factor_order *o, int64_t n, float size)
+/* What joins it with nodes that are not fluid is left out: those of a whole square are. */
+static void pdi_factor_cut(const pd_factor *f, const pdi_factor_order *o, int column, int at, pdi_factor_row row)
 {
-    float *row = f->entry + 25 * n;
-    for (int k = 0; k < 12; k++) {
-        int a = k / 5 - 2, b = k % 5 - 2;
-        if (!(row[k] < 0.0f) && !(row[k] > 0.0f)) continue;
-        const float *other = f->entry + 25 * (n + (int64_t)a * o->rows + b);
-        float factor = row[k] * other[12];
-        int first = b < 0 ? -b : 0, end = b > 0 ? 5 - b : 5; /* of the five entries of its columns that stay */
-        row[k] = factor;
-        for (int q = first > 3 ? first : 3; q < end; q++) row[k - 2 + q] -= factor * other[10 + q];
-        for (int line = 1; line < 3; line++)
-            for (int q = first; q < end; q++) row[k + 5 * line - 2 + q] -= factor * other[10 + 5 * line + q];
-    }
-    int good = fabsf(row[12]) > (float)PDI_FACTOR_PIVOT * size && fabsf(row[12]) < HUGE_VALF;
-    row[12] = good ? 1.0f / row[12] : 0.0f;
+    const uint8_t *kind = f->flux->bonds->grid->kind;
+    int32_t i = o->origin + column * o->along + at * o->across;
+    int whole = column >= 2 && column + 2 < o->columns && at >= 2 && at + 2 < o->rows;
+    for (int a = -2; a <= 2; a++)
+        for (int b = -2; b <= 2; b++) {
+            int inside = whole || (column + a >= 0 && column + a < o->columns && at + b >= 0 && at + b < o->rows);
+            if (!inside || kind[i + a * o->along + b * o->across] != PD_FLUID) row[a + 2][b + 4] = 0.0f;
+        }
+}
+
+/* One of the rows before, whose node stands a columns and b nodes from that of `row`, is eliminated from it. */
+PDI_INLINE void pdi_factor_before(const pdi_factor_order *o, const float *entry, int a, int b, pdi_factor_row row)
+{
+    const float *other = entry + 25 * ((int64_t)a * o->rows + b);
+    float factor = row[a + 2][b + 4];
+    if (!(factor < 0.0f) && !(factor > 0.0f)) return;
+    factor *= other[12];
+    row[a + 2][b + 4] = factor;
+    for (int q = 3; q < 5; q++) row[a + 2][b + 2 + q] -= factor * other[10 + q];
+    for (int line = 1; line < 3; line++)
+        for (int q = 0; q < 5; q++) row[a + 2 + line][b + 2 + q] -= factor * other[10 + 5 * line + q];
+}
+
+/* Those of a column. */
+PDI_INLINE void pdi_factor_before_all(const pdi_factor_order *o, const float *entry, int a, pdi_factor_row row)
+{
+    pdi_factor_before(o, entry, a, -2, row);
+    pdi_factor_before(o, entry, a, -1, row);
+    if (a == 0) return;
+    pdi_factor_before(o, entry, a, 0, row);
+    pdi_factor_before(o, entry, a, 1, row);
+    pdi_factor_before(o, entry, a, 2, row);
+}
+
+/* Eliminate what comes before it from a row, into its entries. Returns 1 when its pivot is one. */
+static int pdi_factor_eliminate(const pdi_factor_order *o, pdi_factor_row row, float *entry)
+{
+    float size = fabsf(row[2][4]);
+    pdi_factor_before_all(o, entry, -2, row);
+    pdi_factor_before_all(o, entry, -1, row);
+    pdi_factor_before_all(o, entry, 0, row);
+    for (int a = 0; a < 5; a++)
+        for (int b = 0; b < 5; b++) entry[5 * a + b] = row[a][b + 2];
+    int good = fabsf(entry[12]) > (float)PDI_FACTOR_PIVOT * size && fabsf(entry[12]) < HUGE_VALF;
+    entry[12] = good ? 1.0f / entry[12] : 0.0f;
     return good;
 }
 
-PDI_FN void pdi_factor_make(pd_ctx *ctx, pd_factor *f, const double *c, double rate, double least)
+PDI_FN void pdi_factor_make(pd_factor *f, const double *c, double rate, double least)
 {
-    (void)ctx;
     f->good = 0;
     if (!f->entry) return;
     pdi_factor_order o = pdi_factor_sort(f);
+    pdi_factor_row sums;
     f->good = 1;
     memset(f->near, 0, 3 * (size_t)(o.rows + 2) * PDI_FACTOR_NEAR * sizeof *f->near);
     pdi_factor_column(f, &o, c, least, 0);
@@ -290,8 +320,9 @@ PDI_FN void pdi_factor_make(pd_ctx *ctx, pd_factor *f, const double *c, double r
                 memset(f->entry + 25 * n, 0, 25 * sizeof *f->entry);
                 continue;
             }
-            float size = pdi_factor_assemble(f, &o, c, rate, column, row, f->entry + 25 * n);
-            f->good = pdi_factor_eliminate(f, &o, n, size);
+            pdi_factor_assemble(f, &o, c, rate, column, row, sums);
+            pdi_factor_cut(f, &o, column, row, sums);
+            f->good = pdi_factor_eliminate(&o, sums, f->entry + 25 * n);
         }
     }
 }
@@ -303,7 +334,8 @@ PDI_FN void pdi_factor_solve(const pd_factor *f, const double *x, double *y)
         double *to = f->x + (int64_t)(column + 2) * o.line + 2;
         const float *e = f->entry + 25 * (int64_t)column * o.rows;
         for (int row = 0; row < o.rows; row++, e += 25, to++) {
-            double sum = e[12] != 0.0f ? x[o.origin + column * o.along + row * o.across] : 0.0;
+            int32_t i = o.origin + column * o.along + row * o.across;
+            double sum = f->flux->bonds->grid->kind[i] == PD_FLUID ? x[i] : 0.0;
             for (int k = 0; k < 5; k++) sum -= (double)e[k] * to[k - 2 - 2 * o.line];
             for (int k = 0; k < 5; k++) sum -= (double)e[5 + k] * to[k - 2 - o.line];
             *to = sum - (double)e[10] * to[-2] - (double)e[11] * to[-1];

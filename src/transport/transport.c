@@ -16,6 +16,8 @@
 #define PDI_TRANSPORT_SHORTEST 0.03
 /* Share of the spreading of upwind fluxes in the preconditioner of limited ones, which give most of it back. */
 #define PDI_TRANSPORT_SPREAD 0.3
+/* Iterations after which the next step factors anew. */
+#define PDI_TRANSPORT_AGAIN 4
 /* A step that leaves more than this share of the residual ends the iteration. */
 #define PDI_TRANSPORT_STALLED 0.999
 /* Share of the largest value by which a field may leave its bounds: rounding of the linear solve. */
@@ -362,7 +364,8 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
     user->limited = pdi_par_max_abs(user->ctx, t->grid->total, t->anti) > 0.0;
     if (user->limited) {
         pdi_flux_differentiate(user->ctx, &t->flux, t->c);
-        pdi_factor_make(user->ctx, &t->factors, t->c, 1.0 / t->dt, PDI_TRANSPORT_FAINT * t->size);
+        if (!t->factors.good || t->factors.took > PDI_TRANSPORT_AGAIN)
+            pdi_factor_make(&t->factors, t->c, 1.0 / t->dt, PDI_TRANSPORT_FAINT * t->size);
         user->factored = t->factors.good;
     }
     for (int attempt = 0; attempt < 3; attempt++) {
@@ -371,6 +374,7 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
         status = pdi_transport_linear(user->ctx, t, pdi_transport_jacobian, user, &linear);
         if (status < 0) return status;
         result->krylov += linear.iterations;
+        if (user->factored) t->factors.took = linear.iterations;
         if (status == PD_OK || !user->limited) break;
         if (!user->factored) user->limited = 0;
         user->factored = 0;
