@@ -359,7 +359,8 @@ static int pdi_sharp_face_more(const pd_sharp *sharp, int32_t i, int d, const pd
     return 1;
 }
 
-/* The upper face along d of each fluid node, and the one below it, into `work`: what it adds to momentum, then the volume. */
+/* The upper face along d of each fluid node, and the one below it, into `work`: what it adds to momentum, then the
+ * volume. */
 static void pdi_sharp_faces(const pd_ctx *ctx, const pd_sharp *sharp, int d, const pdi_sharp_field *w,
                             const pdi_sharp_field *u, double nu)
 {
