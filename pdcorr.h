@@ -2826,7 +2826,8 @@ typedef struct pd_sharp {
     uint8_t *calm;                /* [total] 1: fluid beside no smooth surface, and what stands for it */
     double *bend, *bend_step;     /* [PD_DIM axes][PD_DIM][total] [m/s] second differences of the velocity, and of the
                                    * step of a solver */
-    double *work;                 /* [PD_DIM][total] [m/s] [m2/s2] velocity behind inlets; of the pressure */
+    double *work;                 /* [PD_DIM+1][total] velocity behind inlets [m/s]; of the pressure [m2/s2]; momentum
+                                   * [m/s2] and volume [1/s] of faces */
 } pd_sharp;
 
 #ifdef PDI_INTERNAL
@@ -23151,24 +23152,46 @@ static int pdi_sharp_face_more(const pd_sharp *sharp, int32_t i, int d, const pd
     return 1;
 }
 
+/* The upper face along d of each fluid node, and the one below it, into `work`: what it adds to momentum, then the
+ * volume. */
+static void pdi_sharp_faces(const pd_ctx *ctx, const pd_sharp *sharp, int d, const pdi_sharp_field *w,
+                            const pdi_sharp_field *u, double nu)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    int64_t total = grid->total;
+    int32_t stride = grid->stride[d];
+    int nt = pdi_par_threads(ctx, total * 64);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total - stride; i++) {
+        pdi_sharp_face face;
+        if (grid->kind[i] != PD_FLUID && grid->kind[i + stride] != PD_FLUID) continue;
+        int more = pdi_sharp_face_more(sharp, i, d, w, u, &face);
+        for (int c = 0; c < PD_DIM; c++)
+            sharp->work[c * total + i] = more ? face.convected[c] - nu * face.rubbed[c] : 0.0;
+        sharp->work[PD_DIM * total + i] = more ? face.flux : 0.0;
+    }
+}
+
 PDI_FN void pdi_sharp_momentum(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_sharp_field *w,
                                const pdi_sharp_field *u, double nu, double *ru)
 {
     const pd_grid *grid = sharp->bonds->grid;
     int64_t total = grid->total;
-    int nt = pdi_par_threads(ctx, total * PD_DIM * 64);
+    int nt = pdi_par_threads(ctx, total * PD_DIM * 4);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < grid->total; i++) {
-        if (grid->kind[i] != PD_FLUID) continue;
-        for (int way = 0; way < 2 * PD_DIM; way++) {
-            int d = way / 2;
-            pdi_sharp_face face;
-            double sign = way % 2 ? 1.0 : -1.0;
-            if (!pdi_sharp_face_more(sharp, way % 2 ? i : i - grid->stride[d], d, w, u, &face)) continue;
-            for (int c = 0; c < PD_DIM; c++)
-                ru[c * total + i] +=
-                    sign * (face.convected[c] - 0.5 * face.flux * u->v[c * total + i] - nu * face.rubbed[c]);
+    for (int d = 0; d < PD_DIM; d++) {
+        int32_t stride = grid->stride[d];
+        pdi_sharp_faces(ctx, sharp, d, w, u, nu);
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < grid->total; i++) {
+            if (grid->kind[i] != PD_FLUID) continue;
+            const double *flux = sharp->work + PD_DIM * total + i;
+            double half = 0.5 * (flux[0] - flux[-stride]);
+            for (int c = 0; c < PD_DIM; c++) {
+                int64_t at = c * total + i;
+                ru[at] += sharp->work[at] - sharp->work[at - stride] - half * u->v[at];
+            }
         }
     }
 }
@@ -23225,7 +23248,7 @@ PDI_FN void pdi_sharp_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, sharp, calm, total, "1");
     PDI_ARRAY(owner, sharp, bend, PD_DIM * PD_DIM * total, "m/s");
     PDI_ARRAY(owner, sharp, bend_step, PD_DIM * PD_DIM * total, "m/s");
-    PDI_ARRAY(owner, sharp, work, PD_DIM * total, "");
+    PDI_ARRAY(owner, sharp, work, (PD_DIM + 1) * total, "");
 }
 
 PDI_FN void pdi_sharp_update(const pd_sharp *sharp)

@@ -197,15 +197,15 @@ static pd_status flux_run(val_job *job)
 }
 
 static const val_part flux_part = {
-    "", "", "nodes across", VAL_BY_N, NULL, 2.0, {{"flux", "far down against far up"}, {"flux_max", "largest"}}, 2,
+    "", "", "nodes across", VAL_BY_N, NULL, 1.544, {{"flux", "far down against far up"}, {"flux_max", "largest"}}, 2,
     {{0, 1e-6, 0.0, 0, VAL_GOAL}, {1, 1e-2, 0.0, 60, VAL_GOAL}, {1, 0.0, 1.8, 30, VAL_GOAL},
      {1, 2.5e-2, 0.0, 0, VAL_GUARD}}, 4,
     {{30, 1.0, 0.0}, {60, 1.0, 0.0}, {120, 1.0, 0.0}}, 3, 1, flux_run,
     "The flux of bonds, which the scheme conserves, is equal to rounding everywhere. The sum of node velocities over a "
     "layer is a midpoint rule for the flux, and at the edges of the pin, solid angles of 90 degrees, the velocity "
-    "grows as r^0.544 with the distance (H. K. Moffatt, J. Fluid Mech. 18, 1964). A midpoint rule is of order 1.54 "
-    "there, and 1.4 is found, in the layers at the leading edges. Second order at the edges cannot be had on equal "
-    "spacings; with round ends it is there once their radius has eight cells."};
+    "grows as r^0.544 with the distance (H. K. Moffatt, J. Fluid Mech. 18, 1964). A midpoint rule is of order 1.544 "
+    "there, and 1.51 is found, 0.98 of it, in the layers at the leading edges. Second order cannot be had there on "
+    "equal spacings; with round ends it is there once their radius has eight cells."};
 static const val_part flux_round = {
     "round", "round ends", "nodes across", VAL_BY_N, NULL, 2.0,
     {{"flux", "far down against far up"}, {"flux_max", "largest"}}, 2,

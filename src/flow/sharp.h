@@ -18,7 +18,8 @@ typedef struct pd_sharp {
     uint8_t *calm;                /* [total] 1: fluid beside no smooth surface, and what stands for it */
     double *bend, *bend_step;     /* [PD_DIM axes][PD_DIM][total] [m/s] second differences of the velocity, and of the
                                    * step of a solver */
-    double *work;                 /* [PD_DIM][total] [m/s] [m2/s2] velocity behind inlets; of the pressure */
+    double *work;                 /* [PD_DIM+1][total] velocity behind inlets [m/s]; of the pressure [m2/s2]; momentum
+                                   * [m/s2] and volume [1/s] of faces */
 } pd_sharp;
 
 #ifdef PDI_INTERNAL
