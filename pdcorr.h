@@ -108,7 +108,7 @@
  *     factor     an incomplete factorisation of the linearised equations of limited transport, on a plane lattice whose bonds
  *     migrate    what bonds carry of several charged fields by diffusion, by a flow and by an electric field, fitted by
  *     bounds     least and largest value that a field may take, and the nodes that leave them.
- *     steep      antidiffusive fluxes of fifth order, which keep summits and steep fronts, for explicit steps with families of
+ *     steep      antidiffusive fluxes of sixth order, which keep summits and steep fronts, for explicit steps with families of
  *     inverse    the preconditioner of transport, near the inverse of its operator.
  *     transport  steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
  *     amount     how much the fluid holds, and what passes a plane across it.
@@ -4480,12 +4480,12 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 #endif
 
 /* ======== >>transport/steep.h ======== */
-/* steep: antidiffusive fluxes of fifth order, which keep summits and steep fronts, for explicit steps with families of
+/* steep: antidiffusive fluxes of sixth order, which keep summits and steep fronts, for explicit steps with families of
  * the nodes next to a node (theory: eq. 5.4c to 5.4e).
  *
- * A node knows what it gives to the bond ahead and to the one behind where the stream leaves through them: a value at
- * their middle, from five nodes in a line, as far as monotone profiles stay monotone. What the bonds then bring is
- * scaled where a node would leave bounds that the upwinded step keeps.
+ * A node knows the value at the middle of each of its bonds, from five nodes in a line. The mean of both ends counts,
+ * within the limits of the upwind one, so that monotone profiles stay monotone. What the bonds then bring is scaled
+ * where a node would leave bounds that the upwinded step keeps.
  */
 #ifndef PD_STEEP_H
 #define PD_STEEP_H
@@ -4498,10 +4498,11 @@ typedef struct pdi_steep {
     const double *c, *plain;  /* [total] [mol/m3] the field with its images and inlets; that of the upwinded step */
     double *bend;             /* [total] [mol/m3] work: second differences along a line */
     double *value;            /* [count][total] [mol/m3] values at the middle of bonds, less that of the node; lent */
+    double *ahead, *behind;   /* [total] [mol/m3] work: values of a line */
     double *gain, *loss;      /* [total] work: what comes in and leaves [mol/m3/s], then the shares that may [-] */
 } pdi_steep;
 
-/* 1: families reach the nodes next to a node and no others. */
+/* 1: families are those of nodes that share a face or an edge of their cells with a node. */
 PDI_FN int pdi_steep_may(const pd_flux *flux);
 /* Arrays of a pdi_steep that are lent for a step. */
 PDI_FN void pdi_steep_list(pdi_owner *owner, void *object);
@@ -4727,8 +4728,9 @@ PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport
 PDI_FN int pdi_transport_start(pd_transport *transport);
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
 PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
-/* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
-PDI_FN void pdi_transport_seen(pd_transport *transport, pdi_bounds *bounds);
+/* Bounds that a step must keep: those of the field at its start and of the inflow; a source lifts the upper one. Both
+ * move out by a share `slack` of the field. */
+PDI_FN void pdi_transport_bounds(const pd_transport *transport, const double *start, double slack, pdi_bounds *bounds);
 /* The bounds of a step begin with what is held and enters at its start. */
 static inline void pdi_transport_open(pd_transport *t)
 {
@@ -32842,6 +32844,7 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 typedef struct pdi_steep_sweep {
     const pdi_steep *s;
     int k, shares;
+    int means; /* 1: of the values of both ends */
     double *y;
 } pdi_steep_sweep;
 
@@ -32908,11 +32911,14 @@ static void pdi_steep_bend_images(const pdi_steep *s, int k)
     }
 }
 
-/* The least in size of two or of all, zero where signs differ. */
+/* The smaller and the larger one, without a branch. */
+static inline double pdi_steep_low(double a, double b) { return 0.5 * (a + b - fabs(a - b)); }
+static inline double pdi_steep_high(double a, double b) { return 0.5 * (a + b + fabs(a - b)); }
+
+/* The least in size of two, zero where their signs differ. */
 static inline double pdi_steep_least(double a, double b)
 {
-    double low = a < b ? a : b, high = a < b ? b : a;
-    return low > 0.0 ? low : high < 0.0 ? high : 0.0;
+    return pdi_steep_high(0.0, pdi_steep_low(a, b)) + pdi_steep_low(0.0, pdi_steep_high(a, b));
 }
 
 /* The curvature of both ends that is no more than that of either, nor than what they have if one of them is none. */
@@ -32921,50 +32927,80 @@ static inline double pdi_steep_curve(double a, double b)
     return pdi_steep_least(pdi_steep_least(4.0 * a - b, 4.0 * b - a), pdi_steep_least(a, b));
 }
 
-/* Value at the middle of the bond along which the field rises by `step`, less that of its upwind end: of fifth order,
- * within what keeps the field monotone (eq. 5.4d). before, at, after: second differences. */
-static inline double pdi_steep_value(double step, double before, double at, double after)
+/* Value at the middle of the bond along which the field rises by `step`, less that of its near end: of fifth order.
+ * before, at, after: second differences there and on either side. */
+static inline double pdi_steep_raw(double step, double before, double at, double after)
 {
-    double value = 0.5 * step + (2.0 * before - 9.0 * at - 3.0 * after) / 60.0, rise = step - at;
-    double middle = 0.5 * (step - pdi_steep_curve(at, after)), most = PDI_STEEP_RISE * rise;
+    return 0.5 * step + (2.0 * before - 9.0 * at - 3.0 * after) / 60.0;
+}
+
+/* That of the upwind end within what keeps a monotone field monotone (eq. 5.4d). */
+static inline double pdi_steep_keep(double value, double step, double before, double at, double after)
+{
+    double rise = step - at, middle = 0.5 * (step - pdi_steep_curve(at, after)), most = PDI_STEEP_RISE * rise;
     double round = 0.5 * rise + PDI_STEEP_CURVED * pdi_steep_curve(before, at);
-    double low = fmax(fmin(fmin(0.0, step), middle), fmin(fmin(0.0, most), round));
-    double high = fmin(fmax(fmax(0.0, step), middle), fmax(fmax(0.0, most), round));
+    double low = pdi_steep_low(pdi_steep_low(0.0, step), middle);
+    double high = pdi_steep_high(pdi_steep_high(0.0, step), middle);
+    low = pdi_steep_high(low, pdi_steep_low(pdi_steep_low(0.0, most), round));
+    high = pdi_steep_low(high, pdi_steep_high(pdi_steep_high(0.0, most), round));
     return value + pdi_steep_least(low - value, high - value);
+}
+
+/* Values of the nodes, or the means of what both ends say, kept within the limits of the node. */
+PDI_INLINE void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32_t place, int count, int means)
+{
+    const pdi_steep *s = of->s;
+    const pd_bonds *bonds = s->flux->bonds;
+    int opposite = bonds->stencil->count - 1 - of->k;
+    int32_t next = bonds->paths.shift[of->k], before = -next;
+    int64_t total = bonds->grid->total;
+    const double *c = s->c + i, *bend = s->bend + i;
+    const double *one = s->value + of->k * total + i, *two = s->value + opposite * total + i;
+    double on[PDI_BLOCK], back[PDI_BLOCK];
+    if (place >= 0) {
+        const int32_t *far = s->flux->boundary->far + (int64_t)place * bonds->stencil->count;
+        next = far[of->k] - i;
+        before = far[opposite] - i;
+    }
+    for (int b = 0; b < count; b++) {
+        double rise = c[b + next] - c[b], fall = c[b + before] - c[b];
+        if (means) {
+            on[b] = 0.5 * (one[b] + rise + two[b + next]);
+            back[b] = 0.5 * (two[b] + fall + one[b + before]);
+            on[b] = pdi_steep_keep(on[b], rise, bend[b + before], bend[b], bend[b + next]);
+            back[b] = pdi_steep_keep(back[b], fall, bend[b + next], bend[b], bend[b + before]);
+        } else {
+            on[b] = pdi_steep_raw(rise, bend[b + before], bend[b], bend[b + next]);
+            back[b] = pdi_steep_raw(fall, bend[b + next], bend[b], bend[b + before]);
+        }
+    }
+    for (int b = 0; b < count; b++) s->ahead[i + b] = on[b];
+    for (int b = 0; b < count; b++) s->behind[i + b] = back[b];
 }
 
 static void pdi_steep_value_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_steep_sweep *of = (const pdi_steep_sweep *)user;
-    const pd_bonds *bonds = of->s->flux->bonds;
-    int opposite = bonds->stencil->count - 1 - of->k;
-    int32_t next = bonds->paths.shift[of->k], before = -next;
-    int64_t total = bonds->grid->total;
-    const double *c = of->s->c + i, *bend = of->s->bend + i;
-    double *PD_RESTRICT ahead = of->s->value + of->k * total + i, *PD_RESTRICT behind = of->s->value + opposite * total + i;
     (void)row;
-    if (place >= 0) {
-        const int32_t *far = of->s->flux->boundary->far + (int64_t)place * bonds->stencil->count;
-        next = far[of->k] - i;
-        before = far[opposite] - i;
-    }
-    for (int b = 0; b < count; b++) {
-        ahead[b] = pdi_steep_value(c[b + next] - c[b], bend[b + before], bend[b], bend[b + next]);
-        behind[b] = pdi_steep_value(c[b + before] - c[b], bend[b + next], bend[b], bend[b + before]);
-    }
+    if (count < PDI_BLOCK) pdi_steep_values(of, i, place, count, of->means);
+    else if (of->means) pdi_steep_values(of, i, -1, PDI_BLOCK, 1);
+    else pdi_steep_values(of, i, -1, PDI_BLOCK, 0);
 }
 
 static void pdi_steep_line(const pd_ctx *ctx, pdi_steep_sweep *of)
 {
     const pdi_steep *s = of->s;
     const pd_bonds *bonds = s->flux->bonds;
-    pdi_par_zero(ctx, bonds->grid->total, s->bend);
+    int64_t total = bonds->grid->total;
+    pdi_par_zero(ctx, total, s->bend);
     pdi_traverse_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 4, pdi_steep_bend_nodes, of);
     pdi_steep_bend_images(s, of->k);
     pdi_traverse_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 60, pdi_steep_value_nodes, of);
+    pdi_par_copy(ctx, total, s->ahead, s->value + of->k * total);
+    pdi_par_copy(ctx, total, s->behind, s->value + (bonds->stencil->count - 1 - of->k) * total);
 }
 
-/* Images of values, when all lines are there. */
+/* Images of values, when all lines are there; inlets agree with what the other end says. */
 static void pdi_steep_images(const pdi_steep *s)
 {
     const pd_bonds *bonds = s->flux->bonds;
@@ -33009,8 +33045,8 @@ PDI_INLINE void pdi_steep_block(const pdi_steep_sweep *of, int32_t i, int32_t ro
             double bring = pdi_steep_bring(flux[b], bond[b], step, given);
             double in = bring > 0.0 ? bring : 0.0, out = bring > 0.0 ? 0.0 : -bring;
             if (of->shares) {
-                in *= fmin(gain[b], entry ? 1.0 : loss[b + next]);
-                out *= fmin(loss[b], entry ? 1.0 : gain[b + next]);
+                in *= pdi_steep_low(gain[b], entry ? 1.0 : loss[b + next]);
+                out *= pdi_steep_low(loss[b], entry ? 1.0 : gain[b + next]);
             }
             up[b] += in;
             down[b] += out;
@@ -33062,8 +33098,12 @@ PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *s, double *y)
     pdi_steep_sweep of;
     of.s = s;
     of.y = y;
-    for (of.k = 0; of.k < bonds->stencil->count / 2; of.k++) pdi_steep_line(ctx, &of);
-    pdi_steep_images(s);
+    pdi_par_zero(ctx, bonds->grid->total, s->ahead);
+    pdi_par_zero(ctx, bonds->grid->total, s->behind);
+    for (of.means = 0; of.means < 2; of.means++) {
+        for (of.k = 0; of.k < bonds->stencil->count / 2; of.k++) pdi_steep_line(ctx, &of);
+        pdi_steep_images(s);
+    }
     for (of.shares = 0; of.shares < 2; of.shares++) {
         pdi_traverse_blocks(ctx, s->flux->boundary, work, pdi_steep_nodes, &of);
         if (!of.shares) pdi_steep_limit(ctx, s);
@@ -33073,9 +33113,7 @@ PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *s, double *y)
 PDI_FN int pdi_steep_may(const pd_flux *flux)
 {
     const pd_stencil *s = flux->bonds->stencil;
-    for (int k = 0; k < s->count * PD_DIM; k++)
-        if (fabs(s->xi[k]) > 1.5 * s->h[k % PD_DIM]) return 0;
-    return 1;
+    return s->reach == 1 && s->count <= 2 * PD_DIM * PD_DIM;
 }
 
 PDI_FN void pdi_steep_list(pdi_owner *owner, void *object)
@@ -33502,8 +33540,7 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, 
     return status;
 }
 
-/* Bounds that the step must keep: those of the field at its start and of the inflow; a source lifts the upper one. */
-static void pdi_transport_bounds(const pd_transport *t, const double *start, double slack, pdi_bounds *b)
+PDI_FN void pdi_transport_bounds(const pd_transport *t, const double *start, double slack, pdi_bounds *b)
 {
     b->low = t->passed[0];
     b->high = fmax(t->passed[1], 0.0);
@@ -33521,19 +33558,6 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
         b->high = fmax(b->high, t->diffusion.held_most);
     }
     pdi_bounds_widen(t->grid, t->c, slack, b);
-}
-
-PDI_FN void pdi_transport_seen(pd_transport *t, pdi_bounds *b)
-{
-    pdi_bounds seen;
-    seen.low = t->seen[0];
-    seen.high = t->seen[1];
-    pdi_bounds_take_all(t->grid, PD_FLUID, t->old, &seen);
-    t->seen[0] = seen.low;
-    t->seen[1] = seen.high;
-    pdi_transport_bounds(t, t->old, 0.0, b);
-    b->low = fmin(b->low, seen.low);
-    b->high = fmax(b->high, seen.high);
 }
 
 /* Mark the nodes outside of the bounds, and where that has not helped their neighbours too, whose antidiffusive fluxes
@@ -33944,8 +33968,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
                         "D = %g m2/s, inlet %g mol/m3, initial %g mol/m3, tolerance %g: expected finite values of at "
                         "least 0", desc->diffusivity, desc->inlet, desc->initial, desc->tolerance);
     t->desc = *desc;
-    t->ceiling = t->seen[0] = HUGE_VAL;
-    t->seen[1] = -HUGE_VAL;
+    t->seen[1] = -(t->ceiling = t->seen[0] = HUGE_VAL); /* nothing yet */
     if (desc->clock) *desc->clock = 0.0;
     pdi_transport_open(t);
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
@@ -34202,7 +34225,21 @@ static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
     PDI_SHARE(nt, pdi_explicit_share(t, dt));
 }
 
-/* Antidiffusive fluxes of fifth order, as far as they keep the bounds of all explicit steps so far. */
+/* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
+static void pdi_explicit_bounds(pd_transport *t, pdi_bounds *b)
+{
+    pdi_bounds seen;
+    seen.low = t->seen[0];
+    seen.high = t->seen[1];
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->old, &seen);
+    t->seen[0] = seen.low;
+    t->seen[1] = seen.high;
+    pdi_transport_bounds(t, t->old, 0.0, b);
+    b->low = fmin(b->low, seen.low);
+    b->high = fmax(b->high, seen.high);
+}
+
+/* Antidiffusive fluxes of sixth order, as far as they keep the bounds of all explicit steps so far. */
 static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
 {
     pd_arena *arena = t->desc.arena ? t->desc.arena : &t->own;
@@ -34212,9 +34249,11 @@ static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
     s.c = t->old;
     s.plain = t->c;
     s.bend = t->probe;
+    s.ahead = t->limiter.slope;
+    s.behind = t->limiter.factor;
     s.gain = t->work + t->grid->total;
     s.loss = t->rhs;
-    pdi_transport_seen(t, &s.bounds);
+    pdi_explicit_bounds(t, &s.bounds);
     pdi_par_zero(ctx, t->grid->total, t->anti);
     pdi_explicit_move(ctx, t, dt);
     pd_ghosts_scalar(&t->bonds->ghosts, t->old);

@@ -1523,6 +1523,7 @@ def declare(dim):
         ('x', POINTER(c_double)),
         ('near', POINTER(c_float)),
         ('good', c_int),
+        ('took', c_int),
     ]
 
     class pd_inverse(Structure):
