@@ -68,6 +68,7 @@ check "its test passes" grep -q '^exit 0' "$clone/build/logs/test_keys_2d.log"
 check "the header has the change" grep -q "distance of the nodes, $words" "$clone/pdcorr.h"
 check "it is committed" [ -z "$(git -C "$clone" status --porcelain -uno)" ]
 cp docs/guide.md "$clone/docs/guide.md"
-! in_clone make build/logs/test_keys_2d.log > "$dir/log" 2>&1
+in_clone make build/logs/test_keys_2d.log > "$dir/log" 2>&1
+! grep -q '^exit 0' "$clone/build/logs/test_keys_2d.log"
 verdict "a key whose words are not those of the guide is found"
 score
