@@ -13863,7 +13863,8 @@ PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x)
 {
     double low = fmin(s->a, s->b), high = fmax(s->a, s->b);
     if (s->steps >= PDI_BRACKET_STEPS) return 0;
-    *x = s->a + (s->b - s->a) * pdi_bracket_share(s);
+    int half = s->steps % PDI_BRACKET_MIDDLE == PDI_BRACKET_MIDDLE - 1;
+    *x = half ? s->a : s->a + (s->b - s->a) * s->at_a / (s->at_a - s->at_b); /* the product first: ratios stay exact */
     if (!(*x > low) || !(*x < high)) *x = low + 0.5 * (high - low);
     return *x > low && *x < high;
 }
@@ -22075,6 +22076,13 @@ pd_status pd_process_run(pd_ctx *ctx, pd_process p, double t_end)
 #pragma clang attribute pop
 #endif
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
+
 /* ======== >>solve/stiff.c ======== */
 /* stiff: see stiff.h */
 #include <math.h>
@@ -22304,6 +22312,11 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
 #undef PDI_STIFF_GROWTH
 #undef PDI_STIFF_SHRINK
 #undef PDI_STIFF_STRIDE
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
+#endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -32179,6 +32192,13 @@ PDI_COLD_END
 
 #if !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
+
 /* ======== >>transport/factor.c ======== */
 /* factor: see factor.h
  *
@@ -32538,6 +32558,11 @@ PDI_FN void pdi_factor_solve(const pd_factor *f, const double *x, double *y)
 
 #undef PDI_FACTOR_VECTORS
 #undef PDI_FACTOR_PIVOT
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -34843,6 +34868,8 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 /* Steps of Newton for lambda, and the longest. */
 #define PDI_MIGRATION_STEPS 100
 #define PDI_MIGRATION_LONGEST 2.0
+/* [mol/m3/s] What a surface takes up at most in the preconditioner, which is of single precision. */
+#define PDI_MIGRATION_HELD 1e18
 /* Steps of so many times of diffusion through the box are late ones, and the share of its rate that they are
  * preconditioned with. */
 #define PDI_MIGRATION_LATE 3e6
@@ -35054,7 +35081,7 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
         int i[PD_DIM];
         pdi_grid_index(grid, surface->node[p], i);
         m->compact.mass[pdi_compact_cell(grid, i)] +=
-            (float)(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p]);
+            (float)fmin(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
     }
     return pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct, NULL,
                                m->compact.wall, m->compact.mass);
@@ -36420,6 +36447,7 @@ static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *
     double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
     float node[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
     int count = of->count;
+    memset(along, 0, sizeof along);
     memset(a, 0, sizeof(pdi_layer_table));
     pdi_components_derive(of, w->c, node);
     for (int j = 0; j < count; j++) {
@@ -36828,14 +36856,6 @@ PDI_FN void pdi_levels_shift(pd_etch *s, double by)
 {
     for (int n = 0; n < s->desc.electrodes.circuits; n++) s->level[n] += by;
 }
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>react/coat.c ======== */
 /* coat: see coat.h */
@@ -37213,16 +37233,6 @@ PDI_FN void pdi_coat_reject(pd_coat *s)
 #undef PDI_COAT_NEAR
 #undef PDI_COAT_TRIALS
 #undef PDI_COAT_WORK
-#endif /* cut */
-
-#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O2")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
-#endif
 
 /* ======== >>react/tangent.c ======== */
 /* tangent: see tangent.h */
@@ -67996,8 +68006,8 @@ PDI_FN pd_status pdi_read_surface_rates(pdi_reader *s)
         int section = pdi_read_surface_section(s, &u->state[k]);
         if (pdi_setup_polarises(u))
             return pdi_text_refuse(s->ctx, s->text, section, "rate", "found beside electrodes among ions that migrate, "
-                                   "whose potentials are solved with the species, expected migration = no of [chemistry] "
-                                   "or no [potential]");
+                                   "whose potentials are solved with the species, expected migration = no of "
+                                   "[chemistry] or no [potential]");
         PDI_TRY(pdi_read_surface_of(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_rate(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_table(s, section, k));

@@ -30,11 +30,13 @@
 #define ACROSS ""
 #define BLOCK(x) "[shape metal] kind = solid  box = " x "\n"
 #define SPOT(x) "[shape spot] kind = solution  box = " x "\n"
+#define DEEP ""
 #else
 #define BOX(h, x) "[grid] h = " h "  box = 0 .. " x ", 0 .. 3 * " h "  threads = 1\n"
 #define ACROSS "[side y-] flow = mirror\n[side y+] flow = mirror\n"
 #define BLOCK(x) "[shape metal] kind = solid  box = " x ", 0 .. 30 um\n"
 #define SPOT(x) "[shape spot] kind = solution  box = " x ", 0 .. 30 um\n"
+#define DEEP ", 0 .. 3 mm"
 #endif
 
 static pd_ctx test_ctx;
@@ -219,7 +221,8 @@ TEST(narrowing)
 TEST(law_that_overflows)
 {
 #define FALLS(x) \
-    BOX("1 mm", "20 mm") BLOCK("0 .. 4 mm") ACROSS HBSS "[side x+] species = inlet\n[transport] D = 1e-9 m2/s\n" \
+    BOX("1 mm", "20 mm") "[shape metal] kind = solid  box = 0 .. 4 mm" DEEP "\n" ACROSS HBSS \
+    "[side x+] species = inlet\n[transport] D = 1e-9 m2/s\n" \
     "[dissolve] rate = 1e-6 um/h*exp(" x ")  " SURFACE "\n[run] until = 1 min\n"
     double taken[2];
     static const char *const text[] = {FALLS("[HPO4-2]/(1e-4 mol/m3)"), FALLS("min([HPO4-2]/(1e-4 mol/m3), 690)")};

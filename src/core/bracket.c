@@ -15,7 +15,8 @@ PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x)
 {
     double low = fmin(s->a, s->b), high = fmax(s->a, s->b);
     if (s->steps >= PDI_BRACKET_STEPS) return 0;
-    *x = s->a + (s->b - s->a) * pdi_bracket_share(s);
+    int half = s->steps % PDI_BRACKET_MIDDLE == PDI_BRACKET_MIDDLE - 1;
+    *x = half ? s->a : s->a + (s->b - s->a) * s->at_a / (s->at_a - s->at_b); /* the product first: ratios stay exact */
     if (!(*x > low) || !(*x < high)) *x = low + 0.5 * (high - low);
     return *x > low && *x < high;
 }

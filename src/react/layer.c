@@ -502,6 +502,7 @@ static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *
     double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
     float node[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
     int count = of->count;
+    memset(along, 0, sizeof along);
     memset(a, 0, sizeof(pdi_layer_table));
     pdi_components_derive(of, w->c, node);
     for (int j = 0; j < count; j++) {

@@ -13,6 +13,8 @@
 /* Steps of Newton for lambda, and the longest. */
 #define PDI_MIGRATION_STEPS 100
 #define PDI_MIGRATION_LONGEST 2.0
+/* [mol/m3/s] What a surface takes up at most in the preconditioner, which is of single precision. */
+#define PDI_MIGRATION_HELD 1e18
 /* Steps of so many times of diffusion through the box are late ones, and the share of its rate that they are
  * preconditioned with. */
 #define PDI_MIGRATION_LATE 3e6
@@ -224,7 +226,7 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
         int i[PD_DIM];
         pdi_grid_index(grid, surface->node[p], i);
         m->compact.mass[pdi_compact_cell(grid, i)] +=
-            (float)(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p]);
+            (float)fmin(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
     }
     return pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct, NULL,
                                m->compact.wall, m->compact.mass);

@@ -316,8 +316,8 @@ PDI_FN pd_status pdi_read_surface_rates(pdi_reader *s)
         int section = pdi_read_surface_section(s, &u->state[k]);
         if (pdi_setup_polarises(u))
             return pdi_text_refuse(s->ctx, s->text, section, "rate", "found beside electrodes among ions that migrate, "
-                                   "whose potentials are solved with the species, expected migration = no of [chemistry] "
-                                   "or no [potential]");
+                                   "whose potentials are solved with the species, expected migration = no of "
+                                   "[chemistry] or no [potential]");
         PDI_TRY(pdi_read_surface_of(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_rate(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_table(s, section, k));

@@ -267,7 +267,8 @@ static void *counting(void *user, void *ptr, size_t old_size, size_t new_size)
 }
 
 /* Steps of every integrator after the first one need no memory, as long as no node turns fluid: where there is none
- * they go on. Only linear solvers of transport beside a flow may ask for some, to stall less (below). */
+ * they go on. Only linear solvers of transport ask for some: beside a flow to stall less (below), and at rest where a
+ * basis outgrows its room, by one vector at a time, which it keeps. */
 TEST(steps_need_no_memory)
 {
     NOT_IN_3D();
@@ -285,7 +286,7 @@ TEST(steps_need_no_memory)
         const char *stream = kind < 5 ? "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n[side x+] flow = "
                                         "outlet\n"
                                       : "[side x-] flow = periodic\n[side x+] flow = periodic\n";
-        int streaming = kind >= 5 || streams(kind), failures = test_now.failures;
+        int streaming = kind >= 5 || streams(kind), rests = kind < 4 && !streams(kind), failures = test_now.failures;
         long spent = 0;
         denied = 0;
         snprintf(text, sizeof text,
@@ -314,14 +315,15 @@ TEST(steps_need_no_memory)
         for (int step = 0; step < 8; step++) {
             size_t had = made.in_use;
             calls = 0;
-            full = step > 0;
+            full = step > 0 && !rests;
             CHECK_OK(&made, pd_couple_step(&made, &h->model.couple, h->model.couple.time + dt));
             if (step > 0) spent += calls;
-            if (step > 0) CHECK(made.in_use == had);
+            if (step > 0) CHECK(rests ? calls <= 3 : made.in_use == had);
+            if (step == 7) CHECK(made.in_use == had);
         }
         CHECK_INT(h->model.grid.solid_count, h->model.couple.solid_nodes_start);
         full = 0;
-        if (kind > 3 || !streams(kind)) CHECK_INT(spent, 0);
+        if (kind > 3) CHECK_INT(spent, 0);
         pdi_model_free(&made, &h->model);
         CHECK_INT(made.in_use, 0);
         pd_setup_free(&h->ctx, &h->setup);
