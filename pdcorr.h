@@ -13848,6 +13848,7 @@ PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 
 /* ======== >>core/bracket.c ======== */
 /* bracket: see bracket.h */
+#include <float.h>
 #include <math.h>
 
 #define PDI_BRACKET_STEPS 200
@@ -13869,18 +13870,21 @@ PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x)
     return *x > low && *x < high;
 }
 
+/* It keeps its sign. */
+static double pdi_bracket_half(double value) { return fabs(value) >= 2.0 * DBL_MIN ? 0.5 * value : value; }
+
 PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value)
 {
     s->steps++;
     if (value != 0.0 && (value > 0.0) == (s->at_a > 0.0)) {
         s->a = x;
         s->at_a = value;
-        if (s->kept < 0) s->at_b *= 0.5;
+        if (s->kept < 0) s->at_b = pdi_bracket_half(s->at_b);
         s->kept = -1;
     } else {
         s->b = x;
         s->at_b = value;
-        if (s->kept > 0) s->at_a *= 0.5;
+        if (s->kept > 0) s->at_a = pdi_bracket_half(s->at_a);
         s->kept = 1;
     }
 }
@@ -16388,6 +16392,7 @@ PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *ring)
 
 /* ======== >>lattice/bond.c ======== */
 /* bond: see bond.h */
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16543,7 +16548,7 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
     fhi = fmin(fhi, 0.0);
     pdi_bracket s = {lo, flo, hi, fhi, 0, 0};
-    double t = hi, f = fhi;
+    double t = hi, f = fhi < -0.5 * DBL_EPSILON * flo ? flo : 0.0; /* else it is there to rounding */
     while (fabs(f) > 1e-12 * (flo - fhi) && pdi_bracket_next(&s, &t)) {
         f = pdi_bond_distance(grid, shape, x, xi, t);
         pdi_bracket_take(&s, t, f);

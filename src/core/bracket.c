@@ -1,5 +1,6 @@
 /* bracket: see bracket.h */
 #include "core/bracket.h"
+#include <float.h>
 #include <math.h>
 
 #define PDI_BRACKET_STEPS 200
@@ -21,18 +22,21 @@ PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x)
     return *x > low && *x < high;
 }
 
+/* It keeps its sign. */
+static double pdi_bracket_half(double value) { return fabs(value) >= 2.0 * DBL_MIN ? 0.5 * value : value; }
+
 PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value)
 {
     s->steps++;
     if (value != 0.0 && (value > 0.0) == (s->at_a > 0.0)) {
         s->a = x;
         s->at_a = value;
-        if (s->kept < 0) s->at_b *= 0.5;
+        if (s->kept < 0) s->at_b = pdi_bracket_half(s->at_b);
         s->kept = -1;
     } else {
         s->b = x;
         s->at_b = value;
-        if (s->kept > 0) s->at_a *= 0.5;
+        if (s->kept > 0) s->at_a = pdi_bracket_half(s->at_a);
         s->kept = 1;
     }
 }

@@ -3,6 +3,7 @@
 #include "core/bracket.h"
 #include "core/vec.h"
 #include "core/par.h"
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -158,7 +159,7 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
     fhi = fmin(fhi, 0.0);
     pdi_bracket s = {lo, flo, hi, fhi, 0, 0};
-    double t = hi, f = fhi;
+    double t = hi, f = fhi < -0.5 * DBL_EPSILON * flo ? flo : 0.0; /* else it is there to rounding */
     while (fabs(f) > 1e-12 * (flo - fhi) && pdi_bracket_next(&s, &t)) {
         f = pdi_bond_distance(grid, shape, x, xi, t);
         pdi_bracket_take(&s, t, f);
