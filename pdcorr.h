@@ -2696,6 +2696,8 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *process, pd_ste
 
 #endif
 
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
 /* ======== >>solve/stiff.h ======== */
 /* stiff: a few ordinary differential equations, stiff or not, from one time to another with a controlled error.
  *
@@ -2732,6 +2734,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *stiff, double from, double t
 #endif
 
 #endif
+#endif /* cut */
 
 /* ======== >>solve/least_squares.h ======== */
 /* least_squares: bounded least squares over a few parameters of a function that costs much and has noise: a run.
@@ -22081,6 +22084,8 @@ pd_status pd_process_run(pd_ctx *ctx, pd_process p, double t_end)
 #pragma clang attribute pop
 #endif
 
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
@@ -22322,6 +22327,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
 #elif defined(PDI_SMALL)
 #pragma clang attribute pop
 #endif
+#endif /* cut */
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -23362,12 +23368,6 @@ PDI_FN void pdi_sharp_free(pd_ctx *ctx, pd_sharp *sharp)
     memset(sharp, 0, sizeof *sharp);
 }
 PDI_COLD_END
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>flow/isotropic.c ======== */
 /* isotropic: see isotropic.h */
@@ -23459,14 +23459,6 @@ PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic)
     isotropic->bonds = bonds;
 }
 PDI_COLD_END
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
-#endif
 
 /* ======== >>flow/flow.c ======== */
 /* flow: see flow.h
@@ -32563,18 +32555,6 @@ PDI_FN void pdi_factor_solve(const pd_factor *f, const double *x, double *y)
 
 #undef PDI_FACTOR_VECTORS
 #undef PDI_FACTOR_PIVOT
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_SMALL
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
-#endif
 
 /* ======== >>transport/migrate.c ======== */
 /* migrate: see migrate.h
@@ -32761,7 +32741,9 @@ PDI_FN void pdi_migrate_apply(const pd_ctx *ctx, const pdi_migrate *m)
     pdi_traverse_blocks(ctx, m->flux->boundary, bonds->grid->fluid_count * bonds->stencil->count * 8 * m->count,
                         pdi_migrate_nodes, m);
 }
-#ifdef PDI_SMALL
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#elif defined(PDI_SMALL)
 #pragma clang attribute pop
 #endif
 #endif /* cut */
@@ -48589,7 +48571,10 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
 
 #if !defined(PDCORR_NO_PHYSICS)
 
-#ifdef PDI_SMALL
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#elif defined(PDI_SMALL)
 #pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
@@ -48697,7 +48682,9 @@ PDI_FN void pdi_tilt_update(const pd_ctx *ctx, pd_dissolve *d)
         if (d->mark[d->front[f]] & PDI_TILT_NEAR) pdi_tilt_touch(d, d->front[f]);
     d->tilted = 1;
 }
-#ifdef PDI_SMALL
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#elif defined(PDI_SMALL)
 #pragma clang attribute pop
 #endif
 #endif /* cut */
