@@ -4421,6 +4421,9 @@ PDI_FN void pdi_factor_solve(const pd_factor *factor, const double *x, double *y
 #endif
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>transport/migrate.h ======== */
 /* migrate: what bonds carry of several charged fields by diffusion, by a flow and by an electric field, fitted by
@@ -4457,6 +4460,9 @@ PDI_FN double pdi_migrate_conduct(double rise, double near, double far);
 #endif
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>transport/bounds.h ======== */
 /* bounds: least and largest value that a field may take, and the nodes that leave them. */
@@ -32555,6 +32561,21 @@ PDI_FN void pdi_factor_solve(const pd_factor *f, const double *x, double *y)
 
 #undef PDI_FACTOR_VECTORS
 #undef PDI_FACTOR_PIVOT
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
 
 /* ======== >>transport/migrate.c ======== */
 /* migrate: see migrate.h
