@@ -1327,6 +1327,15 @@ PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
 PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
 /* 1 when the index lies inside the box. */
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
+/* Nodes of the cube with `reach` cells on either side of one. */
+static inline int pdi_grid_cube(int reach)
+{
+    int count = 1;
+    for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
+    return count;
+}
+/* Number k of them around `node`; *far: its largest distance along an axis [cells]. -1: it lies outside the box. */
+PDI_FN int32_t pdi_grid_near(const pd_grid *grid, int32_t node, int reach, int k, int *far);
 /* Node of the box that a ghost stands for: its place one period on behind periodic sides, its mirror image behind all
  * others; identity inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
 PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
@@ -2226,6 +2235,12 @@ PDI_FN double pdi_krylov_least(void);
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* GMRES that was built flexible, and has not grown: switch that off, which leaves room for twice the columns, or on. */
 PDI_FN void pdi_krylov_pair(pd_krylov *krylov, int flexible);
+/* Lend arrays of `list` in place of vectors of a basis that is not lent, where it is of single precision, not flexible,
+ * and `least` vectors are left; then with more of them by pdi_krylov_pair. 0: they are not lent. */
+PDI_FN int pdi_krylov_cede(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object, int least);
+/* What was lent so goes back. */
+PDI_FN pd_status pdi_krylov_regain(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object,
+                                   pd_status status);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
@@ -15373,6 +15388,19 @@ PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i)
     return 1;
 }
 
+PDI_FN int32_t pdi_grid_near(const pd_grid *grid, int32_t node, int reach, int k, int *far)
+{
+    int at[PD_DIM], width = 2 * reach + 1;
+    *far = 0;
+    pdi_grid_index(grid, node, at);
+    for (int d = 0; d < PD_DIM; d++, k /= width) {
+        int step = k % width - reach;
+        at[d] += step;
+        *far = step > *far ? step : -step > *far ? -step : *far;
+    }
+    return pdi_grid_inside(grid, at) ? pd_grid_node(grid, at) : -1;
+}
+
 int32_t pd_grid_node(const pd_grid *grid, const int *i)
 {
     int32_t node = 0;
@@ -19601,6 +19629,30 @@ static pd_status pdi_krylov_return(pd_ctx *ctx, pd_krylov *krylov, pd_status sta
     }
     krylov->chunks = kept;
     return status;
+}
+
+/* Entries of single precision that take the room of a list. */
+static int64_t pdi_krylov_floats(pdi_list_fn list, void *object)
+{
+    return (int64_t)(pdi_arena_bytes(list, object) / sizeof(float));
+}
+
+PDI_FN int pdi_krylov_cede(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object, int least)
+{
+    int64_t entries = pdi_krylov_floats(list, object);
+    if (krylov->desc.compressed != PD_KRYLOV_SINGLE || krylov->desc.flexible) return 0;
+    if (krylov->built - entries < least * krylov->stride || !pdi_arena_has(arena, pdi_krylov_list, krylov)) return 0;
+    if (pdi_arena_lend(ctx, arena, list, object) < 0) return 0;
+    krylov->built -= entries;
+    pdi_krylov_pair(krylov, 0);
+    return 1;
+}
+
+PDI_FN pd_status pdi_krylov_regain(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object,
+                                   pd_status status)
+{
+    krylov->built += pdi_krylov_floats(list, object);
+    return pdi_arena_return(ctx, arena, list, object, status);
 }
 
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
@@ -31366,28 +31418,15 @@ static void pdi_bend_list(pdi_owner *owner, void *object)
     PDI_RAW(owner, bend, kept, 3 * (bend->bonds->stencil->count / 2) * total, "1/s");
 }
 
-/* [4 byte] entries of the basis that take the same room. */
-static int64_t pdi_bend_entries(pd_bend *bend)
-{
-    return (int64_t)(pdi_arena_bytes(pdi_bend_list, bend) / sizeof *bend->kept);
-}
-
 PDI_FN void pdi_bend_lend(pd_ctx *ctx, pd_arena *arena, double size, double rate, pd_krylov *krylov, pd_bend *bend)
 {
-    int64_t entries = pdi_bend_entries(bend), least = (krylov->desc.restart + 1) * krylov->stride;
-    int fits = krylov->desc.compressed == PD_KRYLOV_SINGLE && !krylov->desc.flexible;
     if (!(rate < PDI_BEND_MOST) || !(size < PDI_BEND_MOST) || !(size * PDI_BEND_MOST > 1.0)) return;
-    if (!fits || krylov->built - entries < least || !pdi_arena_has(arena, pdi_krylov_list, krylov)) return;
-    if (pdi_arena_lend(ctx, arena, pdi_bend_list, bend) < 0) return;
-    krylov->built -= entries;
-    pdi_krylov_pair(krylov, 0);
+    pdi_krylov_cede(ctx, krylov, arena, pdi_bend_list, bend, krylov->desc.restart + 1);
 }
 
 PDI_FN pd_status pdi_bend_return(pd_ctx *ctx, pd_arena *arena, pd_status status, pd_krylov *krylov, pd_bend *bend)
 {
-    if (!bend->kept) return status;
-    krylov->built += pdi_bend_entries(bend);
-    return pdi_arena_return(ctx, arena, pdi_bend_list, bend, status);
+    return bend->kept ? pdi_krylov_regain(ctx, krylov, arena, pdi_bend_list, bend, status) : status;
 }
 PDI_COLD_END
 
@@ -32280,30 +32319,17 @@ static void pdi_factor_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, factor, near, 3 * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR, "");
 }
 
-/* Vectors of the basis that take the same room. */
-static int64_t pdi_factor_entries(pd_factor *f)
-{
-    return (int64_t)(pdi_arena_bytes(pdi_factor_list, f) / sizeof *f->entry);
-}
-
 PDI_FN void pdi_factor_lend(pd_ctx *ctx, pd_arena *arena, pd_krylov *krylov, pd_factor *f)
 {
     f->good = 0;
     if (!pdi_factor_fits(f)) return;
     pdi_factor_turn(f);
-    int64_t entries = pdi_factor_entries(f), least = PDI_FACTOR_VECTORS * krylov->stride;
-    int fits = krylov->desc.compressed == PD_KRYLOV_SINGLE && !krylov->desc.flexible;
-    if (!fits || krylov->built - entries < least || !pdi_arena_has(arena, pdi_krylov_list, krylov)) return;
-    if (pdi_arena_lend(ctx, arena, pdi_factor_list, f) < 0) return;
-    krylov->built -= entries;
-    pdi_krylov_pair(krylov, 0);
+    pdi_krylov_cede(ctx, krylov, arena, pdi_factor_list, f, PDI_FACTOR_VECTORS);
 }
 
 PDI_FN pd_status pdi_factor_return(pd_ctx *ctx, pd_arena *arena, pd_status status, pd_krylov *krylov, pd_factor *f)
 {
-    if (!f->entry) return status;
-    krylov->built += pdi_factor_entries(f);
-    return pdi_arena_return(ctx, arena, pdi_factor_list, f, status);
+    return f->entry ? pdi_krylov_regain(ctx, krylov, arena, pdi_factor_list, f, status) : status;
 }
 PDI_COLD_END
 
@@ -36951,21 +36977,11 @@ PDI_COLD_END
 static int pdi_coat_around(const pd_coat *s, const uint32_t *of, int state, int32_t i, int reach, double *mean)
 {
     const pd_grid *grid = s->reactive->grid;
-    int at[PD_DIM], count = 1, found = 0;
+    int found = 0, far;
     double sum = 0.0;
-    for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
-    for (int k = 0; k < count; k++) {
-        int rest = k, far = 0;
-        pdi_grid_index(grid, i, at);
-        for (int d = 0; d < PD_DIM; d++) {
-            int step = rest % (2 * reach + 1) - reach;
-            rest /= 2 * reach + 1;
-            at[d] += step;
-            far = step > far ? step : -step > far ? -step : far;
-        }
-        if (far != reach || !pdi_grid_inside(grid, at)) continue;
-        int32_t j = pd_grid_node(grid, at);
-        if (!(of[j] >> state & 1u)) continue;
+    for (int k = 0; k < pdi_grid_cube(reach); k++) {
+        int32_t j = pdi_grid_near(grid, i, reach, k, &far);
+        if (j < 0 || far != reach || !(of[j] >> state & 1u)) continue;
         sum += s->value[(int64_t)state * grid->total + j];
         found++;
     }
@@ -51923,19 +51939,10 @@ static void pdi_cell_add(const pd_cell *cell, int32_t i, uint32_t kinds, double 
 /* The nodes around i whose largest distance along an axis is `reach` cells. */
 static void pdi_cell_around(const pd_cell *cell, int32_t i, int reach, uint32_t kinds, double sum[3])
 {
-    const pd_grid *grid = cell->grid;
-    int at[PD_DIM], count = 1;
-    for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
-    for (int k = 0; k < count; k++) {
-        int rest = k, far = 0;
-        pdi_grid_index(grid, i, at);
-        for (int d = 0; d < PD_DIM; d++) {
-            int step = rest % (2 * reach + 1) - reach;
-            rest /= 2 * reach + 1;
-            at[d] += step;
-            far = step > far ? step : -step > far ? -step : far;
-        }
-        if (far == reach && pdi_grid_inside(grid, at)) pdi_cell_add(cell, pd_grid_node(grid, at), kinds, sum);
+    for (int k = 0; k < pdi_grid_cube(reach); k++) {
+        int far;
+        int32_t j = pdi_grid_near(cell->grid, i, reach, k, &far);
+        if (j >= 0 && far == reach) pdi_cell_add(cell, j, kinds, sum);
     }
 }
 
@@ -72182,17 +72189,12 @@ PDI_FN int pdi_polarise_near(const pd_polarise *p, const pd_dissolve *dissolve, 
 {
     const pd_grid *grid = dissolve->grid;
     double nearest = HUGE_VAL, from[PD_DIM], x[PD_DIM];
-    int found = 0, width = 2 * PDI_POLARISE_AROUND + 1, count = 1, at[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) count *= width;
+    int found = 0, cells;
     pd_grid_position(grid, node, from);
-    for (int k = 0; k < count; k++) {
-        int rest = k;
+    for (int k = 0; k < pdi_grid_cube(PDI_POLARISE_AROUND); k++) {
         double far = 0.0;
-        pdi_grid_index(grid, node, at);
-        for (int d = 0; d < PD_DIM; d++, rest /= width) at[d] += rest % width - PDI_POLARISE_AROUND;
-        if (!pdi_grid_inside(grid, at)) continue;
-        int32_t i = pd_grid_node(grid, at);
-        if (grid->kind[i] != PD_SOLID || pdi_metal_of(dissolve, i) != kind) continue;
+        int32_t i = pdi_grid_near(grid, node, PDI_POLARISE_AROUND, k, &cells);
+        if (i < 0 || grid->kind[i] != PD_SOLID || pdi_metal_of(dissolve, i) != kind) continue;
         pd_grid_position(grid, i, x);
         for (int d = 0; d < PD_DIM; d++) far += (x[d] - from[d]) * (x[d] - from[d]);
         if (!(far < nearest)) continue;

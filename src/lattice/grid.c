@@ -38,6 +38,19 @@ PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i)
     return 1;
 }
 
+PDI_FN int32_t pdi_grid_near(const pd_grid *grid, int32_t node, int reach, int k, int *far)
+{
+    int at[PD_DIM], width = 2 * reach + 1;
+    *far = 0;
+    pdi_grid_index(grid, node, at);
+    for (int d = 0; d < PD_DIM; d++, k /= width) {
+        int step = k % width - reach;
+        at[d] += step;
+        *far = step > *far ? step : -step > *far ? -step : *far;
+    }
+    return pdi_grid_inside(grid, at) ? pd_grid_node(grid, at) : -1;
+}
+
 int32_t pd_grid_node(const pd_grid *grid, const int *i)
 {
     int32_t node = 0;

@@ -91,6 +91,15 @@ PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
 PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
 /* 1 when the index lies inside the box. */
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
+/* Nodes of the cube with `reach` cells on either side of one. */
+static inline int pdi_grid_cube(int reach)
+{
+    int count = 1;
+    for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
+    return count;
+}
+/* Number k of them around `node`; *far: its largest distance along an axis [cells]. -1: it lies outside the box. */
+PDI_FN int32_t pdi_grid_near(const pd_grid *grid, int32_t node, int reach, int k, int *far);
 /* Node of the box that a ghost stands for: its place one period on behind periodic sides, its mirror image behind all
  * others; identity inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
 PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);

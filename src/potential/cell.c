@@ -53,19 +53,10 @@ static void pdi_cell_add(const pd_cell *cell, int32_t i, uint32_t kinds, double 
 /* The nodes around i whose largest distance along an axis is `reach` cells. */
 static void pdi_cell_around(const pd_cell *cell, int32_t i, int reach, uint32_t kinds, double sum[3])
 {
-    const pd_grid *grid = cell->grid;
-    int at[PD_DIM], count = 1;
-    for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
-    for (int k = 0; k < count; k++) {
-        int rest = k, far = 0;
-        pdi_grid_index(grid, i, at);
-        for (int d = 0; d < PD_DIM; d++) {
-            int step = rest % (2 * reach + 1) - reach;
-            rest /= 2 * reach + 1;
-            at[d] += step;
-            far = step > far ? step : -step > far ? -step : far;
-        }
-        if (far == reach && pdi_grid_inside(grid, at)) pdi_cell_add(cell, pd_grid_node(grid, at), kinds, sum);
+    for (int k = 0; k < pdi_grid_cube(reach); k++) {
+        int far;
+        int32_t j = pdi_grid_near(cell->grid, i, reach, k, &far);
+        if (j >= 0 && far == reach) pdi_cell_add(cell, j, kinds, sum);
     }
 }
 

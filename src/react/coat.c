@@ -86,21 +86,11 @@ PDI_COLD_END
 static int pdi_coat_around(const pd_coat *s, const uint32_t *of, int state, int32_t i, int reach, double *mean)
 {
     const pd_grid *grid = s->reactive->grid;
-    int at[PD_DIM], count = 1, found = 0;
+    int found = 0, far;
     double sum = 0.0;
-    for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
-    for (int k = 0; k < count; k++) {
-        int rest = k, far = 0;
-        pdi_grid_index(grid, i, at);
-        for (int d = 0; d < PD_DIM; d++) {
-            int step = rest % (2 * reach + 1) - reach;
-            rest /= 2 * reach + 1;
-            at[d] += step;
-            far = step > far ? step : -step > far ? -step : far;
-        }
-        if (far != reach || !pdi_grid_inside(grid, at)) continue;
-        int32_t j = pd_grid_node(grid, at);
-        if (!(of[j] >> state & 1u)) continue;
+    for (int k = 0; k < pdi_grid_cube(reach); k++) {
+        int32_t j = pdi_grid_near(grid, i, reach, k, &far);
+        if (j < 0 || far != reach || !(of[j] >> state & 1u)) continue;
         sum += s->value[(int64_t)state * grid->total + j];
         found++;
     }

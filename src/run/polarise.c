@@ -87,17 +87,12 @@ PDI_FN int pdi_polarise_near(const pd_polarise *p, const pd_dissolve *dissolve, 
 {
     const pd_grid *grid = dissolve->grid;
     double nearest = HUGE_VAL, from[PD_DIM], x[PD_DIM];
-    int found = 0, width = 2 * PDI_POLARISE_AROUND + 1, count = 1, at[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) count *= width;
+    int found = 0, cells;
     pd_grid_position(grid, node, from);
-    for (int k = 0; k < count; k++) {
-        int rest = k;
+    for (int k = 0; k < pdi_grid_cube(PDI_POLARISE_AROUND); k++) {
         double far = 0.0;
-        pdi_grid_index(grid, node, at);
-        for (int d = 0; d < PD_DIM; d++, rest /= width) at[d] += rest % width - PDI_POLARISE_AROUND;
-        if (!pdi_grid_inside(grid, at)) continue;
-        int32_t i = pd_grid_node(grid, at);
-        if (grid->kind[i] != PD_SOLID || pdi_metal_of(dissolve, i) != kind) continue;
+        int32_t i = pdi_grid_near(grid, node, PDI_POLARISE_AROUND, k, &cells);
+        if (i < 0 || grid->kind[i] != PD_SOLID || pdi_metal_of(dissolve, i) != kind) continue;
         pd_grid_position(grid, i, x);
         for (int d = 0; d < PD_DIM; d++) far += (x[d] - from[d]) * (x[d] - from[d]);
         if (!(far < nearest)) continue;

@@ -236,6 +236,30 @@ static pd_status pdi_krylov_return(pd_ctx *ctx, pd_krylov *krylov, pd_status sta
     return status;
 }
 
+/* Entries of single precision that take the room of a list. */
+static int64_t pdi_krylov_floats(pdi_list_fn list, void *object)
+{
+    return (int64_t)(pdi_arena_bytes(list, object) / sizeof(float));
+}
+
+PDI_FN int pdi_krylov_cede(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object, int least)
+{
+    int64_t entries = pdi_krylov_floats(list, object);
+    if (krylov->desc.compressed != PD_KRYLOV_SINGLE || krylov->desc.flexible) return 0;
+    if (krylov->built - entries < least * krylov->stride || !pdi_arena_has(arena, pdi_krylov_list, krylov)) return 0;
+    if (pdi_arena_lend(ctx, arena, list, object) < 0) return 0;
+    krylov->built -= entries;
+    pdi_krylov_pair(krylov, 0);
+    return 1;
+}
+
+PDI_FN pd_status pdi_krylov_regain(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object,
+                                   pd_status status)
+{
+    krylov->built += pdi_krylov_floats(list, object);
+    return pdi_arena_return(ctx, arena, list, object, status);
+}
+
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
     pdi_krylov_trim(ctx, krylov);

@@ -113,6 +113,12 @@ PDI_FN double pdi_krylov_least(void);
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* GMRES that was built flexible, and has not grown: switch that off, which leaves room for twice the columns, or on. */
 PDI_FN void pdi_krylov_pair(pd_krylov *krylov, int flexible);
+/* Lend arrays of `list` in place of vectors of a basis that is not lent, where it is of single precision, not flexible,
+ * and `least` vectors are left; then with more of them by pdi_krylov_pair. 0: they are not lent. */
+PDI_FN int pdi_krylov_cede(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object, int least);
+/* What was lent so goes back. */
+PDI_FN pd_status pdi_krylov_regain(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object,
+                                   pd_status status);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came

@@ -76,30 +76,17 @@ static void pdi_factor_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, factor, near, 3 * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR, "");
 }
 
-/* Vectors of the basis that take the same room. */
-static int64_t pdi_factor_entries(pd_factor *f)
-{
-    return (int64_t)(pdi_arena_bytes(pdi_factor_list, f) / sizeof *f->entry);
-}
-
 PDI_FN void pdi_factor_lend(pd_ctx *ctx, pd_arena *arena, pd_krylov *krylov, pd_factor *f)
 {
     f->good = 0;
     if (!pdi_factor_fits(f)) return;
     pdi_factor_turn(f);
-    int64_t entries = pdi_factor_entries(f), least = PDI_FACTOR_VECTORS * krylov->stride;
-    int fits = krylov->desc.compressed == PD_KRYLOV_SINGLE && !krylov->desc.flexible;
-    if (!fits || krylov->built - entries < least || !pdi_arena_has(arena, pdi_krylov_list, krylov)) return;
-    if (pdi_arena_lend(ctx, arena, pdi_factor_list, f) < 0) return;
-    krylov->built -= entries;
-    pdi_krylov_pair(krylov, 0);
+    pdi_krylov_cede(ctx, krylov, arena, pdi_factor_list, f, PDI_FACTOR_VECTORS);
 }
 
 PDI_FN pd_status pdi_factor_return(pd_ctx *ctx, pd_arena *arena, pd_status status, pd_krylov *krylov, pd_factor *f)
 {
-    if (!f->entry) return status;
-    krylov->built += pdi_factor_entries(f);
-    return pdi_arena_return(ctx, arena, pdi_factor_list, f, status);
+    return f->entry ? pdi_krylov_regain(ctx, krylov, arena, pdi_factor_list, f, status) : status;
 }
 PDI_COLD_END
 
