@@ -5192,9 +5192,10 @@ static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c
 /* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), the potential
  * phi [V] of pd_reactive_potential (NaN without migration), time t [s]. */
 typedef double (*pd_etch_fn)(void *user, int32_t node, const double *c, double ph, double phi, double t);
-/* Current density [A/m2] from metal to fluid, from what is at the surface, at `drop` [V], the potential of the metal
- * less that of the fluid. It does not fall as that rises. */
-typedef double (*pd_etch_curve_fn)(void *user, int electrode, const double *c, double ph, double drop, double t);
+/* Current density [A/m2] from metal to fluid, `share` [-] of that of a bare surface, from what is at the surface, at
+ * `drop` [V], the potential of the metal less that of the fluid. It does not fall as that rises. */
+typedef double (*pd_etch_curve_fn)(void *user, int electrode, double share, const double *c, double ph, double drop,
+                                   double t);
 
 /* Metals that are connected have one potential. */
 typedef struct pd_etch_circuit {
@@ -5213,6 +5214,7 @@ typedef struct pd_etch_electrodes {
     const int *member;        /* [count] circuit of each */
     pd_etch_circuit *circuit; /* [circuits] */
     int circuits;
+    int shares;               /* 1: places have `share`; 0: curves hold as they are */
 } pd_etch_electrodes;
 
 typedef struct pd_etch_desc {
@@ -5252,6 +5254,7 @@ typedef struct pd_etch {
     int32_t *electrode;           /* [total] of places; -1: none */
     double *area;                 /* [total] [1/m] of places: of the electrode, over the volume of the node */
     double *way;                  /* [total] [s/m] of places: through the film, over the mean diffusivity */
+    double *share;                /* [total] [-] of places: of their curve; NULL: 1. The caller writes it */
     double *flow;                 /* [total] [mol/m2/s] of places: electrons that leave the fluid by the curve */
     float *flow_by, *flow_drive;  /* as `by` and `drive`, of `flow` */
     double *gave;                 /* [total] [mol/m3/s] of places: of the law, at the end of the last step */
@@ -5342,6 +5345,9 @@ static inline double pdi_etch_gives(const pd_etch *s, int32_t place, int k, doub
 /* Speed [m/s] at a fluid node for the present concentrations, behind a film of `thick` [mol s/m4], of the metal of
  * `place` (-1: of that without electrodes). NaN: the law is not finite. */
 PDI_FN double pdi_layer_at(const pd_etch *etch, int32_t node, int32_t place, double thick, double guess);
+/* What is at the surface of a place with its speed and flow as they are: c [solutes] [mol/m3], and *psi, F phi/(R T).
+ * 0: none was found. */
+PDI_FN int pdi_layer_surface(const pd_etch *etch, int32_t place, double *c, double *psi);
 /* The speeds of all places (of a circuit; -1: of all), for potentials of metal as they are; `derive`: and how they
  * follow the totals. */
 PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int derive);
@@ -5370,6 +5376,8 @@ PDI_FN void pdi_levels_follow(const pd_etch *etch, double *speed, double *flow);
 PDI_FN int pdi_levels_tie(const pd_etch *etch);
 /* All potentials change by `by` [V]. */
 PDI_FN void pdi_levels_shift(pd_etch *etch, double by);
+/* [mol/s] charge that a speed [m/s] and a flow [mol/m2/s] bring at a place. */
+PDI_FN double pdi_levels_place(const pd_etch *etch, int32_t place, double speed, double flow);
 /* [mol/s] charge that leaves the metal of a circuit, and *size, the sum of its sizes. */
 PDI_FN double pdi_levels_charge(const pd_etch *etch, int circuit, double *size);
 #endif
@@ -5407,6 +5415,7 @@ typedef struct pd_coat_desc {
     double rtol;                                   /* [-] error of a step over the largest that each state has been */
     uint32_t reads;                                /* bit n: rates depend on solute n, */
     int reads_ph;                                  /* 1: on pH */
+    uint32_t reads_around;                         /* with `surface`, bit n: on value n around */
     /* on [total] of fluid nodes: bit k: the surface there carries state k; 0 before the call. `anew`: nodes have turned
      * fluid since the last one */
     pd_status (*where)(pd_ctx *ctx, void *user, int anew, uint32_t *on);
@@ -5417,6 +5426,10 @@ typedef struct pd_coat_desc {
     void (*around)(void *user, int32_t node, double *around); /* then; NULL: nothing else is read */
     /* Adds to flows [components] what comes out of metal at a node, as of pd_etch: [mol/m3]. NULL: nothing does. */
     void (*film)(void *user, int32_t node, double *flows);
+    /* Among ions that migrate: c [solutes] [mol/m3] and `around` at the surface beside a node, as they are now; 0: there
+     * is none. `solve` (PD_RETRY: there is no solution) is asked in the middle and at the end of a step then, and what
+     * holds at its start has been found before. NULL: by `film`. */
+    int (*surface)(void *user, int32_t node, double *c, double *around);
     void *user;
 } pd_coat_desc;
 
@@ -5432,8 +5445,9 @@ typedef struct pd_coat {
     double *value;    /* [states][total] [unit of each] now; within a step of the species in its middle */
     double *start;    /* [states][total] [unit of each] at the start of the step */
     double *middle;   /* [states][total] [unit of each] in its middle, as it was foreseen */
-    /* at the surface, columns of solutes that rates read [mol/m3], and with pH of ln gamma of a charge of 1 [-]: */
-    int columns, solute[PD_SPECIES_MOST + 1];
+    /* at the surface, columns of solutes that rates read [mol/m3], with pH of ln gamma of a charge of 1 [-]: -1, and with
+     * `surface` of value n around: -2 - n */
+    int columns, solute[PD_SPECIES_MOST + 1 + PD_COAT_AROUND];
     double *fresh;    /* [columns][total] [unit of each] at the start of the step */
     double *slope;    /* [columns][total] [unit of each per s] of that, in the last step */
     double *first;    /* [columns][total] [unit of each] the same with what comes out of metal in the middle */
@@ -5463,8 +5477,8 @@ PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt,
 /* To its end, after the species, whose concentrations [solutes][total] were `from`. */
 PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt,
                                  int trial);
-/* The step of dt [s] stands; it does not. */
-PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
+/* The step of dt [s] from t [s] stands; it does not. */
+PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *coat, double t, double dt);
 PDI_FN void pdi_coat_reject(pd_coat *coat);
 /* A state at the surface beside a fluid node; where that carries none, the mean of the nearest places within two cells,
  * else that of the start. */
@@ -5568,6 +5582,7 @@ typedef struct pd_course {
     double *start;          /* [solutes][total] [mol/m3] at the start of the step */
     double *carry;          /* [components][total] [mol/m3] the same */
     double *solid;          /* [minerals][total] [mol/m3] the same; NULL: none form */
+    double *psi;            /* [total] [-] F phi/(R T), the same; with states among ions that migrate */
     double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST]; /* [mol] the same */
     double time;            /* [s] */
     double dt;              /* [s] that is tried next; 0: not known yet */
@@ -11617,7 +11632,10 @@ typedef struct pd_surfaces {
     const pd_bonds *bonds;
     const pd_stencil *across; /* of bonds across surfaces */
     pd_cell *cell;            /* of the electrodes; NULL: there are none */
-    const pd_etch *etch;      /* metal that dissolves by a law in the species; NULL: it does not */
+    const pd_etch *etch;      /* metal that dissolves by a law in the species, or electrodes among ions that migrate;
+                               * NULL: neither */
+    pd_at_fn find;            /* among ions that migrate: brings what passes at metal to a time; */
+    void *finder;             /* set by what owns it */
     pd_contacts contacts;     /* without electrodes: of metal and fluid */
     pd_coat coat;
     int moves;                /* 1: the potential follows states, or rates follow it */
@@ -11642,6 +11660,11 @@ PDI_FN void pdi_surfaces_values(const pd_surfaces *surfaces, int32_t node, doubl
 /* State k of a fluid node; NaN: its surface carries none. */
 PDI_FN double pdi_surfaces_at(const pd_surfaces *surfaces, int k, int32_t node);
 PDI_FN void pdi_surfaces_figures(const pd_surfaces *surfaces, int k, pd_surfaces_figures *figures);
+/* What rates of states read, of a coat. */
+PDI_FN void pdi_surfaces_reads(const pd_setup *setup, const pd_reactive *reactive, pd_coat_desc *desc);
+/* The factor of the curve of an electrode beside a node. */
+PDI_FN pd_status pdi_surfaces_factor(pd_ctx *ctx, const pd_surfaces *surfaces, int electrode, int32_t node, double t,
+                                     double *share);
 /* Factors of the curves of electrodes, as `share` of a cell. */
 PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *surfaces, pd_contact *contact, int32_t count,
                                     double t);
@@ -11783,6 +11806,7 @@ typedef struct pd_attack {
     const pd_cell *cell; /* whose potential the law reads, as it was found last, or whose contacts electrodes have;
                           * NULL: neither */
     const pd_surfaces *surfaces; /* whose states the law reads; NULL: it reads none */
+    const pd_surfaces *states; /* that step beside ions that migrate; NULL: there are none */
     pd_polarise polarise; /* electrodes among ions that migrate; else empty */
     int kind;             /* metal that the law is of; -1: none dissolves */
     int32_t *grain; /* [total] of the metal beside a node; NULL: the law does not ask */
@@ -11794,7 +11818,7 @@ typedef struct pd_attack {
  * dissolve: NULL where metal stays. */
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
                                   const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
-                                  const pd_surfaces *surfaces, pd_attack *attack);
+                                  pd_surfaces *surfaces, pd_attack *attack);
 /* With electrodes: what they are like before the first step, at time t [s]. */
 PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t);
 PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *attack);
@@ -35805,6 +35829,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     if (s->electrode) {
         s->electrode[s->count] = -1;
         s->area[s->count] = s->way[s->count] = s->gave[s->count] = 0.0;
+        if (s->share) s->share[s->count] = 1.0;
     }
     s->thick[s->count++] = thick;
 }
@@ -35894,6 +35919,7 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, electrode, total, "1");
     PDI_ARRAY(owner, etch, area, total, "1/m");
     PDI_ARRAY(owner, etch, way, total, "s/m");
+    if (of->shares) PDI_ARRAY(owner, etch, share, total, "1");
     PDI_STATE(owner, etch, flow, total, "mol/m2/s");
     PDI_ARRAY(owner, etch, gave, total, "mol/m3/s");
     PDI_ARRAY(owner, etch, flow_by, etch->reactive->components.count * total, "m/s");
@@ -36040,6 +36066,7 @@ typedef struct pdi_layer_work {
     double level;                     /* [V] of the metal */
     double way;                       /* [s/m] through the film of the electrode */
     double flow, guess;               /* [mol/m2/s] of the electrode */
+    double share;                     /* [-] of its curve */
     uint32_t reads;                   /* what its curve reads */
 } pdi_layer_work;
 
@@ -36053,11 +36080,13 @@ static void pdi_layer_enter_electrode(const pd_etch *s, int32_t place, pdi_layer
     const pd_etch_electrodes *of = &s->desc.electrodes;
     w->electrode = s->electrode && place >= 0 ? s->electrode[place] : -1;
     w->level = w->way = w->flow = w->guess = 0.0;
+    w->share = 1.0;
     w->reads = 0;
     if (w->electrode < 0) return;
     w->level = s->level[of->member[w->electrode]];
     w->way = s->area[place] > 0.0 ? s->way[place] : 0.0;
     w->guess = s->flow[place];
+    if (s->share) w->share = s->share[place];
     if (of->reads) w->reads = of->reads[w->electrode];
     if (!(s->area[place] > 0.0)) w->electrode = -1;
 }
@@ -36099,7 +36128,8 @@ static double pdi_layer_curve(const pdi_layer_work *w, const double *c, double p
     const pd_etch_electrodes *of = &w->s->desc.electrodes;
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
-    return of->curve(of->user, w->electrode, c, ph, w->level - psi * r->migration.volt, w->s->time) / PDI_LAYER_FARADAY;
+    double drop = w->level - psi * r->migration.volt;
+    return of->curve(of->user, w->electrode, w->share, c, ph, drop, w->s->time) / PDI_LAYER_FARADAY;
 }
 
 /* ---- the film of a node with migration ---- */
@@ -36607,6 +36637,19 @@ PDI_FN double pdi_layer_at(const pd_etch *s, int32_t node, int32_t place, double
     return pdi_layer_find(&film, &w, guess);
 }
 
+PDI_FN int pdi_layer_surface(const pd_etch *s, int32_t p, double *c, double *psi)
+{
+    pd_components film = s->film;
+    pdi_layer_work w;
+    double speed = s->desc.law && s->weight[p] > 0.0 ? s->speed[s->node[p]] : 0.0;
+    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    w.flow = w.guess;
+    if (w.thick + w.way > 0.0 && !pdi_layer_lift(&film, &w, speed)) return 0;
+    memcpy(c, w.surface, (size_t)film.solutes * sizeof *c);
+    *psi = w.psi + w.lift;
+    return 1;
+}
+
 /* ---- all places ---- */
 
 /* A place whose metal dissolves, with its derivatives or without. */
@@ -36674,8 +36717,7 @@ PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int deri
 #define PDI_LEVELS_MET 1e-13
 #define PDI_LEVELS_CLOSE 2e-16
 
-/* Charge that a rate of place p brings: of its law and of its curve [mol/s]. */
-static double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double flow)
+PDI_FN double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double flow)
 {
     const pd_reactive *r = s->reactive;
     const double *part = s->part + s->electrode[p] * r->components.solutes;
@@ -36933,6 +36975,8 @@ PDI_FN void pdi_coat_columns(pd_coat *s)
     for (int n = 0; n < s->reactive->components.solutes; n++)
         if (s->desc.reads >> n & 1u || (s->desc.reads_ph && n == s->reactive->proton)) s->solute[s->columns++] = n;
     if (s->desc.reads_ph) s->solute[s->columns++] = -1;
+    for (int n = 0; n < PD_COAT_AROUND; n++)
+        if (s->desc.reads_around >> n & 1u) s->solute[s->columns++] = -2 - n;
 }
 
 PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *r, const pd_coat_desc *desc, pd_coat *s)
@@ -37045,21 +37089,33 @@ static int pdi_coat_near(const pd_coat *s, const double *field, int32_t i, doubl
     return 1;
 }
 
-/* Columns of all places; what has no equilibrium is NaN, which rates pass on. */
+/* ln gamma of a charge of 1 beside c at the surface: with `surface` that of the node. */
+static double pdi_coat_activity(const pd_coat *s, int32_t i, const double *c)
+{
+    double at[PD_SPECIES_MOST];
+    if (!s->desc.surface) return pdi_components_activity(&s->reactive->components, c);
+    pdi_reactive_get(s->reactive, s->reactive->c, i, at);
+    return pdi_components_activity(&s->reactive->components, at);
+}
+
+/* Columns of all places, behind what comes out of metal now; what has no equilibrium is NaN, which rates pass on. */
 static void pdi_coat_surface(const pd_ctx *ctx, const pd_coat *s, const double *field, double *column)
 {
-    const pd_components *of = &s->reactive->components;
     int64_t total = s->reactive->grid->total;
-    int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * of->solutes);
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * s->reactive->components.solutes);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < s->count; p++) {
-        double c[PD_SPECIES_MOST];
-        int found = s->columns > 0 && pdi_coat_near(s, field, s->node[p], c);
+        double c[PD_SPECIES_MOST], around[PD_COAT_AROUND];
+        int32_t i = s->node[p];
+        int found = s->columns > 0;
+        if (found && s->desc.surface) found = s->desc.surface(s->desc.user, i, c, around);
+        else if (found) found = pdi_coat_near(s, field, i, c);
         for (int k = 0; k < s->columns; k++) {
             double value = NAN;
-            if (found) value = s->solute[k] < 0 ? pdi_components_activity(of, c) : c[s->solute[k]];
-            column[k * total + s->node[p]] = value;
+            if (found && s->solute[k] < -1) value = around[-2 - s->solute[k]];
+            else if (found) value = s->solute[k] < 0 ? pdi_coat_activity(s, i, c) : c[s->solute[k]];
+            column[k * total + i] = value;
         }
     }
 }
@@ -37081,19 +37137,21 @@ static void pdi_coat_rates(void *user, double t, const double *y, double *rate)
     const pdi_coat_work *w = (const pdi_coat_work *)user;
     const pd_coat *s = w->s;
     int64_t total = s->reactive->grid->total;
-    double c[PD_SPECIES_MOST], all[PD_COAT_MOST], rates[PD_COAT_MOST], davies = 0.0;
+    double c[PD_SPECIES_MOST], all[PD_COAT_MOST], rates[PD_COAT_MOST], around[PD_COAT_AROUND], davies = 0.0;
     pd_coat_at at;
     memset(c, 0, sizeof c);
+    memcpy(around, w->around, sizeof around);
     for (int k = 0; k < s->columns; k++) {
         double value = w->first[k * total + w->node] + (t - w->from) * w->slope[k * total + w->node];
-        if (s->solute[k] < 0) davies = value;
+        if (s->solute[k] < -1) around[-2 - s->solute[k]] = value;
+        else if (s->solute[k] < 0) davies = value;
         else c[s->solute[k]] = value < 0.0 ? 0.0 : value; /* what goes on in a line may pass zero */
     }
     memcpy(all, w->fixed, sizeof all);
     for (int k = 0; k < w->states; k++) all[w->of[k]] = y[k];
     at.node = w->node;
     at.c = c;
-    at.around = w->around;
+    at.around = around;
     at.time = t;
     at.ph = NAN;
     if (s->desc.reads_ph && s->reactive->proton >= 0)
@@ -37196,7 +37254,7 @@ static void pdi_coat_fresh(const pd_ctx *ctx, pd_coat *s)
 PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
 {
     int64_t total = s->reactive->grid->total;
-    if (s->desc.solve) PDI_TRY(s->desc.solve(ctx, s->desc.user, t));
+    if (s->desc.solve && !s->desc.surface) PDI_TRY(s->desc.solve(ctx, s->desc.user, t));
     PDI_TRY(pdi_coat_places(ctx, s));
     memcpy(s->start, s->value, (size_t)(s->desc.count * total) * sizeof *s->value);
     pdi_coat_fresh(ctx, s);
@@ -37211,7 +37269,9 @@ PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, in
     pd_status status = pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, 1, trial, s->value);
     if (status != PD_OK) return status;
     memcpy(s->middle, s->value, (size_t)count * sizeof *s->value);
-    return s->desc.solve ? s->desc.solve(ctx, s->desc.user, t + 0.5 * dt) : PD_OK;
+    if (s->desc.solve) status = s->desc.solve(ctx, s->desc.user, t + 0.5 * dt);
+    if (s->desc.surface && status == PD_OK) pdi_coat_surface(ctx, s, s->reactive->c, s->first);
+    return status;
 }
 
 /* What the end of a step differs by from the middle that was foreseen for it: of state k, over the largest of it. The
@@ -37233,7 +37293,7 @@ static double pdi_coat_error(const pd_coat *s, int k)
 PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, double t, double dt, int trial)
 {
     int64_t total = s->reactive->grid->total;
-    pdi_coat_surface(ctx, s, from, s->first);
+    if (!s->desc.surface) pdi_coat_surface(ctx, s, from, s->first);
     pdi_coat_surface(ctx, s, s->reactive->c, s->way);
     for (int k = 0; k < s->columns; k++)
         for (int32_t p = 0; p < s->count; p++) {
@@ -37246,7 +37306,13 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
     return status;
 }
 
-PDI_FN void pdi_coat_accept(pd_coat *s, double dt) { s->last = dt; }
+PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *s, double t, double dt)
+{
+    s->last = dt;
+    if (!s->desc.surface || s->desc.solve(ctx, s->desc.user, t + dt) == PD_OK) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "surface", "no potential carries the currents of metal at t = %g s, as states of "
+                    "its surfaces are there: expected a factor above 0 of anodic and of cathodic reactions", t + dt);
+}
 
 PDI_FN void pdi_coat_reject(pd_coat *s)
 {
@@ -38380,6 +38446,7 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, course, start, r->components.solutes * total, "mol/m3");
     PDI_ARRAY(owner, course, carry, r->components.count * total, "mol/m3");
     if (r->minerals.count) PDI_ARRAY(owner, course, solid, r->minerals.count * total, "mol/m3");
+    if (course->desc.coat && r->migration.on) PDI_ARRAY(owner, course, psi, total, "1");
     if (course->desc.bare) {
         PDI_ARRAY(owner, course, share, total, "1");
         PDI_ARRAY(owner, course, first, total, "1");
@@ -38648,6 +38715,7 @@ static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
     pdi_par_copy(ctx, r->components.solutes * total, back ? a->start : r->c, back ? r->c : a->start);
     pdi_par_copy(ctx, r->components.count * total, back ? a->carry : r->carry, back ? r->carry : a->carry);
     if (a->solid) pdi_par_copy(ctx, r->minerals.count * total, back ? a->solid : r->solid, back ? r->solid : a->solid);
+    if (a->psi) pdi_par_copy(ctx, total, back ? a->psi : r->migration.psi, back ? r->migration.psi : a->psi);
     memcpy(back ? r->in : a->in, back ? a->in : r->in, sizeof a->in);
     memcpy(back ? r->out : a->out, back ? a->out : r->out, sizeof a->out);
 }
@@ -38724,16 +38792,13 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
-    (void)ctx;
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
-    if (a->desc.coat) {
-        pdi_coat_accept(a->desc.coat, s->dt);
-        last = s->ends = 1;
-    }
+    if (a->desc.coat) last = s->ends = 1;
     pdi_course_taken(a, s->dt, all);
     pdi_advance_stands(a->reactive, s->dt);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
+    if (a->desc.coat) PDI_TRY(pdi_coat_accept(ctx, a->desc.coat, s->time, s->dt));
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
@@ -67828,9 +67893,6 @@ static pd_status pdi_read_surface_alone(pdi_reader *s, int section)
     if (u->settle)
         return pdi_text_refuse(s->ctx, s->text, section, "surface", "found beside time = steady in [chemistry], "
                                "expected implicit");
-    if (u->migrates)
-        return pdi_text_refuse(s->ctx, s->text, section, "surface", "found beside migration = yes in [chemistry], "
-                               "expected species that diffuse each by itself");
     if (u->has_potential || u->has_dissolve) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "surface", "found without metal, expected an [electrode NAME], or "
                            "[dissolve]");
@@ -68024,10 +68086,6 @@ PDI_FN pd_status pdi_read_surface_rates(pdi_reader *s)
     pd_setup *u = s->setup;
     for (int k = 0; k < u->states; k++) {
         int section = pdi_read_surface_section(s, &u->state[k]);
-        if (pdi_setup_polarises(u))
-            return pdi_text_refuse(s->ctx, s->text, section, "rate", "found beside electrodes among ions that migrate, "
-                                   "whose potentials are solved with the species, expected migration = no of "
-                                   "[chemistry] or no [potential]");
         PDI_TRY(pdi_read_surface_of(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_rate(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_table(s, section, k));
@@ -71795,9 +71853,56 @@ static void pdi_surfaces_film(void *user, int32_t node, double *flows)
     }
 }
 
+/* Among ions that migrate: means over the places of a node that carry a state, by area. */
+static int pdi_surfaces_ions(void *user, int32_t node, double *c, double *around)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_etch *etch = s->etch;
+    const pd_reactive *r = s->coat.reactive;
+    int count = r->components.solutes;
+    double at[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], psi, whole = 0.0;
+    double volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, node);
+    memset(sum, 0, sizeof sum);
+    around[0] = around[1] = 0.0;
+    for (int32_t p = etch->slot[node]; p >= 0 && p < etch->count && etch->node[p] == node; p++) {
+        int e = etch->electrode ? etch->electrode[p] : -1;
+        double area = e < 0 ? 1.0 : etch->area[p], speed = etch->weight[p] > 0.0 ? etch->speed[node] : 0.0;
+        if (!(area > 0.0) || !pdi_surfaces_bits(s, e)) continue;
+        if (!pdi_layer_surface(etch, p, at, &psi)) return 0;
+        whole += area;
+        for (int n = 0; n < count; n++) sum[n] += area * at[n];
+        if (e < 0) continue;
+        around[0] += PDI_SURFACES_FARADAY * pdi_levels_place(etch, p, speed, etch->flow[p]) / volume;
+        around[1] += area * (etch->level[etch->desc.electrodes.member[e]] - psi * r->migration.volt);
+    }
+    pdi_reactive_get(r, r->c, node, c);
+    for (int n = 0; n < count && whole > 0.0; n++) c[n] = sum[n] / whole;
+    for (int k = 0; k < 2 && whole > 0.0; k++) around[k] /= whole;
+    return 1;
+}
+
+static pd_status pdi_surfaces_levels(pd_ctx *ctx, void *user, double t)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    return s->find(ctx, s->finder, t);
+}
+
 static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
 {
     return pdi_cell_bring(ctx, ((pd_surfaces *)user)->cell, t);
+}
+
+PDI_FN void pdi_surfaces_reads(const pd_setup *u, const pd_reactive *reactive, pd_coat_desc *desc)
+{
+    desc->count = u->states;
+    for (int k = 0; k < u->states; k++) {
+        const pd_setup_state *state = &u->state[k];
+        desc->reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
+        for (int n = 0; n < state->species; n++)
+            if (state->rate.uses >> (PDI_SETUP_PH + 1 + n) & 1u)
+                desc->reads |= (uint32_t)1 << reactive->components.place[state->of[n]];
+        if (pdi_setup_polarises(u)) desc->reads_around |= state->rate.uses >> PDI_SETUP_CURRENT & 3u;
+    }
 }
 
 PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive *reactive, const pd_bonds *bonds,
@@ -71816,10 +71921,6 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
         desc.name[k] = state->name;
         desc.low[k] = state->low;
         desc.high[k] = state->high;
-        desc.reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
-        for (int n = 0; n < state->species; n++)
-            if (state->rate.uses >> (PDI_SETUP_PH + 1 + n) & 1u)
-                desc.reads |= (uint32_t)1 << reactive->components.place[state->of[n]];
         s->moves |= (state->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
     }
     for (int e = 0; e < u->potential.electrodes; e++) {
@@ -71832,14 +71933,19 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
         s->comes |= is->reacts;
         s->moves |= is->shares;
     }
-    desc.count = u->states;
+    pdi_surfaces_reads(u, reactive, &desc);
     desc.rtol = u->rtol > 0.0 ? u->rtol : 1e-3;
     desc.where = pdi_surfaces_where;
     desc.initial = pdi_surfaces_initial;
     desc.rate = pdi_surfaces_rate;
-    if (s->cell) desc.around = pdi_surfaces_around;
-    if (s->cell && s->moves) desc.solve = pdi_surfaces_solve;
-    if (s->comes || s->etch) desc.film = pdi_surfaces_film;
+    if (u->migrates && s->etch) {
+        desc.surface = pdi_surfaces_ions;
+        desc.solve = pdi_surfaces_levels;
+    } else {
+        if (s->cell) desc.around = pdi_surfaces_around;
+        if (s->cell && s->moves) desc.solve = pdi_surfaces_solve;
+        if (s->comes || s->etch) desc.film = pdi_surfaces_film;
+    }
     desc.user = s;
     return pdi_coat_build(ctx, reactive, &desc, &s->coat);
 }
@@ -71884,26 +71990,26 @@ PDI_FN void pdi_surfaces_figures(const pd_surfaces *s, int k, pd_surfaces_figure
     f->mean = sum / f->area;
 }
 
-PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *s, pd_contact *contact, int32_t count, double t)
+PDI_FN pd_status pdi_surfaces_factor(pd_ctx *ctx, const pd_surfaces *s, int electrode, int32_t node, double t,
+                                     double *share)
 {
-    const pd_setup *u = s->setup;
+    const pd_setup_electrode *e = &s->setup->potential.electrode[electrode];
     double vars[PD_EXPR_VARS];
     char place[PDI_GRID_PLACE];
-    for (int32_t n = 0; n < count; n++) {
-        const pd_setup_electrode *e = &u->potential.electrode[contact[n].electrode];
-        if (!e->shares) continue;
-        pd_grid_position(s->bonds->grid, contact[n].node, vars);
-        vars[PD_DIM] = t;
-        pdi_surfaces_values(s, contact[n].node, vars + PDI_SETUP_PLACE);
-        double share = pdi_expr_eval(&e->share, vars);
-        if (share >= 0.0 && share < 1e100) {
-            contact[n].share = share;
-            continue;
-        }
-        return pdi_fail(ctx, PD_ERR_STATE, "electrode", "the factor of %s is %g at %s m and t = %g s, expected a "
-                        "finite number of at least 0", e->name, share, pdi_grid_place(s->bonds->grid, contact[n].node,
-                        place), t);
-    }
+    if (!e->shares) return PD_OK;
+    pd_grid_position(s->bonds->grid, node, vars);
+    vars[PD_DIM] = t;
+    pdi_surfaces_values(s, node, vars + PDI_SETUP_PLACE);
+    *share = pdi_expr_eval(&e->share, vars);
+    if (*share >= 0.0 && *share < 1e100) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "electrode", "the factor of %s is %g at %s m and t = %g s, expected a finite "
+                    "number of at least 0", e->name, *share, pdi_grid_place(s->bonds->grid, node, place), t);
+}
+
+PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *s, pd_contact *contact, int32_t count, double t)
+{
+    for (int32_t n = 0; n < count; n++)
+        PDI_TRY(pdi_surfaces_factor(ctx, s, contact[n].electrode, contact[n].node, t, &contact[n].share));
     return PD_OK;
 }
 
@@ -72112,7 +72218,8 @@ PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const 
 /* [cells] Metal is looked for this far from a fluid node. */
 #define PDI_POLARISE_AROUND 6
 
-static double pdi_polarise_curve(void *user, int electrode, const double *c, double ph, double drop, double t)
+static double pdi_polarise_curve(void *user, int electrode, double share, const double *c, double ph, double drop,
+                                 double t)
 {
     const pd_polarise *p = (const pd_polarise *)user;
     const pd_setup_electrode *e = &p->setup->potential.electrode[electrode];
@@ -72120,12 +72227,12 @@ static double pdi_polarise_curve(void *user, int electrode, const double *c, dou
     double vars[PD_EXPR_VARS], u = drop, slope;
     (void)t;
     if (e->bare) return 0.0;
-    if (!e->reads && !(e->film > 0.0)) return pd_electrode_current(&p->cell->curve[electrode], drop, NULL);
-    if (!e->reads) return pdi_electrode_through(&p->cell->curve[electrode], 1.0, drop, 0.0, &u, &slope);
+    if (!e->reads && !(e->film > 0.0)) return share * pd_electrode_current(&p->cell->curve[electrode], drop, NULL);
+    if (!e->reads) return pdi_electrode_through(&p->cell->curve[electrode], share, drop, 0.0, &u, &slope);
     vars[0] = drop;
     vars[1] = ph;
     for (int k = 0; k < e->species; k++) vars[2 + k] = c[s->place[e->of[k]]];
-    return pdi_expr_eval(&e->law, vars);
+    return share * pdi_expr_eval(&e->law, vars);
 }
 
 static double pdi_polarise_given(void *user, int circuit, double t)
@@ -72163,6 +72270,7 @@ PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_elect
     electrodes->member = map->member;
     electrodes->circuit = p->circuit;
     electrodes->circuits = map->circuits;
+    for (int e = 0; e < count; e++) electrodes->shares |= setup->potential.electrode[e].shares;
     return PD_OK;
 }
 
@@ -72602,14 +72710,7 @@ static double pdi_footprint_states(const pd_setup *u, pdi_footprint_plan *plan, 
     memset(&coat, 0, sizeof coat);
     if (!u->states) return 0.0;
     coat.reactive = r;
-    coat.desc.count = u->states;
-    for (int k = 0; k < u->states; k++) {
-        const pd_setup_state *state = &u->state[k];
-        coat.desc.reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
-        for (int n = 0; n < state->species; n++)
-            if (state->rate.uses >> (PDI_SETUP_PH + 1 + n) & 1u)
-                coat.desc.reads |= (uint32_t)1 << r->components.place[state->of[n]];
-    }
+    pdi_surfaces_reads(u, r, &coat.desc);
     pdi_coat_columns(&coat);
     return pdi_footprint_list(plan, pdi_coat_list, &coat);
 }
@@ -72622,6 +72723,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     pd_reactive r;
     pd_course course;
     pd_etch etch;
+    pd_coat coat;
     double mark = 0.0;
     if (!u->has_chemistry) return;
     memset(&r, 0, sizeof r);
@@ -72658,6 +72760,8 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
         if (pdi_setup_polarises(u)) {
             etch.desc.electrodes.count = u->potential.electrodes;
             etch.desc.electrodes.circuits = u->potential.electrodes;
+            for (int e = 0; e < u->potential.electrodes; e++)
+                etch.desc.electrodes.shares |= u->potential.electrode[e].shares;
         }
         course.desc.surface = &etch;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
@@ -72668,6 +72772,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
         b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
     }
     *bytes += pdi_footprint_states(u, plan, &r);
+    if (u->states) course.desc.coat = &coat;
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
     pdi_footprint_share(plan, (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg), b);
 }
@@ -73024,9 +73129,30 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
+/* Factors of curves by the states as they are. */
+static pd_status pdi_attack_shares(pd_ctx *ctx, pd_attack *a)
+{
+    pd_etch *s = &a->etch;
+    for (int32_t p = 0; p < s->count && s->share; p++)
+        if (s->electrode[p] >= 0)
+            PDI_TRY(pdi_surfaces_factor(ctx, a->states, s->electrode[p], s->node[p], s->time, &s->share[p]));
+    return PD_OK;
+}
+
+/* What passes at metal with the states as they are, at time t [s]. */
+static pd_status pdi_attack_coated(pd_ctx *ctx, void *user, double t)
+{
+    pd_attack *a = (pd_attack *)user;
+    a->etch.time = t;
+    PDI_TRY(pdi_attack_shares(ctx, a));
+    pdi_levels_solve(ctx, &a->etch);
+    pdi_etch_note(&a->etch);
+    return a->etch.lost ? PD_RETRY : PD_OK;
+}
+
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
                                   const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
-                                  const pd_surfaces *surfaces, pd_attack *a)
+                                  pd_surfaces *surfaces, pd_attack *a)
 {
     int kind = pdi_setup_attacked(setup);
     const pd_setup_metal *metal = &setup->metal[kind > 0 ? kind : 0];
@@ -73046,6 +73172,11 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
     a->dissolve = dissolve;
     a->course = course;
     if (kind >= 0 && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species)) a->surfaces = surfaces;
+    if (surfaces && setup->migrates) {
+        a->states = surfaces;
+        surfaces->find = pdi_attack_coated;
+        surfaces->finder = a;
+    }
     a->cell = pdi_setup_electric(metal) || pdi_setup_polarises(setup) ? cell : NULL;
     if (pdi_setup_polarises(setup)) {
         desc.reads_phi = 1;
@@ -73209,6 +73340,7 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
         if (!s->electrode && !pdi_attack_salt(d, beside->node))
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
+    PDI_TRY(pdi_attack_shares(ctx, a));
     pdi_levels_solve(ctx, s);
     pdi_etch_note(s);
     if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));
@@ -73546,7 +73678,8 @@ static pd_status pdi_model_surfaces(pd_ctx *ctx, pd_model *m)
     m->line = u->state[0].line;
     PDI_TRY(PDI_NEW(ctx, "model", 1, m->surfaces));
     return pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
-                              pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, m->surfaces);
+                              pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u) ? &m->attack.etch : NULL,
+                              m->surfaces);
 }
 
 /* Their way in time; behind the metal, which feeds them. */

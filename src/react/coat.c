@@ -42,6 +42,8 @@ PDI_FN void pdi_coat_columns(pd_coat *s)
     for (int n = 0; n < s->reactive->components.solutes; n++)
         if (s->desc.reads >> n & 1u || (s->desc.reads_ph && n == s->reactive->proton)) s->solute[s->columns++] = n;
     if (s->desc.reads_ph) s->solute[s->columns++] = -1;
+    for (int n = 0; n < PD_COAT_AROUND; n++)
+        if (s->desc.reads_around >> n & 1u) s->solute[s->columns++] = -2 - n;
 }
 
 PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *r, const pd_coat_desc *desc, pd_coat *s)
@@ -154,21 +156,33 @@ static int pdi_coat_near(const pd_coat *s, const double *field, int32_t i, doubl
     return 1;
 }
 
-/* Columns of all places; what has no equilibrium is NaN, which rates pass on. */
+/* ln gamma of a charge of 1 beside c at the surface: with `surface` that of the node. */
+static double pdi_coat_activity(const pd_coat *s, int32_t i, const double *c)
+{
+    double at[PD_SPECIES_MOST];
+    if (!s->desc.surface) return pdi_components_activity(&s->reactive->components, c);
+    pdi_reactive_get(s->reactive, s->reactive->c, i, at);
+    return pdi_components_activity(&s->reactive->components, at);
+}
+
+/* Columns of all places, behind what comes out of metal now; what has no equilibrium is NaN, which rates pass on. */
 static void pdi_coat_surface(const pd_ctx *ctx, const pd_coat *s, const double *field, double *column)
 {
-    const pd_components *of = &s->reactive->components;
     int64_t total = s->reactive->grid->total;
-    int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * of->solutes);
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * PDI_COAT_WORK * s->reactive->components.solutes);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < s->count; p++) {
-        double c[PD_SPECIES_MOST];
-        int found = s->columns > 0 && pdi_coat_near(s, field, s->node[p], c);
+        double c[PD_SPECIES_MOST], around[PD_COAT_AROUND];
+        int32_t i = s->node[p];
+        int found = s->columns > 0;
+        if (found && s->desc.surface) found = s->desc.surface(s->desc.user, i, c, around);
+        else if (found) found = pdi_coat_near(s, field, i, c);
         for (int k = 0; k < s->columns; k++) {
             double value = NAN;
-            if (found) value = s->solute[k] < 0 ? pdi_components_activity(of, c) : c[s->solute[k]];
-            column[k * total + s->node[p]] = value;
+            if (found && s->solute[k] < -1) value = around[-2 - s->solute[k]];
+            else if (found) value = s->solute[k] < 0 ? pdi_coat_activity(s, i, c) : c[s->solute[k]];
+            column[k * total + i] = value;
         }
     }
 }
@@ -190,19 +204,21 @@ static void pdi_coat_rates(void *user, double t, const double *y, double *rate)
     const pdi_coat_work *w = (const pdi_coat_work *)user;
     const pd_coat *s = w->s;
     int64_t total = s->reactive->grid->total;
-    double c[PD_SPECIES_MOST], all[PD_COAT_MOST], rates[PD_COAT_MOST], davies = 0.0;
+    double c[PD_SPECIES_MOST], all[PD_COAT_MOST], rates[PD_COAT_MOST], around[PD_COAT_AROUND], davies = 0.0;
     pd_coat_at at;
     memset(c, 0, sizeof c);
+    memcpy(around, w->around, sizeof around);
     for (int k = 0; k < s->columns; k++) {
         double value = w->first[k * total + w->node] + (t - w->from) * w->slope[k * total + w->node];
-        if (s->solute[k] < 0) davies = value;
+        if (s->solute[k] < -1) around[-2 - s->solute[k]] = value;
+        else if (s->solute[k] < 0) davies = value;
         else c[s->solute[k]] = value < 0.0 ? 0.0 : value; /* what goes on in a line may pass zero */
     }
     memcpy(all, w->fixed, sizeof all);
     for (int k = 0; k < w->states; k++) all[w->of[k]] = y[k];
     at.node = w->node;
     at.c = c;
-    at.around = w->around;
+    at.around = around;
     at.time = t;
     at.ph = NAN;
     if (s->desc.reads_ph && s->reactive->proton >= 0)
@@ -305,7 +321,7 @@ static void pdi_coat_fresh(const pd_ctx *ctx, pd_coat *s)
 PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
 {
     int64_t total = s->reactive->grid->total;
-    if (s->desc.solve) PDI_TRY(s->desc.solve(ctx, s->desc.user, t));
+    if (s->desc.solve && !s->desc.surface) PDI_TRY(s->desc.solve(ctx, s->desc.user, t));
     PDI_TRY(pdi_coat_places(ctx, s));
     memcpy(s->start, s->value, (size_t)(s->desc.count * total) * sizeof *s->value);
     pdi_coat_fresh(ctx, s);
@@ -320,7 +336,9 @@ PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, in
     pd_status status = pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, 1, trial, s->value);
     if (status != PD_OK) return status;
     memcpy(s->middle, s->value, (size_t)count * sizeof *s->value);
-    return s->desc.solve ? s->desc.solve(ctx, s->desc.user, t + 0.5 * dt) : PD_OK;
+    if (s->desc.solve) status = s->desc.solve(ctx, s->desc.user, t + 0.5 * dt);
+    if (s->desc.surface && status == PD_OK) pdi_coat_surface(ctx, s, s->reactive->c, s->first);
+    return status;
 }
 
 /* What the end of a step differs by from the middle that was foreseen for it: of state k, over the largest of it. The
@@ -342,7 +360,7 @@ static double pdi_coat_error(const pd_coat *s, int k)
 PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, double t, double dt, int trial)
 {
     int64_t total = s->reactive->grid->total;
-    pdi_coat_surface(ctx, s, from, s->first);
+    if (!s->desc.surface) pdi_coat_surface(ctx, s, from, s->first);
     pdi_coat_surface(ctx, s, s->reactive->c, s->way);
     for (int k = 0; k < s->columns; k++)
         for (int32_t p = 0; p < s->count; p++) {
@@ -355,7 +373,13 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
     return status;
 }
 
-PDI_FN void pdi_coat_accept(pd_coat *s, double dt) { s->last = dt; }
+PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *s, double t, double dt)
+{
+    s->last = dt;
+    if (!s->desc.surface || s->desc.solve(ctx, s->desc.user, t + dt) == PD_OK) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "surface", "no potential carries the currents of metal at t = %g s, as states of "
+                    "its surfaces are there: expected a factor above 0 of anodic and of cathodic reactions", t + dt);
+}
 
 PDI_FN void pdi_coat_reject(pd_coat *s)
 {

@@ -31,6 +31,7 @@ typedef struct pd_coat_desc {
     double rtol;                                   /* [-] error of a step over the largest that each state has been */
     uint32_t reads;                                /* bit n: rates depend on solute n, */
     int reads_ph;                                  /* 1: on pH */
+    uint32_t reads_around;                         /* with `surface`, bit n: on value n around */
     /* on [total] of fluid nodes: bit k: the surface there carries state k; 0 before the call. `anew`: nodes have turned
      * fluid since the last one */
     pd_status (*where)(pd_ctx *ctx, void *user, int anew, uint32_t *on);
@@ -41,6 +42,10 @@ typedef struct pd_coat_desc {
     void (*around)(void *user, int32_t node, double *around); /* then; NULL: nothing else is read */
     /* Adds to flows [components] what comes out of metal at a node, as of pd_etch: [mol/m3]. NULL: nothing does. */
     void (*film)(void *user, int32_t node, double *flows);
+    /* Among ions that migrate: c [solutes] [mol/m3] and `around` at the surface beside a node, as they are now; 0: there
+     * is none. `solve` (PD_RETRY: there is no solution) is asked in the middle and at the end of a step then, and what
+     * holds at its start has been found before. NULL: by `film`. */
+    int (*surface)(void *user, int32_t node, double *c, double *around);
     void *user;
 } pd_coat_desc;
 
@@ -56,8 +61,9 @@ typedef struct pd_coat {
     double *value;    /* [states][total] [unit of each] now; within a step of the species in its middle */
     double *start;    /* [states][total] [unit of each] at the start of the step */
     double *middle;   /* [states][total] [unit of each] in its middle, as it was foreseen */
-    /* at the surface, columns of solutes that rates read [mol/m3], and with pH of ln gamma of a charge of 1 [-]: */
-    int columns, solute[PD_SPECIES_MOST + 1];
+    /* at the surface, columns of solutes that rates read [mol/m3], with pH of ln gamma of a charge of 1 [-]: -1, and with
+     * `surface` of value n around: -2 - n */
+    int columns, solute[PD_SPECIES_MOST + 1 + PD_COAT_AROUND];
     double *fresh;    /* [columns][total] [unit of each] at the start of the step */
     double *slope;    /* [columns][total] [unit of each per s] of that, in the last step */
     double *first;    /* [columns][total] [unit of each] the same with what comes out of metal in the middle */
@@ -87,8 +93,8 @@ PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt,
 /* To its end, after the species, whose concentrations [solutes][total] were `from`. */
 PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt,
                                  int trial);
-/* The step of dt [s] stands; it does not. */
-PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
+/* The step of dt [s] from t [s] stands; it does not. */
+PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *coat, double t, double dt);
 PDI_FN void pdi_coat_reject(pd_coat *coat);
 /* A state at the surface beside a fluid node; where that carries none, the mean of the nearest places within two cells,
  * else that of the start. */

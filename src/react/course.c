@@ -26,6 +26,7 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, course, start, r->components.solutes * total, "mol/m3");
     PDI_ARRAY(owner, course, carry, r->components.count * total, "mol/m3");
     if (r->minerals.count) PDI_ARRAY(owner, course, solid, r->minerals.count * total, "mol/m3");
+    if (course->desc.coat && r->migration.on) PDI_ARRAY(owner, course, psi, total, "1");
     if (course->desc.bare) {
         PDI_ARRAY(owner, course, share, total, "1");
         PDI_ARRAY(owner, course, first, total, "1");
@@ -294,6 +295,7 @@ static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
     pdi_par_copy(ctx, r->components.solutes * total, back ? a->start : r->c, back ? r->c : a->start);
     pdi_par_copy(ctx, r->components.count * total, back ? a->carry : r->carry, back ? r->carry : a->carry);
     if (a->solid) pdi_par_copy(ctx, r->minerals.count * total, back ? a->solid : r->solid, back ? r->solid : a->solid);
+    if (a->psi) pdi_par_copy(ctx, total, back ? a->psi : r->migration.psi, back ? r->migration.psi : a->psi);
     memcpy(back ? r->in : a->in, back ? a->in : r->in, sizeof a->in);
     memcpy(back ? r->out : a->out, back ? a->out : r->out, sizeof a->out);
 }
@@ -370,16 +372,13 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
-    (void)ctx;
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
-    if (a->desc.coat) {
-        pdi_coat_accept(a->desc.coat, s->dt);
-        last = s->ends = 1;
-    }
+    if (a->desc.coat) last = s->ends = 1;
     pdi_course_taken(a, s->dt, all);
     pdi_advance_stands(a->reactive, s->dt);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
+    if (a->desc.coat) PDI_TRY(pdi_coat_accept(ctx, a->desc.coat, s->time, s->dt));
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
@@ -406,6 +405,12 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
+    const pd_etch *metal = a->desc.surface;
+    char place[PDI_GRID_PLACE];
+    if (metal && metal->odd && !(s->error < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the law of metal is no number beside %s m after t = %g s, "
+                        "however short the step: expected one for all that comes to its surface",
+                        pdi_grid_place(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an "
                         "electrode may take up more of a species than reaches the metal, expected one that falls to "

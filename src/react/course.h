@@ -45,6 +45,7 @@ typedef struct pd_course {
     double *start;          /* [solutes][total] [mol/m3] at the start of the step */
     double *carry;          /* [components][total] [mol/m3] the same */
     double *solid;          /* [minerals][total] [mol/m3] the same; NULL: none form */
+    double *psi;            /* [total] [-] F phi/(R T), the same; with states among ions that migrate */
     double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST]; /* [mol] the same */
     double time;            /* [s] */
     double dt;              /* [s] that is tried next; 0: not known yet */

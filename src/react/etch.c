@@ -21,6 +21,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     if (s->electrode) {
         s->electrode[s->count] = -1;
         s->area[s->count] = s->way[s->count] = s->gave[s->count] = 0.0;
+        if (s->share) s->share[s->count] = 1.0;
     }
     s->thick[s->count++] = thick;
 }
@@ -37,6 +38,7 @@ PDI_FN void pdi_etch_polarise(pd_etch *s, int electrode, double area, double way
 PDI_FN void pdi_etch_begin(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->ahead[p] = 0.0;
+    s->odd = 0;
 }
 
 PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
@@ -110,6 +112,7 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, electrode, total, "1");
     PDI_ARRAY(owner, etch, area, total, "1/m");
     PDI_ARRAY(owner, etch, way, total, "s/m");
+    if (of->shares) PDI_ARRAY(owner, etch, share, total, "1");
     PDI_STATE(owner, etch, flow, total, "mol/m2/s");
     PDI_ARRAY(owner, etch, gave, total, "mol/m3/s");
     PDI_ARRAY(owner, etch, flow_by, etch->reactive->components.count * total, "m/s");

@@ -15,9 +15,10 @@
 /* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), the potential
  * phi [V] of pd_reactive_potential (NaN without migration), time t [s]. */
 typedef double (*pd_etch_fn)(void *user, int32_t node, const double *c, double ph, double phi, double t);
-/* Current density [A/m2] from metal to fluid, from what is at the surface, at `drop` [V], the potential of the metal
- * less that of the fluid. It does not fall as that rises. */
-typedef double (*pd_etch_curve_fn)(void *user, int electrode, const double *c, double ph, double drop, double t);
+/* Current density [A/m2] from metal to fluid, `share` [-] of that of a bare surface, from what is at the surface, at
+ * `drop` [V], the potential of the metal less that of the fluid. It does not fall as that rises. */
+typedef double (*pd_etch_curve_fn)(void *user, int electrode, double share, const double *c, double ph, double drop,
+                                   double t);
 
 /* Metals that are connected have one potential. */
 typedef struct pd_etch_circuit {
@@ -36,6 +37,7 @@ typedef struct pd_etch_electrodes {
     const int *member;        /* [count] circuit of each */
     pd_etch_circuit *circuit; /* [circuits] */
     int circuits;
+    int shares;               /* 1: places have `share`; 0: curves hold as they are */
 } pd_etch_electrodes;
 
 typedef struct pd_etch_desc {
@@ -75,6 +77,7 @@ typedef struct pd_etch {
     int32_t *electrode;           /* [total] of places; -1: none */
     double *area;                 /* [total] [1/m] of places: of the electrode, over the volume of the node */
     double *way;                  /* [total] [s/m] of places: through the film, over the mean diffusivity */
+    double *share;                /* [total] [-] of places: of their curve; NULL: 1. The caller writes it */
     double *flow;                 /* [total] [mol/m2/s] of places: electrons that leave the fluid by the curve */
     float *flow_by, *flow_drive;  /* as `by` and `drive`, of `flow` */
     double *gave;                 /* [total] [mol/m3/s] of places: of the law, at the end of the last step */
@@ -85,6 +88,7 @@ typedef struct pd_etch {
     double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
     double extra;                 /* [mol/s] rounding that a circuit gives beside its current, where none leaves */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
+    int32_t odd;                  /* 1 + a place whose law has been no number in the step at hand; 0: none */
 } pd_etch;
 
 #define pd_etch_build PD_NAME(pd_etch_build)

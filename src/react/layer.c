@@ -61,7 +61,9 @@ typedef struct pdi_layer_work {
     double level;                     /* [V] of the metal */
     double way;                       /* [s/m] through the film of the electrode */
     double flow, guess;               /* [mol/m2/s] of the electrode */
+    double share;                     /* [-] of its curve */
     uint32_t reads;                   /* what its curve reads */
+    int odd, odds;                    /* 1: the law is no number where it was asked last, or somewhere before */
 } pdi_layer_work;
 
 /* z/(exp(z) - 1) and its derivative. */
@@ -74,11 +76,13 @@ static void pdi_layer_enter_electrode(const pd_etch *s, int32_t place, pdi_layer
     const pd_etch_electrodes *of = &s->desc.electrodes;
     w->electrode = s->electrode && place >= 0 ? s->electrode[place] : -1;
     w->level = w->way = w->flow = w->guess = 0.0;
+    w->share = 1.0;
     w->reads = 0;
     if (w->electrode < 0) return;
     w->level = s->level[of->member[w->electrode]];
     w->way = s->area[place] > 0.0 ? s->way[place] : 0.0;
     w->guess = s->flow[place];
+    if (s->share) w->share = s->share[place];
     if (of->reads) w->reads = of->reads[w->electrode];
     if (!(s->area[place] > 0.0)) w->electrode = -1;
 }
@@ -95,6 +99,7 @@ static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, doubl
     for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
     w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
     w->lift = 0.0;
+    w->odd = w->odds = 0;
     memcpy(w->surface, w->c, sizeof w->surface);
     pdi_layer_enter_electrode(s, place, w);
     if (!(thick + w->way > 0.0)) return;
@@ -104,13 +109,19 @@ static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, doubl
 }
 
 /* The law for the concentrations c, where F phi/(R T) is psi. */
-static double pdi_layer_law(const pdi_layer_work *w, const double *c, double psi)
+static double pdi_layer_number(const pdi_layer_work *w, const double *c, double psi)
 {
     const pd_reactive *r = w->s->reactive;
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
-    return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time), 0.0);
+    return w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time);
+}
+
+/* The same; what is negative, or no number, counts as 0. */
+static double pdi_layer_law(const pdi_layer_work *w, const double *c, double psi)
+{
+    return fmax(pdi_layer_number(w, c, psi), 0.0);
 }
 
 /* The flow of the electrode there. */
@@ -120,7 +131,8 @@ static double pdi_layer_curve(const pdi_layer_work *w, const double *c, double p
     const pd_etch_electrodes *of = &w->s->desc.electrodes;
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
-    return of->curve(of->user, w->electrode, c, ph, w->level - psi * r->migration.volt, w->s->time) / PDI_LAYER_FARADAY;
+    double drop = w->level - psi * r->migration.volt;
+    return of->curve(of->user, w->electrode, w->share, c, ph, drop, w->s->time) / PDI_LAYER_FARADAY;
 }
 
 /* ---- the film of a node with migration ---- */
@@ -248,18 +260,27 @@ static int pdi_layer_settle(pd_components *film, pdi_layer_work *w, double v)
     return w->electrode >= 0 && w->reads ? pdi_layer_flow(film, w, v) : pdi_layer_lift(film, w, v);
 }
 
+/* The same in a search, which ends with no speed where it is no number. */
+static double pdi_layer_asked(pdi_layer_work *w, const double *c, double psi)
+{
+    double v = pdi_layer_number(w, c, psi);
+    w->odd = !(v == v);
+    w->odds |= w->odd;
+    return fmax(v, 0.0);
+}
+
 /* The law at the surface, where metal dissolves at v [m/s]. */
 static double pdi_layer_given(pd_components *film, pdi_layer_work *w, double v)
 {
     const pd_etch *s = w->s;
     double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
-    if (!(w->thick + w->way > 0.0)) return pdi_layer_law(w, w->c, w->psi);
+    if (!(w->thick + w->way > 0.0)) return pdi_layer_asked(w, w->c, w->psi);
     if (s->reactive->migration.on)
-        return pdi_layer_settle(film, w, v) ? pdi_layer_law(w, w->surface, w->psi + w->lift) : (double)NAN;
+        return pdi_layer_settle(film, w, v) ? pdi_layer_asked(w, w->surface, w->psi + w->lift) : (double)NAN;
     for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
-    return pdi_layer_law(w, c, 0.0);
+    return pdi_layer_asked(w, c, 0.0);
 }
 
 /* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
@@ -301,11 +322,12 @@ static int pdi_layer_bracket(pd_components *film, pdi_layer_work *w, double gues
     return 0;
 }
 
-/* The speed of a node: . */
+/* The speed of a node; NaN: the law is no number there, or no surface was found. */
 static double pdi_layer_find(pd_components *film, pdi_layer_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_layer_given(film, w, 0.0);
     if (!(first == first)) return NAN;
+    if (w->odd) return NAN;
     if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
     if (!pdi_layer_bracket(film, w, guess, first, &a, &above, &b, &below)) return first < HUGE_VAL ? NAN : first;
     pdi_bracket s = {a, above, b, below, 0, 0};
@@ -316,7 +338,9 @@ static double pdi_layer_find(pd_components *film, pdi_layer_work *w, double gues
         pdi_bracket_take(&s, v, g);
         if (!(fabs(g) > 0.0)) break;
     }
-    return s.b;
+    if (!w->odds) return s.b;
+    pdi_layer_given(film, w, s.b);
+    return w->odd ? (double)NAN : s.b;
 }
 
 /* Change of the law with concentrations that change by `along`, per unit of it. Both sides of a jump count. */
@@ -599,10 +623,10 @@ static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, do
         pdi_layer_slopes_of t;
         if (w->reads) w->flow = f;
         if (!pdi_layer_lift(film, w, v)) return 0;
-        double law = goes ? pdi_layer_law(w, w->surface, w->psi + w->lift) : 0.0;
+        double law = goes ? pdi_layer_asked(w, w->surface, w->psi + w->lift) : 0.0;
         double curve = w->reads ? pdi_layer_curve(w, w->surface, w->psi + w->lift) : w->flow;
         f = w->flow;
-        if (!(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
+        if (w->odd || !(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
         int met = fabs(law - v) <= PDI_LAYER_MET * law && fabs(curve - f) <= PDI_LAYER_MET * fabs(f);
         if (met && (!goes || !(law > 0.0) || !(fabs(law - v) > 0.0))) break;
         pdi_layer_tangent(film, w, goes, &t);
@@ -626,6 +650,19 @@ PDI_FN double pdi_layer_at(const pd_etch *s, int32_t node, int32_t place, double
     pdi_layer_work w;
     pdi_layer_enter(s, node, place, thick, &film, &w);
     return pdi_layer_find(&film, &w, guess);
+}
+
+PDI_FN int pdi_layer_surface(const pd_etch *s, int32_t p, double *c, double *psi)
+{
+    pd_components film = s->film;
+    pdi_layer_work w;
+    double speed = s->desc.law && s->weight[p] > 0.0 ? s->speed[s->node[p]] : 0.0;
+    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    w.flow = w.guess;
+    if (w.thick + w.way > 0.0 && !pdi_layer_lift(&film, &w, speed)) return 0;
+    memcpy(c, w.surface, (size_t)film.solutes * sizeof *c);
+    *psi = w.psi + w.lift;
+    return 1;
 }
 
 /* ---- all places ---- */
@@ -664,6 +701,16 @@ static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
     if (s->electrode) s->flow_drive[p] = (float)drive[1];
 }
 
+/* 1: a place without a speed has none because its law is no number. */
+static int pdi_layer_odd(const pd_etch *s, int32_t p)
+{
+    pd_components film = s->film;
+    pdi_layer_work w;
+    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    pdi_layer_find(&film, &w, 0.0);
+    return w.odd;
+}
+
 PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int derive)
 {
     int count = s->reactive->components.count;
@@ -672,4 +719,7 @@ PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int deri
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < s->count; p++)
         if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_layer_place(s, p, derive);
+    if (derive) return;
+    for (int32_t p = 0; p < s->count && !s->odd; p++)
+        if (s->weight[p] > 0.0 && !(s->speed[s->node[p]] == s->speed[s->node[p]]) && pdi_layer_odd(s, p)) s->odd = 1 + p;
 }

@@ -9,6 +9,9 @@
 /* Speed [m/s] at a fluid node for the present concentrations, behind a film of `thick` [mol s/m4], of the metal of
  * `place` (-1: of that without electrodes). NaN: the law is not finite. */
 PDI_FN double pdi_layer_at(const pd_etch *etch, int32_t node, int32_t place, double thick, double guess);
+/* What is at the surface of a place with its speed and flow as they are: c [solutes] [mol/m3], and *psi, F phi/(R T).
+ * 0: none was found. */
+PDI_FN int pdi_layer_surface(const pd_etch *etch, int32_t place, double *c, double *psi);
 /* The speeds of all places (of a circuit; -1: of all), for potentials of metal as they are; `derive`: and how they
  * follow the totals. */
 PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int derive);

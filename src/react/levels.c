@@ -20,8 +20,7 @@
 #define PDI_LEVELS_MET 1e-13
 #define PDI_LEVELS_CLOSE 2e-16
 
-/* Charge that a rate of place p brings: of its law and of its curve [mol/s]. */
-static double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double flow)
+PDI_FN double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double flow)
 {
     const pd_reactive *r = s->reactive;
     const double *part = s->part + s->electrode[p] * r->components.solutes;

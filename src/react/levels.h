@@ -19,6 +19,8 @@ PDI_FN void pdi_levels_follow(const pd_etch *etch, double *speed, double *flow);
 PDI_FN int pdi_levels_tie(const pd_etch *etch);
 /* All potentials change by `by` [V]. */
 PDI_FN void pdi_levels_shift(pd_etch *etch, double by);
+/* [mol/s] charge that a speed [m/s] and a flow [mol/m2/s] bring at a place. */
+PDI_FN double pdi_levels_place(const pd_etch *etch, int32_t place, double speed, double flow);
 /* [mol/s] charge that leaves the metal of a circuit, and *size, the sum of its sizes. */
 PDI_FN double pdi_levels_charge(const pd_etch *etch, int circuit, double *size);
 #endif

@@ -38,9 +38,30 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
+/* Factors of curves by the states as they are. */
+static pd_status pdi_attack_shares(pd_ctx *ctx, pd_attack *a)
+{
+    pd_etch *s = &a->etch;
+    for (int32_t p = 0; p < s->count && s->share; p++)
+        if (s->electrode[p] >= 0)
+            PDI_TRY(pdi_surfaces_factor(ctx, a->states, s->electrode[p], s->node[p], s->time, &s->share[p]));
+    return PD_OK;
+}
+
+/* What passes at metal with the states as they are, at time t [s]. */
+static pd_status pdi_attack_coated(pd_ctx *ctx, void *user, double t)
+{
+    pd_attack *a = (pd_attack *)user;
+    a->etch.time = t;
+    PDI_TRY(pdi_attack_shares(ctx, a));
+    pdi_levels_solve(ctx, &a->etch);
+    pdi_etch_note(&a->etch);
+    return a->etch.lost ? PD_RETRY : PD_OK;
+}
+
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
                                   const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
-                                  const pd_surfaces *surfaces, pd_attack *a)
+                                  pd_surfaces *surfaces, pd_attack *a)
 {
     int kind = pdi_setup_attacked(setup);
     const pd_setup_metal *metal = &setup->metal[kind > 0 ? kind : 0];
@@ -60,6 +81,11 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
     a->dissolve = dissolve;
     a->course = course;
     if (kind >= 0 && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species)) a->surfaces = surfaces;
+    if (surfaces && setup->migrates) {
+        a->states = surfaces;
+        surfaces->find = pdi_attack_coated;
+        surfaces->finder = a;
+    }
     a->cell = pdi_setup_electric(metal) || pdi_setup_polarises(setup) ? cell : NULL;
     if (pdi_setup_polarises(setup)) {
         desc.reads_phi = 1;
@@ -223,6 +249,7 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
         if (!s->electrode && !pdi_attack_salt(d, beside->node))
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
+    PDI_TRY(pdi_attack_shares(ctx, a));
     pdi_levels_solve(ctx, s);
     pdi_etch_note(s);
     if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));

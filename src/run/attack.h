@@ -20,6 +20,7 @@ typedef struct pd_attack {
     const pd_cell *cell; /* whose potential the law reads, as it was found last, or whose contacts electrodes have;
                           * NULL: neither */
     const pd_surfaces *surfaces; /* whose states the law reads; NULL: it reads none */
+    const pd_surfaces *states; /* that step beside ions that migrate; NULL: there are none */
     pd_polarise polarise; /* electrodes among ions that migrate; else empty */
     int kind;             /* metal that the law is of; -1: none dissolves */
     int32_t *grain; /* [total] of the metal beside a node; NULL: the law does not ask */
@@ -31,7 +32,7 @@ typedef struct pd_attack {
  * dissolve: NULL where metal stays. */
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
                                   const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
-                                  const pd_surfaces *surfaces, pd_attack *attack);
+                                  pd_surfaces *surfaces, pd_attack *attack);
 /* With electrodes: what they are like before the first step, at time t [s]. */
 PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t);
 PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *attack);

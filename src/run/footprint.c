@@ -9,6 +9,7 @@
 #include "io/picture.h"
 #include "run/grip.h"
 #include "run/inlet.h"
+#include "run/surfaces.h"
 #include "run/wall.h"
 #include "transport/two_stage.h"
 #include "react/course.h"
@@ -327,14 +328,7 @@ static double pdi_footprint_states(const pd_setup *u, pdi_footprint_plan *plan, 
     memset(&coat, 0, sizeof coat);
     if (!u->states) return 0.0;
     coat.reactive = r;
-    coat.desc.count = u->states;
-    for (int k = 0; k < u->states; k++) {
-        const pd_setup_state *state = &u->state[k];
-        coat.desc.reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
-        for (int n = 0; n < state->species; n++)
-            if (state->rate.uses >> (PDI_SETUP_PH + 1 + n) & 1u)
-                coat.desc.reads |= (uint32_t)1 << r->components.place[state->of[n]];
-    }
+    pdi_surfaces_reads(u, r, &coat.desc);
     pdi_coat_columns(&coat);
     return pdi_footprint_list(plan, pdi_coat_list, &coat);
 }
@@ -347,6 +341,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     pd_reactive r;
     pd_course course;
     pd_etch etch;
+    pd_coat coat;
     double mark = 0.0;
     if (!u->has_chemistry) return;
     memset(&r, 0, sizeof r);
@@ -383,6 +378,8 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
         if (pdi_setup_polarises(u)) {
             etch.desc.electrodes.count = u->potential.electrodes;
             etch.desc.electrodes.circuits = u->potential.electrodes;
+            for (int e = 0; e < u->potential.electrodes; e++)
+                etch.desc.electrodes.shares |= u->potential.electrode[e].shares;
         }
         course.desc.surface = &etch;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
@@ -393,6 +390,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
         b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
     }
     *bytes += pdi_footprint_states(u, plan, &r);
+    if (u->states) course.desc.coat = &coat;
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
     pdi_footprint_share(plan, (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg), b);
 }

@@ -273,7 +273,8 @@ static pd_status pdi_model_surfaces(pd_ctx *ctx, pd_model *m)
     m->line = u->state[0].line;
     PDI_TRY(PDI_NEW(ctx, "model", 1, m->surfaces));
     return pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
-                              pdi_setup_attacked(u) >= 0 ? &m->attack.etch : NULL, m->surfaces);
+                              pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u) ? &m->attack.etch : NULL,
+                              m->surfaces);
 }
 
 /* Their way in time; behind the metal, which feeds them. */

@@ -10,7 +10,8 @@
 /* [cells] Metal is looked for this far from a fluid node. */
 #define PDI_POLARISE_AROUND 6
 
-static double pdi_polarise_curve(void *user, int electrode, const double *c, double ph, double drop, double t)
+static double pdi_polarise_curve(void *user, int electrode, double share, const double *c, double ph, double drop,
+                                 double t)
 {
     const pd_polarise *p = (const pd_polarise *)user;
     const pd_setup_electrode *e = &p->setup->potential.electrode[electrode];
@@ -18,12 +19,12 @@ static double pdi_polarise_curve(void *user, int electrode, const double *c, dou
     double vars[PD_EXPR_VARS], u = drop, slope;
     (void)t;
     if (e->bare) return 0.0;
-    if (!e->reads && !(e->film > 0.0)) return pd_electrode_current(&p->cell->curve[electrode], drop, NULL);
-    if (!e->reads) return pdi_electrode_through(&p->cell->curve[electrode], 1.0, drop, 0.0, &u, &slope);
+    if (!e->reads && !(e->film > 0.0)) return share * pd_electrode_current(&p->cell->curve[electrode], drop, NULL);
+    if (!e->reads) return pdi_electrode_through(&p->cell->curve[electrode], share, drop, 0.0, &u, &slope);
     vars[0] = drop;
     vars[1] = ph;
     for (int k = 0; k < e->species; k++) vars[2 + k] = c[s->place[e->of[k]]];
-    return pdi_expr_eval(&e->law, vars);
+    return share * pdi_expr_eval(&e->law, vars);
 }
 
 static double pdi_polarise_given(void *user, int circuit, double t)
@@ -61,6 +62,7 @@ PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_elect
     electrodes->member = map->member;
     electrodes->circuit = p->circuit;
     electrodes->circuits = map->circuits;
+    for (int e = 0; e < count; e++) electrodes->shares |= setup->potential.electrode[e].shares;
     return PD_OK;
 }
 

@@ -1,5 +1,7 @@
 /* surfaces: see surfaces.h */
 #include "run/surfaces.h"
+#include "react/layer.h"
+#include "react/levels.h"
 #include <math.h>
 #include <string.h>
 
@@ -99,9 +101,56 @@ static void pdi_surfaces_film(void *user, int32_t node, double *flows)
     }
 }
 
+/* Among ions that migrate: means over the places of a node that carry a state, by area. */
+static int pdi_surfaces_ions(void *user, int32_t node, double *c, double *around)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_etch *etch = s->etch;
+    const pd_reactive *r = s->coat.reactive;
+    int count = r->components.solutes;
+    double at[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], psi, whole = 0.0;
+    double volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, node);
+    memset(sum, 0, sizeof sum);
+    around[0] = around[1] = 0.0;
+    for (int32_t p = etch->slot[node]; p >= 0 && p < etch->count && etch->node[p] == node; p++) {
+        int e = etch->electrode ? etch->electrode[p] : -1;
+        double area = e < 0 ? 1.0 : etch->area[p], speed = etch->weight[p] > 0.0 ? etch->speed[node] : 0.0;
+        if (!(area > 0.0) || !pdi_surfaces_bits(s, e)) continue;
+        if (!pdi_layer_surface(etch, p, at, &psi)) return 0;
+        whole += area;
+        for (int n = 0; n < count; n++) sum[n] += area * at[n];
+        if (e < 0) continue;
+        around[0] += PDI_SURFACES_FARADAY * pdi_levels_place(etch, p, speed, etch->flow[p]) / volume;
+        around[1] += area * (etch->level[etch->desc.electrodes.member[e]] - psi * r->migration.volt);
+    }
+    pdi_reactive_get(r, r->c, node, c);
+    for (int n = 0; n < count && whole > 0.0; n++) c[n] = sum[n] / whole;
+    for (int k = 0; k < 2 && whole > 0.0; k++) around[k] /= whole;
+    return 1;
+}
+
+static pd_status pdi_surfaces_levels(pd_ctx *ctx, void *user, double t)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    return s->find(ctx, s->finder, t);
+}
+
 static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
 {
     return pdi_cell_bring(ctx, ((pd_surfaces *)user)->cell, t);
+}
+
+PDI_FN void pdi_surfaces_reads(const pd_setup *u, const pd_reactive *reactive, pd_coat_desc *desc)
+{
+    desc->count = u->states;
+    for (int k = 0; k < u->states; k++) {
+        const pd_setup_state *state = &u->state[k];
+        desc->reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
+        for (int n = 0; n < state->species; n++)
+            if (state->rate.uses >> (PDI_SETUP_PH + 1 + n) & 1u)
+                desc->reads |= (uint32_t)1 << reactive->components.place[state->of[n]];
+        if (pdi_setup_polarises(u)) desc->reads_around |= state->rate.uses >> PDI_SETUP_CURRENT & 3u;
+    }
 }
 
 PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive *reactive, const pd_bonds *bonds,
@@ -120,10 +169,6 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
         desc.name[k] = state->name;
         desc.low[k] = state->low;
         desc.high[k] = state->high;
-        desc.reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
-        for (int n = 0; n < state->species; n++)
-            if (state->rate.uses >> (PDI_SETUP_PH + 1 + n) & 1u)
-                desc.reads |= (uint32_t)1 << reactive->components.place[state->of[n]];
         s->moves |= (state->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
     }
     for (int e = 0; e < u->potential.electrodes; e++) {
@@ -136,14 +181,19 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
         s->comes |= is->reacts;
         s->moves |= is->shares;
     }
-    desc.count = u->states;
+    pdi_surfaces_reads(u, reactive, &desc);
     desc.rtol = u->rtol > 0.0 ? u->rtol : 1e-3;
     desc.where = pdi_surfaces_where;
     desc.initial = pdi_surfaces_initial;
     desc.rate = pdi_surfaces_rate;
-    if (s->cell) desc.around = pdi_surfaces_around;
-    if (s->cell && s->moves) desc.solve = pdi_surfaces_solve;
-    if (s->comes || s->etch) desc.film = pdi_surfaces_film;
+    if (u->migrates && s->etch) {
+        desc.surface = pdi_surfaces_ions;
+        desc.solve = pdi_surfaces_levels;
+    } else {
+        if (s->cell) desc.around = pdi_surfaces_around;
+        if (s->cell && s->moves) desc.solve = pdi_surfaces_solve;
+        if (s->comes || s->etch) desc.film = pdi_surfaces_film;
+    }
     desc.user = s;
     return pdi_coat_build(ctx, reactive, &desc, &s->coat);
 }
@@ -188,26 +238,26 @@ PDI_FN void pdi_surfaces_figures(const pd_surfaces *s, int k, pd_surfaces_figure
     f->mean = sum / f->area;
 }
 
-PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *s, pd_contact *contact, int32_t count, double t)
+PDI_FN pd_status pdi_surfaces_factor(pd_ctx *ctx, const pd_surfaces *s, int electrode, int32_t node, double t,
+                                     double *share)
 {
-    const pd_setup *u = s->setup;
+    const pd_setup_electrode *e = &s->setup->potential.electrode[electrode];
     double vars[PD_EXPR_VARS];
     char place[PDI_GRID_PLACE];
-    for (int32_t n = 0; n < count; n++) {
-        const pd_setup_electrode *e = &u->potential.electrode[contact[n].electrode];
-        if (!e->shares) continue;
-        pd_grid_position(s->bonds->grid, contact[n].node, vars);
-        vars[PD_DIM] = t;
-        pdi_surfaces_values(s, contact[n].node, vars + PDI_SETUP_PLACE);
-        double share = pdi_expr_eval(&e->share, vars);
-        if (share >= 0.0 && share < 1e100) {
-            contact[n].share = share;
-            continue;
-        }
-        return pdi_fail(ctx, PD_ERR_STATE, "electrode", "the factor of %s is %g at %s m and t = %g s, expected a "
-                        "finite number of at least 0", e->name, share, pdi_grid_place(s->bonds->grid, contact[n].node,
-                        place), t);
-    }
+    if (!e->shares) return PD_OK;
+    pd_grid_position(s->bonds->grid, node, vars);
+    vars[PD_DIM] = t;
+    pdi_surfaces_values(s, node, vars + PDI_SETUP_PLACE);
+    *share = pdi_expr_eval(&e->share, vars);
+    if (*share >= 0.0 && *share < 1e100) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "electrode", "the factor of %s is %g at %s m and t = %g s, expected a finite "
+                    "number of at least 0", e->name, *share, pdi_grid_place(s->bonds->grid, node, place), t);
+}
+
+PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *s, pd_contact *contact, int32_t count, double t)
+{
+    for (int32_t n = 0; n < count; n++)
+        PDI_TRY(pdi_surfaces_factor(ctx, s, contact[n].electrode, contact[n].node, t, &contact[n].share));
     return PD_OK;
 }
 

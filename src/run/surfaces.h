@@ -12,7 +12,10 @@ typedef struct pd_surfaces {
     const pd_bonds *bonds;
     const pd_stencil *across; /* of bonds across surfaces */
     pd_cell *cell;            /* of the electrodes; NULL: there are none */
-    const pd_etch *etch;      /* metal that dissolves by a law in the species; NULL: it does not */
+    const pd_etch *etch;      /* metal that dissolves by a law in the species, or electrodes among ions that migrate;
+                               * NULL: neither */
+    pd_at_fn find;            /* among ions that migrate: brings what passes at metal to a time; */
+    void *finder;             /* set by what owns it */
     pd_contacts contacts;     /* without electrodes: of metal and fluid */
     pd_coat coat;
     int moves;                /* 1: the potential follows states, or rates follow it */
@@ -37,6 +40,11 @@ PDI_FN void pdi_surfaces_values(const pd_surfaces *surfaces, int32_t node, doubl
 /* State k of a fluid node; NaN: its surface carries none. */
 PDI_FN double pdi_surfaces_at(const pd_surfaces *surfaces, int k, int32_t node);
 PDI_FN void pdi_surfaces_figures(const pd_surfaces *surfaces, int k, pd_surfaces_figures *figures);
+/* What rates of states read, of a coat. */
+PDI_FN void pdi_surfaces_reads(const pd_setup *setup, const pd_reactive *reactive, pd_coat_desc *desc);
+/* The factor of the curve of an electrode beside a node. */
+PDI_FN pd_status pdi_surfaces_factor(pd_ctx *ctx, const pd_surfaces *surfaces, int electrode, int32_t node, double t,
+                                     double *share);
 /* Factors of the curves of electrodes, as `share` of a cell. */
 PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *surfaces, pd_contact *contact, int32_t count,
                                     double t);

@@ -118,9 +118,6 @@ static pd_status pdi_read_surface_alone(pdi_reader *s, int section)
     if (u->settle)
         return pdi_text_refuse(s->ctx, s->text, section, "surface", "found beside time = steady in [chemistry], "
                                "expected implicit");
-    if (u->migrates)
-        return pdi_text_refuse(s->ctx, s->text, section, "surface", "found beside migration = yes in [chemistry], "
-                               "expected species that diffuse each by itself");
     if (u->has_potential || u->has_dissolve) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "surface", "found without metal, expected an [electrode NAME], or "
                            "[dissolve]");
@@ -314,10 +311,6 @@ PDI_FN pd_status pdi_read_surface_rates(pdi_reader *s)
     pd_setup *u = s->setup;
     for (int k = 0; k < u->states; k++) {
         int section = pdi_read_surface_section(s, &u->state[k]);
-        if (pdi_setup_polarises(u))
-            return pdi_text_refuse(s->ctx, s->text, section, "rate", "found beside electrodes among ions that migrate, "
-                                   "whose potentials are solved with the species, expected migration = no of "
-                                   "[chemistry] or no [potential]");
         PDI_TRY(pdi_read_surface_of(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_rate(s, section, &u->state[k]));
         PDI_TRY(pdi_read_surface_table(s, section, k));

@@ -1781,7 +1781,7 @@ def declare(dim):
     ]
 
     pd_etch_fn = CFUNCTYPE(c_double, c_void_p, c_int32, POINTER(c_double), c_double, c_double, c_double)
-    pd_etch_curve_fn = CFUNCTYPE(c_double, c_void_p, c_int, POINTER(c_double), c_double, c_double, c_double)
+    pd_etch_curve_fn = CFUNCTYPE(c_double, c_void_p, c_int, c_double, POINTER(c_double), c_double, c_double, c_double)
 
     class pd_etch_circuit(Structure):
         pass
@@ -1802,6 +1802,7 @@ def declare(dim):
         ('member', POINTER(c_int)),
         ('circuit', POINTER(pd_etch_circuit)),
         ('circuits', c_int),
+        ('shares', c_int),
     ]
 
     class pd_etch_desc(Structure):
@@ -1843,6 +1844,7 @@ def declare(dim):
         ('electrode', POINTER(c_int32)),
         ('area', POINTER(c_double)),
         ('way', POINTER(c_double)),
+        ('share', POINTER(c_double)),
         ('flow', POINTER(c_double)),
         ('flow_by', POINTER(c_float)),
         ('flow_drive', POINTER(c_float)),
@@ -1877,12 +1879,14 @@ def declare(dim):
         ('rtol', c_double),
         ('reads', c_uint32),
         ('reads_ph', c_int),
+        ('reads_around', c_uint32),
         ('where', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_int, POINTER(c_uint32))),
         ('initial', CFUNCTYPE(c_double, c_void_p, c_int, c_int32)),
         ('rate', CFUNCTYPE(None, c_void_p, POINTER(pd_coat_at), POINTER(c_double), POINTER(c_double))),
         ('solve', pd_at_fn),
         ('around', CFUNCTYPE(None, c_void_p, c_int32, POINTER(c_double))),
         ('film', CFUNCTYPE(None, c_void_p, c_int32, POINTER(c_double))),
+        ('surface', CFUNCTYPE(c_int, c_void_p, c_int32, POINTER(c_double), POINTER(c_double))),
         ('user', c_void_p),
     ]
 
@@ -1901,7 +1905,7 @@ def declare(dim):
         ('start', POINTER(c_double)),
         ('middle', POINTER(c_double)),
         ('columns', c_int),
-        ('solute', c_int * 33),
+        ('solute', c_int * 35),
         ('fresh', POINTER(c_double)),
         ('slope', POINTER(c_double)),
         ('first', POINTER(c_double)),
@@ -1956,6 +1960,7 @@ def declare(dim):
         ('start', POINTER(c_double)),
         ('carry', POINTER(c_double)),
         ('solid', POINTER(c_double)),
+        ('psi', POINTER(c_double)),
         ('in', c_double * 32),
         ('out', c_double * 32),
         ('time', c_double),
@@ -3719,6 +3724,8 @@ def declare(dim):
         ('across', POINTER(pd_stencil)),
         ('cell', POINTER(pd_cell)),
         ('etch', POINTER(pd_etch)),
+        ('find', pd_at_fn),
+        ('finder', c_void_p),
         ('contacts', pd_contacts),
         ('coat', pd_coat),
         ('moves', c_int),
@@ -3790,6 +3797,7 @@ def declare(dim):
         ('course', POINTER(pd_course)),
         ('cell', POINTER(pd_cell)),
         ('surfaces', POINTER(pd_surfaces)),
+        ('states', POINTER(pd_surfaces)),
         ('polarise', pd_polarise),
         ('kind', c_int),
         ('grain', POINTER(c_int32)),
