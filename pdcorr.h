@@ -37809,6 +37809,9 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 #define PDI_ADVANCE_FAINT 1e-13
 /* Share of a residual that the linear solver leaves at least: its basis has single precision. */
 #define PDI_ADVANCE_SINGLE 1e-5
+/* An estimate above this is damped, and what the linear solver may leave of that. */
+#define PDI_ADVANCE_SMALL 1e-5
+#define PDI_ADVANCE_DAMPED 0.1
 
 /* Concentrations and minerals. */
 static void pdi_advance_copy(const pd_ctx *ctx, const pd_reactive *r, const double *c, double *to, const double *solid,
@@ -38195,29 +38198,70 @@ static double pdi_advance_solid_error(const pd_reactive *r, int m, const double 
     return off > 0.0 ? off / (most + least) : 0.0;
 }
 
-/* Embedded estimate of the error of totals, over the largest sum of their terms (eq. 5.10). */
-static double pdi_advance_error(const pd_reactive *r)
+/* How much the slopes of both stages differ, over its weight and the time of a stage, goes to `work`, what was there to
+ * `slope`. size, off [components]: the largest sum of terms and difference. */
+static void pdi_advance_differ(pd_reactive *r, double *size, double *off)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    double size[PD_SPECIES_MOST] = {0.0}, off[PD_SPECIES_MOST] = {0.0}, worst = 0.0;
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) {
-            double terms = 0.0, undone = r->dt * r->weight[k] * r->work[k * total + i];
-            double last = sum[k] - r->total[k * total + i] + undone;
+            int64_t at = k * total + i;
+            double terms = 0.0, undone = r->dt * r->weight[k] * r->work[at];
+            double by = r->slope[at] - (sum[k] - r->total[at] + undone);
             for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
             size[k] = fmax(size[k], terms);
-            off[k] = fmax(off[k], fabs(r->slope[k * total + i] - last));
+            off[k] = fmax(off[k], fabs(by));
+            r->slope[at] = r->work[at];
+            r->work[at] = by / (r->dt * r->weight[k]);
         }
     }
-    for (int k = 0; k < s->count; k++)
-        if (size[k] > 0.0) worst = fmax(worst, off[k] / size[k]);
-    for (int m = 0; m < r->minerals.count; m++) worst = fmax(worst, pdi_advance_solid_error(r, m, size));
-    return worst;
+}
+
+/* off [components]: the largest of what the matrix of the stage leaves of the differences in `work`; those of what is
+ * spent stay what they are. PD_NOT_CONVERGED: that was not found. */
+static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, double *off, pd_reactive_result *result)
+{
+    int64_t total = r->grid->total;
+    int count = r->components.count;
+    double own[PD_SPECIES_MOST] = {0.0};
+    const double *delta = r->work + count * total;
+    for (int64_t at = 0; at < count * total; at++)
+        if (r->spent[at]) own[at / total] = fmax(own[at / total], r->dt * r->weight[at / total] * fabs(r->work[at]));
+    pd_status status = pdi_tangent_direction(ctx, r, PDI_ADVANCE_DAMPED, 0.0, &result->krylov);
+    if (status == PD_ERR_DIVERGED) return PD_NOT_CONVERGED;
+    if (status != PD_OK) return status;
+    for (int k = 0; k < count; k++) {
+        off[k] = own[k];
+        for (int32_t i = 0; i < (int32_t)total; i++)
+            if (r->grid->kind[i] == PD_FLUID)
+                off[k] = fmax(off[k], r->weight[k] * fabs(delta[k * total + i]));
+    }
+    return PD_OK;
+}
+
+/* Embedded estimate of the error of totals, over the largest sum of their terms (eq. 5.10, 5c.5). */
+static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, pd_reactive_result *result)
+{
+    int count = r->components.count;
+    double size[PD_SPECIES_MOST] = {0.0}, off[PD_SPECIES_MOST] = {0.0}, solid = 0.0;
+    pdi_advance_differ(r, size, off);
+    for (int m = 0; m < r->minerals.count; m++) solid = fmax(solid, pdi_advance_solid_error(r, m, size));
+    for (int turn = 0; turn < 2; turn++) {
+        result->error = solid;
+        for (int k = 0; k < count; k++)
+            if (size[k] > 0.0) result->error = fmax(result->error, off[k] / size[k]);
+        if (turn || r->minerals.count || !(result->error > PDI_ADVANCE_SMALL)) break;
+        pd_status status = pdi_advance_damp(ctx, r, off, result);
+        if (status < 0) return status;
+        if (status != PD_OK) break;
+    }
+    pdi_par_copy(ctx, count * (int64_t)r->grid->total, r->slope, r->work);
+    return PD_OK;
 }
 
 /* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that neither react nor migrate
@@ -38271,7 +38315,7 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     pdi_advance_pass(r, dt - stage);
     pdi_advance_between(r);
     status = pdi_advance_newton(ctx, r, stage, result);
-    if (status == PD_OK) result->error = pdi_advance_error(r);
+    if (status == PD_OK) status = pdi_advance_error(ctx, r, result);
     if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
     if (status != PD_OK) {
         if (r->surface) pdi_etch_begin(r->surface);
