@@ -188,4 +188,113 @@ TEST(others)
     }
 }
 
-TEST_MAIN(ENTRY(exact) ENTRY(order) ENTRY(symmetry) ENTRY(others))
+/* Cubics without divergence. */
+static void solenoidal(const double *x, double *u)
+{
+    u[0] = PD_DIM == 3 ? x[0] * x[0] * x[0] : x[0] * x[0] * x[0] + x[0] * x[1] * x[1];
+    u[1] = PD_DIM == 3 ? x[1] * x[1] * x[1] : -3.0 * x[0] * x[0] * x[1] - x[1] * x[1] * x[1] / 3.0;
+    if (PD_DIM == 3) u[PD_DIM - 1] = -3.0 * (x[0] * x[0] + x[1] * x[1]) * x[PD_DIM - 1];
+}
+
+/* 1: node i and all that its bonds lead to have whole families. */
+static int inside(const scene *s, int32_t i)
+{
+    if (s->grid.kind[i] != PD_FLUID || s->bonds.row[i] >= 0) return 0;
+    for (int k = 0; k < s->stencil.count; k++)
+        if (s->bonds.row[i + s->bonds.paths.shift[k]] >= 0) return 0;
+    return 1;
+}
+
+/* Largest divergence away from rims, over the largest derivative; *count: nodes. */
+static double diverged(scene *s, int *count)
+{
+    double most = 0.0, size = 0.0;
+    *count = 0;
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM], u[PD_DIM];
+        if (s->grid.kind[i] != PD_FLUID) continue;
+        pd_grid_position(&s->grid, i, x);
+        solenoidal(x, u);
+        for (int d = 0; d < PD_DIM; d++) s->flow.u[(int64_t)d * s->grid.total + i] = u[d];
+        size = fmax(size, 3.0 * (x[0] * x[0] + x[1] * x[1]));
+    }
+    pdi_flow_residual(&s->ctx, &s->flow, s->field[0], s->field[1]);
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        if (!inside(s, i)) continue;
+        most = fmax(most, fabs(s->field[1][i]));
+        ++*count;
+    }
+    return most / size;
+}
+
+/* Beside a ball the divergence of a cubic without one is zero in whole families, at any ratio of spacings in the plane. */
+TEST(divergence)
+{
+    const double spacings[2][3] = {{0.1, 0.1, 0.1}, {0.1, 0.06, 0.06}};
+    for (int k = 0; k < (PD_DIM == 2 ? 2 : 1); k++) {
+        scene *s = box(PD_DIM == 2 ? 20 : 12, spacings[k], PD_SIDE_WALL, 1);
+        if (PD_DIM == 3) {
+            s->grid_desc.hi[PD_DIM - 1] = s->grid_desc.hi[0];
+            s->shapes[0].a[PD_DIM - 1] = s->shapes[0].a[0];
+        }
+        if (scene_build(s) && CHECK_OK(&s->ctx, pdi_flow_patch(&s->ctx, &s->flow))) {
+            int count;
+            CHECK(s->flow.even);
+            CHECK_LE(diverged(s, &count), 1e-13);
+            CHECK_LE(10, count);
+            for (int d = 0; d < PD_DIM; d++) s->flow.isotropic.bend[d] = 0.0;
+            CHECK_LE(1e-4, diverged(s, &count));
+        }
+        scene_free(s);
+    }
+}
+
+/* Cubics that vanish on the ball: u_d = (r^2 - R^2) (1 + x_d + x_0/2). */
+static double past_ball(const scene *s, const double *x, int d, double *slope)
+{
+    double r2 = -s->shapes[0].r * s->shapes[0].r, factor = 1.0 + x[d] + 0.5 * x[0];
+    for (int b = 0; b < PD_DIM; b++) r2 += (x[b] - s->shapes[0].a[b]) * (x[b] - s->shapes[0].a[b]);
+    *slope = 2.0 * (x[d] - s->shapes[0].a[d]) * factor + r2 * (d ? 1.0 : 1.5);
+    return r2 * factor;
+}
+
+/* Where the ball cuts one neighbour along an axis, and the node behind the other is open, derivatives of such cubics
+ * are exact, from both sides of the ball. */
+TEST(slopes)
+{
+    const double spacing[3] = {0.1, 0.1, 0.1};
+    scene *s = box(PD_DIM == 2 ? 20 : 12, spacing, PD_SIDE_WALL, 1);
+    int32_t count = 0, low = 0;
+    if (PD_DIM == 3) {
+        s->grid_desc.hi[PD_DIM - 1] = s->grid_desc.hi[0];
+        s->shapes[0].a[PD_DIM - 1] = s->shapes[0].a[0];
+    }
+    if (scene_build(s)) {
+        double x[PD_DIM], slope;
+        for (int32_t i = 0; i < s->grid.total; i++) {
+            if (s->grid.kind[i] != PD_FLUID) continue;
+            pd_grid_position(&s->grid, i, x);
+            for (int d = 0; d < PD_DIM; d++)
+                s->flow.u[(int64_t)d * s->grid.total + i] = past_ball(s, x, d, &slope);
+        }
+        for (int32_t r = 0; r < s->bonds.rows; r++)
+            for (int d = 0; d < PD_DIM && s->bonds.smooth[r]; d++) {
+                const double *leg = s->bonds.leg + ((int64_t)r * PD_DIM + d) * 2;
+                pdi_slope_place place = {&s->bonds, r, NULL, NULL};
+                int away = leg[1] > 0.0 ? 1 : -1;
+                if ((leg[0] > 0.0) == (leg[1] > 0.0)) continue;
+                if (s->grid.kind[s->bonds.node[r] + 2 * away * s->grid.stride[d]] != PD_FLUID) continue;
+                pd_grid_position(&s->grid, s->bonds.node[r], x);
+                past_ball(s, x, d, &slope);
+                CHECK_NEAR(pdi_isotropic_slope(&place, d, s->flow.u), slope, 1e-9);
+                count++;
+                low += away < 0;
+            }
+        CHECK_LE(8, count);
+        CHECK_LE(4, low);
+        CHECK_LE(4, count - low);
+    }
+    scene_free(s);
+}
+
+TEST_MAIN(ENTRY(exact) ENTRY(order) ENTRY(symmetry) ENTRY(others) ENTRY(divergence) ENTRY(slopes))

@@ -54,6 +54,7 @@ PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const dou
     (void)nt;
     pdi_par_copy(ctx, PD_DIM * total, v, advecting);
     if (bend) pdi_sharp_velocity(ctx, &flow->sharp, v, bend, advecting);
+    else if (flow->even) pdi_isotropic_velocity(ctx, &flow->isotropic, v, advecting);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
         if (!pdi_flow_evened(flow, r)) pdi_flow_advect(flow, r, bonds->node[r], 0, advecting);
@@ -68,37 +69,15 @@ PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const dou
 
 /* ---- divergence beside smooth surfaces ---- */
 
-/* Derivative of component d of u along axis d, exact for quadratics: through both neighbours, or the surface where it
- * comes before them, with the velocity of the wall there. */
-static double pdi_flow_slope(const pd_flow *flow, const double *u, int32_t r, int d, int held)
-{
-    const pd_bonds *bonds = flow->bonds;
-    const double *leg = bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
-    int32_t node = bonds->node[r], stride = flow->grid->stride[d];
-    const double *v = u + (int64_t)d * flow->grid->total + node;
-    double at[2], size[2];
-    for (int side = 0; side < 2; side++) {
-        double x[PD_DIM], w[PD_DIM];
-        size[side] = fabs(leg[side]);
-        at[side] = leg[side] > 0.0 ? v[side ? stride : -stride] : 0.0;
-        if (leg[side] > 0.0 || !held || !flow->wall) continue;
-        pd_grid_position(flow->grid, node, x);
-        x[d] += (side ? size[side] : -size[side]) * flow->grid->h[d];
-        flow->wall(flow->wall_user, x, w);
-        at[side] = w[d];
-    }
-    double a = size[0], b = size[1];
-    return ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / ((a + b) * flow->grid->h[d]);
-}
-
 /* (4.2c) of row r less its bond fluxes. */
 static double pdi_flow_more(const pd_flow *flow, const double *u, const double *advecting, int32_t r, int held)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[r], total = flow->grid->total;
+    pdi_slope_place place = {bonds, r, held ? flow->wall : NULL, flow->wall_user};
     double more = 0.0;
-    for (int d = 0; d < PD_DIM; d++) more += pdi_flow_slope(flow, u, r, d, held);
+    for (int d = 0; d < PD_DIM; d++) more += pdi_isotropic_slope(&place, d, u);
     for (int k = 0; k < s->count; k++) {
         if (!pdi_bond_open(bonds, r, k)) continue;
         for (int d = 0; d < PD_DIM; d++) {

@@ -38,6 +38,69 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
         }
 }
 
+PDI_FN void pdi_isotropic_velocity(const pd_ctx *ctx, const pd_isotropic *isotropic, const double *v,
+                                   double *advecting)
+{
+    const pd_bonds *bonds = isotropic->bonds;
+    if (!bonds) return;
+    const uint8_t *kind = bonds->grid->kind;
+    int32_t total = bonds->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)total * PD_DIM * 4);
+    (void)nt;
+    for (int d = 0; d < PD_DIM; d++) {
+        const double *f = v + (int64_t)d * total;
+        double *w = advecting + (int64_t)d * total, bend = isotropic->bend[d];
+        int32_t stride = bonds->grid->stride[d];
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = stride; i < total - stride; i++)
+            w[i] -= kind[i] == PD_FLUID ? bend * ((f[i + stride] - f[i]) - (f[i] - f[i - stride])) : 0.0;
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t r = 0; r < bonds->rows; r++) {
+            const double *leg = bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
+            if (leg[0] <= 0.0 || leg[1] <= 0.0) w[bonds->node[r]] = f[bonds->node[r]];
+        }
+    }
+}
+
+/* 1: the node behind the neighbour `stride` away from row r along axis d, on side 0 or 1, is open. */
+static int pdi_isotropic_behind(const pd_bonds *bonds, int32_t r, int d, int side, int32_t stride)
+{
+    int32_t j = bonds->node[r] + stride;
+    if (bonds->grid->kind[j] != PD_FLUID) return 0;
+    return bonds->row[j] < 0 || bonds->leg[((int64_t)bonds->row[j] * PD_DIM + d) * 2 + side] > 0.0;
+}
+
+PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const double *u)
+{
+    const pd_bonds *bonds = place->bonds;
+    const pd_grid *grid = bonds->grid;
+    const double *leg = bonds->leg + ((int64_t)place->r * PD_DIM + d) * 2;
+    int32_t node = bonds->node[place->r], stride = grid->stride[d];
+    const double *v = u + (int64_t)d * grid->total + node;
+    double at[2], size[2];
+    for (int side = 0; side < 2; side++) {
+        double x[PD_DIM], w[PD_DIM];
+        size[side] = fabs(leg[side]);
+        at[side] = leg[side] > 0.0 ? v[side ? stride : -stride] : 0.0;
+        if (leg[side] > 0.0 || !place->wall) continue;
+        pd_grid_position(grid, node, x);
+        x[d] += (side ? size[side] : -size[side]) * grid->h[d];
+        place->wall(place->user, x, w);
+        at[side] = w[d];
+    }
+    double a = size[0], b = size[1];
+    double slope = ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / (a + b);
+    int free = leg[1] > 0.0; /* the side whose neighbour comes before the surface */
+    int32_t step = free ? stride : -stride;
+    if ((leg[0] > 0.0) != (leg[1] > 0.0) && pdi_isotropic_behind(bonds, place->r, d, free, step)) {
+        double t = size[1 - free], near = at[free] - v[0]; /* divided differences, from the surface inwards */
+        double inner = 0.5 * ((v[2 * step] - at[free]) - near), outer = (near - (v[0] - at[1 - free]) / t) / (1.0 + t);
+        double cubic = t * (inner - outer) / (2.0 + t);
+        slope -= free ? cubic : -cubic;
+    }
+    return slope / grid->h[d];
+}
+
 PDI_COLD_BEGIN
 PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate)
 {
@@ -78,6 +141,19 @@ static int pdi_isotropic_plane(const pd_stencil *s, int a, int b, pd_isotropic *
     return 1;
 }
 
+/* The third moments of the gradient: M_dd/6 less the mean of M_bd/2 over the other axes (eq. 4.2d). */
+static double pdi_isotropic_bent(const pd_stencil *s, int d)
+{
+    double bend = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        double n = s->offset[k * PD_DIM + d];
+        for (int b = 0; b < PD_DIM; b++)
+            bend += (b == d ? 1.0 / 6.0 : PD_DIM == 3 ? -0.25 : -0.5) * s->grad[k * PD_DIM + b] * s->xi[k * PD_DIM + b] *
+                    n * n;
+    }
+    return bend;
+}
+
 PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic)
 {
     const pd_stencil *s = bonds->stencil;
@@ -86,6 +162,7 @@ PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic)
     for (int a = 0; a < PD_DIM; a++)
         for (int b = a + 1; b < PD_DIM; b++)
             if (!pdi_isotropic_plane(s, a, b, isotropic)) return;
+    for (int d = 0; d < PD_DIM; d++) isotropic->bend[d] = pdi_isotropic_bent(s, d);
     isotropic->bonds = bonds;
 }
 PDI_COLD_END
