@@ -4414,7 +4414,7 @@ typedef struct pd_factor {
     int axis, down;          /* columns follow each other along this axis; 1: downwards */
     float *entry;            /* [nodes of the box][5][5] [1/s] factors of a row, one over its pivot; lent, else NULL */
     double *x;               /* [2][nodes with a rim of two] [mol/m3/s], [mol/m3] work; lent, too */
-    float *near;             /* [3][nodes of a column with a rim][PDI_FACTOR_NEAR] derivatives of alpha and of the
+    float *near;             /* [2][3][nodes of a column with a rim][PDI_FACTOR_NEAR] derivatives of alpha and of the
                               * gradient by the family; lent, too */
     int good;                /* 1: it can be used */
     int took;                /* iterations of the last system solved with it */
@@ -4430,9 +4430,9 @@ PDI_FN pd_status pdi_factor_return(pd_ctx *ctx, pd_arena *arena, pd_status statu
                                    pd_factor *factor);
 /* Factors of the equations about c [mol/m3], with its images, the present limiter and the rate [1/s] in time; steps
  * below `least` [mol/m3] are faint. */
-PDI_FN void pdi_factor_make(pd_factor *factor, const double *c, double rate, double least);
+PDI_FN void pdi_factor_make(const pd_ctx *ctx, pd_factor *factor, const double *c, double rate, double least);
 /* y = near A^-1 x at fluid nodes. */
-PDI_FN void pdi_factor_solve(const pd_factor *factor, const double *x, double *y);
+PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *factor, const double *x, double *y);
 #endif
 
 #endif
@@ -32278,11 +32278,17 @@ PDI_COLD_END
 #define PDI_FACTOR_VECTORS 9
 /* A pivot below this share of the diagonal is none. */
 #define PDI_FACTOR_PIVOT 1e-3
+/* Lattices with fewer columns are eliminated from one end. */
+#define PDI_FACTOR_SHORT 8
 
-/* The lattice in the order of elimination. */
+/* Columns of the lattice from one end of the stream on, in the order of elimination. */
 typedef struct pdi_factor_order {
     int32_t origin, along, across; /* node of the first row; from column to column, and within one */
-    int columns, rows, line;       /* nodes; entries of a column of x with its rim */
+    int columns, rows;             /* nodes */
+    int line;                      /* entries of x from column to column, with their rim */
+    int end, half;                 /* columns of this end; of the upper one */
+    float *entry, *near;           /* of this end */
+    double *x;                     /* its first column */
     int plain;                     /* 1: whole families conduct all the same */
     int at[8];                     /* where the bonds end among the lines of four of `near` */
 } pdi_factor_order;
@@ -32296,23 +32302,29 @@ static int pdi_factor_fits(const pd_factor *f)
     return PD_DIM == 2 && f->flux->flux && f->flux->bonds->stencil->reach == 1 && f->flux->bonds->stencil->count == 8;
 }
 
-static pdi_factor_order pdi_factor_sort(const pd_factor *f)
+/* end: 0: the upper one, downstream; 1: the lower one, upstream, up to where the other one ends. */
+static pdi_factor_order pdi_factor_sort(const pd_factor *f, int end)
 {
     const pd_grid *grid = f->flux->bonds->grid;
     const pd_stencil *s = f->flux->bonds->stencil;
     pdi_factor_order o;
-    int i[3] = {0, 0, 0}, other = 1 - f->axis;
-    if (f->down) i[f->axis] = grid->n[f->axis] - 1;
+    int i[3] = {0, 0, 0}, other = 1 - f->axis, back = f->down != end;
+    if (back) i[f->axis] = grid->n[f->axis] - 1;
     o.origin = pd_grid_node(grid, i);
-    o.along = f->down ? -grid->stride[f->axis] : grid->stride[f->axis];
+    o.along = back ? -grid->stride[f->axis] : grid->stride[f->axis];
     o.across = grid->stride[other % PD_DIM];
     o.columns = grid->n[f->axis];
     o.rows = grid->n[other % PD_DIM];
-    o.line = o.rows + 4;
+    o.half = o.columns < PDI_FACTOR_SHORT ? o.columns : o.columns / 2;
+    o.end = end ? o.columns - o.half : o.half;
+    o.line = end ? -(o.rows + 4) : o.rows + 4;
+    o.entry = f->entry ? f->entry + (end ? 25 * (int64_t)o.half * o.rows : 0) : NULL;
+    o.near = f->near ? f->near + (end ? 3 * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR : 0) : NULL;
+    o.x = f->x ? f->x + (int64_t)(end ? o.columns + 1 : 2) * (o.rows + 4) + 2 : NULL;
     o.plain = !grid->circumference && !f->flux->diffusion->field;
     for (int k = 0; k < 8 && k < s->count; k++) {
         int a = s->offset[k * PD_DIM + f->axis], b = s->offset[k * PD_DIM + other % PD_DIM];
-        o.at[k] = ((f->down ? -a : a) + 1) * 4 + b + 1;
+        o.at[k] = ((back ? -a : a) + 1) * 4 + b + 1;
     }
     return o;
 }
@@ -32337,10 +32349,10 @@ PDI_COLD_BEGIN
 static void pdi_factor_list(pdi_owner *owner, void *object)
 {
     pd_factor *factor = (pd_factor *)object;
-    pdi_factor_order o = pdi_factor_sort(factor);
+    pdi_factor_order o = pdi_factor_sort(factor, 0);
     PDI_RAW(owner, factor, entry, 25 * (int64_t)o.columns * o.rows, "1/s");
     PDI_ARRAY(owner, factor, x, (int64_t)(o.columns + 4) * o.line, "mol/m3");
-    PDI_ARRAY(owner, factor, near, 3 * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR, "");
+    PDI_ARRAY(owner, factor, near, 6 * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR, "");
 }
 
 PDI_FN void pdi_factor_lend(pd_ctx *ctx, pd_arena *arena, pd_krylov *krylov, pd_factor *f)
@@ -32413,7 +32425,7 @@ static void pdi_factor_gradient(const pd_factor *f, const pdi_factor_order *o, i
 static void pdi_factor_column(const pd_factor *f, const pdi_factor_order *o, const double *c, double least, int column)
 {
     const pd_bonds *bonds = f->flux->bonds;
-    float *near = f->near + (int64_t)(column % 3) * (o->rows + 2) * PDI_FACTOR_NEAR;
+    float *near = o->near + (int64_t)(column % 3) * (o->rows + 2) * PDI_FACTOR_NEAR;
     memset(near, 0, (size_t)(o->rows + 2) * PDI_FACTOR_NEAR * sizeof *near);
     for (int row = 0; row < o->rows && column < o->columns; row++) {
         int32_t i = o->origin + column * o->along + row * o->across;
@@ -32498,10 +32510,10 @@ static void pdi_factor_assemble(const pd_factor *f, const pdi_factor_order *o, c
     for (int k = 0; k < 8; k++) {
         if (!pdi_flux_open(t, i, k)) continue;
         int a = o->at[k] / 4 - 1, b = o->at[k] % 4 - 1;
-        const float *near = f->near + ((int64_t)((column + 3 + a) % 3) * (o->rows + 2) + at + 1 + b) * PDI_FACTOR_NEAR;
+        const float *near = o->near + ((int64_t)((column + 3 + a) % 3) * (o->rows + 2) + at + 1 + b) * PDI_FACTOR_NEAR;
         pdi_factor_bond(f, o, c, i, k, near, own, row);
     }
-    const float *near = f->near + ((int64_t)(column % 3) * (o->rows + 2) + at + 1) * PDI_FACTOR_NEAR;
+    const float *near = o->near + ((int64_t)(column % 3) * (o->rows + 2) + at + 1) * PDI_FACTOR_NEAR;
     pdi_factor_spread(near, own[0], own + 1, 1, 1, row);
 }
 
@@ -32518,37 +32530,57 @@ static void pdi_factor_cut(const pd_factor *f, const pdi_factor_order *o, int co
         }
 }
 
-/* One of the rows before, whose node stands a columns and b nodes from that of `row`, is eliminated from it. */
-PDI_INLINE void pdi_factor_before(const pdi_factor_order *o, const float *entry, int a, int b, pdi_factor_row row)
+/* One of the rows before, whose node stands a columns and b nodes from that of `row`, is eliminated from it. other: its
+ * entries; its own order runs with that of the row (turn 1) or against it (-1); lines: columns behind it that it has. */
+PDI_INLINE void pdi_factor_before(const float *other, int a, int b, int turn, int lines, pdi_factor_row row)
 {
-    const float *other = entry + 25 * ((int64_t)a * o->rows + b);
     float factor = row[a + 2][b + 4];
     if (!(factor < 0.0f) && !(factor > 0.0f)) return;
     factor *= other[12];
     row[a + 2][b + 4] = factor;
     for (int q = 3; q < 5; q++) row[a + 2][b + 2 + q] -= factor * other[10 + q];
-    for (int line = 1; line < 3; line++)
-        for (int q = 0; q < 5; q++) row[a + 2 + line][b + 2 + q] -= factor * other[10 + 5 * line + q];
+    for (int line = 1; line <= lines; line++)
+        for (int q = 0; q < 5; q++) row[a + 2 + turn * line][b + 2 + q] -= factor * other[10 + 5 * line + q];
 }
 
-/* Those of a column. */
-PDI_INLINE void pdi_factor_before_all(const pdi_factor_order *o, const float *entry, int a, pdi_factor_row row)
+/* Those of a column; other: of the node in the line of the row. */
+PDI_INLINE void pdi_factor_before_all(const float *other, int a, int turn, int lines, pdi_factor_row row)
 {
-    pdi_factor_before(o, entry, a, -2, row);
-    pdi_factor_before(o, entry, a, -1, row);
+    pdi_factor_before(other - 50, a, -2, turn, lines, row);
+    pdi_factor_before(other - 25, a, -1, turn, lines, row);
     if (a == 0) return;
-    pdi_factor_before(o, entry, a, 0, row);
-    pdi_factor_before(o, entry, a, 1, row);
-    pdi_factor_before(o, entry, a, 2, row);
+    pdi_factor_before(other, a, 0, turn, lines, row);
+    pdi_factor_before(other + 25, a, 1, turn, lines, row);
+    pdi_factor_before(other + 50, a, 2, turn, lines, row);
+}
+
+/* Columns behind `column` that are eliminated after it, of the two beside it: the lower end meets the upper one, which
+ * comes before it. */
+static int pdi_factor_behind(const pdi_factor_order *o, int column)
+{
+    int left = o->line < 0 ? o->end - 1 - column : 2;
+    return left < 2 ? left : 2;
 }
 
 /* Eliminate what comes before it from a row, into its entries. Returns 1 when its pivot is one. */
-static int pdi_factor_eliminate(const pdi_factor_order *o, pdi_factor_row row, float *entry)
+static int pdi_factor_eliminate(const pdi_factor_order *o, int column, pdi_factor_row row, float *entry)
 {
     float size = fabsf(row[2][4]);
-    pdi_factor_before_all(o, entry, -2, row);
-    pdi_factor_before_all(o, entry, -1, row);
-    pdi_factor_before_all(o, entry, 0, row);
+    int64_t side = 25 * (int64_t)o->rows;
+    int lines = pdi_factor_behind(o, column);
+    if (lines == 2) {
+        pdi_factor_before_all(entry - 2 * side, -2, 1, 2, row);
+        pdi_factor_before_all(entry - side, -1, 1, 2, row);
+        pdi_factor_before_all(entry, 0, 1, 2, row);
+    } else {
+        /* the columns of the upper end, whose last ones lie in front of the first ones of this one */
+        const float *upper = o->entry + (entry - o->entry) % side;
+        if (!lines) pdi_factor_before_all(upper - 2 * side, 2, -1, 2, row);
+        pdi_factor_before_all(upper - side, lines + 1, -1, 2, row);
+        pdi_factor_before_all(entry - 2 * side, -2, 1, 2, row);
+        pdi_factor_before_all(entry - side, -1, 1, lines + 1, row);
+        pdi_factor_before_all(entry, 0, 1, lines, row);
+    }
     for (int a = 0; a < 5; a++)
         for (int b = 0; b < 5; b++) entry[5 * a + b] = row[a][b + 2];
     int good = fabsf(entry[12]) > (float)PDI_FACTOR_PIVOT * size && fabsf(entry[12]) < HUGE_VALF;
@@ -32556,61 +32588,113 @@ static int pdi_factor_eliminate(const pdi_factor_order *o, pdi_factor_row row, f
     return good;
 }
 
-PDI_FN void pdi_factor_make(pd_factor *f, const double *c, double rate, double least)
+/* The columns from `first` up to `behind` of an end: 1 when all pivots are. */
+static int pdi_factor_columns(const pd_factor *f, const pdi_factor_order *o, const double *c, double rate, double least,
+                              int first, int behind)
+{
+    pdi_factor_row sums;
+    if (!first) {
+        memset(o->near, 0, 3 * (size_t)(o->rows + 2) * PDI_FACTOR_NEAR * sizeof *o->near);
+        pdi_factor_column(f, o, c, least, 0);
+    }
+    for (int column = first; column < behind; column++) {
+        pdi_factor_column(f, o, c, least, column + 1);
+        for (int row = 0; row < o->rows; row++) {
+            float *entry = o->entry + 25 * ((int64_t)column * o->rows + row);
+            if (f->flux->bonds->grid->kind[o->origin + column * o->along + row * o->across] != PD_FLUID) {
+                memset(entry, 0, 25 * sizeof *entry);
+                continue;
+            }
+            pdi_factor_assemble(f, o, c, rate, column, row, sums);
+            pdi_factor_cut(f, o, column, row, sums);
+            if (!pdi_factor_eliminate(o, column, sums, entry)) return 0;
+        }
+    }
+    return 1;
+}
+
+/* Columns of the lower end that have none of the upper one beside them. */
+static int pdi_factor_apart(const pdi_factor_order *o) { return o->end > 2 ? o->end - 2 : 0; }
+
+PDI_FN void pdi_factor_make(const pd_ctx *ctx, pd_factor *f, const double *c, double rate, double least)
 {
     f->good = 0;
     if (!f->entry) return;
-    pdi_factor_order o = pdi_factor_sort(f);
-    pdi_factor_row sums;
-    f->good = 1;
-    memset(f->near, 0, 3 * (size_t)(o.rows + 2) * PDI_FACTOR_NEAR * sizeof *f->near);
-    pdi_factor_column(f, &o, c, least, 0);
-    for (int column = 0; column < o.columns && f->good; column++) {
-        pdi_factor_column(f, &o, c, least, column + 1);
-        for (int row = 0; row < o.rows && f->good; row++) {
-            int64_t n = (int64_t)column * o.rows + row;
-            int32_t i = o.origin + column * o.along + row * o.across;
-            if (f->flux->bonds->grid->kind[i] != PD_FLUID) {
-                memset(f->entry + 25 * n, 0, 25 * sizeof *f->entry);
-                continue;
-            }
-            pdi_factor_assemble(f, &o, c, rate, column, row, sums);
-            pdi_factor_cut(f, &o, column, row, sums);
-            f->good = pdi_factor_eliminate(&o, sums, f->entry + 25 * n);
+    pdi_factor_order o[2];
+    pdi_par_timing timing;
+    int good[2];
+    for (int end = 0; end < 2; end++) o[end] = pdi_factor_sort(f, end);
+    int nt = pdi_par_begin(ctx, (int64_t)o[0].columns * o[0].rows * 500, 1, (uint64_t)(uintptr_t)pdi_factor_columns,
+                           &timing);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt < 2 ? nt : 2)
+    for (int end = 0; end < 2; end++)
+        good[end] = pdi_factor_columns(f, o + end, c, rate, least, 0, end ? pdi_factor_apart(o + 1) : o->end);
+    pdi_par_end(ctx, &timing);
+    f->good = good[0] && good[1];
+    if (f->good) f->good = pdi_factor_columns(f, o + 1, c, rate, least, pdi_factor_apart(o + 1), o[1].end);
+}
+
+/* L y = x in the columns from `first` up to `behind` of an end. */
+static void pdi_factor_forward(const pd_factor *f, const pdi_factor_order *o, const double *x, int first, int behind)
+{
+    const uint8_t *kind = f->flux->bonds->grid->kind;
+    for (int column = first; column < behind; column++) {
+        double *to = o->x + (int64_t)column * o->line;
+        const float *e = o->entry + 25 * (int64_t)column * o->rows;
+        int lines = pdi_factor_behind(o, column);
+        for (int row = 0; row < o->rows; row++, e += 25, to++) {
+            int32_t i = o->origin + column * o->along + row * o->across;
+            double sum = kind[i] == PD_FLUID ? x[i] : 0.0;
+            for (int k = 0; k < 5; k++) sum -= (double)e[k] * to[k - 2 - 2 * o->line];
+            for (int k = 0; k < 5; k++) sum -= (double)e[5 + k] * to[k - 2 - o->line];
+            for (int a = lines + 1; a < 3; a++)
+                for (int k = 0; k < 5; k++) sum -= (double)e[10 + 5 * a + k] * to[k - 2 + a * o->line];
+            *to = sum - (double)e[10] * to[-2] - (double)e[11] * to[-1];
         }
     }
 }
 
-PDI_FN void pdi_factor_solve(const pd_factor *f, const double *x, double *y)
+/* U y = that, from behind. */
+static void pdi_factor_backward(const pd_factor *f, const pdi_factor_order *o, int first, int behind, double *y)
 {
-    pdi_factor_order o = pdi_factor_sort(f);
-    for (int column = 0; column < o.columns; column++) {
-        double *to = f->x + (int64_t)(column + 2) * o.line + 2;
-        const float *e = f->entry + 25 * (int64_t)column * o.rows;
-        for (int row = 0; row < o.rows; row++, e += 25, to++) {
-            int32_t i = o.origin + column * o.along + row * o.across;
-            double sum = f->flux->bonds->grid->kind[i] == PD_FLUID ? x[i] : 0.0;
-            for (int k = 0; k < 5; k++) sum -= (double)e[k] * to[k - 2 - 2 * o.line];
-            for (int k = 0; k < 5; k++) sum -= (double)e[5 + k] * to[k - 2 - o.line];
-            *to = sum - (double)e[10] * to[-2] - (double)e[11] * to[-1];
-        }
-    }
-    for (int column = o.columns - 1; column >= 0; column--) {
-        double *to = f->x + (int64_t)(column + 2) * o.line + 2 + o.rows - 1;
-        const float *e = f->entry + 25 * ((int64_t)column * o.rows + o.rows - 1);
-        for (int row = o.rows - 1; row >= 0; row--, e -= 25, to--) {
+    const uint8_t *kind = f->flux->bonds->grid->kind;
+    for (int column = behind - 1; column >= first; column--) {
+        double *to = o->x + (int64_t)column * o->line + o->rows - 1;
+        const float *e = o->entry + 25 * ((int64_t)column * o->rows + o->rows - 1);
+        int lines = pdi_factor_behind(o, column);
+        for (int row = o->rows - 1; row >= 0; row--, e -= 25, to--) {
             double sum = *to;
-            int32_t i = o.origin + column * o.along + row * o.across;
-            for (int k = 0; k < 5; k++) sum -= (double)e[20 + k] * to[k - 2 + 2 * o.line];
-            for (int k = 0; k < 5; k++) sum -= (double)e[15 + k] * to[k - 2 + o.line];
+            int32_t i = o->origin + column * o->along + row * o->across;
+            for (int a = lines; a > 0; a--)
+                for (int k = 0; k < 5; k++) sum -= (double)e[10 + 5 * a + k] * to[k - 2 + a * o->line];
             *to = (sum - (double)e[14] * to[2] - (double)e[13] * to[1]) * (double)e[12];
-            if (f->flux->bonds->grid->kind[i] == PD_FLUID) y[i] = *to;
+            if (kind[i] == PD_FLUID) y[i] = *to;
         }
     }
+}
+
+PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *f, const double *x, double *y)
+{
+    pdi_factor_order o[2];
+    pdi_par_timing timing;
+    for (int end = 0; end < 2; end++) o[end] = pdi_factor_sort(f, end);
+    int apart = pdi_factor_apart(o + 1);
+    int nt = pdi_par_begin(ctx, (int64_t)o[0].columns * o[0].rows * 50, 1, (uint64_t)(uintptr_t)pdi_factor_forward,
+                           &timing);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt < 2 ? nt : 2)
+    for (int end = 0; end < 2; end++) pdi_factor_forward(f, o + end, x, 0, end ? apart : o->end);
+    pdi_factor_forward(f, o + 1, x, apart, o[1].end);
+    pdi_factor_backward(f, o + 1, apart, o[1].end, y);
+    PDI_PARALLEL_FOR(nt < 2 ? nt : 2)
+    for (int end = 0; end < 2; end++) pdi_factor_backward(f, o + end, 0, end ? apart : o->end, y);
+    pdi_par_end(ctx, &timing);
 }
 
 #undef PDI_FACTOR_VECTORS
 #undef PDI_FACTOR_PIVOT
+#undef PDI_FACTOR_SHORT
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -33512,7 +33596,7 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     if (u->factored) {
-        pdi_factor_solve(&u->t->factors, x, y);
+        pdi_factor_solve(u->ctx, &u->t->factors, x, y);
         pdi_transport_pin(u->t, y);
         return;
     }
@@ -33728,7 +33812,7 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
     if (user->limited) {
         pdi_flux_differentiate(user->ctx, &t->flux, t->c);
         if (!t->factors.good || t->factors.took > PDI_TRANSPORT_AGAIN)
-            pdi_factor_make(&t->factors, t->c, 1.0 / t->dt, PDI_TRANSPORT_FAINT * t->size);
+            pdi_factor_make(user->ctx, &t->factors, t->c, 1.0 / t->dt, PDI_TRANSPORT_FAINT * t->size);
         user->factored = t->factors.good;
     }
     for (int attempt = 0; attempt < 3; attempt++) {

@@ -14,7 +14,7 @@ typedef struct pd_factor {
     int axis, down;          /* columns follow each other along this axis; 1: downwards */
     float *entry;            /* [nodes of the box][5][5] [1/s] factors of a row, one over its pivot; lent, else NULL */
     double *x;               /* [2][nodes with a rim of two] [mol/m3/s], [mol/m3] work; lent, too */
-    float *near;             /* [3][nodes of a column with a rim][PDI_FACTOR_NEAR] derivatives of alpha and of the
+    float *near;             /* [2][3][nodes of a column with a rim][PDI_FACTOR_NEAR] derivatives of alpha and of the
                               * gradient by the family; lent, too */
     int good;                /* 1: it can be used */
     int took;                /* iterations of the last system solved with it */
@@ -30,9 +30,9 @@ PDI_FN pd_status pdi_factor_return(pd_ctx *ctx, pd_arena *arena, pd_status statu
                                    pd_factor *factor);
 /* Factors of the equations about c [mol/m3], with its images, the present limiter and the rate [1/s] in time; steps
  * below `least` [mol/m3] are faint. */
-PDI_FN void pdi_factor_make(pd_factor *factor, const double *c, double rate, double least);
+PDI_FN void pdi_factor_make(const pd_ctx *ctx, pd_factor *factor, const double *c, double rate, double least);
 /* y = near A^-1 x at fluid nodes. */
-PDI_FN void pdi_factor_solve(const pd_factor *factor, const double *x, double *y);
+PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *factor, const double *x, double *y);
 #endif
 
 #endif

@@ -149,7 +149,7 @@ static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     if (u->factored) {
-        pdi_factor_solve(&u->t->factors, x, y);
+        pdi_factor_solve(u->ctx, &u->t->factors, x, y);
         pdi_transport_pin(u->t, y);
         return;
     }
@@ -365,7 +365,7 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
     if (user->limited) {
         pdi_flux_differentiate(user->ctx, &t->flux, t->c);
         if (!t->factors.good || t->factors.took > PDI_TRANSPORT_AGAIN)
-            pdi_factor_make(&t->factors, t->c, 1.0 / t->dt, PDI_TRANSPORT_FAINT * t->size);
+            pdi_factor_make(user->ctx, &t->factors, t->c, 1.0 / t->dt, PDI_TRANSPORT_FAINT * t->size);
         user->factored = t->factors.good;
     }
     for (int attempt = 0; attempt < 3; attempt++) {
