@@ -23,11 +23,13 @@ typedef struct attack {
     int solute;
 } attack;
 
-enum { FALLING, ACID, JUMP, RISING };
+enum { FALLING, ACID, JUMP, RISING, ROOT, BLIND };
 
 static double law_of(const attack *a, double acid, double ph)
 {
     if (a->kind == FALLING) return a->fastest * pow(10.0, a->power * (7.0 - ph));
+    if (a->kind == ROOT) return a->fastest * sqrt(1.0 - acid / a->power);
+    if (a->kind == BLIND) return ph > 9.0 ? NAN : a->fastest;
     if (a->kind == ACID) return a->fastest * acid / 1e-4;
     if (a->kind == JUMP) return ph > 9.5 ? 0.0 : a->fastest;
     return a->fastest * (1.0 + (ph - 7.0) * (ph - 7.0) / 20.0);
@@ -272,4 +274,28 @@ static void body_fluid(pd_activity activity, double close)
 TEST(body_fluid_ideal) { body_fluid(PD_ACTIVITY_IDEAL, 1e-8); }
 TEST(body_fluid_davies) { body_fluid(PD_ACTIVITY_DAVIES, 1e-4); }
 
-TEST_MAIN(ENTRY(layers) ENTRY(in_time) ENTRY(without_film) ENTRY(body_fluid_ideal) ENTRY(body_fluid_davies))
+/* A law that ends: it has a solution, beyond which it is no number, v = a sqrt(1 - v/b). One that is none where the
+ * metal would dissolve has no step. */
+TEST(no_number)
+{
+    for (int k = 0; k < 2; k++) {
+        mixture v;
+        double held[PD_SPECIES_MOST], shed[PD_SPECIES_MOST];
+        saline(&v, 7.0, held, shed);
+        const attack law_at = {k ? BLIND : ROOT, k ? 1e-6 : 3e-9, CS * 2e-9 * LAYER / 0.7e-9, MG - 1};
+        if (!layer(&v, held, &law_at, shed, PD_ACTIVITY_IDEAL, 1, 1)) return;
+        CHECK_INT(test_reactive.components.place[MG], law_at.solute);
+        if (k) {
+            CHECK_INT(pd_reactive_step(&test_scene.ctx, &test_reactive, 1e12, &test_result), PD_RETRY);
+            CHECK(test_etch.odd > 0);
+        } else if (step_all(1e12)) {
+            double half = 0.5 * 9e-18 / 2e-9; /* v^2 + a^2/b v = a^2 */
+            CHECK_REL(speed_of(), sqrt(half * half + 9e-18) - half, 1e-7);
+            CHECK_INT(test_etch.odd, 0);
+        }
+        finish();
+    }
+}
+
+TEST_MAIN(ENTRY(layers) ENTRY(in_time) ENTRY(without_film) ENTRY(no_number)
+          ENTRY(body_fluid_ideal) ENTRY(body_fluid_davies))

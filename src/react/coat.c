@@ -377,8 +377,8 @@ PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *s, double t, double dt)
 {
     s->last = dt;
     if (!s->desc.surface || s->desc.solve(ctx, s->desc.user, t + dt) == PD_OK) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "surface", "no potential carries the currents of metal at t = %g s, as states of "
-                    "its surfaces are there: expected a factor above 0 of anodic and of cathodic reactions", t + dt);
+    return pdi_fail(ctx, PD_ERR_STATE, "surface", "no potential carries the currents of metal at t = %g s, as states "
+                    "of its surfaces are there: expected a factor above 0 of anodic and of cathodic reactions", t + dt);
 }
 
 PDI_FN void pdi_coat_reject(pd_coat *s)

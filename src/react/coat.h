@@ -42,8 +42,8 @@ typedef struct pd_coat_desc {
     void (*around)(void *user, int32_t node, double *around); /* then; NULL: nothing else is read */
     /* Adds to flows [components] what comes out of metal at a node, as of pd_etch: [mol/m3]. NULL: nothing does. */
     void (*film)(void *user, int32_t node, double *flows);
-    /* Among ions that migrate: c [solutes] [mol/m3] and `around` at the surface beside a node, as they are now; 0: there
-     * is none. `solve` (PD_RETRY: there is no solution) is asked in the middle and at the end of a step then, and what
+    /* Among ions that migrate: c [solutes] [mol/m3] and `around` at the surface beside a node, as they are now; 0:
+     * there is none. `solve` (PD_RETRY: there is no solution) is asked in the middle and at the end of a step then, and what
      * holds at its start has been found before. NULL: by `film`. */
     int (*surface)(void *user, int32_t node, double *c, double *around);
     void *user;
@@ -61,8 +61,8 @@ typedef struct pd_coat {
     double *value;    /* [states][total] [unit of each] now; within a step of the species in its middle */
     double *start;    /* [states][total] [unit of each] at the start of the step */
     double *middle;   /* [states][total] [unit of each] in its middle, as it was foreseen */
-    /* at the surface, columns of solutes that rates read [mol/m3], with pH of ln gamma of a charge of 1 [-]: -1, and with
-     * `surface` of value n around: -2 - n */
+    /* at the surface, columns of solutes that rates read [mol/m3], with pH of ln gamma of a charge of 1 [-]: -1, and
+     * with `surface` of value n around: -2 - n */
     int columns, solute[PD_SPECIES_MOST + 1 + PD_COAT_AROUND];
     double *fresh;    /* [columns][total] [unit of each] at the start of the step */
     double *slope;    /* [columns][total] [unit of each per s] of that, in the last step */

@@ -409,7 +409,7 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
     char place[PDI_GRID_PLACE];
     if (metal && metal->odd && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the law of metal is no number beside %s m after t = %g s, "
-                        "however short the step: expected one for all that comes to its surface",
+                        "however short the step: expected one for all that comes to its surface, as sqrt(max(1 - [Mg2+]/(1 mM), 0))",
                         pdi_grid_place(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an "

@@ -721,5 +721,5 @@ PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int deri
         if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_layer_place(s, p, derive);
     if (derive) return;
     for (int32_t p = 0; p < s->count && !s->odd; p++)
-        if (s->weight[p] > 0.0 && !(s->speed[s->node[p]] == s->speed[s->node[p]]) && pdi_layer_odd(s, p)) s->odd = 1 + p;
+        if (s->weight[p] > 0.0 && !(fabs(s->speed[s->node[p]]) < HUGE_VAL) && pdi_layer_odd(s, p)) s->odd = 1 + p;
 }

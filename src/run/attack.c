@@ -250,8 +250,13 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
     PDI_TRY(pdi_attack_shares(ctx, a));
+    s->odd = 0;
     pdi_levels_solve(ctx, s);
     pdi_etch_note(s);
+    if (s->lost && s->odd) {
+        s->speed[s->node[s->odd - 1]] = (double)NAN;
+        return pdi_attack_lawful(ctx, a, s->node[s->odd - 1]);
+    }
     if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));
     for (int32_t k = 0; d && k < d->beside_count && s->desc.reads_phi; k++)
         if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);

@@ -1,0 +1,345 @@
+/* coat among ions that migrate: the couple of Hoeche in an excess of salt against an integrator of its own, a cathode
+ * whose film grows by the current of oxygen that diffuses to it, order in time, metal that goes, checkpoints, threads.
+ * dims: 1 2 */
+#define _XOPEN_SOURCE 700
+#include "run/model.h"
+#include "scene/scene.h"
+#include "checkpoint_model.h"
+#include "scene_file.h"
+
+#define FARADAY 96485.33212
+#if PD_DIM == 1
+#define BOX(h, x) "[grid] h = " h "  box = 0 .. " x "  threads = 1\n"
+#define SPAN
+#else
+#define BOX(h, x) "[grid] h = " h "  box = 0 .. " x ", 0 .. 0.4 mm  threads = 1\n" \
+    "[side y-] flow = mirror\n[side y+] flow = mirror\n"
+#define SPAN ", 0 .. 0.4 mm"
+#endif
+#define GAP 2e-3 /* [m] */
+
+static pd_ctx ctx;
+static pd_setup setup;
+static pd_model model;
+
+static int open_model(const char *text, const char *const *overrides, int count)
+{
+    pd_ctx_init(&ctx);
+    if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, overrides, count, &setup))) return 0;
+    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &setup, &model))) return 1;
+    pd_setup_free(&ctx, &setup);
+    return 0;
+}
+
+static void close_model(void)
+{
+    pdi_model_free(&ctx, &model);
+    pd_setup_free(&ctx, &setup);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+static int run_to(double t)
+{
+    double off;
+    int done = CHECK_OK(&ctx, pd_couple_run(&ctx, &model.couple, t, 0.0, NULL, NULL));
+    CHECK_LE(pd_couple_imbalance(&model.couple), 1e-12);
+    pdi_polarise_current(&model.attack.polarise, &off);
+    CHECK_LE(off, 1e-12);
+    return done;
+}
+
+static double mean_of(int k)
+{
+    pd_surfaces_figures f;
+    pdi_surfaces_figures(model.surfaces, k, &f);
+    return f.mean;
+}
+
+static double level_of(int electrode)
+{
+    pd_cell_electrode e;
+    pdi_polarise_electrode(&model.attack.polarise, electrode, &e);
+    return e.potential;
+}
+
+/* ---- the couple of Hoeche, well mixed ---- */
+
+#define COUPLE(mg, oh) \
+    BOX("0.2 mm", "4 mm") "[shape left] box = 0 .. 1 mm" SPAN "  kind = solid  material = mg4ag\n" \
+    "[shape right] box = 3 mm .. 4 mm" SPAN "  kind = solid  material = steel304\n[potential]\n" \
+    "[electrode mg] shape = left  curve = expression  range = -1.8 V .. -1.25 V  factor = sqrt(theta)\n" \
+    "  i = 0.28 A/m2*(exp(39.31786*0.4*(E + 1.517 V)/(1 V)) - exp(-39.31786*0.32*(E + 1.517 V)/(1 V)))\n" \
+    "  reaction = Mg = Mg2+ + 2 e-\n" \
+    "[electrode al] material = steel304  connected = mg  curve = expression  range = -1.8 V .. -1.25 V\n" \
+    "  i = -0.104 A/m2/(0.012 + exp(-2*(E + 0.595 V)/(1 V))) - 0.18 A/m2*10^(-(E + 1.41 V)/(0.118 V))\n" \
+    "  reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n" \
+    "[constants] Vm = 2.457627e-5 m3/mol  k = 3.7e-7 m7/mol2/s  q = 7.4e-4 m6/mol2/s  w = 0.45 mol3/m9\n" \
+    "[surface theta] of = mg  initial = 0.1  max = 1\n" \
+    "  rate = (1 - theta)/((1 - eps)*l)*k*Vm*max([Mg2+]*[OH-]^2 - w, 0)\n" \
+    "[surface eps] of = mg  initial = 0.55  min = 0  rate = -eps*q*Vm*max([Mg2+]*[OH-]^2 - w, 0)\n" \
+    "[surface l] of = mg  initial = 0.1 um  max = 1 mm  rate = k*Vm*max([Mg2+]*[OH-]^2 - w, 0)/(0.45*theta)\n" \
+    "[surface charge] of = mg  initial = 0 C/m2  rate = i\n" \
+    "[chemistry] activity = ideal  migration = yes\n[species Mg2+] D = 1e-2 m2/s  initial = " mg " mM\n" \
+    "[species OH-] D = 1e-2 m2/s  initial = " oh " mM\n[species Na+] D = 1e-2 m2/s  initial = 10 mol/L\n" \
+    "[species Cl-] D = 1e-2 m2/s  initial = 10 mol/L\n[run] until = 100 h\n"
+
+static double magnesium(double u)
+{
+    return 0.28 * (exp(39.31786 * 0.4 * (u + 1.517)) - exp(-39.31786 * 0.32 * (u + 1.517)));
+}
+
+static double aluminium(double u)
+{
+    double e = exp(2.0 * (u + 0.595));
+    return 0.104 * e / (0.012 * e + 1.0) + 0.18 * pow(10.0, -(u + 1.41) / 0.118);
+}
+
+/* E where share times one is the other. */
+static double mixed(double share)
+{
+    double lo = -1.8, hi = -1.25;
+    for (int k = 0; k < 100; k++) {
+        double u = 0.5 * (lo + hi);
+        if (share * magnesium(u) > aluminium(u)) hi = u;
+        else lo = u;
+    }
+    return 0.5 * (lo + hi);
+}
+
+/* theta, eps, l, what has passed, C of Mg2+ and OH-, well mixed in a gap. */
+static void film_rates(const double *y, double *rate)
+{
+    double i = aluminium(mixed(sqrt(y[0]))), volume = 2.457627e-5;
+    double chi = fmax(y[4] * y[5] * y[5] - 0.45, 0.0), k = 3.7e-7 * volume * chi;
+    rate[0] = (1.0 - y[0]) / ((1.0 - y[1]) * y[2]) * k;
+    rate[1] = -y[1] * 7.4e-4 * volume * chi;
+    rate[2] = y[2] < 1e-3 ? k / ((1.0 - 0.55) * y[0]) : 0.0;
+    rate[3] = i;
+    rate[4] = i / (2.0 * FARADAY * GAP);
+    rate[5] = i / (FARADAY * GAP);
+}
+
+/* Runge and Kutta's method of order 4, n steps, from `mg` mol/m3 of Mg2+. */
+static void film_run(double t, int n, double mg, double *y)
+{
+    static const double start[] = {0.1, 0.55, 1e-7, 0.0};
+    double k[4][6], at[6], h = t / n;
+    memcpy(y, start, sizeof start);
+    y[4] = mg;
+    y[5] = 2.0 * mg;
+    for (int s = 0; s < n; s++) {
+        for (int j = 0; j < 4; j++) {
+            double share = j == 0 ? 0.0 : j == 3 ? h : 0.5 * h;
+            for (int m = 0; m < 6; m++) at[m] = y[m] + (j ? share * k[j - 1][m] : 0.0);
+            film_rates(at, k[j]);
+        }
+        for (int m = 0; m < 6; m++) y[m] += h / 6.0 * (k[0][m] + 2.0 * k[1][m] + 2.0 * k[2][m] + k[3][m]);
+    }
+}
+
+TEST(film_of_a_couple)
+{
+    double y[6];
+    if (!open_model(COUPLE("0", "0"), NULL, 0)) return;
+    for (double t = 900.0; t < 16000.0; t *= 2.0) {
+        if (!run_to(t)) break;
+        film_run(t, 4000, 0.0, y);
+        NOTE("%g s: E %.7f V (%.7f), theta %.6f (%.6f), l %.5g (%.5g), charge %.6g (%.6g), %d steps", t, level_of(0),
+             mixed(sqrt(y[0])), mean_of(0), y[0], mean_of(2), y[2], mean_of(3), y[3], (int)model.course.steps);
+        CHECK_NEAR(level_of(0), mixed(sqrt(y[0])), 1e-4);
+        CHECK_REL(mean_of(0), y[0], 5e-3);
+        CHECK_NEAR(mean_of(1), y[1], 5e-3 * 0.55);
+        CHECK_REL(mean_of(2), y[2], 5e-3);
+        CHECK_REL(mean_of(3), y[3], 1e-3);
+    }
+    close_model();
+}
+
+/* With half the steps the error is a quarter. The cover goes its way in 20 s. */
+TEST(order_in_time)
+{
+    double y[6], error[3][4];
+    film_run(1200.0, 10000, 2.0, y);
+    for (int k = 0; k < 3; k++) {
+        char step[64];
+        const char *overrides[] = {step, "run.rtol=0.1"};
+        snprintf(step, sizeof step, "run.max_step=%g s", 18.75 / (1 << k));
+        if (!open_model(COUPLE("2", "4"), overrides, 2)) return;
+        if (run_to(1200.0)) {
+            CHECK_INT(model.course.rejected, 0);
+            error[k][0] = fabs(mean_of(0) / y[0] - 1.0);
+            error[k][1] = fabs(mean_of(2) / y[2] - 1.0);
+            error[k][2] = fabs(mean_of(3) / y[3] - 1.0);
+            error[k][3] = fabs(level_of(0) - mixed(sqrt(y[0])));
+            NOTE("order: %d steps: theta %.3e, l %.3e, charge %.3e, E %.3e V", (int)model.course.steps, error[k][0],
+                 error[k][1], error[k][2], error[k][3]);
+        }
+        close_model();
+    }
+    for (int m = 0; m < 3; m++) {
+        CHECK_LE(error[2][m], error[0][m] / 12.0);
+        CHECK_LE(error[1][m], error[0][m] / 3.4);
+    }
+}
+
+/* ---- a limiting current through a film that grows ---- */
+
+#define OPEN(law, curve, states) \
+    BOX("5 um", "150 um") "[side x+] species = inlet\n[shape iron] box = 0 .. 50 um" SPAN "  kind = solid\n" \
+    "[chemistry] activity = ideal  migration = yes\n[species Fe2+] D = 0.72e-9 m2/s\n" \
+    "[species Na+] D = 1.33e-9 m2/s  initial = 500 mol/m3\n[species Cl-] D = 2.03e-9 m2/s  initial = 500 mol/m3\n" \
+    "[species OH-] D = 5.27e-9 m2/s\n[species H2O]\n[species O2] D = 2e-9 m2/s  initial = 0.25 mol/m3\n[potential]\n" \
+    law "[electrode iron] shape = iron  " curve "reaction = O2 + 2 H2O + 4 e- = 4 OH-\n" states
+#define OXYGEN "curve = expression  i = -1 mA/m2*[O2]/(0.25 mol/m3)*10^(-(E + 0.1 V)/(120 mV))\n"
+
+/* The film l slows the cathode by 1 + l/b and grows by a times its current, i = 1/(1/m + (1 + l/b)/k) with the limit m
+ * of diffusion: a t = (1/m + 1/k) l + l^2/(2 b k). Oxygen does not migrate. */
+TEST(growing_film)
+{
+    static const char text[] = OPEN("", OXYGEN "  potential = -0.5 V  factor = 1/(1 + l/(1 um))\n",
+        "[surface l] initial = 0 um  rate = -i*4e-11 m3/C\n[run] until = 1e6 s\n");
+    double most = 4.0 * FARADAY * 2e-9 * 0.25 / 1e-4, k = 1e-3 * pow(10.0, 0.4 / 0.12);
+    const char *overrides[] = {"run.rtol=4e-3"};
+    if (!open_model(text, overrides, 1)) return;
+    for (double t = 1e4; t < 5e4; t *= 4.0) {
+        if (!run_to(t)) break;
+        double half = 1e-6 * k * (1.0 / most + 1.0 / k);
+        double l = sqrt(half * half + 2e-6 * k * 4e-11 * t) - half;
+        NOTE("film: %g s: l %.6g m (%.6g), %d steps", t, mean_of(0), l, (int)model.course.steps);
+        CHECK_REL(mean_of(0), l, 1e-3); /* 5 s pass before oxygen is steady */
+    }
+    close_model();
+}
+
+/* ---- metal that goes: its law reads a state ---- */
+
+#define RUSTS \
+    OPEN("[transport] D = 1e-9 m2/s\n[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-  Cs = 100 mol/m3\n" \
+         "current = 0.01 A/m2*theta*10^((E + 0.6 V)/(60 mV))\n", OXYGEN "  factor = theta\n", \
+         "[surface theta] initial = 1  min = 0  rate = -theta/(5000 s)\n[run] until = 1 h\n")
+
+/* Both lines of Tafel fall with theta: E stays but for the oxygen that comes nearer to that of the bath. */
+TEST(metal_that_goes)
+{
+    double low = -1.0, high = 0.0, most = 4.0 * FARADAY * 2e-9 * 0.25 / 1e-4;
+    if (!open_model(RUSTS, NULL, 0)) return;
+    if (run_to(500.0)) { /* before the first cell is gone */
+        double theta = exp(-0.1), u = 0.0;
+        for (int k = 0; k < 100; k++) {
+            u = 0.5 * (low + high);
+            double curve = 0.001 * theta * pow(10.0, -(u + 0.1) / 0.12);
+            if (0.01 * theta * pow(10.0, (u + 0.6) / 0.06) > most * curve / (most + curve)) high = u;
+            else low = u;
+        }
+        NOTE("rusts: E %.6f V (%.6f), theta %.7f", level_of(0), u, mean_of(0));
+        CHECK_NEAR(level_of(0), u, 2e-5);
+        CHECK_REL(mean_of(0), theta, 1e-6);
+    }
+    CHECK(run_to(3600.0));
+    CHECK_REL(mean_of(0), exp(-0.72), 1e-6);
+    CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
+    close_model();
+}
+
+/* ---- states of runs ---- */
+
+static double saved[8192];
+static int32_t saved_count;
+
+static void keep(void)
+{
+    const pd_etch *s = &model.attack.etch;
+    saved_count = 0;
+    for (int k = 0; k < setup.states; k++)
+        for (int32_t i = 0; i < model.grid.total && saved_count < 2000; i++)
+            saved[saved_count++] = model.surfaces->coat.value[(int64_t)k * model.grid.total + i];
+    for (int k = 0; k < model.reactive.components.solutes; k++)
+        for (int32_t i = 0; i < model.grid.total && saved_count < 8000; i++)
+            saved[saved_count++] = model.reactive.c[(int64_t)k * model.grid.total + i];
+    for (int k = 0; k < s->desc.electrodes.circuits; k++) saved[saved_count++] = s->level[k];
+    for (int32_t p = 0; p < s->count && saved_count < 8192; p++) saved[saved_count++] = s->flow[p];
+}
+
+static void same(const char *what)
+{
+    static double before[8192];
+    int32_t count = saved_count, other = 0;
+    memcpy(before, saved, sizeof before);
+    keep();
+    CHECK_INT(saved_count, count);
+    for (int32_t k = 0; k < count; k++) other += memcmp(&before[k], &saved[k], sizeof *saved) != 0;
+    if (!CHECK_INT(other, 0)) NOTE("%s: %d of %d values", what, (int)other, (int)count);
+}
+
+static void continued(const char *text, double first, double end)
+{
+    need_folder();
+    if (!open_model(text, NULL, 0)) return;
+    if (!run_to(first)) return;
+    CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("half"), &model));
+    if (!run_to(end)) return;
+    keep();
+    close_model();
+    if (!open_model(text, NULL, 0)) return;
+    if (CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("half"), &model)) && run_to(end)) same("goes on");
+    close_model();
+    if (!open_model(text, NULL, 0)) return;
+    ctx.threads = 2;
+    if (run_to(first) && run_to(end)) same("two threads");
+    close_model();
+}
+
+/* A run that goes on from a checkpoint has the bits of one that was never stopped; so has one with more threads. */
+TEST(state)
+{
+    continued(COUPLE("0.5", "1"), 900.0, 3000.0);
+    continued(RUSTS, 1000.0, 2500.0);
+    continued(OPEN("", OXYGEN "  potential = -0.5 V  factor = 1/(1 + l/(1 um))\n",
+                   "[surface l] initial = 0 um  rate = -i*4e-11 m3/C\n[run] until = 1e6 s\n"), 1e3, 1e4);
+}
+
+/* The same without states: metal that dissolves and rusts, and two metals. */
+TEST(state_without)
+{
+    continued(OPEN("[transport] D = 1e-9 m2/s\n[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-  Cs = 100 mol/m3\n"
+                   "current = 0.01 A/m2*10^((E + 0.6 V)/(60 mV))\n", OXYGEN, "[run] until = 1 h\n"), 1000.0, 2500.0);
+    continued(OPEN("[transport] D = 1e-9 m2/s\n[dissolve steel304] charge = 2  reaction = Fe = Fe2+ + 2 e-  "
+                   "Cs = 100 mol/m3\ncurrent = 0.01 A/m2*10^((E + 0.6 V)/(60 mV))\n[dissolve mg4ag] rate = 0\n"
+                   "[shape iron] material = steel304\n[shape other] box = 130 um .. 150 um" SPAN "  kind = solid  "
+                   "material = mg4ag\n[electrode other] shape = other  connected = iron\n"
+                   "curve = tafel  i0 = 1 mA/m2  E0 = -0.3 V  cathodic_slope = 120 mV\n"
+                   "reaction = O2 + 2 H2O + 4 e- = 4 OH-\n", OXYGEN, "[run] until = 20 s\n"), 5.0, 20.0);
+}
+
+/* ---- bad input ---- */
+
+TEST(refused)
+{
+    static const char *const bad[][2] = {
+        {OPEN("", OXYGEN "  potential = -0.5 V  factor = 0.5 - q\n", "[surface q] initial = 0  rate = 1/s\n"
+              "[run] until = 1 h\n"), "the factor of iron is -"},
+        {OPEN("", OXYGEN "  potential = -0.5 V\n", "[surface q] initial = 1  rate = sqrt(0.5 - q)/s\n"
+              "[run] until = 1 h\n"), "the rate of q is no finite number"},
+        {OPEN("[transport] D = 1e-9 m2/s\n[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-\n"
+              "current = 0.01 A/m2*10^((E + 0.6 V)/(60 mV))\n", OXYGEN "  factor = q\n",
+              "[surface q] initial = 1  min = 0  rate = -1/s\n[run] until = 1 h\n"), "no potential "}};
+    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
+        pd_ctx_init(&ctx);
+        memset(&model, 0, sizeof model);
+        pd_status status = pd_scene_parse(&ctx, "a.scene", bad[k][0], NULL, 0, &setup);
+        if (status == PD_OK) {
+            status = pdi_model_build(&ctx, &setup, &model);
+            if (status == PD_OK) {
+                status = pd_couple_run(&ctx, &model.couple, 20.0, 0.0, NULL, NULL);
+                pdi_model_free(&ctx, &model);
+            }
+            pd_setup_free(&ctx, &setup);
+        }
+        if (!CHECK(status < 0) || !CHECK(strstr(ctx.message, bad[k][1]) != NULL))
+            NOTE("case %d: '%s' lacks '%s'", (int)k, ctx.message, bad[k][1]);
+        CHECK_INT(ctx.in_use, 0);
+    }
+}
+
+TEST_MAIN(ENTRY(film_of_a_couple) ENTRY(order_in_time) ENTRY(growing_film) ENTRY(metal_that_goes) ENTRY(state)
+          ENTRY(state_without) ENTRY(refused))
