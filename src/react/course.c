@@ -378,7 +378,6 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
         last = s->ends = 1;
     }
     pdi_course_taken(a, s->dt, all);
-    pdi_advance_stands(a->reactive, s->dt);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
