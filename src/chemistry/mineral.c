@@ -301,6 +301,14 @@ static void pdi_mineral_eliminate(int count, int columns, double (*a)[PD_MINERAL
         for (int k = 0; k < columns; k++) b[p][k] = fabs(a[p][p]) > 0.0 ? b[p][k] / a[p][p] : 0.0;
 }
 
+/* Slope of the law of mineral s by its amount. */
+static double pdi_mineral_bend(const pd_minerals *m, const pd_mineral_start *start, int s, double n)
+{
+    double rate = start->rate[s] * start->dt;
+    if (!(rate < HUGE_VAL)) return 0.0;
+    return 1.0 / (m->of[s].exponent * fmax(rate + n - start->start[s], DBL_EPSILON * rate));
+}
+
 /* a [count][count]: how ln Omega of the active minerals, less that of their laws, falls with their amounts; slope: how
  * it grows with totals. */
 static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
@@ -309,14 +317,12 @@ static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, con
 {
     for (int p = 0; p < count; p++) {
         int s = active[p];
-        double rate = start->rate[s] * start->dt;
         pdi_mineral_slope(c, m, s, table, at, slope[p]);
         for (int q = 0; q < count; q++) {
             a[p][q] = 0.0;
             for (int k = 0; k < c->count; k++) a[p][q] += slope[p][k] * m->gain[active[q]][k];
         }
-        if (rate < HUGE_VAL)
-            a[p][p] += 1.0 / (m->of[s].exponent * fmax(rate + n[s] - start->start[s], DBL_EPSILON * rate));
+        a[p][p] += pdi_mineral_bend(m, start, s, n[s]);
     }
 }
 
@@ -330,23 +336,48 @@ static int pdi_mineral_inert(const pd_components *c, const pd_minerals *m, const
     return rate * exp(m->of[s].exponent * pdi_mineral_index(c, m, s, at)) < DBL_EPSILON * n;
 }
 
+/* active: minerals that are there and follow; how many. */
+static int pdi_mineral_active(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                              const double *at, const double *n, int *active)
+{
+    int count = 0;
+    for (int s = 0; s < m->count; s++) {
+        int there = n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_inert(c, m, start, s, at, n[s]);
+        if (there && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
+    }
+    return count;
+}
+
 PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                const double *at, const double *n, float *by)
 {
     double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
-    int active[PD_MINERAL_MOST], count = 0;
-    for (int s = 0; s < m->count; s++) {
-        for (int k = 0; k < c->count; k++) by[s * c->count + k] = 0.0f;
-        int there = n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_inert(c, m, start, s, at, n[s]);
-        if (there && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
-    }
+    int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, at, n, active);
+    for (int k = 0; k < m->count * c->count; k++) by[k] = 0.0f;
     if (!count) return;
     pdi_components_slopes(c, at, table);
     pdi_mineral_matrix(c, m, start, table, at, n, active, count, a, slope);
     pdi_mineral_eliminate(count, c->count, a, slope);
     for (int p = 0; p < count; p++)
         for (int k = 0; k < c->count; k++) by[active[p] * c->count + k] = (float)slope[p][k];
+}
+
+PDI_FN void pdi_mineral_damp(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                             const double *at, const double *n, double *off)
+{
+    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
+    int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, at, n, active);
+    if (!count) return;
+    pdi_components_slopes(c, at, table);
+    pdi_mineral_matrix(c, m, start, table, at, n, active, count, a, slope);
+    for (int p = 0; p < count; p++) {
+        int s = active[p];
+        slope[p][0] = pdi_mineral_bend(m, start, s, n[s]) * off[s];
+    }
+    pdi_mineral_eliminate(count, 1, a, slope);
+    for (int p = 0; p < count; p++) off[active[p]] = slope[p][0];
 }
 
 /* ---- all minerals ---- */

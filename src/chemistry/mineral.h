@@ -62,6 +62,9 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
 /* by [count][components of the system]: change of n with totals, dissolved and in minerals together. */
 PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m,
                                const pd_mineral_start *start, const double *at, const double *n, float *by);
+/* off [count] [mol/m3], by which laws would ask for more at given totals, becomes by how much n follows. */
+PDI_FN void pdi_mineral_damp(const pd_components *c, const pd_minerals *m,
+                             const pd_mineral_start *start, const double *at, const double *n, double *off);
 /* Share of a volume that minerals n take, 0 to 1. */
 PDI_FN double pdi_mineral_fraction(const pd_minerals *minerals, const double *n);
 #endif

@@ -302,6 +302,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     for (int step = 0; !(norm <= goal); step++) { /* also where it is no number */
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
+        PDI_TRY(pdi_tangent_derive(ctx, r));
         pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
         if (status == PD_ERR_DIVERGED && r->migration.on) return PD_NOT_CONVERGED; /* where there are next to no ions */
         if (status < 0) return status;
@@ -420,25 +421,30 @@ static void pdi_advance_between(pd_reactive *r)
     }
 }
 
-/* The same of mineral m, over the largest amount of it and what its components would give. */
-static double pdi_advance_solid_error(const pd_reactive *r, int m, const double *size)
+/* A share that grows by `change`: at most half of what is open is filled, and half of what fills it goes. */
+static double pdi_advance_filled(double film, double change)
 {
-    int64_t total = r->grid->total;
-    double least = HUGE_VAL, most = 0.0, off = 0.0;
-    for (int k = 0; k < r->components.count; k++)
-        if (r->minerals.gain[m][k] != 0.0) least = fmin(least, size[k] / fabs(r->minerals.gain[m][k]));
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        int64_t at = m * total + i;
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        most = fmax(most, r->solid[at]);
-        off = fmax(off, fabs(r->solid_slope[at] - (r->solid[at] - r->solid_start[at])));
-    }
-    return off > 0.0 ? off / (most + least) : 0.0;
+    return film + fmin(fmax(change, -0.5 * film), 0.5 * (1.0 - film));
 }
 
-/* How much the slopes of both stages differ, over its weight and the time of a stage, goes to `work`, what was there to
- * `slope`. size, off [components]: the largest sum of terms and difference. */
-static void pdi_advance_differ(pd_reactive *r, double *size, double *off)
+/* What minerals leave open for diffusion in the middle of a step of dt [s]: as it was, or (was = 0) as far as the last
+ * one tells. */
+static void pdi_advance_open(const pd_ctx *ctx, pd_reactive *r, double dt, int was)
+{
+    (void)ctx;
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        double film = r->filled[i];
+        if (was && r->grid->kind[i] == PD_FLUID) film = 0.5 * (film + pd_reactive_film(r, i));
+        else if (film > 0.0) film = pdi_advance_filled(film, 0.5 * dt * r->narrow[i]);
+        r->pass[i] = film > 0.0 ? (1.0 - film) / r->desc.tortuosity : 1.0;
+    }
+    pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
+    r->migration.pass = r->pass;
+}
+
+/* By how much the slopes of both stages differ, over its weight and the time of a stage, goes to `work`, that of
+ * minerals to `solid_slope`, and what was in `work` to `slope`. size [components]: largest sum of terms. */
+static void pdi_advance_differ(pd_reactive *r, double *size)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
@@ -447,59 +453,132 @@ static void pdi_advance_differ(pd_reactive *r, double *size, double *off)
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_totals(s, c, sum);
+        for (int m = 0; m < r->minerals.count; m++)
+            r->solid_slope[m * total + i] -= r->solid[m * total + i] - r->solid_start[m * total + i];
         for (int k = 0; k < s->count; k++) {
             int64_t at = k * total + i;
             double terms = 0.0, undone = r->dt * r->weight[k] * r->work[at];
             double by = r->slope[at] - (sum[k] - r->total[at] + undone);
             for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
+            for (int m = 0; m < r->minerals.count; m++) by += r->minerals.gain[m][k] * r->solid_slope[m * total + i];
             size[k] = fmax(size[k], terms);
-            off[k] = fmax(off[k], fabs(by));
             r->slope[at] = r->work[at];
             r->work[at] = by / (r->dt * r->weight[k]);
         }
     }
 }
 
-/* off [components]: the largest of what the matrix of the stage leaves of the differences in `work`; those of what is
- * spent stay what they are. PD_NOT_CONVERGED: that was not found. */
-static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, double *off, pd_reactive_result *result)
+/* What has passed otherwise than through the pores of the middle of the step of dt [s] joins the differences. */
+static void pdi_advance_pored(const pd_ctx *ctx, pd_reactive *r, double dt)
 {
-    int64_t total = r->grid->total;
-    int count = r->components.count;
-    double own[PD_SPECIES_MOST] = {0.0};
-    const double *delta = r->work + count * total;
-    for (int64_t at = 0; at < count * total; at++)
-        if (r->spent[at]) own[at / total] = fmax(own[at / total], r->dt * r->weight[at / total] * fabs(r->work[at]));
-    pd_status status = pdi_tangent_direction(ctx, r, PDI_ADVANCE_DAMPED, 0.0, &result->krylov);
-    if (status == PD_ERR_DIVERGED) return PD_NOT_CONVERGED;
-    if (status != PD_OK) return status;
-    for (int k = 0; k < count; k++) {
-        off[k] = own[k];
-        for (int32_t i = 0; i < (int32_t)total; i++)
-            if (r->grid->kind[i] == PD_FLUID)
-                off[k] = fmax(off[k], r->weight[k] * fabs(delta[k * total + i]));
+    int64_t size = r->components.count * (int64_t)r->grid->total;
+    double *now = r->work + size;
+    pdi_tangent_images(r, r->c);
+    pdi_advance_open(ctx, r, dt, 1);
+    pdi_tangent_leave(ctx, r, r->c, r->wall, now);
+    pdi_advance_open(ctx, r, dt, 0);
+    pdi_tangent_leave(ctx, r, r->c, r->wall, r->move);
+    for (int64_t at = 0; at < size; at++) {
+        if (r->grid->kind[at % r->grid->total] != PD_FLUID) continue;
+        r->work[at] += copysign((now[at] - r->move[at]) / PDI_SDIRK_GAMMA, r->work[at]);
     }
-    return PD_OK;
 }
 
-/* Embedded estimate of the error of totals, over the largest sum of their terms (eq. 5.10, 5c.5). */
-static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, pd_reactive_result *result)
+/* Largest of the differences `by` times `field` of totals over sizes, but for what minerals have of them; and of those
+ * over their largest amount and what their components would give. follows: minerals follow totals. */
+static double pdi_advance_largest(const pd_reactive *r, const double *field, double by, int follows, const double *size)
 {
-    int count = r->components.count;
-    double size[PD_SPECIES_MOST] = {0.0}, off[PD_SPECIES_MOST] = {0.0}, solid = 0.0;
-    pdi_advance_differ(r, size, off);
-    for (int m = 0; m < r->minerals.count; m++) solid = fmax(solid, pdi_advance_solid_error(r, m, size));
-    for (int turn = 0; turn < 2; turn++) {
-        result->error = solid;
-        for (int k = 0; k < count; k++)
-            if (size[k] > 0.0) result->error = fmax(result->error, off[k] / size[k]);
-        if (turn || r->minerals.count || !(result->error > PDI_ADVANCE_SMALL)) break;
-        pd_status status = pdi_advance_damp(ctx, r, off, result);
-        if (status < 0) return status;
-        if (status != PD_OK) break;
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double off[PD_SPECIES_MOST] = {0.0}, solid[PD_MINERAL_MOST] = {0.0}, most[PD_MINERAL_MOST] = {0.0}, worst = 0.0;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double x[PD_SPECIES_MOST], taken[PD_MINERAL_MOST] = {0.0};
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++)
+            x[k] = r->weight[k] * by * field[k * total + i];
+        if (follows) pdi_tangent_taken(r, r->by + (int64_t)i * r->slots, x, taken);
+        for (int m = 0; m < r->minerals.count; m++) {
+            double change = taken[m] + r->solid_slope[m * total + i];
+            for (int k = 0; k < s->count; k++) x[k] -= r->minerals.gain[m][k] * change;
+            solid[m] = fmax(solid[m], fabs(change));
+            most[m] = fmax(most[m], r->solid[m * total + i]);
+        }
+        for (int k = 0; k < s->count; k++) off[k] = fmax(off[k], fabs(x[k]));
     }
-    pdi_par_copy(ctx, count * (int64_t)r->grid->total, r->slope, r->work);
-    return PD_OK;
+    for (int k = 0; k < s->count; k++)
+        if (size[k] > 0.0) worst = fmax(worst, off[k] / size[k]);
+    for (int m = 0; m < r->minerals.count; m++) {
+        double least = HUGE_VAL;
+        for (int k = 0; k < s->count; k++)
+            if (r->minerals.gain[m][k] != 0.0) least = fmin(least, size[k] / fabs(r->minerals.gain[m][k]));
+        if (solid[m] > 0.0) worst = fmax(worst, solid[m] / (most[m] + least));
+    }
+    return worst;
+}
+
+/* Differences of minerals become what their laws leave of them, and the totals get what leaves otherwise by that. */
+static void pdi_advance_damp_solids(pd_ctx *ctx, pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total, size = s->count * total;
+    int nt = pdi_tangent_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST] = {0.0}, n[PD_MINERAL_MOST], off[PD_MINERAL_MOST];
+        double first[PD_MINERAL_MOST];
+        pd_mineral_start start;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_tangent_law(r, i, first, &start);
+        pdi_reactive_solids(r, r->solid, i, n);
+        pdi_reactive_solids(r, r->solid_slope, i, off);
+        pdi_mineral_damp(s, &r->minerals, &start, c, n, off);
+        for (int m = 0; m < r->minerals.count; m++) {
+            r->solid_slope[m * total + i] = off[m];
+            for (int k = 0; k < s->count; k++) along[k] += r->minerals.gain[m][k] * off[m];
+        }
+        pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
+        pdi_reactive_put(r, c, i, r->move);
+    }
+    pdi_tangent_images(r, r->move);
+    if (r->migration.on) pdi_par_zero(ctx, total, r->migration.move);
+    pdi_tangent_leave(ctx, r, r->move, r->closed, r->work + size);
+    for (int64_t at = 0; at < size; at++)
+        if (r->grid->kind[at % total] == PD_FLUID && !r->spent[at]) r->work[at] += r->work[size + at];
+}
+
+/* The estimate with the differences that the matrix of the stage leaves. PD_NOT_CONVERGED: they were not found. */
+static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *size, pd_reactive_result *result)
+{
+    int64_t count = r->components.count * (int64_t)r->grid->total;
+    double spent = 0.0;
+    PDI_TRY(pdi_tangent_derive(ctx, r));
+    if (r->minerals.count) pdi_advance_damp_solids(ctx, r);
+    for (int64_t at = 0; at < count; at++) { /* the solver leaves out what has no equation */
+        int64_t k = at / r->grid->total;
+        if (r->spent[at] && size[k] > 0.0)
+            spent = fmax(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
+    }
+    pd_status status = pdi_tangent_direction(ctx, r, PDI_ADVANCE_DAMPED, 0.0, &result->krylov);
+    if (status == PD_ERR_DIVERGED) return PD_NOT_CONVERGED;
+    if (status == PD_OK)
+        result->error = fmax(spent, pdi_advance_largest(r, r->work + count, 1.0, r->minerals.count > 0, size));
+    return status;
+}
+
+/* Embedded estimate of the error of a step of dt [s], over the largest sum of the terms of totals (eq. 5.10, 5c.5). */
+static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
+{
+    double size[PD_SPECIES_MOST] = {0.0};
+    pd_status status = PD_OK;
+    pdi_advance_differ(r, size);
+    if (r->pass) pdi_advance_pored(ctx, r, dt);
+    result->error = pdi_advance_largest(r, r->work, r->dt, 0, size);
+    if (result->error > PDI_ADVANCE_SMALL) status = pdi_advance_damp(ctx, r, size, result);
+    for (int64_t at = 0; at < r->components.count * (int64_t)r->grid->total; at++)
+        if (r->grid->kind[at % r->grid->total] == PD_FLUID) r->work[at] = r->slope[at];
+    return status < 0 ? status : PD_OK;
 }
 
 /* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that neither react nor migrate
@@ -553,7 +632,7 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     pdi_advance_pass(r, dt - stage);
     pdi_advance_between(r);
     status = pdi_advance_newton(ctx, r, stage, result);
-    if (status == PD_OK) status = pdi_advance_error(ctx, r, result);
+    if (status == PD_OK) status = pdi_advance_error(ctx, r, dt, result);
     if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
     if (status != PD_OK) {
         if (r->surface) pdi_etch_begin(r->surface);
@@ -566,29 +645,19 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     return PD_OK;
 }
 
-/* A share that grows by `change`: at most half of what is open is filled, and half of what fills it goes. */
-static double pdi_advance_filled(double film, double change)
-{
-    return film + fmin(fmax(change, -0.5 * film), 0.5 * (1.0 - film));
-}
-
-PDI_FN void pdi_advance_stands(pd_reactive *r, double dt)
+/* A step of dt [s] is done: pores narrow on as they did in it, in the next one. */
+static void pdi_advance_stands(pd_reactive *r, double dt)
 {
     for (int32_t i = 0; i < r->grid->total && r->pass; i++)
         r->narrow[i] = r->grid->kind[i] == PD_FLUID ? (pd_reactive_film(r, i) - r->filled[i]) / dt : 0.0;
 }
 
-/* What minerals leave open for diffusion in the middle of a step of dt [s], as far as the last one tells. */
-static void pdi_advance_pores(pd_reactive *r, double dt)
+static void pdi_advance_pores(const pd_ctx *ctx, pd_reactive *r, double dt)
 {
-    for (int32_t i = 0; i < r->grid->total && r->pass; i++) {
-        double film = r->grid->kind[i] == PD_FLUID ? pd_reactive_film(r, i) : 0.0;
-        r->filled[i] = film;
-        if (film > 0.0) film = pdi_advance_filled(film, 0.5 * dt * r->narrow[i]);
-        r->pass[i] = film > 0.0 ? (1.0 - film) / r->desc.tortuosity : 1.0;
-    }
-    if (r->pass) pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
-    r->migration.pass = r->pass;
+    if (!r->pass) return;
+    for (int32_t i = 0; i < r->grid->total; i++)
+        r->filled[i] = r->grid->kind[i] == PD_FLUID ? pd_reactive_film(r, i) : 0.0;
+    pdi_advance_open(ctx, r, dt, 0);
 }
 
 /* Where no current can leave, those that are given to circuits sum to zero. */
@@ -645,7 +714,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
-    pdi_advance_pores(r, dt);
+    pdi_advance_pores(ctx, r, dt);
     if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r, dt));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
@@ -675,6 +744,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
+    if (status == PD_OK) pdi_advance_stands(r, dt);
     if (status != PD_OK) {
         pdi_advance_back(ctx, r, 0);
     } else if (r->migration.on) {

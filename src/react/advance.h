@@ -19,9 +19,4 @@ typedef struct pd_reactive_result {
  * gives the steady state. PD_RETRY: no solution was found, and nothing has changed; a shorter step may do. */
 PD_API pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *reactive, double dt, pd_reactive_result *result);
 
-#ifdef PDI_INTERNAL
-/* A step of dt [s] stands: pores narrow on as they did in it, in the next one. */
-PDI_FN void pdi_advance_stands(pd_reactive *reactive, double dt);
-#endif
-
 #endif

@@ -376,7 +376,6 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
     if (a->desc.coat) last = s->ends = 1;
     pdi_course_taken(a, s->dt, all);
-    pdi_advance_stands(a->reactive, s->dt);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
     if (a->desc.coat) PDI_TRY(pdi_coat_accept(ctx, a->desc.coat, s->time, s->dt));
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);

@@ -62,16 +62,22 @@ static int pdi_tangent_place(const pd_reactive *r)
     return s->live * pdi_components_columns(s) + s->kinetics * s->count;
 }
 
-/* Share of a change of totals that minerals take: total loses it. */
-static void pdi_tangent_fix(const pd_reactive *r, const float *by, double *total)
+PDI_FN void pdi_tangent_taken(const pd_reactive *r, const float *by, const double *total, double *taken)
 {
     const pd_components *s = &r->components;
     const float *row = by + pdi_tangent_place(r);
-    double taken[PD_MINERAL_MOST];
     for (int m = 0; m < r->minerals.count; m++, row += s->count) {
         taken[m] = 0.0;
         for (int k = 0; k < s->count; k++) taken[m] += (double)row[k] * total[k];
     }
+}
+
+/* Share of a change of totals that minerals take: total loses it. */
+static void pdi_tangent_fix(const pd_reactive *r, const float *by, double *total)
+{
+    const pd_components *s = &r->components;
+    double taken[PD_MINERAL_MOST];
+    pdi_tangent_taken(r, by, total, taken);
     for (int m = 0; m < r->minerals.count; m++)
         for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
 }
@@ -88,8 +94,7 @@ static pd_status pdi_tangent_migration(pd_ctx *ctx, pd_reactive *r)
     return pdi_migration_setup(ctx, &r->migration, r->c, &surface);
 }
 
-/* Derivatives at the present concentrations, and the preconditioner that follows from them. */
-static pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
+PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
@@ -432,7 +437,6 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
     user.r = r;
     r->krylov.desc.rtol = share;
     r->krylov.desc.atol = goal;
-    PDI_TRY(pdi_tangent_derive(ctx, r));
     pdi_tangent_spend(r, r->work);
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &r->krylov));
     pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_tangent_apply, pdi_tangent_precondition, &user, r->work,

@@ -15,7 +15,12 @@ PDI_FN void pdi_tangent_leave(const pd_ctx *ctx, pd_reactive *reactive, const do
                               double *y);
 /* Node i at the start of a stage, as its minerals see it. */
 PDI_FN void pdi_tangent_law(const pd_reactive *reactive, int32_t i, double *n, pd_mineral_start *start);
-/* The correction behind the residual, to a share of it or to `goal`; *iterations grows by those of GMRES. */
+/* Derivatives at the present concentrations, and the preconditioner that follows from them. */
+PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *reactive);
+/* taken [minerals]: what they take of a change of totals of a node with the derivatives `by`. */
+PDI_FN void pdi_tangent_taken(const pd_reactive *reactive, const float *by, const double *total, double *taken);
+/* The correction behind the residual, with these derivatives, to a share of it or to `goal`; *iterations grows by those
+ * of GMRES. */
 PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *reactive, double share, double goal, int *iterations);
 #endif
 
