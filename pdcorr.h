@@ -79,7 +79,7 @@
  *   flow/
  *     scales     how large a flow is and how fast it comes in, from the lattice alone.
  *     sharp      the flow of fourth order on the nearest neighbours.
- *     isotropic  weights of friction whose leading error is a Laplacian of the Laplacian.
+ *     isotropic  weights of friction whose leading error is a Laplacian of the Laplacian, and fluxes whose leading error is
  *     flow       peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
  *     jacobian   the flow equations linearised about the present state, applied in single precision.
  *     force      what a flow does to walls and solids, in two ways that share nothing but the fields.
@@ -2894,11 +2894,14 @@ PDI_FN void pdi_sharp_free(pd_ctx *ctx, pd_sharp *sharp);
 #endif
 
 /* ======== >>flow/isotropic.h ======== */
-/* isotropic: weights of friction whose leading error is a Laplacian of the Laplacian.
+/* isotropic: weights of friction whose leading error is a Laplacian of the Laplacian, and fluxes whose leading error is
+ * that of the divergence.
  *
  * On the nearest neighbours the Laplacian errs by fourth derivatives along the axes and mixed ones, and by other shares
  * of them than h^2/12 lap lap, which vanishes in slow steady flow. What is missing is mixed differences over squares of
- * four nodes: what one takes up the others give. Squares that miss a node have none (theory: eq. 4.1b to 4.1e).
+ * four nodes: what one takes up the others give. Squares that miss a node have none (theory: eq. 4.1b to 4.1e). The
+ * divergence errs by third derivatives along the axes: the advecting velocity takes off what makes it a Laplacian of the
+ * divergence, which vanishes (eq. 4.2d).
  */
 #ifndef PD_ISOTROPIC_H
 #define PD_ISOTROPIC_H
@@ -2914,9 +2917,18 @@ typedef struct pd_isotropic {
     int squares;
     pd_square square[2 * PD_DIM * PD_DIM];
     double excess[2 * PD_DIM * PD_DIM]; /* [1/m2] of bonds over those of the Laplacian, where squares are complete */
+    double bend[PD_DIM]; /* [-] of the second difference along its axis that a component of the advecting velocity loses */
 } pd_isotropic;
 
 #ifdef PDI_INTERNAL
+/* A row beside a surface with the velocity `wall`; NULL: 0. */
+typedef struct pdi_slope_place {
+    const pd_bonds *bonds;
+    int32_t r;
+    pd_velocity_fn wall;
+    void *user;
+} pdi_slope_place;
+
 /* Families of the nearest neighbours on planar lattices get weights; others none. */
 PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
 /* Share of the excess that a flow takes whose Reynolds number is `rate` [1/m] a length: it falls from 1 to 0 as that of
@@ -2925,6 +2937,12 @@ PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate);
 /* ru += what `excess` brings too much to friction nu of u [PD_DIM][total] by squares that are not complete. */
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru);
+/* advecting -= bend times the second difference of v [PD_DIM][total] at fluid nodes between two open ones. */
+PDI_FN void pdi_isotropic_velocity(const pd_ctx *ctx, const pd_isotropic *isotropic, const double *v,
+                                   double *advecting);
+/* Derivative [1/s] of component d of u along axis d: of the parabola through both neighbours, or of the cubic through
+ * the surface where it comes before one of them, the other and the node behind that. */
+PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const double *u);
 #endif
 
 #endif
@@ -16227,6 +16245,7 @@ typedef struct pdi_axisym_fit {
     const double *weight;      /* [count] */
     double scale[PD_DIM];      /* of the weights: sum scale_a w n_a^2 = 1 over a family */
     double excess;             /* kappa of eq. 3.8 */
+    double beyond, wire;       /* bonds at this mean radius in cells and beyond have the kappa `wire` of eq. 3.8b */
     double first;              /* radius of the first row of the box in cells; 0.5: at the axis */
     int32_t rows;              /* fitted, from the axis on; 0: the axis is not in reach */
     double *axial, *radial;    /* [rows] multipliers of eq. 3.9, 3.10 */
@@ -16246,7 +16265,8 @@ static double pdi_axisym_conductance(const pdi_axisym_fit *f, int i, int k)
     double from = f->first + i, to = f->first + j, rho = 0.5 * (from + to);
     if (!(from > 0.0) || !(to > 0.0)) return 0.0;
     int fitted = i >= 0 && j >= 0 && i < f->rows && j < f->rows; /* ghosts inside of a hollow box are not */
-    if (!fitted) return axial ? rho : rho - f->excess / rho;
+    if (!fitted && axial) return rho;
+    if (!fitted) return rho - (rho >= f->beyond ? f->wire : f->excess) / rho;
     double square = (double)axial * axial;
     return rho * exp(square * (f->axial[i] + f->axial[j]) + (to * to - from * from) * (f->radial[i] - f->radial[j]));
 }
@@ -16347,6 +16367,29 @@ static int pdi_axisym_rows(const pdi_axisym_fit *f)
     }
 }
 
+/* Rows next to the axis, or to the hollow, that hold no fluid. */
+static int pdi_axisym_dry(const pd_grid *grid)
+{
+    int least = grid->n[PD_DIM - 1];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        least = i[PD_DIM - 1] < least ? i[PD_DIM - 1] : least;
+    }
+    return least;
+}
+
+/* Mean radius of the innermost bond of the innermost row with fluid, when no bond of such rows reaches the fitted ones
+ * and all such bonds keep half of their conductance; else infinite. */
+static double pdi_axisym_beyond(const pdi_axisym_fit *f, const pd_grid *grid)
+{
+    int dry = pdi_axisym_dry(grid);
+    double beyond = f->first + dry - 0.5 * f->stencil->reach;
+    if (dry < f->rows + f->stencil->reach || !(beyond > 0.0) || beyond * beyond < 2.0 * f->wire) return HUGE_VAL;
+    return beyond;
+}
+
 static void pdi_axisym_fit_list(pdi_owner *owner, void *object)
 {
     pdi_axisym_fit *fit = (pdi_axisym_fit *)object;
@@ -16365,19 +16408,22 @@ static pd_status pdi_axisym_table(pd_ctx *ctx, pdi_axisym_fit *f, const pd_grid 
                                 const double *unit, double *table)
 {
     const pd_stencil *s = f->stencil;
-    double moment[2] = {0.0, 0.0}, curl = 0.0, straight = 0.0;
+    double moment[2] = {0.0, 0.0}, curl = 0.0, bend = 0.0, straight = 0.0;
     f->weight = weight;
     for (int k = 0; k < s->count; k++) {
         double axial = pdi_axisym_offset(s, k, 0), radial = pdi_axisym_offset(s, k, 1), square = radial * radial;
         moment[0] += weight[k] * axial * axial;
         moment[1] += weight[k] * square;
         curl += weight[k] * square * (square - 1.0) / 12.0;
+        bend += weight[k] * square * square / 12.0;
         if (!(fabs(axial) > 0.0)) straight += weight[k] * square;
     }
     f->scale[0] = 1.0 / moment[0];
     f->scale[PD_DIM - 1] = 1.0 / moment[1];
     f->excess = curl > 0.0 ? curl / straight : 0.0;
+    f->wire = bend / straight;
     PDI_TRY(pdi_owner_renew(ctx, pdi_axisym_fit_list, f, &f->rows, pdi_axisym_rows(f)));
+    f->beyond = unit ? pdi_axisym_beyond(f, grid) : HUGE_VAL;
     PDI_TRY(pdi_axisym_newton(ctx, f));
     for (int row = 0; row < grid->np[PD_DIM - 1]; row++)
         for (int k = 0; k < s->count; k++) {
@@ -23493,6 +23539,69 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
         }
 }
 
+PDI_FN void pdi_isotropic_velocity(const pd_ctx *ctx, const pd_isotropic *isotropic, const double *v,
+                                   double *advecting)
+{
+    const pd_bonds *bonds = isotropic->bonds;
+    if (!bonds) return;
+    const uint8_t *kind = bonds->grid->kind;
+    int32_t total = bonds->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)total * PD_DIM * 4);
+    (void)nt;
+    for (int d = 0; d < PD_DIM; d++) {
+        const double *f = v + (int64_t)d * total;
+        double *w = advecting + (int64_t)d * total, bend = isotropic->bend[d];
+        int32_t stride = bonds->grid->stride[d];
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = stride; i < total - stride; i++)
+            w[i] -= kind[i] == PD_FLUID ? bend * ((f[i + stride] - f[i]) - (f[i] - f[i - stride])) : 0.0;
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t r = 0; r < bonds->rows; r++) {
+            const double *leg = bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
+            if (leg[0] <= 0.0 || leg[1] <= 0.0) w[bonds->node[r]] = f[bonds->node[r]];
+        }
+    }
+}
+
+/* 1: the node behind the neighbour `stride` away from row r along axis d, on side 0 or 1, is open. */
+static int pdi_isotropic_behind(const pd_bonds *bonds, int32_t r, int d, int side, int32_t stride)
+{
+    int32_t j = bonds->node[r] + stride;
+    if (bonds->grid->kind[j] != PD_FLUID) return 0;
+    return bonds->row[j] < 0 || bonds->leg[((int64_t)bonds->row[j] * PD_DIM + d) * 2 + side] > 0.0;
+}
+
+PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const double *u)
+{
+    const pd_bonds *bonds = place->bonds;
+    const pd_grid *grid = bonds->grid;
+    const double *leg = bonds->leg + ((int64_t)place->r * PD_DIM + d) * 2;
+    int32_t node = bonds->node[place->r], stride = grid->stride[d];
+    const double *v = u + (int64_t)d * grid->total + node;
+    double at[2], size[2];
+    for (int side = 0; side < 2; side++) {
+        double x[PD_DIM], w[PD_DIM];
+        size[side] = fabs(leg[side]);
+        at[side] = leg[side] > 0.0 ? v[side ? stride : -stride] : 0.0;
+        if (leg[side] > 0.0 || !place->wall) continue;
+        pd_grid_position(grid, node, x);
+        x[d] += (side ? size[side] : -size[side]) * grid->h[d];
+        place->wall(place->user, x, w);
+        at[side] = w[d];
+    }
+    double a = size[0], b = size[1];
+    double slope = ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / (a + b);
+    int free = leg[1] > 0.0; /* the side whose neighbour comes before the surface */
+    int32_t step = free ? stride : -stride;
+    if ((leg[0] > 0.0) != (leg[1] > 0.0) && pdi_isotropic_behind(bonds, place->r, d, free, step)) {
+        double t = size[1 - free], near = at[free] - v[0]; /* divided differences, from the surface inwards */
+        double inner = 0.5 * ((v[2 * step] - at[free]) - near), outer = (near - (v[0] - at[1 - free]) / t) / (1.0 + t);
+        double cubic = t * (inner - outer) / (2.0 + t);
+        slope -= free ? cubic : -cubic;
+    }
+    return slope / grid->h[d];
+}
+
 PDI_COLD_BEGIN
 PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate)
 {
@@ -23533,6 +23642,19 @@ static int pdi_isotropic_plane(const pd_stencil *s, int a, int b, pd_isotropic *
     return 1;
 }
 
+/* The third moments of the gradient: M_dd/6 less the mean of M_bd/2 over the other axes (eq. 4.2d). */
+static double pdi_isotropic_bent(const pd_stencil *s, int d)
+{
+    double bend = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        double n = s->offset[k * PD_DIM + d];
+        for (int b = 0; b < PD_DIM; b++)
+            bend += (b == d ? 1.0 / 6.0 : PD_DIM == 3 ? -0.25 : -0.5) * s->grad[k * PD_DIM + b] * s->xi[k * PD_DIM + b] *
+                    n * n;
+    }
+    return bend;
+}
+
 PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic)
 {
     const pd_stencil *s = bonds->stencil;
@@ -23541,6 +23663,7 @@ PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic)
     for (int a = 0; a < PD_DIM; a++)
         for (int b = a + 1; b < PD_DIM; b++)
             if (!pdi_isotropic_plane(s, a, b, isotropic)) return;
+    for (int d = 0; d < PD_DIM; d++) isotropic->bend[d] = pdi_isotropic_bent(s, d);
     isotropic->bonds = bonds;
 }
 PDI_COLD_END
@@ -23598,6 +23721,7 @@ PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const dou
     (void)nt;
     pdi_par_copy(ctx, PD_DIM * total, v, advecting);
     if (bend) pdi_sharp_velocity(ctx, &flow->sharp, v, bend, advecting);
+    else if (flow->even) pdi_isotropic_velocity(ctx, &flow->isotropic, v, advecting);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
         if (!pdi_flow_evened(flow, r)) pdi_flow_advect(flow, r, bonds->node[r], 0, advecting);
@@ -23612,37 +23736,15 @@ PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const dou
 
 /* ---- divergence beside smooth surfaces ---- */
 
-/* Derivative of component d of u along axis d, exact for quadratics: through both neighbours, or the surface where it
- * comes before them, with the velocity of the wall there. */
-static double pdi_flow_slope(const pd_flow *flow, const double *u, int32_t r, int d, int held)
-{
-    const pd_bonds *bonds = flow->bonds;
-    const double *leg = bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
-    int32_t node = bonds->node[r], stride = flow->grid->stride[d];
-    const double *v = u + (int64_t)d * flow->grid->total + node;
-    double at[2], size[2];
-    for (int side = 0; side < 2; side++) {
-        double x[PD_DIM], w[PD_DIM];
-        size[side] = fabs(leg[side]);
-        at[side] = leg[side] > 0.0 ? v[side ? stride : -stride] : 0.0;
-        if (leg[side] > 0.0 || !held || !flow->wall) continue;
-        pd_grid_position(flow->grid, node, x);
-        x[d] += (side ? size[side] : -size[side]) * flow->grid->h[d];
-        flow->wall(flow->wall_user, x, w);
-        at[side] = w[d];
-    }
-    double a = size[0], b = size[1];
-    return ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / ((a + b) * flow->grid->h[d]);
-}
-
 /* (4.2c) of row r less its bond fluxes. */
 static double pdi_flow_more(const pd_flow *flow, const double *u, const double *advecting, int32_t r, int held)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[r], total = flow->grid->total;
+    pdi_slope_place place = {bonds, r, held ? flow->wall : NULL, flow->wall_user};
     double more = 0.0;
-    for (int d = 0; d < PD_DIM; d++) more += pdi_flow_slope(flow, u, r, d, held);
+    for (int d = 0; d < PD_DIM; d++) more += pdi_isotropic_slope(&place, d, u);
     for (int k = 0; k < s->count; k++) {
         if (!pdi_bond_open(bonds, r, k)) continue;
         for (int d = 0; d < PD_DIM; d++) {

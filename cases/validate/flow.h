@@ -204,8 +204,8 @@ static const val_part flux_part = {
     "The flux of bonds, which the scheme conserves, is equal to rounding everywhere. The sum of node velocities over a "
     "layer is a midpoint rule for the flux, and at the edges of the pin, solid angles of 90 degrees, the velocity "
     "grows as r^0.544 with the distance (H. K. Moffatt, J. Fluid Mech. 18, 1964). A midpoint rule is of order 1.544 "
-    "there, and 1.51 is found, 0.98 of it, in the layers at the leading edges. Second order cannot be had there on "
-    "equal spacings; with round ends it is there once their radius has eight cells."};
+    "there, and 1.54 is found, in the layers at the leading edges. Second order cannot be had there on equal spacings; "
+    "with round ends it is there."};
 static const val_part flux_round = {
     "round", "round ends", "nodes across", VAL_BY_N, NULL, 2.0,
     {{"flux", "far down against far up"}, {"flux_max", "largest"}}, 2,

@@ -22,6 +22,7 @@ typedef struct pdi_axisym_fit {
     const double *weight;      /* [count] */
     double scale[PD_DIM];      /* of the weights: sum scale_a w n_a^2 = 1 over a family */
     double excess;             /* kappa of eq. 3.8 */
+    double beyond, wire;       /* bonds at this mean radius in cells and beyond have the kappa `wire` of eq. 3.8b */
     double first;              /* radius of the first row of the box in cells; 0.5: at the axis */
     int32_t rows;              /* fitted, from the axis on; 0: the axis is not in reach */
     double *axial, *radial;    /* [rows] multipliers of eq. 3.9, 3.10 */
@@ -41,7 +42,8 @@ static double pdi_axisym_conductance(const pdi_axisym_fit *f, int i, int k)
     double from = f->first + i, to = f->first + j, rho = 0.5 * (from + to);
     if (!(from > 0.0) || !(to > 0.0)) return 0.0;
     int fitted = i >= 0 && j >= 0 && i < f->rows && j < f->rows; /* ghosts inside of a hollow box are not */
-    if (!fitted) return axial ? rho : rho - f->excess / rho;
+    if (!fitted && axial) return rho;
+    if (!fitted) return rho - (rho >= f->beyond ? f->wire : f->excess) / rho;
     double square = (double)axial * axial;
     return rho * exp(square * (f->axial[i] + f->axial[j]) + (to * to - from * from) * (f->radial[i] - f->radial[j]));
 }
@@ -142,6 +144,29 @@ static int pdi_axisym_rows(const pdi_axisym_fit *f)
     }
 }
 
+/* Rows next to the axis, or to the hollow, that hold no fluid. */
+static int pdi_axisym_dry(const pd_grid *grid)
+{
+    int least = grid->n[PD_DIM - 1];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        least = i[PD_DIM - 1] < least ? i[PD_DIM - 1] : least;
+    }
+    return least;
+}
+
+/* Mean radius of the innermost bond of the innermost row with fluid, when no bond of such rows reaches the fitted ones
+ * and all such bonds keep half of their conductance; else infinite. */
+static double pdi_axisym_beyond(const pdi_axisym_fit *f, const pd_grid *grid)
+{
+    int dry = pdi_axisym_dry(grid);
+    double beyond = f->first + dry - 0.5 * f->stencil->reach;
+    if (dry < f->rows + f->stencil->reach || !(beyond > 0.0) || beyond * beyond < 2.0 * f->wire) return HUGE_VAL;
+    return beyond;
+}
+
 static void pdi_axisym_fit_list(pdi_owner *owner, void *object)
 {
     pdi_axisym_fit *fit = (pdi_axisym_fit *)object;
@@ -160,19 +185,22 @@ static pd_status pdi_axisym_table(pd_ctx *ctx, pdi_axisym_fit *f, const pd_grid 
                                 const double *unit, double *table)
 {
     const pd_stencil *s = f->stencil;
-    double moment[2] = {0.0, 0.0}, curl = 0.0, straight = 0.0;
+    double moment[2] = {0.0, 0.0}, curl = 0.0, bend = 0.0, straight = 0.0;
     f->weight = weight;
     for (int k = 0; k < s->count; k++) {
         double axial = pdi_axisym_offset(s, k, 0), radial = pdi_axisym_offset(s, k, 1), square = radial * radial;
         moment[0] += weight[k] * axial * axial;
         moment[1] += weight[k] * square;
         curl += weight[k] * square * (square - 1.0) / 12.0;
+        bend += weight[k] * square * square / 12.0;
         if (!(fabs(axial) > 0.0)) straight += weight[k] * square;
     }
     f->scale[0] = 1.0 / moment[0];
     f->scale[PD_DIM - 1] = 1.0 / moment[1];
     f->excess = curl > 0.0 ? curl / straight : 0.0;
+    f->wire = bend / straight;
     PDI_TRY(pdi_owner_renew(ctx, pdi_axisym_fit_list, f, &f->rows, pdi_axisym_rows(f)));
+    f->beyond = unit ? pdi_axisym_beyond(f, grid) : HUGE_VAL;
     PDI_TRY(pdi_axisym_newton(ctx, f));
     for (int row = 0; row < grid->np[PD_DIM - 1]; row++)
         for (int k = 0; k < s->count; k++) {

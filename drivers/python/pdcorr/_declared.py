@@ -1000,6 +1000,7 @@ def declare(dim):
         ('squares', c_int),
         ('square', pd_square * (2, 8, 18)[dim - 1]),
         ('excess', c_double * (2, 8, 18)[dim - 1]),
+        ('bend', c_double * dim),
     ]
 
     class pd_flow_desc(Structure):
