@@ -20782,6 +20782,9 @@ PDI_FN void pdi_smoother_lines(pdi_par_team team, const pd_smoother_level *level
 #define PDI_COARSEN_LEFT 0.3f
 /* Entries of a coarse row that are looked through one by one; rows with more are found by marks, on one thread. */
 #define PDI_COARSEN_FEW 64
+/* Links of a level that there is room for beside those of now: later setups join other cells, and steps take no
+ * memory. */
+#define PDI_COARSEN_SPARE 64
 /* No cell, and one that has not been joined to another. */
 #define PDI_COARSEN_NONE (-1)
 #define PDI_COARSEN_ROOT (-2)
@@ -20851,7 +20854,7 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smooth
     if (other) pdi_owner_free(ctx, pdi_coarsen_link_list, level);
     level->symmetric = symmetric;
     if (other || links > level->link_capacity || !level->a)
-        PDI_TRY(pdi_owner_renew(ctx, pdi_coarsen_link_list, level, &level->link_capacity, links));
+        PDI_TRY(pdi_owner_renew(ctx, pdi_coarsen_link_list, level, &level->link_capacity, links + PDI_COARSEN_SPARE));
     level->back = symmetric ? level->a : level->a + level->link_capacity;
     return PD_OK;
 }
@@ -21085,7 +21088,9 @@ static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smoother_level *leve
         if (level->parent[c] >= 0) first[level->parent[c] + 1]++;
     for (int32_t p = 0; p < coarse->cells; p++) first[p + 1] += first[p];
     int32_t children = first[coarse->cells];
-    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->child, &coarse->child_capacity, children));
+    /* other links join other cells in a later setup, and steps take no memory: as many as there can be */
+    int32_t most = level->block && level->cell_capacity > children ? level->cell_capacity : children;
+    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->child, &coarse->child_capacity, most));
     for (int32_t c = level->cells - 1; c >= 0; c--) /* each list from its end: first[p + 1] becomes its begin */
         if (level->parent[c] >= 0) coarse->child[--first[level->parent[c] + 1]] = c;
     for (int32_t p = 0; p < coarse->cells; p++) first[p] = first[p + 1];
@@ -32415,7 +32420,7 @@ PDI_COLD_END
 /* A pivot below this share of the diagonal is none. */
 #define PDI_FACTOR_PIVOT 1e-3
 /* Lattices with fewer columns are eliminated from one end. */
-#define PDI_FACTOR_SHORT 8
+#define PDI_FACTOR_SHORT 64
 
 /* Columns of the lattice from one end of the stream on, in the order of elimination. */
 typedef struct pdi_factor_order {
@@ -32451,7 +32456,8 @@ static pdi_factor_order pdi_factor_sort(const pd_factor *f, int end)
     o.across = grid->stride[other % PD_DIM];
     o.columns = grid->n[f->axis];
     o.rows = grid->n[other % PD_DIM];
-    o.half = o.columns < PDI_FACTOR_SHORT ? o.columns : o.columns / 2;
+    int both = o.columns >= PDI_FACTOR_SHORT && o.columns >= o.rows; /* else the room of the second end tells */
+    o.half = both ? o.columns / 2 : o.columns;
     o.end = end ? o.columns - o.half : o.half;
     o.line = end ? -(o.rows + 4) : o.rows + 4;
     o.entry = f->entry ? f->entry + (end ? 25 * (int64_t)o.half * o.rows : 0) : NULL;
@@ -32488,7 +32494,7 @@ static void pdi_factor_list(pdi_owner *owner, void *object)
     pdi_factor_order o = pdi_factor_sort(factor, 0);
     PDI_RAW(owner, factor, entry, 25 * (int64_t)o.columns * o.rows, "1/s");
     PDI_ARRAY(owner, factor, x, (int64_t)(o.columns + 4) * o.line, "mol/m3");
-    PDI_ARRAY(owner, factor, near, 6 * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR, "");
+    PDI_ARRAY(owner, factor, near, (o.half < o.columns ? 6 : 3) * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR, "");
 }
 
 PDI_FN void pdi_factor_lend(pd_ctx *ctx, pd_arena *arena, pd_krylov *krylov, pd_factor *f)
@@ -32729,7 +32735,7 @@ static int pdi_factor_columns(const pd_factor *f, const pdi_factor_order *o, con
                               int first, int behind)
 {
     pdi_factor_row sums;
-    if (!first) {
+    if (!first && behind > 0) {
         memset(o->near, 0, 3 * (size_t)(o->rows + 2) * PDI_FACTOR_NEAR * sizeof *o->near);
         pdi_factor_column(f, o, c, least, 0);
     }

@@ -19,6 +19,9 @@
 #define PDI_COARSEN_LEFT 0.3f
 /* Entries of a coarse row that are looked through one by one; rows with more are found by marks, on one thread. */
 #define PDI_COARSEN_FEW 64
+/* Links of a level that there is room for beside those of now: later setups join other cells, and steps take no
+ * memory. */
+#define PDI_COARSEN_SPARE 64
 /* No cell, and one that has not been joined to another. */
 #define PDI_COARSEN_NONE (-1)
 #define PDI_COARSEN_ROOT (-2)
@@ -88,7 +91,7 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smooth
     if (other) pdi_owner_free(ctx, pdi_coarsen_link_list, level);
     level->symmetric = symmetric;
     if (other || links > level->link_capacity || !level->a)
-        PDI_TRY(pdi_owner_renew(ctx, pdi_coarsen_link_list, level, &level->link_capacity, links));
+        PDI_TRY(pdi_owner_renew(ctx, pdi_coarsen_link_list, level, &level->link_capacity, links + PDI_COARSEN_SPARE));
     level->back = symmetric ? level->a : level->a + level->link_capacity;
     return PD_OK;
 }
@@ -322,7 +325,9 @@ static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smoother_level *leve
         if (level->parent[c] >= 0) first[level->parent[c] + 1]++;
     for (int32_t p = 0; p < coarse->cells; p++) first[p + 1] += first[p];
     int32_t children = first[coarse->cells];
-    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->child, &coarse->child_capacity, children));
+    /* other links join other cells in a later setup, and steps take no memory: as many as there can be */
+    int32_t most = level->block && level->cell_capacity > children ? level->cell_capacity : children;
+    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->child, &coarse->child_capacity, most));
     for (int32_t c = level->cells - 1; c >= 0; c--) /* each list from its end: first[p + 1] becomes its begin */
         if (level->parent[c] >= 0) coarse->child[--first[level->parent[c] + 1]] = c;
     for (int32_t p = 0; p < coarse->cells; p++) first[p] = first[p + 1];

@@ -13,7 +13,7 @@
 /* A pivot below this share of the diagonal is none. */
 #define PDI_FACTOR_PIVOT 1e-3
 /* Lattices with fewer columns are eliminated from one end. */
-#define PDI_FACTOR_SHORT 8
+#define PDI_FACTOR_SHORT 64
 
 /* Columns of the lattice from one end of the stream on, in the order of elimination. */
 typedef struct pdi_factor_order {
@@ -49,7 +49,8 @@ static pdi_factor_order pdi_factor_sort(const pd_factor *f, int end)
     o.across = grid->stride[other % PD_DIM];
     o.columns = grid->n[f->axis];
     o.rows = grid->n[other % PD_DIM];
-    o.half = o.columns < PDI_FACTOR_SHORT ? o.columns : o.columns / 2;
+    int both = o.columns >= PDI_FACTOR_SHORT && o.columns >= o.rows; /* else the room of the second end tells */
+    o.half = both ? o.columns / 2 : o.columns;
     o.end = end ? o.columns - o.half : o.half;
     o.line = end ? -(o.rows + 4) : o.rows + 4;
     o.entry = f->entry ? f->entry + (end ? 25 * (int64_t)o.half * o.rows : 0) : NULL;
@@ -86,7 +87,7 @@ static void pdi_factor_list(pdi_owner *owner, void *object)
     pdi_factor_order o = pdi_factor_sort(factor, 0);
     PDI_RAW(owner, factor, entry, 25 * (int64_t)o.columns * o.rows, "1/s");
     PDI_ARRAY(owner, factor, x, (int64_t)(o.columns + 4) * o.line, "mol/m3");
-    PDI_ARRAY(owner, factor, near, 6 * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR, "");
+    PDI_ARRAY(owner, factor, near, (o.half < o.columns ? 6 : 3) * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR, "");
 }
 
 PDI_FN void pdi_factor_lend(pd_ctx *ctx, pd_arena *arena, pd_krylov *krylov, pd_factor *f)
@@ -327,7 +328,7 @@ static int pdi_factor_columns(const pd_factor *f, const pdi_factor_order *o, con
                               int first, int behind)
 {
     pdi_factor_row sums;
-    if (!first) {
+    if (!first && behind > 0) {
         memset(o->near, 0, 3 * (size_t)(o->rows + 2) * PDI_FACTOR_NEAR * sizeof *o->near);
         pdi_factor_column(f, o, c, least, 0);
     }
