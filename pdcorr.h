@@ -66044,7 +66044,8 @@ PDI_FN int pdi_read_constants_taken(const char *name)
 static int pdi_read_constants_hides(const char *name)
 {
     pdi_units_product unit;
-    return pdi_units_scan(name, NULL, NULL, &unit, NULL) == strlen(name);
+    const char *why;
+    return pdi_units_scan(name, NULL, NULL, &unit, &why) == strlen(name) && !why;
 }
 
 PDI_FN int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
