@@ -28428,9 +28428,9 @@ static pd_status pdi_reaction_fits(pd_ctx *ctx, const char *name, const char *wh
     pdi_reaction_expected(order, rate, expected, sizeof expected);
     if (!unit || !*unit)
         return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has no unit, expected %s%s", what, name, expected,
-                        rate > 0.0 ? "" : ", or log10 K");
+                        rate > 0.0 ? "" : ", or log10_K without unit");
     return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has the unit '%.40s', expected %s%s", what, name, unit,
-                    expected, rate > 0.0 ? "" : ", or log10 K");
+                    expected, rate > 0.0 ? "" : ", or log10_K without unit");
 }
 
 /* One term "2 OH-" of side -1 or 1. */
@@ -28504,8 +28504,9 @@ static pd_status pdi_reaction_balance(pd_ctx *ctx, const pd_species *species, in
             }
             if (fabs(left - right) < PDI_REACTION_SAME) continue;
             pdi_species_symbol(species[i].element[k], symbol);
-            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: %g %s on the left, %g on the right",
-                            r->name, left, symbol, right);
+            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: %g %s on the left, %g on the right: "
+                            "correct a factor, or add what is missing, such as H2O or H+", r->name, left, symbol,
+                            right);
         }
     }
     double left = 0.0, right = 0.0;
@@ -28515,8 +28516,8 @@ static pd_status pdi_reaction_balance(pd_ctx *ctx, const pd_species *species, in
     }
     if (fabs(left - right) < PDI_REACTION_SAME) return PD_OK;
     return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: the charge is %+g on the left, %+g on "
-                    "the right",
-                    r->name, left, right);
+                    "the right: correct a factor, or add what is missing, such as H+, OH- or e-", r->name, left,
+                    right);
 }
 
 static pd_status pdi_reaction_constants(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
@@ -66446,6 +66447,14 @@ PDI_FN int pdi_read_constants_taken(const char *name)
     return pdi_expr_taken(name);
 }
 
+/* 1 for a name that is a unit: numbers with this unit would be products with the constant. */
+static int pdi_read_constants_hides(const char *name)
+{
+    pdi_units_product unit;
+    const char *why;
+    return pdi_units_scan(name, NULL, NULL, &unit, &why) == strlen(name) && !why;
+}
+
 PDI_FN int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
 {
     char text[PD_UNITS_TEXT];
@@ -66467,6 +66476,10 @@ static pd_status pdi_read_constants_add(pd_ctx *ctx, pd_text *text, int section,
     if (pdi_read_constants_taken(name))
         return pdi_text_refuse(ctx, text, section, name,
                                "found the name '%.40s', expected one that expressions do not have", name);
+    if (pdi_read_constants_hides(name))
+        return pdi_text_refuse(ctx, text, section, name,
+                               "found the name '%.40s', which is a unit, expected another one, such as %.40s_0", name,
+                               name);
     PDI_TRY(pdi_text_expr(ctx, text, section, name, NULL, NULL, 0, NULL, &expr));
     pd_expr_symbol *s = &n->symbol[n->count];
     s->name = name;

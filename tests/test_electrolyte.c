@@ -222,7 +222,7 @@ TEST(bad_input)
     refuse(6, WATER "[reaction r] H+ + 2 OH- = H2O  log10_K = 1\n", "balance: 3 H on the left, 2 on the right");
     refuse(6, WATER "[reaction r] Na+ + OH- = H2O  log10_K = 1\n", "does not balance: 1 H on the left, 2 on");
     refuse(6, WATER "[reaction r] Na+ = Cl- + Mg2+  log10_K = 1\n", "has the species 'Mg2+', which nobody defines");
-    refuse(6, WATER "[reaction r] H+ + OH- = H2O  K = 1e14\n", "K of 'r' has no unit, expected L2/mol2, or log10 K");
+    refuse(6, WATER "[reaction r] H+ + OH- = H2O  K = 1e14\n", "K of 'r' has no unit, expected L2/mol2, or log10_K");
     refuse(6, WATER "[reaction r] H+ + OH- = H2O  K = 1e14 L/mol\n", "has the unit 'L/mol', expected L2/mol2");
     refuse(6, WATER "[reaction r] H+ + OH- = H2O  K = 1e14 kg\n", "found a mass [kg], expected a unit of mol, L and s");
     refuse(6, WATER "[reaction r] H+ + OH- = H2O  forward = 1 1/s\n", "the forward rate of 'r' has the unit");

@@ -102,9 +102,9 @@ static pd_status pdi_reaction_fits(pd_ctx *ctx, const char *name, const char *wh
     pdi_reaction_expected(order, rate, expected, sizeof expected);
     if (!unit || !*unit)
         return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has no unit, expected %s%s", what, name, expected,
-                        rate > 0.0 ? "" : ", or log10 K");
+                        rate > 0.0 ? "" : ", or log10_K without unit");
     return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has the unit '%.40s', expected %s%s", what, name, unit,
-                    expected, rate > 0.0 ? "" : ", or log10 K");
+                    expected, rate > 0.0 ? "" : ", or log10_K without unit");
 }
 
 /* One term "2 OH-" of side -1 or 1. */
@@ -178,8 +178,9 @@ static pd_status pdi_reaction_balance(pd_ctx *ctx, const pd_species *species, in
             }
             if (fabs(left - right) < PDI_REACTION_SAME) continue;
             pdi_species_symbol(species[i].element[k], symbol);
-            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: %g %s on the left, %g on the right",
-                            r->name, left, symbol, right);
+            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: %g %s on the left, %g on the right: "
+                            "correct a factor, or add what is missing, such as H2O or H+", r->name, left, symbol,
+                            right);
         }
     }
     double left = 0.0, right = 0.0;
@@ -189,8 +190,8 @@ static pd_status pdi_reaction_balance(pd_ctx *ctx, const pd_species *species, in
     }
     if (fabs(left - right) < PDI_REACTION_SAME) return PD_OK;
     return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: the charge is %+g on the left, %+g on "
-                    "the right",
-                    r->name, left, right);
+                    "the right: correct a factor, or add what is missing, such as H+, OH- or e-", r->name, left,
+                    right);
 }
 
 static pd_status pdi_reaction_constants(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,

@@ -10,6 +10,14 @@ PDI_FN int pdi_read_constants_taken(const char *name)
     return pdi_expr_taken(name);
 }
 
+/* 1 for a name that is a unit: numbers with this unit would be products with the constant. */
+static int pdi_read_constants_hides(const char *name)
+{
+    pdi_units_product unit;
+    const char *why;
+    return pdi_units_scan(name, NULL, NULL, &unit, &why) == strlen(name) && !why;
+}
+
 PDI_FN int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
 {
     char text[PD_UNITS_TEXT];
@@ -31,6 +39,10 @@ static pd_status pdi_read_constants_add(pd_ctx *ctx, pd_text *text, int section,
     if (pdi_read_constants_taken(name))
         return pdi_text_refuse(ctx, text, section, name,
                                "found the name '%.40s', expected one that expressions do not have", name);
+    if (pdi_read_constants_hides(name))
+        return pdi_text_refuse(ctx, text, section, name,
+                               "found the name '%.40s', which is a unit, expected another one, such as %.40s_0", name,
+                               name);
     PDI_TRY(pdi_text_expr(ctx, text, section, name, NULL, NULL, 0, NULL, &expr));
     pd_expr_symbol *s = &n->symbol[n->count];
     s->name = name;
