@@ -416,6 +416,13 @@
 #define PDI_INLINE static inline
 #endif
 
+/* PDI_SHARED: the same where programs may be large; where they are to be small, all callers have one copy. */
+#ifdef PDI_SMALL
+#define PDI_SHARED static __attribute__((noinline))
+#else
+#define PDI_SHARED PDI_INLINE
+#endif
+
 /* PDI_FEW: the copy of an inner loop for runs shorter than a vector: vectors make it longer and not faster. */
 #ifdef PDI_COLD
 #define PDI_FEW static __attribute__((noinline, noclone, optimize("no-tree-vectorize")))
@@ -1750,6 +1757,15 @@ static inline int pdi_traverse_piece(int32_t length, int most, int32_t *at)
 }
 /* Nodes whose sums stay in registers while their bonds pass by. */
 #define PDI_BLOCK 16
+/* Inner loops are compiled for whole blocks, for single nodes beside inlets and outlets (place >= 0), and for all else.
+ * Where a program is to be small, that one does for all. */
+#ifdef PDI_SMALL
+#define PDI_WHOLE(count) 0
+#define PDI_SINGLE(place) 0
+#else
+#define PDI_WHOLE(count) ((count) == PDI_BLOCK)
+#define PDI_SINGLE(place) ((place) >= 0)
+#endif
 /* The next block from *at of `length` nodes: all of them where they are fewer. The last one goes together with nodes
  * that are done already. */
 static inline int pdi_traverse_block(int32_t length, int32_t *at)
@@ -9228,6 +9244,8 @@ typedef enum pdi_align {
 /* Makes a canvas of pixels, or of vectors where svg is not NULL, and draws `what` on it. */
 typedef pd_status (*pdi_canvas_fn)(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas);
 
+/* Length on paper. Not hypot, whose last bit C libraries differ in, and with it pictures. */
+PDI_FN double pdi_canvas_length(double x, double y);
 /* A blank sheet; free image with pdi_image_free. */
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
 /* The same with vectors; free svg with pdi_svg_free. */
@@ -23939,7 +23957,7 @@ PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int
 }
 
 /* The open bonds of the rows from r; all of whole families (-1). Bonds to inlets carry no pressure. */
-PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
+PDI_SHARED void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
                              pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -24562,7 +24580,7 @@ PDI_INLINE void pdi_jacobian_bond(const pdi_jacobian_own *PD_RESTRICT own, const
 
 /* All bonds of `count` nodes from i: of whole families (row -1), or those that the rows from `row` have open. Bonds to
  * inlets carry no pressure. Inlined with a constant for `count`. */
-PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, int count,
+PDI_SHARED void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, int count,
                                  pdi_jacobian_sums *PD_RESTRICT sums)
 {
     const pd_flow *flow = q->flow;
@@ -31270,9 +31288,9 @@ static void pdi_rest_rows(const pd_conductance *c, const double *x, int32_t row,
         int32_t left = PDI_CONDUCTANCE_PAGE - (row + at) % PDI_CONDUCTANCE_PAGE;
         count = length - at < PDI_BLOCK ? length - at : PDI_BLOCK;
         count = count < left ? count : left;
-        if (exact && count == PDI_BLOCK) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 1, sum + at);
+        if (exact && PDI_WHOLE(count)) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 1, sum + at);
         else if (exact) pdi_rest_block(c, x + at, row + at, count, 1, sum + at);
-        else if (count == PDI_BLOCK) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 0, sum + at);
+        else if (PDI_WHOLE(count)) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 0, sum + at);
         else pdi_rest_block(c, x + at, row + at, count, 0, sum + at);
     }
 }
@@ -31492,7 +31510,7 @@ static void pdi_limiter_piece_end(const pdi_limiter_sweep *s, pdi_limiter_piece 
 
 /* Rows, runs shorter than a block, and (compiled for these) single nodes at `place` of the list beside inlets and
  * outlets. Outlets show the value of the node; inlets are no part of the moments of eq. 3.5. */
-PDI_INLINE void pdi_limiter_bonds(const pdi_limiter_sweep *of, int32_t i, int32_t row, int32_t place, int count)
+PDI_SHARED void pdi_limiter_bonds(const pdi_limiter_sweep *of, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_limiter *l = of->limiter;
     const pd_bonds *bonds = l->bonds;
@@ -31865,7 +31883,7 @@ static double pdi_flux_bends(const pd_flux *t, int32_t far)
 }
 
 /* place: of a single node beside inlets and outlets in their list, -1: none of the block is one of them. */
-PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int32_t place, int k, int count,
+PDI_SHARED void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int32_t place, int k, int count,
                                   pdi_flux_pair *p)
 {
     int bonds = t->bonds->stencil->count, opposite = bonds - 1 - k;
@@ -31942,9 +31960,9 @@ PDI_INLINE void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t
 static void pdi_flux_apply_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    if (place >= 0) pdi_flux_apply_block(s, i, row, place, 1);
-    else if (count == PDI_BLOCK) pdi_flux_apply_block(s, i, row, -1, PDI_BLOCK);
-    else pdi_flux_apply_block(s, i, row, -1, count);
+    if (PDI_SINGLE(place)) pdi_flux_apply_block(s, i, row, place, 1);
+    else if (PDI_WHOLE(count)) pdi_flux_apply_block(s, i, row, -1, PDI_BLOCK);
+    else pdi_flux_apply_block(s, i, row, place, count);
 }
 
 /* The same for several fields: a bond is asked once. */
@@ -32003,9 +32021,9 @@ PDI_INLINE void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i,
 static void pdi_flux_fields_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_flux_fields_sweep *s = (const pdi_flux_fields_sweep *)user;
-    if (place >= 0) pdi_flux_fields_block(s, i, row, place, 1);
-    else if (count == PDI_BLOCK) pdi_flux_fields_block(s, i, row, -1, PDI_BLOCK);
-    else pdi_flux_fields_block(s, i, row, -1, count);
+    if (PDI_SINGLE(place)) pdi_flux_fields_block(s, i, row, place, 1);
+    else if (PDI_WHOLE(count)) pdi_flux_fields_block(s, i, row, -1, PDI_BLOCK);
+    else pdi_flux_fields_block(s, i, row, place, count);
 }
 
 /* What a bond adds to the rate of a node: no less than half of what leaves, and `room` times what upwinding adds. */
@@ -32057,9 +32075,9 @@ static void pdi_flux_rates_nodes(const void *user, int32_t i, int32_t row, int32
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
     if (s->t->conductance.rests) pdi_flux_rates_rest(s, i, row, count);
-    else if (place >= 0) pdi_flux_rates_block(s, i, row, place, 1);
-    else if (count == PDI_BLOCK) pdi_flux_rates_block(s, i, row, -1, PDI_BLOCK);
-    else pdi_flux_rates_block(s, i, row, -1, count);
+    else if (PDI_SINGLE(place)) pdi_flux_rates_block(s, i, row, place, 1);
+    else if (PDI_WHOLE(count)) pdi_flux_rates_block(s, i, row, -1, PDI_BLOCK);
+    else pdi_flux_rates_block(s, i, row, place, count);
 }
 
 /* What two bonds, one opposite to the other, are made of for node b of a block: the field or a direction, with the
@@ -32135,12 +32153,15 @@ PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t 
 }
 
 /* Nodes beside inlets and outlets see other far ends, and keep nothing for themselves. */
+static void pdi_flux_anti_nodes_by(const void *user, int32_t i, int32_t row, int32_t place, int count);
+
 PDI_INLINE void pdi_flux_anti_nodes_of(const void *user, int32_t i, int32_t row, int32_t place, int count, int what)
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    if (place >= 0) pdi_flux_anti_block(s, i, row, place, 1, what == PDI_FLUX_KEPT ? PDI_FLUX_ALONG : what);
-    else if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, what);
-    else pdi_flux_anti_block(s, i, row, -1, count, what);
+    if (place >= 0 && what == PDI_FLUX_KEPT) pdi_flux_anti_nodes_by(user, i, row, place, 1);
+    else if (PDI_SINGLE(place)) pdi_flux_anti_block(s, i, row, place, 1, what);
+    else if (PDI_WHOLE(count)) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, what);
+    else pdi_flux_anti_block(s, i, row, place, count, what);
 }
 
 static void pdi_flux_anti_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
@@ -33028,9 +33049,9 @@ PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, 
 static void pdi_migrate_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_migrate *m = (const pdi_migrate *)user;
-    if (place >= 0) pdi_migrate_block(m, i, row, place, 1);
-    else if (count == PDI_BLOCK) pdi_migrate_block(m, i, row, -1, PDI_BLOCK);
-    else pdi_migrate_block(m, i, row, -1, count);
+    if (PDI_SINGLE(place)) pdi_migrate_block(m, i, row, place, 1);
+    else if (PDI_WHOLE(count)) pdi_migrate_block(m, i, row, -1, PDI_BLOCK);
+    else pdi_migrate_block(m, i, row, place, count);
 }
 
 PDI_FN void pdi_migrate_apply(const pd_ctx *ctx, const pdi_migrate *m)
@@ -33257,7 +33278,7 @@ static inline double pdi_steep_keep(double value, double step, double before, do
 }
 
 /* Values of the nodes, or the means of what both ends say, kept within the limits of the node. */
-PDI_INLINE void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32_t place, int count, int means)
+PDI_SHARED void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32_t place, int count, int means)
 {
     const pdi_steep *s = of->s;
     const pd_bonds *bonds = s->flux->bonds;
@@ -33334,7 +33355,7 @@ static inline double pdi_steep_bring(double flux, double least, double step, dou
 }
 
 /* Gains and losses of nodes, or what they gain with the shares of both ends. Inlets have no bend and all there is. */
-PDI_INLINE void pdi_steep_block(const pdi_steep_sweep *of, int32_t i, int32_t row, int32_t place, int count)
+PDI_SHARED void pdi_steep_block(const pdi_steep_sweep *of, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_steep *s = of->s;
     const pd_flux *t = s->flux;
@@ -41907,7 +41928,7 @@ PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RE
 }
 
 /* The bonds of band k. Inlined with a constant for `flows`. */
-PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int flows,
+PDI_SHARED void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int flows,
                              double (*PD_RESTRICT sum)[PD_BAND_MOST])
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);
@@ -55681,9 +55702,21 @@ static inline void pdi_png_residuals(int filter, const uint8_t *PD_RESTRICT row,
         out[i] = (uint8_t)(row[i] - pdi_png_combine(filter, row[i - step], above[i], above[i - step]));
 }
 
+/* The same for each filter, with one copy of each loop. */
+static void pdi_png_leave(int filter, const uint8_t *PD_RESTRICT row, const uint8_t *PD_RESTRICT above, size_t stride,
+                          size_t step, uint8_t *PD_RESTRICT out)
+{
+    switch (filter) {
+    case PDI_PNG_SUB: pdi_png_residuals(PDI_PNG_SUB, row, above, stride, step, out); break;
+    case PDI_PNG_UP: pdi_png_residuals(PDI_PNG_UP, row, above, stride, step, out); break;
+    case PDI_PNG_AVERAGE: pdi_png_residuals(PDI_PNG_AVERAGE, row, above, stride, step, out); break;
+    case PDI_PNG_PAETH: pdi_png_residuals(PDI_PNG_PAETH, row, above, stride, step, out); break;
+    default: memcpy(out, row, stride); break;
+    }
+}
+
 /* The sum of their magnitudes. */
-static inline uint64_t pdi_png_magnitude(int filter, const uint8_t *row, const uint8_t *above, size_t stride,
-                                         size_t step)
+static uint64_t pdi_png_magnitude(int filter, const uint8_t *row, const uint8_t *above, size_t stride, size_t step)
 {
     uint8_t left[PDI_PNG_PIECE];
     uint64_t sum = 0;
@@ -55691,7 +55724,7 @@ static inline uint64_t pdi_png_magnitude(int filter, const uint8_t *row, const u
     for (size_t at = 0; at + step < stride; at += count) { /* each piece begins with a pixel of the one before */
         count = stride - step - at < PDI_PNG_PIECE - step ? stride - step - at : PDI_PNG_PIECE - step;
         skip = at ? step : 0;
-        pdi_png_residuals(filter, row + at, above + at, count + step, step, left);
+        pdi_png_leave(filter, row + at, above + at, count + step, step, left);
         uint32_t part = 0;
         for (size_t i = skip; i < count + step; i++) part += left[i] < 128 ? left[i] : 256u - left[i];
         sum += part;
@@ -55709,20 +55742,11 @@ static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t 
         memset(out + 1, 0, stride);
         return;
     }
-    sum[PDI_PNG_NONE] = pdi_png_magnitude(PDI_PNG_NONE, row, above, stride, step);
-    sum[PDI_PNG_SUB] = pdi_png_magnitude(PDI_PNG_SUB, row, above, stride, step);
-    sum[PDI_PNG_UP] = pdi_png_magnitude(PDI_PNG_UP, row, above, stride, step);
-    sum[PDI_PNG_AVERAGE] = pdi_png_magnitude(PDI_PNG_AVERAGE, row, above, stride, step);
-    sum[PDI_PNG_PAETH] = pdi_png_magnitude(PDI_PNG_PAETH, row, above, stride, step);
+    for (int filter = 0; filter < PDI_PNG_FILTERS; filter++)
+        sum[filter] = pdi_png_magnitude(filter, row, above, stride, step);
     for (int filter = 1; filter < PDI_PNG_FILTERS; filter++)
         if (sum[filter] < sum[out[0]]) out[0] = (uint8_t)filter;
-    switch (out[0]) {
-    case PDI_PNG_SUB: pdi_png_residuals(PDI_PNG_SUB, row, above, stride, step, out + 1); break;
-    case PDI_PNG_UP: pdi_png_residuals(PDI_PNG_UP, row, above, stride, step, out + 1); break;
-    case PDI_PNG_AVERAGE: pdi_png_residuals(PDI_PNG_AVERAGE, row, above, stride, step, out + 1); break;
-    case PDI_PNG_PAETH: pdi_png_residuals(PDI_PNG_PAETH, row, above, stride, step, out + 1); break;
-    default: memcpy(out + 1, row, stride); break;
-    }
+    pdi_png_leave(out[0], row, above, stride, step, out + 1);
 }
 
 /* What stands before and behind the data of a chunk. */
@@ -56398,6 +56422,8 @@ enum {
     PDI_CANVAS_RAISED = 256 /* added to the letter */
 };
 
+PDI_FN double pdi_canvas_length(double x, double y) { return sqrt(x * x + y * y); }
+
 static pd_status pdi_canvas_size(pd_ctx *ctx, int width, int height)
 {
     if (width >= 1 && height >= 1 && width <= PD_PNG_MAX_PIXELS / height) return PD_OK;
@@ -56525,7 +56551,7 @@ static double pdi_canvas_distance(double x, double y, double xa, double ya, doub
 {
     double length2 = dx * dx + dy * dy, s = length2 > 0 ? ((x - xa) * dx + (y - ya) * dy) / length2 : 0;
     s = s < 0 ? 0 : s > 1 ? 1 : s;
-    return hypot(x - xa - s * dx, y - ya - s * dy);
+    return pdi_canvas_length(x - xa - s * dx, y - ya - s * dy);
 }
 
 /* Cut the segment a-b to one band of one coordinate; 0 when nothing is left. */
@@ -57484,7 +57510,8 @@ PDI_FN int pdi_stream_velocity(const pdi_stream *f, const double *at, double *ve
 PDI_FN double pdi_stream_fastest(const pdi_stream *f)
 {
     double fastest = 0.0;
-    for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++) fastest = fmax(fastest, hypot(f->u[0][k], f->u[1][k]));
+    for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++)
+        fastest = fmax(fastest, pdi_canvas_length(f->u[0][k], f->u[1][k]));
     return fastest;
 }
 
@@ -57494,7 +57521,7 @@ static double pdi_streamline_peak(const pdi_stream *f, int64_t *cell)
     double fastest = 0.0;
     *cell = -1;
     for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++) {
-        double speed = hypot(f->u[0][k] * f->size[0] / f->cell[0], f->u[1][k] * f->size[1] / f->cell[1]);
+        double speed = pdi_canvas_length(f->u[0][k] * f->size[0] / f->cell[0], f->u[1][k] * f->size[1] / f->cell[1]);
         if (!(speed > fastest)) continue;
         fastest = speed;
         *cell = k;
@@ -57551,7 +57578,7 @@ static int pdi_streamline_near(const pdi_streamline_search *s, const double *at,
                 const pdi_streamline_mark *mark = &s->mark[k];
                 if ((mark->line == s->lines->count) != own) continue;
                 if (own && fabs(mark->along - along) < bend) continue;
-                if (hypot(mark->x - at[0], mark->y - at[1]) < reach) return 1;
+                if (pdi_canvas_length(mark->x - at[0], mark->y - at[1]) < reach) return 1;
             }
         }
     return 0;
@@ -57564,7 +57591,7 @@ static int pdi_streamline_way(const pdi_streamline_search *s, const double *at, 
 {
     double u[2];
     if (!pdi_stream_velocity(s->f, at, u)) return 0;
-    double speed = hypot(u[0], u[1]);
+    double speed = pdi_canvas_length(u[0], u[1]);
     if (!(speed > s->least)) return 0;
     way[0] = sense * u[0] / speed;
     way[1] = sense * u[1] / speed;
@@ -57604,7 +57631,8 @@ static int pdi_streamline_meets(const pdi_streamline_search *s, const double *se
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], x = seed[0] - a[0], y = seed[1] - a[1];
     double share = (x * dx + y * dy) / (dx * dx + dy * dy);
-    return share >= 0.0 && share <= 1.0 && fabs(x * dy - y * dx) < PDI_STREAMLINE_MEET * s->f->apart * hypot(dx, dy);
+    if (!(share >= 0.0 && share <= 1.0)) return 0;
+    return fabs(x * dy - y * dx) < PDI_STREAMLINE_MEET * s->f->apart * pdi_canvas_length(dx, dy);
 }
 
 /* Does a face lie beside the place, on one side of it alone? A line along it would be drawn on that face. */
@@ -57713,7 +57741,7 @@ static pd_status pdi_streamline_beside(pdi_streamline_search *s, int64_t from)
         for (int64_t p = l->line[k].first; p + 1 < l->line[k].first + l->line[k].count; p++)
             for (int side = -1; side <= 1; side += 2) {
                 double dx = l->at[2 * p + 2] - l->at[2 * p], dy = l->at[2 * p + 3] - l->at[2 * p + 1];
-                double out = side * s->f->apart * (1.0 + 1e-6) / hypot(dx, dy);
+                double out = side * s->f->apart * (1.0 + 1e-6) / pdi_canvas_length(dx, dy);
                 double seed[2] = {l->at[2 * p] - dy * out, l->at[2 * p + 1] + dx * out};
                 PDI_TRY(pdi_streamline_try(s, seed));
             }
@@ -57821,7 +57849,7 @@ static void pdi_arrows_head(pdi_canvas *canvas, double x, double y, double dx, d
 
 static void pdi_arrows_arrow(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
 {
-    double length = hypot(xb - xa, yb - ya), head = fmin(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
+    double length = pdi_canvas_length(xb - xa, yb - ya), head = fmin(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
     double dx = (xb - xa) / length, dy = (yb - ya) / length;
     pdi_canvas_stroke(canvas, xa, ya, xb - 0.5 * head * dx, yb - 0.5 * head * dy);
     pdi_arrows_head(canvas, xb, yb, dx, dy, head);
@@ -57840,12 +57868,14 @@ static pd_status pdi_arrows_begin(pd_ctx *ctx, pdi_canvas *canvas, int core)
 static void pdi_arrows_line(const pdi_arrows *a, pdi_canvas *canvas, const double *at, int64_t count, int up)
 {
     double length = 0.0, along = 0.0, every = PDI_ARROWS_EVERY * a->stream->apart;
-    for (int64_t k = 1; k < count; k++) length += hypot(at[2 * k] - at[2 * k - 2], at[2 * k + 1] - at[2 * k - 1]);
+    for (int64_t k = 1; k < count; k++)
+        length += pdi_canvas_length(at[2 * k] - at[2 * k - 2], at[2 * k + 1] - at[2 * k - 1]);
     double next = fmod(0.5 * length, every);
     if (next < 0.5 * a->stream->apart) next += every;
     for (int64_t k = 1; k < count; k++) {
         double x = a->left + at[2 * k - 2], y = a->bottom - up * at[2 * k - 1];
-        double dx = at[2 * k] - at[2 * k - 2], dy = -up * (at[2 * k + 1] - at[2 * k - 1]), piece = hypot(dx, dy);
+        double dx = at[2 * k] - at[2 * k - 2], dy = -up * (at[2 * k + 1] - at[2 * k - 1]);
+        double piece = pdi_canvas_length(dx, dy);
         pdi_canvas_stroke(canvas, x, y, x + dx, y + dy);
         along += piece;
         if (along < next || next > length - 0.25 * a->stream->apart) continue;
@@ -57879,7 +57909,7 @@ static int pdi_arrows_at(const pdi_arrows *a, const double *at, double *end)
     double u[2];
     if (!pdi_stream_velocity(f, at, u)) return 0;
     for (int d = 0; d < 2; d++) end[d] = u[d] * f->cell[d] / f->size[d] / a->fastest * a->longest; /* [pixel] */
-    return hypot(end[0], end[1]) >= PDI_ARROWS_LEAST;
+    return pdi_canvas_length(end[0], end[1]) >= PDI_ARROWS_LEAST;
 }
 
 PDI_FN pd_status pdi_arrows_grid(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *canvas)
@@ -58879,7 +58909,7 @@ static void pdi_plot_marker(pdi_canvas *canvas, int k, double x, double y, uint3
 static void pdi_plot_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *run,
                             uint32_t colour)
 {
-    double length = hypot(xb - xa, yb - ya), at = 0;
+    double length = pdi_canvas_length(xb - xa, yb - ya), at = 0;
     /* Pieces far outside would only cost time. */
     double limit = 4.0 * (canvas->image.width + canvas->image.height);
     if (!(length > 0) || length > 64 * limit) return;
@@ -59590,8 +59620,8 @@ static void pdi_shade_faces(const pd_shade *s, const pdi_shell *shell, int label
             c[k].value = shell->mean[n];
         }
         /* along the shorter diagonal */
-        int by = hypot(c[0].at[0] - c[2].at[0], c[0].at[1] - c[2].at[1]) >
-                 hypot(c[1].at[0] - c[3].at[0], c[1].at[1] - c[3].at[1]);
+        int by = pdi_canvas_length(c[0].at[0] - c[2].at[0], c[0].at[1] - c[2].at[1]) >
+                 pdi_canvas_length(c[1].at[0] - c[3].at[0], c[1].at[1] - c[3].at[1]);
         for (int k = 0; k < 3; k++) {
             one[k] = &c[(by + k) % 4];
             other[k] = &c[(by + 2 + k) % 4];
@@ -59619,7 +59649,7 @@ static void pdi_shade_edge(pd_shade *s, const pdi_shade_sample *p, const double 
             if (x < 0 || x >= s->width || y < 0 || y >= s->height) continue;
             double px = x + p->shift[0] - a[0], py = y + p->shift[1] - a[1];
             double share = fmin(1.0, fmax(0.0, (px * dx + py * dy) / square));
-            if (hypot(px - share * dx, py - share * dy) > 0.5 * PDI_SHADE_LINE) continue;
+            if (pdi_canvas_length(px - share * dx, py - share * dy) > 0.5 * PDI_SHADE_LINE) continue;
             size_t to = (size_t)y * (size_t)s->width + (size_t)x;
             double depth = (a[2] + share * (b[2] - a[2])) / s->size + PDI_SHADE_LIFT;
             if (depth > (double)p->depth[to] && s->edge[to] < PDI_SHADE_SIDE * PDI_SHADE_SIDE) s->edge[to]++;
@@ -59861,7 +59891,7 @@ static void pdi_relief_axis(const pd_shade *s, const pdi_relief_layout *l, int d
         x[d] = s->hi[d];
         pdi_shade_project(s, x, b);
         double place = d == 2 ? -(a[0] + b[0]) : a[1] + b[1];
-        if (!(place > best) || !(hypot(b[0] - a[0], b[1] - a[1]) > 1.0)) continue;
+        if (!(place > best) || !(pdi_canvas_length(b[0] - a[0], b[1] - a[1]) > 1.0)) continue;
         best = place;
         out[0] = b[1] - a[1];
         out[1] = a[0] - b[0];
@@ -59871,7 +59901,7 @@ static void pdi_relief_axis(const pd_shade *s, const pdi_relief_layout *l, int d
     for (int c = 0; c < 3; c++) x[c] = 0.5 * (s->lo[c] + s->hi[c]);
     pdi_shade_project(s, x, middle);
     double sense = out[0] * (at[0] - middle[0]) + out[1] * (at[1] - middle[1]) < 0.0 ? -1.0 : 1.0;
-    for (int c = 0; c < 2; c++) at[c] += sense * PDI_RELIEF_OUT * out[c] / hypot(out[0], out[1]);
+    for (int c = 0; c < 2; c++) at[c] += sense * PDI_RELIEF_OUT * out[c] / pdi_canvas_length(out[0], out[1]);
     pdi_canvas_text(canvas, l->left + (int)at[0], l->top + (int)at[1] - PDI_CANVAS_CAPITAL / 2, PDI_ALIGN_CENTRE,
                     PDI_CANVAS_INK, letter);
 }
@@ -75421,7 +75451,7 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
     double lo, hi;
     if (pdi_images_moved(im, field)) PDI_TRY(pdi_warp_extent(ctx, warp, view->low, view->high));
     for (int64_t k = 0; pdi_images_flows(im, field) && k < im->cells; k++)
-        view->fastest = fmax(view->fastest, hypot(im->velocity[k], im->velocity[im->cells + k]));
+        view->fastest = fmax(view->fastest, pdi_canvas_length(im->velocity[k], im->velocity[im->cells + k]));
     if (pdi_images_known(im->model->setup, pdi_images_field(im, field))) return PD_OK;
     pdi_images_ends(im, field, &lo, &hi);
     view->lo = fmin(view->lo, lo);

@@ -2,20 +2,9 @@
 # All tables of a run have one style: a line of names with units, then rows, nothing else. Python's csv module reads
 # them and, where it is there, pandas without an option (Debian: python3-pandas).
 . tests/lib/script.sh
-python=
-for candidate in python3 /usr/bin/python3; do
-    if $candidate -c 'import pandas' 2> /dev/null; then
-        python=$candidate
-        break
-    fi
-done
+find_python 'import pandas'
 [ "$python" ] || echo "skipped: pandas for Python is not installed: what it reads"
-[ "$python" ] || for candidate in python3 /usr/bin/python3; do
-    if $candidate -c 'import csv' 2> /dev/null; then
-        python=$candidate
-        break
-    fi
-done
+[ "$python" ] || find_python 'import csv'
 [ "$python" ] || skip_all "Python is not installed"
 cd "$dir" || exit 1
 printf '# measured by no one\ntime [h],loss [%%]\n1, 3\n\n# late\n2,6.5\n' > points.csv

@@ -2,13 +2,7 @@
 # What ParaView gets of a run: open_in_paraview.py compiles, and where PD_PARAVIEW names a pvpython or pvbatch it draws;
 # VTK for Python (Debian: python3-vtk9) reads fields, units, codes, blanks and times of the files.
 . tests/lib/script.sh
-python=
-for candidate in python3 /usr/bin/python3; do
-    if $candidate -c 'import sys; assert sys.version_info >= (3, 9)' 2> /dev/null; then
-        python=$candidate
-        break
-    fi
-done
+find_python 'import sys; assert sys.version_info >= (3, 9)'
 [ "$python" ] || skip_all "Python is not installed"
 cat > "$dir/bar.scene" << 'END'
 [grid]      h = 10 um   box = 0 .. 200 um, 0 .. 100 um
@@ -30,15 +24,9 @@ check "open_in_paraview.py is a file of the run" grep -qx open_in_paraview.py "$
 [ "$(wc -L < "$dir/run/open_in_paraview.py")" -le 120 ]
 verdict "lines of open_in_paraview.py"
 
-vtk=
-for candidate in python3 /usr/bin/python3; do
-    if $candidate -c 'import vtkmodules.vtkIOXML' 2> /dev/null; then
-        vtk=$candidate
-        break
-    fi
-done
-if [ "$vtk" ]; then
-    $vtk - "$dir/run" > "$dir/log" 2>&1 << 'END'
+find_python 'import vtkmodules.vtkIOXML'
+if [ "$python" ]; then
+    $python - "$dir/run" > "$dir/log" 2>&1 << 'END'
 import math, os, re, sys
 from vtkmodules.vtkCommonCore import vtkDataArray
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader

@@ -2,13 +2,7 @@
 # Pictures of runs against other readers: a film with PIL, which knows APNG, vectors with xmllint and rsvg-convert. One
 # range and one size for all frames; colours against the values of a probe.
 . tests/lib/script.sh
-python=
-for candidate in python3 /usr/bin/python3; do
-    if $candidate -c 'import PIL' 2> /dev/null; then
-        python=$candidate
-        break
-    fi
-done
+find_python 'import PIL'
 [ "$python" ] || skip_all "PIL for Python is not installed (Debian: python3-pil)"
 cd "$dir" || exit 1
 

@@ -3,13 +3,7 @@
 # VTI and PVD files opened with VTK itself (vtk_reader.py). Skipped without VTK for Python (Debian: python3-vtk9).
 . tests/lib/script.sh
 CC=${CC:-cc}
-python=
-for candidate in python3 /usr/bin/python3; do
-    if $candidate -c 'import vtkmodules.vtkIOXML' 2> /dev/null; then
-        python=$candidate
-        break
-    fi
-done
+find_python 'import vtkmodules.vtkIOXML'
 [ "$python" ] || skip_all "VTK for Python is not installed"
 cd "$dir" || exit 1
 

@@ -44,13 +44,7 @@ for way in "figure:make python" "figure:python3 figure.py" "law:python3 law.py" 
     check "docs/start.md has the way ${way%%:*}" grep -q "^| ${way%%:*} |" docs/start.md
 done
 
-python=
-for candidate in python3 /usr/bin/python3; do
-    if $candidate -c 'import numpy, matplotlib, sys; assert sys.version_info >= (3, 9)' 2> /dev/null; then
-        python=$candidate
-        break
-    fi
-done
+find_python 'import numpy, matplotlib, sys; assert sys.version_info >= (3, 9)'
 if [ "$python" ]; then
     block docs/tutorials/python.md 3 python > "$walk/study.py"
     export PDCORR_LIBRARY="$build/check" PYTHONDONTWRITEBYTECODE=1 MPLBACKEND=Agg

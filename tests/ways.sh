@@ -24,13 +24,7 @@ way() {
     verdict "the way $1"
 }
 
-python=
-for candidate in python3 /usr/bin/python3; do
-    if $candidate -c 'import numpy, matplotlib, sys; assert sys.version_info >= (3, 9)' 2> /dev/null; then
-        python=$candidate
-        break
-    fi
-done
+find_python 'import numpy, matplotlib, sys; assert sys.version_info >= (3, 9)'
 if [ "$python" ]; then
     mkdir "$dir/bin" # python3 of the pages
     ln -s "$(command -v $python)" "$dir/bin/python3"

@@ -138,6 +138,13 @@
 #define PDI_INLINE static inline
 #endif
 
+/* PDI_SHARED: the same where programs may be large; where they are to be small, all callers have one copy. */
+#ifdef PDI_SMALL
+#define PDI_SHARED static __attribute__((noinline))
+#else
+#define PDI_SHARED PDI_INLINE
+#endif
+
 /* PDI_FEW: the copy of an inner loop for runs shorter than a vector: vectors make it longer and not faster. */
 #ifdef PDI_COLD
 #define PDI_FEW static __attribute__((noinline, noclone, optimize("no-tree-vectorize")))

@@ -267,7 +267,7 @@ PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int
 }
 
 /* The open bonds of the rows from r; all of whole families (-1). Bonds to inlets carry no pressure. */
-PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
+PDI_SHARED void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
                              pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_bonds *bonds = flow->bonds;

@@ -112,7 +112,7 @@ PDI_INLINE void pdi_jacobian_bond(const pdi_jacobian_own *PD_RESTRICT own, const
 
 /* All bonds of `count` nodes from i: of whole families (row -1), or those that the rows from `row` have open. Bonds to
  * inlets carry no pressure. Inlined with a constant for `count`. */
-PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, int count,
+PDI_SHARED void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, int count,
                                  pdi_jacobian_sums *PD_RESTRICT sums)
 {
     const pd_flow *flow = q->flow;

@@ -25,7 +25,7 @@ static void pdi_arrows_head(pdi_canvas *canvas, double x, double y, double dx, d
 
 static void pdi_arrows_arrow(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
 {
-    double length = hypot(xb - xa, yb - ya), head = fmin(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
+    double length = pdi_canvas_length(xb - xa, yb - ya), head = fmin(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
     double dx = (xb - xa) / length, dy = (yb - ya) / length;
     pdi_canvas_stroke(canvas, xa, ya, xb - 0.5 * head * dx, yb - 0.5 * head * dy);
     pdi_arrows_head(canvas, xb, yb, dx, dy, head);
@@ -44,12 +44,14 @@ static pd_status pdi_arrows_begin(pd_ctx *ctx, pdi_canvas *canvas, int core)
 static void pdi_arrows_line(const pdi_arrows *a, pdi_canvas *canvas, const double *at, int64_t count, int up)
 {
     double length = 0.0, along = 0.0, every = PDI_ARROWS_EVERY * a->stream->apart;
-    for (int64_t k = 1; k < count; k++) length += hypot(at[2 * k] - at[2 * k - 2], at[2 * k + 1] - at[2 * k - 1]);
+    for (int64_t k = 1; k < count; k++)
+        length += pdi_canvas_length(at[2 * k] - at[2 * k - 2], at[2 * k + 1] - at[2 * k - 1]);
     double next = fmod(0.5 * length, every);
     if (next < 0.5 * a->stream->apart) next += every;
     for (int64_t k = 1; k < count; k++) {
         double x = a->left + at[2 * k - 2], y = a->bottom - up * at[2 * k - 1];
-        double dx = at[2 * k] - at[2 * k - 2], dy = -up * (at[2 * k + 1] - at[2 * k - 1]), piece = hypot(dx, dy);
+        double dx = at[2 * k] - at[2 * k - 2], dy = -up * (at[2 * k + 1] - at[2 * k - 1]);
+        double piece = pdi_canvas_length(dx, dy);
         pdi_canvas_stroke(canvas, x, y, x + dx, y + dy);
         along += piece;
         if (along < next || next > length - 0.25 * a->stream->apart) continue;
@@ -83,7 +85,7 @@ static int pdi_arrows_at(const pdi_arrows *a, const double *at, double *end)
     double u[2];
     if (!pdi_stream_velocity(f, at, u)) return 0;
     for (int d = 0; d < 2; d++) end[d] = u[d] * f->cell[d] / f->size[d] / a->fastest * a->longest; /* [pixel] */
-    return hypot(end[0], end[1]) >= PDI_ARROWS_LEAST;
+    return pdi_canvas_length(end[0], end[1]) >= PDI_ARROWS_LEAST;
 }
 
 PDI_FN pd_status pdi_arrows_grid(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *canvas)

@@ -39,6 +39,8 @@ enum {
     PDI_CANVAS_RAISED = 256 /* added to the letter */
 };
 
+PDI_FN double pdi_canvas_length(double x, double y) { return sqrt(x * x + y * y); }
+
 static pd_status pdi_canvas_size(pd_ctx *ctx, int width, int height)
 {
     if (width >= 1 && height >= 1 && width <= PD_PNG_MAX_PIXELS / height) return PD_OK;
@@ -166,7 +168,7 @@ static double pdi_canvas_distance(double x, double y, double xa, double ya, doub
 {
     double length2 = dx * dx + dy * dy, s = length2 > 0 ? ((x - xa) * dx + (y - ya) * dy) / length2 : 0;
     s = s < 0 ? 0 : s > 1 ? 1 : s;
-    return hypot(x - xa - s * dx, y - ya - s * dy);
+    return pdi_canvas_length(x - xa - s * dx, y - ya - s * dy);
 }
 
 /* Cut the segment a-b to one band of one coordinate; 0 when nothing is left. */

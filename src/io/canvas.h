@@ -32,6 +32,8 @@ typedef enum pdi_align {
 /* Makes a canvas of pixels, or of vectors where svg is not NULL, and draws `what` on it. */
 typedef pd_status (*pdi_canvas_fn)(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas);
 
+/* Length on paper. Not hypot, whose last bit C libraries differ in, and with it pictures. */
+PDI_FN double pdi_canvas_length(double x, double y);
 /* A blank sheet; free image with pdi_image_free. */
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
 /* The same with vectors; free svg with pdi_svg_free. */

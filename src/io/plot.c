@@ -182,7 +182,7 @@ static void pdi_plot_marker(pdi_canvas *canvas, int k, double x, double y, uint3
 static void pdi_plot_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *run,
                             uint32_t colour)
 {
-    double length = hypot(xb - xa, yb - ya), at = 0;
+    double length = pdi_canvas_length(xb - xa, yb - ya), at = 0;
     /* Pieces far outside would only cost time. */
     double limit = 4.0 * (canvas->image.width + canvas->image.height);
     if (!(length > 0) || length > 64 * limit) return;

@@ -73,9 +73,21 @@ static inline void pdi_png_residuals(int filter, const uint8_t *PD_RESTRICT row,
         out[i] = (uint8_t)(row[i] - pdi_png_combine(filter, row[i - step], above[i], above[i - step]));
 }
 
+/* The same for each filter, with one copy of each loop. */
+static void pdi_png_leave(int filter, const uint8_t *PD_RESTRICT row, const uint8_t *PD_RESTRICT above, size_t stride,
+                          size_t step, uint8_t *PD_RESTRICT out)
+{
+    switch (filter) {
+    case PDI_PNG_SUB: pdi_png_residuals(PDI_PNG_SUB, row, above, stride, step, out); break;
+    case PDI_PNG_UP: pdi_png_residuals(PDI_PNG_UP, row, above, stride, step, out); break;
+    case PDI_PNG_AVERAGE: pdi_png_residuals(PDI_PNG_AVERAGE, row, above, stride, step, out); break;
+    case PDI_PNG_PAETH: pdi_png_residuals(PDI_PNG_PAETH, row, above, stride, step, out); break;
+    default: memcpy(out, row, stride); break;
+    }
+}
+
 /* The sum of their magnitudes. */
-static inline uint64_t pdi_png_magnitude(int filter, const uint8_t *row, const uint8_t *above, size_t stride,
-                                         size_t step)
+static uint64_t pdi_png_magnitude(int filter, const uint8_t *row, const uint8_t *above, size_t stride, size_t step)
 {
     uint8_t left[PDI_PNG_PIECE];
     uint64_t sum = 0;
@@ -83,7 +95,7 @@ static inline uint64_t pdi_png_magnitude(int filter, const uint8_t *row, const u
     for (size_t at = 0; at + step < stride; at += count) { /* each piece begins with a pixel of the one before */
         count = stride - step - at < PDI_PNG_PIECE - step ? stride - step - at : PDI_PNG_PIECE - step;
         skip = at ? step : 0;
-        pdi_png_residuals(filter, row + at, above + at, count + step, step, left);
+        pdi_png_leave(filter, row + at, above + at, count + step, step, left);
         uint32_t part = 0;
         for (size_t i = skip; i < count + step; i++) part += left[i] < 128 ? left[i] : 256u - left[i];
         sum += part;
@@ -101,20 +113,11 @@ static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t 
         memset(out + 1, 0, stride);
         return;
     }
-    sum[PDI_PNG_NONE] = pdi_png_magnitude(PDI_PNG_NONE, row, above, stride, step);
-    sum[PDI_PNG_SUB] = pdi_png_magnitude(PDI_PNG_SUB, row, above, stride, step);
-    sum[PDI_PNG_UP] = pdi_png_magnitude(PDI_PNG_UP, row, above, stride, step);
-    sum[PDI_PNG_AVERAGE] = pdi_png_magnitude(PDI_PNG_AVERAGE, row, above, stride, step);
-    sum[PDI_PNG_PAETH] = pdi_png_magnitude(PDI_PNG_PAETH, row, above, stride, step);
+    for (int filter = 0; filter < PDI_PNG_FILTERS; filter++)
+        sum[filter] = pdi_png_magnitude(filter, row, above, stride, step);
     for (int filter = 1; filter < PDI_PNG_FILTERS; filter++)
         if (sum[filter] < sum[out[0]]) out[0] = (uint8_t)filter;
-    switch (out[0]) {
-    case PDI_PNG_SUB: pdi_png_residuals(PDI_PNG_SUB, row, above, stride, step, out + 1); break;
-    case PDI_PNG_UP: pdi_png_residuals(PDI_PNG_UP, row, above, stride, step, out + 1); break;
-    case PDI_PNG_AVERAGE: pdi_png_residuals(PDI_PNG_AVERAGE, row, above, stride, step, out + 1); break;
-    case PDI_PNG_PAETH: pdi_png_residuals(PDI_PNG_PAETH, row, above, stride, step, out + 1); break;
-    default: memcpy(out + 1, row, stride); break;
-    }
+    pdi_png_leave(out[0], row, above, stride, step, out + 1);
 }
 
 /* What stands before and behind the data of a chunk. */

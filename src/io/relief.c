@@ -132,7 +132,7 @@ static void pdi_relief_axis(const pd_shade *s, const pdi_relief_layout *l, int d
         x[d] = s->hi[d];
         pdi_shade_project(s, x, b);
         double place = d == 2 ? -(a[0] + b[0]) : a[1] + b[1];
-        if (!(place > best) || !(hypot(b[0] - a[0], b[1] - a[1]) > 1.0)) continue;
+        if (!(place > best) || !(pdi_canvas_length(b[0] - a[0], b[1] - a[1]) > 1.0)) continue;
         best = place;
         out[0] = b[1] - a[1];
         out[1] = a[0] - b[0];
@@ -142,7 +142,7 @@ static void pdi_relief_axis(const pd_shade *s, const pdi_relief_layout *l, int d
     for (int c = 0; c < 3; c++) x[c] = 0.5 * (s->lo[c] + s->hi[c]);
     pdi_shade_project(s, x, middle);
     double sense = out[0] * (at[0] - middle[0]) + out[1] * (at[1] - middle[1]) < 0.0 ? -1.0 : 1.0;
-    for (int c = 0; c < 2; c++) at[c] += sense * PDI_RELIEF_OUT * out[c] / hypot(out[0], out[1]);
+    for (int c = 0; c < 2; c++) at[c] += sense * PDI_RELIEF_OUT * out[c] / pdi_canvas_length(out[0], out[1]);
     pdi_canvas_text(canvas, l->left + (int)at[0], l->top + (int)at[1] - PDI_CANVAS_CAPITAL / 2, PDI_ALIGN_CENTRE,
                     PDI_CANVAS_INK, letter);
 }

@@ -1,5 +1,6 @@
 /* shade: see shade.h */
 #include "io/shade.h"
+#include "io/canvas.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -160,8 +161,8 @@ static void pdi_shade_faces(const pd_shade *s, const pdi_shell *shell, int label
             c[k].value = shell->mean[n];
         }
         /* along the shorter diagonal */
-        int by = hypot(c[0].at[0] - c[2].at[0], c[0].at[1] - c[2].at[1]) >
-                 hypot(c[1].at[0] - c[3].at[0], c[1].at[1] - c[3].at[1]);
+        int by = pdi_canvas_length(c[0].at[0] - c[2].at[0], c[0].at[1] - c[2].at[1]) >
+                 pdi_canvas_length(c[1].at[0] - c[3].at[0], c[1].at[1] - c[3].at[1]);
         for (int k = 0; k < 3; k++) {
             one[k] = &c[(by + k) % 4];
             other[k] = &c[(by + 2 + k) % 4];
@@ -189,7 +190,7 @@ static void pdi_shade_edge(pd_shade *s, const pdi_shade_sample *p, const double 
             if (x < 0 || x >= s->width || y < 0 || y >= s->height) continue;
             double px = x + p->shift[0] - a[0], py = y + p->shift[1] - a[1];
             double share = fmin(1.0, fmax(0.0, (px * dx + py * dy) / square));
-            if (hypot(px - share * dx, py - share * dy) > 0.5 * PDI_SHADE_LINE) continue;
+            if (pdi_canvas_length(px - share * dx, py - share * dy) > 0.5 * PDI_SHADE_LINE) continue;
             size_t to = (size_t)y * (size_t)s->width + (size_t)x;
             double depth = (a[2] + share * (b[2] - a[2])) / s->size + PDI_SHADE_LIFT;
             if (depth > (double)p->depth[to] && s->edge[to] < PDI_SHADE_SIDE * PDI_SHADE_SIDE) s->edge[to]++;

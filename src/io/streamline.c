@@ -1,6 +1,7 @@
 /* streamline: see streamline.h */
 #include "io/streamline.h"
 #include "core/vec.h"
+#include "io/canvas.h"
 #include <math.h>
 #include <string.h>
 
@@ -94,7 +95,8 @@ PDI_FN int pdi_stream_velocity(const pdi_stream *f, const double *at, double *ve
 PDI_FN double pdi_stream_fastest(const pdi_stream *f)
 {
     double fastest = 0.0;
-    for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++) fastest = fmax(fastest, hypot(f->u[0][k], f->u[1][k]));
+    for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++)
+        fastest = fmax(fastest, pdi_canvas_length(f->u[0][k], f->u[1][k]));
     return fastest;
 }
 
@@ -104,7 +106,7 @@ static double pdi_streamline_peak(const pdi_stream *f, int64_t *cell)
     double fastest = 0.0;
     *cell = -1;
     for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++) {
-        double speed = hypot(f->u[0][k] * f->size[0] / f->cell[0], f->u[1][k] * f->size[1] / f->cell[1]);
+        double speed = pdi_canvas_length(f->u[0][k] * f->size[0] / f->cell[0], f->u[1][k] * f->size[1] / f->cell[1]);
         if (!(speed > fastest)) continue;
         fastest = speed;
         *cell = k;
@@ -161,7 +163,7 @@ static int pdi_streamline_near(const pdi_streamline_search *s, const double *at,
                 const pdi_streamline_mark *mark = &s->mark[k];
                 if ((mark->line == s->lines->count) != own) continue;
                 if (own && fabs(mark->along - along) < bend) continue;
-                if (hypot(mark->x - at[0], mark->y - at[1]) < reach) return 1;
+                if (pdi_canvas_length(mark->x - at[0], mark->y - at[1]) < reach) return 1;
             }
         }
     return 0;
@@ -174,7 +176,7 @@ static int pdi_streamline_way(const pdi_streamline_search *s, const double *at, 
 {
     double u[2];
     if (!pdi_stream_velocity(s->f, at, u)) return 0;
-    double speed = hypot(u[0], u[1]);
+    double speed = pdi_canvas_length(u[0], u[1]);
     if (!(speed > s->least)) return 0;
     way[0] = sense * u[0] / speed;
     way[1] = sense * u[1] / speed;
@@ -214,7 +216,8 @@ static int pdi_streamline_meets(const pdi_streamline_search *s, const double *se
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], x = seed[0] - a[0], y = seed[1] - a[1];
     double share = (x * dx + y * dy) / (dx * dx + dy * dy);
-    return share >= 0.0 && share <= 1.0 && fabs(x * dy - y * dx) < PDI_STREAMLINE_MEET * s->f->apart * hypot(dx, dy);
+    if (!(share >= 0.0 && share <= 1.0)) return 0;
+    return fabs(x * dy - y * dx) < PDI_STREAMLINE_MEET * s->f->apart * pdi_canvas_length(dx, dy);
 }
 
 /* Does a face lie beside the place, on one side of it alone? A line along it would be drawn on that face. */
@@ -323,7 +326,7 @@ static pd_status pdi_streamline_beside(pdi_streamline_search *s, int64_t from)
         for (int64_t p = l->line[k].first; p + 1 < l->line[k].first + l->line[k].count; p++)
             for (int side = -1; side <= 1; side += 2) {
                 double dx = l->at[2 * p + 2] - l->at[2 * p], dy = l->at[2 * p + 3] - l->at[2 * p + 1];
-                double out = side * s->f->apart * (1.0 + 1e-6) / hypot(dx, dy);
+                double out = side * s->f->apart * (1.0 + 1e-6) / pdi_canvas_length(dx, dy);
                 double seed[2] = {l->at[2 * p] - dy * out, l->at[2 * p + 1] + dx * out};
                 PDI_TRY(pdi_streamline_try(s, seed));
             }

@@ -23,6 +23,15 @@ static inline int pdi_traverse_piece(int32_t length, int most, int32_t *at)
 }
 /* Nodes whose sums stay in registers while their bonds pass by. */
 #define PDI_BLOCK 16
+/* Inner loops are compiled for whole blocks, for single nodes beside inlets and outlets (place >= 0), and for all else.
+ * Where a program is to be small, that one does for all. */
+#ifdef PDI_SMALL
+#define PDI_WHOLE(count) 0
+#define PDI_SINGLE(place) 0
+#else
+#define PDI_WHOLE(count) ((count) == PDI_BLOCK)
+#define PDI_SINGLE(place) ((place) >= 0)
+#endif
 /* The next block from *at of `length` nodes: all of them where they are fewer. The last one goes together with nodes
  * that are done already. */
 static inline int pdi_traverse_block(int32_t length, int32_t *at)

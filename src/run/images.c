@@ -1,6 +1,7 @@
 /* images: see images.h */
 #include "run/images.h"
 #include "io/apng.h"
+#include "io/canvas.h"
 #include "io/label.h"
 #include "io/plot.h"
 #include "io/ticks.h"
@@ -230,7 +231,7 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
     double lo, hi;
     if (pdi_images_moved(im, field)) PDI_TRY(pdi_warp_extent(ctx, warp, view->low, view->high));
     for (int64_t k = 0; pdi_images_flows(im, field) && k < im->cells; k++)
-        view->fastest = fmax(view->fastest, hypot(im->velocity[k], im->velocity[im->cells + k]));
+        view->fastest = fmax(view->fastest, pdi_canvas_length(im->velocity[k], im->velocity[im->cells + k]));
     if (pdi_images_known(im->model->setup, pdi_images_field(im, field))) return PD_OK;
     pdi_images_ends(im, field, &lo, &hi);
     view->lo = fmin(view->lo, lo);

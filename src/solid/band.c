@@ -311,7 +311,7 @@ PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RE
 }
 
 /* The bonds of band k. Inlined with a constant for `flows`. */
-PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int flows,
+PDI_SHARED void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int flows,
                              double (*PD_RESTRICT sum)[PD_BAND_MOST])
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);

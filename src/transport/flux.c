@@ -261,7 +261,7 @@ static double pdi_flux_bends(const pd_flux *t, int32_t far)
 }
 
 /* place: of a single node beside inlets and outlets in their list, -1: none of the block is one of them. */
-PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int32_t place, int k, int count,
+PDI_SHARED void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int32_t place, int k, int count,
                                   pdi_flux_pair *p)
 {
     int bonds = t->bonds->stencil->count, opposite = bonds - 1 - k;
@@ -338,9 +338,9 @@ PDI_INLINE void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t
 static void pdi_flux_apply_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    if (place >= 0) pdi_flux_apply_block(s, i, row, place, 1);
-    else if (count == PDI_BLOCK) pdi_flux_apply_block(s, i, row, -1, PDI_BLOCK);
-    else pdi_flux_apply_block(s, i, row, -1, count);
+    if (PDI_SINGLE(place)) pdi_flux_apply_block(s, i, row, place, 1);
+    else if (PDI_WHOLE(count)) pdi_flux_apply_block(s, i, row, -1, PDI_BLOCK);
+    else pdi_flux_apply_block(s, i, row, place, count);
 }
 
 /* The same for several fields: a bond is asked once. */
@@ -399,9 +399,9 @@ PDI_INLINE void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i,
 static void pdi_flux_fields_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_flux_fields_sweep *s = (const pdi_flux_fields_sweep *)user;
-    if (place >= 0) pdi_flux_fields_block(s, i, row, place, 1);
-    else if (count == PDI_BLOCK) pdi_flux_fields_block(s, i, row, -1, PDI_BLOCK);
-    else pdi_flux_fields_block(s, i, row, -1, count);
+    if (PDI_SINGLE(place)) pdi_flux_fields_block(s, i, row, place, 1);
+    else if (PDI_WHOLE(count)) pdi_flux_fields_block(s, i, row, -1, PDI_BLOCK);
+    else pdi_flux_fields_block(s, i, row, place, count);
 }
 
 /* What a bond adds to the rate of a node: no less than half of what leaves, and `room` times what upwinding adds. */
@@ -453,9 +453,9 @@ static void pdi_flux_rates_nodes(const void *user, int32_t i, int32_t row, int32
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
     if (s->t->conductance.rests) pdi_flux_rates_rest(s, i, row, count);
-    else if (place >= 0) pdi_flux_rates_block(s, i, row, place, 1);
-    else if (count == PDI_BLOCK) pdi_flux_rates_block(s, i, row, -1, PDI_BLOCK);
-    else pdi_flux_rates_block(s, i, row, -1, count);
+    else if (PDI_SINGLE(place)) pdi_flux_rates_block(s, i, row, place, 1);
+    else if (PDI_WHOLE(count)) pdi_flux_rates_block(s, i, row, -1, PDI_BLOCK);
+    else pdi_flux_rates_block(s, i, row, place, count);
 }
 
 /* What two bonds, one opposite to the other, are made of for node b of a block: the field or a direction, with the
@@ -531,12 +531,15 @@ PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t 
 }
 
 /* Nodes beside inlets and outlets see other far ends, and keep nothing for themselves. */
+static void pdi_flux_anti_nodes_by(const void *user, int32_t i, int32_t row, int32_t place, int count);
+
 PDI_INLINE void pdi_flux_anti_nodes_of(const void *user, int32_t i, int32_t row, int32_t place, int count, int what)
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    if (place >= 0) pdi_flux_anti_block(s, i, row, place, 1, what == PDI_FLUX_KEPT ? PDI_FLUX_ALONG : what);
-    else if (count == PDI_BLOCK) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, what);
-    else pdi_flux_anti_block(s, i, row, -1, count, what);
+    if (place >= 0 && what == PDI_FLUX_KEPT) pdi_flux_anti_nodes_by(user, i, row, place, 1);
+    else if (PDI_SINGLE(place)) pdi_flux_anti_block(s, i, row, place, 1, what);
+    else if (PDI_WHOLE(count)) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, what);
+    else pdi_flux_anti_block(s, i, row, place, count, what);
 }
 
 static void pdi_flux_anti_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)

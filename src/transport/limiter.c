@@ -180,7 +180,7 @@ static void pdi_limiter_piece_end(const pdi_limiter_sweep *s, pdi_limiter_piece 
 
 /* Rows, runs shorter than a block, and (compiled for these) single nodes at `place` of the list beside inlets and
  * outlets. Outlets show the value of the node; inlets are no part of the moments of eq. 3.5. */
-PDI_INLINE void pdi_limiter_bonds(const pdi_limiter_sweep *of, int32_t i, int32_t row, int32_t place, int count)
+PDI_SHARED void pdi_limiter_bonds(const pdi_limiter_sweep *of, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_limiter *l = of->limiter;
     const pd_bonds *bonds = l->bonds;

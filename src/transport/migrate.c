@@ -174,9 +174,9 @@ PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, 
 static void pdi_migrate_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_migrate *m = (const pdi_migrate *)user;
-    if (place >= 0) pdi_migrate_block(m, i, row, place, 1);
-    else if (count == PDI_BLOCK) pdi_migrate_block(m, i, row, -1, PDI_BLOCK);
-    else pdi_migrate_block(m, i, row, -1, count);
+    if (PDI_SINGLE(place)) pdi_migrate_block(m, i, row, place, 1);
+    else if (PDI_WHOLE(count)) pdi_migrate_block(m, i, row, -1, PDI_BLOCK);
+    else pdi_migrate_block(m, i, row, place, count);
 }
 
 PDI_FN void pdi_migrate_apply(const pd_ctx *ctx, const pdi_migrate *m)

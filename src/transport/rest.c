@@ -52,9 +52,9 @@ static void pdi_rest_rows(const pd_conductance *c, const double *x, int32_t row,
         int32_t left = PDI_CONDUCTANCE_PAGE - (row + at) % PDI_CONDUCTANCE_PAGE;
         count = length - at < PDI_BLOCK ? length - at : PDI_BLOCK;
         count = count < left ? count : left;
-        if (exact && count == PDI_BLOCK) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 1, sum + at);
+        if (exact && PDI_WHOLE(count)) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 1, sum + at);
         else if (exact) pdi_rest_block(c, x + at, row + at, count, 1, sum + at);
-        else if (count == PDI_BLOCK) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 0, sum + at);
+        else if (PDI_WHOLE(count)) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 0, sum + at);
         else pdi_rest_block(c, x + at, row + at, count, 0, sum + at);
     }
 }

@@ -116,7 +116,7 @@ static inline double pdi_steep_keep(double value, double step, double before, do
 }
 
 /* Values of the nodes, or the means of what both ends say, kept within the limits of the node. */
-PDI_INLINE void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32_t place, int count, int means)
+PDI_SHARED void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32_t place, int count, int means)
 {
     const pdi_steep *s = of->s;
     const pd_bonds *bonds = s->flux->bonds;
@@ -193,7 +193,7 @@ static inline double pdi_steep_bring(double flux, double least, double step, dou
 }
 
 /* Gains and losses of nodes, or what they gain with the shares of both ends. Inlets have no bend and all there is. */
-PDI_INLINE void pdi_steep_block(const pdi_steep_sweep *of, int32_t i, int32_t row, int32_t place, int count)
+PDI_SHARED void pdi_steep_block(const pdi_steep_sweep *of, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_steep *s = of->s;
     const pd_flux *t = s->flux;

@@ -5,6 +5,7 @@
 #   dir           a folder of its own, gone in the end; $dir/log: what the last command said
 #   verdict, check, rejects_usage, score   count and report
 #   block         code of a text
+#   find_python   $python, with what a test needs of it
 
 root=$PWD
 build=${BUILD:-build}
@@ -49,6 +50,14 @@ rejects_usage() {
 # block PAGE NUMBER LANGUAGE: that block of code of a text.
 block() {
     awk -v n="$2" -v fence="\`\`\`$3" '$0 == fence { k++; inside = k == n; next } /^```/ { inside = 0 } inside' "$1"
+}
+
+# find_python CODE: $python is the first Python that runs CODE; empty: none does.
+find_python() {
+    for python in python3 /usr/bin/python3; do
+        ! $python -c "$1" 2> /dev/null || return 0
+    done
+    python=
 }
 
 # score: the line that tools/sum.sh adds up. The last command of a script.
