@@ -1814,6 +1814,7 @@ def declare(dim):
         ('reads_ph', c_int),
         ('reads_phi', c_int),
         ('electrodes', pd_etch_electrodes),
+        ('solid', c_double),
     ]
 
     class pd_etch(Structure):
@@ -1838,6 +1839,9 @@ def declare(dim):
         ('by', POINTER(c_float)),
         ('drive', POINTER(c_float)),
         ('time', c_double),
+        ('surface', POINTER(c_double)),
+        ('sweep', POINTER(c_double)),
+        ('swept', POINTER(c_double)),
         ('part', POINTER(c_double)),
         ('part_gain', POINTER(c_double)),
         ('electrode', POINTER(c_int32)),
