@@ -35891,6 +35891,26 @@ PDI_FN void pdi_etch_note(pd_etch *s)
         s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * s->speed[s->node[p]] : 0.0;
 }
 
+/* What fills the volume that metal has left follows the surface: it goes to the node or comes from there, with the next
+ * step. A share of it, so that steps of any length are stable, and at most half of what the node has. */
+static void pdi_etch_even(pd_etch *s, int32_t p)
+{
+    pd_reactive *r = s->reactive;
+    int64_t total = r->grid->total;
+    int32_t i = s->node[p];
+    double part = 1.0 / (1.0 + fabs(s->swept[i])), excess[PD_SPECIES_MOST];
+    for (int k = 0; k < r->components.count; k++) {
+        double terms = 0.0;
+        for (int n = 0; n < r->components.solutes; n++) terms += fabs(r->components.m[k][n]) * r->c[n * total + i];
+        excess[k] = s->swept[(1 + k) * total + i] - s->swept[i] * s->surface[k * total + p];
+        if (-excess[k] * part > 0.5 * terms) part = -0.5 * terms / excess[k];
+    }
+    for (int k = 0; k < r->components.count; k++) {
+        s->swept[(1 + k) * total + i] -= part * excess[k];
+        r->carry[k * total + i] += part * excess[k];
+    }
+}
+
 PDI_FN void pdi_etch_accept(pd_etch *s)
 {
     int64_t total = s->reactive->grid->total;
@@ -35900,6 +35920,7 @@ PDI_FN void pdi_etch_accept(pd_etch *s)
         s->swept[s->node[p]] += s->ahead[p] * s->weight[p] / s->desc.solid;
         for (int k = 0; k < s->reactive->components.count; k++)
             s->swept[(1 + k) * total + s->node[p]] += s->sweep[k * total + p];
+        pdi_etch_even(s, p);
     }
     pdi_etch_note(s);
     pdi_etch_begin(s);
