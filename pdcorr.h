@@ -5251,6 +5251,7 @@ typedef struct pd_etch {
     float *by;                    /* [total][components] of places: how the speed follows totals */
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
+    double half;                  /* [s] of the step at hand */
     /* with `solid`: */
     double *surface;              /* [components][total] [mol/m3] of places: totals at the surface */
     double *sweep;                /* [components][total] [mol/m3] of places: what fills what the step at hand leaves */
@@ -36206,6 +36207,7 @@ typedef struct pdi_layer_work {
     const pd_etch *s;
     int32_t node;
     double thick;
+    double still, creep;              /* of metal that does not move, and [mol s2/m5] what its speed adds */
     double davies;                    /* ln gamma of a charge of 1 */
     double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
     double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
@@ -36246,7 +36248,13 @@ static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, doubl
     const pd_components *of = &s->reactive->components;
     w->s = s;
     w->node = node;
-    w->thick = thick;
+    w->thick = w->still = thick;
+    w->creep = 0.0;
+    if (s->surface && place >= 0 && thick > 0.0) {
+        double rise = s->desc.solid / s->reactive->diffusion.desc.diffusivity;
+        w->thick = w->still = thick + rise * s->passed[place];
+        w->creep = rise * s->half;
+    }
     pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
     w->davies = pdi_components_activity(of, w->c);
     for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
@@ -36288,6 +36296,7 @@ static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v,
 {
     const pd_etch *s = w->s;
     double down[PD_SPECIES_MOST], up[PD_SPECIES_MOST], flows[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+    w->thick = w->still + w->creep * v;
     w->sweep = s->surface ? w->thick * v / s->desc.solid : 0.0;
     for (int n = 0; n < film->solutes; n++) {
         double z = film->charge[n] * lift;
@@ -38520,7 +38529,10 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_reactive_work_list, r));
-    if (r->surface) pdi_etch_begin(r->surface);
+    if (r->surface) {
+        pdi_etch_begin(r->surface);
+        r->surface->half = 0.5 * dt;
+    }
     pdi_multigrid_open(&r->inverse.mg);
     if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
@@ -38531,6 +38543,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
         double by = pdi_migration_level(&r->migration);
         if (r->surface && r->surface->electrode) pdi_levels_shift(r->surface, -by);
     }
+    if (r->surface) r->surface->half = 0.0;
     pdi_krylov_trim(ctx, &r->krylov);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
     if (r->migration.on) pdi_multigrid_close(&r->migration.mg);

@@ -74,6 +74,7 @@ typedef struct pd_etch {
     float *by;                    /* [total][components] of places: how the speed follows totals */
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
+    double half;                  /* [s] of the step at hand */
     /* with `solid`: */
     double *surface;              /* [components][total] [mol/m3] of places: totals at the surface */
     double *sweep;                /* [components][total] [mol/m3] of places: what fills what the step at hand leaves */

@@ -50,6 +50,7 @@ typedef struct pdi_layer_work {
     const pd_etch *s;
     int32_t node;
     double thick;
+    double still, creep;              /* of metal that does not move, and [mol s2/m5] what its speed adds */
     double davies;                    /* ln gamma of a charge of 1 */
     double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
     double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
@@ -90,7 +91,13 @@ static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, doubl
     const pd_components *of = &s->reactive->components;
     w->s = s;
     w->node = node;
-    w->thick = thick;
+    w->thick = w->still = thick;
+    w->creep = 0.0;
+    if (s->surface && place >= 0 && thick > 0.0) {
+        double rise = s->desc.solid / s->reactive->diffusion.desc.diffusivity;
+        w->thick = w->still = thick + rise * s->passed[place];
+        w->creep = rise * s->half;
+    }
     pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
     w->davies = pdi_components_activity(of, w->c);
     for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
@@ -132,6 +139,7 @@ static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v,
 {
     const pd_etch *s = w->s;
     double down[PD_SPECIES_MOST], up[PD_SPECIES_MOST], flows[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+    w->thick = w->still + w->creep * v;
     w->sweep = s->surface ? w->thick * v / s->desc.solid : 0.0;
     for (int n = 0; n < film->solutes; n++) {
         double z = film->charge[n] * lift;

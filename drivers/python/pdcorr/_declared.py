@@ -1839,6 +1839,7 @@ def declare(dim):
         ('by', POINTER(c_float)),
         ('drive', POINTER(c_float)),
         ('time', c_double),
+        ('half', c_double),
         ('surface', POINTER(c_double)),
         ('sweep', POINTER(c_double)),
         ('swept', POINTER(c_double)),
