@@ -5097,6 +5097,8 @@ typedef struct pd_reactive {
     int slots;
     double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
     double dt;                       /* [s] of the stage at hand */
+    const double *swept;          /* [components][total] [mol/m3] that is beside the cells, where metal has gone; NULL:
+                                   * none is. Borrowed from `surface` */
     struct pd_etch *surface;      /* metal that dissolves by a law in the species; NULL: none. Borrowed */
 } pd_reactive;
 
@@ -35360,7 +35362,7 @@ static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, do
         for (int n = 0; n < (carried ? s->count : s->solutes); n++) {
             double part = r->part[row][carried ? s->master[n] : n];
             double of = (carried ? r->carry : r->c)[n * total + i];
-            if (carried && r->surface && r->surface->swept) of += r->surface->swept[(1 + n) * total + i];
+            if (carried && r->swept) of += r->swept[n * total + i];
             double term = around * part * of;
             pdi_sum_add(&sum, term);
             *size += fabs(term) * r->bonds->stencil->volume;
@@ -36145,13 +36147,17 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
     for (int32_t i = 0; i < r->grid->total; i++) s->slot[i] = -1;
     pdi_etch_parts(s);
     r->surface = s;
+    r->swept = s->swept ? s->swept + r->grid->total : NULL;
     r->linear = 0;
     return PD_OK;
 }
 
 void pd_etch_free(pd_ctx *ctx, pd_etch *s)
 {
-    if (s->reactive) s->reactive->surface = NULL;
+    if (s->reactive) {
+        s->reactive->surface = NULL;
+        s->reactive->swept = NULL;
+    }
     pdi_owner_free(ctx, pdi_etch_list, s);
     memset(s, 0, sizeof *s);
 }
@@ -72869,6 +72875,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&etch, 0, sizeof etch);
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         etch.reactive = &r;
+        etch.desc.solid = pdi_setup_attacked(u) >= 0 && u->has_dissolve ? 1.0 : 0.0;
         if (pdi_setup_polarises(u)) {
             etch.desc.electrodes.count = u->potential.electrodes;
             etch.desc.electrodes.circuits = u->potential.electrodes;

@@ -337,13 +337,17 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
     for (int32_t i = 0; i < r->grid->total; i++) s->slot[i] = -1;
     pdi_etch_parts(s);
     r->surface = s;
+    r->swept = s->swept ? s->swept + r->grid->total : NULL;
     r->linear = 0;
     return PD_OK;
 }
 
 void pd_etch_free(pd_ctx *ctx, pd_etch *s)
 {
-    if (s->reactive) s->reactive->surface = NULL;
+    if (s->reactive) {
+        s->reactive->surface = NULL;
+        s->reactive->swept = NULL;
+    }
     pdi_owner_free(ctx, pdi_etch_list, s);
     memset(s, 0, sizeof *s);
 }

@@ -121,7 +121,7 @@ static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, do
         for (int n = 0; n < (carried ? s->count : s->solutes); n++) {
             double part = r->part[row][carried ? s->master[n] : n];
             double of = (carried ? r->carry : r->c)[n * total + i];
-            if (carried && r->surface && r->surface->swept) of += r->surface->swept[(1 + n) * total + i];
+            if (carried && r->swept) of += r->swept[n * total + i];
             double term = around * part * of;
             pdi_sum_add(&sum, term);
             *size += fabs(term) * r->bonds->stencil->volume;

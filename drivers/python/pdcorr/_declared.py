@@ -1777,6 +1777,7 @@ def declare(dim):
         ('slots', c_int),
         ('weight', c_double * 32),
         ('dt', c_double),
+        ('swept', POINTER(c_double)),
         ('surface', c_void_p),
     ]
 
