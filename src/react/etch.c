@@ -152,7 +152,8 @@ static void pdi_etch_hand(pd_etch *s, int32_t i)
     for (int k = 0; k < of->count; k++) {
         int32_t j = pdi_etch_far(s, i, k);
         if (j < 0 || r->grid->kind[j] != PD_FLUID) continue;
-        double share = of->lap[k] * s->split[j] * pdi_grid_circumference(r->grid, i) / pdi_grid_circumference(r->grid, j);
+        double around = pdi_grid_circumference(r->grid, i) / pdi_grid_circumference(r->grid, j);
+        double share = around * of->lap[k] * s->split[j];
         for (int n = 0; n <= r->components.count; n++) s->swept[n * total + j] += share * part[n];
     }
 }

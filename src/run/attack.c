@@ -128,7 +128,8 @@ static int pdi_attack_before(const pd_attack *a, int32_t i, double *speed)
     for (int placed = 1; placed >= 0 && !(all > 0.0); placed--)
         for (int k = 0; k < paths->stencil->count; k++) {
             int32_t j = pdi_entry_far(paths, i, k);
-            if (j < 0 || j == i || paths->grid->kind[j] != PD_FLUID || pdi_path_closed_group(paths, i, k) >= 0) continue;
+            if (j < 0 || j == i || paths->grid->kind[j] != PD_FLUID) continue;
+            if (pdi_path_closed_group(paths, i, k) >= 0) continue;
             if ((pdi_etch_law(&a->etch, j) >= 0) != placed || (!placed && !(a->etch.speed[j] > 0.0))) continue;
             sum += paths->stencil->lap[k] * a->etch.speed[j];
             all += paths->stencil->lap[k];
