@@ -5134,6 +5134,8 @@ typedef struct pd_reactive {
     int slots;
     double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
     double dt;                       /* [s] of the stage at hand */
+    const double *swept;          /* [components][total] [mol/m3] that is beside the cells, where metal has gone; NULL:
+                                   * none is. Borrowed from `surface` */
     struct pd_etch *surface;      /* metal that dissolves by a law in the species; NULL: none. Borrowed */
 } pd_reactive;
 
@@ -5222,6 +5224,9 @@ static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c
  * With migration, metals may be electrodes: beside the law a polarisation curve brings its current into the species, by
  * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total
  * current (levels.h, theory: 5c.5).
+ *
+ * What metal leaves behind fills with the solution at its surface (theory: eq. 5c.9b). A cell of metal turns fluid as a
+ * whole, so until then that solution is kept beside the cells of the fluid.
  */
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
@@ -5263,6 +5268,8 @@ typedef struct pd_etch_desc {
     int reads_phi;      /* 1: on phi, which an inlet or a held wall has to tie, or with electrodes a given potential; of
                          * these phi is that of the fluid less that of the metal */
     pd_etch_electrodes electrodes;
+    double solid;       /* [mol/m3] of the metal: with migration what it leaves fills with what is at its surface; 0:
+                         * it stays empty */
 } pd_etch_desc;
 
 typedef struct pd_etch {
@@ -5285,6 +5292,12 @@ typedef struct pd_etch {
     float *by;                    /* [total][components] of places: how the speed follows totals */
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
+    double half;                  /* [s] of the step at hand */
+    /* with `solid`: */
+    double *surface;              /* [components][total] [mol/m3] of places: totals at the surface */
+    double *sweep;                /* [components][total] [mol/m3] of places: what fills what the step at hand leaves */
+    double *swept;                /* [1 + components][total] [-], [mol/m3] of nodes: volume that metal has left beside
+                                   * their cells, over a cell, and what it holds */
     /* with electrodes: */
     double *part;                 /* [electrodes][solutes] [-] see pd_etch_electrodes */
     double *part_gain;            /* [electrodes][components] [-] of totals */
@@ -5332,6 +5345,9 @@ PDI_FN void pdi_etch_polarise(pd_etch *etch, int electrode, double area, double 
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* Nodes that were metal are fluid: with `solid` they get what has filled them; `split` of them is the share of a cell
+ * that they lack. */
+PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
 /* With electrodes: `gave` is that of now. */
 PDI_FN void pdi_etch_note(pd_etch *etch);
 /* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */
@@ -5354,6 +5370,13 @@ static inline double pdi_etch_follow_flow(const pd_etch *s, int32_t place, const
     for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
     return sum;
 }
+/* The place of a node whose metal dissolves; -1: there is none. */
+static inline int32_t pdi_etch_law(const pd_etch *s, int32_t i)
+{
+    for (int32_t p = s->slot[i]; p >= 0 && p < s->count && s->node[p] == i; p++)
+        if (s->weight[p] > 0.0) return p;
+    return -1;
+}
 /* Circuit of a place; -1: it is no electrode. */
 static inline int pdi_etch_circuit(const pd_etch *s, int32_t place)
 {
@@ -5362,7 +5385,9 @@ static inline int pdi_etch_circuit(const pd_etch *s, int32_t place)
 /* [mol/m3/s] of component k for a speed and a flow of a place. */
 static inline double pdi_etch_gives(const pd_etch *s, int32_t place, int k, double speed, double flow)
 {
-    double sum = s->gain[k] * s->weight[place] * speed;
+    double with = s->gain[k];
+    if (s->surface) with -= s->surface[k * s->reactive->grid->total + place] / s->desc.solid;
+    double sum = with * s->weight[place] * speed;
     if (s->electrode && s->electrode[place] >= 0)
         sum += s->part_gain[s->electrode[place] * s->reactive->components.count + k] * s->area[place] * flow;
     return sum;
@@ -35597,7 +35622,7 @@ static double pdi_reactive_solid(const pd_reactive *r, int row, double *size)
     return pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
-/* Amounts of a row in the fluid: with the sizes of its terms, or of what is carried. */
+/* Amounts of a row in the fluid: with the sizes of its terms, or of what is carried and what fills what metal left. */
 static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, double *size)
 {
     const pd_components *s = &r->components;
@@ -35608,7 +35633,9 @@ static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, do
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < (carried ? s->count : s->solutes); n++) {
             double part = r->part[row][carried ? s->master[n] : n];
-            double term = around * part * (carried ? r->carry : r->c)[n * total + i];
+            double of = (carried ? r->carry : r->c)[n * total + i];
+            if (carried && r->swept) of += r->swept[n * total + i];
+            double term = around * part * of;
             pdi_sum_add(&sum, term);
             *size += fabs(term) * r->bonds->stencil->volume;
         }
@@ -36093,7 +36120,10 @@ PDI_FN void pdi_etch_polarise(pd_etch *s, int electrode, double area, double way
 
 PDI_FN void pdi_etch_begin(pd_etch *s)
 {
+    int64_t total = s->reactive->grid->total;
     for (int32_t p = 0; p < s->count; p++) s->ahead[p] = 0.0;
+    for (int k = 0; k < s->reactive->components.count && s->sweep; k++)
+        for (int32_t p = 0; p < s->count; p++) s->sweep[k * total + p] = 0.0;
 }
 
 PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
@@ -36104,6 +36134,8 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
         int32_t i = s->node[p];
         if (!(s->weight[p] > 0.0)) continue;
         s->ahead[p] += dt * s->speed[i];
+        for (int64_t k = 0, at = p; k < r->components.count && s->sweep; k++, at += r->grid->total)
+            s->sweep[at] += dt * s->weight[p] * s->speed[i] / s->desc.solid * s->surface[at];
         pdi_sum_add(&sum, pdi_grid_circumference(r->grid, i) * s->weight[p] * s->speed[i]);
     }
     double amount = dt * r->bonds->stencil->volume * pdi_sum_total(&sum);
@@ -36135,11 +36167,155 @@ PDI_FN void pdi_etch_note(pd_etch *s)
         s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * s->speed[s->node[p]] : 0.0;
 }
 
+/* What fills the volume that metal has left follows the surface: it goes to the node or comes from there, with the next
+ * step. A share of it, so that steps of any length are stable, and at most half of what the node has. */
+static void pdi_etch_even(pd_etch *s, int32_t p)
+{
+    pd_reactive *r = s->reactive;
+    int64_t total = r->grid->total;
+    int32_t i = s->node[p];
+    double part = 1.0 / (1.0 + fabs(s->swept[i])), excess[PD_SPECIES_MOST];
+    for (int k = 0; k < r->components.count; k++) {
+        double terms = 0.0;
+        for (int n = 0; n < r->components.solutes; n++) terms += fabs(r->components.m[k][n]) * r->c[n * total + i];
+        excess[k] = s->swept[(1 + k) * total + i] - s->swept[i] * s->surface[k * total + p];
+        if (-excess[k] * part > 0.5 * terms) part = -0.5 * terms / excess[k];
+    }
+    for (int k = 0; k < r->components.count; k++) {
+        s->swept[(1 + k) * total + i] -= part * excess[k];
+        r->carry[k * total + i] += part * excess[k];
+    }
+}
+
 PDI_FN void pdi_etch_accept(pd_etch *s)
 {
+    int64_t total = s->reactive->grid->total;
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
+    for (int32_t p = 0; p < s->count && s->swept; p++) {
+        if (!(s->weight[p] > 0.0)) continue;
+        s->swept[s->node[p]] += s->ahead[p] * s->weight[p] / s->desc.solid;
+        for (int k = 0; k < s->reactive->components.count; k++)
+            s->swept[(1 + k) * total + s->node[p]] += s->sweep[k * total + p];
+        pdi_etch_even(s, p);
+    }
     pdi_etch_note(s);
     pdi_etch_begin(s);
+}
+
+/* ---- cells that turn ---- */
+
+/* Far end of bond k of fluid node i, which is metal, or fluid that the bond is open to. -1: it is neither. */
+static int32_t pdi_etch_far(const pd_etch *s, int32_t i, int k)
+{
+    const pd_paths *paths = &s->reactive->bonds->paths;
+    int32_t far = pdi_grid_image(paths->grid, i + paths->shift[k], NULL);
+    if (far < 0 || far == i) return -1;
+    if (paths->grid->kind[far] == PD_SOLID) return far;
+    return paths->grid->kind[far] == PD_FLUID && pdi_path_closed_group(paths, i, k) < 0 ? far : -1;
+}
+
+/* What metal left beside the cell of node i goes to cells that have turned, `split` of which is 1, in the share that
+ * they are of its bonds to metal and to them. */
+static void pdi_etch_hand(pd_etch *s, int32_t i)
+{
+    const pd_reactive *r = s->reactive;
+    const pd_stencil *of = r->bonds->stencil;
+    int64_t total = r->grid->total;
+    double metal = 0.0, turned = 0.0, part[1 + PD_SPECIES_MOST];
+    for (int k = 0; k < of->count; k++) {
+        int32_t j = pdi_etch_far(s, i, k);
+        if (j >= 0 && r->grid->kind[j] == PD_SOLID) metal += of->lap[k];
+        else if (j >= 0) turned += of->lap[k] * s->split[j];
+    }
+    if (!(turned > 0.0)) return;
+    for (int n = 0; n <= r->components.count; n++) {
+        part[n] = s->swept[n * total + i] / (metal + turned);
+        s->swept[n * total + i] = metal * part[n];
+    }
+    for (int k = 0; k < of->count; k++) {
+        int32_t j = pdi_etch_far(s, i, k);
+        if (j < 0 || r->grid->kind[j] != PD_FLUID) continue;
+        double around = pdi_grid_circumference(r->grid, i) / pdi_grid_circumference(r->grid, j);
+        double share = around * of->lap[k] * s->split[j];
+        for (int n = 0; n <= r->components.count; n++) s->swept[n * total + j] += share * part[n];
+    }
+}
+
+/* Totals at the middle of a cell that has turned: between those of the fluid beside it and of its surface, which was
+ * behind. 0: there is no fluid. */
+static int pdi_etch_between(const pd_etch *s, int32_t j, double *sum)
+{
+    const pd_reactive *r = s->reactive;
+    const pd_stencil *of = r->bonds->stencil;
+    int64_t total = r->grid->total;
+    double all = 0.0, c[PD_SPECIES_MOST], own[PD_SPECIES_MOST];
+    memset(sum, 0, PD_SPECIES_MOST * sizeof *sum);
+    for (int beside = 1; beside >= 0 && !(all > 0.0); beside--)
+        for (int k = 0; k < of->count; k++) {
+            int32_t i = pdi_etch_far(s, j, k), p = i < 0 ? -1 : pdi_etch_law(s, i);
+            if (i < 0 || r->grid->kind[i] != PD_FLUID || s->split[i] > 0.0 || (beside && p < 0)) continue;
+            double film = p < 0 ? 0.0 : s->thick[p] * r->diffusion.desc.diffusivity / s->desc.solid;
+            double way = pdi_vec_norm(of->xi + k * PD_DIM), share = film > way ? way / film : 1.0;
+            pdi_reactive_get(r, r->c, i, c);
+            pdi_components_totals(&r->components, c, own);
+            all += of->lap[k];
+            for (int n = 0; n < r->components.count; n++)
+                sum[n] += of->lap[k] * (p < 0 ? own[n] : own[n] + share * (s->surface[n * total + p] - own[n]));
+        }
+    for (int n = 0; n < r->components.count; n++) sum[n] /= all > 0.0 ? all : 1.0;
+    return all > 0.0;
+}
+
+/* A cell that has turned begins with what fills it, at those totals; `split` grows by the share that it lacks. */
+static void pdi_etch_fill(pd_etch *s, int32_t j, const double *sum)
+{
+    pd_reactive *r = s->reactive;
+    int64_t total = r->grid->total;
+    double c[PD_SPECIES_MOST], holds[PD_SPECIES_MOST], part = fmin(fmax(1.0 + s->swept[j], 0.0), 1.0);
+    memset(c, 0, sizeof c);
+    if (!sum || pdi_components_solve(&r->components, sum, c) != PD_OK) part = 0.0;
+    s->split[j] += 1.0 - part;
+    s->swept[j] -= part;
+    pdi_migration_neutralise(&r->migration, c);
+    for (int n = 0; n < r->components.solutes; n++) {
+        c[n] *= part;
+        r->c[n * total + j] += c[n];
+    }
+    pdi_components_totals(&r->components, c, holds);
+    for (int k = 0; k < r->components.count; k++) s->swept[(1 + k) * total + j] -= holds[k];
+}
+
+/* Where no metal is left nothing is beside the cells: the next step has it. */
+static void pdi_etch_leave(pd_etch *s, int32_t i)
+{
+    pd_reactive *r = s->reactive;
+    int64_t total = r->grid->total;
+    for (int k = 0; k < r->bonds->stencil->count; k++) {
+        int32_t j = pdi_etch_far(s, i, k);
+        if (j >= 0 && r->grid->kind[j] == PD_SOLID) return;
+    }
+    s->swept[i] = 0.0;
+    for (int k = 0; k < r->components.count; k++) {
+        r->carry[k * total + i] += s->swept[(1 + k) * total + i];
+        s->swept[(1 + k) * total + i] = 0.0;
+    }
+}
+
+PDI_FN void pdi_etch_turn(pd_etch *s, const int32_t *turned, int32_t count)
+{
+    const pd_reactive *r = s->reactive;
+    int32_t total = (int32_t)r->grid->total;
+    for (int32_t i = 0; i < total; i++) s->split[i] = 0.0;
+    for (int32_t n = 0; n < count; n++) s->split[turned[n]] = 1.0;
+    for (int32_t i = 0; i < total; i++)
+        if (r->grid->kind[i] == PD_FLUID && !(s->split[i] > 0.0) && fabs(s->swept[i]) > 0.0) pdi_etch_hand(s, i);
+    for (int32_t n = 0; n < count; n++) {
+        double sum[PD_SPECIES_MOST];
+        pdi_etch_fill(s, turned[n], pdi_etch_between(s, turned[n], sum) ? sum : NULL);
+    }
+    for (int32_t n = 0; n < count; n++) s->split[turned[n]] -= 1.0;
+    for (int32_t i = 0; i < total; i++)
+        if (r->grid->kind[i] == PD_FLUID && fabs(s->swept[i]) > 0.0) pdi_etch_leave(s, i);
 }
 
 /* ---- the object ---- */
@@ -36161,6 +36337,11 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, by, etch->reactive->components.count * total, "m4/mol/s");
     if (etch->reactive->migration.on) PDI_ARRAY(owner, etch, drive, total, "m/s");
     const pd_etch_electrodes *of = &etch->desc.electrodes;
+    if (etch->desc.solid > 0.0 && etch->reactive->migration.on) {
+        PDI_ARRAY(owner, etch, surface, etch->reactive->components.count * total, "mol/m3");
+        PDI_ARRAY(owner, etch, sweep, etch->reactive->components.count * total, "mol/m3");
+        PDI_STATE(owner, etch, swept, (1 + etch->reactive->components.count) * total, "mol/m3");
+    }
     if (!of->count) return;
     PDI_ARRAY(owner, etch, part, of->count * etch->reactive->components.solutes, "1");
     PDI_ARRAY(owner, etch, part_gain, of->count * etch->reactive->components.count, "1");
@@ -36241,13 +36422,17 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
     for (int32_t i = 0; i < r->grid->total; i++) s->slot[i] = -1;
     pdi_etch_parts(s);
     r->surface = s;
+    r->swept = s->swept ? s->swept + r->grid->total : NULL;
     r->linear = 0;
     return PD_OK;
 }
 
 void pd_etch_free(pd_ctx *ctx, pd_etch *s)
 {
-    if (s->reactive) s->reactive->surface = NULL;
+    if (s->reactive) {
+        s->reactive->surface = NULL;
+        s->reactive->swept = NULL;
+    }
     pdi_owner_free(ctx, pdi_etch_list, s);
     memset(s, 0, sizeof *s);
 }
@@ -36303,6 +36488,7 @@ typedef struct pdi_layer_work {
     const pd_etch *s;
     int32_t node;
     double thick;
+    double still, creep;              /* of metal that does not move, and [mol s2/m5] what its speed adds */
     double davies;                    /* ln gamma of a charge of 1 */
     double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
     double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
@@ -36310,6 +36496,7 @@ typedef struct pdi_layer_work {
     double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
     double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
     double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
+    double sweep;                     /* [-] what the surface moves, of what diffuses through the film */
     int electrode;                    /* -1: none */
     double level;                     /* [V] of the metal */
     double way;                       /* [s/m] through the film of the electrode */
@@ -36345,12 +36532,18 @@ static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, doubl
     const pd_components *of = &s->reactive->components;
     w->s = s;
     w->node = node;
-    w->thick = thick;
+    w->thick = w->still = thick;
+    w->creep = 0.0;
+    if (s->surface && place >= 0 && thick > 0.0) {
+        double rise = s->desc.solid / s->reactive->diffusion.desc.diffusivity;
+        w->thick = w->still = thick + rise * s->passed[place];
+        w->creep = rise * s->half;
+    }
     pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
     w->davies = pdi_components_activity(of, w->c);
     for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
     w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
-    w->lift = 0.0;
+    w->lift = w->sweep = 0.0;
     memcpy(w->surface, w->c, sizeof w->surface);
     pdi_layer_enter_electrode(s, place, w);
     if (!(thick + w->way > 0.0)) return;
@@ -36388,9 +36581,11 @@ static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v,
 {
     const pd_etch *s = w->s;
     double down[PD_SPECIES_MOST], up[PD_SPECIES_MOST], flows[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+    w->thick = w->still + w->creep * v;
+    w->sweep = s->surface ? w->thick * v / s->desc.solid : 0.0;
     for (int n = 0; n < film->solutes; n++) {
         double z = film->charge[n] * lift;
-        down[n] = pdi_layer_share(-z);
+        down[n] = pdi_layer_share(-z) + w->sweep / s->scale[n];
         up[n] = s->scale[n] * pdi_layer_share(z) * w->c[n];
     }
     for (int n = 0; n < film->solutes && film->joined; n++) {
@@ -36756,17 +36951,20 @@ static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *
 {
     const pd_etch *s = w->s;
     const pd_components *of = &s->reactive->components;
-    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], left[PD_SPECIES_MOST];
     float node[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
     int count = of->count;
     memset(along, 0, sizeof along);
     memset(a, 0, sizeof(pdi_layer_table));
+    memset(left, 0, sizeof left);
     pdi_components_derive(of, w->c, node);
+    if (s->surface) pdi_components_totals(of, w->surface, left);
     for (int j = 0; j < count; j++) {
         memset(one, 0, sizeof one);
         one[j] = 1.0;
         pdi_components_follow(film, own, one, along);
-        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_layer_share(-of->charge[n] * w->lift);
+        for (int n = 0; n < of->solutes; n++)
+            along[n] *= s->scale[n] * pdi_layer_share(-of->charge[n] * w->lift) + w->sweep;
         pdi_components_totals(of, along, sum);
         for (int k = 0; k < count; k++) a[k][j] = sum[k];
         pdi_components_follow(of, node, one, along);
@@ -36774,7 +36972,7 @@ static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *
         pdi_components_totals(of, along, sum);
         for (int k = 0; k < count; k++) a[k][count + 3 + j] = sum[k];
         a[count][j] = of->charge[of->master[j]];
-        a[j][count + 1] = s->gain[j] * w->thick;
+        a[j][count + 1] = (s->surface ? s->gain[j] - left[j] / s->desc.solid : s->gain[j]) * w->thick;
         if (w->electrode >= 0) a[j][count + 2] = s->part_gain[w->electrode * count + j] * w->way;
     }
     for (int n = 0; n < of->solutes; n++) {
@@ -36900,6 +37098,19 @@ PDI_FN int pdi_layer_surface(const pd_etch *s, int32_t p, double *c, double *psi
 
 /* ---- all places ---- */
 
+/* What is at the surface fills what metal leaves there; it is neutral. */
+static void pdi_layer_note(pd_etch *s, int32_t p, const pdi_layer_work *w)
+{
+    const pd_reactive *r = s->reactive;
+    double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+    int finite = 1;
+    for (int n = 0; n < r->components.solutes; n++) finite = finite && w->surface[n] < HUGE_VAL;
+    memcpy(c, finite ? w->surface : w->c, sizeof c);
+    pdi_migration_neutralise(&r->migration, c);
+    pdi_components_totals(&r->components, c, sum);
+    for (int k = 0; k < r->components.count; k++) s->surface[k * (int64_t)r->grid->total + p] = sum[k];
+}
+
 /* A place whose metal dissolves, with its derivatives or without. */
 static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
 {
@@ -36912,12 +37123,15 @@ static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
     if (!derive) {
         if (w.electrode >= 0 && pdi_layer_newton(&film, &w, goes, v)) {
             s->flow[p] = w.flow;
+            if (s->surface && goes) pdi_layer_note(s, p, &w);
             return;
         }
         if (goes) *v = pdi_layer_find(&film, &w, *v);
-        if (!s->electrode) return;
-        int found = fabs(*v) < HUGE_VAL && (w.electrode < 0 || pdi_layer_settle(&film, &w, *v));
-        s->flow[p] = found ? w.flow : (double)NAN;
+        if (s->electrode) {
+            int found = fabs(*v) < HUGE_VAL && (w.electrode < 0 || pdi_layer_settle(&film, &w, *v));
+            s->flow[p] = found ? w.flow : (double)NAN;
+        }
+        if (s->surface && goes) pdi_layer_note(s, p, &w);
         return;
     }
     w.flow = w.guess;
@@ -38752,7 +38966,10 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_reactive_work_list, r));
-    if (r->surface) pdi_etch_begin(r->surface);
+    if (r->surface) {
+        pdi_etch_begin(r->surface);
+        r->surface->half = 0.5 * dt;
+    }
     pdi_multigrid_open(&r->inverse.mg);
     if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
@@ -38764,6 +38981,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
         double by = pdi_migration_level(&r->migration);
         if (r->surface && r->surface->electrode) pdi_levels_shift(r->surface, -by);
     }
+    if (r->surface) r->surface->half = 0.0;
     pdi_krylov_trim(ctx, &r->krylov);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
     if (r->migration.on) pdi_multigrid_close(&r->migration.mg);
@@ -39243,21 +39461,23 @@ static void pdi_course_settled(pd_course *a, int32_t node)
     pdi_reactive_put(r, c, node, r->c);
 }
 
-/* With migration, each node that was metal gets the share 1/(2 d) of what fluid beside it held, `start`: without ions
- * it would carry no current. `share` 0: nodes come to equilibrium after that. */
+/* With migration, each node that was metal gets the share 1/(2 d) of what fluid beside it held, `start`, as far as
+ * nothing has filled it: without ions it would carry no current. `share` 0: nodes come to equilibrium after that. */
 static void pdi_course_share(pd_course *a, const int32_t *turned, int32_t count, double share)
 {
     pd_reactive *r = a->reactive;
     const pd_grid *grid = r->grid;
+    const pd_etch *surface = a->desc.surface;
     int64_t total = grid->total;
     for (int32_t k = 0; k < count; k++) {
         int32_t i = turned[k];
+        double lacks = surface && surface->swept ? surface->split[i] : 1.0;
         for (int side = 0; side < 2 * PD_DIM; side++) {
             int32_t j = pdi_grid_image(grid, i + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2], NULL);
             if (j < 0 || j == i || grid->kind[j] != PD_FLUID) continue;
             double around = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
             for (int n = 0; n < r->components.solutes && share > 0.0; n++) {
-                double part = share * a->start[n * total + j];
+                double part = lacks * share * a->start[n * total + j];
                 r->c[n * total + j] -= part;
                 r->c[n * total + i] += around * part;
             }
@@ -39289,6 +39509,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
             pdi_reactive_put(r, none, turned[k], a->start); /* what turns gives nothing */
             r->migration.psi[turned[k]] = 0.0;
         }
+        if (a->desc.surface && a->desc.surface->swept) pdi_etch_turn(a->desc.surface, turned, count);
         pdi_course_share(a, turned, count, 0.5 / PD_DIM);
         pdi_course_share(a, turned, count, 0.0);
     }
@@ -39308,7 +39529,7 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
     PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
     if (a->desc.coat) PDI_TRY(pdi_owner_store(ctx, pdi_coat_list, a->desc.coat, archive));
-    if (a->desc.surface && a->desc.surface->electrode)
+    if (a->desc.surface && (a->desc.surface->electrode || a->desc.surface->swept))
         PDI_TRY(pdi_owner_store(ctx, pdi_etch_list, a->desc.surface, archive));
     if (a->desc.bare && archive->reading) pdi_course_uncover(a);
     return PD_OK;
@@ -73142,6 +73363,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&etch, 0, sizeof etch);
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         etch.reactive = &r;
+        etch.desc.solid = pdi_setup_attacked(u) >= 0 && u->has_dissolve ? 1.0 : 0.0;
         if (pdi_setup_polarises(u)) {
             etch.desc.electrodes.count = u->potential.electrodes;
             etch.desc.electrodes.circuits = u->potential.electrodes;
@@ -73567,6 +73789,8 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
         desc.reads_phi = 1;
         PDI_TRY(pdi_polarise_build(ctx, setup, map, cell, reactive, &a->etch, &a->polarise, &desc.electrodes));
     }
+    if (kind >= 0 && dissolve && dissolve->kinds == 1 && !pdi_metal_bonds(dissolve) && !(dissolve->kind[0].end > 0.0))
+        desc.solid = dissolve->kind[0].solid;
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
     if (kind >= 0 && (metal->rate.uses >> PDI_SETUP_GRAIN & 1u))
         return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
@@ -73619,7 +73843,27 @@ static int pdi_attack_salt(const pd_dissolve *d, int32_t node)
     return pdi_metal_bonds(d) && d->transport->c[node] >= d->desc.saturation * (1.0 - PDI_ATTACK_SALT);
 }
 
-/* Speeds beside metal: of places they are found; where there is none the law holds for the species as they are now. */
+/* A node that has turned fluid within the step of the run: what the species have got from the metal before it was the
+ * speed there, as the mean over its bonds to those nodes. 0: it has none to them. */
+static int pdi_attack_before(const pd_attack *a, int32_t i, double *speed)
+{
+    const pd_paths *paths = &a->etch.reactive->bonds->paths;
+    double sum = 0.0, all = 0.0;
+    for (int placed = 1; placed >= 0 && !(all > 0.0); placed--)
+        for (int k = 0; k < paths->stencil->count; k++) {
+            int32_t j = pdi_entry_far(paths, i, k);
+            if (j < 0 || j == i || paths->grid->kind[j] != PD_FLUID) continue;
+            if (pdi_path_closed_group(paths, i, k) >= 0) continue;
+            if ((pdi_etch_law(&a->etch, j) >= 0) != placed || (!placed && !(a->etch.speed[j] > 0.0))) continue;
+            sum += paths->stencil->lap[k] * a->etch.speed[j];
+            all += paths->stencil->lap[k];
+        }
+    if (all > 0.0) *speed = sum / all;
+    return all > 0.0;
+}
+
+/* Speeds beside metal: of places they are found; where there is none the law holds for the species as they are now, or,
+ * when the species have moved, what they have got beside that. */
 static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
@@ -73628,7 +73872,9 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
         const pdi_beside *beside = &d->beside[k];
         int32_t i = beside->node;
         if (!(beside->weight > 0.0)) continue;
-        if (s->slot[i] < 0) s->speed[i] = pdi_layer_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
+        int behind = a->course->time > d->time && !pdi_attack_salt(d, i);
+        if (s->slot[i] < 0 && !(behind && pdi_attack_before(a, i, &s->speed[i])))
+            s->speed[i] = pdi_layer_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
         PDI_TRY(pdi_attack_lawful(ctx, a, i));
     }
     return PD_OK;

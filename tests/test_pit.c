@@ -1,6 +1,6 @@
 /* pit: metal that dissolves by the potential of the ions that migrate before it, against a quadrature: under a law,
  * with water in equilibrium, under a salt film, beside a plane and a cylinder, in one step of any length and in many;
- * orders, charge and elements, currents that have nowhere to go; a pit that deepens, as a scene.
+ * orders, charge and elements, currents that have nowhere to go; pits that deepen, as scenes.
  * dims: 1 2 */
 #include "react/advance.h"
 #include "react/etch.h"
@@ -318,6 +318,44 @@ TEST(deepens)
     CHECK_INT(ctx.in_use, 0);
 }
 
+#if PD_DIM == 1
+/* A pit 1 mm deep for 2000 s, half of it under a salt film, and with 0.1 V more, where the law is far from its limit: what
+ * new cells hold and when it comes counts. Order 2. */
+TEST(film)
+{
+    static const char *const set[] = {"run.until=2000 s"};
+    static const double held[] = {PIT_HELD, PIT_HELD + 0.1}, most[] = {8e-4, 1.2e-3};
+    static pit_march march;
+    for (int k = 0; k < 2; k++) {
+        double v, off[2], coarse = pit_deepen(&march, held[k], 1e-3, 2000.0, 60, &v);
+        double wanted = 2.0 * pit_deepen(&march, held[k], 1e-3, 2000.0, 120, &v) - coarse - 1e-3;
+        for (int n = 0; n < 2; n++) {
+            char text[2048];
+            pd_ctx ctx;
+            pd_setup setup;
+            pd_run_desc desc;
+            pd_run_result result;
+            pd_ctx_init(&ctx);
+            memset(&desc, 0, sizeof desc);
+            desc.dry = 1;
+            snprintf(text, sizeof text, "[grid] h = %d um  box = 0 mm .. 1.2 mm  threads = 1\n[shape steel] box = 1 mm "
+                     ".. 1.2 mm%s\n[dissolve] potential = %g mV  " STEEL LAW HALF, n ? 25 : 50,
+                     strstr(IONS("yes"), "  kind = solid"), 1e3 * held[k]);
+            if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, set, 1, &setup))) return;
+            if (CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result))) CHECK_LE(result.ledger, 1e-12);
+            off[n] = fabs(result.volume_loss * 2e-4 / wanted - 1.0);
+            pd_setup_free(&ctx, &setup);
+            CHECK_INT(ctx.in_use, 0);
+        }
+        CHECK_LE(off[1], most[k]);
+        CHECK_LE(1.7, log2(off[0] / off[1]));
+    }
+}
+#define LONG ENTRY(film)
+#else
+#define LONG
+#endif
+
 TEST(refused)
 {
     static const char *const bad[][2] = {
@@ -345,4 +383,4 @@ TEST(refused)
 }
 
 TEST_MAIN(ENTRY(plane) PLANAR ENTRY(water) ENTRY(any_step) ENTRY(in_time) ENTRY(nowhere) ENTRY(deepens)
-          ENTRY(refused))
+          LONG ENTRY(refused))

@@ -75,37 +75,39 @@ static pd_status pit_steady_run(val_job *job) { return reaction_run(job, pit_ste
     "current = if([Fe2+] + [Fe3+] < 5100 mol/m3, 9.9 A/m2*exp(2.2022*0.65*(E + 240 mV)/volt), 0 A/m2)\n" \
     "reaction = Fe = 0.7978 Fe2+ + 0.2022 Fe3+ + 2.2022 e-\n"
 
-/* A pit 20 um deep for 3 s: its depth. */
-static pd_status pit_deepen_run(val_job *job)
+/* Growth of a pit of so many um over so many seconds, in metal `solid` [um] thick, and of the finite volumes. */
+static pd_status pit_deepen_by(val_job *job, double depth, double solid, double seconds, double rtol)
 {
     static pit_march march;
-    char text[2048], grid[256];
-    double h = 20.0 / job->level.n, v, coarse, fine;
-    pd_figures figures;
+    char text[2048], grid[256], box[64] = "";
+    double h = depth / job->level.n, v, coarse, fine, across = 3.0 * h;
     pd_run_result result;
     pd_setup setup;
     pd_run_desc desc;
     memset(&desc, 0, sizeof desc);
-    memset(&figures, 0, sizeof figures);
-    snprintf(grid, sizeof grid, PD_DIM == 1 ? "[grid] h = %.17g um  m = %g  box = 0 um .. 26 um\n"
-                                            : "[grid] h = %.17g um  m = %g  box = 0 um .. 26 um, 0 um .. 3 um\n",
-             h, job->level.m);
-    snprintf(text, sizeof text, "%s" PIT_SCENE "[run] until = 3 s  rtol = 0.002\n", grid, 20.0, 26.0,
-             PD_DIM == 1 ? "" : ", 0 um .. 3 um",
-             PD_DIM == 1 ? "" : "[side y-] flow = mirror\n[side y+] flow = mirror\n");
+    if (PD_DIM > 1) snprintf(box, sizeof box, ", 0 um .. %.17g um", across);
+    snprintf(grid, sizeof grid, "[grid] h = %.17g um  m = %g  box = 0 um .. %.17g um%s\n", h, job->level.m,
+             depth + solid, box);
+    snprintf(text, sizeof text, "%s" PIT_SCENE "[run] until = %g s  rtol = %g\n", grid, depth, depth + solid, box,
+             PD_DIM == 1 ? "" : "[side y-] flow = mirror\n[side y+] flow = mirror\n", seconds, rtol);
     desc.dry = 1;
     PDI_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
     pd_setup_free(job->ctx, &setup);
     PDI_TRY(status);
-    coarse = pit_deepen(&march, PIT_HELD, 2e-5, 3.0, 60, &v);
-    fine = 2.0 * pit_deepen(&march, PIT_HELD, 2e-5, 3.0, 120, &v) - coarse; /* of first order in time */
+    depth *= 1e-6;
+    coarse = pit_deepen(&march, PIT_HELD, depth, seconds, 120, &v);
+    fine = 2.0 * pit_deepen(&march, PIT_HELD, depth, seconds, 240, &v) - coarse; /* of first order in time */
     job->out->h = result.h;
     job->out->steps = (long)result.steps;
-    job->out->err[0] = fabs(result.volume_loss * 6e-6 / (fine - 2e-5) - 1.0);
+    job->out->err[0] = fabs(result.volume_loss * 1e-6 * solid / (fine - depth) - 1.0);
     job->out->err[1] = result.ledger;
     return PD_OK;
 }
+
+static pd_status pit_deepen_run(val_job *job) { return pit_deepen_by(job, 20.0, 6.0, 3.0, 0.002); }
+
+static pd_status pit_film_run(val_job *job) { return pit_deepen_by(job, 1000.0, 200.0, 2000.0, 0.002); }
 
 static const val_part pit_law_part = {
     "law", "a pit 0.1 mm deep, under the law", "cells", VAL_BY_N, NULL, 2.0,
@@ -127,17 +129,23 @@ static const val_part pit_deepen_part = {
     {{0, 2e-3, 0.0, 40, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL}}, 2,
     {{20, 1.0, 0.0}, {40, 1.0, 0.0}}, 2, 1, pit_deepen_run, NULL};
 
-static const val_part *const pit_parts[] = {&pit_law_part, &pit_salt_part, &pit_deepen_part};
+static const val_part pit_film_part = {
+    "film", "a pit 1 mm deep for 2000 s, half of it under a salt film", "cells", VAL_BY_N, NULL, 2.0,
+    {{"err_depth", "loss of metal"}, {"ledger", "amounts"}}, 2,
+    {{0, 1e-3, 0.0, 80, VAL_GOAL}, {0, 0.0, 1.5, 0, VAL_GOAL}, {1, 1e-12, 0.0, 0, VAL_GOAL}}, 3,
+    {{20, 1.0, 0.0}, {40, 1.0, 0.0}, {80, 1.0, 0.0}}, 3, 2, pit_film_run, NULL};
+
+static const val_part *const pit_parts[] = {&pit_law_part, &pit_salt_part, &pit_deepen_part, &pit_film_part};
 
 static const val_case pit_case = {
     "pit", "304 steel held at a potential in a pit",
     "Steel at -75 mV in brine of 1 mol/L dissolves by its potential against the ions at its surface, which carry the "
     "current out, up to a salt film at 5.1 mol/L: the steady current of pits of two depths, in one step of a million "
-    "times of diffusion, and the depth of a pit that deepens from 20 um for 3 s.",
+    "times of diffusion; the depth of a pit that deepens from 20 um for 3 s, and of one from 1 mm for 2000 s.",
     "A law that is asked once a step, a potential without that of diffusion, the fall of the potential in the last "
-    "half cell, charge that is lost, a salt film that is a clamp.",
+    "half cell, charge that is lost, a salt film that is a clamp, cells that turn without what fills them.",
     "constants of Chadwick et al. 2018; steady Nernst-Planck in the potential by quadrature, and in time in finite "
     "volumes that grow with the pit, both derived apart (theory: eq. 5c.10)",
-    pit_parts, 3};
+    pit_parts, 4};
 #endif
 #endif

@@ -739,7 +739,10 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_reactive_work_list, r));
-    if (r->surface) pdi_etch_begin(r->surface);
+    if (r->surface) {
+        pdi_etch_begin(r->surface);
+        r->surface->half = 0.5 * dt;
+    }
     pdi_multigrid_open(&r->inverse.mg);
     if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
@@ -751,6 +754,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
         double by = pdi_migration_level(&r->migration);
         if (r->surface && r->surface->electrode) pdi_levels_shift(r->surface, -by);
     }
+    if (r->surface) r->surface->half = 0.0;
     pdi_krylov_trim(ctx, &r->krylov);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
     if (r->migration.on) pdi_multigrid_close(&r->migration.mg);

@@ -464,21 +464,23 @@ static void pdi_course_settled(pd_course *a, int32_t node)
     pdi_reactive_put(r, c, node, r->c);
 }
 
-/* With migration, each node that was metal gets the share 1/(2 d) of what fluid beside it held, `start`: without ions
- * it would carry no current. `share` 0: nodes come to equilibrium after that. */
+/* With migration, each node that was metal gets the share 1/(2 d) of what fluid beside it held, `start`, as far as
+ * nothing has filled it: without ions it would carry no current. `share` 0: nodes come to equilibrium after that. */
 static void pdi_course_share(pd_course *a, const int32_t *turned, int32_t count, double share)
 {
     pd_reactive *r = a->reactive;
     const pd_grid *grid = r->grid;
+    const pd_etch *surface = a->desc.surface;
     int64_t total = grid->total;
     for (int32_t k = 0; k < count; k++) {
         int32_t i = turned[k];
+        double lacks = surface && surface->swept ? surface->split[i] : 1.0;
         for (int side = 0; side < 2 * PD_DIM; side++) {
             int32_t j = pdi_grid_image(grid, i + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2], NULL);
             if (j < 0 || j == i || grid->kind[j] != PD_FLUID) continue;
             double around = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
             for (int n = 0; n < r->components.solutes && share > 0.0; n++) {
-                double part = share * a->start[n * total + j];
+                double part = lacks * share * a->start[n * total + j];
                 r->c[n * total + j] -= part;
                 r->c[n * total + i] += around * part;
             }
@@ -510,6 +512,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
             pdi_reactive_put(r, none, turned[k], a->start); /* what turns gives nothing */
             r->migration.psi[turned[k]] = 0.0;
         }
+        if (a->desc.surface && a->desc.surface->swept) pdi_etch_turn(a->desc.surface, turned, count);
         pdi_course_share(a, turned, count, 0.5 / PD_DIM);
         pdi_course_share(a, turned, count, 0.0);
     }
@@ -529,7 +532,7 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
     PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
     if (a->desc.coat) PDI_TRY(pdi_owner_store(ctx, pdi_coat_list, a->desc.coat, archive));
-    if (a->desc.surface && a->desc.surface->electrode)
+    if (a->desc.surface && (a->desc.surface->electrode || a->desc.surface->swept))
         PDI_TRY(pdi_owner_store(ctx, pdi_etch_list, a->desc.surface, archive));
     if (a->desc.bare && archive->reading) pdi_course_uncover(a);
     return PD_OK;

@@ -1,5 +1,6 @@
 /* etch: see etch.h */
 #include "react/etch.h"
+#include "core/vec.h"
 #include <math.h>
 #include <string.h>
 
@@ -37,8 +38,11 @@ PDI_FN void pdi_etch_polarise(pd_etch *s, int electrode, double area, double way
 
 PDI_FN void pdi_etch_begin(pd_etch *s)
 {
+    int64_t total = s->reactive->grid->total;
     for (int32_t p = 0; p < s->count; p++) s->ahead[p] = 0.0;
     s->odd = 0;
+    for (int k = 0; k < s->reactive->components.count && s->sweep; k++)
+        for (int32_t p = 0; p < s->count; p++) s->sweep[k * total + p] = 0.0;
 }
 
 PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
@@ -49,6 +53,8 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
         int32_t i = s->node[p];
         if (!(s->weight[p] > 0.0)) continue;
         s->ahead[p] += dt * s->speed[i];
+        for (int64_t k = 0, at = p; k < r->components.count && s->sweep; k++, at += r->grid->total)
+            s->sweep[at] += dt * s->weight[p] * s->speed[i] / s->desc.solid * s->surface[at];
         pdi_sum_add(&sum, pdi_grid_circumference(r->grid, i) * s->weight[p] * s->speed[i]);
     }
     double amount = dt * r->bonds->stencil->volume * pdi_sum_total(&sum);
@@ -80,11 +86,155 @@ PDI_FN void pdi_etch_note(pd_etch *s)
         s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * s->speed[s->node[p]] : 0.0;
 }
 
+/* What fills the volume that metal has left follows the surface: it goes to the node or comes from there, with the next
+ * step. A share of it, so that steps of any length are stable, and at most half of what the node has. */
+static void pdi_etch_even(pd_etch *s, int32_t p)
+{
+    pd_reactive *r = s->reactive;
+    int64_t total = r->grid->total;
+    int32_t i = s->node[p];
+    double part = 1.0 / (1.0 + fabs(s->swept[i])), excess[PD_SPECIES_MOST];
+    for (int k = 0; k < r->components.count; k++) {
+        double terms = 0.0;
+        for (int n = 0; n < r->components.solutes; n++) terms += fabs(r->components.m[k][n]) * r->c[n * total + i];
+        excess[k] = s->swept[(1 + k) * total + i] - s->swept[i] * s->surface[k * total + p];
+        if (-excess[k] * part > 0.5 * terms) part = -0.5 * terms / excess[k];
+    }
+    for (int k = 0; k < r->components.count; k++) {
+        s->swept[(1 + k) * total + i] -= part * excess[k];
+        r->carry[k * total + i] += part * excess[k];
+    }
+}
+
 PDI_FN void pdi_etch_accept(pd_etch *s)
 {
+    int64_t total = s->reactive->grid->total;
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
+    for (int32_t p = 0; p < s->count && s->swept; p++) {
+        if (!(s->weight[p] > 0.0)) continue;
+        s->swept[s->node[p]] += s->ahead[p] * s->weight[p] / s->desc.solid;
+        for (int k = 0; k < s->reactive->components.count; k++)
+            s->swept[(1 + k) * total + s->node[p]] += s->sweep[k * total + p];
+        pdi_etch_even(s, p);
+    }
     pdi_etch_note(s);
     pdi_etch_begin(s);
+}
+
+/* ---- cells that turn ---- */
+
+/* Far end of bond k of fluid node i, which is metal, or fluid that the bond is open to. -1: it is neither. */
+static int32_t pdi_etch_far(const pd_etch *s, int32_t i, int k)
+{
+    const pd_paths *paths = &s->reactive->bonds->paths;
+    int32_t far = pdi_grid_image(paths->grid, i + paths->shift[k], NULL);
+    if (far < 0 || far == i) return -1;
+    if (paths->grid->kind[far] == PD_SOLID) return far;
+    return paths->grid->kind[far] == PD_FLUID && pdi_path_closed_group(paths, i, k) < 0 ? far : -1;
+}
+
+/* What metal left beside the cell of node i goes to cells that have turned, `split` of which is 1, in the share that
+ * they are of its bonds to metal and to them. */
+static void pdi_etch_hand(pd_etch *s, int32_t i)
+{
+    const pd_reactive *r = s->reactive;
+    const pd_stencil *of = r->bonds->stencil;
+    int64_t total = r->grid->total;
+    double metal = 0.0, turned = 0.0, part[1 + PD_SPECIES_MOST];
+    for (int k = 0; k < of->count; k++) {
+        int32_t j = pdi_etch_far(s, i, k);
+        if (j >= 0 && r->grid->kind[j] == PD_SOLID) metal += of->lap[k];
+        else if (j >= 0) turned += of->lap[k] * s->split[j];
+    }
+    if (!(turned > 0.0)) return;
+    for (int n = 0; n <= r->components.count; n++) {
+        part[n] = s->swept[n * total + i] / (metal + turned);
+        s->swept[n * total + i] = metal * part[n];
+    }
+    for (int k = 0; k < of->count; k++) {
+        int32_t j = pdi_etch_far(s, i, k);
+        if (j < 0 || r->grid->kind[j] != PD_FLUID) continue;
+        double around = pdi_grid_circumference(r->grid, i) / pdi_grid_circumference(r->grid, j);
+        double share = around * of->lap[k] * s->split[j];
+        for (int n = 0; n <= r->components.count; n++) s->swept[n * total + j] += share * part[n];
+    }
+}
+
+/* Totals at the middle of a cell that has turned: between those of the fluid beside it and of its surface, which was
+ * behind. 0: there is no fluid. */
+static int pdi_etch_between(const pd_etch *s, int32_t j, double *sum)
+{
+    const pd_reactive *r = s->reactive;
+    const pd_stencil *of = r->bonds->stencil;
+    int64_t total = r->grid->total;
+    double all = 0.0, c[PD_SPECIES_MOST], own[PD_SPECIES_MOST];
+    memset(sum, 0, PD_SPECIES_MOST * sizeof *sum);
+    for (int beside = 1; beside >= 0 && !(all > 0.0); beside--)
+        for (int k = 0; k < of->count; k++) {
+            int32_t i = pdi_etch_far(s, j, k), p = i < 0 ? -1 : pdi_etch_law(s, i);
+            if (i < 0 || r->grid->kind[i] != PD_FLUID || s->split[i] > 0.0 || (beside && p < 0)) continue;
+            double film = p < 0 ? 0.0 : s->thick[p] * r->diffusion.desc.diffusivity / s->desc.solid;
+            double way = pdi_vec_norm(of->xi + k * PD_DIM), share = film > way ? way / film : 1.0;
+            pdi_reactive_get(r, r->c, i, c);
+            pdi_components_totals(&r->components, c, own);
+            all += of->lap[k];
+            for (int n = 0; n < r->components.count; n++)
+                sum[n] += of->lap[k] * (p < 0 ? own[n] : own[n] + share * (s->surface[n * total + p] - own[n]));
+        }
+    for (int n = 0; n < r->components.count; n++) sum[n] /= all > 0.0 ? all : 1.0;
+    return all > 0.0;
+}
+
+/* A cell that has turned begins with what fills it, at those totals; `split` grows by the share that it lacks. */
+static void pdi_etch_fill(pd_etch *s, int32_t j, const double *sum)
+{
+    pd_reactive *r = s->reactive;
+    int64_t total = r->grid->total;
+    double c[PD_SPECIES_MOST], holds[PD_SPECIES_MOST], part = fmin(fmax(1.0 + s->swept[j], 0.0), 1.0);
+    memset(c, 0, sizeof c);
+    if (!sum || pdi_components_solve(&r->components, sum, c) != PD_OK) part = 0.0;
+    s->split[j] += 1.0 - part;
+    s->swept[j] -= part;
+    pdi_migration_neutralise(&r->migration, c);
+    for (int n = 0; n < r->components.solutes; n++) {
+        c[n] *= part;
+        r->c[n * total + j] += c[n];
+    }
+    pdi_components_totals(&r->components, c, holds);
+    for (int k = 0; k < r->components.count; k++) s->swept[(1 + k) * total + j] -= holds[k];
+}
+
+/* Where no metal is left nothing is beside the cells: the next step has it. */
+static void pdi_etch_leave(pd_etch *s, int32_t i)
+{
+    pd_reactive *r = s->reactive;
+    int64_t total = r->grid->total;
+    for (int k = 0; k < r->bonds->stencil->count; k++) {
+        int32_t j = pdi_etch_far(s, i, k);
+        if (j >= 0 && r->grid->kind[j] == PD_SOLID) return;
+    }
+    s->swept[i] = 0.0;
+    for (int k = 0; k < r->components.count; k++) {
+        r->carry[k * total + i] += s->swept[(1 + k) * total + i];
+        s->swept[(1 + k) * total + i] = 0.0;
+    }
+}
+
+PDI_FN void pdi_etch_turn(pd_etch *s, const int32_t *turned, int32_t count)
+{
+    const pd_reactive *r = s->reactive;
+    int32_t total = (int32_t)r->grid->total;
+    for (int32_t i = 0; i < total; i++) s->split[i] = 0.0;
+    for (int32_t n = 0; n < count; n++) s->split[turned[n]] = 1.0;
+    for (int32_t i = 0; i < total; i++)
+        if (r->grid->kind[i] == PD_FLUID && !(s->split[i] > 0.0) && fabs(s->swept[i]) > 0.0) pdi_etch_hand(s, i);
+    for (int32_t n = 0; n < count; n++) {
+        double sum[PD_SPECIES_MOST];
+        pdi_etch_fill(s, turned[n], pdi_etch_between(s, turned[n], sum) ? sum : NULL);
+    }
+    for (int32_t n = 0; n < count; n++) s->split[turned[n]] -= 1.0;
+    for (int32_t i = 0; i < total; i++)
+        if (r->grid->kind[i] == PD_FLUID && fabs(s->swept[i]) > 0.0) pdi_etch_leave(s, i);
 }
 
 /* ---- the object ---- */
@@ -106,6 +256,11 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, by, etch->reactive->components.count * total, "m4/mol/s");
     if (etch->reactive->migration.on) PDI_ARRAY(owner, etch, drive, total, "m/s");
     const pd_etch_electrodes *of = &etch->desc.electrodes;
+    if (etch->desc.solid > 0.0 && etch->reactive->migration.on) {
+        PDI_ARRAY(owner, etch, surface, etch->reactive->components.count * total, "mol/m3");
+        PDI_ARRAY(owner, etch, sweep, etch->reactive->components.count * total, "mol/m3");
+        PDI_STATE(owner, etch, swept, (1 + etch->reactive->components.count) * total, "mol/m3");
+    }
     if (!of->count) return;
     PDI_ARRAY(owner, etch, part, of->count * etch->reactive->components.solutes, "1");
     PDI_ARRAY(owner, etch, part_gain, of->count * etch->reactive->components.count, "1");
@@ -186,13 +341,17 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
     for (int32_t i = 0; i < r->grid->total; i++) s->slot[i] = -1;
     pdi_etch_parts(s);
     r->surface = s;
+    r->swept = s->swept ? s->swept + r->grid->total : NULL;
     r->linear = 0;
     return PD_OK;
 }
 
 void pd_etch_free(pd_ctx *ctx, pd_etch *s)
 {
-    if (s->reactive) s->reactive->surface = NULL;
+    if (s->reactive) {
+        s->reactive->surface = NULL;
+        s->reactive->swept = NULL;
+    }
     pdi_owner_free(ctx, pdi_etch_list, s);
     memset(s, 0, sizeof *s);
 }

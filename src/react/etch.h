@@ -7,6 +7,9 @@
  * With migration, metals may be electrodes: beside the law a polarisation curve brings its current into the species, by
  * a reaction of its own, and each circuit of metals has one potential, which is given, or follows from its total
  * current (levels.h, theory: 5c.5).
+ *
+ * What metal leaves behind fills with the solution at its surface (theory: eq. 5c.9b). A cell of metal turns fluid as a
+ * whole, so until then that solution is kept beside the cells of the fluid.
  */
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
@@ -49,6 +52,8 @@ typedef struct pd_etch_desc {
     int reads_phi;      /* 1: on phi, which an inlet or a held wall has to tie, or with electrodes a given potential; of
                          * these phi is that of the fluid less that of the metal */
     pd_etch_electrodes electrodes;
+    double solid;       /* [mol/m3] of the metal: with migration what it leaves fills with what is at its surface; 0:
+                         * it stays empty */
 } pd_etch_desc;
 
 typedef struct pd_etch {
@@ -71,6 +76,12 @@ typedef struct pd_etch {
     float *by;                    /* [total][components] of places: how the speed follows totals */
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
+    double half;                  /* [s] of the step at hand */
+    /* with `solid`: */
+    double *surface;              /* [components][total] [mol/m3] of places: totals at the surface */
+    double *sweep;                /* [components][total] [mol/m3] of places: what fills what the step at hand leaves */
+    double *swept;                /* [1 + components][total] [-], [mol/m3] of nodes: volume that metal has left beside
+                                   * their cells, over a cell, and what it holds */
     /* with electrodes: */
     double *part;                 /* [electrodes][solutes] [-] see pd_etch_electrodes */
     double *part_gain;            /* [electrodes][components] [-] of totals */
@@ -119,6 +130,9 @@ PDI_FN void pdi_etch_polarise(pd_etch *etch, int electrode, double area, double 
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* Nodes that were metal are fluid: with `solid` they get what has filled them; `split` of them is the share of a cell
+ * that they lack. */
+PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
 /* With electrodes: `gave` is that of now. */
 PDI_FN void pdi_etch_note(pd_etch *etch);
 /* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */
@@ -141,6 +155,13 @@ static inline double pdi_etch_follow_flow(const pd_etch *s, int32_t place, const
     for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
     return sum;
 }
+/* The place of a node whose metal dissolves; -1: there is none. */
+static inline int32_t pdi_etch_law(const pd_etch *s, int32_t i)
+{
+    for (int32_t p = s->slot[i]; p >= 0 && p < s->count && s->node[p] == i; p++)
+        if (s->weight[p] > 0.0) return p;
+    return -1;
+}
 /* Circuit of a place; -1: it is no electrode. */
 static inline int pdi_etch_circuit(const pd_etch *s, int32_t place)
 {
@@ -149,7 +170,9 @@ static inline int pdi_etch_circuit(const pd_etch *s, int32_t place)
 /* [mol/m3/s] of component k for a speed and a flow of a place. */
 static inline double pdi_etch_gives(const pd_etch *s, int32_t place, int k, double speed, double flow)
 {
-    double sum = s->gain[k] * s->weight[place] * speed;
+    double with = s->gain[k];
+    if (s->surface) with -= s->surface[k * s->reactive->grid->total + place] / s->desc.solid;
+    double sum = with * s->weight[place] * speed;
     if (s->electrode && s->electrode[place] >= 0)
         sum += s->part_gain[s->electrode[place] * s->reactive->components.count + k] * s->area[place] * flow;
     return sum;

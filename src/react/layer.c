@@ -50,6 +50,7 @@ typedef struct pdi_layer_work {
     const pd_etch *s;
     int32_t node;
     double thick;
+    double still, creep;              /* of metal that does not move, and [mol s2/m5] what its speed adds */
     double davies;                    /* ln gamma of a charge of 1 */
     double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
     double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
@@ -57,6 +58,7 @@ typedef struct pdi_layer_work {
     double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
     double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
     double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
+    double sweep;                     /* [-] what the surface moves, of what diffuses through the film */
     int electrode;                    /* -1: none */
     double level;                     /* [V] of the metal */
     double way;                       /* [s/m] through the film of the electrode */
@@ -93,12 +95,18 @@ static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, doubl
     const pd_components *of = &s->reactive->components;
     w->s = s;
     w->node = node;
-    w->thick = thick;
+    w->thick = w->still = thick;
+    w->creep = 0.0;
+    if (s->surface && place >= 0 && thick > 0.0) {
+        double rise = s->desc.solid / s->reactive->diffusion.desc.diffusivity;
+        w->thick = w->still = thick + rise * s->passed[place];
+        w->creep = rise * s->half;
+    }
     pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
     w->davies = pdi_components_activity(of, w->c);
     for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
     w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
-    w->lift = 0.0;
+    w->lift = w->sweep = 0.0;
     w->odd = w->odds = 0;
     memcpy(w->surface, w->c, sizeof w->surface);
     pdi_layer_enter_electrode(s, place, w);
@@ -143,9 +151,11 @@ static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v,
 {
     const pd_etch *s = w->s;
     double down[PD_SPECIES_MOST], up[PD_SPECIES_MOST], flows[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+    w->thick = w->still + w->creep * v;
+    w->sweep = s->surface ? w->thick * v / s->desc.solid : 0.0;
     for (int n = 0; n < film->solutes; n++) {
         double z = film->charge[n] * lift;
-        down[n] = pdi_layer_share(-z);
+        down[n] = pdi_layer_share(-z) + w->sweep / s->scale[n];
         up[n] = s->scale[n] * pdi_layer_share(z) * w->c[n];
     }
     for (int n = 0; n < film->solutes && film->joined; n++) {
@@ -523,17 +533,20 @@ static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *
 {
     const pd_etch *s = w->s;
     const pd_components *of = &s->reactive->components;
-    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], left[PD_SPECIES_MOST];
     float node[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
     int count = of->count;
     memset(along, 0, sizeof along);
     memset(a, 0, sizeof(pdi_layer_table));
+    memset(left, 0, sizeof left);
     pdi_components_derive(of, w->c, node);
+    if (s->surface) pdi_components_totals(of, w->surface, left);
     for (int j = 0; j < count; j++) {
         memset(one, 0, sizeof one);
         one[j] = 1.0;
         pdi_components_follow(film, own, one, along);
-        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_layer_share(-of->charge[n] * w->lift);
+        for (int n = 0; n < of->solutes; n++)
+            along[n] *= s->scale[n] * pdi_layer_share(-of->charge[n] * w->lift) + w->sweep;
         pdi_components_totals(of, along, sum);
         for (int k = 0; k < count; k++) a[k][j] = sum[k];
         pdi_components_follow(of, node, one, along);
@@ -541,7 +554,7 @@ static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *
         pdi_components_totals(of, along, sum);
         for (int k = 0; k < count; k++) a[k][count + 3 + j] = sum[k];
         a[count][j] = of->charge[of->master[j]];
-        a[j][count + 1] = s->gain[j] * w->thick;
+        a[j][count + 1] = (s->surface ? s->gain[j] - left[j] / s->desc.solid : s->gain[j]) * w->thick;
         if (w->electrode >= 0) a[j][count + 2] = s->part_gain[w->electrode * count + j] * w->way;
     }
     for (int n = 0; n < of->solutes; n++) {
@@ -667,6 +680,19 @@ PDI_FN int pdi_layer_surface(const pd_etch *s, int32_t p, double *c, double *psi
 
 /* ---- all places ---- */
 
+/* What is at the surface fills what metal leaves there; it is neutral. */
+static void pdi_layer_note(pd_etch *s, int32_t p, const pdi_layer_work *w)
+{
+    const pd_reactive *r = s->reactive;
+    double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+    int finite = 1;
+    for (int n = 0; n < r->components.solutes; n++) finite = finite && w->surface[n] < HUGE_VAL;
+    memcpy(c, finite ? w->surface : w->c, sizeof c);
+    pdi_migration_neutralise(&r->migration, c);
+    pdi_components_totals(&r->components, c, sum);
+    for (int k = 0; k < r->components.count; k++) s->surface[k * (int64_t)r->grid->total + p] = sum[k];
+}
+
 /* A place whose metal dissolves, with its derivatives or without. */
 static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
 {
@@ -679,12 +705,15 @@ static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
     if (!derive) {
         if (w.electrode >= 0 && pdi_layer_newton(&film, &w, goes, v)) {
             s->flow[p] = w.flow;
+            if (s->surface && goes) pdi_layer_note(s, p, &w);
             return;
         }
         if (goes) *v = pdi_layer_find(&film, &w, *v);
-        if (!s->electrode) return;
-        int found = fabs(*v) < HUGE_VAL && (w.electrode < 0 || pdi_layer_settle(&film, &w, *v));
-        s->flow[p] = found ? w.flow : (double)NAN;
+        if (s->electrode) {
+            int found = fabs(*v) < HUGE_VAL && (w.electrode < 0 || pdi_layer_settle(&film, &w, *v));
+            s->flow[p] = found ? w.flow : (double)NAN;
+        }
+        if (s->surface && goes) pdi_layer_note(s, p, &w);
         return;
     }
     w.flow = w.guess;

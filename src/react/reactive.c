@@ -109,7 +109,7 @@ static double pdi_reactive_solid(const pd_reactive *r, int row, double *size)
     return pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
-/* Amounts of a row in the fluid: with the sizes of its terms, or of what is carried. */
+/* Amounts of a row in the fluid: with the sizes of its terms, or of what is carried and what fills what metal left. */
 static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, double *size)
 {
     const pd_components *s = &r->components;
@@ -120,7 +120,9 @@ static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, do
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < (carried ? s->count : s->solutes); n++) {
             double part = r->part[row][carried ? s->master[n] : n];
-            double term = around * part * (carried ? r->carry : r->c)[n * total + i];
+            double of = (carried ? r->carry : r->c)[n * total + i];
+            if (carried && r->swept) of += r->swept[n * total + i];
+            double term = around * part * of;
             pdi_sum_add(&sum, term);
             *size += fabs(term) * r->bonds->stencil->volume;
         }

@@ -106,6 +106,8 @@ typedef struct pd_reactive {
     int slots;
     double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
     double dt;                       /* [s] of the stage at hand */
+    const double *swept;          /* [components][total] [mol/m3] that is beside the cells, where metal has gone; NULL:
+                                   * none is. Borrowed from `surface` */
     struct pd_etch *surface;      /* metal that dissolves by a law in the species; NULL: none. Borrowed */
 } pd_reactive;
 

@@ -91,6 +91,8 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
         desc.reads_phi = 1;
         PDI_TRY(pdi_polarise_build(ctx, setup, map, cell, reactive, &a->etch, &a->polarise, &desc.electrodes));
     }
+    if (kind >= 0 && dissolve && dissolve->kinds == 1 && !pdi_metal_bonds(dissolve) && !(dissolve->kind[0].end > 0.0))
+        desc.solid = dissolve->kind[0].solid;
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
     if (kind >= 0 && (metal->rate.uses >> PDI_SETUP_GRAIN & 1u))
         return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
@@ -143,7 +145,27 @@ static int pdi_attack_salt(const pd_dissolve *d, int32_t node)
     return pdi_metal_bonds(d) && d->transport->c[node] >= d->desc.saturation * (1.0 - PDI_ATTACK_SALT);
 }
 
-/* Speeds beside metal: of places they are found; where there is none the law holds for the species as they are now. */
+/* A node that has turned fluid within the step of the run: what the species have got from the metal before it was the
+ * speed there, as the mean over its bonds to those nodes. 0: it has none to them. */
+static int pdi_attack_before(const pd_attack *a, int32_t i, double *speed)
+{
+    const pd_paths *paths = &a->etch.reactive->bonds->paths;
+    double sum = 0.0, all = 0.0;
+    for (int placed = 1; placed >= 0 && !(all > 0.0); placed--)
+        for (int k = 0; k < paths->stencil->count; k++) {
+            int32_t j = pdi_entry_far(paths, i, k);
+            if (j < 0 || j == i || paths->grid->kind[j] != PD_FLUID) continue;
+            if (pdi_path_closed_group(paths, i, k) >= 0) continue;
+            if ((pdi_etch_law(&a->etch, j) >= 0) != placed || (!placed && !(a->etch.speed[j] > 0.0))) continue;
+            sum += paths->stencil->lap[k] * a->etch.speed[j];
+            all += paths->stencil->lap[k];
+        }
+    if (all > 0.0) *speed = sum / all;
+    return all > 0.0;
+}
+
+/* Speeds beside metal: of places they are found; where there is none the law holds for the species as they are now, or,
+ * when the species have moved, what they have got beside that. */
 static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
@@ -152,7 +174,9 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
         const pdi_beside *beside = &d->beside[k];
         int32_t i = beside->node;
         if (!(beside->weight > 0.0)) continue;
-        if (s->slot[i] < 0) s->speed[i] = pdi_layer_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
+        int behind = a->course->time > d->time && !pdi_attack_salt(d, i);
+        if (s->slot[i] < 0 && !(behind && pdi_attack_before(a, i, &s->speed[i])))
+            s->speed[i] = pdi_layer_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
         PDI_TRY(pdi_attack_lawful(ctx, a, i));
     }
     return PD_OK;

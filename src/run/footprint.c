@@ -375,6 +375,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&etch, 0, sizeof etch);
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         etch.reactive = &r;
+        etch.desc.solid = pdi_setup_attacked(u) >= 0 && u->has_dissolve ? 1.0 : 0.0;
         if (pdi_setup_polarises(u)) {
             etch.desc.electrodes.count = u->potential.electrodes;
             etch.desc.electrodes.circuits = u->potential.electrodes;

@@ -1778,6 +1778,7 @@ def declare(dim):
         ('slots', c_int),
         ('weight', c_double * 32),
         ('dt', c_double),
+        ('swept', POINTER(c_double)),
         ('surface', c_void_p),
     ]
 
@@ -1816,6 +1817,7 @@ def declare(dim):
         ('reads_ph', c_int),
         ('reads_phi', c_int),
         ('electrodes', pd_etch_electrodes),
+        ('solid', c_double),
     ]
 
     class pd_etch(Structure):
@@ -1840,6 +1842,10 @@ def declare(dim):
         ('by', POINTER(c_float)),
         ('drive', POINTER(c_float)),
         ('time', c_double),
+        ('half', c_double),
+        ('surface', POINTER(c_double)),
+        ('sweep', POINTER(c_double)),
+        ('swept', POINTER(c_double)),
         ('part', POINTER(c_double)),
         ('part_gain', POINTER(c_double)),
         ('electrode', POINTER(c_int32)),
