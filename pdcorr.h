@@ -5315,6 +5315,7 @@ typedef struct pd_etch {
     double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
     double extra;                 /* [mol/s] rounding that a circuit gives beside its current, where none leaves */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
+    int32_t odd;                  /* 1 + a place whose law has been no number in the step at hand; 0: none */
 } pd_etch;
 
 #define pd_etch_build PD_NAME(pd_etch_build)
@@ -5488,8 +5489,8 @@ typedef struct pd_coat_desc {
     void (*around)(void *user, int32_t node, double *around); /* then; NULL: nothing else is read */
     /* Adds to flows [components] what comes out of metal at a node, as of pd_etch: [mol/m3]. NULL: nothing does. */
     void (*film)(void *user, int32_t node, double *flows);
-    /* Among ions that migrate: c [solutes] [mol/m3] and `around` at the surface beside a node, as they are now; 0: there
-     * is none. `solve` (PD_RETRY: there is no solution) is asked in the middle and at the end of a step then, and what
+    /* Among ions that migrate: c [solutes] [mol/m3] and `around` at the surface beside a node, as they are now; 0:
+     * there is none. `solve` (PD_RETRY: there is no solution) is asked in the middle and at the end of a step then, and what
      * holds at its start has been found before. NULL: by `film`. */
     int (*surface)(void *user, int32_t node, double *c, double *around);
     void *user;
@@ -5507,8 +5508,8 @@ typedef struct pd_coat {
     double *value;    /* [states][total] [unit of each] now; within a step of the species in its middle */
     double *start;    /* [states][total] [unit of each] at the start of the step */
     double *middle;   /* [states][total] [unit of each] in its middle, as it was foreseen */
-    /* at the surface, columns of solutes that rates read [mol/m3], with pH of ln gamma of a charge of 1 [-]: -1, and with
-     * `surface` of value n around: -2 - n */
+    /* at the surface, columns of solutes that rates read [mol/m3], with pH of ln gamma of a charge of 1 [-]: -1, and
+     * with `surface` of value n around: -2 - n */
     int columns, solute[PD_SPECIES_MOST + 1 + PD_COAT_AROUND];
     double *fresh;    /* [columns][total] [unit of each] at the start of the step */
     double *slope;    /* [columns][total] [unit of each per s] of that, in the last step */
@@ -36122,6 +36123,7 @@ PDI_FN void pdi_etch_begin(pd_etch *s)
 {
     int64_t total = s->reactive->grid->total;
     for (int32_t p = 0; p < s->count; p++) s->ahead[p] = 0.0;
+    s->odd = 0;
     for (int k = 0; k < s->reactive->components.count && s->sweep; k++)
         for (int32_t p = 0; p < s->count; p++) s->sweep[k * total + p] = 0.0;
 }
@@ -36503,6 +36505,7 @@ typedef struct pdi_layer_work {
     double flow, guess;               /* [mol/m2/s] of the electrode */
     double share;                     /* [-] of its curve */
     uint32_t reads;                   /* what its curve reads */
+    int odd, odds;                    /* 1: the law is no number where it was asked last, or somewhere before */
 } pdi_layer_work;
 
 /* z/(exp(z) - 1) and its derivative. */
@@ -36544,6 +36547,7 @@ static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, doubl
     for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
     w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
     w->lift = w->sweep = 0.0;
+    w->odd = w->odds = 0;
     memcpy(w->surface, w->c, sizeof w->surface);
     pdi_layer_enter_electrode(s, place, w);
     if (!(thick + w->way > 0.0)) return;
@@ -36553,13 +36557,19 @@ static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, doubl
 }
 
 /* The law for the concentrations c, where F phi/(R T) is psi. */
-static double pdi_layer_law(const pdi_layer_work *w, const double *c, double psi)
+static double pdi_layer_number(const pdi_layer_work *w, const double *c, double psi)
 {
     const pd_reactive *r = w->s->reactive;
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
-    return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time), 0.0);
+    return w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time);
+}
+
+/* The same; what is negative, or no number, counts as 0. */
+static double pdi_layer_law(const pdi_layer_work *w, const double *c, double psi)
+{
+    return fmax(pdi_layer_number(w, c, psi), 0.0);
 }
 
 /* The flow of the electrode there. */
@@ -36700,18 +36710,27 @@ static int pdi_layer_settle(pd_components *film, pdi_layer_work *w, double v)
     return w->electrode >= 0 && w->reads ? pdi_layer_flow(film, w, v) : pdi_layer_lift(film, w, v);
 }
 
+/* The same in a search, which ends with no speed where it is no number. */
+static double pdi_layer_asked(pdi_layer_work *w, const double *c, double psi)
+{
+    double v = pdi_layer_number(w, c, psi);
+    w->odd = !(v == v);
+    w->odds |= w->odd;
+    return fmax(v, 0.0);
+}
+
 /* The law at the surface, where metal dissolves at v [m/s]. */
 static double pdi_layer_given(pd_components *film, pdi_layer_work *w, double v)
 {
     const pd_etch *s = w->s;
     double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
-    if (!(w->thick + w->way > 0.0)) return pdi_layer_law(w, w->c, w->psi);
+    if (!(w->thick + w->way > 0.0)) return pdi_layer_asked(w, w->c, w->psi);
     if (s->reactive->migration.on)
-        return pdi_layer_settle(film, w, v) ? pdi_layer_law(w, w->surface, w->psi + w->lift) : (double)NAN;
+        return pdi_layer_settle(film, w, v) ? pdi_layer_asked(w, w->surface, w->psi + w->lift) : (double)NAN;
     for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
-    return pdi_layer_law(w, c, 0.0);
+    return pdi_layer_asked(w, c, 0.0);
 }
 
 /* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
@@ -36753,11 +36772,12 @@ static int pdi_layer_bracket(pd_components *film, pdi_layer_work *w, double gues
     return 0;
 }
 
-/* The speed of a node: . */
+/* The speed of a node; NaN: the law is no number there, or no surface was found. */
 static double pdi_layer_find(pd_components *film, pdi_layer_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_layer_given(film, w, 0.0);
     if (!(first == first)) return NAN;
+    if (w->odd) return NAN;
     if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
     if (!pdi_layer_bracket(film, w, guess, first, &a, &above, &b, &below)) return first < HUGE_VAL ? NAN : first;
     pdi_bracket s = {a, above, b, below, 0, 0};
@@ -36768,7 +36788,9 @@ static double pdi_layer_find(pd_components *film, pdi_layer_work *w, double gues
         pdi_bracket_take(&s, v, g);
         if (!(fabs(g) > 0.0)) break;
     }
-    return s.b;
+    if (!w->odds) return s.b;
+    pdi_layer_given(film, w, s.b);
+    return w->odd ? (double)NAN : s.b;
 }
 
 /* Change of the law with concentrations that change by `along`, per unit of it. Both sides of a jump count. */
@@ -37054,10 +37076,10 @@ static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, do
         pdi_layer_slopes_of t;
         if (w->reads) w->flow = f;
         if (!pdi_layer_lift(film, w, v)) return 0;
-        double law = goes ? pdi_layer_law(w, w->surface, w->psi + w->lift) : 0.0;
+        double law = goes ? pdi_layer_asked(w, w->surface, w->psi + w->lift) : 0.0;
         double curve = w->reads ? pdi_layer_curve(w, w->surface, w->psi + w->lift) : w->flow;
         f = w->flow;
-        if (!(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
+        if (w->odd || !(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
         int met = fabs(law - v) <= PDI_LAYER_MET * law && fabs(curve - f) <= PDI_LAYER_MET * fabs(f);
         if (met && (!goes || !(law > 0.0) || !(fabs(law - v) > 0.0))) break;
         pdi_layer_tangent(film, w, goes, &t);
@@ -37148,6 +37170,16 @@ static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
     if (s->electrode) s->flow_drive[p] = (float)drive[1];
 }
 
+/* 1: a place without a speed has none because its law is no number. */
+static int pdi_layer_odd(const pd_etch *s, int32_t p)
+{
+    pd_components film = s->film;
+    pdi_layer_work w;
+    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    pdi_layer_find(&film, &w, 0.0);
+    return w.odd;
+}
+
 PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int derive)
 {
     int count = s->reactive->components.count;
@@ -37156,6 +37188,9 @@ PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int deri
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < s->count; p++)
         if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_layer_place(s, p, derive);
+    if (derive) return;
+    for (int32_t p = 0; p < s->count && !s->odd; p++)
+        if (s->weight[p] > 0.0 && !(fabs(s->speed[s->node[p]]) < HUGE_VAL) && pdi_layer_odd(s, p)) s->odd = 1 + p;
 }
 
 /* ======== >>react/levels.c ======== */
@@ -37772,8 +37807,8 @@ PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *s, double t, double dt)
 {
     s->last = dt;
     if (!s->desc.surface || s->desc.solve(ctx, s->desc.user, t + dt) == PD_OK) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "surface", "no potential carries the currents of metal at t = %g s, as states of "
-                    "its surfaces are there: expected a factor above 0 of anodic and of cathodic reactions", t + dt);
+    return pdi_fail(ctx, PD_ERR_STATE, "surface", "no potential carries the currents of metal at t = %g s, as states "
+                    "of its surfaces are there: expected a factor above 0 of anodic and of cathodic reactions", t + dt);
 }
 
 PDI_FN void pdi_coat_reject(pd_coat *s)
@@ -38655,8 +38690,8 @@ static double pdi_advance_filled(double film, double change)
     return film + fmin(fmax(change, -0.5 * film), 0.5 * (1.0 - film));
 }
 
-/* What minerals leave open for diffusion in the middle of a step of dt [s]: as it was, or (not `was`) as far as the last
- * step tells. */
+/* What minerals leave open for diffusion in the middle of a step of dt [s]: as it was, or (was = 0) as far as the last
+ * one tells. */
 static void pdi_advance_open(const pd_ctx *ctx, pd_reactive *r, double dt, int was)
 {
     (void)ctx;
@@ -38670,8 +38705,8 @@ static void pdi_advance_open(const pd_ctx *ctx, pd_reactive *r, double dt, int w
     r->migration.pass = r->pass;
 }
 
-/* By how much the slopes of both stages differ, over its weight and the time of a stage, goes to `work`, that of minerals
- * to `solid_slope`, and what was in `work` to `slope`. size [components]: largest sum of terms. */
+/* By how much the slopes of both stages differ, over its weight and the time of a stage, goes to `work`, that of
+ * minerals to `solid_slope`, and what was in `work` to `slope`. size [components]: largest sum of terms. */
 static void pdi_advance_differ(pd_reactive *r, double *size)
 {
     const pd_components *s = &r->components;
@@ -38804,7 +38839,8 @@ static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
     if (r->pass) pdi_advance_pored(ctx, r, dt);
     result->error = pdi_advance_largest(r, r->work, r->dt, 0, size);
     if (result->error > PDI_ADVANCE_SMALL) status = pdi_advance_damp(ctx, r, size, result);
-    pdi_par_copy(ctx, r->components.count * (int64_t)r->grid->total, r->slope, r->work);
+    for (int64_t at = 0; at < r->components.count * (int64_t)r->grid->total; at++)
+        if (r->grid->kind[at % r->grid->total] == PD_FLUID) r->work[at] = r->slope[at];
     return status < 0 ? status : PD_OK;
 }
 
@@ -39407,6 +39443,12 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
+    const pd_etch *metal = a->desc.surface;
+    char place[PDI_GRID_PLACE];
+    if (metal && metal->odd && !(s->error < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the law of metal is no number beside %s m after t = %g s, "
+                        "however short the step: expected one for all that comes to its surface, as sqrt(max(1 - [Mg2+]/(1 mM), 0))",
+                        pdi_grid_place(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an "
                         "electrode may take up more of a species than reaches the metal, expected one that falls to "
@@ -73972,8 +74014,13 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
     PDI_TRY(pdi_attack_shares(ctx, a));
+    s->odd = 0;
     pdi_levels_solve(ctx, s);
     pdi_etch_note(s);
+    if (s->lost && s->odd) {
+        s->speed[s->node[s->odd - 1]] = (double)NAN;
+        return pdi_attack_lawful(ctx, a, s->node[s->odd - 1]);
+    }
     if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));
     for (int32_t k = 0; d && k < d->beside_count && s->desc.reads_phi; k++)
         if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);

@@ -1864,6 +1864,7 @@ def declare(dim):
         ('sourced', c_double),
         ('extra', c_double),
         ('lost', c_int),
+        ('odd', c_int32),
     ]
 
     class pd_coat_at(Structure):
