@@ -32720,8 +32720,9 @@ static void pdi_factor_cut(const pd_factor *f, const pdi_factor_order *o, int co
         }
 }
 
-/* One of the rows before, whose node stands a columns and b nodes from that of `row`, is eliminated from it. other: its
- * entries; its own order runs with that of the row (turn 1) or against it (-1); lines: columns behind it that it has. */
+/* One of the rows before, whose node stands a columns and b nodes from that of `row`, is eliminated from it. other:
+ * its entries; its order runs with that of the row (turn 1) or against it (-1); lines: columns behind it that it
+ * has. */
 PDI_INLINE void pdi_factor_before(const float *other, int a, int b, int turn, int lines, pdi_factor_row row)
 {
     float factor = row[a + 2][b + 4];

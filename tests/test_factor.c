@@ -64,8 +64,8 @@ static scene *channel_build(const channel *of)
     return scene_build(s) && CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, &solved)) ? s : NULL;
 }
 
-/* One step of a way through from a channel of 1, into `out` [total] with what the step leaves undone behind it. iterations:
- * of a linear solve, 0: as many as it takes. */
+/* One step of a way through from a channel of 1, into `out` [total] with what the step leaves undone behind it.
+ * iterations: of a linear solve, 0: as many as it takes. */
 static pd_status step(scene *s, double peclet, int threads, int iterations, double *out, pd_transport_result *result,
                       double *balance)
 {
@@ -149,8 +149,8 @@ TEST(solves_that_fail_keep_amounts_and_bounds)
             off = fmax(off, fabs(out[i] - best[i]));
             CHECK(out[i] >= 1.0 - 1e-9 && out[i] <= 2.0 + 1e-9);
         }
-        NOTE("%d iterations at most: status %d, %d systems in place of %d, off by %.2g, balance %.2g", most, (int)status,
-             result.limiter, systems, off, balance);
+        NOTE("%d iterations at most: status %d, %d systems in place of %d, off by %.2g, balance %.2g", most,
+             (int)status, result.limiter, systems, off, balance);
         CHECK_LE(fabs(balance), 1e-12);
         CHECK(result.limiter == 30 || off < 1e-6); /* as many as a step takes */
         CHECK_LE(off, 1e-4);
