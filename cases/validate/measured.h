@@ -140,7 +140,7 @@ static void measured_disc_curves(val_job *job, const char *name, const measured_
 static pd_status measured_disc_run(val_job *job)
 {
     static const char *const names[] = {"constants of the chips", "fitted speed"}; /* p - 1 */
-    static const char *const changes[] = {"constants.part=0.130"};
+    static const char *const changes[] = {"constants.part=0.126"};
     static measured_run m;
     int fitted = job->level.p > 1.5;
     pd_status status = PD_OK;
@@ -167,7 +167,7 @@ static pd_status measured_disc_run(val_job *job)
 /* p = 1: with the constants of the chips, behind the phosphate of HBSS; 2: with the speed that is fitted to it. */
 static pd_status measured_wire_run(val_job *job)
 {
-    static const char *const changes[] = {"grid.h=10 um", "constants.v=24.8 um/h/(1 + 63*0.78)"};
+    static const char *const changes[] = {"grid.h=10 um", "constants.v=24.8 um/h/(1 + 61.3*0.78)"};
     static measured_run m;
     pd_status status = measured_solve(job, WIRE_SCENE, changes, job->level.p > 1.5 ? 1 : 2, &m);
     job->out->err[0] = m.of_spread;
