@@ -5265,6 +5265,10 @@ typedef struct pd_etch {
     double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
     double extra;                 /* [mol/s] rounding that a circuit gives beside its current, where none leaves */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
+    pd_status (*stage)(pd_ctx *ctx, void *stager, double share); /* brings what law and curves read to that share of a
+                                                                  * step; NULL: it holds for the step */
+    void *stager;
+    int32_t odd;                  /* 1 + a place whose law has been no number in the step at hand; 0: none */
 } pd_etch;
 
 #define pd_etch_build PD_NAME(pd_etch_build)
@@ -5295,6 +5299,8 @@ PDI_FN void pdi_etch_polarise(pd_etch *etch, int electrode, double area, double 
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* What law and curves read is that of a share of the step. */
+PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *etch, double share);
 /* With electrodes: `gave` is that of now. */
 PDI_FN void pdi_etch_note(pd_etch *etch);
 /* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */
@@ -5391,7 +5397,8 @@ PDI_FN double pdi_levels_charge(const pd_etch *etch, int circuit, double *size);
  * The states of a place are ordinary differential equations in the concentrations at the surface, which are those of
  * the node behind what metal gives (etch.h). A step of the species is one of the states: they are first taken to its
  * middle, with concentrations that go on as in the last step; what depends on them is found there and holds for the
- * step. Then they take the step again, with concentrations from its start to its end. Second order in time.
+ * step. Then they take the step again, with concentrations from its start to its end. Second order in time. Among ions
+ * that migrate they are taken to both stages of the step of the species instead, which find potentials with them.
  */
 #ifndef PD_COAT_H
 #define PD_COAT_H
@@ -5426,10 +5433,11 @@ typedef struct pd_coat_desc {
     void (*around)(void *user, int32_t node, double *around); /* then; NULL: nothing else is read */
     /* Adds to flows [components] what comes out of metal at a node, as of pd_etch: [mol/m3]. NULL: nothing does. */
     void (*film)(void *user, int32_t node, double *flows);
-    /* Among ions that migrate: c [solutes] [mol/m3] and `around` at the surface beside a node, as they are now; 0: there
-     * is none. `solve` (PD_RETRY: there is no solution) is asked in the middle and at the end of a step then, and what
-     * holds at its start has been found before. NULL: by `film`. */
+    /* Among ions that migrate: c [solutes] [mol/m3] and `around` at the surface beside a node, as they are now; 0:
+     * there is none. The metal is asked at the stages of a step then, with the states that were foreseen for each, and
+     * `solve` brings what follows them there. NULL: by `film`. */
     int (*surface)(void *user, int32_t node, double *c, double *around);
+    int stages; /* 1: with `surface` */
     void *user;
 } pd_coat_desc;
 
@@ -5444,9 +5452,11 @@ typedef struct pd_coat {
     int32_t count;    /* of places */
     double *value;    /* [states][total] [unit of each] now; within a step of the species in its middle */
     double *start;    /* [states][total] [unit of each] at the start of the step */
-    double *middle;   /* [states][total] [unit of each] in its middle, as it was foreseen */
-    /* at the surface, columns of solutes that rates read [mol/m3], with pH of ln gamma of a charge of 1 [-]: -1, and with
-     * `surface` of value n around: -2 - n */
+    double *middle;   /* [states][total] [unit of each] in its middle, or at its first stage, as it was foreseen */
+    double *ending;   /* [states][total] [unit of each] at its end, with `surface` */
+    double from, span; /* [s] of the step at hand, with `surface` */
+    /* at the surface, columns of solutes that rates read [mol/m3], with pH of ln gamma of a charge of 1 [-]: -1, and
+     * with `surface` of value n around: -2 - n */
     int columns, solute[PD_SPECIES_MOST + 1 + PD_COAT_AROUND];
     double *fresh;    /* [columns][total] [unit of each] at the start of the step */
     double *slope;    /* [columns][total] [unit of each per s] of that, in the last step */
@@ -5477,8 +5487,12 @@ PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt,
 /* To its end, after the species, whose concentrations [solutes][total] were `from`. */
 PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt,
                                  int trial);
-/* The step of dt [s] from t [s] stands; it does not. */
-PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *coat, double t, double dt);
+/* With `surface`: states are those foreseen for a share of the step, of its first stage or 1. */
+PDI_FN pd_status pdi_coat_stage(pd_ctx *ctx, pd_coat *coat, double share);
+/* The same for a step of dt [s] in which they stay as they are. */
+PDI_FN void pdi_coat_rest(pd_coat *coat, double t, double dt);
+/* The step of dt [s] stands; it does not. */
+PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
 PDI_FN void pdi_coat_reject(pd_coat *coat);
 /* A state at the surface beside a fluid node; where that carries none, the mean of the nearest places within two cells,
  * else that of the start. */
@@ -5601,6 +5615,7 @@ typedef struct pd_course {
     double covered;         /* [-] error of shares in the step of the run, over what it may be */
     int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
+    int settled;            /* with `psi`: 1: it is that of the ions as they are */
     int64_t steps, rejected, krylov, newton;
     int64_t euler;          /* steps taken by backward Euler */
 } pd_course;
@@ -11634,7 +11649,7 @@ typedef struct pd_surfaces {
     pd_cell *cell;            /* of the electrodes; NULL: there are none */
     const pd_etch *etch;      /* metal that dissolves by a law in the species, or electrodes among ions that migrate;
                                * NULL: neither */
-    pd_at_fn find;            /* among ions that migrate: brings what passes at metal to a time; */
+    pd_at_fn find;            /* among ions that migrate: brings law and curves to a time; */
     void *finder;             /* set by what owns it */
     pd_contacts contacts;     /* without electrodes: of metal and fluid */
     pd_coat coat;
@@ -35829,6 +35844,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     if (s->electrode) {
         s->electrode[s->count] = -1;
         s->area[s->count] = s->way[s->count] = s->gave[s->count] = 0.0;
+        s->drive[s->count] = s->flow_drive[s->count] = 0.0f; /* what was found before is of other places */
         if (s->share) s->share[s->count] = 1.0;
     }
     s->thick[s->count++] = thick;
@@ -35846,6 +35862,12 @@ PDI_FN void pdi_etch_polarise(pd_etch *s, int electrode, double area, double way
 PDI_FN void pdi_etch_begin(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->ahead[p] = 0.0;
+    s->odd = 0;
+}
+
+PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *s, double share)
+{
+    return s && s->stage ? s->stage(ctx, s->stager, share) : PD_OK;
 }
 
 PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
@@ -35926,8 +35948,9 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, flow_drive, total, "mol/m2/s");
     PDI_ARRAY(owner, etch, side, 2 * total, "1");
     PDI_STATE(owner, etch, level, of->circuits, "V");
-    PDI_ARRAY(owner, etch, conduct, of->circuits, "mol/s/V");
+    PDI_STATE(owner, etch, conduct, of->circuits, "mol/s/V");
     PDI_ARRAY(owner, etch, charge_of, of->circuits, "mol/s");
+    PDI_VALUE(owner, etch, extra, "mol/s");
 }
 
 /* The system of concentrations times their diffusivities: ln c' = ln K + ln d + sum m (ln c'_master - ln d_master). */
@@ -36068,6 +36091,7 @@ typedef struct pdi_layer_work {
     double flow, guess;               /* [mol/m2/s] of the electrode */
     double share;                     /* [-] of its curve */
     uint32_t reads;                   /* what its curve reads */
+    int odd, odds;                    /* 1: the law is no number where it was asked last, or somewhere before */
 } pdi_layer_work;
 
 /* z/(exp(z) - 1) and its derivative. */
@@ -36103,6 +36127,7 @@ static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, doubl
     for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
     w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
     w->lift = 0.0;
+    w->odd = w->odds = 0;
     memcpy(w->surface, w->c, sizeof w->surface);
     pdi_layer_enter_electrode(s, place, w);
     if (!(thick + w->way > 0.0)) return;
@@ -36112,13 +36137,19 @@ static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, doubl
 }
 
 /* The law for the concentrations c, where F phi/(R T) is psi. */
-static double pdi_layer_law(const pdi_layer_work *w, const double *c, double psi)
+static double pdi_layer_number(const pdi_layer_work *w, const double *c, double psi)
 {
     const pd_reactive *r = w->s->reactive;
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
-    return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time), 0.0);
+    return w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time);
+}
+
+/* The same; what is negative, or no number, counts as 0. */
+static double pdi_layer_law(const pdi_layer_work *w, const double *c, double psi)
+{
+    return fmax(pdi_layer_number(w, c, psi), 0.0);
 }
 
 /* The flow of the electrode there. */
@@ -36257,18 +36288,27 @@ static int pdi_layer_settle(pd_components *film, pdi_layer_work *w, double v)
     return w->electrode >= 0 && w->reads ? pdi_layer_flow(film, w, v) : pdi_layer_lift(film, w, v);
 }
 
+/* The same in a search, which ends with no speed where it is no number. */
+static double pdi_layer_asked(pdi_layer_work *w, const double *c, double psi)
+{
+    double v = pdi_layer_number(w, c, psi);
+    w->odd = !(v == v);
+    w->odds |= w->odd;
+    return fmax(v, 0.0);
+}
+
 /* The law at the surface, where metal dissolves at v [m/s]. */
 static double pdi_layer_given(pd_components *film, pdi_layer_work *w, double v)
 {
     const pd_etch *s = w->s;
     double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
-    if (!(w->thick + w->way > 0.0)) return pdi_layer_law(w, w->c, w->psi);
+    if (!(w->thick + w->way > 0.0)) return pdi_layer_asked(w, w->c, w->psi);
     if (s->reactive->migration.on)
-        return pdi_layer_settle(film, w, v) ? pdi_layer_law(w, w->surface, w->psi + w->lift) : (double)NAN;
+        return pdi_layer_settle(film, w, v) ? pdi_layer_asked(w, w->surface, w->psi + w->lift) : (double)NAN;
     for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
-    return pdi_layer_law(w, c, 0.0);
+    return pdi_layer_asked(w, c, 0.0);
 }
 
 /* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
@@ -36310,11 +36350,12 @@ static int pdi_layer_bracket(pd_components *film, pdi_layer_work *w, double gues
     return 0;
 }
 
-/* The speed of a node: . */
+/* The speed of a node; NaN: the law is no number there, or no surface was found. */
 static double pdi_layer_find(pd_components *film, pdi_layer_work *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_layer_given(film, w, 0.0);
     if (!(first == first)) return NAN;
+    if (w->odd) return NAN;
     if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
     if (!pdi_layer_bracket(film, w, guess, first, &a, &above, &b, &below)) return first < HUGE_VAL ? NAN : first;
     pdi_bracket s = {a, above, b, below, 0, 0};
@@ -36325,7 +36366,9 @@ static double pdi_layer_find(pd_components *film, pdi_layer_work *w, double gues
         pdi_bracket_take(&s, v, g);
         if (!(fabs(g) > 0.0)) break;
     }
-    return s.b;
+    if (!w->odds) return s.b;
+    pdi_layer_given(film, w, s.b);
+    return w->odd ? (double)NAN : s.b;
 }
 
 /* Change of the law with concentrations that change by `along`, per unit of it. Both sides of a jump count. */
@@ -36608,10 +36651,10 @@ static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, do
         pdi_layer_slopes_of t;
         if (w->reads) w->flow = f;
         if (!pdi_layer_lift(film, w, v)) return 0;
-        double law = goes ? pdi_layer_law(w, w->surface, w->psi + w->lift) : 0.0;
+        double law = goes ? pdi_layer_asked(w, w->surface, w->psi + w->lift) : 0.0;
         double curve = w->reads ? pdi_layer_curve(w, w->surface, w->psi + w->lift) : w->flow;
         f = w->flow;
-        if (!(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
+        if (w->odd || !(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
         int met = fabs(law - v) <= PDI_LAYER_MET * law && fabs(curve - f) <= PDI_LAYER_MET * fabs(f);
         if (met && (!goes || !(law > 0.0) || !(fabs(law - v) > 0.0))) break;
         pdi_layer_tangent(film, w, goes, &t);
@@ -36686,6 +36729,16 @@ static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
     if (s->electrode) s->flow_drive[p] = (float)drive[1];
 }
 
+/* 1: a place without a speed has none because its law is no number. */
+static int pdi_layer_odd(const pd_etch *s, int32_t p)
+{
+    pd_components film = s->film;
+    pdi_layer_work w;
+    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    pdi_layer_find(&film, &w, 0.0);
+    return w.odd;
+}
+
 PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int derive)
 {
     int count = s->reactive->components.count;
@@ -36694,6 +36747,9 @@ PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int deri
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < s->count; p++)
         if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_layer_place(s, p, derive);
+    if (derive) return;
+    for (int32_t p = 0; p < s->count && !s->odd; p++)
+        if (s->weight[p] > 0.0 && !(fabs(s->speed[s->node[p]]) < HUGE_VAL) && pdi_layer_odd(s, p)) s->odd = 1 + p;
 }
 
 /* ======== >>react/levels.c ======== */
@@ -36960,6 +37016,7 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, coat, value, states * total, "");
     PDI_ARRAY(owner, coat, start, states * total, "");
     PDI_ARRAY(owner, coat, middle, states * total, "");
+    if (coat->desc.stages) PDI_ARRAY(owner, coat, ending, states * total, "");
     PDI_STATE(owner, coat, fresh, coat->columns * total, "");
     PDI_ARRAY(owner, coat, slope, coat->columns * total, "");
     PDI_ARRAY(owner, coat, first, coat->columns * total, "");
@@ -37263,19 +37320,43 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_coat_stage(pd_ctx *ctx, pd_coat *s, double share)
+{
+    int64_t count = s->desc.count * (int64_t)s->reactive->grid->total;
+    memcpy(s->value, share < 1.0 ? s->middle : s->ending, (size_t)count * sizeof *s->value);
+    return s->desc.solve(ctx, s->desc.user, s->from + share * s->span);
+}
+
+PDI_FN void pdi_coat_rest(pd_coat *s, double t, double dt)
+{
+    size_t size = (size_t)(s->desc.count * (int64_t)s->reactive->grid->total) * sizeof *s->value;
+    s->from = t;
+    s->span = dt;
+    memcpy(s->middle, s->value, size);
+    memcpy(s->ending, s->value, size);
+}
+
+/* To both stages of a step. */
+static pd_status pdi_coat_foresee(pd_ctx *ctx, pd_coat *s, double t, double dt, int trial)
+{
+    double first = PDI_SDIRK_GAMMA * dt;
+    pdi_coat_rest(s, t, dt);
+    pd_status status = pdi_coat_move(ctx, s, s->fresh, s->slope, t, first, 1, trial, s->middle);
+    return status == PD_OK ? pdi_coat_move(ctx, s, s->fresh, s->slope, t, dt, 1, trial, s->ending) : status;
+}
+
 PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, int trial)
 {
     int64_t count = s->desc.count * (int64_t)s->reactive->grid->total;
+    if (s->desc.surface) return pdi_coat_foresee(ctx, s, t, dt, trial);
     pd_status status = pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, 1, trial, s->value);
     if (status != PD_OK) return status;
     memcpy(s->middle, s->value, (size_t)count * sizeof *s->value);
-    if (s->desc.solve) status = s->desc.solve(ctx, s->desc.user, t + 0.5 * dt);
-    if (s->desc.surface && status == PD_OK) pdi_coat_surface(ctx, s, s->reactive->c, s->first);
-    return status;
+    return s->desc.solve ? s->desc.solve(ctx, s->desc.user, t + 0.5 * dt) : PD_OK;
 }
 
 /* What the end of a step differs by from the middle that was foreseen for it: of state k, over the largest of it. The
- * mean over a step is off by a sixth of what the course bends. */
+ * mean over a step is off by a sixth of what the course bends; with `surface` by half of what the end is. */
 static double pdi_coat_error(const pd_coat *s, int k)
 {
     int64_t total = s->reactive->grid->total;
@@ -37284,6 +37365,7 @@ static double pdi_coat_error(const pd_coat *s, int k)
         int64_t at = k * total + s->node[p];
         if (!(s->on[s->node[p]] >> k & 1u)) continue;
         double bend = (s->start[at] - 2.0 * s->middle[at] + s->value[at]) / 6.0;
+        if (s->desc.surface) bend = 0.5 * (s->value[at] - s->ending[at]);
         worst = fmax(worst, fabs(bend));
         size = fmax(size, fabs(s->value[at]));
     }
@@ -37294,6 +37376,7 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
 {
     int64_t total = s->reactive->grid->total;
     if (!s->desc.surface) pdi_coat_surface(ctx, s, from, s->first);
+    else memcpy(s->first, s->fresh, (size_t)(s->columns * total) * sizeof *s->first);
     pdi_coat_surface(ctx, s, s->reactive->c, s->way);
     for (int k = 0; k < s->columns; k++)
         for (int32_t p = 0; p < s->count; p++) {
@@ -37306,13 +37389,7 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
     return status;
 }
 
-PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *s, double t, double dt)
-{
-    s->last = dt;
-    if (!s->desc.surface || s->desc.solve(ctx, s->desc.user, t + dt) == PD_OK) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "surface", "no potential carries the currents of metal at t = %g s, as states of "
-                    "its surfaces are there: expected a factor above 0 of anodic and of cathodic reactions", t + dt);
-}
+PDI_FN void pdi_coat_accept(pd_coat *s, double dt) { s->last = dt; }
 
 PDI_FN void pdi_coat_reject(pd_coat *s)
 {
@@ -38266,10 +38343,12 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST], stage = PDI_SDIRK_GAMMA * dt;
     memcpy(in, r->in, sizeof in);
     memcpy(out, r->out, sizeof out);
+    PDI_TRY(pdi_etch_stage(ctx, r->surface, PDI_SDIRK_GAMMA));
     pd_status status = pdi_advance_newton(ctx, r, stage, result);
     if (status != PD_OK) return status;
     pdi_advance_pass(r, dt - stage);
     pdi_advance_between(r);
+    PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     status = pdi_advance_newton(ctx, r, stage, result);
     if (status == PD_OK) result->error = pdi_advance_error(r);
     if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
@@ -38374,6 +38453,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         pdi_advance_back(ctx, r, 0);
         pdi_advance_start(ctx, r);
     }
+    PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
     if (status != PD_OK) return status;
     pdi_advance_owe(r, dt);
@@ -38433,6 +38513,8 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
 #define PDI_COURSE_TRIALS 6
 /* Times of diffusion through the box after which fields are steady. */
 #define PDI_COURSE_LATE 1e6
+/* Of the time of diffusion across a cell: a step in which ions stay where they are. */
+#define PDI_COURSE_STILL 1e-6
 /* Share of the longest step of the run that the first one is when minerals cover metal. */
 #define PDI_COURSE_FIRST 1e-3
 
@@ -38462,11 +38544,17 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, course, error, "1");
     PDI_VALUE(owner, course, taken, "mol");
     PDI_VALUE(owner, course, bent, "1");
+    if (course->desc.coat && r->migration.on) PDI_VALUE(owner, course, settled, "1");
     PDI_VALUE(owner, course, steps, "1");
     PDI_VALUE(owner, course, rejected, "1");
     PDI_VALUE(owner, course, krylov, "1");
     PDI_VALUE(owner, course, newton, "1");
     PDI_VALUE(owner, course, euler, "1");
+}
+
+static pd_status pdi_course_stage(pd_ctx *ctx, void *user, double share)
+{
+    return pdi_coat_stage(ctx, ((pd_course *)user)->desc.coat, share);
 }
 
 static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *desc, pd_course *a)
@@ -38484,6 +38572,10 @@ static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_de
     a->reactive = r;
     for (int i = 0; i < r->desc.count && desc->fed && desc->shed; i++)
         if (r->components.place[i] >= 0) a->shed[r->components.place[i]] = desc->shed[i];
+    if (desc->coat && desc->coat->desc.surface && desc->surface) {
+        desc->surface->stage = pdi_course_stage;
+        desc->surface->stager = a;
+    }
     return pdi_owner_build(ctx, pdi_course_list, a);
 }
 
@@ -38720,6 +38812,22 @@ static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
     memcpy(back ? r->out : a->out, back ? a->out : r->out, sizeof a->out);
 }
 
+/* With states among ions that migrate: the potential of the ions as they are, by a step in which they stay. */
+static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
+{
+    pd_reactive *r = a->reactive;
+    pd_reactive_result result;
+    double h = HUGE_VAL, dt;
+    for (int axis = 0; axis < PD_DIM; axis++) h = fmin(h, r->grid->h[axis]);
+    dt = PDI_COURSE_STILL * h * h / r->diffusion.desc.diffusivity;
+    pdi_coat_rest(a->desc.coat, t, dt);
+    pd_status status = pd_reactive_step(ctx, r, dt, &result);
+    if (status == PD_OK) pdi_par_copy(ctx, r->grid->total, r->migration.psi, a->psi);
+    pdi_course_keep(ctx, a, 1);
+    a->settled = 1;
+    return status < 0 ? status : PD_OK;
+}
+
 static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
@@ -38736,6 +38844,7 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->begun = 1;
     if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
     pdi_course_keep(ctx, a, 0);
+    if (a->psi && a->desc.coat->desc.surface && !a->settled) PDI_TRY(pdi_course_still(ctx, a, s->time));
     if (a->desc.coat) PDI_TRY(pdi_coat_begin(ctx, a->desc.coat, s->time));
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
@@ -38792,13 +38901,16 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
+    (void)ctx;
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
-    if (a->desc.coat) last = s->ends = 1;
+    if (a->desc.coat) {
+        pdi_coat_accept(a->desc.coat, s->dt);
+        last = s->ends = 1;
+    }
     pdi_course_taken(a, s->dt, all);
     pdi_advance_stands(a->reactive, s->dt);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
-    if (a->desc.coat) PDI_TRY(pdi_coat_accept(ctx, a->desc.coat, s->time, s->dt));
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
@@ -38825,10 +38937,18 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
+    const pd_etch *metal = a->desc.surface;
+    char place[PDI_GRID_PLACE];
+    if (metal && metal->odd && !(s->error < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the law of metal is no number beside %s m after t = %g s, "
+                        "however short the step: expected one for all that comes to its surface, such as "
+                        "sqrt(max(1 - [Mg2+]/(1 mM), 0))",
+                        pdi_grid_place(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an "
                         "electrode may take up more of a species than reaches the metal, expected one that falls to "
-                        "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
+                        "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s", s->dt, s->time,
+                        a->desc.surface->share ? ", or a factor leaves metal without a current that balances" : "");
     if (a->desc.coat && a->desc.coat->error > 1.0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
                         "%g s: expected a rate that stays finite", s->time);
@@ -38929,6 +39049,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
         pdi_course_share(a, turned, count, 0.0);
     }
     a->bent = 1;
+    a->settled = 0;
     if (a->desc.coat) a->desc.coat->anew = 1;
     if (a->desc.bare) pdi_course_turned(a);
     return PD_OK;
@@ -68043,12 +68164,23 @@ static pd_status pdi_read_surface_carried(pdi_reader *s, int section, const char
     return PD_OK;
 }
 
+/* The section of the law of a metal. */
+static int pdi_read_surface_law(pdi_reader *s, const pd_setup_metal *metal)
+{
+    const pd_setup *u = s->setup;
+    if (u->has_corrode) return pdi_text_section(s->ctx, s->text, "corrode", NULL);
+    return pdi_text_section(s->ctx, s->text, "dissolve", u->metals > 1 ? metal->material.name : NULL);
+}
+
 /* States are read where they are. */
 static pd_status pdi_read_surface_readers(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
-    const pd_setup_metal *metal = &u->metal[0];
-    uint32_t all = ((uint32_t)1 << u->potential.electrodes) - 1;
+    int goes = pdi_setup_attacked(u);
+    const pd_setup_metal *metal = &u->metal[goes > 0 ? goes : 0];
+    uint32_t all = 0;
+    for (int e = 0; e < u->potential.electrodes; e++)
+        if (u->potential.electrode[e].metal == (goes > 0 ? goes : 0)) all |= (uint32_t)1 << e;
     for (int k = 0; k < u->states; k++) {
         for (int n = 0; n < u->states; n++)
             if (u->state[n].rate.uses >> (PDI_SETUP_PH + 1 + u->state[n].species + k) & 1u)
@@ -68060,8 +68192,7 @@ static pd_status pdi_read_surface_readers(pdi_reader *s)
                                                                      u->potential.electrode[e].name), "factor", k,
                                                  (uint32_t)1 << e));
         if (u->has_dissolve && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species + k) & 1u)
-            PDI_TRY(pdi_read_surface_carried(s, pdi_text_section(s->ctx, s->text, u->has_corrode ? "corrode" :
-                                                                 "dissolve", NULL), "rate", k, all));
+            PDI_TRY(pdi_read_surface_carried(s, pdi_read_surface_law(s, metal), "rate", k, all));
     }
     return PD_OK;
 }
@@ -68825,6 +68956,17 @@ PDI_FN int pdi_read_potential_given(pdi_reader *s)
 
 /* ---- where it is ---- */
 
+/* The metal of a shape. */
+static int pdi_read_potential_metal(pdi_reader *s, int section)
+{
+    const char *name;
+    if (!pdi_text_has(s->ctx, s->text, section, "material")) return 0;
+    if (pdi_text_string(s->ctx, s->text, section, "material", NULL, &name) != PD_OK) return 0;
+    for (int k = 0; k < s->setup->metals; k++)
+        if (strcmp(s->setup->metal[k].material.name, name) == 0) return k;
+    return 0;
+}
+
 static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
@@ -68837,6 +68979,7 @@ static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_e
         if (strcmp(s->text->section[at].label, name) != 0) continue;
         e->shape = u->named[k];
         for (int w = 0; w < u->wall_count; w++) solid |= u->walls[w].section == at;
+        e->metal = pdi_read_potential_metal(s, at);
         if (e->shape >= 0 && !solid) return PD_OK;
         return pdi_text_refuse(s->ctx, s->text, section, "shape", "found '%.40s', which is no metal, expected a [shape "
                                "NAME] with kind = solid", name);
@@ -71895,6 +72038,7 @@ static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
 PDI_FN void pdi_surfaces_reads(const pd_setup *u, const pd_reactive *reactive, pd_coat_desc *desc)
 {
     desc->count = u->states;
+    desc->stages = u->migrates && (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u));
     for (int k = 0; k < u->states; k++) {
         const pd_setup_state *state = &u->state[k];
         desc->reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
@@ -71938,7 +72082,7 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     desc.where = pdi_surfaces_where;
     desc.initial = pdi_surfaces_initial;
     desc.rate = pdi_surfaces_rate;
-    if (u->migrates && s->etch) {
+    if (desc.stages) {
         desc.surface = pdi_surfaces_ions;
         desc.solve = pdi_surfaces_levels;
     } else {
@@ -73139,15 +73283,12 @@ static pd_status pdi_attack_shares(pd_ctx *ctx, pd_attack *a)
     return PD_OK;
 }
 
-/* What passes at metal with the states as they are, at time t [s]. */
+/* Law and curves are those of time t [s], and of the states as they are. */
 static pd_status pdi_attack_coated(pd_ctx *ctx, void *user, double t)
 {
     pd_attack *a = (pd_attack *)user;
     a->etch.time = t;
-    PDI_TRY(pdi_attack_shares(ctx, a));
-    pdi_levels_solve(ctx, &a->etch);
-    pdi_etch_note(&a->etch);
-    return a->etch.lost ? PD_RETRY : PD_OK;
+    return pdi_attack_shares(ctx, a);
 }
 
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
@@ -73341,8 +73482,13 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
     PDI_TRY(pdi_attack_shares(ctx, a));
+    s->odd = 0;
     pdi_levels_solve(ctx, s);
     pdi_etch_note(s);
+    if (s->lost && s->odd) {
+        s->speed[s->node[s->odd - 1]] = (double)NAN;
+        return pdi_attack_lawful(ctx, a, s->node[s->odd - 1]);
+    }
     if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));
     for (int32_t k = 0; d && k < d->beside_count && s->desc.reads_phi; k++)
         if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);
