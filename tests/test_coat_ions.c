@@ -11,10 +11,15 @@
 #if PD_DIM == 1
 #define BOX(h, x) "[grid] h = " h "  box = 0 .. " x "  threads = 1\n"
 #define SPAN
+#define LAYER(h, x) BOX(h, x)
+#define HIGH
 #else
 #define BOX(h, x) "[grid] h = " h "  box = 0 .. " x ", 0 .. 0.4 mm  threads = 1\n" \
     "[side y-] flow = mirror\n[side y+] flow = mirror\n"
 #define SPAN ", 0 .. 0.4 mm"
+#define LAYER(h, x) "[grid] h = " h "  box = 0 .. " x ", 0 .. 20 um  threads = 1\n" \
+    "[side y-] flow = mirror\n[side y+] flow = mirror\n"
+#define HIGH ", 0 .. 20 um"
 #endif
 #define GAP 2e-3 /* [m] */
 
@@ -188,7 +193,7 @@ TEST(order_in_time)
 /* ---- a limiting current through a film that grows ---- */
 
 #define OPEN(law, curve, states) \
-    BOX("5 um", "150 um") "[side x+] species = inlet\n[shape iron] box = 0 .. 50 um" SPAN "  kind = solid\n" \
+    LAYER("5 um", "150 um") "[side x+] species = inlet\n[shape iron] box = 0 .. 50 um" HIGH "  kind = solid\n" \
     "[chemistry] activity = ideal  migration = yes\n[species Fe2+] D = 0.72e-9 m2/s\n" \
     "[species Na+] D = 1.33e-9 m2/s  initial = 500 mol/m3\n[species Cl-] D = 2.03e-9 m2/s  initial = 500 mol/m3\n" \
     "[species OH-] D = 5.27e-9 m2/s\n[species H2O]\n[species O2] D = 2e-9 m2/s  initial = 0.25 mol/m3\n[potential]\n" \
@@ -310,7 +315,7 @@ TEST(state_without)
     continued(OPEN("[transport] D = 1e-9 m2/s\n[dissolve] reaction = Fe = Fe2+ + 2 e-\n"
                    "[dissolve steel304] charge = 2  Cs = 1000 mol/m3  current = 0.01 A/m2*10^((E + 0.6 V)/(60 mV))\n"
                    "[dissolve mg4ag] rate = 0\n"
-                   "[shape iron] material = steel304\n[shape other] box = 130 um .. 150 um" SPAN "  kind = solid  "
+                   "[shape iron] material = steel304\n[shape other] box = 130 um .. 150 um" HIGH "  kind = solid  "
                    "material = mg4ag\n[electrode other] shape = other  connected = iron\n"
                    "curve = tafel  i0 = 1 mA/m2  E0 = -0.3 V  cathodic_slope = 120 mV\n"
                    "reaction = O2 + 2 H2O + 4 e- = 4 OH-\n", OXYGEN, "[run] until = 20 s\n"), 5.0, 20.0);
