@@ -11,10 +11,15 @@
 #if PD_DIM == 1
 #define BOX(h, x) "[grid] h = " h "  box = 0 .. " x "  threads = 1\n"
 #define SPAN
+#define LAYER(h, x) BOX(h, x)
+#define HIGH
 #else
 #define BOX(h, x) "[grid] h = " h "  box = 0 .. " x ", 0 .. 0.4 mm  threads = 1\n" \
     "[side y-] flow = mirror\n[side y+] flow = mirror\n"
 #define SPAN ", 0 .. 0.4 mm"
+#define LAYER(h, x) "[grid] h = " h "  box = 0 .. " x ", 0 .. 20 um  threads = 1\n" \
+    "[side y-] flow = mirror\n[side y+] flow = mirror\n"
+#define HIGH ", 0 .. 20 um"
 #endif
 #define GAP 2e-3 /* [m] */
 
@@ -155,7 +160,7 @@ TEST(film_of_a_couple)
     close_model();
 }
 
-/* With half the steps the error is a quarter. The cover goes its way in 20 s. */
+/* With half the steps the error of what has passed is a quarter. The cover goes its way in 20 s. */
 TEST(order_in_time)
 {
     double y[6], error[3][4];
@@ -176,16 +181,19 @@ TEST(order_in_time)
         }
         close_model();
     }
-    for (int m = 0; m < 3; m++) {
-        CHECK_LE(error[2][m], error[0][m] / 12.0);
-        CHECK_LE(error[1][m], error[0][m] / 3.4);
+    CHECK_LE(error[2][2], error[0][2] / 13.0);
+    CHECK_LE(error[1][2], error[0][2] / 3.5);
+    for (int k = 0; k < 3; k++) { /* of which the first one is as good as the integrator */
+        CHECK_LE(error[k][0], 2e-6);
+        CHECK_LE(error[k][1], 1e-5);
+        CHECK_LE(error[k][3], 1e-7);
     }
 }
 
 /* ---- a limiting current through a film that grows ---- */
 
 #define OPEN(law, curve, states) \
-    BOX("5 um", "150 um") "[side x+] species = inlet\n[shape iron] box = 0 .. 50 um" SPAN "  kind = solid\n" \
+    LAYER("5 um", "150 um") "[side x+] species = inlet\n[shape iron] box = 0 .. 50 um" HIGH "  kind = solid\n" \
     "[chemistry] activity = ideal  migration = yes\n[species Fe2+] D = 0.72e-9 m2/s\n" \
     "[species Na+] D = 1.33e-9 m2/s  initial = 500 mol/m3\n[species Cl-] D = 2.03e-9 m2/s  initial = 500 mol/m3\n" \
     "[species OH-] D = 5.27e-9 m2/s\n[species H2O]\n[species O2] D = 2e-9 m2/s  initial = 0.25 mol/m3\n[potential]\n" \
@@ -199,7 +207,7 @@ TEST(growing_film)
     static const char text[] = OPEN("", OXYGEN "  potential = -0.5 V  factor = 1/(1 + l/(1 um))\n",
         "[surface l] initial = 0 um  rate = -i*4e-11 m3/C\n[run] until = 1e6 s\n");
     double most = 4.0 * FARADAY * 2e-9 * 0.25 / 1e-4, k = 1e-3 * pow(10.0, 0.4 / 0.12);
-    const char *overrides[] = {"run.rtol=4e-3"};
+    const char *overrides[] = {"run.rtol=1e-3"};
     if (!open_model(text, overrides, 1)) return;
     for (double t = 1e4; t < 5e4; t *= 4.0) {
         if (!run_to(t)) break;
@@ -214,29 +222,33 @@ TEST(growing_film)
 /* ---- metal that goes: its law reads a state ---- */
 
 #define RUSTS \
-    OPEN("[transport] D = 1e-9 m2/s\n[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-  Cs = 100 mol/m3\n" \
+    OPEN("[transport] D = 1e-9 m2/s\n[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-  Cs = 1000 mol/m3\n" \
          "current = 0.01 A/m2*theta*10^((E + 0.6 V)/(60 mV))\n", OXYGEN "  factor = theta\n", \
-         "[surface theta] initial = 1  min = 0  rate = -theta/(5000 s)\n[run] until = 1 h\n")
+         "[surface theta] initial = 1  min = 0.5  rate = -theta/(20 s)\n[run] until = 1 h\n")
 
-/* Both lines of Tafel fall with theta: E stays but for the oxygen that comes nearer to that of the bath. */
+/* Where both lines of Tafel, times 1/2, and the diffusion of oxygen cross. The metal has receded by then. */
 TEST(metal_that_goes)
 {
-    double low = -1.0, high = 0.0, most = 4.0 * FARADAY * 2e-9 * 0.25 / 1e-4;
+    double low = -1.0, high = 0.0, theta = 0.5, u = 0.0;
     if (!open_model(RUSTS, NULL, 0)) return;
-    if (run_to(500.0)) { /* before the first cell is gone */
-        double theta = exp(-0.1), u = 0.0;
+    if (run_to(60.0)) {
+        double receded = 50e-6 * pd_couple_volume_loss(&model.couple);
+        double most = 4.0 * FARADAY * 2e-9 * 0.25 / (1e-4 + receded);
         for (int k = 0; k < 100; k++) {
             u = 0.5 * (low + high);
             double curve = 0.001 * theta * pow(10.0, -(u + 0.1) / 0.12);
             if (0.01 * theta * pow(10.0, (u + 0.6) / 0.06) > most * curve / (most + curve)) high = u;
             else low = u;
         }
-        NOTE("rusts: E %.6f V (%.6f), theta %.7f", level_of(0), u, mean_of(0));
-        CHECK_NEAR(level_of(0), u, 2e-5);
-        CHECK_REL(mean_of(0), theta, 1e-6);
+        NOTE("rusts: E %.7f V (%.7f), theta %.7f, %g m", level_of(0), u, mean_of(0), receded);
+        pd_cell_electrode e;
+        pdi_polarise_electrode(&model.attack.polarise, 0, &e);
+        CHECK_REL(e.anodic / e.area, 0.01 * theta * pow(10.0, (u + 0.6) / 0.06), 1e-4);
+        CHECK_NEAR(level_of(0), u, 26e-3 * 0.43 / 500.0); /* the diffusion potential of 0.43 mol/m3 of Fe2+ in salt */
+        CHECK_NEAR(mean_of(0), theta, 0.0);
     }
     CHECK(run_to(3600.0));
-    CHECK_REL(mean_of(0), exp(-0.72), 1e-6);
+    CHECK_NEAR(mean_of(0), theta, 0.0);
     CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
     close_model();
 }
@@ -293,7 +305,7 @@ static void continued(const char *text, double first, double end)
 TEST(state)
 {
     continued(COUPLE("0.5", "1"), 900.0, 3000.0);
-    continued(RUSTS, 1000.0, 2500.0);
+    continued(RUSTS, 5.0, 2000.0);
     continued(OPEN("", OXYGEN "  potential = -0.5 V  factor = 1/(1 + l/(1 um))\n",
                    "[surface l] initial = 0 um  rate = -i*4e-11 m3/C\n[run] until = 1e6 s\n"), 1e3, 1e4);
 }
@@ -301,11 +313,12 @@ TEST(state)
 /* The same without states: metal that dissolves and rusts, and two metals. */
 TEST(state_without)
 {
-    continued(OPEN("[transport] D = 1e-9 m2/s\n[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-  Cs = 100 mol/m3\n"
+    continued(OPEN("[transport] D = 1e-9 m2/s\n[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-  Cs = 1000 mol/m3\n"
                    "current = 0.01 A/m2*10^((E + 0.6 V)/(60 mV))\n", OXYGEN, "[run] until = 1 h\n"), 1000.0, 2500.0);
-    continued(OPEN("[transport] D = 1e-9 m2/s\n[dissolve steel304] charge = 2  reaction = Fe = Fe2+ + 2 e-  "
-                   "Cs = 100 mol/m3\ncurrent = 0.01 A/m2*10^((E + 0.6 V)/(60 mV))\n[dissolve mg4ag] rate = 0\n"
-                   "[shape iron] material = steel304\n[shape other] box = 130 um .. 150 um" SPAN "  kind = solid  "
+    continued(OPEN("[transport] D = 1e-9 m2/s\n[dissolve] reaction = Fe = Fe2+ + 2 e-\n"
+                   "[dissolve steel304] charge = 2  Cs = 1000 mol/m3  current = 0.01 A/m2*10^((E + 0.6 V)/(60 mV))\n"
+                   "[dissolve mg4ag] rate = 0\n"
+                   "[shape iron] material = steel304\n[shape other] box = 130 um .. 150 um" HIGH "  kind = solid  "
                    "material = mg4ag\n[electrode other] shape = other  connected = iron\n"
                    "curve = tafel  i0 = 1 mA/m2  E0 = -0.3 V  cathodic_slope = 120 mV\n"
                    "reaction = O2 + 2 H2O + 4 e- = 4 OH-\n", OXYGEN, "[run] until = 20 s\n"), 5.0, 20.0);
@@ -322,7 +335,7 @@ TEST(refused)
               "[run] until = 1 h\n"), "the rate of q is no finite number"},
         {OPEN("[transport] D = 1e-9 m2/s\n[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-\n"
               "current = 0.01 A/m2*10^((E + 0.6 V)/(60 mV))\n", OXYGEN "  factor = q\n",
-              "[surface q] initial = 1  min = 0  rate = -1/s\n[run] until = 1 h\n"), "no potential "}};
+              "[surface q] initial = 1  min = 0  rate = -1/s\n[run] until = 1 h\n"), "a factor leaves"}};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
         pd_ctx_init(&ctx);
         memset(&model, 0, sizeof model);

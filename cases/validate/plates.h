@@ -6,9 +6,11 @@
 #include "../plates.h"
 
 #if PD_DIM < 3
-/* A figure of an electrode at the end of a scene, with its ledger and the balance of its currents. */
+/* A figure of an electrode at the end of a scene, with its ledger and the balance of its currents; job->out->err[4]:
+ * the state q of its surface, times the share of metal that is gone. */
 static pd_status plates_figures(val_job *job, const char *text, const char *name, double *current, double *e)
 {
+    double passed = NAN;
     pd_figures figures;
     pd_run_result result;
     pd_setup setup;
@@ -20,6 +22,8 @@ static pd_status plates_figures(val_job *job, const char *text, const char *name
     PDI_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
     for (int k = 0; k < figures.count && status == PD_OK; k++) {
+        if (strcmp(figures.list[k].name, "q") == 0 && strcmp(figures.list[k].key, "mean") == 0)
+            passed = figures.list[k].value;
         if (strcmp(figures.list[k].name, name) != 0) continue;
         if (strcmp(figures.list[k].key, "anodic") == 0) *current = figures.list[k].value;
         if (strcmp(figures.list[k].key, "E") == 0) *e = figures.list[k].value;
@@ -31,6 +35,7 @@ static pd_status plates_figures(val_job *job, const char *text, const char *name
     job->out->steps = (long)result.steps;
     job->out->err[2] = result.ledger;
     job->out->err[3] = result.current_balance;
+    job->out->err[4] = result.volume_loss / passed;
     return PD_OK;
 }
 
@@ -67,6 +72,35 @@ static pd_status plates_run(val_job *job)
     PDI_TRY(plates_figures(job, text, "anode", &current, &e));
     job->out->err[0] = fabs(current / (PLATES_HEIGHT * wanted.current) - 1.0);
     job->out->err[1] = fabs(e - wanted.anode) / PLATES_VOLT;
+    return PD_OK;
+}
+
+#define PLATES_CS 1e8 /* [mol/m3] so much that the plate stays where it is */
+
+/* Two metals: the anode dissolves by its law, and the state q of its surface is the charge that has passed. */
+static pd_status plates_dissolves_run(val_job *job)
+{
+    plates p = {0.71e-9, 1e-4, 50.0, 250.0, 10.0, 0.06, 0.12, 0.1, 0.0};
+    char text[2048];
+    double current = 0.0, e = 0.0;
+    plates_state wanted = plates_wired(&p);
+    snprintf(text, sizeof text,
+             "[grid] h = %.17g um  m = %g  box = " PLATES_BOX(0, 200) "\n"
+             "[shape anode] kind = solid  material = steel304  box = " PLATES_BOX(0, 50) "\n"
+             "[shape cathode] kind = solid  material = mg4ag  box = " PLATES_BOX(150, 200) "\n" PLATES_SIDES
+             "[chemistry] activity = ideal  migration = yes\n[species Cu2+] D = 0.71e-9 m2/s  initial = 100 mol/m3\n"
+             "[species Na+] D = 1.33e-9 m2/s  initial = 50 mol/m3\n"
+             "[species Cl-] D = 2.03e-9 m2/s  initial = 250 mol/m3\n[potential]\n[transport] D = 1e-9 m2/s\n"
+             "[dissolve] reaction = Cu = Cu2+ + 2 e-\n[dissolve steel304] charge = 2  Cs = %g mol/m3\n"
+             "current = 10 A/m2*10^(E/(60 mV))\n[dissolve mg4ag] rate = 0  Cs = %g mol/m3\n"
+             "[electrode anode] shape = anode  connected = cathode\n"
+             "[electrode cathode] shape = cathode  curve = tafel  i0 = 10 A/m2  E0 = 100 mV  cathodic_slope = 120 mV\n"
+             "reaction = Cu2+ + 2 e- = Cu\n[surface q] of = anode  initial = 0 C/m2  rate = i\n"
+             "[run] until = 200 s\n", 100.0 / job->level.n, job->level.m, PLATES_CS, PLATES_CS);
+    PDI_TRY(plates_figures(job, text, "anode", &current, &e));
+    job->out->err[0] = fabs(current / (PLATES_HEIGHT * wanted.current) - 1.0);
+    job->out->err[1] = fabs(e - wanted.anode) / PLATES_VOLT;
+    job->out->err[4] = fabs(job->out->err[4] * 1e-4 * PLATES_CS * 2.0 * PLATES_FARADAY - 1.0);
     return PD_OK;
 }
 
@@ -116,23 +150,34 @@ static const val_part plates_steep_part = {
      {2, 1e-12, 0.0, 0, VAL_GOAL}, {3, 1e-12, 0.0, 0, VAL_GOAL}}, 5,
     {{20, 1.0, 0.5}, {40, 1.0, 0.5}, {80, 1.0, 0.5}}, 3, 3, plates_run, NULL};
 
+static const val_part plates_dissolves_part = {
+    "dissolves", "plates of two metals, one of which dissolves by its law", "cells", VAL_BY_N, NULL, 2.0,
+    {{"err_current", "current"}, {"err_e", "potential of the metal, in R T/F"}, {"ledger", "elements and charge"},
+     {"currents", "sum of the currents of a circuit"}, {"err_loss", "metal that is gone, by Faraday's law"}},
+    5,
+    {{0, 1e-4, 0.0, 0, VAL_GOAL}, {1, 1e-3, 0.0, 0, VAL_GOAL}, {2, 1e-12, 0.0, 0, VAL_GOAL},
+     {3, 1e-12, 0.0, 0, VAL_GOAL}, {4, 1e-3, 0.0, 0, VAL_GOAL}}, 5,
+    {{20, 1.0, 0.0}, {40, 1.0, 0.0}}, 2, 2, plates_dissolves_run, NULL};
+
 static const val_part plates_rust_part = {
     "rust", "iron that rusts freely by oxygen", "cells", VAL_BY_N, NULL, 2.0, PLATES_MEASURES,
     {{0, 1e-3, 0.0, 0, VAL_GOAL}, {1, 1e-2, 0.0, 0, VAL_GOAL}, {2, 1e-12, 0.0, 0, VAL_GOAL},
      {3, 1e-12, 0.0, 0, VAL_GOAL}}, 4,
     {{20, 1.0, 0.0}, {40, 1.0, 0.0}}, 2, 1, plates_rust_run, NULL};
 
-static const val_part *const plates_parts[] = {&plates_mild_part, &plates_steep_part, &plates_rust_part};
+static const val_part *const plates_parts[] = {&plates_mild_part, &plates_steep_part, &plates_dissolves_part,
+                                               &plates_rust_part};
 
 static const val_case plates_case = {
     "plates", "electrodes among ions that migrate",
     "Two plates of copper in CuCl2 with a little NaCl, wired to each other, of which one gives and one takes up Cu2+, "
-    "far from the limiting current and near it; and iron that corrodes freely by the oxygen that diffuses to it. "
+    "far from the limiting current and near it; the same with an anode of another metal that dissolves by its law; and "
+    "iron that corrodes freely by the oxygen that diffuses to it. "
     "Potentials of the metals follow from their currents.",
     "A potential that is asked once a step, the fall of the potential by diffusion, the last half cell before an "
     "electrode, charge that is lost, a current that takes up more than there is.",
     "closed form of the ions between the plates with the curves of both (theory: eq. 5c.15); diffusion of oxygen and "
     "the line of Tafel of iron",
-    plates_parts, 3};
+    plates_parts, 4};
 #endif
 #endif

@@ -627,10 +627,12 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST], stage = PDI_SDIRK_GAMMA * dt;
     memcpy(in, r->in, sizeof in);
     memcpy(out, r->out, sizeof out);
+    PDI_TRY(pdi_etch_stage(ctx, r->surface, PDI_SDIRK_GAMMA));
     pd_status status = pdi_advance_newton(ctx, r, stage, result);
     if (status != PD_OK) return status;
     pdi_advance_pass(r, dt - stage);
     pdi_advance_between(r);
+    PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     status = pdi_advance_newton(ctx, r, stage, result);
     if (status == PD_OK) status = pdi_advance_error(ctx, r, dt, result);
     if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
@@ -725,6 +727,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         pdi_advance_back(ctx, r, 0);
         pdi_advance_start(ctx, r);
     }
+    PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
     if (status != PD_OK) return status;
     pdi_advance_owe(r, dt);

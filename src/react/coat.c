@@ -2,6 +2,7 @@
 #include "react/coat.h"
 #include "core/par.h"
 #include "react/etch.h"
+#include "solve/sdirk.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -27,6 +28,7 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, coat, value, states * total, "");
     PDI_ARRAY(owner, coat, start, states * total, "");
     PDI_ARRAY(owner, coat, middle, states * total, "");
+    if (coat->desc.stages) PDI_ARRAY(owner, coat, ending, states * total, "");
     PDI_STATE(owner, coat, fresh, coat->columns * total, "");
     PDI_ARRAY(owner, coat, slope, coat->columns * total, "");
     PDI_ARRAY(owner, coat, first, coat->columns * total, "");
@@ -330,19 +332,43 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_coat_stage(pd_ctx *ctx, pd_coat *s, double share)
+{
+    int64_t count = s->desc.count * (int64_t)s->reactive->grid->total;
+    memcpy(s->value, share < 1.0 ? s->middle : s->ending, (size_t)count * sizeof *s->value);
+    return s->desc.solve(ctx, s->desc.user, s->from + share * s->span);
+}
+
+PDI_FN void pdi_coat_rest(pd_coat *s, double t, double dt)
+{
+    size_t size = (size_t)(s->desc.count * (int64_t)s->reactive->grid->total) * sizeof *s->value;
+    s->from = t;
+    s->span = dt;
+    memcpy(s->middle, s->value, size);
+    memcpy(s->ending, s->value, size);
+}
+
+/* To both stages of a step. */
+static pd_status pdi_coat_foresee(pd_ctx *ctx, pd_coat *s, double t, double dt, int trial)
+{
+    double first = PDI_SDIRK_GAMMA * dt;
+    pdi_coat_rest(s, t, dt);
+    pd_status status = pdi_coat_move(ctx, s, s->fresh, s->slope, t, first, 1, trial, s->middle);
+    return status == PD_OK ? pdi_coat_move(ctx, s, s->fresh, s->slope, t, dt, 1, trial, s->ending) : status;
+}
+
 PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, int trial)
 {
     int64_t count = s->desc.count * (int64_t)s->reactive->grid->total;
+    if (s->desc.surface) return pdi_coat_foresee(ctx, s, t, dt, trial);
     pd_status status = pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, 1, trial, s->value);
     if (status != PD_OK) return status;
     memcpy(s->middle, s->value, (size_t)count * sizeof *s->value);
-    if (s->desc.solve) status = s->desc.solve(ctx, s->desc.user, t + 0.5 * dt);
-    if (s->desc.surface && status == PD_OK) pdi_coat_surface(ctx, s, s->reactive->c, s->first);
-    return status;
+    return s->desc.solve ? s->desc.solve(ctx, s->desc.user, t + 0.5 * dt) : PD_OK;
 }
 
 /* What the end of a step differs by from the middle that was foreseen for it: of state k, over the largest of it. The
- * mean over a step is off by a sixth of what the course bends. */
+ * mean over a step is off by a sixth of what the course bends; with `surface` by half of what the end is. */
 static double pdi_coat_error(const pd_coat *s, int k)
 {
     int64_t total = s->reactive->grid->total;
@@ -351,6 +377,7 @@ static double pdi_coat_error(const pd_coat *s, int k)
         int64_t at = k * total + s->node[p];
         if (!(s->on[s->node[p]] >> k & 1u)) continue;
         double bend = (s->start[at] - 2.0 * s->middle[at] + s->value[at]) / 6.0;
+        if (s->desc.surface) bend = 0.5 * (s->value[at] - s->ending[at]);
         worst = fmax(worst, fabs(bend));
         size = fmax(size, fabs(s->value[at]));
     }
@@ -361,6 +388,7 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
 {
     int64_t total = s->reactive->grid->total;
     if (!s->desc.surface) pdi_coat_surface(ctx, s, from, s->first);
+    else memcpy(s->first, s->fresh, (size_t)(s->columns * total) * sizeof *s->first);
     pdi_coat_surface(ctx, s, s->reactive->c, s->way);
     for (int k = 0; k < s->columns; k++)
         for (int32_t p = 0; p < s->count; p++) {
@@ -373,13 +401,7 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
     return status;
 }
 
-PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *s, double t, double dt)
-{
-    s->last = dt;
-    if (!s->desc.surface || s->desc.solve(ctx, s->desc.user, t + dt) == PD_OK) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "surface", "no potential carries the currents of metal at t = %g s, as states "
-                    "of its surfaces are there: expected a factor above 0 of anodic and of cathodic reactions", t + dt);
-}
+PDI_FN void pdi_coat_accept(pd_coat *s, double dt) { s->last = dt; }
 
 PDI_FN void pdi_coat_reject(pd_coat *s)
 {

@@ -4,7 +4,8 @@
  * The states of a place are ordinary differential equations in the concentrations at the surface, which are those of
  * the node behind what metal gives (etch.h). A step of the species is one of the states: they are first taken to its
  * middle, with concentrations that go on as in the last step; what depends on them is found there and holds for the
- * step. Then they take the step again, with concentrations from its start to its end. Second order in time.
+ * step. Then they take the step again, with concentrations from its start to its end. Second order in time. Among ions
+ * that migrate they are taken to both stages of the step of the species instead, which find potentials with them.
  */
 #ifndef PD_COAT_H
 #define PD_COAT_H
@@ -43,9 +44,10 @@ typedef struct pd_coat_desc {
     /* Adds to flows [components] what comes out of metal at a node, as of pd_etch: [mol/m3]. NULL: nothing does. */
     void (*film)(void *user, int32_t node, double *flows);
     /* Among ions that migrate: c [solutes] [mol/m3] and `around` at the surface beside a node, as they are now; 0:
-     * there is none. `solve` (PD_RETRY: there is no solution) is asked in the middle and at the end of a step then, and what
-     * holds at its start has been found before. NULL: by `film`. */
+     * there is none. The metal is asked at the stages of a step then, with the states that were foreseen for each, and
+     * `solve` brings what follows them there. NULL: by `film`. */
     int (*surface)(void *user, int32_t node, double *c, double *around);
+    int stages; /* 1: with `surface` */
     void *user;
 } pd_coat_desc;
 
@@ -60,7 +62,9 @@ typedef struct pd_coat {
     int32_t count;    /* of places */
     double *value;    /* [states][total] [unit of each] now; within a step of the species in its middle */
     double *start;    /* [states][total] [unit of each] at the start of the step */
-    double *middle;   /* [states][total] [unit of each] in its middle, as it was foreseen */
+    double *middle;   /* [states][total] [unit of each] in its middle, or at its first stage, as it was foreseen */
+    double *ending;   /* [states][total] [unit of each] at its end, with `surface` */
+    double from, span; /* [s] of the step at hand, with `surface` */
     /* at the surface, columns of solutes that rates read [mol/m3], with pH of ln gamma of a charge of 1 [-]: -1, and
      * with `surface` of value n around: -2 - n */
     int columns, solute[PD_SPECIES_MOST + 1 + PD_COAT_AROUND];
@@ -93,8 +97,12 @@ PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt,
 /* To its end, after the species, whose concentrations [solutes][total] were `from`. */
 PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt,
                                  int trial);
-/* The step of dt [s] from t [s] stands; it does not. */
-PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *coat, double t, double dt);
+/* With `surface`: states are those foreseen for a share of the step, of its first stage or 1. */
+PDI_FN pd_status pdi_coat_stage(pd_ctx *ctx, pd_coat *coat, double share);
+/* The same for a step of dt [s] in which they stay as they are. */
+PDI_FN void pdi_coat_rest(pd_coat *coat, double t, double dt);
+/* The step of dt [s] stands; it does not. */
+PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
 PDI_FN void pdi_coat_reject(pd_coat *coat);
 /* A state at the surface beside a fluid node; where that carries none, the mean of the nearest places within two cells,
  * else that of the start. */

@@ -13,6 +13,8 @@
 #define PDI_COURSE_TRIALS 6
 /* Times of diffusion through the box after which fields are steady. */
 #define PDI_COURSE_LATE 1e6
+/* Of the time of diffusion across a cell: a step in which ions stay where they are. */
+#define PDI_COURSE_STILL 1e-6
 /* Share of the longest step of the run that the first one is when minerals cover metal. */
 #define PDI_COURSE_FIRST 1e-3
 
@@ -42,11 +44,17 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, course, error, "1");
     PDI_VALUE(owner, course, taken, "mol");
     PDI_VALUE(owner, course, bent, "1");
+    if (course->desc.coat && r->migration.on) PDI_VALUE(owner, course, settled, "1");
     PDI_VALUE(owner, course, steps, "1");
     PDI_VALUE(owner, course, rejected, "1");
     PDI_VALUE(owner, course, krylov, "1");
     PDI_VALUE(owner, course, newton, "1");
     PDI_VALUE(owner, course, euler, "1");
+}
+
+static pd_status pdi_course_stage(pd_ctx *ctx, void *user, double share)
+{
+    return pdi_coat_stage(ctx, ((pd_course *)user)->desc.coat, share);
 }
 
 static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *desc, pd_course *a)
@@ -64,6 +72,10 @@ static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_de
     a->reactive = r;
     for (int i = 0; i < r->desc.count && desc->fed && desc->shed; i++)
         if (r->components.place[i] >= 0) a->shed[r->components.place[i]] = desc->shed[i];
+    if (desc->coat && desc->coat->desc.surface && desc->surface) {
+        desc->surface->stage = pdi_course_stage;
+        desc->surface->stager = a;
+    }
     return pdi_owner_build(ctx, pdi_course_list, a);
 }
 
@@ -300,6 +312,22 @@ static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
     memcpy(back ? r->out : a->out, back ? a->out : r->out, sizeof a->out);
 }
 
+/* With states among ions that migrate: the potential of the ions as they are, by a step in which they stay. */
+static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
+{
+    pd_reactive *r = a->reactive;
+    pd_reactive_result result;
+    double h = HUGE_VAL, dt;
+    for (int axis = 0; axis < PD_DIM; axis++) h = fmin(h, r->grid->h[axis]);
+    dt = PDI_COURSE_STILL * h * h / r->diffusion.desc.diffusivity;
+    pdi_coat_rest(a->desc.coat, t, dt);
+    pd_status status = pd_reactive_step(ctx, r, dt, &result);
+    if (status == PD_OK) pdi_par_copy(ctx, r->grid->total, r->migration.psi, a->psi);
+    pdi_course_keep(ctx, a, 1);
+    a->settled = 1;
+    return status < 0 ? status : PD_OK;
+}
+
 static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
@@ -316,6 +344,7 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->begun = 1;
     if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
     pdi_course_keep(ctx, a, 0);
+    if (a->psi && a->desc.coat->desc.surface && !a->settled) PDI_TRY(pdi_course_still(ctx, a, s->time));
     if (a->desc.coat) PDI_TRY(pdi_coat_begin(ctx, a->desc.coat, s->time));
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
@@ -372,12 +401,15 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
+    (void)ctx;
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
-    if (a->desc.coat) last = s->ends = 1;
+    if (a->desc.coat) {
+        pdi_coat_accept(a->desc.coat, s->dt);
+        last = s->ends = 1;
+    }
     pdi_course_taken(a, s->dt, all);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
-    if (a->desc.coat) PDI_TRY(pdi_coat_accept(ctx, a->desc.coat, s->time, s->dt));
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
@@ -408,12 +440,14 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
     char place[PDI_GRID_PLACE];
     if (metal && metal->odd && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the law of metal is no number beside %s m after t = %g s, "
-                        "however short the step: expected one for all that comes to its surface, as sqrt(max(1 - [Mg2+]/(1 mM), 0))",
+                        "however short the step: expected one for all that comes to its surface, such as "
+                        "sqrt(max(1 - [Mg2+]/(1 mM), 0))",
                         pdi_grid_place(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an "
                         "electrode may take up more of a species than reaches the metal, expected one that falls to "
-                        "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
+                        "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s", s->dt, s->time,
+                        a->desc.surface->share ? ", or a factor leaves metal without a current that balances" : "");
     if (a->desc.coat && a->desc.coat->error > 1.0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
                         "%g s: expected a rate that stays finite", s->time);
@@ -517,6 +551,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
         pdi_course_share(a, turned, count, 0.0);
     }
     a->bent = 1;
+    a->settled = 0;
     if (a->desc.coat) a->desc.coat->anew = 1;
     if (a->desc.bare) pdi_course_turned(a);
     return PD_OK;

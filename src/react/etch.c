@@ -22,6 +22,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     if (s->electrode) {
         s->electrode[s->count] = -1;
         s->area[s->count] = s->way[s->count] = s->gave[s->count] = 0.0;
+        s->drive[s->count] = s->flow_drive[s->count] = 0.0f; /* what was found before is of other places */
         if (s->share) s->share[s->count] = 1.0;
     }
     s->thick[s->count++] = thick;
@@ -43,6 +44,11 @@ PDI_FN void pdi_etch_begin(pd_etch *s)
     s->odd = 0;
     for (int k = 0; k < s->reactive->components.count && s->sweep; k++)
         for (int32_t p = 0; p < s->count; p++) s->sweep[k * total + p] = 0.0;
+}
+
+PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *s, double share)
+{
+    return s && s->stage ? s->stage(ctx, s->stager, share) : PD_OK;
 }
 
 PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
@@ -274,8 +280,9 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, flow_drive, total, "mol/m2/s");
     PDI_ARRAY(owner, etch, side, 2 * total, "1");
     PDI_STATE(owner, etch, level, of->circuits, "V");
-    PDI_ARRAY(owner, etch, conduct, of->circuits, "mol/s/V");
+    PDI_STATE(owner, etch, conduct, of->circuits, "mol/s/V");
     PDI_ARRAY(owner, etch, charge_of, of->circuits, "mol/s");
+    PDI_VALUE(owner, etch, extra, "mol/s");
 }
 
 /* The system of concentrations times their diffusivities: ln c' = ln K + ln d + sum m (ln c'_master - ln d_master). */

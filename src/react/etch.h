@@ -99,6 +99,9 @@ typedef struct pd_etch {
     double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
     double extra;                 /* [mol/s] rounding that a circuit gives beside its current, where none leaves */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
+    pd_status (*stage)(pd_ctx *ctx, void *stager, double share); /* brings what law and curves read to that share of a
+                                                                  * step; NULL: it holds for the step */
+    void *stager;
     int32_t odd;                  /* 1 + a place whose law has been no number in the step at hand; 0: none */
 } pd_etch;
 
@@ -133,6 +136,8 @@ PDI_FN void pdi_etch_accept(pd_etch *etch);
 /* Nodes that were metal are fluid: with `solid` they get what has filled them; `split` of them is the share of a cell
  * that they lack. */
 PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
+/* What law and curves read is that of a share of the step. */
+PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *etch, double share);
 /* With electrodes: `gave` is that of now. */
 PDI_FN void pdi_etch_note(pd_etch *etch);
 /* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */

@@ -48,15 +48,12 @@ static pd_status pdi_attack_shares(pd_ctx *ctx, pd_attack *a)
     return PD_OK;
 }
 
-/* What passes at metal with the states as they are, at time t [s]. */
+/* Law and curves are those of time t [s], and of the states as they are. */
 static pd_status pdi_attack_coated(pd_ctx *ctx, void *user, double t)
 {
     pd_attack *a = (pd_attack *)user;
     a->etch.time = t;
-    PDI_TRY(pdi_attack_shares(ctx, a));
-    pdi_levels_solve(ctx, &a->etch);
-    pdi_etch_note(&a->etch);
-    return a->etch.lost ? PD_RETRY : PD_OK;
+    return pdi_attack_shares(ctx, a);
 }
 
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,

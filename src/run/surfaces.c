@@ -143,6 +143,7 @@ static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
 PDI_FN void pdi_surfaces_reads(const pd_setup *u, const pd_reactive *reactive, pd_coat_desc *desc)
 {
     desc->count = u->states;
+    desc->stages = u->migrates && (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u));
     for (int k = 0; k < u->states; k++) {
         const pd_setup_state *state = &u->state[k];
         desc->reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
@@ -186,7 +187,7 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     desc.where = pdi_surfaces_where;
     desc.initial = pdi_surfaces_initial;
     desc.rate = pdi_surfaces_rate;
-    if (u->migrates && s->etch) {
+    if (desc.stages) {
         desc.surface = pdi_surfaces_ions;
         desc.solve = pdi_surfaces_levels;
     } else {

@@ -14,7 +14,7 @@ typedef struct pd_surfaces {
     pd_cell *cell;            /* of the electrodes; NULL: there are none */
     const pd_etch *etch;      /* metal that dissolves by a law in the species, or electrodes among ions that migrate;
                                * NULL: neither */
-    pd_at_fn find;            /* among ions that migrate: brings what passes at metal to a time; */
+    pd_at_fn find;            /* among ions that migrate: brings law and curves to a time; */
     void *finder;             /* set by what owns it */
     pd_contacts contacts;     /* without electrodes: of metal and fluid */
     pd_coat coat;

@@ -32,6 +32,17 @@ PDI_FN int pdi_read_potential_given(pdi_reader *s)
 
 /* ---- where it is ---- */
 
+/* The metal of a shape. */
+static int pdi_read_potential_metal(pdi_reader *s, int section)
+{
+    const char *name;
+    if (!pdi_text_has(s->ctx, s->text, section, "material")) return 0;
+    if (pdi_text_string(s->ctx, s->text, section, "material", NULL, &name) != PD_OK) return 0;
+    for (int k = 0; k < s->setup->metals; k++)
+        if (strcmp(s->setup->metal[k].material.name, name) == 0) return k;
+    return 0;
+}
+
 static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
@@ -44,6 +55,7 @@ static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_e
         if (strcmp(s->text->section[at].label, name) != 0) continue;
         e->shape = u->named[k];
         for (int w = 0; w < u->wall_count; w++) solid |= u->walls[w].section == at;
+        e->metal = pdi_read_potential_metal(s, at);
         if (e->shape >= 0 && !solid) return PD_OK;
         return pdi_text_refuse(s->ctx, s->text, section, "shape", "found '%.40s', which is no metal, expected a [shape "
                                "NAME] with kind = solid", name);

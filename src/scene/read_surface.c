@@ -268,12 +268,23 @@ static pd_status pdi_read_surface_carried(pdi_reader *s, int section, const char
     return PD_OK;
 }
 
+/* The section of the law of a metal. */
+static int pdi_read_surface_law(pdi_reader *s, const pd_setup_metal *metal)
+{
+    const pd_setup *u = s->setup;
+    if (u->has_corrode) return pdi_text_section(s->ctx, s->text, "corrode", NULL);
+    return pdi_text_section(s->ctx, s->text, "dissolve", u->metals > 1 ? metal->material.name : NULL);
+}
+
 /* States are read where they are. */
 static pd_status pdi_read_surface_readers(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
-    const pd_setup_metal *metal = &u->metal[0];
-    uint32_t all = ((uint32_t)1 << u->potential.electrodes) - 1;
+    int goes = pdi_setup_attacked(u);
+    const pd_setup_metal *metal = &u->metal[goes > 0 ? goes : 0];
+    uint32_t all = 0;
+    for (int e = 0; e < u->potential.electrodes; e++)
+        if (u->potential.electrode[e].metal == (goes > 0 ? goes : 0)) all |= (uint32_t)1 << e;
     for (int k = 0; k < u->states; k++) {
         for (int n = 0; n < u->states; n++)
             if (u->state[n].rate.uses >> (PDI_SETUP_PH + 1 + u->state[n].species + k) & 1u)
@@ -285,8 +296,7 @@ static pd_status pdi_read_surface_readers(pdi_reader *s)
                                                                      u->potential.electrode[e].name), "factor", k,
                                                  (uint32_t)1 << e));
         if (u->has_dissolve && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species + k) & 1u)
-            PDI_TRY(pdi_read_surface_carried(s, pdi_text_section(s->ctx, s->text, u->has_corrode ? "corrode" :
-                                                                 "dissolve", NULL), "rate", k, all));
+            PDI_TRY(pdi_read_surface_carried(s, pdi_read_surface_law(s, metal), "rate", k, all));
     }
     return PD_OK;
 }
