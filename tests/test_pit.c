@@ -319,8 +319,8 @@ TEST(deepens)
 }
 
 #if PD_DIM == 1
-/* A pit 1 mm deep for 2000 s, half of it under a salt film, and with 0.1 V more, where the law is far from its limit: what
- * new cells hold and when it comes counts. Order 2. */
+/* A pit 1 mm deep for 2000 s, half of it under a salt film, and with 0.1 V more, where the law is far from its limit:
+ * what new cells hold and when it comes counts. Order 2. */
 TEST(film)
 {
     static const char *const set[] = {"run.until=2000 s"};
