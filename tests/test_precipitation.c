@@ -183,8 +183,8 @@ TEST(pores_that_narrow)
         vessel_fill(&v);
         vessel_pour(&v, wave, &v);
         error[k] = 0.0;
-        for (int step = 0; step < 5 << k; step++) {
-            vessel_step(&v, end / (5 << k));
+        for (int step = 0; step < 10 << k; step++) {
+            vessel_step(&v, end / (10 << k));
             if (step) error[k] = fmax(error[k], v.result.error);
         }
         if (CHECK_OK(&ctx, v.status))

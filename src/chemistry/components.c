@@ -2,6 +2,7 @@
 #include "chemistry/components.h"
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* A combination of stoichiometric numbers below this is zero. */
@@ -22,6 +23,12 @@
 /* [-] change of the ionic strength, relative, at which its iteration ends, and most of its steps. */
 #define PDI_COMPONENTS_STRENGTH 1e-15
 #define PDI_COMPONENTS_STRENGTHS 40
+/* [-] such a change, that a step does not halve, is rounding. */
+#define PDI_COMPONENTS_SETTLED 1e-12
+/* Sizes of charges whose factors are kept. */
+#define PDI_COMPONENTS_CHARGES 10
+/* A logarithm beyond this is not taken apart. */
+#define PDI_COMPONENTS_FAR 600.0
 #define PDI_COMPONENTS_MOLAR 1e3 /* [mol/m3] in mol/L */
 
 /* A matrix of solutes that are members, by joined components. */
@@ -139,28 +146,56 @@ static int pdi_components_stale(const pdi_components_work *w)
     return 0;
 }
 
-/* Concentrations of the members from y. The ionic strength is that of its own concentrations. */
+/* Factors by which activities of each size of charge change concentrations. */
+static void pdi_components_factors(const pdi_components_work *w, double *factor)
+{
+    int seen[PDI_COMPONENTS_CHARGES] = {0};
+    for (int n = 0; n < w->live; n++) {
+        int z = abs(w->charge[n]);
+        if (z >= PDI_COMPONENTS_CHARGES || seen[z]) continue;
+        seen[z] = 1;
+        factor[z] = exp(-w->davies * pdi_components_square(z));
+    }
+}
+
+/* c of the members with the present strength, from ideal ones or (< 0) by the logarithm; the sum of z^2 c/2, and
+ * *fourth, that of z^4 c/2. */
+static double pdi_components_ions(pdi_components_work *w, const double *ideal, double *fourth)
+{
+    double factor[PDI_COMPONENTS_CHARGES], sum = w->others;
+    *fourth = 0.0;
+    w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
+    pdi_components_factors(w, factor);
+    for (int n = 0; n < w->live; n++) {
+        double square = pdi_components_square(w->charge[n]);
+        w->c[n] = ideal[n] >= 0.0 ? ideal[n] * factor[abs(w->charge[n])] : exp(w->x[n] - square * w->davies);
+        sum += 0.5 * square * w->c[n];
+        *fourth += 0.5 * square * square * w->c[n];
+    }
+    return sum;
+}
+
+/* Concentrations of the members from y. The ionic strength is that of its own concentrations: Newton's method, until
+ * rounding makes it go to and fro. */
 static void pdi_components_members(pdi_components_work *w)
 {
+    double ideal[PD_SPECIES_MOST], last = HUGE_VAL;
     for (int n = 0; n < w->live; n++) {
         double ln = w->ln_k[n];
         for (int r = 0; r < w->rows; r++)
             if (w->m[r][n] != 0.0) ln += w->m[r][n] * w->y[r];
         w->x[n] = ln;
-        w->c[n] = w->debye > 0.0 ? ln : exp(ln);
+        int far = fabs(ln) > PDI_COMPONENTS_FAR || abs(w->charge[n]) >= PDI_COMPONENTS_CHARGES;
+        ideal[n] = w->debye > 0.0 && far ? -1.0 : exp(ln);
+        w->c[n] = ideal[n];
     }
     if (!(w->debye > 0.0)) return;
     for (int step = 0; step < PDI_COMPONENTS_STRENGTHS; step++) {
-        double sum = w->others, by = 0.0;
-        w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
-        for (int n = 0; n < w->live; n++) {
-            double square = pdi_components_square(w->charge[n]), c = exp(w->x[n] - square * w->davies);
-            w->c[n] = c;
-            sum += 0.5 * square * c;
-            by += 0.5 * square * square * c * w->slope;
-        }
-        double change = (sum - w->strength) / fmax(1.0 + by, 0.5);
-        if (!(fabs(change) > PDI_COMPONENTS_STRENGTH * w->strength)) break;
+        double fourth, sum = pdi_components_ions(w, ideal, &fourth);
+        double change = (sum - w->strength) / fmax(1.0 + fourth * w->slope, 0.5), size = fabs(change);
+        if (!(size > PDI_COMPONENTS_STRENGTH * w->strength)) break;
+        if (size < PDI_COMPONENTS_SETTLED * w->strength && !(size < 0.5 * last)) break;
+        last = size;
         w->strength = fmax(w->strength + change, 0.1 * w->strength);
     }
     for (int n = 0; n < w->live; n++) w->x[n] -= w->davies * pdi_components_square(w->charge[n]);

@@ -548,7 +548,8 @@ static void pdi_advance_damp_solids(pd_ctx *ctx, pd_reactive *r)
         if (r->grid->kind[at % total] == PD_FLUID && !r->spent[at]) r->work[at] += r->work[size + at];
 }
 
-/* The estimate with the differences that the matrix of the stage leaves. PD_NOT_CONVERGED: they were not found. */
+/* The estimate with the differences that the matrix of the stage leaves, where that is less: beside much solid the
+ * solver's tolerance is rough. PD_NOT_CONVERGED: they were not found. */
 static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *size, pd_reactive_result *result)
 {
     int64_t count = r->components.count * (int64_t)r->grid->total;
@@ -563,11 +564,12 @@ static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *siz
     pd_status status = pdi_tangent_direction(ctx, r, PDI_ADVANCE_DAMPED, 0.0, &result->krylov);
     if (status == PD_ERR_DIVERGED) return PD_NOT_CONVERGED;
     if (status == PD_OK)
-        result->error = fmax(spent, pdi_advance_largest(r, r->work + count, 1.0, r->minerals.count > 0, size));
+        result->error = fmin(result->error, fmax(spent, pdi_advance_largest(r, r->work + count, 1.0,
+                                                                            r->minerals.count > 0, size)));
     return status;
 }
 
-/* Embedded estimate of the error of a step of dt [s], over the largest sum of the terms of totals (eq. 5.10, 5c.5). */
+/* Embedded estimate of the error of a step of dt [s], over the largest sum of the terms of totals (eq. 5.10, 5c.3b). */
 static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     double size[PD_SPECIES_MOST] = {0.0};
