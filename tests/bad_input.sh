@@ -62,6 +62,9 @@ drawn "a range of a field that is not drawn" 'range = v 0 .. 1 m\/s' \
 drawn "a range of no field" 'range = 0 .. 1' "bad.scene:9: range: found '0', expected one of the fields of 'images'"
 drawn "half a range" 'range = C 5 mol\/m3' \
     "bad.scene:9: range: found '5 mol/m3' behind 'C', expected a range: C 0 .. 1 mol/m3"
+drawn "a range whose first value has no unit" 'range = C 5 .. 6 mol\/m3' \
+    "bad.scene:9: range: 5: column 1: found a number without unit, expected a concentration [mol/m3]: write its unit, \
+for example umol/m3, mmol/m3, mol/m3, kmol/m3"
 drawn "a range of labels" 'range = kind 0 .. 1' "bad.scene:9: range: found 'kind', whose values have a colour each"
 drawn "a range twice" 'range = C 0 .. 1 mol\/m3, C 0 .. 2 mol\/m3' "bad.scene:9: range: found 'C' twice"
 drawn "an empty range" 'range = C 1 mol\/m3 .. 1 mol\/m3' \
@@ -442,8 +445,11 @@ rejects "argument of another dimension" \
 
 base > bad.scene
 rejects "bad override" \
-    "command line: column 8: found a number without unit, expected a length [m]: write its unit, for example \
+    "command line: h: column 8: found a number without unit, expected a length [m]: write its unit, for example \
 nm, um, mm, m, km" grid.h=10
+rejects "one bad override of two" \
+    "command line: threads: column 14: found 3000, expected a whole number from 0 to 1024" \
+    grid.h="10 um" grid.threads=3000
 rejects "unknown override" \
     "command line: found the key 'nothing', which no section of bad.scene has, expected section.key" nothing=1
 rejects "unknown label" \

@@ -396,7 +396,7 @@ TEST(overrides)
     CHECK_NEAR(value, 1, 0);
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "grid.h=x"));
     CHECK_INT(pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value), PD_ERR_PARSE);
-    check_message(&ctx, "command line: column 8: found 'x'", "expected a constant");
+    check_message(&ctx, "command line: h: column 8: found 'x'", "expected a constant");
     CHECK_INT(pdi_override_apply(&ctx, &text, "untli=3 s"), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the key 'untli', which no section of pin.scene has",
                   "expected section.key: did you mean 'until'?");

@@ -48,6 +48,10 @@ static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *key, cons
 {
     pd_expr expr;
     pd_expr_desc desc;
+    char where[PD_UNITS_TEXT];
+    size_t end = strlen(from);
+    while (end > 0 && pdi_units_blank(from[end - 1])) end--;
+    snprintf(where, sizeof where, "%.*s", (int)(end < sizeof where ? end : sizeof where - 1), from);
     memset(&desc, 0, sizeof desc);
     desc.text = from;
     desc.consts = r->text->consts;
@@ -55,7 +59,7 @@ static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *key, cons
     desc.tables = r->text->tables;
     desc.table_count = r->text->table_count;
     desc.unit = unit;
-    desc.where = key;
+    desc.where = where;
     if (pdi_expr_build(r->ctx, &desc, &expr) < 0) return pdi_named_files_fail(r->ctx, r->text, r->section, key);
     *value = pdi_expr_eval(&expr, NULL);
     pdi_expr_free(r->ctx, &expr);

@@ -420,6 +420,7 @@ static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const ch
         v->line = e->line;
         v->column = e->column;
         pdi_text_where(e->file, e->line, v->where);
+        if (e->line == 0) snprintf(v->where, sizeof v->where, "command line: %.40s", key);
     } else if (fallback) {
         v->value = fallback;
         v->line = v->column = 1;
