@@ -438,7 +438,10 @@ static int pdi_force_lean(const pdi_force_sight *sight, const pd_flow *flow, dou
     if (!pdi_vec_factor(terms, terms, least, moment)) return 0;
     pdi_vec_substitute(terms, terms, moment, right);
     *slope = flow->nu * 2.0 * right[0] * unit[0] / (h * h);
-    for (int d = 0; d < PD_DIM; d++) *slope += sight->normal[d] * pdi_flow_force(flow, d, sight->node[0]);
+    double push[PD_DIM];
+    memset(push, 0, sizeof push);
+    if (flow->push) flow->push(flow->push_user, sight->place, push);
+    for (int d = 0; d < PD_DIM; d++) *slope += sight->normal[d] * (flow->force[d] + push[d]);
     return 1;
 }
 
