@@ -151,7 +151,7 @@ static double section_spread(scene *s)
 }
 
 #if PD_DIM == 2
-static int build_pin(scene *s) { return tube_build(s, 10e-6, -80e-6, 480e-6, 0.236, 1, 1e-10); }
+static int build_pin(scene *s) { return tube_build(s, 10e-6, -80e-6, 480e-6, 0.236, 1, 1e-8); }
 
 TEST(pin_from_rest)
 {

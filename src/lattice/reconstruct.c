@@ -105,9 +105,11 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
 /* Share of h that differences of a field reach. */
 #define PDI_RECONSTRUCT_NEAR 0.05
 /* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
-#define PDI_RECONSTRUCT_DEPENDS 1e-6
+#define PDI_RECONSTRUCT_DEPENDS 1e-4
 /* A distance whose slope is off by more has an edge nearby. */
 #define PDI_RECONSTRUCT_EDGE 1e-2
+/* Sum of the curvatures, in 1/h, from which a surface counts as an edge. */
+#define PDI_RECONSTRUCT_SHARP 0.5
 
 /* The surface below a node. */
 typedef struct pdi_reconstruct_foot {
@@ -120,7 +122,7 @@ typedef struct pdi_reconstruct_foot {
 static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_reconstruct_foot *foot)
 {
     const pd_stencil *s = bonds->stencil;
-    double x[PD_DIM], nearest = HUGE_VAL;
+    double x[PD_DIM], nearest = HUGE_VAL, round = 0.0;
     foot->bonds = bonds;
     foot->closed = -1;
     for (int k = 0; k < s->count; k++) {
@@ -145,8 +147,16 @@ static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_recon
         x[d] = at;
     }
     if (!(fabs(pdi_vec_norm(foot->normal) - 1.0) < PDI_RECONSTRUCT_EDGE)) return 0;
-    for (int d = 0; d < PD_DIM; d++) foot->at[d] = x[d] - distance * foot->normal[d];
-    return 1;
+    for (int d = 0; d < PD_DIM; d++) x[d] = foot->at[d] = x[d] - distance * foot->normal[d];
+    for (int d = 0; d < PD_DIM; d++) {
+        double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        x[d] = at + eps;
+        double up = pdi_bond_smooth(bonds, foot->closed, x);
+        x[d] = at - eps;
+        round += (up + pdi_bond_smooth(bonds, foot->closed, x)) / (eps * eps) * bonds->grid->h[d];
+        x[d] = at;
+    }
+    return fabs(round) < PDI_RECONSTRUCT_SHARP;
 }
 
 /* Velocity u at x [m] of slow flow that vanishes on the surface, and whose pressure has the second derivatives `bends`
@@ -537,6 +547,7 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #undef PDI_RECONSTRUCT_MIN_PIVOT
 #undef PDI_RECONSTRUCT_NEAR
 #undef PDI_RECONSTRUCT_EDGE
+#undef PDI_RECONSTRUCT_SHARP
 #undef PDI_RECONSTRUCT_DEPENDS
 #undef PDI_RECONSTRUCT_CROSS
 #undef PDI_RECONSTRUCT_LEAST
