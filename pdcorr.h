@@ -2059,45 +2059,67 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit);
  *
  * The gradient (3.5) of a cut family is exact for linear fields: on one side of a surface its error is half the bend of
  * the field over the reach of the bonds. And what (3.2) takes along each cut bond by itself leaves out how the slope of
- * the velocity changes along the surface. Rows on shapes that are curved or inclined fit quadratics instead, where
- * their bonds determine them: of a scalar to the open bonds, of a velocity to the places on the surface as well
- * (theory: eq. 3.5b, 3.4b).
+ * the velocity changes along the surface. Rows on shapes that are curved or inclined take parabolas along the axes for
+ * a scalar, and for a velocity a quadratic through the places on the surface as well, where their bonds determine one
+ * (theory: eq. 3.5b, 3.4b). The cubic part of a velocity that vanishes on the surface follows from the second
+ * derivatives of the pressure: what sums miss of it is known beforehand (eq. 3.4c).
  */
 #ifndef PD_RECONSTRUCT_H
 #define PD_RECONSTRUCT_H
+
+#if PD_DIM == 1
+#define PDI_RECONSTRUCT_NEARS 2
+#elif PD_DIM == 2
+#define PDI_RECONSTRUCT_NEARS 8
+#else
+#define PDI_RECONSTRUCT_NEARS 26
+#endif
 
 typedef struct pd_reconstruct {
     const pd_bonds *bonds;
     int32_t count, capacity; /* rows beside smooth surfaces */
     int32_t *row;            /* [capacity] */
-    uint8_t *fits; /* [capacity] PDI_RECONSTRUCT_SCALAR, PDI_RECONSTRUCT_VELOCITY: those that the bonds determine */
-    double *grad;            /* [capacity][PD_DIM][terms] [1/m] gradient from the moments of the differences */
+    uint8_t *fits;           /* [capacity] 1: the bonds determine the fit of a velocity */
     double *bend;            /* [capacity][terms] [1/m2] the sum over cut bonds of (3.4b) from the same moments */
     double *drag;            /* [capacity] [1/m2] what it takes from the velocity of the node, for the surface */
     double *term;            /* [bonds of the stencil][terms] [-] weighted terms of the far ends of all rows */
+    double *miss;            /* [capacity][PD_DIM][second derivatives] [m] what friction has too much (3.4c) for each
+                              * second derivative of the pressure over mu */
+    double *cubic;           /* [capacity][nears + 1][PD_DIM] [1/m] divergence of the cubic part of a velocity that the
+                              * parabolas do not see (3.4d), from the node and from the `nears` around it */
+    int32_t near[PDI_RECONSTRUCT_NEARS]; /* bonds to nodes that a cube around the node holds */
+    int32_t nears;
     int32_t rows;
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
 } pd_reconstruct;
 
 #ifdef PDI_INTERNAL
-/* The fits as the geometry is; `slopes` holds zeros or those of before. */
-PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes);
+/* The fits as the geometry is; `slopes` holds zeros or those of before. excess: NULL, or [bonds of the stencil] [1/m2]
+ * what friction adds, times `share`, to the weights of the Laplacian. */
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *excess, double share,
+                                        pd_reconstruct *slopes);
 PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
 
-/* Value of f [total] at the place x [m] beside fluid node `node`: that of the quadratic (3.11) through the node and the
- * far ends of its open bonds. Ghosts must be filled; inlets carry no scalar. */
-PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
-#define PDI_RECONSTRUCT_SCALAR 1 /* the row has the fit of a scalar */
-#define PDI_RECONSTRUCT_VELOCITY 2 /* the row has the fit of a velocity */
-/* grad [PD_DIM][total] of f [total] at the rows that have a fit of a scalar; ghosts must be filled. */
+#define PDI_RECONSTRUCT_BENDS (PD_DIM * (PD_DIM + 1) / 2) /* second derivatives: xx, yx, yy, .. */
+/* grad [PD_DIM][total] of f [total] at the rows beside smooth surfaces, along axes on which they have neighbours.
+ * Ghosts must be filled. */
 PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *slopes, const double *f, double *grad);
 /* 1: row r of the bonds has a fit of a velocity. */
 static inline int pdi_reconstruct_bent(const pd_reconstruct *slopes, int32_t r)
 {
-    return r < slopes->rows && slopes->place[r] >= 0 && (slopes->fits[slopes->place[r]] & PDI_RECONSTRUCT_VELOCITY);
+    return r < slopes->rows && slopes->place[r] >= 0 && slopes->fits[slopes->place[r]];
 }
 /* wall [PD_DIM] = what cut bonds make of the Laplacian of u [PD_DIM][total] at such a row beside a surface at rest. */
 PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const double *u, double *wall);
+/* Friction [PD_DIM] [unit of f / m] that such a row has too much beside a pressure f [total] (eq. 3.4c). */
+PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss);
+/* Divergence that such a row has too much of the velocity u (eq. 3.4d). */
+PDI_FN double pdi_reconstruct_leak(const pd_reconstruct *slopes, int32_t r, const double *u);
+/* Slope at 0 of the parabola through `below` at -a, `at` at 0 and `above` at b. */
+static inline double pdi_reconstruct_parabola(double a, double b, double below, double at, double above)
+{
+    return ((above - at) * a / b + (at - below) * b / a) / (a + b);
+}
 #endif
 
 #endif
@@ -2950,6 +2972,8 @@ PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
 /* Share of the excess that a flow takes whose Reynolds number is `rate` [1/m] a length: it falls from 1 to 0 as that of
  * the longest spacing grows, where advection errs by more than friction (theory: eq. 4.1f). */
 PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate);
+/* What the squares of row r that are not complete take off the Laplacian of a component f [total]. */
+PDI_FN double pdi_isotropic_row(const pd_isotropic *isotropic, int32_t r, const double *f);
 /* ru += what `excess` brings too much to friction nu of u [PD_DIM][total] by squares that are not complete. */
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru);
@@ -3125,10 +3149,10 @@ static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
         if (fabs(flow->wall_motion[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
     return 1;
 }
-/* ru += what (3.4b) has more than (3.3) and (3.4) of the velocity u and of the pressure gradient. held: the body force
- * counts. */
-PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
-                          double *ru);
+/* ru += what (3.4b) and (3.4c) have more than (3.3) and (3.4) of the velocity u, of the pressure p and of its gradient.
+ * held: the body force counts. */
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p, const double *grad,
+                          int held, double *ru);
 /* rc += sign times what (4.2c) has more than the bond fluxes of `advecting`, made from u by pdi_flow_advecting. */
 PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting, int held,
                           double sign, double *rc);
@@ -3261,6 +3285,14 @@ PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double
  * steady flow. The body force counts with the cells of fluid inside. PD_ERR_GEOMETRY: a closed or outer node lies
  * within two cells of a side. */
 PD_API pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force);
+
+#ifdef PDI_INTERNAL
+/* Value at the place x [m] that fluid node `node` sees of the kinematic pressure p [total]: of the quadratic (3.11)
+ * through the nodes within two cells, and the slope that friction of `flow` gives it on a smooth surface or side of the
+ * box at rest beside x (eq. 3.11b). flow NULL: of the nodes alone. Ghosts must be filled. */
+PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p, int32_t node,
+                                 const double *x);
+#endif
 
 #endif
 
@@ -5315,6 +5347,9 @@ typedef struct pd_etch {
     double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
     double extra;                 /* [mol/s] rounding that a circuit gives beside its current, where none leaves */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
+    pd_status (*stage)(pd_ctx *ctx, void *stager, double share); /* brings what law and curves read to that share of a
+                                                                  * step; NULL: it holds for the step */
+    void *stager;
     int32_t odd;                  /* 1 + a place whose law has been no number in the step at hand; 0: none */
 } pd_etch;
 
@@ -5349,6 +5384,8 @@ PDI_FN void pdi_etch_accept(pd_etch *etch);
 /* Nodes that were metal are fluid: with `solid` they get what has filled them; `split` of them is the share of a cell
  * that they lack. */
 PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
+/* What law and curves read is that of a share of the step. */
+PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *etch, double share);
 /* With electrodes: `gave` is that of now. */
 PDI_FN void pdi_etch_note(pd_etch *etch);
 /* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */
@@ -5454,7 +5491,8 @@ PDI_FN double pdi_levels_charge(const pd_etch *etch, int circuit, double *size);
  * The states of a place are ordinary differential equations in the concentrations at the surface, which are those of
  * the node behind what metal gives (etch.h). A step of the species is one of the states: they are first taken to its
  * middle, with concentrations that go on as in the last step; what depends on them is found there and holds for the
- * step. Then they take the step again, with concentrations from its start to its end. Second order in time.
+ * step. Then they take the step again, with concentrations from its start to its end. Second order in time. Among ions
+ * that migrate they are taken to both stages of the step of the species instead, which find potentials with them.
  */
 #ifndef PD_COAT_H
 #define PD_COAT_H
@@ -5490,9 +5528,10 @@ typedef struct pd_coat_desc {
     /* Adds to flows [components] what comes out of metal at a node, as of pd_etch: [mol/m3]. NULL: nothing does. */
     void (*film)(void *user, int32_t node, double *flows);
     /* Among ions that migrate: c [solutes] [mol/m3] and `around` at the surface beside a node, as they are now; 0:
-     * there is none. `solve` (PD_RETRY: there is no solution) is asked in the middle and at the end of a step then, and what
-     * holds at its start has been found before. NULL: by `film`. */
+     * there is none. The metal is asked at the stages of a step then, with the states that were foreseen for each, and
+     * `solve` brings what follows them there. NULL: by `film`. */
     int (*surface)(void *user, int32_t node, double *c, double *around);
+    int stages; /* 1: with `surface` */
     void *user;
 } pd_coat_desc;
 
@@ -5507,7 +5546,9 @@ typedef struct pd_coat {
     int32_t count;    /* of places */
     double *value;    /* [states][total] [unit of each] now; within a step of the species in its middle */
     double *start;    /* [states][total] [unit of each] at the start of the step */
-    double *middle;   /* [states][total] [unit of each] in its middle, as it was foreseen */
+    double *middle;   /* [states][total] [unit of each] in its middle, or at its first stage, as it was foreseen */
+    double *ending;   /* [states][total] [unit of each] at its end, with `surface` */
+    double from, span; /* [s] of the step at hand, with `surface` */
     /* at the surface, columns of solutes that rates read [mol/m3], with pH of ln gamma of a charge of 1 [-]: -1, and
      * with `surface` of value n around: -2 - n */
     int columns, solute[PD_SPECIES_MOST + 1 + PD_COAT_AROUND];
@@ -5540,8 +5581,12 @@ PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *coat, double t, double dt,
 /* To its end, after the species, whose concentrations [solutes][total] were `from`. */
 PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *coat, const double *from, double t, double dt,
                                  int trial);
-/* The step of dt [s] from t [s] stands; it does not. */
-PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *coat, double t, double dt);
+/* With `surface`: states are those foreseen for a share of the step, of its first stage or 1. */
+PDI_FN pd_status pdi_coat_stage(pd_ctx *ctx, pd_coat *coat, double share);
+/* The same for a step of dt [s] in which they stay as they are. */
+PDI_FN void pdi_coat_rest(pd_coat *coat, double t, double dt);
+/* The step of dt [s] stands; it does not. */
+PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
 PDI_FN void pdi_coat_reject(pd_coat *coat);
 /* A state at the surface beside a fluid node; where that carries none, the mean of the nearest places within two cells,
  * else that of the start. */
@@ -5664,6 +5709,7 @@ typedef struct pd_course {
     double covered;         /* [-] error of shares in the step of the run, over what it may be */
     int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
+    int settled;            /* with `psi`: 1: it is that of the ions as they are */
     int64_t steps, rejected, krylov, newton;
     int64_t euler;          /* steps taken by backward Euler */
 } pd_course;
@@ -11699,7 +11745,7 @@ typedef struct pd_surfaces {
     pd_cell *cell;            /* of the electrodes; NULL: there are none */
     const pd_etch *etch;      /* metal that dissolves by a law in the species, or electrodes among ions that migrate;
                                * NULL: neither */
-    pd_at_fn find;            /* among ions that migrate: brings what passes at metal to a time; */
+    pd_at_fn find;            /* among ions that migrate: brings law and curves to a time; */
     void *finder;             /* set by what owns it */
     pd_contacts contacts;     /* without electrodes: of metal and fluid */
     pd_coat coat;
@@ -19083,6 +19129,7 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
 /* ======== >>lattice/reconstruct.c ======== */
 /* reconstruct: see reconstruct.h */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Of a quadratic about the node: slopes, then second derivatives. */
@@ -19105,12 +19152,6 @@ static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *
         term[a] = t * n[a];
         for (int b = 0; b <= a; b++) term[at++] = t * t * (double)(n[a] * n[b]);
     }
-}
-
-/* 1: a scalar knows the far end of bond k. Bonds to inlets carry none. */
-static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
-{
-    return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
 }
 
 static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
@@ -19152,29 +19193,9 @@ static void pdi_reconstruct_start(const pd_stencil *s, pdi_reconstruct_moments *
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->unit[a] = 1.0 / sqrt(m->unit[a]);
 }
 
-/* The gradient of a scalar (eq. 3.5b). */
-static int pdi_reconstruct_scalar(const pd_bonds *bonds, int32_t r, double *grad)
-{
-    const pd_stencil *s = bonds->stencil;
-    double term[PDI_RECONSTRUCT_TERMS];
-    pdi_reconstruct_moments m;
-    pdi_reconstruct_start(s, &m);
-    for (int k = 0; k < s->count; k++) {
-        if (!pdi_reconstruct_carries(bonds, r, k)) continue;
-        pdi_reconstruct_terms(s, k, 1.0, term);
-        pdi_reconstruct_add(term, s->base[k], &m);
-    }
-    if (!pdi_reconstruct_factor(&m)) return 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        memset(term, 0, sizeof term);
-        term[d] = 1.0 / bonds->grid->h[d];
-        pdi_reconstruct_solve(&m, term, grad + d * PDI_RECONSTRUCT_TERMS);
-    }
-    return 1;
-}
-
 /* What cut bonds add to the Laplacian of a velocity that vanishes on the surface (eq. 3.4b). */
-static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *bend, double *drag)
+static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const double *excess, double share, double *bend,
+                                    double *drag)
 {
     const pd_stencil *s = bonds->stencil;
     double term[PDI_RECONSTRUCT_TERMS], far[PDI_RECONSTRUCT_TERMS], wall[PDI_RECONSTRUCT_TERMS];
@@ -19187,7 +19208,7 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *be
         pdi_reconstruct_terms(s, k, 1.0, term);
         if (!pdi_bond_open(bonds, r, k)) {
             pdi_bond_end end;
-            double a = pdi_bond_lap(bonds, bonds->node[r])[k];
+            double a = pdi_bond_lap(bonds, bonds->node[r])[k] + (excess ? share * excess[k] : 0.0);
             pdi_bond_find_end(bonds, r, k, &end);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) far[c] += a * term[c];
             if (end.t > 1.0) continue; /* the line grazes the surface, and meets it far behind */
@@ -19204,6 +19225,334 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *be
     return 1;
 }
 
+/* ---- the cubic part of a velocity beside a wall ---- */
+
+/* Share of h that differences of a field reach. */
+#define PDI_RECONSTRUCT_NEAR 0.05
+/* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
+#define PDI_RECONSTRUCT_DEPENDS 1e-4
+/* A distance whose slope is off by more has an edge nearby. */
+#define PDI_RECONSTRUCT_EDGE 1e-2
+/* Sum of the curvatures, in 1/h, from which a surface counts as an edge. */
+#define PDI_RECONSTRUCT_SHARP 0.5
+
+/* The surface below a node. */
+typedef struct pdi_reconstruct_foot {
+    const pd_bonds *bonds;
+    int32_t closed;
+    double at[PD_DIM], normal[PD_DIM]; /* [m] */
+} pdi_reconstruct_foot;
+
+/* 0: no smooth surface, or one with an edge nearby. */
+static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_reconstruct_foot *foot)
+{
+    const pd_stencil *s = bonds->stencil;
+    double x[PD_DIM], nearest = HUGE_VAL, round = 0.0;
+    foot->bonds = bonds;
+    foot->closed = -1;
+    for (int k = 0; k < s->count; k++) {
+        pdi_bond_end end;
+        if (pdi_bond_open(bonds, r, k)) continue;
+        pdi_bond_find_end(bonds, r, k, &end);
+        double way = end.t * pdi_vec_norm(s->xi + k * PD_DIM);
+        if (!end.smooth || end.side || !(way < nearest)) continue;
+        nearest = way;
+        foot->closed = end.cell;
+    }
+    if (foot->closed < 0) return 0;
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    double distance = pdi_bond_smooth(bonds, foot->closed, x);
+    if (!(distance >= 0.0)) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        x[d] = at + eps;
+        double up = pdi_bond_smooth(bonds, foot->closed, x);
+        x[d] = at - eps;
+        foot->normal[d] = (up - pdi_bond_smooth(bonds, foot->closed, x)) / (2.0 * eps);
+        x[d] = at;
+    }
+    if (!(fabs(pdi_vec_norm(foot->normal) - 1.0) < PDI_RECONSTRUCT_EDGE)) return 0;
+    for (int d = 0; d < PD_DIM; d++) x[d] = foot->at[d] = x[d] - distance * foot->normal[d];
+    for (int d = 0; d < PD_DIM; d++) {
+        double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        x[d] = at + eps;
+        double up = pdi_bond_smooth(bonds, foot->closed, x);
+        x[d] = at - eps;
+        round += (up + pdi_bond_smooth(bonds, foot->closed, x)) / (eps * eps) * bonds->grid->h[d];
+        x[d] = at;
+    }
+    return fabs(round) < PDI_RECONSTRUCT_SHARP;
+}
+
+/* Velocity u at x [m] of slow flow that vanishes on the surface, and whose pressure has the second derivatives `bends`
+ * and nothing else, times mu (eq. 3.4c). */
+static void pdi_reconstruct_slow(const pdi_reconstruct_foot *foot, const double *bends, const double *x, double *u)
+{
+    double d = pdi_bond_smooth(foot->bonds, foot->closed, x), s[PD_DIM], hn[PD_DIM], hs[PD_DIM], square = 0.0;
+    const double *n = foot->normal;
+    for (int a = 0; a < PD_DIM; a++) s[a] = x[a] - foot->at[a];
+    double along = pdi_vec_dot(s, n);
+    for (int a = 0; a < PD_DIM; a++) {
+        s[a] -= along * n[a];
+        square += s[a] * s[a];
+        hn[a] = hs[a] = 0.0;
+    }
+    for (int a = 0, at = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++, at++) {
+            hn[a] += bends[at] * n[b];
+            hs[a] += bends[at] * s[b];
+            if (a == b) continue;
+            hn[b] += bends[at] * n[a];
+            hs[b] += bends[at] * s[a];
+        }
+    double up = pdi_vec_dot(hn, n), turn = pdi_vec_dot(hs, n);
+    for (int a = 0; a < PD_DIM; a++) {
+        double t = hn[a] - up * n[a];
+        u[a] = n[a] * (up * d * d * d / 6.0 + turn * d * d / 2.0) + (hs[a] - turn * n[a]) * d * d / 2.0 +
+               t * (PD_DIM * d * d * d / 6.0 - square * d / 2.0);
+    }
+}
+
+/* Friction of that velocity at row r: by its sums, less what it is. */
+static void pdi_reconstruct_excess(const pd_reconstruct *slopes, const pdi_reconstruct_foot *foot, int32_t r,
+                                   const double *bends, const double *excess, double share, double *miss)
+{
+    const pd_bonds *bonds = foot->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int64_t q = slopes->place[r];
+    double x[PD_DIM], y[PD_DIM], here[PD_DIM], u[2][PD_DIM];
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    pdi_reconstruct_slow(foot, bends, x, here);
+    for (int a = 0; a < PD_DIM; a++) miss[a] = -slopes->drag[q] * here[a];
+    for (int k = 0; k < s->count; k++) {
+        double weight = pdi_bond_lap(bonds, bonds->node[r])[k] + (excess ? share * excess[k] : 0.0);
+        if (!pdi_bond_open(bonds, r, k)) continue;
+        for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++)
+            weight += slopes->bend[q * PDI_RECONSTRUCT_TERMS + c] * slopes->term[k * PDI_RECONSTRUCT_TERMS + c];
+        for (int d = 0; d < PD_DIM; d++) y[d] = x[d] + s->xi[k * PD_DIM + d];
+        pdi_reconstruct_slow(foot, bends, y, u[0]);
+        for (int a = 0; a < PD_DIM; a++) miss[a] += weight * (u[0][a] - here[a]);
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        for (int side = 0; side < 2; side++) {
+            memcpy(y, x, sizeof y);
+            y[d] += side ? eps : -eps;
+            pdi_reconstruct_slow(foot, bends, y, u[side]);
+        }
+        for (int a = 0; a < PD_DIM; a++) miss[a] -= ((u[1][a] - here[a]) - (here[a] - u[0][a])) / (eps * eps);
+    }
+}
+
+#define PDI_RECONSTRUCT_CROSS (PD_DIM - 1)
+/* Of a normal velocity beside a wall, over its distance d: d and the ways s along it; d^2, d s, s^2. */
+#define PDI_RECONSTRUCT_LEAST (1 + PDI_RECONSTRUCT_CROSS)
+#define PDI_RECONSTRUCT_NORMAL \
+    (PDI_RECONSTRUCT_LEAST + 1 + PDI_RECONSTRUCT_CROSS + PDI_RECONSTRUCT_CROSS * (PDI_RECONSTRUCT_CROSS + 1) / 2)
+/* Weight of the node itself in that fit, over that of a neighbour. */
+#define PDI_RECONSTRUCT_OWN 100.0
+
+/* Unit vectors across the normal. */
+static void pdi_reconstruct_across(const double *normal, double across[PD_DIM][PD_DIM])
+{
+    int last = 0;
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(normal[d]) > fabs(normal[last])) last = d;
+    for (int b = 0, axis = 0; b < PDI_RECONSTRUCT_CROSS; b++, axis++) {
+        if (axis == last) axis++;
+        for (int d = 0; d < PD_DIM; d++) across[b][d] = d == axis ? 1.0 : 0.0;
+        for (int e = -1; e < b; e++) {
+            const double *other = e < 0 ? normal : across[e];
+            double along = pdi_vec_dot(across[b], other);
+            for (int d = 0; d < PD_DIM; d++) across[b][d] -= along * other[d];
+        }
+        double length = pdi_vec_norm(across[b]);
+        for (int d = 0; d < PD_DIM; d++) across[b][d] /= length;
+    }
+}
+
+/* The terms of a normal velocity at x, in cells. */
+static void pdi_reconstruct_rise(const pdi_reconstruct_foot *foot, double across[PD_DIM][PD_DIM], const double *x,
+                                 double *term)
+{
+    double h = foot->bonds->grid->h[0], d = pdi_bond_smooth(foot->bonds, foot->closed, x) / h;
+    double way[PD_DIM], s[PD_DIM];
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++) way[a] = (x[a] - foot->at[a]) / h;
+    term[at++] = d * d;
+    for (int b = 0; b < PDI_RECONSTRUCT_CROSS; b++) {
+        s[b] = pdi_vec_dot(way, across[b]);
+        term[at++] = d * s[b];
+    }
+    term[at++] = d * d * d;
+    for (int b = 0; b < PDI_RECONSTRUCT_CROSS; b++) {
+        term[at++] = d * d * s[b];
+        for (int c = 0; c <= b; c++) term[at++] = d * s[b] * s[c];
+    }
+}
+
+/* Divergence of the cubic terms times the normal at row r: through its parabolas, less what it is. */
+static void pdi_reconstruct_diverge(const pd_bonds *bonds, const pdi_reconstruct_foot *foot,
+                                    double across[PD_DIM][PD_DIM], int32_t r, double *more)
+{
+    const double *leg = bonds->leg + (int64_t)r * PD_DIM * 2, *h = bonds->grid->h;
+    double x[PD_DIM], y[PD_DIM], here[PDI_RECONSTRUCT_NORMAL], end[2][PDI_RECONSTRUCT_NORMAL];
+    double close[2][PDI_RECONSTRUCT_NORMAL];
+    memset(more, 0, PDI_RECONSTRUCT_NORMAL * sizeof *more);
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    pdi_reconstruct_rise(foot, across, x, here);
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = PDI_RECONSTRUCT_NEAR * h[d], low = fabs(leg[2 * d]), high = fabs(leg[2 * d + 1]);
+        for (int side = 0; side < 2; side++) {
+            memcpy(y, x, sizeof y);
+            y[d] = x[d] + (side ? h[d] : -h[d]);
+            pdi_reconstruct_rise(foot, across, y, end[side]);
+            if (!(leg[2 * d + side] > 0.0)) memset(end[side], 0, sizeof end[side]);
+            y[d] = x[d] + (side ? eps : -eps);
+            pdi_reconstruct_rise(foot, across, y, close[side]);
+        }
+        for (int c = PDI_RECONSTRUCT_LEAST; c < PDI_RECONSTRUCT_NORMAL; c++) {
+            double slope = pdi_reconstruct_parabola(low, high, end[0][c], here[c], end[1][c]) / h[d];
+            more[c] += foot->normal[d] * (slope - (close[1][c] - close[0][c]) / (2.0 * eps));
+        }
+    }
+}
+
+/* What the parabolas of row r miss of each velocity around it (eq. 3.4d). */
+static void pdi_reconstruct_leaks(pd_reconstruct *slopes, const pdi_reconstruct_foot *foot, int32_t r, double *to)
+{
+    enum { terms = PDI_RECONSTRUCT_NORMAL };
+    const pd_bonds *bonds = slopes->bonds;
+    double moment[PDI_RECONSTRUCT_NORMAL * PDI_RECONSTRUCT_NORMAL], unit[PDI_RECONSTRUCT_NORMAL];
+    double least[PDI_RECONSTRUCT_NORMAL], more[PDI_RECONSTRUCT_NORMAL], across[PD_DIM][PD_DIM], x[PD_DIM];
+    double term[PDI_RECONSTRUCT_NEARS + 1][PDI_RECONSTRUCT_NORMAL];
+    memset(moment, 0, sizeof moment);
+    memset(across, 0, sizeof across);
+    pdi_reconstruct_across(foot->normal, across);
+    for (int n = 0; n <= slopes->nears; n++) {
+        int k = n ? slopes->near[n - 1] : -1;
+        double weight = n ? bonds->stencil->base[k] * bonds->grid->h[0] * bonds->grid->h[0] : PDI_RECONSTRUCT_OWN;
+        memset(term[n], 0, sizeof term[n]);
+        if (n && !pdi_bond_open(bonds, r, k)) continue;
+        pd_grid_position(bonds->grid, bonds->node[r], x);
+        for (int d = 0; d < PD_DIM && n; d++) x[d] += bonds->stencil->xi[k * PD_DIM + d];
+        pdi_reconstruct_rise(foot, across, x, term[n]);
+        for (int a = 0; a < terms; a++)
+            for (int b = 0; b < terms; b++) moment[a * terms + b] += weight * term[n][a] * term[n][b];
+        for (int a = 0; a < terms; a++) term[n][a] *= weight;
+    }
+    for (int a = 0; a < terms; a++) {
+        if (!(moment[a * terms + a] > 0.0)) return;
+        unit[a] = 1.0 / sqrt(moment[a * terms + a]);
+        least[a] = PDI_RECONSTRUCT_DEPENDS;
+    }
+    pdi_reconstruct_diverge(bonds, foot, across, r, more);
+    for (int a = 0; a < terms; a++) {
+        more[a] *= unit[a];
+        for (int b = 0; b < terms; b++) moment[a * terms + b] *= unit[a] * unit[b];
+    }
+    if (!pdi_vec_factor(terms, terms, least, moment)) return;
+    pdi_vec_substitute(terms, terms, moment, more);
+    for (int n = 0; n <= slopes->nears; n++) {
+        double sum = 0.0;
+        for (int a = 0; a < terms; a++) sum += more[a] * unit[a] * term[n][a];
+        for (int d = 0; d < PD_DIM; d++) to[n * PD_DIM + d] = sum * foot->normal[d];
+    }
+}
+
+/* What the sums of row r miss of cubics. */
+static void pdi_reconstruct_cubic(pd_reconstruct *slopes, int32_t r, const double *excess, double share)
+{
+    int64_t q = slopes->place[r];
+    double *miss = slopes->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
+    double *leak = slopes->cubic + q * (slopes->nears + 1) * PD_DIM;
+    pdi_reconstruct_foot foot;
+    memset(miss, 0, PD_DIM * PDI_RECONSTRUCT_BENDS * sizeof *miss);
+    memset(leak, 0, (size_t)(slopes->nears + 1) * PD_DIM * sizeof *leak);
+    if (!slopes->fits[q] || !pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
+    pdi_reconstruct_leaks(slopes, &foot, r, leak);
+    for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) {
+        double bends[PDI_RECONSTRUCT_BENDS], part[PD_DIM];
+        memset(bends, 0, sizeof bends);
+        bends[c] = 1.0;
+        pdi_reconstruct_excess(slopes, &foot, r, bends, excess, share, part);
+        for (int a = 0; a < PD_DIM; a++) miss[a * PDI_RECONSTRUCT_BENDS + c] = part[a];
+    }
+}
+
+/* 1: a scalar stands at `node`. */
+static int pdi_reconstruct_stands(const pd_grid *grid, int32_t node)
+{
+    return pdi_grid_open(grid->kind[node]) && grid->kind[node] != PD_INLET;
+}
+
+/* Steps to the nodes beside `node` along axis d that a parabola goes through: both neighbours, or the next two on one
+ * side. 0: there are none. */
+static int pdi_reconstruct_line(const pd_grid *grid, int32_t node, int d, int32_t step[2])
+{
+    int32_t stride = grid->stride[d];
+    int below = pdi_reconstruct_stands(grid, node - stride), above = pdi_reconstruct_stands(grid, node + stride);
+    step[0] = above ? stride : -stride;
+    step[1] = above && below ? -stride : 2 * step[0];
+    if (above && below) return 1;
+    return grid->kind[node + step[0]] == PD_FLUID && pdi_reconstruct_stands(grid, node + step[1]);
+}
+
+/* Second derivatives of f at a node: of parabolas along the axes, the mean over the squares beside it across them. */
+static void pdi_reconstruct_curve(const pd_grid *grid, int32_t node, const double *f, double *bends)
+{
+    for (int a = 0, at = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++, at++) {
+            int32_t step[2];
+            int count = 0;
+            bends[at] = 0.0;
+            if (a == b && pdi_reconstruct_line(grid, node, a, step)) {
+                int32_t third = step[0] + step[1];
+                double one = f[node + step[0]] - f[node], two = f[node + step[1]] - f[node];
+                bends[at] = third ? two - 2.0 * one : one + two;
+                if (third && grid->kind[node + step[1]] == PD_FLUID && pdi_reconstruct_stands(grid, node + third))
+                    bends[at] = 4.0 * two - 5.0 * one - (f[node + third] - f[node]);
+                bends[at] /= grid->h[a] * grid->h[a];
+            }
+            for (int which = 0; which < 4 && a != b; which++) {
+                int32_t i = node + (which & 1 ? grid->stride[a] : -grid->stride[a]);
+                int32_t j = node + (which & 2 ? grid->stride[b] : -grid->stride[b]), k = i + j - node;
+                if (!pdi_reconstruct_stands(grid, i) || !pdi_reconstruct_stands(grid, j) ||
+                    !pdi_reconstruct_stands(grid, k))
+                    continue;
+                double mixed = f[k] - f[i] - f[j] + f[node];
+                bends[at] += which == 0 || which == 3 ? mixed : -mixed;
+                count++;
+            }
+            if (count) bends[at] /= count * grid->h[a] * grid->h[b];
+        }
+}
+
+PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss)
+{
+    const double *part = slopes->miss + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_BENDS;
+    double bends[PDI_RECONSTRUCT_BENDS];
+    pdi_reconstruct_curve(slopes->bonds->grid, slopes->bonds->node[r], f, bends);
+    for (int a = 0; a < PD_DIM; a++) {
+        miss[a] = 0.0;
+        for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) miss[a] += part[a * PDI_RECONSTRUCT_BENDS + c] * bends[c];
+    }
+}
+
+PDI_FN double pdi_reconstruct_leak(const pd_reconstruct *slopes, int32_t r, const double *u)
+{
+    const pd_bonds *bonds = slopes->bonds;
+    const double *part = slopes->cubic + (int64_t)slopes->place[r] * (slopes->nears + 1) * PD_DIM;
+    double sum = 0.0;
+    for (int n = 0; n <= slopes->nears; n++) {
+        int k = n ? slopes->near[n - 1] : -1;
+        if (n && !pdi_bond_open(bonds, r, k)) continue;
+        int32_t j = n ? bonds->node[r] + bonds->paths.shift[k] : bonds->node[r];
+        for (int d = 0; d < PD_DIM; d++) sum += part[n * PD_DIM + d] * u[(int64_t)d * bonds->grid->total + j];
+    }
+    return sum;
+}
+
 PDI_COLD_BEGIN
 static void pdi_reconstruct_list(pdi_owner *owner, void *object)
 {
@@ -19211,11 +19560,27 @@ static void pdi_reconstruct_list(pdi_owner *owner, void *object)
     int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS;
     PDI_ARRAY(owner, slopes, row, count, "1");
     PDI_ARRAY(owner, slopes, fits, count, "1");
-    PDI_ARRAY(owner, slopes, grad, count * PD_DIM * terms, "1/m");
     PDI_ARRAY(owner, slopes, bend, count * terms, "1/m2");
     PDI_ARRAY(owner, slopes, drag, count, "1/m2");
+    PDI_ARRAY(owner, slopes, miss, count * PD_DIM * PDI_RECONSTRUCT_BENDS, "m");
+    PDI_ARRAY(owner, slopes, cubic, count * (slopes->nears + 1) * PD_DIM, "1/m");
     PDI_ARRAY(owner, slopes, term, slopes->bonds ? slopes->bonds->stencil->count * terms : 0, "1");
     PDI_ARRAY(owner, slopes, place, slopes->rows, "1");
+}
+
+/* The bonds to nodes within the cube around a node. */
+static void pdi_reconstruct_around(pd_reconstruct *slopes)
+{
+    const pd_stencil *s = slopes->bonds->stencil;
+    slopes->nears = 0;
+    for (int k = 0; k < s->count; k++) {
+        int most = 0;
+        for (int d = 0; d < PD_DIM; d++) {
+            int n = abs(s->offset[k * PD_DIM + d]);
+            most = n > most ? n : most;
+        }
+        if (most == 1) slopes->near[slopes->nears++] = k;
+    }
 }
 
 static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstruct *slopes)
@@ -19226,11 +19591,13 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
     slopes->bonds = bonds;
     slopes->capacity = count + count / 4;
     slopes->rows = bonds->capacity;
+    pdi_reconstruct_around(slopes);
     return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
 }
 PDI_COLD_END
 
-PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes)
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *excess, double share,
+                                        pd_reconstruct *slopes)
 {
     int32_t count = 0;
     for (int32_t r = 0; r < bonds->rows; r++) count += bonds->smooth[r];
@@ -19248,11 +19615,10 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_r
         if (r >= bonds->rows || !bonds->smooth[r]) continue;
         slopes->place[r] = q;
         slopes->row[q] = r;
-        slopes->fits[q] = 0;
-        if (pdi_reconstruct_scalar(bonds, r, slopes->grad + (int64_t)q * PD_DIM * PDI_RECONSTRUCT_TERMS))
-            slopes->fits[q] |= PDI_RECONSTRUCT_SCALAR;
-        if (pdi_reconstruct_velocity(bonds, r, slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS, slopes->drag + q))
-            slopes->fits[q] |= PDI_RECONSTRUCT_VELOCITY;
+        slopes->fits[q] = (uint8_t)pdi_reconstruct_velocity(bonds, r, excess, share,
+                                                            slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS,
+                                                            slopes->drag + q);
+        pdi_reconstruct_cubic(slopes, r, excess, share);
         slopes->count++;
     }
     return PD_OK;
@@ -19262,26 +19628,18 @@ PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *sl
 {
     const pd_bonds *bonds = slopes->bonds;
     if (!slopes->count) return;
-    const pd_stencil *s = bonds->stencil;
-    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * s->count * PDI_RECONSTRUCT_TERMS);
+    const pd_grid *grid = bonds->grid;
+    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * PD_DIM * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < slopes->count; q++) {
-        int32_t r = slopes->row[q], node = bonds->node[r];
-        double sum[PDI_RECONSTRUCT_TERMS];
-        if (!(slopes->fits[q] & PDI_RECONSTRUCT_SCALAR)) continue;
-        memset(sum, 0, sizeof sum);
-        for (int k = 0; k < s->count; k++) {
-            if (!pdi_reconstruct_carries(bonds, r, k)) continue;
-            const double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
-            double difference = f[node + bonds->paths.shift[k]] - f[node];
-            for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) sum[a] += difference * term[a];
-        }
+        int32_t node = bonds->node[slopes->row[q]];
         for (int d = 0; d < PD_DIM; d++) {
-            const double *weight = slopes->grad + ((int64_t)q * PD_DIM + d) * PDI_RECONSTRUCT_TERMS;
-            double value = 0.0;
-            for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) value += weight[a] * sum[a];
-            grad[(int64_t)d * bonds->grid->total + node] = value;
+            int32_t step[2];
+            if (!pdi_reconstruct_line(grid, node, d, step)) continue;
+            double one = f[node + step[0]] - f[node], two = f[node + step[1]] - f[node];
+            double slope = step[1] == -step[0] ? 0.5 * (one - two) : 2.0 * one - 0.5 * two;
+            grad[(int64_t)d * grid->total + node] = (step[0] > 0 ? slope : -slope) / grid->h[d];
         }
     }
 }
@@ -19304,28 +19662,6 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const 
     }
 }
 
-PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
-{
-    const pd_stencil *s = bonds->stencil;
-    int32_t row = bonds->row[node];
-    pdi_quadratic fit;
-    double at[PD_DIM], place[PD_DIM];
-    pdi_quadratic_start(&fit, x, bonds->grid->h);
-    pd_grid_position(bonds->grid, node, at);
-    pdi_quadratic_value(&fit, at, f[node]);
-    for (int k = 0; k < s->count; k++) {
-        const int *n = s->offset + k * PD_DIM;
-        int32_t far = node + bonds->paths.shift[k];
-        int square = 0;
-        for (int d = 0; d < PD_DIM; d++) square += n[d] * n[d];
-        if (square > PDI_QUADRATIC_SQUARE || bonds->grid->kind[far] == PD_INLET) continue;
-        if (row >= 0 && !pdi_bond_open(bonds, row, k)) continue;
-        for (int d = 0; d < PD_DIM; d++) place[d] = at[d] + s->xi[k * PD_DIM + d];
-        pdi_quadratic_value(&fit, place, f[far]);
-    }
-    return pdi_quadratic_solve(&fit);
-}
-
 PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 {
     pdi_owner_free(ctx, pdi_reconstruct_list, slopes);
@@ -19334,6 +19670,14 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 
 #undef PDI_RECONSTRUCT_TERMS
 #undef PDI_RECONSTRUCT_MIN_PIVOT
+#undef PDI_RECONSTRUCT_NEAR
+#undef PDI_RECONSTRUCT_EDGE
+#undef PDI_RECONSTRUCT_SHARP
+#undef PDI_RECONSTRUCT_DEPENDS
+#undef PDI_RECONSTRUCT_CROSS
+#undef PDI_RECONSTRUCT_LEAST
+#undef PDI_RECONSTRUCT_NORMAL
+#undef PDI_RECONSTRUCT_OWN
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -23570,6 +23914,14 @@ static double pdi_isotropic_square(const pd_bonds *bonds, const pd_square *squar
     return across && open[0] && open[1] ? 0.0 : square->more * sum;
 }
 
+PDI_FN double pdi_isotropic_row(const pd_isotropic *isotropic, int32_t r, const double *f)
+{
+    double lap = 0.0;
+    for (int s = 0; s < isotropic->squares; s++)
+        lap += pdi_isotropic_square(isotropic->bonds, &isotropic->square[s], r, f);
+    return lap;
+}
+
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru)
 {
@@ -23580,12 +23932,8 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
-        for (int d = 0; d < PD_DIM; d++) {
-            double lap = 0.0;
-            for (int s = 0; s < isotropic->squares; s++)
-                lap += pdi_isotropic_square(bonds, &isotropic->square[s], r, u + d * total);
-            ru[d * total + bonds->node[r]] += nu * lap;
-        }
+        for (int d = 0; d < PD_DIM; d++)
+            ru[d * total + bonds->node[r]] += nu * pdi_isotropic_row(isotropic, r, u + d * total);
 }
 
 PDI_FN void pdi_isotropic_velocity(const pd_ctx *ctx, const pd_isotropic *isotropic, const double *v,
@@ -23640,6 +23988,9 @@ PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const dou
     }
     double a = size[0], b = size[1];
     double slope = ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / (a + b);
+#ifdef TRYB
+    if (1) return slope / grid->h[d];
+#endif
     if (bonds->stencil->reach > 1) return slope / grid->h[d];
     int free = leg[1] > 0.0; /* the side whose neighbour comes before the surface */
     int32_t step = free ? stride : -stride;
@@ -23730,9 +24081,6 @@ PDI_COLD_END
 /* [cells] A place on an inlet counts as outside. */
 #define PDI_FLOW_BEYOND 1e-6
 
-/* Work of a sweep in scalar operations, to decide on threads. */
-static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_count * flow->bonds->stencil->count * 4; }
-
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
@@ -23791,16 +24139,18 @@ static double pdi_flow_more(const pd_flow *flow, const double *u, const double *
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_stencil *s = bonds->stencil;
-    int32_t node = bonds->node[r], total = flow->grid->total;
+    int32_t node = bonds->node[r];
+    int64_t total = flow->grid->total;
     pdi_slope_place place = {bonds, r, held ? flow->wall : NULL, flow->wall_user};
     double more = 0.0;
+#ifdef TRYB
+    if (pdi_flow_bends(flow, r)) more = -pdi_reconstruct_leak(&flow->slopes, r, u);
+#endif
     for (int d = 0; d < PD_DIM; d++) more += pdi_isotropic_slope(&place, d, u);
     for (int k = 0; k < s->count; k++) {
         if (!pdi_bond_open(bonds, r, k)) continue;
-        for (int d = 0; d < PD_DIM; d++) {
-            int64_t at = (int64_t)d * total + node;
-            more -= s->grad[k * PD_DIM + d] * (advecting[at] + advecting[at + bonds->paths.shift[k]]);
-        }
+        const double *v = advecting + node, *far = v + bonds->paths.shift[k];
+        for (int d = 0; d < PD_DIM; d++) more -= s->grad[k * PD_DIM + d] * (v[d * total] + far[d * total]);
     }
     return more;
 }
@@ -23829,8 +24179,8 @@ PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *
     }
 }
 
-PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
-                          double *ru)
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p, const double *grad,
+                          int held, double *ru)
 {
     const pd_bonds *bonds = flow->bonds;
     if (!flow->even) return;
@@ -23839,13 +24189,16 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < flow->slopes.count; q++) {
         int32_t r = flow->slopes.row[q], node = bonds->node[r];
-        double wall[PD_DIM];
+        double wall[PD_DIM], miss[PD_DIM], share = flow->isotropic.bonds ? flow->isotropy : 0.0;
         if (!pdi_flow_bends(flow, r)) continue;
         pdi_reconstruct_bend(&flow->slopes, r, u, wall);
+        pdi_reconstruct_miss(&flow->slopes, r, p, miss);
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + node;
             double force = held ? pdi_flow_force(flow, d, node) : 0.0;
-            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * (wall[d] + bonds->wall_lap[r] * u[at]);
+            wall[d] += bonds->wall_lap[r] * u[at];
+            if (share > 0.0) wall[d] += share * pdi_isotropic_row(&flow->isotropic, r, u + at - node);
+            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * wall[d] + miss[d];
         }
     }
 }
@@ -23887,7 +24240,8 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
     if (!flow->even) return PD_OK;
-    PDI_TRY(pdi_reconstruct_update(ctx, bonds, &flow->slopes));
+    const double *excess = flow->isotropic.bonds ? flow->isotropic.excess : NULL;
+    PDI_TRY(pdi_reconstruct_update(ctx, bonds, excess, flow->isotropy, &flow->slopes));
     if (flow->rim < bonds->capacity)
         PDI_TRY(pdi_owner_renew(ctx, pdi_flow_rim_list, flow, &flow->rim, bonds->capacity));
     for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;
@@ -24061,7 +24415,8 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     s.terms = t;
     s.ru = ru;
     s.rc = rc;
-    pdi_traverse_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
+    int64_t work = flow->grid->fluid_count * flow->bonds->stencil->count * 4;
+    pdi_traverse_sweep(ctx, flow->bonds, work, PDI_FLOW_BLOCK, pdi_flow_run, &s);
     pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, t->u, ru);
 }
 
@@ -24122,7 +24477,7 @@ PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc
     t.wall_motion = flow->wall_motion;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     pdi_flow_push(ctx, flow, ru);
-    pdi_flow_bend(ctx, flow, flow->u, flow->grad, 1, ru);
+    pdi_flow_bend(ctx, flow, flow->u, flow->p, flow->grad, 1, ru);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, 1.0, rc);
     pdi_flow_sharpen(ctx, flow, flow->u, flow->advecting, flow->grad, ru);
     flow->evaluations++;
@@ -24907,14 +25262,16 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     const pd_bonds *bonds = flow->bonds;
     int64_t total = flow->grid->total;
     int32_t node = bonds->node[r];
-    double lap = 0.0, curv = 0.0, motion[PD_DIM];
+    double lap = 0.0, curv = 0.0, motion[PD_DIM], miss[PD_DIM];
     double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
     int bends = pdi_flow_bends(flow, r);
     if (bends || (flow->sharp.bonds && pdi_sharp_rub(&flow->sharp, r, flow->u, flow->sharp.bend, rub))) {
         pdi_force_face face;
         pdi_force_see(q, r, &face);
         if (bends) pdi_reconstruct_bend(&flow->slopes, r, flow->u, rub);
-        for (int d = 0; d < PD_DIM; d++) rub[d] *= -volume * flow->nu * face.owned;
+        if (bends) pdi_reconstruct_miss(&flow->slopes, r, flow->p, miss);
+        for (int d = 0; d < PD_DIM; d++)
+            rub[d] = volume * face.owned * ((bends ? miss[d] : 0.0) - flow->nu * rub[d]);
         return;
     }
     for (int d = 0; d < PD_DIM; d++)
@@ -25107,6 +25464,176 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, c
     if (friction) pdi_force_cancel(flow->grid, friction);
     if (pressure) pdi_force_cancel(flow->grid, pressure);
 }
+
+/* ---- pressure at a place ---- */
+
+/* Nodes that count lie within this squared distance [cells] of the one that sees them. */
+#define PDI_FORCE_NEAR 5
+#define PDI_FORCE_SEEN 57
+/* [cells] Furthest surface whose slope counts. */
+#define PDI_FORCE_BESIDE 1.5
+#define PDI_FORCE_TERMS (PD_DIM + 1)
+/* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
+#define PDI_FORCE_DEPENDS 1e-4
+
+typedef struct pdi_force_sight {
+    const pd_bonds *bonds;
+    int count;
+    int32_t node[PDI_FORCE_SEEN];
+    int step[PDI_FORCE_SEEN][PD_DIM]; /* from the first one */
+    double place[PD_DIM], normal[PD_DIM]; /* the surface beside what is asked for */
+    int32_t closed;
+} pdi_force_sight;
+
+static void pdi_force_add(pdi_force_sight *sight, int32_t node, const int *step)
+{
+    int square = 0;
+    for (int d = 0; d < PD_DIM; d++) square += step[d] * step[d];
+    if (square > PDI_FORCE_NEAR || sight->count == PDI_FORCE_SEEN) return;
+    for (int q = 0; q < sight->count; q++)
+        if (sight->node[q] == node) return;
+    sight->node[sight->count] = node;
+    memcpy(sight->step[sight->count++], step, sizeof sight->step[0]);
+}
+
+/* The node, those that its bonds to the cells around it lead to, and those that the bonds of these lead to. */
+static void pdi_force_look(pdi_force_sight *sight, int32_t node)
+{
+    const pd_bonds *bonds = sight->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int start = 0, none[PD_DIM];
+    memset(none, 0, sizeof none);
+    sight->count = 0;
+    pdi_force_add(sight, node, none);
+    for (int pass = 0; pass < 2; pass++) {
+        int end = sight->count;
+        for (int q = start; q < end; q++) {
+            int32_t row = bonds->row[sight->node[q]];
+            if (bonds->grid->kind[sight->node[q]] != PD_FLUID) continue;
+            for (int k = 0; k < s->count; k++) {
+                int32_t far = sight->node[q] + bonds->paths.shift[k];
+                int step[PD_DIM], most = 0;
+                for (int d = 0; d < PD_DIM; d++) {
+                    int n = s->offset[k * PD_DIM + d];
+                    step[d] = sight->step[q][d] + n;
+                    most = n > most ? n : -n > most ? -n : most;
+                }
+                if (most > 1 || bonds->grid->kind[far] == PD_INLET || (row >= 0 && !pdi_bond_open(bonds, row, k)))
+                    continue;
+                pdi_force_add(sight, far, step);
+            }
+        }
+        start = end;
+    }
+}
+
+/* Distance [m] of x from the surface, and the normal of that. 0: it is not known. */
+static int pdi_force_rise(const pdi_force_sight *sight, const double *x, double *distance, double *normal)
+{
+    const pd_bonds *bonds = sight->bonds;
+    int i[PD_DIM];
+    double at[PD_DIM];
+    pdi_grid_index(bonds->grid, sight->closed, i);
+    memcpy(normal, sight->normal, sizeof sight->normal);
+    for (int d = 0; d < PD_DIM; d++) at[d] = x[d] - sight->place[d];
+    *distance = pdi_vec_dot(at, normal);
+    if (!pdi_grid_inside(bonds->grid, i)) return 1;
+    *distance = pdi_bond_smooth(bonds, sight->closed, x);
+    if (!(fabs(pdi_bond_smooth(bonds, sight->closed, sight->place)) < 1e-3 * bonds->grid->h[0])) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = 1e-3 * bonds->grid->h[d];
+        memcpy(at, x, sizeof at);
+        at[d] = x[d] + eps;
+        normal[d] = pdi_bond_smooth(bonds, sight->closed, at);
+        at[d] = x[d] - eps;
+        normal[d] = (normal[d] - pdi_bond_smooth(bonds, sight->closed, at)) / (2.0 * eps);
+    }
+    return fabs(pdi_vec_norm(normal) - 1.0) < 1e-2;
+}
+
+/* Slope of the pressure along the normal: what friction of the normal velocity, which begins with the square of the
+ * distance, and the body force leave (eq. 3.11b). 0: it is not known. */
+static int pdi_force_lean(const pdi_force_sight *sight, const pd_flow *flow, double *slope)
+{
+    enum { terms = PDI_FORCE_TERMS };
+    const pd_grid *grid = flow->grid;
+    double moment[PDI_FORCE_TERMS * PDI_FORCE_TERMS], right[PDI_FORCE_TERMS], least[PDI_FORCE_TERMS];
+    double unit[PDI_FORCE_TERMS], h = grid->h[0];
+    int last = 0;
+    memset(moment, 0, sizeof moment);
+    memset(right, 0, sizeof right);
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(sight->normal[d]) > fabs(sight->normal[last])) last = d;
+    for (int q = 0; q < sight->count; q++) {
+        double x[PD_DIM], normal[PD_DIM], d, speed = 0.0, square = 0.0, term[PDI_FORCE_TERMS];
+        pd_grid_position(grid, sight->node[q], x);
+        if (!pdi_force_rise(sight, x, &d, normal)) return 0;
+        d /= h;
+        term[0] = d * d;
+        term[1] = d * d * d;
+        for (int a = 0, at = 2; a < PD_DIM; a++) {
+            double way = (x[a] - sight->place[a]) / h;
+            square += way * way;
+            speed += normal[a] * flow->u[(int64_t)a * grid->total + sight->node[q]];
+            if (a != last) term[at++] = d * d * (way - d * sight->normal[a]);
+        }
+        if (!(square > 0.0)) return 0;
+        for (int a = 0; a < terms; a++) {
+            right[a] += term[a] * speed / (square * square);
+            for (int b = 0; b < terms; b++) moment[a * terms + b] += term[a] * term[b] / (square * square);
+        }
+    }
+    for (int a = 0; a < terms; a++) {
+        if (!(moment[a * terms + a] > 0.0)) return 0;
+        least[a] = PDI_FORCE_DEPENDS;
+        unit[a] = 1.0 / sqrt(moment[a * terms + a]);
+    }
+    for (int a = 0; a < terms; a++) {
+        right[a] *= unit[a];
+        for (int b = 0; b < terms; b++) moment[a * terms + b] *= unit[a] * unit[b];
+    }
+    if (!pdi_vec_factor(terms, terms, least, moment)) return 0;
+    pdi_vec_substitute(terms, terms, moment, right);
+    *slope = flow->nu * 2.0 * right[0] * unit[0] / (h * h);
+    double push[PD_DIM];
+    memset(push, 0, sizeof push);
+    if (flow->push) flow->push(flow->push_user, sight->place, push);
+    for (int d = 0; d < PD_DIM; d++) *slope += sight->normal[d] * (flow->force[d] + push[d]);
+    return 1;
+}
+
+PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p, int32_t node,
+                                 const double *x)
+{
+    pdi_force_sight sight;
+    pdi_quadratic fit;
+    double at[PD_DIM], slope, square = 0.0, moves = 0.0;
+    sight.bonds = bonds;
+    pdi_force_look(&sight, node);
+    pdi_quadratic_start(&fit, x, bonds->grid->h);
+    for (int q = 0; q < sight.count; q++) {
+        pd_grid_position(bonds->grid, sight.node[q], at);
+        pdi_quadratic_value(&fit, at, p[sight.node[q]]);
+    }
+    if (!flow || !pdi_surface_meet(bonds, node, x, sight.place, sight.normal, &sight.closed))
+        return pdi_quadratic_solve(&fit);
+    for (int d = 0; d < PD_DIM; d++) {
+        double way = (sight.place[d] - x[d]) / bonds->grid->h[d];
+        square += way * way;
+        at[d] = 0.0;
+    }
+    if (flow->wall) flow->wall(flow->wall_user, sight.place, at);
+    for (int d = 0; d < PD_DIM; d++) moves = fmax(moves, fabs(at[d]));
+    if (square < PDI_FORCE_BESIDE * PDI_FORCE_BESIDE && !(moves > 0.0) && pdi_force_lean(&sight, flow, &slope))
+        pdi_quadratic_slope(&fit, sight.place, sight.normal, slope);
+    return pdi_quadratic_solve(&fit);
+}
+
+#undef PDI_FORCE_NEAR
+#undef PDI_FORCE_SEEN
+#undef PDI_FORCE_BESIDE
+#undef PDI_FORCE_TERMS
+#undef PDI_FORCE_DEPENDS
 
 /* ---- around the body ---- */
 
@@ -25559,7 +26086,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y
     step.p = du + split;
     step.grad = flow->grad;
     pdi_jacobian_apply(ctx, &s->jacobian, &step, y, y + split);
-    pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
+    pdi_flow_bend(ctx, flow, du, du + split, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
     pdi_flow_sharpen(ctx, flow, du, s->advecting, flow->grad, y);
     pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, du, y);
@@ -36142,6 +36669,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     if (s->electrode) {
         s->electrode[s->count] = -1;
         s->area[s->count] = s->way[s->count] = s->gave[s->count] = 0.0;
+        s->drive[s->count] = s->flow_drive[s->count] = 0.0f; /* what was found before is of other places */
         if (s->share) s->share[s->count] = 1.0;
     }
     s->thick[s->count++] = thick;
@@ -36163,6 +36691,11 @@ PDI_FN void pdi_etch_begin(pd_etch *s)
     s->odd = 0;
     for (int k = 0; k < s->reactive->components.count && s->sweep; k++)
         for (int32_t p = 0; p < s->count; p++) s->sweep[k * total + p] = 0.0;
+}
+
+PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *s, double share)
+{
+    return s && s->stage ? s->stage(ctx, s->stager, share) : PD_OK;
 }
 
 PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
@@ -36394,8 +36927,9 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, flow_drive, total, "mol/m2/s");
     PDI_ARRAY(owner, etch, side, 2 * total, "1");
     PDI_STATE(owner, etch, level, of->circuits, "V");
-    PDI_ARRAY(owner, etch, conduct, of->circuits, "mol/s/V");
+    PDI_STATE(owner, etch, conduct, of->circuits, "mol/s/V");
     PDI_ARRAY(owner, etch, charge_of, of->circuits, "mol/s");
+    PDI_VALUE(owner, etch, extra, "mol/s");
 }
 
 /* The system of concentrations times their diffusivities: ln c' = ln K + ln d + sum m (ln c'_master - ln d_master). */
@@ -37494,6 +38028,7 @@ PDI_FN void pdi_coat_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, coat, value, states * total, "");
     PDI_ARRAY(owner, coat, start, states * total, "");
     PDI_ARRAY(owner, coat, middle, states * total, "");
+    if (coat->desc.stages) PDI_ARRAY(owner, coat, ending, states * total, "");
     PDI_STATE(owner, coat, fresh, coat->columns * total, "");
     PDI_ARRAY(owner, coat, slope, coat->columns * total, "");
     PDI_ARRAY(owner, coat, first, coat->columns * total, "");
@@ -37797,19 +38332,43 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_coat_stage(pd_ctx *ctx, pd_coat *s, double share)
+{
+    int64_t count = s->desc.count * (int64_t)s->reactive->grid->total;
+    memcpy(s->value, share < 1.0 ? s->middle : s->ending, (size_t)count * sizeof *s->value);
+    return s->desc.solve(ctx, s->desc.user, s->from + share * s->span);
+}
+
+PDI_FN void pdi_coat_rest(pd_coat *s, double t, double dt)
+{
+    size_t size = (size_t)(s->desc.count * (int64_t)s->reactive->grid->total) * sizeof *s->value;
+    s->from = t;
+    s->span = dt;
+    memcpy(s->middle, s->value, size);
+    memcpy(s->ending, s->value, size);
+}
+
+/* To both stages of a step. */
+static pd_status pdi_coat_foresee(pd_ctx *ctx, pd_coat *s, double t, double dt, int trial)
+{
+    double first = PDI_SDIRK_GAMMA * dt;
+    pdi_coat_rest(s, t, dt);
+    pd_status status = pdi_coat_move(ctx, s, s->fresh, s->slope, t, first, 1, trial, s->middle);
+    return status == PD_OK ? pdi_coat_move(ctx, s, s->fresh, s->slope, t, dt, 1, trial, s->ending) : status;
+}
+
 PDI_FN pd_status pdi_coat_ahead(pd_ctx *ctx, pd_coat *s, double t, double dt, int trial)
 {
     int64_t count = s->desc.count * (int64_t)s->reactive->grid->total;
+    if (s->desc.surface) return pdi_coat_foresee(ctx, s, t, dt, trial);
     pd_status status = pdi_coat_move(ctx, s, s->fresh, s->slope, t, 0.5 * dt, 1, trial, s->value);
     if (status != PD_OK) return status;
     memcpy(s->middle, s->value, (size_t)count * sizeof *s->value);
-    if (s->desc.solve) status = s->desc.solve(ctx, s->desc.user, t + 0.5 * dt);
-    if (s->desc.surface && status == PD_OK) pdi_coat_surface(ctx, s, s->reactive->c, s->first);
-    return status;
+    return s->desc.solve ? s->desc.solve(ctx, s->desc.user, t + 0.5 * dt) : PD_OK;
 }
 
 /* What the end of a step differs by from the middle that was foreseen for it: of state k, over the largest of it. The
- * mean over a step is off by a sixth of what the course bends. */
+ * mean over a step is off by a sixth of what the course bends; with `surface` by half of what the end is. */
 static double pdi_coat_error(const pd_coat *s, int k)
 {
     int64_t total = s->reactive->grid->total;
@@ -37818,6 +38377,7 @@ static double pdi_coat_error(const pd_coat *s, int k)
         int64_t at = k * total + s->node[p];
         if (!(s->on[s->node[p]] >> k & 1u)) continue;
         double bend = (s->start[at] - 2.0 * s->middle[at] + s->value[at]) / 6.0;
+        if (s->desc.surface) bend = 0.5 * (s->value[at] - s->ending[at]);
         worst = fmax(worst, fabs(bend));
         size = fmax(size, fabs(s->value[at]));
     }
@@ -37828,6 +38388,7 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
 {
     int64_t total = s->reactive->grid->total;
     if (!s->desc.surface) pdi_coat_surface(ctx, s, from, s->first);
+    else memcpy(s->first, s->fresh, (size_t)(s->columns * total) * sizeof *s->first);
     pdi_coat_surface(ctx, s, s->reactive->c, s->way);
     for (int k = 0; k < s->columns; k++)
         for (int32_t p = 0; p < s->count; p++) {
@@ -37840,13 +38401,7 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
     return status;
 }
 
-PDI_FN pd_status pdi_coat_accept(pd_ctx *ctx, pd_coat *s, double t, double dt)
-{
-    s->last = dt;
-    if (!s->desc.surface || s->desc.solve(ctx, s->desc.user, t + dt) == PD_OK) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "surface", "no potential carries the currents of metal at t = %g s, as states "
-                    "of its surfaces are there: expected a factor above 0 of anodic and of cathodic reactions", t + dt);
-}
+PDI_FN void pdi_coat_accept(pd_coat *s, double dt) { s->last = dt; }
 
 PDI_FN void pdi_coat_reject(pd_coat *s)
 {
@@ -38929,10 +39484,12 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST], stage = PDI_SDIRK_GAMMA * dt;
     memcpy(in, r->in, sizeof in);
     memcpy(out, r->out, sizeof out);
+    PDI_TRY(pdi_etch_stage(ctx, r->surface, PDI_SDIRK_GAMMA));
     pd_status status = pdi_advance_newton(ctx, r, stage, result);
     if (status != PD_OK) return status;
     pdi_advance_pass(r, dt - stage);
     pdi_advance_between(r);
+    PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     status = pdi_advance_newton(ctx, r, stage, result);
     if (status == PD_OK) status = pdi_advance_error(ctx, r, dt, result);
     if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
@@ -39027,6 +39584,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         pdi_advance_back(ctx, r, 0);
         pdi_advance_start(ctx, r);
     }
+    PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
     if (status != PD_OK) return status;
     pdi_advance_owe(r, dt);
@@ -39091,6 +39649,8 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
 #define PDI_COURSE_TRIALS 6
 /* Times of diffusion through the box after which fields are steady. */
 #define PDI_COURSE_LATE 1e6
+/* Of the time of diffusion across a cell: a step in which ions stay where they are. */
+#define PDI_COURSE_STILL 1e-6
 /* Share of the longest step of the run that the first one is when minerals cover metal. */
 #define PDI_COURSE_FIRST 1e-3
 
@@ -39120,11 +39680,17 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, course, error, "1");
     PDI_VALUE(owner, course, taken, "mol");
     PDI_VALUE(owner, course, bent, "1");
+    if (course->desc.coat && r->migration.on) PDI_VALUE(owner, course, settled, "1");
     PDI_VALUE(owner, course, steps, "1");
     PDI_VALUE(owner, course, rejected, "1");
     PDI_VALUE(owner, course, krylov, "1");
     PDI_VALUE(owner, course, newton, "1");
     PDI_VALUE(owner, course, euler, "1");
+}
+
+static pd_status pdi_course_stage(pd_ctx *ctx, void *user, double share)
+{
+    return pdi_coat_stage(ctx, ((pd_course *)user)->desc.coat, share);
 }
 
 static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *desc, pd_course *a)
@@ -39142,6 +39708,10 @@ static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_de
     a->reactive = r;
     for (int i = 0; i < r->desc.count && desc->fed && desc->shed; i++)
         if (r->components.place[i] >= 0) a->shed[r->components.place[i]] = desc->shed[i];
+    if (desc->coat && desc->coat->desc.surface && desc->surface) {
+        desc->surface->stage = pdi_course_stage;
+        desc->surface->stager = a;
+    }
     return pdi_owner_build(ctx, pdi_course_list, a);
 }
 
@@ -39378,6 +39948,22 @@ static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
     memcpy(back ? r->out : a->out, back ? a->out : r->out, sizeof a->out);
 }
 
+/* With states among ions that migrate: the potential of the ions as they are, by a step in which they stay. */
+static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
+{
+    pd_reactive *r = a->reactive;
+    pd_reactive_result result;
+    double h = HUGE_VAL, dt;
+    for (int axis = 0; axis < PD_DIM; axis++) h = fmin(h, r->grid->h[axis]);
+    dt = PDI_COURSE_STILL * h * h / r->diffusion.desc.diffusivity;
+    pdi_coat_rest(a->desc.coat, t, dt);
+    pd_status status = pd_reactive_step(ctx, r, dt, &result);
+    if (status == PD_OK) pdi_par_copy(ctx, r->grid->total, r->migration.psi, a->psi);
+    pdi_course_keep(ctx, a, 1);
+    a->settled = 1;
+    return status < 0 ? status : PD_OK;
+}
+
 static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
@@ -39394,6 +39980,7 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->begun = 1;
     if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
     pdi_course_keep(ctx, a, 0);
+    if (a->psi && a->desc.coat->desc.surface && !a->settled) PDI_TRY(pdi_course_still(ctx, a, s->time));
     if (a->desc.coat) PDI_TRY(pdi_coat_begin(ctx, a->desc.coat, s->time));
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
@@ -39450,12 +40037,15 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
+    (void)ctx;
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
-    if (a->desc.coat) last = s->ends = 1;
+    if (a->desc.coat) {
+        pdi_coat_accept(a->desc.coat, s->dt);
+        last = s->ends = 1;
+    }
     pdi_course_taken(a, s->dt, all);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
-    if (a->desc.coat) PDI_TRY(pdi_coat_accept(ctx, a->desc.coat, s->time, s->dt));
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
@@ -39486,12 +40076,14 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
     char place[PDI_GRID_PLACE];
     if (metal && metal->odd && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the law of metal is no number beside %s m after t = %g s, "
-                        "however short the step: expected one for all that comes to its surface, as sqrt(max(1 - [Mg2+]/(1 mM), 0))",
+                        "however short the step: expected one for all that comes to its surface, such as "
+                        "sqrt(max(1 - [Mg2+]/(1 mM), 0))",
                         pdi_grid_place(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an "
                         "electrode may take up more of a species than reaches the metal, expected one that falls to "
-                        "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)", s->dt, s->time);
+                        "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s", s->dt, s->time,
+                        a->desc.surface->share ? ", or a factor leaves metal without a current that balances" : "");
     if (a->desc.coat && a->desc.coat->error > 1.0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
                         "%g s: expected a rate that stays finite", s->time);
@@ -39595,6 +40187,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
         pdi_course_share(a, turned, count, 0.0);
     }
     a->bent = 1;
+    a->settled = 0;
     if (a->desc.coat) a->desc.coat->anew = 1;
     if (a->desc.bare) pdi_course_turned(a);
     return PD_OK;
@@ -68731,12 +69324,23 @@ static pd_status pdi_read_surface_carried(pdi_reader *s, int section, const char
     return PD_OK;
 }
 
+/* The section of the law of a metal. */
+static int pdi_read_surface_law(pdi_reader *s, const pd_setup_metal *metal)
+{
+    const pd_setup *u = s->setup;
+    if (u->has_corrode) return pdi_text_section(s->ctx, s->text, "corrode", NULL);
+    return pdi_text_section(s->ctx, s->text, "dissolve", u->metals > 1 ? metal->material.name : NULL);
+}
+
 /* States are read where they are. */
 static pd_status pdi_read_surface_readers(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
-    const pd_setup_metal *metal = &u->metal[0];
-    uint32_t all = ((uint32_t)1 << u->potential.electrodes) - 1;
+    int goes = pdi_setup_attacked(u);
+    const pd_setup_metal *metal = &u->metal[goes > 0 ? goes : 0];
+    uint32_t all = 0;
+    for (int e = 0; e < u->potential.electrodes; e++)
+        if (u->potential.electrode[e].metal == (goes > 0 ? goes : 0)) all |= (uint32_t)1 << e;
     for (int k = 0; k < u->states; k++) {
         for (int n = 0; n < u->states; n++)
             if (u->state[n].rate.uses >> (PDI_SETUP_PH + 1 + u->state[n].species + k) & 1u)
@@ -68748,8 +69352,7 @@ static pd_status pdi_read_surface_readers(pdi_reader *s)
                                                                      u->potential.electrode[e].name), "factor", k,
                                                  (uint32_t)1 << e));
         if (u->has_dissolve && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species + k) & 1u)
-            PDI_TRY(pdi_read_surface_carried(s, pdi_text_section(s->ctx, s->text, u->has_corrode ? "corrode" :
-                                                                 "dissolve", NULL), "rate", k, all));
+            PDI_TRY(pdi_read_surface_carried(s, pdi_read_surface_law(s, metal), "rate", k, all));
     }
     return PD_OK;
 }
@@ -69513,6 +70116,17 @@ PDI_FN int pdi_read_potential_given(pdi_reader *s)
 
 /* ---- where it is ---- */
 
+/* The metal of a shape. */
+static int pdi_read_potential_metal(pdi_reader *s, int section)
+{
+    const char *name;
+    if (!pdi_text_has(s->ctx, s->text, section, "material")) return 0;
+    if (pdi_text_string(s->ctx, s->text, section, "material", NULL, &name) != PD_OK) return 0;
+    for (int k = 0; k < s->setup->metals; k++)
+        if (strcmp(s->setup->metal[k].material.name, name) == 0) return k;
+    return 0;
+}
+
 static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
@@ -69525,6 +70139,7 @@ static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_e
         if (strcmp(s->text->section[at].label, name) != 0) continue;
         e->shape = u->named[k];
         for (int w = 0; w < u->wall_count; w++) solid |= u->walls[w].section == at;
+        e->metal = pdi_read_potential_metal(s, at);
         if (e->shape >= 0 && !solid) return PD_OK;
         return pdi_text_refuse(s->ctx, s->text, section, "shape", "found '%.40s', which is no metal, expected a [shape "
                                "NAME] with kind = solid", name);
@@ -72587,6 +73202,7 @@ static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
 PDI_FN void pdi_surfaces_reads(const pd_setup *u, const pd_reactive *reactive, pd_coat_desc *desc)
 {
     desc->count = u->states;
+    desc->stages = u->migrates && (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u));
     for (int k = 0; k < u->states; k++) {
         const pd_setup_state *state = &u->state[k];
         desc->reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
@@ -72630,7 +73246,7 @@ PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive 
     desc.where = pdi_surfaces_where;
     desc.initial = pdi_surfaces_initial;
     desc.rate = pdi_surfaces_rate;
-    if (u->migrates && s->etch) {
+    if (desc.stages) {
         desc.surface = pdi_surfaces_ions;
         desc.solve = pdi_surfaces_levels;
     } else {
@@ -73832,15 +74448,12 @@ static pd_status pdi_attack_shares(pd_ctx *ctx, pd_attack *a)
     return PD_OK;
 }
 
-/* What passes at metal with the states as they are, at time t [s]. */
+/* Law and curves are those of time t [s], and of the states as they are. */
 static pd_status pdi_attack_coated(pd_ctx *ctx, void *user, double t)
 {
     pd_attack *a = (pd_attack *)user;
     a->etch.time = t;
-    PDI_TRY(pdi_attack_shares(ctx, a));
-    pdi_levels_solve(ctx, &a->etch);
-    pdi_etch_note(&a->etch);
-    return a->etch.lost ? PD_RETRY : PD_OK;
+    return pdi_attack_shares(ctx, a);
 }
 
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
@@ -75330,7 +75943,8 @@ static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
         if (!(fabs(job->side) > 0.0)) job->side = 1.0;
     }
     pdi_sample_reach(job, base);
-    if (job->field == PD_FIELD_P) return pdi_reconstruct_value(&job->m->bonds, job->f, base, job->x);
+    if (job->field == PD_FIELD_P)
+        return pdi_force_pressure(&job->m->bonds, job->m->setup->has_gas ? NULL : &job->m->flow, job->f, base, job->x);
     pdi_sample_gather(job, base);
     return pdi_quadratic_solve(&job->fit);
 }

@@ -156,9 +156,16 @@ TEST(beside_a_ball)
         }
 }
 
-/* The pressure p [Pa] at the fluid nodes of a flow of 2 kg/m3. */
+static void hold(void *user, const double *x, double *force);
+
+/* The pressure p [Pa] at the fluid nodes of a flow at rest of 2 kg/m3, and the force that holds it. */
 static void press(double (*p)(const double *x))
 {
+    static double (*pressure)(const double *x);
+    pressure = p;
+    model.flow.push = hold;
+    model.flow.push_user = &pressure;
+    for (int64_t i = 0; i < PD_DIM * (int64_t)model.grid.total; i++) model.flow.u[i] = 0.0;
     for (int32_t i = 0; i < model.grid.total; i++) {
         double x[PD_DIM];
         pd_grid_position(&model.grid, i, x);
@@ -168,6 +175,19 @@ static void press(double (*p)(const double *x))
 }
 
 static double straight(const double *x) { return 3.0 + 5.0 * (2.0 - x[0]); }
+
+/* The body force [m/s2] that holds a fluid at rest under the pressure p. */
+static void hold(void *user, const double *x, double *force)
+{
+    double (*p)(const double *) = *(double (**)(const double *))user, at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        memcpy(at, x, sizeof at);
+        at[d] = x[d] + 0.5;
+        force[d] = p(at) / 2.0;
+        at[d] = x[d] - 0.5;
+        force[d] -= p(at) / 2.0;
+    }
+}
 
 /* A linear pressure is exact on walls, at an outlet and between. */
 TEST(pressure_on_walls)

@@ -13,9 +13,6 @@
 /* [cells] A place on an inlet counts as outside. */
 #define PDI_FLOW_BEYOND 1e-6
 
-/* Work of a sweep in scalar operations, to decide on threads. */
-static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_count * flow->bonds->stencil->count * 4; }
-
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
@@ -74,16 +71,15 @@ static double pdi_flow_more(const pd_flow *flow, const double *u, const double *
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_stencil *s = bonds->stencil;
-    int32_t node = bonds->node[r], total = flow->grid->total;
+    int32_t node = bonds->node[r];
+    int64_t total = flow->grid->total;
     pdi_slope_place place = {bonds, r, held ? flow->wall : NULL, flow->wall_user};
     double more = 0.0;
     for (int d = 0; d < PD_DIM; d++) more += pdi_isotropic_slope(&place, d, u);
     for (int k = 0; k < s->count; k++) {
         if (!pdi_bond_open(bonds, r, k)) continue;
-        for (int d = 0; d < PD_DIM; d++) {
-            int64_t at = (int64_t)d * total + node;
-            more -= s->grad[k * PD_DIM + d] * (advecting[at] + advecting[at + bonds->paths.shift[k]]);
-        }
+        const double *v = advecting + node, *far = v + bonds->paths.shift[k];
+        for (int d = 0; d < PD_DIM; d++) more -= s->grad[k * PD_DIM + d] * (v[d * total] + far[d * total]);
     }
     return more;
 }
@@ -112,8 +108,8 @@ PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *
     }
 }
 
-PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
-                          double *ru)
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p, const double *grad,
+                          int held, double *ru)
 {
     const pd_bonds *bonds = flow->bonds;
     if (!flow->even) return;
@@ -122,13 +118,16 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < flow->slopes.count; q++) {
         int32_t r = flow->slopes.row[q], node = bonds->node[r];
-        double wall[PD_DIM];
+        double wall[PD_DIM], miss[PD_DIM], share = flow->isotropic.bonds ? flow->isotropy : 0.0;
         if (!pdi_flow_bends(flow, r)) continue;
         pdi_reconstruct_bend(&flow->slopes, r, u, wall);
+        pdi_reconstruct_miss(&flow->slopes, r, p, miss);
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + node;
             double force = held ? pdi_flow_force(flow, d, node) : 0.0;
-            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * (wall[d] + bonds->wall_lap[r] * u[at]);
+            wall[d] += bonds->wall_lap[r] * u[at];
+            if (share > 0.0) wall[d] += share * pdi_isotropic_row(&flow->isotropic, r, u + at - node);
+            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * wall[d] + miss[d];
         }
     }
 }
@@ -170,7 +169,8 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
     if (!flow->even) return PD_OK;
-    PDI_TRY(pdi_reconstruct_update(ctx, bonds, &flow->slopes));
+    const double *excess = flow->isotropic.bonds ? flow->isotropic.excess : NULL;
+    PDI_TRY(pdi_reconstruct_update(ctx, bonds, excess, flow->isotropy, &flow->slopes));
     if (flow->rim < bonds->capacity)
         PDI_TRY(pdi_owner_renew(ctx, pdi_flow_rim_list, flow, &flow->rim, bonds->capacity));
     for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;
@@ -344,7 +344,8 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     s.terms = t;
     s.ru = ru;
     s.rc = rc;
-    pdi_traverse_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
+    int64_t work = flow->grid->fluid_count * flow->bonds->stencil->count * 4;
+    pdi_traverse_sweep(ctx, flow->bonds, work, PDI_FLOW_BLOCK, pdi_flow_run, &s);
     pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, t->u, ru);
 }
 
@@ -405,7 +406,7 @@ PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc
     t.wall_motion = flow->wall_motion;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     pdi_flow_push(ctx, flow, ru);
-    pdi_flow_bend(ctx, flow, flow->u, flow->grad, 1, ru);
+    pdi_flow_bend(ctx, flow, flow->u, flow->p, flow->grad, 1, ru);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, 1.0, rc);
     pdi_flow_sharpen(ctx, flow, flow->u, flow->advecting, flow->grad, ru);
     flow->evaluations++;

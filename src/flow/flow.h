@@ -164,10 +164,10 @@ static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
         if (fabs(flow->wall_motion[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
     return 1;
 }
-/* ru += what (3.4b) has more than (3.3) and (3.4) of the velocity u and of the pressure gradient. held: the body force
- * counts. */
-PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
-                          double *ru);
+/* ru += what (3.4b) and (3.4c) have more than (3.3) and (3.4) of the velocity u, of the pressure p and of its gradient.
+ * held: the body force counts. */
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p, const double *grad,
+                          int held, double *ru);
 /* rc += sign times what (4.2c) has more than the bond fluxes of `advecting`, made from u by pdi_flow_advecting. */
 PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting, int held,
                           double sign, double *rc);

@@ -2,6 +2,8 @@
 #include "flow/force.h"
 #include "core/vec.h"
 #include "core/par.h"
+#include "lattice/quadratic.h"
+#include "lattice/surface.h"
 #include <math.h>
 #include <string.h>
 
@@ -103,14 +105,16 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     const pd_bonds *bonds = flow->bonds;
     int64_t total = flow->grid->total;
     int32_t node = bonds->node[r];
-    double lap = 0.0, curv = 0.0, motion[PD_DIM];
+    double lap = 0.0, curv = 0.0, motion[PD_DIM], miss[PD_DIM];
     double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
     int bends = pdi_flow_bends(flow, r);
     if (bends || (flow->sharp.bonds && pdi_sharp_rub(&flow->sharp, r, flow->u, flow->sharp.bend, rub))) {
         pdi_force_face face;
         pdi_force_see(q, r, &face);
         if (bends) pdi_reconstruct_bend(&flow->slopes, r, flow->u, rub);
-        for (int d = 0; d < PD_DIM; d++) rub[d] *= -volume * flow->nu * face.owned;
+        if (bends) pdi_reconstruct_miss(&flow->slopes, r, flow->p, miss);
+        for (int d = 0; d < PD_DIM; d++)
+            rub[d] = volume * face.owned * ((bends ? miss[d] : 0.0) - flow->nu * rub[d]);
         return;
     }
     for (int d = 0; d < PD_DIM; d++)
@@ -303,6 +307,176 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, c
     if (friction) pdi_force_cancel(flow->grid, friction);
     if (pressure) pdi_force_cancel(flow->grid, pressure);
 }
+
+/* ---- pressure at a place ---- */
+
+/* Nodes that count lie within this squared distance [cells] of the one that sees them. */
+#define PDI_FORCE_NEAR 5
+#define PDI_FORCE_SEEN 57
+/* [cells] Furthest surface whose slope counts. */
+#define PDI_FORCE_BESIDE 1.5
+#define PDI_FORCE_TERMS (PD_DIM + 1)
+/* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
+#define PDI_FORCE_DEPENDS 1e-4
+
+typedef struct pdi_force_sight {
+    const pd_bonds *bonds;
+    int count;
+    int32_t node[PDI_FORCE_SEEN];
+    int step[PDI_FORCE_SEEN][PD_DIM]; /* from the first one */
+    double place[PD_DIM], normal[PD_DIM]; /* the surface beside what is asked for */
+    int32_t closed;
+} pdi_force_sight;
+
+static void pdi_force_add(pdi_force_sight *sight, int32_t node, const int *step)
+{
+    int square = 0;
+    for (int d = 0; d < PD_DIM; d++) square += step[d] * step[d];
+    if (square > PDI_FORCE_NEAR || sight->count == PDI_FORCE_SEEN) return;
+    for (int q = 0; q < sight->count; q++)
+        if (sight->node[q] == node) return;
+    sight->node[sight->count] = node;
+    memcpy(sight->step[sight->count++], step, sizeof sight->step[0]);
+}
+
+/* The node, those that its bonds to the cells around it lead to, and those that the bonds of these lead to. */
+static void pdi_force_look(pdi_force_sight *sight, int32_t node)
+{
+    const pd_bonds *bonds = sight->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int start = 0, none[PD_DIM];
+    memset(none, 0, sizeof none);
+    sight->count = 0;
+    pdi_force_add(sight, node, none);
+    for (int pass = 0; pass < 2; pass++) {
+        int end = sight->count;
+        for (int q = start; q < end; q++) {
+            int32_t row = bonds->row[sight->node[q]];
+            if (bonds->grid->kind[sight->node[q]] != PD_FLUID) continue;
+            for (int k = 0; k < s->count; k++) {
+                int32_t far = sight->node[q] + bonds->paths.shift[k];
+                int step[PD_DIM], most = 0;
+                for (int d = 0; d < PD_DIM; d++) {
+                    int n = s->offset[k * PD_DIM + d];
+                    step[d] = sight->step[q][d] + n;
+                    most = n > most ? n : -n > most ? -n : most;
+                }
+                if (most > 1 || bonds->grid->kind[far] == PD_INLET || (row >= 0 && !pdi_bond_open(bonds, row, k)))
+                    continue;
+                pdi_force_add(sight, far, step);
+            }
+        }
+        start = end;
+    }
+}
+
+/* Distance [m] of x from the surface, and the normal of that. 0: it is not known. */
+static int pdi_force_rise(const pdi_force_sight *sight, const double *x, double *distance, double *normal)
+{
+    const pd_bonds *bonds = sight->bonds;
+    int i[PD_DIM];
+    double at[PD_DIM];
+    pdi_grid_index(bonds->grid, sight->closed, i);
+    memcpy(normal, sight->normal, sizeof sight->normal);
+    for (int d = 0; d < PD_DIM; d++) at[d] = x[d] - sight->place[d];
+    *distance = pdi_vec_dot(at, normal);
+    if (!pdi_grid_inside(bonds->grid, i)) return 1;
+    *distance = pdi_bond_smooth(bonds, sight->closed, x);
+    if (!(fabs(pdi_bond_smooth(bonds, sight->closed, sight->place)) < 1e-3 * bonds->grid->h[0])) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = 1e-3 * bonds->grid->h[d];
+        memcpy(at, x, sizeof at);
+        at[d] = x[d] + eps;
+        normal[d] = pdi_bond_smooth(bonds, sight->closed, at);
+        at[d] = x[d] - eps;
+        normal[d] = (normal[d] - pdi_bond_smooth(bonds, sight->closed, at)) / (2.0 * eps);
+    }
+    return fabs(pdi_vec_norm(normal) - 1.0) < 1e-2;
+}
+
+/* Slope of the pressure along the normal: what friction of the normal velocity, which begins with the square of the
+ * distance, and the body force leave (eq. 3.11b). 0: it is not known. */
+static int pdi_force_lean(const pdi_force_sight *sight, const pd_flow *flow, double *slope)
+{
+    enum { terms = PDI_FORCE_TERMS };
+    const pd_grid *grid = flow->grid;
+    double moment[PDI_FORCE_TERMS * PDI_FORCE_TERMS], right[PDI_FORCE_TERMS], least[PDI_FORCE_TERMS];
+    double unit[PDI_FORCE_TERMS], h = grid->h[0];
+    int last = 0;
+    memset(moment, 0, sizeof moment);
+    memset(right, 0, sizeof right);
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(sight->normal[d]) > fabs(sight->normal[last])) last = d;
+    for (int q = 0; q < sight->count; q++) {
+        double x[PD_DIM], normal[PD_DIM], d, speed = 0.0, square = 0.0, term[PDI_FORCE_TERMS];
+        pd_grid_position(grid, sight->node[q], x);
+        if (!pdi_force_rise(sight, x, &d, normal)) return 0;
+        d /= h;
+        term[0] = d * d;
+        term[1] = d * d * d;
+        for (int a = 0, at = 2; a < PD_DIM; a++) {
+            double way = (x[a] - sight->place[a]) / h;
+            square += way * way;
+            speed += normal[a] * flow->u[(int64_t)a * grid->total + sight->node[q]];
+            if (a != last) term[at++] = d * d * (way - d * sight->normal[a]);
+        }
+        if (!(square > 0.0)) return 0;
+        for (int a = 0; a < terms; a++) {
+            right[a] += term[a] * speed / (square * square);
+            for (int b = 0; b < terms; b++) moment[a * terms + b] += term[a] * term[b] / (square * square);
+        }
+    }
+    for (int a = 0; a < terms; a++) {
+        if (!(moment[a * terms + a] > 0.0)) return 0;
+        least[a] = PDI_FORCE_DEPENDS;
+        unit[a] = 1.0 / sqrt(moment[a * terms + a]);
+    }
+    for (int a = 0; a < terms; a++) {
+        right[a] *= unit[a];
+        for (int b = 0; b < terms; b++) moment[a * terms + b] *= unit[a] * unit[b];
+    }
+    if (!pdi_vec_factor(terms, terms, least, moment)) return 0;
+    pdi_vec_substitute(terms, terms, moment, right);
+    *slope = flow->nu * 2.0 * right[0] * unit[0] / (h * h);
+    double push[PD_DIM];
+    memset(push, 0, sizeof push);
+    if (flow->push) flow->push(flow->push_user, sight->place, push);
+    for (int d = 0; d < PD_DIM; d++) *slope += sight->normal[d] * (flow->force[d] + push[d]);
+    return 1;
+}
+
+PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p, int32_t node,
+                                 const double *x)
+{
+    pdi_force_sight sight;
+    pdi_quadratic fit;
+    double at[PD_DIM], slope, square = 0.0, moves = 0.0;
+    sight.bonds = bonds;
+    pdi_force_look(&sight, node);
+    pdi_quadratic_start(&fit, x, bonds->grid->h);
+    for (int q = 0; q < sight.count; q++) {
+        pd_grid_position(bonds->grid, sight.node[q], at);
+        pdi_quadratic_value(&fit, at, p[sight.node[q]]);
+    }
+    if (!flow || !pdi_surface_meet(bonds, node, x, sight.place, sight.normal, &sight.closed))
+        return pdi_quadratic_solve(&fit);
+    for (int d = 0; d < PD_DIM; d++) {
+        double way = (sight.place[d] - x[d]) / bonds->grid->h[d];
+        square += way * way;
+        at[d] = 0.0;
+    }
+    if (flow->wall) flow->wall(flow->wall_user, sight.place, at);
+    for (int d = 0; d < PD_DIM; d++) moves = fmax(moves, fabs(at[d]));
+    if (square < PDI_FORCE_BESIDE * PDI_FORCE_BESIDE && !(moves > 0.0) && pdi_force_lean(&sight, flow, &slope))
+        pdi_quadratic_slope(&fit, sight.place, sight.normal, slope);
+    return pdi_quadratic_solve(&fit);
+}
+
+#undef PDI_FORCE_NEAR
+#undef PDI_FORCE_SEEN
+#undef PDI_FORCE_BESIDE
+#undef PDI_FORCE_TERMS
+#undef PDI_FORCE_DEPENDS
 
 /* ---- around the body ---- */
 

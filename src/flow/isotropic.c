@@ -20,6 +20,14 @@ static double pdi_isotropic_square(const pd_bonds *bonds, const pd_square *squar
     return across && open[0] && open[1] ? 0.0 : square->more * sum;
 }
 
+PDI_FN double pdi_isotropic_row(const pd_isotropic *isotropic, int32_t r, const double *f)
+{
+    double lap = 0.0;
+    for (int s = 0; s < isotropic->squares; s++)
+        lap += pdi_isotropic_square(isotropic->bonds, &isotropic->square[s], r, f);
+    return lap;
+}
+
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru)
 {
@@ -30,12 +38,8 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
-        for (int d = 0; d < PD_DIM; d++) {
-            double lap = 0.0;
-            for (int s = 0; s < isotropic->squares; s++)
-                lap += pdi_isotropic_square(bonds, &isotropic->square[s], r, u + d * total);
-            ru[d * total + bonds->node[r]] += nu * lap;
-        }
+        for (int d = 0; d < PD_DIM; d++)
+            ru[d * total + bonds->node[r]] += nu * pdi_isotropic_row(isotropic, r, u + d * total);
 }
 
 PDI_FN void pdi_isotropic_velocity(const pd_ctx *ctx, const pd_isotropic *isotropic, const double *v,

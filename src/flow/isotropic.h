@@ -40,6 +40,8 @@ PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
 /* Share of the excess that a flow takes whose Reynolds number is `rate` [1/m] a length: it falls from 1 to 0 as that of
  * the longest spacing grows, where advection errs by more than friction (theory: eq. 4.1f). */
 PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate);
+/* What the squares of row r that are not complete take off the Laplacian of a component f [total]. */
+PDI_FN double pdi_isotropic_row(const pd_isotropic *isotropic, int32_t r, const double *f);
 /* ru += what `excess` brings too much to friction nu of u [PD_DIM][total] by squares that are not complete. */
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru);

@@ -114,7 +114,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y
     step.p = du + split;
     step.grad = flow->grad;
     pdi_jacobian_apply(ctx, &s->jacobian, &step, y, y + split);
-    pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
+    pdi_flow_bend(ctx, flow, du, du + split, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
     pdi_flow_sharpen(ctx, flow, du, s->advecting, flow->grad, y);
     pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, du, y);

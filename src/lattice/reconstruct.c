@@ -3,8 +3,8 @@
 #include "core/owner.h"
 #include "core/par.h"
 #include "core/vec.h"
-#include "lattice/quadratic.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Of a quadratic about the node: slopes, then second derivatives. */
@@ -27,12 +27,6 @@ static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *
         term[a] = t * n[a];
         for (int b = 0; b <= a; b++) term[at++] = t * t * (double)(n[a] * n[b]);
     }
-}
-
-/* 1: a scalar knows the far end of bond k. Bonds to inlets carry none. */
-static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
-{
-    return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
 }
 
 static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
@@ -74,29 +68,9 @@ static void pdi_reconstruct_start(const pd_stencil *s, pdi_reconstruct_moments *
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->unit[a] = 1.0 / sqrt(m->unit[a]);
 }
 
-/* The gradient of a scalar (eq. 3.5b). */
-static int pdi_reconstruct_scalar(const pd_bonds *bonds, int32_t r, double *grad)
-{
-    const pd_stencil *s = bonds->stencil;
-    double term[PDI_RECONSTRUCT_TERMS];
-    pdi_reconstruct_moments m;
-    pdi_reconstruct_start(s, &m);
-    for (int k = 0; k < s->count; k++) {
-        if (!pdi_reconstruct_carries(bonds, r, k)) continue;
-        pdi_reconstruct_terms(s, k, 1.0, term);
-        pdi_reconstruct_add(term, s->base[k], &m);
-    }
-    if (!pdi_reconstruct_factor(&m)) return 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        memset(term, 0, sizeof term);
-        term[d] = 1.0 / bonds->grid->h[d];
-        pdi_reconstruct_solve(&m, term, grad + d * PDI_RECONSTRUCT_TERMS);
-    }
-    return 1;
-}
-
 /* What cut bonds add to the Laplacian of a velocity that vanishes on the surface (eq. 3.4b). */
-static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *bend, double *drag)
+static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const double *excess, double share, double *bend,
+                                    double *drag)
 {
     const pd_stencil *s = bonds->stencil;
     double term[PDI_RECONSTRUCT_TERMS], far[PDI_RECONSTRUCT_TERMS], wall[PDI_RECONSTRUCT_TERMS];
@@ -109,7 +83,7 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *be
         pdi_reconstruct_terms(s, k, 1.0, term);
         if (!pdi_bond_open(bonds, r, k)) {
             pdi_bond_end end;
-            double a = pdi_bond_lap(bonds, bonds->node[r])[k];
+            double a = pdi_bond_lap(bonds, bonds->node[r])[k] + (excess ? share * excess[k] : 0.0);
             pdi_bond_find_end(bonds, r, k, &end);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) far[c] += a * term[c];
             if (end.t > 1.0) continue; /* the line grazes the surface, and meets it far behind */
@@ -126,6 +100,334 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *be
     return 1;
 }
 
+/* ---- the cubic part of a velocity beside a wall ---- */
+
+/* Share of h that differences of a field reach. */
+#define PDI_RECONSTRUCT_NEAR 0.05
+/* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
+#define PDI_RECONSTRUCT_DEPENDS 1e-4
+/* A distance whose slope is off by more has an edge nearby. */
+#define PDI_RECONSTRUCT_EDGE 1e-2
+/* Sum of the curvatures, in 1/h, from which a surface counts as an edge. */
+#define PDI_RECONSTRUCT_SHARP 0.5
+
+/* The surface below a node. */
+typedef struct pdi_reconstruct_foot {
+    const pd_bonds *bonds;
+    int32_t closed;
+    double at[PD_DIM], normal[PD_DIM]; /* [m] */
+} pdi_reconstruct_foot;
+
+/* 0: no smooth surface, or one with an edge nearby. */
+static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_reconstruct_foot *foot)
+{
+    const pd_stencil *s = bonds->stencil;
+    double x[PD_DIM], nearest = HUGE_VAL, round = 0.0;
+    foot->bonds = bonds;
+    foot->closed = -1;
+    for (int k = 0; k < s->count; k++) {
+        pdi_bond_end end;
+        if (pdi_bond_open(bonds, r, k)) continue;
+        pdi_bond_find_end(bonds, r, k, &end);
+        double way = end.t * pdi_vec_norm(s->xi + k * PD_DIM);
+        if (!end.smooth || end.side || !(way < nearest)) continue;
+        nearest = way;
+        foot->closed = end.cell;
+    }
+    if (foot->closed < 0) return 0;
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    double distance = pdi_bond_smooth(bonds, foot->closed, x);
+    if (!(distance >= 0.0)) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        x[d] = at + eps;
+        double up = pdi_bond_smooth(bonds, foot->closed, x);
+        x[d] = at - eps;
+        foot->normal[d] = (up - pdi_bond_smooth(bonds, foot->closed, x)) / (2.0 * eps);
+        x[d] = at;
+    }
+    if (!(fabs(pdi_vec_norm(foot->normal) - 1.0) < PDI_RECONSTRUCT_EDGE)) return 0;
+    for (int d = 0; d < PD_DIM; d++) x[d] = foot->at[d] = x[d] - distance * foot->normal[d];
+    for (int d = 0; d < PD_DIM; d++) {
+        double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        x[d] = at + eps;
+        double up = pdi_bond_smooth(bonds, foot->closed, x);
+        x[d] = at - eps;
+        round += (up + pdi_bond_smooth(bonds, foot->closed, x)) / (eps * eps) * bonds->grid->h[d];
+        x[d] = at;
+    }
+    return fabs(round) < PDI_RECONSTRUCT_SHARP;
+}
+
+/* Velocity u at x [m] of slow flow that vanishes on the surface, and whose pressure has the second derivatives `bends`
+ * and nothing else, times mu (eq. 3.4c). */
+static void pdi_reconstruct_slow(const pdi_reconstruct_foot *foot, const double *bends, const double *x, double *u)
+{
+    double d = pdi_bond_smooth(foot->bonds, foot->closed, x), s[PD_DIM], hn[PD_DIM], hs[PD_DIM], square = 0.0;
+    const double *n = foot->normal;
+    for (int a = 0; a < PD_DIM; a++) s[a] = x[a] - foot->at[a];
+    double along = pdi_vec_dot(s, n);
+    for (int a = 0; a < PD_DIM; a++) {
+        s[a] -= along * n[a];
+        square += s[a] * s[a];
+        hn[a] = hs[a] = 0.0;
+    }
+    for (int a = 0, at = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++, at++) {
+            hn[a] += bends[at] * n[b];
+            hs[a] += bends[at] * s[b];
+            if (a == b) continue;
+            hn[b] += bends[at] * n[a];
+            hs[b] += bends[at] * s[a];
+        }
+    double up = pdi_vec_dot(hn, n), turn = pdi_vec_dot(hs, n);
+    for (int a = 0; a < PD_DIM; a++) {
+        double t = hn[a] - up * n[a];
+        u[a] = n[a] * (up * d * d * d / 6.0 + turn * d * d / 2.0) + (hs[a] - turn * n[a]) * d * d / 2.0 +
+               t * (PD_DIM * d * d * d / 6.0 - square * d / 2.0);
+    }
+}
+
+/* Friction of that velocity at row r: by its sums, less what it is. */
+static void pdi_reconstruct_excess(const pd_reconstruct *slopes, const pdi_reconstruct_foot *foot, int32_t r,
+                                   const double *bends, const double *excess, double share, double *miss)
+{
+    const pd_bonds *bonds = foot->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int64_t q = slopes->place[r];
+    double x[PD_DIM], y[PD_DIM], here[PD_DIM], u[2][PD_DIM];
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    pdi_reconstruct_slow(foot, bends, x, here);
+    for (int a = 0; a < PD_DIM; a++) miss[a] = -slopes->drag[q] * here[a];
+    for (int k = 0; k < s->count; k++) {
+        double weight = pdi_bond_lap(bonds, bonds->node[r])[k] + (excess ? share * excess[k] : 0.0);
+        if (!pdi_bond_open(bonds, r, k)) continue;
+        for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++)
+            weight += slopes->bend[q * PDI_RECONSTRUCT_TERMS + c] * slopes->term[k * PDI_RECONSTRUCT_TERMS + c];
+        for (int d = 0; d < PD_DIM; d++) y[d] = x[d] + s->xi[k * PD_DIM + d];
+        pdi_reconstruct_slow(foot, bends, y, u[0]);
+        for (int a = 0; a < PD_DIM; a++) miss[a] += weight * (u[0][a] - here[a]);
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        for (int side = 0; side < 2; side++) {
+            memcpy(y, x, sizeof y);
+            y[d] += side ? eps : -eps;
+            pdi_reconstruct_slow(foot, bends, y, u[side]);
+        }
+        for (int a = 0; a < PD_DIM; a++) miss[a] -= ((u[1][a] - here[a]) - (here[a] - u[0][a])) / (eps * eps);
+    }
+}
+
+#define PDI_RECONSTRUCT_CROSS (PD_DIM - 1)
+/* Of a normal velocity beside a wall, over its distance d: d and the ways s along it; d^2, d s, s^2. */
+#define PDI_RECONSTRUCT_LEAST (1 + PDI_RECONSTRUCT_CROSS)
+#define PDI_RECONSTRUCT_NORMAL \
+    (PDI_RECONSTRUCT_LEAST + 1 + PDI_RECONSTRUCT_CROSS + PDI_RECONSTRUCT_CROSS * (PDI_RECONSTRUCT_CROSS + 1) / 2)
+/* Weight of the node itself in that fit, over that of a neighbour. */
+#define PDI_RECONSTRUCT_OWN 100.0
+
+/* Unit vectors across the normal. */
+static void pdi_reconstruct_across(const double *normal, double across[PD_DIM][PD_DIM])
+{
+    int last = 0;
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(normal[d]) > fabs(normal[last])) last = d;
+    for (int b = 0, axis = 0; b < PDI_RECONSTRUCT_CROSS; b++, axis++) {
+        if (axis == last) axis++;
+        for (int d = 0; d < PD_DIM; d++) across[b][d] = d == axis ? 1.0 : 0.0;
+        for (int e = -1; e < b; e++) {
+            const double *other = e < 0 ? normal : across[e];
+            double along = pdi_vec_dot(across[b], other);
+            for (int d = 0; d < PD_DIM; d++) across[b][d] -= along * other[d];
+        }
+        double length = pdi_vec_norm(across[b]);
+        for (int d = 0; d < PD_DIM; d++) across[b][d] /= length;
+    }
+}
+
+/* The terms of a normal velocity at x, in cells. */
+static void pdi_reconstruct_rise(const pdi_reconstruct_foot *foot, double across[PD_DIM][PD_DIM], const double *x,
+                                 double *term)
+{
+    double h = foot->bonds->grid->h[0], d = pdi_bond_smooth(foot->bonds, foot->closed, x) / h;
+    double way[PD_DIM], s[PD_DIM];
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++) way[a] = (x[a] - foot->at[a]) / h;
+    term[at++] = d * d;
+    for (int b = 0; b < PDI_RECONSTRUCT_CROSS; b++) {
+        s[b] = pdi_vec_dot(way, across[b]);
+        term[at++] = d * s[b];
+    }
+    term[at++] = d * d * d;
+    for (int b = 0; b < PDI_RECONSTRUCT_CROSS; b++) {
+        term[at++] = d * d * s[b];
+        for (int c = 0; c <= b; c++) term[at++] = d * s[b] * s[c];
+    }
+}
+
+/* Divergence of the cubic terms times the normal at row r: through its parabolas, less what it is. */
+static void pdi_reconstruct_diverge(const pd_bonds *bonds, const pdi_reconstruct_foot *foot,
+                                    double across[PD_DIM][PD_DIM], int32_t r, double *more)
+{
+    const double *leg = bonds->leg + (int64_t)r * PD_DIM * 2, *h = bonds->grid->h;
+    double x[PD_DIM], y[PD_DIM], here[PDI_RECONSTRUCT_NORMAL], end[2][PDI_RECONSTRUCT_NORMAL];
+    double close[2][PDI_RECONSTRUCT_NORMAL];
+    memset(more, 0, PDI_RECONSTRUCT_NORMAL * sizeof *more);
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    pdi_reconstruct_rise(foot, across, x, here);
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = PDI_RECONSTRUCT_NEAR * h[d], low = fabs(leg[2 * d]), high = fabs(leg[2 * d + 1]);
+        for (int side = 0; side < 2; side++) {
+            memcpy(y, x, sizeof y);
+            y[d] = x[d] + (side ? h[d] : -h[d]);
+            pdi_reconstruct_rise(foot, across, y, end[side]);
+            if (!(leg[2 * d + side] > 0.0)) memset(end[side], 0, sizeof end[side]);
+            y[d] = x[d] + (side ? eps : -eps);
+            pdi_reconstruct_rise(foot, across, y, close[side]);
+        }
+        for (int c = PDI_RECONSTRUCT_LEAST; c < PDI_RECONSTRUCT_NORMAL; c++) {
+            double slope = pdi_reconstruct_parabola(low, high, end[0][c], here[c], end[1][c]) / h[d];
+            more[c] += foot->normal[d] * (slope - (close[1][c] - close[0][c]) / (2.0 * eps));
+        }
+    }
+}
+
+/* What the parabolas of row r miss of each velocity around it (eq. 3.4d). */
+static void pdi_reconstruct_leaks(pd_reconstruct *slopes, const pdi_reconstruct_foot *foot, int32_t r, double *to)
+{
+    enum { terms = PDI_RECONSTRUCT_NORMAL };
+    const pd_bonds *bonds = slopes->bonds;
+    double moment[PDI_RECONSTRUCT_NORMAL * PDI_RECONSTRUCT_NORMAL], unit[PDI_RECONSTRUCT_NORMAL];
+    double least[PDI_RECONSTRUCT_NORMAL], more[PDI_RECONSTRUCT_NORMAL], across[PD_DIM][PD_DIM], x[PD_DIM];
+    double term[PDI_RECONSTRUCT_NEARS + 1][PDI_RECONSTRUCT_NORMAL];
+    memset(moment, 0, sizeof moment);
+    memset(across, 0, sizeof across);
+    pdi_reconstruct_across(foot->normal, across);
+    for (int n = 0; n <= slopes->nears; n++) {
+        int k = n ? slopes->near[n - 1] : -1;
+        double weight = n ? bonds->stencil->base[k] * bonds->grid->h[0] * bonds->grid->h[0] : PDI_RECONSTRUCT_OWN;
+        memset(term[n], 0, sizeof term[n]);
+        if (n && !pdi_bond_open(bonds, r, k)) continue;
+        pd_grid_position(bonds->grid, bonds->node[r], x);
+        for (int d = 0; d < PD_DIM && n; d++) x[d] += bonds->stencil->xi[k * PD_DIM + d];
+        pdi_reconstruct_rise(foot, across, x, term[n]);
+        for (int a = 0; a < terms; a++)
+            for (int b = 0; b < terms; b++) moment[a * terms + b] += weight * term[n][a] * term[n][b];
+        for (int a = 0; a < terms; a++) term[n][a] *= weight;
+    }
+    for (int a = 0; a < terms; a++) {
+        if (!(moment[a * terms + a] > 0.0)) return;
+        unit[a] = 1.0 / sqrt(moment[a * terms + a]);
+        least[a] = PDI_RECONSTRUCT_DEPENDS;
+    }
+    pdi_reconstruct_diverge(bonds, foot, across, r, more);
+    for (int a = 0; a < terms; a++) {
+        more[a] *= unit[a];
+        for (int b = 0; b < terms; b++) moment[a * terms + b] *= unit[a] * unit[b];
+    }
+    if (!pdi_vec_factor(terms, terms, least, moment)) return;
+    pdi_vec_substitute(terms, terms, moment, more);
+    for (int n = 0; n <= slopes->nears; n++) {
+        double sum = 0.0;
+        for (int a = 0; a < terms; a++) sum += more[a] * unit[a] * term[n][a];
+        for (int d = 0; d < PD_DIM; d++) to[n * PD_DIM + d] = sum * foot->normal[d];
+    }
+}
+
+/* What the sums of row r miss of cubics. */
+static void pdi_reconstruct_cubic(pd_reconstruct *slopes, int32_t r, const double *excess, double share)
+{
+    int64_t q = slopes->place[r];
+    double *miss = slopes->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
+    double *leak = slopes->cubic + q * (slopes->nears + 1) * PD_DIM;
+    pdi_reconstruct_foot foot;
+    memset(miss, 0, PD_DIM * PDI_RECONSTRUCT_BENDS * sizeof *miss);
+    memset(leak, 0, (size_t)(slopes->nears + 1) * PD_DIM * sizeof *leak);
+    if (!slopes->fits[q] || !pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
+    pdi_reconstruct_leaks(slopes, &foot, r, leak);
+    for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) {
+        double bends[PDI_RECONSTRUCT_BENDS], part[PD_DIM];
+        memset(bends, 0, sizeof bends);
+        bends[c] = 1.0;
+        pdi_reconstruct_excess(slopes, &foot, r, bends, excess, share, part);
+        for (int a = 0; a < PD_DIM; a++) miss[a * PDI_RECONSTRUCT_BENDS + c] = part[a];
+    }
+}
+
+/* 1: a scalar stands at `node`. */
+static int pdi_reconstruct_stands(const pd_grid *grid, int32_t node)
+{
+    return pdi_grid_open(grid->kind[node]) && grid->kind[node] != PD_INLET;
+}
+
+/* Steps to the nodes beside `node` along axis d that a parabola goes through: both neighbours, or the next two on one
+ * side. 0: there are none. */
+static int pdi_reconstruct_line(const pd_grid *grid, int32_t node, int d, int32_t step[2])
+{
+    int32_t stride = grid->stride[d];
+    int below = pdi_reconstruct_stands(grid, node - stride), above = pdi_reconstruct_stands(grid, node + stride);
+    step[0] = above ? stride : -stride;
+    step[1] = above && below ? -stride : 2 * step[0];
+    if (above && below) return 1;
+    return grid->kind[node + step[0]] == PD_FLUID && pdi_reconstruct_stands(grid, node + step[1]);
+}
+
+/* Second derivatives of f at a node: of parabolas along the axes, the mean over the squares beside it across them. */
+static void pdi_reconstruct_curve(const pd_grid *grid, int32_t node, const double *f, double *bends)
+{
+    for (int a = 0, at = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++, at++) {
+            int32_t step[2];
+            int count = 0;
+            bends[at] = 0.0;
+            if (a == b && pdi_reconstruct_line(grid, node, a, step)) {
+                int32_t third = step[0] + step[1];
+                double one = f[node + step[0]] - f[node], two = f[node + step[1]] - f[node];
+                bends[at] = third ? two - 2.0 * one : one + two;
+                if (third && grid->kind[node + step[1]] == PD_FLUID && pdi_reconstruct_stands(grid, node + third))
+                    bends[at] = 4.0 * two - 5.0 * one - (f[node + third] - f[node]);
+                bends[at] /= grid->h[a] * grid->h[a];
+            }
+            for (int which = 0; which < 4 && a != b; which++) {
+                int32_t i = node + (which & 1 ? grid->stride[a] : -grid->stride[a]);
+                int32_t j = node + (which & 2 ? grid->stride[b] : -grid->stride[b]), k = i + j - node;
+                if (!pdi_reconstruct_stands(grid, i) || !pdi_reconstruct_stands(grid, j) ||
+                    !pdi_reconstruct_stands(grid, k))
+                    continue;
+                double mixed = f[k] - f[i] - f[j] + f[node];
+                bends[at] += which == 0 || which == 3 ? mixed : -mixed;
+                count++;
+            }
+            if (count) bends[at] /= count * grid->h[a] * grid->h[b];
+        }
+}
+
+PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss)
+{
+    const double *part = slopes->miss + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_BENDS;
+    double bends[PDI_RECONSTRUCT_BENDS];
+    pdi_reconstruct_curve(slopes->bonds->grid, slopes->bonds->node[r], f, bends);
+    for (int a = 0; a < PD_DIM; a++) {
+        miss[a] = 0.0;
+        for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) miss[a] += part[a * PDI_RECONSTRUCT_BENDS + c] * bends[c];
+    }
+}
+
+PDI_FN double pdi_reconstruct_leak(const pd_reconstruct *slopes, int32_t r, const double *u)
+{
+    const pd_bonds *bonds = slopes->bonds;
+    const double *part = slopes->cubic + (int64_t)slopes->place[r] * (slopes->nears + 1) * PD_DIM;
+    double sum = 0.0;
+    for (int n = 0; n <= slopes->nears; n++) {
+        int k = n ? slopes->near[n - 1] : -1;
+        if (n && !pdi_bond_open(bonds, r, k)) continue;
+        int32_t j = n ? bonds->node[r] + bonds->paths.shift[k] : bonds->node[r];
+        for (int d = 0; d < PD_DIM; d++) sum += part[n * PD_DIM + d] * u[(int64_t)d * bonds->grid->total + j];
+    }
+    return sum;
+}
+
 PDI_COLD_BEGIN
 static void pdi_reconstruct_list(pdi_owner *owner, void *object)
 {
@@ -133,11 +435,27 @@ static void pdi_reconstruct_list(pdi_owner *owner, void *object)
     int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS;
     PDI_ARRAY(owner, slopes, row, count, "1");
     PDI_ARRAY(owner, slopes, fits, count, "1");
-    PDI_ARRAY(owner, slopes, grad, count * PD_DIM * terms, "1/m");
     PDI_ARRAY(owner, slopes, bend, count * terms, "1/m2");
     PDI_ARRAY(owner, slopes, drag, count, "1/m2");
+    PDI_ARRAY(owner, slopes, miss, count * PD_DIM * PDI_RECONSTRUCT_BENDS, "m");
+    PDI_ARRAY(owner, slopes, cubic, count * (slopes->nears + 1) * PD_DIM, "1/m");
     PDI_ARRAY(owner, slopes, term, slopes->bonds ? slopes->bonds->stencil->count * terms : 0, "1");
     PDI_ARRAY(owner, slopes, place, slopes->rows, "1");
+}
+
+/* The bonds to nodes within the cube around a node. */
+static void pdi_reconstruct_around(pd_reconstruct *slopes)
+{
+    const pd_stencil *s = slopes->bonds->stencil;
+    slopes->nears = 0;
+    for (int k = 0; k < s->count; k++) {
+        int most = 0;
+        for (int d = 0; d < PD_DIM; d++) {
+            int n = abs(s->offset[k * PD_DIM + d]);
+            most = n > most ? n : most;
+        }
+        if (most == 1) slopes->near[slopes->nears++] = k;
+    }
 }
 
 static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstruct *slopes)
@@ -148,11 +466,13 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
     slopes->bonds = bonds;
     slopes->capacity = count + count / 4;
     slopes->rows = bonds->capacity;
+    pdi_reconstruct_around(slopes);
     return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
 }
 PDI_COLD_END
 
-PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes)
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *excess, double share,
+                                        pd_reconstruct *slopes)
 {
     int32_t count = 0;
     for (int32_t r = 0; r < bonds->rows; r++) count += bonds->smooth[r];
@@ -170,11 +490,10 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_r
         if (r >= bonds->rows || !bonds->smooth[r]) continue;
         slopes->place[r] = q;
         slopes->row[q] = r;
-        slopes->fits[q] = 0;
-        if (pdi_reconstruct_scalar(bonds, r, slopes->grad + (int64_t)q * PD_DIM * PDI_RECONSTRUCT_TERMS))
-            slopes->fits[q] |= PDI_RECONSTRUCT_SCALAR;
-        if (pdi_reconstruct_velocity(bonds, r, slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS, slopes->drag + q))
-            slopes->fits[q] |= PDI_RECONSTRUCT_VELOCITY;
+        slopes->fits[q] = (uint8_t)pdi_reconstruct_velocity(bonds, r, excess, share,
+                                                            slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS,
+                                                            slopes->drag + q);
+        pdi_reconstruct_cubic(slopes, r, excess, share);
         slopes->count++;
     }
     return PD_OK;
@@ -184,26 +503,18 @@ PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *sl
 {
     const pd_bonds *bonds = slopes->bonds;
     if (!slopes->count) return;
-    const pd_stencil *s = bonds->stencil;
-    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * s->count * PDI_RECONSTRUCT_TERMS);
+    const pd_grid *grid = bonds->grid;
+    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * PD_DIM * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < slopes->count; q++) {
-        int32_t r = slopes->row[q], node = bonds->node[r];
-        double sum[PDI_RECONSTRUCT_TERMS];
-        if (!(slopes->fits[q] & PDI_RECONSTRUCT_SCALAR)) continue;
-        memset(sum, 0, sizeof sum);
-        for (int k = 0; k < s->count; k++) {
-            if (!pdi_reconstruct_carries(bonds, r, k)) continue;
-            const double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
-            double difference = f[node + bonds->paths.shift[k]] - f[node];
-            for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) sum[a] += difference * term[a];
-        }
+        int32_t node = bonds->node[slopes->row[q]];
         for (int d = 0; d < PD_DIM; d++) {
-            const double *weight = slopes->grad + ((int64_t)q * PD_DIM + d) * PDI_RECONSTRUCT_TERMS;
-            double value = 0.0;
-            for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) value += weight[a] * sum[a];
-            grad[(int64_t)d * bonds->grid->total + node] = value;
+            int32_t step[2];
+            if (!pdi_reconstruct_line(grid, node, d, step)) continue;
+            double one = f[node + step[0]] - f[node], two = f[node + step[1]] - f[node];
+            double slope = step[1] == -step[0] ? 0.5 * (one - two) : 2.0 * one - 0.5 * two;
+            grad[(int64_t)d * grid->total + node] = (step[0] > 0 ? slope : -slope) / grid->h[d];
         }
     }
 }
@@ -226,28 +537,6 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const 
     }
 }
 
-PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
-{
-    const pd_stencil *s = bonds->stencil;
-    int32_t row = bonds->row[node];
-    pdi_quadratic fit;
-    double at[PD_DIM], place[PD_DIM];
-    pdi_quadratic_start(&fit, x, bonds->grid->h);
-    pd_grid_position(bonds->grid, node, at);
-    pdi_quadratic_value(&fit, at, f[node]);
-    for (int k = 0; k < s->count; k++) {
-        const int *n = s->offset + k * PD_DIM;
-        int32_t far = node + bonds->paths.shift[k];
-        int square = 0;
-        for (int d = 0; d < PD_DIM; d++) square += n[d] * n[d];
-        if (square > PDI_QUADRATIC_SQUARE || bonds->grid->kind[far] == PD_INLET) continue;
-        if (row >= 0 && !pdi_bond_open(bonds, row, k)) continue;
-        for (int d = 0; d < PD_DIM; d++) place[d] = at[d] + s->xi[k * PD_DIM + d];
-        pdi_quadratic_value(&fit, place, f[far]);
-    }
-    return pdi_quadratic_solve(&fit);
-}
-
 PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 {
     pdi_owner_free(ctx, pdi_reconstruct_list, slopes);
@@ -256,3 +545,11 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 
 #undef PDI_RECONSTRUCT_TERMS
 #undef PDI_RECONSTRUCT_MIN_PIVOT
+#undef PDI_RECONSTRUCT_NEAR
+#undef PDI_RECONSTRUCT_EDGE
+#undef PDI_RECONSTRUCT_SHARP
+#undef PDI_RECONSTRUCT_DEPENDS
+#undef PDI_RECONSTRUCT_CROSS
+#undef PDI_RECONSTRUCT_LEAST
+#undef PDI_RECONSTRUCT_NORMAL
+#undef PDI_RECONSTRUCT_OWN

@@ -2,46 +2,68 @@
  *
  * The gradient (3.5) of a cut family is exact for linear fields: on one side of a surface its error is half the bend of
  * the field over the reach of the bonds. And what (3.2) takes along each cut bond by itself leaves out how the slope of
- * the velocity changes along the surface. Rows on shapes that are curved or inclined fit quadratics instead, where
- * their bonds determine them: of a scalar to the open bonds, of a velocity to the places on the surface as well
- * (theory: eq. 3.5b, 3.4b).
+ * the velocity changes along the surface. Rows on shapes that are curved or inclined take parabolas along the axes for
+ * a scalar, and for a velocity a quadratic through the places on the surface as well, where their bonds determine one
+ * (theory: eq. 3.5b, 3.4b). The cubic part of a velocity that vanishes on the surface follows from the second
+ * derivatives of the pressure: what sums miss of it is known beforehand (eq. 3.4c).
  */
 #ifndef PD_RECONSTRUCT_H
 #define PD_RECONSTRUCT_H
 #include "lattice/bond.h"
 
+#if PD_DIM == 1
+#define PDI_RECONSTRUCT_NEARS 2
+#elif PD_DIM == 2
+#define PDI_RECONSTRUCT_NEARS 8
+#else
+#define PDI_RECONSTRUCT_NEARS 26
+#endif
+
 typedef struct pd_reconstruct {
     const pd_bonds *bonds;
     int32_t count, capacity; /* rows beside smooth surfaces */
     int32_t *row;            /* [capacity] */
-    uint8_t *fits; /* [capacity] PDI_RECONSTRUCT_SCALAR, PDI_RECONSTRUCT_VELOCITY: those that the bonds determine */
-    double *grad;            /* [capacity][PD_DIM][terms] [1/m] gradient from the moments of the differences */
+    uint8_t *fits;           /* [capacity] 1: the bonds determine the fit of a velocity */
     double *bend;            /* [capacity][terms] [1/m2] the sum over cut bonds of (3.4b) from the same moments */
     double *drag;            /* [capacity] [1/m2] what it takes from the velocity of the node, for the surface */
     double *term;            /* [bonds of the stencil][terms] [-] weighted terms of the far ends of all rows */
+    double *miss;            /* [capacity][PD_DIM][second derivatives] [m] what friction has too much (3.4c) for each
+                              * second derivative of the pressure over mu */
+    double *cubic;           /* [capacity][nears + 1][PD_DIM] [1/m] divergence of the cubic part of a velocity that the
+                              * parabolas do not see (3.4d), from the node and from the `nears` around it */
+    int32_t near[PDI_RECONSTRUCT_NEARS]; /* bonds to nodes that a cube around the node holds */
+    int32_t nears;
     int32_t rows;
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
 } pd_reconstruct;
 
 #ifdef PDI_INTERNAL
-/* The fits as the geometry is; `slopes` holds zeros or those of before. */
-PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes);
+/* The fits as the geometry is; `slopes` holds zeros or those of before. excess: NULL, or [bonds of the stencil] [1/m2]
+ * what friction adds, times `share`, to the weights of the Laplacian. */
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *excess, double share,
+                                        pd_reconstruct *slopes);
 PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
 
-/* Value of f [total] at the place x [m] beside fluid node `node`: that of the quadratic (3.11) through the node and the
- * far ends of its open bonds. Ghosts must be filled; inlets carry no scalar. */
-PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
-#define PDI_RECONSTRUCT_SCALAR 1 /* the row has the fit of a scalar */
-#define PDI_RECONSTRUCT_VELOCITY 2 /* the row has the fit of a velocity */
-/* grad [PD_DIM][total] of f [total] at the rows that have a fit of a scalar; ghosts must be filled. */
+#define PDI_RECONSTRUCT_BENDS (PD_DIM * (PD_DIM + 1) / 2) /* second derivatives: xx, yx, yy, .. */
+/* grad [PD_DIM][total] of f [total] at the rows beside smooth surfaces, along axes on which they have neighbours.
+ * Ghosts must be filled. */
 PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *slopes, const double *f, double *grad);
 /* 1: row r of the bonds has a fit of a velocity. */
 static inline int pdi_reconstruct_bent(const pd_reconstruct *slopes, int32_t r)
 {
-    return r < slopes->rows && slopes->place[r] >= 0 && (slopes->fits[slopes->place[r]] & PDI_RECONSTRUCT_VELOCITY);
+    return r < slopes->rows && slopes->place[r] >= 0 && slopes->fits[slopes->place[r]];
 }
 /* wall [PD_DIM] = what cut bonds make of the Laplacian of u [PD_DIM][total] at such a row beside a surface at rest. */
 PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const double *u, double *wall);
+/* Friction [PD_DIM] [unit of f / m] that such a row has too much beside a pressure f [total] (eq. 3.4c). */
+PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss);
+/* Divergence that such a row has too much of the velocity u (eq. 3.4d). */
+PDI_FN double pdi_reconstruct_leak(const pd_reconstruct *slopes, int32_t r, const double *u);
+/* Slope at 0 of the parabola through `below` at -a, `at` at 0 and `above` at b. */
+static inline double pdi_reconstruct_parabola(double a, double b, double below, double at, double above)
+{
+    return ((above - at) * a / b + (at - below) * b / a) / (a + b);
+}
 #endif
 
 #endif

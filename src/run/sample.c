@@ -2,6 +2,7 @@
 #include "run/sample.h"
 #include "core/vec.h"
 #include "metal/interface.h"
+#include "flow/force.h"
 #include "lattice/surface.h"
 #include "lattice/quadratic.h"
 #include "lattice/reconstruct.h"
@@ -323,7 +324,8 @@ static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
         if (!(fabs(job->side) > 0.0)) job->side = 1.0;
     }
     pdi_sample_reach(job, base);
-    if (job->field == PD_FIELD_P) return pdi_reconstruct_value(&job->m->bonds, job->f, base, job->x);
+    if (job->field == PD_FIELD_P)
+        return pdi_force_pressure(&job->m->bonds, job->m->setup->has_gas ? NULL : &job->m->flow, job->f, base, job->x);
     pdi_sample_gather(job, base);
     return pdi_quadratic_solve(&job->fit);
 }
