@@ -2938,8 +2938,8 @@ PDI_FN void pdi_sharp_free(pd_ctx *ctx, pd_sharp *sharp);
  * On the nearest neighbours the Laplacian errs by fourth derivatives along the axes and mixed ones, and by other shares
  * of them than h^2/12 lap lap, which vanishes in slow steady flow. What is missing is mixed differences over squares of
  * four nodes: what one takes up the others give. Squares that miss a node have none (theory: eq. 4.1b to 4.1e). The
- * divergence errs by third derivatives along the axes: the advecting velocity takes off what makes it a Laplacian of the
- * divergence, which vanishes (eq. 4.2d).
+ * divergence errs by third derivatives along the axes: the advecting velocity takes off what makes it a Laplacian of
+ * the divergence, which vanishes (eq. 4.2d).
  */
 #ifndef PD_ISOTROPIC_H
 #define PD_ISOTROPIC_H
@@ -2955,7 +2955,7 @@ typedef struct pd_isotropic {
     int squares;
     pd_square square[2 * PD_DIM * PD_DIM];
     double excess[2 * PD_DIM * PD_DIM]; /* [1/m2] of bonds over those of the Laplacian, where squares are complete */
-    double bend[PD_DIM]; /* [-] of the second difference along its axis that a component of the advecting velocity loses */
+    double bend[PD_DIM]; /* [-] of its second difference along its axis, which the advecting velocity loses */
 } pd_isotropic;
 
 #ifdef PDI_INTERNAL
@@ -24050,8 +24050,8 @@ static double pdi_isotropic_bent(const pd_stencil *s, int d)
     for (int k = 0; k < s->count; k++) {
         double n = s->offset[k * PD_DIM + d];
         for (int b = 0; b < PD_DIM; b++)
-            bend += (b == d ? 1.0 / 6.0 : PD_DIM == 3 ? -0.25 : -0.5) * s->grad[k * PD_DIM + b] * s->xi[k * PD_DIM + b] *
-                    n * n;
+            bend += (b == d ? 1.0 / 6.0 : PD_DIM == 3 ? -0.25 : -0.5) * n * n * s->grad[k * PD_DIM + b] *
+                    s->xi[k * PD_DIM + b];
     }
     return bend;
 }

@@ -641,5 +641,5 @@ TEST(logarithm)
     }
 }
 
-TEST_MAIN(ENTRY(exact) ENTRY(logarithm) ENTRY(hoop) ENTRY(conservation) ENTRY(order) ENTRY(tube) ENTRY(annulus) ENTRY(pin)
-          ENTRY(fading) ENTRY(held) ENTRY(bodies_shrink_at_the_speed) ENTRY(refusals))
+TEST_MAIN(ENTRY(exact) ENTRY(logarithm) ENTRY(hoop) ENTRY(conservation) ENTRY(order) ENTRY(tube) ENTRY(annulus)
+          ENTRY(pin) ENTRY(fading) ENTRY(held) ENTRY(bodies_shrink_at_the_speed) ENTRY(refusals))

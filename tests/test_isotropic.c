@@ -227,7 +227,7 @@ static double diverged(scene *s, int *count)
     return most / size;
 }
 
-/* Beside a ball the divergence of a cubic without one is zero in whole families, at any ratio of spacings in the plane. */
+/* Beside a ball the divergence of a cubic without one is zero in whole families; in the plane at any spacings. */
 TEST(divergence)
 {
     const double spacings[2][3] = {{0.1, 0.1, 0.1}, {0.1, 0.06, 0.06}};

@@ -197,10 +197,10 @@ static double horizon_row(bench *b, const study *s, const horizon_problem *of)
 #define HORIZON_WIDER "Bonds longer than a spacing spread a front and a peak by more than one."
 #elif PD_DIM == 2
 #define HORIZON_WIDER                                                                                              \
-    "Past the pin with round ends the divergence has the same error with all horizons, that of its own Laplacian, since "  \
-    "the advecting velocity takes off what the nearest neighbours have more (theory: eq. 4.2d). In the cavity at "         \
-    "Re = 3200 m = 1 has the smaller error on each lattice and takes up to a third more evaluations. Around the wire "     \
-    "what is left is the closure of its surface, which m = 2 takes from twice as many cut bonds."
+    "Past the pin with round ends the nearest neighbours have a divergence whose error is that of its own Laplacian, " \
+    "like wider horizons (theory: eq. 4.2d). In the cavity at Re = 3200 m = 1 has the smaller error on each lattice "  \
+    "and takes up to a third more evaluations. Around the wire what is left is the closure of its surface, which "     \
+    "m = 2 takes from more cut bonds."
 #else
 #define HORIZON_WIDER                                                                                              \
     "The flow through a tube is exact: what is left is rounding, and counts for no horizon. In the periodic channel " \

@@ -146,7 +146,7 @@ static pd_status turn_solved(val_job *job, int times, int cells, double *c)
 /* Cells by which an inlet seems to end early beside an outlet: the discrete half-plane (theory: 2.3). */
 #define TURN_EARLY 0.30
 
-/* The error against the limit of finer lattices, over what an inlet that ends TURN_EARLY cells early makes of the field;
+/* The error against the limit of finer lattices over what an inlet that ends TURN_EARLY cells early makes of the field;
  * the largest deviation from 1. */
 static pd_status turn_edge_run(val_job *job)
 {

@@ -153,8 +153,8 @@ static double pdi_isotropic_bent(const pd_stencil *s, int d)
     for (int k = 0; k < s->count; k++) {
         double n = s->offset[k * PD_DIM + d];
         for (int b = 0; b < PD_DIM; b++)
-            bend += (b == d ? 1.0 / 6.0 : PD_DIM == 3 ? -0.25 : -0.5) * s->grad[k * PD_DIM + b] * s->xi[k * PD_DIM + b] *
-                    n * n;
+            bend += (b == d ? 1.0 / 6.0 : PD_DIM == 3 ? -0.25 : -0.5) * n * n * s->grad[k * PD_DIM + b] *
+                    s->xi[k * PD_DIM + b];
     }
     return bend;
 }

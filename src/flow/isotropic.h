@@ -4,8 +4,8 @@
  * On the nearest neighbours the Laplacian errs by fourth derivatives along the axes and mixed ones, and by other shares
  * of them than h^2/12 lap lap, which vanishes in slow steady flow. What is missing is mixed differences over squares of
  * four nodes: what one takes up the others give. Squares that miss a node have none (theory: eq. 4.1b to 4.1e). The
- * divergence errs by third derivatives along the axes: the advecting velocity takes off what makes it a Laplacian of the
- * divergence, which vanishes (eq. 4.2d).
+ * divergence errs by third derivatives along the axes: the advecting velocity takes off what makes it a Laplacian of
+ * the divergence, which vanishes (eq. 4.2d).
  */
 #ifndef PD_ISOTROPIC_H
 #define PD_ISOTROPIC_H
@@ -23,7 +23,7 @@ typedef struct pd_isotropic {
     int squares;
     pd_square square[2 * PD_DIM * PD_DIM];
     double excess[2 * PD_DIM * PD_DIM]; /* [1/m2] of bonds over those of the Laplacian, where squares are complete */
-    double bend[PD_DIM]; /* [-] of the second difference along its axis that a component of the advecting velocity loses */
+    double bend[PD_DIM]; /* [-] of its second difference along its axis, which the advecting velocity loses */
 } pd_isotropic;
 
 #ifdef PDI_INTERNAL
