@@ -2043,45 +2043,67 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit);
  *
  * The gradient (3.5) of a cut family is exact for linear fields: on one side of a surface its error is half the bend of
  * the field over the reach of the bonds. And what (3.2) takes along each cut bond by itself leaves out how the slope of
- * the velocity changes along the surface. Rows on shapes that are curved or inclined fit quadratics instead, where
- * their bonds determine them: of a scalar to the open bonds, of a velocity to the places on the surface as well
- * (theory: eq. 3.5b, 3.4b).
+ * the velocity changes along the surface. Rows on shapes that are curved or inclined take parabolas along the axes for
+ * a scalar, and for a velocity a quadratic through the places on the surface as well, where their bonds determine one
+ * (theory: eq. 3.5b, 3.4b). The cubic part of a velocity that vanishes on the surface follows from the second
+ * derivatives of the pressure: what sums miss of it is known beforehand (eq. 3.4c).
  */
 #ifndef PD_RECONSTRUCT_H
 #define PD_RECONSTRUCT_H
+
+#if PD_DIM == 1
+#define PDI_RECONSTRUCT_NEARS 2
+#elif PD_DIM == 2
+#define PDI_RECONSTRUCT_NEARS 8
+#else
+#define PDI_RECONSTRUCT_NEARS 26
+#endif
 
 typedef struct pd_reconstruct {
     const pd_bonds *bonds;
     int32_t count, capacity; /* rows beside smooth surfaces */
     int32_t *row;            /* [capacity] */
-    uint8_t *fits; /* [capacity] PDI_RECONSTRUCT_SCALAR, PDI_RECONSTRUCT_VELOCITY: those that the bonds determine */
-    double *grad;            /* [capacity][PD_DIM][terms] [1/m] gradient from the moments of the differences */
+    uint8_t *fits;           /* [capacity] 1: the bonds determine the fit of a velocity */
     double *bend;            /* [capacity][terms] [1/m2] the sum over cut bonds of (3.4b) from the same moments */
     double *drag;            /* [capacity] [1/m2] what it takes from the velocity of the node, for the surface */
     double *term;            /* [bonds of the stencil][terms] [-] weighted terms of the far ends of all rows */
+    double *miss;            /* [capacity][PD_DIM][second derivatives] [m] what friction has too much (3.4c) for each
+                              * second derivative of the pressure over mu */
+    double *cubic;           /* [capacity][nears + 1][PD_DIM] [1/m] divergence of the cubic part of a velocity that the
+                              * parabolas do not see (3.4d), from the node and from the `nears` around it */
+    int32_t near[PDI_RECONSTRUCT_NEARS]; /* bonds to nodes that a cube around the node holds */
+    int32_t nears;
     int32_t rows;
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
 } pd_reconstruct;
 
 #ifdef PDI_INTERNAL
-/* The fits as the geometry is; `slopes` holds zeros or those of before. */
-PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes);
+/* The fits as the geometry is; `slopes` holds zeros or those of before. excess: NULL, or [bonds of the stencil] [1/m2]
+ * what friction adds, times `share`, to the weights of the Laplacian. */
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *excess, double share,
+                                        pd_reconstruct *slopes);
 PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
 
-/* Value of f [total] at the place x [m] beside fluid node `node`: that of the quadratic (3.11) through the node and the
- * far ends of its open bonds. Ghosts must be filled; inlets carry no scalar. */
-PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
-#define PDI_RECONSTRUCT_SCALAR 1 /* the row has the fit of a scalar */
-#define PDI_RECONSTRUCT_VELOCITY 2 /* the row has the fit of a velocity */
-/* grad [PD_DIM][total] of f [total] at the rows that have a fit of a scalar; ghosts must be filled. */
+#define PDI_RECONSTRUCT_BENDS (PD_DIM * (PD_DIM + 1) / 2) /* second derivatives: xx, yx, yy, .. */
+/* grad [PD_DIM][total] of f [total] at the rows beside smooth surfaces, along axes on which they have neighbours.
+ * Ghosts must be filled. */
 PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *slopes, const double *f, double *grad);
 /* 1: row r of the bonds has a fit of a velocity. */
 static inline int pdi_reconstruct_bent(const pd_reconstruct *slopes, int32_t r)
 {
-    return r < slopes->rows && slopes->place[r] >= 0 && (slopes->fits[slopes->place[r]] & PDI_RECONSTRUCT_VELOCITY);
+    return r < slopes->rows && slopes->place[r] >= 0 && slopes->fits[slopes->place[r]];
 }
 /* wall [PD_DIM] = what cut bonds make of the Laplacian of u [PD_DIM][total] at such a row beside a surface at rest. */
 PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const double *u, double *wall);
+/* Friction [PD_DIM] [unit of f / m] that such a row has too much beside a pressure f [total] (eq. 3.4c). */
+PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss);
+/* Divergence that such a row has too much of the velocity u (eq. 3.4d). */
+PDI_FN double pdi_reconstruct_leak(const pd_reconstruct *slopes, int32_t r, const double *u);
+/* Slope at 0 of the parabola through `below` at -a, `at` at 0 and `above` at b. */
+static inline double pdi_reconstruct_parabola(double a, double b, double below, double at, double above)
+{
+    return ((above - at) * a / b + (at - below) * b / a) / (a + b);
+}
 #endif
 
 #endif
@@ -2922,6 +2944,8 @@ PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
 /* Share of the excess that a flow takes whose Reynolds number is `rate` [1/m] a length: it falls from 1 to 0 as that of
  * the longest spacing grows, where advection errs by more than friction (theory: eq. 4.1f). */
 PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate);
+/* What the squares of row r that are not complete take off the Laplacian of a component f [total]. */
+PDI_FN double pdi_isotropic_row(const pd_isotropic *isotropic, int32_t r, const double *f);
 /* ru += what `excess` brings too much to friction nu of u [PD_DIM][total] by squares that are not complete. */
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru);
@@ -3091,10 +3115,10 @@ static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
         if (fabs(flow->wall_motion[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
     return 1;
 }
-/* ru += what (3.4b) has more than (3.3) and (3.4) of the velocity u and of the pressure gradient. held: the body force
- * counts. */
-PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
-                          double *ru);
+/* ru += what (3.4b) and (3.4c) have more than (3.3) and (3.4) of the velocity u, of the pressure p and of its gradient.
+ * held: the body force counts. */
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p, const double *grad,
+                          int held, double *ru);
 /* rc += sign times what (4.2c) has more than the bond fluxes of `advecting`, made from u by pdi_flow_advecting. */
 PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting, int held,
                           double sign, double *rc);
@@ -3227,6 +3251,14 @@ PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double
  * steady flow. The body force counts with the cells of fluid inside. PD_ERR_GEOMETRY: a closed or outer node lies
  * within two cells of a side. */
 PD_API pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force);
+
+#ifdef PDI_INTERNAL
+/* Value at the place x [m] that fluid node `node` sees of the kinematic pressure p [total]: of the quadratic (3.11)
+ * through the nodes within two cells, and the slope that friction of `flow` gives it on a smooth surface or side of the
+ * box at rest beside x (eq. 3.11b). flow NULL: of the nodes alone. Ghosts must be filled. */
+PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p, int32_t node,
+                                 const double *x);
+#endif
 
 #endif
 
@@ -18991,12 +19023,6 @@ static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *
     }
 }
 
-/* 1: a scalar knows the far end of bond k. Bonds to inlets carry none. */
-static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
-{
-    return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
-}
-
 static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
 {
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++)
@@ -19036,29 +19062,9 @@ static void pdi_reconstruct_start(const pd_stencil *s, pdi_reconstruct_moments *
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->unit[a] = 1.0 / sqrt(m->unit[a]);
 }
 
-/* The gradient of a scalar (eq. 3.5b). */
-static int pdi_reconstruct_scalar(const pd_bonds *bonds, int32_t r, double *grad)
-{
-    const pd_stencil *s = bonds->stencil;
-    double term[PDI_RECONSTRUCT_TERMS];
-    pdi_reconstruct_moments m;
-    pdi_reconstruct_start(s, &m);
-    for (int k = 0; k < s->count; k++) {
-        if (!pdi_reconstruct_carries(bonds, r, k)) continue;
-        pdi_reconstruct_terms(s, k, 1.0, term);
-        pdi_reconstruct_add(term, s->base[k], &m);
-    }
-    if (!pdi_reconstruct_factor(&m)) return 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        memset(term, 0, sizeof term);
-        term[d] = 1.0 / bonds->grid->h[d];
-        pdi_reconstruct_solve(&m, term, grad + d * PDI_RECONSTRUCT_TERMS);
-    }
-    return 1;
-}
-
 /* What cut bonds add to the Laplacian of a velocity that vanishes on the surface (eq. 3.4b). */
-static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *bend, double *drag)
+static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const double *excess, double share, double *bend,
+                                    double *drag)
 {
     const pd_stencil *s = bonds->stencil;
     double term[PDI_RECONSTRUCT_TERMS], far[PDI_RECONSTRUCT_TERMS], wall[PDI_RECONSTRUCT_TERMS];
@@ -19071,7 +19077,7 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *be
         pdi_reconstruct_terms(s, k, 1.0, term);
         if (!pdi_bond_open(bonds, r, k)) {
             pdi_bond_end end;
-            double a = pdi_bond_lap(bonds, bonds->node[r])[k];
+            double a = pdi_bond_lap(bonds, bonds->node[r])[k] + (excess ? share * excess[k] : 0.0);
             pdi_bond_find_end(bonds, r, k, &end);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) far[c] += a * term[c];
             if (end.t > 1.0) continue; /* the line grazes the surface, and meets it far behind */
@@ -19088,6 +19094,334 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *be
     return 1;
 }
 
+/* ---- the cubic part of a velocity beside a wall ---- */
+
+/* Share of h that differences of a field reach. */
+#define PDI_RECONSTRUCT_NEAR 0.05
+/* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
+#define PDI_RECONSTRUCT_DEPENDS 1e-4
+/* A distance whose slope is off by more has an edge nearby. */
+#define PDI_RECONSTRUCT_EDGE 1e-2
+/* Sum of the curvatures, in 1/h, from which a surface counts as an edge. */
+#define PDI_RECONSTRUCT_SHARP 0.5
+
+/* The surface below a node. */
+typedef struct pdi_reconstruct_foot {
+    const pd_bonds *bonds;
+    int32_t closed;
+    double at[PD_DIM], normal[PD_DIM]; /* [m] */
+} pdi_reconstruct_foot;
+
+/* 0: no smooth surface, or one with an edge nearby. */
+static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_reconstruct_foot *foot)
+{
+    const pd_stencil *s = bonds->stencil;
+    double x[PD_DIM], nearest = HUGE_VAL, round = 0.0;
+    foot->bonds = bonds;
+    foot->closed = -1;
+    for (int k = 0; k < s->count; k++) {
+        pdi_bond_end end;
+        if (pdi_bond_open(bonds, r, k)) continue;
+        pdi_bond_find_end(bonds, r, k, &end);
+        double way = end.t * pdi_vec_norm(s->xi + k * PD_DIM);
+        if (!end.smooth || end.side || !(way < nearest)) continue;
+        nearest = way;
+        foot->closed = end.cell;
+    }
+    if (foot->closed < 0) return 0;
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    double distance = pdi_bond_smooth(bonds, foot->closed, x);
+    if (!(distance >= 0.0)) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        x[d] = at + eps;
+        double up = pdi_bond_smooth(bonds, foot->closed, x);
+        x[d] = at - eps;
+        foot->normal[d] = (up - pdi_bond_smooth(bonds, foot->closed, x)) / (2.0 * eps);
+        x[d] = at;
+    }
+    if (!(fabs(pdi_vec_norm(foot->normal) - 1.0) < PDI_RECONSTRUCT_EDGE)) return 0;
+    for (int d = 0; d < PD_DIM; d++) x[d] = foot->at[d] = x[d] - distance * foot->normal[d];
+    for (int d = 0; d < PD_DIM; d++) {
+        double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        x[d] = at + eps;
+        double up = pdi_bond_smooth(bonds, foot->closed, x);
+        x[d] = at - eps;
+        round += (up + pdi_bond_smooth(bonds, foot->closed, x)) / (eps * eps) * bonds->grid->h[d];
+        x[d] = at;
+    }
+    return fabs(round) < PDI_RECONSTRUCT_SHARP;
+}
+
+/* Velocity u at x [m] of slow flow that vanishes on the surface, and whose pressure has the second derivatives `bends`
+ * and nothing else, times mu (eq. 3.4c). */
+static void pdi_reconstruct_slow(const pdi_reconstruct_foot *foot, const double *bends, const double *x, double *u)
+{
+    double d = pdi_bond_smooth(foot->bonds, foot->closed, x), s[PD_DIM], hn[PD_DIM], hs[PD_DIM], square = 0.0;
+    const double *n = foot->normal;
+    for (int a = 0; a < PD_DIM; a++) s[a] = x[a] - foot->at[a];
+    double along = pdi_vec_dot(s, n);
+    for (int a = 0; a < PD_DIM; a++) {
+        s[a] -= along * n[a];
+        square += s[a] * s[a];
+        hn[a] = hs[a] = 0.0;
+    }
+    for (int a = 0, at = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++, at++) {
+            hn[a] += bends[at] * n[b];
+            hs[a] += bends[at] * s[b];
+            if (a == b) continue;
+            hn[b] += bends[at] * n[a];
+            hs[b] += bends[at] * s[a];
+        }
+    double up = pdi_vec_dot(hn, n), turn = pdi_vec_dot(hs, n);
+    for (int a = 0; a < PD_DIM; a++) {
+        double t = hn[a] - up * n[a];
+        u[a] = n[a] * (up * d * d * d / 6.0 + turn * d * d / 2.0) + (hs[a] - turn * n[a]) * d * d / 2.0 +
+               t * (PD_DIM * d * d * d / 6.0 - square * d / 2.0);
+    }
+}
+
+/* Friction of that velocity at row r: by its sums, less what it is. */
+static void pdi_reconstruct_excess(const pd_reconstruct *slopes, const pdi_reconstruct_foot *foot, int32_t r,
+                                   const double *bends, const double *excess, double share, double *miss)
+{
+    const pd_bonds *bonds = foot->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int64_t q = slopes->place[r];
+    double x[PD_DIM], y[PD_DIM], here[PD_DIM], u[2][PD_DIM];
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    pdi_reconstruct_slow(foot, bends, x, here);
+    for (int a = 0; a < PD_DIM; a++) miss[a] = -slopes->drag[q] * here[a];
+    for (int k = 0; k < s->count; k++) {
+        double weight = pdi_bond_lap(bonds, bonds->node[r])[k] + (excess ? share * excess[k] : 0.0);
+        if (!pdi_bond_open(bonds, r, k)) continue;
+        for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++)
+            weight += slopes->bend[q * PDI_RECONSTRUCT_TERMS + c] * slopes->term[k * PDI_RECONSTRUCT_TERMS + c];
+        for (int d = 0; d < PD_DIM; d++) y[d] = x[d] + s->xi[k * PD_DIM + d];
+        pdi_reconstruct_slow(foot, bends, y, u[0]);
+        for (int a = 0; a < PD_DIM; a++) miss[a] += weight * (u[0][a] - here[a]);
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        for (int side = 0; side < 2; side++) {
+            memcpy(y, x, sizeof y);
+            y[d] += side ? eps : -eps;
+            pdi_reconstruct_slow(foot, bends, y, u[side]);
+        }
+        for (int a = 0; a < PD_DIM; a++) miss[a] -= ((u[1][a] - here[a]) - (here[a] - u[0][a])) / (eps * eps);
+    }
+}
+
+#define PDI_RECONSTRUCT_CROSS (PD_DIM - 1)
+/* Of a normal velocity beside a wall, over its distance d: d and the ways s along it; d^2, d s, s^2. */
+#define PDI_RECONSTRUCT_LEAST (1 + PDI_RECONSTRUCT_CROSS)
+#define PDI_RECONSTRUCT_NORMAL \
+    (PDI_RECONSTRUCT_LEAST + 1 + PDI_RECONSTRUCT_CROSS + PDI_RECONSTRUCT_CROSS * (PDI_RECONSTRUCT_CROSS + 1) / 2)
+/* Weight of the node itself in that fit, over that of a neighbour. */
+#define PDI_RECONSTRUCT_OWN 100.0
+
+/* Unit vectors across the normal. */
+static void pdi_reconstruct_across(const double *normal, double across[PD_DIM][PD_DIM])
+{
+    int last = 0;
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(normal[d]) > fabs(normal[last])) last = d;
+    for (int b = 0, axis = 0; b < PDI_RECONSTRUCT_CROSS; b++, axis++) {
+        if (axis == last) axis++;
+        for (int d = 0; d < PD_DIM; d++) across[b][d] = d == axis ? 1.0 : 0.0;
+        for (int e = -1; e < b; e++) {
+            const double *other = e < 0 ? normal : across[e];
+            double along = pdi_vec_dot(across[b], other);
+            for (int d = 0; d < PD_DIM; d++) across[b][d] -= along * other[d];
+        }
+        double length = pdi_vec_norm(across[b]);
+        for (int d = 0; d < PD_DIM; d++) across[b][d] /= length;
+    }
+}
+
+/* The terms of a normal velocity at x, in cells. */
+static void pdi_reconstruct_rise(const pdi_reconstruct_foot *foot, double across[PD_DIM][PD_DIM], const double *x,
+                                 double *term)
+{
+    double h = foot->bonds->grid->h[0], d = pdi_bond_smooth(foot->bonds, foot->closed, x) / h;
+    double way[PD_DIM], s[PD_DIM];
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++) way[a] = (x[a] - foot->at[a]) / h;
+    term[at++] = d * d;
+    for (int b = 0; b < PDI_RECONSTRUCT_CROSS; b++) {
+        s[b] = pdi_vec_dot(way, across[b]);
+        term[at++] = d * s[b];
+    }
+    term[at++] = d * d * d;
+    for (int b = 0; b < PDI_RECONSTRUCT_CROSS; b++) {
+        term[at++] = d * d * s[b];
+        for (int c = 0; c <= b; c++) term[at++] = d * s[b] * s[c];
+    }
+}
+
+/* Divergence of the cubic terms times the normal at row r: through its parabolas, less what it is. */
+static void pdi_reconstruct_diverge(const pd_bonds *bonds, const pdi_reconstruct_foot *foot,
+                                    double across[PD_DIM][PD_DIM], int32_t r, double *more)
+{
+    const double *leg = bonds->leg + (int64_t)r * PD_DIM * 2, *h = bonds->grid->h;
+    double x[PD_DIM], y[PD_DIM], here[PDI_RECONSTRUCT_NORMAL], end[2][PDI_RECONSTRUCT_NORMAL];
+    double close[2][PDI_RECONSTRUCT_NORMAL];
+    memset(more, 0, PDI_RECONSTRUCT_NORMAL * sizeof *more);
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    pdi_reconstruct_rise(foot, across, x, here);
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = PDI_RECONSTRUCT_NEAR * h[d], low = fabs(leg[2 * d]), high = fabs(leg[2 * d + 1]);
+        for (int side = 0; side < 2; side++) {
+            memcpy(y, x, sizeof y);
+            y[d] = x[d] + (side ? h[d] : -h[d]);
+            pdi_reconstruct_rise(foot, across, y, end[side]);
+            if (!(leg[2 * d + side] > 0.0)) memset(end[side], 0, sizeof end[side]);
+            y[d] = x[d] + (side ? eps : -eps);
+            pdi_reconstruct_rise(foot, across, y, close[side]);
+        }
+        for (int c = PDI_RECONSTRUCT_LEAST; c < PDI_RECONSTRUCT_NORMAL; c++) {
+            double slope = pdi_reconstruct_parabola(low, high, end[0][c], here[c], end[1][c]) / h[d];
+            more[c] += foot->normal[d] * (slope - (close[1][c] - close[0][c]) / (2.0 * eps));
+        }
+    }
+}
+
+/* What the parabolas of row r miss of each velocity around it (eq. 3.4d). */
+static void pdi_reconstruct_leaks(pd_reconstruct *slopes, const pdi_reconstruct_foot *foot, int32_t r, double *to)
+{
+    enum { terms = PDI_RECONSTRUCT_NORMAL };
+    const pd_bonds *bonds = slopes->bonds;
+    double moment[PDI_RECONSTRUCT_NORMAL * PDI_RECONSTRUCT_NORMAL], unit[PDI_RECONSTRUCT_NORMAL];
+    double least[PDI_RECONSTRUCT_NORMAL], more[PDI_RECONSTRUCT_NORMAL], across[PD_DIM][PD_DIM], x[PD_DIM];
+    double term[PDI_RECONSTRUCT_NEARS + 1][PDI_RECONSTRUCT_NORMAL];
+    memset(moment, 0, sizeof moment);
+    memset(across, 0, sizeof across);
+    pdi_reconstruct_across(foot->normal, across);
+    for (int n = 0; n <= slopes->nears; n++) {
+        int k = n ? slopes->near[n - 1] : -1;
+        double weight = n ? bonds->stencil->base[k] * bonds->grid->h[0] * bonds->grid->h[0] : PDI_RECONSTRUCT_OWN;
+        memset(term[n], 0, sizeof term[n]);
+        if (n && !pdi_bond_open(bonds, r, k)) continue;
+        pd_grid_position(bonds->grid, bonds->node[r], x);
+        for (int d = 0; d < PD_DIM && n; d++) x[d] += bonds->stencil->xi[k * PD_DIM + d];
+        pdi_reconstruct_rise(foot, across, x, term[n]);
+        for (int a = 0; a < terms; a++)
+            for (int b = 0; b < terms; b++) moment[a * terms + b] += weight * term[n][a] * term[n][b];
+        for (int a = 0; a < terms; a++) term[n][a] *= weight;
+    }
+    for (int a = 0; a < terms; a++) {
+        if (!(moment[a * terms + a] > 0.0)) return;
+        unit[a] = 1.0 / sqrt(moment[a * terms + a]);
+        least[a] = PDI_RECONSTRUCT_DEPENDS;
+    }
+    pdi_reconstruct_diverge(bonds, foot, across, r, more);
+    for (int a = 0; a < terms; a++) {
+        more[a] *= unit[a];
+        for (int b = 0; b < terms; b++) moment[a * terms + b] *= unit[a] * unit[b];
+    }
+    if (!pdi_vec_factor(terms, terms, least, moment)) return;
+    pdi_vec_substitute(terms, terms, moment, more);
+    for (int n = 0; n <= slopes->nears; n++) {
+        double sum = 0.0;
+        for (int a = 0; a < terms; a++) sum += more[a] * unit[a] * term[n][a];
+        for (int d = 0; d < PD_DIM; d++) to[n * PD_DIM + d] = sum * foot->normal[d];
+    }
+}
+
+/* What the sums of row r miss of cubics. */
+static void pdi_reconstruct_cubic(pd_reconstruct *slopes, int32_t r, const double *excess, double share)
+{
+    int64_t q = slopes->place[r];
+    double *miss = slopes->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
+    double *leak = slopes->cubic + q * (slopes->nears + 1) * PD_DIM;
+    pdi_reconstruct_foot foot;
+    memset(miss, 0, PD_DIM * PDI_RECONSTRUCT_BENDS * sizeof *miss);
+    memset(leak, 0, (size_t)(slopes->nears + 1) * PD_DIM * sizeof *leak);
+    if (!slopes->fits[q] || !pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
+    pdi_reconstruct_leaks(slopes, &foot, r, leak);
+    for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) {
+        double bends[PDI_RECONSTRUCT_BENDS], part[PD_DIM];
+        memset(bends, 0, sizeof bends);
+        bends[c] = 1.0;
+        pdi_reconstruct_excess(slopes, &foot, r, bends, excess, share, part);
+        for (int a = 0; a < PD_DIM; a++) miss[a * PDI_RECONSTRUCT_BENDS + c] = part[a];
+    }
+}
+
+/* 1: a scalar stands at `node`. */
+static int pdi_reconstruct_stands(const pd_grid *grid, int32_t node)
+{
+    return pdi_grid_open(grid->kind[node]) && grid->kind[node] != PD_INLET;
+}
+
+/* Steps to the nodes beside `node` along axis d that a parabola goes through: both neighbours, or the next two on one
+ * side. 0: there are none. */
+static int pdi_reconstruct_line(const pd_grid *grid, int32_t node, int d, int32_t step[2])
+{
+    int32_t stride = grid->stride[d];
+    int below = pdi_reconstruct_stands(grid, node - stride), above = pdi_reconstruct_stands(grid, node + stride);
+    step[0] = above ? stride : -stride;
+    step[1] = above && below ? -stride : 2 * step[0];
+    if (above && below) return 1;
+    return grid->kind[node + step[0]] == PD_FLUID && pdi_reconstruct_stands(grid, node + step[1]);
+}
+
+/* Second derivatives of f at a node: of parabolas along the axes, the mean over the squares beside it across them. */
+static void pdi_reconstruct_curve(const pd_grid *grid, int32_t node, const double *f, double *bends)
+{
+    for (int a = 0, at = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++, at++) {
+            int32_t step[2];
+            int count = 0;
+            bends[at] = 0.0;
+            if (a == b && pdi_reconstruct_line(grid, node, a, step)) {
+                int32_t third = step[0] + step[1];
+                double one = f[node + step[0]] - f[node], two = f[node + step[1]] - f[node];
+                bends[at] = third ? two - 2.0 * one : one + two;
+                if (third && grid->kind[node + step[1]] == PD_FLUID && pdi_reconstruct_stands(grid, node + third))
+                    bends[at] = 4.0 * two - 5.0 * one - (f[node + third] - f[node]);
+                bends[at] /= grid->h[a] * grid->h[a];
+            }
+            for (int which = 0; which < 4 && a != b; which++) {
+                int32_t i = node + (which & 1 ? grid->stride[a] : -grid->stride[a]);
+                int32_t j = node + (which & 2 ? grid->stride[b] : -grid->stride[b]), k = i + j - node;
+                if (!pdi_reconstruct_stands(grid, i) || !pdi_reconstruct_stands(grid, j) ||
+                    !pdi_reconstruct_stands(grid, k))
+                    continue;
+                double mixed = f[k] - f[i] - f[j] + f[node];
+                bends[at] += which == 0 || which == 3 ? mixed : -mixed;
+                count++;
+            }
+            if (count) bends[at] /= count * grid->h[a] * grid->h[b];
+        }
+}
+
+PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss)
+{
+    const double *part = slopes->miss + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_BENDS;
+    double bends[PDI_RECONSTRUCT_BENDS];
+    pdi_reconstruct_curve(slopes->bonds->grid, slopes->bonds->node[r], f, bends);
+    for (int a = 0; a < PD_DIM; a++) {
+        miss[a] = 0.0;
+        for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) miss[a] += part[a * PDI_RECONSTRUCT_BENDS + c] * bends[c];
+    }
+}
+
+PDI_FN double pdi_reconstruct_leak(const pd_reconstruct *slopes, int32_t r, const double *u)
+{
+    const pd_bonds *bonds = slopes->bonds;
+    const double *part = slopes->cubic + (int64_t)slopes->place[r] * (slopes->nears + 1) * PD_DIM;
+    double sum = 0.0;
+    for (int n = 0; n <= slopes->nears; n++) {
+        int k = n ? slopes->near[n - 1] : -1;
+        if (n && !pdi_bond_open(bonds, r, k)) continue;
+        int32_t j = n ? bonds->node[r] + bonds->paths.shift[k] : bonds->node[r];
+        for (int d = 0; d < PD_DIM; d++) sum += part[n * PD_DIM + d] * u[(int64_t)d * bonds->grid->total + j];
+    }
+    return sum;
+}
+
 PDI_COLD_BEGIN
 static void pdi_reconstruct_list(pdi_owner *owner, void *object)
 {
@@ -19095,11 +19429,27 @@ static void pdi_reconstruct_list(pdi_owner *owner, void *object)
     int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS;
     PDI_ARRAY(owner, slopes, row, count, "1");
     PDI_ARRAY(owner, slopes, fits, count, "1");
-    PDI_ARRAY(owner, slopes, grad, count * PD_DIM * terms, "1/m");
     PDI_ARRAY(owner, slopes, bend, count * terms, "1/m2");
     PDI_ARRAY(owner, slopes, drag, count, "1/m2");
+    PDI_ARRAY(owner, slopes, miss, count * PD_DIM * PDI_RECONSTRUCT_BENDS, "m");
+    PDI_ARRAY(owner, slopes, cubic, count * (slopes->nears + 1) * PD_DIM, "1/m");
     PDI_ARRAY(owner, slopes, term, slopes->bonds ? slopes->bonds->stencil->count * terms : 0, "1");
     PDI_ARRAY(owner, slopes, place, slopes->rows, "1");
+}
+
+/* The bonds to nodes within the cube around a node. */
+static void pdi_reconstruct_around(pd_reconstruct *slopes)
+{
+    const pd_stencil *s = slopes->bonds->stencil;
+    slopes->nears = 0;
+    for (int k = 0; k < s->count; k++) {
+        int most = 0;
+        for (int d = 0; d < PD_DIM; d++) {
+            int n = abs(s->offset[k * PD_DIM + d]);
+            most = n > most ? n : most;
+        }
+        if (most == 1) slopes->near[slopes->nears++] = k;
+    }
 }
 
 static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstruct *slopes)
@@ -19110,11 +19460,13 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
     slopes->bonds = bonds;
     slopes->capacity = count + count / 4;
     slopes->rows = bonds->capacity;
+    pdi_reconstruct_around(slopes);
     return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
 }
 PDI_COLD_END
 
-PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes)
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *excess, double share,
+                                        pd_reconstruct *slopes)
 {
     int32_t count = 0;
     for (int32_t r = 0; r < bonds->rows; r++) count += bonds->smooth[r];
@@ -19132,11 +19484,10 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_r
         if (r >= bonds->rows || !bonds->smooth[r]) continue;
         slopes->place[r] = q;
         slopes->row[q] = r;
-        slopes->fits[q] = 0;
-        if (pdi_reconstruct_scalar(bonds, r, slopes->grad + (int64_t)q * PD_DIM * PDI_RECONSTRUCT_TERMS))
-            slopes->fits[q] |= PDI_RECONSTRUCT_SCALAR;
-        if (pdi_reconstruct_velocity(bonds, r, slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS, slopes->drag + q))
-            slopes->fits[q] |= PDI_RECONSTRUCT_VELOCITY;
+        slopes->fits[q] = (uint8_t)pdi_reconstruct_velocity(bonds, r, excess, share,
+                                                            slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS,
+                                                            slopes->drag + q);
+        pdi_reconstruct_cubic(slopes, r, excess, share);
         slopes->count++;
     }
     return PD_OK;
@@ -19146,42 +19497,18 @@ PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *sl
 {
     const pd_bonds *bonds = slopes->bonds;
     if (!slopes->count) return;
-    const pd_stencil *s = bonds->stencil;
-    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * s->count * PDI_RECONSTRUCT_TERMS);
+    const pd_grid *grid = bonds->grid;
+    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * PD_DIM * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < slopes->count; q++) {
-        int32_t r = slopes->row[q], node = bonds->node[r];
-        double sum[PDI_RECONSTRUCT_TERMS];
-        if (getenv("E1")) {
-            const pd_grid *grid = bonds->grid;
-            for (int d = 0; d < PD_DIM; d++) {
-                int32_t st = grid->stride[d];
-                int lo = pdi_grid_open(grid->kind[node - st]) && grid->kind[node - st] != PD_INLET;
-                int hi = pdi_grid_open(grid->kind[node + st]) && grid->kind[node + st] != PD_INLET;
-                double *to = &grad[(int64_t)d * grid->total + node];
-                if (lo && hi) *to = (f[node + st] - f[node - st]) / (2 * grid->h[d]);
-                else if ((hi || lo)) {
-                    int32_t t = hi ? st : -st;
-                    if (grid->kind[node + t] == PD_FLUID && grid->kind[node + 2 * t] == PD_FLUID)
-                        *to = (hi ? 1 : -1) * (-1.5 * f[node] + 2 * f[node + t] - 0.5 * f[node + 2 * t]) / grid->h[d];
-                }
-            }
-            continue;
-        }
-        if (!(slopes->fits[q] & PDI_RECONSTRUCT_SCALAR)) continue;
-        memset(sum, 0, sizeof sum);
-        for (int k = 0; k < s->count; k++) {
-            if (!pdi_reconstruct_carries(bonds, r, k)) continue;
-            const double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
-            double difference = f[node + bonds->paths.shift[k]] - f[node];
-            for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) sum[a] += difference * term[a];
-        }
+        int32_t node = bonds->node[slopes->row[q]];
         for (int d = 0; d < PD_DIM; d++) {
-            const double *weight = slopes->grad + ((int64_t)q * PD_DIM + d) * PDI_RECONSTRUCT_TERMS;
-            double value = 0.0;
-            for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) value += weight[a] * sum[a];
-            grad[(int64_t)d * bonds->grid->total + node] = value;
+            int32_t step[2];
+            if (!pdi_reconstruct_line(grid, node, d, step)) continue;
+            double one = f[node + step[0]] - f[node], two = f[node + step[1]] - f[node];
+            double slope = step[1] == -step[0] ? 0.5 * (one - two) : 2.0 * one - 0.5 * two;
+            grad[(int64_t)d * grid->total + node] = (step[0] > 0 ? slope : -slope) / grid->h[d];
         }
     }
 }
@@ -19204,28 +19531,6 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const 
     }
 }
 
-PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x)
-{
-    const pd_stencil *s = bonds->stencil;
-    int32_t row = bonds->row[node];
-    pdi_quadratic fit;
-    double at[PD_DIM], place[PD_DIM];
-    pdi_quadratic_start(&fit, x, bonds->grid->h);
-    pd_grid_position(bonds->grid, node, at);
-    pdi_quadratic_value(&fit, at, f[node]);
-    for (int k = 0; k < s->count; k++) {
-        const int *n = s->offset + k * PD_DIM;
-        int32_t far = node + bonds->paths.shift[k];
-        int square = 0;
-        for (int d = 0; d < PD_DIM; d++) square += n[d] * n[d];
-        if (square > PDI_QUADRATIC_SQUARE || bonds->grid->kind[far] == PD_INLET) continue;
-        if (row >= 0 && !pdi_bond_open(bonds, row, k)) continue;
-        for (int d = 0; d < PD_DIM; d++) place[d] = at[d] + s->xi[k * PD_DIM + d];
-        pdi_quadratic_value(&fit, place, f[far]);
-    }
-    return pdi_quadratic_solve(&fit);
-}
-
 PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 {
     pdi_owner_free(ctx, pdi_reconstruct_list, slopes);
@@ -19234,6 +19539,14 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 
 #undef PDI_RECONSTRUCT_TERMS
 #undef PDI_RECONSTRUCT_MIN_PIVOT
+#undef PDI_RECONSTRUCT_NEAR
+#undef PDI_RECONSTRUCT_EDGE
+#undef PDI_RECONSTRUCT_SHARP
+#undef PDI_RECONSTRUCT_DEPENDS
+#undef PDI_RECONSTRUCT_CROSS
+#undef PDI_RECONSTRUCT_LEAST
+#undef PDI_RECONSTRUCT_NORMAL
+#undef PDI_RECONSTRUCT_OWN
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -23465,6 +23778,14 @@ static double pdi_isotropic_square(const pd_bonds *bonds, const pd_square *squar
     return across && open[0] && open[1] ? 0.0 : square->more * sum;
 }
 
+PDI_FN double pdi_isotropic_row(const pd_isotropic *isotropic, int32_t r, const double *f)
+{
+    double lap = 0.0;
+    for (int s = 0; s < isotropic->squares; s++)
+        lap += pdi_isotropic_square(isotropic->bonds, &isotropic->square[s], r, f);
+    return lap;
+}
+
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru)
 {
@@ -23475,12 +23796,8 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
-        for (int d = 0; d < PD_DIM; d++) {
-            double lap = 0.0;
-            for (int s = 0; s < isotropic->squares; s++)
-                lap += pdi_isotropic_square(bonds, &isotropic->square[s], r, u + d * total);
-            ru[d * total + bonds->node[r]] += nu * lap;
-        }
+        for (int d = 0; d < PD_DIM; d++)
+            ru[d * total + bonds->node[r]] += nu * pdi_isotropic_row(isotropic, r, u + d * total);
 }
 
 PDI_COLD_BEGIN
@@ -23546,9 +23863,6 @@ PDI_COLD_END
 
 /* [cells] A place on an inlet counts as outside. */
 #define PDI_FLOW_BEYOND 1e-6
-
-/* Work of a sweep in scalar operations, to decide on threads. */
-static int64_t pdi_flow_work(const pd_flow *flow) { return flow->grid->fluid_count * flow->bonds->stencil->count * 4; }
 
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
@@ -23621,8 +23935,7 @@ static double pdi_flow_slope(const pd_flow *flow, const double *u, int32_t r, in
         flow->wall(flow->wall_user, x, w);
         at[side] = w[d];
     }
-    double a = size[0], b = size[1];
-    return ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / ((a + b) * flow->grid->h[d]);
+    return pdi_reconstruct_parabola(size[0], size[1], at[0], v[0], at[1]) / flow->grid->h[d];
 }
 
 /* (4.2c) of row r less its bond fluxes. */
@@ -23630,15 +23943,14 @@ static double pdi_flow_more(const pd_flow *flow, const double *u, const double *
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_stencil *s = bonds->stencil;
-    int32_t node = bonds->node[r], total = flow->grid->total;
-    double more = 0.0;
+    int32_t node = bonds->node[r];
+    int64_t total = flow->grid->total;
+    double more = pdi_flow_bends(flow, r) ? -pdi_reconstruct_leak(&flow->slopes, r, u) : 0.0;
     for (int d = 0; d < PD_DIM; d++) more += pdi_flow_slope(flow, u, r, d, held);
     for (int k = 0; k < s->count; k++) {
         if (!pdi_bond_open(bonds, r, k)) continue;
-        for (int d = 0; d < PD_DIM; d++) {
-            int64_t at = (int64_t)d * total + node;
-            more -= s->grad[k * PD_DIM + d] * (advecting[at] + advecting[at + bonds->paths.shift[k]]);
-        }
+        const double *v = advecting + node, *far = v + bonds->paths.shift[k];
+        for (int d = 0; d < PD_DIM; d++) more -= s->grad[k * PD_DIM + d] * (v[d * total] + far[d * total]);
     }
     return more;
 }
@@ -23667,8 +23979,8 @@ PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *
     }
 }
 
-PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *grad, int held,
-                          double *ru)
+PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p, const double *grad,
+                          int held, double *ru)
 {
     const pd_bonds *bonds = flow->bonds;
     if (!flow->even) return;
@@ -23677,13 +23989,16 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < flow->slopes.count; q++) {
         int32_t r = flow->slopes.row[q], node = bonds->node[r];
-        double wall[PD_DIM];
+        double wall[PD_DIM], miss[PD_DIM], share = flow->isotropic.bonds ? flow->isotropy : 0.0;
         if (!pdi_flow_bends(flow, r)) continue;
         pdi_reconstruct_bend(&flow->slopes, r, u, wall);
+        pdi_reconstruct_miss(&flow->slopes, r, p, miss);
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + node;
             double force = held ? pdi_flow_force(flow, d, node) : 0.0;
-            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * (wall[d] + bonds->wall_lap[r] * u[at]);
+            wall[d] += bonds->wall_lap[r] * u[at];
+            if (share > 0.0) wall[d] += share * pdi_isotropic_row(&flow->isotropic, r, u + at - node);
+            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * wall[d] + miss[d];
         }
     }
 }
@@ -23725,7 +24040,8 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
     if (!flow->even) return PD_OK;
-    PDI_TRY(pdi_reconstruct_update(ctx, bonds, &flow->slopes));
+    const double *excess = flow->isotropic.bonds ? flow->isotropic.excess : NULL;
+    PDI_TRY(pdi_reconstruct_update(ctx, bonds, excess, flow->isotropy, &flow->slopes));
     if (flow->rim < bonds->capacity)
         PDI_TRY(pdi_owner_renew(ctx, pdi_flow_rim_list, flow, &flow->rim, bonds->capacity));
     for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;
@@ -23899,7 +24215,8 @@ PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const p
     s.terms = t;
     s.ru = ru;
     s.rc = rc;
-    pdi_traverse_sweep(ctx, flow->bonds, pdi_flow_work(flow), PDI_FLOW_BLOCK, pdi_flow_run, &s);
+    int64_t work = flow->grid->fluid_count * flow->bonds->stencil->count * 4;
+    pdi_traverse_sweep(ctx, flow->bonds, work, PDI_FLOW_BLOCK, pdi_flow_run, &s);
     pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, t->u, ru);
 }
 
@@ -23960,7 +24277,7 @@ PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc
     t.wall_motion = flow->wall_motion;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
     pdi_flow_push(ctx, flow, ru);
-    pdi_flow_bend(ctx, flow, flow->u, flow->grad, 1, ru);
+    pdi_flow_bend(ctx, flow, flow->u, flow->p, flow->grad, 1, ru);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, 1.0, rc);
     pdi_flow_sharpen(ctx, flow, flow->u, flow->advecting, flow->grad, ru);
     flow->evaluations++;
@@ -24745,14 +25062,16 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     const pd_bonds *bonds = flow->bonds;
     int64_t total = flow->grid->total;
     int32_t node = bonds->node[r];
-    double lap = 0.0, curv = 0.0, motion[PD_DIM];
+    double lap = 0.0, curv = 0.0, motion[PD_DIM], miss[PD_DIM];
     double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
     int bends = pdi_flow_bends(flow, r);
     if (bends || (flow->sharp.bonds && pdi_sharp_rub(&flow->sharp, r, flow->u, flow->sharp.bend, rub))) {
         pdi_force_face face;
         pdi_force_see(q, r, &face);
         if (bends) pdi_reconstruct_bend(&flow->slopes, r, flow->u, rub);
-        for (int d = 0; d < PD_DIM; d++) rub[d] *= -volume * flow->nu * face.owned;
+        if (bends) pdi_reconstruct_miss(&flow->slopes, r, flow->p, miss);
+        for (int d = 0; d < PD_DIM; d++)
+            rub[d] = volume * face.owned * ((bends ? miss[d] : 0.0) - flow->nu * rub[d]);
         return;
     }
     for (int d = 0; d < PD_DIM; d++)
@@ -24945,6 +25264,176 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, c
     if (friction) pdi_force_cancel(flow->grid, friction);
     if (pressure) pdi_force_cancel(flow->grid, pressure);
 }
+
+/* ---- pressure at a place ---- */
+
+/* Nodes that count lie within this squared distance [cells] of the one that sees them. */
+#define PDI_FORCE_NEAR 5
+#define PDI_FORCE_SEEN 57
+/* [cells] Furthest surface whose slope counts. */
+#define PDI_FORCE_BESIDE 1.5
+#define PDI_FORCE_TERMS (PD_DIM + 1)
+/* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
+#define PDI_FORCE_DEPENDS 1e-4
+
+typedef struct pdi_force_sight {
+    const pd_bonds *bonds;
+    int count;
+    int32_t node[PDI_FORCE_SEEN];
+    int step[PDI_FORCE_SEEN][PD_DIM]; /* from the first one */
+    double place[PD_DIM], normal[PD_DIM]; /* the surface beside what is asked for */
+    int32_t closed;
+} pdi_force_sight;
+
+static void pdi_force_add(pdi_force_sight *sight, int32_t node, const int *step)
+{
+    int square = 0;
+    for (int d = 0; d < PD_DIM; d++) square += step[d] * step[d];
+    if (square > PDI_FORCE_NEAR || sight->count == PDI_FORCE_SEEN) return;
+    for (int q = 0; q < sight->count; q++)
+        if (sight->node[q] == node) return;
+    sight->node[sight->count] = node;
+    memcpy(sight->step[sight->count++], step, sizeof sight->step[0]);
+}
+
+/* The node, those that its bonds to the cells around it lead to, and those that the bonds of these lead to. */
+static void pdi_force_look(pdi_force_sight *sight, int32_t node)
+{
+    const pd_bonds *bonds = sight->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int start = 0, none[PD_DIM];
+    memset(none, 0, sizeof none);
+    sight->count = 0;
+    pdi_force_add(sight, node, none);
+    for (int pass = 0; pass < 2; pass++) {
+        int end = sight->count;
+        for (int q = start; q < end; q++) {
+            int32_t row = bonds->row[sight->node[q]];
+            if (bonds->grid->kind[sight->node[q]] != PD_FLUID) continue;
+            for (int k = 0; k < s->count; k++) {
+                int32_t far = sight->node[q] + bonds->paths.shift[k];
+                int step[PD_DIM], most = 0;
+                for (int d = 0; d < PD_DIM; d++) {
+                    int n = s->offset[k * PD_DIM + d];
+                    step[d] = sight->step[q][d] + n;
+                    most = n > most ? n : -n > most ? -n : most;
+                }
+                if (most > 1 || bonds->grid->kind[far] == PD_INLET || (row >= 0 && !pdi_bond_open(bonds, row, k)))
+                    continue;
+                pdi_force_add(sight, far, step);
+            }
+        }
+        start = end;
+    }
+}
+
+/* Distance [m] of x from the surface, and the normal of that. 0: it is not known. */
+static int pdi_force_rise(const pdi_force_sight *sight, const double *x, double *distance, double *normal)
+{
+    const pd_bonds *bonds = sight->bonds;
+    int i[PD_DIM];
+    double at[PD_DIM];
+    pdi_grid_index(bonds->grid, sight->closed, i);
+    memcpy(normal, sight->normal, sizeof sight->normal);
+    for (int d = 0; d < PD_DIM; d++) at[d] = x[d] - sight->place[d];
+    *distance = pdi_vec_dot(at, normal);
+    if (!pdi_grid_inside(bonds->grid, i)) return 1;
+    *distance = pdi_bond_smooth(bonds, sight->closed, x);
+    if (!(fabs(pdi_bond_smooth(bonds, sight->closed, sight->place)) < 1e-3 * bonds->grid->h[0])) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = 1e-3 * bonds->grid->h[d];
+        memcpy(at, x, sizeof at);
+        at[d] = x[d] + eps;
+        normal[d] = pdi_bond_smooth(bonds, sight->closed, at);
+        at[d] = x[d] - eps;
+        normal[d] = (normal[d] - pdi_bond_smooth(bonds, sight->closed, at)) / (2.0 * eps);
+    }
+    return fabs(pdi_vec_norm(normal) - 1.0) < 1e-2;
+}
+
+/* Slope of the pressure along the normal: what friction of the normal velocity, which begins with the square of the
+ * distance, and the body force leave (eq. 3.11b). 0: it is not known. */
+static int pdi_force_lean(const pdi_force_sight *sight, const pd_flow *flow, double *slope)
+{
+    enum { terms = PDI_FORCE_TERMS };
+    const pd_grid *grid = flow->grid;
+    double moment[PDI_FORCE_TERMS * PDI_FORCE_TERMS], right[PDI_FORCE_TERMS], least[PDI_FORCE_TERMS];
+    double unit[PDI_FORCE_TERMS], h = grid->h[0];
+    int last = 0;
+    memset(moment, 0, sizeof moment);
+    memset(right, 0, sizeof right);
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(sight->normal[d]) > fabs(sight->normal[last])) last = d;
+    for (int q = 0; q < sight->count; q++) {
+        double x[PD_DIM], normal[PD_DIM], d, speed = 0.0, square = 0.0, term[PDI_FORCE_TERMS];
+        pd_grid_position(grid, sight->node[q], x);
+        if (!pdi_force_rise(sight, x, &d, normal)) return 0;
+        d /= h;
+        term[0] = d * d;
+        term[1] = d * d * d;
+        for (int a = 0, at = 2; a < PD_DIM; a++) {
+            double way = (x[a] - sight->place[a]) / h;
+            square += way * way;
+            speed += normal[a] * flow->u[(int64_t)a * grid->total + sight->node[q]];
+            if (a != last) term[at++] = d * d * (way - d * sight->normal[a]);
+        }
+        if (!(square > 0.0)) return 0;
+        for (int a = 0; a < terms; a++) {
+            right[a] += term[a] * speed / (square * square);
+            for (int b = 0; b < terms; b++) moment[a * terms + b] += term[a] * term[b] / (square * square);
+        }
+    }
+    for (int a = 0; a < terms; a++) {
+        if (!(moment[a * terms + a] > 0.0)) return 0;
+        least[a] = PDI_FORCE_DEPENDS;
+        unit[a] = 1.0 / sqrt(moment[a * terms + a]);
+    }
+    for (int a = 0; a < terms; a++) {
+        right[a] *= unit[a];
+        for (int b = 0; b < terms; b++) moment[a * terms + b] *= unit[a] * unit[b];
+    }
+    if (!pdi_vec_factor(terms, terms, least, moment)) return 0;
+    pdi_vec_substitute(terms, terms, moment, right);
+    *slope = flow->nu * 2.0 * right[0] * unit[0] / (h * h);
+    double push[PD_DIM];
+    memset(push, 0, sizeof push);
+    if (flow->push) flow->push(flow->push_user, sight->place, push);
+    for (int d = 0; d < PD_DIM; d++) *slope += sight->normal[d] * (flow->force[d] + push[d]);
+    return 1;
+}
+
+PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p, int32_t node,
+                                 const double *x)
+{
+    pdi_force_sight sight;
+    pdi_quadratic fit;
+    double at[PD_DIM], slope, square = 0.0, moves = 0.0;
+    sight.bonds = bonds;
+    pdi_force_look(&sight, node);
+    pdi_quadratic_start(&fit, x, bonds->grid->h);
+    for (int q = 0; q < sight.count; q++) {
+        pd_grid_position(bonds->grid, sight.node[q], at);
+        pdi_quadratic_value(&fit, at, p[sight.node[q]]);
+    }
+    if (!flow || !pdi_surface_meet(bonds, node, x, sight.place, sight.normal, &sight.closed))
+        return pdi_quadratic_solve(&fit);
+    for (int d = 0; d < PD_DIM; d++) {
+        double way = (sight.place[d] - x[d]) / bonds->grid->h[d];
+        square += way * way;
+        at[d] = 0.0;
+    }
+    if (flow->wall) flow->wall(flow->wall_user, sight.place, at);
+    for (int d = 0; d < PD_DIM; d++) moves = fmax(moves, fabs(at[d]));
+    if (square < PDI_FORCE_BESIDE * PDI_FORCE_BESIDE && !(moves > 0.0) && pdi_force_lean(&sight, flow, &slope))
+        pdi_quadratic_slope(&fit, sight.place, sight.normal, slope);
+    return pdi_quadratic_solve(&fit);
+}
+
+#undef PDI_FORCE_NEAR
+#undef PDI_FORCE_SEEN
+#undef PDI_FORCE_BESIDE
+#undef PDI_FORCE_TERMS
+#undef PDI_FORCE_DEPENDS
 
 /* ---- around the body ---- */
 
@@ -25397,7 +25886,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y
     step.p = du + split;
     step.grad = flow->grad;
     pdi_jacobian_apply(ctx, &s->jacobian, &step, y, y + split);
-    pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
+    pdi_flow_bend(ctx, flow, du, du + split, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
     pdi_flow_sharpen(ctx, flow, du, s->advecting, flow->grad, y);
     pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, du, y);
@@ -74492,7 +74981,8 @@ static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
         if (!(fabs(job->side) > 0.0)) job->side = 1.0;
     }
     pdi_sample_reach(job, base);
-    if (job->field == PD_FIELD_P) return pdi_reconstruct_value(&job->m->bonds, job->f, base, job->x);
+    if (job->field == PD_FIELD_P)
+        return pdi_force_pressure(&job->m->bonds, job->m->setup->has_gas ? NULL : &job->m->flow, job->f, base, job->x);
     pdi_sample_gather(job, base);
     return pdi_quadratic_solve(&job->fit);
 }
