@@ -142,9 +142,9 @@ static const val_part cylinder_part = {
     "aligned", "lattice that fits the cylinder", "D/h", VAL_BY_N, NULL, 2.0, CYLINDER_ERRORS,
     CYLINDER_ORDERS,
     {{10, 1.0, 0.0}, {20, 1.0, 0.0}, {40, 1.0, 0.0}}, 3, 1, cylinder_run,
-    "In front the boundary layer has 1.9 cells of 20 to the diameter. Of 1.6 % at 20 cells 1.0 % comes from reading "
-    "the pressure at the surface from nodes alone, and 0.6 % is in the field, since what a wall does to friction is "
-    "exact on quadratics and the normal velocity is a cubic there (theory: section 3.6)."};
+    "In front the boundary layer has 1.9 cells of 20 to the diameter, so that cubics count (theory: eq. 3.4c, 3.4d); "
+    "the pressure on the surface takes the slope that friction gives it there (eq. 3.11b)."
+};
 static const val_part cylinder_between_part = {
     "between", "264 by 50 cells and finer ones of that ratio", "D/h", VAL_BY_N, NULL, 2.0, CYLINDER_ERRORS,
     CYLINDER_GOALS, {{12, 1.0, 0.0}, {20, 1.0, 0.0}, {24, 1.0, 0.0}}, 3, 1, cylinder_between_run,
@@ -153,7 +153,7 @@ static const val_part cylinder_offset_part = {
     "offset", "lattice that cuts the cylinder anywhere, 20 cells", "cells more", VAL_BY_P, "cells more than fit", 0.0,
     CYLINDER_ERRORS, CYLINDER_ANYWHERE,
     {{20, 1.0, 1.0}, {20, 1.0, 2.0}, {20, 1.0, 3.0}, {20, 1.0, 4.0}}, 4, 1, cylinder_offset_run,
-    "As above: the layer in front for the pressure, and the lattice for the lift."};
+    "The lift changes sign from lattice to lattice, as above."};
 static const val_part *const cylinder_parts[] = {&cylinder_part, &cylinder_between_part, &cylinder_offset_part};
 #else
 static pd_status cylinder_run(val_job *job)
