@@ -39291,7 +39291,8 @@ static void pdi_advance_open(const pd_ctx *ctx, pd_reactive *r, double dt, int w
         double film = r->filled[i];
         if (was && r->grid->kind[i] == PD_FLUID) film = 0.5 * (film + pd_reactive_film(r, i));
         else if (film > 0.0) film = pdi_advance_filled(film, 0.5 * dt * r->narrow[i]);
-        r->pass[i] = film > 0.0 ? (1.0 - film) / r->desc.tortuosity : 1.0;
+        r->pass[i] = 1.0 - film;
+        if (r->filled[i] > 0.0) r->pass[i] /= r->desc.tortuosity; /* where a film begins, from the next step on */
     }
     pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
     r->migration.pass = r->pass;
