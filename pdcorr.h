@@ -23988,9 +23988,6 @@ PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const dou
     }
     double a = size[0], b = size[1];
     double slope = ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / (a + b);
-#ifdef TRYB
-    if (1) return slope / grid->h[d];
-#endif
     if (bonds->stencil->reach > 1) return slope / grid->h[d];
     int free = leg[1] > 0.0; /* the side whose neighbour comes before the surface */
     int32_t step = free ? stride : -stride;
@@ -24143,9 +24140,6 @@ static double pdi_flow_more(const pd_flow *flow, const double *u, const double *
     int64_t total = flow->grid->total;
     pdi_slope_place place = {bonds, r, held ? flow->wall : NULL, flow->wall_user};
     double more = 0.0;
-#ifdef TRYB
-    if (pdi_flow_bends(flow, r)) more = -pdi_reconstruct_leak(&flow->slopes, r, u);
-#endif
     for (int d = 0; d < PD_DIM; d++) more += pdi_isotropic_slope(&place, d, u);
     for (int k = 0; k < s->count; k++) {
         if (!pdi_bond_open(bonds, r, k)) continue;

@@ -1867,6 +1867,8 @@ def declare(dim):
         ('sourced', c_double),
         ('extra', c_double),
         ('lost', c_int),
+        ('stage', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_double)),
+        ('stager', c_void_p),
         ('odd', c_int32),
     ]
 
@@ -1898,6 +1900,7 @@ def declare(dim):
         ('around', CFUNCTYPE(None, c_void_p, c_int32, POINTER(c_double))),
         ('film', CFUNCTYPE(None, c_void_p, c_int32, POINTER(c_double))),
         ('surface', CFUNCTYPE(c_int, c_void_p, c_int32, POINTER(c_double), POINTER(c_double))),
+        ('stages', c_int),
         ('user', c_void_p),
     ]
 
@@ -1915,6 +1918,9 @@ def declare(dim):
         ('value', POINTER(c_double)),
         ('start', POINTER(c_double)),
         ('middle', POINTER(c_double)),
+        ('ending', POINTER(c_double)),
+        ('from', c_double),
+        ('span', c_double),
         ('columns', c_int),
         ('solute', c_int * 35),
         ('fresh', POINTER(c_double)),
@@ -1991,6 +1997,7 @@ def declare(dim):
         ('covered', c_double),
         ('begun', c_int),
         ('bent', c_int),
+        ('settled', c_int),
         ('steps', c_int64),
         ('rejected', c_int64),
         ('krylov', c_int64),
