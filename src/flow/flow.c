@@ -94,7 +94,7 @@ static double pdi_flow_more(const pd_flow *flow, const double *u, const double *
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[r];
     int64_t total = flow->grid->total;
-    double more = pdi_flow_bends(flow, r) ? -pdi_reconstruct_leak(&flow->slopes, r, u) : 0.0;
+    double more = 0.0;
     for (int d = 0; d < PD_DIM; d++) more += pdi_flow_slope(flow, u, r, d, held);
     for (int k = 0; k < s->count; k++) {
         if (!pdi_bond_open(bonds, r, k)) continue;
