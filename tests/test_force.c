@@ -353,10 +353,73 @@ TEST(bad_boxes)
     scene_free(s);
 }
 
+#if PD_DIM == 2
+/* Slow flow past a cylinder, Stokes: psi = (r ln r - r/2 + 1/(2 r)) sin, p = -2 cos/r, lap u = grad p. */
+static void stokes(const double *x, double *u, double *p)
+{
+    double square = x[0] * x[0] + x[1] * x[1], r = sqrt(square), c = x[0] / r, s = x[1] / r;
+    double radial = (log(r) - 0.5 + 0.5 / square) * c, turn = -(log(r) + 0.5 - 0.5 / square) * s;
+    u[0] = radial * c - turn * s;
+    u[1] = radial * s + turn * c;
+    *p = -2.0 * c / r;
+}
+
+/* Largest residuals of momentum along the normal and of continuity beside a cylinder of n cells to the radius, shifted
+ * by a part of a cell, of the closed form. */
+static void slow_residuals(int n, double *momentum, double *continuity)
+{
+    scene *s = &test_scene;
+    double tiny = 1e-9; /* m/s: inertia is none */
+    *momentum = *continuity = 0.0;
+    scene_box(s, 0.0, 1.0 / n, 4 * n, 4 * n, 1);
+    s->shapes[0].type = PD_SHAPE_BALL;
+    s->shapes[0].r = 1.0;
+    for (int d = 0; d < 2; d++) s->shapes[0].a[d] = 2.0 - 0.3 / n;
+    s->grid_desc.solid = &s->shapes[0];
+    s->with = WITH_FLOW | WITH_STEADY;
+    s->fields = 2;
+    s->flow_desc.rho = s->flow_desc.mu = 1.0;
+    if (!scene_build(s)) return;
+    CHECK_INT(pdi_flow_patch(&s->ctx, &s->flow), PD_OK);
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[2], u[2], p;
+        if (s->grid.kind[i] != PD_FLUID) continue;
+        pd_grid_position(&s->grid, i, x);
+        for (int d = 0; d < 2; d++) x[d] -= s->shapes[0].a[d];
+        stokes(x, u, &p);
+        for (int d = 0; d < 2; d++) s->flow.u[d * s->grid.total + i] = tiny * u[d];
+        s->flow.p[i] = tiny * p;
+    }
+    pdi_flow_residual(&s->ctx, &s->flow, s->field[0], s->field[1]);
+    for (int32_t r = 0; r < s->bonds.rows; r++) {
+        double x[2];
+        int32_t node = s->bonds.node[r];
+        if (!s->bonds.smooth[r]) continue;
+        pd_grid_position(&s->grid, node, x);
+        for (int d = 0; d < 2; d++) x[d] -= s->shapes[0].a[d];
+        double along = (s->field[0][node] * x[0] + s->field[0][s->grid.total + node] * x[1]) / hypot(x[0], x[1]);
+        *momentum = fmax(*momentum, fabs(along) / tiny);
+        *continuity = fmax(*continuity, fabs(s->field[1][node]) / tiny);
+    }
+    scene_free(s);
+}
+
+/* Rows beside a surface that cuts the lattice anywhere: momentum of first order, continuity of second. */
+TEST(slow_flow)
+{
+    double momentum[2], continuity[2];
+    for (int k = 0; k < 2; k++) slow_residuals(k ? 40 : 10, &momentum[k], &continuity[k]);
+    NOTE("momentum %.3g, %.3g; continuity %.3g, %.3g", momentum[0], momentum[1], continuity[0], continuity[1]);
+    CHECK_LE(momentum[1], 0.05);
+    CHECK_LE(continuity[1], 0.003);
+    CHECK_LE(1.6, log(continuity[0] / continuity[1]) / log(4.0));
+}
+#endif
+
 #if PD_DIM == 3
 TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(lift_of_a_ball) ENTRY(friction_in_a_tube)
           ENTRY(several_bodies) ENTRY(bad_boxes))
 #else
 TEST_MAIN(ENTRY(friction_in_a_channel) ENTRY(moving_wall) ENTRY(lift_of_a_ball) SLOW_ENTRY(lattice_anywhere)
-          ENTRY(several_bodies) ENTRY(bad_boxes))
+          ENTRY(several_bodies) ENTRY(bad_boxes) ENTRY(slow_flow))
 #endif

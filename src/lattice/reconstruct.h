@@ -11,14 +11,6 @@
 #define PD_RECONSTRUCT_H
 #include "lattice/bond.h"
 
-#if PD_DIM == 1
-#define PDI_RECONSTRUCT_NEARS 2
-#elif PD_DIM == 2
-#define PDI_RECONSTRUCT_NEARS 8
-#else
-#define PDI_RECONSTRUCT_NEARS 26
-#endif
-
 typedef struct pd_reconstruct {
     const pd_bonds *bonds;
     int32_t count, capacity; /* rows beside smooth surfaces */
@@ -29,10 +21,6 @@ typedef struct pd_reconstruct {
     double *term;            /* [bonds of the stencil][terms] [-] weighted terms of the far ends of all rows */
     double *miss;            /* [capacity][PD_DIM][second derivatives] [m] what friction has too much (3.4c) for each
                               * second derivative of the pressure over mu */
-    double *cubic;           /* [capacity][nears + 1][PD_DIM] [1/m] divergence of the cubic part of a velocity that the
-                              * parabolas do not see (3.4d), from the node and from the `nears` around it */
-    int32_t near[PDI_RECONSTRUCT_NEARS]; /* bonds to nodes that a cube around the node holds */
-    int32_t nears;
     int32_t rows;
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
 } pd_reconstruct;
@@ -57,8 +45,6 @@ static inline int pdi_reconstruct_bent(const pd_reconstruct *slopes, int32_t r)
 PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const double *u, double *wall);
 /* Friction [PD_DIM] [unit of f / m] that such a row has too much beside a pressure f [total] (eq. 3.4c). */
 PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss);
-/* Divergence that such a row has too much of the velocity u (eq. 3.4d). */
-PDI_FN double pdi_reconstruct_leak(const pd_reconstruct *slopes, int32_t r, const double *u);
 /* Slope at 0 of the parabola through `below` at -a, `at` at 0 and `above` at b. */
 static inline double pdi_reconstruct_parabola(double a, double b, double below, double at, double above)
 {

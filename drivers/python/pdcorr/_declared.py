@@ -709,9 +709,6 @@ def declare(dim):
         ('drag', POINTER(c_double)),
         ('term', POINTER(c_double)),
         ('miss', POINTER(c_double)),
-        ('cubic', POINTER(c_double)),
-        ('near', c_int32 * (2, 8, 26)[dim - 1]),
-        ('nears', c_int32),
         ('rows', c_int32),
         ('place', POINTER(c_int32)),
     ]
