@@ -2981,7 +2981,8 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
 PDI_FN void pdi_isotropic_velocity(const pd_ctx *ctx, const pd_isotropic *isotropic, const double *v,
                                    double *advecting);
 /* Derivative [1/s] of component d of u along axis d: of the parabola through both neighbours, or the surface where it
- * comes before one of them; with the nearest neighbours then of the cubic through the node behind the other, too. */
+ * comes before one of them; with the nearest neighbours in the plane then of the cubic through the node behind the
+ * other, too. */
 PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const double *u);
 #endif
 
@@ -23988,7 +23989,7 @@ PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const dou
     }
     double a = size[0], b = size[1];
     double slope = ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / (a + b);
-    if (bonds->stencil->reach > 1) return slope / grid->h[d];
+    if (PD_DIM == 3 || bonds->stencil->reach > 1) return slope / grid->h[d];
     int free = leg[1] > 0.0; /* the side whose neighbour comes before the surface */
     int32_t step = free ? stride : -stride;
     if ((leg[0] > 0.0) != (leg[1] > 0.0) && pdi_isotropic_behind(bonds, place->r, d, free, step)) {

@@ -94,7 +94,7 @@ PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const dou
     }
     double a = size[0], b = size[1];
     double slope = ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / (a + b);
-    if (bonds->stencil->reach > 1) return slope / grid->h[d];
+    if (PD_DIM == 3 || bonds->stencil->reach > 1) return slope / grid->h[d];
     int free = leg[1] > 0.0; /* the side whose neighbour comes before the surface */
     int32_t step = free ? stride : -stride;
     if ((leg[0] > 0.0) != (leg[1] > 0.0) && pdi_isotropic_behind(bonds, place->r, d, free, step)) {

@@ -49,7 +49,8 @@ PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic,
 PDI_FN void pdi_isotropic_velocity(const pd_ctx *ctx, const pd_isotropic *isotropic, const double *v,
                                    double *advecting);
 /* Derivative [1/s] of component d of u along axis d: of the parabola through both neighbours, or the surface where it
- * comes before one of them; with the nearest neighbours then of the cubic through the node behind the other, too. */
+ * comes before one of them; with the nearest neighbours in the plane then of the cubic through the node behind the
+ * other, too. */
 PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const double *u);
 #endif
 
