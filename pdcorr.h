@@ -2067,14 +2067,6 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit);
 #ifndef PD_RECONSTRUCT_H
 #define PD_RECONSTRUCT_H
 
-#if PD_DIM == 1
-#define PDI_RECONSTRUCT_NEARS 2
-#elif PD_DIM == 2
-#define PDI_RECONSTRUCT_NEARS 8
-#else
-#define PDI_RECONSTRUCT_NEARS 26
-#endif
-
 typedef struct pd_reconstruct {
     const pd_bonds *bonds;
     int32_t count, capacity; /* rows beside smooth surfaces */
@@ -2085,10 +2077,6 @@ typedef struct pd_reconstruct {
     double *term;            /* [bonds of the stencil][terms] [-] weighted terms of the far ends of all rows */
     double *miss;            /* [capacity][PD_DIM][second derivatives] [m] what friction has too much (3.4c) for each
                               * second derivative of the pressure over mu */
-    double *cubic;           /* [capacity][nears + 1][PD_DIM] [1/m] divergence of the cubic part of a velocity that the
-                              * parabolas do not see (3.4d), from the node and from the `nears` around it */
-    int32_t near[PDI_RECONSTRUCT_NEARS]; /* bonds to nodes that a cube around the node holds */
-    int32_t nears;
     int32_t rows;
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
 } pd_reconstruct;
@@ -2113,8 +2101,6 @@ static inline int pdi_reconstruct_bent(const pd_reconstruct *slopes, int32_t r)
 PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const double *u, double *wall);
 /* Friction [PD_DIM] [unit of f / m] that such a row has too much beside a pressure f [total] (eq. 3.4c). */
 PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss);
-/* Divergence that such a row has too much of the velocity u (eq. 3.4d). */
-PDI_FN double pdi_reconstruct_leak(const pd_reconstruct *slopes, int32_t r, const double *u);
 /* Slope at 0 of the parabola through `below` at -a, `at` at 0 and `above` at b. */
 static inline double pdi_reconstruct_parabola(double a, double b, double below, double at, double above)
 {
@@ -19130,7 +19116,6 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
 /* ======== >>lattice/reconstruct.c ======== */
 /* reconstruct: see reconstruct.h */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Of a quadratic about the node: slopes, then second derivatives. */
@@ -19230,8 +19215,6 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
 
 /* Share of h that differences of a field reach. */
 #define PDI_RECONSTRUCT_NEAR 0.05
-/* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
-#define PDI_RECONSTRUCT_DEPENDS 1e-4
 /* A distance whose slope is off by more has an edge nearby. */
 #define PDI_RECONSTRUCT_EDGE 1e-2
 /* Sum of the curvatures, in 1/h, from which a surface counts as an edge. */
@@ -19345,133 +19328,14 @@ static void pdi_reconstruct_excess(const pd_reconstruct *slopes, const pdi_recon
     }
 }
 
-#define PDI_RECONSTRUCT_CROSS (PD_DIM - 1)
-/* Of a normal velocity beside a wall, over its distance d: d and the ways s along it; d^2, d s, s^2. */
-#define PDI_RECONSTRUCT_LEAST (1 + PDI_RECONSTRUCT_CROSS)
-#define PDI_RECONSTRUCT_NORMAL \
-    (PDI_RECONSTRUCT_LEAST + 1 + PDI_RECONSTRUCT_CROSS + PDI_RECONSTRUCT_CROSS * (PDI_RECONSTRUCT_CROSS + 1) / 2)
-/* Weight of the node itself in that fit, over that of a neighbour. */
-#define PDI_RECONSTRUCT_OWN 100.0
-
-/* Unit vectors across the normal. */
-static void pdi_reconstruct_across(const double *normal, double across[PD_DIM][PD_DIM])
-{
-    int last = 0;
-    for (int d = 1; d < PD_DIM; d++)
-        if (fabs(normal[d]) > fabs(normal[last])) last = d;
-    for (int b = 0, axis = 0; b < PDI_RECONSTRUCT_CROSS; b++, axis++) {
-        if (axis == last) axis++;
-        for (int d = 0; d < PD_DIM; d++) across[b][d] = d == axis ? 1.0 : 0.0;
-        for (int e = -1; e < b; e++) {
-            const double *other = e < 0 ? normal : across[e];
-            double along = pdi_vec_dot(across[b], other);
-            for (int d = 0; d < PD_DIM; d++) across[b][d] -= along * other[d];
-        }
-        double length = pdi_vec_norm(across[b]);
-        for (int d = 0; d < PD_DIM; d++) across[b][d] /= length;
-    }
-}
-
-/* The terms of a normal velocity at x, in cells. */
-static void pdi_reconstruct_rise(const pdi_reconstruct_foot *foot, double across[PD_DIM][PD_DIM], const double *x,
-                                 double *term)
-{
-    double h = foot->bonds->grid->h[0], d = pdi_bond_smooth(foot->bonds, foot->closed, x) / h;
-    double way[PD_DIM], s[PD_DIM];
-    int at = 0;
-    for (int a = 0; a < PD_DIM; a++) way[a] = (x[a] - foot->at[a]) / h;
-    term[at++] = d * d;
-    for (int b = 0; b < PDI_RECONSTRUCT_CROSS; b++) {
-        s[b] = pdi_vec_dot(way, across[b]);
-        term[at++] = d * s[b];
-    }
-    term[at++] = d * d * d;
-    for (int b = 0; b < PDI_RECONSTRUCT_CROSS; b++) {
-        term[at++] = d * d * s[b];
-        for (int c = 0; c <= b; c++) term[at++] = d * s[b] * s[c];
-    }
-}
-
-/* Divergence of the cubic terms times the normal at row r: through its parabolas, less what it is. */
-static void pdi_reconstruct_diverge(const pd_bonds *bonds, const pdi_reconstruct_foot *foot,
-                                    double across[PD_DIM][PD_DIM], int32_t r, double *more)
-{
-    const double *leg = bonds->leg + (int64_t)r * PD_DIM * 2, *h = bonds->grid->h;
-    double x[PD_DIM], y[PD_DIM], here[PDI_RECONSTRUCT_NORMAL], end[2][PDI_RECONSTRUCT_NORMAL];
-    double close[2][PDI_RECONSTRUCT_NORMAL];
-    memset(more, 0, PDI_RECONSTRUCT_NORMAL * sizeof *more);
-    pd_grid_position(bonds->grid, bonds->node[r], x);
-    pdi_reconstruct_rise(foot, across, x, here);
-    for (int d = 0; d < PD_DIM; d++) {
-        double eps = PDI_RECONSTRUCT_NEAR * h[d], low = fabs(leg[2 * d]), high = fabs(leg[2 * d + 1]);
-        for (int side = 0; side < 2; side++) {
-            memcpy(y, x, sizeof y);
-            y[d] = x[d] + (side ? h[d] : -h[d]);
-            pdi_reconstruct_rise(foot, across, y, end[side]);
-            if (!(leg[2 * d + side] > 0.0)) memset(end[side], 0, sizeof end[side]);
-            y[d] = x[d] + (side ? eps : -eps);
-            pdi_reconstruct_rise(foot, across, y, close[side]);
-        }
-        for (int c = PDI_RECONSTRUCT_LEAST; c < PDI_RECONSTRUCT_NORMAL; c++) {
-            double slope = pdi_reconstruct_parabola(low, high, end[0][c], here[c], end[1][c]) / h[d];
-            more[c] += foot->normal[d] * (slope - (close[1][c] - close[0][c]) / (2.0 * eps));
-        }
-    }
-}
-
-/* What the parabolas of row r miss of each velocity around it (eq. 3.4d). */
-static void pdi_reconstruct_leaks(pd_reconstruct *slopes, const pdi_reconstruct_foot *foot, int32_t r, double *to)
-{
-    enum { terms = PDI_RECONSTRUCT_NORMAL };
-    const pd_bonds *bonds = slopes->bonds;
-    double moment[PDI_RECONSTRUCT_NORMAL * PDI_RECONSTRUCT_NORMAL], unit[PDI_RECONSTRUCT_NORMAL];
-    double least[PDI_RECONSTRUCT_NORMAL], more[PDI_RECONSTRUCT_NORMAL], across[PD_DIM][PD_DIM], x[PD_DIM];
-    double term[PDI_RECONSTRUCT_NEARS + 1][PDI_RECONSTRUCT_NORMAL];
-    memset(moment, 0, sizeof moment);
-    memset(across, 0, sizeof across);
-    pdi_reconstruct_across(foot->normal, across);
-    for (int n = 0; n <= slopes->nears; n++) {
-        int k = n ? slopes->near[n - 1] : -1;
-        double weight = n ? bonds->stencil->base[k] * bonds->grid->h[0] * bonds->grid->h[0] : PDI_RECONSTRUCT_OWN;
-        memset(term[n], 0, sizeof term[n]);
-        if (n && !pdi_bond_open(bonds, r, k)) continue;
-        pd_grid_position(bonds->grid, bonds->node[r], x);
-        for (int d = 0; d < PD_DIM && n; d++) x[d] += bonds->stencil->xi[k * PD_DIM + d];
-        pdi_reconstruct_rise(foot, across, x, term[n]);
-        for (int a = 0; a < terms; a++)
-            for (int b = 0; b < terms; b++) moment[a * terms + b] += weight * term[n][a] * term[n][b];
-        for (int a = 0; a < terms; a++) term[n][a] *= weight;
-    }
-    for (int a = 0; a < terms; a++) {
-        if (!(moment[a * terms + a] > 0.0)) return;
-        unit[a] = 1.0 / sqrt(moment[a * terms + a]);
-        least[a] = PDI_RECONSTRUCT_DEPENDS;
-    }
-    pdi_reconstruct_diverge(bonds, foot, across, r, more);
-    for (int a = 0; a < terms; a++) {
-        more[a] *= unit[a];
-        for (int b = 0; b < terms; b++) moment[a * terms + b] *= unit[a] * unit[b];
-    }
-    if (!pdi_vec_factor(terms, terms, least, moment)) return;
-    pdi_vec_substitute(terms, terms, moment, more);
-    for (int n = 0; n <= slopes->nears; n++) {
-        double sum = 0.0;
-        for (int a = 0; a < terms; a++) sum += more[a] * unit[a] * term[n][a];
-        for (int d = 0; d < PD_DIM; d++) to[n * PD_DIM + d] = sum * foot->normal[d];
-    }
-}
-
 /* What the sums of row r miss of cubics. */
 static void pdi_reconstruct_cubic(pd_reconstruct *slopes, int32_t r, const double *excess, double share)
 {
     int64_t q = slopes->place[r];
     double *miss = slopes->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
-    double *leak = slopes->cubic + q * (slopes->nears + 1) * PD_DIM;
     pdi_reconstruct_foot foot;
     memset(miss, 0, PD_DIM * PDI_RECONSTRUCT_BENDS * sizeof *miss);
-    memset(leak, 0, (size_t)(slopes->nears + 1) * PD_DIM * sizeof *leak);
     if (!slopes->fits[q] || !pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
-    pdi_reconstruct_leaks(slopes, &foot, r, leak);
     for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) {
         double bends[PDI_RECONSTRUCT_BENDS], part[PD_DIM];
         memset(bends, 0, sizeof bends);
@@ -19540,20 +19404,6 @@ PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const 
     }
 }
 
-PDI_FN double pdi_reconstruct_leak(const pd_reconstruct *slopes, int32_t r, const double *u)
-{
-    const pd_bonds *bonds = slopes->bonds;
-    const double *part = slopes->cubic + (int64_t)slopes->place[r] * (slopes->nears + 1) * PD_DIM;
-    double sum = 0.0;
-    for (int n = 0; n <= slopes->nears; n++) {
-        int k = n ? slopes->near[n - 1] : -1;
-        if (n && !pdi_bond_open(bonds, r, k)) continue;
-        int32_t j = n ? bonds->node[r] + bonds->paths.shift[k] : bonds->node[r];
-        for (int d = 0; d < PD_DIM; d++) sum += part[n * PD_DIM + d] * u[(int64_t)d * bonds->grid->total + j];
-    }
-    return sum;
-}
-
 PDI_COLD_BEGIN
 static void pdi_reconstruct_list(pdi_owner *owner, void *object)
 {
@@ -19564,24 +19414,8 @@ static void pdi_reconstruct_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, slopes, bend, count * terms, "1/m2");
     PDI_ARRAY(owner, slopes, drag, count, "1/m2");
     PDI_ARRAY(owner, slopes, miss, count * PD_DIM * PDI_RECONSTRUCT_BENDS, "m");
-    PDI_ARRAY(owner, slopes, cubic, count * (slopes->nears + 1) * PD_DIM, "1/m");
     PDI_ARRAY(owner, slopes, term, slopes->bonds ? slopes->bonds->stencil->count * terms : 0, "1");
     PDI_ARRAY(owner, slopes, place, slopes->rows, "1");
-}
-
-/* The bonds to nodes within the cube around a node. */
-static void pdi_reconstruct_around(pd_reconstruct *slopes)
-{
-    const pd_stencil *s = slopes->bonds->stencil;
-    slopes->nears = 0;
-    for (int k = 0; k < s->count; k++) {
-        int most = 0;
-        for (int d = 0; d < PD_DIM; d++) {
-            int n = abs(s->offset[k * PD_DIM + d]);
-            most = n > most ? n : most;
-        }
-        if (most == 1) slopes->near[slopes->nears++] = k;
-    }
 }
 
 static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstruct *slopes)
@@ -19592,7 +19426,6 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
     slopes->bonds = bonds;
     slopes->capacity = count + count / 4;
     slopes->rows = bonds->capacity;
-    pdi_reconstruct_around(slopes);
     return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
 }
 PDI_COLD_END
@@ -19674,11 +19507,6 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #undef PDI_RECONSTRUCT_NEAR
 #undef PDI_RECONSTRUCT_EDGE
 #undef PDI_RECONSTRUCT_SHARP
-#undef PDI_RECONSTRUCT_DEPENDS
-#undef PDI_RECONSTRUCT_CROSS
-#undef PDI_RECONSTRUCT_LEAST
-#undef PDI_RECONSTRUCT_NORMAL
-#undef PDI_RECONSTRUCT_OWN
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
