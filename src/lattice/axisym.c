@@ -243,7 +243,7 @@ static pd_status pdi_axisym_make(pd_ctx *ctx, const pd_stencil *stencil, const p
     pdi_axisym_fit f;
     memset(ring, 0, sizeof *ring);
     memset(&f, 0, sizeof f);
-    if (!grid->circumference) return PD_OK;
+    if (PD_DIM != 2 || !grid->circumference) return PD_OK;
     ring->rows = grid->np[PD_DIM - 1];
     ring->count = stencil->count;
     f.stencil = stencil;

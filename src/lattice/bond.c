@@ -214,7 +214,7 @@ static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, 
     if (shape >= 0 && !pdi_bond_receded(paths, shape, node, k, group))
         pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, walled ? cut->t : PDI_BOND_MAX_T, cut);
     if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
-    if (grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
+    if (PD_DIM == 2 && grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
 }
 
 /* Inverse of the moment matrix, with what `closure` adds to it where that is not NULL. What is missing shows against

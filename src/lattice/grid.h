@@ -106,7 +106,7 @@ PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
 /* Factor of the cell volume in sums over volume: the circumference of an axisymmetric node [m], else 1. */
 static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
 {
-    return grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
+    return PD_DIM == 2 && grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
 }
 /* The same at the distance `out` [m] outwards from the node. */
 PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);

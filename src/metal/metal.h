@@ -206,7 +206,7 @@ static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
 static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
 {
     const pd_stencil *s = d->paths.stencil;
-    if (!d->grid->circumference) return d->weight[k];
+    if (PD_DIM != 2 || !d->grid->circumference) return d->weight[k];
     double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
     return d->weight[k] * (middle / pdi_grid_circumference(d->grid, j));
 }

@@ -161,7 +161,7 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
         else if (parabola)
             return pdi_inlet_refuse(ctx, side,
                                     "found several openings, expected one for a parabola; give an expression");
-        if (grid->circumference) pdi_inlet_rings(grid, side, lo, hi, several, inlet, area);
+        if (PD_DIM == 2 && grid->circumference) pdi_inlet_rings(grid, side, lo, hi, several, inlet, area);
         return PD_OK;
     }
     if (grid->wall >= 0) radius = pdi_inlet_tube(grid, grid->wall, axis, inlet->centre[side]);

@@ -355,7 +355,7 @@ static int pdi_factor_apart(const pdi_factor_order *o) { return o->end > 2 ? o->
 PDI_FN void pdi_factor_make(const pd_ctx *ctx, pd_factor *f, const double *c, double rate, double least)
 {
     f->good = 0;
-    if (!f->entry) return;
+    if (PD_DIM != 2 || !f->entry) return;
     pdi_factor_order o[2];
     pdi_par_timing timing;
     int good[2];
@@ -414,6 +414,7 @@ PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *f, const double
 {
     pdi_factor_order o[2];
     pdi_par_timing timing;
+    if (PD_DIM != 2) return;
     for (int end = 0; end < 2; end++) o[end] = pdi_factor_sort(f, end);
     int apart = pdi_factor_apart(o + 1);
     int nt = pdi_par_begin(ctx, (int64_t)o[0].columns * o[0].rows * 50, 1, (uint64_t)(uintptr_t)pdi_factor_forward,
