@@ -1349,7 +1349,7 @@ PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
 /* Factor of the cell volume in sums over volume: the circumference of an axisymmetric node [m], else 1. */
 static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
 {
-    return grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
+    return PD_DIM == 2 && grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
 }
 /* The same at the distance `out` [m] outwards from the node. */
 PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
@@ -7943,7 +7943,7 @@ static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
 static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
 {
     const pd_stencil *s = d->paths.stencil;
-    if (!d->grid->circumference) return d->weight[k];
+    if (PD_DIM != 2 || !d->grid->circumference) return d->weight[k];
     double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
     return d->weight[k] * (middle / pdi_grid_circumference(d->grid, j));
 }
@@ -16543,7 +16543,7 @@ static pd_status pdi_axisym_make(pd_ctx *ctx, const pd_stencil *stencil, const p
     pdi_axisym_fit f;
     memset(ring, 0, sizeof *ring);
     memset(&f, 0, sizeof f);
-    if (!grid->circumference) return PD_OK;
+    if (PD_DIM != 2 || !grid->circumference) return PD_OK;
     ring->rows = grid->np[PD_DIM - 1];
     ring->count = stencil->count;
     f.stencil = stencil;
@@ -16790,7 +16790,7 @@ static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, 
     if (shape >= 0 && !pdi_bond_receded(paths, shape, node, k, group))
         pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, walled ? cut->t : PDI_BOND_MAX_T, cut);
     if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
-    if (grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
+    if (PD_DIM == 2 && grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
 }
 
 /* Inverse of the moment matrix, with what `closure` adds to it where that is not NULL. What is missing shows against
@@ -19335,7 +19335,8 @@ static void pdi_reconstruct_cubic(pd_reconstruct *slopes, int32_t r, const doubl
     double *miss = slopes->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
     pdi_reconstruct_foot foot;
     memset(miss, 0, PD_DIM * PDI_RECONSTRUCT_BENDS * sizeof *miss);
-    if (!slopes->fits[q] || !pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
+    if (!slopes->fits[q] || slopes->bonds->stencil->reach > 1) return;
+    if (!pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
     for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) {
         double bends[PDI_RECONSTRUCT_BENDS], part[PD_DIM];
         memset(bends, 0, sizeof bends);
@@ -33196,7 +33197,7 @@ static int pdi_factor_apart(const pdi_factor_order *o) { return o->end > 2 ? o->
 PDI_FN void pdi_factor_make(const pd_ctx *ctx, pd_factor *f, const double *c, double rate, double least)
 {
     f->good = 0;
-    if (!f->entry) return;
+    if (PD_DIM != 2 || !f->entry) return;
     pdi_factor_order o[2];
     pdi_par_timing timing;
     int good[2];
@@ -33255,6 +33256,7 @@ PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *f, const double
 {
     pdi_factor_order o[2];
     pdi_par_timing timing;
+    if (PD_DIM != 2) return;
     for (int end = 0; end < 2; end++) o[end] = pdi_factor_sort(f, end);
     int apart = pdi_factor_apart(o + 1);
     int nt = pdi_par_begin(ctx, (int64_t)o[0].columns * o[0].rows * 50, 1, (uint64_t)(uintptr_t)pdi_factor_forward,
@@ -72416,7 +72418,7 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
         else if (parabola)
             return pdi_inlet_refuse(ctx, side,
                                     "found several openings, expected one for a parabola; give an expression");
-        if (grid->circumference) pdi_inlet_rings(grid, side, lo, hi, several, inlet, area);
+        if (PD_DIM == 2 && grid->circumference) pdi_inlet_rings(grid, side, lo, hi, several, inlet, area);
         return PD_OK;
     }
     if (grid->wall >= 0) radius = pdi_inlet_tube(grid, grid->wall, axis, inlet->centre[side]);

@@ -223,7 +223,8 @@ static void pdi_reconstruct_cubic(pd_reconstruct *slopes, int32_t r, const doubl
     double *miss = slopes->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
     pdi_reconstruct_foot foot;
     memset(miss, 0, PD_DIM * PDI_RECONSTRUCT_BENDS * sizeof *miss);
-    if (!slopes->fits[q] || !pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
+    if (!slopes->fits[q] || slopes->bonds->stencil->reach > 1) return;
+    if (!pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
     for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) {
         double bends[PDI_RECONSTRUCT_BENDS], part[PD_DIM];
         memset(bends, 0, sizeof bends);
