@@ -787,6 +787,6 @@ TEST(bad_input)
 }
 
 TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_growth) ENTRY(gmres_growth_lent)
-          ENTRY(gmres_lean) ENTRY(gmres_integers) ENTRY(gmres_breakdown) ENTRY(gmres_orthogonality)
-          ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport) ENTRY(not_a_number) ENTRY(not_converged) ENTRY(guesses)
-          ENTRY(flexible) ENTRY(unit_covariance) ENTRY(threads) ENTRY(memory) ENTRY(spans) ENTRY(bad_input))
+          ENTRY(gmres_lean) ENTRY(gmres_trusting) ENTRY(gmres_integers) ENTRY(gmres_breakdown)
+          ENTRY(gmres_orthogonality) ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport) ENTRY(not_a_number)
+          ENTRY(not_converged) ENTRY(guesses) ENTRY(flexible) ENTRY(unit_covariance) ENTRY(threads) ENTRY(memory) ENTRY(spans) ENTRY(bad_input))
