@@ -2202,6 +2202,8 @@ typedef struct pd_krylov_desc {
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
     int lean;           /* 1: GMRES with zero_guess, not flexible: x is the other work vector until the solve ends, and
                          * callbacks may leave anything in the vector that they are given, const in name alone */
+    int trusting;       /* 1: lean GMRES takes the residual that its recurrence gives for the true one once that meets
+                         * the tolerance, which saves one application. For callers that check what x leads to */
 } pd_krylov_desc;
 
 /* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
@@ -2228,7 +2230,8 @@ typedef struct pd_krylov {
 typedef struct pd_krylov_result {
     int iterations;
     int applies, precond_applies;
-    double residual0, residual; /* [unit of b] true |b - A x| of the guess and of the returned x */
+    double residual0, residual; /* [unit of b] true |b - A x| of the guess and of the returned x
+                                 * (trusting: that of the recurrence) */
     int converged;
 } pd_krylov_result;
 
@@ -19706,7 +19709,7 @@ typedef struct pdi_krylov_run {
     const double *b;
     double *x;
     double *v, *w; /* GMRES: [n] the two work vectors, which change their places */
-    double b_norm, target;
+    double b_norm, target, reached; /* reached: GMRES, the residual of a cycle by its recurrence */
     pd_krylov_result *result;
 } pdi_krylov_run;
 
@@ -20247,6 +20250,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         pdi_krylov_unpack(run, packed, run->v);
         pdi_krylov_clear(run, run->w);
     }
+    run->reached = fabs(s.g[count]);
     pdi_hessenberg_back(count, s.hess, s.g, s.y);
     return pdi_krylov_correct(run, flexible, count, s.y);
 }
@@ -20267,13 +20271,14 @@ static void pdi_krylov_whole(const pdi_krylov_run *run, const double *packed, do
     else pdi_par_copy(run->ctx, run->k->length, packed, full);
 }
 
-/* The next iterate from the correction in v, and its residual into v; returns the norm. */
+/* The next iterate from the correction in v, and its residual into v unless it is trusted; returns the norm. */
 static double pdi_krylov_next_residual(pdi_krylov_run *run)
 {
     double *next = pdi_krylov_packed(run, 1);
     if (run->k->desc.spans) pdi_krylov_pack(run, run->v, next);
     else pdi_par_copy(run->ctx, run->k->length, run->v, next);
     if (run->k->shift) pdi_par_axpy(run->ctx, run->k->length, 1.0, pdi_krylov_packed(run, 0), next);
+    if (run->k->desc.trusting && run->reached <= run->target) return run->reached;
     pdi_krylov_whole(run, next, run->v);
     pdi_krylov_clear(run, run->w);
     pdi_krylov_apply(run, run->v, run->w);
@@ -26087,7 +26092,7 @@ static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->arena = pdi_steady_arena(s);
     kd->max_iterations = s->desc.max_krylov;
     kd->least = PDI_STEADY_LEAST;
-    kd->zero_guess = kd->lean = 1;
+    kd->zero_guess = kd->lean = kd->trusting = 1; /* Newton's residual shows what it has come to */
     /* stages ask for four digits, steps for three; on stretched spacings the solver needs all that it can get */
     kd->compressed = s->timed || pdi_compact_stretched(s->flow->grid->h) ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER;
 }

@@ -291,7 +291,7 @@ static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->arena = pdi_steady_arena(s);
     kd->max_iterations = s->desc.max_krylov;
     kd->least = PDI_STEADY_LEAST;
-    kd->zero_guess = kd->lean = 1;
+    kd->zero_guess = kd->lean = kd->trusting = 1; /* Newton's residual shows what it has come to */
     /* stages ask for four digits, steps for three; on stretched spacings the solver needs all that it can get */
     kd->compressed = s->timed || pdi_compact_stretched(s->flow->grid->h) ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER;
 }

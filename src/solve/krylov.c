@@ -20,7 +20,7 @@ typedef struct pdi_krylov_run {
     const double *b;
     double *x;
     double *v, *w; /* GMRES: [n] the two work vectors, which change their places */
-    double b_norm, target;
+    double b_norm, target, reached; /* reached: GMRES, the residual of a cycle by its recurrence */
     pd_krylov_result *result;
 } pdi_krylov_run;
 
@@ -561,6 +561,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         pdi_krylov_unpack(run, packed, run->v);
         pdi_krylov_clear(run, run->w);
     }
+    run->reached = fabs(s.g[count]);
     pdi_hessenberg_back(count, s.hess, s.g, s.y);
     return pdi_krylov_correct(run, flexible, count, s.y);
 }
@@ -581,13 +582,14 @@ static void pdi_krylov_whole(const pdi_krylov_run *run, const double *packed, do
     else pdi_par_copy(run->ctx, run->k->length, packed, full);
 }
 
-/* The next iterate from the correction in v, and its residual into v; returns the norm. */
+/* The next iterate from the correction in v, and its residual into v unless it is trusted; returns the norm. */
 static double pdi_krylov_next_residual(pdi_krylov_run *run)
 {
     double *next = pdi_krylov_packed(run, 1);
     if (run->k->desc.spans) pdi_krylov_pack(run, run->v, next);
     else pdi_par_copy(run->ctx, run->k->length, run->v, next);
     if (run->k->shift) pdi_par_axpy(run->ctx, run->k->length, 1.0, pdi_krylov_packed(run, 0), next);
+    if (run->k->desc.trusting && run->reached <= run->target) return run->reached;
     pdi_krylov_whole(run, next, run->v);
     pdi_krylov_clear(run, run->w);
     pdi_krylov_apply(run, run->v, run->w);

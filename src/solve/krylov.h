@@ -56,6 +56,8 @@ typedef struct pd_krylov_desc {
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
     int lean;           /* 1: GMRES with zero_guess, not flexible: x is the other work vector until the solve ends, and
                          * callbacks may leave anything in the vector that they are given, const in name alone */
+    int trusting;       /* 1: lean GMRES takes the residual that its recurrence gives for the true one once that meets
+                         * the tolerance, which saves one application. For callers that check what x leads to */
 } pd_krylov_desc;
 
 /* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
@@ -82,7 +84,8 @@ typedef struct pd_krylov {
 typedef struct pd_krylov_result {
     int iterations;
     int applies, precond_applies;
-    double residual0, residual; /* [unit of b] true |b - A x| of the guess and of the returned x */
+    double residual0, residual; /* [unit of b] true |b - A x| of the guess and of the returned x
+                                 * (trusting: that of the recurrence) */
     int converged;
 } pd_krylov_result;
 

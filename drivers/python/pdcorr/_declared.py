@@ -737,6 +737,7 @@ def declare(dim):
         ('diagonal', POINTER(c_double)),
         ('zero_guess', c_int),
         ('lean', c_int),
+        ('trusting', c_int),
     ]
 
     class pd_krylov(Structure):
