@@ -191,4 +191,4 @@ TEST(refused)
 }
 
 TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(front) ENTRY(derivatives_ideal) ENTRY(derivatives_davies)
-          ENTRY(speeds) ENTRY(refused))
+          ENTRY(acid_from_lye) ENTRY(speeds) ENTRY(refused))
