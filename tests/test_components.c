@@ -84,6 +84,41 @@ TEST(front)
     }
 }
 
+/* An acid without magnesium, sought from a lye with much of it: the first step of Newton goes past all acid. */
+TEST(acid_from_lye)
+{
+    mixture v;
+    pd_components s;
+    double c[PD_SPECIES_MOST] = {0.0}, start[PD_SPECIES_MOST] = {0.0}, total[PD_SPECIES_MOST];
+    double acid = 0.15452454172346108;
+    mix_begin(&v);
+    mix_species(&v, "H2O", NULL, 0.0);
+    mix_species(&v, "H+", NULL, 9.31e-9);
+    mix_species(&v, "OH-", NULL, 5.27e-9);
+    mix_species(&v, "Mg2+", NULL, 0.705e-9);
+    mix_species(&v, "MgOH+", NULL, 0.705e-9);
+    mix_species(&v, "Na+", NULL, 1.33e-9);
+    mix_species(&v, "Cl-", NULL, 2.03e-9);
+    mix_reaction(&v, "H2O = H+ + OH-", -14.0, 0.0, NULL);
+    mix_reaction(&v, "Mg2+ + H2O = MgOH+ + H+", -11.44, 0.0, NULL);
+    for (int davies = 0; davies < 2; davies++) {
+        build(&v, davies ? PD_ACTIVITY_DAVIES : PD_ACTIVITY_IDEAL, &s);
+        int h = s.place[1], oh = s.place[2], mg = s.place[3], mgoh = s.place[4];
+        for (int i = 5; i < 7; i++) c[s.place[i]] = start[s.place[i]] = 154.0;
+        start[h] = acid;
+        start[mg] = -1.7763568394002505e-15;
+        pdi_components_totals(&s, start, total);
+        c[h] = 5.29065e-10;
+        c[oh] = 33.8101;
+        c[mg] = 5.81935;
+        c[mgoh] = 22.3259;
+        CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
+        CHECK_NEAR(c[h], acid + c[oh], 1e-14);
+        CHECK(c[oh] > 5e-8 && c[oh] < 2e-7);
+        CHECK(c[mg] >= 0.0 && c[mg] < 1e-14 && c[mgoh] >= 0.0 && c[mgoh] < 1e-14);
+    }
+}
+
 static void derivatives(pd_activity activity)
 {
     mixture v;
@@ -156,4 +191,4 @@ TEST(refused)
 }
 
 TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(front) ENTRY(derivatives_ideal) ENTRY(derivatives_davies)
-          ENTRY(speeds) ENTRY(refused))
+          ENTRY(acid_from_lye) ENTRY(speeds) ENTRY(refused))

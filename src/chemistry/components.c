@@ -327,6 +327,23 @@ static int pdi_components_find(pdi_components_work *w)
     return 0;
 }
 
+/* 1: a balance asks for members that count against the others and that are next to nothing: a step that went too far
+ * ends there, where no step leads back. */
+static int pdi_components_gone(const pdi_components_work *w)
+{
+    for (int r = 0; r < w->rows; r++) {
+        double minus = 0.0;
+        int against = 0;
+        for (int n = 0; n < w->live; n++) {
+            if (!(w->m[r][n] < 0.0)) continue;
+            minus -= w->m[r][n] * w->c[n];
+            against = 1;
+        }
+        if (against && !(minus > PDI_COMPONENTS_LEAST) && -w->sum[r] > PDI_COMPONENTS_NEAR * w->terms[r]) return 1;
+    }
+    return 0;
+}
+
 static void pdi_components_begin(const pd_components *s, const double *c, pdi_components_work *w)
 {
     w->s = s;
@@ -348,6 +365,18 @@ static void pdi_components_ionic(pdi_components_work *w)
     w->strength = w->others;
     for (int n = 0; n < w->live; n++) w->strength += 0.5 * pdi_components_square(w->charge[n]) * w->c[n];
     w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
+}
+
+/* Members that are gone are sought from equal amounts of all. Totals that no concentrations have end there again. */
+static void pdi_components_again(const pd_components *s, pdi_components_work *w)
+{
+    pdi_components_work anew = *w;
+    double c[PD_SPECIES_MOST], others = w->others;
+    for (int i = 0; i < s->solutes; i++) c[i] = 1.0;
+    pdi_components_begin(s, c, &anew);
+    anew.others = others;
+    pdi_components_ionic(&anew);
+    if (pdi_components_find(&anew) && !pdi_components_gone(&anew)) *w = anew;
 }
 
 PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *total, double *c)
@@ -372,6 +401,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
         pdi_components_ionic(&w);
         if (!pdi_components_find(&w)) return PD_NOT_CONVERGED;
     }
+    if (s->joined && pdi_components_gone(&w)) pdi_components_again(s, &w);
     for (int n = 0; n < s->live; n++) c[s->member[n]] = w.c[n];
     for (int k = s->joined; k < s->count; k++) c[s->master[k]] = fmax(total[k], 0.0);
     return PD_OK;

@@ -22,6 +22,9 @@
 /* Shortest share of a step of Newton, and share of the distance from the laws that it has to leave at most. */
 #define PDI_MINERAL_SHORTEST 1e-4
 #define PDI_MINERAL_BETTER 0.99
+/* Nearer than this, a step has to leave at most this share: what does not is rounding, and met. */
+#define PDI_MINERAL_NEAR 1e-11
+#define PDI_MINERAL_HALF 0.5
 /* First step [-] of a search without a bound, over the totals. */
 #define PDI_MINERAL_FIRST 1e-3
 #define PDI_MINERAL_MOLAR 1e3 /* [mol/m3] in mol/L */
@@ -448,7 +451,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
             w->n[active[p]] = fmin(fmax(from[active[p]] + share * slope[p][0], 0.0), room);
         }
         double now = pdi_mineral_distance(w, off);
-        if (now < PDI_MINERAL_BETTER * *worst) {
+        if (now < (*worst > PDI_MINERAL_NEAR ? PDI_MINERAL_BETTER : PDI_MINERAL_HALF) * *worst) {
             *worst = now;
             return 1;
         }
@@ -480,7 +483,7 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
     for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
         double moved = 0.0, worst;
         while (pdi_mineral_newton(&w, &worst)) {}
-        if (!(worst > PDI_MINERAL_MET)) break;
+        if (!(worst > PDI_MINERAL_NEAR) || w.left <= 0) break;
         for (int s = 0; s < m->count; s++) {
             double before = w.n[s];
             pdi_mineral_one(&w, s);

@@ -28,7 +28,7 @@
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
 #define PDI_ADVANCE_HALVINGS 10
-/* Halvings of the correction of one node whose totals would have no equilibrium. */
+/* Halvings of the correction of one node whose totals would have no equilibrium, or that loses a mineral. */
 #define PDI_ADVANCE_CUTS 20
 /* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
  * factor, since the next one finds the potential in the ions that have come. */
@@ -230,8 +230,30 @@ static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share,
     return pdi_advance_neutral(r, c);
 }
 
-/* The same at all nodes. A node without an equilibrium there goes a part of the way; where none is found c is NaN. */
-static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
+/* 1: node i has lost a mineral that it had in `base`. */
+static int pdi_advance_lost(const pd_reactive *r, int32_t i)
+{
+    for (int64_t at = i; at < r->minerals.count * (int64_t)r->grid->total; at += r->grid->total)
+        if (r->solid_base[at] > 0.0 && !(r->solid[at] > 0.0)) return 1;
+    return 0;
+}
+
+/* Node i stops just behind the place between 0 and `high` where it loses a mineral: beyond it c follows its totals
+ * otherwise. */
+static void pdi_advance_halt(const pd_reactive *r, int32_t i, double high, double *c)
+{
+    double low = 0.0;
+    for (int cut = 0; cut < PDI_ADVANCE_CUTS; cut++) {
+        double part = 0.5 * (low + high);
+        if (pdi_advance_node(r, i, part, c) == PD_OK && !pdi_advance_lost(r, i)) low = part;
+        else high = part;
+    }
+    if (pdi_advance_node(r, i, high, c) != PD_OK) c[0] = NAN;
+}
+
+/* The same at all nodes. A node without an equilibrium there goes a part of the way; where none is found c is NaN.
+ * halt: one that loses a mineral stops there. */
+static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share, int halt)
 {
     int64_t total = r->grid->total;
     int nt = pdi_tangent_threads(ctx, r);
@@ -243,6 +265,7 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
         if (r->grid->kind[i] != PD_FLUID) continue;
         while (pdi_advance_node(r, i, part, c) != PD_OK && cut++ < PDI_ADVANCE_CUTS) part *= 0.5;
         if (cut > PDI_ADVANCE_CUTS) c[0] = NAN;
+        else if (halt && pdi_advance_lost(r, i)) pdi_advance_halt(r, i, part, c);
         pdi_reactive_put(r, c, i, r->c);
     }
 }
@@ -260,22 +283,26 @@ static int pdi_advance_lift(const pd_ctx *ctx, pd_reactive *r, double before, do
 {
     double most = pdi_migration_largest(&r->migration);
     if (!(most > PDI_ADVANCE_LIFT)) return 0;
-    pdi_advance_move(ctx, r, 1.0);
+    pdi_advance_move(ctx, r, 1.0, 0);
     *norm = pdi_advance_residual(ctx, r);
     if (*norm < before) return 1;
     r->migration.share = PDI_ADVANCE_LIFT / most;
     return 0;
 }
 
-/* A step along the correction, halved until the residual falls, or but for a rise that has room. 0: none does. */
+/* A step along the correction, halved until the residual falls, or but for a rise that has room. Where a whole one
+ * raises it nodes that lose minerals stop there, before any rise is taken. 0: none does. */
 static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, double *norm)
 {
     double before = *norm, share = 1.0;
     pdi_advance_mark(ctx, r);
     if (r->migration.on && pdi_advance_lift(ctx, r, before, norm)) return 1;
-    for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
-        pdi_advance_move(ctx, r, share);
-        *norm = pdi_advance_residual(ctx, r);
+    for (int halving = 0, halt = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
+        do {
+            pdi_advance_move(ctx, r, share, halt);
+            *norm = pdi_advance_residual(ctx, r);
+            halt = r->minerals.count && !halving && !halt && !(*norm < before);
+        } while (halt);
         if (*norm < (halving ? before : room * before)) return 1;
     }
     return 0;
@@ -293,7 +320,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         for (int k = 0; k < r->components.count; k++) r->weight[k] = 1.0;
         pdi_par_zero(ctx, size, r->work + size);
         pdi_advance_mark(ctx, r);
-        pdi_advance_move(ctx, r, 0.0);
+        pdi_advance_move(ctx, r, 0.0, 0);
     }
     pdi_advance_weigh(ctx, r);
     double rate = r->migration.on ? pdi_migration_pace(&r->migration, dt) : 1.0 / dt;
