@@ -34739,7 +34739,12 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
 PDI_FN size_t pdi_transport_room(pd_transport *t)
 {
     size_t setup = pdi_inverse_room(&t->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &t->krylov);
-    return pdi_arena_bytes(pdi_transport_work_list, t) + (setup > linear ? setup : linear);
+    size_t most = setup > linear ? setup : linear, steep = 0;
+    pdi_steep values;
+    memset(&values, 0, sizeof values);
+    values.flux = &t->flux;
+    if (pdi_transport_limits(t) && pdi_steep_may(&t->flux)) steep = pdi_arena_bytes(pdi_steep_list, &values);
+    return pdi_arena_bytes(pdi_transport_work_list, t) + (steep > most ? steep : most);
 }
 
 static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
