@@ -29879,6 +29879,23 @@ static int pdi_components_find(pdi_components_work *w)
     return 0;
 }
 
+/* 1: a balance asks for members that count against the others and that are next to nothing: a step that went too far
+ * ends there, where no step leads back. */
+static int pdi_components_gone(const pdi_components_work *w)
+{
+    for (int r = 0; r < w->rows; r++) {
+        double minus = 0.0;
+        int against = 0;
+        for (int n = 0; n < w->live; n++) {
+            if (!(w->m[r][n] < 0.0)) continue;
+            minus -= w->m[r][n] * w->c[n];
+            against = 1;
+        }
+        if (against && !(minus > PDI_COMPONENTS_LEAST) && -w->sum[r] > PDI_COMPONENTS_NEAR * w->terms[r]) return 1;
+    }
+    return 0;
+}
+
 static void pdi_components_begin(const pd_components *s, const double *c, pdi_components_work *w)
 {
     w->s = s;
@@ -29900,6 +29917,18 @@ static void pdi_components_ionic(pdi_components_work *w)
     w->strength = w->others;
     for (int n = 0; n < w->live; n++) w->strength += 0.5 * pdi_components_square(w->charge[n]) * w->c[n];
     w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
+}
+
+/* Members that are gone are sought from equal amounts of all. Totals that no concentrations have end there again. */
+static void pdi_components_again(const pd_components *s, pdi_components_work *w)
+{
+    pdi_components_work anew = *w;
+    double c[PD_SPECIES_MOST], others = w->others;
+    for (int i = 0; i < s->solutes; i++) c[i] = 1.0;
+    pdi_components_begin(s, c, &anew);
+    anew.others = others;
+    pdi_components_ionic(&anew);
+    if (pdi_components_find(&anew) && !pdi_components_gone(&anew)) *w = anew;
 }
 
 PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *total, double *c)
@@ -29924,6 +29953,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
         pdi_components_ionic(&w);
         if (!pdi_components_find(&w)) return PD_NOT_CONVERGED;
     }
+    if (s->joined && pdi_components_gone(&w)) pdi_components_again(s, &w);
     for (int n = 0; n < s->live; n++) c[s->member[n]] = w.c[n];
     for (int k = s->joined; k < s->count; k++) c[s->master[k]] = fmax(total[k], 0.0);
     return PD_OK;
@@ -30177,6 +30207,9 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
 /* Shortest share of a step of Newton, and share of the distance from the laws that it has to leave at most. */
 #define PDI_MINERAL_SHORTEST 1e-4
 #define PDI_MINERAL_BETTER 0.99
+/* Nearer than this, a step has to leave at most this share: what does not is rounding, and met. */
+#define PDI_MINERAL_NEAR 1e-11
+#define PDI_MINERAL_HALF 0.5
 /* First step [-] of a search without a bound, over the totals. */
 #define PDI_MINERAL_FIRST 1e-3
 #define PDI_MINERAL_MOLAR 1e3 /* [mol/m3] in mol/L */
@@ -30603,7 +30636,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
             w->n[active[p]] = fmin(fmax(from[active[p]] + share * slope[p][0], 0.0), room);
         }
         double now = pdi_mineral_distance(w, off);
-        if (now < PDI_MINERAL_BETTER * *worst) {
+        if (now < (*worst > PDI_MINERAL_NEAR ? PDI_MINERAL_BETTER : PDI_MINERAL_HALF) * *worst) {
             *worst = now;
             return 1;
         }
@@ -30635,7 +30668,7 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
     for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
         double moved = 0.0, worst;
         while (pdi_mineral_newton(&w, &worst)) {}
-        if (!(worst > PDI_MINERAL_MET)) break;
+        if (!(worst > PDI_MINERAL_NEAR) || w.left <= 0) break;
         for (int s = 0; s < m->count; s++) {
             double before = w.n[s];
             pdi_mineral_one(&w, s);
@@ -38706,7 +38739,7 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
 #define PDI_ADVANCE_HALVINGS 10
-/* Halvings of the correction of one node whose totals would have no equilibrium. */
+/* Halvings of the correction of one node whose totals would have no equilibrium, or that loses a mineral. */
 #define PDI_ADVANCE_CUTS 20
 /* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
  * factor, since the next one finds the potential in the ions that have come. */
@@ -38908,8 +38941,30 @@ static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share,
     return pdi_advance_neutral(r, c);
 }
 
-/* The same at all nodes. A node without an equilibrium there goes a part of the way; where none is found c is NaN. */
-static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
+/* 1: node i has lost a mineral that it had in `base`. */
+static int pdi_advance_lost(const pd_reactive *r, int32_t i)
+{
+    for (int64_t at = i; at < r->minerals.count * (int64_t)r->grid->total; at += r->grid->total)
+        if (r->solid_base[at] > 0.0 && !(r->solid[at] > 0.0)) return 1;
+    return 0;
+}
+
+/* Node i stops just behind the place between 0 and `high` where it loses a mineral: beyond it c follows its totals
+ * otherwise. */
+static void pdi_advance_halt(const pd_reactive *r, int32_t i, double high, double *c)
+{
+    double low = 0.0;
+    for (int cut = 0; cut < PDI_ADVANCE_CUTS; cut++) {
+        double part = 0.5 * (low + high);
+        if (pdi_advance_node(r, i, part, c) == PD_OK && !pdi_advance_lost(r, i)) low = part;
+        else high = part;
+    }
+    if (pdi_advance_node(r, i, high, c) != PD_OK) c[0] = NAN;
+}
+
+/* The same at all nodes. A node without an equilibrium there goes a part of the way; where none is found c is NaN.
+ * halt: one that loses a mineral stops there. */
+static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share, int halt)
 {
     int64_t total = r->grid->total;
     int nt = pdi_tangent_threads(ctx, r);
@@ -38921,6 +38976,7 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
         if (r->grid->kind[i] != PD_FLUID) continue;
         while (pdi_advance_node(r, i, part, c) != PD_OK && cut++ < PDI_ADVANCE_CUTS) part *= 0.5;
         if (cut > PDI_ADVANCE_CUTS) c[0] = NAN;
+        else if (halt && pdi_advance_lost(r, i)) pdi_advance_halt(r, i, part, c);
         pdi_reactive_put(r, c, i, r->c);
     }
 }
@@ -38938,22 +38994,26 @@ static int pdi_advance_lift(const pd_ctx *ctx, pd_reactive *r, double before, do
 {
     double most = pdi_migration_largest(&r->migration);
     if (!(most > PDI_ADVANCE_LIFT)) return 0;
-    pdi_advance_move(ctx, r, 1.0);
+    pdi_advance_move(ctx, r, 1.0, 0);
     *norm = pdi_advance_residual(ctx, r);
     if (*norm < before) return 1;
     r->migration.share = PDI_ADVANCE_LIFT / most;
     return 0;
 }
 
-/* A step along the correction, halved until the residual falls, or but for a rise that has room. 0: none does. */
+/* A step along the correction, halved until the residual falls, or but for a rise that has room. Where a whole one
+ * raises it nodes that lose minerals stop there, before any rise is taken. 0: none does. */
 static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, double *norm)
 {
     double before = *norm, share = 1.0;
     pdi_advance_mark(ctx, r);
     if (r->migration.on && pdi_advance_lift(ctx, r, before, norm)) return 1;
-    for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
-        pdi_advance_move(ctx, r, share);
-        *norm = pdi_advance_residual(ctx, r);
+    for (int halving = 0, halt = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
+        do {
+            pdi_advance_move(ctx, r, share, halt);
+            *norm = pdi_advance_residual(ctx, r);
+            halt = r->minerals.count && !halving && !halt && !(*norm < before);
+        } while (halt);
         if (*norm < (halving ? before : room * before)) return 1;
     }
     return 0;
@@ -38971,7 +39031,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         for (int k = 0; k < r->components.count; k++) r->weight[k] = 1.0;
         pdi_par_zero(ctx, size, r->work + size);
         pdi_advance_mark(ctx, r);
-        pdi_advance_move(ctx, r, 0.0);
+        pdi_advance_move(ctx, r, 0.0, 0);
     }
     pdi_advance_weigh(ctx, r);
     double rate = r->migration.on ? pdi_migration_pace(&r->migration, dt) : 1.0 / dt;
