@@ -249,6 +249,7 @@ TEST(divergence)
     }
 }
 
+#if PD_DIM == 2
 /* Cubics that vanish on the ball: u_d = (r^2 - R^2) (1 + x_d + x_0/2). */
 static double past_ball(const scene *s, const double *x, int d, double *slope)
 {
@@ -258,7 +259,6 @@ static double past_ball(const scene *s, const double *x, int d, double *slope)
     return r2 * factor;
 }
 
-#if PD_DIM == 2
 /* Where the ball cuts one neighbour along an axis, and the node behind the other is open, derivatives of such cubics
  * are exact, from both sides of the ball. */
 TEST(slopes)
