@@ -287,6 +287,32 @@ TEST(solutions)
     close_model();
 }
 
+/* A mineral in equilibrium with the film of a disc, in all of the fluid: it is used up and comes back node by node. */
+TEST(mineral_in_equilibrium)
+{
+#if PD_DIM == 2
+    static const char text[] =
+        "[grid] h = 20 um  box = 0 .. 600 um, 0 .. 600 um  threads = 1\n"
+        "[shape metal] kind = solid  ball = 0, 0  radius = 200 um\n[side x-] flow = mirror\n[side y-] flow = mirror\n"
+        "[chemistry] activity = ideal\n" IONS
+        "[species Na+] initial = 154 mM\n[species Cl-] initial = 154 mM\n[species Mg2+] D = 0.7e-9 m2/s\n"
+        "[species Mg(OH)2(s)] volume = 24.6e-6 m3/mol\n[reaction brucite] Mg(OH)2(s) = Mg2+ + 2 OH-  log10_K = -11\n"
+        "[mineral Mg(OH)2(s)]\n[transport] D = 0.7e-9 m2/s\n[dissolve] rate = 4 um/h * 10^(0.1*(7 - pH))  " SURFACE "\n"
+        "[run] until = 900 s  rtol = 0.02\n";
+    if (!open_model(text)) return;
+    if (run_to(900.0)) {
+        const pd_course *course = &test_model.course;
+        CHECK_LE((double)course->newton, 25.0 * (double)course->steps);
+        CHECK_LE((double)course->steps, 4.0);
+        balances("Mg");
+        NOTE("%d steps, %d of Newton", (int)course->steps, (int)course->newton);
+    }
+    close_model();
+#else
+    SKIP("in 2D: a stream past metal");
+#endif
+}
+
 /* Salt in a corner that meets water with a millionth of it: one salt has the potential (D- - D+)/(D- + D+) ln c, here
  * against that of the saltiest node, where the lattice resolves the dilution. */
 TEST(corner)
@@ -698,7 +724,7 @@ TEST(refusals)
     refused(METAL ION "[dissolve] rate = 1 um/h [flow]\n" END, "a section starts on a line of its own");
 }
 
-TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(fast_stream) ENTRY(law_in_ph)
+TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(fast_stream) ENTRY(mineral_in_equilibrium) ENTRY(law_in_ph)
           ENTRY(law_that_overflows) ENTRY(narrowing) ENTRY(corrode)
           ENTRY(solutions) ENTRY(corner) ENTRY(walls) ENTRY(covered) ENTRY(covered_all) ENTRY(covered_more_and_more)
           ENTRY(all_together)
