@@ -309,7 +309,7 @@ TEST(mineral_in_equilibrium)
     }
     close_model();
 #else
-    SKIP("in 2D: a stream past metal");
+    SKIP("in 2D: a disc");
 #endif
 }
 
