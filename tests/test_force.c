@@ -371,7 +371,7 @@ static void slow_residuals(int n, double *momentum, double *continuity)
     scene *s = &test_scene;
     double tiny = 1e-9; /* m/s: inertia is none */
     *momentum = *continuity = 0.0;
-    scene_box(s, 0.0, 1.0 / n, 4 * n, 4 * n, 1);
+    scene_box(s, 1.0, 1.0 / n, 4 * n, 4 * n, 1);
     s->shapes[0].type = PD_SHAPE_BALL;
     s->shapes[0].r = 1.0;
     for (int d = 0; d < 2; d++) s->shapes[0].a[d] = 2.0 - 0.3 / n;
