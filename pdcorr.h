@@ -23821,8 +23821,7 @@ PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const dou
         place->wall(place->user, x, w);
         at[side] = w[d];
     }
-    double a = size[0], b = size[1];
-    double slope = ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / (a + b);
+    double slope = pdi_reconstruct_parabola(size[0], size[1], at[0], v[0], at[1]);
     if (PD_DIM == 3 || bonds->stencil->reach > 1) return slope / grid->h[d];
     int free = leg[1] > 0.0; /* the side whose neighbour comes before the surface */
     int32_t step = free ? stride : -stride;
@@ -30506,9 +30505,11 @@ static double pdi_mineral_bend(const pd_minerals *m, const pd_mineral_start *sta
 /* a [count][count]: how ln Omega of the active minerals, less that of their laws, falls with their amounts; slope: how
  * it grows with totals. */
 static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                               const double *table, const double *at, const double *n, const int *active, int count,
+                               const double *at, const double *n, const int *active, int count,
                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
 {
+    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    pdi_components_slopes(c, at, table);
     for (int p = 0; p < count; p++) {
         int s = active[p];
         pdi_mineral_slope(c, m, s, table, at, slope[p]);
@@ -30545,13 +30546,12 @@ static int pdi_mineral_active(const pd_components *c, const pd_minerals *m, cons
 PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                const double *at, const double *n, float *by)
 {
-    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
     int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, at, n, active);
     for (int k = 0; k < m->count * c->count; k++) by[k] = 0.0f;
     if (!count) return;
-    pdi_components_slopes(c, at, table);
-    pdi_mineral_matrix(c, m, start, table, at, n, active, count, a, slope);
+    pdi_mineral_matrix(c, m, start, at, n, active, count, a, slope);
     pdi_mineral_eliminate(count, c->count, a, slope);
     for (int p = 0; p < count; p++)
         for (int k = 0; k < c->count; k++) by[active[p] * c->count + k] = (float)slope[p][k];
@@ -30560,12 +30560,11 @@ PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, con
 PDI_FN void pdi_mineral_damp(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                              const double *at, const double *n, double *off)
 {
-    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
     int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, at, n, active);
     if (!count) return;
-    pdi_components_slopes(c, at, table);
-    pdi_mineral_matrix(c, m, start, table, at, n, active, count, a, slope);
+    pdi_mineral_matrix(c, m, start, at, n, active, count, a, slope);
     for (int p = 0; p < count; p++) {
         int s = active[p];
         slope[p][0] = pdi_mineral_bend(m, start, s, n[s]) * off[s];
@@ -30622,7 +30621,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
 {
     const pd_components *c = w->c;
     const pd_minerals *m = w->m;
-    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST], off[PD_MINERAL_MOST];
     double from[PD_MINERAL_MOST], most, room;
     int active[PD_MINERAL_MOST], count = 0;
@@ -30631,8 +30630,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
         if (w->n[s] > 0.0 && w->start->rate[s] > 0.0 && !pdi_mineral_full(c, m, w->start, s, w->at, w->n))
             active[count++] = s;
     if (!count || !(*worst > PDI_MINERAL_MET) || w->failed || w->left <= 0) return 0;
-    pdi_components_slopes(c, w->at, table);
-    pdi_mineral_matrix(c, m, w->start, table, w->at, w->n, active, count, a, slope);
+    pdi_mineral_matrix(c, m, w->start, w->at, w->n, active, count, a, slope);
     for (int p = 0; p < count; p++) slope[p][0] = off[active[p]];
     pdi_mineral_changes(w, active, count, a, slope);
     memcpy(from, w->n, sizeof from);
@@ -32603,9 +32601,9 @@ PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t 
     for (int b = 0; b < count && what != PDI_FLUX_KEEP; b++) y[b] = sum[b];
 }
 
-/* Nodes beside inlets and outlets see other far ends, and keep nothing for themselves. */
 static void pdi_flux_anti_nodes_by(const void *user, int32_t i, int32_t row, int32_t place, int count);
 
+/* Nodes beside inlets and outlets see other far ends, and keep nothing for themselves. */
 PDI_INLINE void pdi_flux_anti_nodes_of(const void *user, int32_t i, int32_t row, int32_t place, int count, int what)
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;

@@ -315,9 +315,11 @@ static double pdi_mineral_bend(const pd_minerals *m, const pd_mineral_start *sta
 /* a [count][count]: how ln Omega of the active minerals, less that of their laws, falls with their amounts; slope: how
  * it grows with totals. */
 static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                               const double *table, const double *at, const double *n, const int *active, int count,
+                               const double *at, const double *n, const int *active, int count,
                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
 {
+    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    pdi_components_slopes(c, at, table);
     for (int p = 0; p < count; p++) {
         int s = active[p];
         pdi_mineral_slope(c, m, s, table, at, slope[p]);
@@ -354,13 +356,12 @@ static int pdi_mineral_active(const pd_components *c, const pd_minerals *m, cons
 PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                const double *at, const double *n, float *by)
 {
-    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
     int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, at, n, active);
     for (int k = 0; k < m->count * c->count; k++) by[k] = 0.0f;
     if (!count) return;
-    pdi_components_slopes(c, at, table);
-    pdi_mineral_matrix(c, m, start, table, at, n, active, count, a, slope);
+    pdi_mineral_matrix(c, m, start, at, n, active, count, a, slope);
     pdi_mineral_eliminate(count, c->count, a, slope);
     for (int p = 0; p < count; p++)
         for (int k = 0; k < c->count; k++) by[active[p] * c->count + k] = (float)slope[p][k];
@@ -369,12 +370,11 @@ PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, con
 PDI_FN void pdi_mineral_damp(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                              const double *at, const double *n, double *off)
 {
-    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
     int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, at, n, active);
     if (!count) return;
-    pdi_components_slopes(c, at, table);
-    pdi_mineral_matrix(c, m, start, table, at, n, active, count, a, slope);
+    pdi_mineral_matrix(c, m, start, at, n, active, count, a, slope);
     for (int p = 0; p < count; p++) {
         int s = active[p];
         slope[p][0] = pdi_mineral_bend(m, start, s, n[s]) * off[s];
@@ -431,7 +431,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
 {
     const pd_components *c = w->c;
     const pd_minerals *m = w->m;
-    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)], a[PD_MINERAL_MOST][PD_MINERAL_MOST];
+    double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST], off[PD_MINERAL_MOST];
     double from[PD_MINERAL_MOST], most, room;
     int active[PD_MINERAL_MOST], count = 0;
@@ -440,8 +440,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
         if (w->n[s] > 0.0 && w->start->rate[s] > 0.0 && !pdi_mineral_full(c, m, w->start, s, w->at, w->n))
             active[count++] = s;
     if (!count || !(*worst > PDI_MINERAL_MET) || w->failed || w->left <= 0) return 0;
-    pdi_components_slopes(c, w->at, table);
-    pdi_mineral_matrix(c, m, w->start, table, w->at, w->n, active, count, a, slope);
+    pdi_mineral_matrix(c, m, w->start, w->at, w->n, active, count, a, slope);
     for (int p = 0; p < count; p++) slope[p][0] = off[active[p]];
     pdi_mineral_changes(w, active, count, a, slope);
     memcpy(from, w->n, sizeof from);

@@ -1,5 +1,6 @@
 /* isotropic: see isotropic.h */
 #include "flow/isotropic.h"
+#include "lattice/reconstruct.h"
 #include "core/par.h"
 #include <math.h>
 #include <string.h>
@@ -92,8 +93,7 @@ PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const dou
         place->wall(place->user, x, w);
         at[side] = w[d];
     }
-    double a = size[0], b = size[1];
-    double slope = ((at[1] - v[0]) * a / b + (v[0] - at[0]) * b / a) / (a + b);
+    double slope = pdi_reconstruct_parabola(size[0], size[1], at[0], v[0], at[1]);
     if (PD_DIM == 3 || bonds->stencil->reach > 1) return slope / grid->h[d];
     int free = leg[1] > 0.0; /* the side whose neighbour comes before the surface */
     int32_t step = free ? stride : -stride;

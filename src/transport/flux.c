@@ -530,9 +530,9 @@ PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t 
     for (int b = 0; b < count && what != PDI_FLUX_KEEP; b++) y[b] = sum[b];
 }
 
-/* Nodes beside inlets and outlets see other far ends, and keep nothing for themselves. */
 static void pdi_flux_anti_nodes_by(const void *user, int32_t i, int32_t row, int32_t place, int count);
 
+/* Nodes beside inlets and outlets see other far ends, and keep nothing for themselves. */
 PDI_INLINE void pdi_flux_anti_nodes_of(const void *user, int32_t i, int32_t row, int32_t place, int count, int what)
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
