@@ -53,7 +53,8 @@ static const horizon_problem horizon_problems[] = {
     {&startup_swing, "womersley", "Womersley's flow between plates", "error of u [-]", 0, 0.0, {0}, NULL, NULL},
     {&cylinder_part, "cylinder", "Cylinder in a channel, Re = 20", "error of the drag [-]", 0, 0.0, {0}, NULL, NULL},
     {&flux_round, "pin", "Flux past a pin with round ends", "largest error of a layer [-]", 1, 0.0, {0}, NULL, NULL},
-    {&annulus_flow_1, "annulus", "Flow around a wire in a tube", "error of u, L2 [-]", 0, 0.0, {0}, NULL, NULL},
+    {&annulus_flow_1, "annulus", "Flow around a wire in a tube",
+     "error of u, L2 [-]", 0, 0.1, {20, 40, 80, 160}, NULL, NULL},
     {&annulus_sherwood_1, "annulus_exchange", "Exchange of a wire in a tube",
      "error of Sh [-]", 0, 0.0, {0}, NULL, NULL},
     {&graetz_two_part, "graetz", "Mass transfer in a channel", "error of Sh [-]", 0, 0.0, {0}, NULL, NULL},
@@ -74,7 +75,8 @@ static const horizon_problem horizon_problems[] = {
     {&duct_part, "duct", "Flow through a square duct", "u, L2 [-]", 0, 0.0, {0}, horizon_duct_fourth, NULL},
     {&cylinder_part, "cylinder", "Cylinder from wall to wall, Re = 20",
      "error of the drag [-]", 0, 0.0, {0}, NULL, NULL},
-    {&channel_along, "channel", "Periodic channel", "u, L2 at 20, 50, 100 s [-]", 0, 0.0, {0}, NULL, NULL},
+    {&channel_along, "channel", "Periodic channel",
+     "u, L2 at 20, 50, 100 s [-]", 0, 0.0, {20, 40, 80, 160}, NULL, NULL},
 #endif
 #if PD_DIM < 3
     {&rotation_wave_part, "wave", "A wave in a uniform stream", "c, L1 over that of the wave [-]", 1, 0.0, {0}, NULL,
@@ -151,6 +153,15 @@ static pd_status horizon_family(bench *b, study *s, const horizon_problem *of, i
     return PD_OK;
 }
 
+/* A lattice whose error is less than that of a finer one of the same family owes that to errors of both signs: it counts
+ * with the larger one. */
+static void horizon_settle(study *s)
+{
+    for (int k = s->points - 1; k > 0; k--)
+        if (s->point[k - 1].family == s->point[k].family)
+            s->point[k - 1].err = fmax(s->point[k - 1].err, s->point[k].err);
+}
+
 /* Error of a family after `time` [s]: between two of its runs a power of the time, beyond the longest one its error.
  * Infinite before the shortest one. */
 static double horizon_error(const study *s, int family, double time)
@@ -199,12 +210,11 @@ static double horizon_row(bench *b, const study *s, const horizon_problem *of)
 #define HORIZON_WIDER                                                                                              \
     "Past the pin with round ends the nearest neighbours have a divergence whose error is that of its own Laplacian, " \
     "like wider horizons (theory: eq. 4.2d). In the cavity at Re = 3200 m = 1 has the smaller error on each lattice "  \
-    "and takes up to a third more evaluations. Around the wire what is left is the closure of its surface, which "     \
-    "m = 2 takes from more cut bonds."
+    "and takes up to a third more evaluations."
 #else
 #define HORIZON_WIDER                                                                                              \
     "The flow through a tube is exact: what is left is rounding, and counts for no horizon. In the periodic channel " \
-    "m = 2 has half the error in 1.6 times the time, which is even. Times vary by 5 %, and so do ratios of errors."
+    "steps in time leave 8.5e-6 with any horizon. Times vary by 5 %, and so do ratios of errors."
 #endif
 
 static pd_status horizon_run(bench *b)
@@ -232,6 +242,7 @@ static pd_status horizon_run(bench *b)
     }
     table_row *head = bench_row(b);
     for (int k = 0; k < 9; k++) table_cell(head, "%s", words[k]);
+    for (int p = 0; p < HORIZON_PROBLEMS; p++) horizon_settle(&all[p]);
     for (int p = 0; p < HORIZON_PROBLEMS; p++)
         worse += horizon_row(b, &all[p], &horizon_problems[p]) > 1.0 + HORIZON_NOISE;
     bench_table(b, "Errors in the same processor time, that of the finest run with m = 1");
@@ -247,7 +258,8 @@ static const bench_case horizon_case = {
     "horizon", "What a horizon costs and gives",
     "Cases of `validate` with m = 1, the default of fluids, and with wider horizons, on the same lattices: the error "
     "against the processor time of a run on one thread. A wider horizon has more bonds a node, so it is compared in "
-    "the same time, between its runs by a power of the time. Finite volumes are plain ones of second order, written "
+    "the same time, between its runs by a power of the time. Where a finer lattice has the larger error, both signs of "
+    "it meet on the coarser one, which counts there with that of the finer one. Finite volumes are plain ones of second order, written "
     "for this comparison (`cases/bench/volumes.h`).",
     horizon_run};
 
