@@ -4,7 +4,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
+/* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
+ * has its value, and the ghost has it at any depth. */
+static double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
 {
     const pd_grid *grid = bonds->grid;
     double fraction = 1.0;
@@ -17,6 +19,107 @@ PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
         if (pdi_grid_port(grid->side[2 * d + upper])) fraction = fmin(fraction, step ? inside / abs(step) : 1.0);
     }
     return fraction;
+}
+
+/* ---- the ends of inlets (theory: eq. 5.16, 5.17) ---- */
+
+/* The node behind the side of axis d, the upper one or not, that node i of the box lies next to; -1: no side that fluid
+ * passes is there. */
+static int32_t pdi_conductance_behind(const pd_grid *grid, int32_t i, const int *at, int d, int upper)
+{
+    if (!pdi_grid_port(grid->side[2 * d + upper]) || at[d] != (upper ? grid->n[d] - 1 : 0)) return -1;
+    return upper ? i + grid->stride[d] : i - grid->stride[d];
+}
+
+/* Weight of the bonds of node i by one step along axis d, and by `step` along axis e. */
+static double pdi_conductance_weight(const pd_bonds *bonds, int32_t i, int d, int upper, int e, int step)
+{
+    const double *lap = pdi_bond_lap(bonds, i);
+    double sum = 0.0;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        const int *offset = bonds->stencil->offset + k * PD_DIM;
+        if (offset[d] == (upper ? 1 : -1) && offset[e] == step) sum += lap[k];
+    }
+    return sum;
+}
+
+/* What those that lead from node i, beside an inlet, to an outlet would conduct. */
+static double pdi_conductance_missing(const pd_bonds *bonds, int32_t i, int d, int upper)
+{
+    const double *lap = pdi_bond_lap(bonds, i);
+    double sum = 0.0;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        int outwards = bonds->stencil->offset[k * PD_DIM + d] == (upper ? 1 : -1);
+        if (outwards && bonds->grid->kind[i + bonds->paths.shift[k]] == PD_OUTLET) sum += lap[k];
+    }
+    return sum;
+}
+
+/* 2 q D/h^2 is the conductance of the first cell behind the end to what the inlet holds (eq. 5.16). h: across the side,
+ * along: towards the end. */
+static double pdi_conductance_reach(double h, double along)
+{
+    double r = sqrt(1.0 + h * h / (along * along)), root = r * sqrt((r - 1.0) / (r + 1.0));
+    return root / (4.0 - r + root);
+}
+
+/* A bond of node i across the side of axis d to an inlet, over its weight: `behind` is the node straight behind it. */
+static double pdi_conductance_across(const pd_bonds *bonds, int32_t i, int k, int d, int upper, int32_t behind)
+{
+    const pd_grid *grid = bonds->grid;
+    const int *offset = bonds->stencil->offset + k * PD_DIM;
+    if (i + bonds->paths.shift[k] == behind)
+        return 1.0 + pdi_conductance_missing(bonds, i, d, upper) / pdi_bond_lap(bonds, i)[k];
+    for (int e = 0; e < PD_DIM && grid->kind[behind] == PD_OUTLET; e++) {
+        if (e == d || !offset[e] || grid->kind[behind + offset[e] * grid->stride[e]] != PD_INLET) continue;
+        double h = grid->h[d], reach = pdi_conductance_reach(h, grid->h[e]) / (h * h);
+        return reach / pdi_conductance_weight(bonds, i, d, upper, e, offset[e]);
+    }
+    return 1.0;
+}
+
+/* A bond of node i along the side of axis d over its weight, more than 1: by what bonds to an outlet do not conduct
+ * along it. */
+static double pdi_conductance_along(const pd_bonds *bonds, int32_t i, int k, int d, int upper, int32_t behind)
+{
+    const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = bonds->stencil;
+    const int *offset = s->offset + k * PD_DIM;
+    uint8_t near = grid->kind[behind], far = grid->kind[behind + bonds->paths.shift[k]];
+    int ports = (near == PD_OUTLET || near == PD_INLET) && (far == PD_OUTLET || far == PD_INLET);
+    if (!ports || (near == PD_INLET && far == PD_INLET)) return 0.0;
+    for (int other = 0; other < s->count; other++) {
+        int same = s->offset[other * PD_DIM + d] == (upper ? 1 : -1);
+        for (int e = 0; e < PD_DIM; e++) same = same && (e == d || s->offset[other * PD_DIM + e] == offset[e]);
+        if (same) return pdi_bond_lap(bonds, i)[other] / pdi_bond_lap(bonds, i)[k];
+    }
+    return 0.0;
+}
+
+/* On lattices with sides that are entered at some places and left at others, with the nearest neighbours: what bond k
+ * of node i conducts beside the ends of inlets and along outlets, over what it would. */
+static double pdi_conductance_end(const pd_bonds *bonds, int32_t i, int k)
+{
+    const pd_grid *grid = bonds->grid;
+    double factor = 1.0;
+    int at[PD_DIM];
+    if (bonds->stencil->reach > 1) return 1.0;
+    pdi_grid_index(grid, i, at);
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        int d = side / 2, step = bonds->stencil->offset[k * PD_DIM + d];
+        int32_t behind = pdi_conductance_behind(grid, i, at, d, side % 2);
+        if (behind < 0) continue;
+        if (!step) factor += pdi_conductance_along(bonds, i, k, d, side % 2, behind);
+        else if (step == (side % 2 ? 1 : -1) && grid->kind[i + bonds->paths.shift[k]] == PD_INLET)
+            factor *= pdi_conductance_across(bonds, i, k, d, side % 2, behind);
+    }
+    return factor;
+}
+
+PDI_FN double pdi_conductance_beside(const pd_bonds *bonds, int32_t i, int k, double bond)
+{
+    bond /= pdi_conductance_entry(bonds, i, k);
+    return bonds->grid->entry ? bond * pdi_conductance_end(bonds, i, k) : bond;
 }
 
 /* Which bonds of a row at rest have a number, and what those that are closed and have none would conduct. */
@@ -85,7 +188,7 @@ static void pdi_conductance_bond(const pd_conductance *c, int32_t r, int k)
     c->bond[at] = 0.0;
     if (!open) return;
     pdi_diffusion_bond(c->diffusion, i, k, 1, 1, c->bond + at);
-    if (bonds->inlet[r]) c->bond[at] /= pdi_conductance_entry(bonds, i, k);
+    if (bonds->inlet[r] || bonds->grid->entry) c->bond[at] = pdi_conductance_beside(bonds, i, k, c->bond[at]);
 }
 
 /* The bonds of a row that have an end with new numbers. */
