@@ -4,6 +4,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+/* [cells] To which the ends of inlets are found. */
+#define PDI_CONDUCTANCE_FINE 1e-9
+
 /* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
  * has its value, and the ghost has it at any depth. */
 static double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
@@ -55,12 +58,31 @@ static double pdi_conductance_missing(const pd_bonds *bonds, int32_t i, int d, i
     return sum;
 }
 
-/* 2 q D/h^2 is the conductance of the first cell behind the end to what the inlet holds (eq. 5.16). h: across the side,
- * along: towards the end. */
-static double pdi_conductance_reach(double h, double along)
+/* How far behind the face between node i, beside an inlet, and the next one along axis e, beside an outlet, the inlet
+ * ends, in cells, at the side of axis d. */
+static double pdi_conductance_past(const pd_grid *grid, int32_t i, int d, int upper, int e, int step)
 {
-    double r = sqrt(1.0 + h * h / (along * along)), root = r * sqrt((r - 1.0) / (r + 1.0));
-    return root / (4.0 - r + root);
+    double x[PD_DIM], from = 0.0, to = 1.0;
+    pd_grid_position(grid, i, x);
+    double foot = x[e];
+    x[d] = upper ? grid->hi[d] : grid->lo[d];
+    while (to - from > PDI_CONDUCTANCE_FINE) {
+        double middle = 0.5 * (from + to);
+        x[e] = foot + step * middle * grid->h[e];
+        if (grid->entry(grid->entry_user, 2 * d + upper, x)) from = middle;
+        else to = middle;
+    }
+    return 0.5 * (from + to) - 0.5;
+}
+
+/* What the first cell behind the end of an inlet, or the last one before it, conducts to the inlet over 2 D/h^2 (eq.
+ * 5.16). h: across the side, along: towards the end, which lies `past` cells behind the face between both. */
+static double pdi_conductance_reach(double h, double along, double past, int last)
+{
+    double r = sqrt(1.0 + h * h / (along * along)), root = sqrt((r - 1.0) / (r + 1.0));
+    double beyond = 1.0 - past - 0.25 * r;
+    if (last) return beyond < 1.0 ? 1.0 : root * (2.0 - beyond) / (root + (beyond - 1.0) * (1.0 - root));
+    return beyond < 1.0 ? root * (1.0 - beyond) / (root + beyond * (1.0 - root)) : 0.0;
 }
 
 /* A bond of node i across the side of axis d to an inlet, over its weight: `behind` is the node straight behind it. */
@@ -68,14 +90,22 @@ static double pdi_conductance_across(const pd_bonds *bonds, int32_t i, int k, in
 {
     const pd_grid *grid = bonds->grid;
     const int *offset = bonds->stencil->offset + k * PD_DIM;
+    int outlet = grid->kind[behind] == PD_OUTLET;
+    double share = 1.0, h = grid->h[d];
+    for (int e = 0; e < PD_DIM; e++)
+        for (int step = -1; step < 2 && e != d; step += 2) {
+            int32_t next = step * grid->stride[e];
+            uint8_t wanted = outlet ? PD_INLET : PD_OUTLET;
+            if (grid->kind[behind + next] != wanted || (outlet && offset[e] != step)) continue;
+            double past = outlet ? pdi_conductance_past(grid, i + next, d, upper, e, -step)
+                                 : pdi_conductance_past(grid, i, d, upper, e, step);
+            double reach = pdi_conductance_reach(h, grid->h[e], past, !outlet);
+            if (outlet) return reach / (h * h * pdi_conductance_weight(bonds, i, d, upper, e, step));
+            share *= reach;
+        }
     if (i + bonds->paths.shift[k] == behind)
-        return 1.0 + pdi_conductance_missing(bonds, i, d, upper) / pdi_bond_lap(bonds, i)[k];
-    for (int e = 0; e < PD_DIM && grid->kind[behind] == PD_OUTLET; e++) {
-        if (e == d || !offset[e] || grid->kind[behind + offset[e] * grid->stride[e]] != PD_INLET) continue;
-        double h = grid->h[d], reach = pdi_conductance_reach(h, grid->h[e]) / (h * h);
-        return reach / pdi_conductance_weight(bonds, i, d, upper, e, offset[e]);
-    }
-    return 1.0;
+        return share * (1.0 + pdi_conductance_missing(bonds, i, d, upper) / pdi_bond_lap(bonds, i)[k]);
+    return share;
 }
 
 /* A bond of node i along the side of axis d over its weight, more than 1: by what bonds to an outlet do not conduct
