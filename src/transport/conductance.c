@@ -243,8 +243,11 @@ PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c)
     if (c->version == bonds->version) return;
     pdi_conductance_find(c);
     pdi_conductance_move(c);
+    /* callbacks say where inlets end: one thread asks them */
+    int32_t several = bonds->grid->entry ? bonds->plain : bonds->rows;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->rows; r++) pdi_conductance_row(c, r);
+    for (int32_t r = 0; r < several; r++) pdi_conductance_row(c, r);
+    for (int32_t r = several; r < bonds->rows; r++) pdi_conductance_row(c, r);
     for (int32_t r = 0; r < bonds->rows; r++) c->node[r] = bonds->node[r];
     c->rows = bonds->rows;
     c->plain = bonds->plain;
