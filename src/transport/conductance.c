@@ -26,11 +26,11 @@ static double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
 
 /* ---- the ends of inlets (theory: eq. 5.16, 5.17) ---- */
 
-/* The node behind the side of axis d, the upper one or not, that node i of the box lies next to; -1: no side that fluid
- * passes is there. */
+/* The node behind the side of axis d, the upper one or not, that node i of the box lies next to; -1: no side with ends of
+ * inlets is there. */
 static int32_t pdi_conductance_behind(const pd_grid *grid, int32_t i, const int *at, int d, int upper)
 {
-    if (!pdi_grid_port(grid->side[2 * d + upper]) || at[d] != (upper ? grid->n[d] - 1 : 0)) return -1;
+    if (!(grid->ends >> (2 * d + upper) & 1) || at[d] != (upper ? grid->n[d] - 1 : 0)) return -1;
     return upper ? i + grid->stride[d] : i - grid->stride[d];
 }
 
@@ -126,8 +126,8 @@ static double pdi_conductance_along(const pd_bonds *bonds, int32_t i, int k, int
     return 0.0;
 }
 
-/* On lattices with sides that are entered at some places and left at others, with the nearest neighbours: what bond k
- * of node i conducts beside the ends of inlets and along outlets, over what it would. */
+/* Beside sides that are inlet at some places and outlet at others, with the nearest neighbours: what bond k of node i
+ * conducts over what it would. */
 static double pdi_conductance_end(const pd_bonds *bonds, int32_t i, int k)
 {
     const pd_grid *grid = bonds->grid;
@@ -149,7 +149,7 @@ static double pdi_conductance_end(const pd_bonds *bonds, int32_t i, int k)
 PDI_FN double pdi_conductance_beside(const pd_bonds *bonds, int32_t i, int k, double bond)
 {
     bond /= pdi_conductance_entry(bonds, i, k);
-    return bonds->grid->entry ? bond * pdi_conductance_end(bonds, i, k) : bond;
+    return bonds->grid->ends ? bond * pdi_conductance_end(bonds, i, k) : bond;
 }
 
 /* Which bonds of a row at rest have a number, and what those that are closed and have none would conduct. */
@@ -218,7 +218,7 @@ static void pdi_conductance_bond(const pd_conductance *c, int32_t r, int k)
     c->bond[at] = 0.0;
     if (!open) return;
     pdi_diffusion_bond(c->diffusion, i, k, 1, 1, c->bond + at);
-    if (bonds->inlet[r] || bonds->grid->entry) c->bond[at] = pdi_conductance_beside(bonds, i, k, c->bond[at]);
+    if (bonds->inlet[r] || bonds->grid->ends) c->bond[at] = pdi_conductance_beside(bonds, i, k, c->bond[at]);
 }
 
 /* The bonds of a row that have an end with new numbers. */
@@ -244,7 +244,7 @@ PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c)
     pdi_conductance_find(c);
     pdi_conductance_move(c);
     /* callbacks say where inlets end: one thread asks them */
-    int32_t several = bonds->grid->entry ? bonds->plain : bonds->rows;
+    int32_t several = bonds->grid->ends ? bonds->plain : bonds->rows;
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < several; r++) pdi_conductance_row(c, r);
     for (int32_t r = several; r < bonds->rows; r++) pdi_conductance_row(c, r);

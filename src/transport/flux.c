@@ -202,7 +202,7 @@ PDI_FN void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
     if (row >= 0) *bond = pdi_conductance_value(&t->conductance, row, k);
     else {
         pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
-        if (t->bonds->grid->entry) *bond = pdi_conductance_beside(t->bonds, i, k, *bond);
+        if (t->bonds->grid->ends) *bond = pdi_conductance_beside(t->bonds, i, k, *bond);
     }
 }
 
