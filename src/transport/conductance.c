@@ -26,8 +26,8 @@ static double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
 
 /* ---- the ends of inlets (theory: eq. 5.16, 5.17) ---- */
 
-/* The node behind the side of axis d, the upper one or not, that node i of the box lies next to; -1: no side with ends of
- * inlets is there. */
+/* The node behind the side of axis d, the upper one or not, that node i of the box lies next to; -1: no side with ends
+ * of inlets is there. */
 static int32_t pdi_conductance_behind(const pd_grid *grid, int32_t i, const int *at, int d, int upper)
 {
     if (!(grid->ends >> (2 * d + upper) & 1) || at[d] != (upper ? grid->n[d] - 1 : 0)) return -1;
