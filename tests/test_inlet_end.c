@@ -227,6 +227,58 @@ TEST(amounts_and_bounds)
     root_end = 0.0;
 }
 
+/* ---- a patch ---- */
+
+static double patch_start; /* [cells] */
+
+static int patch_enters(void *user, int side, const double *x)
+{
+    double past = x[0] - patch_start;
+    (void)user, (void)side;
+    CHECK(x[0] >= 0.0 && x[0] <= 16.0);
+    return past >= 0.0 ? past < 5.6 : past < 5.6 - 16.0;
+}
+
+static double patch_held(void *user, const double *x)
+{
+    (void)user, (void)x;
+    return 1.0;
+}
+
+/* A patch that holds 0 has the same field wherever it lies on a periodic side, across the border, too. */
+TEST(patch_across_a_border)
+{
+    double *kept = NULL, far = 0.0;
+    for (int shift = 0; shift < 16; shift++) {
+        scene *s = &test_scene;
+        scene_box(s, 1.0, 1.0, 16, 8, 3);
+        s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_PERIODIC;
+        s->grid_desc.side[2] = PD_SIDE_INLET;
+        s->grid_desc.entry = patch_enters;
+        s->with = WITH_TRANSPORT;
+        s->transport_desc.diffusivity = 1.0;
+        s->transport_desc.tolerance = 1e-13;
+        s->transport_desc.held = patch_held;
+        patch_start = shift + 0.2;
+        if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &s->result))) return;
+        if (!shift) kept = (double *)calloc((size_t)s->grid.total, sizeof *kept);
+        if (!CHECK(kept != NULL)) return;
+        for (int32_t node = 0; node < s->grid.total; node++) {
+            int i[PD_DIM];
+            if (s->grid.kind[node] != PD_FLUID) continue;
+            pdi_grid_index(&s->grid, node, i);
+            i[0] = (i[0] + 16 - shift) % 16;
+            if (!shift) kept[node] = s->transport.c[node];
+            else far = fmax(far, fabs(kept[pd_grid_node(&s->grid, i)] - s->transport.c[node]));
+        }
+        scene_free(s);
+    }
+    CHECK_LE(far, 1e-9);
+    free(kept);
+}
+
+/* ---- no ends ---- */
+
 static int enters_below(void *user, int side, const double *x)
 {
     (void)user, (void)x;
@@ -256,4 +308,4 @@ TEST(sides_without_ends)
 }
 
 TEST_MAIN(ENTRY(root_beside_the_end) ENTRY(other_families) ENTRY(flux_of_a_disc) ENTRY(conductances_are_symmetric)
-              ENTRY(amounts_and_bounds) ENTRY(sides_without_ends))
+              ENTRY(amounts_and_bounds) ENTRY(patch_across_a_border) ENTRY(sides_without_ends))

@@ -3,6 +3,7 @@
 #include "core/par.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* [cells] To which the ends of inlets are found. */
 #define PDI_CONDUCTANCE_FINE 1e-9
@@ -62,13 +63,14 @@ static double pdi_conductance_missing(const pd_bonds *bonds, int32_t i, int d, i
  * ends, in cells, at the side of axis d. */
 static double pdi_conductance_past(const pd_grid *grid, int32_t i, int d, int upper, int e, int step)
 {
-    double x[PD_DIM], from = 0.0, to = 1.0;
-    pd_grid_position(grid, i, x);
-    double foot = x[e];
-    x[d] = upper ? grid->hi[d] : grid->lo[d];
+    double foot[PD_DIM], from = 0.0, to = 1.0;
+    pd_grid_position(grid, i, foot);
+    foot[d] = upper ? grid->hi[d] : grid->lo[d];
     while (to - from > PDI_CONDUCTANCE_FINE) {
-        double middle = 0.5 * (from + to);
-        x[e] = foot + step * middle * grid->h[e];
+        double middle = 0.5 * (from + to), x[PD_DIM];
+        memcpy(x, foot, sizeof x);
+        x[e] += step * middle * grid->h[e];
+        pdi_grid_fold_images(grid, x);
         if (grid->entry(grid->entry_user, 2 * d + upper, x)) from = middle;
         else to = middle;
     }
