@@ -1304,6 +1304,7 @@ typedef struct pd_grid {
     int solid, wall;      /* indices of the shapes, -1: none */
     pd_entry_fn entry;
     void *entry_user;
+    uint8_t ends;         /* bit s: fluid enters side s at some places and leaves at others */
     double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
     int32_t *home;        /* [total] pdi_grid_image of each node; NULL: sides repeat nothing, or there is no metal */
@@ -4207,9 +4208,9 @@ static inline const double *pdi_conductance_of(const pd_conductance *c, int32_t 
     for (int b = 0; b < count; b++) space[b] = whole;
     return space;
 }
-/* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
- * has its value, and the ghost has it at any depth. */
-PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k);
+/* What bond k of node i conducts, that would conduct `bond` in the fluid: more to the side of the box behind which an
+ * inlet ghost lies, and beside the ends of inlets (eq. 5.16, 5.17). */
+PDI_FN double pdi_conductance_beside(const pd_bonds *bonds, int32_t i, int k, double bond);
 PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object);
 /* Room for the rows of the bonds. */
 PDI_FN pd_status pdi_conductance_fit(pd_ctx *ctx, pd_conductance *c);
@@ -15684,6 +15685,16 @@ PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x)
     return frame.sides ? pdi_grid_periodic(grid, shape, &frame, 0, at) : level;
 }
 
+/* 1: fluid enters in front of the ghost i[] behind a side that it passes. */
+static int pdi_grid_enters(const pd_grid *grid, const int *i, int side)
+{
+    double x[PD_DIM];
+    if (!grid->entry) return grid->side[side] == PD_SIDE_INLET;
+    for (int d = 0; d < PD_DIM; d++) x[d] = grid->lo[d] + ((double)i[d] + 0.5) * grid->h[d];
+    x[side / 2] = side % 2 ? grid->hi[side / 2] : grid->lo[side / 2];
+    return grid->entry(grid->entry_user, side, x);
+}
+
 /* A ghost of an inlet or outlet is open only in front of fluid; elsewhere it continues the wall. Behind periodic and
  * mirror sides it is what it stands for, solid being as closed as a wall. */
 static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
@@ -15696,15 +15707,8 @@ static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
     if (side == -2 || behind != PD_FLUID) return PD_WALL;
     if (side == -1) return PD_IMAGE;
     if (grid->side[side] == PD_SIDE_WALL) return PD_WALL;
-    int d = side / 2, enters = grid->side[side] == PD_SIDE_INLET;
-    if (grid->entry) {
-        double x[PD_DIM];
-        for (int e = 0; e < PD_DIM; e++) x[e] = grid->lo[e] + ((double)i[e] + 0.5) * grid->h[e];
-        x[d] = side % 2 ? grid->hi[d] : grid->lo[d];
-        enters = grid->entry(grid->entry_user, side, x);
-    }
-    if (!enters) return PD_OUTLET;
-    i[d] = side % 2 ? grid->n[d] - 1 : 0;
+    if (!pdi_grid_enters(grid, i, side)) return PD_OUTLET;
+    i[side / 2] = side % 2 ? grid->n[side / 2] - 1 : 0;
     return grid->kind[pd_grid_node(grid, i)] == PD_FLUID ? PD_INLET : PD_WALL;
 }
 
@@ -15715,6 +15719,20 @@ static void pdi_grid_ghosts(pd_grid *grid)
         pdi_grid_index(grid, node, i);
         if (!pdi_grid_inside(grid, i)) grid->kind[node] = pdi_grid_ghost_kind(grid, node);
     }
+}
+
+/* The sides that are inlet at some places and outlet at others, whatever lies in front. */
+static void pdi_grid_ends(pd_grid *grid)
+{
+    int seen[2] = {0, 0};
+    for (int32_t node = 0; node < grid->total && grid->entry; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, node, i);
+        pdi_grid_fold(grid, i);
+        int side = pdi_grid_side(grid, i);
+        if (side >= 0 && pdi_grid_port(grid->side[side])) seen[pdi_grid_enters(grid, i, side) ? 1 : 0] |= 1 << side;
+    }
+    grid->ends = (uint8_t)(seen[0] & seen[1]);
 }
 
 /* Walls beyond the reach of every fluid node own nothing. */
@@ -15910,6 +15928,7 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         grid->home[node] = pdi_grid_image(grid, node, &flip);
     }
     pdi_grid_ghosts(grid);
+    pdi_grid_ends(grid);
     pdi_grid_mark_outside(stencil, grid);
     return PD_OK;
 }
@@ -31545,8 +31564,14 @@ PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 /* conductance: see conductance.h */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
+/* [cells] To which the ends of inlets are found. */
+#define PDI_CONDUCTANCE_FINE 1e-9
+
+/* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
+ * has its value, and the ghost has it at any depth. */
+static double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
 {
     const pd_grid *grid = bonds->grid;
     double fraction = 1.0;
@@ -31559,6 +31584,135 @@ PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
         if (pdi_grid_port(grid->side[2 * d + upper])) fraction = pdi_min(fraction, step ? inside / abs(step) : 1.0);
     }
     return fraction;
+}
+
+/* ---- the ends of inlets (theory: eq. 5.16, 5.17) ---- */
+
+/* The node behind the side of axis d, the upper one or not, that node i of the box lies next to; -1: no side with ends
+ * of inlets is there. */
+static int32_t pdi_conductance_behind(const pd_grid *grid, int32_t i, const int *at, int d, int upper)
+{
+    if (!(grid->ends >> (2 * d + upper) & 1) || at[d] != (upper ? grid->n[d] - 1 : 0)) return -1;
+    return upper ? i + grid->stride[d] : i - grid->stride[d];
+}
+
+/* Weight of the bonds of node i by one step along axis d, and by `step` along axis e. */
+static double pdi_conductance_weight(const pd_bonds *bonds, int32_t i, int d, int upper, int e, int step)
+{
+    const double *lap = pdi_bond_lap(bonds, i);
+    double sum = 0.0;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        const int *offset = bonds->stencil->offset + k * PD_DIM;
+        if (offset[d] == (upper ? 1 : -1) && offset[e] == step) sum += lap[k];
+    }
+    return sum;
+}
+
+/* What those that lead from node i, beside an inlet, to an outlet would conduct. */
+static double pdi_conductance_missing(const pd_bonds *bonds, int32_t i, int d, int upper)
+{
+    const double *lap = pdi_bond_lap(bonds, i);
+    double sum = 0.0;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        int outwards = bonds->stencil->offset[k * PD_DIM + d] == (upper ? 1 : -1);
+        if (outwards && bonds->grid->kind[i + bonds->paths.shift[k]] == PD_OUTLET) sum += lap[k];
+    }
+    return sum;
+}
+
+/* How far behind the face between node i, beside an inlet, and the next one along axis e, beside an outlet, the inlet
+ * ends, in cells, at the side of axis d. */
+static double pdi_conductance_past(const pd_grid *grid, int32_t i, int d, int upper, int e, int step)
+{
+    double foot[PD_DIM], from = 0.0, to = 1.0;
+    pd_grid_position(grid, i, foot);
+    foot[d] = upper ? grid->hi[d] : grid->lo[d];
+    while (to - from > PDI_CONDUCTANCE_FINE) {
+        double middle = 0.5 * (from + to), x[PD_DIM];
+        memcpy(x, foot, sizeof x);
+        x[e] += step * middle * grid->h[e];
+        pdi_grid_fold_images(grid, x);
+        if (grid->entry(grid->entry_user, 2 * d + upper, x)) from = middle;
+        else to = middle;
+    }
+    return 0.5 * (from + to) - 0.5;
+}
+
+/* What the first cell behind the end of an inlet, or the last one before it, conducts to the inlet over 2 D/h^2 (eq.
+ * 5.16). h: across the side, along: towards the end, which lies `past` cells behind the face between both. */
+static double pdi_conductance_reach(double h, double along, double past, int last)
+{
+    double r = sqrt(1.0 + h * h / (along * along)), root = sqrt((r - 1.0) / (r + 1.0));
+    double beyond = 1.0 - past - 0.25 * r;
+    if (last) return beyond < 1.0 ? 1.0 : root * (2.0 - beyond) / (root + (beyond - 1.0) * (1.0 - root));
+    return beyond < 1.0 ? root * (1.0 - beyond) / (root + beyond * (1.0 - root)) : 0.0;
+}
+
+/* A bond of node i across the side of axis d to an inlet, over its weight: `behind` is the node straight behind it. */
+static double pdi_conductance_across(const pd_bonds *bonds, int32_t i, int k, int d, int upper, int32_t behind)
+{
+    const pd_grid *grid = bonds->grid;
+    const int *offset = bonds->stencil->offset + k * PD_DIM;
+    int outlet = grid->kind[behind] == PD_OUTLET;
+    double share = 1.0, h = grid->h[d];
+    for (int e = 0; e < PD_DIM; e++)
+        for (int step = -1; step < 2 && e != d; step += 2) {
+            int32_t next = step * grid->stride[e];
+            uint8_t wanted = outlet ? PD_INLET : PD_OUTLET;
+            if (grid->kind[behind + next] != wanted || (outlet && offset[e] != step)) continue;
+            double past = outlet ? pdi_conductance_past(grid, i + next, d, upper, e, -step)
+                                 : pdi_conductance_past(grid, i, d, upper, e, step);
+            double reach = pdi_conductance_reach(h, grid->h[e], past, !outlet);
+            if (outlet) return reach / (h * h * pdi_conductance_weight(bonds, i, d, upper, e, step));
+            share *= reach;
+        }
+    if (i + bonds->paths.shift[k] == behind)
+        return share * (1.0 + pdi_conductance_missing(bonds, i, d, upper) / pdi_bond_lap(bonds, i)[k]);
+    return share;
+}
+
+/* A bond of node i along the side of axis d over its weight, more than 1: by what bonds to an outlet do not conduct
+ * along it. */
+static double pdi_conductance_along(const pd_bonds *bonds, int32_t i, int k, int d, int upper, int32_t behind)
+{
+    const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = bonds->stencil;
+    const int *offset = s->offset + k * PD_DIM;
+    uint8_t near = grid->kind[behind], far = grid->kind[behind + bonds->paths.shift[k]];
+    int ports = (near == PD_OUTLET || near == PD_INLET) && (far == PD_OUTLET || far == PD_INLET);
+    if (!ports || (near == PD_INLET && far == PD_INLET)) return 0.0;
+    for (int other = 0; other < s->count; other++) {
+        int same = s->offset[other * PD_DIM + d] == (upper ? 1 : -1);
+        for (int e = 0; e < PD_DIM; e++) same = same && (e == d || s->offset[other * PD_DIM + e] == offset[e]);
+        if (same) return pdi_bond_lap(bonds, i)[other] / pdi_bond_lap(bonds, i)[k];
+    }
+    return 0.0;
+}
+
+/* Beside sides that are inlet at some places and outlet at others, with the nearest neighbours: what bond k of node i
+ * conducts over what it would. */
+static double pdi_conductance_end(const pd_bonds *bonds, int32_t i, int k)
+{
+    const pd_grid *grid = bonds->grid;
+    double factor = 1.0;
+    int at[PD_DIM];
+    if (bonds->stencil->reach > 1) return 1.0;
+    pdi_grid_index(grid, i, at);
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        int d = side / 2, step = bonds->stencil->offset[k * PD_DIM + d];
+        int32_t behind = pdi_conductance_behind(grid, i, at, d, side % 2);
+        if (behind < 0) continue;
+        if (!step) factor += pdi_conductance_along(bonds, i, k, d, side % 2, behind);
+        else if (step == (side % 2 ? 1 : -1) && grid->kind[i + bonds->paths.shift[k]] == PD_INLET)
+            factor *= pdi_conductance_across(bonds, i, k, d, side % 2, behind);
+    }
+    return factor;
+}
+
+PDI_FN double pdi_conductance_beside(const pd_bonds *bonds, int32_t i, int k, double bond)
+{
+    bond /= pdi_conductance_entry(bonds, i, k);
+    return bonds->grid->ends ? bond * pdi_conductance_end(bonds, i, k) : bond;
 }
 
 /* Which bonds of a row at rest have a number, and what those that are closed and have none would conduct. */
@@ -31627,7 +31781,7 @@ static void pdi_conductance_bond(const pd_conductance *c, int32_t r, int k)
     c->bond[at] = 0.0;
     if (!open) return;
     pdi_diffusion_bond(c->diffusion, i, k, 1, 1, c->bond + at);
-    if (bonds->inlet[r]) c->bond[at] /= pdi_conductance_entry(bonds, i, k);
+    if (bonds->inlet[r] || bonds->grid->ends) c->bond[at] = pdi_conductance_beside(bonds, i, k, c->bond[at]);
 }
 
 /* The bonds of a row that have an end with new numbers. */
@@ -31652,8 +31806,11 @@ PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c)
     if (c->version == bonds->version) return;
     pdi_conductance_find(c);
     pdi_conductance_move(c);
+    /* callbacks say where inlets end: one thread asks them */
+    int32_t several = bonds->grid->ends ? bonds->plain : bonds->rows;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->rows; r++) pdi_conductance_row(c, r);
+    for (int32_t r = 0; r < several; r++) pdi_conductance_row(c, r);
+    for (int32_t r = several; r < bonds->rows; r++) pdi_conductance_row(c, r);
     for (int32_t r = 0; r < bonds->rows; r++) c->node[r] = bonds->node[r];
     c->rows = bonds->rows;
     c->plain = bonds->plain;
@@ -32118,7 +32275,7 @@ static inline double pdi_flux_leave(double half, double least, double near, doub
 PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
     pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
-    *bond /= pdi_conductance_entry(t->bonds, i, k);
+    *bond = pdi_conductance_beside(t->bonds, i, k, *bond);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
     *upwind = pdi_flux_upwind(0.5 * *flux, *bond) - *bond;
 }
@@ -32271,7 +32428,10 @@ PDI_FN void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
         else pdi_flux_volume(t, i, k, 1, flux);
     }
     if (row >= 0) *bond = pdi_conductance_value(&t->conductance, row, k);
-    else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
+    else {
+        pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
+        if (t->bonds->grid->ends) *bond = pdi_conductance_beside(t->bonds, i, k, *bond);
+    }
 }
 
 PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t)

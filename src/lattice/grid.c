@@ -209,6 +209,16 @@ PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x)
     return frame.sides ? pdi_grid_periodic(grid, shape, &frame, 0, at) : level;
 }
 
+/* 1: fluid enters in front of the ghost i[] behind a side that it passes. */
+static int pdi_grid_enters(const pd_grid *grid, const int *i, int side)
+{
+    double x[PD_DIM];
+    if (!grid->entry) return grid->side[side] == PD_SIDE_INLET;
+    for (int d = 0; d < PD_DIM; d++) x[d] = grid->lo[d] + ((double)i[d] + 0.5) * grid->h[d];
+    x[side / 2] = side % 2 ? grid->hi[side / 2] : grid->lo[side / 2];
+    return grid->entry(grid->entry_user, side, x);
+}
+
 /* A ghost of an inlet or outlet is open only in front of fluid; elsewhere it continues the wall. Behind periodic and
  * mirror sides it is what it stands for, solid being as closed as a wall. */
 static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
@@ -221,15 +231,8 @@ static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
     if (side == -2 || behind != PD_FLUID) return PD_WALL;
     if (side == -1) return PD_IMAGE;
     if (grid->side[side] == PD_SIDE_WALL) return PD_WALL;
-    int d = side / 2, enters = grid->side[side] == PD_SIDE_INLET;
-    if (grid->entry) {
-        double x[PD_DIM];
-        for (int e = 0; e < PD_DIM; e++) x[e] = grid->lo[e] + ((double)i[e] + 0.5) * grid->h[e];
-        x[d] = side % 2 ? grid->hi[d] : grid->lo[d];
-        enters = grid->entry(grid->entry_user, side, x);
-    }
-    if (!enters) return PD_OUTLET;
-    i[d] = side % 2 ? grid->n[d] - 1 : 0;
+    if (!pdi_grid_enters(grid, i, side)) return PD_OUTLET;
+    i[side / 2] = side % 2 ? grid->n[side / 2] - 1 : 0;
     return grid->kind[pd_grid_node(grid, i)] == PD_FLUID ? PD_INLET : PD_WALL;
 }
 
@@ -240,6 +243,20 @@ static void pdi_grid_ghosts(pd_grid *grid)
         pdi_grid_index(grid, node, i);
         if (!pdi_grid_inside(grid, i)) grid->kind[node] = pdi_grid_ghost_kind(grid, node);
     }
+}
+
+/* The sides that are inlet at some places and outlet at others, whatever lies in front. */
+static void pdi_grid_ends(pd_grid *grid)
+{
+    int seen[2] = {0, 0};
+    for (int32_t node = 0; node < grid->total && grid->entry; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, node, i);
+        pdi_grid_fold(grid, i);
+        int side = pdi_grid_side(grid, i);
+        if (side >= 0 && pdi_grid_port(grid->side[side])) seen[pdi_grid_enters(grid, i, side) ? 1 : 0] |= 1 << side;
+    }
+    grid->ends = (uint8_t)(seen[0] & seen[1]);
 }
 
 /* Walls beyond the reach of every fluid node own nothing. */
@@ -435,6 +452,7 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         grid->home[node] = pdi_grid_image(grid, node, &flip);
     }
     pdi_grid_ghosts(grid);
+    pdi_grid_ends(grid);
     pdi_grid_mark_outside(stencil, grid);
     return PD_OK;
 }

@@ -57,6 +57,7 @@ typedef struct pd_grid {
     int solid, wall;      /* indices of the shapes, -1: none */
     pd_entry_fn entry;
     void *entry_user;
+    uint8_t ends;         /* bit s: fluid enters side s at some places and leaves at others */
     double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
     int32_t *home;        /* [total] pdi_grid_image of each node; NULL: sides repeat nothing, or there is no metal */

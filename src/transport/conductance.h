@@ -60,9 +60,9 @@ static inline const double *pdi_conductance_of(const pd_conductance *c, int32_t 
     for (int b = 0; b < count; b++) space[b] = whole;
     return space;
 }
-/* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
- * has its value, and the ghost has it at any depth. */
-PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k);
+/* What bond k of node i conducts, that would conduct `bond` in the fluid: more to the side of the box behind which an
+ * inlet ghost lies, and beside the ends of inlets (eq. 5.16, 5.17). */
+PDI_FN double pdi_conductance_beside(const pd_bonds *bonds, int32_t i, int k, double bond);
 PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object);
 /* Room for the rows of the bonds. */
 PDI_FN pd_status pdi_conductance_fit(pd_ctx *ctx, pd_conductance *c);

@@ -47,7 +47,7 @@ static inline double pdi_flux_leave(double half, double least, double near, doub
 PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
     pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
-    *bond /= pdi_conductance_entry(t->bonds, i, k);
+    *bond = pdi_conductance_beside(t->bonds, i, k, *bond);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
     *upwind = pdi_flux_upwind(0.5 * *flux, *bond) - *bond;
 }
@@ -200,7 +200,10 @@ PDI_FN void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
         else pdi_flux_volume(t, i, k, 1, flux);
     }
     if (row >= 0) *bond = pdi_conductance_value(&t->conductance, row, k);
-    else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
+    else {
+        pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
+        if (t->bonds->grid->ends) *bond = pdi_conductance_beside(t->bonds, i, k, *bond);
+    }
 }
 
 PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t)

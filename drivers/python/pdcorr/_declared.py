@@ -531,6 +531,7 @@ def declare(dim):
         ('wall', c_int),
         ('entry', pd_entry_fn),
         ('entry_user', c_void_p),
+        ('ends', c_uint8),
         ('circumference', POINTER(c_double)),
         ('kind', POINTER(c_uint8)),
         ('home', POINTER(c_int32)),
