@@ -12,6 +12,8 @@
 #define PDI_FACTOR_VECTORS 9
 /* A pivot below this share of the diagonal is none. */
 #define PDI_FACTOR_PIVOT 1e-3
+/* Up to this cell Peclet number u h/D a multigrid alone takes fewer iterations. */
+#define PDI_FACTOR_STREAM 8.0
 /* Lattices with fewer columns are eliminated from one end. */
 #define PDI_FACTOR_SHORT 64
 
@@ -64,6 +66,21 @@ static pdi_factor_order pdi_factor_sort(const pd_factor *f, int end)
     return o;
 }
 
+/* 1: some cell has a stream that needs factors. What limiters give back of the conductance of upwind fluxes is at most
+ * the share 1 - 2 D/(u h) of it, and the multigrid is one of upwind fluxes. */
+static int pdi_factor_streams(const pd_factor *f)
+{
+    const pd_grid *grid = f->flux->bonds->grid;
+    const pd_diffusion *diffusion = f->flux->diffusion;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t i = 0; i < grid->total; i++) {
+            double conducts = diffusion->field ? diffusion->field[i] : diffusion->desc.diffusivity;
+            double u = fabs(f->flux->flow->u[(int64_t)d * grid->total + i]);
+            if (grid->kind[i] == PD_FLUID && !(u * grid->h[d] <= PDI_FACTOR_STREAM * conducts)) return 1;
+        }
+    return 0;
+}
+
 /* The axis with the strongest mean stream comes first, downstream. */
 static void pdi_factor_turn(pd_factor *f)
 {
@@ -93,7 +110,7 @@ static void pdi_factor_list(pdi_owner *owner, void *object)
 PDI_FN void pdi_factor_lend(pd_ctx *ctx, pd_arena *arena, pd_krylov *krylov, pd_factor *f)
 {
     f->good = 0;
-    if (!pdi_factor_fits(f)) return;
+    if (!pdi_factor_fits(f) || !pdi_factor_streams(f)) return;
     pdi_factor_turn(f);
     pdi_krylov_cede(ctx, krylov, arena, pdi_factor_list, f, PDI_FACTOR_VECTORS);
 }
@@ -431,4 +448,5 @@ PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *f, const double
 
 #undef PDI_FACTOR_VECTORS
 #undef PDI_FACTOR_PIVOT
+#undef PDI_FACTOR_STREAM
 #undef PDI_FACTOR_SHORT
