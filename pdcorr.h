@@ -924,6 +924,8 @@ PDI_FN void pdi_par_block_axpys(int64_t n, int64_t block, int count, const doubl
                                 double *w);
 /* v = a v as integers of 16 bits with scales, the largest of a block INT16_MAX, and v what they stand for. */
 PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale);
+/* v = a v, kept in double precision; or in single precision, to which v is rounded. The other one is NULL. */
+PDI_FN void pdi_par_keep(const pd_ctx *ctx, int64_t n, double a, double *v, double *kept, float *single);
 /* max |x|; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 /* y += a x, and y = x, and y = 0. */
@@ -13677,6 +13679,26 @@ static void pdi_par_round(int64_t n, double a, double *v, int16_t *integer, floa
     }
 }
 
+/* The share of one thread. */
+static void pdi_par_scaled(int64_t n, double a, double *PD_RESTRICT v, double *PD_RESTRICT kept,
+                           float *PD_RESTRICT single)
+{
+    PDI_FOR
+    for (int64_t b = 0; b < pdi_par_blocks(n); b++) {
+        int64_t lo = b * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
+        for (int64_t i = lo; i < hi; i++) v[i] *= a;
+        for (int64_t i = lo; kept && i < hi; i++) kept[i] = v[i];
+        for (int64_t i = lo; single && i < hi; i++) single[i] = (float)v[i];
+        for (int64_t i = lo; single && i < hi; i++) v[i] = (double)single[i];
+    }
+}
+
+PDI_FN void pdi_par_keep(const pd_ctx *ctx, int64_t n, double a, double *v, double *kept, float *single)
+{
+    int nt = pdi_par_threads(ctx, n);
+    PDI_SHARE(nt, pdi_par_scaled(n, a, v, kept, single));
+}
+
 PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale)
 {
     int nt = pdi_par_threads(ctx, n);
@@ -20104,17 +20126,6 @@ static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
     if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, room);
 }
 
-/* v = a v, kept in one of both: the share of one thread. */
-static void pdi_krylov_store(int64_t n, double a, double *v, double *basis, float *single)
-{
-    PDI_FOR
-    for (int64_t e = 0; e < n; e++) {
-        v[e] *= a;
-        if (basis) basis[e] = v[e];
-        else v[e] = (double)(single[e] = (float)v[e]);
-    }
-}
-
 /* v = a v, kept as vector i of the basis. v loses what its precision does: A Z = V H holds for what is kept. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
@@ -20124,8 +20135,7 @@ static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int 
         pdi_par_integers(run->ctx, n, a, v, (int16_t *)(void *)single, single + pdi_krylov_integers(n));
         return;
     }
-    int nt = pdi_par_threads(run->ctx, n);
-    PDI_SHARE(nt, pdi_krylov_store(n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i)));
+    pdi_par_keep(run->ctx, n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i));
 }
 
 /* v = sum y_j times vector first + j of the basis, j < count. */
@@ -21754,7 +21764,7 @@ static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d,
     int32_t stride = pdi_smoother_stride(fine->n, d), n = fine->n[d];
     double scale = mg->scale; /* may exceed the range of float */
     float *hi = fine->hi[d], *lo = fine->lo[d];
-    int nt = pdi_par_threads(ctx, fine->cells);
+    int nt = pdi_par_threads(ctx, 16 * (int64_t)fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t c = 0; c < fine->cells; c++) {
@@ -55012,7 +55022,7 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 #include <string.h>
 
 #define PDI_ZLIB_WINDOW 32768 /* [byte] how far back a match may lie */
-#define PDI_ZLIB_CHAIN 192      /* candidates looked at per position */
+#define PDI_ZLIB_CHAIN 64       /* candidates looked at per position */
 #define PDI_ZLIB_MAX_MATCH 258 /* [byte] longest match */
 #define PDI_ZLIB_BLOCK 16384    /* symbols per block */
 #define PDI_ZLIB_LONG 64        /* such a match is good enough; inside of it, few positions begin another */
@@ -55022,6 +55032,9 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 #define PDI_ZLIB_LENGTH_CODES 19 /* symbols of code lengths */
 #define PDI_ZLIB_FIXED 288 /* symbols of the fixed code */
 #define PDI_ZLIB_CRC_LONG 8192 /* [byte] from which tables for a checksum pay */
+#define PDI_ZLIB_PIECE 262144 /* [byte] what one thread packs at a time */
+#define PDI_ZLIB_BEFORE 8192 /* [byte] in front of a piece that its first matches may lie in */
+#define PDI_ZLIB_TEAM 4 /* threads that pack, at most: each takes half a megabyte */
 
 /* Order in which a dynamic block lists the lengths of its length codes (RFC 1951, 3.2.7). */
 static const uint8_t pdi_zlib_order[PDI_ZLIB_LENGTH_CODES] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
@@ -55093,23 +55106,39 @@ PDI_FN uint32_t pdi_zlib_crc(uint32_t crc, const uint8_t *data, size_t size)
 
 PDI_FN uint32_t pdi_zlib_adler(const uint8_t *data, size_t size)
 {
+    enum { lanes = 16 };
     uint32_t a = 1, b = 0;
     while (size) {
-        size_t n = size < 5552 ? size : 5552; /* the longest run whose sums fit 32 bits */
+        /* 5552: the longest run whose sums fit 32 bits */
+        uint32_t n = size < 5552 ? (uint32_t)size : 5552, rows = n / lanes, sum[lanes] = {0}, ramp[lanes] = {0};
+        uint64_t more = 0; /* what the bytes add to b beside the running sum a */
+        uint32_t all = 0;
         size -= n;
-        uint32_t sum = 0, ramp = 0; /* what the running sum a adds to b, byte by byte: a loop of vectors */
-        for (uint32_t i = 0; i < n; i++) {
-            sum += data[i];
-            ramp += ((uint32_t)n - i) * data[i];
+        b += (uint32_t)((uint64_t)n * a % 65521);
+        for (uint32_t row = 0; row < rows; row++, data += lanes)
+            for (int l = 0; l < lanes; l++) {
+                ramp[l] += sum[l];
+                sum[l] += data[l];
+            }
+        for (uint32_t l = 0; l < lanes; l++) {
+            all += sum[l];
+            more += (uint64_t)lanes * ramp[l] + (uint64_t)(n - lanes * (rows - 1) - l) * sum[l];
         }
-        data += n;
-        b = (uint32_t)(((uint64_t)b + (uint64_t)n * a + ramp) % 65521);
-        a = (a + sum) % 65521;
+        for (uint32_t left = n - lanes * rows; left; left--, data++) {
+            all += *data;
+            more += left * *data;
+        }
+        b = (uint32_t)((b + more) % 65521);
+        a = (a + all) % 65521;
     }
     return b << 16 | a;
 }
 
 /* ---- compression ---- */
+
+/* [byte] A piece has at most 17 blocks, each no longer than stored. A block that is too long to be stored has 31 bits a
+ * symbol at most with fixed codes, which is less than its bytes. */
+#define PDI_ZLIB_ROOM (PDI_ZLIB_PIECE + 256)
 
 typedef struct pdi_zlib_writer {
     int32_t head[PDI_ZLIB_WINDOW]; /* last position with this hash, -1: none */
@@ -55120,9 +55149,11 @@ typedef struct pdi_zlib_writer {
     uint32_t literal_freq[PDI_ZLIB_LITERALS + 2], distance_freq[PDI_ZLIB_DISTANCES];
     uint64_t bits; /* not yet written */
     int bit_count;
-    pdi_bytes *out;
+    uint8_t out[PDI_ZLIB_ROOM];
+    size_t used; /* of out */
     const uint8_t *data;
-    size_t size;
+    size_t start, size; /* of the piece: the data behind do not count */
+    uint32_t adler;
 } pdi_zlib_writer;
 
 typedef struct pdi_zlib_codes {
@@ -55174,13 +55205,12 @@ static pdi_zlib_split pdi_zlib_distance_code(uint32_t distance)
     return s;
 }
 
-/* Room for the bits is reserved by the block writer. */
 static void pdi_zlib_put(pdi_zlib_writer *s, uint32_t value, int count)
 {
     s->bits |= (uint64_t)value << s->bit_count;
     s->bit_count += count;
     while (s->bit_count >= 8) {
-        s->out->data[s->out->size++] = (uint8_t)s->bits;
+        s->out[s->used++] = (uint8_t)s->bits;
         s->bits >>= 8;
         s->bit_count -= 8;
     }
@@ -55355,19 +55385,16 @@ static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
     if (s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
     pdi_zlib_put(s, (uint32_t)length, 16);
     pdi_zlib_put(s, ~(uint32_t)length & 0xffff, 16);
-    memcpy(s->out->data + s->out->size, s->data + s->block_start, length);
-    s->out->size += length;
+    if (length) memcpy(s->out + s->used, s->data + s->block_start, length);
+    s->used += length;
 }
 
 /* Write what was collected, as the shortest of the three kinds of block. `end`: input position behind it. */
-static pd_status pdi_zlib_flush(pd_ctx *ctx, pdi_zlib_writer *s, size_t end, int last)
+static void pdi_zlib_flush(pdi_zlib_writer *s, size_t end, int last)
 {
     pdi_zlib_codes dynamic, fixed;
     pdi_zlib_header header;
     size_t length = end - s->block_start;
-    /* At most 48 bits a symbol, or the stored bytes; headers stay below 1 KiB. */
-    size_t room = (size_t)s->symbol_count * 6 + 1024;
-    PDI_TRY(pdi_bytes_reserve(ctx, s->out, room + (length < 65536 ? length : 0)));
     s->literal_freq[256] = 1;
     pdi_zlib_fixed(&fixed);
     uint64_t fixed_bits = pdi_zlib_cost(s, &fixed), stored_bits = ((uint64_t)length + 5) * 8, extra_bits = 0;
@@ -55401,7 +55428,7 @@ static pd_status pdi_zlib_flush(pd_ctx *ctx, pdi_zlib_writer *s, size_t end, int
     memset(s->distance_freq, 0, sizeof s->distance_freq);
     s->symbol_count = 0;
     s->block_start = end;
-    return PD_OK;
+    PD_ASSERT(s->used + 8 <= PDI_ZLIB_ROOM);
 }
 
 static void pdi_zlib_insert(pdi_zlib_writer *s, size_t at)
@@ -55453,24 +55480,23 @@ static uint32_t pdi_zlib_match(const pdi_zlib_writer *s, size_t at, uint32_t *di
     return best < 3 || (best == 3 && *distance > 4096) ? 0 : best;
 }
 
-static pd_status pdi_zlib_symbol(pd_ctx *ctx, pdi_zlib_writer *s, uint32_t length, uint32_t distance, size_t end)
+static void pdi_zlib_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t distance, size_t end)
 {
     s->symbols[s->symbol_count++] = distance << 16 | length;
     if (distance) {
         s->literal_freq[pdi_zlib_length_code(length).code]++;
         s->distance_freq[pdi_zlib_distance_code(distance).code]++;
     } else s->literal_freq[length]++;
-    if (s->symbol_count == PDI_ZLIB_BLOCK) return pdi_zlib_flush(ctx, s, end, 0);
-    return PD_OK;
+    if (s->symbol_count == PDI_ZLIB_BLOCK) pdi_zlib_flush(s, end, 0);
 }
 
-static pd_status pdi_zlib_pack(pd_ctx *ctx, pdi_zlib_writer *s)
+static void pdi_zlib_pack(pdi_zlib_writer *s)
 {
-    size_t at = 0;
+    size_t at = s->start;
     uint32_t length = 0, distance = 0;
-    if (s->size) {
-        pdi_zlib_insert(s, 0);
-        length = pdi_zlib_match(s, 0, &distance);
+    if (at < s->size) {
+        pdi_zlib_insert(s, at);
+        length = pdi_zlib_match(s, at, &distance);
     }
     while (at < s->size) {
         uint32_t next = 0, next_distance = 0;
@@ -55479,7 +55505,7 @@ static pd_status pdi_zlib_pack(pd_ctx *ctx, pdi_zlib_writer *s)
             if (length < PDI_ZLIB_LONG) next = pdi_zlib_match(s, at + 1, &next_distance);
         }
         if (length >= 3 && length >= next) {
-            PDI_TRY(pdi_zlib_symbol(ctx, s, length, distance, at + length));
+            pdi_zlib_symbol(s, length, distance, at + length);
             for (uint32_t k = length < PDI_ZLIB_LONG ? 2 : length - PDI_ZLIB_ENDING; k < length; k++)
                 pdi_zlib_insert(s, at + k);
             at += length;
@@ -55489,13 +55515,60 @@ static pd_status pdi_zlib_pack(pd_ctx *ctx, pdi_zlib_writer *s)
                 length = pdi_zlib_match(s, at, &distance);
             }
         } else {
-            PDI_TRY(pdi_zlib_symbol(ctx, s, s->data[at], 0, at + 1));
+            pdi_zlib_symbol(s, s->data[at], 0, at + 1);
             at++;
             length = next;
             distance = next_distance;
         }
     }
-    return pdi_zlib_flush(ctx, s, s->size, 1);
+}
+
+/* Piece k of `size` bytes. All but the last one end with a stored block of no bytes, and so with a whole byte. */
+static void pdi_zlib_piece(pdi_zlib_writer *s, const uint8_t *data, size_t size, size_t k)
+{
+    int last = size - k * PDI_ZLIB_PIECE <= PDI_ZLIB_PIECE;
+    memset(s->head, 0xff, sizeof s->head);
+    s->used = 0;
+    s->bit_count = 0;
+    s->bits = 0;
+    s->data = data;
+    s->block_start = s->start = k * PDI_ZLIB_PIECE;
+    s->size = last ? size : s->start + PDI_ZLIB_PIECE;
+    for (size_t at = k ? s->start - PDI_ZLIB_BEFORE : 0; at < s->start; at++) pdi_zlib_insert(s, at);
+    pdi_zlib_pack(s);
+    if (last || s->symbol_count) pdi_zlib_flush(s, s->size, last);
+    if (!last) pdi_zlib_put(s, 0, 3);
+    if (!last) pdi_zlib_write_stored(s, 0);
+    else if (s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
+    s->adler = pdi_zlib_adler(data + s->start, s->size - s->start);
+}
+
+/* Adler-32 of data and of `size` more bytes, from that of either. */
+static uint32_t pdi_zlib_join(uint32_t adler, uint32_t more, size_t size)
+{
+    uint32_t a = adler & 0xffff, b = adler >> 16, n = (uint32_t)(size % 65521);
+    b = (uint32_t)((b + (more >> 16) + (uint64_t)n * (a + 65520)) % 65521); /* each byte adds a, and has counted 1 */
+    a = (a + (more & 0xffff) + 65520) % 65521;
+    return b << 16 | a;
+}
+
+/* Pieces side by side, as many at a time as there are writers. */
+static pd_status pdi_zlib_pieces(pd_ctx *ctx, pdi_zlib_writer *writer, int writers, const uint8_t *data, size_t size,
+                                 pdi_bytes *out)
+{
+    size_t pieces = size ? (size - 1) / PDI_ZLIB_PIECE + 1 : 1;
+    uint32_t adler = 1;
+    for (size_t k = 0; k < pieces; k += (size_t)writers) {
+        int count = pieces - k < (size_t)writers ? (int)(pieces - k) : writers;
+        PDI_PARALLEL_FOR(writers)
+        for (int w = 0; w < count; w++) pdi_zlib_piece(&writer[w], data, size, k + (size_t)w);
+        for (int w = 0; w < count; w++) {
+            PDI_TRY(pdi_bytes_add(ctx, out, writer[w].out, writer[w].used));
+            adler = pdi_zlib_join(adler, writer[w].adler, writer[w].size - writer[w].start);
+        }
+    }
+    uint8_t tail[4] = {(uint8_t)(adler >> 24), (uint8_t)(adler >> 16), (uint8_t)(adler >> 8), (uint8_t)adler};
+    return pdi_bytes_add(ctx, out, tail, sizeof tail);
 }
 
 PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size, pdi_bytes *out)
@@ -55504,19 +55577,14 @@ PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size,
     if (size > (size_t)1 << 30)
         return pdi_fail(ctx, PD_ERR_SIZE, "zlib", "%.0f bytes are too many for one stream", (double)size);
     PDI_TRY(pdi_bytes_add(ctx, out, zlib_head, sizeof zlib_head));
-    pdi_zlib_writer *s = NULL;
-    PDI_TRY(PDI_NEW(ctx, "zlib", 1, s));
-    memset(s->head, 0xff, sizeof s->head);
-    s->out = out;
-    s->data = data;
-    s->size = size;
-    pd_status status = pdi_zlib_pack(ctx, s);
-    if (status == PD_OK && s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
-    PDI_DELETE(ctx, 1, s);
-    if (status != PD_OK) return status;
-    uint32_t adler = pdi_zlib_adler(data, size);
-    uint8_t tail[4] = {(uint8_t)(adler >> 24), (uint8_t)(adler >> 16), (uint8_t)(adler >> 8), (uint8_t)adler};
-    return pdi_bytes_add(ctx, out, tail, sizeof tail);
+    int pieces = (int)(size / PDI_ZLIB_PIECE) + 1, writers = pdi_par_threads(ctx, (int64_t)size);
+    if (writers > PDI_ZLIB_TEAM) writers = PDI_ZLIB_TEAM;
+    if (writers > pieces) writers = pieces;
+    pdi_zlib_writer *writer = NULL;
+    PDI_TRY(PDI_NEW(ctx, "zlib", writers, writer));
+    pd_status status = pdi_zlib_pieces(ctx, writer, writers, data, size, out);
+    PDI_DELETE(ctx, writers, writer);
+    return status;
 }
 
 /* ---- decompression ---- */
@@ -57319,8 +57387,16 @@ PDI_FN void pdi_canvas_fill(pdi_canvas *canvas, int left, int top, int right, in
         pdi_svg_rectangle(canvas->svg, left, top, right - left, bottom - top, colour);
         return;
     }
-    for (int y = top; y < bottom; y++)
-        for (int x = left; x < right; x++) pdi_canvas_blend(canvas, x, y, colour, 1.0);
+    left = left > canvas->left ? left : canvas->left;
+    right = right < canvas->right ? right : canvas->right;
+    top = top > canvas->top ? top : canvas->top;
+    bottom = bottom < canvas->bottom ? bottom : canvas->bottom;
+    if (left >= right || top >= bottom) return;
+    size_t stride = 3 * (size_t)canvas->image.width, bytes = 3 * (size_t)(right - left);
+    uint8_t *first = canvas->image.pixels + (size_t)top * stride + 3 * (size_t)left;
+    for (size_t at = 0; at < bytes; at += 3)
+        for (int c = 0; c < 3; c++) first[at + (size_t)c] = (uint8_t)(colour >> (16 - 8 * c));
+    for (int y = top + 1; y < bottom; y++) memcpy(first + (size_t)(y - top) * stride, first, bytes);
 }
 
 PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour)
@@ -57884,11 +57960,11 @@ static uint32_t pdi_colour_srgb(pdi_colour_lab c)
 static pdi_colour_lab pdi_colour_polar(double lightness, double chroma, double hue)
 {
     pdi_colour_lab c;
-    double rgb[3];
+    double rgb[3], along = cos(hue * PDI_COLOUR_DEGREE), across = sin(hue * PDI_COLOUR_DEGREE);
     for (;; chroma *= 0.995) {
         c.l = lightness;
-        c.a = chroma * cos(hue * PDI_COLOUR_DEGREE);
-        c.b = chroma * sin(hue * PDI_COLOUR_DEGREE);
+        c.a = chroma * along;
+        c.b = chroma * across;
         if (chroma < 1e-3 || pdi_colour_linear(c, rgb)) return c;
     }
 }
@@ -73606,7 +73682,7 @@ PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p)
 /* [byte] A plot: pixels, filtered rows, the packed file and the state of the packer. */
 #define PDI_FOOTPRINT_PLOT 5.7e6
 /* [byte] The state of the packer alone. */
-#define PDI_FOOTPRINT_PACK 0.55e6
+#define PDI_FOOTPRINT_PACK 0.65e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_FOOTPRINT_BASE 0.22e6
 /* Basis vectors by which solves at rest grow. */
@@ -76229,8 +76305,9 @@ static void pdi_images_velocities(pd_images *im)
 /* The field of this instant. */
 static void pdi_images_fill(pd_images *im, pd_field field)
 {
-    for (int64_t k = 0; k < im->cells; k++) {
-        int32_t node = pdi_images_node(im, k);
+    int32_t node = 0, step = im->model->grid.stride[im->right];
+    for (int64_t k = 0; k < im->cells; k++, node += step) {
+        if (k % im->nx == 0) node = pdi_images_node(im, k);
         im->cell[k] = pdi_images_round(pdi_sample_node(im->model, field, node));
         im->paint[k] = (uint8_t)pdi_images_paint(im->model, field, node);
     }
@@ -76268,8 +76345,8 @@ static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *h
         double value = surface ? (double)im->sight.value[k] : im->cell[k];
         if (!surface && im->paint[k] != PD_PAINT_FIELD) continue;
         if (isnan(value) || (pdi_images_log(im, field) && !(value > 0.0))) continue;
-        *lo = fmin(*lo, value);
-        *hi = fmax(*hi, value);
+        if (value < *lo) *lo = value;
+        if (value > *hi) *hi = value;
         if (im->sorted) im->sorted[count] = value;
         count++;
     }

@@ -147,8 +147,16 @@ PDI_FN void pdi_canvas_fill(pdi_canvas *canvas, int left, int top, int right, in
         pdi_svg_rectangle(canvas->svg, left, top, right - left, bottom - top, colour);
         return;
     }
-    for (int y = top; y < bottom; y++)
-        for (int x = left; x < right; x++) pdi_canvas_blend(canvas, x, y, colour, 1.0);
+    left = left > canvas->left ? left : canvas->left;
+    right = right < canvas->right ? right : canvas->right;
+    top = top > canvas->top ? top : canvas->top;
+    bottom = bottom < canvas->bottom ? bottom : canvas->bottom;
+    if (left >= right || top >= bottom) return;
+    size_t stride = 3 * (size_t)canvas->image.width, bytes = 3 * (size_t)(right - left);
+    uint8_t *first = canvas->image.pixels + (size_t)top * stride + 3 * (size_t)left;
+    for (size_t at = 0; at < bytes; at += 3)
+        for (int c = 0; c < 3; c++) first[at + (size_t)c] = (uint8_t)(colour >> (16 - 8 * c));
+    for (int y = top + 1; y < bottom; y++) memcpy(first + (size_t)(y - top) * stride, first, bytes);
 }
 
 PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour)
