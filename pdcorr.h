@@ -1331,6 +1331,11 @@ PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind);
 #define PDI_VECTOR 8
 /* Cell index (ghosts negative) of a node. */
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
+/* Index along one axis. */
+static inline int pdi_grid_along(const pd_grid *grid, int32_t node, int axis)
+{
+    return (int)(node / grid->stride[axis] % grid->np[axis]) - grid->ghost;
+}
 /* "(x, y, z)" [m] of a node, for messages: into text [PDI_GRID_PLACE], which is returned. */
 #define PDI_GRID_PLACE 80
 PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
@@ -4554,6 +4559,8 @@ typedef struct pdi_bounds {
 PDI_FN void pdi_bounds_take(double value, pdi_bounds *bounds);
 /* All values of the nodes of one kind. */
 PDI_FN void pdi_bounds_take_all(const pd_grid *grid, uint8_t kind, const double *x, pdi_bounds *bounds);
+/* Those that inlets hold. */
+PDI_FN void pdi_bounds_take_inlets(const pd_ghosts *ghosts, const double *x, pdi_bounds *bounds);
 /* Both move out by a share of the largest value of the fluid. */
 PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *bounds);
 /* 1: the field keeps them at all fluid nodes, with `more` on top of it where that is not NULL. */
@@ -17808,10 +17815,9 @@ PDI_FN double pdi_traverse_section(const pd_bonds *bonds, int axis, int index, p
     const pd_grid *grid = bonds->grid;
     pdi_sum sum = {0.0, 0.0};
     for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        if (!pdi_grid_open(grid->kind[node])) continue;
+        int i[PD_DIM], along = pdi_grid_open(grid->kind[node]) ? pdi_grid_along(grid, node, axis) : index;
+        if (along >= index || along < index - bonds->stencil->reach) continue;
         pdi_grid_index(grid, node, i);
-        if (i[axis] >= index || i[axis] < index - bonds->stencil->reach) continue;
         /* ghosts count before the box, not beside it: ports there belong to no plane, and an image repeats a bond of
          * the box */
         if (grid->kind[node] != PD_FLUID && i[axis] >= 0) continue;
@@ -32841,9 +32847,7 @@ static double pdi_flux_section_gain(const pdi_flux_section *section, int axis, i
     int fed[2] = {0, 0};
     if (t->bonds->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
     for (int32_t node = 0; node < t->bonds->grid->total; node++) {
-        int i[PD_DIM];
-        pdi_grid_index(t->bonds->grid, node, i);
-        int behind = i[axis] >= index;
+        int behind = pdi_grid_along(t->bonds->grid, node, axis) >= index;
         if (t->bonds->grid->kind[node] == PD_INLET) fed[behind] = 1;
         if (t->bonds->grid->kind[node] != PD_FLUID) continue;
         pdi_sum_add(&sum[behind], section->anti[node] * pdi_grid_circumference(t->bonds->grid, node));
@@ -33610,6 +33614,11 @@ PDI_FN void pdi_bounds_take_all(const pd_grid *grid, uint8_t kind, const double 
     }
 }
 
+PDI_FN void pdi_bounds_take_inlets(const pd_ghosts *ghosts, const double *x, pdi_bounds *b)
+{
+    for (int32_t k = ghosts->count; k < ghosts->listed; k++) pdi_bounds_take(x[ghosts->node[k]], b);
+}
+
 PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *b)
 {
     pdi_bounds of = {0.0, 0.0};
@@ -34300,7 +34309,7 @@ static int pdi_transport_measure(pd_transport *t)
     double had = t->size;
     pdi_bounds of = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, t->c, &of);
-    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    pdi_bounds_take_inlets(&t->bonds->ghosts, t->c, &of);
     t->size = fmax(had, fmin(fmax(of.high, -of.low), t->most));
     return t->size > had;
 }
@@ -34375,7 +34384,7 @@ PDI_FN void pdi_transport_bounds(const pd_transport *t, const double *start, dou
     b->high = fmax(t->passed[1], 0.0);
     pdi_bounds source = {0.0, 0.0}, absorb = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, start, b);
-    if (pdi_boundary_any(t->grid)) pdi_bounds_take_all(t->grid, PD_INLET, t->c, b);
+    pdi_bounds_take_inlets(&t->bonds->ghosts, t->c, b);
     pdi_bounds_take_all(t->grid, PD_FLUID, t->source, &source);
     pdi_bounds_take_all(t->grid, PD_FLUID, t->absorb, &absorb);
     if (source.low < 0.0) b->low = -HUGE_VAL;
@@ -34658,7 +34667,7 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
 static void pdi_transport_pass(pd_transport *t)
 {
     pdi_bounds of = {t->passed[0], t->passed[1]};
-    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    pdi_bounds_take_inlets(&t->bonds->ghosts, t->c, &of);
     t->passed[0] = of.low;
     t->passed[1] = of.high;
     if (!t->diffusion.wall_rate) return;
@@ -53498,11 +53507,9 @@ static void pdi_measure_faces(const pd_bonds *bonds, const pd_flow *flow, const 
     pdi_sum pressure = {0.0, 0.0}, mean = {0.0, 0.0}, stream = {0.0, 0.0}, carried = {0.0, 0.0};
     double faces = 0.0;
     for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
         int32_t before = node - grid->stride[axis];
-        if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
-        if (i[axis] != index || grid->kind[before] != PD_FLUID) continue;
+        if (grid->kind[node] != PD_FLUID || pdi_grid_along(grid, node, axis) != index) continue;
+        if (grid->kind[before] != PD_FLUID) continue;
         double c = transport ? 0.5 * (transport->c[before] + transport->c[node]) : 0.0;
         double face = 0.5 * (pdi_grid_circumference(grid, before) + pdi_grid_circumference(grid, node));
         faces += face;
@@ -57500,15 +57507,16 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
     /* Walk along the longer axis and paint the short span across the stroke. */
     double across = reach * 1.5;
     for (int i = (int)floor(from - reach); i <= (int)ceil(to + reach); i++) {
-        double along = fmin(fmax(i + 0.5, from), to), centre;
+        double along = i + 0.5 < from ? from : i + 0.5 > to ? to : i + 0.5, centre;
         if (steep) centre = dy != 0 ? xa + (along - ya) * dx / dy : xa;
         else centre = dx != 0 ? ya + (along - xa) * dy / dx : ya;
         for (int j = (int)floor(centre - across); j <= (int)ceil(centre + across); j++) {
             int x = steep ? j : i, y = steep ? i : j;
             double cover = width / 2 + 0.5 - pdi_canvas_distance(x + 0.5, y + 0.5, xa, ya, dx, dy);
             if (!(cover > 0)) continue;
-            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, fmin(cover, 1.0));
-            else pdi_canvas_blend(canvas, x, y, colour, fmin(cover, 1.0));
+            if (cover > 1.0) cover = 1.0;
+            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, cover);
+            else pdi_canvas_blend(canvas, x, y, colour, cover);
         }
     }
 }
@@ -59205,13 +59213,16 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     return pdi_bar_colour(table, pdi_ticks_place(&l->axis_bar, value));
 }
 
-static void pdi_picture_pixels(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int left,
-                               int top, pdi_canvas *canvas)
+static void pdi_picture_pixels(const pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l,
+                               const uint32_t *table, int left, int top, pdi_canvas *canvas)
 {
-    for (int y = 0; y < l->y.pixels; y += l->y.each)
+    int nt = pdi_par_threads(ctx, (int64_t)p->nx * p->ny * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int row = 0; row < (l->y.pixels + l->y.each - 1) / l->y.each; row++)
         for (int x = 0; x < l->x.pixels; x += l->x.each) {
+            int y = row * l->y.each, bottom = top + l->y.pixels - y;
             uint32_t colour = pdi_picture_colour(p, l, table, x, y);
-            int bottom = top + l->y.pixels - y;
             pdi_canvas_fill(canvas, left + x, bottom - l->y.each, left + x + l->x.each, bottom, colour);
         }
 }
@@ -59312,10 +59323,10 @@ static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_p
                                    pdi_canvas *canvas)
 {
     pdi_canvas cells;
-    if (!canvas->svg) pdi_picture_pixels(p, l, table, l->left, l->top, canvas);
+    if (!canvas->svg) pdi_picture_pixels(ctx, p, l, table, l->left, l->top, canvas);
     else {
         PDI_TRY(pdi_canvas_init(ctx, l->x.pixels, l->y.pixels, &cells));
-        pdi_picture_pixels(p, l, table, 0, 0, &cells);
+        pdi_picture_pixels(ctx, p, l, table, 0, 0, &cells);
         pdi_canvas_image(canvas, l->left, l->top, &cells.image);
         pdi_image_free(ctx, &cells.image);
     }

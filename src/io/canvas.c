@@ -223,15 +223,16 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
     /* Walk along the longer axis and paint the short span across the stroke. */
     double across = reach * 1.5;
     for (int i = (int)floor(from - reach); i <= (int)ceil(to + reach); i++) {
-        double along = fmin(fmax(i + 0.5, from), to), centre;
+        double along = i + 0.5 < from ? from : i + 0.5 > to ? to : i + 0.5, centre;
         if (steep) centre = dy != 0 ? xa + (along - ya) * dx / dy : xa;
         else centre = dx != 0 ? ya + (along - xa) * dy / dx : ya;
         for (int j = (int)floor(centre - across); j <= (int)ceil(centre + across); j++) {
             int x = steep ? j : i, y = steep ? i : j;
             double cover = width / 2 + 0.5 - pdi_canvas_distance(x + 0.5, y + 0.5, xa, ya, dx, dy);
             if (!(cover > 0)) continue;
-            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, fmin(cover, 1.0));
-            else pdi_canvas_blend(canvas, x, y, colour, fmin(cover, 1.0));
+            if (cover > 1.0) cover = 1.0;
+            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, cover);
+            else pdi_canvas_blend(canvas, x, y, colour, cover);
         }
     }
 }
