@@ -23,7 +23,7 @@ typedef struct pdi_coarsen_link {
 } pdi_coarsen_link;
 
 /* Link k of cell c; 0: closed. */
-PDI_SHARED int pdi_coarsen_link_get(const pd_smoother_level *level, int32_t c, int32_t k, pdi_coarsen_link *link)
+static inline int pdi_coarsen_link_get(const pd_smoother_level *level, int32_t c, int32_t k, pdi_coarsen_link *link)
 {
     if (level->row) {
         link->cell = level->col[k];
