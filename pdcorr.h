@@ -931,6 +931,8 @@ PDI_FN void pdi_par_block_axpys(int64_t n, int64_t block, int count, const doubl
                                 double *w);
 /* v = a v as integers of 16 bits with scales, the largest of a block INT16_MAX, and v what they stand for. */
 PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale);
+/* v = a v, kept in double precision; or in single precision, to which v is rounded. The other one is NULL. */
+PDI_FN void pdi_par_keep(const pd_ctx *ctx, int64_t n, double a, double *v, double *kept, float *single);
 /* max |x|; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 /* y += a x, and y = x, and y = 0. */
@@ -1337,6 +1339,11 @@ PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind);
 #define PDI_VECTOR 8
 /* Cell index (ghosts negative) of a node. */
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
+/* Index along one axis. */
+static inline int pdi_grid_along(const pd_grid *grid, int32_t node, int axis)
+{
+    return (int)(node / grid->stride[axis] % grid->np[axis]) - grid->ghost;
+}
 /* "(x, y, z)" [m] of a node, for messages: into text [PDI_GRID_PLACE], which is returned. */
 #define PDI_GRID_PLACE 80
 PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
@@ -3355,6 +3362,7 @@ typedef struct pd_steady {
     pd_multigrid mg_u, mg_p, mg_seep;   /* lent */
     pd_multigrid mg_d;                  /* of short steps in time, see precond.h; lent */
     int timed, damped;                  /* it is built; it is in use */
+    uint32_t poisson;                   /* version of the bonds that mg_p is set up for; 0: it is not */
     pd_krylov krylov;                   /* of Newton's steps */
     pd_krylov even;                     /* of the potential */
     pd_jacobian jacobian;
@@ -4559,6 +4567,8 @@ typedef struct pdi_bounds {
 PDI_FN void pdi_bounds_take(double value, pdi_bounds *bounds);
 /* All values of the nodes of one kind. */
 PDI_FN void pdi_bounds_take_all(const pd_grid *grid, uint8_t kind, const double *x, pdi_bounds *bounds);
+/* Those that inlets hold. */
+PDI_FN void pdi_bounds_take_inlets(const pd_ghosts *ghosts, const double *x, pdi_bounds *bounds);
 /* Both move out by a share of the largest value of the fluid. */
 PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *bounds);
 /* 1: the field keeps them at all fluid nodes, with `more` on top of it where that is not NULL. */
@@ -13685,6 +13695,26 @@ static void pdi_par_round(int64_t n, double a, double *v, int16_t *integer, floa
     }
 }
 
+/* The share of one thread. */
+static void pdi_par_scaled(int64_t n, double a, double *PD_RESTRICT v, double *PD_RESTRICT kept,
+                           float *PD_RESTRICT single)
+{
+    PDI_FOR
+    for (int64_t b = 0; b < pdi_par_blocks(n); b++) {
+        int64_t lo = b * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
+        for (int64_t i = lo; i < hi; i++) v[i] *= a;
+        for (int64_t i = lo; kept && i < hi; i++) kept[i] = v[i];
+        for (int64_t i = lo; single && i < hi; i++) single[i] = (float)v[i];
+        for (int64_t i = lo; single && i < hi; i++) v[i] = (double)single[i];
+    }
+}
+
+PDI_FN void pdi_par_keep(const pd_ctx *ctx, int64_t n, double a, double *v, double *kept, float *single)
+{
+    int nt = pdi_par_threads(ctx, n);
+    PDI_SHARE(nt, pdi_par_scaled(n, a, v, kept, single));
+}
+
 PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale)
 {
     int nt = pdi_par_threads(ctx, n);
@@ -17807,10 +17837,9 @@ PDI_FN double pdi_traverse_section(const pd_bonds *bonds, int axis, int index, p
     const pd_grid *grid = bonds->grid;
     pdi_sum sum = {0.0, 0.0};
     for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        if (!pdi_grid_open(grid->kind[node])) continue;
+        int i[PD_DIM], along = pdi_grid_open(grid->kind[node]) ? pdi_grid_along(grid, node, axis) : index;
+        if (along >= index || along < index - bonds->stencil->reach) continue;
         pdi_grid_index(grid, node, i);
-        if (i[axis] >= index || i[axis] < index - bonds->stencil->reach) continue;
         /* ghosts count before the box, not beside it: ports there belong to no plane, and an image repeats a bond of
          * the box */
         if (grid->kind[node] != PD_FLUID && i[axis] >= 0) continue;
@@ -20126,17 +20155,6 @@ static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
     if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, room);
 }
 
-/* v = a v, kept in one of both: the share of one thread. */
-static void pdi_krylov_store(int64_t n, double a, double *v, double *basis, float *single)
-{
-    PDI_FOR
-    for (int64_t e = 0; e < n; e++) {
-        v[e] *= a;
-        if (basis) basis[e] = v[e];
-        else v[e] = (double)(single[e] = (float)v[e]);
-    }
-}
-
 /* v = a v, kept as vector i of the basis. v loses what its precision does: A Z = V H holds for what is kept. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
@@ -20146,8 +20164,7 @@ static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int 
         pdi_par_integers(run->ctx, n, a, v, (int16_t *)(void *)single, single + pdi_krylov_integers(n));
         return;
     }
-    int nt = pdi_par_threads(run->ctx, n);
-    PDI_SHARE(nt, pdi_krylov_store(n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i)));
+    pdi_par_keep(run->ctx, n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i));
 }
 
 /* v = sum y_j times vector first + j of the basis, j < count. */
@@ -20532,7 +20549,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
 /* Least lines across a block. */
 #define PDI_SMOOTHER_BLOCK_LINES 7
 /* A level with fewer cells is one block. */
-#define PDI_SMOOTHER_BLOCK_CELLS 4096
+#define PDI_SMOOTHER_BLOCK_CELLS 2048
 /* Cells of level 0 whose defects or residuals are summed at a time. */
 #define PDI_SMOOTHER_BLOCK 256
 
@@ -20825,13 +20842,26 @@ PDI_FN void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *leve
     }
 }
 
+/* Cell c of a coarse level, from its links. x[before] is `last`: only one product and one sum wait for it. */
+static inline float pdi_smoother_linked(const pd_smoother_level *level, int32_t c, int32_t before, float last)
+{
+    float sum = level->b[c], near = 0.0f;
+    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++) {
+        int32_t q = level->col[k];
+        float part = level->a[k] * level->x[q];
+        near = q == before ? level->a[k] : near;
+        sum += q == before ? 0.0f : part;
+    }
+    return sum * level->inv[c] + near * level->inv[c] * last;
+}
+
 /* Gauss-Seidel forth and back along one line of a coarse level. */
 PDI_ONCE static void pdi_smoother_linked_line(const pd_smoother_level *level, int32_t first, int32_t end)
 {
-    float *x = level->x;
-    const float *b = level->b, *inv = level->inv;
-    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smoother_coarse_sum(level, c)) * inv[c];
-    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smoother_coarse_sum(level, c)) * inv[c];
+    float *x = level->x, last = first > 0 ? x[first - 1] : 0.0f;
+    for (int32_t c = first; c < end; c++) x[c] = last = pdi_smoother_linked(level, c, c - 1, last);
+    last = end < level->cells ? x[end] : 0.0f;
+    for (int32_t c = end - 1; c >= first; c--) x[c] = last = pdi_smoother_linked(level, c, c + 1, last);
 }
 
 /* What the other lines give a line of level 0, into r: it does not change while the line is swept. */
@@ -21776,7 +21806,7 @@ static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d,
     int32_t stride = pdi_smoother_stride(fine->n, d), n = fine->n[d];
     double scale = mg->scale; /* may exceed the range of float */
     float *hi = fine->hi[d], *lo = fine->lo[d];
-    int nt = pdi_par_threads(ctx, fine->cells);
+    int nt = pdi_par_threads(ctx, 16 * (int64_t)fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t c = 0; c < fine->cells; c++) {
@@ -25955,37 +25985,53 @@ static void pdi_steady_apply(void *user, const double *x, double *y)
     pdi_steady_jacobian(u->ctx, u->steady, step, y);
 }
 
-/* The coefficients of one multigrid after the other pass through `compact`. */
-static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
+/* Coefficients of pressures pass through `compact`, and on to a multigrid. */
+static pd_status pdi_steady_pressure(pd_ctx *ctx, pd_steady *s, const pd_media *media, double mass, pd_multigrid *mg)
 {
-    pdi_compact_faces velocity, pressure;
-    pdi_compact_convection moving, resting;
-    velocity.closed = velocity.inlet = 1;
-    velocity.outlet = 0;
-    velocity.walls = s->flow->bonds;
+    pdi_compact_faces pressure;
+    pdi_compact_convection resting;
+    pd_compact *c = &s->compact;
     pressure.closed = pressure.inlet = 0;
     pressure.outlet = 1;
     pressure.walls = NULL;
+    resting.spread = resting.u = NULL;
+    pdi_compact_fill(ctx, 1.0, media, &resting, mass, &pressure, c);
+    return pdi_multigrid_setup(ctx, mg, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
+}
+
+/* That of the Laplacian depends on the geometry alone. */
+static pd_status pdi_steady_potentials(pd_ctx *ctx, pd_steady *s)
+{
+    if (s->poisson == s->flow->bonds->version) return PD_OK;
+    PDI_TRY(pdi_steady_pressure(ctx, s, NULL, 0.0, &s->mg_p));
+    s->poisson = s->flow->bonds->version;
+    return PD_OK;
+}
+
+/* One multigrid after the other. */
+static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
+{
+    pdi_compact_faces velocity;
+    pdi_compact_convection moving;
+    velocity.closed = velocity.inlet = 1;
+    velocity.outlet = 0;
+    velocity.walls = s->flow->bonds;
     moving.u = s->flow->u;
-    moving.spread = resting.spread = resting.u = NULL;
+    moving.spread = NULL;
     pd_compact *c = &s->compact;
     pd_media seep;
     memset(&seep, 0, sizeof seep);
     seep.at = s->advecting;
     pdi_precond_mobility(ctx, s->flow, s->shift, seep.at);
     pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
-    pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, c);
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_seep, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass));
+    PDI_TRY(pdi_steady_pressure(ctx, s, &seep, 0.0, &s->mg_seep));
     pdi_compact_fill(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, c);
     PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conduct,
                                 (const float *const *)c->flux, c->wall, c->mass));
-    pdi_compact_fill(ctx, 1.0, NULL, &resting, 0.0, &pressure, c);
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_p, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass));
+    PDI_TRY(pdi_steady_potentials(ctx, s));
     double damping = pdi_precond_damping(s->flow, s->shift);
     s->damped = s->timed && damping > 0.0;
-    if (!s->damped) return PD_OK;
-    pdi_compact_fill(ctx, 1.0, NULL, &resting, damping, &pressure, c);
-    return pdi_multigrid_setup(ctx, &s->mg_d, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
+    return s->damped ? pdi_steady_pressure(ctx, s, NULL, damping, &s->mg_d) : PD_OK;
 }
 
 static void pdi_steady_compact_list(pdi_owner *owner, void *object)
@@ -25994,12 +26040,18 @@ static void pdi_steady_compact_list(pdi_owner *owner, void *object)
     pdi_compact_face_list(owner, object);
 }
 
-static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
+/* `fill` with what coefficients pass through. */
+static pd_status pdi_steady_lent(pd_ctx *ctx, pd_steady *s, pd_status (*fill)(pd_ctx *ctx, pd_steady *s))
 {
     pd_arena *arena = pdi_steady_arena(s);
-    s->shift = shift;
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_steady_compact_list, &s->compact));
-    return pdi_arena_return(ctx, arena, pdi_steady_compact_list, &s->compact, pdi_steady_fill(ctx, s));
+    return pdi_arena_return(ctx, arena, pdi_steady_compact_list, &s->compact, fill(ctx, s));
+}
+
+static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
+{
+    s->shift = shift;
+    return pdi_steady_lent(ctx, s, pdi_steady_fill);
 }
 
 /* Largest residuals of s->residual: against the tolerance, and for reports. */
@@ -26249,6 +26301,7 @@ PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
         PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
         s->mg_u.fields = s->jacobian.along; /* cycles and products take turns */
+        s->poisson = 0;
         for (int k = 0, count = pdi_steady_multigrids(s, mg); k < count; k++) pdi_multigrid_open(mg[k]);
     }
     s->held++;
@@ -26349,7 +26402,7 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     int64_t split = (int64_t)PD_DIM * total;
     pdi_par_axpy(ctx, total, pdi_steady_strain(flow) - 1.0, s->residual + split, s->residual + split);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, -1.0, s->residual + split);
-    PDI_TRY(pdi_steady_setup(ctx, s, s->shift));
+    PDI_TRY(pdi_steady_lent(ctx, s, pdi_steady_potentials));
     k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
     pd_status status = pdi_steady_linear(ctx, s, k, PD_DIM, pdi_steady_laplacian, pdi_steady_poisson, &linear);
     /* compact pockets that long bonds join to the rest spoil the cycle */
@@ -32957,9 +33010,7 @@ static double pdi_flux_section_gain(const pdi_flux_section *section, int axis, i
     int fed[2] = {0, 0};
     if (t->bonds->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
     for (int32_t node = 0; node < t->bonds->grid->total; node++) {
-        int i[PD_DIM];
-        pdi_grid_index(t->bonds->grid, node, i);
-        int behind = i[axis] >= index;
+        int behind = pdi_grid_along(t->bonds->grid, node, axis) >= index;
         if (t->bonds->grid->kind[node] == PD_INLET) fed[behind] = 1;
         if (t->bonds->grid->kind[node] != PD_FLUID) continue;
         pdi_sum_add(&sum[behind], section->anti[node] * pdi_grid_circumference(t->bonds->grid, node));
@@ -33744,6 +33795,11 @@ PDI_FN void pdi_bounds_take_all(const pd_grid *grid, uint8_t kind, const double 
     }
 }
 
+PDI_FN void pdi_bounds_take_inlets(const pd_ghosts *ghosts, const double *x, pdi_bounds *b)
+{
+    for (int32_t k = ghosts->count; k < ghosts->listed; k++) pdi_bounds_take(x[ghosts->node[k]], b);
+}
+
 PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *b)
 {
     pdi_bounds of = {0.0, 0.0};
@@ -34434,8 +34490,8 @@ static int pdi_transport_measure(pd_transport *t)
     double had = t->size;
     pdi_bounds of = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, t->c, &of);
-    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
-    t->size = pdi_max(had, pdi_min(pdi_max(of.high, -of.low), t->most));
+    pdi_bounds_take_inlets(&t->bonds->ghosts, t->c, &of);
+    t->size = fmax(had, fmin(fmax(of.high, -of.low), t->most));
     return t->size > had;
 }
 
@@ -34509,7 +34565,7 @@ PDI_FN void pdi_transport_bounds(const pd_transport *t, const double *start, dou
     b->high = pdi_max(t->passed[1], 0.0);
     pdi_bounds source = {0.0, 0.0}, absorb = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, start, b);
-    if (pdi_boundary_any(t->grid)) pdi_bounds_take_all(t->grid, PD_INLET, t->c, b);
+    pdi_bounds_take_inlets(&t->bonds->ghosts, t->c, b);
     pdi_bounds_take_all(t->grid, PD_FLUID, t->source, &source);
     pdi_bounds_take_all(t->grid, PD_FLUID, t->absorb, &absorb);
     if (source.low < 0.0) b->low = -HUGE_VAL;
@@ -34792,7 +34848,7 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
 static void pdi_transport_pass(pd_transport *t)
 {
     pdi_bounds of = {t->passed[0], t->passed[1]};
-    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    pdi_bounds_take_inlets(&t->bonds->ghosts, t->c, &of);
     t->passed[0] = of.low;
     t->passed[1] = of.high;
     if (!t->diffusion.wall_rate) return;
@@ -53632,11 +53688,9 @@ static void pdi_measure_faces(const pd_bonds *bonds, const pd_flow *flow, const 
     pdi_sum pressure = {0.0, 0.0}, mean = {0.0, 0.0}, stream = {0.0, 0.0}, carried = {0.0, 0.0};
     double faces = 0.0;
     for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
         int32_t before = node - grid->stride[axis];
-        if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
-        if (i[axis] != index || grid->kind[before] != PD_FLUID) continue;
+        if (grid->kind[node] != PD_FLUID || pdi_grid_along(grid, node, axis) != index) continue;
+        if (grid->kind[before] != PD_FLUID) continue;
         double c = transport ? 0.5 * (transport->c[before] + transport->c[node]) : 0.0;
         double face = 0.5 * (pdi_grid_circumference(grid, before) + pdi_grid_circumference(grid, node));
         faces += face;
@@ -55193,7 +55247,7 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 #include <string.h>
 
 #define PDI_ZLIB_WINDOW 32768 /* [byte] how far back a match may lie */
-#define PDI_ZLIB_CHAIN 192      /* candidates looked at per position */
+#define PDI_ZLIB_CHAIN 64       /* candidates looked at per position */
 #define PDI_ZLIB_MAX_MATCH 258 /* [byte] longest match */
 #define PDI_ZLIB_BLOCK 16384    /* symbols per block */
 #define PDI_ZLIB_LONG 64        /* such a match is good enough; inside of it, few positions begin another */
@@ -55203,6 +55257,9 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 #define PDI_ZLIB_LENGTH_CODES 19 /* symbols of code lengths */
 #define PDI_ZLIB_FIXED 288 /* symbols of the fixed code */
 #define PDI_ZLIB_CRC_LONG 8192 /* [byte] from which tables for a checksum pay */
+#define PDI_ZLIB_PIECE 262144 /* [byte] what one thread packs at a time */
+#define PDI_ZLIB_BEFORE 8192 /* [byte] in front of a piece that its first matches may lie in */
+#define PDI_ZLIB_TEAM 4 /* threads that pack, at most: each takes half a megabyte */
 
 /* Order in which a dynamic block lists the lengths of its length codes (RFC 1951, 3.2.7). */
 static const uint8_t pdi_zlib_order[PDI_ZLIB_LENGTH_CODES] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
@@ -55274,23 +55331,39 @@ PDI_FN uint32_t pdi_zlib_crc(uint32_t crc, const uint8_t *data, size_t size)
 
 PDI_FN uint32_t pdi_zlib_adler(const uint8_t *data, size_t size)
 {
+    enum { lanes = 16 };
     uint32_t a = 1, b = 0;
     while (size) {
-        size_t n = size < 5552 ? size : 5552; /* the longest run whose sums fit 32 bits */
+        /* 5552: the longest run whose sums fit 32 bits */
+        uint32_t n = size < 5552 ? (uint32_t)size : 5552, rows = n / lanes, sum[lanes] = {0}, ramp[lanes] = {0};
+        uint64_t more = 0; /* what the bytes add to b beside the running sum a */
+        uint32_t all = 0;
         size -= n;
-        uint32_t sum = 0, ramp = 0; /* what the running sum a adds to b, byte by byte: a loop of vectors */
-        for (uint32_t i = 0; i < n; i++) {
-            sum += data[i];
-            ramp += ((uint32_t)n - i) * data[i];
+        b += (uint32_t)((uint64_t)n * a % 65521);
+        for (uint32_t row = 0; row < rows; row++, data += lanes)
+            for (int l = 0; l < lanes; l++) {
+                ramp[l] += sum[l];
+                sum[l] += data[l];
+            }
+        for (uint32_t l = 0; l < lanes; l++) {
+            all += sum[l];
+            more += (uint64_t)lanes * ramp[l] + (uint64_t)(n - lanes * (rows - 1) - l) * sum[l];
         }
-        data += n;
-        b = (uint32_t)(((uint64_t)b + (uint64_t)n * a + ramp) % 65521);
-        a = (a + sum) % 65521;
+        for (uint32_t left = n - lanes * rows; left; left--, data++) {
+            all += *data;
+            more += left * *data;
+        }
+        b = (uint32_t)((b + more) % 65521);
+        a = (a + all) % 65521;
     }
     return b << 16 | a;
 }
 
 /* ---- compression ---- */
+
+/* [byte] A piece has at most 17 blocks, each no longer than stored. A block that is too long to be stored has 31 bits a
+ * symbol at most with fixed codes, which is less than its bytes. */
+#define PDI_ZLIB_ROOM (PDI_ZLIB_PIECE + 256)
 
 typedef struct pdi_zlib_writer {
     int32_t head[PDI_ZLIB_WINDOW]; /* last position with this hash, -1: none */
@@ -55301,9 +55374,11 @@ typedef struct pdi_zlib_writer {
     uint32_t literal_freq[PDI_ZLIB_LITERALS + 2], distance_freq[PDI_ZLIB_DISTANCES];
     uint64_t bits; /* not yet written */
     int bit_count;
-    pdi_bytes *out;
+    uint8_t out[PDI_ZLIB_ROOM];
+    size_t used; /* of out */
     const uint8_t *data;
-    size_t size;
+    size_t start, size; /* of the piece: the data behind do not count */
+    uint32_t adler;
 } pdi_zlib_writer;
 
 typedef struct pdi_zlib_codes {
@@ -55355,13 +55430,12 @@ static pdi_zlib_split pdi_zlib_distance_code(uint32_t distance)
     return s;
 }
 
-/* Room for the bits is reserved by the block writer. */
 static void pdi_zlib_put(pdi_zlib_writer *s, uint32_t value, int count)
 {
     s->bits |= (uint64_t)value << s->bit_count;
     s->bit_count += count;
     while (s->bit_count >= 8) {
-        s->out->data[s->out->size++] = (uint8_t)s->bits;
+        s->out[s->used++] = (uint8_t)s->bits;
         s->bits >>= 8;
         s->bit_count -= 8;
     }
@@ -55536,19 +55610,16 @@ static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
     if (s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
     pdi_zlib_put(s, (uint32_t)length, 16);
     pdi_zlib_put(s, ~(uint32_t)length & 0xffff, 16);
-    memcpy(s->out->data + s->out->size, s->data + s->block_start, length);
-    s->out->size += length;
+    if (length) memcpy(s->out + s->used, s->data + s->block_start, length);
+    s->used += length;
 }
 
 /* Write what was collected, as the shortest of the three kinds of block. `end`: input position behind it. */
-static pd_status pdi_zlib_flush(pd_ctx *ctx, pdi_zlib_writer *s, size_t end, int last)
+static void pdi_zlib_flush(pdi_zlib_writer *s, size_t end, int last)
 {
     pdi_zlib_codes dynamic, fixed;
     pdi_zlib_header header;
     size_t length = end - s->block_start;
-    /* At most 48 bits a symbol, or the stored bytes; headers stay below 1 KiB. */
-    size_t room = (size_t)s->symbol_count * 6 + 1024;
-    PDI_TRY(pdi_bytes_reserve(ctx, s->out, room + (length < 65536 ? length : 0)));
     s->literal_freq[256] = 1;
     pdi_zlib_fixed(&fixed);
     uint64_t fixed_bits = pdi_zlib_cost(s, &fixed), stored_bits = ((uint64_t)length + 5) * 8, extra_bits = 0;
@@ -55582,7 +55653,7 @@ static pd_status pdi_zlib_flush(pd_ctx *ctx, pdi_zlib_writer *s, size_t end, int
     memset(s->distance_freq, 0, sizeof s->distance_freq);
     s->symbol_count = 0;
     s->block_start = end;
-    return PD_OK;
+    PD_ASSERT(s->used + 8 <= PDI_ZLIB_ROOM);
 }
 
 static void pdi_zlib_insert(pdi_zlib_writer *s, size_t at)
@@ -55634,24 +55705,23 @@ static uint32_t pdi_zlib_match(const pdi_zlib_writer *s, size_t at, uint32_t *di
     return best < 3 || (best == 3 && *distance > 4096) ? 0 : best;
 }
 
-static pd_status pdi_zlib_symbol(pd_ctx *ctx, pdi_zlib_writer *s, uint32_t length, uint32_t distance, size_t end)
+static void pdi_zlib_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t distance, size_t end)
 {
     s->symbols[s->symbol_count++] = distance << 16 | length;
     if (distance) {
         s->literal_freq[pdi_zlib_length_code(length).code]++;
         s->distance_freq[pdi_zlib_distance_code(distance).code]++;
     } else s->literal_freq[length]++;
-    if (s->symbol_count == PDI_ZLIB_BLOCK) return pdi_zlib_flush(ctx, s, end, 0);
-    return PD_OK;
+    if (s->symbol_count == PDI_ZLIB_BLOCK) pdi_zlib_flush(s, end, 0);
 }
 
-static pd_status pdi_zlib_pack(pd_ctx *ctx, pdi_zlib_writer *s)
+static void pdi_zlib_pack(pdi_zlib_writer *s)
 {
-    size_t at = 0;
+    size_t at = s->start;
     uint32_t length = 0, distance = 0;
-    if (s->size) {
-        pdi_zlib_insert(s, 0);
-        length = pdi_zlib_match(s, 0, &distance);
+    if (at < s->size) {
+        pdi_zlib_insert(s, at);
+        length = pdi_zlib_match(s, at, &distance);
     }
     while (at < s->size) {
         uint32_t next = 0, next_distance = 0;
@@ -55660,7 +55730,7 @@ static pd_status pdi_zlib_pack(pd_ctx *ctx, pdi_zlib_writer *s)
             if (length < PDI_ZLIB_LONG) next = pdi_zlib_match(s, at + 1, &next_distance);
         }
         if (length >= 3 && length >= next) {
-            PDI_TRY(pdi_zlib_symbol(ctx, s, length, distance, at + length));
+            pdi_zlib_symbol(s, length, distance, at + length);
             for (uint32_t k = length < PDI_ZLIB_LONG ? 2 : length - PDI_ZLIB_ENDING; k < length; k++)
                 pdi_zlib_insert(s, at + k);
             at += length;
@@ -55670,13 +55740,60 @@ static pd_status pdi_zlib_pack(pd_ctx *ctx, pdi_zlib_writer *s)
                 length = pdi_zlib_match(s, at, &distance);
             }
         } else {
-            PDI_TRY(pdi_zlib_symbol(ctx, s, s->data[at], 0, at + 1));
+            pdi_zlib_symbol(s, s->data[at], 0, at + 1);
             at++;
             length = next;
             distance = next_distance;
         }
     }
-    return pdi_zlib_flush(ctx, s, s->size, 1);
+}
+
+/* Piece k of `size` bytes. All but the last one end with a stored block of no bytes, and so with a whole byte. */
+static void pdi_zlib_piece(pdi_zlib_writer *s, const uint8_t *data, size_t size, size_t k)
+{
+    int last = size - k * PDI_ZLIB_PIECE <= PDI_ZLIB_PIECE;
+    memset(s->head, 0xff, sizeof s->head);
+    s->used = 0;
+    s->bit_count = 0;
+    s->bits = 0;
+    s->data = data;
+    s->block_start = s->start = k * PDI_ZLIB_PIECE;
+    s->size = last ? size : s->start + PDI_ZLIB_PIECE;
+    for (size_t at = k ? s->start - PDI_ZLIB_BEFORE : 0; at < s->start; at++) pdi_zlib_insert(s, at);
+    pdi_zlib_pack(s);
+    if (last || s->symbol_count) pdi_zlib_flush(s, s->size, last);
+    if (!last) pdi_zlib_put(s, 0, 3);
+    if (!last) pdi_zlib_write_stored(s, 0);
+    else if (s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
+    s->adler = pdi_zlib_adler(data + s->start, s->size - s->start);
+}
+
+/* Adler-32 of data and of `size` more bytes, from that of either. */
+static uint32_t pdi_zlib_join(uint32_t adler, uint32_t more, size_t size)
+{
+    uint32_t a = adler & 0xffff, b = adler >> 16, n = (uint32_t)(size % 65521);
+    b = (uint32_t)((b + (more >> 16) + (uint64_t)n * (a + 65520)) % 65521); /* each byte adds a, and has counted 1 */
+    a = (a + (more & 0xffff) + 65520) % 65521;
+    return b << 16 | a;
+}
+
+/* Pieces side by side, as many at a time as there are writers. */
+static pd_status pdi_zlib_pieces(pd_ctx *ctx, pdi_zlib_writer *writer, int writers, const uint8_t *data, size_t size,
+                                 pdi_bytes *out)
+{
+    size_t pieces = size ? (size - 1) / PDI_ZLIB_PIECE + 1 : 1;
+    uint32_t adler = 1;
+    for (size_t k = 0; k < pieces; k += (size_t)writers) {
+        int count = pieces - k < (size_t)writers ? (int)(pieces - k) : writers;
+        PDI_PARALLEL_FOR(writers)
+        for (int w = 0; w < count; w++) pdi_zlib_piece(&writer[w], data, size, k + (size_t)w);
+        for (int w = 0; w < count; w++) {
+            PDI_TRY(pdi_bytes_add(ctx, out, writer[w].out, writer[w].used));
+            adler = pdi_zlib_join(adler, writer[w].adler, writer[w].size - writer[w].start);
+        }
+    }
+    uint8_t tail[4] = {(uint8_t)(adler >> 24), (uint8_t)(adler >> 16), (uint8_t)(adler >> 8), (uint8_t)adler};
+    return pdi_bytes_add(ctx, out, tail, sizeof tail);
 }
 
 PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size, pdi_bytes *out)
@@ -55685,19 +55802,14 @@ PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size,
     if (size > (size_t)1 << 30)
         return pdi_fail(ctx, PD_ERR_SIZE, "zlib", "%.0f bytes are too many for one stream", (double)size);
     PDI_TRY(pdi_bytes_add(ctx, out, zlib_head, sizeof zlib_head));
-    pdi_zlib_writer *s = NULL;
-    PDI_TRY(PDI_NEW(ctx, "zlib", 1, s));
-    memset(s->head, 0xff, sizeof s->head);
-    s->out = out;
-    s->data = data;
-    s->size = size;
-    pd_status status = pdi_zlib_pack(ctx, s);
-    if (status == PD_OK && s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
-    PDI_DELETE(ctx, 1, s);
-    if (status != PD_OK) return status;
-    uint32_t adler = pdi_zlib_adler(data, size);
-    uint8_t tail[4] = {(uint8_t)(adler >> 24), (uint8_t)(adler >> 16), (uint8_t)(adler >> 8), (uint8_t)adler};
-    return pdi_bytes_add(ctx, out, tail, sizeof tail);
+    int pieces = (int)(size / PDI_ZLIB_PIECE) + 1, writers = pdi_par_threads(ctx, (int64_t)size);
+    if (writers > PDI_ZLIB_TEAM) writers = PDI_ZLIB_TEAM;
+    if (writers > pieces) writers = pieces;
+    pdi_zlib_writer *writer = NULL;
+    PDI_TRY(PDI_NEW(ctx, "zlib", writers, writer));
+    pd_status status = pdi_zlib_pieces(ctx, writer, writers, data, size, out);
+    PDI_DELETE(ctx, writers, writer);
+    return status;
 }
 
 /* ---- decompression ---- */
@@ -57500,8 +57612,16 @@ PDI_FN void pdi_canvas_fill(pdi_canvas *canvas, int left, int top, int right, in
         pdi_svg_rectangle(canvas->svg, left, top, right - left, bottom - top, colour);
         return;
     }
-    for (int y = top; y < bottom; y++)
-        for (int x = left; x < right; x++) pdi_canvas_blend(canvas, x, y, colour, 1.0);
+    left = left > canvas->left ? left : canvas->left;
+    right = right < canvas->right ? right : canvas->right;
+    top = top > canvas->top ? top : canvas->top;
+    bottom = bottom < canvas->bottom ? bottom : canvas->bottom;
+    if (left >= right || top >= bottom) return;
+    size_t stride = 3 * (size_t)canvas->image.width, bytes = 3 * (size_t)(right - left);
+    uint8_t *first = canvas->image.pixels + (size_t)top * stride + 3 * (size_t)left;
+    for (size_t at = 0; at < bytes; at += 3)
+        for (int c = 0; c < 3; c++) first[at + (size_t)c] = (uint8_t)(colour >> (16 - 8 * c));
+    for (int y = top + 1; y < bottom; y++) memcpy(first + (size_t)(y - top) * stride, first, bytes);
 }
 
 PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour)
@@ -57568,15 +57688,16 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
     /* Walk along the longer axis and paint the short span across the stroke. */
     double across = reach * 1.5;
     for (int i = (int)floor(from - reach); i <= (int)ceil(to + reach); i++) {
-        double along = pdi_min(pdi_max(i + 0.5, from), to), centre;
+        double along = i + 0.5 < from ? from : i + 0.5 > to ? to : i + 0.5, centre;
         if (steep) centre = dy != 0 ? xa + (along - ya) * dx / dy : xa;
         else centre = dx != 0 ? ya + (along - xa) * dy / dx : ya;
         for (int j = (int)floor(centre - across); j <= (int)ceil(centre + across); j++) {
             int x = steep ? j : i, y = steep ? i : j;
             double cover = width / 2 + 0.5 - pdi_canvas_distance(x + 0.5, y + 0.5, xa, ya, dx, dy);
             if (!(cover > 0)) continue;
-            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, pdi_min(cover, 1.0));
-            else pdi_canvas_blend(canvas, x, y, colour, pdi_min(cover, 1.0));
+            if (cover > 1.0) cover = 1.0;
+            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, cover);
+            else pdi_canvas_blend(canvas, x, y, colour, cover);
         }
     }
 }
@@ -58065,11 +58186,11 @@ static uint32_t pdi_colour_srgb(pdi_colour_lab c)
 static pdi_colour_lab pdi_colour_polar(double lightness, double chroma, double hue)
 {
     pdi_colour_lab c;
-    double rgb[3];
+    double rgb[3], along = cos(hue * PDI_COLOUR_DEGREE), across = sin(hue * PDI_COLOUR_DEGREE);
     for (;; chroma *= 0.995) {
         c.l = lightness;
-        c.a = chroma * cos(hue * PDI_COLOUR_DEGREE);
-        c.b = chroma * sin(hue * PDI_COLOUR_DEGREE);
+        c.a = chroma * along;
+        c.b = chroma * across;
         if (chroma < 1e-3 || pdi_colour_linear(c, rgb)) return c;
     }
 }
@@ -59273,13 +59394,16 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     return pdi_bar_colour(table, pdi_ticks_place(&l->axis_bar, value));
 }
 
-static void pdi_picture_pixels(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int left,
-                               int top, pdi_canvas *canvas)
+static void pdi_picture_pixels(const pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l,
+                               const uint32_t *table, int left, int top, pdi_canvas *canvas)
 {
-    for (int y = 0; y < l->y.pixels; y += l->y.each)
+    int nt = pdi_par_threads(ctx, (int64_t)p->nx * p->ny * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int row = 0; row < (l->y.pixels + l->y.each - 1) / l->y.each; row++)
         for (int x = 0; x < l->x.pixels; x += l->x.each) {
+            int y = row * l->y.each, bottom = top + l->y.pixels - y;
             uint32_t colour = pdi_picture_colour(p, l, table, x, y);
-            int bottom = top + l->y.pixels - y;
             pdi_canvas_fill(canvas, left + x, bottom - l->y.each, left + x + l->x.each, bottom, colour);
         }
 }
@@ -59380,10 +59504,10 @@ static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_p
                                    pdi_canvas *canvas)
 {
     pdi_canvas cells;
-    if (!canvas->svg) pdi_picture_pixels(p, l, table, l->left, l->top, canvas);
+    if (!canvas->svg) pdi_picture_pixels(ctx, p, l, table, l->left, l->top, canvas);
     else {
         PDI_TRY(pdi_canvas_init(ctx, l->x.pixels, l->y.pixels, &cells));
-        pdi_picture_pixels(p, l, table, 0, 0, &cells);
+        pdi_picture_pixels(ctx, p, l, table, 0, 0, &cells);
         pdi_canvas_image(canvas, l->left, l->top, &cells.image);
         pdi_image_free(ctx, &cells.image);
     }
@@ -73787,7 +73911,7 @@ PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p)
 /* [byte] A plot: pixels, filtered rows, the packed file and the state of the packer. */
 #define PDI_FOOTPRINT_PLOT 5.7e6
 /* [byte] The state of the packer alone. */
-#define PDI_FOOTPRINT_PACK 0.55e6
+#define PDI_FOOTPRINT_PACK 0.65e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_FOOTPRINT_BASE 0.22e6
 /* Basis vectors by which solves at rest grow. */
@@ -76453,8 +76577,9 @@ static void pdi_images_velocities(pd_images *im)
 /* The field of this instant. */
 static void pdi_images_fill(pd_images *im, pd_field field)
 {
-    for (int64_t k = 0; k < im->cells; k++) {
-        int32_t node = pdi_images_node(im, k);
+    int32_t node = 0, step = im->model->grid.stride[im->right];
+    for (int64_t k = 0; k < im->cells; k++, node += step) {
+        if (k % im->nx == 0) node = pdi_images_node(im, k);
         im->cell[k] = pdi_images_round(pdi_sample_node(im->model, field, node));
         im->paint[k] = (uint8_t)pdi_images_paint(im->model, field, node);
     }
@@ -76492,8 +76617,8 @@ static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *h
         double value = surface ? (double)im->sight.value[k] : im->cell[k];
         if (!surface && im->paint[k] != PD_PAINT_FIELD) continue;
         if (isnan(value) || (pdi_images_log(im, field) && !(value > 0.0))) continue;
-        *lo = pdi_min(*lo, value);
-        *hi = pdi_max(*hi, value);
+        if (value < *lo) *lo = value;
+        if (value > *hi) *hi = value;
         if (im->sorted) im->sorted[count] = value;
         count++;
     }

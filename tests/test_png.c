@@ -82,6 +82,50 @@ TEST(packed_data_come_back_and_are_as_small_as_those_of_zlib)
     CHECK_INT(ctx.in_use, 0);
 }
 
+/* Pieces of 262144 bytes are packed side by side: the same stream for any number of threads. */
+TEST(pieces_of_a_stream_come_back_whatever_the_threads)
+{
+    enum { PIECE = 262144, N = 3 * PIECE + 1 };
+    static const int sizes[] = {PIECE - 1, PIECE, PIECE + 1, 2 * PIECE, N};
+    static uint8_t data[N], back[N];
+    for (int kind = 0; kind < 4; kind++) {
+        if (kind < 3) generate(kind, data, N);
+        else memset(data, 7, N);
+        for (int k = 0; k < 5; k++) {
+            pdi_bytes one = {NULL, 0, 0}, more = {NULL, 0, 0};
+            pd_ctx ctx;
+            size_t size = (size_t)sizes[k];
+            pd_ctx_init(&ctx);
+            ctx.threads = 1;
+            if (!CHECK_OK(&ctx, pdi_zlib_deflate(&ctx, data, size, &one))) return;
+            if (!CHECK_OK(&ctx, pdi_zlib_inflate(&ctx, "here", one.data, one.size, back, size))) return;
+            CHECK(memcmp(data, back, size) == 0);
+            CHECK_LE((double)one.size, (double)size * 1.001);
+            ctx.threads = 3;
+            if (!CHECK_OK(&ctx, pdi_zlib_deflate(&ctx, data, size, &more))) return;
+            if (CHECK_INT(more.size, one.size)) CHECK(memcmp(one.data, more.data, one.size) == 0);
+            pdi_bytes_free(&ctx, &one);
+            pdi_bytes_free(&ctx, &more);
+            CHECK_INT(ctx.in_use, 0);
+        }
+    }
+}
+
+/* Sums of the definition (RFC 1950), byte by byte. */
+TEST(the_checksum_is_that_of_its_definition)
+{
+    static uint8_t data[12000];
+    uint32_t a = 1, b = 0;
+    memset(data, 255, sizeof data); /* the largest sums */
+    for (size_t n = 0; n <= sizeof data; n++) {
+        if (n < 100 || n % 1388 < 2 || n == sizeof data) CHECK_INT(pdi_zlib_adler(data, n), b << 16 | a);
+        if (n == sizeof data) break;
+        if (n > 9000) data[n] = (uint8_t)(n * n >> 3);
+        a = (a + data[n]) % 65521;
+        b = (b + a) % 65521;
+    }
+}
+
 /* 400 bytes packed by zlib with dynamic codes. */
 static const uint8_t dynamic_stream[] = {
     0x78, 0xDA, 0x15, 0xCE, 0xA1, 0x2F, 0x87, 0x41, 0x1C, 0xC7, 0xF1, 0xDF, 0xF6, 0xE5, 0xD9, 0x1E, 0xBB, 0xB9,
@@ -357,7 +401,9 @@ TEST(cut_and_damaged_files_are_refused)
 }
 
 TEST_MAIN(ENTRY(checksums_have_their_published_values) ENTRY(a_stream_of_zlib_is_unpacked)
-          ENTRY(packed_data_come_back_and_are_as_small_as_those_of_zlib) ENTRY(damaged_streams_are_refused_as_by_zlib)
+          ENTRY(packed_data_come_back_and_are_as_small_as_those_of_zlib)
+          ENTRY(pieces_of_a_stream_come_back_whatever_the_threads)
+          ENTRY(the_checksum_is_that_of_its_definition) ENTRY(damaged_streams_are_refused_as_by_zlib)
           ENTRY(images_come_back) ENTRY(an_image_that_cannot_be_written_is_refused)
           ENTRY(gray_is_luminance_over_white_paper) ENTRY(few_bits_and_palettes_are_expanded)
           ENTRY(what_is_not_supported_is_said) ENTRY(cut_and_damaged_files_are_refused))

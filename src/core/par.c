@@ -222,6 +222,26 @@ static void pdi_par_round(int64_t n, double a, double *v, int16_t *integer, floa
     }
 }
 
+/* The share of one thread. */
+static void pdi_par_scaled(int64_t n, double a, double *PD_RESTRICT v, double *PD_RESTRICT kept,
+                           float *PD_RESTRICT single)
+{
+    PDI_FOR
+    for (int64_t b = 0; b < pdi_par_blocks(n); b++) {
+        int64_t lo = b * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
+        for (int64_t i = lo; i < hi; i++) v[i] *= a;
+        for (int64_t i = lo; kept && i < hi; i++) kept[i] = v[i];
+        for (int64_t i = lo; single && i < hi; i++) single[i] = (float)v[i];
+        for (int64_t i = lo; single && i < hi; i++) v[i] = (double)single[i];
+    }
+}
+
+PDI_FN void pdi_par_keep(const pd_ctx *ctx, int64_t n, double a, double *v, double *kept, float *single)
+{
+    int nt = pdi_par_threads(ctx, n);
+    PDI_SHARE(nt, pdi_par_scaled(n, a, v, kept, single));
+}
+
 PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale)
 {
     int nt = pdi_par_threads(ctx, n);

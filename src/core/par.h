@@ -120,6 +120,8 @@ PDI_FN void pdi_par_block_axpys(int64_t n, int64_t block, int count, const doubl
                                 double *w);
 /* v = a v as integers of 16 bits with scales, the largest of a block INT16_MAX, and v what they stand for. */
 PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale);
+/* v = a v, kept in double precision; or in single precision, to which v is rounded. The other one is NULL. */
+PDI_FN void pdi_par_keep(const pd_ctx *ctx, int64_t n, double a, double *v, double *kept, float *single);
 /* max |x|; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 /* y += a x, and y = x, and y = 0. */

@@ -22,11 +22,9 @@ static void pdi_measure_faces(const pd_bonds *bonds, const pd_flow *flow, const 
     pdi_sum pressure = {0.0, 0.0}, mean = {0.0, 0.0}, stream = {0.0, 0.0}, carried = {0.0, 0.0};
     double faces = 0.0;
     for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
         int32_t before = node - grid->stride[axis];
-        if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
-        if (i[axis] != index || grid->kind[before] != PD_FLUID) continue;
+        if (grid->kind[node] != PD_FLUID || pdi_grid_along(grid, node, axis) != index) continue;
+        if (grid->kind[before] != PD_FLUID) continue;
         double c = transport ? 0.5 * (transport->c[before] + transport->c[node]) : 0.0;
         double face = 0.5 * (pdi_grid_circumference(grid, before) + pdi_grid_circumference(grid, node));
         faces += face;

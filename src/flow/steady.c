@@ -133,37 +133,53 @@ static void pdi_steady_apply(void *user, const double *x, double *y)
     pdi_steady_jacobian(u->ctx, u->steady, step, y);
 }
 
-/* The coefficients of one multigrid after the other pass through `compact`. */
-static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
+/* Coefficients of pressures pass through `compact`, and on to a multigrid. */
+static pd_status pdi_steady_pressure(pd_ctx *ctx, pd_steady *s, const pd_media *media, double mass, pd_multigrid *mg)
 {
-    pdi_compact_faces velocity, pressure;
-    pdi_compact_convection moving, resting;
-    velocity.closed = velocity.inlet = 1;
-    velocity.outlet = 0;
-    velocity.walls = s->flow->bonds;
+    pdi_compact_faces pressure;
+    pdi_compact_convection resting;
+    pd_compact *c = &s->compact;
     pressure.closed = pressure.inlet = 0;
     pressure.outlet = 1;
     pressure.walls = NULL;
+    resting.spread = resting.u = NULL;
+    pdi_compact_fill(ctx, 1.0, media, &resting, mass, &pressure, c);
+    return pdi_multigrid_setup(ctx, mg, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
+}
+
+/* That of the Laplacian depends on the geometry alone. */
+static pd_status pdi_steady_potentials(pd_ctx *ctx, pd_steady *s)
+{
+    if (s->poisson == s->flow->bonds->version) return PD_OK;
+    PDI_TRY(pdi_steady_pressure(ctx, s, NULL, 0.0, &s->mg_p));
+    s->poisson = s->flow->bonds->version;
+    return PD_OK;
+}
+
+/* One multigrid after the other. */
+static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
+{
+    pdi_compact_faces velocity;
+    pdi_compact_convection moving;
+    velocity.closed = velocity.inlet = 1;
+    velocity.outlet = 0;
+    velocity.walls = s->flow->bonds;
     moving.u = s->flow->u;
-    moving.spread = resting.spread = resting.u = NULL;
+    moving.spread = NULL;
     pd_compact *c = &s->compact;
     pd_media seep;
     memset(&seep, 0, sizeof seep);
     seep.at = s->advecting;
     pdi_precond_mobility(ctx, s->flow, s->shift, seep.at);
     pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
-    pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, c);
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_seep, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass));
+    PDI_TRY(pdi_steady_pressure(ctx, s, &seep, 0.0, &s->mg_seep));
     pdi_compact_fill(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, c);
     PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conduct,
                                 (const float *const *)c->flux, c->wall, c->mass));
-    pdi_compact_fill(ctx, 1.0, NULL, &resting, 0.0, &pressure, c);
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_p, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass));
+    PDI_TRY(pdi_steady_potentials(ctx, s));
     double damping = pdi_precond_damping(s->flow, s->shift);
     s->damped = s->timed && damping > 0.0;
-    if (!s->damped) return PD_OK;
-    pdi_compact_fill(ctx, 1.0, NULL, &resting, damping, &pressure, c);
-    return pdi_multigrid_setup(ctx, &s->mg_d, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
+    return s->damped ? pdi_steady_pressure(ctx, s, NULL, damping, &s->mg_d) : PD_OK;
 }
 
 static void pdi_steady_compact_list(pdi_owner *owner, void *object)
@@ -172,12 +188,18 @@ static void pdi_steady_compact_list(pdi_owner *owner, void *object)
     pdi_compact_face_list(owner, object);
 }
 
-static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
+/* `fill` with what coefficients pass through. */
+static pd_status pdi_steady_lent(pd_ctx *ctx, pd_steady *s, pd_status (*fill)(pd_ctx *ctx, pd_steady *s))
 {
     pd_arena *arena = pdi_steady_arena(s);
-    s->shift = shift;
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_steady_compact_list, &s->compact));
-    return pdi_arena_return(ctx, arena, pdi_steady_compact_list, &s->compact, pdi_steady_fill(ctx, s));
+    return pdi_arena_return(ctx, arena, pdi_steady_compact_list, &s->compact, fill(ctx, s));
+}
+
+static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
+{
+    s->shift = shift;
+    return pdi_steady_lent(ctx, s, pdi_steady_fill);
 }
 
 /* Largest residuals of s->residual: against the tolerance, and for reports. */
@@ -427,6 +449,7 @@ PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
         PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
         s->mg_u.fields = s->jacobian.along; /* cycles and products take turns */
+        s->poisson = 0;
         for (int k = 0, count = pdi_steady_multigrids(s, mg); k < count; k++) pdi_multigrid_open(mg[k]);
     }
     s->held++;
@@ -527,7 +550,7 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     int64_t split = (int64_t)PD_DIM * total;
     pdi_par_axpy(ctx, total, pdi_steady_strain(flow) - 1.0, s->residual + split, s->residual + split);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, -1.0, s->residual + split);
-    PDI_TRY(pdi_steady_setup(ctx, s, s->shift));
+    PDI_TRY(pdi_steady_lent(ctx, s, pdi_steady_potentials));
     k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
     pd_status status = pdi_steady_linear(ctx, s, k, PD_DIM, pdi_steady_laplacian, pdi_steady_poisson, &linear);
     /* compact pockets that long bonds join to the rest spoil the cycle */

@@ -147,8 +147,16 @@ PDI_FN void pdi_canvas_fill(pdi_canvas *canvas, int left, int top, int right, in
         pdi_svg_rectangle(canvas->svg, left, top, right - left, bottom - top, colour);
         return;
     }
-    for (int y = top; y < bottom; y++)
-        for (int x = left; x < right; x++) pdi_canvas_blend(canvas, x, y, colour, 1.0);
+    left = left > canvas->left ? left : canvas->left;
+    right = right < canvas->right ? right : canvas->right;
+    top = top > canvas->top ? top : canvas->top;
+    bottom = bottom < canvas->bottom ? bottom : canvas->bottom;
+    if (left >= right || top >= bottom) return;
+    size_t stride = 3 * (size_t)canvas->image.width, bytes = 3 * (size_t)(right - left);
+    uint8_t *first = canvas->image.pixels + (size_t)top * stride + 3 * (size_t)left;
+    for (size_t at = 0; at < bytes; at += 3)
+        for (int c = 0; c < 3; c++) first[at + (size_t)c] = (uint8_t)(colour >> (16 - 8 * c));
+    for (int y = top + 1; y < bottom; y++) memcpy(first + (size_t)(y - top) * stride, first, bytes);
 }
 
 PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour)
@@ -215,15 +223,16 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
     /* Walk along the longer axis and paint the short span across the stroke. */
     double across = reach * 1.5;
     for (int i = (int)floor(from - reach); i <= (int)ceil(to + reach); i++) {
-        double along = pdi_min(pdi_max(i + 0.5, from), to), centre;
+        double along = i + 0.5 < from ? from : i + 0.5 > to ? to : i + 0.5, centre;
         if (steep) centre = dy != 0 ? xa + (along - ya) * dx / dy : xa;
         else centre = dx != 0 ? ya + (along - xa) * dy / dx : ya;
         for (int j = (int)floor(centre - across); j <= (int)ceil(centre + across); j++) {
             int x = steep ? j : i, y = steep ? i : j;
             double cover = width / 2 + 0.5 - pdi_canvas_distance(x + 0.5, y + 0.5, xa, ya, dx, dy);
             if (!(cover > 0)) continue;
-            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, pdi_min(cover, 1.0));
-            else pdi_canvas_blend(canvas, x, y, colour, pdi_min(cover, 1.0));
+            if (cover > 1.0) cover = 1.0;
+            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, cover);
+            else pdi_canvas_blend(canvas, x, y, colour, cover);
         }
     }
 }

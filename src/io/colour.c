@@ -61,11 +61,11 @@ static uint32_t pdi_colour_srgb(pdi_colour_lab c)
 static pdi_colour_lab pdi_colour_polar(double lightness, double chroma, double hue)
 {
     pdi_colour_lab c;
-    double rgb[3];
+    double rgb[3], along = cos(hue * PDI_COLOUR_DEGREE), across = sin(hue * PDI_COLOUR_DEGREE);
     for (;; chroma *= 0.995) {
         c.l = lightness;
-        c.a = chroma * cos(hue * PDI_COLOUR_DEGREE);
-        c.b = chroma * sin(hue * PDI_COLOUR_DEGREE);
+        c.a = chroma * along;
+        c.b = chroma * across;
         if (chroma < 1e-3 || pdi_colour_linear(c, rgb)) return c;
     }
 }

@@ -1,5 +1,6 @@
 /* picture: see picture.h */
 #include "io/picture.h"
+#include "core/par.h"
 #include "io/arrows.h"
 #include "io/bar.h"
 #include "io/canvas.h"
@@ -347,13 +348,16 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     return pdi_bar_colour(table, pdi_ticks_place(&l->axis_bar, value));
 }
 
-static void pdi_picture_pixels(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int left,
-                               int top, pdi_canvas *canvas)
+static void pdi_picture_pixels(const pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l,
+                               const uint32_t *table, int left, int top, pdi_canvas *canvas)
 {
-    for (int y = 0; y < l->y.pixels; y += l->y.each)
+    int nt = pdi_par_threads(ctx, (int64_t)p->nx * p->ny * 8);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int row = 0; row < (l->y.pixels + l->y.each - 1) / l->y.each; row++)
         for (int x = 0; x < l->x.pixels; x += l->x.each) {
+            int y = row * l->y.each, bottom = top + l->y.pixels - y;
             uint32_t colour = pdi_picture_colour(p, l, table, x, y);
-            int bottom = top + l->y.pixels - y;
             pdi_canvas_fill(canvas, left + x, bottom - l->y.each, left + x + l->x.each, bottom, colour);
         }
 }
@@ -454,10 +458,10 @@ static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_p
                                    pdi_canvas *canvas)
 {
     pdi_canvas cells;
-    if (!canvas->svg) pdi_picture_pixels(p, l, table, l->left, l->top, canvas);
+    if (!canvas->svg) pdi_picture_pixels(ctx, p, l, table, l->left, l->top, canvas);
     else {
         PDI_TRY(pdi_canvas_init(ctx, l->x.pixels, l->y.pixels, &cells));
-        pdi_picture_pixels(p, l, table, 0, 0, &cells);
+        pdi_picture_pixels(ctx, p, l, table, 0, 0, &cells);
         pdi_canvas_image(canvas, l->left, l->top, &cells.image);
         pdi_image_free(ctx, &cells.image);
     }

@@ -1,9 +1,10 @@
 /* zlib: see zlib.h */
 #include "io/zlib.h"
+#include "core/par.h"
 #include <string.h>
 
 #define PDI_ZLIB_WINDOW 32768 /* [byte] how far back a match may lie */
-#define PDI_ZLIB_CHAIN 192      /* candidates looked at per position */
+#define PDI_ZLIB_CHAIN 64       /* candidates looked at per position */
 #define PDI_ZLIB_MAX_MATCH 258 /* [byte] longest match */
 #define PDI_ZLIB_BLOCK 16384    /* symbols per block */
 #define PDI_ZLIB_LONG 64        /* such a match is good enough; inside of it, few positions begin another */
@@ -13,6 +14,9 @@
 #define PDI_ZLIB_LENGTH_CODES 19 /* symbols of code lengths */
 #define PDI_ZLIB_FIXED 288 /* symbols of the fixed code */
 #define PDI_ZLIB_CRC_LONG 8192 /* [byte] from which tables for a checksum pay */
+#define PDI_ZLIB_PIECE 262144 /* [byte] what one thread packs at a time */
+#define PDI_ZLIB_BEFORE 8192 /* [byte] in front of a piece that its first matches may lie in */
+#define PDI_ZLIB_TEAM 4 /* threads that pack, at most: each takes half a megabyte */
 
 /* Order in which a dynamic block lists the lengths of its length codes (RFC 1951, 3.2.7). */
 static const uint8_t pdi_zlib_order[PDI_ZLIB_LENGTH_CODES] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
@@ -84,23 +88,39 @@ PDI_FN uint32_t pdi_zlib_crc(uint32_t crc, const uint8_t *data, size_t size)
 
 PDI_FN uint32_t pdi_zlib_adler(const uint8_t *data, size_t size)
 {
+    enum { lanes = 16 };
     uint32_t a = 1, b = 0;
     while (size) {
-        size_t n = size < 5552 ? size : 5552; /* the longest run whose sums fit 32 bits */
+        /* 5552: the longest run whose sums fit 32 bits */
+        uint32_t n = size < 5552 ? (uint32_t)size : 5552, rows = n / lanes, sum[lanes] = {0}, ramp[lanes] = {0};
+        uint64_t more = 0; /* what the bytes add to b beside the running sum a */
+        uint32_t all = 0;
         size -= n;
-        uint32_t sum = 0, ramp = 0; /* what the running sum a adds to b, byte by byte: a loop of vectors */
-        for (uint32_t i = 0; i < n; i++) {
-            sum += data[i];
-            ramp += ((uint32_t)n - i) * data[i];
+        b += (uint32_t)((uint64_t)n * a % 65521);
+        for (uint32_t row = 0; row < rows; row++, data += lanes)
+            for (int l = 0; l < lanes; l++) {
+                ramp[l] += sum[l];
+                sum[l] += data[l];
+            }
+        for (uint32_t l = 0; l < lanes; l++) {
+            all += sum[l];
+            more += (uint64_t)lanes * ramp[l] + (uint64_t)(n - lanes * (rows - 1) - l) * sum[l];
         }
-        data += n;
-        b = (uint32_t)(((uint64_t)b + (uint64_t)n * a + ramp) % 65521);
-        a = (a + sum) % 65521;
+        for (uint32_t left = n - lanes * rows; left; left--, data++) {
+            all += *data;
+            more += left * *data;
+        }
+        b = (uint32_t)((b + more) % 65521);
+        a = (a + all) % 65521;
     }
     return b << 16 | a;
 }
 
 /* ---- compression ---- */
+
+/* [byte] A piece has at most 17 blocks, each no longer than stored. A block that is too long to be stored has 31 bits a
+ * symbol at most with fixed codes, which is less than its bytes. */
+#define PDI_ZLIB_ROOM (PDI_ZLIB_PIECE + 256)
 
 typedef struct pdi_zlib_writer {
     int32_t head[PDI_ZLIB_WINDOW]; /* last position with this hash, -1: none */
@@ -111,9 +131,11 @@ typedef struct pdi_zlib_writer {
     uint32_t literal_freq[PDI_ZLIB_LITERALS + 2], distance_freq[PDI_ZLIB_DISTANCES];
     uint64_t bits; /* not yet written */
     int bit_count;
-    pdi_bytes *out;
+    uint8_t out[PDI_ZLIB_ROOM];
+    size_t used; /* of out */
     const uint8_t *data;
-    size_t size;
+    size_t start, size; /* of the piece: the data behind do not count */
+    uint32_t adler;
 } pdi_zlib_writer;
 
 typedef struct pdi_zlib_codes {
@@ -165,13 +187,12 @@ static pdi_zlib_split pdi_zlib_distance_code(uint32_t distance)
     return s;
 }
 
-/* Room for the bits is reserved by the block writer. */
 static void pdi_zlib_put(pdi_zlib_writer *s, uint32_t value, int count)
 {
     s->bits |= (uint64_t)value << s->bit_count;
     s->bit_count += count;
     while (s->bit_count >= 8) {
-        s->out->data[s->out->size++] = (uint8_t)s->bits;
+        s->out[s->used++] = (uint8_t)s->bits;
         s->bits >>= 8;
         s->bit_count -= 8;
     }
@@ -346,19 +367,16 @@ static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
     if (s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
     pdi_zlib_put(s, (uint32_t)length, 16);
     pdi_zlib_put(s, ~(uint32_t)length & 0xffff, 16);
-    memcpy(s->out->data + s->out->size, s->data + s->block_start, length);
-    s->out->size += length;
+    if (length) memcpy(s->out + s->used, s->data + s->block_start, length);
+    s->used += length;
 }
 
 /* Write what was collected, as the shortest of the three kinds of block. `end`: input position behind it. */
-static pd_status pdi_zlib_flush(pd_ctx *ctx, pdi_zlib_writer *s, size_t end, int last)
+static void pdi_zlib_flush(pdi_zlib_writer *s, size_t end, int last)
 {
     pdi_zlib_codes dynamic, fixed;
     pdi_zlib_header header;
     size_t length = end - s->block_start;
-    /* At most 48 bits a symbol, or the stored bytes; headers stay below 1 KiB. */
-    size_t room = (size_t)s->symbol_count * 6 + 1024;
-    PDI_TRY(pdi_bytes_reserve(ctx, s->out, room + (length < 65536 ? length : 0)));
     s->literal_freq[256] = 1;
     pdi_zlib_fixed(&fixed);
     uint64_t fixed_bits = pdi_zlib_cost(s, &fixed), stored_bits = ((uint64_t)length + 5) * 8, extra_bits = 0;
@@ -392,7 +410,7 @@ static pd_status pdi_zlib_flush(pd_ctx *ctx, pdi_zlib_writer *s, size_t end, int
     memset(s->distance_freq, 0, sizeof s->distance_freq);
     s->symbol_count = 0;
     s->block_start = end;
-    return PD_OK;
+    PD_ASSERT(s->used + 8 <= PDI_ZLIB_ROOM);
 }
 
 static void pdi_zlib_insert(pdi_zlib_writer *s, size_t at)
@@ -444,24 +462,23 @@ static uint32_t pdi_zlib_match(const pdi_zlib_writer *s, size_t at, uint32_t *di
     return best < 3 || (best == 3 && *distance > 4096) ? 0 : best;
 }
 
-static pd_status pdi_zlib_symbol(pd_ctx *ctx, pdi_zlib_writer *s, uint32_t length, uint32_t distance, size_t end)
+static void pdi_zlib_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t distance, size_t end)
 {
     s->symbols[s->symbol_count++] = distance << 16 | length;
     if (distance) {
         s->literal_freq[pdi_zlib_length_code(length).code]++;
         s->distance_freq[pdi_zlib_distance_code(distance).code]++;
     } else s->literal_freq[length]++;
-    if (s->symbol_count == PDI_ZLIB_BLOCK) return pdi_zlib_flush(ctx, s, end, 0);
-    return PD_OK;
+    if (s->symbol_count == PDI_ZLIB_BLOCK) pdi_zlib_flush(s, end, 0);
 }
 
-static pd_status pdi_zlib_pack(pd_ctx *ctx, pdi_zlib_writer *s)
+static void pdi_zlib_pack(pdi_zlib_writer *s)
 {
-    size_t at = 0;
+    size_t at = s->start;
     uint32_t length = 0, distance = 0;
-    if (s->size) {
-        pdi_zlib_insert(s, 0);
-        length = pdi_zlib_match(s, 0, &distance);
+    if (at < s->size) {
+        pdi_zlib_insert(s, at);
+        length = pdi_zlib_match(s, at, &distance);
     }
     while (at < s->size) {
         uint32_t next = 0, next_distance = 0;
@@ -470,7 +487,7 @@ static pd_status pdi_zlib_pack(pd_ctx *ctx, pdi_zlib_writer *s)
             if (length < PDI_ZLIB_LONG) next = pdi_zlib_match(s, at + 1, &next_distance);
         }
         if (length >= 3 && length >= next) {
-            PDI_TRY(pdi_zlib_symbol(ctx, s, length, distance, at + length));
+            pdi_zlib_symbol(s, length, distance, at + length);
             for (uint32_t k = length < PDI_ZLIB_LONG ? 2 : length - PDI_ZLIB_ENDING; k < length; k++)
                 pdi_zlib_insert(s, at + k);
             at += length;
@@ -480,13 +497,60 @@ static pd_status pdi_zlib_pack(pd_ctx *ctx, pdi_zlib_writer *s)
                 length = pdi_zlib_match(s, at, &distance);
             }
         } else {
-            PDI_TRY(pdi_zlib_symbol(ctx, s, s->data[at], 0, at + 1));
+            pdi_zlib_symbol(s, s->data[at], 0, at + 1);
             at++;
             length = next;
             distance = next_distance;
         }
     }
-    return pdi_zlib_flush(ctx, s, s->size, 1);
+}
+
+/* Piece k of `size` bytes. All but the last one end with a stored block of no bytes, and so with a whole byte. */
+static void pdi_zlib_piece(pdi_zlib_writer *s, const uint8_t *data, size_t size, size_t k)
+{
+    int last = size - k * PDI_ZLIB_PIECE <= PDI_ZLIB_PIECE;
+    memset(s->head, 0xff, sizeof s->head);
+    s->used = 0;
+    s->bit_count = 0;
+    s->bits = 0;
+    s->data = data;
+    s->block_start = s->start = k * PDI_ZLIB_PIECE;
+    s->size = last ? size : s->start + PDI_ZLIB_PIECE;
+    for (size_t at = k ? s->start - PDI_ZLIB_BEFORE : 0; at < s->start; at++) pdi_zlib_insert(s, at);
+    pdi_zlib_pack(s);
+    if (last || s->symbol_count) pdi_zlib_flush(s, s->size, last);
+    if (!last) pdi_zlib_put(s, 0, 3);
+    if (!last) pdi_zlib_write_stored(s, 0);
+    else if (s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
+    s->adler = pdi_zlib_adler(data + s->start, s->size - s->start);
+}
+
+/* Adler-32 of data and of `size` more bytes, from that of either. */
+static uint32_t pdi_zlib_join(uint32_t adler, uint32_t more, size_t size)
+{
+    uint32_t a = adler & 0xffff, b = adler >> 16, n = (uint32_t)(size % 65521);
+    b = (uint32_t)((b + (more >> 16) + (uint64_t)n * (a + 65520)) % 65521); /* each byte adds a, and has counted 1 */
+    a = (a + (more & 0xffff) + 65520) % 65521;
+    return b << 16 | a;
+}
+
+/* Pieces side by side, as many at a time as there are writers. */
+static pd_status pdi_zlib_pieces(pd_ctx *ctx, pdi_zlib_writer *writer, int writers, const uint8_t *data, size_t size,
+                                 pdi_bytes *out)
+{
+    size_t pieces = size ? (size - 1) / PDI_ZLIB_PIECE + 1 : 1;
+    uint32_t adler = 1;
+    for (size_t k = 0; k < pieces; k += (size_t)writers) {
+        int count = pieces - k < (size_t)writers ? (int)(pieces - k) : writers;
+        PDI_PARALLEL_FOR(writers)
+        for (int w = 0; w < count; w++) pdi_zlib_piece(&writer[w], data, size, k + (size_t)w);
+        for (int w = 0; w < count; w++) {
+            PDI_TRY(pdi_bytes_add(ctx, out, writer[w].out, writer[w].used));
+            adler = pdi_zlib_join(adler, writer[w].adler, writer[w].size - writer[w].start);
+        }
+    }
+    uint8_t tail[4] = {(uint8_t)(adler >> 24), (uint8_t)(adler >> 16), (uint8_t)(adler >> 8), (uint8_t)adler};
+    return pdi_bytes_add(ctx, out, tail, sizeof tail);
 }
 
 PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size, pdi_bytes *out)
@@ -495,19 +559,14 @@ PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size,
     if (size > (size_t)1 << 30)
         return pdi_fail(ctx, PD_ERR_SIZE, "zlib", "%.0f bytes are too many for one stream", (double)size);
     PDI_TRY(pdi_bytes_add(ctx, out, zlib_head, sizeof zlib_head));
-    pdi_zlib_writer *s = NULL;
-    PDI_TRY(PDI_NEW(ctx, "zlib", 1, s));
-    memset(s->head, 0xff, sizeof s->head);
-    s->out = out;
-    s->data = data;
-    s->size = size;
-    pd_status status = pdi_zlib_pack(ctx, s);
-    if (status == PD_OK && s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
-    PDI_DELETE(ctx, 1, s);
-    if (status != PD_OK) return status;
-    uint32_t adler = pdi_zlib_adler(data, size);
-    uint8_t tail[4] = {(uint8_t)(adler >> 24), (uint8_t)(adler >> 16), (uint8_t)(adler >> 8), (uint8_t)adler};
-    return pdi_bytes_add(ctx, out, tail, sizeof tail);
+    int pieces = (int)(size / PDI_ZLIB_PIECE) + 1, writers = pdi_par_threads(ctx, (int64_t)size);
+    if (writers > PDI_ZLIB_TEAM) writers = PDI_ZLIB_TEAM;
+    if (writers > pieces) writers = pieces;
+    pdi_zlib_writer *writer = NULL;
+    PDI_TRY(PDI_NEW(ctx, "zlib", writers, writer));
+    pd_status status = pdi_zlib_pieces(ctx, writer, writers, data, size, out);
+    PDI_DELETE(ctx, writers, writer);
+    return status;
 }
 
 /* ---- decompression ---- */

@@ -87,6 +87,11 @@ PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind);
 #define PDI_VECTOR 8
 /* Cell index (ghosts negative) of a node. */
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
+/* Index along one axis. */
+static inline int pdi_grid_along(const pd_grid *grid, int32_t node, int axis)
+{
+    return (int)(node / grid->stride[axis] % grid->np[axis]) - grid->ghost;
+}
 /* "(x, y, z)" [m] of a node, for messages: into text [PDI_GRID_PLACE], which is returned. */
 #define PDI_GRID_PLACE 80
 PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);

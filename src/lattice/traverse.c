@@ -116,10 +116,9 @@ PDI_FN double pdi_traverse_section(const pd_bonds *bonds, int axis, int index, p
     const pd_grid *grid = bonds->grid;
     pdi_sum sum = {0.0, 0.0};
     for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        if (!pdi_grid_open(grid->kind[node])) continue;
+        int i[PD_DIM], along = pdi_grid_open(grid->kind[node]) ? pdi_grid_along(grid, node, axis) : index;
+        if (along >= index || along < index - bonds->stencil->reach) continue;
         pdi_grid_index(grid, node, i);
-        if (i[axis] >= index || i[axis] < index - bonds->stencil->reach) continue;
         /* ghosts count before the box, not beside it: ports there belong to no plane, and an image repeats a bond of
          * the box */
         if (grid->kind[node] != PD_FLUID && i[axis] >= 0) continue;

@@ -22,7 +22,7 @@
 /* [byte] A plot: pixels, filtered rows, the packed file and the state of the packer. */
 #define PDI_FOOTPRINT_PLOT 5.7e6
 /* [byte] The state of the packer alone. */
-#define PDI_FOOTPRINT_PACK 0.55e6
+#define PDI_FOOTPRINT_PACK 0.65e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_FOOTPRINT_BASE 0.22e6
 /* Basis vectors by which solves at rest grow. */

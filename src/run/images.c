@@ -164,8 +164,9 @@ static void pdi_images_velocities(pd_images *im)
 /* The field of this instant. */
 static void pdi_images_fill(pd_images *im, pd_field field)
 {
-    for (int64_t k = 0; k < im->cells; k++) {
-        int32_t node = pdi_images_node(im, k);
+    int32_t node = 0, step = im->model->grid.stride[im->right];
+    for (int64_t k = 0; k < im->cells; k++, node += step) {
+        if (k % im->nx == 0) node = pdi_images_node(im, k);
         im->cell[k] = pdi_images_round(pdi_sample_node(im->model, field, node));
         im->paint[k] = (uint8_t)pdi_images_paint(im->model, field, node);
     }
@@ -203,8 +204,8 @@ static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *h
         double value = surface ? (double)im->sight.value[k] : im->cell[k];
         if (!surface && im->paint[k] != PD_PAINT_FIELD) continue;
         if (isnan(value) || (pdi_images_log(im, field) && !(value > 0.0))) continue;
-        *lo = pdi_min(*lo, value);
-        *hi = pdi_max(*hi, value);
+        if (value < *lo) *lo = value;
+        if (value > *hi) *hi = value;
         if (im->sorted) im->sorted[count] = value;
         count++;
     }

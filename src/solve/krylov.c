@@ -415,17 +415,6 @@ static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
     if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, room);
 }
 
-/* v = a v, kept in one of both: the share of one thread. */
-static void pdi_krylov_store(int64_t n, double a, double *v, double *basis, float *single)
-{
-    PDI_FOR
-    for (int64_t e = 0; e < n; e++) {
-        v[e] *= a;
-        if (basis) basis[e] = v[e];
-        else v[e] = (double)(single[e] = (float)v[e]);
-    }
-}
-
 /* v = a v, kept as vector i of the basis. v loses what its precision does: A Z = V H holds for what is kept. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
@@ -435,8 +424,7 @@ static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int 
         pdi_par_integers(run->ctx, n, a, v, (int16_t *)(void *)single, single + pdi_krylov_integers(n));
         return;
     }
-    int nt = pdi_par_threads(run->ctx, n);
-    PDI_SHARE(nt, pdi_krylov_store(n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i)));
+    pdi_par_keep(run->ctx, n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i));
 }
 
 /* v = sum y_j times vector first + j of the basis, j < count. */

@@ -247,7 +247,7 @@ static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d,
     int32_t stride = pdi_smoother_stride(fine->n, d), n = fine->n[d];
     double scale = mg->scale; /* may exceed the range of float */
     float *hi = fine->hi[d], *lo = fine->lo[d];
-    int nt = pdi_par_threads(ctx, fine->cells);
+    int nt = pdi_par_threads(ctx, 16 * (int64_t)fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t c = 0; c < fine->cells; c++) {

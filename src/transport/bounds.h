@@ -11,6 +11,8 @@ typedef struct pdi_bounds {
 PDI_FN void pdi_bounds_take(double value, pdi_bounds *bounds);
 /* All values of the nodes of one kind. */
 PDI_FN void pdi_bounds_take_all(const pd_grid *grid, uint8_t kind, const double *x, pdi_bounds *bounds);
+/* Those that inlets hold. */
+PDI_FN void pdi_bounds_take_inlets(const pd_ghosts *ghosts, const double *x, pdi_bounds *bounds);
 /* Both move out by a share of the largest value of the fluid. */
 PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *bounds);
 /* 1: the field keeps them at all fluid nodes, with `more` on top of it where that is not NULL. */

@@ -726,9 +726,7 @@ static double pdi_flux_section_gain(const pdi_flux_section *section, int axis, i
     int fed[2] = {0, 0};
     if (t->bonds->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
     for (int32_t node = 0; node < t->bonds->grid->total; node++) {
-        int i[PD_DIM];
-        pdi_grid_index(t->bonds->grid, node, i);
-        int behind = i[axis] >= index;
+        int behind = pdi_grid_along(t->bonds->grid, node, axis) >= index;
         if (t->bonds->grid->kind[node] == PD_INLET) fed[behind] = 1;
         if (t->bonds->grid->kind[node] != PD_FLUID) continue;
         pdi_sum_add(&sum[behind], section->anti[node] * pdi_grid_circumference(t->bonds->grid, node));

@@ -192,7 +192,7 @@ static int pdi_transport_measure(pd_transport *t)
     double had = t->size;
     pdi_bounds of = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, t->c, &of);
-    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    pdi_bounds_take_inlets(&t->bonds->ghosts, t->c, &of);
     t->size = pdi_max(had, pdi_min(pdi_max(of.high, -of.low), t->most));
     return t->size > had;
 }
@@ -267,7 +267,7 @@ PDI_FN void pdi_transport_bounds(const pd_transport *t, const double *start, dou
     b->high = pdi_max(t->passed[1], 0.0);
     pdi_bounds source = {0.0, 0.0}, absorb = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, start, b);
-    if (pdi_boundary_any(t->grid)) pdi_bounds_take_all(t->grid, PD_INLET, t->c, b);
+    pdi_bounds_take_inlets(&t->bonds->ghosts, t->c, b);
     pdi_bounds_take_all(t->grid, PD_FLUID, t->source, &source);
     pdi_bounds_take_all(t->grid, PD_FLUID, t->absorb, &absorb);
     if (source.low < 0.0) b->low = -HUGE_VAL;
@@ -550,7 +550,7 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
 static void pdi_transport_pass(pd_transport *t)
 {
     pdi_bounds of = {t->passed[0], t->passed[1]};
-    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    pdi_bounds_take_inlets(&t->bonds->ghosts, t->c, &of);
     t->passed[0] = of.low;
     t->passed[1] = of.high;
     if (!t->diffusion.wall_rate) return;

@@ -1105,6 +1105,7 @@ def declare(dim):
         ('mg_d', pd_multigrid),
         ('timed', c_int),
         ('damped', c_int),
+        ('poisson', c_uint32),
         ('krylov', pd_krylov),
         ('even', pd_krylov),
         ('jacobian', pd_jacobian),
