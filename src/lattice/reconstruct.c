@@ -1,5 +1,6 @@
 /* reconstruct: see reconstruct.h */
 #include "lattice/reconstruct.h"
+#include "lattice/surface.h"
 #include "core/owner.h"
 #include "core/par.h"
 #include "core/vec.h"
@@ -103,8 +104,6 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
 
 /* Share of h that differences of a field reach. */
 #define PDI_RECONSTRUCT_NEAR 0.05
-/* A distance whose slope is off by more has an edge nearby. */
-#define PDI_RECONSTRUCT_EDGE 1e-2
 /* Sum of the curvatures, in 1/h, from which a surface counts as an edge. */
 #define PDI_RECONSTRUCT_SHARP 0.5
 
@@ -119,7 +118,7 @@ typedef struct pdi_reconstruct_foot {
 static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_reconstruct_foot *foot)
 {
     const pd_stencil *s = bonds->stencil;
-    double x[PD_DIM], nearest = HUGE_VAL, round = 0.0;
+    double x[PD_DIM], distance, nearest = HUGE_VAL, round = 0.0;
     foot->bonds = bonds;
     foot->closed = -1;
     for (int k = 0; k < s->count; k++) {
@@ -133,17 +132,8 @@ static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_recon
     }
     if (foot->closed < 0) return 0;
     pd_grid_position(bonds->grid, bonds->node[r], x);
-    double distance = pdi_bond_smooth(bonds, foot->closed, x);
+    if (!pdi_surface_rise(bonds, foot->closed, x, PDI_RECONSTRUCT_NEAR, &distance, foot->normal)) return 0;
     if (!(distance >= 0.0)) return 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
-        x[d] = at + eps;
-        double up = pdi_bond_smooth(bonds, foot->closed, x);
-        x[d] = at - eps;
-        foot->normal[d] = (up - pdi_bond_smooth(bonds, foot->closed, x)) / (2.0 * eps);
-        x[d] = at;
-    }
-    if (!(fabs(pdi_vec_norm(foot->normal) - 1.0) < PDI_RECONSTRUCT_EDGE)) return 0;
     for (int d = 0; d < PD_DIM; d++) x[d] = foot->at[d] = x[d] - distance * foot->normal[d];
     for (int d = 0; d < PD_DIM; d++) {
         double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
@@ -394,5 +384,4 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #undef PDI_RECONSTRUCT_TERMS
 #undef PDI_RECONSTRUCT_MIN_PIVOT
 #undef PDI_RECONSTRUCT_NEAR
-#undef PDI_RECONSTRUCT_EDGE
 #undef PDI_RECONSTRUCT_SHARP
