@@ -86,7 +86,7 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
             double a = pdi_bond_lap(bonds, bonds->node[r])[k] + (excess ? share * excess[k] : 0.0);
             pdi_bond_find_end(bonds, r, k, &end);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) far[c] += a * term[c];
-            if (end.t > 1.0) continue; /* the line grazes the surface, and meets it far behind */
+            if (end.grazes) continue; /* the velocity is not known there */
             weight /= end.t * end.t;
             pdi_reconstruct_terms(s, k, end.t, term);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) wall[c] += weight * term[c];
