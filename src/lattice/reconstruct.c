@@ -11,6 +11,8 @@
 #define PDI_RECONSTRUCT_TERMS (PD_DIM + PD_DIM * (PD_DIM + 1) / 2)
 /* Data whose moments, over those of a whole family, have a pivot below this determine no quadratic. */
 #define PDI_RECONSTRUCT_MIN_PIVOT 1e-3
+/* Share of h that differences of a field reach. */
+#define PDI_RECONSTRUCT_NEAR 0.05
 
 /* Weighted moments of the data of a row. */
 typedef struct pdi_reconstruct_moments {
@@ -27,6 +29,23 @@ static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *
         term[a] = t * n[a];
         for (int b = 0; b <= a; b++) term[at++] = t * t * (double)(n[a] * n[b]);
     }
+}
+
+/* Those at the place of the surface below the end of a bond of row r that only grazes it. 0: there is none. */
+static int pdi_reconstruct_below(const pd_bonds *bonds, int32_t r, const pdi_bond_end *end, double *term)
+{
+    const double *h = bonds->grid->h;
+    double x[PD_DIM], foot[PD_DIM], normal[PD_DIM], distance;
+    int at = PD_DIM;
+    if (!pdi_surface_rise(bonds, end->cell, end->x, PDI_RECONSTRUCT_NEAR, &distance, normal)) return 0;
+    for (int a = 0; a < PD_DIM; a++) foot[a] = end->x[a] - distance * normal[a];
+    if (!(fabs(pdi_bond_smooth(bonds, end->cell, foot)) < PDI_RECONSTRUCT_NEAR * h[0])) return 0;
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    for (int a = 0; a < PD_DIM; a++) {
+        term[a] = (foot[a] - x[a]) / h[a];
+        for (int b = 0; b <= a; b++) term[at++] = term[a] * term[b];
+    }
+    return 1;
 }
 
 static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
@@ -115,9 +134,9 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
             double a = pdi_bond_lap(bonds, bonds->node[r])[k] + (excess ? share * excess[k] : 0.0);
             pdi_bond_find_end(bonds, r, k, &end);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) far[c] += a * term[c];
-            if (end.grazes) continue; /* the velocity is not known there */
+            if (end.t > 1.0) continue; /* the line grazes the surface, and meets it far behind */
             weight /= end.t * end.t;
-            pdi_reconstruct_terms(s, k, end.t, term);
+            if (!end.grazes || !pdi_reconstruct_below(bonds, r, &end, term)) pdi_reconstruct_terms(s, k, end.t, term);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) wall[c] += weight * term[c];
         }
         pdi_reconstruct_add(term, weight, &m);
@@ -131,8 +150,6 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
 
 /* ---- the cubic part of a velocity beside a wall ---- */
 
-/* Share of h that differences of a field reach. */
-#define PDI_RECONSTRUCT_NEAR 0.05
 /* Sum of the curvatures, in 1/h, from which a surface counts as an edge. */
 #define PDI_RECONSTRUCT_SHARP 0.5
 
