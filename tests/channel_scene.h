@@ -14,22 +14,22 @@ typedef struct channel {
 
 static scene test_scene;
 static pd_steady_result solved;
-static channel now;
+static channel channel_now;
 
 static void profile(void *user, const double *x, double *u)
 {
     const scene *s = (const scene *)user;
-    double y = x[1 - now.axis] / s->width;
-    u[now.axis] = (now.down ? -6.0 : 6.0) * s->mean * y * (1.0 - y);
-    u[1 - now.axis] = 0.0;
+    double y = x[1 - channel_now.axis] / s->width;
+    u[channel_now.axis] = (channel_now.down ? -6.0 : 6.0) * s->mean * y * (1.0 - y);
+    u[1 - channel_now.axis] = 0.0;
 }
 
 /* A plume a quarter of the channel wide. */
 static double plume(void *user, const double *x)
 {
     const scene *s = (const scene *)user;
-    double y = 8.0 * (x[1 - now.axis] / s->width - 0.4);
-    return now.rest + exp(-y * y);
+    double y = 8.0 * (x[1 - channel_now.axis] / s->width - 0.4);
+    return channel_now.rest + exp(-y * y);
 }
 
 /* The flow at a Reynolds number of the width of the channel, from rest; cells of the spacings h. NULL: it failed. */
@@ -37,7 +37,7 @@ static scene *channel_flow(const channel *of, const double *h, double m, double 
 {
     scene *s = &test_scene;
     int cells[2], a = of->axis, b = 1 - of->axis;
-    now = *of;
+    channel_now = *of;
     cells[a] = of->length;
     cells[b] = of->across;
     scene_box(s, m, 1.0, cells[0], cells[1], 1);

@@ -1,4 +1,5 @@
-/* model_scene: the model of a scene that stands in the test, built, run and freed. */
+/* model_scene: the model of a scene that stands in the test, built, run and freed. Include it behind other headers: its
+ * names would hide theirs. */
 #ifndef MODEL_SCENE_H
 #define MODEL_SCENE_H
 #include "run/model.h"

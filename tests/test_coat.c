@@ -4,8 +4,8 @@
 #define _XOPEN_SOURCE 700
 #include "run/sample.h"
 #include "checkpoint_model.h"
-#include "model_scene.h"
 #include "scene_file.h"
+#include "model_scene.h"
 #include "../cases/film.h"
 
 #define FARADAY 96485.33212

@@ -19,7 +19,7 @@ static pd_status step(scene *s, double peclet, int threads, int iterations, doub
 {
     pd_transport t;
     pd_transport_desc desc;
-    double dt = now.length * H / s->mean, had = 0.0, has = 0.0;
+    double dt = channel_now.length * H / s->mean, had = 0.0, has = 0.0;
     int volume = 0;
     memset(&t, 0, sizeof t);
     memset(&desc, 0, sizeof desc);
@@ -65,8 +65,8 @@ TEST(streams_in_all_directions)
             for (int threads = 1; threads < 3; threads++)
                 CHECK_INT(step(s, peclet, threads, 0, out + 2 * total * (threads - 1), result + threads - 1,
                                balance + threads - 1), PD_OK);
-            NOTE("axis %d, down %d, %d columns, Pe = %g: %d iterations of %d systems, balance %.2g", now.axis, now.down,
-                 now.length, peclet, result[0].krylov, result[0].limiter, balance[0]);
+            NOTE("axis %d, down %d, %d columns, Pe = %g: %d iterations of %d systems, balance %.2g", channel_now.axis,
+                 channel_now.down, channel_now.length, peclet, result[0].krylov, result[0].limiter, balance[0]);
             CHECK_LE(result[0].krylov, 5.0 * result[0].limiter);
             CHECK_INT(memcmp(out, out + 2 * total, 2 * (size_t)total * sizeof *out), 0);
             CHECK_LE(fabs(balance[0]), 1e-12);

@@ -5,8 +5,8 @@
 #include "run/sample.h"
 #include "run/view.h"
 #include "checkpoint_model.h"
-#include "model_scene.h"
 #include "scene_file.h"
+#include "model_scene.h"
 #include "../cases/film.h"
 
 #define FARADAY 96485.33212
