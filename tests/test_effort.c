@@ -65,7 +65,8 @@ static int smooth(int last, int next, double most)
 
 /* Cell Peclet numbers of 1 to 1e6, and horizons of 1 to 6 cells: a step to the steady field. Below 10 the fluxes begin
  * to be limited. With the longest horizon counts vary by a factor of two for steps whose lengths differ by a hundredth,
- * since Newton's method takes other ways. */
+ * since Newton's method takes other ways. Matrices of bonds to the eight nodes around are factored, which wider families
+ * cannot be: those cost more, and are compared among themselves. */
 TEST(transport_over_peclet_and_horizon)
 {
     static const double sizes[] = {1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0};
@@ -79,8 +80,9 @@ TEST(transport_over_peclet_and_horizon)
             cost[p] = step_cost(s, numbers[p], 100.0);
             CHECK(cost[p] > 0);
             double most = sizes[k] > 5.0 ? 3.0 : 2.0;
-            if (!smooth(last, cost[p], most) || !smooth(below[p], cost[p], most))
-                NOTE("m = %g, Pe = %g", sizes[k], numbers[p]);
+            int widened = k > 0 && sizes[k] >= 2.0 && sizes[k - 1] < 2.0;
+            int even = widened ? CHECK_LE(below[p], most * cost[p]) : smooth(below[p], cost[p], most);
+            if (!smooth(last, cost[p], most) || !even) NOTE("m = %g, Pe = %g", sizes[k], numbers[p]);
             last = below[p] = cost[p];
         }
         NOTE("m = %g: %d %d %d %d %d %d %d %d iterations", sizes[k], cost[0], cost[1], cost[2], cost[3], cost[4],
