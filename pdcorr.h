@@ -1692,6 +1692,7 @@ typedef struct pdi_bond_end {
     int32_t cell;        /* the first closed cell */
     int side;            /* 1: that cell lies behind a side of the box that is a wall */
     int smooth;          /* 1: on a shape, where the surface is curved or inclined against the lattice */
+    int grazes;          /* 1: the line passes cells of a smooth surface, and meets that behind the bond or nowhere */
 } pdi_bond_end;
 PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end);
 #endif
@@ -1711,6 +1712,10 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
  * The place [m], the normal towards the fluid, and a closed node. */
 PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *to, double *place, double *normal,
                         int32_t *closed);
+/* Distance [m] of x from the smooth surface that node `closed` is a cell of, and its slope by differences over `step`
+ * cells to both sides: the normal there. 0: the slope is not 1, an edge is nearby. */
+PDI_FN int pdi_surface_rise(const pd_bonds *bonds, int32_t closed, const double *x, double step, double *distance,
+                            double *normal);
 #endif
 
 #endif
@@ -2075,9 +2080,10 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit);
  * The gradient (3.5) of a cut family is exact for linear fields: on one side of a surface its error is half the bend of
  * the field over the reach of the bonds. And what (3.2) takes along each cut bond by itself leaves out how the slope of
  * the velocity changes along the surface. Rows on shapes that are curved or inclined take parabolas along the axes for
- * a scalar, and for a velocity a quadratic through the places on the surface as well, where their bonds determine one
- * (theory: eq. 3.5b, 3.4b). The cubic part of a velocity that vanishes on the surface follows from the second
- * derivatives of the pressure: what sums miss of it is known beforehand (eq. 3.4c).
+ * a scalar, or with wide families the quadratic closest to it at their far ends, and for a velocity a quadratic through
+ * the places on the surface as well, where their bonds determine one (theory: eq. 3.5b, 3.4b). With the nearest
+ * neighbours the cubic part of a velocity that vanishes on the surface follows from the second derivatives of the
+ * pressure: what sums miss of it is known beforehand (eq. 3.4c).
  */
 #ifndef PD_RECONSTRUCT_H
 #define PD_RECONSTRUCT_H
@@ -2090,8 +2096,11 @@ typedef struct pd_reconstruct {
     double *bend;            /* [capacity][terms] [1/m2] the sum over cut bonds of (3.4b) from the same moments */
     double *drag;            /* [capacity] [1/m2] what it takes from the velocity of the node, for the surface */
     double *term;            /* [bonds of the stencil][terms] [-] weighted terms of the far ends of all rows */
-    double *miss;            /* [capacity][PD_DIM][second derivatives] [m] what friction has too much (3.4c) for each
-                              * second derivative of the pressure over mu */
+    int32_t wide;            /* capacity, or 0: families of the nearest neighbours */
+    double *miss;            /* [capacity - wide][PD_DIM][second derivatives] [m] what friction has too much (3.4c) for
+                              * each second derivative of the pressure over mu */
+    uint8_t *known;          /* [wide] 1: the bonds determine the fit of a scalar */
+    double *slope;           /* [wide][PD_DIM][terms] [1/m] its gradient from the sums of terms times differences */
     int32_t rows;
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
 } pd_reconstruct;
@@ -2104,7 +2113,8 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, cons
 PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
 
 #define PDI_RECONSTRUCT_BENDS (PD_DIM * (PD_DIM + 1) / 2) /* second derivatives: xx, yx, yy, .. */
-/* grad [PD_DIM][total] of f [total] at the rows beside smooth surfaces, along axes on which they have neighbours.
+/* grad [PD_DIM][total] of f [total] at the rows beside smooth surfaces: of the fit of wide families, else along axes on
+ * which they have neighbours.
  * Ghosts must be filled. */
 PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *slopes, const double *f, double *grad);
 /* 1: row r of the bonds has a fit of a velocity. */
@@ -10236,8 +10246,8 @@ typedef struct pdi_units_product {
 /* 1 when the identifier text[0..size) is declared, and so is not a unit. */
 typedef int (*pdi_units_declared)(const void *user, const char *text, size_t size);
 
-/* Scan a unit product at text; returns the bytes read, 0 when no unit stands there. *why (NULL: none) becomes the
- * reason when what stands there is a unit but not an admissible one; the return value is then the place. */
+/* Scan a unit product at text; returns the bytes read, 0 when no unit stands there. *why becomes NULL, or the reason
+ * when what stands there is a unit but not an admissible one; the return value is then the place. */
 PDI_FN size_t pdi_units_scan(const char *text, pdi_units_declared declared, const void *user,
                              pdi_units_product *unit, const char **why);
 /* The same for what may follow a '/': one unit, or a product in parentheses. The unit itself is returned. */
@@ -16892,6 +16902,20 @@ static void pdi_bond_add_wall(const pd_bonds *bonds, int32_t node, int k, const 
     *curv -= half * cut->bend * slope * 0.5 * cut->distance;
 }
 
+/* 1 when the bond is cut by cells of a smooth surface that its line meets behind its far end, or nowhere. */
+static int pdi_bond_grazes(const pd_paths *paths, int32_t node, int k, int group, const pdi_cut *cut)
+{
+    const pd_grid *grid = paths->grid;
+    const double *xi = paths->stencil->xi + k * PD_DIM;
+    int32_t closed = node + paths->cell_shift[paths->stencil->group_cell[group]];
+    int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
+    double x[PD_DIM];
+    if (cut->t > 1.0 + 1e-9) return 1;
+    if (walled || shape < 0 || pdi_bond_receded(paths, shape, node, k, group)) return 0;
+    pd_grid_position(grid, node, x);
+    return !(fabs(pdi_bond_distance(grid, shape, x, xi, cut->t)) < PDI_BOND_OFF * grid->h[0]);
+}
+
 PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x)
 {
     const double *xi = paths->stencil->xi + k * PD_DIM;
@@ -16920,6 +16944,7 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
     end->cell = node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
     end->side = pdi_bond_walled(bonds->grid, end->cell);
     end->smooth = cut.smooth;
+    end->grazes = pdi_bond_grazes(&bonds->paths, node, k, group, &cut);
 }
 
 PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const double *x)
@@ -16932,16 +16957,13 @@ PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, doubl
 {
     int32_t node = bonds->node[row];
     int group = pdi_path_closed_group(&bonds->paths, node, k);
-    int32_t closed = node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
-    int walled = pdi_bond_walled(bonds->grid, closed), shape = pdi_bond_shape(bonds->grid, closed, walled);
     pdi_cut cut;
     pdi_bond_cut(&bonds->paths, node, k, group, &cut);
     pd_grid_position(bonds->grid, node, x);
     for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * bonds->stencil->xi[k * PD_DIM + d];
     memcpy(normal, cut.normal, sizeof cut.normal);
-    if (cut.t > 1.0 + 1e-9) return -1;
-    if (walled || shape < 0 || pdi_bond_receded(&bonds->paths, shape, node, k, group)) return closed;
-    return fabs(pdi_grid_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
+    if (pdi_bond_grazes(&bonds->paths, node, k, group, &cut)) return -1;
+    return node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
 }
 
 PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *motion,
@@ -17413,6 +17435,8 @@ PDI_COLD_END
 #define PDI_SURFACE_STEP 1e-3
 /* [cells] Surfaces farther away do not count. */
 #define PDI_SURFACE_FAR 2.0
+/* A distance whose slope is off by more has an edge nearby. */
+#define PDI_SURFACE_EDGE 1e-2
 
 typedef struct pdi_surface {
     const pd_bonds *bonds;
@@ -17557,10 +17581,28 @@ PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *t
     return r.nearest < HUGE_VAL ? (r.behind ? -1 : 1) : 0;
 }
 
+PDI_FN int pdi_surface_rise(const pd_bonds *bonds, int32_t closed, const double *x, double step, double *distance,
+                            double *normal)
+{
+    double at[PD_DIM];
+    memcpy(at, x, sizeof at);
+    *distance = pdi_bond_smooth(bonds, closed, x);
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = step * bonds->grid->h[d];
+        at[d] = x[d] + eps;
+        double up = pdi_bond_smooth(bonds, closed, at);
+        at[d] = x[d] - eps;
+        normal[d] = (up - pdi_bond_smooth(bonds, closed, at)) / (2.0 * eps);
+        at[d] = x[d];
+    }
+    return fabs(pdi_vec_norm(normal) - 1.0) < PDI_SURFACE_EDGE;
+}
+
 #undef PDI_SURFACE_SHORT
 #undef PDI_SURFACE_TOUCH
 #undef PDI_SURFACE_STEP
 #undef PDI_SURFACE_FAR
+#undef PDI_SURFACE_EDGE
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -19176,6 +19218,8 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
 #define PDI_RECONSTRUCT_TERMS (PD_DIM + PD_DIM * (PD_DIM + 1) / 2)
 /* Data whose moments, over those of a whole family, have a pivot below this determine no quadratic. */
 #define PDI_RECONSTRUCT_MIN_PIVOT 1e-3
+/* Share of h that differences of a field reach. */
+#define PDI_RECONSTRUCT_NEAR 0.05
 
 /* Weighted moments of the data of a row. */
 typedef struct pdi_reconstruct_moments {
@@ -19192,6 +19236,23 @@ static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *
         term[a] = t * n[a];
         for (int b = 0; b <= a; b++) term[at++] = t * t * (double)(n[a] * n[b]);
     }
+}
+
+/* Those at the place of the surface below the end of a bond of row r that only grazes it. 0: there is none. */
+static int pdi_reconstruct_below(const pd_bonds *bonds, int32_t r, const pdi_bond_end *end, double *term)
+{
+    const double *h = bonds->grid->h;
+    double x[PD_DIM], foot[PD_DIM], normal[PD_DIM], distance;
+    int at = PD_DIM;
+    if (!pdi_surface_rise(bonds, end->cell, end->x, PDI_RECONSTRUCT_NEAR, &distance, normal)) return 0;
+    for (int a = 0; a < PD_DIM; a++) foot[a] = end->x[a] - distance * normal[a];
+    if (!(fabs(pdi_bond_smooth(bonds, end->cell, foot)) < PDI_RECONSTRUCT_NEAR * h[0])) return 0;
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    for (int a = 0; a < PD_DIM; a++) {
+        term[a] = (foot[a] - x[a]) / h[a];
+        for (int b = 0; b <= a; b++) term[at++] = term[a] * term[b];
+    }
+    return 1;
 }
 
 static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
@@ -19233,6 +19294,35 @@ static void pdi_reconstruct_start(const pd_stencil *s, pdi_reconstruct_moments *
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->unit[a] = 1.0 / sqrt(m->unit[a]);
 }
 
+/* 1: a scalar knows the far end of bond k. Bonds to inlets carry none. */
+static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
+{
+    return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
+}
+
+/* The gradient of a scalar at a row of a wide family (eq. 3.5b). 0: the bonds determine none. */
+static int pdi_reconstruct_scalar(pd_reconstruct *slopes, int32_t r)
+{
+    const pd_bonds *bonds = slopes->bonds;
+    const pd_stencil *s = bonds->stencil;
+    double *slope = slopes->slope + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
+    double term[PDI_RECONSTRUCT_TERMS];
+    pdi_reconstruct_moments m;
+    pdi_reconstruct_start(s, &m);
+    for (int k = 0; k < s->count; k++) {
+        if (!pdi_reconstruct_carries(bonds, r, k)) continue;
+        pdi_reconstruct_terms(s, k, 1.0, term);
+        pdi_reconstruct_add(term, s->base[k], &m);
+    }
+    if (!pdi_reconstruct_factor(&m)) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        memset(term, 0, sizeof term);
+        term[d] = 1.0 / bonds->grid->h[d];
+        pdi_reconstruct_solve(&m, term, slope + d * PDI_RECONSTRUCT_TERMS);
+    }
+    return 1;
+}
+
 /* What cut bonds add to the Laplacian of a velocity that vanishes on the surface (eq. 3.4b). */
 static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const double *excess, double share, double *bend,
                                     double *drag)
@@ -19253,7 +19343,7 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) far[c] += a * term[c];
             if (end.t > 1.0) continue; /* the line grazes the surface, and meets it far behind */
             weight /= end.t * end.t;
-            pdi_reconstruct_terms(s, k, end.t, term);
+            if (!end.grazes || !pdi_reconstruct_below(bonds, r, &end, term)) pdi_reconstruct_terms(s, k, end.t, term);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) wall[c] += weight * term[c];
         }
         pdi_reconstruct_add(term, weight, &m);
@@ -19267,10 +19357,6 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
 
 /* ---- the cubic part of a velocity beside a wall ---- */
 
-/* Share of h that differences of a field reach. */
-#define PDI_RECONSTRUCT_NEAR 0.05
-/* A distance whose slope is off by more has an edge nearby. */
-#define PDI_RECONSTRUCT_EDGE 1e-2
 /* Sum of the curvatures, in 1/h, from which a surface counts as an edge. */
 #define PDI_RECONSTRUCT_SHARP 0.5
 
@@ -19285,7 +19371,7 @@ typedef struct pdi_reconstruct_foot {
 static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_reconstruct_foot *foot)
 {
     const pd_stencil *s = bonds->stencil;
-    double x[PD_DIM], nearest = HUGE_VAL, round = 0.0;
+    double x[PD_DIM], distance, nearest = HUGE_VAL, round = 0.0;
     foot->bonds = bonds;
     foot->closed = -1;
     for (int k = 0; k < s->count; k++) {
@@ -19299,17 +19385,8 @@ static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_recon
     }
     if (foot->closed < 0) return 0;
     pd_grid_position(bonds->grid, bonds->node[r], x);
-    double distance = pdi_bond_smooth(bonds, foot->closed, x);
+    if (!pdi_surface_rise(bonds, foot->closed, x, PDI_RECONSTRUCT_NEAR, &distance, foot->normal)) return 0;
     if (!(distance >= 0.0)) return 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
-        x[d] = at + eps;
-        double up = pdi_bond_smooth(bonds, foot->closed, x);
-        x[d] = at - eps;
-        foot->normal[d] = (up - pdi_bond_smooth(bonds, foot->closed, x)) / (2.0 * eps);
-        x[d] = at;
-    }
-    if (!(fabs(pdi_vec_norm(foot->normal) - 1.0) < PDI_RECONSTRUCT_EDGE)) return 0;
     for (int d = 0; d < PD_DIM; d++) x[d] = foot->at[d] = x[d] - distance * foot->normal[d];
     for (int d = 0; d < PD_DIM; d++) {
         double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
@@ -19386,17 +19463,37 @@ static void pdi_reconstruct_excess(const pd_reconstruct *slopes, const pdi_recon
 static void pdi_reconstruct_cubic(pd_reconstruct *slopes, int32_t r, const double *excess, double share)
 {
     int64_t q = slopes->place[r];
-    double *miss = slopes->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
     pdi_reconstruct_foot foot;
+    if (slopes->wide) return;
+    double *miss = slopes->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
     memset(miss, 0, PD_DIM * PDI_RECONSTRUCT_BENDS * sizeof *miss);
-    if (!slopes->fits[q] || slopes->bonds->stencil->reach > 1) return;
-    if (!pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
+    if (!slopes->fits[q] || !pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
     for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) {
         double bends[PDI_RECONSTRUCT_BENDS], part[PD_DIM];
         memset(bends, 0, sizeof bends);
         bends[c] = 1.0;
         pdi_reconstruct_excess(slopes, &foot, r, bends, excess, share, part);
         for (int a = 0; a < PD_DIM; a++) miss[a * PDI_RECONSTRUCT_BENDS + c] = part[a];
+    }
+}
+
+/* slope [PD_DIM] = that of the fit of f at row r of a wide family. */
+static void pdi_reconstruct_fit(const pd_reconstruct *slopes, int32_t r, const double *f, double *slope)
+{
+    const pd_bonds *bonds = slopes->bonds;
+    int32_t node = bonds->node[r];
+    const double *by = slopes->slope + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
+    double sum[PDI_RECONSTRUCT_TERMS];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        if (!pdi_reconstruct_carries(bonds, r, k)) continue;
+        const double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
+        double difference = f[node + bonds->paths.shift[k]] - f[node];
+        for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) sum[c] += difference * term[c];
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        slope[d] = 0.0;
+        for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) slope[d] += by[d * PDI_RECONSTRUCT_TERMS + c] * sum[c];
     }
 }
 
@@ -19450,25 +19547,27 @@ static void pdi_reconstruct_curve(const pd_grid *grid, int32_t node, const doubl
 
 PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss)
 {
-    const double *part = slopes->miss + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_BENDS;
     double bends[PDI_RECONSTRUCT_BENDS];
+    for (int a = 0; a < PD_DIM; a++) miss[a] = 0.0;
+    if (slopes->wide) return;
+    const double *part = slopes->miss + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_BENDS;
     pdi_reconstruct_curve(slopes->bonds->grid, slopes->bonds->node[r], f, bends);
-    for (int a = 0; a < PD_DIM; a++) {
-        miss[a] = 0.0;
+    for (int a = 0; a < PD_DIM; a++)
         for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) miss[a] += part[a * PDI_RECONSTRUCT_BENDS + c] * bends[c];
-    }
 }
 
 PDI_COLD_BEGIN
 static void pdi_reconstruct_list(pdi_owner *owner, void *object)
 {
     pd_reconstruct *slopes = (pd_reconstruct *)object;
-    int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS;
+    int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS, wide = slopes->wide;
     PDI_ARRAY(owner, slopes, row, count, "1");
     PDI_ARRAY(owner, slopes, fits, count, "1");
     PDI_ARRAY(owner, slopes, bend, count * terms, "1/m2");
     PDI_ARRAY(owner, slopes, drag, count, "1/m2");
-    PDI_ARRAY(owner, slopes, miss, count * PD_DIM * PDI_RECONSTRUCT_BENDS, "m");
+    PDI_ARRAY(owner, slopes, miss, (count - wide) * PD_DIM * PDI_RECONSTRUCT_BENDS, "m");
+    PDI_ARRAY(owner, slopes, known, wide, "1");
+    PDI_ARRAY(owner, slopes, slope, wide * PD_DIM * terms, "1/m");
     PDI_ARRAY(owner, slopes, term, slopes->bonds ? slopes->bonds->stencil->count * terms : 0, "1");
     PDI_ARRAY(owner, slopes, place, slopes->rows, "1");
 }
@@ -19480,6 +19579,7 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
     pdi_reconstruct_free(ctx, slopes);
     slopes->bonds = bonds;
     slopes->capacity = count + count / 4;
+    slopes->wide = bonds->stencil->reach > 1 ? slopes->capacity : 0;
     slopes->rows = bonds->capacity;
     return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
 }
@@ -19508,6 +19608,7 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, cons
                                                             slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS,
                                                             slopes->drag + q);
         pdi_reconstruct_cubic(slopes, r, excess, share);
+        if (slopes->wide) slopes->known[q] = (uint8_t)pdi_reconstruct_scalar(slopes, r);
         slopes->count++;
     }
     return PD_OK;
@@ -19518,12 +19619,17 @@ PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *sl
     const pd_bonds *bonds = slopes->bonds;
     if (!slopes->count) return;
     const pd_grid *grid = bonds->grid;
-    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * PD_DIM * 4);
+    int each = slopes->wide ? bonds->stencil->count * PDI_RECONSTRUCT_TERMS : PD_DIM * 4;
+    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * each);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < slopes->count; q++) {
         int32_t node = bonds->node[slopes->row[q]];
-        for (int d = 0; d < PD_DIM; d++) {
+        double fit[PD_DIM];
+        int known = slopes->wide && slopes->known[q];
+        if (known) pdi_reconstruct_fit(slopes, slopes->row[q], f, fit);
+        for (int d = 0; d < PD_DIM && known; d++) grad[(int64_t)d * grid->total + node] = fit[d];
+        for (int d = 0; d < PD_DIM && !known; d++) {
             int32_t step[2];
             if (!pdi_reconstruct_line(grid, node, d, step)) continue;
             double one = f[node + step[0]] - f[node], two = f[node + step[1]] - f[node];
@@ -19560,7 +19666,6 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #undef PDI_RECONSTRUCT_TERMS
 #undef PDI_RECONSTRUCT_MIN_PIVOT
 #undef PDI_RECONSTRUCT_NEAR
-#undef PDI_RECONSTRUCT_EDGE
 #undef PDI_RECONSTRUCT_SHARP
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -25355,6 +25460,8 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, c
 #define PDI_FORCE_TERMS (PD_DIM + 1)
 /* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
 #define PDI_FORCE_DEPENDS 1e-4
+/* [cells] Step of differences of a distance; a place that is nearer to a surface lies on it. */
+#define PDI_FORCE_STEP 1e-3
 
 typedef struct pdi_force_sight {
     const pd_bonds *bonds;
@@ -25418,17 +25525,8 @@ static int pdi_force_rise(const pdi_force_sight *sight, const double *x, double 
     for (int d = 0; d < PD_DIM; d++) at[d] = x[d] - sight->place[d];
     *distance = pdi_vec_dot(at, normal);
     if (!pdi_grid_inside(bonds->grid, i)) return 1;
-    *distance = pdi_bond_smooth(bonds, sight->closed, x);
-    if (!(fabs(pdi_bond_smooth(bonds, sight->closed, sight->place)) < 1e-3 * bonds->grid->h[0])) return 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        double eps = 1e-3 * bonds->grid->h[d];
-        memcpy(at, x, sizeof at);
-        at[d] = x[d] + eps;
-        normal[d] = pdi_bond_smooth(bonds, sight->closed, at);
-        at[d] = x[d] - eps;
-        normal[d] = (normal[d] - pdi_bond_smooth(bonds, sight->closed, at)) / (2.0 * eps);
-    }
-    return fabs(pdi_vec_norm(normal) - 1.0) < 1e-2;
+    if (!(fabs(pdi_bond_smooth(bonds, sight->closed, sight->place)) < PDI_FORCE_STEP * bonds->grid->h[0])) return 0;
+    return pdi_surface_rise(bonds, sight->closed, x, PDI_FORCE_STEP, distance, normal);
 }
 
 /* Slope of the pressure along the normal: what friction of the normal velocity, which begins with the square of the
@@ -25514,6 +25612,7 @@ PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, con
 #undef PDI_FORCE_BESIDE
 #undef PDI_FORCE_TERMS
 #undef PDI_FORCE_DEPENDS
+#undef PDI_FORCE_STEP
 
 /* ---- around the body ---- */
 

@@ -2,10 +2,10 @@
  * whose film grows by the current of oxygen that diffuses to it, order in time, metal that goes, checkpoints, threads.
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
-#include "run/model.h"
-#include "scene/scene.h"
 #include "checkpoint_model.h"
 #include "scene_file.h"
+#include "model_scene.h"
+#include "../cases/film.h"
 
 #define FARADAY 96485.33212
 #if PD_DIM == 1
@@ -21,37 +21,6 @@
     "[side y-] flow = mirror\n[side y+] flow = mirror\n"
 #define HIGH ", 0 .. 20 um"
 #endif
-#define GAP 2e-3 /* [m] */
-
-static pd_ctx ctx;
-static pd_setup setup;
-static pd_model model;
-
-static int open_model(const char *text, const char *const *overrides, int count)
-{
-    pd_ctx_init(&ctx);
-    if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, overrides, count, &setup))) return 0;
-    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &setup, &model))) return 1;
-    pd_setup_free(&ctx, &setup);
-    return 0;
-}
-
-static void close_model(void)
-{
-    pdi_model_free(&ctx, &model);
-    pd_setup_free(&ctx, &setup);
-    CHECK_INT(ctx.in_use, 0);
-}
-
-static int run_to(double t)
-{
-    double off;
-    int done = CHECK_OK(&ctx, pd_couple_run(&ctx, &model.couple, t, 0.0, NULL, NULL));
-    CHECK_LE(pd_couple_imbalance(&model.couple), 1e-12);
-    pdi_polarise_current(&model.attack.polarise, &off);
-    CHECK_LE(off, 1e-12);
-    return done;
-}
 
 static double mean_of(int k)
 {
@@ -72,90 +41,29 @@ static double level_of(int electrode)
 #define COUPLE(mg, oh) \
     BOX("0.2 mm", "4 mm") "[shape left] box = 0 .. 1 mm" SPAN "  kind = solid  material = mg4ag\n" \
     "[shape right] box = 3 mm .. 4 mm" SPAN "  kind = solid  material = steel304\n[potential]\n" \
-    "[electrode mg] shape = left  curve = expression  range = -1.8 V .. -1.25 V  factor = sqrt(theta)\n" \
-    "  i = 0.28 A/m2*(exp(39.31786*0.4*(E + 1.517 V)/(1 V)) - exp(-39.31786*0.32*(E + 1.517 V)/(1 V)))\n" \
-    "  reaction = Mg = Mg2+ + 2 e-\n" \
-    "[electrode al] material = steel304  connected = mg  curve = expression  range = -1.8 V .. -1.25 V\n" \
-    "  i = -0.104 A/m2/(0.012 + exp(-2*(E + 0.595 V)/(1 V))) - 0.18 A/m2*10^(-(E + 1.41 V)/(0.118 V))\n" \
-    "  reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n" \
-    "[constants] Vm = 2.457627e-5 m3/mol  k = 3.7e-7 m7/mol2/s  q = 7.4e-4 m6/mol2/s  w = 0.45 mol3/m9\n" \
-    "[surface theta] of = mg  initial = 0.1  max = 1\n" \
-    "  rate = (1 - theta)/((1 - eps)*l)*k*Vm*max([Mg2+]*[OH-]^2 - w, 0)\n" \
-    "[surface eps] of = mg  initial = 0.55  min = 0  rate = -eps*q*Vm*max([Mg2+]*[OH-]^2 - w, 0)\n" \
-    "[surface l] of = mg  initial = 0.1 um  max = 1 mm  rate = k*Vm*max([Mg2+]*[OH-]^2 - w, 0)/(0.45*theta)\n" \
+    "[electrode mg] shape = left  factor = sqrt(theta)  " FILM_MG "  reaction = Mg = Mg2+ + 2 e-\n" \
+    "[electrode al] material = steel304  connected = mg  " FILM_AL "  reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n" \
+    FILM_STATES("mg") \
     "[surface charge] of = mg  initial = 0 C/m2  rate = i\n" \
     "[chemistry] activity = ideal  migration = yes\n[species Mg2+] D = 1e-2 m2/s  initial = " mg " mM\n" \
     "[species OH-] D = 1e-2 m2/s  initial = " oh " mM\n[species Na+] D = 1e-2 m2/s  initial = 10 mol/L\n" \
     "[species Cl-] D = 1e-2 m2/s  initial = 10 mol/L\n[run] until = 100 h\n"
 
-static double magnesium(double u)
-{
-    return 0.28 * (exp(39.31786 * 0.4 * (u + 1.517)) - exp(-39.31786 * 0.32 * (u + 1.517)));
-}
-
-static double aluminium(double u)
-{
-    double e = exp(2.0 * (u + 0.595));
-    return 0.104 * e / (0.012 * e + 1.0) + 0.18 * pow(10.0, -(u + 1.41) / 0.118);
-}
-
-/* E where share times one is the other. */
-static double mixed(double share)
-{
-    double lo = -1.8, hi = -1.25;
-    for (int k = 0; k < 100; k++) {
-        double u = 0.5 * (lo + hi);
-        if (share * magnesium(u) > aluminium(u)) hi = u;
-        else lo = u;
-    }
-    return 0.5 * (lo + hi);
-}
-
-/* theta, eps, l, what has passed, C of Mg2+ and OH-, well mixed in a gap. */
-static void film_rates(const double *y, double *rate)
-{
-    double i = aluminium(mixed(sqrt(y[0]))), volume = 2.457627e-5;
-    double chi = fmax(y[4] * y[5] * y[5] - 0.45, 0.0), k = 3.7e-7 * volume * chi;
-    rate[0] = (1.0 - y[0]) / ((1.0 - y[1]) * y[2]) * k;
-    rate[1] = -y[1] * 7.4e-4 * volume * chi;
-    rate[2] = y[2] < 1e-3 ? k / ((1.0 - 0.55) * y[0]) : 0.0;
-    rate[3] = i;
-    rate[4] = i / (2.0 * FARADAY * GAP);
-    rate[5] = i / (FARADAY * GAP);
-}
-
-/* Runge and Kutta's method of order 4, n steps, from `mg` mol/m3 of Mg2+. */
-static void film_run(double t, int n, double mg, double *y)
-{
-    static const double start[] = {0.1, 0.55, 1e-7, 0.0};
-    double k[4][6], at[6], h = t / n;
-    memcpy(y, start, sizeof start);
-    y[4] = mg;
-    y[5] = 2.0 * mg;
-    for (int s = 0; s < n; s++) {
-        for (int j = 0; j < 4; j++) {
-            double share = j == 0 ? 0.0 : j == 3 ? h : 0.5 * h;
-            for (int m = 0; m < 6; m++) at[m] = y[m] + (j ? share * k[j - 1][m] : 0.0);
-            film_rates(at, k[j]);
-        }
-        for (int m = 0; m < 6; m++) y[m] += h / 6.0 * (k[0][m] + 2.0 * k[1][m] + 2.0 * k[2][m] + k[3][m]);
-    }
-}
-
 TEST(film_of_a_couple)
 {
-    double y[6];
+    double y[FILM_COUNT];
     if (!open_model(COUPLE("0", "0"), NULL, 0)) return;
     for (double t = 900.0; t < 16000.0; t *= 2.0) {
         if (!run_to(t)) break;
-        film_run(t, 4000, 0.0, y);
+        film_mixed(t, 4000, 0.0, 0, y);
         NOTE("%g s: E %.7f V (%.7f), theta %.6f (%.6f), l %.5g (%.5g), charge %.6g (%.6g), %d steps", t, level_of(0),
-             mixed(sqrt(y[0])), mean_of(0), y[0], mean_of(2), y[2], mean_of(3), y[3], (int)model.course.steps);
-        CHECK_NEAR(level_of(0), mixed(sqrt(y[0])), 1e-4);
+             film_potential(sqrt(y[0])), mean_of(0), y[0], mean_of(2), y[2], mean_of(3), y[FILM_PASSED],
+             (int)model.course.steps);
+        CHECK_NEAR(level_of(0), film_potential(sqrt(y[0])), 1e-4);
         CHECK_REL(mean_of(0), y[0], 5e-3);
         CHECK_NEAR(mean_of(1), y[1], 5e-3 * 0.55);
         CHECK_REL(mean_of(2), y[2], 5e-3);
-        CHECK_REL(mean_of(3), y[3], 1e-3);
+        CHECK_REL(mean_of(3), y[FILM_PASSED], 1e-3);
     }
     close_model();
 }
@@ -163,8 +71,8 @@ TEST(film_of_a_couple)
 /* With half the steps the error of what has passed is a quarter. The cover goes its way in 20 s. */
 TEST(order_in_time)
 {
-    double y[6], error[3][4];
-    film_run(1200.0, 10000, 2.0, y);
+    double y[FILM_COUNT], error[3][4];
+    film_mixed(1200.0, 10000, 2.0, 0, y);
     for (int k = 0; k < 3; k++) {
         char step[64];
         const char *overrides[] = {step, "run.rtol=0.1"};
@@ -174,8 +82,8 @@ TEST(order_in_time)
             CHECK_INT(model.course.rejected, 0);
             error[k][0] = fabs(mean_of(0) / y[0] - 1.0);
             error[k][1] = fabs(mean_of(2) / y[2] - 1.0);
-            error[k][2] = fabs(mean_of(3) / y[3] - 1.0);
-            error[k][3] = fabs(level_of(0) - mixed(sqrt(y[0])));
+            error[k][2] = fabs(mean_of(3) / y[FILM_PASSED] - 1.0);
+            error[k][3] = fabs(level_of(0) - film_potential(sqrt(y[0])));
             NOTE("order: %d steps: theta %.3e, l %.3e, charge %.3e, E %.3e V", (int)model.course.steps, error[k][0],
                  error[k][1], error[k][2], error[k][3]);
         }

@@ -1,56 +1,15 @@
 /* What a step costs varies smoothly with the horizon, the ratio of spacings, the cell Peclet and the Reynolds number:
  * iterations of neighbouring cases are within a bounded ratio. A bar stands in a channel.
  * dims: 2 */
-#include "fixture.h"
+#include "channel_scene.h"
 
-#define NU 1e-6  /* [m2/s] */
 #define CELLS 16 /* across the channel */
-
-static scene test_scene;
-static pd_steady_result solved;
-
-static void profile(void *user, const double *x, double *u)
-{
-    const scene *s = (const scene *)user;
-    double y = x[1] / s->width;
-    u[0] = 6.0 * s->mean * y * (1.0 - y);
-    u[1] = 0.0;
-}
-
-/* A plume a quarter of the channel wide enters beside the middle. */
-static double plume(void *user, const double *x)
-{
-    const scene *s = (const scene *)user;
-    double y = 8.0 * (x[1] / s->width - 0.4);
-    return exp(-y * y);
-}
 
 /* The flow at a Reynolds number of the width of the channel, from rest; cells of the spacings h. */
 static scene *scene_flow(const double *h, double m, double reynolds)
 {
-    scene *s = &test_scene;
-    scene_box(s, m, 1.0, 2 * CELLS, CELLS, 1);
-    s->ctx.threads = 1;
-    s->shapes[0].type = PD_SHAPE_BOX;
-    for (int d = 0; d < 2; d++) {
-        s->stencil_desc.h[d] = h[d];
-        s->grid_desc.hi[d] *= h[d];
-        s->shapes[0].a[d] = (d ? 6.0 : 7.0) * h[d];
-        s->shapes[0].b[d] = 11.0 * h[d];
-    }
-    s->grid_desc.wall = &s->shapes[0];
-    s->grid_desc.side[0] = PD_SIDE_INLET;
-    s->grid_desc.side[1] = PD_SIDE_OUTLET;
-    s->width = s->grid_desc.hi[1];
-    s->mean = s->flow_desc.speed = reynolds * NU / s->width;
-    s->with = WITH_FLOW | WITH_STEADY;
-    s->flow_desc.rho = 1000.0;
-    s->flow_desc.mu = NU * s->flow_desc.rho;
-    s->flow_desc.length = s->width;
-    s->flow_desc.inlet = profile;
-    s->flow_desc.inlet_user = s;
-    s->steady_desc.tolerance = 1e-8;
-    return scene_build(s) && CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, &solved)) ? s : NULL;
+    static const channel of = {0, 0, 2 * CELLS, CELLS, 7.0 / (2 * CELLS), 11.0 / (2 * CELLS), 0.0};
+    return channel_flow(&of, h, m, reynolds);
 }
 
 /* Krylov iterations of one step from an empty channel, of so many times the way through it, at a Peclet number of the
@@ -106,7 +65,8 @@ static int smooth(int last, int next, double most)
 
 /* Cell Peclet numbers of 1 to 1e6, and horizons of 1 to 6 cells: a step to the steady field. Below 10 the fluxes begin
  * to be limited. With the longest horizon counts vary by a factor of two for steps whose lengths differ by a hundredth,
- * since Newton's method takes other ways. */
+ * since Newton's method takes other ways. Matrices of bonds to the eight nodes around are factored, which wider families
+ * cannot be: those cost more, and are compared among themselves. */
 TEST(transport_over_peclet_and_horizon)
 {
     static const double sizes[] = {1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0};
@@ -120,8 +80,9 @@ TEST(transport_over_peclet_and_horizon)
             cost[p] = step_cost(s, numbers[p], 100.0);
             CHECK(cost[p] > 0);
             double most = sizes[k] > 5.0 ? 3.0 : 2.0;
-            if (!smooth(last, cost[p], most) || !smooth(below[p], cost[p], most))
-                NOTE("m = %g, Pe = %g", sizes[k], numbers[p]);
+            int widened = k > 0 && sizes[k] >= 2.0 && sizes[k - 1] < 2.0;
+            int even = widened ? CHECK_LE(below[p], most * cost[p]) : smooth(below[p], cost[p], most);
+            if (!smooth(last, cost[p], most) || !even) NOTE("m = %g, Pe = %g", sizes[k], numbers[p]);
             last = below[p] = cost[p];
         }
         NOTE("m = %g: %d %d %d %d %d %d %d %d iterations", sizes[k], cost[0], cost[1], cost[2], cost[3], cost[4],

@@ -1,67 +1,15 @@
 /* factor: the factored matrix of Newton's method of limited transport, from one end of the stream and from both; and
  * what takes its place where it fails.
  * dims: 2 */
-#include "fixture.h"
+#include "channel_scene.h"
 
-#define NU 1e-6 /* [m2/s] */
-#define H 1e-5  /* [m] */
-
-static scene test_scene;
-static pd_steady_result solved;
-
-/* The stream runs along `axis`, or (down) against it, through a channel with a bar. */
-typedef struct channel {
-    int axis, down, length, across;
-} channel;
-
-static channel now;
-
-static void profile(void *user, const double *x, double *u)
-{
-    const scene *s = (const scene *)user;
-    double y = x[1 - now.axis] / s->width;
-    u[now.axis] = (now.down ? -6.0 : 6.0) * s->mean * y * (1.0 - y);
-    u[1 - now.axis] = 0.0;
-}
-
-/* A plume enters beside the middle, in a stream of 1. */
-static double plume(void *user, const double *x)
-{
-    const scene *s = (const scene *)user;
-    double y = 8.0 * (x[1 - now.axis] / s->width - 0.4);
-    return 1.0 + exp(-y * y);
-}
+#define H 1e-5 /* [m] */
+#define BAR 0.3, 0.45, 1.0 /* the bar, and what flows beside the plume */
 
 static scene *channel_build(const channel *of)
 {
-    scene *s = &test_scene;
-    int cells[2];
-    now = *of;
-    cells[of->axis] = of->length;
-    cells[1 - of->axis] = of->across;
-    scene_box(s, 1.0, H, cells[0], cells[1], 1);
-    s->shapes[0].type = PD_SHAPE_BOX;
-    s->shapes[0].a[of->axis] = 0.3 * of->length * H;
-    s->shapes[0].b[of->axis] = 0.45 * of->length * H;
-    if (of->down) {
-        s->shapes[0].a[of->axis] = 0.55 * of->length * H;
-        s->shapes[0].b[of->axis] = 0.7 * of->length * H;
-    }
-    s->shapes[0].a[1 - of->axis] = 0.375 * of->across * H;
-    s->shapes[0].b[1 - of->axis] = 0.6875 * of->across * H;
-    s->grid_desc.wall = &s->shapes[0];
-    s->grid_desc.side[2 * of->axis + of->down] = PD_SIDE_INLET;
-    s->grid_desc.side[2 * of->axis + !of->down] = PD_SIDE_OUTLET;
-    s->width = of->across * H;
-    s->mean = s->flow_desc.speed = NU / s->width;
-    s->with = WITH_FLOW | WITH_STEADY;
-    s->flow_desc.rho = 1000.0;
-    s->flow_desc.mu = NU * s->flow_desc.rho;
-    s->flow_desc.length = s->width;
-    s->flow_desc.inlet = profile;
-    s->flow_desc.inlet_user = s;
-    s->steady_desc.tolerance = 1e-8;
-    return scene_build(s) && CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, &solved)) ? s : NULL;
+    static const double h[2] = {H, H};
+    return channel_flow(of, h, 1.0, 1.0);
 }
 
 /* One step of a way through from a channel of 1, into `out` [total] with what the step leaves undone behind it.
@@ -71,7 +19,7 @@ static pd_status step(scene *s, double peclet, int threads, int iterations, doub
 {
     pd_transport t;
     pd_transport_desc desc;
-    double dt = now.length * H / s->mean, had = 0.0, has = 0.0;
+    double dt = channel_now.length * H / s->mean, had = 0.0, has = 0.0;
     int volume = 0;
     memset(&t, 0, sizeof t);
     memset(&desc, 0, sizeof desc);
@@ -104,7 +52,8 @@ static pd_status step(scene *s, double peclet, int threads, int iterations, doub
  * iterations, threads change no bit, and amounts are kept. */
 TEST(streams_in_all_directions)
 {
-    static const channel cases[] = {{0, 0, 96, 16}, {0, 1, 96, 16}, {1, 0, 96, 16}, {1, 1, 96, 16}, {0, 0, 32, 16}};
+    static const channel cases[] = {{0, 0, 96, 16, BAR}, {0, 1, 96, 16, BAR}, {1, 0, 96, 16, BAR}, {1, 1, 96, 16, BAR},
+                                    {0, 0, 32, 16, BAR}};
     for (int k = 0; k < 5; k++) {
         scene *s = channel_build(cases + k);
         if (!s) return;
@@ -116,8 +65,8 @@ TEST(streams_in_all_directions)
             for (int threads = 1; threads < 3; threads++)
                 CHECK_INT(step(s, peclet, threads, 0, out + 2 * total * (threads - 1), result + threads - 1,
                                balance + threads - 1), PD_OK);
-            NOTE("axis %d, down %d, %d columns, Pe = %g: %d iterations of %d systems, balance %.2g", now.axis, now.down,
-                 now.length, peclet, result[0].krylov, result[0].limiter, balance[0]);
+            NOTE("axis %d, down %d, %d columns, Pe = %g: %d iterations of %d systems, balance %.2g", channel_now.axis,
+                 channel_now.down, channel_now.length, peclet, result[0].krylov, result[0].limiter, balance[0]);
             CHECK_LE(result[0].krylov, 5.0 * result[0].limiter);
             CHECK_INT(memcmp(out, out + 2 * total, 2 * (size_t)total * sizeof *out), 0);
             CHECK_LE(fabs(balance[0]), 1e-12);
@@ -133,7 +82,7 @@ TEST(streams_in_all_directions)
  * of an M-matrix: the field keeps its bounds, and amounts are kept with what the step has left undone. */
 TEST(solves_that_fail_keep_amounts_and_bounds)
 {
-    static const channel of = {0, 0, 96, 16};
+    static const channel of = {0, 0, 96, 16, BAR};
     scene *s = channel_build(&of);
     if (!s) return;
     double *out = (double *)calloc((size_t)(4 * s->grid.total), sizeof *out), *best = out + 2 * s->grid.total, balance;
@@ -162,7 +111,7 @@ TEST(solves_that_fail_keep_amounts_and_bounds)
 /* A matrix without pivots is not factored. */
 TEST(no_pivot_no_factors)
 {
-    static const channel of = {0, 0, 32, 16};
+    static const channel of = {0, 0, 32, 16, BAR};
     pd_transport_desc desc;
     pd_transport t;
     scene *s = channel_build(&of);

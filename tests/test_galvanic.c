@@ -2,12 +2,12 @@
  * the current, conductivity of species, checkpoints, threads, bad input; against closed forms.
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
-#include "run/model.h"
 #include "run/sample.h"
 #include "run/view.h"
-#include "scene/scene.h"
 #include "checkpoint_model.h"
 #include "scene_file.h"
+#include "model_scene.h"
+#include "../cases/film.h"
 
 #define FARADAY 96485.33212
 #if PD_DIM == 1
@@ -29,34 +29,6 @@
     "[shape right] box = 3 mm .. 4 mm" SPAN "  kind = solid  material = steel304\n"
 #define MG_SPEED (24.305e-3 / 1738.0 / (2.0 * FARADAY)) /* [m3/C] */
 
-static pd_ctx ctx;
-static pd_setup setup;
-static pd_model model;
-
-static int open_model(const char *text)
-{
-    pd_ctx_init(&ctx);
-    if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup))) return 0;
-    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &setup, &model))) return 1;
-    pd_setup_free(&ctx, &setup);
-    return 0;
-}
-
-static void close_model(void)
-{
-    pdi_model_free(&ctx, &model);
-    pd_setup_free(&ctx, &setup);
-    CHECK_INT(ctx.in_use, 0);
-}
-
-static int run_to(double t)
-{
-    int done = CHECK_OK(&ctx, pd_couple_run(&ctx, &model.couple, t, 0.0, NULL, NULL));
-    CHECK_LE(model.cell.result.imbalance, 1e-12);
-    CHECK_LE(pd_couple_imbalance(&model.couple), 1e-12);
-    return done;
-}
-
 static pd_cell_electrode electrode(int k)
 {
     pd_cell_electrode e;
@@ -70,12 +42,8 @@ static pd_cell_electrode electrode(int k)
 TEST(mixed_potential)
 {
     static const char text[] = PLATES "[potential] conductivity = 1e4 S/m\n"
-        "[electrode mg] shape = left  curve = expression  range = -1.8 V .. -1.25 V\n"
-        "  i = 0.28 A/m2*(exp(39.31786*0.4*(E + 1.517 V)/(1 V)) - exp(-39.31786*0.32*(E + 1.517 V)/(1 V)))\n"
-        "[electrode al] material = steel304  connected = mg  curve = expression  range = -1.8 V .. -1.25 V\n"
-        "  i = -0.104 A/m2*exp(2*(E + 0.595 V)/(1 V))/(0.012*exp(2*(E + 0.595 V)/(1 V)) + 1) - 0.18 A/m2*10^(-(E + "
-        "1.41 V)/(0.118 V))\n";
-    if (!open_model(text)) return;
+        "[electrode mg] shape = left  " FILM_MG "[electrode al] material = steel304  connected = mg  " FILM_AL;
+    if (!open_model(text, NULL, 0)) return;
     if (run_to(0.0)) {
         CHECK_INT(model.electrodes.circuits, 1);
         CHECK_NEAR(electrode(0).potential, -1.462456, 2e-6);
@@ -93,7 +61,7 @@ TEST(gap)
     static const char text[] = PLATES "[potential] conductivity = 2 S/m\n"
         "[electrode a] shape = left  curve = linear  resistance = 1e-3 ohm m2  E0 = 0.1 V  potential = 1 V\n"
         "[electrode b] shape = right  curve = linear  resistance = 2e-3 ohm m2  film = 5e-4 ohm m2  potential = 0\n";
-    if (!open_model(text)) return;
+    if (!open_model(text, NULL, 0)) return;
     if (run_to(0.0)) {
         double i = 0.9 / (1e-3 + 2e-3 + 5e-4 + 2e-3 / 2.0);
         double x[2] = {2.03e-3, 0.2e-3}, at = 1.0 - 0.1 - 1e-3 * i - i * 1.03e-3 / 2.0;
@@ -119,7 +87,7 @@ TEST(in_time)
         "[shape left] box = 0 .. 1 mm" SPAN "  kind = solid\n[side x+] potential = 0.5 V\n"
         "[potential] conductivity = 2 S/m\n[electrode a] shape = left  curve = linear  resistance = 1e-3 ohm m2  "
         "current = 3 mA * t/(1 s)\n[run] until = 4 s  max_step = 1 s\n";
-    if (!open_model(text)) return;
+    if (!open_model(text, NULL, 0)) return;
     for (int k = 0; k < 3 && run_to(k); k++) {
         double i = 3e-3 * k / DEEP;
         CHECK_NEAR(electrode(0).current, i * DEEP, 1e-12);
@@ -135,7 +103,7 @@ TEST(species)
         "[electrode a] shape = left  curve = primary  potential = 0.1 V\n"
         "[electrode b] shape = right  curve = primary  potential = 0 V\n[chemistry] time = steady\n"
         "[species Na+] D = 1.33e-9 m2/s  initial = 145 mM\n[species Cl-] D = 2.03e-9 m2/s  initial = 145 mM\n";
-    if (!open_model(text)) return;
+    if (!open_model(text, NULL, 0)) return;
     if (run_to(0.0)) {
         double kappa = FARADAY * FARADAY / (8.314462618 * 298.15) * (1.33e-9 + 2.03e-9) * 145.0;
         CHECK_NEAR(kappa, 1.83, 0.01);
@@ -169,7 +137,7 @@ TEST(half_reactions)
         "  reaction = Mg = Mg2+ + 2 e-\n"
         "[electrode steel] shape = right  curve = linear  resistance = 1 ohm m2  E0 = 0.01 V\n"
         "  reaction = O2 + 2 H2O + 4 e- = 4 OH-\n" SEA "[run] until = 4 h\n";
-    if (!open_model(text)) return;
+    if (!open_model(text, NULL, 0)) return;
     double o2 = amount("O2"), oh = amount("OH-"), mg = amount("Mg2+"), na = amount("Na+");
     if (run_to(4.0 * 3600.0)) {
         double charge = electrode(0).current * 4.0 * 3600.0;
@@ -197,7 +165,7 @@ TEST(faraday)
         "[electrode b] shape = right  curve = tafel  i0 = 0.01 A/m2  E0 = -0.6 V  cathodic_slope = 150 mV\n"
         "  potential = 0 V\n[transport] D = 1e-9 m2/s\n[dissolve mg4ag] current = i\n"
         "[dissolve steel304] rate = 0\n[run] until = 10 day\n";
-    if (!open_model(text)) return;
+    if (!open_model(text, NULL, 0)) return;
     if (run_to(10.0 * 86400.0)) {
         const pd_ledger *l = &model.couple.ledger[0];
         double charge = electrode(0).current * 10.0 * 86400.0, lost = l->solid_start - l->solid;
@@ -216,7 +184,7 @@ TEST(growing_gap)
         "[electrode b] shape = right  curve = linear  resistance = 1e-2 ohm m2  potential = 0 V\n"
         "[transport] D = 1e-9 m2/s\n[dissolve mg4ag] current = i\n[dissolve steel304] rate = 0\n"
         "[run] until = 40 day  fraction = 0.1\n";
-    if (!open_model(text)) return;
+    if (!open_model(text, NULL, 0)) return;
     if (run_to(40.0 * 86400.0)) {
         const pd_ledger *l = &model.couple.ledger[0];
         double kappa = 0.05, r = 3e-2, from = 2e-3, lost = (l->solid_start - l->solid) / setup.metal[0].solid_c / DEEP;
@@ -240,7 +208,7 @@ TEST(bared)
         "  cathodic_slope = 150 mV\n[transport] D = 1e-9 m2/s\n"
         "[dissolve mg4ag] current = 1 A/m2*10^((E + 1.5 V)/(60 mV))\n[dissolve steel304] rate = 0\n"
         "[run] until = 60 day\n";
-    if (!open_model(text)) return;
+    if (!open_model(text, NULL, 0)) return;
     if (run_to(60.0 * 86400.0)) {
         CHECK_INT(model.grid.solid_count, model.couple.solid_nodes_start * 10 / 12);
         CHECK_NEAR(electrode(1).current, 0.0, 0.0);
@@ -271,7 +239,7 @@ TEST(free_disc)
                "[dissolve] current = 2 A/m2*10^((E + 1.5 V)/(60 mV))\n[run] until = 2 day\n"};
     double loss[3];
     for (int k = 0; k < 3; k++) {
-        if (!open_model(texts[k])) return;
+        if (!open_model(texts[k], NULL, 0)) return;
         if (!run_to(2.0 * 86400.0)) return;
         loss[k] = pd_couple_volume_loss(&model.couple);
         if (k) CHECK_NEAR(electrode(0).potential - model.cell.potential.phi[model.cell.potential.contacts.list[0].node],
@@ -332,21 +300,21 @@ TEST(state)
     char text[1500];
     need_folder();
     couple_scene(text, sizeof text, 1);
-    if (!open_model(text)) return;
+    if (!open_model(text, NULL, 0)) return;
     if (!run_to(5.0 * 86400.0)) return;
     CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("half"), &model));
     if (!run_to(8.0 * 86400.0)) return;
     keep();
     close_model();
-    if (!open_model(text)) return;
+    if (!open_model(text, NULL, 0)) return;
     if (CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("half"), &model))) {
         CHECK_REL(electrode(0).current, -electrode(1).current, 1e-12);
         if (run_to(8.0 * 86400.0)) same();
     }
     close_model();
     couple_scene(text, sizeof text, 2);
-    if (!open_model(text)) return;
+    if (!open_model(text, NULL, 0)) return;
     ctx.threads = 2;
     if (run_to(5.0 * 86400.0) && run_to(8.0 * 86400.0)) same();
     close_model();

@@ -1,60 +1,8 @@
 /* film: states of surfaces: the couple of magnesium and aluminium of Hoeche with the film that grows on it. */
 #ifndef VAL_FILM_H
 #define VAL_FILM_H
+#include "../film.h"
 #if PD_DIM == 1
-
-#define FILM_FARADAY 96485.33212
-#define FILM_GAP 2e-3 /* [m] between plates of equal area */
-
-/* Curves [A/m2] of both metals, positive, and the potential [V] where `share` times one is the other. */
-static double film_mg(double e)
-{
-    return 0.28 * (exp(39.31786 * 0.4 * (e + 1.517)) - exp(-39.31786 * 0.32 * (e + 1.517)));
-}
-
-static double film_al(double e)
-{
-    double x = exp(2.0 * (e + 0.595));
-    return 0.104 * x / (0.012 * x + 1.0) + 0.18 * pow(10.0, -(e + 1.41) / 0.118);
-}
-
-static double film_potential(double share)
-{
-    double lo = -1.8, hi = -1.25;
-    for (int k = 0; k < 60; k++) {
-        double e = 0.5 * (lo + hi);
-        if (share * film_mg(e) > film_al(e)) hi = e;
-        else lo = e;
-    }
-    return 0.5 * (lo + hi);
-}
-
-/* Rates of theta, eps, l with the concentrations of Mg2+ and OH- at the surface; l ends at 1 mm. */
-static void film_rates(const double *y, double mg, double oh, double *rate)
-{
-    double volume = 2.457627e-5, chi = volume * fmax(mg * oh * oh - 0.45, 0.0);
-    rate[0] = (1.0 - y[0]) / ((1.0 - y[1]) * y[2]) * 3.7e-7 * chi;
-    rate[1] = -y[1] * 7.4e-4 * chi;
-    rate[2] = y[2] < 1e-3 ? 3.7e-7 * chi / ((1.0 - 0.55) * y[0]) : 0.0;
-}
-
-/* ---- references ---- */
-
-/* A solution that mixes at once: y has theta, eps, l, Mg2+, OH-. Runge and Kutta's method of order 4. */
-static void film_mixed(double t, int steps, double *y)
-{
-    double k[4][5], at[5], h = t / steps;
-    for (int s = 0; s < steps; s++) {
-        for (int j = 0; j < 4; j++) {
-            double go = j == 0 ? 0.0 : j == 3 ? h : 0.5 * h;
-            for (int m = 0; m < 5; m++) at[m] = y[m] + (j ? go * k[j - 1][m] : 0.0);
-            film_rates(at, at[3], at[4], k[j]);
-            k[j][4] = film_al(film_potential(sqrt(at[0]))) / (FILM_FARADAY * FILM_GAP);
-            k[j][3] = 0.5 * k[j][4];
-        }
-        for (int m = 0; m < 5; m++) y[m] += h / 6.0 * (k[0][m] + 2.0 * k[1][m] + 2.0 * k[2][m] + k[3][m]);
-    }
-}
 
 #define FILM_MODES 200
 
@@ -107,7 +55,6 @@ static void film_rest(double t, int steps, double *y)
         for (int m = 0; m < 3; m++) y[m] += 0.5 * dt * (a[m] + b[m]);
         film_diffuse(&f, dt, 0.5 * (i + j));
     }
-    y[3] = y[4] = 0.0;
 }
 
 /* ---- runs ---- */
@@ -134,18 +81,10 @@ static pd_status film_solve(val_job *job, const char *mg, const char *oh, const 
     snprintf(text, sizeof text,
              "[grid] h = %.17g mm  m = %g  box = 0 .. 4 mm\n[shape mg] box = 0 .. 1 mm  kind = solid\n"
              "[shape al] box = 3 mm .. 4 mm  kind = solid\n[potential] conductivity = 1e6 S/m\n"
-             "[electrode mg] shape = mg  curve = expression  range = -1.8 V .. -1.25 V  factor = sqrt(theta)\n"
-             "i = 0.28 A/m2*(exp(39.31786*0.4*(E + 1.517 V)/(1 V)) - exp(-39.31786*0.32*(E + 1.517 V)/(1 V)))\n"
-             "reaction = Mg = Mg2+ + 2 e-\n"
-             "[electrode al] shape = al  connected = mg  curve = expression  range = -1.8 V .. -1.25 V\n"
-             "i = -0.104 A/m2/(0.012 + exp(-2*(E + 0.595 V)/(1 V))) - 0.18 A/m2*10^(-(E + 1.41 V)/(118 mV))\n"
-             "reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n"
+             "[electrode mg] shape = mg  factor = sqrt(theta)  " FILM_MG "reaction = Mg = Mg2+ + 2 e-\n"
+             "[electrode al] shape = al  connected = mg  " FILM_AL "reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n"
              "[chemistry] activity = ideal\n[species Mg2+] D = %s m2/s\n[species OH-] D = %s m2/s\n"
-             "[constants] Vm = 2.457627e-5 m3/mol  k = 3.7e-7 m7/mol2/s  q = 7.4e-4 m6/mol2/s  w = 0.45 mol3/m9\n"
-             "[surface theta] of = mg  initial = 0.1  max = 1\n"
-             "rate = (1 - theta)/((1 - eps)*l)*k*Vm*max([Mg2+]*[OH-]^2 - w, 0)\n"
-             "[surface eps] of = mg  initial = 0.55  min = 0  rate = -eps*q*Vm*max([Mg2+]*[OH-]^2 - w, 0)\n"
-             "[surface l] of = mg  initial = 0.1 um  max = 1 mm  rate = k*Vm*max([Mg2+]*[OH-]^2 - w, 0)/(0.45*theta)\n"
+             FILM_STATES("mg")
              "[run] until = %.17g h  rtol = 1e-3\n", 1.0 / job->level.n, job->level.m, mg, oh, job->level.p);
     desc.dry = 1;
     desc.figures = &f;
@@ -167,14 +106,14 @@ static pd_status film_solve(val_job *job, const char *mg, const char *oh, const 
 
 static pd_status film_mixed_run(val_job *job)
 {
-    double y[5] = {0.1, 0.55, 1e-7, 0.0, 0.0};
-    film_mixed(job->level.p * 3600.0, 40000, y);
+    double y[FILM_COUNT];
+    film_mixed(job->level.p * 3600.0, 40000, 0.0, 0, y);
     return film_solve(job, "1e-2", "1e-2", y);
 }
 
 static pd_status film_rest_run(val_job *job)
 {
-    double y[5] = {0.1, 0.55, 1e-7, 0.0, 0.0};
+    double y[3] = {0.1, 0.55, 1e-7};
     film_rest(job->level.p * 3600.0, (int)(job->level.p * 18000.0), y);
     return film_solve(job, "0.71e-9", "5.27e-9", y);
 }

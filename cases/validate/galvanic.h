@@ -1,6 +1,7 @@
 /* galvanic: scenes with an electric potential: mixed potentials, couples, a disc, metal that dissolves by current. */
 #ifndef VAL_GALVANIC_H
 #define VAL_GALVANIC_H
+#include "../film.h"
 #if PD_DIM > 1
 
 /* A scene as text, run up to its end; its figures. */
@@ -32,47 +33,24 @@ static double galvanic_figure(const pd_figures *figures, const char *name, const
 #if PD_DIM == 2
 /* ---- two metals in a good conductor ---- */
 
-/* Magnesium and aluminium in front of each other, equal areas. The curves are those of the scene; V, A/m2. */
-static double galvanic_mg(double e)
-{
-    return 0.28 * (exp(39.31786 * 0.4 * (e + 1.517)) - exp(-39.31786 * 0.32 * (e + 1.517)));
-}
-
-static double galvanic_al(double e)
-{
-    double x = exp(2.0 * (e + 0.595));
-    return -0.104 * x / (0.012 * x + 1.0) - 0.18 * pow(10.0, -(e + 1.41) / 0.118);
-}
-
-#define GALVANIC_MG \
-    "curve = expression  range = -1.8 V .. -1.25 V\n" \
-    "i = 0.28 A/m2*(exp(39.31786*0.4*(E + 1.517 V)/(1 V)) - exp(-39.31786*0.32*(E + 1.517 V)/(1 V)))\n"
-#define GALVANIC_AL \
-    "curve = expression  range = -1.8 V .. -1.25 V\ni = -0.104 A/m2*exp(2*(E + 0.595 V)/(1 V))/" \
-    "(0.012*exp(2*(E + 0.595 V)/(1 V)) + 1) - 0.18 A/m2*10^(-(E + 1.41 V)/(0.118 V))\n"
-
+/* Magnesium and aluminium in front of each other, equal areas. */
 static pd_status galvanic_mixed_run(val_job *job)
 {
     char text[2048];
-    double lo = -1.8, hi = -1.25;
+    double e = film_potential(1.0);
     pd_figures f;
     pd_run_result r;
     snprintf(text, sizeof text,
              "[grid] h = %.17g mm  m = %g  box = 0 .. 3 mm, 0 .. 1 mm\n"
              "[side y-] flow = mirror\n[side y+] flow = mirror\n"
              "[shape mg] box = 0 .. 1 mm, 0 .. 1 mm  kind = solid\n[shape al] box = 2 mm .. 3 mm, 0 .. 1 mm  kind = "
-             "solid\n[potential] conductivity = 1e4 S/m\n[electrode mg] shape = mg  connected = al  " GALVANIC_MG
-             "[electrode al] shape = al  " GALVANIC_AL, 1.0 / job->level.n, job->level.m);
-    for (int k = 0; k < 200; k++) {
-        double e = 0.5 * (lo + hi);
-        if (galvanic_mg(e) + galvanic_al(e) < 0.0) lo = e;
-        else hi = e;
-    }
+             "solid\n[potential] conductivity = 1e4 S/m\n[electrode mg] shape = mg  connected = al  " FILM_MG
+             "[electrode al] shape = al  " FILM_AL, 1.0 / job->level.n, job->level.m);
     pd_status status = galvanic_solve(job, text, &f, &r);
     if (status >= 0) {
-        job->out->err[0] = fabs(galvanic_figure(&f, "mg", "E") - lo);
-        job->out->err[1] = fabs(lo + 1.462456);
-        job->out->err[2] = fabs(galvanic_figure(&f, "mg", "density") / galvanic_mg(lo) - 1.0);
+        job->out->err[0] = fabs(galvanic_figure(&f, "mg", "E") - e);
+        job->out->err[1] = fabs(e + 1.462456);
+        job->out->err[2] = fabs(galvanic_figure(&f, "mg", "density") / film_mg(e) - 1.0);
         job->out->err[3] = r.current_balance;
     }
     pd_figures_free(job->ctx, &f);

@@ -318,6 +318,8 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, c
 #define PDI_FORCE_TERMS (PD_DIM + 1)
 /* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
 #define PDI_FORCE_DEPENDS 1e-4
+/* [cells] Step of differences of a distance; a place that is nearer to a surface lies on it. */
+#define PDI_FORCE_STEP 1e-3
 
 typedef struct pdi_force_sight {
     const pd_bonds *bonds;
@@ -381,17 +383,8 @@ static int pdi_force_rise(const pdi_force_sight *sight, const double *x, double 
     for (int d = 0; d < PD_DIM; d++) at[d] = x[d] - sight->place[d];
     *distance = pdi_vec_dot(at, normal);
     if (!pdi_grid_inside(bonds->grid, i)) return 1;
-    *distance = pdi_bond_smooth(bonds, sight->closed, x);
-    if (!(fabs(pdi_bond_smooth(bonds, sight->closed, sight->place)) < 1e-3 * bonds->grid->h[0])) return 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        double eps = 1e-3 * bonds->grid->h[d];
-        memcpy(at, x, sizeof at);
-        at[d] = x[d] + eps;
-        normal[d] = pdi_bond_smooth(bonds, sight->closed, at);
-        at[d] = x[d] - eps;
-        normal[d] = (normal[d] - pdi_bond_smooth(bonds, sight->closed, at)) / (2.0 * eps);
-    }
-    return fabs(pdi_vec_norm(normal) - 1.0) < 1e-2;
+    if (!(fabs(pdi_bond_smooth(bonds, sight->closed, sight->place)) < PDI_FORCE_STEP * bonds->grid->h[0])) return 0;
+    return pdi_surface_rise(bonds, sight->closed, x, PDI_FORCE_STEP, distance, normal);
 }
 
 /* Slope of the pressure along the normal: what friction of the normal velocity, which begins with the square of the
@@ -477,6 +470,7 @@ PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, con
 #undef PDI_FORCE_BESIDE
 #undef PDI_FORCE_TERMS
 #undef PDI_FORCE_DEPENDS
+#undef PDI_FORCE_STEP
 
 /* ---- around the body ---- */
 

@@ -261,6 +261,20 @@ static void pdi_bond_add_wall(const pd_bonds *bonds, int32_t node, int k, const 
     *curv -= half * cut->bend * slope * 0.5 * cut->distance;
 }
 
+/* 1 when the bond is cut by cells of a smooth surface that its line meets behind its far end, or nowhere. */
+static int pdi_bond_grazes(const pd_paths *paths, int32_t node, int k, int group, const pdi_cut *cut)
+{
+    const pd_grid *grid = paths->grid;
+    const double *xi = paths->stencil->xi + k * PD_DIM;
+    int32_t closed = node + paths->cell_shift[paths->stencil->group_cell[group]];
+    int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
+    double x[PD_DIM];
+    if (cut->t > 1.0 + 1e-9) return 1;
+    if (walled || shape < 0 || pdi_bond_receded(paths, shape, node, k, group)) return 0;
+    pd_grid_position(grid, node, x);
+    return !(fabs(pdi_bond_distance(grid, shape, x, xi, cut->t)) < PDI_BOND_OFF * grid->h[0]);
+}
+
 PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x)
 {
     const double *xi = paths->stencil->xi + k * PD_DIM;
@@ -289,6 +303,7 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
     end->cell = node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
     end->side = pdi_bond_walled(bonds->grid, end->cell);
     end->smooth = cut.smooth;
+    end->grazes = pdi_bond_grazes(&bonds->paths, node, k, group, &cut);
 }
 
 PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const double *x)
@@ -301,16 +316,13 @@ PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, doubl
 {
     int32_t node = bonds->node[row];
     int group = pdi_path_closed_group(&bonds->paths, node, k);
-    int32_t closed = node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
-    int walled = pdi_bond_walled(bonds->grid, closed), shape = pdi_bond_shape(bonds->grid, closed, walled);
     pdi_cut cut;
     pdi_bond_cut(&bonds->paths, node, k, group, &cut);
     pd_grid_position(bonds->grid, node, x);
     for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * bonds->stencil->xi[k * PD_DIM + d];
     memcpy(normal, cut.normal, sizeof cut.normal);
-    if (cut.t > 1.0 + 1e-9) return -1;
-    if (walled || shape < 0 || pdi_bond_receded(&bonds->paths, shape, node, k, group)) return closed;
-    return fabs(pdi_grid_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
+    if (pdi_bond_grazes(&bonds->paths, node, k, group, &cut)) return -1;
+    return node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
 }
 
 PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *motion,

@@ -167,6 +167,7 @@ typedef struct pdi_bond_end {
     int32_t cell;        /* the first closed cell */
     int side;            /* 1: that cell lies behind a side of the box that is a wall */
     int smooth;          /* 1: on a shape, where the surface is curved or inclined against the lattice */
+    int grazes;          /* 1: the line passes cells of a smooth surface, and meets that behind the bond or nowhere */
 } pdi_bond_end;
 PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end);
 #endif

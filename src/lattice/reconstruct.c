@@ -1,5 +1,6 @@
 /* reconstruct: see reconstruct.h */
 #include "lattice/reconstruct.h"
+#include "lattice/surface.h"
 #include "core/owner.h"
 #include "core/par.h"
 #include "core/vec.h"
@@ -10,6 +11,8 @@
 #define PDI_RECONSTRUCT_TERMS (PD_DIM + PD_DIM * (PD_DIM + 1) / 2)
 /* Data whose moments, over those of a whole family, have a pivot below this determine no quadratic. */
 #define PDI_RECONSTRUCT_MIN_PIVOT 1e-3
+/* Share of h that differences of a field reach. */
+#define PDI_RECONSTRUCT_NEAR 0.05
 
 /* Weighted moments of the data of a row. */
 typedef struct pdi_reconstruct_moments {
@@ -26,6 +29,23 @@ static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *
         term[a] = t * n[a];
         for (int b = 0; b <= a; b++) term[at++] = t * t * (double)(n[a] * n[b]);
     }
+}
+
+/* Those at the place of the surface below the end of a bond of row r that only grazes it. 0: there is none. */
+static int pdi_reconstruct_below(const pd_bonds *bonds, int32_t r, const pdi_bond_end *end, double *term)
+{
+    const double *h = bonds->grid->h;
+    double x[PD_DIM], foot[PD_DIM], normal[PD_DIM], distance;
+    int at = PD_DIM;
+    if (!pdi_surface_rise(bonds, end->cell, end->x, PDI_RECONSTRUCT_NEAR, &distance, normal)) return 0;
+    for (int a = 0; a < PD_DIM; a++) foot[a] = end->x[a] - distance * normal[a];
+    if (!(fabs(pdi_bond_smooth(bonds, end->cell, foot)) < PDI_RECONSTRUCT_NEAR * h[0])) return 0;
+    pd_grid_position(bonds->grid, bonds->node[r], x);
+    for (int a = 0; a < PD_DIM; a++) {
+        term[a] = (foot[a] - x[a]) / h[a];
+        for (int b = 0; b <= a; b++) term[at++] = term[a] * term[b];
+    }
+    return 1;
 }
 
 static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
@@ -67,6 +87,35 @@ static void pdi_reconstruct_start(const pd_stencil *s, pdi_reconstruct_moments *
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->unit[a] = 1.0 / sqrt(m->unit[a]);
 }
 
+/* 1: a scalar knows the far end of bond k. Bonds to inlets carry none. */
+static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
+{
+    return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
+}
+
+/* The gradient of a scalar at a row of a wide family (eq. 3.5b). 0: the bonds determine none. */
+static int pdi_reconstruct_scalar(pd_reconstruct *slopes, int32_t r)
+{
+    const pd_bonds *bonds = slopes->bonds;
+    const pd_stencil *s = bonds->stencil;
+    double *slope = slopes->slope + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
+    double term[PDI_RECONSTRUCT_TERMS];
+    pdi_reconstruct_moments m;
+    pdi_reconstruct_start(s, &m);
+    for (int k = 0; k < s->count; k++) {
+        if (!pdi_reconstruct_carries(bonds, r, k)) continue;
+        pdi_reconstruct_terms(s, k, 1.0, term);
+        pdi_reconstruct_add(term, s->base[k], &m);
+    }
+    if (!pdi_reconstruct_factor(&m)) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        memset(term, 0, sizeof term);
+        term[d] = 1.0 / bonds->grid->h[d];
+        pdi_reconstruct_solve(&m, term, slope + d * PDI_RECONSTRUCT_TERMS);
+    }
+    return 1;
+}
+
 /* What cut bonds add to the Laplacian of a velocity that vanishes on the surface (eq. 3.4b). */
 static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const double *excess, double share, double *bend,
                                     double *drag)
@@ -87,7 +136,7 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) far[c] += a * term[c];
             if (end.t > 1.0) continue; /* the line grazes the surface, and meets it far behind */
             weight /= end.t * end.t;
-            pdi_reconstruct_terms(s, k, end.t, term);
+            if (!end.grazes || !pdi_reconstruct_below(bonds, r, &end, term)) pdi_reconstruct_terms(s, k, end.t, term);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) wall[c] += weight * term[c];
         }
         pdi_reconstruct_add(term, weight, &m);
@@ -101,10 +150,6 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
 
 /* ---- the cubic part of a velocity beside a wall ---- */
 
-/* Share of h that differences of a field reach. */
-#define PDI_RECONSTRUCT_NEAR 0.05
-/* A distance whose slope is off by more has an edge nearby. */
-#define PDI_RECONSTRUCT_EDGE 1e-2
 /* Sum of the curvatures, in 1/h, from which a surface counts as an edge. */
 #define PDI_RECONSTRUCT_SHARP 0.5
 
@@ -119,7 +164,7 @@ typedef struct pdi_reconstruct_foot {
 static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_reconstruct_foot *foot)
 {
     const pd_stencil *s = bonds->stencil;
-    double x[PD_DIM], nearest = HUGE_VAL, round = 0.0;
+    double x[PD_DIM], distance, nearest = HUGE_VAL, round = 0.0;
     foot->bonds = bonds;
     foot->closed = -1;
     for (int k = 0; k < s->count; k++) {
@@ -133,17 +178,8 @@ static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_recon
     }
     if (foot->closed < 0) return 0;
     pd_grid_position(bonds->grid, bonds->node[r], x);
-    double distance = pdi_bond_smooth(bonds, foot->closed, x);
+    if (!pdi_surface_rise(bonds, foot->closed, x, PDI_RECONSTRUCT_NEAR, &distance, foot->normal)) return 0;
     if (!(distance >= 0.0)) return 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
-        x[d] = at + eps;
-        double up = pdi_bond_smooth(bonds, foot->closed, x);
-        x[d] = at - eps;
-        foot->normal[d] = (up - pdi_bond_smooth(bonds, foot->closed, x)) / (2.0 * eps);
-        x[d] = at;
-    }
-    if (!(fabs(pdi_vec_norm(foot->normal) - 1.0) < PDI_RECONSTRUCT_EDGE)) return 0;
     for (int d = 0; d < PD_DIM; d++) x[d] = foot->at[d] = x[d] - distance * foot->normal[d];
     for (int d = 0; d < PD_DIM; d++) {
         double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
@@ -220,17 +256,37 @@ static void pdi_reconstruct_excess(const pd_reconstruct *slopes, const pdi_recon
 static void pdi_reconstruct_cubic(pd_reconstruct *slopes, int32_t r, const double *excess, double share)
 {
     int64_t q = slopes->place[r];
-    double *miss = slopes->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
     pdi_reconstruct_foot foot;
+    if (slopes->wide) return;
+    double *miss = slopes->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
     memset(miss, 0, PD_DIM * PDI_RECONSTRUCT_BENDS * sizeof *miss);
-    if (!slopes->fits[q] || slopes->bonds->stencil->reach > 1) return;
-    if (!pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
+    if (!slopes->fits[q] || !pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
     for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) {
         double bends[PDI_RECONSTRUCT_BENDS], part[PD_DIM];
         memset(bends, 0, sizeof bends);
         bends[c] = 1.0;
         pdi_reconstruct_excess(slopes, &foot, r, bends, excess, share, part);
         for (int a = 0; a < PD_DIM; a++) miss[a * PDI_RECONSTRUCT_BENDS + c] = part[a];
+    }
+}
+
+/* slope [PD_DIM] = that of the fit of f at row r of a wide family. */
+static void pdi_reconstruct_fit(const pd_reconstruct *slopes, int32_t r, const double *f, double *slope)
+{
+    const pd_bonds *bonds = slopes->bonds;
+    int32_t node = bonds->node[r];
+    const double *by = slopes->slope + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
+    double sum[PDI_RECONSTRUCT_TERMS];
+    memset(sum, 0, sizeof sum);
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        if (!pdi_reconstruct_carries(bonds, r, k)) continue;
+        const double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
+        double difference = f[node + bonds->paths.shift[k]] - f[node];
+        for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) sum[c] += difference * term[c];
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        slope[d] = 0.0;
+        for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) slope[d] += by[d * PDI_RECONSTRUCT_TERMS + c] * sum[c];
     }
 }
 
@@ -284,25 +340,27 @@ static void pdi_reconstruct_curve(const pd_grid *grid, int32_t node, const doubl
 
 PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss)
 {
-    const double *part = slopes->miss + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_BENDS;
     double bends[PDI_RECONSTRUCT_BENDS];
+    for (int a = 0; a < PD_DIM; a++) miss[a] = 0.0;
+    if (slopes->wide) return;
+    const double *part = slopes->miss + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_BENDS;
     pdi_reconstruct_curve(slopes->bonds->grid, slopes->bonds->node[r], f, bends);
-    for (int a = 0; a < PD_DIM; a++) {
-        miss[a] = 0.0;
+    for (int a = 0; a < PD_DIM; a++)
         for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) miss[a] += part[a * PDI_RECONSTRUCT_BENDS + c] * bends[c];
-    }
 }
 
 PDI_COLD_BEGIN
 static void pdi_reconstruct_list(pdi_owner *owner, void *object)
 {
     pd_reconstruct *slopes = (pd_reconstruct *)object;
-    int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS;
+    int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS, wide = slopes->wide;
     PDI_ARRAY(owner, slopes, row, count, "1");
     PDI_ARRAY(owner, slopes, fits, count, "1");
     PDI_ARRAY(owner, slopes, bend, count * terms, "1/m2");
     PDI_ARRAY(owner, slopes, drag, count, "1/m2");
-    PDI_ARRAY(owner, slopes, miss, count * PD_DIM * PDI_RECONSTRUCT_BENDS, "m");
+    PDI_ARRAY(owner, slopes, miss, (count - wide) * PD_DIM * PDI_RECONSTRUCT_BENDS, "m");
+    PDI_ARRAY(owner, slopes, known, wide, "1");
+    PDI_ARRAY(owner, slopes, slope, wide * PD_DIM * terms, "1/m");
     PDI_ARRAY(owner, slopes, term, slopes->bonds ? slopes->bonds->stencil->count * terms : 0, "1");
     PDI_ARRAY(owner, slopes, place, slopes->rows, "1");
 }
@@ -314,6 +372,7 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
     pdi_reconstruct_free(ctx, slopes);
     slopes->bonds = bonds;
     slopes->capacity = count + count / 4;
+    slopes->wide = bonds->stencil->reach > 1 ? slopes->capacity : 0;
     slopes->rows = bonds->capacity;
     return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
 }
@@ -342,6 +401,7 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, cons
                                                             slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS,
                                                             slopes->drag + q);
         pdi_reconstruct_cubic(slopes, r, excess, share);
+        if (slopes->wide) slopes->known[q] = (uint8_t)pdi_reconstruct_scalar(slopes, r);
         slopes->count++;
     }
     return PD_OK;
@@ -352,12 +412,17 @@ PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *sl
     const pd_bonds *bonds = slopes->bonds;
     if (!slopes->count) return;
     const pd_grid *grid = bonds->grid;
-    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * PD_DIM * 4);
+    int each = slopes->wide ? bonds->stencil->count * PDI_RECONSTRUCT_TERMS : PD_DIM * 4;
+    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * each);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < slopes->count; q++) {
         int32_t node = bonds->node[slopes->row[q]];
-        for (int d = 0; d < PD_DIM; d++) {
+        double fit[PD_DIM];
+        int known = slopes->wide && slopes->known[q];
+        if (known) pdi_reconstruct_fit(slopes, slopes->row[q], f, fit);
+        for (int d = 0; d < PD_DIM && known; d++) grad[(int64_t)d * grid->total + node] = fit[d];
+        for (int d = 0; d < PD_DIM && !known; d++) {
             int32_t step[2];
             if (!pdi_reconstruct_line(grid, node, d, step)) continue;
             double one = f[node + step[0]] - f[node], two = f[node + step[1]] - f[node];
@@ -394,5 +459,4 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #undef PDI_RECONSTRUCT_TERMS
 #undef PDI_RECONSTRUCT_MIN_PIVOT
 #undef PDI_RECONSTRUCT_NEAR
-#undef PDI_RECONSTRUCT_EDGE
 #undef PDI_RECONSTRUCT_SHARP

@@ -3,9 +3,10 @@
  * The gradient (3.5) of a cut family is exact for linear fields: on one side of a surface its error is half the bend of
  * the field over the reach of the bonds. And what (3.2) takes along each cut bond by itself leaves out how the slope of
  * the velocity changes along the surface. Rows on shapes that are curved or inclined take parabolas along the axes for
- * a scalar, and for a velocity a quadratic through the places on the surface as well, where their bonds determine one
- * (theory: eq. 3.5b, 3.4b). The cubic part of a velocity that vanishes on the surface follows from the second
- * derivatives of the pressure: what sums miss of it is known beforehand (eq. 3.4c).
+ * a scalar, or with wide families the quadratic closest to it at their far ends, and for a velocity a quadratic through
+ * the places on the surface as well, where their bonds determine one (theory: eq. 3.5b, 3.4b). With the nearest
+ * neighbours the cubic part of a velocity that vanishes on the surface follows from the second derivatives of the
+ * pressure: what sums miss of it is known beforehand (eq. 3.4c).
  */
 #ifndef PD_RECONSTRUCT_H
 #define PD_RECONSTRUCT_H
@@ -19,8 +20,11 @@ typedef struct pd_reconstruct {
     double *bend;            /* [capacity][terms] [1/m2] the sum over cut bonds of (3.4b) from the same moments */
     double *drag;            /* [capacity] [1/m2] what it takes from the velocity of the node, for the surface */
     double *term;            /* [bonds of the stencil][terms] [-] weighted terms of the far ends of all rows */
-    double *miss;            /* [capacity][PD_DIM][second derivatives] [m] what friction has too much (3.4c) for each
-                              * second derivative of the pressure over mu */
+    int32_t wide;            /* capacity, or 0: families of the nearest neighbours */
+    double *miss;            /* [capacity - wide][PD_DIM][second derivatives] [m] what friction has too much (3.4c) for
+                              * each second derivative of the pressure over mu */
+    uint8_t *known;          /* [wide] 1: the bonds determine the fit of a scalar */
+    double *slope;           /* [wide][PD_DIM][terms] [1/m] its gradient from the sums of terms times differences */
     int32_t rows;
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
 } pd_reconstruct;
@@ -33,7 +37,8 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, cons
 PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
 
 #define PDI_RECONSTRUCT_BENDS (PD_DIM * (PD_DIM + 1) / 2) /* second derivatives: xx, yx, yy, .. */
-/* grad [PD_DIM][total] of f [total] at the rows beside smooth surfaces, along axes on which they have neighbours.
+/* grad [PD_DIM][total] of f [total] at the rows beside smooth surfaces: of the fit of wide families, else along axes on
+ * which they have neighbours.
  * Ghosts must be filled. */
 PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *slopes, const double *f, double *grad);
 /* 1: row r of the bonds has a fit of a velocity. */

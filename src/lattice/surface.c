@@ -12,6 +12,8 @@
 #define PDI_SURFACE_STEP 1e-3
 /* [cells] Surfaces farther away do not count. */
 #define PDI_SURFACE_FAR 2.0
+/* A distance whose slope is off by more has an edge nearby. */
+#define PDI_SURFACE_EDGE 1e-2
 
 typedef struct pdi_surface {
     const pd_bonds *bonds;
@@ -156,7 +158,25 @@ PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *t
     return r.nearest < HUGE_VAL ? (r.behind ? -1 : 1) : 0;
 }
 
+PDI_FN int pdi_surface_rise(const pd_bonds *bonds, int32_t closed, const double *x, double step, double *distance,
+                            double *normal)
+{
+    double at[PD_DIM];
+    memcpy(at, x, sizeof at);
+    *distance = pdi_bond_smooth(bonds, closed, x);
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = step * bonds->grid->h[d];
+        at[d] = x[d] + eps;
+        double up = pdi_bond_smooth(bonds, closed, at);
+        at[d] = x[d] - eps;
+        normal[d] = (up - pdi_bond_smooth(bonds, closed, at)) / (2.0 * eps);
+        at[d] = x[d];
+    }
+    return fabs(pdi_vec_norm(normal) - 1.0) < PDI_SURFACE_EDGE;
+}
+
 #undef PDI_SURFACE_SHORT
 #undef PDI_SURFACE_TOUCH
 #undef PDI_SURFACE_STEP
 #undef PDI_SURFACE_FAR
+#undef PDI_SURFACE_EDGE

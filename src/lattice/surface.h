@@ -11,6 +11,10 @@
  * The place [m], the normal towards the fluid, and a closed node. */
 PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *to, double *place, double *normal,
                         int32_t *closed);
+/* Distance [m] of x from the smooth surface that node `closed` is a cell of, and its slope by differences over `step`
+ * cells to both sides: the normal there. 0: the slope is not 1, an edge is nearby. */
+PDI_FN int pdi_surface_rise(const pd_bonds *bonds, int32_t closed, const double *x, double step, double *distance,
+                            double *normal);
 #endif
 
 #endif

@@ -38,8 +38,8 @@ typedef struct pdi_units_product {
 /* 1 when the identifier text[0..size) is declared, and so is not a unit. */
 typedef int (*pdi_units_declared)(const void *user, const char *text, size_t size);
 
-/* Scan a unit product at text; returns the bytes read, 0 when no unit stands there. *why (NULL: none) becomes the
- * reason when what stands there is a unit but not an admissible one; the return value is then the place. */
+/* Scan a unit product at text; returns the bytes read, 0 when no unit stands there. *why becomes NULL, or the reason
+ * when what stands there is a unit but not an admissible one; the return value is then the place. */
 PDI_FN size_t pdi_units_scan(const char *text, pdi_units_declared declared, const void *user,
                              pdi_units_product *unit, const char **why);
 /* The same for what may follow a '/': one unit, or a product in parentheses. The unit itself is returned. */

@@ -709,7 +709,10 @@ def declare(dim):
         ('bend', POINTER(c_double)),
         ('drag', POINTER(c_double)),
         ('term', POINTER(c_double)),
+        ('wide', c_int32),
         ('miss', POINTER(c_double)),
+        ('known', POINTER(c_uint8)),
+        ('slope', POINTER(c_double)),
         ('rows', c_int32),
         ('place', POINTER(c_int32)),
     ]

@@ -1,0 +1,43 @@
+/* model_scene: the model of a scene that stands in the test, built, run and freed. Include it behind other headers: its
+ * names would hide theirs. */
+#ifndef MODEL_SCENE_H
+#define MODEL_SCENE_H
+#include "run/model.h"
+#include "scene/scene.h"
+#include "test.h"
+
+static pd_ctx ctx;
+static pd_setup setup;
+static pd_model model;
+
+static int open_model(const char *text, const char *const *overrides, int count)
+{
+    pd_ctx_init(&ctx);
+    if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, overrides, count, &setup))) return 0;
+    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &setup, &model))) return 1;
+    pd_setup_free(&ctx, &setup);
+    return 0;
+}
+
+static void close_model(void)
+{
+    pdi_model_free(&ctx, &model);
+    pd_setup_free(&ctx, &setup);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+/* Up to t [s]: amounts balance, and so do the currents, in a cell or among ions. */
+static int run_to(double t)
+{
+    double off;
+    int done = CHECK_OK(&ctx, pd_couple_run(&ctx, &model.couple, t, 0.0, NULL, NULL));
+    CHECK_LE(pd_couple_imbalance(&model.couple), 1e-12);
+    CHECK_LE(model.cell.result.imbalance, 1e-12);
+    if (model.attack.polarise.setup) {
+        pdi_polarise_current(&model.attack.polarise, &off);
+        CHECK_LE(off, 1e-12);
+    }
+    return done;
+}
+
+#endif
