@@ -2,10 +2,6 @@
 #include "flow/precond.h"
 #include "core/par.h"
 
-/* Weight of the differences from node to node that the pressure flux alone sees: their Laplacian is up to three times
- * its diagonal. */
-#define PDI_PRECOND_ROUGH 0.3
-
 /* Values of a field on both sides of a closed face or an inlet, one over the other. */
 #define PDI_PRECOND_EVEN 1.0   /* of a scalar */
 #define PDI_PRECOND_ODD (-1.0) /* of a vector */
@@ -76,16 +72,18 @@ PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double 
 
 /* ---- commutator ---- */
 
+/* f at the lower or upper neighbour of node i along axis d. */
+static double pdi_precond_beside(const pd_grid *grid, const double *f, int32_t i, int d, int up, double closed)
+{
+    int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
+    uint8_t kind = grid->kind[j];
+    return pdi_grid_open(kind) && kind != PD_INLET ? f[j] : closed * f[i];
+}
+
 /* Difference of f across node i along axis d, from neighbour to neighbour. */
 static double pdi_precond_across(const pd_grid *grid, const double *f, int32_t i, int d, double closed)
 {
-    double value[2];
-    for (int up = 0; up < 2; up++) {
-        int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
-        uint8_t kind = grid->kind[j];
-        value[up] = pdi_grid_open(kind) && kind != PD_INLET ? f[j] : closed * f[i];
-    }
-    return value[1] - value[0];
+    return pdi_precond_beside(grid, f, i, d, 1, closed) - pdi_precond_beside(grid, f, i, d, 0, closed);
 }
 
 /* to_d = df/dx_d */
@@ -148,10 +146,61 @@ static void pdi_precond_run(const pd_ctx *ctx, const pd_flow *flow, pdi_traverse
     pdi_traverse_sweep(ctx, flow->bonds, (int64_t)flow->grid->fluid_count * 2 * PD_DIM * PD_DIM, 0, run, &s);
 }
 
+/* ---- short waves ---- */
+
+/* to = B from: 0 of what is uniform, 1 of what alternates from node to node along all axes. */
+static void pdi_precond_alternate(const void *user, int32_t i, int32_t row, int32_t count)
+{
+    const pdi_precond_sweep *s = (const pdi_precond_sweep *)user;
+    const pd_grid *grid = s->flow->grid;
+    const double *from = s->from + i;
+    double *to = s->to + i, sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += 4.0 / (grid->h[d] * grid->h[d]);
+    for (int32_t b = 0; b < count; b++) to[b] = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double share = 1.0 / (sum * grid->h[d] * grid->h[d]);
+        const double *up = from + grid->stride[d], *down = from - grid->stride[d];
+        for (int32_t b = 0; b < count && row < 0; b++) to[b] += share * (2.0 * from[b] - (up[b] + down[b]));
+        for (int32_t b = 0; b < count && row >= 0; b++)
+            to[b] += share * (2.0 * from[b] - (pdi_precond_beside(grid, s->from, i + b, d, 1, PDI_PRECOND_EVEN) +
+                                               pdi_precond_beside(grid, s->from, i + b, d, 0, PDI_PRECOND_EVEN)));
+    }
+}
+
+/* What -lap of the family makes of a field that alternates along all axes [1/m2]. */
+static double pdi_precond_shortest(const pd_stencil *stencil)
+{
+    double sum = 0.0;
+    for (int k = 0; k < stencil->count; k++) {
+        int parity = 0;
+        for (int d = 0; d < PD_DIM; d++) parity += stencil->offset[k * PD_DIM + d];
+        if (parity % 2) sum += 2.0 * stencil->lap[k];
+    }
+    return sum;
+}
+
 PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift)
 {
     double longer = flow->stabilisation * shift - 1.0;
     return longer > 0.0 ? flow->bonds->stencil->lap_sum / longer : 0.0;
+}
+
+/* dp += q + nu r where r is smooth. Of what alternates in r the pressure flux alone knows. */
+static void pdi_precond_rub(const pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, const double *r,
+                            const double *q, double *dp)
+{
+    const pd_grid *grid = flow->grid;
+    const double *alternate = precond->grad;
+    double more = 1.0 / (flow->stabilisation * pdi_precond_shortest(flow->bonds->stencil)) - flow->nu;
+    int nt = pdi_par_threads(ctx, grid->total * 4);
+    (void)nt;
+    pdi_par_copy(ctx, grid->total, r, precond->convected);
+    pdi_ghosts_pressure(&flow->bonds->ghosts, 0.0, precond->convected);
+    pdi_precond_run(ctx, flow, pdi_precond_alternate, precond->convected, precond->grad);
+    if (precond->damped) more = 0.0; /* the pressure flux is in there */
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_FLUID) dp[i] += flow->nu * r[i] + more * alternate[i] + q[i];
 }
 
 /* dp += -lap^-1 of what the convection of the gradient of q brings. */
@@ -171,15 +220,11 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
                               double *dp)
 {
     const pd_grid *grid = flow->grid;
-    double rough = flow->nu + PDI_PRECOND_ROUGH / (flow->stabilisation * flow->bonds->stencil->lap_sum);
-    int nt = pdi_par_threads(ctx, grid->total * 4);
-    (void)nt;
     pdi_multigrid_cycle(ctx, precond->poisson, r, q);
     if (precond->damped) {
         pdi_multigrid_cycle(ctx, precond->damped, q, dp);
         pdi_par_zero(ctx, grid->total, q);
         pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, precond->shift), dp, q);
-        rough = flow->nu;
     }
     pdi_precond_convected(ctx, flow, precond, q, dp);
     pdi_multigrid_cycle(ctx, precond->seep, r, q);
@@ -188,7 +233,5 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
         pdi_par_zero(ctx, grid->total, q);
         pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, precond->shift), precond->grad, q);
     }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) dp[i] += rough * r[i] + q[i];
+    pdi_precond_rub(ctx, flow, precond, r, q, dp);
 }

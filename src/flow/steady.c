@@ -75,6 +75,26 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
+/* du = F^-1 r */
+static void pdi_steady_push(pd_ctx *ctx, pd_steady *s, const double *r, double *du)
+{
+    int64_t total = s->flow->grid->total;
+    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, du + d * total);
+}
+
+/* rc -= div du. du gets its ghosts; div [total]: work. */
+static void pdi_steady_diverge(pd_ctx *ctx, pd_steady *s, double *du, double *div, double *rc)
+{
+    pd_flow *flow = s->flow;
+    int64_t total = flow->grid->total;
+    pdi_flow_ghosts(flow, 0, du);
+    pdi_flow_advecting(ctx, flow, du, NULL, s->advecting);
+    pdi_par_zero(ctx, total, div);
+    pd_op_divergence(ctx, flow->bonds, s->advecting, div);
+    pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, div);
+    pdi_par_axpy(ctx, total, -1.0, div, rc);
+}
+
 /* y = M^-1 y, and flow->grad the pressure gradient of it. r: scratch. */
 static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double *r)
 {
@@ -91,12 +111,14 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
     precond.convected = flow->grad;
     pdi_par_copy(ctx, split + total, y, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
+    pdi_steady_push(ctx, s, r, y);
+    pdi_steady_diverge(ctx, s, y, dp, r + split);
     pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
     pdi_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
     pdi_ghosts_clear(ghosts, PD_DIM, r); /* no part of the equations */
-    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
+    pdi_steady_push(ctx, s, r, y);
 }
 
 /* y = scaled J (du, dp), whose pressure gradient is in flow->grad, and whose ghosts are filled:
