@@ -17,17 +17,15 @@ typedef struct pdi_observe_way {
 /* Squared distances along a line: each node takes the least of its line, value plus squared way. */
 static void pdi_observe_line(const pdi_observe_way *w, const float *from, float *to)
 {
-    double square = grid->h[axis] * grid->h[axis];
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM], more = 1;
-        pdi_grid_index(grid, node, i);
-        if (!pdi_grid_inside(grid, i)) continue;
-        double best = (double)from[node];
-        for (int r = 1; more; r++) {
-            double way = square * r * r;
-            more = way < best && (i[axis] - r >= 0 || i[axis] + r < grid->n[axis]);
-            if (i[axis] - r >= 0) best = pdi_min(best, way + (double)from[node - r * grid->stride[axis]]);
-            if (i[axis] + r < grid->n[axis]) best = pdi_min(best, way + (double)from[node + r * grid->stride[axis]]);
+    int32_t parts = 0, at = 0;
+    for (int32_t q = 0; q < w->n; q++) {
+        double value = (double)from[(int64_t)q * w->stride] / w->square + (double)q * q, start = -HUGE_VAL;
+        if (!(from[(int64_t)q * w->stride] < PDI_OBSERVE_FAR)) continue;
+        for (; parts; parts--) {
+            int32_t v = w->apex[parts - 1];
+            start = (value - (double)from[(int64_t)v * w->stride] / w->square - (double)v * v) / (2.0 * (q - v));
+            if (start > w->start[parts - 1]) break;
+            start = -HUGE_VAL;
         }
         w->apex[parts] = q;
         w->start[parts++] = start;
