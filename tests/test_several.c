@@ -394,8 +394,8 @@ TEST(refused)
         {APART SALT "[dissolve mg4ag] reaction = Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)  current = 1 A/m2*E/(1 V)\n" IRON_BY
          "charge = 3  reaction = Fe + Cl- = Fe2+ + 0.5 Cl2(g) + 3 e-" WIRED, "expected one gas"},
         {APART SALT MG_ALONE IRON_BY "charge = 2  reaction = Fe = Fe2+ + 2 e-\n[chemistry] minerals = all\n"
-         "cover = 1 um\n[species Mg(OH)2(s)] volume = 24.6 cm3/mol\n[reaction brucite] equation = Mg(OH)2(s) = Mg2+ + 2 OH-\n"
-         "log10_K = -11.2" WIRED, "cover: found with several"},
+         "cover = 1 um\n[species Mg(OH)2(s)] volume = 24.6 cm3/mol\n"
+         "[reaction brucite] equation = Mg(OH)2(s) = Mg2+ + 2 OH-  log10_K = -11.2" WIRED, "cover: found with several"},
         {APART "[species Mg2+] D = 1e-9 m2/s\n[species OH-] D = 1e-9 m2/s\n[species H2O]\n"
          "[transport] D = 1e-9 m2/s\n[dissolve mg4ag] rate = 1 um/h  reaction = Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)\n"
          "[dissolve steel304] rate = 0\n[run] until = 1 s\n", "found with several metals, expected one"}};

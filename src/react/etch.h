@@ -47,7 +47,7 @@ typedef struct pd_etch_electrodes {
 typedef struct pd_etch_metal {
     pd_etch_fn law;     /* see pd_etch_desc */
     void *user;
-    const double *shed;
+    const double *shed; /* [species] [-] */
     uint32_t reads;
     int reads_ph;
 } pd_etch_metal;
