@@ -204,9 +204,9 @@ static void balanced(double magnesium_start, double iron_start, double far)
     CHECK_NEAR(ions_of("OH-"), 2.0 * (come[0] + come[1]), 1e-10 * ions_of("Cl-"));
 }
 
-#define GO_APART \
-    APART SALT LAWS("50 mol/m3") "[electrode mg] shape = mg  connected = iron\n" \
-    "[electrode iron] shape = iron  " HYDROGEN "[run] until = 1 h\n"
+#define WIRES \
+    "[electrode mg] shape = mg  connected = iron\n[electrode iron] shape = iron  " HYDROGEN "[run] until = 1 day\n"
+#define GO_APART APART SALT LAWS("50 mol/m3") WIRES
 
 TEST(faraday)
 {
@@ -281,6 +281,7 @@ TEST(alike)
     "[grid] h = 5 um  m = 1  box = 0 um .. 60 um, 0 um .. 60 um\n[side x-] flow = mirror\n[side x+] flow = mirror\n" \
     "[shape mg] kind = solid  material = mg4ag  box = 0 um .. 30 um, 0 um .. 30 um\n" \
     "[shape iron] kind = solid  material = steel304  box = 30 um .. 60 um, 0 um .. 30 um\n"
+#define TOUCH_OF TOUCH
 #define GO_TOUCH TOUCH SALT LAWS("50 mol/m3") "[electrode mg] shape = mg\n[electrode iron] shape = iron  " HYDROGEN \
     "[run] until = 1 day\n"
 
@@ -324,6 +325,7 @@ TEST(touch)
 }
 #define FLAT ENTRY(alike) ENTRY(stays) ENTRY(touch)
 #else
+#define TOUCH_OF APART
 #define GO_TOUCH GO_APART
 #define FLAT
 #endif
@@ -356,23 +358,35 @@ static void same(const char *what)
     if (!CHECK_INT(other, 0)) NOTE("%s: %d of %d values", what, (int)other, (int)count);
 }
 
+#define PASSIVE \
+    "[dissolve mg4ag] charge = 2  Cs = 50 mol/m3  reaction = Mg = Mg2+ + 2 e-\n" \
+    "current = 0.01 A/m2*q*10^((E + 1 V)/(60 mV))\n[dissolve steel304] charge = 2  Cs = 50 mol/m3\n" \
+    "reaction = Fe = Fe2+ + 2 e-  current = 0.1 A/m2*q*10^((E + 0.9 V)/(90 mV))\n" \
+    "[surface q] initial = 1  min = 0.1  rate = -q/(500 s)\n"
+
 /* A run that goes on from a checkpoint has the bits of one that was never stopped; so has one with more threads. */
-TEST(state)
+static void continued(const char *text)
 {
     need_folder();
-    if (!open_model(GO_TOUCH, 1)) return;
+    if (!open_model(text, 1)) return;
     if (!run_to(1000.0)) return;
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("half"), &model));
     if (!run_to(3000.0)) return;
     CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
     keep();
     close_model();
-    if (!open_model(GO_TOUCH, 1)) return;
+    if (!open_model(text, 1)) return;
     if (CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("half"), &model)) && run_to(3000.0)) same("goes on");
     close_model();
-    if (!open_model(GO_TOUCH, 2)) return;
+    if (!open_model(text, 2)) return;
     if (run_to(1000.0) && run_to(3000.0)) same("two threads");
     close_model();
+}
+
+TEST(state)
+{
+    continued(GO_TOUCH);
+    continued(TOUCH_OF SALT PASSIVE WIRES);
 }
 
 /* ---- refused ---- */
