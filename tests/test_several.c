@@ -220,6 +220,35 @@ TEST(faraday)
     close_model();
 }
 
+/* ---- metals that are alike ---- */
+
+#define PLATES_OF(second, more) \
+    "[grid] h = 5 um  m = 1  threads = 1  box = " BOX("0 um", "200 um") "\n" SIDES \
+    "[shape mg] kind = solid  material = mg4ag  box = " BOX("0 um", "50 um") "\n" \
+    "[shape iron] kind = solid  material = " second "  box = " BOX("150 um", "200 um") "\n" SALT \
+    "[dissolve mg4ag]" FAST more "[electrode mg] shape = mg  connected = iron  " HYDROGEN \
+    "[electrode iron] shape = iron  " STRONG "[run] until = 1 h\n"
+#define STRONG \
+    "curve = tafel  i0 = 1 mA/m2  E0 = -0.4 V  cathodic_slope = 120 mV\nreaction = 2 H2O + 2 e- = H2 + 2 OH-\n"
+#define FAST " charge = 2  Cs = 1 mol/L  reaction = Mg = Mg2+ + 2 e-  current = 1 A/m2*10^((E + 1 V)/(60 mV))\n"
+
+/* Both plates of one metal, whose cells fill with the solution at the surface as they go, and of two that are alike. */
+TEST(one_metal)
+{
+    static const char *const text[] = {PLATES_OF("mg4ag", ""), PLATES_OF("copper", "[dissolve copper]" FAST)};
+    double loss[2], e[2];
+    for (int k = 0; k < 2; k++) {
+        if (!open_model(text[k], 1)) return;
+        if (run_to(200.0)) CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
+        loss[k] = pd_couple_volume_loss(&model.couple);
+        e[k] = level_of(0);
+        close_model();
+    }
+    NOTE("loss %.6g, %.3g of it off, E %.3g V", loss[0], loss[1] / loss[0] - 1.0, e[1] - e[0]);
+    CHECK_REL(loss[1], loss[0], 2e-5);
+    CHECK_NEAR(e[1], e[0], 1e-3); /* cells that have just turned are filled in other ways */
+}
+
 #if PD_DIM == 2
 /* ---- side by side ---- */
 
@@ -423,4 +452,4 @@ TEST(refused)
     }
 }
 
-TEST_MAIN(ENTRY(mixed) ENTRY(exchange) ENTRY(faraday) FLAT ENTRY(state) ENTRY(refused))
+TEST_MAIN(ENTRY(mixed) ENTRY(exchange) ENTRY(faraday) ENTRY(one_metal) FLAT ENTRY(state) ENTRY(refused))
