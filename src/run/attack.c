@@ -257,7 +257,7 @@ static void pdi_attack_fresh(pd_attack *a, int m, const pdi_beside *beside)
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
         double there = pdi_layer_at(&a->etch, m, next, place, pdi_attack_thick(a, m, beside), *speed);
-        *speed = fmax(*speed, there);
+        *speed = pdi_max(*speed, there);
     }
 }
 
