@@ -251,7 +251,7 @@
  *     electrodes the electrodes of a setup on its lattice: which metal each of them is, what is connected, what is given.
  *     polarise   electrodes of a setup among ions that migrate: their curves at the surface, where they lie, what passes.
  *     footprint  the memory of a run, from its setup alone: nothing is built for it.
- *     attack     a law of the scene in pH or species, between metal and species: where metal lies, what the law says there.
+ *     attack     laws of the scene in pH or species, between metal and species: where metal lies, what they say there.
  *     model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
  *     checkpoint the state of a model into an archive, and back into a model built from the same setup.
  *     observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
@@ -5309,25 +5309,35 @@ typedef struct pd_etch_electrodes {
     int shares;               /* 1: places have `share`; 0: curves hold as they are */
 } pd_etch_electrodes;
 
-typedef struct pd_etch_desc {
-    pd_etch_fn law;     /* NULL: none dissolves */
+/* A metal that has a law of its own. */
+typedef struct pd_etch_metal {
+    pd_etch_fn law;     /* see pd_etch_desc */
     void *user;
-    const double *shed; /* [species] [-] of each with one of the metal, negative: it goes */
+    const double *shed; /* [species] [-] */
+    uint32_t reads;
+    int reads_ph;
+} pd_etch_metal;
+
+typedef struct pd_etch_desc {
+    pd_etch_fn law;     /* NULL: none dissolves; of one metal of several: it stays */
+    void *user;
+    const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; NULL: none comes */
     uint32_t reads;     /* bit n: the law depends on solute n */
     int reads_ph;       /* 1: on pH */
+    const pd_etch_metal *more; /* [more_count] other metals, among electrodes alone; copied */
+    int more_count;
     int reads_phi;      /* 1: on phi, which an inlet or a held wall has to tie, or with electrodes a given potential; of
                          * these phi is that of the fluid less that of the metal */
     pd_etch_electrodes electrodes;
-    double solid;       /* [mol/m3] of the metal: with migration what it leaves fills with what is at its surface; 0:
-                         * it stays empty */
+    double solid;       /* [mol/m3] of the one metal: with migration what it leaves fills with what is at its surface;
+                         * 0: it stays empty */
 } pd_etch_desc;
 
 typedef struct pd_etch {
-    pd_etch_desc desc;         /* shed is not kept */
+    pd_etch_desc desc;         /* `shed` and `more` are not kept */
     pd_reactive *reactive;
-    double shed[PD_SPECIES_MOST]; /* [-] of solutes */
-    double gain[PD_SPECIES_MOST]; /* [-] of totals */
-    double charge;                /* [-] that comes with one of the metal, as ions */
+    struct pdi_etch_kind *kind;   /* [kinds] the metals */
+    int kinds;
     double scale[PD_SPECIES_MOST]; /* [-] diffusivities over the mean one, not 0 */
     pd_components film;           /* of concentrations times `scale` */
     int32_t count;                /* fluid nodes beside metal */
@@ -5335,7 +5345,8 @@ typedef struct pd_etch {
     int32_t *slot;                /* [total] first place of a node; -1: none */
     double *weight;               /* [total] [mol/m4] of places: metal per speed */
     double *thick;                /* [total] [mol s/m4] of places: change of concentration across the film per speed */
-    double *speed;                /* [total] [m/s] of nodes */
+    uint8_t *metal;               /* [total] of places: which one; NULL: there is one */
+    double *speed;                /* [kinds][total] [m/s] of nodes */
     double *ahead;                /* [total] [m] of places: metal that the step at hand takes, of an area */
     double *passed;               /* [total] [m] of places: the same of steps that stand */
     double *split;                /* [total] [m/s] work */
@@ -5387,14 +5398,21 @@ PD_API void pd_etch_put(pd_etch *etch, int32_t node, double weight, double thick
 PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
+typedef struct pdi_etch_kind {
+    pd_etch_metal law;            /* shed is not kept */
+    double shed[PD_SPECIES_MOST]; /* [-] of solutes */
+    double gain[PD_SPECIES_MOST]; /* [-] of totals */
+    double charge;                /* [-] that comes with one of the metal, as ions */
+} pdi_etch_kind;
+
 PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
 /* What a film between nodes and surfaces solves with: the system of concentrations times `scale` [solutes], and the
  * same with the activities of a node: ln gamma of a charge of 1. */
 PDI_FN void pdi_etch_film(const pd_reactive *reactive, pd_components *film, double *scale);
 PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now);
-/* The place put last, has that electrode: `area` [1/m] of it over the volume of the
- * node, `way` [m] from the node to it. Of the places of a node one has a weight. */
-PDI_FN void pdi_etch_polarise(pd_etch *etch, int electrode, double area, double way);
+/* The place put last is of that metal and has that electrode: `area` [1/m] of it over the volume of the node, `way`
+ * [m] from the node to it. Of the places of a node one of each metal has a weight. */
+PDI_FN void pdi_etch_polarise(pd_etch *etch, int metal, int electrode, double area, double way);
 /* Nothing has passed in the step at hand; dt [s] of it at the present speeds; the step stands. */
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
@@ -5426,11 +5444,21 @@ static inline double pdi_etch_follow_flow(const pd_etch *s, int32_t place, const
     for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
     return sum;
 }
-/* The place of a node whose metal dissolves; -1: there is none. */
-static inline int32_t pdi_etch_law(const pd_etch *s, int32_t i)
+/* The metal of a place, by its number and what it is like, and its speed at the node. */
+static inline int pdi_etch_which(const pd_etch *s, int32_t place) { return s->metal ? s->metal[place] : 0; }
+static inline const pdi_etch_kind *pdi_etch_of(const pd_etch *s, int32_t place)
+{
+    return &s->kind[pdi_etch_which(s, place)];
+}
+static inline double *pdi_etch_speed(const pd_etch *s, int32_t place)
+{
+    return &s->speed[pdi_etch_which(s, place) * s->reactive->grid->total + s->node[place]];
+}
+/* The place of a node where that metal dissolves; -1: there is none. */
+static inline int32_t pdi_etch_law(const pd_etch *s, int metal, int32_t i)
 {
     for (int32_t p = s->slot[i]; p >= 0 && p < s->count && s->node[p] == i; p++)
-        if (s->weight[p] > 0.0) return p;
+        if (s->weight[p] > 0.0 && pdi_etch_which(s, p) == metal) return p;
     return -1;
 }
 /* Circuit of a place; -1: it is no electrode. */
@@ -5441,7 +5469,7 @@ static inline int pdi_etch_circuit(const pd_etch *s, int32_t place)
 /* [mol/m3/s] of component k for a speed and a flow of a place. */
 static inline double pdi_etch_gives(const pd_etch *s, int32_t place, int k, double speed, double flow)
 {
-    double with = s->gain[k];
+    double with = pdi_etch_of(s, place)->gain[k];
     if (s->surface) with -= s->surface[k * s->reactive->grid->total + place] / s->desc.solid;
     double sum = with * s->weight[place] * speed;
     if (s->electrode && s->electrode[place] >= 0)
@@ -5462,7 +5490,7 @@ static inline double pdi_etch_gives(const pd_etch *s, int32_t place, int k, doub
 #ifdef PDI_INTERNAL
 /* Speed [m/s] at a fluid node for the present concentrations, behind a film of `thick` [mol s/m4], of the metal of
  * `place` (-1: of that without electrodes). NaN: the law is not finite. */
-PDI_FN double pdi_layer_at(const pd_etch *etch, int32_t node, int32_t place, double thick, double guess);
+PDI_FN double pdi_layer_at(const pd_etch *etch, int metal, int32_t node, int32_t place, double thick, double guess);
 /* What is at the surface of a place with its speed and flow as they are: c [solutes] [mol/m3], and *psi, F phi/(R T).
  * 0: none was found. */
 PDI_FN int pdi_layer_surface(const pd_etch *etch, int32_t place, double *c, double *psi);
@@ -5678,8 +5706,8 @@ typedef struct pd_course_desc {
     double rtol;    /* [-] error of a step in the totals, over the largest of each component; 0: 1e-3 */
     double largest; /* [s] largest step; 0: none */
     int settle;     /* 1: the fields start steady */
-    double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; NULL:
-                     * none dissolves. Borrowed: it is emptied here */
+    double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; of each
+                     * metal of `surface`. NULL: none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
     void (*feed)(void *user, double *source); /* adds to sources [solutes][total] [mol/m3/s], as they are from the start
                                                * of the step of the run; NULL: nothing does */
@@ -5715,6 +5743,7 @@ typedef struct pd_course {
     double error;           /* [-] estimated error of the last step */
     double left;            /* [s] of the step of the run */
     double taken;           /* [mol] of metal that is in the species */
+    double *each;           /* [metals] [mol] of each of them; NULL: there is one */
     /* metal that minerals cover: */
     double *share;          /* [total] [-] bare, at the end of the step; -1: no minerals are near, or it is no metal */
     double *now, *first;    /* [total] [-] the same at the start of the step, and of the step of the run */
@@ -7812,7 +7841,7 @@ typedef struct pd_dissolve_desc {
     const uint8_t *metal; /* [total] of solid nodes: 0: the metal above, k: more[k - 1]; NULL: 0. Borrowed */
     const int32_t *grain; /* [total] of solid nodes: what a law sees as pd_rate_at.grain; NULL: -1. Borrowed */
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
-    int sheds;            /* 1: `shed` of pd_dissolve is kept */
+    int sheds;            /* 1: `shed` of pd_dissolve is kept; 2: of each metal for itself */
     int lags;             /* 1: and lasts from step to step: its user empties it before the metal moves */
     pd_at_fn found;       /* the fluid beside metal is known, for laws at that time; they are asked afterwards. NULL:
                            * nobody wants to know */
@@ -7889,7 +7918,7 @@ typedef struct pd_dissolve {
     double last_dt;           /* [s] of that step; 0: none */
     int32_t turned;           /* nodes that turned in it: fields bend there, which is no error in time */
     double *shed;             /* [total] [mol/m3] what fluid nodes have got from metal since it was emptied by its user;
-                               * NULL: nobody asks */
+                               * [kinds][total] where each metal is kept for itself; NULL: nobody asks */
     double rinsed;            /* [mol] activation: what is gone in the last step */
     /* ---- a run: */
     pd_transport_result result; /* of the last step */
@@ -7915,7 +7944,8 @@ typedef struct pdi_metal_beside {
     double mean;           /* [m/s] speed of the metal where it enters */
     double weight;         /* [mol/m4] see pdi_beside */
     double speed;          /* [m/s] what its law gives where it arrives */
-    double stock;          /* [mol2/m7] sum of weight times the content of the metal */
+    double stock;          /* bonds: [mol2/m7] sum of weight times the content of the metal; else [mol/m3/s] what
+                            * pieces of it give that do not last the step */
     double used, used_stock; /* of pieces of metal that do not last the step: weight [mol/m4], that times content */
     double paid;           /* [mol/m4] and what they give, per speed */
     double rated;          /* [m/s] `mean` when the rates were found */
@@ -7951,6 +7981,11 @@ static inline double pdi_metal_gives(const pd_dissolve *d, int32_t solid)
 }
 /* Index of the metal of solid node j. */
 static inline int pdi_metal_of(const pd_dissolve *d, int32_t j) { return d->desc.metal ? d->desc.metal[j] : 0; }
+/* Row of `shed` of that metal. */
+static inline double *pdi_metal_shed(const pd_dissolve *d, int metal)
+{
+    return d->shed + (d->desc.sheds > 1 ? metal : 0) * d->grid->total;
+}
 /* Cs there. */
 static inline double pdi_metal_solid(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].solid; }
 /* What an intact node j loses before it turns fluid [mol/m3]. */
@@ -10827,6 +10862,8 @@ typedef struct pd_setup_metal {
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
     int polarised;     /* 1: among ions that migrate it has a potential: that of its electrode, or a given one: */
     pd_expr potential; /* of t; in V, against inlets and walls that hold species */
+    double shed[PD_SPECIES_MOST]; /* [-] species that come with one of the metal; negative: they go */
+    double gas_shed;   /* [-] of the gas */
 } pd_setup_metal;
 
 /* What holds or loads a body: a side of the box, or all of it in a shape. */
@@ -11036,10 +11073,8 @@ typedef struct pd_setup {
     double tortuosity;               /* [-] of their pores */
     double cover;                    /* [m] thickness under which 1/e of metal is bare; 0: they cover none */
     char species_label[PD_SPECIES_MOST][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
-    int sheds;                       /* 1: what metal loses enters the species by a reaction at its surface: */
-    double shed[PD_SPECIES_MOST];    /* [-] species that come with one of the metal; negative: they go */
+    int sheds;                       /* 1: what metal loses enters the species by a reaction at its surface */
     char gas[PD_SPECIES_NAME];       /* that comes off; "": none */
-    double gas_shed;                 /* [-] of it */
     /* electric potential */
     int has_potential;
     pd_setup_potential potential;
@@ -11154,12 +11189,19 @@ static inline int pdi_setup_chemical(const pd_setup_metal *metal)
     return metal->rate.uses >> PDI_SETUP_PH != 0 ||
            (metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u) != 0);
 }
-/* The metal with a law in the species or in E among ions that migrate; -1: none. */
+/* The first metal with a law in the species or in E among ions that migrate; -1: none. */
 static inline int pdi_setup_attacked(const pd_setup *setup)
 {
     for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
         if (pdi_setup_chemical(&setup->metal[k])) return k;
     return -1;
+}
+/* Metals that such laws tell apart: all where several have one, else 1. */
+static inline int pdi_setup_apart(const pd_setup *setup)
+{
+    int count = 0;
+    for (int k = 0; k < setup->metals && setup->has_dissolve; k++) count += pdi_setup_chemical(&setup->metal[k]);
+    return count > 1 ? setup->metals : 1;
 }
 /* 1: electrodes among ions that migrate. */
 static inline int pdi_setup_polarises(const pd_setup *setup) { return setup->migrates && setup->has_potential; }
@@ -11431,8 +11473,8 @@ PDI_FN pd_status pdi_read_surface_share(pdi_reader *reader, int section, int ele
 /* ======== >>scene/read_metal.h ======== */
 /* read_metal: reads the sections [dissolve] and [corrode] of a scene: how metal goes.
  *
- * [dissolve NAME] and [corrode NAME] hold Cs, charge and law of one of several metals, whose shapes have material =
- * NAME. Metals without such a section follow the section without a name, which holds all else.
+ * [dissolve NAME] and [corrode NAME] hold Cs, charge, law and reaction of one of several metals, whose shapes have
+ * material = NAME. Metals without such a section follow the section without a name, which holds all else.
  */
 #ifndef PD_READ_METAL_H
 #define PD_READ_METAL_H
@@ -11442,6 +11484,8 @@ PDI_FN pd_status pdi_read_surface_share(pdi_reader *reader, int section, int ele
 PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name);
 /* Cs, Csat and the properties of the first metal become constants of all later numbers. */
 PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s);
+/* The section of metal m: its own, where it has the key (NULL: any), or that of all. */
+PDI_FN int pdi_read_metal_section(pdi_reader *s, int m, const char *key);
 /* The law of each metal. */
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s);
 /* Before anything of the other sections is read: what [corrode] brings with it. */
@@ -11919,13 +11963,21 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #endif
 
 /* ======== >>run/attack.h ======== */
-/* attack: a law of the scene in pH or species, between metal and species: where metal lies, what the law says there.
+/* attack: laws of the scene in pH or species, between metal and species: where metal lies, what they say there.
  *
  * The species move first, with the law in their equations. What it gave in the step of the run is the speed of the
  * metal, which moves after them.
  */
 #ifndef PD_ATTACK_H
 #define PD_ATTACK_H
+
+/* The law of a metal. */
+typedef struct pd_attack_law {
+    struct pd_attack *attack;
+    int kind;                    /* of the setup and of the dissolution */
+    int metal;                   /* of the etch */
+    const pd_surfaces *surfaces; /* whose states the law reads; NULL: it reads none */
+} pd_attack_law;
 
 typedef struct pd_attack {
     pd_etch etch;
@@ -11934,16 +11986,16 @@ typedef struct pd_attack {
     const pd_course *course;
     const pd_cell *cell; /* whose potential the law reads, as it was found last, or whose contacts electrodes have;
                           * NULL: neither */
-    const pd_surfaces *surfaces; /* whose states the law reads; NULL: it reads none */
     const pd_surfaces *states; /* that step beside ions that migrate; NULL: there are none */
     pd_polarise polarise; /* electrodes among ions that migrate; else empty */
-    int kind;             /* metal that the law is of; -1: none dissolves */
-    int32_t *grain; /* [total] of the metal beside a node; NULL: the law does not ask */
+    pd_attack_law law[PD_SETUP_METALS];
+    int laws;       /* metals that are told apart: all where several have a law, else the one that has, or 0 */
+    int32_t *grain; /* [total] of the metal beside a node; NULL: no law asks */
     double begin;   /* [s] of the step of the run */
 } pd_attack;
 
 #ifdef PDI_INTERNAL
-/* The law of the metal of the setup that is chemical, and electrodes among ions that migrate. All is borrowed;
+/* The laws of metals of the setup that are chemical, and electrodes among ions that migrate. All is borrowed;
  * dissolve: NULL where metal stays. */
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
                                   const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
@@ -11951,7 +12003,7 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
 /* With electrodes: what they are like before the first step, at time t [s]. */
 PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t);
 PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *attack);
-/* A pd_rate_fn of the dissolution, its `found`, and the `find` of the course. */
+/* A pd_rate_fn of the dissolution, whose user is a pd_attack_law; its `found`, and the `find` of the course. */
 PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at);
 PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t);
 PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t);
@@ -36932,6 +36984,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     if (s->slot[node] < 0) s->slot[node] = s->count;
     s->node[s->count] = node;
     s->weight[s->count] = weight;
+    if (s->metal) s->metal[s->count] = 0;
     s->ahead[s->count] = s->passed[s->count] = 0.0;
     if (s->electrode) {
         s->electrode[s->count] = -1;
@@ -36942,10 +36995,11 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     s->thick[s->count++] = thick;
 }
 
-PDI_FN void pdi_etch_polarise(pd_etch *s, int electrode, double area, double way)
+PDI_FN void pdi_etch_polarise(pd_etch *s, int metal, int electrode, double area, double way)
 {
     int32_t p = s->count - 1;
     double d = s->reactive->diffusion.desc.diffusivity;
+    if (s->metal) s->metal[p] = (uint8_t)metal;
     s->electrode[p] = electrode;
     s->area[p] = area;
     s->way[p] = d > 0.0 ? way / d : 0.0;
@@ -36968,23 +37022,25 @@ PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *s, double share)
 PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
 {
     pd_reactive *r = s->reactive;
-    pdi_sum sum = {0.0, 0.0};
-    for (int32_t p = 0; p < s->count; p++) {
-        int32_t i = s->node[p];
-        if (!(s->weight[p] > 0.0)) continue;
-        s->ahead[p] += dt * s->speed[i];
-        for (int64_t k = 0, at = p; k < r->components.count && s->sweep; k++, at += r->grid->total)
-            s->sweep[at] += dt * s->weight[p] * s->speed[i] / s->desc.solid * s->surface[at];
-        pdi_sum_add(&sum, pdi_grid_circumference(r->grid, i) * s->weight[p] * s->speed[i]);
+    for (int m = 0; m < s->kinds; m++) {
+        pdi_sum sum = {0.0, 0.0};
+        for (int32_t p = 0; p < s->count; p++) {
+            double v = *pdi_etch_speed(s, p);
+            if (!(s->weight[p] > 0.0) || pdi_etch_which(s, p) != m) continue;
+            s->ahead[p] += dt * v;
+            for (int64_t k = 0, at = p; k < r->components.count && s->sweep; k++, at += r->grid->total)
+                s->sweep[at] += dt * s->weight[p] * v / s->desc.solid * s->surface[at];
+            pdi_sum_add(&sum, pdi_grid_circumference(r->grid, s->node[p]) * s->weight[p] * v);
+        }
+        double given = dt * r->bonds->stencil->volume * pdi_sum_total(&sum);
+        for (int n = 0; n < r->components.solutes; n++) r->in[n] += given * s->kind[m].shed[n];
     }
-    double amount = dt * r->bonds->stencil->volume * pdi_sum_total(&sum);
-    for (int n = 0; n < r->components.solutes; n++) r->in[n] += amount * s->shed[n];
     for (int e = 0; e < s->desc.electrodes.count; e++) {
         pdi_sum flows = {0.0, 0.0};
         for (int32_t p = 0; p < s->count; p++)
             if (s->electrode[p] == e)
                 pdi_sum_add(&flows, pdi_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
-        amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
+        double amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
         for (int n = 0; n < r->components.solutes; n++) {
             double gain = amount * s->part[e * r->components.solutes + n];
             r->in[n] += pdi_max(gain, 0.0);
@@ -36996,14 +37052,14 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
 PDI_FN void pdi_etch_yield(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++)
-        s->split[p] = s->weight[p] * pdi_max(-s->charge * (double)s->drive[p], 0.0) +
-                      (s->electrode ? s->area[p] * pdi_max(-(double)s->flow_drive[p], 0.0) : 0.0);
+        s->split[p] = s->weight[p] * fmax(-pdi_etch_of(s, p)->charge * (double)s->drive[p], 0.0) +
+                      (s->electrode ? s->area[p] * fmax(-(double)s->flow_drive[p], 0.0) : 0.0);
 }
 
 PDI_FN void pdi_etch_note(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count && s->gave; p++)
-        s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * s->speed[s->node[p]] : 0.0;
+        s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * *pdi_etch_speed(s, p) : 0.0;
 }
 
 /* What fills the volume that metal has left follows the surface: it goes to the node or comes from there, with the next
@@ -37091,7 +37147,7 @@ static int pdi_etch_between(const pd_etch *s, int32_t j, double *sum)
     memset(sum, 0, PD_SPECIES_MOST * sizeof *sum);
     for (int beside = 1; beside >= 0 && !(all > 0.0); beside--)
         for (int k = 0; k < of->count; k++) {
-            int32_t i = pdi_etch_far(s, j, k), p = i < 0 ? -1 : pdi_etch_law(s, i);
+            int32_t i = pdi_etch_far(s, j, k), p = i < 0 ? -1 : pdi_etch_law(s, 0, i);
             if (i < 0 || r->grid->kind[i] != PD_FLUID || s->split[i] > 0.0 || (beside && p < 0)) continue;
             double film = p < 0 ? 0.0 : s->thick[p] * r->diffusion.desc.diffusivity / s->desc.solid;
             double way = pdi_vec_norm(of->xi + k * PD_DIM), share = film > way ? way / film : 1.0;
@@ -37165,11 +37221,13 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     pd_etch *etch = (pd_etch *)object;
     if (!etch->reactive) return;
     int64_t total = etch->reactive->grid->total;
+    PDI_ARRAY(owner, etch, kind, etch->kinds, "");
+    if (etch->kinds > 1) PDI_ARRAY(owner, etch, metal, total, "1");
     PDI_ARRAY(owner, etch, node, total, "1");
     PDI_ARRAY(owner, etch, slot, total, "1");
     PDI_ARRAY(owner, etch, weight, total, "mol/m4");
     PDI_ARRAY(owner, etch, thick, total, "mol s/m4");
-    PDI_STATE(owner, etch, speed, total, "m/s");
+    PDI_STATE(owner, etch, speed, etch->kinds * total, "m/s");
     PDI_ARRAY(owner, etch, ahead, total, "m");
     PDI_ARRAY(owner, etch, passed, total, "m");
     PDI_ARRAY(owner, etch, split, total, "m/s");
@@ -37240,19 +37298,44 @@ static void pdi_etch_parts(pd_etch *s)
     s->desc.electrodes.part = NULL;
 }
 
+/* What metals bring, of solutes and of totals. */
+static void pdi_etch_kinds(pd_etch *s)
+{
+    const pd_reactive *r = s->reactive;
+    pd_etch_metal first;
+    first.law = s->desc.law;
+    first.user = s->desc.user;
+    first.shed = s->desc.shed;
+    first.reads = s->desc.reads;
+    first.reads_ph = s->desc.reads_ph;
+    for (int m = 0; m < s->kinds; m++) {
+        pdi_etch_kind *kind = &s->kind[m];
+        kind->law = m ? s->desc.more[m - 1] : first;
+        for (int i = 0; i < r->desc.count && kind->law.shed; i++)
+            if (r->components.place[i] >= 0) kind->shed[r->components.place[i]] = kind->law.shed[i];
+        pdi_components_totals(&r->components, kind->shed, kind->gain);
+        for (int n = 0; n < r->components.solutes; n++)
+            kind->charge += r->components.charge[n] * kind->shed[n];
+        kind->law.shed = NULL;
+    }
+    s->desc.shed = NULL;
+    s->desc.more = NULL;
+}
+
 pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, pd_etch *s)
 {
     memset(s, 0, sizeof *s);
-    if (!desc->law && !desc->electrodes.count) return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "there is no law");
+    if (!desc->law && !desc->more_count && !desc->electrodes.count)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "there is no law");
     if (desc->electrodes.count && !r->migration.on)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "electrodes without migration, expected it");
+    if (desc->more_count < 0 || desc->more_count > UINT8_MAX || (desc->more_count && !desc->more) ||
+        (desc->more_count && (!desc->electrodes.count || desc->solid > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "%d metals beside the first one, expected 0 to %d and their "
+                        "list, with electrodes, and none that fills what it leaves", desc->more_count, UINT8_MAX);
     s->desc = *desc;
-    s->desc.shed = NULL;
     s->reactive = r;
-    for (int i = 0; i < r->desc.count && desc->shed; i++)
-        if (r->components.place[i] >= 0) s->shed[r->components.place[i]] = desc->shed[i];
-    pdi_components_totals(&r->components, s->shed, s->gain);
-    for (int n = 0; n < r->components.solutes; n++) s->charge += r->components.charge[n] * s->shed[n];
+    s->kinds = desc->more_count + 1;
     pdi_etch_film(r, &s->film, s->scale);
     pd_status status = pdi_owner_build(ctx, pdi_etch_list, s);
     if (status < 0) {
@@ -37260,6 +37343,7 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
         return status;
     }
     for (int32_t i = 0; i < r->grid->total; i++) s->slot[i] = -1;
+    pdi_etch_kinds(s);
     pdi_etch_parts(s);
     r->surface = s;
     r->swept = s->swept ? s->swept + r->grid->total : NULL;
@@ -37326,6 +37410,7 @@ PDI_COLD_END
 /* A node and its film. */
 typedef struct pdi_layer_work {
     const pd_etch *s;
+    const pdi_etch_kind *kind;        /* its metal */
     int32_t node;
     double thick;
     double still, creep;              /* of metal that does not move, and [mol s2/m5] what its speed adds */
@@ -37367,11 +37452,13 @@ static void pdi_layer_enter_electrode(const pd_etch *s, int32_t place, pdi_layer
     if (!(s->area[place] > 0.0)) w->electrode = -1;
 }
 
-static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, double thick, pd_components *film,
-                           pdi_layer_work *w)
+/* A node beside that metal; place -1: it has none. */
+static void pdi_layer_enter(const pd_etch *s, int metal, int32_t node, int32_t place, double thick,
+                            pd_components *film, pdi_layer_work *w)
 {
     const pd_components *of = &s->reactive->components;
     w->s = s;
+    w->kind = &s->kind[metal];
     w->node = node;
     w->thick = w->still = thick;
     w->creep = 0.0;
@@ -37401,7 +37488,7 @@ static double pdi_layer_number(const pdi_layer_work *w, const double *c, double 
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
-    return w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time);
+    return w->kind->law.law(w->kind->law.user, w->node, c, ph, phi, w->s->time);
 }
 
 /* The same; what is negative, or no number, counts as 0. */
@@ -37444,7 +37531,7 @@ static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v,
     pdi_components_totals(film, up, flows);
     if (w->electrode >= 0 && !w->reads) w->flow = pdi_layer_curve(w, w->c, w->psi + lift);
     for (int k = 0; k < film->count; k++) {
-        flows[k] += s->gain[k] * w->thick * v;
+        flows[k] += w->kind->gain[k] * w->thick * v;
         if (w->electrode >= 0) flows[k] += s->part_gain[w->electrode * film->count + k] * w->way * w->flow;
     }
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
@@ -37565,7 +37652,7 @@ static double pdi_layer_given(pd_components *film, pdi_layer_work *w, double v)
     if (!(w->thick + w->way > 0.0)) return pdi_layer_asked(w, w->c, w->psi);
     if (s->reactive->migration.on)
         return pdi_layer_settle(film, w, v) ? pdi_layer_asked(w, w->surface, w->psi + w->lift) : (double)NAN;
-    for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
+    for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + w->kind->gain[k] * w->thick * v;
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
     return pdi_layer_asked(w, c, 0.0);
@@ -37637,8 +37724,8 @@ static double pdi_layer_slope(const pdi_layer_work *w, const double *c, const do
     const pd_etch *s = w->s;
     double least = HUGE_VAL, up[PD_SPECIES_MOST], down[PD_SPECIES_MOST];
     for (int n = 0; n < s->film.solutes; n++) {
-        int reads = (s->desc.reads >> n & 1u) || (s->desc.reads_ph && n == s->reactive->proton);
-        if (reads && fabs(along[n]) > 0.0) least = pdi_min(least, pdi_max(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
+        int reads = (w->kind->law.reads >> n & 1u) || (w->kind->law.reads_ph && n == s->reactive->proton);
+        if (reads && fabs(along[n]) > 0.0) least = fmin(least, fmax(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
     }
     if (!(least < HUGE_VAL)) return 0.0;
     double stride = PDI_LAYER_STRIDE * least;
@@ -37681,8 +37768,8 @@ static void pdi_layer_derive(const pd_components *film, const pdi_layer_work *w,
     }
     double back = 1.0;
     pdi_layer_slopes(film, w, s->scale, w->at, slope);
-    for (int k = 0; k < of->count; k++) back -= slope[k] * s->gain[k] * w->thick;
-    back = pdi_max(back, PDI_LAYER_RISE);
+    for (int k = 0; k < of->count; k++) back -= slope[k] * w->kind->gain[k] * w->thick;
+    back = fmax(back, PDI_LAYER_RISE);
     pdi_components_derive(of, w->c, table);
     for (int k = 0; k < of->count; k++) {
         double sum = 0.0;
@@ -37763,7 +37850,7 @@ static void pdi_layer_gradient(const pdi_layer_work *w, double *by, double *lift
         stride[n] = PDI_LAYER_STRIDE * pdi_max(c[n], PDI_LAYER_NOTHING);
         by[n] = 0.0;
         jumps[n] = 0;
-        if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
+        if (!(w->kind->law.reads >> n & 1u) && !(w->kind->law.reads_ph && n == s->reactive->proton)) continue;
         by[n] = (pdi_layer_moved(w, c, n, stride[n]) - pdi_layer_moved(w, c, n, -stride[n])) / (2.0 * stride[n]);
         wide = pdi_layer_moved(w, c, n, 2.0 * stride[n]) - pdi_layer_moved(w, c, n, -2.0 * stride[n]);
         wide /= 4.0 * stride[n];
@@ -37832,7 +37919,7 @@ static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *
         pdi_components_totals(of, along, sum);
         for (int k = 0; k < count; k++) a[k][count + 3 + j] = sum[k];
         a[count][j] = of->charge[of->master[j]];
-        a[j][count + 1] = (s->surface ? s->gain[j] - left[j] / s->desc.solid : s->gain[j]) * w->thick;
+        a[j][count + 1] = (s->surface ? w->kind->gain[j] - left[j] / s->desc.solid : w->kind->gain[j]) * w->thick;
         if (w->electrode >= 0) a[j][count + 2] = s->part_gain[w->electrode * count + j] * w->way;
     }
     for (int n = 0; n < of->solutes; n++) {
@@ -37935,11 +38022,11 @@ static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, do
     return 1;
 }
 
-PDI_FN double pdi_layer_at(const pd_etch *s, int32_t node, int32_t place, double thick, double guess)
+PDI_FN double pdi_layer_at(const pd_etch *s, int metal, int32_t node, int32_t place, double thick, double guess)
 {
     pd_components film = s->film;
     pdi_layer_work w;
-    pdi_layer_enter(s, node, place, thick, &film, &w);
+    pdi_layer_enter(s, metal, node, place, thick, &film, &w);
     return pdi_layer_find(&film, &w, guess);
 }
 
@@ -37947,8 +38034,8 @@ PDI_FN int pdi_layer_surface(const pd_etch *s, int32_t p, double *c, double *psi
 {
     pd_components film = s->film;
     pdi_layer_work w;
-    double speed = s->desc.law && s->weight[p] > 0.0 ? s->speed[s->node[p]] : 0.0;
-    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    double speed = pdi_etch_of(s, p)->law.law && s->weight[p] > 0.0 ? *pdi_etch_speed(s, p) : 0.0;
+    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
     w.flow = w.guess;
     if (w.thick + w.way > 0.0 && !pdi_layer_lift(&film, &w, speed)) return 0;
     memcpy(c, w.surface, (size_t)film.solutes * sizeof *c);
@@ -37976,10 +38063,10 @@ static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
 {
     pd_components film = s->film;
     pdi_layer_work w;
-    int count = film.count, goes = s->desc.law && s->weight[p] > 0.0;
-    double *v = &s->speed[s->node[p]], still = 0.0, drive[2];
+    int count = film.count, goes = pdi_etch_of(s, p)->law.law && s->weight[p] > 0.0;
+    double *v = pdi_etch_speed(s, p), still = 0.0, drive[2];
     if (!goes) v = &still;
-    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
     if (!derive) {
         if (w.electrode >= 0 && pdi_layer_newton(&film, &w, goes, v)) {
             s->flow[p] = w.flow;
@@ -38013,7 +38100,7 @@ static int pdi_layer_odd(const pd_etch *s, int32_t p)
 {
     pd_components film = s->film;
     pdi_layer_work w;
-    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
     pdi_layer_find(&film, &w, 0.0);
     return w.odd;
 }
@@ -38028,7 +38115,7 @@ PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int deri
         if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_layer_place(s, p, derive);
     if (derive) return;
     for (int32_t p = 0; p < s->count && !s->odd; p++)
-        if (s->weight[p] > 0.0 && !(fabs(s->speed[s->node[p]]) < HUGE_VAL) && pdi_layer_odd(s, p)) s->odd = 1 + p;
+        if (s->weight[p] > 0.0 && !(fabs(*pdi_etch_speed(s, p)) < HUGE_VAL) && pdi_layer_odd(s, p)) s->odd = 1 + p;
 }
 
 /* ======== >>react/levels.c ======== */
@@ -38058,7 +38145,8 @@ PDI_FN double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double
     const double *part = s->part + s->electrode[p] * r->components.solutes;
     double charge = 0.0, volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, s->node[p]);
     for (int n = 0; n < r->components.solutes; n++) charge += r->components.charge[n] * part[n];
-    return volume * (s->charge * (s->weight[p] > 0.0 ? s->weight[p] * speed : 0.0) + charge * s->area[p] * flow);
+    double law = pdi_etch_of(s, p)->charge * (s->weight[p] > 0.0 ? s->weight[p] * speed : 0.0);
+    return volume * (law + charge * s->area[p] * flow);
 }
 
 PDI_FN double pdi_levels_charge(const pd_etch *s, int circuit, double *size)
@@ -38066,7 +38154,8 @@ PDI_FN double pdi_levels_charge(const pd_etch *s, int circuit, double *size)
     pdi_sum sum = {0.0, 0.0}, sizes = {0.0, 0.0};
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != circuit) continue;
-        double law = pdi_levels_place(s, p, s->speed[s->node[p]], 0.0), curve = pdi_levels_place(s, p, 0.0, s->flow[p]);
+        double law = pdi_levels_place(s, p, *pdi_etch_speed(s, p), 0.0);
+        double curve = pdi_levels_place(s, p, 0.0, s->flow[p]);
         pdi_sum_add(&sum, law + curve);
         pdi_sum_add(&sizes, fabs(law) + fabs(curve));
     }
@@ -38125,7 +38214,7 @@ static void pdi_levels_between(const pd_ctx *ctx, pd_etch *s, const pdi_levels_s
     s->level[q->circuit] = q->low;
     pdi_layer_solve(ctx, s, q->circuit, 0);
     for (int32_t p = 0; p < s->count; p++) {
-        speed[p] = s->speed[s->node[p]];
+        speed[p] = *pdi_etch_speed(s, p);
         flow[p] = s->flow[p];
     }
     double low = pdi_levels_charge(s, q->circuit, &size) - q->wanted;
@@ -38134,7 +38223,7 @@ static void pdi_levels_between(const pd_ctx *ctx, pd_etch *s, const pdi_levels_s
     double high = pdi_levels_charge(s, q->circuit, &size) - q->wanted, share = low < high ? low / (low - high) : 1.0;
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != q->circuit) continue;
-        if (s->weight[p] > 0.0) s->speed[s->node[p]] = speed[p] + share * (s->speed[s->node[p]] - speed[p]);
+        if (s->weight[p] > 0.0) *pdi_etch_speed(s, p) = speed[p] + share * (*pdi_etch_speed(s, p) - speed[p]);
         s->flow[p] = flow[p] + share * (s->flow[p] - flow[p]);
     }
 }
@@ -38168,7 +38257,7 @@ static void pdi_levels_close(pd_etch *s, int circuit, double wanted)
     double rise = off / (s->conduct[circuit] * volt);
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != circuit) continue;
-        if (s->weight[p] > 0.0) s->speed[s->node[p]] += (double)s->drive[p] * rise;
+        if (s->weight[p] > 0.0) *pdi_etch_speed(s, p) += (double)s->drive[p] * rise;
         s->flow[p] += (double)s->flow_drive[p] * rise;
     }
 }
@@ -38940,11 +39029,11 @@ static void pdi_tangent_split(const pd_ctx *ctx, pd_reactive *r, int n, double *
     }
 }
 
-/* What one of the metal brings to the totals of its node, as the charge of it leaves at once. */
-static void pdi_tangent_gain(const pd_reactive *r, int32_t i, double *gain)
+/* What one of the metal of a place brings to the totals of its node, as the charge of it leaves at once. */
+static void pdi_tangent_gain(const pd_reactive *r, int32_t p, double *gain)
 {
-    memcpy(gain, r->surface->gain, PD_SPECIES_MOST * sizeof *gain);
-    pdi_tangent_part(r, i, gain);
+    memcpy(gain, pdi_etch_of(r->surface, p)->gain, PD_SPECIES_MOST * sizeof *gain);
+    pdi_tangent_part(r, r->surface->node[p], gain);
 }
 
 /* A law that is stiffer than all else that its node exchanges comes to rest by itself: x loses it, `split` is its
@@ -38958,7 +39047,7 @@ static void pdi_tangent_split_metal(pd_reactive *r, double *x)
         int32_t i = metal->node[p];
         double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
         const float *by = metal->by + (int64_t)p * s->count;
-        pdi_tangent_gain(r, i, gain);
+        pdi_tangent_gain(r, p, gain);
         for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * gain[k];
         metal->split[p] = 0.0;
         if (!(rate > own)) continue;
@@ -38975,7 +39064,7 @@ static void pdi_tangent_join_metal(const pd_reactive *r, double *y)
     const pd_etch *metal = r->surface;
     for (int32_t p = 0; p < metal->count; p++) {
         double gain[PD_SPECIES_MOST];
-        pdi_tangent_gain(r, metal->node[p], gain);
+        pdi_tangent_gain(r, p, gain);
         for (int k = 0; k < r->components.count; k++)
             y[k * (int64_t)r->grid->total + metal->node[p]] += gain[k] * metal->split[p] / r->weight[k];
     }
@@ -39213,7 +39302,7 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
     if (!metal || metal->slot[i] < 0) return;
     for (int32_t p = metal->slot[i]; p < metal->count && metal->node[p] == i; p++)
         for (int k = 0; k < s->count; k++)
-            lack[k] += pdi_etch_gives(metal, p, k, metal->weight[p] > 0.0 ? metal->speed[i] : 0.0,
+            lack[k] += pdi_etch_gives(metal, p, k, metal->weight[p] > 0.0 ? *pdi_etch_speed(metal, p) : 0.0,
                                       metal->electrode ? metal->flow[p] : 0.0);
 }
 
@@ -39839,7 +39928,7 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     if (r->migration.tied) return PD_OK;
     if (r->surface && r->surface->electrode) PDI_TRY(pdi_advance_given(ctx, r->surface));
     else if (r->surface && r->surface->count &&
-             (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
+             (r->surface->desc.reads_phi || fabs(r->surface->kind->charge) > PDI_ADVANCE_SLACK))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
                         "species has a potential and lets a current pass, expected one",
                         r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
@@ -39949,6 +40038,12 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
 /* Share of the longest step of the run that the first one is when minerals cover metal. */
 #define PDI_COURSE_FIRST 1e-3
 
+/* Metals whose amounts are told apart. */
+static int pdi_course_metals(const pd_course *a)
+{
+    return a->desc.surface && a->desc.fed ? a->desc.surface->kinds : 1;
+}
+
 PDI_COLD_BEGIN
 PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
 {
@@ -39974,6 +40069,7 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, course, dt, "s");
     PDI_VALUE(owner, course, error, "1");
     PDI_VALUE(owner, course, taken, "mol");
+    if (pdi_course_metals(course) > 1) PDI_STATE(owner, course, each, pdi_course_metals(course), "mol");
     PDI_VALUE(owner, course, bent, "1");
     if (course->desc.coat && r->migration.on) PDI_VALUE(owner, course, settled, "1");
     PDI_VALUE(owner, course, steps, "1");
@@ -40019,11 +40115,11 @@ pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *des
 
 /* ---- metal ---- */
 
-/* [mol/m3/s] of metal at a node: what empties `fed` in what is left of the step of the run, and what comes anew. */
-static double pdi_course_given(const pd_course *a, int32_t i)
+/* [mol/m3/s] of a metal at a node: what empties `fed` in what is left of the step of the run, and what comes anew. */
+static double pdi_course_given(const pd_course *a, int m, int32_t i)
 {
     if (a->reactive->grid->kind[i] != PD_FLUID) return 0.0;
-    return a->desc.fed[i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
+    return a->desc.fed[m * a->reactive->grid->total + i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
 }
 
 static void pdi_course_feed(pd_course *a)
@@ -40031,29 +40127,45 @@ static void pdi_course_feed(pd_course *a)
     pd_reactive *r = a->reactive;
     int64_t total = r->grid->total;
     for (int32_t i = 0; i < (int32_t)total && a->desc.fed; i++) {
-        double rate = pdi_course_given(a, i);
+        double rate = pdi_course_given(a, 0, i);
         for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
+        for (int m = 1; m < pdi_course_metals(a); m++) {
+            rate = pdi_course_given(a, m, i);
+            for (int n = 0; n < r->components.solutes; n++)
+                r->source[n * total + i] += a->desc.surface->kind[m].shed[n] * rate;
+        }
     }
     if (!a->desc.feed) return;
     for (int64_t at = 0; at < r->components.solutes * total && !a->desc.fed; at++) r->source[at] = 0.0;
     a->desc.feed(a->desc.feeder, r->source);
 }
 
+/* So much of a metal is in the species. */
+static void pdi_course_count(pd_course *a, int m, const pdi_sum *sum)
+{
+    double amount = pdi_sum_total(sum) * a->reactive->bonds->stencil->volume;
+    a->taken += amount;
+    if (a->each) a->each[m] += amount;
+}
+
 /* What a step of dt [s] has taken of it. */
 static void pdi_course_taken(pd_course *a, double dt, int all)
 {
     const pd_reactive *r = a->reactive;
-    pdi_sum sum = {0.0, 0.0};
     double share = all ? 1.0 : dt / a->left;
-    for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++) {
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_sum_add(&sum, share * a->desc.fed[i] * pdi_grid_circumference(r->grid, i));
-        a->desc.fed[i] = all ? 0.0 : a->desc.fed[i] * (1.0 - share);
-        if (a->ahead) a->came[i] += dt * a->ahead[i];
+    for (int m = 0; m < pdi_course_metals(a) && a->desc.fed; m++) {
+        pdi_sum sum = {0.0, 0.0};
+        double *fed = a->desc.fed + m * r->grid->total;
+        for (int32_t i = 0; i < r->grid->total; i++) {
+            if (r->grid->kind[i] != PD_FLUID) continue;
+            pdi_sum_add(&sum, share * fed[i] * pdi_grid_circumference(r->grid, i));
+            fed[i] = all ? 0.0 : fed[i] * (1.0 - share);
+            if (a->ahead) a->came[i] += dt * a->ahead[i];
+        }
+        pdi_course_count(a, m, &sum);
     }
     const pd_etch *s = a->desc.surface;
     for (int32_t p = 0; a->came && s && p < s->count; p++) a->came[s->node[p]] += s->weight[p] * s->ahead[p];
-    a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
 /* What the law at the surface gave in the step of the run, and what came anew, has still to come from the metal. */
@@ -40061,19 +40173,25 @@ static void pdi_course_owed(pd_course *a)
 {
     const pd_reactive *r = a->reactive;
     const pd_etch *s = a->desc.surface;
-    pdi_sum sum = {0.0, 0.0};
-    for (int32_t p = 0; !a->came && s && p < s->count; p++) {
-        double given = s->weight[p] * s->passed[p];
-        if (a->desc.fed) a->desc.fed[s->node[p]] -= given;
-        pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+    for (int m = 0; !a->came && s && m < s->kinds; m++) {
+        pdi_sum sum = {0.0, 0.0};
+        for (int32_t p = 0; p < s->count; p++) {
+            double given = s->weight[p] * s->passed[p];
+            if (pdi_etch_which(s, p) != m) continue;
+            if (a->desc.fed) a->desc.fed[m * r->grid->total + s->node[p]] -= given;
+            pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+        }
+        pdi_course_count(a, m, &sum);
     }
-    for (int32_t i = 0; i < r->grid->total && a->came; i++) {
+    if (!a->came) return;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t i = 0; i < r->grid->total; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
         a->desc.fed[i] -= a->came[i];
         pdi_sum_add(&sum, a->came[i] * pdi_grid_circumference(r->grid, i));
         a->came[i] = 0.0;
     }
-    a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
+    pdi_course_count(a, 0, &sum);
 }
 
 /* ---- metal that minerals cover ---- */
@@ -50654,7 +50772,7 @@ PDI_FN void pdi_interface_means(pd_dissolve *d)
     if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_average);
 }
 
-/* What of it belongs to pieces of metal that do not last the step is given once for all. */
+/* What of it belongs to pieces of metal that do not last the step is given once for all: `stock` is that of a metal. */
 static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
 {
     double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node);
@@ -50664,7 +50782,8 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
         const pdi_metal_beside *gives = &pdi_metal_portion(d, from)[m];
         pdi_metal_beside *portion = &pdi_metal_portion(d, to)[m];
         to->given += over * gives->paid * portion->speed;
-        portion->weight = pdi_max(portion->weight - over * gives->used, 0.0);
+        portion->stock += over * gives->paid * portion->speed;
+        portion->weight = fmax(portion->weight - over * gives->used, 0.0);
         to->weight += portion->weight;
     }
 }
@@ -51014,7 +51133,8 @@ static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, d
             if (path < 0 || !(share > 0.0)) continue;
             int32_t i = pdi_entry_far(&d->paths, j, path);
             target[i] += rest * share * pdi_metal_over(d, j, i);
-            if (receiver == PDI_CONTENT_FLUID && d->shed) d->shed[i] += rest * share * pdi_metal_over(d, j, i);
+            if (receiver == PDI_CONTENT_FLUID && d->shed)
+                pdi_metal_shed(d, pdi_metal_of(d, j))[i] += rest * share * pdi_metal_over(d, j, i);
         }
         return PD_OK;
     }
@@ -51320,8 +51440,9 @@ static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, i
     if (given && (desc->model == PD_METAL_SURFACE || !desc->activation))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "the field of transport is given, but not by activation");
     if (desc->model == PD_METAL_SURFACE) return PD_OK;
-    if (desc->model != PD_METAL_BONDS)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1", (int)desc->model);
+    if (desc->model != PD_METAL_BONDS || desc->sheds > 1)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1, and 0 where each metal sheds for "
+                        "itself", (int)desc->model);
     if (!(desc->bulk >= 0.0) || desc->bulk > desc->saturation || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "bulk = %g mol/m3 and rtol = %g, expected 0 to Csat = %g mol/m3 and 0 to below 1", desc->bulk,
@@ -51354,8 +51475,9 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     if (PD_DIM > 1 && desc->weights == PD_WEIGHTS_CALIBRATED) PDI_ARRAY(owner, dissolve, tilt, total, "1");
     if (bonds && desc->repassivation > 0.0) PDI_STATE(owner, dissolve, film, total, "1");
     if (bonds && !desc->activation) PDI_STATE(owner, dissolve, moved, total, "mol/m3");
-    if (desc->sheds && !desc->lags) PDI_ARRAY(owner, dissolve, shed, total, "mol/m3");
-    if (desc->sheds && desc->lags) PDI_STATE(owner, dissolve, shed, total, "mol/m3");
+    int64_t sheds = desc->sheds > 1 ? dissolve->kinds * total : total;
+    if (desc->sheds && !desc->lags) PDI_ARRAY(owner, dissolve, shed, sheds, "mol/m3");
+    if (desc->sheds && desc->lags) PDI_STATE(owner, dissolve, shed, sheds, "mol/m3");
     if (stochastic) PDI_ARRAY(owner, dissolve, links, total, "1");
     if (stochastic) PDI_ARRAY(owner, dissolve, last, total, "mol/m3");
     PDI_VALUE(owner, dissolve, next_dt, "s");
@@ -51952,18 +52074,28 @@ static pd_status pdi_dissolve_reject(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* What a node beside metal has got in a step of dt [s]; lines have no slope any more. */
+static void pdi_dissolve_shed(const pd_dissolve *d, const pdi_beside *beside, double dt)
+{
+    const pdi_metal_beside *portion = pdi_metal_portion(d, beside);
+    if (d->desc.sheds < 2) d->shed[beside->node] += dt * d->transport->source[beside->node];
+    for (int m = 0; m < d->kinds && d->desc.sheds > 1; m++) {
+        double speed = portion[m].weight > 0.0 ? portion[m].speed : 0.0;
+        pdi_metal_shed(d, m)[beside->node] += dt * (portion[m].weight * speed + portion[m].stock);
+    }
+}
+
 static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_dissolve *d = (pd_dissolve *)self;
     d->out += s->dt * d->transport->outflow;
     d->in += s->dt * d->transport->inflow;
-    for (int32_t k = 0; k < d->beside_count && d->shed; k++) {
-        int32_t i = d->beside[k].node; /* lines have no slope any more */
-        d->shed[i] += s->dt * d->transport->source[i];
-    }
+    for (int32_t k = 0; k < d->beside_count && d->shed; k++) pdi_dissolve_shed(d, &d->beside[k], s->dt);
     PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
-    for (int32_t k = 0; k < d->changed_count && d->shed; k++)
-        d->shed[d->changed[k]] += d->transport->c[d->changed[k]];
+    for (int32_t k = 0; k < d->changed_count && d->shed; k++) {
+        int32_t j = d->changed[k];
+        pdi_metal_shed(d, pdi_metal_of(d, j))[j] += d->transport->c[j];
+    }
     d->out += d->rinsed;
     s->turned = d->changed;
     s->turned_count = d->changed_count;
@@ -69695,15 +69827,23 @@ static int pdi_read_surface_law(pdi_reader *s, const pd_setup_metal *metal)
     return pdi_text_section(s->ctx, s->text, "dissolve", u->metals > 1 ? metal->material.name : NULL);
 }
 
+/* The law of metal m reads state k where it is. */
+static pd_status pdi_read_surface_reader(pdi_reader *s, int m, int k)
+{
+    const pd_setup *u = s->setup;
+    const pd_setup_metal *metal = &u->metal[m];
+    uint32_t all = 0;
+    if (!(metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species + k) & 1u)) return PD_OK;
+    for (int e = 0; e < u->potential.electrodes; e++)
+        if (u->potential.electrode[e].metal == m) all |= (uint32_t)1 << e;
+    return pdi_read_surface_carried(s, pdi_read_surface_law(s, metal), "rate", k, all);
+}
+
 /* States are read where they are. */
 static pd_status pdi_read_surface_readers(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
     int goes = pdi_setup_attacked(u);
-    const pd_setup_metal *metal = &u->metal[goes > 0 ? goes : 0];
-    uint32_t all = 0;
-    for (int e = 0; e < u->potential.electrodes; e++)
-        if (u->potential.electrode[e].metal == (goes > 0 ? goes : 0)) all |= (uint32_t)1 << e;
     for (int k = 0; k < u->states; k++) {
         for (int n = 0; n < u->states; n++)
             if (u->state[n].rate.uses >> (PDI_SETUP_PH + 1 + u->state[n].species + k) & 1u)
@@ -69714,8 +69854,8 @@ static pd_status pdi_read_surface_readers(pdi_reader *s)
                 PDI_TRY(pdi_read_surface_carried(s, pdi_text_section(s->ctx, s->text, "electrode",
                                                                      u->potential.electrode[e].name), "factor", k,
                                                  (uint32_t)1 << e));
-        if (u->has_dissolve && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species + k) & 1u)
-            PDI_TRY(pdi_read_surface_carried(s, pdi_read_surface_law(s, metal), "rate", k, all));
+        for (int m = 0; m < u->metals && u->has_dissolve; m++)
+            if (goes < 0 ? m == 0 : pdi_setup_chemical(&u->metal[m])) PDI_TRY(pdi_read_surface_reader(s, m, k));
     }
     return PD_OK;
 }
@@ -69765,19 +69905,18 @@ PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name)
 
 static const char *pdi_read_metal_name(const pd_setup *u) { return u->has_corrode ? "corrode" : "dissolve"; }
 
-/* The section of metal m: its own, or that of all. */
-static int pdi_read_metal_section(pdi_reader *s, int m)
+PDI_FN int pdi_read_metal_section(pdi_reader *s, int m, const char *key)
 {
     const pd_setup *u = s->setup;
     int own = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), u->metal[m].material.name);
-    if (pdi_text_has(s->ctx, s->text, own, NULL)) return own;
+    if (pdi_text_has(s->ctx, s->text, own, key)) return own;
     return pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
 }
 
 /* Sections of metals that are there, with what belongs to one metal. */
 static pd_status pdi_read_metal_labels(pdi_reader *s)
 {
-    static const char *const keys[] = {"rate", "law", "current", "rate_scale", "Cs", "charge"};
+    static const char *const keys[] = {"rate", "law", "current", "rate_scale", "Cs", "charge", "reaction"};
     const pd_setup *u = s->setup;
     char names[PD_SETUP_METALS * 16] = "";
     for (int m = 0; m < u->metals; m++)
@@ -69822,7 +69961,7 @@ PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s)
     if (u->has_dissolve) PDI_TRY(pdi_read_metal_labels(s));
     for (int m = 0; m < u->metals && u->has_dissolve; m++) {
         pd_setup_metal *metal = &u->metal[m];
-        int section = pdi_read_metal_section(s, m);
+        int section = pdi_read_metal_section(s, m, NULL);
         if (pdi_text_has(s->ctx, s->text, section, "charge"))
             PDI_TRY(pdi_reader_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &metal->material.charge));
         pdi_read_metal_named(s, metal);
@@ -69922,7 +70061,7 @@ static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char 
     if (pdi_setup_polarises(u) && u->has_corrode)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found E of electrodes among ions that migrate, expected "
                                "[dissolve] there");
-    if (pdi_setup_polarises(u) && u->metals > 1) return PD_OK; /* see pdi_read_metal_one */
+    if (pdi_setup_polarises(u) && u->metals > 1) return PD_OK; /* see pdi_read_metal_several */
     if (u->metals > 1 || u->activation || u->drive == PD_DRIVE_DIFFERENCE)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found pH, species or E %s", u->metals > 1 ?
                                "with several metals, expected one" : u->activation ?
@@ -69974,19 +70113,21 @@ static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_meta
     return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
 }
 
-/* Among ions that migrate one of several metals dissolves, the others stay. */
-static pd_status pdi_read_metal_one(pdi_reader *s)
+/* Among ions that migrate each of several metals dissolves by a law in E, or stays. */
+static pd_status pdi_read_metal_several(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
-    int goes = pdi_setup_attacked(u);
-    for (int m = 0; m < u->metals && u->metals > 1 && pdi_setup_polarises(u) && goes >= 0; m++) {
+    if (!pdi_setup_polarises(u) || u->metals == 1 || pdi_setup_attacked(u) < 0) return PD_OK;
+    for (int m = 0; m < u->metals; m++) {
         const pd_setup_metal *metal = &u->metal[m];
-        if (m == goes || (!metal->rate.uses && !(fabs(pdi_setup_speed(metal)) > 0.0))) continue;
-        return pdi_text_refuse(s->ctx, s->text, pdi_read_metal_section(s, m), "rate", "found several metals that "
-                               "dissolve among ions that migrate, expected one, and rate = 0 in [dissolve %s] of the "
-                               "others", metal->material.name);
+        if (pdi_setup_chemical(metal) || (!metal->rate.uses && !(fabs(pdi_setup_speed(metal)) > 0.0))) continue;
+        return pdi_text_refuse(s->ctx, s->text, pdi_read_metal_section(s, m, NULL), "rate", "found metal that "
+                               "dissolves without E beside metal that does by it, among ions that migrate, expected a "
+                               "law in E, or rate = 0 in [dissolve %s]", metal->material.name);
     }
-    return PD_OK;
+    if (pdi_setup_apart(u) == 1 || !(u->cover > 0.0) || !u->minerals) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "cover", "found "
+                           "with several metals that dissolve among ions that migrate, expected one, or none");
 }
 
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
@@ -69994,7 +70135,7 @@ PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
     pd_setup *u = s->setup;
     pd_status status = PD_OK;
     for (int m = 0; m < u->metals && u->has_dissolve && status == PD_OK; m++) {
-        int section = pdi_read_metal_section(s, m);
+        int section = pdi_read_metal_section(s, m, NULL);
         pdi_read_metal_named(s, &u->metal[m]);
         status = u->has_corrode ? pdi_read_metal_current(s, section, &u->metal[m])
                                 : pdi_read_metal_layers(s, section, &u->metal[m]);
@@ -70004,7 +70145,7 @@ PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
                                   u->metal[m].solid_c, u->metal[m].material.name);
     }
     pdi_read_metal_named(s, &u->metal[0]);
-    return status == PD_OK ? pdi_read_metal_one(s) : status;
+    return status == PD_OK ? pdi_read_metal_several(s) : status;
 }
 
 /* ---- what all metals share ---- */
@@ -70379,12 +70520,11 @@ PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double
     return PD_OK;
 }
 
-/* Electrons that one of the metal leaves behind: what carries the current, and Faraday's law for it. */
-static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double electrons)
+/* Electrons that one of metal m leaves behind: what carries the current, and Faraday's law for it. */
+static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, int m, double electrons)
 {
     const pd_setup *u = s->setup;
-    int goes = pdi_setup_attacked(u);
-    double charge = u->metal[goes > 0 ? goes : 0].material.charge;
+    double charge = u->metal[m].material.charge;
     if (!(electrons > 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- on the left, expected it on the right, "
                                "as in Fe = Fe2+ + 2 e-");
@@ -70392,17 +70532,29 @@ static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- where nothing carries the current, "
                                "expected migration = yes in [chemistry], [potential] with electrodes, or what takes up "
                                "the electrons, as in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
-    if (pdi_setup_polarises(u) && goes < 0)
+    if (pdi_setup_polarises(u) && !pdi_setup_chemical(&u->metal[m]))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- beside electrodes among ions that "
                                "migrate, and a law without E, expected one in E, the potential of the metal less that "
                                "of the ions: current = 0.1 A/m2*exp((E + 0.4 V)/(26 mV))");
-    if (!pdi_text_has(s->ctx, s->text, section, "current") ||
+    if (!pdi_text_has(s->ctx, s->text, pdi_read_metal_section(s, m, NULL), "current") ||
         fabs(electrons - charge) <= PDI_READ_CHEMISTRY_SAME * charge) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %.6g e- for one of the metal, but Faraday's "
                            "law has charge = %.6g, expected the same", electrons, charge);
 }
 
-static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section)
+/* The gas that comes off: one of all metals. */
+static pd_status pdi_read_chemistry_gas(pdi_reader *s, int section, const char *name)
+{
+    pd_setup *u = s->setup;
+    if (u->gas[0] && strcmp(u->gas, name) != 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %s beside %s of another metal, expected "
+                               "one gas", name, u->gas);
+    snprintf(u->gas, sizeof u->gas, "%s", name);
+    return PD_OK;
+}
+
+/* The reaction of metal m. */
+static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section, int m)
 {
     pd_electrolyte all;
     pd_setup *u = s->setup;
@@ -70417,34 +70569,61 @@ static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section)
     if (!(one > 0.0) || (gas >= 0 && reaction.nu[gas] < 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found '%s' on the wrong side, expected the metal "
                                "on the left, and a gas on the right", all.species[one > 0.0 ? gas : metal].name);
-    if (electron >= 0) PDI_TRY(pdi_read_chemistry_electrons(s, section, reaction.nu[electron] / one));
-    for (int k = 0; k < u->electrolyte.count; k++) u->shed[k] = reaction.nu[k] / one;
-    if (gas >= 0) snprintf(u->gas, sizeof u->gas, "%s", all.species[gas].name);
-    if (gas >= 0) u->gas_shed = reaction.nu[gas] / one;
+    if (electron >= 0) PDI_TRY(pdi_read_chemistry_electrons(s, section, m, reaction.nu[electron] / one));
+    for (int k = 0; k < u->electrolyte.count; k++) u->metal[m].shed[k] = reaction.nu[k] / one;
+    if (gas >= 0) PDI_TRY(pdi_read_chemistry_gas(s, section, all.species[gas].name));
+    if (gas >= 0) u->metal[m].gas_shed = reaction.nu[gas] / one;
     u->sheds = 1;
+    return PD_OK;
+}
+
+/* 1: metal m enters the species by its reaction: the one that there is, or those that dissolve by a law in them. */
+static int pdi_read_chemistry_enters(const pd_setup *u, int m)
+{
+    return pdi_setup_attacked(u) < 0 ? m == 0 : pdi_setup_chemical(&u->metal[m]);
+}
+
+/* Reactions of all metals, where one has one. */
+static pd_status pdi_read_chemistry_metals(pdi_reader *s, int section)
+{
+    pd_setup *u = s->setup;
+    int several = u->metals > 1 && !(pdi_setup_polarises(u) && pdi_setup_attacked(u) >= 0);
+    int shared = pdi_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
+    if (several || u->activation)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", several ?
+                               "found with several metals, expected one" :
+                               "found with control = activation, where nothing dissolved is followed, expected "
+                               "diffusion");
+    for (int m = 0; m < u->metals; m++) {
+        int own = pdi_read_metal_section(s, m, "reaction"), has = pdi_text_has(s->ctx, s->text, own, "reaction");
+        if (pdi_read_chemistry_enters(u, m) && !has)
+            return pdi_text_refuse(s->ctx, s->text, pdi_read_metal_section(s, m, NULL), "reaction", "found none of "
+                                   "%s, expected one of each metal that dissolves, in [dissolve %s]",
+                                   u->metal[m].material.name, u->metal[m].material.name);
+        if (!pdi_read_chemistry_enters(u, m) && has && own != shared)
+            return pdi_text_refuse(s->ctx, s->text, own, "reaction", "found of metal that stays, expected a law in E "
+                                   "beside it");
+        if (pdi_read_chemistry_enters(u, m)) PDI_TRY(pdi_read_chemistry_surface(s, own, m));
+    }
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *s)
 {
-    pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
-    int given = u->has_dissolve && pdi_text_has(s->ctx, s->text, section, "reaction");
-    if (given && !u->has_chemistry)
+    const pd_setup *u = s->setup;
+    int section = -1;
+    for (int m = u->metals; m-- > 0 && u->has_dissolve;) {
+        int own = pdi_read_metal_section(s, m, "reaction");
+        if (pdi_text_has(s->ctx, s->text, own, "reaction")) section = own;
+    }
+    if (section >= 0 && !u->has_chemistry)
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found without species, expected [species Mg2+] "
                                "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
     if (!u->has_chemistry) return PD_OK;
     if (u->medium >= 0)
         return pdi_text_refuse(s->ctx, s->text, pdi_read_chemistry_section(s, ""), "chemistry",
                                "found beside a medium, where species would have a D of their own, expected none");
-    if (!given) return PD_OK;
-    int several = u->metals > 1 && !(pdi_setup_polarises(u) && pdi_setup_attacked(u) >= 0);
-    if (several || u->activation)
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", several ?
-                               "found with several metals, expected one" :
-                               "found with control = activation, where nothing dissolved is followed, expected "
-                               "diffusion");
-    return pdi_read_chemistry_surface(s, section);
+    return section < 0 ? PD_OK : pdi_read_chemistry_metals(s, section);
 }
 
 /* ======== >>scene/read_potential.c ======== */
@@ -73512,7 +73691,7 @@ static void pdi_surfaces_film(void *user, int32_t node, double *flows)
     int32_t place = s->etch ? s->etch->slot[node] : -1;
     if (place >= 0)
         for (int k = 0; k < count; k++)
-            flows[k] += s->etch->gain[k] * s->etch->thick[place] * s->etch->speed[node];
+            flows[k] += s->etch->kind->gain[k] * s->etch->thick[place] * s->etch->speed[node];
     if (!s->comes) return;
     const pd_potential *p = &s->cell->potential;
     for (int32_t n = s->cell->first[node]; n >= 0 && n < p->contacts.count && p->contacts.list[n].node == node; n++) {
@@ -73536,7 +73715,7 @@ static int pdi_surfaces_ions(void *user, int32_t node, double *c, double *around
     around[0] = around[1] = 0.0;
     for (int32_t p = etch->slot[node]; p >= 0 && p < etch->count && etch->node[p] == node; p++) {
         int e = etch->electrode ? etch->electrode[p] : -1;
-        double area = e < 0 ? 1.0 : etch->area[p], speed = etch->weight[p] > 0.0 ? etch->speed[node] : 0.0;
+        double area = e < 0 ? 1.0 : etch->area[p], speed = etch->weight[p] > 0.0 ? *pdi_etch_speed(etch, p) : 0.0;
         if (!(area > 0.0) || !pdi_surfaces_bits(s, e)) continue;
         if (!pdi_layer_surface(etch, p, at, &psi)) return 0;
         whole += area;
@@ -73990,7 +74169,7 @@ static double pdi_polarise_place(const pd_etch *s, int32_t k, double *size, doub
     double charge = 0.0, volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, s->node[k]);
     for (int n = 0; n < r->components.solutes; n++)
         charge += r->components.charge[n] * s->part[s->electrode[k] * r->components.solutes + n];
-    double law = PDI_POLARISE_FARADAY * volume * s->charge * s->gave[k];
+    double law = PDI_POLARISE_FARADAY * volume * pdi_etch_of(s, k)->charge * s->gave[k];
     double curve = PDI_POLARISE_FARADAY * volume * charge * s->area[k] * s->flow[k];
     *size = fabs(law) + fabs(curve);
     *anodic = pdi_max(law, 0.0) + pdi_max(curve, 0.0);
@@ -74428,7 +74607,8 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&etch, 0, sizeof etch);
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         etch.reactive = &r;
-        etch.desc.solid = pdi_setup_attacked(u) >= 0 && u->has_dissolve ? 1.0 : 0.0;
+        etch.kinds = pdi_setup_apart(u);
+        etch.desc.solid = pdi_setup_attacked(u) >= 0 && u->metals == 1 ? 1.0 : 0.0;
         if (pdi_setup_polarises(u)) {
             etch.desc.electrodes.count = u->potential.electrodes;
             etch.desc.electrodes.circuits = u->potential.electrodes;
@@ -74512,7 +74692,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.kernel.stencil = &plan->across;
     d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
     d.desc.activation = u->activation;
-    d.desc.sheds = u->sheds;
+    d.desc.sheds = u->sheds ? 1 + (pdi_setup_apart(u) > 1) : 0;
     d.desc.stochastic = u->stochastic;
     d.desc.repassivation = u->repassivation;
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_reach_beside_list, &d);
@@ -74774,11 +74954,12 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 /* Share of the ions of a neighbour below which a node has just turned fluid. */
 #define PDI_ATTACK_FRESH 0.1
 
-/* The law at the surface beside a node. */
+/* The law of a metal at the surface beside a node. */
 static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
 {
-    const pd_attack *a = (const pd_attack *)user;
-    const pd_setup_metal *metal = &a->setup->metal[a->kind];
+    const pd_attack_law *law = (const pd_attack_law *)user;
+    const pd_attack *a = law->attack;
+    const pd_setup_metal *metal = &a->setup->metal[law->kind];
     double vars[PD_EXPR_VARS];
     vars[0] = 0.0;
     vars[1] = t;
@@ -74797,7 +74978,7 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     vars[PDI_SETUP_PH] = ph;
     for (int k = 0; k < metal->species; k++)
         vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
-    if (a->surfaces) pdi_surfaces_values(a->surfaces, node, vars + PDI_SETUP_PH + 1 + metal->species);
+    if (law->surfaces) pdi_surfaces_values(law->surfaces, node, vars + PDI_SETUP_PH + 1 + metal->species);
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
@@ -74819,44 +75000,83 @@ static pd_status pdi_attack_coated(pd_ctx *ctx, void *user, double t)
     return pdi_attack_shares(ctx, a);
 }
 
+/* A metal of the setup for the etch; one without a law in the species stays. */
+static pd_etch_metal pdi_attack_metal(pd_attack *a, int m, int kind, const pd_reactive *reactive,
+                                      const pd_surfaces *surfaces)
+{
+    const pd_setup_metal *of = &a->setup->metal[kind];
+    pd_etch_metal metal;
+    memset(&metal, 0, sizeof metal);
+    a->law[m].attack = a;
+    a->law[m].kind = kind;
+    a->law[m].metal = m;
+    if (a->setup->sheds) metal.shed = of->shed;
+    if (!pdi_setup_chemical(of)) return metal;
+    if (of->rate.uses >> (PDI_SETUP_PH + 1 + of->species)) a->law[m].surfaces = surfaces;
+    metal.law = pdi_attack_law;
+    metal.user = &a->law[m];
+    metal.reads_ph = (int)(of->rate.uses >> PDI_SETUP_PH & 1u);
+    for (int k = 0; k < of->species; k++)
+        if (of->rate.uses >> (PDI_SETUP_PH + 1 + k) & 1u)
+            metal.reads |= (uint32_t)1 << reactive->components.place[of->of[k]];
+    return metal;
+}
+
+/* The metals of the setup for the etch: the one that dissolves, or all. */
+static void pdi_attack_metals(pd_attack *a, const pd_reactive *reactive, const pd_surfaces *surfaces,
+                              pd_etch_metal *metal, pd_etch_desc *desc)
+{
+    int kind = pdi_setup_attacked(a->setup);
+    a->laws = kind < 0 ? 0 : pdi_setup_apart(a->setup);
+    for (int m = 0; m < a->laws; m++) {
+        const pd_setup_metal *of = &a->setup->metal[a->laws > 1 ? m : kind];
+        metal[m] = pdi_attack_metal(a, m, a->laws > 1 ? m : kind, reactive, surfaces);
+        desc->reads_phi |= of->polarised && (of->rate.uses >> PDI_SETUP_SURFACE & 1u);
+    }
+    if (!a->laws) return;
+    desc->law = metal->law;
+    desc->user = metal->user;
+    desc->shed = metal->shed;
+    desc->reads = metal->reads;
+    desc->reads_ph = metal->reads_ph;
+    desc->more = metal + 1;
+    desc->more_count = a->laws - 1;
+}
+
+/* 1: a law asks for the grain. */
+static int pdi_attack_asks(const pd_attack *a)
+{
+    for (int m = 0; m < a->laws; m++)
+        if (a->setup->metal[a->law[m].kind].rate.uses >> PDI_SETUP_GRAIN & 1u) return 1;
+    return 0;
+}
+
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
                                   const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
                                   pd_surfaces *surfaces, pd_attack *a)
 {
-    int kind = pdi_setup_attacked(setup);
-    const pd_setup_metal *metal = &setup->metal[kind > 0 ? kind : 0];
+    pd_etch_metal metal[PD_SETUP_METALS];
     pd_etch_desc desc;
     memset(a, 0, sizeof *a);
     memset(&desc, 0, sizeof desc);
-    a->kind = kind;
-    if (kind >= 0) desc.law = pdi_attack_law;
-    desc.user = a;
-    desc.shed = setup->sheds ? setup->shed : NULL;
-    desc.reads_ph = (int)(metal->rate.uses >> PDI_SETUP_PH & 1u);
-    desc.reads_phi = metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u);
-    for (int k = 0; k < metal->species && kind >= 0; k++)
-        if (metal->rate.uses >> (PDI_SETUP_PH + 1 + k) & 1u)
-            desc.reads |= (uint32_t)1 << reactive->components.place[metal->of[k]];
     a->setup = setup;
     a->dissolve = dissolve;
     a->course = course;
-    if (kind >= 0 && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species)) a->surfaces = surfaces;
+    pdi_attack_metals(a, reactive, surfaces, metal, &desc);
     if (surfaces && setup->migrates) {
         a->states = surfaces;
         surfaces->find = pdi_attack_coated;
         surfaces->finder = a;
     }
-    a->cell = pdi_setup_electric(metal) || pdi_setup_polarises(setup) ? cell : NULL;
+    a->cell = pdi_setup_electric(&setup->metal[a->law->kind]) || pdi_setup_polarises(setup) ? cell : NULL;
     if (pdi_setup_polarises(setup)) {
         desc.reads_phi = 1;
         PDI_TRY(pdi_polarise_build(ctx, setup, map, cell, reactive, &a->etch, &a->polarise, &desc.electrodes));
     }
-    if (kind >= 0 && dissolve && dissolve->kinds == 1 && !pdi_metal_bonds(dissolve) && !(dissolve->kind[0].end > 0.0))
+    if (a->laws && dissolve && dissolve->kinds == 1 && !pdi_metal_bonds(dissolve) && !(dissolve->kind[0].end > 0.0))
         desc.solid = dissolve->kind[0].solid;
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
-    if (kind >= 0 && (metal->rate.uses >> PDI_SETUP_GRAIN & 1u))
-        return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
-    return PD_OK;
+    return pdi_attack_asks(a) ? PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain) : PD_OK;
 }
 
 PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *a)
@@ -74867,32 +75087,44 @@ PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *a)
     memset(a, 0, sizeof *a);
 }
 
+/* The speed of a metal at a node. */
+static double *pdi_attack_speed(pd_attack *a, int m, int32_t node)
+{
+    return &a->etch.speed[m * a->dissolve->grid->total + node];
+}
+
 PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at)
 {
-    const pd_attack *a = (const pd_attack *)user;
-    return a->etch.speed[at->node];
+    const pd_attack_law *law = (const pd_attack_law *)user;
+    return *pdi_attack_speed(law->attack, law->metal, at->node);
 }
 
-/* Weight of the metal that the law is of. */
-static double pdi_attack_weight(const pd_attack *a, const pdi_beside *beside)
+/* Weight of a metal that has a law; 0: it has none. */
+static double pdi_attack_weight(const pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
-    return d->kinds > 1 ? pdi_metal_portion(d, beside)[a->kind].weight : beside->weight;
+    if (!a->etch.kind[m].law.law) return 0.0;
+    return d->kinds > 1 ? pdi_metal_portion(d, beside)[a->law[m].kind].weight : beside->weight;
 }
 
-/* Amounts of concentration that a unit of speed makes across the film, over its diffusivity [mol s/m4]. */
-static double pdi_attack_thick(const pd_attack *a, const pdi_beside *beside)
+/* Amounts of concentration that a unit of speed makes across the film, over its diffusivity [mol s/m4]. The share of
+ * the factor of the metal is the mean over the metals there. */
+static double pdi_attack_thick(const pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
-    double diffusivity = a->etch.reactive->diffusion.desc.diffusivity;
+    double diffusivity = a->etch.reactive->diffusion.desc.diffusivity, all = 0.0;
     if (pdi_metal_bonds(d) || !(diffusivity > 0.0)) return 0.0;
-    return d->kind[0].supply * (beside->flux / beside->weight) * (beside->film / beside->weight) / diffusivity;
+    double supply = d->kind[0].supply * (beside->flux / beside->weight);
+    for (int k = 0; k < d->kinds && a->laws > 1; k++)
+        all += pdi_metal_portion(d, beside)[k].weight * d->kind[k].supply;
+    if (all > 0.0) supply *= d->kind[a->law[m].kind].supply * (beside->weight / all);
+    return supply * (beside->film / beside->weight) / diffusivity;
 }
 
-static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int32_t node)
+static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int m, int32_t node)
 {
     char place[PDI_GRID_PLACE];
-    double v = a->etch.speed[node];
+    double v = a->etch.speed[m * a->dissolve->grid->total + node];
     if (v < 1e100) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH, species or E gives %g m/s at t = %g s (node %d "
                     "at %s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
@@ -74907,38 +75139,43 @@ static int pdi_attack_salt(const pd_dissolve *d, int32_t node)
 
 /* A node that has turned fluid within the step of the run: what the species have got from the metal before it was the
  * speed there, as the mean over its bonds to those nodes. 0: it has none to them. */
-static int pdi_attack_before(const pd_attack *a, int32_t i, double *speed)
+static int pdi_attack_before(const pd_attack *a, int m, int32_t i, double *speed)
 {
     const pd_paths *paths = &a->etch.reactive->bonds->paths;
+    const double *of = a->etch.speed + m * paths->grid->total;
     double sum = 0.0, all = 0.0;
     for (int placed = 1; placed >= 0 && !(all > 0.0); placed--)
         for (int k = 0; k < paths->stencil->count; k++) {
             int32_t j = pdi_entry_far(paths, i, k);
             if (j < 0 || j == i || paths->grid->kind[j] != PD_FLUID) continue;
             if (pdi_path_closed_group(paths, i, k) >= 0) continue;
-            if ((pdi_etch_law(&a->etch, j) >= 0) != placed || (!placed && !(a->etch.speed[j] > 0.0))) continue;
-            sum += paths->stencil->lap[k] * a->etch.speed[j];
+            if ((pdi_etch_law(&a->etch, m, j) >= 0) != placed || (!placed && !(of[j] > 0.0))) continue;
+            sum += paths->stencil->lap[k] * of[j];
             all += paths->stencil->lap[k];
         }
     if (all > 0.0) *speed = sum / all;
     return all > 0.0;
 }
 
-/* Speeds beside metal: of places they are found; where there is none the law holds for the species as they are now, or,
- * when the species have moved, what they have got beside that. */
+/* The speed of a metal at a node beside it: of a place it is found; where there is none the law holds for the species
+ * as they are now, or, when the species have moved, what they have got beside that. */
+static pd_status pdi_attack_found_at(pd_ctx *ctx, pd_attack *a, int m, const pdi_beside *beside)
+{
+    const pd_dissolve *d = a->dissolve;
+    int32_t i = beside->node;
+    double *speed = pdi_attack_speed(a, m, i);
+    if (!(pdi_attack_weight(a, m, beside) > 0.0)) return PD_OK;
+    int behind = a->course->time > d->time && !pdi_attack_salt(d, i);
+    if (pdi_etch_law(&a->etch, m, i) < 0 && !(behind && pdi_attack_before(a, m, i, speed)))
+        *speed = pdi_layer_at(&a->etch, m, i, -1, pdi_attack_thick(a, m, beside), *speed);
+    return pdi_attack_lawful(ctx, a, m, i);
+}
+
 static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
-    pd_etch *s = &a->etch;
-    for (int32_t k = 0; k < d->beside_count; k++) {
-        const pdi_beside *beside = &d->beside[k];
-        int32_t i = beside->node;
-        if (!(beside->weight > 0.0)) continue;
-        int behind = a->course->time > d->time && !pdi_attack_salt(d, i);
-        if (s->slot[i] < 0 && !(behind && pdi_attack_before(a, i, &s->speed[i])))
-            s->speed[i] = pdi_layer_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
-        PDI_TRY(pdi_attack_lawful(ctx, a, i));
-    }
+    for (int32_t k = 0; k < d->beside_count; k++)
+        for (int m = 0; m < a->laws; m++) PDI_TRY(pdi_attack_found_at(ctx, a, m, &d->beside[k]));
     return PD_OK;
 }
 
@@ -74953,15 +75190,17 @@ static double pdi_attack_ions(const pd_attack *a, int32_t node)
 
 /* A node that has just turned fluid has next to no ions that could carry a current: what its neighbours have bounds the
  * step. */
-static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
+static void pdi_attack_fresh(pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_grid *grid = a->dissolve->grid;
-    double own = pdi_attack_ions(a, beside->node), *speed = &a->etch.speed[beside->node];
+    double own = pdi_attack_ions(a, beside->node), *speed = pdi_attack_speed(a, m, beside->node);
+    int32_t place = pdi_etch_law(&a->etch, m, beside->node);
+    if (!(pdi_attack_weight(a, m, beside) > 0.0)) return;
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
-        double there = pdi_layer_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed);
-        *speed = pdi_max(*speed, there);
+        double there = pdi_layer_at(&a->etch, m, next, place, pdi_attack_thick(a, m, beside), *speed);
+        *speed = fmax(*speed, there);
     }
 }
 
@@ -74973,7 +75212,7 @@ static void pdi_attack_again(pd_attack *a)
     for (int32_t p = 0; p < s->count && s->electrode; p++) {
         if (!(s->weight[p] > 0.0) || d->slot[s->node[p]] < 0) continue;
         const pdi_beside *beside = &d->beside[d->slot[s->node[p]]];
-        if (beside->weight > 0.0) s->weight[p] = pdi_attack_weight(a, beside);
+        if (beside->weight > 0.0) s->weight[p] = pdi_attack_weight(a, pdi_etch_which(s, p), beside);
     }
     if (s->electrode) return;
     for (int32_t p = 0; p < s->count; p++) s->weight[p] = 0.0;
@@ -74982,36 +75221,55 @@ static void pdi_attack_again(pd_attack *a)
         int32_t p = s->slot[beside->node];
         if (p < 0 || !(beside->weight > 0.0)) continue;
         s->weight[p] = beside->weight;
-        s->thick[p] = pdi_attack_thick(a, beside);
+        s->thick[p] = pdi_attack_thick(a, 0, beside);
     }
 }
 
-/* A place for each electrode beside a node; the law is that of the metal with the largest area there. */
+/* A place of an electrode: contact n of the cell, or -1: none; with the law of metal m, or -1: none. */
+static pd_status pdi_attack_place(pd_ctx *ctx, pd_attack *a, int32_t node, int32_t n, int m, const pdi_beside *beside)
+{
+    const pd_contacts *c = &a->cell->potential.contacts;
+    pd_etch *s = &a->etch;
+    if (s->count == s->reactive->grid->total)
+        return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
+    pd_etch_put(s, node, m < 0 ? 0.0 : pdi_attack_weight(a, m, beside), m < 0 ? 0.0 : pdi_attack_thick(a, m, beside));
+    if (n >= 0) pdi_etch_polarise(s, m < 0 ? 0 : m, c->list[n].electrode, c->list[n].area, c->list[n].way);
+    else pdi_etch_polarise(s, m, pdi_polarise_near(&a->polarise, a->dissolve, node, a->law[m].kind), 0.0, 0.0);
+    return PD_OK;
+}
+
+/* Metals beside a node whose law has no place there yet: each has one on the electrode of its metal that is nearest. */
+static pd_status pdi_attack_others(pd_ctx *ctx, pd_attack *a, const pdi_beside *beside)
+{
+    for (int m = 0; m < a->laws && beside; m++)
+        if (pdi_attack_weight(a, m, beside) > 0.0 && pdi_etch_law(&a->etch, m, beside->node) < 0)
+            PDI_TRY(pdi_attack_place(ctx, a, beside->node, -1, m, beside));
+    return PD_OK;
+}
+
+/* A place for each electrode beside a node; the law of a metal is that of its electrode with the largest area there. */
 static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
     const pd_contacts *c = &a->cell->potential.contacts;
-    pd_etch *s = &a->etch;
     for (int32_t k = 0, end; k < c->count; k = end) {
-        int32_t own, i = c->list[k].node;
+        int32_t own[PD_SETUP_METALS], i = c->list[k].node;
         const pdi_beside *beside = d && d->slot[i] >= 0 ? &d->beside[d->slot[i]] : NULL;
-        end = pdi_polarise_node(&a->polarise, k, a->kind, &own);
-        for (int32_t at = k; at < end; at++) {
-            int goes = at == own && beside && pdi_attack_weight(a, beside) > 0.0;
-            if (s->count == s->reactive->grid->total)
-                return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
-            pd_etch_put(s, i, goes ? pdi_attack_weight(a, beside) : 0.0, goes ? pdi_attack_thick(a, beside) : 0.0);
-            pdi_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
+        end = pdi_polarise_node(&a->polarise, k, -1, own);
+        for (int m = 0; m < a->laws; m++) {
+            pdi_polarise_node(&a->polarise, k, a->law[m].kind, &own[m]);
+            if (!beside || !(pdi_attack_weight(a, m, beside) > 0.0)) own[m] = -1;
         }
+        for (int32_t at = k; at < end; at++) {
+            int law = -1;
+            for (int m = a->laws; m-- > 0;)
+                if (own[m] == at) law = m;
+            PDI_TRY(pdi_attack_place(ctx, a, i, at, law, beside));
+        }
+        PDI_TRY(pdi_attack_others(ctx, a, beside));
     }
-    for (int32_t k = 0; d && k < d->beside_count; k++) {
-        const pdi_beside *beside = &d->beside[k];
-        if (s->slot[beside->node] >= 0 || !(pdi_attack_weight(a, beside) > 0.0)) continue;
-        if (s->count == s->reactive->grid->total)
-            return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
-        pd_etch_put(s, beside->node, pdi_attack_weight(a, beside), pdi_attack_thick(a, beside));
-        pdi_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
-    }
+    for (int32_t k = 0; d && k < d->beside_count; k++)
+        if (a->etch.slot[d->beside[k].node] < 0) PDI_TRY(pdi_attack_others(ctx, a, &d->beside[k]));
     return PD_OK;
 }
 
@@ -75031,19 +75289,19 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             a->grain[beside->node] = law.at.grain;
         }
         if (!s->electrode && !pdi_attack_salt(d, beside->node))
-            pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
+            pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, 0, beside));
     }
     PDI_TRY(pdi_attack_shares(ctx, a));
     s->odd = 0;
     pdi_levels_solve(ctx, s);
     pdi_etch_note(s);
     if (s->lost && s->odd) {
-        s->speed[s->node[s->odd - 1]] = (double)NAN;
-        return pdi_attack_lawful(ctx, a, s->node[s->odd - 1]);
+        *pdi_etch_speed(s, s->odd - 1) = (double)NAN;
+        return pdi_attack_lawful(ctx, a, pdi_etch_which(s, s->odd - 1), s->node[s->odd - 1]);
     }
     if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));
     for (int32_t k = 0; d && k < d->beside_count && s->desc.reads_phi; k++)
-        if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);
+        for (int m = 0; m < a->laws; m++) pdi_attack_fresh(a, m, &d->beside[k]);
     return d ? pdi_attack_speeds(ctx, a) : PD_OK;
 }
 
@@ -75069,8 +75327,10 @@ PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
         return PD_OK;
     }
     if (!(a->course->time > t)) return pdi_attack_now(ctx, a);
+    for (int32_t p = 0; p < s->count; p++)
+        for (int m = 0; m < a->laws; m++) *pdi_attack_speed(a, m, s->node[p]) = 0.0;
     for (int32_t p = 0; p < s->count; p++) /* what the species have got in the step of the run */
-        s->speed[s->node[p]] = s->passed[p] / (a->course->time - a->begin);
+        if (s->passed[p] > 0.0) *pdi_etch_speed(s, p) = s->passed[p] / (a->course->time - a->begin);
     return pdi_attack_speeds(ctx, a);
 }
 
@@ -75390,7 +75650,7 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.largest = u->max_step;
     desc.settle = u->settle;
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
-    desc.shed = u->shed;
+    desc.shed = u->metal[pdi_setup_attacked(u) > 0 ? pdi_setup_attacked(u) : 0].shed;
     desc.coat = m->surfaces ? &m->surfaces->coat : NULL;
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL, &m->course, &m->cell,
@@ -75527,10 +75787,6 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
         m->law[k].cell = u->has_potential ? &m->cell : NULL;
         metal[k] = pdi_model_metal(&m->law[k]);
     }
-    desc.solid = metal[0].solid;
-    desc.rate = metal[0].rate;
-    desc.rate_user = metal[0].rate_user;
-    desc.uniform = metal[0].uniform;
     desc.more = metal + 1;
     desc.more_count = u->metals - 1;
     desc.metal = m->metal;
@@ -75545,17 +75801,18 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     }
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
-    desc.sheds = u->sheds;
-    int attacked = pdi_setup_attacked(u);
-    if (attacked > 0) {
-        metal[attacked].rate = pdi_attack_rate;
-        metal[attacked].rate_user = &m->attack;
-        metal[attacked].uniform = 0;
-    } else if (attacked == 0) {
-        desc.rate = pdi_attack_rate;
-        desc.rate_user = &m->attack;
+    desc.sheds = u->sheds ? 1 + (pdi_setup_apart(u) > 1) : 0;
+    for (int k = 0; k < u->metals; k++) {
+        if (!pdi_setup_chemical(&u->metal[k])) continue;
+        metal[k].rate = pdi_attack_rate;
+        metal[k].rate_user = &m->attack.law[pdi_setup_apart(u) > 1 ? k : 0];
+        metal[k].uniform = 0;
     }
-    if (attacked >= 0) {
+    desc.solid = metal[0].solid;
+    desc.rate = metal[0].rate;
+    desc.rate_user = metal[0].rate_user;
+    desc.uniform = metal[0].uniform;
+    if (pdi_setup_attacked(u) >= 0) {
         desc.found = pdi_attack_found;
         desc.found_user = &m->attack;
         desc.lags = 1;
@@ -77831,6 +78088,21 @@ static void pdi_summary_transport(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_TRANSPORT, "transport", text);
 }
 
+/* What comes with one of metal m. */
+static void pdi_summary_sheds(const pdi_summary *s, int m)
+{
+    const pd_setup *u = s->model->setup;
+    const pd_setup_metal *metal = &u->metal[m];
+    char text[384];
+    if (pdi_setup_attacked(u) < 0 ? m > 0 : !pdi_setup_chemical(metal)) return;
+    snprintf(text, sizeof text, "one of %s:", pdi_setup_apart(u) > 1 ? metal->material.name : "metal");
+    for (int k = 0; k < u->electrolyte.count; k++)
+        if (fabs(metal->shed[k]) > 0.0)
+            pdi_append(text, sizeof text, " %+g %s", metal->shed[k], u->electrolyte.species[k].name);
+    if (fabs(metal->gas_shed) > 0.0) pdi_append(text, sizeof text, " %+g %s", metal->gas_shed, u->gas);
+    pdi_summary_line(s, "  %-12s%s", "", text);
+}
+
 static void pdi_summary_chemistry(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
@@ -77846,13 +78118,7 @@ static void pdi_summary_chemistry(const pdi_summary *s)
     snprintf(text, sizeof text, "states of surfaces:");
     for (int k = 0; k < u->states; k++) pdi_append(text, sizeof text, "%s %s", k ? "," : "", u->state[k].label);
     if (u->states) pdi_summary_line(s, "  %-12s%s", "", text);
-    if (!u->sheds) return;
-    snprintf(text, sizeof text, "one of metal:");
-    for (int k = 0; k < u->electrolyte.count; k++)
-        if (fabs(u->shed[k]) > 0.0)
-            pdi_append(text, sizeof text, " %+g %s", u->shed[k], u->electrolyte.species[k].name);
-    if (u->gas[0]) pdi_append(text, sizeof text, " %+g %s", u->gas_shed, u->gas);
-    pdi_summary_line(s, "  %-12s%s", "", text);
+    for (int m = 0; m < u->metals && u->sheds; m++) pdi_summary_sheds(s, m);
 }
 
 static void pdi_summary_potential(const pdi_summary *s)
@@ -79448,6 +79714,18 @@ static pd_status pdi_run_steps(pdi_run *r)
     return PD_OK;
 }
 
+/* [mol] of gas that has come off metal. */
+static double pdi_run_gas(const pdi_run *r)
+{
+    const pd_setup *u = r->setup;
+    const pd_course *course = &r->model.course;
+    int goes = pdi_setup_attacked(u);
+    double gas = 0.0;
+    if (!course->each) return u->metal[goes > 0 ? goes : 0].gas_shed * course->taken;
+    for (int m = 0; m < u->metals; m++) gas += u->metal[m].gas_shed * course->each[m];
+    return gas;
+}
+
 static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
 {
     const pd_model *m = &r->model;
@@ -79465,7 +79743,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->has_front = r->setup->has_corrode;
     result->front = r->observables.front;
     result->sheds = r->setup->sheds && r->setup->gas[0];
-    result->gas = r->setup->gas_shed * m->course.taken;
+    result->gas = pdi_run_gas(r);
     result->gas_volume = result->gas * PDI_MODEL_GAS * r->setup->electrolyte.temperature / PDI_MODEL_ATMOSPHERE;
     result->has_potential = r->setup->has_potential;
     result->current_balance = m->cell.result.imbalance;

@@ -30,6 +30,7 @@ typedef struct plates_state {
     double anode, cathode;  /* [V] of the metals against the mean of phi */
     double drop;            /* [V] of phi from plate to plate */
     double least;           /* [mol/m3] of M2+, at the cathode */
+    double a, b;            /* [mol/m3] of Na+ and Cl- at the anode */
 } plates_state;
 
 /* What belongs to psi at the cathode, with dx in proportion to 3/2 b exp(psi) - 1/2 a exp(-psi). 0: there is more than
@@ -52,6 +53,8 @@ static inline int plates_at(const plates *p, double psi, plates_state *s)
     s->current = 2.0 * PLATES_FARADAY * p->d / p->gap * b * whole;
     s->drop = -PLATES_VOLT * psi;
     s->least = 0.5 * (b * end - a / end);
+    s->a = a;
+    s->b = b;
     s->anode = p->anodic * log10(s->current / p->i0) - PLATES_VOLT * mean;
     double share = p->order > 0.0 ? s->least / p->order : 1.0;
     s->cathode = p->step - p->cathodic * log10(s->current / (p->i0 * fmax(share, 1e-300))) + PLATES_VOLT * (psi - mean);
@@ -85,6 +88,79 @@ static inline plates_state plates_wired(const plates *p)
         else far = middle;
     }
     plates_at(p, near, &s);
+    return s;
+}
+
+/* Two metals that exchange their ions, both of two charges: metal 0 at x = 0 dissolves to ion 0 and takes up ion 1,
+ * metal 1 the other way round. The sum S of both ions obeys what c_M did above, with the sum of both N/D in the place
+ * of N/D, and each ion
+ *   (c exp(2 psi))' = -N/D exp(2 psi),    dx = -(3/2 b exp(psi) - 1/2 a exp(-psi)) dpsi / (sum of N/D).
+ * Laws: i0 10^((u - from)/slope) dissolves, taken c/order 10^((rest - u)/fall) is taken up. */
+typedef struct plates_exchange {
+    plates salt;                     /* gap, na and cl of it */
+    double d[2];                     /* [m2/s] */
+    double i0[2], from[2], slope[2]; /* [A/m2] [V] [V] of metals */
+    double taken[2], rest[2], fall[2];
+    double order;                    /* [mol/m3] */
+} plates_exchange;
+
+typedef struct plates_exchanged {
+    double current[2]; /* [A/m2] by which the metals dissolve */
+    double potential;  /* [V] of both against the mean of phi */
+    double amount[2];  /* [mol/m2] of the ions in the gap */
+} plates_exchanged;
+
+/* State for psi at metal 1. Returns what metal 1 takes up of ion 0 beyond what comes [A/m2]; -1e300: there is no such
+ * state. Amounts and the mean of psi are by Simpson's rule. */
+static inline double plates_exchange_off(const plates_exchange *p, double psi, plates_exchanged *s)
+{
+    plates salt = p->salt;
+    plates_state state;
+    double low = -3.0, high = 3.0, v[2] = {0.0, 0.0}, u[2] = {0.0, 0.0}, end = exp(psi), f2 = 2.0 * PLATES_FARADAY;
+    salt.d = 1.0;
+    salt.i0 = salt.anodic = salt.cathodic = 1.0;
+    salt.order = 0.0;
+    if (!plates_at(&salt, psi, &state)) return -1e300;
+    double sum = state.current / f2; /* [mol/m4] of N/D */
+    for (int k = 0; k < 200; k++) {
+        u[0] = 0.5 * (low + high);
+        u[1] = u[0] - PLATES_VOLT * psi;
+        for (int m = 0; m < 2; m++) v[m] = p->i0[m] * pow(10.0, (u[m] - p->from[m]) / p->slope[m]) / f2;
+        if (v[0] / p->d[0] - v[1] / p->d[1] > sum) high = u[0];
+        else low = u[0];
+    }
+    double a = state.a, b = state.b;
+    double other = v[1] * f2 * p->order / (p->taken[0] * pow(10.0, (p->rest[0] - u[0]) / p->fall[0])); /* ion 1 at 0 */
+    double first = 0.5 * (b - a) - other, share = v[0] / p->d[0] / sum;
+    double last = (first + share * (0.5 * b * (end * end * end - 1.0) - 0.5 * a * (end - 1.0))) / (end * end);
+    s->potential = u[0];
+    for (int m = 0; m < 2; m++) s->current[m] = v[m] * f2;
+    double mean = 0.0;
+    s->amount[0] = s->amount[1] = 0.0;
+    for (int k = 0; k <= 2000; k++) {
+        double at = psi * k / 2000.0, e = exp(at), weight = k % 2000 == 0 ? 1.0 : k % 2 ? 4.0 : 2.0;
+        double dx = -(1.5 * b * e - 0.5 * a / e) / sum * weight * psi / 6000.0;
+        double c = (first + share * (0.5 * b * (e * e * e - 1.0) - 0.5 * a * (e - 1.0))) / (e * e);
+        s->amount[0] += c * dx;
+        s->amount[1] += (0.5 * (b * e - a / e) - c) * dx;
+        mean += at * dx / p->salt.gap;
+    }
+    s->potential -= PLATES_VOLT * mean;
+    if (!(first > 0.0)) return -1e300;
+    return p->taken[1] * last / p->order * pow(10.0, (p->rest[1] - u[1]) / p->fall[1]) - s->current[0];
+}
+
+static inline plates_exchanged plates_exchange_at(const plates_exchange *p)
+{
+    plates_exchanged s;
+    double far = -30.0, near = -1e-9;
+    memset(&s, 0, sizeof s);
+    for (int k = 0; k < 200; k++) {
+        double middle = 0.5 * (far + near);
+        if (plates_exchange_off(p, middle, &s) > 0.0) near = middle;
+        else far = middle;
+    }
+    plates_exchange_off(p, near, &s);
     return s;
 }
 #endif

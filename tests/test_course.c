@@ -136,7 +136,7 @@ TEST(amounts)
     CHECK_NEAR((taken - lost) / l->solid_start, 0.0, 1e-12);
     CHECK_NEAR((mg.dissolved + mg.out + mg.carry + back - lost) / l->solid_start, 0.0, 1e-12);
     CHECK_NEAR((taken - l->dissolved - l->carry - l->out + l->in) / l->solid_start, 0.0, 1e-12);
-    CHECK_NEAR(test_setup.gas_shed, 1.0, 0.0);
+    CHECK_NEAR(test_setup.metal[0].gas_shed, 1.0, 0.0);
     close_model();
 }
 
@@ -255,7 +255,7 @@ TEST(corrode)
     CHECK_NEAR((test_model.course.taken + owed - lost) / lost, 0.0, 1e-10);
     CHECK_LE(fabs(owed), 0.02 * lost);
     CHECK_LE(fabs(l->relative), 1e-12);
-    CHECK_NEAR(test_setup.gas_shed, 1.0, 0.0);
+    CHECK_NEAR(test_setup.metal[0].gas_shed, 1.0, 0.0);
     close_model();
 }
 

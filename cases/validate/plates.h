@@ -104,6 +104,43 @@ static pd_status plates_dissolves_run(val_job *job)
     return PD_OK;
 }
 
+/* Each plate dissolves into its own ion and takes up that of the other. */
+static pd_status plates_exchange_run(val_job *job)
+{
+    static const plates_exchange p = {
+        {0.71e-9, 1e-4, 50.0, 250.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.71e-9, 0.5e-9}, {10.0, 12.0}, {0.0, 0.05},
+        {0.06, 0.12}, {20.0, 20.0}, {0.0, 0.1}, {0.12, 0.12}, 100.0};
+    static const char *const names[] = {"cu", "zn"};
+    char text[2048];
+    double e = 0.0;
+    plates_exchanged wanted = plates_exchange_at(&p);
+    snprintf(text, sizeof text,
+             "[grid] h = %.17g um  m = %g  box = " PLATES_BOX(0, 200) "\n"
+             "[shape cu] kind = solid  material = copper  box = " PLATES_BOX(0, 50) "\n"
+             "[shape zn] kind = solid  material = mg4ag  box = " PLATES_BOX(150, 200) "\n" PLATES_SIDES
+             "[chemistry] activity = ideal  migration = yes\n[species Cu2+] D = 0.71e-9 m2/s  initial = 50 mol/m3\n"
+             "[species Zn2+] D = 0.5e-9 m2/s  initial = 50 mol/m3\n"
+             "[species Na+] D = 1.33e-9 m2/s  initial = 50 mol/m3\n"
+             "[species Cl-] D = 2.03e-9 m2/s  initial = 250 mol/m3\n[potential]\n[transport] D = 1e-9 m2/s\n"
+             "[dissolve copper] charge = 2  Cs = %g mol/m3  reaction = Cu = Cu2+ + 2 e-\n"
+             "current = 10 A/m2*10^(E/(60 mV))\n"
+             "[dissolve mg4ag] charge = 2  Cs = %g mol/m3  reaction = Zn = Zn2+ + 2 e-\n"
+             "current = 12 A/m2*10^((E - 50 mV)/(120 mV))\n"
+             "[electrode cu] shape = cu  connected = zn  curve = expression  reaction = Zn2+ + 2 e- = Zn\n"
+             "i = -20 A/m2*[Zn2+]/(100 mol/m3)*10^(-E/(120 mV))\n"
+             "[electrode zn] shape = zn  curve = expression  reaction = Cu2+ + 2 e- = Cu\n"
+             "i = -20 A/m2*[Cu2+]/(100 mol/m3)*10^(-(E - 100 mV)/(120 mV))\n[run] until = 1e5 s\n",
+             100.0 / job->level.n, job->level.m, 100.0 * PLATES_CS, 100.0 * PLATES_CS);
+    job->out->err[0] = 0.0;
+    for (int k = 0; k < 2; k++) {
+        double current = 0.0;
+        PDI_TRY(plates_figures(job, text, names[k], &current, &e));
+        job->out->err[0] = fmax(job->out->err[0], fabs(current / (PLATES_HEIGHT * wanted.current[k]) - 1.0));
+    }
+    job->out->err[1] = fabs(e - wanted.potential) / PLATES_VOLT;
+    return PD_OK;
+}
+
 /* Iron 0.1 mm from water with oxygen, which does not migrate: i of the law is i of what diffuses. */
 static pd_status plates_rust_run(val_job *job)
 {
@@ -159,6 +196,13 @@ static const val_part plates_dissolves_part = {
      {3, 1e-12, 0.0, 0, VAL_GOAL}, {4, 1e-3, 0.0, 0, VAL_GOAL}}, 5,
     {{20, 1.0, 0.0}, {40, 1.0, 0.0}}, 2, 2, plates_dissolves_run, NULL};
 
+static const val_part plates_exchange_part = {
+    "exchange", "plates of two metals that both dissolve and take up each other's ions", "cells", VAL_BY_N, NULL, 2.0,
+    PLATES_MEASURES,
+    {{0, 1e-4, 0.0, 0, VAL_GOAL}, {1, 1e-3, 0.0, 0, VAL_GOAL}, {2, 1e-12, 0.0, 0, VAL_GOAL},
+     {3, 1e-12, 0.0, 0, VAL_GOAL}}, 4,
+    {{20, 1.0, 0.0}, {40, 1.0, 0.0}}, 2, 2, plates_exchange_run, NULL};
+
 static const val_part plates_rust_part = {
     "rust", "iron that rusts freely by oxygen", "cells", VAL_BY_N, NULL, 2.0, PLATES_MEASURES,
     {{0, 1e-3, 0.0, 0, VAL_GOAL}, {1, 1e-2, 0.0, 0, VAL_GOAL}, {2, 1e-12, 0.0, 0, VAL_GOAL},
@@ -166,18 +210,19 @@ static const val_part plates_rust_part = {
     {{20, 1.0, 0.0}, {40, 1.0, 0.0}}, 2, 1, plates_rust_run, NULL};
 
 static const val_part *const plates_parts[] = {&plates_mild_part, &plates_steep_part, &plates_dissolves_part,
-                                               &plates_rust_part};
+                                               &plates_exchange_part, &plates_rust_part};
 
 static const val_case plates_case = {
     "plates", "electrodes among ions that migrate",
     "Two plates of copper in CuCl2 with a little NaCl, wired to each other, of which one gives and one takes up Cu2+, "
-    "far from the limiting current and near it; the same with an anode of another metal that dissolves by its law; and "
+    "far from the limiting current and near it; the same with an anode of another metal that dissolves by its law; "
+    "two metals that both dissolve by their laws, each of which takes up the ions of the other; and "
     "iron that corrodes freely by the oxygen that diffuses to it. "
     "Potentials of the metals follow from their currents.",
     "A potential that is asked once a step, the fall of the potential by diffusion, the last half cell before an "
     "electrode, charge that is lost, a current that takes up more than there is.",
     "closed form of the ions between the plates with the curves of both (theory: eq. 5c.15); diffusion of oxygen and "
     "the line of Tafel of iron",
-    plates_parts, 4};
+    plates_parts, 5};
 #endif
 #endif

@@ -257,7 +257,8 @@ static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, d
             if (path < 0 || !(share > 0.0)) continue;
             int32_t i = pdi_entry_far(&d->paths, j, path);
             target[i] += rest * share * pdi_metal_over(d, j, i);
-            if (receiver == PDI_CONTENT_FLUID && d->shed) d->shed[i] += rest * share * pdi_metal_over(d, j, i);
+            if (receiver == PDI_CONTENT_FLUID && d->shed)
+                pdi_metal_shed(d, pdi_metal_of(d, j))[i] += rest * share * pdi_metal_over(d, j, i);
         }
         return PD_OK;
     }

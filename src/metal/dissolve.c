@@ -65,8 +65,9 @@ static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, i
     if (given && (desc->model == PD_METAL_SURFACE || !desc->activation))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "the field of transport is given, but not by activation");
     if (desc->model == PD_METAL_SURFACE) return PD_OK;
-    if (desc->model != PD_METAL_BONDS)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1", (int)desc->model);
+    if (desc->model != PD_METAL_BONDS || desc->sheds > 1)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "model %d, expected 0 or 1, and 0 where each metal sheds for "
+                        "itself", (int)desc->model);
     if (!(desc->bulk >= 0.0) || desc->bulk > desc->saturation || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
                         "bulk = %g mol/m3 and rtol = %g, expected 0 to Csat = %g mol/m3 and 0 to below 1", desc->bulk,
@@ -99,8 +100,9 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     if (PD_DIM > 1 && desc->weights == PD_WEIGHTS_CALIBRATED) PDI_ARRAY(owner, dissolve, tilt, total, "1");
     if (bonds && desc->repassivation > 0.0) PDI_STATE(owner, dissolve, film, total, "1");
     if (bonds && !desc->activation) PDI_STATE(owner, dissolve, moved, total, "mol/m3");
-    if (desc->sheds && !desc->lags) PDI_ARRAY(owner, dissolve, shed, total, "mol/m3");
-    if (desc->sheds && desc->lags) PDI_STATE(owner, dissolve, shed, total, "mol/m3");
+    int64_t sheds = desc->sheds > 1 ? dissolve->kinds * total : total;
+    if (desc->sheds && !desc->lags) PDI_ARRAY(owner, dissolve, shed, sheds, "mol/m3");
+    if (desc->sheds && desc->lags) PDI_STATE(owner, dissolve, shed, sheds, "mol/m3");
     if (stochastic) PDI_ARRAY(owner, dissolve, links, total, "1");
     if (stochastic) PDI_ARRAY(owner, dissolve, last, total, "mol/m3");
     PDI_VALUE(owner, dissolve, next_dt, "s");
@@ -697,18 +699,28 @@ static pd_status pdi_dissolve_reject(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* What a node beside metal has got in a step of dt [s]; lines have no slope any more. */
+static void pdi_dissolve_shed(const pd_dissolve *d, const pdi_beside *beside, double dt)
+{
+    const pdi_metal_beside *portion = pdi_metal_portion(d, beside);
+    if (d->desc.sheds < 2) d->shed[beside->node] += dt * d->transport->source[beside->node];
+    for (int m = 0; m < d->kinds && d->desc.sheds > 1; m++) {
+        double speed = portion[m].weight > 0.0 ? portion[m].speed : 0.0;
+        pdi_metal_shed(d, m)[beside->node] += dt * (portion[m].weight * speed + portion[m].stock);
+    }
+}
+
 static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_dissolve *d = (pd_dissolve *)self;
     d->out += s->dt * d->transport->outflow;
     d->in += s->dt * d->transport->inflow;
-    for (int32_t k = 0; k < d->beside_count && d->shed; k++) {
-        int32_t i = d->beside[k].node; /* lines have no slope any more */
-        d->shed[i] += s->dt * d->transport->source[i];
-    }
+    for (int32_t k = 0; k < d->beside_count && d->shed; k++) pdi_dissolve_shed(d, &d->beside[k], s->dt);
     PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
-    for (int32_t k = 0; k < d->changed_count && d->shed; k++)
-        d->shed[d->changed[k]] += d->transport->c[d->changed[k]];
+    for (int32_t k = 0; k < d->changed_count && d->shed; k++) {
+        int32_t j = d->changed[k];
+        pdi_metal_shed(d, pdi_metal_of(d, j))[j] += d->transport->c[j];
+    }
     d->out += d->rinsed;
     s->turned = d->changed;
     s->turned_count = d->changed_count;

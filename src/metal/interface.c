@@ -299,7 +299,7 @@ PDI_FN void pdi_interface_means(pd_dissolve *d)
     if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_average);
 }
 
-/* What of it belongs to pieces of metal that do not last the step is given once for all. */
+/* What of it belongs to pieces of metal that do not last the step is given once for all: `stock` is that of a metal. */
 static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
 {
     double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node);
@@ -309,6 +309,7 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
         const pdi_metal_beside *gives = &pdi_metal_portion(d, from)[m];
         pdi_metal_beside *portion = &pdi_metal_portion(d, to)[m];
         to->given += over * gives->paid * portion->speed;
+        portion->stock += over * gives->paid * portion->speed;
         portion->weight = pdi_max(portion->weight - over * gives->used, 0.0);
         to->weight += portion->weight;
     }

@@ -44,7 +44,7 @@ typedef struct pd_dissolve_desc {
     const uint8_t *metal; /* [total] of solid nodes: 0: the metal above, k: more[k - 1]; NULL: 0. Borrowed */
     const int32_t *grain; /* [total] of solid nodes: what a law sees as pd_rate_at.grain; NULL: -1. Borrowed */
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
-    int sheds;            /* 1: `shed` of pd_dissolve is kept */
+    int sheds;            /* 1: `shed` of pd_dissolve is kept; 2: of each metal for itself */
     int lags;             /* 1: and lasts from step to step: its user empties it before the metal moves */
     pd_at_fn found;       /* the fluid beside metal is known, for laws at that time; they are asked afterwards. NULL:
                            * nobody wants to know */
@@ -121,7 +121,7 @@ typedef struct pd_dissolve {
     double last_dt;           /* [s] of that step; 0: none */
     int32_t turned;           /* nodes that turned in it: fields bend there, which is no error in time */
     double *shed;             /* [total] [mol/m3] what fluid nodes have got from metal since it was emptied by its user;
-                               * NULL: nobody asks */
+                               * [kinds][total] where each metal is kept for itself; NULL: nobody asks */
     double rinsed;            /* [mol] activation: what is gone in the last step */
     /* ---- a run: */
     pd_transport_result result; /* of the last step */
@@ -147,7 +147,8 @@ typedef struct pdi_metal_beside {
     double mean;           /* [m/s] speed of the metal where it enters */
     double weight;         /* [mol/m4] see pdi_beside */
     double speed;          /* [m/s] what its law gives where it arrives */
-    double stock;          /* [mol2/m7] sum of weight times the content of the metal */
+    double stock;          /* bonds: [mol2/m7] sum of weight times the content of the metal; else [mol/m3/s] what
+                            * pieces of it give that do not last the step */
     double used, used_stock; /* of pieces of metal that do not last the step: weight [mol/m4], that times content */
     double paid;           /* [mol/m4] and what they give, per speed */
     double rated;          /* [m/s] `mean` when the rates were found */
@@ -183,6 +184,11 @@ static inline double pdi_metal_gives(const pd_dissolve *d, int32_t solid)
 }
 /* Index of the metal of solid node j. */
 static inline int pdi_metal_of(const pd_dissolve *d, int32_t j) { return d->desc.metal ? d->desc.metal[j] : 0; }
+/* Row of `shed` of that metal. */
+static inline double *pdi_metal_shed(const pd_dissolve *d, int metal)
+{
+    return d->shed + (d->desc.sheds > 1 ? metal : 0) * d->grid->total;
+}
 /* Cs there. */
 static inline double pdi_metal_solid(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].solid; }
 /* What an intact node j loses before it turns fluid [mol/m3]. */

@@ -91,7 +91,7 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
     if (!metal || metal->slot[i] < 0) return;
     for (int32_t p = metal->slot[i]; p < metal->count && metal->node[p] == i; p++)
         for (int k = 0; k < s->count; k++)
-            lack[k] += pdi_etch_gives(metal, p, k, metal->weight[p] > 0.0 ? metal->speed[i] : 0.0,
+            lack[k] += pdi_etch_gives(metal, p, k, metal->weight[p] > 0.0 ? *pdi_etch_speed(metal, p) : 0.0,
                                       metal->electrode ? metal->flow[p] : 0.0);
 }
 
@@ -717,7 +717,7 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     if (r->migration.tied) return PD_OK;
     if (r->surface && r->surface->electrode) PDI_TRY(pdi_advance_given(ctx, r->surface));
     else if (r->surface && r->surface->count &&
-             (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_ADVANCE_SLACK))
+             (r->surface->desc.reads_phi || fabs(r->surface->kind->charge) > PDI_ADVANCE_SLACK))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
                         "species has a potential and lets a current pass, expected one",
                         r->surface->desc.reads_phi ? "by the potential" : "gives a charge");

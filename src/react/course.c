@@ -18,6 +18,12 @@
 /* Share of the longest step of the run that the first one is when minerals cover metal. */
 #define PDI_COURSE_FIRST 1e-3
 
+/* Metals whose amounts are told apart. */
+static int pdi_course_metals(const pd_course *a)
+{
+    return a->desc.surface && a->desc.fed ? a->desc.surface->kinds : 1;
+}
+
 PDI_COLD_BEGIN
 PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
 {
@@ -43,6 +49,7 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, course, dt, "s");
     PDI_VALUE(owner, course, error, "1");
     PDI_VALUE(owner, course, taken, "mol");
+    if (pdi_course_metals(course) > 1) PDI_STATE(owner, course, each, pdi_course_metals(course), "mol");
     PDI_VALUE(owner, course, bent, "1");
     if (course->desc.coat && r->migration.on) PDI_VALUE(owner, course, settled, "1");
     PDI_VALUE(owner, course, steps, "1");
@@ -88,11 +95,11 @@ pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *des
 
 /* ---- metal ---- */
 
-/* [mol/m3/s] of metal at a node: what empties `fed` in what is left of the step of the run, and what comes anew. */
-static double pdi_course_given(const pd_course *a, int32_t i)
+/* [mol/m3/s] of a metal at a node: what empties `fed` in what is left of the step of the run, and what comes anew. */
+static double pdi_course_given(const pd_course *a, int m, int32_t i)
 {
     if (a->reactive->grid->kind[i] != PD_FLUID) return 0.0;
-    return a->desc.fed[i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
+    return a->desc.fed[m * a->reactive->grid->total + i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
 }
 
 static void pdi_course_feed(pd_course *a)
@@ -100,29 +107,45 @@ static void pdi_course_feed(pd_course *a)
     pd_reactive *r = a->reactive;
     int64_t total = r->grid->total;
     for (int32_t i = 0; i < (int32_t)total && a->desc.fed; i++) {
-        double rate = pdi_course_given(a, i);
+        double rate = pdi_course_given(a, 0, i);
         for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
+        for (int m = 1; m < pdi_course_metals(a); m++) {
+            rate = pdi_course_given(a, m, i);
+            for (int n = 0; n < r->components.solutes; n++)
+                r->source[n * total + i] += a->desc.surface->kind[m].shed[n] * rate;
+        }
     }
     if (!a->desc.feed) return;
     for (int64_t at = 0; at < r->components.solutes * total && !a->desc.fed; at++) r->source[at] = 0.0;
     a->desc.feed(a->desc.feeder, r->source);
 }
 
+/* So much of a metal is in the species. */
+static void pdi_course_count(pd_course *a, int m, const pdi_sum *sum)
+{
+    double amount = pdi_sum_total(sum) * a->reactive->bonds->stencil->volume;
+    a->taken += amount;
+    if (a->each) a->each[m] += amount;
+}
+
 /* What a step of dt [s] has taken of it. */
 static void pdi_course_taken(pd_course *a, double dt, int all)
 {
     const pd_reactive *r = a->reactive;
-    pdi_sum sum = {0.0, 0.0};
     double share = all ? 1.0 : dt / a->left;
-    for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++) {
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_sum_add(&sum, share * a->desc.fed[i] * pdi_grid_circumference(r->grid, i));
-        a->desc.fed[i] = all ? 0.0 : a->desc.fed[i] * (1.0 - share);
-        if (a->ahead) a->came[i] += dt * a->ahead[i];
+    for (int m = 0; m < pdi_course_metals(a) && a->desc.fed; m++) {
+        pdi_sum sum = {0.0, 0.0};
+        double *fed = a->desc.fed + m * r->grid->total;
+        for (int32_t i = 0; i < r->grid->total; i++) {
+            if (r->grid->kind[i] != PD_FLUID) continue;
+            pdi_sum_add(&sum, share * fed[i] * pdi_grid_circumference(r->grid, i));
+            fed[i] = all ? 0.0 : fed[i] * (1.0 - share);
+            if (a->ahead) a->came[i] += dt * a->ahead[i];
+        }
+        pdi_course_count(a, m, &sum);
     }
     const pd_etch *s = a->desc.surface;
     for (int32_t p = 0; a->came && s && p < s->count; p++) a->came[s->node[p]] += s->weight[p] * s->ahead[p];
-    a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
 /* What the law at the surface gave in the step of the run, and what came anew, has still to come from the metal. */
@@ -130,19 +153,25 @@ static void pdi_course_owed(pd_course *a)
 {
     const pd_reactive *r = a->reactive;
     const pd_etch *s = a->desc.surface;
-    pdi_sum sum = {0.0, 0.0};
-    for (int32_t p = 0; !a->came && s && p < s->count; p++) {
-        double given = s->weight[p] * s->passed[p];
-        if (a->desc.fed) a->desc.fed[s->node[p]] -= given;
-        pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+    for (int m = 0; !a->came && s && m < s->kinds; m++) {
+        pdi_sum sum = {0.0, 0.0};
+        for (int32_t p = 0; p < s->count; p++) {
+            double given = s->weight[p] * s->passed[p];
+            if (pdi_etch_which(s, p) != m) continue;
+            if (a->desc.fed) a->desc.fed[m * r->grid->total + s->node[p]] -= given;
+            pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+        }
+        pdi_course_count(a, m, &sum);
     }
-    for (int32_t i = 0; i < r->grid->total && a->came; i++) {
+    if (!a->came) return;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t i = 0; i < r->grid->total; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
         a->desc.fed[i] -= a->came[i];
         pdi_sum_add(&sum, a->came[i] * pdi_grid_circumference(r->grid, i));
         a->came[i] = 0.0;
     }
-    a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
+    pdi_course_count(a, 0, &sum);
 }
 
 /* ---- metal that minerals cover ---- */

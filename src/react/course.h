@@ -15,8 +15,8 @@ typedef struct pd_course_desc {
     double rtol;    /* [-] error of a step in the totals, over the largest of each component; 0: 1e-3 */
     double largest; /* [s] largest step; 0: none */
     int settle;     /* 1: the fields start steady */
-    double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; NULL:
-                     * none dissolves. Borrowed: it is emptied here */
+    double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; of each
+                     * metal of `surface`. NULL: none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
     void (*feed)(void *user, double *source); /* adds to sources [solutes][total] [mol/m3/s], as they are from the start
                                                * of the step of the run; NULL: nothing does */
@@ -52,6 +52,7 @@ typedef struct pd_course {
     double error;           /* [-] estimated error of the last step */
     double left;            /* [s] of the step of the run */
     double taken;           /* [mol] of metal that is in the species */
+    double *each;           /* [metals] [mol] of each of them; NULL: there is one */
     /* metal that minerals cover: */
     double *share;          /* [total] [-] bare, at the end of the step; -1: no minerals are near, or it is no metal */
     double *now, *first;    /* [total] [-] the same at the start of the step, and of the step of the run */

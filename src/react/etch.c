@@ -18,6 +18,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     if (s->slot[node] < 0) s->slot[node] = s->count;
     s->node[s->count] = node;
     s->weight[s->count] = weight;
+    if (s->metal) s->metal[s->count] = 0;
     s->ahead[s->count] = s->passed[s->count] = 0.0;
     if (s->electrode) {
         s->electrode[s->count] = -1;
@@ -28,10 +29,11 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     s->thick[s->count++] = thick;
 }
 
-PDI_FN void pdi_etch_polarise(pd_etch *s, int electrode, double area, double way)
+PDI_FN void pdi_etch_polarise(pd_etch *s, int metal, int electrode, double area, double way)
 {
     int32_t p = s->count - 1;
     double d = s->reactive->diffusion.desc.diffusivity;
+    if (s->metal) s->metal[p] = (uint8_t)metal;
     s->electrode[p] = electrode;
     s->area[p] = area;
     s->way[p] = d > 0.0 ? way / d : 0.0;
@@ -54,23 +56,25 @@ PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *s, double share)
 PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
 {
     pd_reactive *r = s->reactive;
-    pdi_sum sum = {0.0, 0.0};
-    for (int32_t p = 0; p < s->count; p++) {
-        int32_t i = s->node[p];
-        if (!(s->weight[p] > 0.0)) continue;
-        s->ahead[p] += dt * s->speed[i];
-        for (int64_t k = 0, at = p; k < r->components.count && s->sweep; k++, at += r->grid->total)
-            s->sweep[at] += dt * s->weight[p] * s->speed[i] / s->desc.solid * s->surface[at];
-        pdi_sum_add(&sum, pdi_grid_circumference(r->grid, i) * s->weight[p] * s->speed[i]);
+    for (int m = 0; m < s->kinds; m++) {
+        pdi_sum sum = {0.0, 0.0};
+        for (int32_t p = 0; p < s->count; p++) {
+            double v = *pdi_etch_speed(s, p);
+            if (!(s->weight[p] > 0.0) || pdi_etch_which(s, p) != m) continue;
+            s->ahead[p] += dt * v;
+            for (int64_t k = 0, at = p; k < r->components.count && s->sweep; k++, at += r->grid->total)
+                s->sweep[at] += dt * s->weight[p] * v / s->desc.solid * s->surface[at];
+            pdi_sum_add(&sum, pdi_grid_circumference(r->grid, s->node[p]) * s->weight[p] * v);
+        }
+        double given = dt * r->bonds->stencil->volume * pdi_sum_total(&sum);
+        for (int n = 0; n < r->components.solutes; n++) r->in[n] += given * s->kind[m].shed[n];
     }
-    double amount = dt * r->bonds->stencil->volume * pdi_sum_total(&sum);
-    for (int n = 0; n < r->components.solutes; n++) r->in[n] += amount * s->shed[n];
     for (int e = 0; e < s->desc.electrodes.count; e++) {
         pdi_sum flows = {0.0, 0.0};
         for (int32_t p = 0; p < s->count; p++)
             if (s->electrode[p] == e)
                 pdi_sum_add(&flows, pdi_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
-        amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
+        double amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
         for (int n = 0; n < r->components.solutes; n++) {
             double gain = amount * s->part[e * r->components.solutes + n];
             r->in[n] += pdi_max(gain, 0.0);
@@ -82,14 +86,14 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
 PDI_FN void pdi_etch_yield(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++)
-        s->split[p] = s->weight[p] * pdi_max(-s->charge * (double)s->drive[p], 0.0) +
+        s->split[p] = s->weight[p] * pdi_max(-pdi_etch_of(s, p)->charge * (double)s->drive[p], 0.0) +
                       (s->electrode ? s->area[p] * pdi_max(-(double)s->flow_drive[p], 0.0) : 0.0);
 }
 
 PDI_FN void pdi_etch_note(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count && s->gave; p++)
-        s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * s->speed[s->node[p]] : 0.0;
+        s->gave[p] = s->weight[p] > 0.0 ? s->weight[p] * *pdi_etch_speed(s, p) : 0.0;
 }
 
 /* What fills the volume that metal has left follows the surface: it goes to the node or comes from there, with the next
@@ -177,7 +181,7 @@ static int pdi_etch_between(const pd_etch *s, int32_t j, double *sum)
     memset(sum, 0, PD_SPECIES_MOST * sizeof *sum);
     for (int beside = 1; beside >= 0 && !(all > 0.0); beside--)
         for (int k = 0; k < of->count; k++) {
-            int32_t i = pdi_etch_far(s, j, k), p = i < 0 ? -1 : pdi_etch_law(s, i);
+            int32_t i = pdi_etch_far(s, j, k), p = i < 0 ? -1 : pdi_etch_law(s, 0, i);
             if (i < 0 || r->grid->kind[i] != PD_FLUID || s->split[i] > 0.0 || (beside && p < 0)) continue;
             double film = p < 0 ? 0.0 : s->thick[p] * r->diffusion.desc.diffusivity / s->desc.solid;
             double way = pdi_vec_norm(of->xi + k * PD_DIM), share = film > way ? way / film : 1.0;
@@ -251,11 +255,13 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     pd_etch *etch = (pd_etch *)object;
     if (!etch->reactive) return;
     int64_t total = etch->reactive->grid->total;
+    PDI_ARRAY(owner, etch, kind, etch->kinds, "");
+    if (etch->kinds > 1) PDI_ARRAY(owner, etch, metal, total, "1");
     PDI_ARRAY(owner, etch, node, total, "1");
     PDI_ARRAY(owner, etch, slot, total, "1");
     PDI_ARRAY(owner, etch, weight, total, "mol/m4");
     PDI_ARRAY(owner, etch, thick, total, "mol s/m4");
-    PDI_STATE(owner, etch, speed, total, "m/s");
+    PDI_STATE(owner, etch, speed, etch->kinds * total, "m/s");
     PDI_ARRAY(owner, etch, ahead, total, "m");
     PDI_ARRAY(owner, etch, passed, total, "m");
     PDI_ARRAY(owner, etch, split, total, "m/s");
@@ -326,19 +332,44 @@ static void pdi_etch_parts(pd_etch *s)
     s->desc.electrodes.part = NULL;
 }
 
+/* What metals bring, of solutes and of totals. */
+static void pdi_etch_kinds(pd_etch *s)
+{
+    const pd_reactive *r = s->reactive;
+    pd_etch_metal first;
+    first.law = s->desc.law;
+    first.user = s->desc.user;
+    first.shed = s->desc.shed;
+    first.reads = s->desc.reads;
+    first.reads_ph = s->desc.reads_ph;
+    for (int m = 0; m < s->kinds; m++) {
+        pdi_etch_kind *kind = &s->kind[m];
+        kind->law = m ? s->desc.more[m - 1] : first;
+        for (int i = 0; i < r->desc.count && kind->law.shed; i++)
+            if (r->components.place[i] >= 0) kind->shed[r->components.place[i]] = kind->law.shed[i];
+        pdi_components_totals(&r->components, kind->shed, kind->gain);
+        for (int n = 0; n < r->components.solutes; n++)
+            kind->charge += r->components.charge[n] * kind->shed[n];
+        kind->law.shed = NULL;
+    }
+    s->desc.shed = NULL;
+    s->desc.more = NULL;
+}
+
 pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, pd_etch *s)
 {
     memset(s, 0, sizeof *s);
-    if (!desc->law && !desc->electrodes.count) return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "there is no law");
+    if (!desc->law && !desc->more_count && !desc->electrodes.count)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "there is no law");
     if (desc->electrodes.count && !r->migration.on)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "electrodes without migration, expected it");
+    if (desc->more_count < 0 || desc->more_count > UINT8_MAX || (desc->more_count && !desc->more) ||
+        (desc->more_count && (!desc->electrodes.count || desc->solid > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "%d metals beside the first one, expected 0 to %d and their "
+                        "list, with electrodes, and none that fills what it leaves", desc->more_count, UINT8_MAX);
     s->desc = *desc;
-    s->desc.shed = NULL;
     s->reactive = r;
-    for (int i = 0; i < r->desc.count && desc->shed; i++)
-        if (r->components.place[i] >= 0) s->shed[r->components.place[i]] = desc->shed[i];
-    pdi_components_totals(&r->components, s->shed, s->gain);
-    for (int n = 0; n < r->components.solutes; n++) s->charge += r->components.charge[n] * s->shed[n];
+    s->kinds = desc->more_count + 1;
     pdi_etch_film(r, &s->film, s->scale);
     pd_status status = pdi_owner_build(ctx, pdi_etch_list, s);
     if (status < 0) {
@@ -346,6 +377,7 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
         return status;
     }
     for (int32_t i = 0; i < r->grid->total; i++) s->slot[i] = -1;
+    pdi_etch_kinds(s);
     pdi_etch_parts(s);
     r->surface = s;
     r->swept = s->swept ? s->swept + r->grid->total : NULL;

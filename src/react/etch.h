@@ -43,25 +43,35 @@ typedef struct pd_etch_electrodes {
     int shares;               /* 1: places have `share`; 0: curves hold as they are */
 } pd_etch_electrodes;
 
-typedef struct pd_etch_desc {
-    pd_etch_fn law;     /* NULL: none dissolves */
+/* A metal that has a law of its own. */
+typedef struct pd_etch_metal {
+    pd_etch_fn law;     /* see pd_etch_desc */
     void *user;
-    const double *shed; /* [species] [-] of each with one of the metal, negative: it goes */
+    const double *shed; /* [species] [-] */
+    uint32_t reads;
+    int reads_ph;
+} pd_etch_metal;
+
+typedef struct pd_etch_desc {
+    pd_etch_fn law;     /* NULL: none dissolves; of one metal of several: it stays */
+    void *user;
+    const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; NULL: none comes */
     uint32_t reads;     /* bit n: the law depends on solute n */
     int reads_ph;       /* 1: on pH */
+    const pd_etch_metal *more; /* [more_count] other metals, among electrodes alone; copied */
+    int more_count;
     int reads_phi;      /* 1: on phi, which an inlet or a held wall has to tie, or with electrodes a given potential; of
                          * these phi is that of the fluid less that of the metal */
     pd_etch_electrodes electrodes;
-    double solid;       /* [mol/m3] of the metal: with migration what it leaves fills with what is at its surface; 0:
-                         * it stays empty */
+    double solid;       /* [mol/m3] of the one metal: with migration what it leaves fills with what is at its surface;
+                         * 0: it stays empty */
 } pd_etch_desc;
 
 typedef struct pd_etch {
-    pd_etch_desc desc;         /* shed is not kept */
+    pd_etch_desc desc;         /* `shed` and `more` are not kept */
     pd_reactive *reactive;
-    double shed[PD_SPECIES_MOST]; /* [-] of solutes */
-    double gain[PD_SPECIES_MOST]; /* [-] of totals */
-    double charge;                /* [-] that comes with one of the metal, as ions */
+    struct pdi_etch_kind *kind;   /* [kinds] the metals */
+    int kinds;
     double scale[PD_SPECIES_MOST]; /* [-] diffusivities over the mean one, not 0 */
     pd_components film;           /* of concentrations times `scale` */
     int32_t count;                /* fluid nodes beside metal */
@@ -69,7 +79,8 @@ typedef struct pd_etch {
     int32_t *slot;                /* [total] first place of a node; -1: none */
     double *weight;               /* [total] [mol/m4] of places: metal per speed */
     double *thick;                /* [total] [mol s/m4] of places: change of concentration across the film per speed */
-    double *speed;                /* [total] [m/s] of nodes */
+    uint8_t *metal;               /* [total] of places: which one; NULL: there is one */
+    double *speed;                /* [kinds][total] [m/s] of nodes */
     double *ahead;                /* [total] [m] of places: metal that the step at hand takes, of an area */
     double *passed;               /* [total] [m] of places: the same of steps that stand */
     double *split;                /* [total] [m/s] work */
@@ -121,14 +132,21 @@ PD_API void pd_etch_put(pd_etch *etch, int32_t node, double weight, double thick
 PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
+typedef struct pdi_etch_kind {
+    pd_etch_metal law;            /* shed is not kept */
+    double shed[PD_SPECIES_MOST]; /* [-] of solutes */
+    double gain[PD_SPECIES_MOST]; /* [-] of totals */
+    double charge;                /* [-] that comes with one of the metal, as ions */
+} pdi_etch_kind;
+
 PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
 /* What a film between nodes and surfaces solves with: the system of concentrations times `scale` [solutes], and the
  * same with the activities of a node: ln gamma of a charge of 1. */
 PDI_FN void pdi_etch_film(const pd_reactive *reactive, pd_components *film, double *scale);
 PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *film, double davies, pd_components *now);
-/* The place put last, has that electrode: `area` [1/m] of it over the volume of the
- * node, `way` [m] from the node to it. Of the places of a node one has a weight. */
-PDI_FN void pdi_etch_polarise(pd_etch *etch, int electrode, double area, double way);
+/* The place put last is of that metal and has that electrode: `area` [1/m] of it over the volume of the node, `way`
+ * [m] from the node to it. Of the places of a node one of each metal has a weight. */
+PDI_FN void pdi_etch_polarise(pd_etch *etch, int metal, int electrode, double area, double way);
 /* Nothing has passed in the step at hand; dt [s] of it at the present speeds; the step stands. */
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
@@ -160,11 +178,21 @@ static inline double pdi_etch_follow_flow(const pd_etch *s, int32_t place, const
     for (int k = 0; k < count; k++) sum += (double)by[k] * change[k];
     return sum;
 }
-/* The place of a node whose metal dissolves; -1: there is none. */
-static inline int32_t pdi_etch_law(const pd_etch *s, int32_t i)
+/* The metal of a place, by its number and what it is like, and its speed at the node. */
+static inline int pdi_etch_which(const pd_etch *s, int32_t place) { return s->metal ? s->metal[place] : 0; }
+static inline const pdi_etch_kind *pdi_etch_of(const pd_etch *s, int32_t place)
+{
+    return &s->kind[pdi_etch_which(s, place)];
+}
+static inline double *pdi_etch_speed(const pd_etch *s, int32_t place)
+{
+    return &s->speed[pdi_etch_which(s, place) * s->reactive->grid->total + s->node[place]];
+}
+/* The place of a node where that metal dissolves; -1: there is none. */
+static inline int32_t pdi_etch_law(const pd_etch *s, int metal, int32_t i)
 {
     for (int32_t p = s->slot[i]; p >= 0 && p < s->count && s->node[p] == i; p++)
-        if (s->weight[p] > 0.0) return p;
+        if (s->weight[p] > 0.0 && pdi_etch_which(s, p) == metal) return p;
     return -1;
 }
 /* Circuit of a place; -1: it is no electrode. */
@@ -175,7 +203,7 @@ static inline int pdi_etch_circuit(const pd_etch *s, int32_t place)
 /* [mol/m3/s] of component k for a speed and a flow of a place. */
 static inline double pdi_etch_gives(const pd_etch *s, int32_t place, int k, double speed, double flow)
 {
-    double with = s->gain[k];
+    double with = pdi_etch_of(s, place)->gain[k];
     if (s->surface) with -= s->surface[k * s->reactive->grid->total + place] / s->desc.solid;
     double sum = with * s->weight[place] * speed;
     if (s->electrode && s->electrode[place] >= 0)

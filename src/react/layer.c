@@ -48,6 +48,7 @@
 /* A node and its film. */
 typedef struct pdi_layer_work {
     const pd_etch *s;
+    const pdi_etch_kind *kind;        /* its metal */
     int32_t node;
     double thick;
     double still, creep;              /* of metal that does not move, and [mol s2/m5] what its speed adds */
@@ -89,11 +90,13 @@ static void pdi_layer_enter_electrode(const pd_etch *s, int32_t place, pdi_layer
     if (!(s->area[place] > 0.0)) w->electrode = -1;
 }
 
-static void pdi_layer_enter(const pd_etch *s, int32_t node, int32_t place, double thick, pd_components *film,
-                           pdi_layer_work *w)
+/* A node beside that metal; place -1: it has none. */
+static void pdi_layer_enter(const pd_etch *s, int metal, int32_t node, int32_t place, double thick,
+                            pd_components *film, pdi_layer_work *w)
 {
     const pd_components *of = &s->reactive->components;
     w->s = s;
+    w->kind = &s->kind[metal];
     w->node = node;
     w->thick = w->still = thick;
     w->creep = 0.0;
@@ -123,7 +126,7 @@ static double pdi_layer_number(const pdi_layer_work *w, const double *c, double 
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
-    return w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time);
+    return w->kind->law.law(w->kind->law.user, w->node, c, ph, phi, w->s->time);
 }
 
 /* The same; what is negative, or no number, counts as 0. */
@@ -166,7 +169,7 @@ static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v,
     pdi_components_totals(film, up, flows);
     if (w->electrode >= 0 && !w->reads) w->flow = pdi_layer_curve(w, w->c, w->psi + lift);
     for (int k = 0; k < film->count; k++) {
-        flows[k] += s->gain[k] * w->thick * v;
+        flows[k] += w->kind->gain[k] * w->thick * v;
         if (w->electrode >= 0) flows[k] += s->part_gain[w->electrode * film->count + k] * w->way * w->flow;
     }
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
@@ -287,7 +290,7 @@ static double pdi_layer_given(pd_components *film, pdi_layer_work *w, double v)
     if (!(w->thick + w->way > 0.0)) return pdi_layer_asked(w, w->c, w->psi);
     if (s->reactive->migration.on)
         return pdi_layer_settle(film, w, v) ? pdi_layer_asked(w, w->surface, w->psi + w->lift) : (double)NAN;
-    for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
+    for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + w->kind->gain[k] * w->thick * v;
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
     return pdi_layer_asked(w, c, 0.0);
@@ -359,7 +362,7 @@ static double pdi_layer_slope(const pdi_layer_work *w, const double *c, const do
     const pd_etch *s = w->s;
     double least = HUGE_VAL, up[PD_SPECIES_MOST], down[PD_SPECIES_MOST];
     for (int n = 0; n < s->film.solutes; n++) {
-        int reads = (s->desc.reads >> n & 1u) || (s->desc.reads_ph && n == s->reactive->proton);
+        int reads = (w->kind->law.reads >> n & 1u) || (w->kind->law.reads_ph && n == s->reactive->proton);
         if (reads && fabs(along[n]) > 0.0) least = pdi_min(least, pdi_max(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
     }
     if (!(least < HUGE_VAL)) return 0.0;
@@ -403,7 +406,7 @@ static void pdi_layer_derive(const pd_components *film, const pdi_layer_work *w,
     }
     double back = 1.0;
     pdi_layer_slopes(film, w, s->scale, w->at, slope);
-    for (int k = 0; k < of->count; k++) back -= slope[k] * s->gain[k] * w->thick;
+    for (int k = 0; k < of->count; k++) back -= slope[k] * w->kind->gain[k] * w->thick;
     back = pdi_max(back, PDI_LAYER_RISE);
     pdi_components_derive(of, w->c, table);
     for (int k = 0; k < of->count; k++) {
@@ -485,7 +488,7 @@ static void pdi_layer_gradient(const pdi_layer_work *w, double *by, double *lift
         stride[n] = PDI_LAYER_STRIDE * pdi_max(c[n], PDI_LAYER_NOTHING);
         by[n] = 0.0;
         jumps[n] = 0;
-        if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
+        if (!(w->kind->law.reads >> n & 1u) && !(w->kind->law.reads_ph && n == s->reactive->proton)) continue;
         by[n] = (pdi_layer_moved(w, c, n, stride[n]) - pdi_layer_moved(w, c, n, -stride[n])) / (2.0 * stride[n]);
         wide = pdi_layer_moved(w, c, n, 2.0 * stride[n]) - pdi_layer_moved(w, c, n, -2.0 * stride[n]);
         wide /= 4.0 * stride[n];
@@ -554,7 +557,7 @@ static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *
         pdi_components_totals(of, along, sum);
         for (int k = 0; k < count; k++) a[k][count + 3 + j] = sum[k];
         a[count][j] = of->charge[of->master[j]];
-        a[j][count + 1] = (s->surface ? s->gain[j] - left[j] / s->desc.solid : s->gain[j]) * w->thick;
+        a[j][count + 1] = (s->surface ? w->kind->gain[j] - left[j] / s->desc.solid : w->kind->gain[j]) * w->thick;
         if (w->electrode >= 0) a[j][count + 2] = s->part_gain[w->electrode * count + j] * w->way;
     }
     for (int n = 0; n < of->solutes; n++) {
@@ -657,11 +660,11 @@ static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, do
     return 1;
 }
 
-PDI_FN double pdi_layer_at(const pd_etch *s, int32_t node, int32_t place, double thick, double guess)
+PDI_FN double pdi_layer_at(const pd_etch *s, int metal, int32_t node, int32_t place, double thick, double guess)
 {
     pd_components film = s->film;
     pdi_layer_work w;
-    pdi_layer_enter(s, node, place, thick, &film, &w);
+    pdi_layer_enter(s, metal, node, place, thick, &film, &w);
     return pdi_layer_find(&film, &w, guess);
 }
 
@@ -669,8 +672,8 @@ PDI_FN int pdi_layer_surface(const pd_etch *s, int32_t p, double *c, double *psi
 {
     pd_components film = s->film;
     pdi_layer_work w;
-    double speed = s->desc.law && s->weight[p] > 0.0 ? s->speed[s->node[p]] : 0.0;
-    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    double speed = pdi_etch_of(s, p)->law.law && s->weight[p] > 0.0 ? *pdi_etch_speed(s, p) : 0.0;
+    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
     w.flow = w.guess;
     if (w.thick + w.way > 0.0 && !pdi_layer_lift(&film, &w, speed)) return 0;
     memcpy(c, w.surface, (size_t)film.solutes * sizeof *c);
@@ -698,10 +701,10 @@ static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
 {
     pd_components film = s->film;
     pdi_layer_work w;
-    int count = film.count, goes = s->desc.law && s->weight[p] > 0.0;
-    double *v = &s->speed[s->node[p]], still = 0.0, drive[2];
+    int count = film.count, goes = pdi_etch_of(s, p)->law.law && s->weight[p] > 0.0;
+    double *v = pdi_etch_speed(s, p), still = 0.0, drive[2];
     if (!goes) v = &still;
-    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
     if (!derive) {
         if (w.electrode >= 0 && pdi_layer_newton(&film, &w, goes, v)) {
             s->flow[p] = w.flow;
@@ -735,7 +738,7 @@ static int pdi_layer_odd(const pd_etch *s, int32_t p)
 {
     pd_components film = s->film;
     pdi_layer_work w;
-    pdi_layer_enter(s, s->node[p], p, s->thick[p], &film, &w);
+    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
     pdi_layer_find(&film, &w, 0.0);
     return w.odd;
 }
@@ -750,5 +753,5 @@ PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int deri
         if (circuit < 0 || pdi_etch_circuit(s, p) == circuit) pdi_layer_place(s, p, derive);
     if (derive) return;
     for (int32_t p = 0; p < s->count && !s->odd; p++)
-        if (s->weight[p] > 0.0 && !(fabs(s->speed[s->node[p]]) < HUGE_VAL) && pdi_layer_odd(s, p)) s->odd = 1 + p;
+        if (s->weight[p] > 0.0 && !(fabs(*pdi_etch_speed(s, p)) < HUGE_VAL) && pdi_layer_odd(s, p)) s->odd = 1 + p;
 }

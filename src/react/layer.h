@@ -8,7 +8,7 @@
 #ifdef PDI_INTERNAL
 /* Speed [m/s] at a fluid node for the present concentrations, behind a film of `thick` [mol s/m4], of the metal of
  * `place` (-1: of that without electrodes). NaN: the law is not finite. */
-PDI_FN double pdi_layer_at(const pd_etch *etch, int32_t node, int32_t place, double thick, double guess);
+PDI_FN double pdi_layer_at(const pd_etch *etch, int metal, int32_t node, int32_t place, double thick, double guess);
 /* What is at the surface of a place with its speed and flow as they are: c [solutes] [mol/m3], and *psi, F phi/(R T).
  * 0: none was found. */
 PDI_FN int pdi_layer_surface(const pd_etch *etch, int32_t place, double *c, double *psi);

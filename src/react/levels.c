@@ -26,7 +26,8 @@ PDI_FN double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double
     const double *part = s->part + s->electrode[p] * r->components.solutes;
     double charge = 0.0, volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, s->node[p]);
     for (int n = 0; n < r->components.solutes; n++) charge += r->components.charge[n] * part[n];
-    return volume * (s->charge * (s->weight[p] > 0.0 ? s->weight[p] * speed : 0.0) + charge * s->area[p] * flow);
+    double law = pdi_etch_of(s, p)->charge * (s->weight[p] > 0.0 ? s->weight[p] * speed : 0.0);
+    return volume * (law + charge * s->area[p] * flow);
 }
 
 PDI_FN double pdi_levels_charge(const pd_etch *s, int circuit, double *size)
@@ -34,7 +35,8 @@ PDI_FN double pdi_levels_charge(const pd_etch *s, int circuit, double *size)
     pdi_sum sum = {0.0, 0.0}, sizes = {0.0, 0.0};
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != circuit) continue;
-        double law = pdi_levels_place(s, p, s->speed[s->node[p]], 0.0), curve = pdi_levels_place(s, p, 0.0, s->flow[p]);
+        double law = pdi_levels_place(s, p, *pdi_etch_speed(s, p), 0.0);
+        double curve = pdi_levels_place(s, p, 0.0, s->flow[p]);
         pdi_sum_add(&sum, law + curve);
         pdi_sum_add(&sizes, fabs(law) + fabs(curve));
     }
@@ -93,7 +95,7 @@ static void pdi_levels_between(const pd_ctx *ctx, pd_etch *s, const pdi_levels_s
     s->level[q->circuit] = q->low;
     pdi_layer_solve(ctx, s, q->circuit, 0);
     for (int32_t p = 0; p < s->count; p++) {
-        speed[p] = s->speed[s->node[p]];
+        speed[p] = *pdi_etch_speed(s, p);
         flow[p] = s->flow[p];
     }
     double low = pdi_levels_charge(s, q->circuit, &size) - q->wanted;
@@ -102,7 +104,7 @@ static void pdi_levels_between(const pd_ctx *ctx, pd_etch *s, const pdi_levels_s
     double high = pdi_levels_charge(s, q->circuit, &size) - q->wanted, share = low < high ? low / (low - high) : 1.0;
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != q->circuit) continue;
-        if (s->weight[p] > 0.0) s->speed[s->node[p]] = speed[p] + share * (s->speed[s->node[p]] - speed[p]);
+        if (s->weight[p] > 0.0) *pdi_etch_speed(s, p) = speed[p] + share * (*pdi_etch_speed(s, p) - speed[p]);
         s->flow[p] = flow[p] + share * (s->flow[p] - flow[p]);
     }
 }
@@ -136,7 +138,7 @@ static void pdi_levels_close(pd_etch *s, int circuit, double wanted)
     double rise = off / (s->conduct[circuit] * volt);
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != circuit) continue;
-        if (s->weight[p] > 0.0) s->speed[s->node[p]] += (double)s->drive[p] * rise;
+        if (s->weight[p] > 0.0) *pdi_etch_speed(s, p) += (double)s->drive[p] * rise;
         s->flow[p] += (double)s->flow_drive[p] * rise;
     }
 }

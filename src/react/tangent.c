@@ -261,11 +261,11 @@ static void pdi_tangent_split(const pd_ctx *ctx, pd_reactive *r, int n, double *
     }
 }
 
-/* What one of the metal brings to the totals of its node, as the charge of it leaves at once. */
-static void pdi_tangent_gain(const pd_reactive *r, int32_t i, double *gain)
+/* What one of the metal of a place brings to the totals of its node, as the charge of it leaves at once. */
+static void pdi_tangent_gain(const pd_reactive *r, int32_t p, double *gain)
 {
-    memcpy(gain, r->surface->gain, PD_SPECIES_MOST * sizeof *gain);
-    pdi_tangent_part(r, i, gain);
+    memcpy(gain, pdi_etch_of(r->surface, p)->gain, PD_SPECIES_MOST * sizeof *gain);
+    pdi_tangent_part(r, r->surface->node[p], gain);
 }
 
 /* A law that is stiffer than all else that its node exchanges comes to rest by itself: x loses it, `split` is its
@@ -279,7 +279,7 @@ static void pdi_tangent_split_metal(pd_reactive *r, double *x)
         int32_t i = metal->node[p];
         double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
         const float *by = metal->by + (int64_t)p * s->count;
-        pdi_tangent_gain(r, i, gain);
+        pdi_tangent_gain(r, p, gain);
         for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * gain[k];
         metal->split[p] = 0.0;
         if (!(rate > own)) continue;
@@ -296,7 +296,7 @@ static void pdi_tangent_join_metal(const pd_reactive *r, double *y)
     const pd_etch *metal = r->surface;
     for (int32_t p = 0; p < metal->count; p++) {
         double gain[PD_SPECIES_MOST];
-        pdi_tangent_gain(r, metal->node[p], gain);
+        pdi_tangent_gain(r, p, gain);
         for (int k = 0; k < r->components.count; k++)
             y[k * (int64_t)r->grid->total + metal->node[p]] += gain[k] * metal->split[p] / r->weight[k];
     }

@@ -11,11 +11,12 @@
 /* Share of the ions of a neighbour below which a node has just turned fluid. */
 #define PDI_ATTACK_FRESH 0.1
 
-/* The law at the surface beside a node. */
+/* The law of a metal at the surface beside a node. */
 static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
 {
-    const pd_attack *a = (const pd_attack *)user;
-    const pd_setup_metal *metal = &a->setup->metal[a->kind];
+    const pd_attack_law *law = (const pd_attack_law *)user;
+    const pd_attack *a = law->attack;
+    const pd_setup_metal *metal = &a->setup->metal[law->kind];
     double vars[PD_EXPR_VARS];
     vars[0] = 0.0;
     vars[1] = t;
@@ -34,7 +35,7 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     vars[PDI_SETUP_PH] = ph;
     for (int k = 0; k < metal->species; k++)
         vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
-    if (a->surfaces) pdi_surfaces_values(a->surfaces, node, vars + PDI_SETUP_PH + 1 + metal->species);
+    if (law->surfaces) pdi_surfaces_values(law->surfaces, node, vars + PDI_SETUP_PH + 1 + metal->species);
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
@@ -56,44 +57,83 @@ static pd_status pdi_attack_coated(pd_ctx *ctx, void *user, double t)
     return pdi_attack_shares(ctx, a);
 }
 
+/* A metal of the setup for the etch; one without a law in the species stays. */
+static pd_etch_metal pdi_attack_metal(pd_attack *a, int m, int kind, const pd_reactive *reactive,
+                                      const pd_surfaces *surfaces)
+{
+    const pd_setup_metal *of = &a->setup->metal[kind];
+    pd_etch_metal metal;
+    memset(&metal, 0, sizeof metal);
+    a->law[m].attack = a;
+    a->law[m].kind = kind;
+    a->law[m].metal = m;
+    if (a->setup->sheds) metal.shed = of->shed;
+    if (!pdi_setup_chemical(of)) return metal;
+    if (of->rate.uses >> (PDI_SETUP_PH + 1 + of->species)) a->law[m].surfaces = surfaces;
+    metal.law = pdi_attack_law;
+    metal.user = &a->law[m];
+    metal.reads_ph = (int)(of->rate.uses >> PDI_SETUP_PH & 1u);
+    for (int k = 0; k < of->species; k++)
+        if (of->rate.uses >> (PDI_SETUP_PH + 1 + k) & 1u)
+            metal.reads |= (uint32_t)1 << reactive->components.place[of->of[k]];
+    return metal;
+}
+
+/* The metals of the setup for the etch: the one that dissolves, or all. */
+static void pdi_attack_metals(pd_attack *a, const pd_reactive *reactive, const pd_surfaces *surfaces,
+                              pd_etch_metal *metal, pd_etch_desc *desc)
+{
+    int kind = pdi_setup_attacked(a->setup);
+    a->laws = kind < 0 ? 0 : pdi_setup_apart(a->setup);
+    for (int m = 0; m < a->laws; m++) {
+        const pd_setup_metal *of = &a->setup->metal[a->laws > 1 ? m : kind];
+        metal[m] = pdi_attack_metal(a, m, a->laws > 1 ? m : kind, reactive, surfaces);
+        desc->reads_phi |= of->polarised && (of->rate.uses >> PDI_SETUP_SURFACE & 1u);
+    }
+    if (!a->laws) return;
+    desc->law = metal->law;
+    desc->user = metal->user;
+    desc->shed = metal->shed;
+    desc->reads = metal->reads;
+    desc->reads_ph = metal->reads_ph;
+    desc->more = metal + 1;
+    desc->more_count = a->laws - 1;
+}
+
+/* 1: a law asks for the grain. */
+static int pdi_attack_asks(const pd_attack *a)
+{
+    for (int m = 0; m < a->laws; m++)
+        if (a->setup->metal[a->law[m].kind].rate.uses >> PDI_SETUP_GRAIN & 1u) return 1;
+    return 0;
+}
+
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
                                   const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
                                   pd_surfaces *surfaces, pd_attack *a)
 {
-    int kind = pdi_setup_attacked(setup);
-    const pd_setup_metal *metal = &setup->metal[kind > 0 ? kind : 0];
+    pd_etch_metal metal[PD_SETUP_METALS];
     pd_etch_desc desc;
     memset(a, 0, sizeof *a);
     memset(&desc, 0, sizeof desc);
-    a->kind = kind;
-    if (kind >= 0) desc.law = pdi_attack_law;
-    desc.user = a;
-    desc.shed = setup->sheds ? setup->shed : NULL;
-    desc.reads_ph = (int)(metal->rate.uses >> PDI_SETUP_PH & 1u);
-    desc.reads_phi = metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u);
-    for (int k = 0; k < metal->species && kind >= 0; k++)
-        if (metal->rate.uses >> (PDI_SETUP_PH + 1 + k) & 1u)
-            desc.reads |= (uint32_t)1 << reactive->components.place[metal->of[k]];
     a->setup = setup;
     a->dissolve = dissolve;
     a->course = course;
-    if (kind >= 0 && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species)) a->surfaces = surfaces;
+    pdi_attack_metals(a, reactive, surfaces, metal, &desc);
     if (surfaces && setup->migrates) {
         a->states = surfaces;
         surfaces->find = pdi_attack_coated;
         surfaces->finder = a;
     }
-    a->cell = pdi_setup_electric(metal) || pdi_setup_polarises(setup) ? cell : NULL;
+    a->cell = pdi_setup_electric(&setup->metal[a->law->kind]) || pdi_setup_polarises(setup) ? cell : NULL;
     if (pdi_setup_polarises(setup)) {
         desc.reads_phi = 1;
         PDI_TRY(pdi_polarise_build(ctx, setup, map, cell, reactive, &a->etch, &a->polarise, &desc.electrodes));
     }
-    if (kind >= 0 && dissolve && dissolve->kinds == 1 && !pdi_metal_bonds(dissolve) && !(dissolve->kind[0].end > 0.0))
+    if (a->laws && dissolve && dissolve->kinds == 1 && !pdi_metal_bonds(dissolve) && !(dissolve->kind[0].end > 0.0))
         desc.solid = dissolve->kind[0].solid;
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
-    if (kind >= 0 && (metal->rate.uses >> PDI_SETUP_GRAIN & 1u))
-        return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
-    return PD_OK;
+    return pdi_attack_asks(a) ? PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain) : PD_OK;
 }
 
 PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *a)
@@ -104,32 +144,44 @@ PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *a)
     memset(a, 0, sizeof *a);
 }
 
+/* The speed of a metal at a node. */
+static double *pdi_attack_speed(pd_attack *a, int m, int32_t node)
+{
+    return &a->etch.speed[m * a->dissolve->grid->total + node];
+}
+
 PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at)
 {
-    const pd_attack *a = (const pd_attack *)user;
-    return a->etch.speed[at->node];
+    const pd_attack_law *law = (const pd_attack_law *)user;
+    return *pdi_attack_speed(law->attack, law->metal, at->node);
 }
 
-/* Weight of the metal that the law is of. */
-static double pdi_attack_weight(const pd_attack *a, const pdi_beside *beside)
+/* Weight of a metal that has a law; 0: it has none. */
+static double pdi_attack_weight(const pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
-    return d->kinds > 1 ? pdi_metal_portion(d, beside)[a->kind].weight : beside->weight;
+    if (!a->etch.kind[m].law.law) return 0.0;
+    return d->kinds > 1 ? pdi_metal_portion(d, beside)[a->law[m].kind].weight : beside->weight;
 }
 
-/* Amounts of concentration that a unit of speed makes across the film, over its diffusivity [mol s/m4]. */
-static double pdi_attack_thick(const pd_attack *a, const pdi_beside *beside)
+/* Amounts of concentration that a unit of speed makes across the film, over its diffusivity [mol s/m4]. The share of
+ * the factor of the metal is the mean over the metals there. */
+static double pdi_attack_thick(const pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
-    double diffusivity = a->etch.reactive->diffusion.desc.diffusivity;
+    double diffusivity = a->etch.reactive->diffusion.desc.diffusivity, all = 0.0;
     if (pdi_metal_bonds(d) || !(diffusivity > 0.0)) return 0.0;
-    return d->kind[0].supply * (beside->flux / beside->weight) * (beside->film / beside->weight) / diffusivity;
+    double supply = d->kind[0].supply * (beside->flux / beside->weight);
+    for (int k = 0; k < d->kinds && a->laws > 1; k++)
+        all += pdi_metal_portion(d, beside)[k].weight * d->kind[k].supply;
+    if (all > 0.0) supply *= d->kind[a->law[m].kind].supply * (beside->weight / all);
+    return supply * (beside->film / beside->weight) / diffusivity;
 }
 
-static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int32_t node)
+static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int m, int32_t node)
 {
     char place[PDI_GRID_PLACE];
-    double v = a->etch.speed[node];
+    double v = a->etch.speed[m * a->dissolve->grid->total + node];
     if (v < 1e100) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH, species or E gives %g m/s at t = %g s (node %d "
                     "at %s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
@@ -144,38 +196,43 @@ static int pdi_attack_salt(const pd_dissolve *d, int32_t node)
 
 /* A node that has turned fluid within the step of the run: what the species have got from the metal before it was the
  * speed there, as the mean over its bonds to those nodes. 0: it has none to them. */
-static int pdi_attack_before(const pd_attack *a, int32_t i, double *speed)
+static int pdi_attack_before(const pd_attack *a, int m, int32_t i, double *speed)
 {
     const pd_paths *paths = &a->etch.reactive->bonds->paths;
+    const double *of = a->etch.speed + m * paths->grid->total;
     double sum = 0.0, all = 0.0;
     for (int placed = 1; placed >= 0 && !(all > 0.0); placed--)
         for (int k = 0; k < paths->stencil->count; k++) {
             int32_t j = pdi_entry_far(paths, i, k);
             if (j < 0 || j == i || paths->grid->kind[j] != PD_FLUID) continue;
             if (pdi_path_closed_group(paths, i, k) >= 0) continue;
-            if ((pdi_etch_law(&a->etch, j) >= 0) != placed || (!placed && !(a->etch.speed[j] > 0.0))) continue;
-            sum += paths->stencil->lap[k] * a->etch.speed[j];
+            if ((pdi_etch_law(&a->etch, m, j) >= 0) != placed || (!placed && !(of[j] > 0.0))) continue;
+            sum += paths->stencil->lap[k] * of[j];
             all += paths->stencil->lap[k];
         }
     if (all > 0.0) *speed = sum / all;
     return all > 0.0;
 }
 
-/* Speeds beside metal: of places they are found; where there is none the law holds for the species as they are now, or,
- * when the species have moved, what they have got beside that. */
+/* The speed of a metal at a node beside it: of a place it is found; where there is none the law holds for the species
+ * as they are now, or, when the species have moved, what they have got beside that. */
+static pd_status pdi_attack_found_at(pd_ctx *ctx, pd_attack *a, int m, const pdi_beside *beside)
+{
+    const pd_dissolve *d = a->dissolve;
+    int32_t i = beside->node;
+    double *speed = pdi_attack_speed(a, m, i);
+    if (!(pdi_attack_weight(a, m, beside) > 0.0)) return PD_OK;
+    int behind = a->course->time > d->time && !pdi_attack_salt(d, i);
+    if (pdi_etch_law(&a->etch, m, i) < 0 && !(behind && pdi_attack_before(a, m, i, speed)))
+        *speed = pdi_layer_at(&a->etch, m, i, -1, pdi_attack_thick(a, m, beside), *speed);
+    return pdi_attack_lawful(ctx, a, m, i);
+}
+
 static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
-    pd_etch *s = &a->etch;
-    for (int32_t k = 0; k < d->beside_count; k++) {
-        const pdi_beside *beside = &d->beside[k];
-        int32_t i = beside->node;
-        if (!(beside->weight > 0.0)) continue;
-        int behind = a->course->time > d->time && !pdi_attack_salt(d, i);
-        if (s->slot[i] < 0 && !(behind && pdi_attack_before(a, i, &s->speed[i])))
-            s->speed[i] = pdi_layer_at(s, i, -1, pdi_attack_thick(a, beside), s->speed[i]);
-        PDI_TRY(pdi_attack_lawful(ctx, a, i));
-    }
+    for (int32_t k = 0; k < d->beside_count; k++)
+        for (int m = 0; m < a->laws; m++) PDI_TRY(pdi_attack_found_at(ctx, a, m, &d->beside[k]));
     return PD_OK;
 }
 
@@ -190,14 +247,16 @@ static double pdi_attack_ions(const pd_attack *a, int32_t node)
 
 /* A node that has just turned fluid has next to no ions that could carry a current: what its neighbours have bounds the
  * step. */
-static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
+static void pdi_attack_fresh(pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_grid *grid = a->dissolve->grid;
-    double own = pdi_attack_ions(a, beside->node), *speed = &a->etch.speed[beside->node];
+    double own = pdi_attack_ions(a, beside->node), *speed = pdi_attack_speed(a, m, beside->node);
+    int32_t place = pdi_etch_law(&a->etch, m, beside->node);
+    if (!(pdi_attack_weight(a, m, beside) > 0.0)) return;
     for (int side = 0; side < 2 * PD_DIM; side++) {
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
-        double there = pdi_layer_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed);
+        double there = pdi_layer_at(&a->etch, m, next, place, pdi_attack_thick(a, m, beside), *speed);
         *speed = pdi_max(*speed, there);
     }
 }
@@ -210,7 +269,7 @@ static void pdi_attack_again(pd_attack *a)
     for (int32_t p = 0; p < s->count && s->electrode; p++) {
         if (!(s->weight[p] > 0.0) || d->slot[s->node[p]] < 0) continue;
         const pdi_beside *beside = &d->beside[d->slot[s->node[p]]];
-        if (beside->weight > 0.0) s->weight[p] = pdi_attack_weight(a, beside);
+        if (beside->weight > 0.0) s->weight[p] = pdi_attack_weight(a, pdi_etch_which(s, p), beside);
     }
     if (s->electrode) return;
     for (int32_t p = 0; p < s->count; p++) s->weight[p] = 0.0;
@@ -219,36 +278,55 @@ static void pdi_attack_again(pd_attack *a)
         int32_t p = s->slot[beside->node];
         if (p < 0 || !(beside->weight > 0.0)) continue;
         s->weight[p] = beside->weight;
-        s->thick[p] = pdi_attack_thick(a, beside);
+        s->thick[p] = pdi_attack_thick(a, 0, beside);
     }
 }
 
-/* A place for each electrode beside a node; the law is that of the metal with the largest area there. */
+/* A place of an electrode: contact n of the cell, or -1: none; with the law of metal m, or -1: none. */
+static pd_status pdi_attack_place(pd_ctx *ctx, pd_attack *a, int32_t node, int32_t n, int m, const pdi_beside *beside)
+{
+    const pd_contacts *c = &a->cell->potential.contacts;
+    pd_etch *s = &a->etch;
+    if (s->count == s->reactive->grid->total)
+        return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
+    pd_etch_put(s, node, m < 0 ? 0.0 : pdi_attack_weight(a, m, beside), m < 0 ? 0.0 : pdi_attack_thick(a, m, beside));
+    if (n >= 0) pdi_etch_polarise(s, m < 0 ? 0 : m, c->list[n].electrode, c->list[n].area, c->list[n].way);
+    else pdi_etch_polarise(s, m, pdi_polarise_near(&a->polarise, a->dissolve, node, a->law[m].kind), 0.0, 0.0);
+    return PD_OK;
+}
+
+/* Metals beside a node whose law has no place there yet: each has one on the electrode of its metal that is nearest. */
+static pd_status pdi_attack_others(pd_ctx *ctx, pd_attack *a, const pdi_beside *beside)
+{
+    for (int m = 0; m < a->laws && beside; m++)
+        if (pdi_attack_weight(a, m, beside) > 0.0 && pdi_etch_law(&a->etch, m, beside->node) < 0)
+            PDI_TRY(pdi_attack_place(ctx, a, beside->node, -1, m, beside));
+    return PD_OK;
+}
+
+/* A place for each electrode beside a node; the law of a metal is that of its electrode with the largest area there. */
 static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
     const pd_contacts *c = &a->cell->potential.contacts;
-    pd_etch *s = &a->etch;
     for (int32_t k = 0, end; k < c->count; k = end) {
-        int32_t own, i = c->list[k].node;
+        int32_t own[PD_SETUP_METALS], i = c->list[k].node;
         const pdi_beside *beside = d && d->slot[i] >= 0 ? &d->beside[d->slot[i]] : NULL;
-        end = pdi_polarise_node(&a->polarise, k, a->kind, &own);
-        for (int32_t at = k; at < end; at++) {
-            int goes = at == own && beside && pdi_attack_weight(a, beside) > 0.0;
-            if (s->count == s->reactive->grid->total)
-                return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
-            pd_etch_put(s, i, goes ? pdi_attack_weight(a, beside) : 0.0, goes ? pdi_attack_thick(a, beside) : 0.0);
-            pdi_etch_polarise(s, c->list[at].electrode, c->list[at].area, c->list[at].way);
+        end = pdi_polarise_node(&a->polarise, k, -1, own);
+        for (int m = 0; m < a->laws; m++) {
+            pdi_polarise_node(&a->polarise, k, a->law[m].kind, &own[m]);
+            if (!beside || !(pdi_attack_weight(a, m, beside) > 0.0)) own[m] = -1;
         }
+        for (int32_t at = k; at < end; at++) {
+            int law = -1;
+            for (int m = a->laws; m-- > 0;)
+                if (own[m] == at) law = m;
+            PDI_TRY(pdi_attack_place(ctx, a, i, at, law, beside));
+        }
+        PDI_TRY(pdi_attack_others(ctx, a, beside));
     }
-    for (int32_t k = 0; d && k < d->beside_count; k++) {
-        const pdi_beside *beside = &d->beside[k];
-        if (s->slot[beside->node] >= 0 || !(pdi_attack_weight(a, beside) > 0.0)) continue;
-        if (s->count == s->reactive->grid->total)
-            return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
-        pd_etch_put(s, beside->node, pdi_attack_weight(a, beside), pdi_attack_thick(a, beside));
-        pdi_etch_polarise(s, pdi_polarise_near(&a->polarise, d, beside->node, a->kind), 0.0, 0.0);
-    }
+    for (int32_t k = 0; d && k < d->beside_count; k++)
+        if (a->etch.slot[d->beside[k].node] < 0) PDI_TRY(pdi_attack_others(ctx, a, &d->beside[k]));
     return PD_OK;
 }
 
@@ -268,19 +346,19 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             a->grain[beside->node] = law.at.grain;
         }
         if (!s->electrode && !pdi_attack_salt(d, beside->node))
-            pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
+            pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, 0, beside));
     }
     PDI_TRY(pdi_attack_shares(ctx, a));
     s->odd = 0;
     pdi_levels_solve(ctx, s);
     pdi_etch_note(s);
     if (s->lost && s->odd) {
-        s->speed[s->node[s->odd - 1]] = (double)NAN;
-        return pdi_attack_lawful(ctx, a, s->node[s->odd - 1]);
+        *pdi_etch_speed(s, s->odd - 1) = (double)NAN;
+        return pdi_attack_lawful(ctx, a, pdi_etch_which(s, s->odd - 1), s->node[s->odd - 1]);
     }
     if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));
     for (int32_t k = 0; d && k < d->beside_count && s->desc.reads_phi; k++)
-        if (d->beside[k].weight > 0.0) pdi_attack_fresh(a, &d->beside[k]);
+        for (int m = 0; m < a->laws; m++) pdi_attack_fresh(a, m, &d->beside[k]);
     return d ? pdi_attack_speeds(ctx, a) : PD_OK;
 }
 
@@ -306,8 +384,10 @@ PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
         return PD_OK;
     }
     if (!(a->course->time > t)) return pdi_attack_now(ctx, a);
+    for (int32_t p = 0; p < s->count; p++)
+        for (int m = 0; m < a->laws; m++) *pdi_attack_speed(a, m, s->node[p]) = 0.0;
     for (int32_t p = 0; p < s->count; p++) /* what the species have got in the step of the run */
-        s->speed[s->node[p]] = s->passed[p] / (a->course->time - a->begin);
+        if (s->passed[p] > 0.0) *pdi_etch_speed(s, p) = s->passed[p] / (a->course->time - a->begin);
     return pdi_attack_speeds(ctx, a);
 }
 

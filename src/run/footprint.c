@@ -375,7 +375,8 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     memset(&etch, 0, sizeof etch);
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         etch.reactive = &r;
-        etch.desc.solid = pdi_setup_attacked(u) >= 0 && u->has_dissolve ? 1.0 : 0.0;
+        etch.kinds = pdi_setup_apart(u);
+        etch.desc.solid = pdi_setup_attacked(u) >= 0 && u->metals == 1 ? 1.0 : 0.0;
         if (pdi_setup_polarises(u)) {
             etch.desc.electrodes.count = u->potential.electrodes;
             etch.desc.electrodes.circuits = u->potential.electrodes;
@@ -459,7 +460,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.kernel.stencil = &plan->across;
     d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
     d.desc.activation = u->activation;
-    d.desc.sheds = u->sheds;
+    d.desc.sheds = u->sheds ? 1 + (pdi_setup_apart(u) > 1) : 0;
     d.desc.stochastic = u->stochastic;
     d.desc.repassivation = u->repassivation;
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_reach_beside_list, &d);

@@ -287,7 +287,7 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.largest = u->max_step;
     desc.settle = u->settle;
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
-    desc.shed = u->shed;
+    desc.shed = u->metal[pdi_setup_attacked(u) > 0 ? pdi_setup_attacked(u) : 0].shed;
     desc.coat = m->surfaces ? &m->surfaces->coat : NULL;
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL, &m->course, &m->cell,
@@ -424,10 +424,6 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
         m->law[k].cell = u->has_potential ? &m->cell : NULL;
         metal[k] = pdi_model_metal(&m->law[k]);
     }
-    desc.solid = metal[0].solid;
-    desc.rate = metal[0].rate;
-    desc.rate_user = metal[0].rate_user;
-    desc.uniform = metal[0].uniform;
     desc.more = metal + 1;
     desc.more_count = u->metals - 1;
     desc.metal = m->metal;
@@ -442,17 +438,18 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     }
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
-    desc.sheds = u->sheds;
-    int attacked = pdi_setup_attacked(u);
-    if (attacked > 0) {
-        metal[attacked].rate = pdi_attack_rate;
-        metal[attacked].rate_user = &m->attack;
-        metal[attacked].uniform = 0;
-    } else if (attacked == 0) {
-        desc.rate = pdi_attack_rate;
-        desc.rate_user = &m->attack;
+    desc.sheds = u->sheds ? 1 + (pdi_setup_apart(u) > 1) : 0;
+    for (int k = 0; k < u->metals; k++) {
+        if (!pdi_setup_chemical(&u->metal[k])) continue;
+        metal[k].rate = pdi_attack_rate;
+        metal[k].rate_user = &m->attack.law[pdi_setup_apart(u) > 1 ? k : 0];
+        metal[k].uniform = 0;
     }
-    if (attacked >= 0) {
+    desc.solid = metal[0].solid;
+    desc.rate = metal[0].rate;
+    desc.rate_user = metal[0].rate_user;
+    desc.uniform = metal[0].uniform;
+    if (pdi_setup_attacked(u) >= 0) {
         desc.found = pdi_attack_found;
         desc.found_user = &m->attack;
         desc.lags = 1;

@@ -111,7 +111,7 @@ static double pdi_polarise_place(const pd_etch *s, int32_t k, double *size, doub
     double charge = 0.0, volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, s->node[k]);
     for (int n = 0; n < r->components.solutes; n++)
         charge += r->components.charge[n] * s->part[s->electrode[k] * r->components.solutes + n];
-    double law = PDI_POLARISE_FARADAY * volume * s->charge * s->gave[k];
+    double law = PDI_POLARISE_FARADAY * volume * pdi_etch_of(s, k)->charge * s->gave[k];
     double curve = PDI_POLARISE_FARADAY * volume * charge * s->area[k] * s->flow[k];
     *size = fabs(law) + fabs(curve);
     *anodic = pdi_max(law, 0.0) + pdi_max(curve, 0.0);

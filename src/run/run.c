@@ -338,6 +338,18 @@ static pd_status pdi_run_steps(pdi_run *r)
     return PD_OK;
 }
 
+/* [mol] of gas that has come off metal. */
+static double pdi_run_gas(const pdi_run *r)
+{
+    const pd_setup *u = r->setup;
+    const pd_course *course = &r->model.course;
+    int goes = pdi_setup_attacked(u);
+    double gas = 0.0;
+    if (!course->each) return u->metal[goes > 0 ? goes : 0].gas_shed * course->taken;
+    for (int m = 0; m < u->metals; m++) gas += u->metal[m].gas_shed * course->each[m];
+    return gas;
+}
+
 static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
 {
     const pd_model *m = &r->model;
@@ -355,7 +367,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->has_front = r->setup->has_corrode;
     result->front = r->observables.front;
     result->sheds = r->setup->sheds && r->setup->gas[0];
-    result->gas = r->setup->gas_shed * m->course.taken;
+    result->gas = pdi_run_gas(r);
     result->gas_volume = result->gas * PDI_MODEL_GAS * r->setup->electrolyte.temperature / PDI_MODEL_ATMOSPHERE;
     result->has_potential = r->setup->has_potential;
     result->current_balance = m->cell.result.imbalance;

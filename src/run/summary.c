@@ -104,6 +104,21 @@ static void pdi_summary_transport(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_TRANSPORT, "transport", text);
 }
 
+/* What comes with one of metal m. */
+static void pdi_summary_sheds(const pdi_summary *s, int m)
+{
+    const pd_setup *u = s->model->setup;
+    const pd_setup_metal *metal = &u->metal[m];
+    char text[384];
+    if (pdi_setup_attacked(u) < 0 ? m > 0 : !pdi_setup_chemical(metal)) return;
+    snprintf(text, sizeof text, "one of %s:", pdi_setup_apart(u) > 1 ? metal->material.name : "metal");
+    for (int k = 0; k < u->electrolyte.count; k++)
+        if (fabs(metal->shed[k]) > 0.0)
+            pdi_append(text, sizeof text, " %+g %s", metal->shed[k], u->electrolyte.species[k].name);
+    if (fabs(metal->gas_shed) > 0.0) pdi_append(text, sizeof text, " %+g %s", metal->gas_shed, u->gas);
+    pdi_summary_line(s, "  %-12s%s", "", text);
+}
+
 static void pdi_summary_chemistry(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
@@ -119,13 +134,7 @@ static void pdi_summary_chemistry(const pdi_summary *s)
     snprintf(text, sizeof text, "states of surfaces:");
     for (int k = 0; k < u->states; k++) pdi_append(text, sizeof text, "%s %s", k ? "," : "", u->state[k].label);
     if (u->states) pdi_summary_line(s, "  %-12s%s", "", text);
-    if (!u->sheds) return;
-    snprintf(text, sizeof text, "one of metal:");
-    for (int k = 0; k < u->electrolyte.count; k++)
-        if (fabs(u->shed[k]) > 0.0)
-            pdi_append(text, sizeof text, " %+g %s", u->shed[k], u->electrolyte.species[k].name);
-    if (u->gas[0]) pdi_append(text, sizeof text, " %+g %s", u->gas_shed, u->gas);
-    pdi_summary_line(s, "  %-12s%s", "", text);
+    for (int m = 0; m < u->metals && u->sheds; m++) pdi_summary_sheds(s, m);
 }
 
 static void pdi_summary_potential(const pdi_summary *s)

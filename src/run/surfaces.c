@@ -90,7 +90,7 @@ static void pdi_surfaces_film(void *user, int32_t node, double *flows)
     int32_t place = s->etch ? s->etch->slot[node] : -1;
     if (place >= 0)
         for (int k = 0; k < count; k++)
-            flows[k] += s->etch->gain[k] * s->etch->thick[place] * s->etch->speed[node];
+            flows[k] += s->etch->kind->gain[k] * s->etch->thick[place] * s->etch->speed[node];
     if (!s->comes) return;
     const pd_potential *p = &s->cell->potential;
     for (int32_t n = s->cell->first[node]; n >= 0 && n < p->contacts.count && p->contacts.list[n].node == node; n++) {
@@ -114,7 +114,7 @@ static int pdi_surfaces_ions(void *user, int32_t node, double *c, double *around
     around[0] = around[1] = 0.0;
     for (int32_t p = etch->slot[node]; p >= 0 && p < etch->count && etch->node[p] == node; p++) {
         int e = etch->electrode ? etch->electrode[p] : -1;
-        double area = e < 0 ? 1.0 : etch->area[p], speed = etch->weight[p] > 0.0 ? etch->speed[node] : 0.0;
+        double area = e < 0 ? 1.0 : etch->area[p], speed = etch->weight[p] > 0.0 ? *pdi_etch_speed(etch, p) : 0.0;
         if (!(area > 0.0) || !pdi_surfaces_bits(s, e)) continue;
         if (!pdi_layer_surface(etch, p, at, &psi)) return 0;
         whole += area;

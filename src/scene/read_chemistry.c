@@ -1,6 +1,7 @@
 /* read_chemistry: see read_chemistry.h */
 #include "scene/read_chemistry.h"
 #include "scene/read_electrolyte.h"
+#include "scene/read_metal.h"
 #include "react/reactive.h"
 #include <math.h>
 #include <stdio.h>
@@ -242,12 +243,11 @@ PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double
     return PD_OK;
 }
 
-/* Electrons that one of the metal leaves behind: what carries the current, and Faraday's law for it. */
-static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double electrons)
+/* Electrons that one of metal m leaves behind: what carries the current, and Faraday's law for it. */
+static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, int m, double electrons)
 {
     const pd_setup *u = s->setup;
-    int goes = pdi_setup_attacked(u);
-    double charge = u->metal[goes > 0 ? goes : 0].material.charge;
+    double charge = u->metal[m].material.charge;
     if (!(electrons > 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- on the left, expected it on the right, "
                                "as in Fe = Fe2+ + 2 e-");
@@ -255,17 +255,29 @@ static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, double
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- where nothing carries the current, "
                                "expected migration = yes in [chemistry], [potential] with electrodes, or what takes up "
                                "the electrons, as in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
-    if (pdi_setup_polarises(u) && goes < 0)
+    if (pdi_setup_polarises(u) && !pdi_setup_chemical(&u->metal[m]))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found e- beside electrodes among ions that "
                                "migrate, and a law without E, expected one in E, the potential of the metal less that "
                                "of the ions: current = 0.1 A/m2*exp((E + 0.4 V)/(26 mV))");
-    if (!pdi_text_has(s->ctx, s->text, section, "current") ||
+    if (!pdi_text_has(s->ctx, s->text, pdi_read_metal_section(s, m, NULL), "current") ||
         fabs(electrons - charge) <= PDI_READ_CHEMISTRY_SAME * charge) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %.6g e- for one of the metal, but Faraday's "
                            "law has charge = %.6g, expected the same", electrons, charge);
 }
 
-static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section)
+/* The gas that comes off: one of all metals. */
+static pd_status pdi_read_chemistry_gas(pdi_reader *s, int section, const char *name)
+{
+    pd_setup *u = s->setup;
+    if (u->gas[0] && strcmp(u->gas, name) != 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %s beside %s of another metal, expected "
+                               "one gas", name, u->gas);
+    snprintf(u->gas, sizeof u->gas, "%s", name);
+    return PD_OK;
+}
+
+/* The reaction of metal m. */
+static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section, int m)
 {
     pd_electrolyte all;
     pd_setup *u = s->setup;
@@ -280,32 +292,59 @@ static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section)
     if (!(one > 0.0) || (gas >= 0 && reaction.nu[gas] < 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found '%s' on the wrong side, expected the metal "
                                "on the left, and a gas on the right", all.species[one > 0.0 ? gas : metal].name);
-    if (electron >= 0) PDI_TRY(pdi_read_chemistry_electrons(s, section, reaction.nu[electron] / one));
-    for (int k = 0; k < u->electrolyte.count; k++) u->shed[k] = reaction.nu[k] / one;
-    if (gas >= 0) snprintf(u->gas, sizeof u->gas, "%s", all.species[gas].name);
-    if (gas >= 0) u->gas_shed = reaction.nu[gas] / one;
+    if (electron >= 0) PDI_TRY(pdi_read_chemistry_electrons(s, section, m, reaction.nu[electron] / one));
+    for (int k = 0; k < u->electrolyte.count; k++) u->metal[m].shed[k] = reaction.nu[k] / one;
+    if (gas >= 0) PDI_TRY(pdi_read_chemistry_gas(s, section, all.species[gas].name));
+    if (gas >= 0) u->metal[m].gas_shed = reaction.nu[gas] / one;
     u->sheds = 1;
+    return PD_OK;
+}
+
+/* 1: metal m enters the species by its reaction: the one that there is, or those that dissolve by a law in them. */
+static int pdi_read_chemistry_enters(const pd_setup *u, int m)
+{
+    return pdi_setup_attacked(u) < 0 ? m == 0 : pdi_setup_chemical(&u->metal[m]);
+}
+
+/* Reactions of all metals, where one has one. */
+static pd_status pdi_read_chemistry_metals(pdi_reader *s, int section)
+{
+    pd_setup *u = s->setup;
+    int several = u->metals > 1 && !(pdi_setup_polarises(u) && pdi_setup_attacked(u) >= 0);
+    int shared = pdi_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
+    if (several || u->activation)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", several ?
+                               "found with several metals, expected one" :
+                               "found with control = activation, where nothing dissolved is followed, expected "
+                               "diffusion");
+    for (int m = 0; m < u->metals; m++) {
+        int own = pdi_read_metal_section(s, m, "reaction"), has = pdi_text_has(s->ctx, s->text, own, "reaction");
+        if (pdi_read_chemistry_enters(u, m) && !has)
+            return pdi_text_refuse(s->ctx, s->text, pdi_read_metal_section(s, m, NULL), "reaction", "found none of "
+                                   "%s, expected one of each metal that dissolves, in [dissolve %s]",
+                                   u->metal[m].material.name, u->metal[m].material.name);
+        if (!pdi_read_chemistry_enters(u, m) && has && own != shared)
+            return pdi_text_refuse(s->ctx, s->text, own, "reaction", "found of metal that stays, expected a law in E "
+                                   "beside it");
+        if (pdi_read_chemistry_enters(u, m)) PDI_TRY(pdi_read_chemistry_surface(s, own, m));
+    }
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *s)
 {
-    pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
-    int given = u->has_dissolve && pdi_text_has(s->ctx, s->text, section, "reaction");
-    if (given && !u->has_chemistry)
+    const pd_setup *u = s->setup;
+    int section = -1;
+    for (int m = u->metals; m-- > 0 && u->has_dissolve;) {
+        int own = pdi_read_metal_section(s, m, "reaction");
+        if (pdi_text_has(s->ctx, s->text, own, "reaction")) section = own;
+    }
+    if (section >= 0 && !u->has_chemistry)
         return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found without species, expected [species Mg2+] "
                                "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
     if (!u->has_chemistry) return PD_OK;
     if (u->medium >= 0)
         return pdi_text_refuse(s->ctx, s->text, pdi_read_chemistry_section(s, ""), "chemistry",
                                "found beside a medium, where species would have a D of their own, expected none");
-    if (!given) return PD_OK;
-    int several = u->metals > 1 && !(pdi_setup_polarises(u) && pdi_setup_attacked(u) >= 0);
-    if (several || u->activation)
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", several ?
-                               "found with several metals, expected one" :
-                               "found with control = activation, where nothing dissolved is followed, expected "
-                               "diffusion");
-    return pdi_read_chemistry_surface(s, section);
+    return section < 0 ? PD_OK : pdi_read_chemistry_metals(s, section);
 }

@@ -17,19 +17,18 @@ PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name)
 
 static const char *pdi_read_metal_name(const pd_setup *u) { return u->has_corrode ? "corrode" : "dissolve"; }
 
-/* The section of metal m: its own, or that of all. */
-static int pdi_read_metal_section(pdi_reader *s, int m)
+PDI_FN int pdi_read_metal_section(pdi_reader *s, int m, const char *key)
 {
     const pd_setup *u = s->setup;
     int own = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), u->metal[m].material.name);
-    if (pdi_text_has(s->ctx, s->text, own, NULL)) return own;
+    if (pdi_text_has(s->ctx, s->text, own, key)) return own;
     return pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
 }
 
 /* Sections of metals that are there, with what belongs to one metal. */
 static pd_status pdi_read_metal_labels(pdi_reader *s)
 {
-    static const char *const keys[] = {"rate", "law", "current", "rate_scale", "Cs", "charge"};
+    static const char *const keys[] = {"rate", "law", "current", "rate_scale", "Cs", "charge", "reaction"};
     const pd_setup *u = s->setup;
     char names[PD_SETUP_METALS * 16] = "";
     for (int m = 0; m < u->metals; m++)
@@ -74,7 +73,7 @@ PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s)
     if (u->has_dissolve) PDI_TRY(pdi_read_metal_labels(s));
     for (int m = 0; m < u->metals && u->has_dissolve; m++) {
         pd_setup_metal *metal = &u->metal[m];
-        int section = pdi_read_metal_section(s, m);
+        int section = pdi_read_metal_section(s, m, NULL);
         if (pdi_text_has(s->ctx, s->text, section, "charge"))
             PDI_TRY(pdi_reader_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &metal->material.charge));
         pdi_read_metal_named(s, metal);
@@ -174,7 +173,7 @@ static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char 
     if (pdi_setup_polarises(u) && u->has_corrode)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found E of electrodes among ions that migrate, expected "
                                "[dissolve] there");
-    if (pdi_setup_polarises(u) && u->metals > 1) return PD_OK; /* see pdi_read_metal_one */
+    if (pdi_setup_polarises(u) && u->metals > 1) return PD_OK; /* see pdi_read_metal_several */
     if (u->metals > 1 || u->activation || u->drive == PD_DRIVE_DIFFERENCE)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found pH, species or E %s", u->metals > 1 ?
                                "with several metals, expected one" : u->activation ?
@@ -226,19 +225,21 @@ static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_meta
     return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
 }
 
-/* Among ions that migrate one of several metals dissolves, the others stay. */
-static pd_status pdi_read_metal_one(pdi_reader *s)
+/* Among ions that migrate each of several metals dissolves by a law in E, or stays. */
+static pd_status pdi_read_metal_several(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
-    int goes = pdi_setup_attacked(u);
-    for (int m = 0; m < u->metals && u->metals > 1 && pdi_setup_polarises(u) && goes >= 0; m++) {
+    if (!pdi_setup_polarises(u) || u->metals == 1 || pdi_setup_attacked(u) < 0) return PD_OK;
+    for (int m = 0; m < u->metals; m++) {
         const pd_setup_metal *metal = &u->metal[m];
-        if (m == goes || (!metal->rate.uses && !(fabs(pdi_setup_speed(metal)) > 0.0))) continue;
-        return pdi_text_refuse(s->ctx, s->text, pdi_read_metal_section(s, m), "rate", "found several metals that "
-                               "dissolve among ions that migrate, expected one, and rate = 0 in [dissolve %s] of the "
-                               "others", metal->material.name);
+        if (pdi_setup_chemical(metal) || (!metal->rate.uses && !(fabs(pdi_setup_speed(metal)) > 0.0))) continue;
+        return pdi_text_refuse(s->ctx, s->text, pdi_read_metal_section(s, m, NULL), "rate", "found metal that "
+                               "dissolves without E beside metal that does by it, among ions that migrate, expected a "
+                               "law in E, or rate = 0 in [dissolve %s]", metal->material.name);
     }
-    return PD_OK;
+    if (pdi_setup_apart(u) == 1 || !(u->cover > 0.0) || !u->minerals) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "chemistry", NULL), "cover", "found "
+                           "with several metals that dissolve among ions that migrate, expected one, or none");
 }
 
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
@@ -246,7 +247,7 @@ PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
     pd_setup *u = s->setup;
     pd_status status = PD_OK;
     for (int m = 0; m < u->metals && u->has_dissolve && status == PD_OK; m++) {
-        int section = pdi_read_metal_section(s, m);
+        int section = pdi_read_metal_section(s, m, NULL);
         pdi_read_metal_named(s, &u->metal[m]);
         status = u->has_corrode ? pdi_read_metal_current(s, section, &u->metal[m])
                                 : pdi_read_metal_layers(s, section, &u->metal[m]);
@@ -256,7 +257,7 @@ PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
                                   u->metal[m].solid_c, u->metal[m].material.name);
     }
     pdi_read_metal_named(s, &u->metal[0]);
-    return status == PD_OK ? pdi_read_metal_one(s) : status;
+    return status == PD_OK ? pdi_read_metal_several(s) : status;
 }
 
 /* ---- what all metals share ---- */

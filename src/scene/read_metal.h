@@ -1,7 +1,7 @@
 /* read_metal: reads the sections [dissolve] and [corrode] of a scene: how metal goes.
  *
- * [dissolve NAME] and [corrode NAME] hold Cs, charge and law of one of several metals, whose shapes have material =
- * NAME. Metals without such a section follow the section without a name, which holds all else.
+ * [dissolve NAME] and [corrode NAME] hold Cs, charge, law and reaction of one of several metals, whose shapes have
+ * material = NAME. Metals without such a section follow the section without a name, which holds all else.
  */
 #ifndef PD_READ_METAL_H
 #define PD_READ_METAL_H
@@ -12,6 +12,8 @@
 PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name);
 /* Cs, Csat and the properties of the first metal become constants of all later numbers. */
 PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s);
+/* The section of metal m: its own, where it has the key (NULL: any), or that of all. */
+PDI_FN int pdi_read_metal_section(pdi_reader *s, int m, const char *key);
 /* The law of each metal. */
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s);
 /* Before anything of the other sections is read: what [corrode] brings with it. */

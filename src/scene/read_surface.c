@@ -276,15 +276,23 @@ static int pdi_read_surface_law(pdi_reader *s, const pd_setup_metal *metal)
     return pdi_text_section(s->ctx, s->text, "dissolve", u->metals > 1 ? metal->material.name : NULL);
 }
 
+/* The law of metal m reads state k where it is. */
+static pd_status pdi_read_surface_reader(pdi_reader *s, int m, int k)
+{
+    const pd_setup *u = s->setup;
+    const pd_setup_metal *metal = &u->metal[m];
+    uint32_t all = 0;
+    if (!(metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species + k) & 1u)) return PD_OK;
+    for (int e = 0; e < u->potential.electrodes; e++)
+        if (u->potential.electrode[e].metal == m) all |= (uint32_t)1 << e;
+    return pdi_read_surface_carried(s, pdi_read_surface_law(s, metal), "rate", k, all);
+}
+
 /* States are read where they are. */
 static pd_status pdi_read_surface_readers(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
     int goes = pdi_setup_attacked(u);
-    const pd_setup_metal *metal = &u->metal[goes > 0 ? goes : 0];
-    uint32_t all = 0;
-    for (int e = 0; e < u->potential.electrodes; e++)
-        if (u->potential.electrode[e].metal == (goes > 0 ? goes : 0)) all |= (uint32_t)1 << e;
     for (int k = 0; k < u->states; k++) {
         for (int n = 0; n < u->states; n++)
             if (u->state[n].rate.uses >> (PDI_SETUP_PH + 1 + u->state[n].species + k) & 1u)
@@ -295,8 +303,8 @@ static pd_status pdi_read_surface_readers(pdi_reader *s)
                 PDI_TRY(pdi_read_surface_carried(s, pdi_text_section(s->ctx, s->text, "electrode",
                                                                      u->potential.electrode[e].name), "factor", k,
                                                  (uint32_t)1 << e));
-        if (u->has_dissolve && metal->rate.uses >> (PDI_SETUP_PH + 1 + metal->species + k) & 1u)
-            PDI_TRY(pdi_read_surface_carried(s, pdi_read_surface_law(s, metal), "rate", k, all));
+        for (int m = 0; m < u->metals && u->has_dissolve; m++)
+            if (goes < 0 ? m == 0 : pdi_setup_chemical(&u->metal[m])) PDI_TRY(pdi_read_surface_reader(s, m, k));
     }
     return PD_OK;
 }

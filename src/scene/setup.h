@@ -209,6 +209,8 @@ typedef struct pd_setup_metal {
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
     int polarised;     /* 1: among ions that migrate it has a potential: that of its electrode, or a given one: */
     pd_expr potential; /* of t; in V, against inlets and walls that hold species */
+    double shed[PD_SPECIES_MOST]; /* [-] species that come with one of the metal; negative: they go */
+    double gas_shed;   /* [-] of the gas */
 } pd_setup_metal;
 
 /* What holds or loads a body: a side of the box, or all of it in a shape. */
@@ -418,10 +420,8 @@ typedef struct pd_setup {
     double tortuosity;               /* [-] of their pores */
     double cover;                    /* [m] thickness under which 1/e of metal is bare; 0: they cover none */
     char species_label[PD_SPECIES_MOST][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
-    int sheds;                       /* 1: what metal loses enters the species by a reaction at its surface: */
-    double shed[PD_SPECIES_MOST];    /* [-] species that come with one of the metal; negative: they go */
+    int sheds;                       /* 1: what metal loses enters the species by a reaction at its surface */
     char gas[PD_SPECIES_NAME];       /* that comes off; "": none */
-    double gas_shed;                 /* [-] of it */
     /* electric potential */
     int has_potential;
     pd_setup_potential potential;
@@ -536,12 +536,19 @@ static inline int pdi_setup_chemical(const pd_setup_metal *metal)
     return metal->rate.uses >> PDI_SETUP_PH != 0 ||
            (metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u) != 0);
 }
-/* The metal with a law in the species or in E among ions that migrate; -1: none. */
+/* The first metal with a law in the species or in E among ions that migrate; -1: none. */
 static inline int pdi_setup_attacked(const pd_setup *setup)
 {
     for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
         if (pdi_setup_chemical(&setup->metal[k])) return k;
     return -1;
+}
+/* Metals that such laws tell apart: all where several have one, else 1. */
+static inline int pdi_setup_apart(const pd_setup *setup)
+{
+    int count = 0;
+    for (int k = 0; k < setup->metals && setup->has_dissolve; k++) count += pdi_setup_chemical(&setup->metal[k]);
+    return count > 1 ? setup->metals : 1;
 }
 /* 1: electrodes among ions that migrate. */
 static inline int pdi_setup_polarises(const pd_setup *setup) { return setup->migrates && setup->has_potential; }

@@ -1813,6 +1813,16 @@ def declare(dim):
         ('shares', c_int),
     ]
 
+    class pd_etch_metal(Structure):
+        pass
+    pd_etch_metal._fields_ = [
+        ('law', pd_etch_fn),
+        ('user', c_void_p),
+        ('shed', POINTER(c_double)),
+        ('reads', c_uint32),
+        ('reads_ph', c_int),
+    ]
+
     class pd_etch_desc(Structure):
         pass
     pd_etch_desc._fields_ = [
@@ -1821,6 +1831,8 @@ def declare(dim):
         ('shed', POINTER(c_double)),
         ('reads', c_uint32),
         ('reads_ph', c_int),
+        ('more', POINTER(pd_etch_metal)),
+        ('more_count', c_int),
         ('reads_phi', c_int),
         ('electrodes', pd_etch_electrodes),
         ('solid', c_double),
@@ -1831,9 +1843,8 @@ def declare(dim):
     pd_etch._fields_ = [
         ('desc', pd_etch_desc),
         ('reactive', POINTER(pd_reactive)),
-        ('shed', c_double * 32),
-        ('gain', c_double * 32),
-        ('charge', c_double),
+        ('kind', c_void_p),
+        ('kinds', c_int),
         ('scale', c_double * 32),
         ('film', pd_components),
         ('count', c_int32),
@@ -1841,6 +1852,7 @@ def declare(dim):
         ('slot', POINTER(c_int32)),
         ('weight', POINTER(c_double)),
         ('thick', POINTER(c_double)),
+        ('metal', POINTER(c_uint8)),
         ('speed', POINTER(c_double)),
         ('ahead', POINTER(c_double)),
         ('passed', POINTER(c_double)),
@@ -1988,6 +2000,7 @@ def declare(dim):
         ('error', c_double),
         ('left', c_double),
         ('taken', c_double),
+        ('each', POINTER(c_double)),
         ('share', POINTER(c_double)),
         ('now', POINTER(c_double)),
         ('first', POINTER(c_double)),
@@ -3454,6 +3467,8 @@ def declare(dim):
         ('rate_scale', c_double),
         ('polarised', c_int),
         ('potential', pd_expr),
+        ('shed', c_double * 32),
+        ('gas_shed', c_double),
     ]
 
     class pd_setup_grip(Structure):
@@ -3679,9 +3694,7 @@ def declare(dim):
         ('cover', c_double),
         ('species_label', c_char * 36 * 32),
         ('sheds', c_int),
-        ('shed', c_double * 32),
         ('gas', c_char * 24),
-        ('gas_shed', c_double),
         ('has_potential', c_int),
         ('potential', pd_setup_potential),
         ('state', pd_setup_state * 8),
@@ -3809,6 +3822,15 @@ def declare(dim):
         ('all', c_double),
     ]
 
+    class pd_attack_law(Structure):
+        pass
+    pd_attack_law._fields_ = [
+        ('attack', c_void_p),
+        ('kind', c_int),
+        ('metal', c_int),
+        ('surfaces', POINTER(pd_surfaces)),
+    ]
+
     class pd_attack(Structure):
         pass
     pd_attack._fields_ = [
@@ -3817,10 +3839,10 @@ def declare(dim):
         ('dissolve', POINTER(pd_dissolve)),
         ('course', POINTER(pd_course)),
         ('cell', POINTER(pd_cell)),
-        ('surfaces', POINTER(pd_surfaces)),
         ('states', POINTER(pd_surfaces)),
         ('polarise', pd_polarise),
-        ('kind', c_int),
+        ('law', pd_attack_law * 4),
+        ('laws', c_int),
         ('grain', POINTER(c_int32)),
         ('begin', c_double),
     ]
