@@ -37052,8 +37052,8 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
 PDI_FN void pdi_etch_yield(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++)
-        s->split[p] = s->weight[p] * fmax(-pdi_etch_of(s, p)->charge * (double)s->drive[p], 0.0) +
-                      (s->electrode ? s->area[p] * fmax(-(double)s->flow_drive[p], 0.0) : 0.0);
+        s->split[p] = s->weight[p] * pdi_max(-pdi_etch_of(s, p)->charge * (double)s->drive[p], 0.0) +
+                      (s->electrode ? s->area[p] * pdi_max(-(double)s->flow_drive[p], 0.0) : 0.0);
 }
 
 PDI_FN void pdi_etch_note(pd_etch *s)
@@ -37725,7 +37725,7 @@ static double pdi_layer_slope(const pdi_layer_work *w, const double *c, const do
     double least = HUGE_VAL, up[PD_SPECIES_MOST], down[PD_SPECIES_MOST];
     for (int n = 0; n < s->film.solutes; n++) {
         int reads = (w->kind->law.reads >> n & 1u) || (w->kind->law.reads_ph && n == s->reactive->proton);
-        if (reads && fabs(along[n]) > 0.0) least = fmin(least, fmax(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
+        if (reads && fabs(along[n]) > 0.0) least = pdi_min(least, pdi_max(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
     }
     if (!(least < HUGE_VAL)) return 0.0;
     double stride = PDI_LAYER_STRIDE * least;
@@ -37769,7 +37769,7 @@ static void pdi_layer_derive(const pd_components *film, const pdi_layer_work *w,
     double back = 1.0;
     pdi_layer_slopes(film, w, s->scale, w->at, slope);
     for (int k = 0; k < of->count; k++) back -= slope[k] * w->kind->gain[k] * w->thick;
-    back = fmax(back, PDI_LAYER_RISE);
+    back = pdi_max(back, PDI_LAYER_RISE);
     pdi_components_derive(of, w->c, table);
     for (int k = 0; k < of->count; k++) {
         double sum = 0.0;
@@ -50783,7 +50783,7 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
         pdi_metal_beside *portion = &pdi_metal_portion(d, to)[m];
         to->given += over * gives->paid * portion->speed;
         portion->stock += over * gives->paid * portion->speed;
-        portion->weight = fmax(portion->weight - over * gives->used, 0.0);
+        portion->weight = pdi_max(portion->weight - over * gives->used, 0.0);
         to->weight += portion->weight;
     }
 }
@@ -75200,7 +75200,7 @@ static void pdi_attack_fresh(pd_attack *a, int m, const pdi_beside *beside)
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
         double there = pdi_layer_at(&a->etch, m, next, place, pdi_attack_thick(a, m, beside), *speed);
-        *speed = fmax(*speed, there);
+        *speed = pdi_max(*speed, there);
     }
 }
 
