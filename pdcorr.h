@@ -56502,7 +56502,7 @@ static pd_status pdi_store_append(pd_ctx *ctx, pd_store *s, const void *data, si
         PDI_TRY(PDI_GROW(ctx, "store", s->capacity, wanted, s->image));
         s->capacity = wanted;
     }
-    memcpy(s->image + s->length, data, size);
+    if (size) memcpy(s->image + s->length, data, size); /* an empty array may have no address */
     s->length += size;
     return PD_OK;
 }
