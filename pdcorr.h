@@ -25796,6 +25796,10 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
 
 /* ======== >>flow/precond.c ======== */
 /* precond: see precond.h */
+#include <math.h>
+
+/* Share of the convective part of the pressure flux in what stands for the friction of smooth fields. */
+#define PDI_PRECOND_ROUGH 0.3
 
 /* Values of a field on both sides of a closed face or an inlet, one over the other. */
 #define PDI_PRECOND_EVEN 1.0   /* of a scalar */
@@ -25980,22 +25984,32 @@ PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift)
     return longer > 0.0 ? flow->bonds->stencil->lap_sum / longer : 0.0;
 }
 
+/* Of a residual that is smooth: the friction, and where cells convect more, a share of what their pressure flux has
+ * for it [m2/s]. */
+static double pdi_precond_smooth(const pd_flow *flow)
+{
+    double rate = 1.0 / flow->stabilisation;
+    for (int d = 0; d < PD_DIM; d++) rate -= flow->nu / (flow->grid->h[d] * flow->grid->h[d]);
+    return flow->nu + PDI_PRECOND_ROUGH * fmax(rate, 0.0) / flow->bonds->stencil->lap_sum;
+}
+
 /* dp += q + nu r where r is smooth. Of what alternates in r the pressure flux alone knows. */
 static void pdi_precond_rub(const pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, const double *r,
                             const double *q, double *dp)
 {
     const pd_grid *grid = flow->grid;
     const double *alternate = precond->grad;
-    double more = 1.0 / (flow->stabilisation * pdi_precond_shortest(flow->bonds->stencil)) - flow->nu;
+    double smooth = precond->damped ? flow->nu : pdi_precond_smooth(flow); /* the pressure flux is in there */
+    double shortest = 1.0 / (flow->stabilisation * pdi_precond_shortest(flow->bonds->stencil));
+    double more = precond->damped ? 0.0 : shortest - smooth;
     int nt = pdi_par_threads(ctx, grid->total * 4);
     (void)nt;
     pdi_par_copy(ctx, grid->total, r, precond->convected);
     pdi_ghosts_pressure(&flow->bonds->ghosts, 0.0, precond->convected);
     pdi_precond_run(ctx, flow, pdi_precond_alternate, precond->convected, precond->grad);
-    if (precond->damped) more = 0.0; /* the pressure flux is in there */
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) dp[i] += flow->nu * r[i] + more * alternate[i] + q[i];
+        if (grid->kind[i] == PD_FLUID) dp[i] += smooth * r[i] + more * alternate[i] + q[i];
 }
 
 /* dp += -lap^-1 of what the convection of the gradient of q brings. */
@@ -26128,6 +26142,14 @@ static void pdi_steady_push(pd_ctx *ctx, pd_steady *s, const double *r, double *
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, du + d * total);
 }
 
+/* 1: the cycle knows what holds each component. At a mirror the one across it is held, and the others are not. */
+static int pdi_steady_holds(const pd_grid *grid)
+{
+    for (int k = 0; k < 2 * PD_DIM; k++)
+        if (grid->side[k] == PD_SIDE_MIRROR) return 0;
+    return 1;
+}
+
 /* rc -= div du. du gets its ghosts; div [total]: work. */
 static void pdi_steady_diverge(pd_ctx *ctx, pd_steady *s, double *du, double *div, double *rc)
 {
@@ -26157,8 +26179,10 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
     precond.convected = flow->grad;
     pdi_par_copy(ctx, split + total, y, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
-    pdi_steady_push(ctx, s, r, y);
-    pdi_steady_diverge(ctx, s, y, dp, r + split);
+    if (pdi_steady_holds(flow->grid)) {
+        pdi_steady_push(ctx, s, r, y);
+        pdi_steady_diverge(ctx, s, y, dp, r + split);
+    }
     pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
     pdi_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);

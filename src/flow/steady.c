@@ -82,6 +82,14 @@ static void pdi_steady_push(pd_ctx *ctx, pd_steady *s, const double *r, double *
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, du + d * total);
 }
 
+/* 1: the cycle knows what holds each component. At a mirror the one across it is held, and the others are not. */
+static int pdi_steady_holds(const pd_grid *grid)
+{
+    for (int k = 0; k < 2 * PD_DIM; k++)
+        if (grid->side[k] == PD_SIDE_MIRROR) return 0;
+    return 1;
+}
+
 /* rc -= div du. du gets its ghosts; div [total]: work. */
 static void pdi_steady_diverge(pd_ctx *ctx, pd_steady *s, double *du, double *div, double *rc)
 {
@@ -111,8 +119,10 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
     precond.convected = flow->grad;
     pdi_par_copy(ctx, split + total, y, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
-    pdi_steady_push(ctx, s, r, y);
-    pdi_steady_diverge(ctx, s, y, dp, r + split);
+    if (pdi_steady_holds(flow->grid)) {
+        pdi_steady_push(ctx, s, r, y);
+        pdi_steady_diverge(ctx, s, y, dp, r + split);
+    }
     pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
     pdi_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
