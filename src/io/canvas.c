@@ -219,7 +219,7 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
     }
     double dx = xb - xa, dy = yb - ya;
     int steep = fabs(dy) > fabs(dx);
-    double from = steep ? fmin(ya, yb) : fmin(xa, xb), to = steep ? fmax(ya, yb) : fmax(xa, xb);
+    double from = steep ? pdi_min(ya, yb) : pdi_min(xa, xb), to = steep ? pdi_max(ya, yb) : pdi_max(xa, xb);
     /* Walk along the longer axis and paint the short span across the stroke. */
     double across = reach * 1.5;
     for (int i = (int)floor(from - reach); i <= (int)ceil(to + reach); i++) {
