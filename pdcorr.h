@@ -5105,8 +5105,9 @@ typedef struct pd_reactive_balance {
     double relative; /* [-] over the sum of the sizes of all terms */
 } pd_reactive_balance;
 
-/* What a kinetic reaction does to the preconditioner. */
+/* What a kinetic reaction, or a mineral with a speed, does to the preconditioner. */
 typedef struct pd_reactive_filter {
+    int mineral;        /* -1: a reaction */
     double *absorb;     /* [total] [1/s] rate at which it brings itself to rest */
     pd_flux flux;
     pd_inverse inverse;
@@ -5134,7 +5135,8 @@ typedef struct pd_reactive {
     pd_flux flux;
     pd_inverse inverse;
     pd_migration migration;          /* empty without */
-    pd_reactive_filter *filter;      /* [kinetics of the components] */
+    int filters;                     /* kinetic reactions, and then minerals with a speed */
+    pd_reactive_filter *filter;      /* [filters] */
     pd_krylov krylov;
     pd_arena own;
     double *c;      /* [solutes][total] [mol/m3] with inlets */
@@ -5217,7 +5219,7 @@ PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
 PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *reactive, pd_krylov_desc *linear);
 /* Components and minerals of the desc. */
 PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *reactive);
-/* `slots` of its components. */
+/* `slots` and `filters` of its components. */
 PDI_FN void pdi_reactive_slots(pd_reactive *reactive);
 PDI_FN size_t pdi_reactive_room(pd_reactive *reactive);
 /* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
@@ -36343,7 +36345,7 @@ PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
         PDI_STATE(owner, reactive, narrow, total, "1/s");
     }
     pdi_migration_list(owner, &reactive->migration);
-    if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
+    if (reactive->filters) PDI_ARRAY(owner, reactive, filter, reactive->filters, "");
 }
 
 /* Values of the desc in the order of the solutes. */
@@ -36398,6 +36400,9 @@ PDI_FN void pdi_reactive_slots(pd_reactive *r)
     r->slots = r->components.live * pdi_components_columns(&r->components) +
                (r->components.kinetics + r->minerals.count) * r->components.count;
     if (!r->slots) r->slots = 1;
+    r->filters = r->components.kinetics;
+    for (int m = 0; m < r->minerals.count; m++)
+        r->filters += r->minerals.of[m].rate > 0.0 || r->minerals.of[m].surface > 0.0;
 }
 
 PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
@@ -36426,7 +36431,7 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
     pdi_flux_list(owner, &reactive->flux);
     pdi_inverse_list(owner, &reactive->inverse);
     pdi_migration_work_list(owner, &reactive->migration);
-    for (int n = 0; n < s->kinetics; n++) {
+    for (int n = 0; n < reactive->filters; n++) {
         pd_reactive_filter *filter = &reactive->filter[n];
         PDI_ARRAY(owner, filter, absorb, total, "1/s");
         pdi_inverse_list(owner, &filter->inverse);
@@ -36450,7 +36455,12 @@ PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *
     r->inverse.spread = 1.0;
     PDI_TRY(pdi_inverse_plan(ctx, &md, &r->inverse));
     PDI_TRY(pdi_migration_plan(ctx, &md, &r->flux, &r->components, &r->migration));
-    for (int n = 0; n < r->components.kinetics; n++) {
+    for (int n = 0, m = 0; n < r->filters; n++) {
+        r->filter[n].mineral = -1;
+        if (n >= r->components.kinetics) {
+            while (!(r->minerals.of[m].rate > 0.0) && !(r->minerals.of[m].surface > 0.0)) m++;
+            r->filter[n].mineral = m++;
+        }
         r->filter[n].flux = r->flux;
         r->filter[n].inverse.flux = &r->filter[n].flux;
         r->filter[n].inverse.spread = 1.0;
@@ -36586,7 +36596,7 @@ void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
     pdi_diffusion_free(ctx, &r->diffusion);
     pdi_inverse_free(ctx, &r->inverse);
     pdi_migration_free(ctx, &r->migration);
-    for (int n = 0; n < r->components.kinetics && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
+    for (int n = 0; n < r->filters && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
     pdi_krylov_free(ctx, &r->krylov);
     pdi_owner_free(ctx, pdi_reactive_list, r);
     pd_arena_free(ctx, &r->own);
@@ -38414,6 +38424,11 @@ PDI_FN void pdi_coat_reject(pd_coat *s)
 #include <math.h>
 #include <string.h>
 
+/* Share that a mineral leaves dissolved of what comes, at least: the derivatives have single precision. And the largest
+ * one that is taken for all of it. */
+#define PDI_TANGENT_LEAST 1e-7
+#define PDI_TANGENT_MOST 0.99
+
 PDI_FN int pdi_tangent_threads(const pd_ctx *ctx, const pd_reactive *r)
 {
     return pdi_par_threads(ctx, (int64_t)r->grid->total * r->components.solutes * r->components.count);
@@ -38490,6 +38505,16 @@ static void pdi_tangent_fix(const pd_reactive *r, const float *by, double *total
         for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
 }
 
+/* Of what comes to node i as mineral m the share p stays dissolved, and gets the absorption (1/p - 1)/dt. */
+static double pdi_tangent_absorb(const pd_reactive *r, int32_t i, int m)
+{
+    const pd_components *s = &r->components;
+    const float *row = r->by + (int64_t)i * r->slots + pdi_tangent_place(r) + m * s->count;
+    double share = 1.0;
+    for (int k = 0; k < s->count; k++) share -= (double)row[k] * r->minerals.gain[m][k];
+    return share < PDI_TANGENT_MOST ? (1.0 / fmax(share, PDI_TANGENT_LEAST) - 1.0) / r->dt : 0.0;
+}
+
 static pd_status pdi_tangent_migration(pd_ctx *ctx, pd_reactive *r)
 {
     pdi_migration_surface surface = {0, NULL, NULL};
@@ -38537,11 +38562,13 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             }
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
+        for (int n = s->kinetics; n < r->filters; n++)
+            r->filter[n].absorb[i] = pdi_tangent_absorb(r, i, r->filter[n].mineral);
     }
     if (r->surface) pdi_layer_solve(ctx, r->surface, -1, 1);
     if (r->surface && r->surface->electrode) pdi_levels_derive(r->surface);
     if (r->migration.on) PDI_TRY(pdi_tangent_migration(ctx, r));
-    for (int n = 0; n < s->kinetics; n++)
+    for (int n = 0; n < r->filters; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
     return PD_OK;
 }
@@ -38730,6 +38757,32 @@ static void pdi_tangent_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double
     }
 }
 
+/* Split off what comes along a mineral with a speed: x loses it, and y gets what the absorption leaves of it. */
+static void pdi_tangent_split_mineral(pd_ctx *ctx, pd_reactive *r, pd_reactive_filter *filter, double *x, double *y)
+{
+    const double *gain = r->minerals.gain[filter->mineral];
+    int64_t total = r->grid->total;
+    int count = r->components.count, nt = pdi_tangent_threads(ctx, r);
+    int at = pdi_tangent_place(r) + filter->mineral * count;
+    double *left = r->rates + total;
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        const float *row = r->by + (int64_t)i * r->slots + at;
+        double taken = 0.0, more = filter->absorb[i] * r->dt;
+        r->part_of[i] = 0.0;
+        if (r->grid->kind[i] != PD_FLUID || !(more > 0.0)) continue;
+        for (int k = 0; k < count; k++) taken += (double)row[k] * r->weight[k] * x[k * total + i];
+        r->part_of[i] = taken * (1.0 + more) / more;
+        for (int k = 0; k < count; k++) x[k * total + i] -= gain[k] * r->part_of[i] / r->weight[k];
+    }
+    pdi_inverse_apply(ctx, &filter->inverse, r->part_of, left);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++)
+        for (int k = 0; k < count; k++)
+            y[k * total + i] += gain[k] / r->weight[k] * (1.0 + filter->absorb[i] * r->dt) * left[i];
+}
+
 /* With migration: psi that drives the charge of x out, and `rest`, what that leaves of x. y: work. */
 static void pdi_tangent_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, double *rest, double *y)
 {
@@ -38806,6 +38859,7 @@ static void pdi_tangent_precondition(void *user, const double *x, double *y)
     else pdi_par_copy(u->ctx, s->count * total, x, rest);
     pdi_par_zero(u->ctx, s->count * total, y);
     if (r->surface) pdi_tangent_split_metal(r, rest);
+    for (int n = s->kinetics; n < r->filters; n++) pdi_tangent_split_mineral(u->ctx, r, &r->filter[n], rest, y);
     if (r->minerals.count) pdi_tangent_lay(u->ctx, r, rest, y);
     for (int n = 0; n < s->kinetics; n++) {
         pdi_tangent_split(u->ctx, r, n, rest);
@@ -39593,7 +39647,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
 {
     r->flux.absorb = r->still;
     r->inverse.fresh = 0;
-    for (int n = 0; n < r->components.kinetics; n++) {
+    for (int n = 0; n < r->filters; n++) {
         r->filter[n].inverse.fresh = 0;
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
@@ -39630,7 +39684,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     }
     pdi_multigrid_open(&r->inverse.mg);
     if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
-    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
+    for (int n = 0; n < r->filters; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
     if (status == PD_OK) pdi_advance_stands(r, dt);
     if (status != PD_OK) {
@@ -39641,7 +39695,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     }
     if (r->surface) r->surface->half = 0.0;
     pdi_krylov_trim(ctx, &r->krylov);
-    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
+    for (int n = 0; n < r->filters; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
     if (r->migration.on) pdi_multigrid_close(&r->migration.mg);
     pdi_multigrid_close(&r->inverse.mg);
     return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
@@ -74051,7 +74105,7 @@ static double pdi_footprint_states(const pd_setup *u, pdi_footprint_plan *plan, 
 static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
-    pd_reactive_filter filter[PD_REACTION_MOST];
+    pd_reactive_filter filter[PD_REACTION_MOST + PD_MINERAL_MOST];
     pd_krylov_desc kd;
     pd_reactive r;
     pd_course course;
@@ -74108,7 +74162,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes += pdi_footprint_states(u, plan, &r);
     if (u->states) course.desc.coat = &coat;
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
-    pdi_footprint_share(plan, (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg), b);
+    pdi_footprint_share(plan, (1.0 + r.filters) * pdi_footprint_levels(plan, &r.inverse.mg), b);
 }
 
 /* Stands for what a cell asks for a conductivity. */

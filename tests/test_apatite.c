@@ -112,7 +112,7 @@ static void check_by_hand(double grains)
     CHECK_NEAR(product, -3.421, 1e-4);
 }
 
-/* A bath whose mineral forms beyond `nucleation`, with grains [mol/m3] in the first of n cells, until all is at rest. */
+/* A bath whose mineral forms beyond `nucleation`, with grains [mol/m3] in the first of n cells, until it is at rest. */
 static void settle(pd_activity davies, int n, double grains, double nucleation, double rate, double surface)
 {
     pd_ctx ctx;

@@ -742,7 +742,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
 {
     r->flux.absorb = r->still;
     r->inverse.fresh = 0;
-    for (int n = 0; n < r->components.kinetics; n++) {
+    for (int n = 0; n < r->filters; n++) {
         r->filter[n].inverse.fresh = 0;
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
@@ -779,7 +779,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     }
     pdi_multigrid_open(&r->inverse.mg);
     if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
-    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
+    for (int n = 0; n < r->filters; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
     if (status == PD_OK) pdi_advance_stands(r, dt);
     if (status != PD_OK) {
@@ -790,7 +790,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     }
     if (r->surface) r->surface->half = 0.0;
     pdi_krylov_trim(ctx, &r->krylov);
-    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
+    for (int n = 0; n < r->filters; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
     if (r->migration.on) pdi_multigrid_close(&r->migration.mg);
     pdi_multigrid_close(&r->inverse.mg);
     return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
