@@ -2,6 +2,7 @@
  * steps of any length; orders, threads, iterations.
  * dims: 1 2 3 */
 #include "react/advance.h"
+#include "transport/migrate.h"
 #include "chemistry_case.h"
 #include "fixture.h"
 #include "../cases/vessel.h"
@@ -67,6 +68,33 @@ static void check_found(const salt_found *f)
     CHECK_LE(f->imbalance, 1e-12);
     CHECK_LE(f->neutral, 1e-14);
     CHECK_LE(0.0, f->least);
+}
+
+/* ---- a bond ---- */
+
+/* B(w) = w/(exp(w) - 1) against expm1 of the library: what leaves by diffusion in a field. Both ends see the same bits,
+ * and differ by w. */
+TEST(shares_of_a_bond)
+{
+    double worst = 0.0, apart = 0.0, by = 0.0;
+    int odd = 0;
+    if (PD_DIM > 1) SKIP("in 1D alone: a bond has no dimension");
+    for (int k = 0; k < 1000000; k++) {
+        double far = 700.0 * (k - 499999.5) / 5e5, x = k % 2 ? far : ldexp(far, -(k % 30)); /* many near 0 */
+        double exact = (double)(x / expm1l((long double)x)), share = pdi_migrate_leave(1.0, 0.0, x, 1.0, 0.0);
+        double other = -pdi_migrate_leave(1.0, 0.0, x, 0.0, 1.0), back = pdi_migrate_leave(1.0, 0.0, -x, 1.0, 0.0);
+        worst = fmax(worst, fabs(share - exact) / exact);
+        apart = fmax(apart, fabs((other - share) - x) / fmax(other, share));
+        odd += other < back || other > back;
+        if (fabs(x) < 0.05) continue; /* the closed form has no digits */
+        long double e = expm1l((long double)x), slope = (e - (long double)x * (e + 1.0L)) / (e * e);
+        if (e < 1e100L) by = fmax(by, fabs((double)slope + pdi_migrate_conduct(x, 1.0, 0.0)));
+    }
+    NOTE("%.2f roundings, ends %.2f, slope %.1e", worst / DBL_EPSILON, apart / DBL_EPSILON, by);
+    CHECK_LE(worst, 2.0 * DBL_EPSILON); /* at most 4 units in the last place */
+    CHECK_LE(apart, DBL_EPSILON);
+    CHECK_LE(by, 4e-15);
+    CHECK_INT(odd, 0);
 }
 
 /* ---- a binary salt ---- */
@@ -365,6 +393,6 @@ TEST(refused)
     finish(s);
 }
 
-TEST_MAIN(ENTRY(ambipolar_diffusion) ENTRY(order) ENTRY(supported_dissolution) ENTRY(little_support)
-          ENTRY(blocked_anion) ENTRY(junction) ENTRY(any_step) ENTRY(threads_change_no_bit) ENTRY(iterations)
-          ENTRY(limiting_current) ENTRY(refused))
+TEST_MAIN(ENTRY(shares_of_a_bond) ENTRY(ambipolar_diffusion) ENTRY(order) ENTRY(supported_dissolution)
+          ENTRY(little_support) ENTRY(blocked_anion) ENTRY(junction) ENTRY(any_step) ENTRY(threads_change_no_bit)
+          ENTRY(iterations) ENTRY(limiting_current) ENTRY(refused))

@@ -145,6 +145,34 @@ PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, cons
     }
 }
 
+PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                             const double *total)
+{
+    for (int k = 0; k < c->count; k++) {
+        double most = total[k];
+        int signs = 0;
+        for (int i = 0; i < c->solutes; i++) signs |= c->m[k][i] < 0.0;
+        for (int s = 0; s < m->count; s++) {
+            signs |= m->gain[s][k] < 0.0;
+            double rate = start->rate[s] < HUGE_VAL ? start->rate[s] * start->dt : HUGE_VAL;
+            most += m->gain[s][k] * (start->start[s] - pdi_max(start->start[s] - rate, 0.0));
+        }
+        if (!signs && most < 0.0) return 1;
+    }
+    return 0;
+}
+
+PDI_FN int pdi_mineral_turned(const pd_minerals *m, const double *had, const double *has)
+{
+    double before = pdi_mineral_fraction(m, had), now = pdi_mineral_fraction(m, has);
+    for (int s = 0; s < m->count; s++) {
+        double full = (1.0 - m->of[s].porosity) * (1.0 - PDI_MINERAL_FULL);
+        if (had[s] > 0.0 && !(has[s] > 0.0)) return 1;
+        if (m->of[s].volume > 0.0 && before < full && now >= full) return 1;
+    }
+    return 0;
+}
+
 /* ---- one volume ---- */
 
 typedef struct pdi_mineral_work {

@@ -55,6 +55,12 @@ PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, in
 /* Speeds of a volume whose step begins with n [count] and `at`. */
 PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n,
                                const double *at, pd_mineral_start *start);
+/* 1: no concentrations have the totals that are dissolved when amounts are start->start, however fast minerals dissolve
+ * by their laws in the step. */
+PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                             const double *total);
+/* 1: a mineral of `had` [count] [mol/m3] is gone in `has`, or one has no more room. */
+PDI_FN int pdi_mineral_turned(const pd_minerals *m, const double *had, const double *has);
 /* `at` and n [count], the guesses: what belongs to the totals that are dissolved when n stays what it is.
  * PD_NOT_CONVERGED: `at` and n are unchanged. */
 PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,

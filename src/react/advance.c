@@ -28,7 +28,7 @@
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
 #define PDI_ADVANCE_HALVINGS 10
-/* Halvings of the correction of one node whose totals would have no equilibrium, or that loses a mineral. */
+/* Halvings of the correction of one node whose totals would have no equilibrium, or that loses a mineral or is full. */
 #define PDI_ADVANCE_CUTS 20
 /* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
  * factor, since the next one finds the potential in the ions that have come. */
@@ -43,13 +43,14 @@
 #define PDI_ADVANCE_NONE 1e-150
 /* Share of the largest value by which a field may leave its bounds. */
 #define PDI_ADVANCE_SLACK 1e-9
-/* Share of the ions of a closed box that a charge of rounding is at most. */
-#define PDI_ADVANCE_FAINT 1e-13
 /* Share of a residual that the linear solver leaves at least: its basis has single precision. */
 #define PDI_ADVANCE_SINGLE 1e-5
 /* An estimate above this is damped, and what the linear solver may leave of that. */
 #define PDI_ADVANCE_SMALL 1e-5
 #define PDI_ADVANCE_DAMPED 0.1
+
+/* What passes in the first stage is passed so often again before the second one begins (eq. 5.9). */
+#define PDI_ADVANCE_BEYOND ((1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA)
 
 /* Concentrations and minerals. */
 static void pdi_advance_copy(const pd_ctx *ctx, const pd_reactive *r, const double *c, double *to, const double *solid,
@@ -230,29 +231,29 @@ static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share,
     return pdi_advance_neutral(r, c);
 }
 
-/* 1: node i has lost a mineral that it had in `base`. */
-static int pdi_advance_lost(const pd_reactive *r, int32_t i)
+/* 1: node i has lost a mineral that it had in `base`, or is full and was not. */
+static int pdi_advance_turned(const pd_reactive *r, int32_t i)
 {
-    for (int64_t at = i; at < r->minerals.count * (int64_t)r->grid->total; at += r->grid->total)
-        if (r->solid_base[at] > 0.0 && !(r->solid[at] > 0.0)) return 1;
-    return 0;
+    double had[PD_MINERAL_MOST], has[PD_MINERAL_MOST];
+    pdi_reactive_solids(r, r->solid_base, i, had);
+    pdi_reactive_solids(r, r->solid, i, has);
+    return pdi_mineral_turned(&r->minerals, had, has);
 }
 
-/* Node i stops just behind the place between 0 and `high` where it loses a mineral: beyond it c follows its totals
- * otherwise. */
+/* Node i stops just behind the place between 0 and `high` where it does: beyond it c follows its totals otherwise. */
 static void pdi_advance_halt(const pd_reactive *r, int32_t i, double high, double *c)
 {
     double low = 0.0;
     for (int cut = 0; cut < PDI_ADVANCE_CUTS; cut++) {
         double part = 0.5 * (low + high);
-        if (pdi_advance_node(r, i, part, c) == PD_OK && !pdi_advance_lost(r, i)) low = part;
+        if (pdi_advance_node(r, i, part, c) == PD_OK && !pdi_advance_turned(r, i)) low = part;
         else high = part;
     }
     if (pdi_advance_node(r, i, high, c) != PD_OK) c[0] = NAN;
 }
 
 /* The same at all nodes. A node without an equilibrium there goes a part of the way; where none is found c is NaN.
- * halt: one that loses a mineral stops there. */
+ * halt: one that loses a mineral, or gets full, stops there. */
 static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share, int halt)
 {
     int64_t total = r->grid->total;
@@ -265,7 +266,7 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share, in
         if (r->grid->kind[i] != PD_FLUID) continue;
         while (pdi_advance_node(r, i, part, c) != PD_OK && cut++ < PDI_ADVANCE_CUTS) part *= 0.5;
         if (cut > PDI_ADVANCE_CUTS) c[0] = NAN;
-        else if (halt && pdi_advance_lost(r, i)) pdi_advance_halt(r, i, part, c);
+        else if (halt && pdi_advance_turned(r, i)) pdi_advance_halt(r, i, part, c);
         pdi_reactive_put(r, c, i, r->c);
     }
 }
@@ -291,7 +292,7 @@ static int pdi_advance_lift(const pd_ctx *ctx, pd_reactive *r, double before, do
 }
 
 /* A step along the correction, halved until the residual falls, or but for a rise that has room. Where a whole one
- * raises it nodes that lose minerals stop there, before any rise is taken. 0: none does. */
+ * raises it nodes that lose minerals or get full stop there, before any rise is taken. 0: none does. */
 static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, double *norm)
 {
     double before = *norm, share = 1.0;
@@ -418,13 +419,32 @@ static int pdi_advance_short(const pd_reactive *r, int m, double grown, const do
     return 0;
 }
 
-/* The totals that the second stage starts from, by what has passed in the first one: also where that leaves totals that
- * no concentrations have. To go on from the nearest ones would make amounts that the stream carries off. */
-static void pdi_advance_between(pd_reactive *r)
+/* What has passed in the first stage, of totals and of minerals. */
+static void pdi_advance_slopes(pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_components_totals(s, c, sum);
+        for (int k = 0; k < s->count; k++) {
+            int64_t at = k * total + i;
+            r->slope[at] = sum[k] - r->total[at] + r->dt * r->weight[k] * r->work[at];
+        }
+        for (int64_t at = i; at < r->minerals.count * total; at += total)
+            r->solid_slope[at] = r->solid[at] - r->solid_start[at];
+    }
+}
+
+/* The totals that the second stage starts from, by what has passed in the first one times `ratio`: also where that
+ * leaves totals that no concentrations have. To go on from the nearest ones would make amounts that the stream carries
+ * off. */
+static void pdi_advance_between(pd_reactive *r, double ratio)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
     if (r->surface && r->surface->electrode)
         r->surface->owed += ratio * (pdi_advance_charges(r, r->work, 1) - r->surface->owed);
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -432,20 +452,39 @@ static void pdi_advance_between(pd_reactive *r)
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_totals(s, c, sum);
-        for (int k = 0; k < s->count; k++) {
-            double *from = r->total + k * total + i;
-            r->slope[k * total + i] = sum[k] - *from + r->dt * r->weight[k] * r->work[k * total + i];
-            *from += ratio * r->slope[k * total + i];
-        }
+        for (int k = 0; k < s->count; k++) r->total[k * total + i] += ratio * r->slope[k * total + i];
         for (int m = 0; m < r->minerals.count; m++) {
             int64_t at = m * total + i;
-            r->solid_slope[at] = r->solid[at] - r->solid_start[at];
             r->solid_start[at] += ratio * r->solid_slope[at];
             /* what its law asks for and is not dissolved comes with it */
-            if (pdi_advance_short(r, m, ratio * r->solid_slope[at], sum))
+            if (ratio > 1.0 && pdi_advance_short(r, m, ratio * r->solid_slope[at], sum))
                 r->solid[at] = r->solid_start[at] + r->solid_slope[at];
         }
     }
+}
+
+/* [s] The second stage of a step of dt, after a first one of `stage`. Where (5.9) asks for what no concentrations have
+ * and minerals cannot give, it has no solution: it goes on from the first one, as backward Euler over the rest. */
+static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
+{
+    int64_t total = r->grid->total;
+    double size[PD_SPECIES_MOST], at[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
+    for (int k = 0; k < r->components.count && r->minerals.count; k++) {
+        pdi_bounds of = {0.0, 0.0};
+        pdi_bounds_take_all(r->grid, PD_FLUID, r->total + k * total, &of);
+        size[k] = PDI_ADVANCE_SLACK * pdi_max(of.high, -of.low);
+    }
+    for (int32_t i = 0; i < (int32_t)total && r->minerals.count; i++) {
+        pd_mineral_start start;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_tangent_law(r, i, n, &start);
+        start.dt = stage;
+        for (int k = 0; k < r->components.count; k++)
+            at[k] = size[k] + r->total[k * total + i] + PDI_ADVANCE_BEYOND * r->slope[k * total + i];
+        for (int m = 0; m < r->minerals.count; m++) n[m] += PDI_ADVANCE_BEYOND * r->solid_slope[m * total + i];
+        if (pdi_mineral_lacks(&r->components, &r->minerals, &start, at)) return dt - stage;
+    }
+    return stage;
 }
 
 /* A share that grows by `change`: at most half of what is open is filled, and half of what fills it goes. */
@@ -470,9 +509,10 @@ static void pdi_advance_open(const pd_ctx *ctx, pd_reactive *r, double dt, int w
     r->migration.pass = r->pass;
 }
 
-/* By how much the slopes of both stages differ, over its weight and the time of a stage, goes to `work`, that of
- * minerals to `solid_slope`, and what was in `work` to `slope`. size [components]: largest sum of terms. */
-static void pdi_advance_differ(pd_reactive *r, double *size)
+/* By how much the slopes of both stages differ, times first and second of the times of stages, over its weight and the
+ * time of the second one goes to `work`, that of minerals to `solid_slope`, and what was in `work` to `slope`. size
+ * [components]: largest sum of terms. */
+static void pdi_advance_differ(pd_reactive *r, double first, double second, double *size)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
@@ -482,11 +522,12 @@ static void pdi_advance_differ(pd_reactive *r, double *size)
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_totals(s, c, sum);
         for (int m = 0; m < r->minerals.count; m++)
-            r->solid_slope[m * total + i] -= r->solid[m * total + i] - r->solid_start[m * total + i];
+            r->solid_slope[m * total + i] = first * r->solid_slope[m * total + i] -
+                                            second * (r->solid[m * total + i] - r->solid_start[m * total + i]);
         for (int k = 0; k < s->count; k++) {
             int64_t at = k * total + i;
             double terms = 0.0, undone = r->dt * r->weight[k] * r->work[at];
-            double by = r->slope[at] - (sum[k] - r->total[at] + undone);
+            double by = first * r->slope[at] - second * (sum[k] - r->total[at] + undone);
             for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
             for (int m = 0; m < r->minerals.count; m++) by += r->minerals.gain[m][k] * r->solid_slope[m * total + i];
             size[k] = pdi_max(size[k], terms);
@@ -508,7 +549,7 @@ static void pdi_advance_pored(const pd_ctx *ctx, pd_reactive *r, double dt)
     pdi_tangent_leave(ctx, r, r->c, r->wall, r->move);
     for (int64_t at = 0; at < size; at++) {
         if (r->grid->kind[at % r->grid->total] != PD_FLUID) continue;
-        r->work[at] += copysign((now[at] - r->move[at]) / PDI_SDIRK_GAMMA, r->work[at]);
+        r->work[at] += copysign((now[at] - r->move[at]) * (dt / r->dt), r->work[at]);
     }
 }
 
@@ -597,12 +638,14 @@ static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *siz
     return status;
 }
 
-/* Embedded estimate of the error of a step of dt [s], over the largest sum of the terms of totals (eq. 5.10, 5c.3b). */
+/* Embedded estimate of the error of a step of dt [s], over the largest sum of the terms of totals (eq. 5.10, 5c.3b). Of
+ * two steps of backward Euler it is what their slopes differ by, times sqrt(2) - 1 of dt. */
 static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
-    double size[PD_SPECIES_MOST] = {0.0};
+    double size[PD_SPECIES_MOST] = {0.0}, rest = 1.0 - PDI_SDIRK_GAMMA;
     pd_status status = PD_OK;
-    pdi_advance_differ(r, size);
+    if (result->euler) pdi_advance_differ(r, 1.0 / rest, PDI_SDIRK_GAMMA / (rest * rest), size);
+    else pdi_advance_differ(r, 1.0, 1.0, size);
     if (r->pass) pdi_advance_pored(ctx, r, dt);
     result->error = pdi_advance_largest(r, r->work, r->dt, 0, size);
     if (result->error > PDI_ADVANCE_SMALL) status = pdi_advance_damp(ctx, r, size, result);
@@ -660,20 +703,23 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     PDI_TRY(pdi_etch_stage(ctx, r->surface, PDI_SDIRK_GAMMA));
     pd_status status = pdi_advance_newton(ctx, r, stage, result);
     if (status != PD_OK) return status;
-    pdi_advance_pass(r, dt - stage);
-    pdi_advance_between(r);
+    pdi_advance_slopes(r);
+    double rest = pdi_advance_rest(r, dt, stage);
+    result->euler = rest > stage;
+    pdi_advance_pass(r, dt - rest);
+    pdi_advance_between(r, result->euler ? 1.0 : PDI_ADVANCE_BEYOND);
     PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
-    status = pdi_advance_newton(ctx, r, stage, result);
+    status = pdi_advance_newton(ctx, r, rest, result);
     if (status == PD_OK) status = pdi_advance_error(ctx, r, dt, result);
-    if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
+    if (status == PD_OK && !pdi_advance_keeps(r, rest)) status = PD_NOT_CONVERGED;
     if (status != PD_OK) {
         if (r->surface) pdi_etch_begin(r->surface);
         memcpy(r->in, in, sizeof in);
         memcpy(r->out, out, sizeof out);
         return status;
     }
-    pdi_advance_owe(r, stage);
-    pdi_advance_pass(r, stage);
+    pdi_advance_owe(r, rest);
+    pdi_advance_pass(r, rest);
     return PD_OK;
 }
 
@@ -692,6 +738,7 @@ static void pdi_advance_pores(const pd_ctx *ctx, pd_reactive *r, double dt)
     pdi_advance_open(ctx, r, dt, 0);
 }
 
+<<<<<<< HEAD
 /* Where no current can leave, those that are given to circuits sum to zero. */
 static pd_status pdi_advance_given(pd_ctx *ctx, const pd_etch *metal)
 {
@@ -737,17 +784,19 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
                     "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }
 
+=======
+>>>>>>> w-tmin
 static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     r->flux.absorb = r->still;
     r->inverse.fresh = 0;
-    for (int n = 0; n < r->components.kinetics; n++) {
+    for (int n = 0; n < r->filters; n++) {
         r->filter[n].inverse.fresh = 0;
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
     pdi_advance_pores(ctx, r, dt);
-    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r, dt));
+    if (r->migration.on) PDI_TRY(pdi_levels_sources(ctx, r, dt));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
@@ -778,7 +827,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     }
     pdi_multigrid_open(&r->inverse.mg);
     if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
-    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
+    for (int n = 0; n < r->filters; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
     if (status == PD_OK) pdi_advance_stands(r, dt);
     if (status != PD_OK) {
@@ -789,7 +838,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     }
     if (r->surface) r->surface->half = 0.0;
     pdi_krylov_trim(ctx, &r->krylov);
-    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
+    for (int n = 0; n < r->filters; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
     if (r->migration.on) pdi_multigrid_close(&r->migration.mg);
     pdi_multigrid_close(&r->inverse.mg);
     return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);

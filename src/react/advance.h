@@ -10,7 +10,8 @@ typedef struct pd_reactive_result {
     double residual; /* [-] over the tolerance */
     double error;    /* [-] of two stages in the totals, over the largest of each, also where they have left bounds; 0:
                       * they were not taken, or not solved */
-    int euler;       /* 1: a step of order 2 was taken by backward Euler, since it would have left bounds */
+    int euler;       /* 1: a step of order 2 was taken by backward Euler, since it would have left bounds, or its second
+                      * stage begun with less than nothing */
 } pd_reactive_result;
 
 #define pd_reactive_step PD_NAME(pd_reactive_step)

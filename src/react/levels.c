@@ -19,6 +19,10 @@
 /* Share of the currents of a circuit that their sum may be off by, and a potential, of volts. */
 #define PDI_LEVELS_MET 1e-13
 #define PDI_LEVELS_CLOSE 2e-16
+/* Share of what sources or circuits give that their charge may be, and of the ions of a closed box that one of rounding
+ * is at most. */
+#define PDI_LEVELS_SLACK 1e-9
+#define PDI_LEVELS_FAINT 1e-13
 
 PDI_FN double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double flow)
 {
@@ -236,4 +240,48 @@ PDI_FN int pdi_levels_tie(const pd_etch *s)
 PDI_FN void pdi_levels_shift(pd_etch *s, double by)
 {
     for (int n = 0; n < s->desc.electrodes.circuits; n++) s->level[n] += by;
+}
+
+/* Where no current can leave, those that are given to circuits sum to zero. */
+static pd_status pdi_levels_given(pd_ctx *ctx, const pd_etch *metal)
+{
+    double sum = 0.0, size = 0.0;
+    for (int n = 0; n < metal->desc.electrodes.circuits; n++) {
+        sum += metal->desc.electrodes.circuit[n].value;
+        size += fabs(metal->desc.electrodes.circuit[n].value);
+    }
+    if (!(fabs(sum) > PDI_LEVELS_SLACK * size)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the currents that are given to metals sum to %g A, and no inlet "
+                    "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
+}
+
+PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
+{
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    double size = 0.0, held = 0.0;
+    pdi_migration_tie(&r->migration);
+    if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
+    if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
+    if (r->migration.tied) return PD_OK;
+    if (r->surface && r->surface->electrode) PDI_TRY(pdi_levels_given(ctx, r->surface));
+    else if (r->surface && r->surface->count &&
+             (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_LEVELS_SLACK))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
+                        "species has a potential and lets a current pass, expected one",
+                        r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double around = pdi_grid_circumference(r->grid, i);
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < r->components.solutes; n++) {
+            double term = around * r->migration.charge[n] * r->source[n * total + i];
+            pdi_sum_add(&sum, term);
+            size += fabs(term);
+            held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
+        }
+    }
+    if (r->surface && r->surface->electrode) r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
+    if (!(fabs(pdi_sum_total(&sum)) > pdi_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt))) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
+                    "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }

@@ -23,6 +23,9 @@ PDI_FN void pdi_levels_shift(pd_etch *etch, double by);
 PDI_FN double pdi_levels_place(const pd_etch *etch, int32_t place, double speed, double flow);
 /* [mol/s] charge that leaves the metal of a circuit, and *size, the sum of its sizes. */
 PDI_FN double pdi_levels_charge(const pd_etch *etch, int circuit, double *size);
+/* Where no current can leave, sources and circuits give none but for rounding in a step of dt [s]: else
+ * PD_ERR_ARGUMENT. */
+PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *reactive, double dt);
 #endif
 
 #endif

@@ -317,7 +317,7 @@ PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
         PDI_STATE(owner, reactive, narrow, total, "1/s");
     }
     pdi_migration_list(owner, &reactive->migration);
-    if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
+    if (reactive->filters) PDI_ARRAY(owner, reactive, filter, reactive->filters, "");
 }
 
 /* Values of the desc in the order of the solutes. */
@@ -372,6 +372,9 @@ PDI_FN void pdi_reactive_slots(pd_reactive *r)
     r->slots = r->components.live * pdi_components_columns(&r->components) +
                (r->components.kinetics + r->minerals.count) * r->components.count;
     if (!r->slots) r->slots = 1;
+    r->filters = r->components.kinetics;
+    for (int m = 0; m < r->minerals.count; m++)
+        r->filters += r->minerals.of[m].rate > 0.0 || r->minerals.of[m].surface > 0.0;
 }
 
 PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
@@ -400,7 +403,7 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
     pdi_flux_list(owner, &reactive->flux);
     pdi_inverse_list(owner, &reactive->inverse);
     pdi_migration_work_list(owner, &reactive->migration);
-    for (int n = 0; n < s->kinetics; n++) {
+    for (int n = 0; n < reactive->filters; n++) {
         pd_reactive_filter *filter = &reactive->filter[n];
         PDI_ARRAY(owner, filter, absorb, total, "1/s");
         pdi_inverse_list(owner, &filter->inverse);
@@ -424,7 +427,12 @@ PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *
     r->inverse.spread = 1.0;
     PDI_TRY(pdi_inverse_plan(ctx, &md, &r->inverse));
     PDI_TRY(pdi_migration_plan(ctx, &md, &r->flux, &r->components, &r->migration));
-    for (int n = 0; n < r->components.kinetics; n++) {
+    for (int n = 0, m = 0; n < r->filters; n++) {
+        r->filter[n].mineral = -1;
+        if (n >= r->components.kinetics) {
+            while (!(r->minerals.of[m].rate > 0.0) && !(r->minerals.of[m].surface > 0.0)) m++;
+            r->filter[n].mineral = m++;
+        }
         r->filter[n].flux = r->flux;
         r->filter[n].inverse.flux = &r->filter[n].flux;
         r->filter[n].inverse.spread = 1.0;
@@ -560,7 +568,7 @@ void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
     pdi_diffusion_free(ctx, &r->diffusion);
     pdi_inverse_free(ctx, &r->inverse);
     pdi_migration_free(ctx, &r->migration);
-    for (int n = 0; n < r->components.kinetics && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
+    for (int n = 0; n < r->filters && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
     pdi_krylov_free(ctx, &r->krylov);
     pdi_owner_free(ctx, pdi_reactive_list, r);
     pd_arena_free(ctx, &r->own);

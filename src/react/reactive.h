@@ -49,8 +49,9 @@ typedef struct pd_reactive_balance {
     double relative; /* [-] over the sum of the sizes of all terms */
 } pd_reactive_balance;
 
-/* What a kinetic reaction does to the preconditioner. */
+/* What a kinetic reaction, or a mineral with a speed, does to the preconditioner. */
 typedef struct pd_reactive_filter {
+    int mineral;        /* -1: a reaction */
     double *absorb;     /* [total] [1/s] rate at which it brings itself to rest */
     pd_flux flux;
     pd_inverse inverse;
@@ -78,7 +79,8 @@ typedef struct pd_reactive {
     pd_flux flux;
     pd_inverse inverse;
     pd_migration migration;          /* empty without */
-    pd_reactive_filter *filter;      /* [kinetics of the components] */
+    int filters;                     /* kinetic reactions, and then minerals with a speed */
+    pd_reactive_filter *filter;      /* [filters] */
     pd_krylov krylov;
     pd_arena own;
     double *c;      /* [solutes][total] [mol/m3] with inlets */
@@ -161,7 +163,7 @@ PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
 PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *reactive, pd_krylov_desc *linear);
 /* Components and minerals of the desc. */
 PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *reactive);
-/* `slots` of its components. */
+/* `slots` and `filters` of its components. */
 PDI_FN void pdi_reactive_slots(pd_reactive *reactive);
 PDI_FN size_t pdi_reactive_room(pd_reactive *reactive);
 /* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */

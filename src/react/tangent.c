@@ -6,6 +6,11 @@
 #include <math.h>
 #include <string.h>
 
+/* Share that a mineral leaves dissolved of what comes, at least: the derivatives have single precision. And the largest
+ * one that is taken for all of it. */
+#define PDI_TANGENT_LEAST 1e-7
+#define PDI_TANGENT_MOST 0.99
+
 PDI_FN int pdi_tangent_threads(const pd_ctx *ctx, const pd_reactive *r)
 {
     return pdi_par_threads(ctx, (int64_t)r->grid->total * r->components.solutes * r->components.count);
@@ -82,6 +87,16 @@ static void pdi_tangent_fix(const pd_reactive *r, const float *by, double *total
         for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
 }
 
+/* Of what comes to node i as mineral m the share p stays dissolved, and gets the absorption (1/p - 1)/dt. */
+static double pdi_tangent_absorb(const pd_reactive *r, int32_t i, int m)
+{
+    const pd_components *s = &r->components;
+    const float *row = r->by + (int64_t)i * r->slots + pdi_tangent_place(r) + m * s->count;
+    double share = 1.0;
+    for (int k = 0; k < s->count; k++) share -= (double)row[k] * r->minerals.gain[m][k];
+    return share < PDI_TANGENT_MOST ? (1.0 / pdi_max(share, PDI_TANGENT_LEAST) - 1.0) / r->dt : 0.0;
+}
+
 static pd_status pdi_tangent_migration(pd_ctx *ctx, pd_reactive *r)
 {
     pdi_migration_surface surface = {0, NULL, NULL};
@@ -129,11 +144,13 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             }
             r->filter[n].absorb[i] = pdi_max(rate, 0.0);
         }
+        for (int n = s->kinetics; n < r->filters; n++)
+            r->filter[n].absorb[i] = pdi_tangent_absorb(r, i, r->filter[n].mineral);
     }
     if (r->surface) pdi_layer_solve(ctx, r->surface, -1, 1);
     if (r->surface && r->surface->electrode) pdi_levels_derive(r->surface);
     if (r->migration.on) PDI_TRY(pdi_tangent_migration(ctx, r));
-    for (int n = 0; n < s->kinetics; n++)
+    for (int n = 0; n < r->filters; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
     return PD_OK;
 }
@@ -322,6 +339,32 @@ static void pdi_tangent_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double
     }
 }
 
+/* Split off what comes along a mineral with a speed: x loses it, and y gets what the absorption leaves of it. */
+static void pdi_tangent_split_mineral(pd_ctx *ctx, pd_reactive *r, pd_reactive_filter *filter, double *x, double *y)
+{
+    const double *gain = r->minerals.gain[filter->mineral];
+    int64_t total = r->grid->total;
+    int count = r->components.count, nt = pdi_tangent_threads(ctx, r);
+    int at = pdi_tangent_place(r) + filter->mineral * count;
+    double *left = r->rates + total;
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        const float *row = r->by + (int64_t)i * r->slots + at;
+        double taken = 0.0, more = filter->absorb[i] * r->dt;
+        r->part_of[i] = 0.0;
+        if (r->grid->kind[i] != PD_FLUID || !(more > 0.0)) continue;
+        for (int k = 0; k < count; k++) taken += (double)row[k] * r->weight[k] * x[k * total + i];
+        r->part_of[i] = taken * (1.0 + more) / more;
+        for (int k = 0; k < count; k++) x[k * total + i] -= gain[k] * r->part_of[i] / r->weight[k];
+    }
+    pdi_inverse_apply(ctx, &filter->inverse, r->part_of, left);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++)
+        for (int k = 0; k < count; k++)
+            y[k * total + i] += gain[k] / r->weight[k] * (1.0 + filter->absorb[i] * r->dt) * left[i];
+}
+
 /* With migration: psi that drives the charge of x out, and `rest`, what that leaves of x. y: work. */
 static void pdi_tangent_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, double *rest, double *y)
 {
@@ -398,6 +441,7 @@ static void pdi_tangent_precondition(void *user, const double *x, double *y)
     else pdi_par_copy(u->ctx, s->count * total, x, rest);
     pdi_par_zero(u->ctx, s->count * total, y);
     if (r->surface) pdi_tangent_split_metal(r, rest);
+    for (int n = s->kinetics; n < r->filters; n++) pdi_tangent_split_mineral(u->ctx, r, &r->filter[n], rest, y);
     if (r->minerals.count) pdi_tangent_lay(u->ctx, r, rest, y);
     for (int n = 0; n < s->kinetics; n++) {
         pdi_tangent_split(u->ctx, r, n, rest);

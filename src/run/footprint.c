@@ -336,7 +336,7 @@ static double pdi_footprint_states(const pd_setup *u, pdi_footprint_plan *plan, 
 static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
-    pd_reactive_filter filter[PD_REACTION_MOST];
+    pd_reactive_filter filter[PD_REACTION_MOST + PD_MINERAL_MOST];
     pd_krylov_desc kd;
     pd_reactive r;
     pd_course course;
@@ -394,7 +394,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes += pdi_footprint_states(u, plan, &r);
     if (u->states) course.desc.coat = &coat;
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
-    pdi_footprint_share(plan, (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg), b);
+    pdi_footprint_share(plan, (1.0 + r.filters) * pdi_footprint_levels(plan, &r.inverse.mg), b);
 }
 
 /* Stands for what a cell asks for a conductivity. */

@@ -1,13 +1,16 @@
 /* migrate: see migrate.h
  *
  * Design: of B(w) = w/(exp(w) - 1) the even part E = (w/2) coth(w/2) is kept, B(w) = E - w/2 and B(-w) = E + w/2. Where
- * w is small for a whole block, which is so but for sharp fronts, E is a polynomial and the loops are plain vectors.
+ * w is small E is a polynomial. Else expm1 is one too, over a power of 2. All is plain arithmetic without branches, so
+ * loops over a block are vectors, and single bonds have the same bits.
  */
 #include "transport/migrate.h"
 #include "lattice/media.h"
 #include "lattice/traverse.h"
 #include <float.h>
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 #if PDI_FLUX_FIELDS > 32
 #error "the sums of a block stand on the stack"
@@ -15,6 +18,14 @@
 
 /* |w| up to which E is its series: the first term left out is below the rounding of 1. */
 #define PDI_MIGRATE_SMALL 0.4
+/* |w| from which B is 0 uphill: exp(w) has the largest exponent below it. */
+#define PDI_MIGRATE_LARGE 700.0
+/* Added to a number of less than 2^51 it leaves the nearest integer in the last bits. */
+#define PDI_MIGRATE_ROUND 6755399441055744.0
+/* 1/ln 2, and ln 2 in two parts: multiples of the first one are exact. */
+#define PDI_MIGRATE_PER_LN2 1.44269504088896338700
+#define PDI_MIGRATE_LN2_HIGH 6.93147180369123816490e-01
+#define PDI_MIGRATE_LN2_LOW 1.90821492927058770002e-10
 
 /* Of fields that do not change. */
 static const double pdi_migrate_still[PDI_BLOCK] = {0.0};
@@ -39,127 +50,160 @@ typedef struct pdi_migrate_shares {
     double near, far, near_by, far_by;
 } pdi_migrate_shares;
 
-static inline pdi_migrate_shares pdi_migrate_of(double w)
+/* expm1(x) for x between PDI_MIGRATE_SMALL and PDI_MIGRATE_LARGE: x = k ln 2 + r, and expm1(r) in powers of r. */
+static inline double pdi_migrate_expm1(double x)
+{
+    double shift = x * PDI_MIGRATE_PER_LN2 + PDI_MIGRATE_ROUND, power;
+    double k = shift - PDI_MIGRATE_ROUND, r = (x - k * PDI_MIGRATE_LN2_HIGH) - k * PDI_MIGRATE_LN2_LOW;
+    double s = r * r, f = s * s;
+    double low = (1.0 / 2.0 + r * (1.0 / 6.0)) + s * (1.0 / 24.0 + r * (1.0 / 120.0));
+    double middle = (1.0 / 720.0 + r * (1.0 / 5040.0)) + s * (1.0 / 40320.0 + r * (1.0 / 362880.0));
+    double high = (1.0 / 3628800.0 + r * (1.0 / 39916800.0)) + s * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0));
+    uint64_t bits;
+    memcpy(&bits, &shift, sizeof bits);
+    bits = (bits << 52) + UINT64_C(0x3ff0000000000000); /* 2^k */
+    memcpy(&power, &bits, sizeof power);
+    return power * (r + s * (low + f * (middle + f * high))) + (power - 1.0);
+}
+
+/* by: the derivatives, too. */
+PDI_INLINE pdi_migrate_shares pdi_migrate_of(double w, int by)
 {
     pdi_migrate_shares s;
-    double x = fabs(w);
-    if (x < PDI_MIGRATE_SMALL) {
-        double even = pdi_migrate_even(w), by = pdi_migrate_even_by(w);
-        s.near = even - 0.5 * w;
-        s.far = even + 0.5 * w;
-        s.near_by = by - 0.5;
-        s.far_by = by + 0.5;
-        return s;
-    }
-    double low = x < 700.0 ? x / expm1(x) : 0.0, by = low * (1.0 - low - x) / x; /* B(x) and B'(x) */
-    s.near = w > 0.0 ? low : low + x;
-    s.far = w > 0.0 ? low + x : low;
-    s.near_by = w > 0.0 ? by : -1.0 - by;
-    s.far_by = w > 0.0 ? 1.0 + by : -by;
+    double x = fabs(w), little = x < PDI_MIGRATE_SMALL ? w : 0.0, even = pdi_migrate_even(little);
+    double much = x < PDI_MIGRATE_SMALL ? PDI_MIGRATE_SMALL : x;
+    double most = much < PDI_MIGRATE_LARGE ? much : PDI_MIGRATE_LARGE, low = most / pdi_migrate_expm1(most);
+    low = much < PDI_MIGRATE_LARGE ? low : 0.0; /* B(x) */
+    s.near = x < PDI_MIGRATE_SMALL ? even - 0.5 * w : w > 0.0 ? low : low + x;
+    s.far = x < PDI_MIGRATE_SMALL ? even + 0.5 * w : w > 0.0 ? low + x : low;
+    s.near_by = s.far_by = 0.0;
+    if (!by) return s;
+    double even_by = pdi_migrate_even_by(little), low_by = low * (1.0 - low - much) / much; /* B'(x) */
+    s.near_by = x < PDI_MIGRATE_SMALL ? even_by - 0.5 : w > 0.0 ? low_by : -1.0 - low_by;
+    s.far_by = x < PDI_MIGRATE_SMALL ? even_by + 0.5 : w > 0.0 ? 1.0 + low_by : -low_by;
     return s;
 }
+
+/* 1: a bond conducts beside what the flow carries. */
+static inline int pdi_migrate_open(double bond, double flux) { return bond > DBL_EPSILON * fabs(flux); }
 
 /* w of a bond: the rise of the energy against the drift. A bond that does not conduct has none. */
 static inline double pdi_migrate_drift(double bond, double flux, double rise)
 {
-    return bond > DBL_EPSILON * fabs(flux) ? rise - flux / bond : 0.0;
+    int open = pdi_migrate_open(bond, flux);
+    double w = rise - flux / (open ? bond : 1.0);
+    return open ? w : 0.0;
+}
+
+/* What leaves through a bond with w; by: the derivative along the changes of both ends and of the rise. */
+PDI_INLINE double pdi_migrate_bond(double bond, double flux, double w, double near, double far, int by,
+                                   double move_near, double move_far, double lift)
+{
+    pdi_migrate_shares s = pdi_migrate_of(w, by);
+    double from = by ? move_near : near, to = by ? move_far : far, along = s.near * from - s.far * to;
+    if (by) along += (s.near_by * near - s.far_by * far) * lift;
+    double conducted = bond * along, carried = flux * (flux > 0.0 ? from : to);
+    return pdi_migrate_open(bond, flux) ? conducted : carried;
 }
 
 PDI_FN double pdi_migrate_leave(double bond, double flux, double rise, double near, double far)
 {
-    if (!(bond > DBL_EPSILON * fabs(flux))) return flux * (flux > 0.0 ? near : far);
-    pdi_migrate_shares s = pdi_migrate_of(pdi_migrate_drift(bond, flux, rise));
-    return bond * (s.near * near - s.far * far);
+    return pdi_migrate_bond(bond, flux, pdi_migrate_drift(bond, flux, rise), near, far, 0, 0.0, 0.0, 0.0);
 }
 
 PDI_FN double pdi_migrate_conduct(double rise, double near, double far)
 {
-    pdi_migrate_shares s = pdi_migrate_of(rise);
+    pdi_migrate_shares s = pdi_migrate_of(rise, 1);
     return s.far_by * far - s.near_by * near;
 }
 
-/* One bond, its value or its derivative along the changes of both ends and of the rise. */
-static inline double pdi_migrate_one(double bond, double flux, double rise, double near, double far, int by,
-                                     double move_near, double move_far, double lift)
+/* Ends of the bonds of a block, with what they change by. */
+typedef struct pdi_migrate_ends {
+    const double *near, *far, *move_near, *move_far;
+} pdi_migrate_ends;
+
+/* w of a block. 1: it is small on all bonds, and they conduct. */
+PDI_INLINE int pdi_migrate_drifts(const double *PD_RESTRICT bond, const double *PD_RESTRICT flux, int moves,
+                                  double ratio, double charge, const double *PD_RESTRICT rise, int count,
+                                  double *PD_RESTRICT w)
 {
-    if (!by) return pdi_migrate_leave(bond, flux, rise, near, far);
-    if (!(bond > DBL_EPSILON * fabs(flux))) return flux * (flux > 0.0 ? move_near : move_far);
-    pdi_migrate_shares s = pdi_migrate_of(pdi_migrate_drift(bond, flux, rise));
-    return bond * (s.near * move_near - s.far * move_far + (s.near_by * near - s.far_by * far) * lift);
+    int others = 0;
+    for (int b = 0; b < count; b++) {
+        double g = ratio * bond[b];
+        w[b] = moves ? pdi_migrate_drift(g, flux[b], charge * rise[b]) : charge * rise[b];
+        others += !(fabs(w[b]) < PDI_MIGRATE_SMALL) || (moves && !pdi_migrate_open(g, flux[b]));
+    }
+    return !others;
 }
 
-/* Fluid at rest and a small rise for all of a block: the same bits as pdi_migrate_one. */
+/* A small w on all bonds of a block: the same bits as pdi_migrate_bond. */
 PDI_INLINE void pdi_migrate_smooth(const double *PD_RESTRICT bond, double ratio, double charge,
-                                   const double *PD_RESTRICT rise, const double *PD_RESTRICT near,
-                                   const double *PD_RESTRICT far, int count, double *PD_RESTRICT sum)
+                                   const double *PD_RESTRICT w, pdi_migrate_ends ends, int by,
+                                   const double *PD_RESTRICT lift, int count, double *PD_RESTRICT sum)
 {
+    const double *PD_RESTRICT from = by ? ends.move_near : ends.near, *PD_RESTRICT to = by ? ends.move_far : ends.far;
     for (int b = 0; b < count; b++) {
-        double w = charge * rise[b], even = pdi_migrate_even(w);
-        sum[b] += ratio * bond[b] * ((even - 0.5 * w) * near[b] - (even + 0.5 * w) * far[b]);
+        double even = pdi_migrate_even(w[b]), rises = by ? pdi_migrate_even_by(w[b]) : 0.0;
+        double along = (even - 0.5 * w[b]) * from[b] - (even + 0.5 * w[b]) * to[b];
+        if (by) along += ((rises - 0.5) * ends.near[b] - (rises + 0.5) * ends.far[b]) * (charge * lift[b]);
+        sum[b] += ratio * bond[b] * along;
     }
 }
 
-PDI_INLINE void pdi_migrate_smooth_by(const double *PD_RESTRICT bond, double ratio, double charge,
-                                      const double *PD_RESTRICT rise, const double *PD_RESTRICT near,
-                                      const double *PD_RESTRICT far, const double *PD_RESTRICT move_near,
-                                      const double *PD_RESTRICT move_far, const double *PD_RESTRICT lift, int count,
-                                      double *PD_RESTRICT sum)
+/* Any w. */
+PDI_INLINE void pdi_migrate_steep(const double *PD_RESTRICT bond, const double *PD_RESTRICT flux, double ratio,
+                                  double charge, const double *PD_RESTRICT w, pdi_migrate_ends ends, int by,
+                                  const double *PD_RESTRICT lift, int count, double *PD_RESTRICT sum)
 {
-    for (int b = 0; b < count; b++) {
-        double w = charge * rise[b], even = pdi_migrate_even(w), by = pdi_migrate_even_by(w);
-        sum[b] += ratio * bond[b] * ((even - 0.5 * w) * move_near[b] - (even + 0.5 * w) * move_far[b] +
-                                     ((by - 0.5) * near[b] - (by + 0.5) * far[b]) * (charge * lift[b]));
-    }
+    for (int b = 0; b < count; b++)
+        sum[b] += pdi_migrate_bond(ratio * bond[b], flux[b], w[b], ends.near[b], ends.far[b], by,
+                                   by ? ends.move_near[b] : 0.0, by ? ends.move_far[b] : 0.0,
+                                   by ? charge * lift[b] : 0.0);
 }
 
 /* What walls give that hold. */
 static void pdi_migrate_walls(const pdi_migrate *m, int32_t i, int n, int count, double *sum)
 {
     const double *hold = m->flux->diffusion->wall_rate;
-    int64_t total = m->flux->bonds->grid->total, by = m->lift != NULL;
+    int64_t total = m->flux->bonds->grid->total;
+    int by = m->lift != NULL;
     if (!hold || !(m->wall[n] == m->wall[n])) return;
     for (int b = 0; b < count; b++) {
         int64_t at = n * total + i + b;
         if (!(hold[i + b] > 0.0)) continue;
         double bond = m->ratio[n] * hold[i + b] * (m->pass ? m->pass[i + b] : 1.0), z = -m->charge[n];
-        sum[b] += pdi_migrate_one(bond, 0.0, z * m->psi[i + b], m->c[at], m->wall[n], (int)by,
-                                  m->move ? m->move[at] : 0.0, 0.0, by ? z * m->lift[i + b] : 0.0);
+        sum[b] += pdi_migrate_bond(bond, 0.0, z * m->psi[i + b], m->c[at], m->wall[n], by,
+                                   m->move ? m->move[at] : 0.0, 0.0, by ? z * m->lift[i + b] : 0.0);
     }
 }
 
-PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, int32_t place, int count)
+PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, int32_t place, int count, int by)
 {
     int64_t total = m->flux->bonds->grid->total;
     double sum[PDI_FLUX_FIELDS][PDI_BLOCK], flux[PDI_BLOCK], bond[PDI_BLOCK], rise[PDI_BLOCK], lift[PDI_BLOCK];
-    int by = m->lift != NULL, moves = m->flux->flow != NULL;
-    double most = 0.0;
+    double w[PDI_BLOCK];
+    int moves = m->flux->flow != NULL;
     for (int n = 0; n < m->count; n++) {
         for (int b = 0; b < count; b++) sum[n][b] = 0.0;
         pdi_migrate_walls(m, i, n, count, sum[n]);
-        most = pdi_max(most, fabs(m->charge[n]));
     }
     for (int k = 0; k < m->flux->bonds->stencil->count; k++) {
         int32_t next = pdi_flux_bonds(m->flux, i, row, place, k, count, flux, bond);
-        double steep = 0.0;
         for (int b = 0; b < count; b++) {
             rise[b] = m->psi[i + next + b] - m->psi[i + b];
             lift[b] = by ? m->lift[i + next + b] - m->lift[i + b] : 0.0;
-            steep = pdi_max(steep, fabs(rise[b]));
         }
         for (int b = 0; b < count && m->pass; b++) bond[b] *= pdi_media_harmonic(m->pass[i + b], m->pass[i + next + b]);
-        int smooth = !moves && steep * most < PDI_MIGRATE_SMALL;
         for (int n = 0; n < m->count; n++) {
-            const double *near = m->c + n * total + i, *far = near + next;
-            const double *here = m->move ? m->move + n * total + i : pdi_migrate_still;
-            const double *there = m->move ? here + next : pdi_migrate_still;
+            pdi_migrate_ends ends;
+            ends.near = m->c + n * total + i;
+            ends.far = ends.near + next;
+            ends.move_near = m->move ? m->move + n * total + i : pdi_migrate_still;
+            ends.move_far = m->move ? ends.move_near + next : pdi_migrate_still;
             double ratio = m->ratio[n], z = m->charge[n];
-            if (smooth && !by) pdi_migrate_smooth(bond, ratio, z, rise, near, far, count, sum[n]);
-            else if (smooth)
-                pdi_migrate_smooth_by(bond, ratio, z, rise, near, far, here, there, lift, count, sum[n]);
-            else
-                for (int b = 0; b < count; b++)
-                    sum[n][b] += pdi_migrate_one(ratio * bond[b], flux[b], z * rise[b], near[b], far[b], by, here[b],
-                                                 there[b], z * lift[b]);
+            if (pdi_migrate_drifts(bond, flux, moves, ratio, z, rise, count, w))
+                pdi_migrate_smooth(bond, ratio, z, w, ends, by, lift, count, sum[n]);
+            else pdi_migrate_steep(bond, flux, ratio, z, w, ends, by, lift, count, sum[n]);
         }
     }
     for (int s = 0; s < m->sums; s++) {
@@ -174,9 +218,10 @@ PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, 
 static void pdi_migrate_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_migrate *m = (const pdi_migrate *)user;
-    if (PDI_SINGLE(place)) pdi_migrate_block(m, i, row, place, 1);
-    else if (PDI_WHOLE(count)) pdi_migrate_block(m, i, row, -1, PDI_BLOCK);
-    else pdi_migrate_block(m, i, row, place, count);
+    if (PDI_SINGLE(place)) pdi_migrate_block(m, i, row, place, 1, m->lift != NULL);
+    else if (PDI_WHOLE(count) && m->lift) pdi_migrate_block(m, i, row, -1, PDI_BLOCK, 1);
+    else if (PDI_WHOLE(count)) pdi_migrate_block(m, i, row, -1, PDI_BLOCK, 0);
+    else pdi_migrate_block(m, i, row, place, count, m->lift != NULL);
 }
 
 PDI_FN void pdi_migrate_apply(const pd_ctx *ctx, const pdi_migrate *m)

@@ -1725,6 +1725,7 @@ def declare(dim):
     class pd_reactive_filter(Structure):
         pass
     pd_reactive_filter._fields_ = [
+        ('mineral', c_int),
         ('absorb', POINTER(c_double)),
         ('flux', pd_flux),
         ('inverse', pd_inverse),
@@ -1756,6 +1757,7 @@ def declare(dim):
         ('flux', pd_flux),
         ('inverse', pd_inverse),
         ('migration', pd_migration),
+        ('filters', c_int),
         ('filter', POINTER(pd_reactive_filter)),
         ('krylov', pd_krylov),
         ('own', pd_arena),
