@@ -3993,6 +3993,12 @@ PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, in
 /* Speeds of a volume whose step begins with n [count] and `at`. */
 PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n,
                                const double *at, pd_mineral_start *start);
+/* 1: no concentrations have the totals that are dissolved when amounts are start->start, however fast minerals dissolve
+ * by their laws in the step. */
+PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                             const double *total);
+/* 1: a mineral of `had` [count] [mol/m3] is gone in `has`, or one has no more room. */
+PDI_FN int pdi_mineral_turned(const pd_minerals *m, const double *had, const double *has);
 /* `at` and n [count], the guesses: what belongs to the totals that are dissolved when n stays what it is.
  * PD_NOT_CONVERGED: `at` and n are unchanged. */
 PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
@@ -5127,8 +5133,9 @@ typedef struct pd_reactive_balance {
     double relative; /* [-] over the sum of the sizes of all terms */
 } pd_reactive_balance;
 
-/* What a kinetic reaction does to the preconditioner. */
+/* What a kinetic reaction, or a mineral with a speed, does to the preconditioner. */
 typedef struct pd_reactive_filter {
+    int mineral;        /* -1: a reaction */
     double *absorb;     /* [total] [1/s] rate at which it brings itself to rest */
     pd_flux flux;
     pd_inverse inverse;
@@ -5156,7 +5163,8 @@ typedef struct pd_reactive {
     pd_flux flux;
     pd_inverse inverse;
     pd_migration migration;          /* empty without */
-    pd_reactive_filter *filter;      /* [kinetics of the components] */
+    int filters;                     /* kinetic reactions, and then minerals with a speed */
+    pd_reactive_filter *filter;      /* [filters] */
     pd_krylov krylov;
     pd_arena own;
     double *c;      /* [solutes][total] [mol/m3] with inlets */
@@ -5239,7 +5247,7 @@ PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
 PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *reactive, pd_krylov_desc *linear);
 /* Components and minerals of the desc. */
 PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *reactive);
-/* `slots` of its components. */
+/* `slots` and `filters` of its components. */
 PDI_FN void pdi_reactive_slots(pd_reactive *reactive);
 PDI_FN size_t pdi_reactive_room(pd_reactive *reactive);
 /* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
@@ -5526,6 +5534,9 @@ PDI_FN void pdi_levels_shift(pd_etch *etch, double by);
 PDI_FN double pdi_levels_place(const pd_etch *etch, int32_t place, double speed, double flow);
 /* [mol/s] charge that leaves the metal of a circuit, and *size, the sum of its sizes. */
 PDI_FN double pdi_levels_charge(const pd_etch *etch, int circuit, double *size);
+/* Where no current can leave, sources and circuits give none but for rounding in a step of dt [s]: else
+ * PD_ERR_ARGUMENT. */
+PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *reactive, double dt);
 #endif
 
 #endif
@@ -5681,7 +5692,8 @@ typedef struct pd_reactive_result {
     double residual; /* [-] over the tolerance */
     double error;    /* [-] of two stages in the totals, over the largest of each, also where they have left bounds; 0:
                       * they were not taken, or not solved */
-    int euler;       /* 1: a step of order 2 was taken by backward Euler, since it would have left bounds */
+    int euler;       /* 1: a step of order 2 was taken by backward Euler, since it would have left bounds, or its second
+                      * stage begun with less than nothing */
 } pd_reactive_result;
 
 #define pd_reactive_step PD_NAME(pd_reactive_step)
@@ -30650,6 +30662,34 @@ PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, cons
     }
 }
 
+PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                             const double *total)
+{
+    for (int k = 0; k < c->count; k++) {
+        double most = total[k];
+        int signs = 0;
+        for (int i = 0; i < c->solutes; i++) signs |= c->m[k][i] < 0.0;
+        for (int s = 0; s < m->count; s++) {
+            signs |= m->gain[s][k] < 0.0;
+            double rate = start->rate[s] < HUGE_VAL ? start->rate[s] * start->dt : HUGE_VAL;
+            most += m->gain[s][k] * (start->start[s] - pdi_max(start->start[s] - rate, 0.0));
+        }
+        if (!signs && most < 0.0) return 1;
+    }
+    return 0;
+}
+
+PDI_FN int pdi_mineral_turned(const pd_minerals *m, const double *had, const double *has)
+{
+    double before = pdi_mineral_fraction(m, had), now = pdi_mineral_fraction(m, has);
+    for (int s = 0; s < m->count; s++) {
+        double full = (1.0 - m->of[s].porosity) * (1.0 - PDI_MINERAL_FULL);
+        if (had[s] > 0.0 && !(has[s] > 0.0)) return 1;
+        if (m->of[s].volume > 0.0 && before < full && now >= full) return 1;
+    }
+    return 0;
+}
+
 /* ---- one volume ---- */
 
 typedef struct pdi_mineral_work {
@@ -33793,7 +33833,7 @@ PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *f, const double
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
 #elif defined(PDI_SMALL)
 #pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
@@ -33802,10 +33842,13 @@ PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *f, const double
 /* migrate: see migrate.h
  *
  * Design: of B(w) = w/(exp(w) - 1) the even part E = (w/2) coth(w/2) is kept, B(w) = E - w/2 and B(-w) = E + w/2. Where
- * w is small for a whole block, which is so but for sharp fronts, E is a polynomial and the loops are plain vectors.
+ * w is small E is a polynomial. Else expm1 is one too, over a power of 2. All is plain arithmetic without branches, so
+ * loops over a block are vectors, and single bonds have the same bits.
  */
 #include <float.h>
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 #if PDI_FLUX_FIELDS > 32
 #error "the sums of a block stand on the stack"
@@ -33813,6 +33856,14 @@ PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *f, const double
 
 /* |w| up to which E is its series: the first term left out is below the rounding of 1. */
 #define PDI_MIGRATE_SMALL 0.4
+/* |w| from which B is 0 uphill: exp(w) has the largest exponent below it. */
+#define PDI_MIGRATE_LARGE 700.0
+/* Added to a number of less than 2^51 it leaves the nearest integer in the last bits. */
+#define PDI_MIGRATE_ROUND 6755399441055744.0
+/* 1/ln 2, and ln 2 in two parts: multiples of the first one are exact. */
+#define PDI_MIGRATE_PER_LN2 1.44269504088896338700
+#define PDI_MIGRATE_LN2_HIGH 6.93147180369123816490e-01
+#define PDI_MIGRATE_LN2_LOW 1.90821492927058770002e-10
 
 /* Of fields that do not change. */
 static const double pdi_migrate_still[PDI_BLOCK] = {0.0};
@@ -33837,127 +33888,160 @@ typedef struct pdi_migrate_shares {
     double near, far, near_by, far_by;
 } pdi_migrate_shares;
 
-static inline pdi_migrate_shares pdi_migrate_of(double w)
+/* expm1(x) for x between PDI_MIGRATE_SMALL and PDI_MIGRATE_LARGE: x = k ln 2 + r, and expm1(r) in powers of r. */
+static inline double pdi_migrate_expm1(double x)
+{
+    double shift = x * PDI_MIGRATE_PER_LN2 + PDI_MIGRATE_ROUND, power;
+    double k = shift - PDI_MIGRATE_ROUND, r = (x - k * PDI_MIGRATE_LN2_HIGH) - k * PDI_MIGRATE_LN2_LOW;
+    double s = r * r, f = s * s;
+    double low = (1.0 / 2.0 + r * (1.0 / 6.0)) + s * (1.0 / 24.0 + r * (1.0 / 120.0));
+    double middle = (1.0 / 720.0 + r * (1.0 / 5040.0)) + s * (1.0 / 40320.0 + r * (1.0 / 362880.0));
+    double high = (1.0 / 3628800.0 + r * (1.0 / 39916800.0)) + s * (1.0 / 479001600.0 + r * (1.0 / 6227020800.0));
+    uint64_t bits;
+    memcpy(&bits, &shift, sizeof bits);
+    bits = (bits << 52) + UINT64_C(0x3ff0000000000000); /* 2^k */
+    memcpy(&power, &bits, sizeof power);
+    return power * (r + s * (low + f * (middle + f * high))) + (power - 1.0);
+}
+
+/* by: the derivatives, too. */
+PDI_INLINE pdi_migrate_shares pdi_migrate_of(double w, int by)
 {
     pdi_migrate_shares s;
-    double x = fabs(w);
-    if (x < PDI_MIGRATE_SMALL) {
-        double even = pdi_migrate_even(w), by = pdi_migrate_even_by(w);
-        s.near = even - 0.5 * w;
-        s.far = even + 0.5 * w;
-        s.near_by = by - 0.5;
-        s.far_by = by + 0.5;
-        return s;
-    }
-    double low = x < 700.0 ? x / expm1(x) : 0.0, by = low * (1.0 - low - x) / x; /* B(x) and B'(x) */
-    s.near = w > 0.0 ? low : low + x;
-    s.far = w > 0.0 ? low + x : low;
-    s.near_by = w > 0.0 ? by : -1.0 - by;
-    s.far_by = w > 0.0 ? 1.0 + by : -by;
+    double x = fabs(w), little = x < PDI_MIGRATE_SMALL ? w : 0.0, even = pdi_migrate_even(little);
+    double much = x < PDI_MIGRATE_SMALL ? PDI_MIGRATE_SMALL : x;
+    double most = much < PDI_MIGRATE_LARGE ? much : PDI_MIGRATE_LARGE, low = most / pdi_migrate_expm1(most);
+    low = much < PDI_MIGRATE_LARGE ? low : 0.0; /* B(x) */
+    s.near = x < PDI_MIGRATE_SMALL ? even - 0.5 * w : w > 0.0 ? low : low + x;
+    s.far = x < PDI_MIGRATE_SMALL ? even + 0.5 * w : w > 0.0 ? low + x : low;
+    s.near_by = s.far_by = 0.0;
+    if (!by) return s;
+    double even_by = pdi_migrate_even_by(little), low_by = low * (1.0 - low - much) / much; /* B'(x) */
+    s.near_by = x < PDI_MIGRATE_SMALL ? even_by - 0.5 : w > 0.0 ? low_by : -1.0 - low_by;
+    s.far_by = x < PDI_MIGRATE_SMALL ? even_by + 0.5 : w > 0.0 ? 1.0 + low_by : -low_by;
     return s;
 }
+
+/* 1: a bond conducts beside what the flow carries. */
+static inline int pdi_migrate_open(double bond, double flux) { return bond > DBL_EPSILON * fabs(flux); }
 
 /* w of a bond: the rise of the energy against the drift. A bond that does not conduct has none. */
 static inline double pdi_migrate_drift(double bond, double flux, double rise)
 {
-    return bond > DBL_EPSILON * fabs(flux) ? rise - flux / bond : 0.0;
+    int open = pdi_migrate_open(bond, flux);
+    double w = rise - flux / (open ? bond : 1.0);
+    return open ? w : 0.0;
+}
+
+/* What leaves through a bond with w; by: the derivative along the changes of both ends and of the rise. */
+PDI_INLINE double pdi_migrate_bond(double bond, double flux, double w, double near, double far, int by,
+                                   double move_near, double move_far, double lift)
+{
+    pdi_migrate_shares s = pdi_migrate_of(w, by);
+    double from = by ? move_near : near, to = by ? move_far : far, along = s.near * from - s.far * to;
+    if (by) along += (s.near_by * near - s.far_by * far) * lift;
+    double conducted = bond * along, carried = flux * (flux > 0.0 ? from : to);
+    return pdi_migrate_open(bond, flux) ? conducted : carried;
 }
 
 PDI_FN double pdi_migrate_leave(double bond, double flux, double rise, double near, double far)
 {
-    if (!(bond > DBL_EPSILON * fabs(flux))) return flux * (flux > 0.0 ? near : far);
-    pdi_migrate_shares s = pdi_migrate_of(pdi_migrate_drift(bond, flux, rise));
-    return bond * (s.near * near - s.far * far);
+    return pdi_migrate_bond(bond, flux, pdi_migrate_drift(bond, flux, rise), near, far, 0, 0.0, 0.0, 0.0);
 }
 
 PDI_FN double pdi_migrate_conduct(double rise, double near, double far)
 {
-    pdi_migrate_shares s = pdi_migrate_of(rise);
+    pdi_migrate_shares s = pdi_migrate_of(rise, 1);
     return s.far_by * far - s.near_by * near;
 }
 
-/* One bond, its value or its derivative along the changes of both ends and of the rise. */
-static inline double pdi_migrate_one(double bond, double flux, double rise, double near, double far, int by,
-                                     double move_near, double move_far, double lift)
+/* Ends of the bonds of a block, with what they change by. */
+typedef struct pdi_migrate_ends {
+    const double *near, *far, *move_near, *move_far;
+} pdi_migrate_ends;
+
+/* w of a block. 1: it is small on all bonds, and they conduct. */
+PDI_INLINE int pdi_migrate_drifts(const double *PD_RESTRICT bond, const double *PD_RESTRICT flux, int moves,
+                                  double ratio, double charge, const double *PD_RESTRICT rise, int count,
+                                  double *PD_RESTRICT w)
 {
-    if (!by) return pdi_migrate_leave(bond, flux, rise, near, far);
-    if (!(bond > DBL_EPSILON * fabs(flux))) return flux * (flux > 0.0 ? move_near : move_far);
-    pdi_migrate_shares s = pdi_migrate_of(pdi_migrate_drift(bond, flux, rise));
-    return bond * (s.near * move_near - s.far * move_far + (s.near_by * near - s.far_by * far) * lift);
+    int others = 0;
+    for (int b = 0; b < count; b++) {
+        double g = ratio * bond[b];
+        w[b] = moves ? pdi_migrate_drift(g, flux[b], charge * rise[b]) : charge * rise[b];
+        others += !(fabs(w[b]) < PDI_MIGRATE_SMALL) || (moves && !pdi_migrate_open(g, flux[b]));
+    }
+    return !others;
 }
 
-/* Fluid at rest and a small rise for all of a block: the same bits as pdi_migrate_one. */
+/* A small w on all bonds of a block: the same bits as pdi_migrate_bond. */
 PDI_INLINE void pdi_migrate_smooth(const double *PD_RESTRICT bond, double ratio, double charge,
-                                   const double *PD_RESTRICT rise, const double *PD_RESTRICT near,
-                                   const double *PD_RESTRICT far, int count, double *PD_RESTRICT sum)
+                                   const double *PD_RESTRICT w, pdi_migrate_ends ends, int by,
+                                   const double *PD_RESTRICT lift, int count, double *PD_RESTRICT sum)
 {
+    const double *PD_RESTRICT from = by ? ends.move_near : ends.near, *PD_RESTRICT to = by ? ends.move_far : ends.far;
     for (int b = 0; b < count; b++) {
-        double w = charge * rise[b], even = pdi_migrate_even(w);
-        sum[b] += ratio * bond[b] * ((even - 0.5 * w) * near[b] - (even + 0.5 * w) * far[b]);
+        double even = pdi_migrate_even(w[b]), rises = by ? pdi_migrate_even_by(w[b]) : 0.0;
+        double along = (even - 0.5 * w[b]) * from[b] - (even + 0.5 * w[b]) * to[b];
+        if (by) along += ((rises - 0.5) * ends.near[b] - (rises + 0.5) * ends.far[b]) * (charge * lift[b]);
+        sum[b] += ratio * bond[b] * along;
     }
 }
 
-PDI_INLINE void pdi_migrate_smooth_by(const double *PD_RESTRICT bond, double ratio, double charge,
-                                      const double *PD_RESTRICT rise, const double *PD_RESTRICT near,
-                                      const double *PD_RESTRICT far, const double *PD_RESTRICT move_near,
-                                      const double *PD_RESTRICT move_far, const double *PD_RESTRICT lift, int count,
-                                      double *PD_RESTRICT sum)
+/* Any w. */
+PDI_INLINE void pdi_migrate_steep(const double *PD_RESTRICT bond, const double *PD_RESTRICT flux, double ratio,
+                                  double charge, const double *PD_RESTRICT w, pdi_migrate_ends ends, int by,
+                                  const double *PD_RESTRICT lift, int count, double *PD_RESTRICT sum)
 {
-    for (int b = 0; b < count; b++) {
-        double w = charge * rise[b], even = pdi_migrate_even(w), by = pdi_migrate_even_by(w);
-        sum[b] += ratio * bond[b] * ((even - 0.5 * w) * move_near[b] - (even + 0.5 * w) * move_far[b] +
-                                     ((by - 0.5) * near[b] - (by + 0.5) * far[b]) * (charge * lift[b]));
-    }
+    for (int b = 0; b < count; b++)
+        sum[b] += pdi_migrate_bond(ratio * bond[b], flux[b], w[b], ends.near[b], ends.far[b], by,
+                                   by ? ends.move_near[b] : 0.0, by ? ends.move_far[b] : 0.0,
+                                   by ? charge * lift[b] : 0.0);
 }
 
 /* What walls give that hold. */
 static void pdi_migrate_walls(const pdi_migrate *m, int32_t i, int n, int count, double *sum)
 {
     const double *hold = m->flux->diffusion->wall_rate;
-    int64_t total = m->flux->bonds->grid->total, by = m->lift != NULL;
+    int64_t total = m->flux->bonds->grid->total;
+    int by = m->lift != NULL;
     if (!hold || !(m->wall[n] == m->wall[n])) return;
     for (int b = 0; b < count; b++) {
         int64_t at = n * total + i + b;
         if (!(hold[i + b] > 0.0)) continue;
         double bond = m->ratio[n] * hold[i + b] * (m->pass ? m->pass[i + b] : 1.0), z = -m->charge[n];
-        sum[b] += pdi_migrate_one(bond, 0.0, z * m->psi[i + b], m->c[at], m->wall[n], (int)by,
-                                  m->move ? m->move[at] : 0.0, 0.0, by ? z * m->lift[i + b] : 0.0);
+        sum[b] += pdi_migrate_bond(bond, 0.0, z * m->psi[i + b], m->c[at], m->wall[n], by,
+                                   m->move ? m->move[at] : 0.0, 0.0, by ? z * m->lift[i + b] : 0.0);
     }
 }
 
-PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, int32_t place, int count)
+PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, int32_t place, int count, int by)
 {
     int64_t total = m->flux->bonds->grid->total;
     double sum[PDI_FLUX_FIELDS][PDI_BLOCK], flux[PDI_BLOCK], bond[PDI_BLOCK], rise[PDI_BLOCK], lift[PDI_BLOCK];
-    int by = m->lift != NULL, moves = m->flux->flow != NULL;
-    double most = 0.0;
+    double w[PDI_BLOCK];
+    int moves = m->flux->flow != NULL;
     for (int n = 0; n < m->count; n++) {
         for (int b = 0; b < count; b++) sum[n][b] = 0.0;
         pdi_migrate_walls(m, i, n, count, sum[n]);
-        most = pdi_max(most, fabs(m->charge[n]));
     }
     for (int k = 0; k < m->flux->bonds->stencil->count; k++) {
         int32_t next = pdi_flux_bonds(m->flux, i, row, place, k, count, flux, bond);
-        double steep = 0.0;
         for (int b = 0; b < count; b++) {
             rise[b] = m->psi[i + next + b] - m->psi[i + b];
             lift[b] = by ? m->lift[i + next + b] - m->lift[i + b] : 0.0;
-            steep = pdi_max(steep, fabs(rise[b]));
         }
         for (int b = 0; b < count && m->pass; b++) bond[b] *= pdi_media_harmonic(m->pass[i + b], m->pass[i + next + b]);
-        int smooth = !moves && steep * most < PDI_MIGRATE_SMALL;
         for (int n = 0; n < m->count; n++) {
-            const double *near = m->c + n * total + i, *far = near + next;
-            const double *here = m->move ? m->move + n * total + i : pdi_migrate_still;
-            const double *there = m->move ? here + next : pdi_migrate_still;
+            pdi_migrate_ends ends;
+            ends.near = m->c + n * total + i;
+            ends.far = ends.near + next;
+            ends.move_near = m->move ? m->move + n * total + i : pdi_migrate_still;
+            ends.move_far = m->move ? ends.move_near + next : pdi_migrate_still;
             double ratio = m->ratio[n], z = m->charge[n];
-            if (smooth && !by) pdi_migrate_smooth(bond, ratio, z, rise, near, far, count, sum[n]);
-            else if (smooth)
-                pdi_migrate_smooth_by(bond, ratio, z, rise, near, far, here, there, lift, count, sum[n]);
-            else
-                for (int b = 0; b < count; b++)
-                    sum[n][b] += pdi_migrate_one(ratio * bond[b], flux[b], z * rise[b], near[b], far[b], by, here[b],
-                                                 there[b], z * lift[b]);
+            if (pdi_migrate_drifts(bond, flux, moves, ratio, z, rise, count, w))
+                pdi_migrate_smooth(bond, ratio, z, w, ends, by, lift, count, sum[n]);
+            else pdi_migrate_steep(bond, flux, ratio, z, w, ends, by, lift, count, sum[n]);
         }
     }
     for (int s = 0; s < m->sums; s++) {
@@ -33972,9 +34056,10 @@ PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, 
 static void pdi_migrate_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_migrate *m = (const pdi_migrate *)user;
-    if (PDI_SINGLE(place)) pdi_migrate_block(m, i, row, place, 1);
-    else if (PDI_WHOLE(count)) pdi_migrate_block(m, i, row, -1, PDI_BLOCK);
-    else pdi_migrate_block(m, i, row, place, count);
+    if (PDI_SINGLE(place)) pdi_migrate_block(m, i, row, place, 1, m->lift != NULL);
+    else if (PDI_WHOLE(count) && m->lift) pdi_migrate_block(m, i, row, -1, PDI_BLOCK, 1);
+    else if (PDI_WHOLE(count)) pdi_migrate_block(m, i, row, -1, PDI_BLOCK, 0);
+    else pdi_migrate_block(m, i, row, place, count, m->lift != NULL);
 }
 
 PDI_FN void pdi_migrate_apply(const pd_ctx *ctx, const pdi_migrate *m)
@@ -35789,6 +35874,10 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
 #define PDI_TWO_STAGE_GROWTH 4.0
 /* A step that is repeated is at least this share of the one that failed. */
 #define PDI_TWO_STAGE_SHRINK 0.1
+/* An estimate above this share of the tolerance, below which a step grows as far as it may, is damped, and what the
+ * linear solver may leave of that. */
+#define PDI_TWO_STAGE_SMALL 0.04
+#define PDI_TWO_STAGE_DAMPED 0.1
 
 PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object)
 {
@@ -35859,9 +35948,24 @@ static void pdi_two_stage_between(pd_two_stage *a)
     }
 }
 
-/* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 4.17), at least *largest, which follows. What
- * the solvers of both stages leave undone of any field is no error of the step. */
-static double pdi_two_stage_error(const pd_two_stage *a, double *largest)
+/* The estimate [mol/m3] with the differences that the matrix of the stage leaves, where that is less: what is at rest
+ * at the end of a step need not be followed. Fluxes that are limited bend, and are left as they are. */
+static pd_status pdi_two_stage_damp(pd_ctx *ctx, pd_two_stage *a, double *worst, pd_transport_result *result)
+{
+    pd_transport *t = a->transport;
+    int before = result->krylov;
+    if (pdi_transport_limits(t)) return PD_OK;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        t->work[i] = t->grid->kind[i] == PD_FLUID ? (a->slope[i] - (t->c[i] - t->old[i])) / t->dt : 0.0;
+    pd_status status = pdi_transport_refine(ctx, t, PDI_TWO_STAGE_DAMPED, result);
+    a->krylov += result->krylov - before;
+    if (status == PD_OK) *worst = pdi_min(*worst, pdi_par_max_abs(ctx, t->grid->total, t->work + t->grid->total));
+    return status < 0 ? status : PD_OK;
+}
+
+/* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 4.17), damped; that is at least *largest, which
+ * follows. What the solvers of both stages leave undone of any field is no error of the step. */
+static pd_status pdi_two_stage_error(pd_ctx *ctx, pd_two_stage *a, double *largest, pd_transport_result *result)
 {
     const pd_transport *t = a->transport;
     double worst = 0.0, size = *largest;
@@ -35872,7 +35976,9 @@ static double pdi_two_stage_error(const pd_two_stage *a, double *largest)
     }
     *largest = size;
     size += 2.0 * t->dt * pdi_krylov_least() / a->desc.rtol;
-    return size > 0.0 ? worst / size : 0.0;
+    if (worst > PDI_TWO_STAGE_SMALL * a->desc.rtol * size) PDI_TRY(pdi_two_stage_damp(ctx, a, &worst, result));
+    a->error = size > 0.0 ? worst / size : 0.0;
+    return PD_OK;
 }
 
 /* A flow and values outside become those of time t. */
@@ -35903,7 +36009,7 @@ static pd_status pdi_two_stage_second(pd_ctx *ctx, pd_two_stage *a, double dt, p
     pd_status status = pdi_transport_stage(ctx, t, g * dt, 0, result);
     a->krylov += result->krylov;
     if (status < 0) return status;
-    a->error = pdi_two_stage_error(a, &a->largest);
+    PDI_TRY(pdi_two_stage_error(ctx, a, &a->largest, result));
     pdi_transport_residual(ctx, t, t->work);
     for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->work[i]);
     return status;
@@ -36738,7 +36844,7 @@ PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
         PDI_STATE(owner, reactive, narrow, total, "1/s");
     }
     pdi_migration_list(owner, &reactive->migration);
-    if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
+    if (reactive->filters) PDI_ARRAY(owner, reactive, filter, reactive->filters, "");
 }
 
 /* Values of the desc in the order of the solutes. */
@@ -36793,6 +36899,9 @@ PDI_FN void pdi_reactive_slots(pd_reactive *r)
     r->slots = r->components.live * pdi_components_columns(&r->components) +
                (r->components.kinetics + r->minerals.count) * r->components.count;
     if (!r->slots) r->slots = 1;
+    r->filters = r->components.kinetics;
+    for (int m = 0; m < r->minerals.count; m++)
+        r->filters += r->minerals.of[m].rate > 0.0 || r->minerals.of[m].surface > 0.0;
 }
 
 PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
@@ -36821,7 +36930,7 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
     pdi_flux_list(owner, &reactive->flux);
     pdi_inverse_list(owner, &reactive->inverse);
     pdi_migration_work_list(owner, &reactive->migration);
-    for (int n = 0; n < s->kinetics; n++) {
+    for (int n = 0; n < reactive->filters; n++) {
         pd_reactive_filter *filter = &reactive->filter[n];
         PDI_ARRAY(owner, filter, absorb, total, "1/s");
         pdi_inverse_list(owner, &filter->inverse);
@@ -36845,7 +36954,12 @@ PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *
     r->inverse.spread = 1.0;
     PDI_TRY(pdi_inverse_plan(ctx, &md, &r->inverse));
     PDI_TRY(pdi_migration_plan(ctx, &md, &r->flux, &r->components, &r->migration));
-    for (int n = 0; n < r->components.kinetics; n++) {
+    for (int n = 0, m = 0; n < r->filters; n++) {
+        r->filter[n].mineral = -1;
+        if (n >= r->components.kinetics) {
+            while (!(r->minerals.of[m].rate > 0.0) && !(r->minerals.of[m].surface > 0.0)) m++;
+            r->filter[n].mineral = m++;
+        }
         r->filter[n].flux = r->flux;
         r->filter[n].inverse.flux = &r->filter[n].flux;
         r->filter[n].inverse.spread = 1.0;
@@ -36981,7 +37095,7 @@ void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
     pdi_diffusion_free(ctx, &r->diffusion);
     pdi_inverse_free(ctx, &r->inverse);
     pdi_migration_free(ctx, &r->migration);
-    for (int n = 0; n < r->components.kinetics && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
+    for (int n = 0; n < r->filters && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
     pdi_krylov_free(ctx, &r->krylov);
     pdi_owner_free(ctx, pdi_reactive_list, r);
     pd_arena_free(ctx, &r->own);
@@ -38162,6 +38276,10 @@ PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *s, int circuit, int deri
 /* Share of the currents of a circuit that their sum may be off by, and a potential, of volts. */
 #define PDI_LEVELS_MET 1e-13
 #define PDI_LEVELS_CLOSE 2e-16
+/* Share of what sources or circuits give that their charge may be, and of the ions of a closed box that one of rounding
+ * is at most. */
+#define PDI_LEVELS_SLACK 1e-9
+#define PDI_LEVELS_FAINT 1e-13
 
 PDI_FN double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double flow)
 {
@@ -38379,6 +38497,50 @@ PDI_FN int pdi_levels_tie(const pd_etch *s)
 PDI_FN void pdi_levels_shift(pd_etch *s, double by)
 {
     for (int n = 0; n < s->desc.electrodes.circuits; n++) s->level[n] += by;
+}
+
+/* Where no current can leave, those that are given to circuits sum to zero. */
+static pd_status pdi_levels_given(pd_ctx *ctx, const pd_etch *metal)
+{
+    double sum = 0.0, size = 0.0;
+    for (int n = 0; n < metal->desc.electrodes.circuits; n++) {
+        sum += metal->desc.electrodes.circuit[n].value;
+        size += fabs(metal->desc.electrodes.circuit[n].value);
+    }
+    if (!(fabs(sum) > PDI_LEVELS_SLACK * size)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the currents that are given to metals sum to %g A, and no inlet "
+                    "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
+}
+
+PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
+{
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    double size = 0.0, held = 0.0;
+    pdi_migration_tie(&r->migration);
+    if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
+    if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
+    if (r->migration.tied) return PD_OK;
+    if (r->surface && r->surface->electrode) PDI_TRY(pdi_levels_given(ctx, r->surface));
+    else if (r->surface && r->surface->count &&
+             (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_LEVELS_SLACK))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
+                        "species has a potential and lets a current pass, expected one",
+                        r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double around = pdi_grid_circumference(r->grid, i);
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < r->components.solutes; n++) {
+            double term = around * r->migration.charge[n] * r->source[n * total + i];
+            pdi_sum_add(&sum, term);
+            size += fabs(term);
+            held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
+        }
+    }
+    if (r->surface && r->surface->electrode) r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
+    if (!(fabs(pdi_sum_total(&sum)) > pdi_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt))) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
+                    "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }
 
 /* ======== >>react/coat.c ======== */
@@ -38798,6 +38960,11 @@ PDI_FN void pdi_coat_reject(pd_coat *s)
 #include <math.h>
 #include <string.h>
 
+/* Share that a mineral leaves dissolved of what comes, at least: the derivatives have single precision. And the largest
+ * one that is taken for all of it. */
+#define PDI_TANGENT_LEAST 1e-7
+#define PDI_TANGENT_MOST 0.99
+
 PDI_FN int pdi_tangent_threads(const pd_ctx *ctx, const pd_reactive *r)
 {
     return pdi_par_threads(ctx, (int64_t)r->grid->total * r->components.solutes * r->components.count);
@@ -38874,6 +39041,16 @@ static void pdi_tangent_fix(const pd_reactive *r, const float *by, double *total
         for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
 }
 
+/* Of what comes to node i as mineral m the share p stays dissolved, and gets the absorption (1/p - 1)/dt. */
+static double pdi_tangent_absorb(const pd_reactive *r, int32_t i, int m)
+{
+    const pd_components *s = &r->components;
+    const float *row = r->by + (int64_t)i * r->slots + pdi_tangent_place(r) + m * s->count;
+    double share = 1.0;
+    for (int k = 0; k < s->count; k++) share -= (double)row[k] * r->minerals.gain[m][k];
+    return share < PDI_TANGENT_MOST ? (1.0 / pdi_max(share, PDI_TANGENT_LEAST) - 1.0) / r->dt : 0.0;
+}
+
 static pd_status pdi_tangent_migration(pd_ctx *ctx, pd_reactive *r)
 {
     pdi_migration_surface surface = {0, NULL, NULL};
@@ -38921,11 +39098,13 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             }
             r->filter[n].absorb[i] = pdi_max(rate, 0.0);
         }
+        for (int n = s->kinetics; n < r->filters; n++)
+            r->filter[n].absorb[i] = pdi_tangent_absorb(r, i, r->filter[n].mineral);
     }
     if (r->surface) pdi_layer_solve(ctx, r->surface, -1, 1);
     if (r->surface && r->surface->electrode) pdi_levels_derive(r->surface);
     if (r->migration.on) PDI_TRY(pdi_tangent_migration(ctx, r));
-    for (int n = 0; n < s->kinetics; n++)
+    for (int n = 0; n < r->filters; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
     return PD_OK;
 }
@@ -39114,6 +39293,32 @@ static void pdi_tangent_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double
     }
 }
 
+/* Split off what comes along a mineral with a speed: x loses it, and y gets what the absorption leaves of it. */
+static void pdi_tangent_split_mineral(pd_ctx *ctx, pd_reactive *r, pd_reactive_filter *filter, double *x, double *y)
+{
+    const double *gain = r->minerals.gain[filter->mineral];
+    int64_t total = r->grid->total;
+    int count = r->components.count, nt = pdi_tangent_threads(ctx, r);
+    int at = pdi_tangent_place(r) + filter->mineral * count;
+    double *left = r->rates + total;
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        const float *row = r->by + (int64_t)i * r->slots + at;
+        double taken = 0.0, more = filter->absorb[i] * r->dt;
+        r->part_of[i] = 0.0;
+        if (r->grid->kind[i] != PD_FLUID || !(more > 0.0)) continue;
+        for (int k = 0; k < count; k++) taken += (double)row[k] * r->weight[k] * x[k * total + i];
+        r->part_of[i] = taken * (1.0 + more) / more;
+        for (int k = 0; k < count; k++) x[k * total + i] -= gain[k] * r->part_of[i] / r->weight[k];
+    }
+    pdi_inverse_apply(ctx, &filter->inverse, r->part_of, left);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++)
+        for (int k = 0; k < count; k++)
+            y[k * total + i] += gain[k] / r->weight[k] * (1.0 + filter->absorb[i] * r->dt) * left[i];
+}
+
 /* With migration: psi that drives the charge of x out, and `rest`, what that leaves of x. y: work. */
 static void pdi_tangent_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, double *rest, double *y)
 {
@@ -39190,6 +39395,7 @@ static void pdi_tangent_precondition(void *user, const double *x, double *y)
     else pdi_par_copy(u->ctx, s->count * total, x, rest);
     pdi_par_zero(u->ctx, s->count * total, y);
     if (r->surface) pdi_tangent_split_metal(r, rest);
+    for (int n = s->kinetics; n < r->filters; n++) pdi_tangent_split_mineral(u->ctx, r, &r->filter[n], rest, y);
     if (r->minerals.count) pdi_tangent_lay(u->ctx, r, rest, y);
     for (int n = 0; n < s->kinetics; n++) {
         pdi_tangent_split(u->ctx, r, n, rest);
@@ -39263,7 +39469,7 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 #define PDI_ADVANCE_FREE 12
 #define PDI_ADVANCE_RISE 1e3
 #define PDI_ADVANCE_HALVINGS 10
-/* Halvings of the correction of one node whose totals would have no equilibrium, or that loses a mineral. */
+/* Halvings of the correction of one node whose totals would have no equilibrium, or that loses a mineral or is full. */
 #define PDI_ADVANCE_CUTS 20
 /* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
  * factor, since the next one finds the potential in the ions that have come. */
@@ -39278,13 +39484,14 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 #define PDI_ADVANCE_NONE 1e-150
 /* Share of the largest value by which a field may leave its bounds. */
 #define PDI_ADVANCE_SLACK 1e-9
-/* Share of the ions of a closed box that a charge of rounding is at most. */
-#define PDI_ADVANCE_FAINT 1e-13
 /* Share of a residual that the linear solver leaves at least: its basis has single precision. */
 #define PDI_ADVANCE_SINGLE 1e-5
 /* An estimate above this is damped, and what the linear solver may leave of that. */
 #define PDI_ADVANCE_SMALL 1e-5
 #define PDI_ADVANCE_DAMPED 0.1
+
+/* What passes in the first stage is passed so often again before the second one begins (eq. 5.9). */
+#define PDI_ADVANCE_BEYOND ((1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA)
 
 /* Concentrations and minerals. */
 static void pdi_advance_copy(const pd_ctx *ctx, const pd_reactive *r, const double *c, double *to, const double *solid,
@@ -39465,29 +39672,29 @@ static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share,
     return pdi_advance_neutral(r, c);
 }
 
-/* 1: node i has lost a mineral that it had in `base`. */
-static int pdi_advance_lost(const pd_reactive *r, int32_t i)
+/* 1: node i has lost a mineral that it had in `base`, or is full and was not. */
+static int pdi_advance_turned(const pd_reactive *r, int32_t i)
 {
-    for (int64_t at = i; at < r->minerals.count * (int64_t)r->grid->total; at += r->grid->total)
-        if (r->solid_base[at] > 0.0 && !(r->solid[at] > 0.0)) return 1;
-    return 0;
+    double had[PD_MINERAL_MOST], has[PD_MINERAL_MOST];
+    pdi_reactive_solids(r, r->solid_base, i, had);
+    pdi_reactive_solids(r, r->solid, i, has);
+    return pdi_mineral_turned(&r->minerals, had, has);
 }
 
-/* Node i stops just behind the place between 0 and `high` where it loses a mineral: beyond it c follows its totals
- * otherwise. */
+/* Node i stops just behind the place between 0 and `high` where it does: beyond it c follows its totals otherwise. */
 static void pdi_advance_halt(const pd_reactive *r, int32_t i, double high, double *c)
 {
     double low = 0.0;
     for (int cut = 0; cut < PDI_ADVANCE_CUTS; cut++) {
         double part = 0.5 * (low + high);
-        if (pdi_advance_node(r, i, part, c) == PD_OK && !pdi_advance_lost(r, i)) low = part;
+        if (pdi_advance_node(r, i, part, c) == PD_OK && !pdi_advance_turned(r, i)) low = part;
         else high = part;
     }
     if (pdi_advance_node(r, i, high, c) != PD_OK) c[0] = NAN;
 }
 
 /* The same at all nodes. A node without an equilibrium there goes a part of the way; where none is found c is NaN.
- * halt: one that loses a mineral stops there. */
+ * halt: one that loses a mineral, or gets full, stops there. */
 static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share, int halt)
 {
     int64_t total = r->grid->total;
@@ -39500,7 +39707,7 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share, in
         if (r->grid->kind[i] != PD_FLUID) continue;
         while (pdi_advance_node(r, i, part, c) != PD_OK && cut++ < PDI_ADVANCE_CUTS) part *= 0.5;
         if (cut > PDI_ADVANCE_CUTS) c[0] = NAN;
-        else if (halt && pdi_advance_lost(r, i)) pdi_advance_halt(r, i, part, c);
+        else if (halt && pdi_advance_turned(r, i)) pdi_advance_halt(r, i, part, c);
         pdi_reactive_put(r, c, i, r->c);
     }
 }
@@ -39526,7 +39733,7 @@ static int pdi_advance_lift(const pd_ctx *ctx, pd_reactive *r, double before, do
 }
 
 /* A step along the correction, halved until the residual falls, or but for a rise that has room. Where a whole one
- * raises it nodes that lose minerals stop there, before any rise is taken. 0: none does. */
+ * raises it nodes that lose minerals or get full stop there, before any rise is taken. 0: none does. */
 static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, double *norm)
 {
     double before = *norm, share = 1.0;
@@ -39653,13 +39860,32 @@ static int pdi_advance_short(const pd_reactive *r, int m, double grown, const do
     return 0;
 }
 
-/* The totals that the second stage starts from, by what has passed in the first one: also where that leaves totals that
- * no concentrations have. To go on from the nearest ones would make amounts that the stream carries off. */
-static void pdi_advance_between(pd_reactive *r)
+/* What has passed in the first stage, of totals and of minerals. */
+static void pdi_advance_slopes(pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_components_totals(s, c, sum);
+        for (int k = 0; k < s->count; k++) {
+            int64_t at = k * total + i;
+            r->slope[at] = sum[k] - r->total[at] + r->dt * r->weight[k] * r->work[at];
+        }
+        for (int64_t at = i; at < r->minerals.count * total; at += total)
+            r->solid_slope[at] = r->solid[at] - r->solid_start[at];
+    }
+}
+
+/* The totals that the second stage starts from, by what has passed in the first one times `ratio`: also where that
+ * leaves totals that no concentrations have. To go on from the nearest ones would make amounts that the stream carries
+ * off. */
+static void pdi_advance_between(pd_reactive *r, double ratio)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
     if (r->surface && r->surface->electrode)
         r->surface->owed += ratio * (pdi_advance_charges(r, r->work, 1) - r->surface->owed);
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -39667,20 +39893,39 @@ static void pdi_advance_between(pd_reactive *r)
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_totals(s, c, sum);
-        for (int k = 0; k < s->count; k++) {
-            double *from = r->total + k * total + i;
-            r->slope[k * total + i] = sum[k] - *from + r->dt * r->weight[k] * r->work[k * total + i];
-            *from += ratio * r->slope[k * total + i];
-        }
+        for (int k = 0; k < s->count; k++) r->total[k * total + i] += ratio * r->slope[k * total + i];
         for (int m = 0; m < r->minerals.count; m++) {
             int64_t at = m * total + i;
-            r->solid_slope[at] = r->solid[at] - r->solid_start[at];
             r->solid_start[at] += ratio * r->solid_slope[at];
             /* what its law asks for and is not dissolved comes with it */
-            if (pdi_advance_short(r, m, ratio * r->solid_slope[at], sum))
+            if (ratio > 1.0 && pdi_advance_short(r, m, ratio * r->solid_slope[at], sum))
                 r->solid[at] = r->solid_start[at] + r->solid_slope[at];
         }
     }
+}
+
+/* [s] The second stage of a step of dt, after a first one of `stage`. Where (5.9) asks for what no concentrations have
+ * and minerals cannot give, it has no solution: it goes on from the first one, as backward Euler over the rest. */
+static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
+{
+    int64_t total = r->grid->total;
+    double size[PD_SPECIES_MOST], at[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
+    for (int k = 0; k < r->components.count && r->minerals.count; k++) {
+        pdi_bounds of = {0.0, 0.0};
+        pdi_bounds_take_all(r->grid, PD_FLUID, r->total + k * total, &of);
+        size[k] = PDI_ADVANCE_SLACK * pdi_max(of.high, -of.low);
+    }
+    for (int32_t i = 0; i < (int32_t)total && r->minerals.count; i++) {
+        pd_mineral_start start;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_tangent_law(r, i, n, &start);
+        start.dt = stage;
+        for (int k = 0; k < r->components.count; k++)
+            at[k] = size[k] + r->total[k * total + i] + PDI_ADVANCE_BEYOND * r->slope[k * total + i];
+        for (int m = 0; m < r->minerals.count; m++) n[m] += PDI_ADVANCE_BEYOND * r->solid_slope[m * total + i];
+        if (pdi_mineral_lacks(&r->components, &r->minerals, &start, at)) return dt - stage;
+    }
+    return stage;
 }
 
 /* A share that grows by `change`: at most half of what is open is filled, and half of what fills it goes. */
@@ -39705,9 +39950,10 @@ static void pdi_advance_open(const pd_ctx *ctx, pd_reactive *r, double dt, int w
     r->migration.pass = r->pass;
 }
 
-/* By how much the slopes of both stages differ, over its weight and the time of a stage, goes to `work`, that of
- * minerals to `solid_slope`, and what was in `work` to `slope`. size [components]: largest sum of terms. */
-static void pdi_advance_differ(pd_reactive *r, double *size)
+/* By how much the slopes of both stages differ, times first and second of the times of stages, over its weight and the
+ * time of the second one goes to `work`, that of minerals to `solid_slope`, and what was in `work` to `slope`. size
+ * [components]: largest sum of terms. */
+static void pdi_advance_differ(pd_reactive *r, double first, double second, double *size)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
@@ -39717,11 +39963,12 @@ static void pdi_advance_differ(pd_reactive *r, double *size)
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_totals(s, c, sum);
         for (int m = 0; m < r->minerals.count; m++)
-            r->solid_slope[m * total + i] -= r->solid[m * total + i] - r->solid_start[m * total + i];
+            r->solid_slope[m * total + i] = first * r->solid_slope[m * total + i] -
+                                            second * (r->solid[m * total + i] - r->solid_start[m * total + i]);
         for (int k = 0; k < s->count; k++) {
             int64_t at = k * total + i;
             double terms = 0.0, undone = r->dt * r->weight[k] * r->work[at];
-            double by = r->slope[at] - (sum[k] - r->total[at] + undone);
+            double by = first * r->slope[at] - second * (sum[k] - r->total[at] + undone);
             for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
             for (int m = 0; m < r->minerals.count; m++) by += r->minerals.gain[m][k] * r->solid_slope[m * total + i];
             size[k] = pdi_max(size[k], terms);
@@ -39743,7 +39990,7 @@ static void pdi_advance_pored(const pd_ctx *ctx, pd_reactive *r, double dt)
     pdi_tangent_leave(ctx, r, r->c, r->wall, r->move);
     for (int64_t at = 0; at < size; at++) {
         if (r->grid->kind[at % r->grid->total] != PD_FLUID) continue;
-        r->work[at] += copysign((now[at] - r->move[at]) / PDI_SDIRK_GAMMA, r->work[at]);
+        r->work[at] += copysign((now[at] - r->move[at]) * (dt / r->dt), r->work[at]);
     }
 }
 
@@ -39832,12 +40079,14 @@ static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *siz
     return status;
 }
 
-/* Embedded estimate of the error of a step of dt [s], over the largest sum of the terms of totals (eq. 5.10, 5c.3b). */
+/* Embedded estimate of the error of a step of dt [s], over the largest sum of the terms of totals (eq. 5.10, 5c.3b). Of
+ * two steps of backward Euler it is what their slopes differ by, times sqrt(2) - 1 of dt. */
 static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
-    double size[PD_SPECIES_MOST] = {0.0};
+    double size[PD_SPECIES_MOST] = {0.0}, rest = 1.0 - PDI_SDIRK_GAMMA;
     pd_status status = PD_OK;
-    pdi_advance_differ(r, size);
+    if (result->euler) pdi_advance_differ(r, 1.0 / rest, PDI_SDIRK_GAMMA / (rest * rest), size);
+    else pdi_advance_differ(r, 1.0, 1.0, size);
     if (r->pass) pdi_advance_pored(ctx, r, dt);
     result->error = pdi_advance_largest(r, r->work, r->dt, 0, size);
     if (result->error > PDI_ADVANCE_SMALL) status = pdi_advance_damp(ctx, r, size, result);
@@ -39895,20 +40144,23 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     PDI_TRY(pdi_etch_stage(ctx, r->surface, PDI_SDIRK_GAMMA));
     pd_status status = pdi_advance_newton(ctx, r, stage, result);
     if (status != PD_OK) return status;
-    pdi_advance_pass(r, dt - stage);
-    pdi_advance_between(r);
+    pdi_advance_slopes(r);
+    double rest = pdi_advance_rest(r, dt, stage);
+    result->euler = rest > stage;
+    pdi_advance_pass(r, dt - rest);
+    pdi_advance_between(r, result->euler ? 1.0 : PDI_ADVANCE_BEYOND);
     PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
-    status = pdi_advance_newton(ctx, r, stage, result);
+    status = pdi_advance_newton(ctx, r, rest, result);
     if (status == PD_OK) status = pdi_advance_error(ctx, r, dt, result);
-    if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
+    if (status == PD_OK && !pdi_advance_keeps(r, rest)) status = PD_NOT_CONVERGED;
     if (status != PD_OK) {
         if (r->surface) pdi_etch_begin(r->surface);
         memcpy(r->in, in, sizeof in);
         memcpy(r->out, out, sizeof out);
         return status;
     }
-    pdi_advance_owe(r, stage);
-    pdi_advance_pass(r, stage);
+    pdi_advance_owe(r, rest);
+    pdi_advance_pass(r, rest);
     return PD_OK;
 }
 
@@ -39927,6 +40179,7 @@ static void pdi_advance_pores(const pd_ctx *ctx, pd_reactive *r, double dt)
     pdi_advance_open(ctx, r, dt, 0);
 }
 
+<<<<<<< HEAD
 /* Where no current can leave, those that are given to circuits sum to zero. */
 static pd_status pdi_advance_given(pd_ctx *ctx, const pd_etch *metal)
 {
@@ -39972,17 +40225,19 @@ static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
                     "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }
 
+=======
+>>>>>>> w-tmin
 static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     r->flux.absorb = r->still;
     r->inverse.fresh = 0;
-    for (int n = 0; n < r->components.kinetics; n++) {
+    for (int n = 0; n < r->filters; n++) {
         r->filter[n].inverse.fresh = 0;
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
     pdi_advance_pores(ctx, r, dt);
-    if (r->migration.on) PDI_TRY(pdi_advance_sources(ctx, r, dt));
+    if (r->migration.on) PDI_TRY(pdi_levels_sources(ctx, r, dt));
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
@@ -40013,7 +40268,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     }
     pdi_multigrid_open(&r->inverse.mg);
     if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
-    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
+    for (int n = 0; n < r->filters; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
     if (status == PD_OK) pdi_advance_stands(r, dt);
     if (status != PD_OK) {
@@ -40024,7 +40279,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     }
     if (r->surface) r->surface->half = 0.0;
     pdi_krylov_trim(ctx, &r->krylov);
-    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
+    for (int n = 0; n < r->filters; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
     if (r->migration.on) pdi_multigrid_close(&r->migration.mg);
     pdi_multigrid_close(&r->inverse.mg);
     return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
@@ -74592,7 +74847,7 @@ static double pdi_footprint_states(const pd_setup *u, pdi_footprint_plan *plan, 
 static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
-    pd_reactive_filter filter[PD_REACTION_MOST];
+    pd_reactive_filter filter[PD_REACTION_MOST + PD_MINERAL_MOST];
     pd_krylov_desc kd;
     pd_reactive r;
     pd_course course;
@@ -74650,7 +74905,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes += pdi_footprint_states(u, plan, &r);
     if (u->states) course.desc.coat = &coat;
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
-    pdi_footprint_share(plan, (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg), b);
+    pdi_footprint_share(plan, (1.0 + r.filters) * pdi_footprint_levels(plan, &r.inverse.mg), b);
 }
 
 /* Stands for what a cell asks for a conductivity. */
