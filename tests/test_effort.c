@@ -65,8 +65,8 @@ static int smooth(int last, int next, double most)
 
 /* Cell Peclet numbers of 1 to 1e6, and horizons of 1 to 6 cells: a step to the steady field. Below 10 the fluxes begin
  * to be limited. With the longest horizon counts vary by a factor of two for steps whose lengths differ by a hundredth,
- * since Newton's method takes other ways. Matrices of bonds to the eight nodes around are factored, which wider families
- * cannot be: those cost more, and are compared among themselves. */
+ * since Newton's method takes other ways. Matrices of bonds to the eight nodes around are factored, those of wider
+ * families are not: these cost more, and are compared among themselves. */
 TEST(transport_over_peclet_and_horizon)
 {
     static const double sizes[] = {1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0};
