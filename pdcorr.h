@@ -3323,8 +3323,8 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
  *
  * Each Newton step solves the exact linearisation by GMRES, preconditioned by a block factorization: one multigrid
  * cycle for each component of the velocity before the pressure and one after it, three for the pressure, with a
- * least-squares commutator and the drag of the walls for the Schur complement (theory: section 4.4; Elman, Silvester and
- * Wathen 2014, ch. 9). It stops on residuals, never on changes per step.
+ * least-squares commutator and the drag of the walls for the Schur complement (theory: section 4.4; Elman, Silvester
+ * and Wathen 2014, ch. 9). It stops on residuals, never on changes per step.
  */
 #ifndef PD_STEADY_H
 #define PD_STEADY_H
