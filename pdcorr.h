@@ -3346,10 +3346,10 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
 /* ======== >>flow/steady.h ======== */
 /* steady: steady flow by Newton's method on the peridynamic residual.
  *
- * Each Newton step solves the exact linearisation by GMRES, preconditioned by a block triangle: one multigrid cycle for
- * each component of the velocity, three for the pressure, with a least-squares commutator and the drag of the walls for
- * the Schur complement (theory: section 4.4; Elman, Silvester and Wathen 2014, ch. 9). It stops on residuals, never on
- * changes per step.
+ * Each Newton step solves the exact linearisation by GMRES, preconditioned by a block factorization: one multigrid
+ * cycle for each component of the velocity before the pressure and one after it, three for the pressure, with a
+ * least-squares commutator and the drag of the walls for the Schur complement (theory: section 4.4; Elman, Silvester
+ * and Wathen 2014, ch. 9). It stops on residuals, never on changes per step.
  */
 #ifndef PD_STEADY_H
 #define PD_STEADY_H
@@ -26154,9 +26154,11 @@ static void pdi_steady_push(pd_ctx *ctx, pd_steady *s, const double *r, double *
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, du + d * total);
 }
 
-/* 1: the cycle knows what holds each component. At a mirror the one across it is held, and the others are not. */
-static int pdi_steady_holds(const pd_grid *grid)
+/* 1: div F^-1 ru is known. At a mirror the component across it is held and the others are not, which the cycle does not
+ * know; beside long cells the rounding of the cycle is too rough. */
+static int pdi_steady_factors(const pd_grid *grid)
 {
+    if (pdi_compact_stretched(grid->h)) return 0;
     for (int k = 0; k < 2 * PD_DIM; k++)
         if (grid->side[k] == PD_SIDE_MIRROR) return 0;
     return 1;
@@ -26191,7 +26193,7 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
     precond.convected = flow->grad;
     pdi_par_copy(ctx, split + total, y, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
-    if (pdi_steady_holds(flow->grid)) {
+    if (pdi_steady_factors(flow->grid)) {
         pdi_steady_push(ctx, s, r, y);
         pdi_steady_diverge(ctx, s, y, dp, r + split);
     }

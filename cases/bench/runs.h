@@ -329,9 +329,9 @@ static pd_status counts_pin(bench *b)
     if (!b->quick) bench_judge(b, "pin, residual 1e-8: evaluations of the first flow, most over least h", 0, 1.3,
                                most / least);
     bench_judge(b, "pin, h = 5 um, residual 1e-8: evaluations of a re-solve, mean", 0, 40.0, found[1]);
-    bench_note(b, "Why 40 evaluations for a re-solve to 1e-8 are missed: it takes four Newton steps of 5 to 22 "
-                  "iterations. Exact inverses of the velocity block in the place of one cycle each would take a third "
-                  "of them off, friction and the change of the stream in the commutator next to nothing.");
+    bench_note(b, "Why 40 evaluations for a re-solve to 1e-8 are missed: it takes four or five Newton steps of 4 to 16 "
+                  "iterations. The exact inverse of the velocity block in the place of cycles on the compact one would "
+                  "take a fifth of them off, that of the Schur complement next to nothing.");
     return PD_OK;
 }
 

@@ -1,9 +1,9 @@
 /* steady: steady flow by Newton's method on the peridynamic residual.
  *
- * Each Newton step solves the exact linearisation by GMRES, preconditioned by a block triangle: one multigrid cycle for
- * each component of the velocity, three for the pressure, with a least-squares commutator and the drag of the walls for
- * the Schur complement (theory: section 4.4; Elman, Silvester and Wathen 2014, ch. 9). It stops on residuals, never on
- * changes per step.
+ * Each Newton step solves the exact linearisation by GMRES, preconditioned by a block factorization: one multigrid
+ * cycle for each component of the velocity before the pressure and one after it, three for the pressure, with a
+ * least-squares commutator and the drag of the walls for the Schur complement (theory: section 4.4; Elman, Silvester
+ * and Wathen 2014, ch. 9). It stops on residuals, never on changes per step.
  */
 #ifndef PD_STEADY_H
 #define PD_STEADY_H
