@@ -738,54 +738,6 @@ static void pdi_advance_pores(const pd_ctx *ctx, pd_reactive *r, double dt)
     pdi_advance_open(ctx, r, dt, 0);
 }
 
-<<<<<<< HEAD
-/* Where no current can leave, those that are given to circuits sum to zero. */
-static pd_status pdi_advance_given(pd_ctx *ctx, const pd_etch *metal)
-{
-    double sum = 0.0, size = 0.0;
-    for (int n = 0; n < metal->desc.electrodes.circuits; n++) {
-        sum += metal->desc.electrodes.circuit[n].value;
-        size += fabs(metal->desc.electrodes.circuit[n].value);
-    }
-    if (!(fabs(sum) > PDI_ADVANCE_SLACK * size)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the currents that are given to metals sum to %g A, and no inlet "
-                    "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
-}
-
-/* With migration: where no current can leave, sources give none but for rounding in a step of dt [s]. */
-static pd_status pdi_advance_sources(pd_ctx *ctx, pd_reactive *r, double dt)
-{
-    int64_t total = r->grid->total;
-    pdi_sum sum = {0.0, 0.0};
-    double size = 0.0, held = 0.0;
-    pdi_migration_tie(&r->migration);
-    if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
-    if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
-    if (r->migration.tied) return PD_OK;
-    if (r->surface && r->surface->electrode) PDI_TRY(pdi_advance_given(ctx, r->surface));
-    else if (r->surface && r->surface->count &&
-             (r->surface->desc.reads_phi || fabs(r->surface->kind->charge) > PDI_ADVANCE_SLACK))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
-                        "species has a potential and lets a current pass, expected one",
-                        r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double around = pdi_grid_circumference(r->grid, i);
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int n = 0; n < r->components.solutes; n++) {
-            double term = around * r->migration.charge[n] * r->source[n * total + i];
-            pdi_sum_add(&sum, term);
-            size += fabs(term);
-            held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
-        }
-    }
-    if (r->surface && r->surface->electrode) r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
-    if (!(fabs(pdi_sum_total(&sum)) > pdi_max(PDI_ADVANCE_SLACK * size, PDI_ADVANCE_FAINT * held / dt))) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
-                    "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
-}
-
-=======
->>>>>>> w-tmin
 static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     r->flux.absorb = r->still;

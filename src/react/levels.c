@@ -266,7 +266,7 @@ PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
     if (r->migration.tied) return PD_OK;
     if (r->surface && r->surface->electrode) PDI_TRY(pdi_levels_given(ctx, r->surface));
     else if (r->surface && r->surface->count &&
-             (r->surface->desc.reads_phi || fabs(r->surface->charge) > PDI_LEVELS_SLACK))
+             (r->surface->desc.reads_phi || fabs(r->surface->kind->charge) > PDI_LEVELS_SLACK))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "metal that dissolves %s, and no inlet or wall that holds "
                         "species has a potential and lets a current pass, expected one",
                         r->surface->desc.reads_phi ? "by the potential" : "gives a charge");
