@@ -195,7 +195,7 @@ static double pdi_precond_smooth(const pd_flow *flow)
 {
     double rate = 1.0 / flow->stabilisation;
     for (int d = 0; d < PD_DIM; d++) rate -= flow->nu / (flow->grid->h[d] * flow->grid->h[d]);
-    return flow->nu + PDI_PRECOND_ROUGH * fmax(rate, 0.0) / flow->bonds->stencil->lap_sum;
+    return flow->nu + PDI_PRECOND_ROUGH * pdi_max(rate, 0.0) / flow->bonds->stencil->lap_sum;
 }
 
 /* dp += q + nu r where r is smooth. Of what alternates in r the pressure flux alone knows. */

@@ -127,7 +127,7 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
                 row[k] = (float)sum;
                 rate -= (double)row[k] * s->kinetic[n].gain[k];
             }
-            r->filter[n].absorb[i] = fmax(rate, 0.0);
+            r->filter[n].absorb[i] = pdi_max(rate, 0.0);
         }
     }
     if (r->surface) pdi_layer_solve(ctx, r->surface, -1, 1);

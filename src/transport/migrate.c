@@ -136,7 +136,7 @@ PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, 
     for (int n = 0; n < m->count; n++) {
         for (int b = 0; b < count; b++) sum[n][b] = 0.0;
         pdi_migrate_walls(m, i, n, count, sum[n]);
-        most = fmax(most, fabs(m->charge[n]));
+        most = pdi_max(most, fabs(m->charge[n]));
     }
     for (int k = 0; k < m->flux->bonds->stencil->count; k++) {
         int32_t next = pdi_flux_bonds(m->flux, i, row, place, k, count, flux, bond);
@@ -144,7 +144,7 @@ PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, 
         for (int b = 0; b < count; b++) {
             rise[b] = m->psi[i + next + b] - m->psi[i + b];
             lift[b] = by ? m->lift[i + next + b] - m->lift[i + b] : 0.0;
-            steep = fmax(steep, fabs(rise[b]));
+            steep = pdi_max(steep, fabs(rise[b]));
         }
         for (int b = 0; b < count && m->pass; b++) bond[b] *= pdi_media_harmonic(m->pass[i + b], m->pass[i + next + b]);
         int smooth = !moves && steep * most < PDI_MIGRATE_SMALL;

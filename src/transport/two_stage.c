@@ -89,8 +89,8 @@ static double pdi_two_stage_error(const pd_two_stage *a, double *largest)
     double worst = 0.0, size = *largest;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
-        worst = fmax(worst, fabs(a->slope[i] - (t->c[i] - t->old[i])));
-        size = fmax(size, fmax(fabs(t->c[i]), fabs(a->start[i])));
+        worst = pdi_max(worst, fabs(a->slope[i] - (t->c[i] - t->old[i])));
+        size = pdi_max(size, pdi_max(fabs(t->c[i]), fabs(a->start[i])));
     }
     *largest = size;
     size += 2.0 * t->dt * pdi_krylov_least() / a->desc.rtol;
@@ -224,7 +224,7 @@ static pd_status pdi_two_stage_reject(pd_ctx *ctx, void *self, pd_step *s)
     a->time = s->time;
     a->out = a->passed[0];
     a->in = a->passed[1];
-    a->dt = s->dt * fmax(PDI_TWO_STAGE_SHRINK, pdi_sdirk_factor(s->error, PDI_TWO_STAGE_GROWTH));
+    a->dt = s->dt * pdi_max(PDI_TWO_STAGE_SHRINK, pdi_sdirk_factor(s->error, PDI_TWO_STAGE_GROWTH));
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
     return PD_OK;
 }
