@@ -77,7 +77,7 @@ static double pdi_components_others(const pd_components *s, const double *total)
 PDI_FN double pdi_components_activity(const pd_components *s, const double *c)
 {
     double slope, strength = 0.0;
-    for (int i = 0; i < s->solutes; i++) strength += 0.5 * pdi_components_square(s->charge[i]) * fmax(c[i], 0.0);
+    for (int i = 0; i < s->solutes; i++) strength += 0.5 * pdi_components_square(s->charge[i]) * pdi_max(c[i], 0.0);
     return s->debye > 0.0 ? pdi_activity_davies(s->debye, strength, &slope) : 0.0;
 }
 
@@ -192,11 +192,11 @@ static void pdi_components_members(pdi_components_work *w)
     if (!(w->debye > 0.0)) return;
     for (int step = 0; step < PDI_COMPONENTS_STRENGTHS; step++) {
         double fourth, sum = pdi_components_ions(w, ideal, &fourth);
-        double change = (sum - w->strength) / fmax(1.0 + fourth * w->slope, 0.5), size = fabs(change);
+        double change = (sum - w->strength) / pdi_max(1.0 + fourth * w->slope, 0.5), size = fabs(change);
         if (!(size > PDI_COMPONENTS_STRENGTH * w->strength)) break;
         if (size < PDI_COMPONENTS_SETTLED * w->strength && !(size < 0.5 * last)) break;
         last = size;
-        w->strength = fmax(w->strength + change, 0.1 * w->strength);
+        w->strength = pdi_max(w->strength + change, 0.1 * w->strength);
     }
     for (int n = 0; n < w->live; n++) w->x[n] -= w->davies * pdi_components_square(w->charge[n]);
 }
@@ -268,11 +268,11 @@ static double pdi_components_off(const pdi_components_work *w, double (*side)[2]
         if (w->sum[r] > 0.0) minus += w->sum[r];
         else if (minus > PDI_COMPONENTS_LEAST) plus -= w->sum[r];
         else terms = PDI_COMPONENTS_LEAST / DBL_EPSILON;
-        minus = fmax(minus, PDI_COMPONENTS_LEAST);
-        plus = fmax(plus, DBL_MIN);
+        minus = pdi_max(minus, PDI_COMPONENTS_LEAST);
+        plus = pdi_max(plus, DBL_MIN);
         off[r] = log(plus / minus);
-        worst = fmax(worst, fabs(off[r]));
-        *wrong = fmax(*wrong, fabs(plus - minus) / (terms + plus + minus));
+        worst = pdi_max(worst, fabs(off[r]));
+        *wrong = pdi_max(*wrong, fabs(plus - minus) / (terms + plus + minus));
         side[r][0] = plus;
         side[r][1] = minus;
     }
@@ -296,7 +296,7 @@ static void pdi_components_newton(const pdi_components_work *w, double (*side)[2
     }
     pdi_components_linear(w->rows, 1, a, b);
     for (int r = 0; r < w->rows; r++)
-        dy[r] = fmin(fmax(b[r][0], -PDI_COMPONENTS_LONGEST), PDI_COMPONENTS_LONGEST);
+        dy[r] = pdi_min(pdi_max(b[r][0], -PDI_COMPONENTS_LONGEST), PDI_COMPONENTS_LONGEST);
 }
 
 /* The members of the totals. 0: none were found. */
@@ -353,7 +353,7 @@ static void pdi_components_begin(const pd_components *s, const double *c, pdi_co
     w->others = w->davies = w->slope = w->strength = 0.0;
     for (int n = 0; n < s->live; n++) {
         w->charge[n] = s->charge[s->member[n]];
-        w->c[n] = fmax(c[s->member[n]], PDI_COMPONENTS_LEAST);
+        w->c[n] = pdi_max(c[s->member[n]], PDI_COMPONENTS_LEAST);
         w->x[n] = log(w->c[n]);
     }
 }
@@ -388,7 +388,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
     for (int k = 0; k < s->count; k++)
         if (!(fabs(total[k]) < HUGE_VAL)) return PD_NOT_CONVERGED;
     for (int k = s->joined; k < s->count; k++)
-        others += 0.5 * pdi_components_square(s->charge[s->master[k]]) * fmax(total[k], 0.0);
+        others += 0.5 * pdi_components_square(s->charge[s->master[k]]) * pdi_max(total[k], 0.0);
     w.others = others;
     pdi_components_ionic(&w);
     if (s->joined && !pdi_components_find(&w)) {
@@ -403,7 +403,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
     }
     if (s->joined && pdi_components_gone(&w)) pdi_components_again(s, &w);
     for (int n = 0; n < s->live; n++) c[s->member[n]] = w.c[n];
-    for (int k = s->joined; k < s->count; k++) c[s->master[k]] = fmax(total[k], 0.0);
+    for (int k = s->joined; k < s->count; k++) c[s->master[k]] = pdi_max(total[k], 0.0);
     return PD_OK;
 }
 

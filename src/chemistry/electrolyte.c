@@ -148,7 +148,7 @@ static pd_status pdi_electrolyte_ph(pd_ctx *ctx, const pd_electrolyte *e, const 
     memcpy(c, from, (size_t)e->count * sizeof *c);
     c[ion] += fabs(acid);
     double left = c[e->counter] - acid / e->species[e->counter].charge;
-    c[e->counter] = fmax(left, 0.0); /* of rounding at the bound */
+    c[e->counter] = pdi_max(left, 0.0); /* of rounding at the bound */
     memcpy(out, c, (size_t)e->count * sizeof *c);
     PDI_TRY(pd_electrolyte_solve(ctx, e, out, &s));
     *ph = s.ph;
@@ -175,7 +175,7 @@ static pd_status pdi_electrolyte_bracket(pd_ctx *ctx, const pd_electrolyte *e, d
                             "%g mol/m3: name another ion by 'counter'", ph, counter->name, from[e->counter]);
         a[0] = a[1];
         f[0] = f[1];
-        a[1] = sign * (most > 0.0 ? fmin(size, most) : size);
+        a[1] = sign * (most > 0.0 ? pdi_min(size, most) : size);
         PDI_TRY(pdi_electrolyte_ph(ctx, e, from, a[1], c, &f[1]));
         f[1] -= ph;
     }

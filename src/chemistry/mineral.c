@@ -123,14 +123,14 @@ PDI_FN double pdi_mineral_fraction(const pd_minerals *m, const double *n)
 {
     double sum = 0.0;
     for (int s = 0; s < m->count; s++) sum += m->of[s].volume * n[s];
-    return fmin(fmax(sum, 0.0), 1.0);
+    return pdi_min(pdi_max(sum, 0.0), 1.0);
 }
 
 PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *at)
 {
     double sum = m->square[s] * pdi_components_activity(c, at) - m->ln_k[s];
     for (int i = 0; i < c->solutes; i++)
-        if (m->nu[s][i] != 0.0) sum += m->nu[s][i] * log(fmax(at[i], PDI_MINERAL_LEAST));
+        if (m->nu[s][i] != 0.0) sum += m->nu[s][i] * log(pdi_max(at[i], PDI_MINERAL_LEAST));
     return sum;
 }
 
@@ -140,7 +140,7 @@ PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, cons
     for (int s = 0; s < m->count; s++) {
         const pd_mineral *of = &m->of[s];
         int free = !(of->rate > 0.0) && !(of->surface > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
-        start->rate[s] = free ? HUGE_VAL : of->rate + of->surface * fmax(n[s], 0.0);
+        start->rate[s] = free ? HUGE_VAL : of->rate + of->surface * pdi_max(n[s], 0.0);
         if (bare && pdi_mineral_index(c, m, s, at) < of->nucleation * log(10.0)) start->rate[s] = 0.0;
     }
 }
@@ -155,7 +155,7 @@ PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const
         for (int s = 0; s < m->count; s++) {
             signs |= m->gain[s][k] < 0.0;
             double rate = start->rate[s] < HUGE_VAL ? start->rate[s] * start->dt : HUGE_VAL;
-            most += m->gain[s][k] * (start->start[s] - fmax(start->start[s] - rate, 0.0));
+            most += m->gain[s][k] * (start->start[s] - pdi_max(start->start[s] - rate, 0.0));
         }
         if (!signs && most < 0.0) return 1;
     }
@@ -192,7 +192,7 @@ static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, cons
                               const double *at, double n)
 {
     double rate = start->rate[s] * start->dt, off = pdi_mineral_index(c, m, s, at);
-    if (rate < HUGE_VAL) off -= log1p(fmax((n - start->start[s]) / rate, -1.0)) / m->of[s].exponent;
+    if (rate < HUGE_VAL) off -= log1p(pdi_max((n - start->start[s]) / rate, -1.0)) / m->of[s].exponent;
     return off;
 }
 
@@ -226,26 +226,26 @@ static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *most, d
             if (w->m->gain[t][k] < 0.0) signs = 1;
             if (t != s) there -= w->m->gain[t][k] * (w->n[t] - w->base[t]);
         }
-        if (!signs) *most = fmin(*most, w->base[s] + there / w->m->gain[s][k]);
+        if (!signs) *most = pdi_min(*most, w->base[s] + there / w->m->gain[s][k]);
     }
     for (int t = 0; t < w->m->count; t++)
         if (t != s) taken += w->m->of[t].volume * w->n[t];
     *room = HUGE_VAL;
     if (!(w->m->of[s].volume > 0.0)) return;
-    *room = fmax((1.0 - w->m->of[s].porosity - taken) / w->m->of[s].volume, 0.0);
-    *room = fmax(*room, w->start->start[s]); /* what is there stays */
+    *room = pdi_max((1.0 - w->m->of[s].porosity - taken) / w->m->of[s].volume, 0.0);
+    *room = pdi_max(*room, w->start->start[s]); /* what is there stays */
 }
 
 /* A bracket of the amount of mineral s above `low`, where its law is off by a positive f[0]. 0: up to `room` it is. */
 static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
 {
     double rate = w->start->rate[s] * w->start->dt, size = 0.0;
-    double law = w->start->start[s] + rate * expm1(fmin(w->m->of[s].exponent *
+    double law = w->start->start[s] + rate * expm1(pdi_min(w->m->of[s].exponent *
                                                         pdi_mineral_index(w->c, w->m, s, w->at), 700.0));
-    double top = fmin(fmin(room, most), law > x[0] ? law : HUGE_VAL);
-    for (int k = 0; k < w->c->count; k++) size = fmax(size, fabs(w->total[k]));
+    double top = pdi_min(pdi_min(room, most), law > x[0] ? law : HUGE_VAL);
+    for (int k = 0; k < w->c->count; k++) size = pdi_max(size, fabs(w->total[k]));
     for (double step = PDI_MINERAL_FIRST * (size + x[0]);; step *= 4.0) {
-        x[1] = top < HUGE_VAL ? top : fmin(x[0] + step, room);
+        x[1] = top < HUGE_VAL ? top : pdi_min(x[0] + step, room);
         f[1] = pdi_mineral_off(w, s, x[1]);
         if (!(f[1] > 0.0)) return 1;
         if (x[1] >= room || top < HUGE_VAL || !(step < 1e100)) return 0;
@@ -260,11 +260,11 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
 {
     double rate = w->start->rate[s] * w->start->dt, start = w->start->start[s], most, room, x[2], f[2];
     if (!(rate > 0.0)) {
-        w->n[s] = fmax(start, 0.0);
+        w->n[s] = pdi_max(start, 0.0);
         return;
     }
     pdi_mineral_bounds(w, s, &most, &room);
-    x[0] = rate < HUGE_VAL ? fmax(start - rate, 0.0) : 0.0;
+    x[0] = rate < HUGE_VAL ? pdi_max(start - rate, 0.0) : 0.0;
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
     if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
@@ -272,7 +272,7 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
     double next;
     while (w->left > 0 && pdi_bracket_next(&b, &next)) {
         if (most < HUGE_VAL) {
-            double far = log(most - b.a), near = log(fmax(most - b.b, DBL_EPSILON * most));
+            double far = log(most - b.a), near = log(pdi_max(most - b.b, DBL_EPSILON * most));
             double bent = most - exp(far + pdi_bracket_share(&b) * (near - far));
             if (bent > b.a && bent < b.b) next = bent;
         }
@@ -291,11 +291,11 @@ static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int 
 {
     int columns = pdi_components_columns(c);
     double strength = 0.0, davies = 0.0, share[PD_SPECIES_MOST], others = 0.0;
-    for (int i = 0; i < c->solutes; i++) strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * fmax(at[i], 0.0);
+    for (int i = 0; i < c->solutes; i++) strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * pdi_max(at[i], 0.0);
     if (c->debye > 0.0) pdi_activity_davies(c->debye, strength, &davies);
     for (int i = 0; i < c->solutes; i++) {
         share[i] = m->square[s] * davies * 0.5 * (double)(c->charge[i] * c->charge[i]);
-        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / fmax(at[i], PDI_MINERAL_LEAST);
+        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / pdi_max(at[i], PDI_MINERAL_LEAST);
     }
     for (int k = 0; k < c->count; k++) slope[k] = k < c->joined ? 0.0 : share[c->master[k]];
     for (int n = 0; n < c->live; n++) {
@@ -337,7 +337,7 @@ static double pdi_mineral_bend(const pd_minerals *m, const pd_mineral_start *sta
 {
     double rate = start->rate[s] * start->dt;
     if (!(rate < HUGE_VAL)) return 0.0;
-    return 1.0 / (m->of[s].exponent * fmax(rate + n - start->start[s], DBL_EPSILON * rate));
+    return 1.0 / (m->of[s].exponent * pdi_max(rate + n - start->start[s], DBL_EPSILON * rate));
 }
 
 /* a [count][count]: how ln Omega of the active minerals, less that of their laws, falls with their amounts; slope: how
@@ -423,7 +423,7 @@ static double pdi_mineral_distance(pdi_mineral_work *w, double *off)
         double rate = w->start->rate[s] * w->start->dt;
         off[s] = s ? pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s]) : first;
         if (!(rate > 0.0) || (off[s] > 0.0 && pdi_mineral_full(w->c, w->m, w->start, s, w->at, w->n))) continue;
-        if (w->n[s] > 0.0 || off[s] > 0.0) worst = fmax(worst, fabs(off[s]));
+        if (w->n[s] > 0.0 || off[s] > 0.0) worst = pdi_max(worst, fabs(off[s]));
     }
     return worst;
 }
@@ -475,7 +475,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     for (double share = 1.0; share > PDI_MINERAL_SHORTEST; share *= 0.25) {
         for (int p = 0; p < count; p++) {
             pdi_mineral_bounds(w, active[p], &most, &room);
-            w->n[active[p]] = fmin(fmax(from[active[p]] + share * slope[p][0], 0.0), room);
+            w->n[active[p]] = pdi_min(pdi_max(from[active[p]] + share * slope[p][0], 0.0), room);
         }
         double now = pdi_mineral_distance(w, off);
         if (now < (*worst > PDI_MINERAL_NEAR ? PDI_MINERAL_BETTER : PDI_MINERAL_HALF) * *worst) {
@@ -502,10 +502,10 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
     memcpy(w.at, at, (size_t)c->solutes * sizeof *at);
     memcpy(w.guess, w.at, sizeof w.guess);
     memcpy(w.total, total, (size_t)c->count * sizeof *total);
-    for (int k = 0; k < c->count; k++) size = fmax(size, fabs(total[k]));
+    for (int k = 0; k < c->count; k++) size = pdi_max(size, fabs(total[k]));
     for (int s = 0; s < m->count; s++) {
         w.base[s] = w.n[s] = n[s];
-        size = fmax(size, n[s]);
+        size = pdi_max(size, n[s]);
     }
     for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
         double moved = 0.0, worst;
@@ -514,7 +514,7 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
         for (int s = 0; s < m->count; s++) {
             double before = w.n[s];
             pdi_mineral_one(&w, s);
-            moved = fmax(moved, fabs(w.n[s] - before));
+            moved = pdi_max(moved, fabs(w.n[s] - before));
         }
         if (!(moved > PDI_MINERAL_ROUND * DBL_EPSILON * size)) break;
     }

@@ -145,7 +145,7 @@ static void pdi_speciation_seed(pdi_speciation_work *w)
                 for (int i = 0; i < w->s->species; i++) {
                     double nu = way * w->s->nu[r][i];
                     if (w->s->phase[i] == PD_PHASE_SOLVENT) continue;
-                    if (nu < 0.0) most = fmin(most, w->n[i] / -nu);
+                    if (nu < 0.0) most = pdi_min(most, w->n[i] / -nu);
                     if (nu > 0.0 && !(w->n[i] > 0.0) && w->s->phase[i] == PD_PHASE_SOLUTE) makes = 1;
                 }
                 if (!makes || !(most > 0.0)) continue;
@@ -233,8 +233,8 @@ static void pdi_speciation_bound(const pdi_speciation_work *w, const int *list, 
         double room = HUGE_VAL;
         for (int i = 0; i < w->s->species; i++)
             if (w->state[i] == PDI_SPECIATION_FREE && w->row[list[r]][i] < 0.0)
-                room = fmin(room, PDI_SPECIATION_TAKE * w->n[i] / -w->row[list[r]][i]);
-        if (room < HUGE_VAL) dy[r] = fmin(dy[r], log((w->n[p] + room) / PDI_SPECIATION_MOLAR) - w->x[p]);
+                room = pdi_min(room, PDI_SPECIATION_TAKE * w->n[i] / -w->row[list[r]][i]);
+        if (room < HUGE_VAL) dy[r] = pdi_min(dy[r], log((w->n[p] + room) / PDI_SPECIATION_MOLAR) - w->x[p]);
     }
 }
 
@@ -268,7 +268,7 @@ static double pdi_speciation_worst(const pdi_speciation_work *w, const int *list
     double davies = w->s->debye > 0.0 ? pdi_activity_davies(w->s->debye, pdi_speciation_strength(w), &slope) : 0.0;
     for (int r = 0; r < rows; r++) {
         off[r] = pdi_speciation_off(w, list[r], davies);
-        worst = fmax(worst, fabs(off[r]));
+        worst = pdi_max(worst, fabs(off[r]));
     }
     return worst;
 }
@@ -387,7 +387,7 @@ static int pdi_speciation_shrink(pdi_speciation_work *w, const double *n0)
     for (int i = 0; i < w->s->species; i++) {
         w->n[i] = n0[i] + share * (w->n[i] - n0[i]);
         if (w->state[i] == PDI_SPECIATION_FREE && w->n[i] > 0.0) w->x[i] = log(w->n[i] / PDI_SPECIATION_MOLAR);
-        if (w->s->phase[i] == PD_PHASE_SOLID) w->n[i] = fmax(w->n[i], 0.0); /* rounding of one at its end */
+        if (w->s->phase[i] == PD_PHASE_SOLID) w->n[i] = pdi_max(w->n[i], 0.0); /* rounding of one at its end */
     }
     pdi_speciation_remove(w, first);
     return first;
@@ -410,7 +410,7 @@ static int pdi_speciation_judge(pdi_speciation_work *w, int spared, pd_speciatio
         if (i < 0 || w->state[i] == PDI_SPECIATION_OUT) continue;
         double off = pdi_speciation_off(w, r, davies);
         if (w->state[i] == PDI_SPECIATION_FREE) {
-            result->residual = fmax(result->residual, fabs(off));
+            result->residual = pdi_max(result->residual, fabs(off));
             continue;
         }
         result->log_activity[i] = -off / log(10.0);

@@ -14,7 +14,7 @@ PDI_FN double pdi_bracket_share(const pdi_bracket *s)
 
 PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x)
 {
-    double low = fmin(s->a, s->b), high = fmax(s->a, s->b);
+    double low = pdi_min(s->a, s->b), high = pdi_max(s->a, s->b);
     if (s->steps >= PDI_BRACKET_STEPS) return 0;
     int half = s->steps % PDI_BRACKET_MIDDLE == PDI_BRACKET_MIDDLE - 1;
     *x = half ? s->a : s->a + (s->b - s->a) * s->at_a / (s->at_a - s->at_b); /* the product first: ratios stay exact */

@@ -19,9 +19,9 @@ PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k)
 /* A slope with the sign of both secants, at most three times the smaller one; else none. */
 static double pdi_curve_cut(double slope, double a, double b)
 {
-    double sign = a > 0.0 ? 1.0 : -1.0, least = fmin(sign * a, sign * b);
+    double sign = a > 0.0 ? 1.0 : -1.0, least = pdi_min(sign * a, sign * b);
     if (!(least > 0.0) || !(sign * slope > 0.0)) return 0.0;
-    return sign * fmin(sign * slope, 3.0 * least);
+    return sign * pdi_min(sign * slope, 3.0 * least);
 }
 
 /* Slope at the first point of the parabola through it and two more: steps and secants from it on. */
@@ -95,8 +95,8 @@ PDI_FN double pdi_curve_piece(const double *x, const double *y, const double *sl
     double secant = (y[high] - y[low]) / step, a = slopes[low], b = slopes[high];
     double line = 3.0 * secant - 2.0 * a - b, bend = a + b - 2.0 * secant, up = y[high] > y[low] ? 1.0 : -1.0;
     /* rounding may not leave the piece, nor turn it */
-    *slope = up * fmax(up * (a + t * (2.0 * line + 3.0 * t * bend)), 0.0);
-    return fmin(fmax(y[low] + far * (a + t * (line + t * bend)), fmin(y[low], y[high])), fmax(y[low], y[high]));
+    *slope = up * pdi_max(up * (a + t * (2.0 * line + 3.0 * t * bend)), 0.0);
+    return pdi_min(pdi_max(y[low] + far * (a + t * (line + t * bend)), pdi_min(y[low], y[high])), pdi_max(y[low], y[high]));
 }
 
 PDI_FN double pdi_curve_eval(const pd_curve *c, double x)

@@ -66,8 +66,8 @@ static void pdi_pace_judge(pd_pace *pace, double now)
     double ratio = pdi_pace_ratio(pace), rest = PDI_PACE_REST * (now - pace->since);
     int one = ratio > 0.0 && ratio < 1.0, failed = pace->one && !one;
     if (!(ratio > 0.0)) rest *= 0.25;
-    else if (failed) rest = pace->pause = pace->pause > 0.0 ? fmin(2.0 * pace->pause, PDI_PACE_PAUSE) : rest;
-    else if (one) rest = pace->pause = pace->one ? PDI_PACE_SOON * rest : fmin(2.0 * pace->pause, rest);
+    else if (failed) rest = pace->pause = pace->pause > 0.0 ? pdi_min(2.0 * pace->pause, PDI_PACE_PAUSE) : rest;
+    else if (one) rest = pace->pause = pace->one ? PDI_PACE_SOON * rest : pdi_min(2.0 * pace->pause, rest);
     else pace->pause = 0.0;
     pace->until = failed || one ? now + rest : now;
     pdi_pace_open(pace, one, 0, now);
@@ -95,7 +95,7 @@ PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work,
         if (!pace->one) {
             if (loop->best <= 0.0 || took < loop->best) loop->best = took;
             /* one thread needs the least of threads * best and most */
-            if (took > fmin(threads * loop->best, most)) pace->lost += took - fmin(loop->best, most);
+            if (took > pdi_min(threads * loop->best, most)) pace->lost += took - pdi_min(loop->best, most);
             pace->spent += took;
         }
     }

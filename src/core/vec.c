@@ -15,14 +15,14 @@ PDI_FN double pdi_vec_norm(const double *a) { return sqrt(pdi_vec_dot(a, a)); }
 static double pdi_vec_eliminate(double *a, double *b, int nb)
 {
     double largest = 0.0, smallest = 1.0;
-    for (int i = 0; i < PD_DIM * PD_DIM; i++) largest = fmax(largest, fabs(a[i]));
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) largest = pdi_max(largest, fabs(a[i]));
     if (!(largest > 0.0)) return 0.0;
     for (int c = 0; c < PD_DIM; c++) {
         int pivot = c;
         for (int r = c + 1; r < PD_DIM; r++)
             if (fabs(a[r * PD_DIM + c]) > fabs(a[pivot * PD_DIM + c])) pivot = r;
         double value = a[pivot * PD_DIM + c];
-        smallest = fmin(smallest, fabs(value) / largest);
+        smallest = pdi_min(smallest, fabs(value) / largest);
         if (!(fabs(value) > 0.0)) return 0.0;
         for (int k = 0; k < PD_DIM; k++) {
             double swap = a[c * PD_DIM + k];

@@ -79,7 +79,7 @@ static pd_status pdi_couple_apart(pd_ctx *ctx, pd_couple *c)
     c->apart = 0.0;
     for (int n = 0; n < c->count; n++) {
         const pd_process *p = &c->process[n];
-        if (p->imbalance) c->apart = fmax(c->apart, p->imbalance(ctx, p->self));
+        if (p->imbalance) c->apart = pdi_max(c->apart, p->imbalance(ctx, p->self));
         if (c->apart <= c->desc.ledger_tolerance) continue;
         return pdi_fail(ctx, PD_ERR_LEDGER, "couple", "at t = %g s the balances of %s miss by %.3g of what they have, "
                         "expected at most %g", c->time, p->name, c->apart, c->desc.ledger_tolerance);
@@ -93,7 +93,7 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
     for (int e = 0; e < c->elements; e++) {
         pd_ledger *l = &c->ledger[e];
         l->imbalance = (l->solid + l->dissolved + l->carry - l->start) + (l->out - l->in);
-        double scale = l->solid_start > 0.0 ? l->solid_start : fmax(l->start, fmax(l->in, l->out));
+        double scale = l->solid_start > 0.0 ? l->solid_start : pdi_max(l->start, pdi_max(l->in, l->out));
         l->relative = scale > 0.0 ? fabs(l->imbalance) / scale : 0.0;
         /* what has passed is rounded in every step, and may be many times the metal */
         double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out));
@@ -294,7 +294,7 @@ double pd_couple_volume_loss(const pd_couple *c)
 double pd_couple_imbalance(const pd_couple *c)
 {
     double worst = c->apart;
-    for (int e = 0; e < c->elements; e++) worst = fmax(worst, c->ledger[e].relative);
+    for (int e = 0; e < c->elements; e++) worst = pdi_max(worst, c->ledger[e].relative);
     return worst;
 }
 

@@ -119,8 +119,8 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
         }
         if (!c) continue;
         pdi_sum_add(&dissolved, around * c[i]);
-        r->least = fmin(r->least, c[i]);
-        r->most = fmax(r->most, c[i]);
+        r->least = pdi_min(r->least, c[i]);
+        r->most = pdi_max(r->most, c[i]);
     }
     r->volume = nodes * volume;
     r->dissolved = pdi_sum_total(&dissolved) * volume;

@@ -335,7 +335,7 @@ static pd_status pdi_structure_small(pd_ctx *ctx, const pd_structure *s)
     double young = s->desc.elastic.young, x[PD_DIM];
     if (s->desc.material != PD_STRUCTURE_CORRESPONDENCE && s->desc.material != PD_STRUCTURE_ORDINARY) return PD_OK;
     for (int32_t i = 0; i < s->count; i++) {
-        double strain = fmax(s->mises[i], fabs(s->pressure[i])) / young;
+        double strain = pdi_max(s->mises[i], fabs(s->pressure[i])) / young;
         double slip = s->solid.slip ? s->slip[i] : 0.0;
         if (strain < PDI_STRUCTURE_STRAIN && slip < PDI_STRUCTURE_SLIP) continue;
         pd_grid_position(s->grid, s->node[i], x);

@@ -514,7 +514,7 @@ static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
                                 u[d]);
             double *value = &flow->held[d * flow->inlets + k], fresh = flip >> d & 1 ? -u[d] : u[d];
-            *moved = fmax(*moved, fabs(fresh - *value));
+            *moved = pdi_max(*moved, fabs(fresh - *value));
             *value = flow->u[(int64_t)d * grid->total + node] = fresh;
         }
     }
@@ -538,7 +538,7 @@ static void pdi_flow_wall(void *user, const double *x, double *u)
 {
     pdi_flow_walls *walls = (pdi_flow_walls *)user;
     walls->flow->wall(walls->flow->wall_user, x, u);
-    for (int d = 0; d < PD_DIM; d++) walls->fastest = fmax(walls->fastest, fabs(u[d]));
+    for (int d = 0; d < PD_DIM; d++) walls->fastest = pdi_max(walls->fastest, fabs(u[d]));
 }
 
 /* What moving walls do to row r (eq. 3.3), and their acceleration from t - half to t + half (eq. 4.17b). */
@@ -583,11 +583,11 @@ static void pdi_flow_scale(pd_flow *flow, double walls)
     for (int d = 0; d < PD_DIM; d++) {
         double most = fabs(flow->force[d]);
         for (int32_t node = 0; node < flow->grid->total && flow->body; node++)
-            if (flow->grid->kind[node] == PD_FLUID) most = fmax(most, fabs(pdi_flow_force(flow, d, node)));
-        force = fmax(force, most);
-        if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = fmax(around, most);
+            if (flow->grid->kind[node] == PD_FLUID) most = pdi_max(most, fabs(pdi_flow_force(flow, d, node)));
+        force = pdi_max(force, most);
+        if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = pdi_max(around, most);
     }
-    flow->speed = fmax(fmax(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_forced_speed(flow, around));
+    flow->speed = pdi_max(pdi_max(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_forced_speed(flow, around));
     if (!(flow->speed > 0.0)) flow->speed = pdi_flow_forced_speed(flow, force);
     if (!(flow->speed > 0.0)) flow->speed = flow->nu / flow->length; /* nothing moves */
 }
@@ -598,7 +598,7 @@ PDI_FN void pdi_flow_start(pd_flow *flow)
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
         for (int d = 0; d < PD_DIM; d++)
-            flow->speed = fmax(flow->speed, fabs(flow->u[(int64_t)d * grid->total + i]));
+            flow->speed = pdi_max(flow->speed, fabs(flow->u[(int64_t)d * grid->total + i]));
     }
     pdi_flow_stabilise(flow);
 }
@@ -620,11 +620,11 @@ static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half, do
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
                                 pdi_grid_place(flow->grid, bonds->node[r], place));
             }
-            if (bonds->wall_lap[r] > 0.0) largest = fmax(largest, fabs(motion[d] - *value) / bonds->wall_lap[r]);
+            if (bonds->wall_lap[r] > 0.0) largest = pdi_max(largest, fabs(motion[d] - *value) / bonds->wall_lap[r]);
             *value = motion[d];
         }
     }
-    *moved = fmax(*moved, largest);
+    *moved = pdi_max(*moved, largest);
     *fastest = walls.fastest;
     return PD_OK;
 }
@@ -642,7 +642,7 @@ static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *moved)
             double *value = &flow->body[(int64_t)d * grid->total + node];
             if (!(fabs(f[d]) < 1e100))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the body force at (%g, ...) m is %g m/s2", x[0], f[d]);
-            *moved = fmax(*moved, fabs(f[d] - *value));
+            *moved = pdi_max(*moved, fabs(f[d] - *value));
             *value = f[d];
         }
     }
@@ -658,7 +658,7 @@ static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double half
     PDI_TRY(pdi_flow_inlets(ctx, flow, &velocity));
     PDI_TRY(pdi_flow_move_walls(ctx, flow, half, &velocity, walls));
     PDI_TRY(pdi_flow_body(ctx, flow, &force));
-    if (moved) *moved = fmax(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
+    if (moved) *moved = pdi_max(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
     return PD_OK;
 }
 
@@ -668,7 +668,7 @@ PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half, 
     if (moved) *moved = 0.0;
     if (!flow->clock) return PD_OK;
     PDI_TRY(pdi_flow_data(ctx, flow, t, half, moved, &walls));
-    double speed = fmax(pdi_scales_entry(flow->grid, flow->u), walls);
+    double speed = pdi_max(pdi_scales_entry(flow->grid, flow->u), walls);
     if (!(speed > flow->speed)) return PD_OK;
     flow->speed = speed; /* the problem has become a faster one */
     pdi_flow_stabilise(flow);

@@ -222,7 +222,7 @@ static double pdi_force_outside(const pd_grid *grid, int shape, const double *x)
     }
     while (more) {
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + ((i[d] + 0.5) / PDI_FORCE_PIECES - 0.5) * grid->h[d];
-        sum += fmin(fmax(0.5 + pdi_grid_level(grid, shape, at) / size, 0.0), 1.0);
+        sum += pdi_min(pdi_max(0.5 + pdi_grid_level(grid, shape, at) / size, 0.0), 1.0);
         more = 0;
         for (int d = 0; d < PD_DIM && !more; d++) {
             more = i[d] + 1 < PDI_FORCE_PIECES;
@@ -466,7 +466,7 @@ PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, con
         at[d] = 0.0;
     }
     if (flow->wall) flow->wall(flow->wall_user, sight.place, at);
-    for (int d = 0; d < PD_DIM; d++) moves = fmax(moves, fabs(at[d]));
+    for (int d = 0; d < PD_DIM; d++) moves = pdi_max(moves, fabs(at[d]));
     if (square < PDI_FORCE_BESIDE * PDI_FORCE_BESIDE && !(moves > 0.0) && pdi_force_lean(&sight, flow, &slope))
         pdi_quadratic_slope(&fit, sight.place, sight.normal, slope);
     return pdi_quadratic_solve(&fit);

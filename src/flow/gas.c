@@ -434,7 +434,7 @@ pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)
     pdi_gas_ghosts(gas, 0);
     pdi_gas_sweep(ctx, gas, pdi_gas_limit_lanes);
     for (int32_t i = 0; i < gas->grid->total; i++)
-        if (gas->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, gas->rate[i]);
+        if (gas->grid->kind[i] == PD_FLUID) fastest = pdi_max(fastest, gas->rate[i]);
     *limit = fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
     return PD_OK;
 }

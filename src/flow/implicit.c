@@ -118,7 +118,7 @@ static double pdi_implicit_error(pd_implicit *im)
         if (flow->grid->kind[i] != PD_FLUID) continue;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + i;
-            worst = fmax(worst, fabs(im->slope[at] - (flow->u[at] - im->target[at])));
+            worst = pdi_max(worst, fabs(im->slope[at] - (flow->u[at] - im->target[at])));
         }
     }
     return worst / flow->speed;
@@ -209,7 +209,7 @@ static pd_status pdi_implicit_again(pd_ctx *ctx, void *self, pd_step *s)
     double dt = s->dt;
     if (solved) pdi_implicit_reject(ctx, im, dt);
     im->time = s->time;
-    im->dt = dt * fmax(PDI_IMPLICIT_SHRINK, pdi_sdirk_factor(s->error, PDI_IMPLICIT_GROWTH));
+    im->dt = dt * pdi_max(PDI_IMPLICIT_SHRINK, pdi_sdirk_factor(s->error, PDI_IMPLICIT_GROWTH));
     s->dt = pdi_sdirk_clip(im->dt, im->desc.largest, s->limit - s->time, &last);
     if (dt > PDI_IMPLICIT_SMALLEST * im->desc.first) return PD_OK;
     if (solved)
@@ -237,7 +237,7 @@ static double pdi_implicit_wanted(const pd_implicit *im) { return im->dt > 0.0 ?
 /* What moves with the flow sees it at the ends of steps as long as its own. */
 static pd_status pdi_implicit_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
-    s->dt = fmin(s->dt, pdi_implicit_wanted((const pd_implicit *)self));
+    s->dt = pdi_min(s->dt, pdi_implicit_wanted((const pd_implicit *)self));
     return pdi_process_longest(ctx, self, s);
 }
 

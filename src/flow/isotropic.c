@@ -111,7 +111,7 @@ PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate)
 {
     double longest = 0.0;
     if (!isotropic->bonds) return 0.0;
-    for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, isotropic->bonds->stencil->h[d]);
+    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, isotropic->bonds->stencil->h[d]);
     double times = rate * longest / PDI_ISOTROPIC_CELL;
     return 1.0 / (1.0 + times * times);
 }

@@ -32,7 +32,7 @@ static int pdi_spectrum_inside(double re, double im)
 /* *dt is lowered until the eigenvalue re + i im [1/s] is inside. Waves that grow by themselves do so at any step. */
 static void pdi_spectrum_lower(double re, double im, double *dt)
 {
-    re = fmin(re, 0.0);
+    re = pdi_min(re, 0.0);
     if (pdi_spectrum_inside(*dt * re, *dt * im)) return;
     double low = 0.0, high = *dt;
     for (int k = 0; k < 40; k++) {
@@ -77,7 +77,7 @@ static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double 
     double v = q->viscosity * spread, t = q->stabilisation * damp, shift = -slope * speed;
     double re = 0.25 * (v - t) * (v - t) - slope * slope * q->sound * q->sound, im = -0.5 * slope * speed * t;
     double size = sqrt(re * re + im * im);
-    double root_re = sqrt(0.5 * fmax(size + re, 0.0)), root_im = sqrt(0.5 * fmax(size - re, 0.0));
+    double root_re = sqrt(0.5 * pdi_max(size + re, 0.0)), root_im = sqrt(0.5 * pdi_max(size - re, 0.0));
     if (im < 0.0) root_im = -root_im;
     pdi_spectrum_lower(-0.5 * (v + t) + root_re, shift + root_im, dt);
     pdi_spectrum_lower(-0.5 * (v + t) - root_re, shift - root_im, dt);
@@ -153,7 +153,7 @@ static double pdi_spectrum_norms(const pd_spectrum *sp, const pdi_spectrum_state
         double angle = 0.5 * PDI_PI * a / PDI_SPECTRUM_ANGLES, c = cos(angle), s = sin(angle);
         double x = c * c * q->stabilisation * sp->laplacian + s * s * q->viscosity * (sp->laplacian + sp->wall);
         double y = sp->gradient * (2.0 * s * c * q->sound + speed);
-        dt = fmin(dt, y > 0.0 ? PDI_SPECTRUM_IMAGINARY / y : HUGE_VAL);
+        dt = pdi_min(dt, y > 0.0 ? PDI_SPECTRUM_IMAGINARY / y : HUGE_VAL);
         if (!(dt < HUGE_VAL)) dt = 2.6 / x;
         pdi_spectrum_lower(-x, y, &dt);
     }
@@ -183,7 +183,7 @@ static void pdi_spectrum_sound(const pd_ctx *ctx, pdi_spectrum_work *w)
     pd_op_gradient(ctx, bonds, w->now, w->grad);
     for (int32_t r = 0; r < bonds->rows; r++)
         for (int d = 0; d < PD_DIM; d++)
-            w->grad[d * total + bonds->node[r]] *= fmax(1.0 - bonds->wall_curv[r], 0.0);
+            w->grad[d * total + bonds->node[r]] *= pdi_max(1.0 - bonds->wall_curv[r], 0.0);
     pd_ghosts_vector(&bonds->ghosts, w->grad);
     pdi_flow_advecting(ctx, w->flow, w->grad, NULL, w->advecting);
     pd_op_divergence(ctx, bonds, w->advecting, w->after);
@@ -205,7 +205,7 @@ static double pdi_spectrum_tridiagonal(int n, const double *diagonal, const doub
     double high = 0.0, low = 0.0;
     for (int i = 0; i < n; i++) {
         double radius = sqrt(i ? off[i - 1] : 0.0) + sqrt(i < n - 1 ? off[i] : 0.0);
-        high = fmax(high, diagonal[i] + radius);
+        high = pdi_max(high, diagonal[i] + radius);
     }
     for (int k = 0; k < 60; k++) {
         double middle = 0.5 * (low + high), pivot = 1.0;
@@ -239,7 +239,7 @@ static double pdi_spectrum_lanczos(const pd_ctx *ctx, pdi_spectrum_work *w)
             w->before[i] = w->now[i];
             w->now[i] = grid->kind[i] == PD_FLUID ? next : 0.0;
         }
-        last = fmax(last, fabs(diagonal[n]));
+        last = pdi_max(last, fabs(diagonal[n]));
         off[n++] = pdi_spectrum_dot(grid, w->now, w->now);
         size = sqrt(off[n - 1]);
     }
@@ -273,7 +273,7 @@ static double pdi_spectrum_wall(const pd_bonds *bonds)
         double more = bonds->wall_lap[r];
         for (int k = 0; k < bonds->stencil->count; k++)
             if (!pdi_bond_open(bonds, r, k)) more -= lap[k];
-        most = fmax(most, more);
+        most = pdi_max(most, more);
     }
     return most;
 }
@@ -287,7 +287,7 @@ static double pdi_spectrum_rings(const pd_bonds *bonds)
         if (bonds->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < bonds->stencil->count; k++) sum += 2.0 * fabs(pdi_bond_lap(bonds, i)[k]);
         if (bonds->axisym.hoop) sum += bonds->axisym.hoop[i / bonds->grid->stride[PD_DIM - 1]];
-        most = fmax(most, sum);
+        most = pdi_max(most, sum);
     }
     return most;
 }
@@ -314,7 +314,7 @@ PDI_FN pd_status pdi_spectrum_build(pd_ctx *ctx, const pd_flow *flow, pd_spectru
         double k[PD_DIM];
         pdi_spectrum_vector(sp, w, k);
         pdi_spectrum_symbol(s, k, sp->slope + (int64_t)w * PD_DIM, &sp->spread[w], &sp->stabilisation[w]);
-        sp->laplacian = fmax(sp->laplacian, sp->spread[w]);
+        sp->laplacian = pdi_max(sp->laplacian, sp->spread[w]);
     }
     if (!sp->cut) return PD_OK;
     if (flow->bonds->axisym.lap) sp->laplacian = pdi_spectrum_rings(flow->bonds);

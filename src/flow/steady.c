@@ -61,7 +61,7 @@ static int64_t pdi_steady_size(const pd_flow *flow) { return (int64_t)(PD_DIM + 
  * other. */
 static double pdi_steady_force(const pd_steady *s)
 {
-    return fmax(pdi_flow_momentum(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
+    return pdi_max(pdi_flow_momentum(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
 }
 static double pdi_steady_strain(const pd_flow *flow) { return flow->speed / flow->length; }
 
@@ -188,7 +188,7 @@ static void pdi_steady_report(const pd_ctx *ctx, const pd_steady *s, pd_steady_r
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double momentum = pdi_par_max_abs(ctx, split, s->residual);
     double continuity = pdi_par_max_abs(ctx, total, s->residual + split);
-    result->excess = fmax(momentum, continuity) / s->desc.tolerance;
+    result->excess = pdi_max(momentum, continuity) / s->desc.tolerance;
     result->momentum = momentum * (pdi_steady_force(s) / pdi_flow_momentum(flow, speed, length));
     result->continuity = continuity * (pdi_steady_strain(flow) / (speed / length));
 }
@@ -223,7 +223,7 @@ static double pdi_steady_fastest(const pd_ctx *ctx, const pd_steady *s)
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++) s->step[d * total + i] = kind[i] == PD_FLUID ? flow->u[d * total + i] : 0.0;
-    return fmax(pdi_par_max_abs(ctx, PD_DIM * total, s->step), pdi_par_max_abs(ctx, held, flow->held));
+    return pdi_max(pdi_par_max_abs(ctx, PD_DIM * total, s->step), pdi_par_max_abs(ctx, held, flow->held));
 }
 
 /* The weight of the momentum residuals that keeps both off-diagonal blocks of the preconditioned matrix of one size:
@@ -237,8 +237,8 @@ static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
     pdi_precond_mobility(ctx, flow, s->rate, s->advecting);
     double mobility = pdi_par_max_abs(ctx, grid->total, s->advecting);
     for (int d = 0; d < PD_DIM; d++) {
-        far = fmax(far, grid->n[d] * grid->h[d]);
-        near = fmin(near, grid->h[d]);
+        far = pdi_max(far, grid->n[d] * grid->h[d]);
+        near = pdi_min(near, grid->h[d]);
     }
     s->weight = 1.0;
     if (!(mobility > 0.0)) return;
@@ -352,7 +352,7 @@ static void pdi_steady_order(pd_flow *flow)
 {
     double rate = flow->speed / flow->nu, longest = 0.0;
     if (flow->order != PD_FLOW_PAYING) return;
-    for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, flow->grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, flow->grid->h[d]);
     int calm = rate * flow->length <= PDI_STEADY_SHARP * (1.0 + 1e-9) && rate * longest <= PDI_STEADY_SHARP_CELL;
     flow->order = calm && pdi_sharp_pays(flow->bonds) ? 4 : 2;
     if (flow->order == 2) return;
@@ -585,7 +585,7 @@ static double pdi_steady_bend(const pd_ctx *ctx, const pd_steady *s)
                       2.0 * rate * pdi_par_dot(ctx, split, s->residual, s->step) +
                       rate * rate * pdi_par_dot(ctx, split, s->step, s->step);
     double continuity = pdi_par_dot(ctx, size - split, s->residual + split, s->residual + split);
-    return sqrt(fmax(s->weight * s->weight * momentum, 0.0) + continuity);
+    return sqrt(pdi_max(s->weight * s->weight * momentum, 0.0) + continuity);
 }
 
 /* Switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10). A step that is taken back
@@ -599,7 +599,7 @@ static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *
                                          sqrt(norm / s->norm0)));
     PDI_TRY(pdi_steady_newton(ctx, s, path->forcing, result, &effort));
     path->norm = pdi_steady_residual(ctx, s, result);
-    double bend = fmin(pdi_steady_bend(ctx, s), path->norm) / norm;
+    double bend = pdi_min(pdi_steady_bend(ctx, s), path->norm) / norm;
     if (!(path->norm < PDI_STEADY_GROWTH * norm)) path->norm = pdi_steady_shorten(ctx, s, norm, &taken, result);
     path->since++;
     if (path->norm < 0.5 * path->best) {
@@ -608,12 +608,12 @@ static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *
     }
     if (!taken) path->boost *= 10.0;
     else if (effort > s->desc.max_krylov) path->boost *= 4.0;
-    else if (bend > PDI_STEADY_BEND) path->boost *= fmin(2.0 * bend / PDI_STEADY_BEND, 10.0);
-    else if (bend < 0.25 * PDI_STEADY_BEND) path->boost = fmax(path->least, path->boost * 0.5);
+    else if (bend > PDI_STEADY_BEND) path->boost *= pdi_min(2.0 * bend / PDI_STEADY_BEND, 10.0);
+    else if (bend < 0.25 * PDI_STEADY_BEND) path->boost = pdi_max(path->least, path->boost * 0.5);
     if (!taken) return PD_OK;
     /* no better than asked for */
-    path->forcing = fmax(pdi_krylov_forcing(path->norm / norm), PDI_STEADY_ENOUGH / fmax(result->excess, 1.0));
-    path->forcing = fmin(PDI_KRYLOV_LOOSE, path->forcing);
+    path->forcing = pdi_max(pdi_krylov_forcing(path->norm / norm), PDI_STEADY_ENOUGH / pdi_max(result->excess, 1.0));
+    path->forcing = pdi_min(PDI_KRYLOV_LOOSE, path->forcing);
     return PD_OK;
 }
 
@@ -627,7 +627,7 @@ static pd_status pdi_steady_find(pd_ctx *ctx, pd_steady *s, pd_steady_result *re
     path.norm = path.best = pdi_steady_residual(ctx, s, result);
     path.boost = path.least = s->norm0 > 0.0 ? PDI_STEADY_AGAIN : 1.0;
     path.forcing = 0.1;
-    s->norm0 = fmax(s->norm0, path.norm);
+    s->norm0 = pdi_max(s->norm0, path.norm);
     while (status == PD_OK && result->excess > 1.0) {
         if (path.since > PDI_STEADY_PATIENCE || path.boost > PDI_STEADY_MAX_BOOST ||
             (s->desc.max_newton > 0 && result->newton >= s->desc.max_newton))
@@ -669,7 +669,7 @@ static pd_status pdi_steady_find_stage(pd_ctx *ctx, pd_steady *s, double toleran
         if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE) break;
         int effort = 0;
         before = norm;
-        double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
+        double forcing = pdi_min(PDI_STEADY_STAGE_FORCING, pdi_max(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
         pdi_jacobian_freeze(ctx, &s->jacobian);
         if (!again) status = pdi_steady_setup(ctx, s, s->rate);
         if (status < 0) break;

@@ -54,7 +54,7 @@ static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady
     un->flow = flow;
     memset(&flow->isotropic, 0, sizeof flow->isotropic); /* the limit is that of the weights of the Laplacian */
     double spacing = grid->h[0];
-    for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
+    for (int d = 1; d < PD_DIM; d++) spacing = pdi_min(spacing, grid->h[d]);
     /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
     flow->stabilisation = un->desc.diffusion * s->m * spacing / un->desc.sound;
     PDI_TRY(pdi_owner_build(ctx, pdi_unsteady_list, un));
@@ -195,10 +195,10 @@ static void pdi_unsteady_extremes(const pd_unsteady *un, double *key)
     for (int d = 0; d < PD_DIM; d++) key[d] = 0.0;
     for (int32_t i = 0; i < grid->total; i++) {
         if (!pdi_grid_open(grid->kind[i])) continue;
-        for (int d = 0; d < PD_DIM; d++) key[d] = fmax(key[d], fabs(un->flow->u[(int64_t)d * grid->total + i]));
+        for (int d = 0; d < PD_DIM; d++) key[d] = pdi_max(key[d], fabs(un->flow->u[(int64_t)d * grid->total + i]));
         if (grid->kind[i] != PD_FLUID) continue;
-        high = fmax(high, un->density[i]);
-        low = fmin(low, un->density[i]);
+        high = pdi_max(high, un->density[i]);
+        low = pdi_min(low, un->density[i]);
     }
     for (int d = 0; d < PD_DIM; d++) key[d] = pdi_unsteady_parts(key[d] / un->desc.sound);
     key[PD_DIM] = un->desc.eos == PD_EOS_TAIT ? pdi_unsteady_parts(pow(high, 0.5 * (un->desc.gamma - 1.0))) : 1.0;

@@ -25,7 +25,7 @@ static void pdi_arrows_head(pdi_canvas *canvas, double x, double y, double dx, d
 
 static void pdi_arrows_arrow(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
 {
-    double length = pdi_canvas_length(xb - xa, yb - ya), head = fmin(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
+    double length = pdi_canvas_length(xb - xa, yb - ya), head = pdi_min(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
     double dx = (xb - xa) / length, dy = (yb - ya) / length;
     pdi_canvas_stroke(canvas, xa, ya, xb - 0.5 * head * dx, yb - 0.5 * head * dy);
     pdi_arrows_head(canvas, xb, yb, dx, dy, head);
@@ -94,7 +94,7 @@ PDI_FN pd_status pdi_arrows_grid(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *c
     int count[2];
     double size[2] = {f->nx * f->size[0], f->ny * f->size[1]}, end[2];
     pd_status status = PD_OK;
-    for (int d = 0; d < 2; d++) count[d] = (int)fmax(1.0, floor(size[d] / a->longest));
+    for (int d = 0; d < 2; d++) count[d] = (int)pdi_max(1.0, floor(size[d] / a->longest));
     for (int core = 0; core < 2 && status == PD_OK; core++) {
         status = pdi_arrows_begin(ctx, canvas, core);
         for (int k = 0; k < count[0] * count[1] && status == PD_OK; k++) {

@@ -211,19 +211,19 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
     }
     double dx = xb - xa, dy = yb - ya;
     int steep = fabs(dy) > fabs(dx);
-    double from = steep ? fmin(ya, yb) : fmin(xa, xb), to = steep ? fmax(ya, yb) : fmax(xa, xb);
+    double from = steep ? pdi_min(ya, yb) : pdi_min(xa, xb), to = steep ? pdi_max(ya, yb) : pdi_max(xa, xb);
     /* Walk along the longer axis and paint the short span across the stroke. */
     double across = reach * 1.5;
     for (int i = (int)floor(from - reach); i <= (int)ceil(to + reach); i++) {
-        double along = fmin(fmax(i + 0.5, from), to), centre;
+        double along = pdi_min(pdi_max(i + 0.5, from), to), centre;
         if (steep) centre = dy != 0 ? xa + (along - ya) * dx / dy : xa;
         else centre = dx != 0 ? ya + (along - xa) * dy / dx : ya;
         for (int j = (int)floor(centre - across); j <= (int)ceil(centre + across); j++) {
             int x = steep ? j : i, y = steep ? i : j;
             double cover = width / 2 + 0.5 - pdi_canvas_distance(x + 0.5, y + 0.5, xa, ya, dx, dy);
             if (!(cover > 0)) continue;
-            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, fmin(cover, 1.0));
-            else pdi_canvas_blend(canvas, x, y, colour, fmin(cover, 1.0));
+            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, pdi_min(cover, 1.0));
+            else pdi_canvas_blend(canvas, x, y, colour, pdi_min(cover, 1.0));
         }
     }
 }

@@ -119,7 +119,7 @@ PDI_FN void pdi_colour_table(pd_map map, uint32_t *table)
         double want = length[PDI_COLOUR_FINE] * k / (PDI_COLOUR_COUNT - 1);
         while (i < PDI_COLOUR_FINE - 1 && length[i + 1] < want) i++;
         double share = (want - length[i]) / (length[i + 1] - length[i]);
-        table[k] = pdi_colour_srgb(pdi_colour_path(map, fmin((i + share) / PDI_COLOUR_FINE, 1.0)));
+        table[k] = pdi_colour_srgb(pdi_colour_path(map, pdi_min((i + share) / PDI_COLOUR_FINE, 1.0)));
     }
 }
 

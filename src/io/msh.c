@@ -160,7 +160,7 @@ static pd_status pdi_msh_nodes(pdi_msh *m)
         if (k && m->node[k].id == m->node[k - 1].id)
             return pdi_scan_fail(s, begin, "two nodes with the number %.0f", (double)m->node[k].id);
         for (int d = 0; d < 3; d++)
-            m->cells.extent = fmax(m->cells.extent, fabs(m->node[k].x[d] - m->node[0].x[d]));
+            m->cells.extent = pdi_max(m->cells.extent, fabs(m->node[k].x[d] - m->node[0].x[d]));
     }
     return PD_OK;
 }

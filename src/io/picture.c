@@ -93,9 +93,9 @@ PDI_FN void pdi_picture_span(pd_map map, int log_scale, double *lo, double *hi)
     if (*lo > *hi) { /* nothing to show */
         *lo = log_scale ? 1 : 0;
         *hi = log_scale ? 10 : 1;
-    } else if (log_scale) *lo = fmax(*lo, *hi * pow(10.0, -PDI_PICTURE_DECADES));
+    } else if (log_scale) *lo = pdi_max(*lo, *hi * pow(10.0, -PDI_PICTURE_DECADES));
     else if (map == PD_MAP_DIVERGING) {
-        *hi = fmax(fabs(*lo), fabs(*hi));
+        *hi = pdi_max(fabs(*lo), fabs(*hi));
         if (!(*hi > 0)) *hi = 1;
         *lo = -*hi;
     }
@@ -137,7 +137,7 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted, int largest, 
     pdi_picture_scale s = {cells, 1, 1, 0, 0};
     if (smooth && wanted >= cells) {
         s.smooth = 1;
-        s.pixels = (int)fmax(floor(wanted + 0.5), PDI_PICTURE_SMALLEST);
+        s.pixels = (int)pdi_max(floor(wanted + 0.5), PDI_PICTURE_SMALLEST);
         return s;
     }
     /* The small shift lets equal spacings round alike. */
@@ -151,7 +151,7 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted, int largest, 
 /* Beside an axis of merged cells those of the other one are merged, too, so that their scales stay equal. */
 static void pdi_picture_even(double wanted, pdi_picture_scale *s)
 {
-    int merged = (int)fmax(1.0, floor(s->cells / fmax(wanted, 1.0) + 0.5)), pixels = (s->cells + merged - 1) / merged;
+    int merged = (int)pdi_max(1.0, floor(s->cells / pdi_max(wanted, 1.0) + 0.5)), pixels = (s->cells + merged - 1) / merged;
     if (s->each > 1 || s->merged > 1 || s->smooth || merged < 2 || pixels < PDI_PICTURE_SMALLEST) return;
     s->merged = merged;
     s->pixels = pixels;
@@ -170,7 +170,7 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
 {
     double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
     double width = p->width ? p->width : PD_PICTURE_WIDTH; /* [pixel] */
-    double scale = fmin(width / lx, PD_PICTURE_SQUAT * width / ly); /* [pixel/m] */
+    double scale = pdi_min(width / lx, PD_PICTURE_SQUAT * width / ly); /* [pixel/m] */
     if (p->magnification) scale = p->magnification * p->nx / lx;
     int largest = (int)(PDI_PICTURE_LARGEST * width), smooth = p->smooth && p->map != PD_MAP_LABELS;
     smooth = smooth && scale * lx >= p->nx && scale * ly >= p->ny;
@@ -179,8 +179,8 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
     if (l->x.merged > 1) pdi_picture_even(l->x.pixels / lx * ly, &l->y);
     if (l->y.merged > 1) pdi_picture_even(l->y.pixels / ly * lx, &l->x);
     l->aspect = (l->y.pixels / ly) / (l->x.pixels / lx);
-    double size_x = fmax(fabs(p->lo[0]), fabs(p->hi[0])), size_y = fmax(fabs(p->lo[1]), fabs(p->hi[1]));
-    if (fabs(l->aspect - 1) < 0.05) size_x = size_y = fmax(size_x, size_y); /* one scale, one unit */
+    double size_x = pdi_max(fabs(p->lo[0]), fabs(p->hi[0])), size_y = pdi_max(fabs(p->lo[1]), fabs(p->hi[1]));
+    if (fabs(l->aspect - 1) < 0.05) size_x = size_y = pdi_max(size_x, size_y); /* one scale, one unit */
     l->unit_x = pdi_picture_unit(size_x, p->lo[0], p->hi[0], &l->axis_x);
     l->unit_y = pdi_picture_unit(size_y, p->lo[1], p->hi[1], &l->axis_y);
     pdi_ticks_ticks(l->x.pixels / 110 + 1, &l->axis_x);
@@ -298,7 +298,7 @@ static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layou
     int low[2], n[2] = {p->nx, p->ny};
     at[0] = (px + 0.5) * p->nx / l->x.pixels;
     at[1] = (py + 0.5) * p->ny / l->y.pixels;
-    size_t own = (size_t)fmin(at[1], p->ny - 1.0) * (size_t)p->nx + (size_t)fmin(at[0], p->nx - 1.0);
+    size_t own = (size_t)pdi_min(at[1], p->ny - 1.0) * (size_t)p->nx + (size_t)pdi_min(at[0], p->nx - 1.0);
     pd_paint paint = pdi_picture_paint(p, own);
     if (paint != PD_PAINT_FIELD) return pdi_picture_flat[paint];
     if (isnan(p->values[own])) return PDI_PICTURE_NAN;
@@ -315,7 +315,7 @@ static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layou
         }
         size_t cell = (size_t)i[1] * (size_t)p->nx + (size_t)i[0];
         if (!pdi_picture_placed(p, l, cell)) continue;
-        sum += weight * fmax(-1.0, fmin(2.0, pdi_ticks_place(&l->axis_bar, p->values[cell])));
+        sum += weight * pdi_max(-1.0, pdi_min(2.0, pdi_ticks_place(&l->axis_bar, p->values[cell])));
         weights += weight;
     }
     return pdi_bar_colour(table, sum / weights);

@@ -76,10 +76,10 @@ static pd_status pdi_plot_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layo
         for (int i = 0; i < plot->series[k].count; i++) {
             const pd_series *s = &plot->series[k];
             if (!pdi_plot_shown(plot, s, i)) continue;
-            x_lo = fmin(x_lo, s->x[i]);
-            x_hi = fmax(x_hi, s->x[i]);
-            y_lo = fmin(y_lo, pdi_plot_end(plot, s, i, -1));
-            y_hi = fmax(y_hi, pdi_plot_end(plot, s, i, 1));
+            x_lo = pdi_min(x_lo, s->x[i]);
+            x_hi = pdi_max(x_hi, s->x[i]);
+            y_lo = pdi_min(y_lo, pdi_plot_end(plot, s, i, -1));
+            y_hi = pdi_max(y_hi, pdi_plot_end(plot, s, i, 1));
         }
     if (!(x_lo <= x_hi)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "no series has a point that can be shown");
     PDI_TRY(pdi_plot_range(ctx, "x", plot->x_log, plot->x_lo, plot->x_hi, x_lo, x_hi, &l->x));
@@ -189,7 +189,7 @@ static void pdi_plot_dashes(pdi_canvas *canvas, double xa, double ya, double xb,
     while (at < length) {
         double phase = fmod(*run, 2 * PDI_PLOT_DASH);
         double rest = phase < PDI_PLOT_DASH ? PDI_PLOT_DASH - phase : 2 * PDI_PLOT_DASH - phase;
-        double next = fmin(at + fmax(rest, 1e-6), length), s = at / length, t = next / length;
+        double next = pdi_min(at + pdi_max(rest, 1e-6), length), s = at / length, t = next / length;
         if (phase < PDI_PLOT_DASH)
             pdi_canvas_line(canvas, xa + s * (xb - xa), ya + s * (yb - ya), xa + t * (xb - xa), ya + t * (yb - ya),
                             PDI_PLOT_LINE, colour);

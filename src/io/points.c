@@ -115,7 +115,7 @@ static double pdi_points_integrate(pdi_cell_form form, const double *const *corn
     for (int k = 0; k < PDI_POINTS_CORNERS; k++)
         for (int d = 0; d < PD_DIM; d++) { /* from the first corner, which keeps digits */
             x[k * PD_DIM + d] = corner[pdi_points_corner(form, k)][d] - corner[0][d];
-            size = fmax(size, fabs(x[k * PD_DIM + d]));
+            size = pdi_max(size, fabs(x[k * PD_DIM + d]));
         }
     for (int d = 0; d < PD_DIM; d++) whole *= size;
     for (int g = 0; g < PDI_POINTS_CORNERS; g++) {

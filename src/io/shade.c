@@ -57,12 +57,12 @@ PDI_FN void pdi_shade_size(const double *lo, const double *hi, const double *way
         double x[3] = {k & 1 ? hi[0] : lo[0], k & 2 ? hi[1] : lo[1], k & 4 ? hi[2] : lo[2]};
         double at[2] = {pdi_shade_dot(x, s->right), pdi_shade_dot(x, s->up)};
         for (int d = 0; d < 2; d++) {
-            least[d] = fmin(least[d], at[d]);
-            most[d] = fmax(most[d], at[d]);
+            least[d] = pdi_min(least[d], at[d]);
+            most[d] = pdi_max(most[d], at[d]);
         }
     }
     double room = 2.0 * PDI_SHADE_MARGIN;
-    s->size = fmax((most[0] - least[0]) / (width - room), (most[1] - least[1]) / (PDI_SHADE_HIGH * width - room));
+    s->size = pdi_max((most[0] - least[0]) / (width - room), (most[1] - least[1]) / (PDI_SHADE_HIGH * width - room));
     s->width = (int)ceil((most[0] - least[0]) / s->size + room - 1e-6);
     s->height = (int)ceil((most[1] - least[1]) / s->size + room - 1e-6);
     for (int d = 0; d < 2; d++) s->corner[d] = least[d] - PDI_SHADE_MARGIN * s->size;
@@ -102,7 +102,7 @@ PDI_FN double pdi_shade_light(const pd_shade *s, const double *normal)
     double along = from[0] * pdi_shade_dot(normal, s->right) + from[1] * pdi_shade_dot(normal, s->up) +
                    from[2] * pdi_shade_dot(normal, s->eye);
     double length = sqrt(pdi_shade_dot(from, from));
-    return PDI_SHADE_AROUND + (1.0 - PDI_SHADE_AROUND) * fmin(fmax(along / length, 0.0), 1.0);
+    return PDI_SHADE_AROUND + (1.0 - PDI_SHADE_AROUND) * pdi_min(pdi_max(along / length, 0.0), 1.0);
 }
 
 /* ---- faces ---- */
@@ -120,10 +120,10 @@ static void pdi_shade_triangle(const pd_shade *s, const pdi_shade_corner *const 
     int first[2], last[2], most[2] = {s->width - 1, s->height - 1};
     if (!(area < 0.0)) return;
     for (int d = 0; d < 2; d++) {
-        lo[d] = fmin(c[0]->at[d], fmin(c[1]->at[d], c[2]->at[d])) - p->shift[d];
-        hi[d] = fmax(c[0]->at[d], fmax(c[1]->at[d], c[2]->at[d])) - p->shift[d];
-        first[d] = (int)fmax(0.0, ceil(lo[d]));
-        last[d] = (int)fmin(floor(hi[d]), most[d]);
+        lo[d] = pdi_min(c[0]->at[d], pdi_min(c[1]->at[d], c[2]->at[d])) - p->shift[d];
+        hi[d] = pdi_max(c[0]->at[d], pdi_max(c[1]->at[d], c[2]->at[d])) - p->shift[d];
+        first[d] = (int)pdi_max(0.0, ceil(lo[d]));
+        last[d] = (int)pdi_min(floor(hi[d]), most[d]);
     }
     for (int y = first[1]; y <= last[1]; y++)
         for (int x = first[0]; x <= last[0]; x++) {
@@ -181,15 +181,15 @@ static void pdi_shade_edge(pd_shade *s, const pdi_shade_sample *p, const double 
     double dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
     int steep = fabs(dy) > fabs(dx), along = steep ? 1 : 0;
     if (!(square > 0.0)) return;
-    int first = (int)floor(fmin(a[along], b[along]) - 1.0), last = (int)ceil(fmax(a[along], b[along]));
+    int first = (int)floor(pdi_min(a[along], b[along]) - 1.0), last = (int)ceil(pdi_max(a[along], b[along]));
     for (int i = first; i <= last; i++) {
-        double part = fmin(1.0, fmax(0.0, (i + p->shift[along] - a[along]) / (b[along] - a[along])));
+        double part = pdi_min(1.0, pdi_max(0.0, (i + p->shift[along] - a[along]) / (b[along] - a[along])));
         int middle = (int)floor(a[1 - along] + part * (b[1 - along] - a[1 - along]));
         for (int j = middle - 3; j <= middle + 3; j++) {
             int x = steep ? j : i, y = steep ? i : j;
             if (x < 0 || x >= s->width || y < 0 || y >= s->height) continue;
             double px = x + p->shift[0] - a[0], py = y + p->shift[1] - a[1];
-            double share = fmin(1.0, fmax(0.0, (px * dx + py * dy) / square));
+            double share = pdi_min(1.0, pdi_max(0.0, (px * dx + py * dy) / square));
             if (pdi_canvas_length(px - share * dx, py - share * dy) > 0.5 * PDI_SHADE_LINE) continue;
             size_t to = (size_t)y * (size_t)s->width + (size_t)x;
             double depth = (a[2] + share * (b[2] - a[2])) / s->size + PDI_SHADE_LIFT;

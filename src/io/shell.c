@@ -56,7 +56,7 @@ static void pdi_shell_shares(pdi_shell_work *w, int layer, int k)
             at[0] = i;
             at[1] = j;
             at[2] = k;
-            *to = in ? fmin(w->desc->share(w->desc->user, at), 1.0) : 0.0;
+            *to = in ? pdi_min(w->desc->share(w->desc->user, at), 1.0) : 0.0;
         }
 }
 
@@ -77,7 +77,7 @@ static int pdi_shell_mean(const pdi_shell_work *w, const int *at, const double *
         for (int d = 0; d < 3; d++) {
             int b = a | 1 << d, side = pdi_shell_side(w, at, d);
             if (b == a || (f[a] > 0.0) == (f[b] > 0.0)) continue;
-            double from = fmax(PDI_SHELL_LEAST, fmax(f[a], f[b]) - 0.5); /* the middle of the cell that is in the set */
+            double from = pdi_max(PDI_SHELL_LEAST, pdi_max(f[a], f[b]) - 0.5); /* the middle of the cell that is in the set */
             for (int e = 0; e < 3; e++) sum[side][e] += e != d ? a >> e & 1 : f[a] > 0.0 ? from : 1.0 - from;
             count[side]++;
         }
@@ -207,7 +207,7 @@ static void pdi_shell_relax(pdi_shell_work *w)
             for (int d = 0; d < 3 && w->weight[c] > 0.0; d++) {
                 double low = w->low[3 * c + d], *x = &s->x[3 * c + d];
                 if (low < 0.0 || low > w->desc->n[d] - 1.0) continue; /* it stays in the side of the lattice */
-                *x = fmin(fmax(*x + PDI_SHELL_PULL * (w->sum[3 * c + d] / w->weight[c] - *x), low), low + 1.0);
+                *x = pdi_min(pdi_max(*x + PDI_SHELL_PULL * (w->sum[3 * c + d] / w->weight[c] - *x), low), low + 1.0);
             }
     }
 }

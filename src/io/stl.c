@@ -105,7 +105,7 @@ static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, 
     if (strncmp(text + blank, "solid", 5) == 0) return pdi_stl_text(&scan, c);
     return pdi_fail(ctx, PD_ERR_PARSE, "stl", "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
                     "file of %.0f triangles, whose size is %.0f: no STL file, or cut off", path, (double)size,
-                    fmax(count, 0.0), fmax(whole, PDI_STL_HEAD));
+                    pdi_max(count, 0.0), pdi_max(whole, PDI_STL_HEAD));
 }
 
 pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets)

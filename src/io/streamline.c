@@ -96,7 +96,7 @@ PDI_FN double pdi_stream_fastest(const pdi_stream *f)
 {
     double fastest = 0.0;
     for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++)
-        fastest = fmax(fastest, pdi_canvas_length(f->u[0][k], f->u[1][k]));
+        fastest = pdi_max(fastest, pdi_canvas_length(f->u[0][k], f->u[1][k]));
     return fastest;
 }
 
@@ -360,9 +360,9 @@ PDI_FN pd_status pdi_streamlines_find(pd_ctx *ctx, const pdi_stream *f, pdi_stre
     s.lines = lines;
     s.least = PDI_STREAMLINE_REST * pdi_streamline_peak(f, &fastest);
     if (fastest < 0) return PD_OK;
-    s.step = fmin(f->apart / PDI_STREAMLINE_STEPS, PDI_STREAMLINE_STEP * fmin(f->size[0], f->size[1]));
-    s.step = fmax(f->apart / PDI_STREAMLINE_FINE, s.step);
-    s.every = (int)fmax(1.0, floor(f->apart / PDI_STREAMLINE_STORED / s.step));
+    s.step = pdi_min(f->apart / PDI_STREAMLINE_STEPS, PDI_STREAMLINE_STEP * pdi_min(f->size[0], f->size[1]));
+    s.step = pdi_max(f->apart / PDI_STREAMLINE_FINE, s.step);
+    s.every = (int)pdi_max(1.0, floor(f->apart / PDI_STREAMLINE_STORED / s.step));
     s.columns = (int)ceil(f->nx * f->size[0] / f->apart);
     s.rows = (int)ceil(f->ny * f->size[1] / f->apart);
     int64_t squares = (int64_t)s.columns * s.rows;

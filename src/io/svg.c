@@ -18,7 +18,7 @@ static void pdi_svg_string(pdi_svg *svg, const char *text) { pdi_svg_add(svg, te
 static void pdi_svg_number(pdi_svg *svg, const char *before, double value, const char *after)
 {
     char text[64];
-    long hundredths = lround(100.0 * fmax(-PDI_SVG_LARGEST, fmin(PDI_SVG_LARGEST, value)));
+    long hundredths = lround(100.0 * pdi_max(-PDI_SVG_LARGEST, pdi_min(PDI_SVG_LARGEST, value)));
     long size = hundredths < 0 ? -hundredths : hundredths;
     snprintf(text, sizeof text, "%s%s%ld.%02ld%s", before, hundredths < 0 ? "-" : "", size / 100, size % 100, after);
     pdi_svg_string(svg, text);

@@ -34,7 +34,7 @@ static void pdi_ticks_linear(int most, pdi_ticks *axis)
 {
     char label[64];
     double step = pdi_ticks_nice(axis->hi / (most > 1 ? most : 1) - axis->lo / (most > 1 ? most : 1));
-    double size = fmax(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
+    double size = pdi_max(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
     /* Numbers of five digits or many zeros are shown with a common factor, a power of 1000. */
     axis->exponent = 0;
     if (!(step > 0) || step > DBL_MAX || size > DBL_MAX) return; /* one value, or an infinite one */
@@ -95,7 +95,7 @@ PDI_FN double pdi_ticks_place(const pdi_ticks *axis, double value)
 
 PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
 {
-    double size = fmax(fabs(axis->lo), fabs(axis->hi));
+    double size = pdi_max(fabs(axis->lo), fabs(axis->hi));
     if (axis->log) {
         if (axis->hi < axis->lo * (1 + 1e-9)) {
             axis->lo /= 2;

@@ -481,7 +481,7 @@ static pd_status pdi_vtu_piece(pdi_vtu *v, const char *begin)
     }
     PDI_TRY(pdi_vtu_decode(v, PDI_VTU_PLACES, "of points", 3 * v->points));
     for (int64_t k = 0; k < 3 * v->points; k++)
-        v->cells.extent = fmax(v->cells.extent, fabs(v->value[PDI_VTU_PLACES][k] - v->value[PDI_VTU_PLACES][k % 3]));
+        v->cells.extent = pdi_max(v->cells.extent, fabs(v->value[PDI_VTU_PLACES][k] - v->value[PDI_VTU_PLACES][k % 3]));
     if (v->count) PDI_TRY(pdi_vtu_all_cells(v, &counts));
     if (counts) return PD_OK;
     if (v->array[PDI_VTU_VOLUME].found) return pdi_vtu_all_points(v);

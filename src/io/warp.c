@@ -54,8 +54,8 @@ PDI_FN pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, double *lo, dou
     const pd_picture *p = w->still;
     double at[4][2];
     for (int d = 0; d < 2; d++) {
-        lo[d] = fmin(lo[d], p->lo[d]);
-        hi[d] = fmax(hi[d], p->hi[d]);
+        lo[d] = pdi_min(lo[d], p->lo[d]);
+        hi[d] = pdi_max(hi[d], p->hi[d]);
     }
     for (int cell = 0; cell < p->nx * p->ny; cell++) {
         if (isnan(w->move[cell])) continue;
@@ -66,8 +66,8 @@ PDI_FN pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, double *lo, dou
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "warp", "displacements of %g m as they are drawn in a picture of "
                                 "%g m, expected at most ten times as much: choose a smaller factor",
                                 x - p->lo[k % 2], size);
-            lo[k % 2] = fmin(lo[k % 2], x);
-            hi[k % 2] = fmax(hi[k % 2], x);
+            lo[k % 2] = pdi_min(lo[k % 2], x);
+            hi[k % 2] = pdi_max(hi[k % 2], x);
         }
     }
     return PD_OK;
@@ -80,8 +80,8 @@ static void pdi_warp_size(const pdi_warp *w, const double *lo, const double *hi,
         paper->lo[d] = lo[d];
         wide[d] = hi[d] - lo[d];
     }
-    paper->size = fmax(wide[0] / width, wide[1] / (PD_PICTURE_SQUAT * width));
-    for (int d = 0; d < 2; d++) paper->n[d] = (int)fmax(1.0, ceil(wide[d] / paper->size - 1e-6));
+    paper->size = pdi_max(wide[0] / width, wide[1] / (PD_PICTURE_SQUAT * width));
+    for (int d = 0; d < 2; d++) paper->n[d] = (int)pdi_max(1.0, ceil(wide[d] / paper->size - 1e-6));
 }
 
 /* What stays: blank paper outside of the box, and where cells have gone. */
@@ -126,12 +126,12 @@ static void pdi_warp_fill(const pdi_warp *w, int cell, pdi_warp_paper *paper)
     for (int k = 0; k < 8; k++) { /* in pixels */
         double *x = &at[k / 2][k % 2];
         *x = (*x - paper->lo[k % 2]) / paper->size;
-        lo[k % 2] = fmin(lo[k % 2], *x);
-        hi[k % 2] = fmax(hi[k % 2], *x);
+        lo[k % 2] = pdi_min(lo[k % 2], *x);
+        hi[k % 2] = pdi_max(hi[k % 2], *x);
     }
     for (int d = 0; d < 2; d++) {
-        first[d] = (int)fmax(0.0, floor(lo[d] - 0.5));
-        last[d] = (int)fmin(paper->n[d] - 1.0, ceil(hi[d]));
+        first[d] = (int)pdi_max(0.0, floor(lo[d] - 0.5));
+        last[d] = (int)pdi_min(paper->n[d] - 1.0, ceil(hi[d]));
     }
     for (int y = first[1]; y <= last[1]; y++)
         for (int x = first[0]; x <= last[0]; x++) {

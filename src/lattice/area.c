@@ -290,7 +290,7 @@ static int pdi_area_leaving(const pdi_area_fit *fit, int column)
     for (int r = 0; r < fit->rows; r++) {
         double pivot = fit->table[r * fit->columns + column];
         if (!(pivot > 1e-9)) continue;
-        double ratio = fmax(fit->table[r * fit->columns + fit->columns - 1], 0.0) / pivot;
+        double ratio = pdi_max(fit->table[r * fit->columns + fit->columns - 1], 0.0) / pivot;
         if (ratio < best_ratio - 1e-14 || (ratio <= best_ratio + 1e-14 && pivot > best_pivot)) {
             best = r;
             best_ratio = ratio;
@@ -328,7 +328,7 @@ static void pdi_area_result(const pdi_area_fit *fit, const double *xi, const dou
     const double *slack = fit->table + fit->rows * fit->columns + 2 * fit->directions;
     for (int b = 0; b < fit->bonds; b++) {
         int k = fit->orbit_of[b];
-        area[b] = k < 0 ? 0.0 : fmax(slack[k], 0.0) * fit->scale[k];
+        area[b] = k < 0 ? 0.0 : pdi_max(slack[k], 0.0) * fit->scale[k];
     }
     for (int a = 0; a < PD_DIM; a++) {
         double rest = 1.0 - pdi_area_measure(fit->bonds, xi, area, fit->normal + a * PD_DIM);
@@ -336,7 +336,7 @@ static void pdi_area_result(const pdi_area_fit *fit, const double *xi, const dou
             int unit = 1;
             for (int d = 0; d < PD_DIM; d++)
                 if (fabs(fabs(xi[b * PD_DIM + d]) - (d == a ? h[a] : 0.0)) > 0.5 * h[d]) unit = 0;
-            if (unit && area[b] > 0.0) area[b] = fmax(area[b] + rest / h[a], 0.0);
+            if (unit && area[b] > 0.0) area[b] = pdi_max(area[b] + rest / h[a], 0.0);
         }
     }
 }
@@ -354,7 +354,7 @@ static pd_status pdi_area_solve(pd_ctx *ctx, pdi_area_fit *fit, const double *xi
     *anisotropy = 0.0;
     for (int i = 0; i < fit->directions; i++) {
         double error = fabs(pdi_area_measure(fit->bonds, xi, area, fit->normal + i * PD_DIM) - 1.0);
-        *anisotropy = fmax(*anisotropy, error);
+        *anisotropy = pdi_max(*anisotropy, error);
         if (i < PD_DIM && !(error < 1e-9))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "planes normal to axis %d are measured with an error of %g: "
                             "the family lacks bonds", i, error);

@@ -63,7 +63,7 @@ static void pdi_axisym_solve(pdi_axisym_fit *f)
                     column = c;
                 }
         double pivot = a[f->row_of[row] * n + f->column_of[column]];
-        largest = fmax(largest, fabs(pivot));
+        largest = pdi_max(largest, fabs(pivot));
         if (!(fabs(pivot) > PDI_AXISYM_PIVOT * largest)) break;
         int keep = f->row_of[rank];
         f->row_of[rank] = f->row_of[row];
@@ -112,7 +112,7 @@ static double pdi_axisym_conditions(pdi_axisym_fit *f)
                 row[2 * j + 1] -= part[e] * step;
             }
         }
-        worst = fmax(worst, fmax(fabs(lack[0]), fabs(lack[1])));
+        worst = pdi_max(worst, pdi_max(fabs(lack[0]), fabs(lack[1])));
     }
     return worst;
 }
@@ -123,7 +123,7 @@ static pd_status pdi_axisym_newton(pd_ctx *ctx, pdi_axisym_fit *f)
     for (int step = 0; step < PDI_AXISYM_STEPS; step++) {
         double error = pdi_axisym_conditions(f);
         if (error <= PDI_AXISYM_TOLERANCE || (error <= PDI_AXISYM_EXACT && !(error < 0.5 * best))) return PD_OK;
-        best = fmin(best, error);
+        best = pdi_min(best, error);
         pdi_axisym_solve(f);
         for (int i = 0; i < f->rows; i++) {
             f->axial[i] += f->x[2 * i];

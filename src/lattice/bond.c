@@ -101,20 +101,20 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
         p[d] = at;
         gradient[d] = (up - down) / (2.0 * eps);
         mean += second / (eps * eps);
-        sharpest = fmax(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
+        sharpest = pdi_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
     }
     double slope = pdi_vec_norm(gradient), step = eps / length, reach;
     if (!(slope > 0.0)) return;
     double most = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         cut->normal[d] = gradient[d] / slope;
-        most = fmax(most, fabs(cut->normal[d]));
+        most = pdi_max(most, fabs(cut->normal[d]));
     }
     cut->smooth = most < 1.0 - PDI_BOND_LEVEL || !(sharpest < PDI_BOND_FLAT);
     double second = (pdi_bond_distance(grid, shape, x, xi, cut->t + step) - centre) -
                     (centre - pdi_bond_distance(grid, shape, x, xi, cut->t - step));
     /* no closer than the least t allows, and not out where the expansion about the surface ends */
-    double distance = fmax(pdi_grid_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
+    double distance = pdi_max(pdi_grid_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
     if (!(sharpest < PDI_BOND_SHARP) || sharpest < PDI_BOND_FLAT || !(distance * mean < 1.5)) return;
     reach = pdi_vec_dot(xi, cut->normal);
     cut->distance = distance;
@@ -146,8 +146,8 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     for (int d = 0; d < PD_DIM; d++) cell += xi[d] / grid->h[d] * (xi[d] / grid->h[d]);
     cell = sqrt(cell);
     for (int ahead = 1; hi < limit && !(fhi < 0.0); ahead++) {
-        double next = fmin(hi < 1.0 ? cut->t + ahead / cell : 1.25 * hi, limit);
-        hi = hi < 1.0 ? fmin(next, 1.0) : next; /* a closed far end is inside for certain */
+        double next = pdi_min(hi < 1.0 ? cut->t + ahead / cell : 1.25 * hi, limit);
+        hi = hi < 1.0 ? pdi_min(next, 1.0) : next; /* a closed far end is inside for certain */
         fhi = pdi_bond_distance(grid, shape, x, xi, hi);
         if (ahead > 1 || fhi < -PDI_BOND_TOUCH * grid->h[0] || !(cut->t + 0.5 / cell < limit)) continue;
         double within, t = pdi_bond_chord(grid, shape, x, xi, cut->t, cell, &within);
@@ -157,7 +157,7 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     }
     /* a tube that touches the side meets it to rounding */
     if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
-    fhi = fmin(fhi, 0.0);
+    fhi = pdi_min(fhi, 0.0);
     pdi_bracket s = {lo, flo, hi, fhi, 0, 0};
     double t = hi, f = fhi < -0.5 * DBL_EPSILON * flo ? flo : 0.0; /* else it is there to rounding */
     while (fabs(f) > 1e-12 * (flo - fhi) && pdi_bracket_next(&s, &t)) {
@@ -280,7 +280,7 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
     pd_grid_position(bonds->grid, node, end->x);
     for (int d = 0; d < PD_DIM; d++) {
         double xi = bonds->stencil->xi[k * PD_DIM + d];
-        end->at[d] = end->x[d] + fmin(cut.t, 1.0) * xi;
+        end->at[d] = end->x[d] + pdi_min(cut.t, 1.0) * xi;
         end->x[d] += cut.t * xi;
     }
     end->t = cut.t;
@@ -371,7 +371,7 @@ static void pdi_bond_close_row(pd_bonds *bonds, int32_t r, double *closure)
         pdi_cut cut;
         if (pdi_bond_open(bonds, r, k)) continue;
         pdi_bond_cut(&bonds->paths, node, k, pdi_path_closed_group(&bonds->paths, node, k), &cut);
-        double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
+        double excess = 2.0 * s->base[k] * pdi_max(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
         if (bonds->options & PD_BONDS_AT_REST) continue;
         pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);

@@ -189,8 +189,8 @@ static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key
         for (int32_t k = first; k < first + size; k++)
             for (int p = 0; p < 3; p++) {
                 double x = corner[9 * (int64_t)key[k].at + 3 * p + d];
-                box[d] = fmin(box[d], x);
-                box[3 + d] = fmax(box[3 + d], x);
+                box[d] = pdi_min(box[d], x);
+                box[3 + d] = pdi_max(box[3 + d], x);
             }
         if (box[3 + d] - box[d] > box[3 + axis] - box[axis]) axis = d;
     }
@@ -343,7 +343,7 @@ static int pdi_facets_meets(const double *corner, const double *x)
 {
     const double *a = corner, *b = corner + 3, *c = corner + 6;
     if (!(pdi_facets_passes(a, b, x) ^ pdi_facets_passes(b, c, x) ^ pdi_facets_passes(c, a, x))) return 0;
-    double low = fmin(a[0], fmin(b[0], c[0])), high = fmax(a[0], fmax(b[0], c[0])), slope[3];
+    double low = pdi_min(a[0], pdi_min(b[0], c[0])), high = pdi_max(a[0], pdi_max(b[0], c[0])), slope[3];
     if (x[0] < low || x[0] >= high) return x[0] < low;
     for (int d = 0; d < 3; d++) {
         int p = (d + 1) % 3, q = (d + 2) % 3;
@@ -376,7 +376,7 @@ static int pdi_facets_inside(const pd_facets *f, const double *x)
 PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
 {
     double distance = sqrt(pdi_facets_nearest(f, x)), far = 0.0;
-    for (int d = 0; d < 6; d++) far = fmax(far, fabs(f->box[d]));
+    for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
     if (distance <= PDI_FACETS_ROUNDING * far) return 0.0;
     return pdi_facets_inside(f, x) ? -distance : distance;
 }

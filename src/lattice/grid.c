@@ -184,8 +184,8 @@ static double pdi_grid_periodic(const pd_grid *grid, int shape, const pdi_shape_
         double plane = up ? grid->hi[d] - x[d] : x[d] - grid->lo[d];
         double other = pdi_grid_periodic(grid, shape, &next, d + 1, at);
         double ends = level > 0.0 ? pdi_grid_periodic(grid, shape, &alone, d + 1, at) : 0.0;
-        if (level > 0.0) level = fmin(level, fmax(plane, fmax(other, ends)));
-        else level = fmax(level, -fmax(plane, -other));
+        if (level > 0.0) level = pdi_min(level, pdi_max(plane, pdi_max(other, ends)));
+        else level = pdi_max(level, -pdi_max(plane, -other));
     }
     return level;
 }
@@ -292,8 +292,8 @@ static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, doubl
                 hi[d] = chi[d];
                 continue;
             }
-            lo[d] = hull ? fmin(lo[d], clo[d]) : fmax(lo[d], clo[d]);
-            hi[d] = hull ? fmax(hi[d], chi[d]) : fmin(hi[d], chi[d]);
+            lo[d] = hull ? pdi_min(lo[d], clo[d]) : pdi_max(lo[d], clo[d]);
+            hi[d] = hull ? pdi_max(hi[d], chi[d]) : pdi_min(hi[d], chi[d]);
         }
     }
 }
@@ -325,7 +325,7 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
                             "axis %d of the box goes from %g m to %g m with spacing %g m", d, desc->lo[d], desc->hi[d],
                             stencil->h[d]);
         double whole = floor(cells + 0.5);
-        if (whole < 1.0 || fabs(cells - whole) > 1e-6 * fmax(1.0, whole * 1e-3))
+        if (whole < 1.0 || fabs(cells - whole) > 1e-6 * pdi_max(1.0, whole * 1e-3))
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
                             "the box is %g cells of %g m long on axis %d, expected a whole number", cells,
                             stencil->h[d], d);

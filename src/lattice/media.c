@@ -89,7 +89,7 @@ static double pdi_media_mean(pdi_media_way *w, double end)
     if (side == 0) w->near = (double)NAN;
     w->from = 0.0;
     while (s < end) {
-        double next = fmin(s + fmax(fabs(v), PDI_MEDIA_THIN * m->smallest) / w->length, end);
+        double next = pdi_min(s + pdi_max(fabs(v), PDI_MEDIA_THIN * m->smallest) / w->length, end);
         double level = pdi_media_level(w, next);
         int beyond = pdi_media_side(m, level);
         if (next >= end && beyond == 0) w->far = (double)NAN;
@@ -200,7 +200,7 @@ static double pdi_media_cell(const pd_media *m, int32_t i, int axis)
     w.x[axis] -= 0.5 * m->grid->h[axis];
     v = pdi_media_level(&w, 0.0);
     while (s < 1.0) {
-        double next = fmin(s + fmax(fabs(v), PDI_MEDIA_THIN * m->smallest) / m->grid->h[axis], 1.0);
+        double next = pdi_min(s + pdi_max(fabs(v), PDI_MEDIA_THIN * m->smallest) / m->grid->h[axis], 1.0);
         double level = pdi_media_level(&w, next);
         if (v * level < 0.0) {
             double root = pdi_media_root(&w, s, next, v, level);
@@ -221,7 +221,7 @@ static double pdi_media_surplus(const pd_media *m, int32_t i, int axis)
     if (m->near[i] < 0) return 0.0;
     pdi_media_start(m, i, m->unit[axis], &w);
     if (pdi_media_side(m, pdi_media_level(&w, 0.0)) == 0) return 0.0;
-    return fmax(pdi_media_cell(m, i, axis) - m->at[i], 0.0);
+    return pdi_max(pdi_media_cell(m, i, axis) - m->at[i], 0.0);
 }
 
 /* Mean diffusivity that the layer of node i stands for. */
@@ -307,7 +307,7 @@ static void pdi_media_add(const pd_media *m, const pdi_media_lift *lift, int32_t
     const pdi_media_lift *own = lift + mine, *other = lift + theirs;
     if (!pdi_media_within_bond(m, k, own->axis) || own->axis != other->axis) return;
     for (int a = 0; a < PD_DIM; a++) more += 0.5 * (own->x[a] + other->x[a]) * xi[a] * xi[a] / pdi_vec_dot(xi, xi);
-    *here = fmax(*here + more, 0.25 * *here);
+    *here = pdi_max(*here + more, 0.25 * *here);
     m->along[(int64_t)m->near[j] * s->count + back] = *here;
 }
 
@@ -343,7 +343,7 @@ PDI_FN void pdi_media_row_list(pdi_owner *owner, void *object)
 static pd_status pdi_media_rows(pd_ctx *ctx, pd_media *m)
 {
     double longest = 0.0;
-    for (int k = 0; k < m->stencil->count; k++) longest = fmax(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
+    for (int k = 0; k < m->stencil->count; k++) longest = pdi_max(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
     for (int32_t i = 0; i < m->grid->total; i++) {
         double x[PD_DIM];
         m->near[i] = -1;
@@ -373,7 +373,7 @@ PDI_FN pd_status pdi_media_build(pd_ctx *ctx, const pd_stencil *stencil, const p
     m->level = level;
     m->user = user;
     m->smallest = grid->h[0];
-    for (int d = 1; d < PD_DIM; d++) m->smallest = fmin(m->smallest, grid->h[d]);
+    for (int d = 1; d < PD_DIM; d++) m->smallest = pdi_min(m->smallest, grid->h[d]);
     PDI_TRY(pdi_owner_build(ctx, pdi_media_list, m));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) {

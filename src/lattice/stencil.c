@@ -30,7 +30,7 @@ static double pdi_stencil_beta(const int *n, double m, pd_family family)
 {
     double length = pdi_stencil_lattice_length(n), rim = family == PD_FAMILY_WHOLE ? m + 1e-12 : m + 0.5 - 1e-12;
     if (!(length > 0.0) || !(length < rim)) return 0.0;
-    return family == PD_FAMILY_WHOLE ? 1.0 : fmin(m + 0.5 - length, 1.0);
+    return family == PD_FAMILY_WHOLE ? 1.0 : pdi_min(m + 0.5 - length, 1.0);
 }
 
 static void pdi_stencil_list(pdi_owner *owner, void *object)

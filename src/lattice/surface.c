@@ -58,7 +58,7 @@ static void pdi_surface_faces(pdi_surface *r)
         double smooth = outside ? (double)NAN : pdi_bond_smooth(r->bonds, node, at);
         if (smooth > 0.0) return;
         double cells = 0.0;
-        for (int a = 0; a < PD_DIM; a++) cells = fmax(cells, fabs((t - 1.0) * r->xi[a]) / grid->h[a]);
+        for (int a = 0; a < PD_DIM; a++) cells = pdi_max(cells, fabs((t - 1.0) * r->xi[a]) / grid->h[a]);
         if (t >= 1.0 - PDI_SURFACE_SHORT && !(cells < r->nearest)) return;
         r->nearest = cells;
         r->behind = t < 1.0;
@@ -110,7 +110,7 @@ static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
     const pd_grid *grid = r->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], smallest = grid->h[0], level = 0.0, cells = 0.0;
     if (shape < 0 || !pdi_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > 0.0)) return;
-    for (int d = 1; d < PD_DIM; d++) smallest = fmin(smallest, grid->h[d]);
+    for (int d = 1; d < PD_DIM; d++) smallest = pdi_min(smallest, grid->h[d]);
     memcpy(at, to, sizeof at);
     double first = pdi_surface_level(r, shape, at);
     for (int step = 0; step < 8; step++) {
@@ -119,7 +119,7 @@ static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
         if (fabs(level) <= 1e-14 * smallest) break;
         for (int d = 0; d < PD_DIM; d++) at[d] -= level * normal[d];
     }
-    for (int d = 0; d < PD_DIM; d++) cells = fmax(cells, fabs(at[d] - to[d]) / grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) cells = pdi_max(cells, fabs(at[d] - to[d]) / grid->h[d]);
     if (!(fabs(level) <= PDI_SURFACE_TOUCH * smallest) || cells > PDI_SURFACE_FAR || !(cells < r->nearest)) return;
     int32_t closed = pdi_surface_behind(r, at, normal);
     if (closed < 0) return;

@@ -235,7 +235,7 @@ static const pdi_beside *pdi_dissolve_like(const pd_dissolve *d, const pdi_metal
 {
     if (!alone || alone->like < 0 || !pdi_metal_bonds(d) || d->desc.drive != PD_DRIVE_CONSTANT) return NULL;
     const pdi_beside *like = &d->beside[alone->like];
-    double known = fmax(d->transport->c[like->node], 0.0);
+    double known = pdi_max(d->transport->c[like->node], 0.0);
     return known < c || known > c ? NULL : like;
 }
 
@@ -243,7 +243,7 @@ static const pdi_beside *pdi_dissolve_like(const pd_dissolve *d, const pdi_metal
 static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside *beside)
 {
     pdi_law law;
-    double c = fmax(d->transport->c[beside->node], 0.0);
+    double c = pdi_max(d->transport->c[beside->node], 0.0);
     pdi_metal_kind *alone = pdi_dissolve_alone(d, beside);
     const pdi_beside *like = pdi_dissolve_like(d, alone, c);
     if (like) {
@@ -254,7 +254,7 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside 
     pdi_interface_law(d, beside, &law);
     if (alone && !(c >= alone->from && c < alone->to)) {
         alone->from = c;
-        alone->to = fmin(pdi_law_end(&law, c, law.top), law.limit);
+        alone->to = pdi_min(pdi_law_end(&law, c, law.top), law.limit);
     }
     double from = alone ? alone->from : HUGE_VAL, to = alone ? alone->to : 0.0;
     if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), from, to, c, &beside->point))
@@ -272,12 +272,12 @@ static void pdi_dissolve_bond_course(const pd_dissolve *d, pdi_law *law, double 
     double v[5], share = dt * d->kernel.total, least = HUGE_VAL, most = 0.0;
     for (int k = 0; k < 5; k++) {
         law->at.t = t + 0.25 * k * dt;
-        v[k] = fmax(pdi_law_rate(law, c), 0.0);
-        least = fmin(least, v[k]);
-        most = fmax(most, v[k]);
+        v[k] = pdi_max(pdi_law_rate(law, c), 0.0);
+        least = pdi_min(least, v[k]);
+        most = pdi_max(most, v[k]);
     }
-    for (int k = 0; k < 2; k++) *error = fmax(*error, share * fabs(0.5 * (v[k] + v[4 - k]) - v[2]));
-    if (most > least) *taken = fmax(*taken, share * most);
+    for (int k = 0; k < 2; k++) *error = pdi_max(*error, share * fabs(0.5 * (v[k] + v[4 - k]) - v[2]));
+    if (most > least) *taken = pdi_max(*taken, share * most);
 }
 
 /* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
@@ -289,7 +289,7 @@ static void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
     for (int32_t n = 0; n < d->beside_count; n++) {
         const pdi_beside *beside = &d->beside[n];
         pdi_law law;
-        double v[3], share = 0.0, c = fmax(d->transport->c[beside->node], 0.0);
+        double v[3], share = 0.0, c = pdi_max(d->transport->c[beside->node], 0.0);
         for (int m = 0; m < d->kinds; m++)
             share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].supply;
         pdi_interface_law(d, beside, &law);
@@ -299,10 +299,10 @@ static void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
         }
         for (int k = 0; k < 3; k++) {
             law.at.t = t + 0.5 * k * dt;
-            v[k] = fmax(pdi_law_rate(&law, c), 0.0);
+            v[k] = pdi_max(pdi_law_rate(&law, c), 0.0);
         }
-        *error = fmax(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
-        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *taken = fmax(*taken, share * fmax(v[1], v[2]));
+        *error = pdi_max(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
+        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *taken = pdi_max(*taken, share * pdi_max(v[1], v[2]));
     }
 }
 
@@ -328,10 +328,10 @@ static void pdi_dissolve_sources(pd_dissolve *d, double dt, int settled)
         t->source[beside->node] = source + beside->given;
         t->absorb[beside->node] = absorb;
         if (source > 0.0 || absorb < 0.0)
-            t->ceiling = fmax(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
+            t->ceiling = pdi_max(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
     }
     /* a last solve at rest follows lines that have met their laws, which end at saturation */
-    if (pdi_metal_bonds(d) && !t->flow) t->ceiling = fmin(t->ceiling, d->desc.saturation);
+    if (pdi_metal_bonds(d) && !t->flow) t->ceiling = pdi_min(t->ceiling, d->desc.saturation);
 }
 
 /* Films form where fluid beside metal is below the threshold; how many are new. */
@@ -402,7 +402,7 @@ PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *d)
 {
     double fastest = 0.0;
     if (d->desc.drive == PD_DRIVE_CONSTANT) pdi_dissolve_find_rates(ctx, d);
-    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_dissolve_pace(d, f));
+    for (int32_t f = 0; f < d->front_count; f++) fastest = pdi_max(fastest, pdi_dissolve_pace(d, f));
     return fastest;
 }
 
@@ -424,7 +424,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
     double fastest = 0.0;
     *met = 1;
     if (t->pinned_count) pdi_transport_residual(ctx, t, t->work);
-    for (int32_t k = 0; k < d->beside_count; k++) fastest = fmax(fastest, d->beside[k].point.largest);
+    for (int32_t k = 0; k < d->beside_count; k++) fastest = pdi_max(fastest, d->beside[k].point.largest);
     for (int32_t k = 0; k < d->beside_count; k++) {
         pdi_beside *beside = &d->beside[k];
         pdi_law law;
@@ -433,7 +433,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
         double near = PDI_DISSOLVE_NEAR * fastest, held = near;
         if (pdi_metal_bonds(d)) { /* what a node holds beyond its law goes to the next step, and raises its field */
             held = PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight);
-            near = fmax(near, held);
+            near = pdi_max(near, held);
         }
         double need = -t->work[beside->node] / beside->weight;
         int found = beside->point.pinned ? pdi_law_meet_pinned(&law, need, held, &beside->point)
@@ -472,9 +472,9 @@ static void pdi_dissolve_foresee(pd_dissolve *d, double lost, double dt)
     }
     double error = nodes && !d->turned ? sqrt(pdi_sum_total(&sum) / (double)nodes) : 0.0;
     if (d->moved)
-        d->next_dt = dt * fmin(PDI_DISSOLVE_GROWTH, error > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(d->desc.rtol / error)
+        d->next_dt = dt * pdi_min(PDI_DISSOLVE_GROWTH, error > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(d->desc.rtol / error)
                                                                  : PDI_DISSOLVE_GROWTH);
-    if (lost > 0.0) d->next_dt = fmin(d->next_dt, 0.5 * dt * d->most / lost);
+    if (lost > 0.0) d->next_dt = pdi_min(d->next_dt, 0.5 * dt * d->most / lost);
     d->last_dt = dt;
 }
 
@@ -492,7 +492,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
         double speed = pdi_interface_line(d, beside);
         double amount = dt * beside->weight * pdi_grid_circumference(d->grid, beside->node);
         double slowest = pdi_law_slowest(&law, &beside->point, t->old[beside->node], t->c[beside->node]);
-        double fast = fmax(speed, beside->before), slow = fmin(fmin(speed, beside->before), slowest);
+        double fast = pdi_max(speed, beside->before), slow = pdi_min(pdi_min(speed, beside->before), slowest);
         pdi_sum_add(&gone, amount * speed);
         pdi_sum_add(&error, 0.5 * amount * (fast - slow));
     }
@@ -503,7 +503,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     d->next_dt = dt * (faint ? PDI_DISSOLVE_LONGER : factor);
     if (!(d->rtol > 0.0) || factor > PDI_DISSOLVE_LONGER) d->next_dt = HUGE_VAL;
     if (!(d->rtol > 0.0) || off <= right || faint) return 1;
-    d->retry_dt = dt * fmax(factor, 1.0 / PDI_DISSOLVE_LONGER);
+    d->retry_dt = dt * pdi_max(factor, 1.0 / PDI_DISSOLVE_LONGER);
     return 0;
 }
 
@@ -512,7 +512,7 @@ static int pdi_dissolve_stands(pd_dissolve *d, double dt)
 {
     double lost = 0.0;
     for (int32_t f = 0; f < d->front_count; f++)
-        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = fmax(lost, dt * pdi_dissolve_pace(d, f));
+        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = pdi_max(lost, dt * pdi_dissolve_pace(d, f));
     if (!pdi_dissolve_moderate(d, lost, dt)) return 0;
     if (!pdi_metal_bonds(d)) return pdi_dissolve_accurate(d, lost, dt);
     pdi_dissolve_foresee(d, lost, dt);
@@ -557,7 +557,7 @@ static void pdi_dissolve_final_speeds(const pd_ctx *ctx, pd_dissolve *d, double 
         if (p->pinned) continue;
         double own = 1.0 / dt + pdi_interface_diffusivity(d, beside->node) * d->spread;
         double speed = pdi_interface_line(d, beside);
-        if (-p->slope * beside->weight > own) speed = fmax(speed - t->work[beside->node] / beside->weight, 0.0);
+        if (-p->slope * beside->weight > own) speed = pdi_max(speed - t->work[beside->node] / beside->weight, 0.0);
         p->speed = speed;
         p->slope = 0.0;
     }
@@ -598,7 +598,7 @@ PDI_FN double pdi_dissolve_damage(const pd_dissolve *d, int32_t i)
     if (d->grid->kind[i] == PD_FLUID) return 1.0;
     if (d->grid->kind[i] != PD_SOLID) return 0.0;
     double lost = (pdi_metal_solid(d, i) - d->transport->c[i]) / pdi_metal_supply(d, i);
-    lost = fmin(fmax(lost, 0.0), 1.0);
+    lost = pdi_min(pdi_max(lost, 0.0), 1.0);
     return d->links ? pdi_damage_broken(d->desc.seed, i, d->links[i], lost) : lost;
 }
 
@@ -625,8 +625,8 @@ static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
     double error, taken;
     if (d->uniform) return 1.0;
     pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
-    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
-    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
+    double share = pdi_max(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
+    return share <= 1.0 + 1e-9 ? 1.0 : pdi_max(0.9 / share, 0.1);
 }
 
 /* A step that is so short. */
@@ -648,8 +648,8 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
     d->longest = 0.0;
     PDI_TRY(pdi_dissolve_prepare(ctx, d));
     double fastest = pdi_dissolve_fastest(ctx, d);
-    if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
-    s->dt = fmin(s->dt, d->next_dt);
+    if (fastest > 0.0) s->dt = pdi_min(s->dt, s->fraction / fastest);
+    s->dt = pdi_min(s->dt, d->next_dt);
     PDI_TRY(pdi_process_longest(ctx, self, s));
     if (d->desc.lags && !d->desc.found) s->dt = pdi_dissolve_shortened(d, s);
     return PD_OK;
@@ -676,7 +676,7 @@ static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
     PDI_TRY(pdi_transport_at(ctx, d->transport, end));
     pd_status status = pdi_dissolve_transport(ctx, d, s->dt, &d->result);
     d->krylov += status < 0 ? 0 : d->result.krylov;
-    d->longest = fmax(d->longest, s->dt);
+    d->longest = pdi_max(d->longest, s->dt);
     return status;
 }
 

@@ -44,7 +44,7 @@ PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i, int metal)
 PDI_FN double pdi_interface_fastest(const pd_dissolve *d, int32_t i)
 {
     double fastest = 0.0;
-    for (int m = 0; m < d->kinds; m++) fastest = fmax(fastest, pdi_interface_speed(d, i, m));
+    for (int m = 0; m < d->kinds; m++) fastest = pdi_max(fastest, pdi_interface_speed(d, i, m));
     return fastest;
 }
 
@@ -91,7 +91,7 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
     pdi_reach reach = pdi_reach_of(d, j);
     while (pdi_reach_next(&reach)) {
         int32_t i = pdi_entry_far(&d->paths, j, reach.bond);
-        fastest = fmax(fastest, pdi_interface_speed(d, i, pdi_metal_of(d, j)));
+        fastest = pdi_max(fastest, pdi_interface_speed(d, i, pdi_metal_of(d, j)));
     }
     return d->kernel.total * fastest * pdi_metal_factor(d, j);
 }
@@ -106,7 +106,7 @@ static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entr
     pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
     beside->enters += weight;
     portion->enters += weight;
-    beside->hollow += weight * fmax(1.5 - pdi_metal_left(d, entry->last), 0.0);
+    beside->hollow += weight * pdi_max(1.5 - pdi_metal_left(d, entry->last), 0.0);
     beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_supply(d, j) / d->kind[0].supply));
     pdi_entry_mirror(entry, e, s->xi + k * PD_DIM, way);
     for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry->count * way[a];
@@ -144,7 +144,7 @@ PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn li
                 pdi_entry_mirror(&entry, e, from->normal, normal);
                 double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
                 if (!(from->enters > 0.0) || !(share > 0.0)) continue;
-                double beyond = fmax(pdi_entry_beyond(paths, k, &entry, e, normal), 0.0);
+                double beyond = pdi_max(pdi_entry_beyond(paths, k, &entry, e, normal), 0.0);
                 link(d, from, pdi_reach_join(d, entry.far), share, beyond);
             }
         }
@@ -168,7 +168,7 @@ static void pdi_interface_count(pd_dissolve *d, pdi_beside *from, pdi_beside *to
 static void pdi_interface_arrive(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
 {
     double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node), cell = 0.0;
-    for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->paths.stencil->h[a]);
+    for (int a = 0; a < PD_DIM; a++) cell = pdi_max(cell, fabs(from->normal[a]) * d->paths.stencil->h[a]);
     to->weight += over * from->enters;
     for (int m = 0; m < d->kinds; m++)
         pdi_metal_portion(d, to)[m].weight += over * pdi_metal_portion(d, from)[m].enters;
@@ -230,7 +230,7 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
         own->user = d->kind[m].law.rate_user;
         own->share = weight / (arrives ? beside->weight : beside->enters);
         pdi_interface_drive(d, &portion[m], &own->whole, &own->part);
-        if (!pdi_metal_bonds(d)) law->top = fmax(law->top, d->kind[m].solid);
+        if (!pdi_metal_bonds(d)) law->top = pdi_max(law->top, d->kind[m].solid);
         law->metals++;
     }
     if (!law->metals) law->top = d->kind[0].solid; /* a law of nothing */
@@ -257,16 +257,16 @@ static void pdi_interface_share(const pd_dissolve *d, const pdi_beside *beside)
     if (d->kinds == 1) return;
     double resist = pdi_interface_resist(d, beside);
     pdi_interface_law(d, beside, &law);
-    double c = fmax(d->transport->c[beside->node], 0.0);
-    double s = resist < HUGE_VAL ? fmin(c + resist * fmax(line, 0.0), law.top) : law.top;
+    double c = pdi_max(d->transport->c[beside->node], 0.0);
+    double s = resist < HUGE_VAL ? pdi_min(c + resist * pdi_max(line, 0.0), law.top) : law.top;
     for (int k = 0; k < law.metals && law.metals > 1; k++) {
-        before[k] = fmax(pdi_law_own(&law, k, s * (1.0 - PDI_INTERFACE_AROUND)), 0.0);
-        behind[k] = fmax(pdi_law_own(&law, k, s * (1.0 + PDI_INTERFACE_AROUND)), 0.0);
+        before[k] = pdi_max(pdi_law_own(&law, k, s * (1.0 - PDI_INTERFACE_AROUND)), 0.0);
+        behind[k] = pdi_max(pdi_law_own(&law, k, s * (1.0 + PDI_INTERFACE_AROUND)), 0.0);
         above += law.metal[k].share * before[k];
         below += law.metal[k].share * behind[k];
     }
-    double high = fmax(above, below), theta = 0.5;
-    if (fabs(above - below) > PDI_INTERFACE_DROP * high) theta = fmin(fmax((line - below) / (above - below), 0.0), 1.0);
+    double high = pdi_max(above, below), theta = 0.5;
+    if (fabs(above - below) > PDI_INTERFACE_DROP * high) theta = pdi_min(pdi_max((line - below) / (above - below), 0.0), 1.0);
     for (int k = 0; k < law.metals && law.metals > 1; k++) {
         before[k] = theta * before[k] + (1.0 - theta) * behind[k];
         sum += law.metal[k].share * before[k];
@@ -309,7 +309,7 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
         const pdi_metal_beside *gives = &pdi_metal_portion(d, from)[m];
         pdi_metal_beside *portion = &pdi_metal_portion(d, to)[m];
         to->given += over * gives->paid * portion->speed;
-        portion->weight = fmax(portion->weight - over * gives->used, 0.0);
+        portion->weight = pdi_max(portion->weight - over * gives->used, 0.0);
         to->weight += portion->weight;
     }
 }
@@ -376,8 +376,8 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
         for (int m = 0; m < d->kinds; m++) {
             pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[m];
             beside->given += portion->paid * portion->mean;
-            portion->weight = fmax(portion->weight - portion->used, 0.0);
-            portion->stock = fmax(portion->stock - portion->used_stock, 0.0);
+            portion->weight = pdi_max(portion->weight - portion->used, 0.0);
+            portion->stock = pdi_max(portion->stock - portion->used_stock, 0.0);
             beside->weight += portion->weight;
         }
     }

@@ -17,7 +17,7 @@ PDI_FN double pdi_law_own(pdi_law *law, int m, double c)
     const pdi_law_metal *metal = &law->metal[m];
     law->at.c = c;
     if (c >= law->limit) return 0.0;
-    return metal->rate(metal->user, &law->at) * fmax(metal->whole - metal->part * c, 0.0);
+    return metal->rate(metal->user, &law->at) * pdi_max(metal->whole - metal->part * c, 0.0);
 }
 
 PDI_FN double pdi_law_rate(pdi_law *law, double c)
@@ -49,7 +49,7 @@ static double pdi_law_halve(pdi_law *law, double a, double b)
 /* The next concentration of a search from s to c. */
 static double pdi_law_stride(const pdi_law *law, double s, double c)
 {
-    return fmin(s + fmax(PDI_LAW_GROWTH * s, PDI_LAW_LEAST * law->top), c);
+    return pdi_min(s + pdi_max(PDI_LAW_GROWTH * s, PDI_LAW_LEAST * law->top), c);
 }
 
 PDI_FN double pdi_law_end(pdi_law *law, double c, double limit)
@@ -74,10 +74,10 @@ static double pdi_law_point_end(pdi_law *law, pdi_law_point *p, double c, double
         p->from = c;
     }
     if (c >= p->end) return pdi_law_end(law, c, limit);
-    limit = fmax(limit, c);
+    limit = pdi_max(limit, c);
     if (limit <= p->seen || p->end < HUGE_VAL) return p->end;
     p->end = pdi_law_end(law, p->seen, limit);
-    p->seen = fmin(limit, p->end);
+    p->seen = pdi_min(limit, p->end);
     return c < p->end ? p->end : pdi_law_end(law, c, limit);
 }
 
@@ -99,10 +99,10 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
 {
     double a = 0.0, above = pdi_law_rate(law, c), b = above, resist = p->resist;
     if (!pdi_law_finite(above)) return above;
-    if (!(above > 0.0) || !(resist > 0.0)) return fmax(above, 0.0);
+    if (!(above > 0.0) || !(resist > 0.0)) return pdi_max(above, 0.0);
     if (!(resist < HUGE_VAL)) { /* the surface is as rich as it can be */
         double v = pdi_law_point_end(law, p, c, law->top) < HUGE_VAL ? 0.0 : pdi_law_rate(law, law->top);
-        return fmin(above, fmax(v, 0.0));
+        return pdi_min(above, pdi_max(v, 0.0));
     }
     for (int k = 0; k < PDI_LAW_ROUNDS; k++) { /* a rising law gives more behind its film */
         double reach = resist * b, most = (pdi_law_point_end(law, p, c, c + reach) - c) / resist;
@@ -132,23 +132,23 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
  * rising law gets a flat line; without a film it keeps its slope. */
 static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
 {
-    double now = pdi_law_at(law, p, c), size = fmax(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
+    double now = pdi_law_at(law, p, c), size = pdi_max(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
     if (!pdi_law_finite(now)) return 0;
-    p->largest = fmax(p->largest, now);
+    p->largest = pdi_max(p->largest, now);
     if (p->resist < HUGE_VAL && p->resist > 0.0)
-        width = fmax(fmin(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
-    double other = c > width ? c - width : c + width, jump = p->beyond ? fmin(p->pin, law->limit) : law->limit;
+        width = pdi_max(pdi_min(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
+    double other = c > width ? c - width : c + width, jump = p->beyond ? pdi_min(p->pin, law->limit) : law->limit;
     if (!(p->resist > 0.0) && c > jump && other <= jump) other = c + width; /* the slope is none of the jump */
     double there = pdi_law_at(law, p, other);
     while (p->resist < HUGE_VAL && width < PDI_LAW_STEP * p->resist * p->largest &&
            fabs(there - now) < PDI_LAW_CHANGE * now) {
-        width = fmin(10.0 * width, PDI_LAW_STEP * p->resist * p->largest);
+        width = pdi_min(10.0 * width, PDI_LAW_STEP * p->resist * p->largest);
         other = c > width ? c - width : c + width;
         there = pdi_law_at(law, p, other);
     }
     if (!pdi_law_finite(there)) return 0;
     p->slope = (there - now) / (other - c);
-    if (p->resist > 0.0) p->slope = fmin(p->slope, 0.0);
+    if (p->resist > 0.0) p->slope = pdi_min(p->slope, 0.0);
     p->speed = now - p->slope * c;
     p->touch = c;
     return 1;
@@ -182,12 +182,12 @@ static int pdi_law_pin(pdi_law *law, double a, double b, pdi_law_point *p)
             before = v;
         }
     }
-    if (!(before - fmax(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
+    if (!(before - pdi_max(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
     p->pinned = 1;
     p->pin = a;
     p->ahead = before;
-    p->behind = fmax(behind, 0.0);
-    p->largest = fmax(p->largest, before);
+    p->behind = pdi_max(behind, 0.0);
+    p->largest = pdi_max(p->largest, before);
     p->speed = p->slope = 0.0;
     return 1;
 }
@@ -198,7 +198,7 @@ static int pdi_law_jumps(pdi_law *law, double c, pdi_law_point *p)
     double a = c * (1.0 - PDI_LAW_AROUND), b = c * (1.0 + PDI_LAW_AROUND);
     if (p->resist > 0.0 || !(b > a)) return 0;
     double before = pdi_law_rate(law, a), behind = pdi_law_rate(law, b);
-    if (!(before - fmax(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
+    if (!(before - pdi_max(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
     return pdi_law_pin(law, a, b, p);
 }
 
@@ -207,7 +207,7 @@ static int pdi_law_jumps(pdi_law *law, double c, pdi_law_point *p)
 PDI_FN int pdi_law_meet_pinned(pdi_law *law, double need, double near, pdi_law_point *p)
 {
     if (need <= p->ahead + near && need >= p->behind - near) {
-        p->speed = fmin(fmax(need, p->behind), p->ahead);
+        p->speed = pdi_min(pdi_max(need, p->behind), p->ahead);
         p->slope = 0.0;
         return 1;
     }
@@ -233,7 +233,7 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
     p->resist = resist;
     p->from = from <= c && c < end ? from : c;
     p->end = from <= c && c < end ? end : HUGE_VAL;
-    p->seen = from <= c && c < end ? fmin(end, law->top) : c;
+    p->seen = from <= c && c < end ? pdi_min(end, law->top) : c;
     p->largest = p->low_v = 0.0;
     p->low_c = c;
     p->high_c = p->high_v = HUGE_VAL;
@@ -266,7 +266,7 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
     }
     pdi_bracket s = {a, above, b, below, 0, 0};
     double c;
-    while (s.b - s.a > 1e-14 * fmax(fabs(s.b), fabs(s.a)) && pdi_bracket_next(&s, &c)) {
+    while (s.b - s.a > 1e-14 * pdi_max(fabs(s.b), fabs(s.a)) && pdi_bracket_next(&s, &c)) {
         double g = pdi_law_at(law, p, c) - (asked_a + rise * (c - p->low_c));
         if (!pdi_law_finite(g)) return g;
         pdi_bracket_take(&s, c, g);
@@ -287,7 +287,7 @@ static double pdi_law_ahead(pdi_law *law, pdi_law_point *p, double c, double ask
     for (int k = 0; k < PDI_LAW_ROUNDS; k++) {
         double given = pdi_law_at(law, p, ahead), next = c + (given - asked) / rise;
         if (!pdi_law_finite(given)) return given;
-        if (next > end || next > law->top) return fmin(end, law->top);
+        if (next > end || next > law->top) return pdi_min(end, law->top);
         if (next <= ahead) { /* beyond the meeting point, or there */
             beyond.high_c = ahead;
             beyond.high_v = asked + rise * (ahead - c);
@@ -301,7 +301,7 @@ static double pdi_law_ahead(pdi_law *law, pdi_law_point *p, double c, double ask
 /* 1: V passes the speed `asked` within `close` of c. */
 static int pdi_law_passes(pdi_law *law, pdi_law_point *p, double c, double asked, double close)
 {
-    return pdi_law_at(law, p, fmax(c - close, 0.0)) >= asked && pdi_law_at(law, p, c + close) <= asked;
+    return pdi_law_at(law, p, pdi_max(c - close, 0.0)) >= asked && pdi_law_at(law, p, c + close) <= asked;
 }
 
 /* Where the next line touches V, after `asked` was compared with V at c. */
@@ -342,11 +342,11 @@ static int pdi_law_rises(pdi_law *law, double a, double c)
 
 PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *p, double a, double c)
 {
-    double from = fmax(fmin(a, c), 0.0), to = fmax(a, c), slowest = HUGE_VAL;
+    double from = pdi_max(pdi_min(a, c), 0.0), to = pdi_max(a, c), slowest = HUGE_VAL;
     if (!(to > from) || !pdi_law_rises(law, from, to)) return HUGE_VAL;
     while (from < to) {
         from = pdi_law_stride(law, from, to);
-        slowest = fmin(slowest, pdi_law_at(law, p, from));
+        slowest = pdi_min(slowest, pdi_law_at(law, p, from));
     }
     return slowest;
 }
@@ -366,10 +366,10 @@ static double pdi_law_way(pdi_law *law, pdi_law_point *p, double c, double asked
 PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_law_point *p)
 {
     double asked = p->speed + p->slope * c;
-    c = fmax(c, 0.0);
+    c = pdi_max(c, 0.0);
     double given = pdi_law_at(law, p, c), way = p->resist > 0.0 ? pdi_law_way(law, p, c, asked) : c;
     if (!pdi_law_finite(given)) return -1;
-    p->largest = fmax(p->largest, given);
+    p->largest = pdi_max(p->largest, given);
     if (way < c) {
         asked = p->low_v + (asked - p->low_v) / (c - p->low_c) * (way - p->low_c);
         given = 0.0;

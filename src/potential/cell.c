@@ -27,7 +27,7 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
 static void pdi_cell_left(pd_cell *cell)
 {
     for (int32_t i = 0; i < cell->grid->total && cell->left; i++)
-        if (cell->grid->kind[i] == PD_SOLID) cell->left[i] = fmin(fmax(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
+        if (cell->grid->kind[i] == PD_SOLID) cell->left[i] = pdi_min(pdi_max(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
 }
 
 static void pdi_cell_index(pd_cell *cell)
@@ -140,9 +140,9 @@ void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode 
         double area = volume * pdi_potential_area(p, c), i = p->current[k];
         now->area += area;
         now->current += area * i;
-        now->anodic += area * fmax(i, 0.0);
-        now->least = touched ? fmin(now->least, i) : i;
-        now->most = touched ? fmax(now->most, i) : i;
+        now->anodic += area * pdi_max(i, 0.0);
+        now->least = touched ? pdi_min(now->least, i) : i;
+        now->most = touched ? pdi_max(now->most, i) : i;
         touched = 1;
     }
 }

@@ -185,7 +185,7 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
     for (int k = 0; k < s->count; k++) {
         double *work = r->work + k * total, held;
         double first = sqrt(pdi_par_dot(ctx, total, work, work)), rounding = pdi_advance_rounding(ctx, r, k, &held);
-        r->weight[k] = fmax(fmax(sqrt(held), first), rounding / r->desc.tolerance);
+        r->weight[k] = pdi_max(pdi_max(sqrt(held), first), rounding / r->desc.tolerance);
         if (!(r->weight[k] > DBL_MIN)) r->weight[k] = 1.0;
     }
 }
@@ -355,7 +355,7 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
         pd_status status = pdi_advance_newton(ctx, r, now, result);
         if (status < 0) return status;
         if (status == PD_OK && now >= dt) return PD_OK;
-        if (status == PD_OK) now = fmin(now * PDI_ADVANCE_SHORTER, dt);
+        if (status == PD_OK) now = pdi_min(now * PDI_ADVANCE_SHORTER, dt);
         else {
             pdi_advance_back(ctx, r, 0);
             now = dt * pow(PDI_ADVANCE_SHORTER, -(double)++part);
@@ -472,7 +472,7 @@ static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
     for (int k = 0; k < r->components.count && r->minerals.count; k++) {
         pdi_bounds of = {0.0, 0.0};
         pdi_bounds_take_all(r->grid, PD_FLUID, r->total + k * total, &of);
-        size[k] = PDI_ADVANCE_SLACK * fmax(of.high, -of.low);
+        size[k] = PDI_ADVANCE_SLACK * pdi_max(of.high, -of.low);
     }
     for (int32_t i = 0; i < (int32_t)total && r->minerals.count; i++) {
         pd_mineral_start start;
@@ -490,7 +490,7 @@ static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
 /* A share that grows by `change`: at most half of what is open is filled, and half of what fills it goes. */
 static double pdi_advance_filled(double film, double change)
 {
-    return film + fmin(fmax(change, -0.5 * film), 0.5 * (1.0 - film));
+    return film + pdi_min(pdi_max(change, -0.5 * film), 0.5 * (1.0 - film));
 }
 
 /* What minerals leave open for diffusion in the middle of a step of dt [s]: as it was, or (was = 0) as far as the last
@@ -530,7 +530,7 @@ static void pdi_advance_differ(pd_reactive *r, double first, double second, doub
             double by = first * r->slope[at] - second * (sum[k] - r->total[at] + undone);
             for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
             for (int m = 0; m < r->minerals.count; m++) by += r->minerals.gain[m][k] * r->solid_slope[m * total + i];
-            size[k] = fmax(size[k], terms);
+            size[k] = pdi_max(size[k], terms);
             r->slope[at] = r->work[at];
             r->work[at] = by / (r->dt * r->weight[k]);
         }
@@ -569,18 +569,18 @@ static double pdi_advance_largest(const pd_reactive *r, const double *field, dou
         for (int m = 0; m < r->minerals.count; m++) {
             double change = taken[m] + r->solid_slope[m * total + i];
             for (int k = 0; k < s->count; k++) x[k] -= r->minerals.gain[m][k] * change;
-            solid[m] = fmax(solid[m], fabs(change));
-            most[m] = fmax(most[m], r->solid[m * total + i]);
+            solid[m] = pdi_max(solid[m], fabs(change));
+            most[m] = pdi_max(most[m], r->solid[m * total + i]);
         }
-        for (int k = 0; k < s->count; k++) off[k] = fmax(off[k], fabs(x[k]));
+        for (int k = 0; k < s->count; k++) off[k] = pdi_max(off[k], fabs(x[k]));
     }
     for (int k = 0; k < s->count; k++)
-        if (size[k] > 0.0) worst = fmax(worst, off[k] / size[k]);
+        if (size[k] > 0.0) worst = pdi_max(worst, off[k] / size[k]);
     for (int m = 0; m < r->minerals.count; m++) {
         double least = HUGE_VAL;
         for (int k = 0; k < s->count; k++)
-            if (r->minerals.gain[m][k] != 0.0) least = fmin(least, size[k] / fabs(r->minerals.gain[m][k]));
-        if (solid[m] > 0.0) worst = fmax(worst, solid[m] / (most[m] + least));
+            if (r->minerals.gain[m][k] != 0.0) least = pdi_min(least, size[k] / fabs(r->minerals.gain[m][k]));
+        if (solid[m] > 0.0) worst = pdi_max(worst, solid[m] / (most[m] + least));
     }
     return worst;
 }
@@ -628,12 +628,12 @@ static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *siz
     for (int64_t at = 0; at < count; at++) { /* the solver leaves out what has no equation */
         int64_t k = at / r->grid->total;
         if (r->spent[at] && size[k] > 0.0)
-            spent = fmax(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
+            spent = pdi_max(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
     }
     pd_status status = pdi_tangent_direction(ctx, r, PDI_ADVANCE_DAMPED, 0.0, &result->krylov);
     if (status == PD_ERR_DIVERGED) return PD_NOT_CONVERGED;
     if (status == PD_OK)
-        result->error = fmin(result->error, fmax(spent, pdi_advance_largest(r, r->work + count, 1.0,
+        result->error = pdi_min(result->error, pdi_max(spent, pdi_advance_largest(r, r->work + count, 1.0,
                                                                             r->minerals.count > 0, size)));
     return status;
 }
@@ -664,8 +664,8 @@ static int pdi_advance_keeps(const pd_reactive *r, double stage)
     for (int k = 0; k < s->count; k++) {
         double most = 0.0, owed = 0.0;
         for (int64_t at = k * total; at < (k + 1) * total; at++) {
-            most = fmax(most, fabs(r->total[at]));
-            if (r->spent[at]) owed = fmax(owed, -stage * r->weight[k] * r->work[at]);
+            most = pdi_max(most, fabs(r->total[at]));
+            if (r->spent[at]) owed = pdi_max(owed, -stage * r->weight[k] * r->work[at]);
         }
         if (owed > PDI_ADVANCE_SLACK * most) return 0;
     }

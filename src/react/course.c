@@ -201,7 +201,7 @@ static void pdi_course_shares(const pd_course *a, double *share)
 static void pdi_course_bare(pd_course *a, const double *x, double by, const double *y)
 {
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        double share = x[j] < 0.0 ? 1.0 : fmin(fmax(x[j] + by * y[j], 0.0), 1.0);
+        double share = x[j] < 0.0 ? 1.0 : pdi_min(pdi_max(x[j] + by * y[j], 0.0), 1.0);
         a->desc.bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * share;
     }
     if (a->desc.reached) *a->desc.reached = 0;
@@ -225,9 +225,9 @@ static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
     double most = 0.0, change = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;
     *off = 0.0;
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        most = fmax(most, a->first[j]);
-        change = fmax(change, fabs(a->share[j] - a->first[j]));
-        *off = fmax(*off, fabs(a->share[j] - a->now[j] - s->dt * a->rate[j]));
+        most = pdi_max(most, a->first[j]);
+        change = pdi_max(change, fabs(a->share[j] - a->first[j]));
+        *off = pdi_max(*off, fabs(a->share[j] - a->now[j] - s->dt * a->rate[j]));
     }
     if (!(most > 0.0)) return *off = 0.0;
     *off *= 0.5 / (most * rtol);
@@ -242,7 +242,7 @@ static double pdi_course_covering(pd_course *a, const pd_step *s)
     double load = pdi_course_load(a, s, &off);
     if (load <= 1.0) return off;
     double part = (1.0 - sqrt(a->covered)) / (sqrt(load) - sqrt(a->covered));
-    return part > 0.0 ? fmax(off, 1.0 / (part * part)) : HUGE_VAL;
+    return part > 0.0 ? pdi_max(off, 1.0 / (part * part)) : HUGE_VAL;
 }
 
 /* A step of species stands. 1: another one like it would be too much for the step of the run. */
@@ -294,7 +294,7 @@ static pd_status pdi_course_longest(pd_ctx *ctx, void *self, pd_step *s)
     (void)ctx;
     pdi_course_uncover(a);
     if (!(a->span > 0.0)) a->span = PDI_COURSE_FIRST * s->dt;
-    s->dt = fmin(s->dt, a->span);
+    s->dt = pdi_min(s->dt, a->span);
     return PD_OK;
 }
 
@@ -318,7 +318,7 @@ static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
     pd_reactive *r = a->reactive;
     pd_reactive_result result;
     double h = HUGE_VAL, dt;
-    for (int axis = 0; axis < PD_DIM; axis++) h = fmin(h, r->grid->h[axis]);
+    for (int axis = 0; axis < PD_DIM; axis++) h = pdi_min(h, r->grid->h[axis]);
     dt = PDI_COURSE_STILL * h * h / r->diffusion.desc.diffusivity;
     pdi_coat_rest(a->desc.coat, t, dt);
     pd_status status = pd_reactive_step(ctx, r, dt, &result);
@@ -356,7 +356,7 @@ static pd_status pdi_course_coat(pd_ctx *ctx, pd_course *a, pd_step *s, double *
 {
     pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->trial);
     if (status == PD_RETRY) s->error = HUGE_VAL;
-    *covering = fmax(*covering, a->desc.coat->error);
+    *covering = pdi_max(*covering, a->desc.coat->error);
     return status;
 }
 
@@ -386,10 +386,10 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.coat) status = pdi_course_coat(ctx, a, s, &covering);
     if (status != PD_OK) return status;
     if (covering > 1.0) {
-        s->error = fmax(s->error, covering);
+        s->error = pdi_max(s->error, covering);
         return PD_RETRY;
     }
-    if (a->desc.coat) s->error = fmax(s->error, covering);
+    if (a->desc.coat) s->error = pdi_max(s->error, covering);
     if (a->bent) return PD_OK;
     if (result.euler && !(result.error > 0.0)) {
         if (s->trial >= PDI_COURSE_TRIALS) return PD_OK;
@@ -427,7 +427,7 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
     pdi_course_keep(ctx, a, 1);
     if (a->desc.coat) pdi_coat_reject(a->desc.coat);
     a->rejected++;
-    a->dt = s->dt * (s->error < HUGE_VAL ? fmax(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
+    a->dt = s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
                                          : PDI_COURSE_SHRINK);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
     return PD_OK;
@@ -461,7 +461,7 @@ static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
     pd_reactive *r = a->reactive;
     pd_reactive_result result;
     double square = 0.0, d = r->diffusion.desc.diffusivity;
-    for (int axis = 0; axis < PD_DIM; axis++) square = fmax(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
+    for (int axis = 0; axis < PD_DIM; axis++) square = pdi_max(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
     if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, 0.0));
     pd_status status = pd_reactive_step(ctx, r, PDI_COURSE_LATE * square / d, &result);
     if (a->desc.surface && status == PD_OK) pdi_etch_accept(a->desc.surface);
@@ -580,7 +580,7 @@ static double pdi_course_imbalance(pd_ctx *ctx, void *self)
     double worst = 0.0;
     for (int row = 0; row < a->reactive->rows; row++) {
         pd_reactive_balance_of(ctx, a->reactive, row, &b);
-        worst = fmax(worst, b.relative);
+        worst = pdi_max(worst, b.relative);
     }
     return worst;
 }

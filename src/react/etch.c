@@ -73,8 +73,8 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
         amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
         for (int n = 0; n < r->components.solutes; n++) {
             double gain = amount * s->part[e * r->components.solutes + n];
-            r->in[n] += fmax(gain, 0.0);
-            r->out[n] += fmax(-gain, 0.0);
+            r->in[n] += pdi_max(gain, 0.0);
+            r->out[n] += pdi_max(-gain, 0.0);
         }
     }
 }
@@ -82,8 +82,8 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
 PDI_FN void pdi_etch_yield(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++)
-        s->split[p] = s->weight[p] * fmax(-s->charge * (double)s->drive[p], 0.0) +
-                      (s->electrode ? s->area[p] * fmax(-(double)s->flow_drive[p], 0.0) : 0.0);
+        s->split[p] = s->weight[p] * pdi_max(-s->charge * (double)s->drive[p], 0.0) +
+                      (s->electrode ? s->area[p] * pdi_max(-(double)s->flow_drive[p], 0.0) : 0.0);
 }
 
 PDI_FN void pdi_etch_note(pd_etch *s)
@@ -196,7 +196,7 @@ static void pdi_etch_fill(pd_etch *s, int32_t j, const double *sum)
 {
     pd_reactive *r = s->reactive;
     int64_t total = r->grid->total;
-    double c[PD_SPECIES_MOST], holds[PD_SPECIES_MOST], part = fmin(fmax(1.0 + s->swept[j], 0.0), 1.0);
+    double c[PD_SPECIES_MOST], holds[PD_SPECIES_MOST], part = pdi_min(pdi_max(1.0 + s->swept[j], 0.0), 1.0);
     memset(c, 0, sizeof c);
     if (!sum || pdi_components_solve(&r->components, sum, c) != PD_OK) part = 0.0;
     s->split[j] += 1.0 - part;
@@ -291,7 +291,7 @@ PDI_FN void pdi_etch_film(const pd_reactive *r, pd_components *film, double *sca
     const pd_components *of = &r->components;
     *film = *of;
     film->debye = 0.0;
-    for (int n = 0; n < of->solutes; n++) scale[n] = fmax(r->ratio[n], PDI_ETCH_LEAST);
+    for (int n = 0; n < of->solutes; n++) scale[n] = pdi_max(r->ratio[n], PDI_ETCH_LEAST);
     for (int n = 0; n < of->solutes; n++) {
         film->ln_k[n] += log(scale[n]);
         for (int k = 0; k < of->joined; k++) film->ln_k[n] -= of->m[k][n] * log(scale[of->master[k]]);

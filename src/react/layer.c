@@ -121,7 +121,7 @@ static double pdi_layer_number(const pdi_layer_work *w, const double *c, double 
 {
     const pd_reactive *r = w->s->reactive;
     double ph = NAN;
-    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    if (r->proton >= 0) ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
     return w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time);
 }
@@ -129,7 +129,7 @@ static double pdi_layer_number(const pdi_layer_work *w, const double *c, double 
 /* The same; what is negative, or no number, counts as 0. */
 static double pdi_layer_law(const pdi_layer_work *w, const double *c, double psi)
 {
-    return fmax(pdi_layer_number(w, c, psi), 0.0);
+    return pdi_max(pdi_layer_number(w, c, psi), 0.0);
 }
 
 /* The flow of the electrode there. */
@@ -138,7 +138,7 @@ static double pdi_layer_curve(const pdi_layer_work *w, const double *c, double p
     const pd_reactive *r = w->s->reactive;
     const pd_etch_electrodes *of = &w->s->desc.electrodes;
     double ph = NAN;
-    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    if (r->proton >= 0) ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double drop = w->level - psi * r->migration.volt;
     return of->curve(of->user, w->electrode, w->share, c, ph, drop, w->s->time) / PDI_LAYER_FARADAY;
 }
@@ -185,7 +185,7 @@ static double pdi_layer_across(pd_components *film, pdi_layer_work *w, double v,
     double stride = *of > 0.0 ? PDI_LAYER_LIFT_FIRST : -PDI_LAYER_LIFT_FIRST, b = *a;
     *there = *of;
     while (fabs(b) < PDI_LAYER_LIFT || b * stride < 0.0) {
-        b = fmin(fmax(b + stride, -PDI_LAYER_LIFT), PDI_LAYER_LIFT);
+        b = pdi_min(pdi_max(b + stride, -PDI_LAYER_LIFT), PDI_LAYER_LIFT);
         stride *= 3.0;
         *there = pdi_layer_charge(film, w, v, b);
         if (!(*there * *of > 0.0)) return b;
@@ -205,7 +205,7 @@ static int pdi_layer_lift(pd_components *film, pdi_layer_work *w, double v)
     pdi_bracket s = {a, of, b, there, 0, 0};
     double x;
     while (of * there < 0.0 && pdi_bracket_next(&s, &x) &&
-           fabs(s.b - s.a) > PDI_LAYER_CLOSE * fmax(fabs(x), PDI_LAYER_LIFT_FIRST)) {
+           fabs(s.b - s.a) > PDI_LAYER_CLOSE * pdi_max(fabs(x), PDI_LAYER_LIFT_FIRST)) {
         double g = pdi_layer_charge(film, w, v, x);
         if (!(g == g)) return 0;
         if (fabs(g) <= PDI_LAYER_NEUTRAL) break;
@@ -226,7 +226,7 @@ static double pdi_layer_excess(pd_components *film, pdi_layer_work *w, double v,
 /* Between a bracket [a, b] of a flow that is not 0. */
 static double pdi_layer_middle(double a, double b)
 {
-    double low = fmin(fabs(a), fabs(b)), high = fmax(fabs(a), fabs(b)), sign = a + b < 0.0 ? -1.0 : 1.0;
+    double low = pdi_min(fabs(a), fabs(b)), high = pdi_max(fabs(a), fabs(b)), sign = a + b < 0.0 ? -1.0 : 1.0;
     return low > 0.0 && high > 4.0 * low ? sign * sqrt(low * high) : 0.5 * (a + b);
 }
 
@@ -276,7 +276,7 @@ static double pdi_layer_asked(pdi_layer_work *w, const double *c, double psi)
     double v = pdi_layer_number(w, c, psi);
     w->odd = !(v == v);
     w->odds |= w->odd;
-    return fmax(v, 0.0);
+    return pdi_max(v, 0.0);
 }
 
 /* The law at the surface, where metal dissolves at v [m/s]. */
@@ -298,7 +298,7 @@ static double pdi_layer_given(pd_components *film, pdi_layer_work *w, double v)
 static int pdi_layer_bracket(pd_components *film, pdi_layer_work *w, double guess, double first, double *a,
                                double *above, double *b, double *below)
 {
-    double factor = PDI_LAYER_BRACKET, v = guess > 0.0 ? guess : fmin(first, PDI_LAYER_FAST);
+    double factor = PDI_LAYER_BRACKET, v = guess > 0.0 ? guess : pdi_min(first, PDI_LAYER_FAST);
     *a = 0.0;
     *above = first;
     double g = pdi_layer_given(film, w, v) - v;
@@ -360,13 +360,13 @@ static double pdi_layer_slope(const pdi_layer_work *w, const double *c, const do
     double least = HUGE_VAL, up[PD_SPECIES_MOST], down[PD_SPECIES_MOST];
     for (int n = 0; n < s->film.solutes; n++) {
         int reads = (s->desc.reads >> n & 1u) || (s->desc.reads_ph && n == s->reactive->proton);
-        if (reads && fabs(along[n]) > 0.0) least = fmin(least, fmax(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
+        if (reads && fabs(along[n]) > 0.0) least = pdi_min(least, pdi_max(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
     }
     if (!(least < HUGE_VAL)) return 0.0;
     double stride = PDI_LAYER_STRIDE * least;
     for (int n = 0; n < s->film.solutes; n++) {
-        up[n] = fmax(c[n] + stride * along[n], 0.0);
-        down[n] = fmax(c[n] - stride * along[n], 0.0);
+        up[n] = pdi_max(c[n] + stride * along[n], 0.0);
+        down[n] = pdi_max(c[n] - stride * along[n], 0.0);
     }
     double change = (pdi_layer_law(w, up, 0.0) - pdi_layer_law(w, down, 0.0)) / (2.0 * stride);
     return fabs(change) < HUGE_VAL ? change : 0.0;
@@ -404,7 +404,7 @@ static void pdi_layer_derive(const pd_components *film, const pdi_layer_work *w,
     double back = 1.0;
     pdi_layer_slopes(film, w, s->scale, w->at, slope);
     for (int k = 0; k < of->count; k++) back -= slope[k] * s->gain[k] * w->thick;
-    back = fmax(back, PDI_LAYER_RISE);
+    back = pdi_max(back, PDI_LAYER_RISE);
     pdi_components_derive(of, w->c, table);
     for (int k = 0; k < of->count; k++) {
         double sum = 0.0;
@@ -429,7 +429,7 @@ static void pdi_layer_bend(const pdi_layer_work *w, double *by, double *lift)
     for (int n = 0; n < s->film.solutes; n++) {
         by[n] = 0.0;
         if (!(w->reads >> n & 1u) && !((w->reads & PDI_LAYER_PH) && n == s->reactive->proton)) continue;
-        double from = c[n], step = PDI_LAYER_STRIDE * fmax(from, PDI_LAYER_NOTHING);
+        double from = c[n], step = PDI_LAYER_STRIDE * pdi_max(from, PDI_LAYER_NOTHING);
         c[n] = from + step;
         by[n] = pdi_layer_curve(w, c, psi);
         c[n] = from - step;
@@ -445,7 +445,7 @@ static void pdi_layer_bend(const pdi_layer_work *w, double *by, double *lift)
 static double pdi_layer_moved(const pdi_layer_work *w, double *c, int n, double change)
 {
     double from = c[n];
-    c[n] = fmax(from + change, 0.0);
+    c[n] = pdi_max(from + change, 0.0);
     double v = pdi_layer_law(w, c, w->psi + w->lift);
     c[n] = from;
     return v;
@@ -455,9 +455,9 @@ static double pdi_layer_moved(const pdi_layer_work *w, double *c, int n, double 
 static double pdi_layer_undone(const pdi_layer_work *w, double *c, int m, double step, int n, double sign)
 {
     double from = c[m], level = 0.5 * (pdi_layer_moved(w, c, m, step) + pdi_layer_moved(w, c, m, -step));
-    double low = 0.0, high = PDI_LAYER_STRIDE * PDI_LAYER_STRIDE * fmax(c[n], PDI_LAYER_NOTHING);
+    double low = 0.0, high = PDI_LAYER_STRIDE * PDI_LAYER_STRIDE * pdi_max(c[n], PDI_LAYER_NOTHING);
     int above = pdi_layer_moved(w, c, m, step) > level, found = 0;
-    c[m] = fmax(from + step, 0.0);
+    c[m] = pdi_max(from + step, 0.0);
     for (int k = 0; k < PDI_LAYER_DOUBLINGS && !found; k++) {
         found = (pdi_layer_moved(w, c, n, sign * high) > level) != above;
         if (!found) low = high;
@@ -482,7 +482,7 @@ static void pdi_layer_gradient(const pdi_layer_work *w, double *by, double *lift
     memcpy(c, w->surface, sizeof c);
     for (int n = 0; n < s->film.solutes; n++) {
         double wide;
-        stride[n] = PDI_LAYER_STRIDE * fmax(c[n], PDI_LAYER_NOTHING);
+        stride[n] = PDI_LAYER_STRIDE * pdi_max(c[n], PDI_LAYER_NOTHING);
         by[n] = 0.0;
         jumps[n] = 0;
         if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
@@ -618,8 +618,8 @@ static void pdi_layer_derive_charged(const pd_components *film, const pdi_layer_
 {
     pdi_layer_slopes_of t;
     pdi_layer_tangent(film, w, by != NULL, &t);
-    double one = fmax(1.0 - t.law[0], PDI_LAYER_RISE), two = fmax(1.0 - t.curve[1], PDI_LAYER_RISE);
-    double back = fmax(one * two - t.law[1] * t.curve[0], PDI_LAYER_RISE * one * two);
+    double one = pdi_max(1.0 - t.law[0], PDI_LAYER_RISE), two = pdi_max(1.0 - t.curve[1], PDI_LAYER_RISE);
+    double back = pdi_max(one * two - t.law[1] * t.curve[0], PDI_LAYER_RISE * one * two);
     for (int k = 0; k < film->count; k++) {
         if (by) by[k] = (float)((two * t.law[2 + k] + t.law[1] * t.curve[2 + k]) / back);
         if (flow_by) flow_by[k] = (float)((one * t.curve[2 + k] + t.curve[0] * t.law[2 + k]) / back);
@@ -631,7 +631,7 @@ static void pdi_layer_derive_charged(const pd_components *film, const pdi_layer_
 /* Speed and flow of an electrode by Newton's method from guesses. 0: it does not get there, and they are searched. */
 static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, double *speed)
 {
-    double v = goes ? fmax(*speed, 0.0) : 0.0, f = w->guess;
+    double v = goes ? pdi_max(*speed, 0.0) : 0.0, f = w->guess;
     for (int step = 0; step < PDI_LAYER_NEWTON; step++) {
         pdi_layer_slopes_of t;
         if (w->reads) w->flow = f;

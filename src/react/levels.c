@@ -85,7 +85,7 @@ static double pdi_levels_next(const pdi_levels_search *q, double e, double off, 
         return next;
     }
     double way = off > 0.0 ? -1.0 : 1.0, least = PDI_LEVELS_LEAST * ldexp(1.0, 2 * step);
-    double move = next == next ? fmin(fmax(2.0 * fabs(next - e), least), *stride) : *stride; /* to the other side */
+    double move = next == next ? pdi_min(pdi_max(2.0 * fabs(next - e), least), *stride) : *stride; /* to the other side */
     *stride *= 2.0;
     return e + way * move;
 }
@@ -119,8 +119,8 @@ static void pdi_levels_fluid(const pd_etch *s, int circuit, double *least, doubl
     *most = -HUGE_VAL;
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != circuit) continue;
-        *least = fmin(*least, m->volt * m->psi[s->node[p]]);
-        *most = fmax(*most, m->volt * m->psi[s->node[p]]);
+        *least = pdi_min(*least, m->volt * m->psi[s->node[p]]);
+        *most = pdi_max(*most, m->volt * m->psi[s->node[p]]);
     }
 }
 
@@ -158,7 +158,7 @@ static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double e
             pdi_levels_close(s, circuit, q.wanted);
             return;
         }
-        if (!(q.high - q.low > PDI_LEVELS_CLOSE * fmax(fabs(e), 1.0))) break;
+        if (!(q.high - q.low > PDI_LEVELS_CLOSE * pdi_max(fabs(e), 1.0))) break;
         double next = pdi_levels_next(&q, e, off, slope, step, &stride);
         if (!(next > q.low) || !(next < q.high) || next < least - PDI_LEVELS_FAR ||
             next > most + PDI_LEVELS_FAR) break;
@@ -279,7 +279,7 @@ PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
         }
     }
     if (r->surface && r->surface->electrode) r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
-    if (!(fabs(pdi_sum_total(&sum)) > fmax(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt))) return PD_OK;
+    if (!(fabs(pdi_sum_total(&sum)) > pdi_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt))) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
                     "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }

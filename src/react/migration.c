@@ -98,7 +98,7 @@ PDI_FN void pdi_migration_neutralise(const pd_migration *m, double *c)
         if (fabs(charge) <= PDI_MIGRATION_ROUND * DBL_EPSILON * size) return;
         for (int n = 0; n < m->components->solutes; n++) slope += m->charge[n] * m->charge[n] * c[n];
         if (!(slope > DBL_MIN)) return;
-        lambda = fmin(fmax(charge / slope, -PDI_MIGRATION_LONGEST), PDI_MIGRATION_LONGEST);
+        lambda = pdi_min(pdi_max(charge / slope, -PDI_MIGRATION_LONGEST), PDI_MIGRATION_LONGEST);
         for (int n = 0; n < m->components->solutes; n++)
             if (m->charge[n] != 0.0) c[n] *= exp(-m->charge[n] * lambda);
     }
@@ -186,11 +186,11 @@ static void pdi_migration_faces(pd_migration *m, const double *c, double least)
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
         int64_t cell = pdi_compact_cell(grid, i);
-        double own = fmax(pdi_migration_between(m, c, node, node), least);
+        double own = pdi_max(pdi_migration_between(m, c, node, node), least);
         for (int d = 0; d < PD_DIM; d++) {
             int32_t next = node + grid->stride[d];
             if (m->compact.conduct[d][cell] > 0.0f)
-                m->compact.conduct[d][cell] *= (float)fmax(pdi_migration_between(m, c, node, next), least);
+                m->compact.conduct[d][cell] *= (float)pdi_max(pdi_migration_between(m, c, node, next), least);
         }
         m->compact.wall[cell] *= (float)own;
         if (hold) m->compact.mass[cell] += (float)(pdi_grid_circumference(grid, node) * hold[node] * own);
@@ -210,12 +210,12 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
         for (int n = 0; n < m->components->solutes; n++)
             sum += m->charge[n] * m->charge[n] * c[(int64_t)n * grid->total + i];
         m->size[i] = sum;
-        most = fmax(most, sum);
+        most = pdi_max(most, sum);
     }
     if (!(most > 0.0)) most = 1.0;
-    for (int32_t i = 0; i < grid->total; i++) m->size[i] = fmax(m->size[i], PDI_MIGRATION_LEAST * most);
+    for (int32_t i = 0; i < grid->total; i++) m->size[i] = pdi_max(m->size[i], PDI_MIGRATION_LEAST * most);
     for (int n = 0; n < m->components->solutes; n++)
-        if (m->charge[n] != 0.0 && m->ratio[n] > 0.0) ratio = fmin(ratio, m->ratio[n]);
+        if (m->charge[n] != 0.0 && m->ratio[n] > 0.0) ratio = pdi_min(ratio, m->ratio[n]);
     memset(&still, 0, sizeof still);
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
@@ -226,7 +226,7 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
         int i[PD_DIM];
         pdi_grid_index(grid, surface->node[p], i);
         m->compact.mass[pdi_compact_cell(grid, i)] +=
-            (float)fmin(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
+            (float)pdi_min(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
     }
     return pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct, NULL,
                                m->compact.wall, m->compact.mass);
@@ -247,7 +247,7 @@ PDI_FN double pdi_migration_largest(const pd_migration *m)
     const pd_grid *grid = m->flux->bonds->grid;
     double most = 0.0;
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) most = fmax(most, fabs(m->move[i]));
+        if (grid->kind[i] == PD_FLUID) most = pdi_max(most, fabs(m->move[i]));
     return most;
 }
 
@@ -259,8 +259,8 @@ PDI_FN double pdi_migration_pace(pd_migration *m, double dt)
     const pd_grid *grid = m->flux->bonds->grid;
     double longest = 0.0, shortest = HUGE_VAL, d = m->flux->diffusion->desc.diffusivity * dt;
     for (int axis = 0; axis < PD_DIM; axis++) {
-        longest = fmax(longest, grid->hi[axis] - grid->lo[axis]);
-        shortest = fmin(shortest, grid->h[axis]);
+        longest = pdi_max(longest, grid->hi[axis] - grid->lo[axis]);
+        shortest = pdi_min(shortest, grid->h[axis]);
     }
     double slow = PDI_MIGRATION_LONGEST_WAVE * d / (longest * longest);
     double fast = PDI_MIGRATION_SHORTEST_WAVE * d / (shortest * shortest);

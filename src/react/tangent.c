@@ -94,7 +94,7 @@ static double pdi_tangent_absorb(const pd_reactive *r, int32_t i, int m)
     const float *row = r->by + (int64_t)i * r->slots + pdi_tangent_place(r) + m * s->count;
     double share = 1.0;
     for (int k = 0; k < s->count; k++) share -= (double)row[k] * r->minerals.gain[m][k];
-    return share < PDI_TANGENT_MOST ? (1.0 / fmax(share, PDI_TANGENT_LEAST) - 1.0) / r->dt : 0.0;
+    return share < PDI_TANGENT_MOST ? (1.0 / pdi_max(share, PDI_TANGENT_LEAST) - 1.0) / r->dt : 0.0;
 }
 
 static pd_status pdi_tangent_migration(pd_ctx *ctx, pd_reactive *r)
@@ -142,7 +142,7 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
                 row[k] = (float)sum;
                 rate -= (double)row[k] * s->kinetic[n].gain[k];
             }
-            r->filter[n].absorb[i] = fmax(rate, 0.0);
+            r->filter[n].absorb[i] = pdi_max(rate, 0.0);
         }
         for (int n = s->kinetics; n < r->filters; n++)
             r->filter[n].absorb[i] = pdi_tangent_absorb(r, i, r->filter[n].mineral);

@@ -198,7 +198,7 @@ static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
         double there = pdi_layer_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed);
-        *speed = fmax(*speed, there);
+        *speed = pdi_max(*speed, there);
     }
 }
 

@@ -86,7 +86,7 @@ static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
     double order = log(far_step / near_step) / log(2.0), step = fabs(near_step);
     e->assumed = !(order >= PDI_ESTIMATE_LEAST) || !(order <= PDI_ESTIMATE_MOST) || !(step > noise);
     e->order = e->assumed ? theory : order;
-    if (e->assumed) step = fmax(step, fabs(far_step) / pow(2.0, theory)); /* fmax passes over NaN */
+    if (e->assumed) step = pdi_max(step, fabs(far_step) / pow(2.0, theory)); /* fmax passes over NaN */
     e->error = step / ((pow(2.0, e->order) - 1.0) * fabs(value));
     if (step <= 0.0) e->error = 0.0; /* the figure may be 0, too */
 }
@@ -103,7 +103,7 @@ static void pdi_estimate_rank(pd_estimate *e)
         pd_estimated *a = &e->list[k];
         double most = 0.0;
         for (int j = 0; j < e->count; j++)
-            if (pdi_estimate_alike(&a->figure, &e->list[j].figure)) most = fmax(most, fabs(e->list[j].figure.value));
+            if (pdi_estimate_alike(&a->figure, &e->list[j].figure)) most = pdi_max(most, fabs(e->list[j].figure.value));
         a->minor = !(fabs(a->figure.value) >= PDI_ESTIMATE_MINOR * most) || !(fabs(a->figure.value) > 0.0) ||
                    !(a->error >= 0.0);
         if (!a->minor && (e->worst < 0 || a->error > e->list[e->worst].error)) e->worst = k;
@@ -240,7 +240,7 @@ void pd_estimate_spacing(const pd_estimate *e, double accuracy, double *h)
     int common = 0;
     for (int k = 0; k < e->count; k++) {
         const pd_estimated *a = &e->list[k];
-        if (!a->minor && a->error > accuracy) finer = fmax(finer, pow(a->error / accuracy, 1.0 / a->order));
+        if (!a->minor && a->error > accuracy) finer = pdi_max(finer, pow(a->error / accuracy, 1.0 / a->order));
     }
     for (int d = 0; d < PD_DIM; d++) {
         h[d] = u->h[d];

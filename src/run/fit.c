@@ -281,7 +281,7 @@ static pd_status pdi_fit_level(pdi_fit *f, const double *start)
     for (int k = 0; k < d.parameters; k++) {
         d.low[k] = f->fit->parameter[k].low;
         d.high[k] = f->fit->parameter[k].high;
-        d.start[k] = fmin(fmax(start[k], d.low[k]), d.high[k]);
+        d.start[k] = pdi_min(pdi_max(start[k], d.low[k]), d.high[k]);
     }
     d.known = f->fit->known;
     d.noise = f->noise;

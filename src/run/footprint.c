@@ -59,7 +59,7 @@ static double pdi_footprint_away(const pd_setup *u, const double *x)
 {
     double away = HUGE_VAL;
     if (u->wall >= 0) away = pd_shape_distance(u->shape, u->wall, x);
-    if (u->solid >= 0) away = fmin(away, pd_shape_distance(u->shape, u->solid, x));
+    if (u->solid >= 0) away = pdi_min(away, pd_shape_distance(u->shape, u->solid, x));
     return away;
 }
 
@@ -69,8 +69,8 @@ static int pdi_footprint_cuts(const pd_setup *u, const double *x, double away, d
 {
     double least = u->h[0], most = u->h[0];
     for (int d = 1; d < PD_DIM; d++) {
-        least = fmin(least, u->h[d]);
-        most = fmax(most, u->h[d]);
+        least = pdi_min(least, u->h[d]);
+        most = pdi_max(most, u->h[d]);
     }
     if (!(away < reach * most)) return 0;
     for (int step = -(int)reach; step <= (int)reach && most > least; step++)
@@ -92,7 +92,7 @@ static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *
         count[d] = cells < PDI_FOOTPRINT_POINTS ? (int)(cells + 0.5) : PDI_FOOTPRINT_POINTS;
         if (count[d] < 1) count[d] = 1;
         points *= count[d];
-        step = fmax(step, u->h[d]);
+        step = pdi_max(step, u->h[d]);
     }
     for (i[2] = 0; i[2] < count[2]; i[2]++)
         for (i[1] = 0; i[1] < count[1]; i[1]++)
@@ -141,7 +141,7 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     grid->ghost = reach;
     for (int d = PD_DIM - 1; d >= 0; d--) {
         double cells = floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5), fewer = cells;
-        if (nodes > PDI_FOOTPRINT_NODES) fewer = fmax(floor(cells * PDI_FOOTPRINT_NODES / nodes), 1.0);
+        if (nodes > PDI_FOOTPRINT_NODES) fewer = pdi_max(floor(cells * PDI_FOOTPRINT_NODES / nodes), 1.0);
         nodes *= (fewer + 2.0 * reach) / (cells + 2.0 * reach);
         grid->n[d] = (int)fewer;
         grid->np[d] = grid->n[d] + 2 * reach;
@@ -189,7 +189,7 @@ static double pdi_footprint_levels(const pdi_footprint_plan *plan, const pd_mult
 /* Solvers that work by turns have one memory for such levels. */
 static void pdi_footprint_share(pdi_footprint_plan *plan, double levels, pd_footprint *b)
 {
-    double more = fmax(levels - plan->levels, 0.0);
+    double more = pdi_max(levels - plan->levels, 0.0);
     plan->levels += more;
     b->working += more;
 }
@@ -197,7 +197,7 @@ static void pdi_footprint_share(pdi_footprint_plan *plan, double levels, pd_foot
 /* [byte] of a part whose work is lent: what the arena grows by. */
 static double pdi_footprint_arena(pdi_footprint_plan *plan, size_t room)
 {
-    double more = fmax(plan->times * (double)room - plan->arena, 0.0);
+    double more = pdi_max(plan->times * (double)room - plan->arena, 0.0);
     plan->arena += more;
     return more;
 }
@@ -428,7 +428,7 @@ static void pdi_footprint_potential(const pd_setup *u, pdi_footprint_plan *plan,
     p->diffusion.metals = plan->grid.solid_count > 0;
     p->diffusion.desc.smooth = 1;
     /* a contact for each fluid node beside metal, which has at least the surface of a cube */
-    double shell = fmin(2.0 * PD_DIM * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    double shell = pdi_min(2.0 * PD_DIM * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     p->contacts.count = (int32_t)(shell / plan->times);
     *bytes = pdi_footprint_list(plan, pdi_cell_list, &cell) + pdi_footprint_list(plan, pdi_distribution_list, p);
     *bytes += pdi_footprint_list(plan, pdi_distribution_contact_list, p) + shell * (double)sizeof *p->contacts.list;
@@ -449,7 +449,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
     if (!u->has_dissolve) return;
     /* fluid within a horizon of metal, which has at least the surface of a cube */
-    double shell = fmin(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    double shell = pdi_min(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     memset(&d, 0, sizeof d);
     d.grid = (pd_grid *)&plan->grid; /* only read */
     d.paths.words = (plan->across.count + 31) / 32;
@@ -465,7 +465,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_reach_beside_list, &d);
     if (u->has_corrode) {
         /* metal within a horizon of fluid; there is room for more */
-        double layers = fmin(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
+        double layers = pdi_min(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
         d.reach_rows = (int32_t)(1.25 * layers / plan->times);
         *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
         *bytes += pdi_footprint_list(plan, pdi_reach_list, &d);
@@ -505,14 +505,14 @@ static double pdi_footprint_weights(const pdi_footprint_plan *plan, const pd_str
 static double pdi_footprint_rim(const pdi_footprint_plan *plan, double m, int axes)
 {
     double inside = 1.0;
-    for (int d = 0; d < axes; d++) inside *= fmax(0.0, 1.0 - 4.0 * m / (double)plan->grid.n[d]);
+    for (int d = 0; d < axes; d++) inside *= pdi_max(0.0, 1.0 - 4.0 * m / (double)plan->grid.n[d]);
     return 1.0 - inside;
 }
 
 /* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
 static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s, int32_t fields, double more)
 {
-    double most = fmin((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
+    double most = pdi_min((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
     pd_band band;
     memset(&band, 0, sizeof band);
     band.body = &s->body;
@@ -587,8 +587,8 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
 /* Pixels of a field of `cells`, `wanted` of them; largest: beyond, cells are merged. */
 static double pdi_footprint_pixels(double cells, double wanted, double largest)
 {
-    double each = fmax(1.0, floor(wanted / cells + 0.5));
-    return cells > largest ? cells / ceil(cells / largest) : fmax(cells * each, 120.0);
+    double each = pdi_max(1.0, floor(wanted / cells + 0.5));
+    return cells > largest ? cells / ceil(cells / largest) : pdi_max(cells * each, 120.0);
 }
 
 /* The view of the metal's surface. Its mesh is as fine as the lattice, and taken to be as large as the box. */
@@ -606,7 +606,7 @@ static double pdi_footprint_sight(const pd_setup *u)
     pdi_shade_size(lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, &s);
     double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
     double sorted = u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 ? 8.0 * pixels : 0.0;
-    return 7.0 * pixels + sorted + fmax(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
+    return 7.0 * pixels + sorted + pdi_max(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
 }
 
 /* Pictures come one by one: the largest counts. */
@@ -620,12 +620,12 @@ static double pdi_footprint_pictures(const pd_setup *u)
         plots = plots || (m->kind == PD_MONITOR_LINE && m->images) || (m->kind == PD_MONITOR_TRANSFER && m->axis >= 0);
     }
     if (plots) largest = PDI_FOOTPRINT_PLOT;
-    largest = fmax(largest, pdi_footprint_sight(u));
+    largest = pdi_max(largest, pdi_footprint_sight(u));
     if (PD_DIM == 1 || !u->images) return largest;
     double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
     if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */
     double wanted = u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, cells = lx / u->h[right] * ly / u->h[up];
-    double scale = fmin(wanted / lx, PD_PICTURE_SQUAT * wanted / ly);
+    double scale = pdi_min(wanted / lx, PD_PICTURE_SQUAT * wanted / ly);
     double width = pdi_footprint_pixels(lx / u->h[right], scale * lx, 1.4 * wanted) + 230.0;
     double height = pdi_footprint_pixels(ly / u->h[up], scale * ly, 1.4 * wanted) + 140.0;
     double all = 6.0 * width * height + PDI_FOOTPRINT_PACK;
@@ -633,20 +633,20 @@ static double pdi_footprint_pictures(const pd_setup *u)
         double pixels = scale * lx * scale * ly;
         width = scale * lx + 230.0;
         height = scale * ly + 140.0;
-        all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
+        all = pdi_max(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
         all += 17.0 * cells;
     }
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         lines = lines || u->drawing.contours[k];
         flows = flows || u->drawing.streamlines[k] || u->drawing.vectors[k];
-        across = fmax(across, u->drawing.streamlines[k]);
+        across = pdi_max(across, u->drawing.streamlines[k]);
     }
-    if (flows) all = fmax(all, 4.0 * width * height) + 16.0 * cells;
+    if (flows) all = pdi_max(all, 4.0 * width * height) + 16.0 * cells;
     /* points of streamlines, 12 of 80 bytes over the distance between lines */
-    all = fmax(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
-    if (lines) all = fmax(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
+    all = pdi_max(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
+    if (lines) all = pdi_max(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
-    return fmax(largest, all) + 9.0 * cells;
+    return pdi_max(largest, all) + 9.0 * cells;
 }
 
 /* Fields that files need a copy of, and the largest picture. */
@@ -683,7 +683,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_metal(u, &plan, b);
     pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);
-    b->all = PDI_FOOTPRINT_BASE + b->working + fmax(b->files, b->balance) + PD_SHAPE_MAX * (double)sizeof *u->shape;
+    b->all = PDI_FOOTPRINT_BASE + b->working + pdi_max(b->files, b->balance) + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
     for (int k = 0; k < u->surfaces; k++) b->all += (double)pdi_facets_bytes(u->surface[k]);
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
@@ -693,7 +693,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 {
     pd_footprint b;
     pd_footprint_estimate(setup, &b);
-    if (dry) b.all -= fmax(b.files - b.balance, 0.0);
+    if (dry) b.all -= pdi_max(b.files - b.balance, 0.0);
     if (!(b.nodes <= (double)INT32_MAX))
         return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
                         (double)INT32_MAX);

@@ -79,7 +79,7 @@ static int32_t pdi_images_node(const pd_images *im, int64_t cell)
     int row = (int)(cell / im->nx), i[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
         double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
-        i[d] = (int)fmax(0.0, fmin(slice, m->grid.n[d] - 1.0));
+        i[d] = (int)pdi_max(0.0, pdi_min(slice, m->grid.n[d] - 1.0));
     }
     i[im->up] = row < im->below ? im->below - 1 - row : row - im->below;
     i[im->right] = (int)(cell % im->nx); /* 1D: one row */
@@ -182,7 +182,7 @@ static int pdi_images_order(const void *a, const void *b)
 /* Value number `at` of sorted ones, linear between two. */
 static double pdi_images_rank(const double *sorted, int64_t count, double at)
 {
-    int64_t below = (int64_t)fmin(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
+    int64_t below = (int64_t)pdi_min(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
     return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
 }
 
@@ -203,8 +203,8 @@ static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *h
         double value = surface ? (double)im->sight.value[k] : im->cell[k];
         if (!surface && im->paint[k] != PD_PAINT_FIELD) continue;
         if (isnan(value) || (pdi_images_log(im, field) && !(value > 0.0))) continue;
-        *lo = fmin(*lo, value);
-        *hi = fmax(*hi, value);
+        *lo = pdi_min(*lo, value);
+        *hi = pdi_max(*hi, value);
         if (im->sorted) im->sorted[count] = value;
         count++;
     }
@@ -231,11 +231,11 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
     double lo, hi;
     if (pdi_images_moved(im, field)) PDI_TRY(pdi_warp_extent(ctx, warp, view->low, view->high));
     for (int64_t k = 0; pdi_images_flows(im, field) && k < im->cells; k++)
-        view->fastest = fmax(view->fastest, pdi_canvas_length(im->velocity[k], im->velocity[im->cells + k]));
+        view->fastest = pdi_max(view->fastest, pdi_canvas_length(im->velocity[k], im->velocity[im->cells + k]));
     if (pdi_images_known(im->model->setup, pdi_images_field(im, field))) return PD_OK;
     pdi_images_ends(im, field, &lo, &hi);
-    view->lo = fmin(view->lo, lo);
-    view->hi = fmax(view->hi, hi);
+    view->lo = pdi_min(view->lo, lo);
+    view->hi = pdi_max(view->hi, hi);
     return PD_OK;
 }
 

@@ -198,10 +198,10 @@ static void pdi_monitor_extremes(const pd_structure *s, pd_monitor *m)
         double square = 0.0;
         if (!(s->stiff[i] > 0.0)) continue;
         for (int d = 0; d < PD_DIM; d++) square += at[(int64_t)i * PD_DIM + d] * at[(int64_t)i * PD_DIM + d];
-        u = fmax(u, sqrt(square));
-        mises = fmax(mises, s->mises[i]);
-        pressure = fmax(pressure, s->pressure[i]);
-        if (s->solid.slip) slip = fmax(slip, s->slip[i]);
+        u = pdi_max(u, sqrt(square));
+        mises = pdi_max(mises, s->mises[i]);
+        pressure = pdi_max(pressure, s->pressure[i]);
+        if (s->solid.slip) slip = pdi_max(slip, s->slip[i]);
     }
     pdi_monitor_put(m, "u_max", "m", u);
     if (!s->solid.stress) return;
@@ -648,7 +648,7 @@ static void pdi_monitor_doubt(const pd_model *model, const pd_monitor *m, pd_pri
 {
     char text[256];
     double h = model->grid.h[0], layer = HUGE_VAL;
-    for (int d = 1; d < PD_DIM; d++) h = fmin(h, model->grid.h[d]);
+    for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
     for (int f = 0; f < m->count; f++)
         if (!strcmp(m->figure[f].key, "layer")) layer = fabs(m->figure[f].value);
     if (!(layer < PDI_MONITOR_LAYER * h)) return;

@@ -17,8 +17,8 @@ static void pdi_observe_sweep(const pd_grid *grid, int axis, const float *from, 
         for (int r = 1; more; r++) {
             double way = square * r * r;
             more = way < best && (i[axis] - r >= 0 || i[axis] + r < grid->n[axis]);
-            if (i[axis] - r >= 0) best = fmin(best, way + (double)from[node - r * grid->stride[axis]]);
-            if (i[axis] + r < grid->n[axis]) best = fmin(best, way + (double)from[node + r * grid->stride[axis]]);
+            if (i[axis] - r >= 0) best = pdi_min(best, way + (double)from[node - r * grid->stride[axis]]);
+            if (i[axis] + r < grid->n[axis]) best = pdi_min(best, way + (double)from[node + r * grid->stride[axis]]);
         }
         to[node] = (float)best;
     }
@@ -132,11 +132,11 @@ static void pdi_observe_flux(pd_ctx *ctx, pd_model *m, pd_observables *o)
     pdi_observe_layers(m, o);
     double reference = o->layer[up], scale = fabs(before), wide = fabs(reference);
     if (m->inlet.timed) { /* a stream that turns is at rest now and then */
-        o->most[0] = scale = fmax(scale, o->most[0]);
-        o->most[1] = wide = fmax(wide, o->most[1]);
+        o->most[0] = scale = pdi_max(scale, o->most[0]);
+        o->most[1] = wide = pdi_max(wide, o->most[1]);
     }
-    o->flux = fmax(o->flux, fabs(behind - before) / scale);
-    for (int32_t k = 0; k < o->layers; k++) o->flux_max = fmax(o->flux_max, fabs(o->layer[k] - reference) / wide);
+    o->flux = pdi_max(o->flux, fabs(behind - before) / scale);
+    for (int32_t k = 0; k < o->layers; k++) o->flux_max = pdi_max(o->flux_max, fabs(o->layer[k] - reference) / wide);
 }
 
 PDI_FN void pdi_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)

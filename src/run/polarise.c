@@ -114,7 +114,7 @@ static double pdi_polarise_place(const pd_etch *s, int32_t k, double *size, doub
     double law = PDI_POLARISE_FARADAY * volume * s->charge * s->gave[k];
     double curve = PDI_POLARISE_FARADAY * volume * charge * s->area[k] * s->flow[k];
     *size = fabs(law) + fabs(curve);
-    *anodic = fmax(law, 0.0) + fmax(curve, 0.0);
+    *anodic = pdi_max(law, 0.0) + pdi_max(curve, 0.0);
     return law + curve;
 }
 
@@ -132,8 +132,8 @@ PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_
         now->current += current;
         now->anodic += anodic;
         if (!(area > 0.0)) continue;
-        now->least = touched ? fmin(now->least, current / area) : current / area;
-        now->most = touched ? fmax(now->most, current / area) : current / area;
+        now->least = touched ? pdi_min(now->least, current / area) : current / area;
+        now->most = touched ? pdi_max(now->most, current / area) : current / area;
         touched = 1;
     }
 }
@@ -164,7 +164,7 @@ PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
             anodic += leaves;
         }
         if (s->desc.electrodes.circuit[n].holds || !(size > 0.0)) continue;
-        *off = fmax(*off, fabs(sum - wanted) / size);
+        *off = pdi_max(*off, fabs(sum - wanted) / size);
         extra = 0.0;
     }
     return anodic;

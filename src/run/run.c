@@ -365,7 +365,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;
-    result->residual = fmax(effort.momentum, effort.continuity);
+    result->residual = pdi_max(effort.momentum, effort.continuity);
     result->evaluations = effort.flow_evaluations;
     result->settled = r->setup->settle;
     result->change = effort.change;

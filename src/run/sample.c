@@ -271,7 +271,7 @@ static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
     for (int d = 0; d < PD_DIM && inlet && pdi_sample_dissolved(job->m, job->field); d++) {
         int step = s->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? m->grid.n[d] - i[d] - 0.5 : i[d] + 0.5;
-        if (step && pdi_grid_port(m->grid.side[2 * d + upper])) share = fmin(share, inside / abs(step));
+        if (step && pdi_grid_port(m->grid.side[2 * d + upper])) share = pdi_min(share, inside / abs(step));
     }
     for (int d = 0; d < PD_DIM; d++) place[d] = at[d] + share * s->xi[k * PD_DIM + d];
     if (pdi_sample_medium(m, place) * job->side < 0.0) return;

@@ -29,7 +29,7 @@ static double pdi_sight_share(const void *user, const int *i)
     int32_t node = pd_grid_node(&m->grid, i);
     if (m->grid.kind[node] != PD_SOLID) return 0.0;
     if (!m->setup->has_dissolve) return 1.0;
-    return fmax(1e-9, m->transport.c[node] / m->setup->metal[m->metal ? m->metal[node] : 0].solid_c);
+    return pdi_max(1e-9, m->transport.c[node] / m->setup->metal[m->metal ? m->metal[node] : 0].solid_c);
 }
 
 /* Fields of the metal have the value of its cell, others that of the fluid beside it. */

@@ -72,7 +72,7 @@ static double pdi_speciate_elements(const pdi_speciate_work *w, const double *c)
         if (!(in > 0.0) && !(out > 0.0)) continue;
         pdi_species_symbol(k, symbol);
         pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14.9g %14.9g", symbol, in, out);
-        worst = fmax(worst, fabs(out - in) / in);
+        worst = pdi_max(worst, fabs(out - in) / in);
     }
     return worst;
 }

@@ -55,8 +55,8 @@ static double pdi_wall_shape(const pd_setup *u, const double *x, double t)
 {
     const pd_setup_wall *found = NULL;
     double nearest = 0.0;
-    for (int d = 0; d < PD_DIM; d++) nearest = fmax(nearest, u->h[d]);
-    if (u->solid >= 0) nearest = fmin(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
+    for (int d = 0; d < PD_DIM; d++) nearest = pdi_max(nearest, u->h[d]);
+    if (u->solid >= 0) nearest = pdi_min(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
     for (int k = 0; k < u->wall_count; k++) {
         double distance = fabs(pd_shape_distance(u->shape, u->walls[k].shape, x));
         if (!(distance < nearest)) continue;

@@ -229,7 +229,7 @@ static void pdi_read_flat_front(const pdi_read_flat *f, double *exposure, double
                 count += 1.0;
                 if (i <= 0) continue;
                 opened += i;
-                sum += i * fmin(1.0, delta + 0.5 - r) / square;
+                sum += i * pdi_min(1.0, delta + 0.5 - r) / square;
             }
     *exposure = opened / count;
     *bonds = constant * sum / (f->dx_file * f->dx_file);

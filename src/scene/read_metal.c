@@ -306,7 +306,7 @@ PDI_FN pd_status pdi_read_metal_horizons(pdi_reader *s, int grid)
     int own = u->has_dissolve && pdi_text_has(s->ctx, s->text, metal, "m");
     u->m = u->has_corrode ? PDI_READ_METAL_HORIZON : 1.0;
     if (given) PDI_TRY(pdi_reader_within(s, grid, "m", "", NULL, 1.0, 6.0, 0, &u->m));
-    u->metal_m = u->has_corrode ? u->m : fmax(PDI_READ_METAL_HORIZON, u->m);
+    u->metal_m = u->has_corrode ? u->m : pdi_max(PDI_READ_METAL_HORIZON, u->m);
     if (!own) return PD_OK;
     PDI_TRY(pdi_reader_within(s, metal, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
     if (u->has_corrode && !given) u->m = u->metal_m;

@@ -145,7 +145,7 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors *w, pd_setup_monitor *
     if (length / spacing > PDI_READ_MONITORS_POINTS - 1.0)
         return pdi_text_refuse(w->ctx, w->text, w->section, "spacing", "found %.6g m, which makes more than %d points",
                                spacing, PDI_READ_MONITORS_POINTS);
-    m->points = (int)fmax(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
+    m->points = (int)pdi_max(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
     return PD_OK;
 }
 

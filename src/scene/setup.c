@@ -202,7 +202,7 @@ PDI_FN int pdi_setup_surfaces(const pd_setup *setup)
 
 PDI_FN int pdi_setup_layers(const pd_setup *setup)
 {
-    return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
+    return (int)ceil((pdi_setup_surfaces(setup) ? pdi_max(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
 PDI_FN int pdi_setup_bonds(const pd_setup *setup)

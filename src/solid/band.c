@@ -30,7 +30,7 @@ static void pdi_band_place(const pd_band *band)
 {
     const pd_body *body = band->body;
     double far = body->horizon;
-    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = fmax(far, fabs(body->position[k]));
+    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = pdi_max(far, fabs(body->position[k]));
     if (pdi_body_repeats(body)) far += body->period[PD_DIM - 1] + 2.0 * body->horizon; /* of images, too */
     for (int64_t k = 0; k < PD_BAND_MOST + band->stride * PD_DIM; k++) band->field[k] = 3.0 * far;
     for (int32_t i = 0; i < body->count; i++) {

@@ -100,18 +100,18 @@ static void pdi_body_divide(const pd_body *body, pdi_body_cells *c)
     for (int d = 0; d < PD_DIM; d++) {
         double lo = HUGE_VAL, hi = -HUGE_VAL;
         for (int32_t i = 0; i < body->count; i++) {
-            lo = fmin(lo, body->position[(int64_t)i * PD_DIM + d]);
-            hi = fmax(hi, body->position[(int64_t)i * PD_DIM + d]);
+            lo = pdi_min(lo, body->position[(int64_t)i * PD_DIM + d]);
+            hi = pdi_max(hi, body->position[(int64_t)i * PD_DIM + d]);
         }
         c->lo[d] = lo;
         size[d] = hi - lo;
     }
     for (double cells = HUGE_VAL, wide = reach; cells > (double)body->count; wide *= 1.5) {
         cells = 1.0;
-        for (int d = 0; d < PD_DIM; d++) cells *= fmax(floor(size[d] / wide), 1.0);
+        for (int d = 0; d < PD_DIM; d++) cells *= pdi_max(floor(size[d] / wide), 1.0);
         for (int d = 0; d < PD_DIM && cells <= (double)body->count; d++) {
-            c->n[d] = (int32_t)fmax(floor(size[d] / wide), 1.0);
-            c->width[d] = fmax(size[d] / c->n[d], reach);
+            c->n[d] = (int32_t)pdi_max(floor(size[d] / wide), 1.0);
+            c->width[d] = pdi_max(size[d] / c->n[d], reach);
         }
     }
     c->count = 1;
@@ -297,8 +297,8 @@ static int pdi_body_box(pd_body *body, pdi_body_axes *a)
     for (int d = 0; d < PD_DIM; d++) {
         double hi = a->lo[d] = body->position[d];
         for (int64_t i = d; i < (int64_t)body->count * PD_DIM; i += PD_DIM) {
-            a->lo[d] = fmin(a->lo[d], body->position[i]);
-            hi = fmax(hi, body->position[i]);
+            a->lo[d] = pdi_min(a->lo[d], body->position[i]);
+            hi = pdi_max(hi, body->position[i]);
         }
         n[d] = floor((hi - a->lo[d]) / body->spacing + 0.5) + 1.0;
         most *= 2.0 * steps + 1.0;
@@ -337,8 +337,8 @@ static int pdi_body_align(const pd_body *body, const pdi_body_axes *a)
             span[1] = -1.0;
             for (int32_t k = a->begin[d]; k + s < a->begin[d + 1]; k++) {
                 if (!(a->x[k] < HUGE_VAL) || !(a->x[k + s] < HUGE_VAL)) continue;
-                span[0] = fmin(span[0], a->x[k + s] - a->x[k]);
-                span[1] = fmax(span[1], a->x[k + s] - a->x[k]);
+                span[0] = pdi_min(span[0], a->x[k + s] - a->x[k]);
+                span[1] = pdi_max(span[1], a->x[k + s] - a->x[k]);
             }
         }
     return 1;
@@ -562,11 +562,11 @@ static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
 {
     double lo = HUGE_VAL, hi = -HUGE_VAL, least = PDI_BODY_PERIOD * (desc->horizon + desc->spacing);
     double length = desc->period[PD_DIM - 1], most = 0.0;
-    for (int d = 0; d < PD_DIM; d++) most = fmax(most, fabs(desc->period[d]));
+    for (int d = 0; d < PD_DIM; d++) most = pdi_max(most, fabs(desc->period[d]));
     if (!(most > 0.0)) return PD_OK;
     for (int64_t i = 0; i < desc->count; i++) {
-        lo = fmin(lo, desc->position[i * PD_DIM + PD_DIM - 1]);
-        hi = fmax(hi, desc->position[i * PD_DIM + PD_DIM - 1]);
+        lo = pdi_min(lo, desc->position[i * PD_DIM + PD_DIM - 1]);
+        hi = pdi_max(hi, desc->position[i * PD_DIM + PD_DIM - 1]);
     }
     int apart = hi - lo < length * (1.0 - PDI_BODY_ROUNDING);
     if (apart && length >= least && most < 1e100) return PD_OK;

@@ -71,7 +71,7 @@ static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const doubl
     double third = s[0] * (s[4] * s[8] - s[5] * s[5]) - s[1] * (s[1] * s[8] - s[5] * s[2]) +
                    s[2] * (s[1] * s[5] - s[4] * s[2]);
     double size = mises / 3.0, turn = 0.5 * third / (size * size * size); /* = cos(3 angle) */
-    return mean + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
+    return mean + 2.0 * size * cos(acos(pdi_max(-1.0, pdi_min(1.0, turn))) / 3.0);
 }
 
 /* A bond of point i [m], and by how much its ends move apart [m]. */
@@ -132,9 +132,9 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
     for (int32_t i = 0; i < body->count; i++) {
         c->most[i] = 0.0;
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-            if (f.to >= i) c->most[i] = fmax(c->most[i], measure(c, u, i, &f));
+            if (f.to >= i) c->most[i] = pdi_max(c->most[i], measure(c, u, i, &f));
     }
-    for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
+    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->most[i]);
     return most;
 }
 
@@ -143,7 +143,7 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
 /* What breaks, by the largest measure. */
 static double pdi_criterion_from(const pd_criterion *c, double most, double eager)
 {
-    return fmax(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
+    return pdi_max(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
 }
 
 /* Gradient h of the displacements of the intact bonds of point i. 0: they span no space. */
@@ -185,7 +185,7 @@ static double pdi_criterion_blind(const pd_criterion *c, const double *u, int32_
             eta[p] = 0.0;
             for (int q = 0; q < PD_DIM; q++) eta[p] += h[p * PD_DIM + q] * xi[q];
         }
-        most = fmax(most, pdi_body_strain(xi, eta, y, &r, &length));
+        most = pdi_max(most, pdi_body_strain(xi, eta, y, &r, &length));
     }
     return most;
 }
@@ -201,7 +201,7 @@ static int64_t pdi_criterion_fail(const pd_ctx *ctx, pd_criterion *c, const doub
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) c->most[i] = pdi_criterion_blind(c, u, i);
-    for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
+    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->most[i]);
     if (!(most > c->critical)) return 0;
     double from = pdi_criterion_from(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {

@@ -116,8 +116,8 @@ static int pdi_cut_extent(pdi_cut_plane *p)
         for (int k = 0; k < p->cut->corners; k++) {
             double x = p->cut->corner[(int64_t)k * PD_DIM + d];
             if (!(fabs(x) < 1e100)) return 0;
-            p->lo[d] = fmin(p->lo[d], x);
-            p->hi[d] = fmax(p->hi[d], x);
+            p->lo[d] = pdi_min(p->lo[d], x);
+            p->hi[d] = pdi_max(p->hi[d], x);
         }
         square += (p->hi[d] - p->lo[d]) * (p->hi[d] - p->lo[d]);
     }
@@ -162,8 +162,8 @@ static pd_status pdi_cut_check(pd_ctx *ctx, const pd_cut *cut, int index, double
     pdi_cut_order(p);
     if (!pdi_cut_normal(p))
         return pdi_cut_refuse(ctx, index, cut, PD_DIM == 2 ? "a segment without length" : "a polygon without area");
-    for (int d = 0; d < PD_DIM; d++) far = fmax(far, fmax(fabs(p->lo[d]), fabs(p->hi[d])));
-    p->slack = fmax(slack, PDI_CUT_DIGITS * far);
+    for (int d = 0; d < PD_DIM; d++) far = pdi_max(far, pdi_max(fabs(p->lo[d]), fabs(p->hi[d])));
+    p->slack = pdi_max(slack, PDI_CUT_DIGITS * far);
     if (PD_DIM == 2 && !(p->size > p->slack)) return pdi_cut_refuse(ctx, index, cut, "a segment without length");
     for (int k = 0; PD_DIM == 3 && k < cut->corners; k++) {
         double off[PD_DIM];
@@ -180,7 +180,7 @@ static pd_status pdi_cut_check(pd_ctx *ctx, const pd_cut *cut, int index, double
 static pd_status pdi_cut_prepare(pd_ctx *ctx, const pd_body *body, const pd_cut *cuts, int count, pdi_cut_plane *planes)
 {
     double far = 0.0, reach = pdi_cut_reach(body);
-    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = fmax(far, fabs(body->position[k]));
+    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = pdi_max(far, fabs(body->position[k]));
     for (int c = 0; c < count; c++) {
         PDI_TRY(pdi_cut_check(ctx, &cuts[c], c, PDI_CUT_ROUNDING * body->horizon, far, &planes[c]));
         for (int d = 0; d < PD_DIM; d++) {

@@ -615,7 +615,7 @@ static pd_status pdi_elastic_solid_store(pd_ctx *ctx, void *self, pd_archive *ar
 static double pdi_elastic_solid_limit(const void *self, double density)
 {
     const pd_elastic *e = (const pd_elastic *)self;
-    double most = 0.0, modulus = 2.0 * e->mu + fmax(PD_DIM * e->lambda, 0.0);
+    double most = 0.0, modulus = 2.0 * e->mu + pdi_max(PD_DIM * e->lambda, 0.0);
     for (int32_t i = 0; i < e->body->count; i++) {
         double sum = 0.0, xi[PD_DIM], own = pdi_elastic_trace(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR);
         for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
@@ -625,7 +625,7 @@ static double pdi_elastic_solid_limit(const void *self, double density)
             sum += weight * (pdi_elastic_stiff(e, i) * (over / e->total[i] + own) +
                              pdi_elastic_stiff(e, f.to) * (over / e->total[f.to] + other));
         }
-        most = fmax(most, sum * modulus);
+        most = pdi_max(most, sum * modulus);
     }
     return most > 0.0 ? sqrt(2.0 * density / most) : HUGE_VAL;
 }

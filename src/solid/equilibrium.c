@@ -278,7 +278,7 @@ static pd_status pdi_equilibrium_search(const pdi_equilibrium *q, double *u, dou
             memcpy(u, q->trial, (size_t)q->n * sizeof *u);
             return PD_OK;
         }
-        part *= status == PD_OK ? fmax(0.1, gain / (gain - more)) : 0.5;
+        part *= status == PD_OK ? pdi_max(0.1, gain / (gain - more)) : 0.5;
     }
     return PD_RETRY;
 }
@@ -306,7 +306,7 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
 {
     double left = 0.1;
     while (norm > target && result->steps < PDI_EQUILIBRIUM_STEPS) {
-        double forcing = fmax(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
+        double forcing = pdi_max(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
         pdi_equilibrium_blocks(q);
         pdi_equilibrium_scaffold(q);
         pd_status status = pdi_equilibrium_linear(q, forcing * norm, result);
@@ -338,7 +338,7 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
     if (status < 0) return status;
     double rtol = q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10;
     pdi_equilibrium_blocks(q);
-    q->size = fmax(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
+    q->size = pdi_max(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
     *target = q->size * rtol;
     return pdi_equilibrium_rest(q, u, norm);
 }

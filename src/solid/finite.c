@@ -601,14 +601,14 @@ static double pdi_finite_steep(const pd_finite *f, int32_t i)
             for (int k = 0; k < PDI_TENSOR; k++)
                 across[k] -= bond.weight / f->total[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over;
     pdi_tensor_product(across, shape, power);
-    for (int d = 0; d < PD_DIM; d++) size = fmax(size, shape[d * (PD_DIM + 1)]);
+    for (int d = 0; d < PD_DIM; d++) size = pdi_max(size, shape[d * (PD_DIM + 1)]);
     for (int k = 0; k < PDI_TENSOR; k++) power[k] /= size;
     for (int round = 0; round < 3; round++) {
         pdi_tensor_product(power, power, square);
         memcpy(power, square, sizeof power);
     }
     for (int d = 0; d < PD_DIM; d++) trace += power[d * (PD_DIM + 1)];
-    return size * pow(fmax(trace, 0.0), 0.125);
+    return size * pow(pdi_max(trace, 0.0), 0.125);
 }
 
 /* A bond holds no more energy than a spring of stiffness  M w V_i V_j (1/(w_i r^2) + k_i), k as above, and the same of
@@ -617,7 +617,7 @@ static double pdi_finite_limit(const void *self, double density)
 {
     const pd_finite *f = (const pd_finite *)self;
     const pd_body *body = f->body;
-    double modulus = fmax(2.0 * f->mu, PD_DIM * f->lambda + 2.0 * f->mu), stiffest = 0.0;
+    double modulus = pdi_max(2.0 * f->mu, PD_DIM * f->lambda + 2.0 * f->mu), stiffest = 0.0;
     for (int32_t i = 0; i < body->count; i++) f->work[i] = modulus * pdi_finite_steep(f, i);
     for (int32_t i = 0; i < body->count; i++) {
         pdi_finite_bond bond;
@@ -627,11 +627,11 @@ static double pdi_finite_limit(const void *self, double density)
             for (int end = 0; end < 2; end++) {
                 int32_t k = end ? b.to : i;
                 double size = pdi_finite_own(f) ? f->work[k] + modulus * bond.over / f->total[k]
-                                                : fmax(f->work[k], f->spring);
+                                                : pdi_max(f->work[k], f->spring);
                 sum += bond.weight * pdi_finite_stiff(f, k) * size;
             }
         }
-        stiffest = fmax(stiffest, sum);
+        stiffest = pdi_max(stiffest, sum);
     }
     return sqrt(2.0 * density / stiffest);
 }

@@ -142,7 +142,7 @@ static void pdi_mend_step(const pdi_mend *o, const double *share, int32_t i, int
     pdi_mend_gap(o, share, i, gap, fresh ? matrix : NULL);
     if (fresh) pdi_mend_factorize(matrix, factor);
     pdi_mend_solve(factor, gap);
-    for (int k = 0; k < all; k++) most = fmax(most, fabs(gap[k]));
+    for (int k = 0; k < all; k++) most = pdi_max(most, fabs(gap[k]));
     double part = most > PDI_MEND_STEP ? PDI_MEND_STEP / most : 1.0;
     for (int k = 0; k < all; k++) change[k] = part * gap[k] + PDI_MEND_AGAIN * change[k];
 }
@@ -158,7 +158,7 @@ static int32_t pdi_mend_cut(const pd_ctx *ctx, const pdi_mend *o, const double *
     for (int32_t i = 0; i < body->count; i++) {
         double gap[PD_MEND_MOMENTS], most = 0.0;
         pdi_mend_gap(o, share, i, gap, NULL);
-        for (int k = 0; k < PD_MEND_MOMENTS; k++) most = fmax(most, fabs(gap[k]));
+        for (int k = 0; k < PD_MEND_MOMENTS; k++) most = pdi_max(most, fabs(gap[k]));
         cut[i] = most > PDI_MEND_WHOLE;
     }
     for (int32_t i = 0; i < body->count; i++)

@@ -53,7 +53,7 @@ PDI_FN double pdi_microelastic_limit(const pd_microelastic *m, double density)
 {
     pdi_microelastic_sums s;
     pdi_microelastic_sum(m, 0, NULL, &s);
-    return sqrt(2.0 * density / (m->modulus * fmax(s.over, m->stiffest)));
+    return sqrt(2.0 * density / (m->modulus * pdi_max(s.over, m->stiffest)));
 }
 
 static double pdi_microelastic_crack_of(const void *self, const double *n)
@@ -162,7 +162,7 @@ static double pdi_microelastic_bound(const pd_microelastic *m, int32_t i)
     for (int a = 0; a < PD_DIM; a++) {
         double sum = 0.0;
         for (int c = 0; c < PD_DIM; c++) sum += fabs(stiff[a * PD_DIM + c]);
-        most = fmax(most, sum);
+        most = pdi_max(most, sum);
     }
     return most;
 }
@@ -350,7 +350,7 @@ static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double 
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
             double volume = body->volume[i] * body->volume[f.to];
             if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
-            across = fmax(across, PDI_MICROELASTIC_ACROSS * along);
+            across = pdi_max(across, PDI_MICROELASTIC_ACROSS * along);
             for (int p = 0; p < PD_DIM * PD_DIM; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
                 a[p] += volume * ((row == column ? across : 0.0) + (along - across) * (n[row] * n[column]));

@@ -136,7 +136,7 @@ static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, 
             double twice = pdi_strain_dot(n + p * PDI_SYM, n + q * PDI_SYM);
             *law++ = (o->lambda * row[p] * row[q] + 2.0 * o->mu * twice - o->alpha[i] * size * own) / (size * size);
         }
-    o->bound[i] = fmax(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
+    o->bound[i] = pdi_max(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
 }
 
 /* The law of family i. 0: it has none; -1: a strain has no energy. */
@@ -155,7 +155,7 @@ static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
     double bulk = o->lambda + 2.0 * o->mu / PD_DIM, l = PD_DIM * PD_DIM * bulk / (whole * whole) - o->alpha[i] / whole;
     for (int p = 0; p < PDI_SYM; p++)
         for (int q = 0; q <= p; q++) *law++ = p < PD_DIM && q < PD_DIM ? l : 0.0;
-    o->bound[i] = o->alpha[i] + fmax(l, 0.0) * size;
+    o->bound[i] = o->alpha[i] + pdi_max(l, 0.0) * size;
     return o->alpha[i] + l * size > 0.0 ? 1 : -1;
 }
 
@@ -285,7 +285,7 @@ static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
         double back = bond.share * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
         double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
         if (!o->desc.linear)
-            turn = fmax(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
+            turn = pdi_max(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
         for (int p = 0; p < PD_DIM; p++) {
             for (int k = 0; k < PDI_SYM; k++) own[p][k] += bond.weight * bond.dyad[k] * bond.y[p] / bond.r;
             for (int q = 0; q < PD_DIM; q++)
@@ -457,7 +457,7 @@ static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < o->body->count; i++) o->at[i] = pdi_ordinary_rate(o, i);
     o->rate = 0.0;
-    for (int32_t i = 0; i < o->body->count; i++) o->rate = fmax(o->rate, o->at[i]);
+    for (int32_t i = 0; i < o->body->count; i++) o->rate = pdi_max(o->rate, o->at[i]);
 }
 
 /* Laws of all families. Returns the first point that has none; -1: all have one. */

@@ -145,7 +145,7 @@ static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double
             length += xi[d] * xi[d];
             way += eta * eta;
         }
-        most = fmax(most, way / length);
+        most = pdi_max(most, way / length);
     }
     return sqrt(most);
 }
@@ -157,7 +157,7 @@ static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *motion, 
     const pd_body *body = q->solid.body;
     double most = 0.0;
     int32_t count = 0;
-    for (int32_t i = 0; i < body->count; i++) most = fmax(most, pdi_quasi_static_turn(body, i, motion));
+    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, pdi_quasi_static_turn(body, i, motion));
     for (int32_t i = 0; i < body->count && most > 0.0; i++) {
         if (q->off[i] || !(pdi_quasi_static_turn(body, i, motion) > PDI_QUASI_STATIC_TURN * most)) continue;
         pdi_quasi_static_lose(q, i, t);
@@ -228,8 +228,8 @@ static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double 
 /* 1: the entries of a and b differ. */
 static int pdi_quasi_static_others(const pd_ctx *ctx, const pd_quasi_static *q, const double *a, const double *b)
 {
-    double near = fmax(PDI_QUASI_STATIC_NEW, q->desc.rtol);
-    near *= fmax(pdi_par_max_abs(ctx, q->n, a), pdi_par_max_abs(ctx, q->n, b));
+    double near = pdi_max(PDI_QUASI_STATIC_NEW, q->desc.rtol);
+    near *= pdi_max(pdi_par_max_abs(ctx, q->n, a), pdi_par_max_abs(ctx, q->n, b));
     for (int64_t k = 0; k < q->n; k++)
         if (fabs(a[k] - b[k]) > near) return 1;
     return 0;

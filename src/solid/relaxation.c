@@ -76,7 +76,7 @@ static pd_status pdi_relaxation_run(pdi_relaxation *r, double *u, double target,
         if (status < 0) return status;
         result->residual = norm;
         if (status == PD_OK && quotient <= PDI_RELAXATION_SAFE) {
-            if (quotient > 0.0) r->damping = fmin(2.0 * sqrt(quotient), PDI_RELAXATION_DAMPING);
+            if (quotient > 0.0) r->damping = pdi_min(2.0 * sqrt(quotient), PDI_RELAXATION_DAMPING);
             if (!(pdi_par_max_abs(q->ctx, q->n, u) < PDI_RELAXATION_FAR * q->solid->body->horizon))
                 return PD_ERR_DIVERGED;
             continue;

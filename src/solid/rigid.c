@@ -87,7 +87,7 @@ PDI_FN void pdi_rigid_find(const pd_body *body, const uint8_t *held, const int32
     memcpy(r->origin, body->position + (int64_t)piece[0] * PD_DIM, sizeof r->origin);
     for (int32_t n = 0; n < count; n++)
         for (int d = 0; d < PD_DIM; d++)
-            r->size = fmax(r->size, fabs(body->position[(int64_t)piece[n] * PD_DIM + d] - r->origin[d]));
+            r->size = pdi_max(r->size, fabs(body->position[(int64_t)piece[n] * PD_DIM + d] - r->origin[d]));
     double all = pdi_rigid_squares(r, held, squares);
     pdi_rigid_null(r, squares, PDI_RIGID_ROUNDING * all);
 }
@@ -104,7 +104,7 @@ PDI_FN double pdi_rigid_work(const pd_rigid *r, const uint8_t *held, const doubl
             for (int f = 0; f < r->motions; f++) work[f] += force * left[f][d];
         }
     }
-    for (int f = 0; f < r->motions; f++) most = fmax(most, fabs(work[f]));
+    for (int f = 0; f < r->motions; f++) most = pdi_max(most, fabs(work[f]));
     return size > 0.0 ? most / size : 0.0;
 }
 

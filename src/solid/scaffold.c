@@ -281,11 +281,11 @@ static pd_status pdi_scaffold_make(pd_ctx *ctx, pd_scaffold *s)
     for (int d = 0; d < PD_DIM; d++) {
         double lo = HUGE_VAL, hi = -HUGE_VAL;
         for (int32_t i = 0; i < body->count; i++) {
-            lo = fmin(lo, body->position[(int64_t)i * PD_DIM + d]);
-            hi = fmax(hi, body->position[(int64_t)i * PD_DIM + d]);
+            lo = pdi_min(lo, body->position[(int64_t)i * PD_DIM + d]);
+            hi = pdi_max(hi, body->position[(int64_t)i * PD_DIM + d]);
         }
         s->lo[d] = lo - 0.5 * body->spacing;
-        s->width = fmax(s->width, (hi - lo) / PDI_SCAFFOLD_BOXES);
+        s->width = pdi_max(s->width, (hi - lo) / PDI_SCAFFOLD_BOXES);
     }
     PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_list, s));
     PDI_TRY(pdi_scaffold_divide(ctx, s));
@@ -313,7 +313,7 @@ PDI_FN double pdi_scaffold_bytes(int32_t count, double wide)
         pd_scaffold_level *level = &s.level[k];
         level->parts = (int32_t)parts + 1;
         level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
-        level->links = (int32_t)fmin(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
+        level->links = (int32_t)pdi_min(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
         bytes += (double)(pdi_owner_bytes(pdi_scaffold_parts, level) + pdi_owner_bytes(pdi_scaffold_nodes, level) +
                           pdi_owner_bytes(pdi_scaffold_links, level));
     }

@@ -121,12 +121,12 @@ pd_status pd_sequential_next(pd_ctx *ctx, pd_sequential *s)
             return PD_OK;
         }
         /* points whose families cannot feel what tears them come off before */
-        parted = pdi_sequential_break(ctx, s, 1.0 - PDI_SEQUENTIAL_BEYOND / fmin(s->criterion.critical, 1.0));
+        parted = pdi_sequential_break(ctx, s, 1.0 - PDI_SEQUENTIAL_BEYOND / pdi_min(s->criterion.critical, 1.0));
         if (parted) continue;
         pdi_sequential_lose(s, energy);
         pdi_sequential_move(s, s->first.factor, energy);
     }
-    int64_t broken = pdi_sequential_break(ctx, s, 1.0 + PDI_SEQUENTIAL_BEYOND / fmin(s->criterion.critical, 1.0));
+    int64_t broken = pdi_sequential_break(ctx, s, 1.0 + PDI_SEQUENTIAL_BEYOND / pdi_min(s->criterion.critical, 1.0));
     if (!broken)
         return pdi_fail(ctx, PD_ERR_INTERNAL, "sequential", "no bond breaks at the factor %g at which one does",
                         s->factor);

@@ -356,7 +356,7 @@ static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, i
     int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
     int whole = (count + PDI_SPRINGS_VECTOR - 1) / PDI_SPRINGS_VECTOR * PDI_SPRINGS_VECTOR;
     if (count == 1) whole = 1;
-    double top = fmin(sweep->most * (2.0 + sweep->most), PDI_SPRINGS_SMALL);
+    double top = pdi_min(sweep->most * (2.0 + sweep->most), PDI_SPRINGS_SMALL);
     int64_t broken = 0;
     pdi_springs_sums sums;
     pdi_springs_zero(whole, &sums);

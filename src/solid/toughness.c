@@ -143,7 +143,7 @@ static pd_status pdi_toughness_break(pd_ctx *ctx, pdi_toughness *t)
     pd_criterion_bond first;
     PDI_TRY(pdi_toughness_rest(ctx, t));
     pd_criterion_first(ctx, &t->criterion, t->moved, &first);
-    t->factor = fmax(t->factor, first.factor * (1.0 + PDI_TOUGHNESS_BEYOND));
+    t->factor = pdi_max(t->factor, first.factor * (1.0 + PDI_TOUGHNESS_BEYOND));
     for (int64_t k = 0; k < (int64_t)t->count * PD_DIM; k++) t->strained[k] = t->factor * t->moved[k];
     if (pd_criterion_break(ctx, &t->criterion, t->strained, PDI_TOUGHNESS_EAGER)) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "toughness", "a crack in a strip of the lattice does not run");

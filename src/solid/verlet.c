@@ -128,7 +128,7 @@ static double pdi_verlet_half(const pd_ctx *ctx, pd_verlet *d, double dt, int fi
 static pd_status pdi_verlet_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     const pd_verlet *d = (const pd_verlet *)self;
-    s->dt = fmin(s->dt, d->longest);
+    s->dt = pdi_min(s->dt, d->longest);
     PDI_TRY(pdi_process_longest(ctx, self, s));
     s->dt = pdi_process_even(s->limit - s->time, s->dt);
     return PD_OK;

@@ -37,8 +37,8 @@ PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const doubl
         if (PD_DIM > 1) n[1] = tan(0.5 * turn);
         if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
         double energy = crack(self, n);
-        least = fmin(least, energy);
-        most = fmax(most, energy);
+        least = pdi_min(least, energy);
+        most = pdi_max(most, energy);
     }
     return most > 0.0 ? most / least : 1.0;
 }
@@ -56,7 +56,7 @@ static void pdi_weigh_sum(const pdi_weigh *o, double base, double a, pdi_weigh_s
         double first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
         if (!(weight > 0.0)) continue;
         weight *= base + a * pdi_weigh_cubic(xi, square);
-        s->least = fmin(s->least, weight);
+        s->least = pdi_min(s->least, weight);
         weight = (double)(float)weight * volume; /* as bonds store it */
         s->size += weight * square;
         s->axis += weight * first * first / square;

@@ -143,7 +143,7 @@ static void pdi_coarsen_strengths(const pdi_coarsen *how, const pd_smoother_leve
         {
             level->parent[c] = PDI_COARSEN_ROOT;
             s->sum[link.axis] +=
-                fmin((double)link.a, (double)link.back) + 0.5 * fabs((double)link.a - (double)link.back);
+                pdi_min((double)link.a, (double)link.back) + 0.5 * fabs((double)link.a - (double)link.back);
             s->count[link.axis] += 1.0;
         }
     }
@@ -194,7 +194,7 @@ PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
             count[d] += part[q].count[d];
         }
     for (int d = 0; d < PD_DIM; d++)
-        if (count[d] > 0.0) strongest = fmax(strongest, sum[d] / count[d]);
+        if (count[d] > 0.0) strongest = pdi_max(strongest, sum[d] / count[d]);
     int any = 0;
     for (int d = 0; d < PD_DIM; d++) {
         level->halve[d] = count[d] > 0.0 && sum[d] / count[d] >= PDI_COARSEN_STRONG * strongest;

@@ -51,7 +51,7 @@ static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convecti
         if (v->spread) diffusivity += speed * v->spread[a * PD_DIM + d];
         if (a == d) diffusivity -= 0.5 * speed * grid->h[d];
     }
-    return fmax(diffusivity, 0.0);
+    return pdi_max(diffusivity, 0.0);
 }
 
 /* Spacings from a node to what its lower or upper face along axis d holds. A node that a curved wall all but touches
@@ -92,12 +92,12 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
             int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
             if (held) wall += diffusivity * inverse / pdi_compact_leg(faces, node, kind, d, up);
             if (!u || kind != PD_OUTLET) continue;
-            mass += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
-            leaves += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            mass += face * pdi_max((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            leaves += face * pdi_max((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
         }
     }
     /* velocities of nodes leave compact faces a divergence: what does not leave must not gather */
-    if (v->spread) mass += fmax(-leaves, 0.0);
+    if (v->spread) mass += pdi_max(-leaves, 0.0);
     c->wall[cell] = (float)wall;
     c->mass[cell] = (float)mass;
 }
@@ -139,8 +139,8 @@ PDI_FN int pdi_compact_stretched(const double *h)
 {
     double least = h[0], most = h[0];
     for (int d = 1; d < PD_DIM; d++) {
-        least = fmin(least, h[d]);
-        most = fmax(most, h[d]);
+        least = pdi_min(least, h[d]);
+        most = pdi_max(most, h[d]);
     }
     return most > PDI_COMPACT_STRETCHED * least;
 }
@@ -149,8 +149,8 @@ PDI_FN int pdi_compact_contrast(const int *n, const double *h)
 {
     double far = 0.0, near = HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) {
-        far = fmax(far, n[d] * h[d]);
-        near = fmin(near, h[d]);
+        far = pdi_max(far, n[d] * h[d]);
+        near = pdi_min(near, h[d]);
     }
     return FLT_EPSILON * far * far > near * near;
 }
@@ -184,5 +184,5 @@ PDI_FN double pdi_compact_excess(const pd_stencil *s)
 {
     double compact = 0.0;
     for (int d = 0; d < PD_DIM; d++) compact += 2.0 / (s->h[d] * s->h[d]);
-    return fmax(1.0 / s->lap_sum - 1.0 / compact, 0.0);
+    return pdi_max(1.0 / s->lap_sum - 1.0 / compact, 0.0);
 }

@@ -750,7 +750,7 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_finite(run->b_norm))
         return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the right-hand side is not finite");
-    run->target = fmax(fmax(d->rtol * run->b_norm, d->atol), pdi_krylov_least());
+    run->target = pdi_max(pdi_max(d->rtol * run->b_norm, d->atol), pdi_krylov_least());
     *norm = run->b_norm;
     if (d->zero_guess) {
         pdi_par_zero(run->ctx, d->n, run->x);

@@ -97,12 +97,12 @@ typedef struct pd_krylov_result {
  * choice 2). */
 static inline double pdi_krylov_forcing(double left)
 {
-    return fmin(PDI_KRYLOV_LOOSE, fmax(PDI_KRYLOV_TIGHT, 0.9 * left * left));
+    return pdi_min(PDI_KRYLOV_LOOSE, pdi_max(PDI_KRYLOV_TIGHT, 0.9 * left * left));
 }
 /* The same for equations that bend within a step, so that squares promise too much (their choice 1). */
 static inline double pdi_krylov_forcing_first(double left)
 {
-    return fmin(PDI_KRYLOV_LOOSE, fmax(PDI_KRYLOV_TIGHT, 0.9 * left));
+    return pdi_min(PDI_KRYLOV_LOOSE, pdi_max(PDI_KRYLOV_TIGHT, 0.9 * left));
 }
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);

@@ -85,7 +85,7 @@ static pd_status pdi_least_squares_noise(pdi_least_squares *s)
             for (int i = 0; i < s->m; i++) f[p * s->m + i] = f[(p + 1) * s->m + i] - f[p * s->m + i];
     }
     for (int i = 0; i < s->m; i++) square += gamma * f[i] * f[i];
-    s->result->noise = fmax(sqrt(square / s->m), DBL_EPSILON * sqrt(s->sum / s->m));
+    s->result->noise = pdi_max(sqrt(square / s->m), DBL_EPSILON * sqrt(s->sum / s->m));
     return PD_OK;
 }
 
@@ -155,7 +155,7 @@ static pd_status pdi_least_squares_jacobian(pdi_least_squares *s)
         if (s->result->idle)
             return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
                             " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
-        s->step[k] = fmin(PDI_LEAST_SQUARES_MOST, fmax(PDI_LEAST_SQUARES_LEAST, cbrt(3.0 * noise / size)));
+        s->step[k] = pdi_min(PDI_LEAST_SQUARES_MOST, pdi_max(PDI_LEAST_SQUARES_LEAST, cbrt(3.0 * noise / size)));
     }
     memcpy(s->from, s->q, sizeof s->from);
     if (pdi_least_squares_factor(s, 0.0, a)) return PD_OK;
@@ -170,7 +170,7 @@ static int pdi_least_squares_step(const pdi_least_squares *s, double *q)
     for (int k = 0; k < s->n; k++)
         x[k] = pdi_least_squares_at_bound(s, k) ? 0.0 : -pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
     pdi_vec_substitute(s->n, PDI_LEAST_SQUARES_N, a[0], x);
-    for (int k = 0; k < s->n; k++) q[k] = fmin(1.0, fmax(0.0, s->q[k] + x[k]));
+    for (int k = 0; k < s->n; k++) q[k] = pdi_min(1.0, pdi_max(0.0, s->q[k] + x[k]));
     return 1;
 }
 
@@ -244,7 +244,7 @@ static pd_status pdi_least_squares_advance(pdi_least_squares *s, int *done)
 {
     double q[PDI_LEAST_SQUARES_N], sum;
     if (!pdi_least_squares_step(s, q)) {
-        s->damping = fmax(10.0 * s->damping, 1e-8);
+        s->damping = pdi_max(10.0 * s->damping, 1e-8);
         *done = s->damping > 1e10 ? -1 : 0;
         return PD_OK;
     }
@@ -259,7 +259,7 @@ static pd_status pdi_least_squares_advance(pdi_least_squares *s, int *done)
     if (!lower && !pdi_least_squares_fresh(s)) return pdi_least_squares_jacobian(s);
     if (!lower) {
         *done = small ? -1 : 0; /* a step that damping has made small and that still leads up */
-        s->damping = fmax(10.0 * s->damping, 1e-3);
+        s->damping = pdi_max(10.0 * s->damping, 1e-3);
         return PD_OK;
     }
     pdi_least_squares_update(s, q);

@@ -280,7 +280,7 @@ static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *
 /* A wall or a mass in the unit of the level; as good as infinite when it leaves the range of the unit. */
 static float pdi_multigrid_scaled(const pd_multigrid *mg, float given)
 {
-    return (float)fmin(mg->scale * (double)given, PDI_MULTIGRID_LARGEST);
+    return (float)pdi_min(mg->scale * (double)given, PDI_MULTIGRID_LARGEST);
 }
 
 /* Diagonals of level 0, from its faces. During setup x holds the wall and b the mass of each cell of a level. */
@@ -536,7 +536,7 @@ static void pdi_multigrid_parts(pdi_par_team team, const pd_multigrid *mg, const
     for (int32_t q = pdi_par_first(team, PDI_SMOOTHER_PARTS); q < pdi_par_behind(team, PDI_SMOOTHER_PARTS); q++) {
         double largest = 0.0;
         for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++)
-            largest = fmax(largest, pdi_multigrid_row_size(mg, r, rhs));
+            largest = pdi_max(largest, pdi_multigrid_row_size(mg, r, rhs));
         part[q] = largest;
     }
 }
@@ -593,7 +593,7 @@ static void pdi_multigrid_work(pdi_par_team team, const pd_multigrid *mg, double
     while (top < mg->levels - 1 && (int64_t)mg->level[top].cells * PDI_SMOOTHER_WORK >= PDI_MULTIGRID_WORTH) top++;
     pdi_multigrid_parts(team, mg, rhs, part);
     pdi_par_meet(team);
-    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = fmax(largest, part[q]);
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = pdi_max(largest, part[q]);
     double in = pdi_multigrid_scale(largest), out = mg->scale / in;
     if ((mg->desc.host || mg->hosts || mg->desc.guest) && !team.rank) pdi_multigrid_blank(mg, fine->x, 0);
     for (int32_t r = first; r < behind; r++) {

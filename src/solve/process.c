@@ -12,7 +12,7 @@ PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)ctx;
     (void)self;
-    if (s->max_step > 0.0) s->dt = fmin(s->dt, s->max_step);
+    if (s->max_step > 0.0) s->dt = pdi_min(s->dt, s->max_step);
     return PD_OK;
 }
 

@@ -6,7 +6,7 @@
 
 PDI_FN double pdi_sdirk_clip(double planned, double largest, double left, int *last)
 {
-    double dt = largest > 0.0 ? fmin(planned, largest) : planned;
+    double dt = largest > 0.0 ? pdi_min(planned, largest) : planned;
     *last = dt >= left * (1.0 - 1e-9);
     if (*last) return left;
     return dt > 0.5 * left ? 0.5 * left : dt;
@@ -14,13 +14,13 @@ PDI_FN double pdi_sdirk_clip(double planned, double largest, double left, int *l
 
 PDI_FN double pdi_sdirk_factor(double share, double growth)
 {
-    return fmin(growth, PDI_SDIRK_SAFETY / sqrt(fmax(share, 1e-6)));
+    return pdi_min(growth, PDI_SDIRK_SAFETY / sqrt(pdi_max(share, 1e-6)));
 }
 
 PDI_FN double pdi_sdirk_plan(double planned, double dt, double factor)
 {
     double next = dt * factor;
-    return factor < 1.0 ? fmin(planned, next) : fmax(planned, next);
+    return factor < 1.0 ? pdi_min(planned, next) : pdi_max(planned, next);
 }
 
 #undef PDI_SDIRK_SAFETY

@@ -27,7 +27,7 @@ typedef struct pdi_stiff_work {
     int bad;                     /* equation whose rate is not finite; -1: none */
 } pdi_stiff_work;
 
-static double pdi_stiff_within(const pd_stiff *s, int k, double y) { return fmin(fmax(y, s->low[k]), s->high[k]); }
+static double pdi_stiff_within(const pd_stiff *s, int k, double y) { return pdi_min(pdi_max(y, s->low[k]), s->high[k]); }
 
 /* Rates at values within bounds; those that are held have none. */
 static void pdi_stiff_rates(pdi_stiff_work *w, double t, const double *y, double *rate)
@@ -61,7 +61,7 @@ static void pdi_stiff_slopes(pdi_stiff_work *w, double t, const double *y)
     memcpy(x, y, sizeof x);
     pdi_stiff_rates(w, t, x, at);
     for (int j = 0; j < s->count; j++) {
-        double stride = PDI_STIFF_STRIDE * fmax(fabs(y[j]), s->size[j]);
+        double stride = PDI_STIFF_STRIDE * pdi_max(fabs(y[j]), s->size[j]);
         if (!(stride > 0.0)) stride = PDI_STIFF_STRIDE;
         x[j] = y[j] + stride > s->high[j] ? y[j] - stride : y[j] + stride;
         pdi_stiff_rates(w, t, x, moved);
@@ -141,10 +141,10 @@ static double pdi_stiff_step(pdi_stiff_work *w, double t, double h, const double
     }
     for (int k = 0; k < s->count; k++) {
         double off = fabs(table[last][last][k] - table[last][last - 1][k]);
-        double size = fmax(fmax(fabs(y[k]), fabs(table[last][last][k])), s->size[k]);
+        double size = pdi_max(pdi_max(fabs(y[k]), fabs(table[last][last][k])), s->size[k]);
         end[k] = table[last][last][k];
         if (!(off < 1e100)) return HUGE_VAL;
-        if (off > 0.0) worst = fmax(worst, off / (size * s->tolerance));
+        if (off > 0.0) worst = pdi_max(worst, off / (size * s->tolerance));
     }
     return worst;
 }
@@ -156,10 +156,10 @@ static double pdi_stiff_met(const pd_stiff *s, const double *y, double *end)
     double share = 1.0;
     for (int k = 0; k < s->count; k++) {
         double bound = pdi_stiff_within(s, k, end[k]), out = fabs(end[k] - bound);
-        double near_ = s->tolerance * fmax(fmax(fabs(bound), fabs(y[k])), s->size[k]);
+        double near_ = s->tolerance * pdi_max(pdi_max(fabs(bound), fabs(y[k])), s->size[k]);
         if (!(out > 0.0)) continue;
         if (out <= near_ || fabs(bound - y[k]) <= near_) end[k] = bound;
-        else share = fmin(share, fmax((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_SHRINK));
+        else share = pdi_min(share, pdi_max((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_SHRINK));
     }
     return share;
 }
@@ -177,7 +177,7 @@ static int pdi_stiff_left(const pdi_stiff_work *w, double t, double h, const dou
     pdi_stiff_rates(&loose, t + h, end, rate);
     for (int k = 0; k < s->count; k++) {
         double out = end[k] >= s->high[k] ? rate[k] : -rate[k];
-        if (w->held[k] && -out * h > s->tolerance * fmax(fabs(end[k]), s->size[k])) return 1;
+        if (w->held[k] && -out * h > s->tolerance * pdi_max(fabs(end[k]), s->size[k])) return 1;
     }
     return 0;
 }
@@ -198,8 +198,8 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
         if (w.bad >= 0) break;
         double error = pdi_stiff_step(&w, t, h, y, end), share = error <= 1.0 ? pdi_stiff_met(s, y, end) : 1.0;
         if (error <= 1.0 && share >= 1.0 && pdi_stiff_left(&w, t, h, end)) share = 0.5;
-        double factor = PDI_STIFF_SAFETY * pow(fmax(error, 1e-10), -1.0 / PDI_STIFF_COLUMNS);
-        factor = fmin(fmax(factor, PDI_STIFF_SHRINK), PDI_STIFF_GROWTH);
+        double factor = PDI_STIFF_SAFETY * pow(pdi_max(error, 1e-10), -1.0 / PDI_STIFF_COLUMNS);
+        factor = pdi_min(pdi_max(factor, PDI_STIFF_SHRINK), PDI_STIFF_GROWTH);
         if (w.bad >= 0 && h <= 2.0 * PDI_STIFF_LEAST * (to - from)) break;
         if (w.bad >= 0) {
             w.bad = -1;
@@ -210,7 +210,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
             memcpy(y, end, (size_t)s->count * sizeof *y);
             t = last ? to : t + h;
         }
-        h *= error <= 1.0 && share < 1.0 ? share : error <= 1.0 ? fmax(factor, 1.0) : fmin(factor, 0.5);
+        h *= error <= 1.0 && share < 1.0 ? share : error <= 1.0 ? pdi_max(factor, 1.0) : pdi_min(factor, 0.5);
     }
     if (w.bad >= 0) {
         *which = w.bad;

@@ -14,7 +14,7 @@ PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
     for (int d = 0; d < PD_DIM; d++) {
         int step = bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? grid->n[d] - at[d] - 0.5 : at[d] + 0.5; /* cells to the side */
-        if (pdi_grid_port(grid->side[2 * d + upper])) fraction = fmin(fraction, step ? inside / abs(step) : 1.0);
+        if (pdi_grid_port(grid->side[2 * d + upper])) fraction = pdi_min(fraction, step ? inside / abs(step) : 1.0);
     }
     return fraction;
 }
