@@ -571,6 +571,10 @@ static inline int pdi_stands_still(double time, double left, double dt)
     if (left > size) size = left;
     return dt < left && !(dt > DBL_EPSILON * size);
 }
+/* The larger and the smaller number of two, of a number and NaN the number: calls of fmax and fmin cost ten times as
+ * much. */
+PDI_INLINE double pdi_max(double a, double b) { return a >= b || b != b ? a : b; }
+PDI_INLINE double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
 /* PD_STOPPED when the caller asks for it. A step that sees it leaves the state at its start, or at the end of the last
  * one of the steps that it is made of. */
 PDI_FN pd_status pdi_poll(pd_ctx *ctx, const char *doing, int64_t count);
@@ -2243,12 +2247,12 @@ typedef struct pd_krylov_result {
  * choice 2). */
 static inline double pdi_krylov_forcing(double left)
 {
-    return fmin(PDI_KRYLOV_LOOSE, fmax(PDI_KRYLOV_TIGHT, 0.9 * left * left));
+    return pdi_min(PDI_KRYLOV_LOOSE, pdi_max(PDI_KRYLOV_TIGHT, 0.9 * left * left));
 }
 /* The same for equations that bend within a step, so that squares promise too much (their choice 1). */
 static inline double pdi_krylov_forcing_first(double left)
 {
-    return fmin(PDI_KRYLOV_LOOSE, fmax(PDI_KRYLOV_TIGHT, 0.9 * left));
+    return pdi_min(PDI_KRYLOV_LOOSE, pdi_max(PDI_KRYLOV_TIGHT, 0.9 * left));
 }
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
@@ -12968,8 +12972,8 @@ static void pdi_pace_judge(pd_pace *pace, double now)
     double ratio = pdi_pace_ratio(pace), rest = PDI_PACE_REST * (now - pace->since);
     int one = ratio > 0.0 && ratio < 1.0, failed = pace->one && !one;
     if (!(ratio > 0.0)) rest *= 0.25;
-    else if (failed) rest = pace->pause = pace->pause > 0.0 ? fmin(2.0 * pace->pause, PDI_PACE_PAUSE) : rest;
-    else if (one) rest = pace->pause = pace->one ? PDI_PACE_SOON * rest : fmin(2.0 * pace->pause, rest);
+    else if (failed) rest = pace->pause = pace->pause > 0.0 ? pdi_min(2.0 * pace->pause, PDI_PACE_PAUSE) : rest;
+    else if (one) rest = pace->pause = pace->one ? PDI_PACE_SOON * rest : pdi_min(2.0 * pace->pause, rest);
     else pace->pause = 0.0;
     pace->until = failed || one ? now + rest : now;
     pdi_pace_open(pace, one, 0, now);
@@ -12997,7 +13001,7 @@ PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work,
         if (!pace->one) {
             if (loop->best <= 0.0 || took < loop->best) loop->best = took;
             /* one thread needs the least of threads * best and most */
-            if (took > fmin(threads * loop->best, most)) pace->lost += took - fmin(loop->best, most);
+            if (took > pdi_min(threads * loop->best, most)) pace->lost += took - pdi_min(loop->best, most);
             pace->spent += took;
         }
     }
@@ -13388,14 +13392,14 @@ PDI_FN double pdi_vec_norm(const double *a) { return sqrt(pdi_vec_dot(a, a)); }
 static double pdi_vec_eliminate(double *a, double *b, int nb)
 {
     double largest = 0.0, smallest = 1.0;
-    for (int i = 0; i < PD_DIM * PD_DIM; i++) largest = fmax(largest, fabs(a[i]));
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) largest = pdi_max(largest, fabs(a[i]));
     if (!(largest > 0.0)) return 0.0;
     for (int c = 0; c < PD_DIM; c++) {
         int pivot = c;
         for (int r = c + 1; r < PD_DIM; r++)
             if (fabs(a[r * PD_DIM + c]) > fabs(a[pivot * PD_DIM + c])) pivot = r;
         double value = a[pivot * PD_DIM + c];
-        smallest = fmin(smallest, fabs(value) / largest);
+        smallest = pdi_min(smallest, fabs(value) / largest);
         if (!(fabs(value) > 0.0)) return 0.0;
         for (int k = 0; k < PD_DIM; k++) {
             double swap = a[c * PD_DIM + k];
@@ -13912,9 +13916,9 @@ PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k)
 /* A slope with the sign of both secants, at most three times the smaller one; else none. */
 static double pdi_curve_cut(double slope, double a, double b)
 {
-    double sign = a > 0.0 ? 1.0 : -1.0, least = fmin(sign * a, sign * b);
+    double sign = a > 0.0 ? 1.0 : -1.0, least = pdi_min(sign * a, sign * b);
     if (!(least > 0.0) || !(sign * slope > 0.0)) return 0.0;
-    return sign * fmin(sign * slope, 3.0 * least);
+    return sign * pdi_min(sign * slope, 3.0 * least);
 }
 
 /* Slope at the first point of the parabola through it and two more: steps and secants from it on. */
@@ -13988,8 +13992,8 @@ PDI_FN double pdi_curve_piece(const double *x, const double *y, const double *sl
     double secant = (y[high] - y[low]) / step, a = slopes[low], b = slopes[high];
     double line = 3.0 * secant - 2.0 * a - b, bend = a + b - 2.0 * secant, up = y[high] > y[low] ? 1.0 : -1.0;
     /* rounding may not leave the piece, nor turn it */
-    *slope = up * fmax(up * (a + t * (2.0 * line + 3.0 * t * bend)), 0.0);
-    return fmin(fmax(y[low] + far * (a + t * (line + t * bend)), fmin(y[low], y[high])), fmax(y[low], y[high]));
+    *slope = up * pdi_max(up * (a + t * (2.0 * line + 3.0 * t * bend)), 0.0);
+    return pdi_min(pdi_max(y[low] + far * (a + t * (line + t * bend)), pdi_min(y[low], y[high])), pdi_max(y[low], y[high]));
 }
 
 PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
@@ -14023,7 +14027,7 @@ PDI_FN double pdi_bracket_share(const pdi_bracket *s)
 
 PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x)
 {
-    double low = fmin(s->a, s->b), high = fmax(s->a, s->b);
+    double low = pdi_min(s->a, s->b), high = pdi_max(s->a, s->b);
     if (s->steps >= PDI_BRACKET_STEPS) return 0;
     int half = s->steps % PDI_BRACKET_MIDDLE == PDI_BRACKET_MIDDLE - 1;
     *x = half ? s->a : s->a + (s->b - s->a) * s->at_a / (s->at_a - s->at_b); /* the product first: ratios stay exact */
@@ -14256,8 +14260,8 @@ static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key
         for (int32_t k = first; k < first + size; k++)
             for (int p = 0; p < 3; p++) {
                 double x = corner[9 * (int64_t)key[k].at + 3 * p + d];
-                box[d] = fmin(box[d], x);
-                box[3 + d] = fmax(box[3 + d], x);
+                box[d] = pdi_min(box[d], x);
+                box[3 + d] = pdi_max(box[3 + d], x);
             }
         if (box[3 + d] - box[d] > box[3 + axis] - box[axis]) axis = d;
     }
@@ -14410,7 +14414,7 @@ static int pdi_facets_meets(const double *corner, const double *x)
 {
     const double *a = corner, *b = corner + 3, *c = corner + 6;
     if (!(pdi_facets_passes(a, b, x) ^ pdi_facets_passes(b, c, x) ^ pdi_facets_passes(c, a, x))) return 0;
-    double low = fmin(a[0], fmin(b[0], c[0])), high = fmax(a[0], fmax(b[0], c[0])), slope[3];
+    double low = pdi_min(a[0], pdi_min(b[0], c[0])), high = pdi_max(a[0], pdi_max(b[0], c[0])), slope[3];
     if (x[0] < low || x[0] >= high) return x[0] < low;
     for (int d = 0; d < 3; d++) {
         int p = (d + 1) % 3, q = (d + 2) % 3;
@@ -14443,7 +14447,7 @@ static int pdi_facets_inside(const pd_facets *f, const double *x)
 PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
 {
     double distance = sqrt(pdi_facets_nearest(f, x)), far = 0.0;
-    for (int d = 0; d < 6; d++) far = fmax(far, fabs(f->box[d]));
+    for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
     if (distance <= PDI_FACETS_ROUNDING * far) return 0.0;
     return pdi_facets_inside(f, x) ? -distance : distance;
 }
@@ -14460,18 +14464,14 @@ PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
  */
 #include <math.h>
 
-/* As fmax and fmin of numbers, without a call. */
-static inline double pdi_shape_most(double a, double b) { return a > b ? a : b; }
-static inline double pdi_shape_least(double a, double b) { return a < b ? a : b; }
-
 /* max over axes outside, negative inside: the exact distance to an axis-aligned box. */
 static double pdi_shape_box(const double *lo, const double *hi, const double *x)
 {
     double outside[PD_DIM], inside = -HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) {
-        double beyond = pdi_shape_most(lo[d] - x[d], x[d] - hi[d]);
-        outside[d] = pdi_shape_most(beyond, 0.0);
-        inside = pdi_shape_most(inside, beyond);
+        double beyond = pdi_max(lo[d] - x[d], x[d] - hi[d]);
+        outside[d] = pdi_max(beyond, 0.0);
+        inside = pdi_max(inside, beyond);
     }
     return inside > 0.0 ? pdi_vec_norm(outside) : inside;
 }
@@ -14550,8 +14550,8 @@ static double pdi_shape_voxels(const pd_shape *s, const double *x)
     for (int d = 0; d < PD_DIM; d++) {
         hi[d] = s->a[d] + s->n[d] * s->b[d];
         double cell = floor((x[d] - s->a[d]) / s->b[d]);
-        at[d] = (int64_t)pdi_shape_most(-2.0, pdi_shape_least(cell, (double)s->n[d] + 1.0));
-        nearest = pdi_shape_least(nearest, s->b[d]);
+        at[d] = (int64_t)pdi_max(-2.0, pdi_min(cell, (double)s->n[d] + 1.0));
+        nearest = pdi_min(nearest, s->b[d]);
         neighbours *= 3;
     }
     double box = pdi_shape_box(s->a, hi, x);
@@ -14567,9 +14567,9 @@ static double pdi_shape_voxels(const pd_shape *s, const double *x)
             up[d] = lo[d] + s->b[d];
         }
         if (pdi_shape_cell(s, j) != value)
-            nearest = pdi_shape_least(nearest, pdi_shape_most(pdi_shape_box(lo, up, x), 0.0));
+            nearest = pdi_min(nearest, pdi_max(pdi_shape_box(lo, up, x), 0.0));
     }
-    return value ? -nearest : pdi_shape_most(nearest, box);
+    return value ? -nearest : pdi_max(nearest, box);
 }
 
 /* frame NULL: no plane. */
@@ -14593,8 +14593,8 @@ static double pdi_shape_level(const pd_shape *shapes, int index, const pdi_shape
         distance = pdi_shape_level(shapes, s->child[0], frame, x);
         for (int c = 1; c < s->children; c++) {
             double other = pdi_shape_level(shapes, s->child[c], frame, x);
-            if (s->type == PD_SHAPE_UNION) distance = pdi_shape_least(distance, other);
-            else distance = pdi_shape_most(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
+            if (s->type == PD_SHAPE_UNION) distance = pdi_min(distance, other);
+            else distance = pdi_max(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
         }
         return distance;
     case PD_SHAPE_NONE: break;
@@ -15040,7 +15040,7 @@ static int pdi_area_leaving(const pdi_area_fit *fit, int column)
     for (int r = 0; r < fit->rows; r++) {
         double pivot = fit->table[r * fit->columns + column];
         if (!(pivot > 1e-9)) continue;
-        double ratio = fmax(fit->table[r * fit->columns + fit->columns - 1], 0.0) / pivot;
+        double ratio = pdi_max(fit->table[r * fit->columns + fit->columns - 1], 0.0) / pivot;
         if (ratio < best_ratio - 1e-14 || (ratio <= best_ratio + 1e-14 && pivot > best_pivot)) {
             best = r;
             best_ratio = ratio;
@@ -15078,7 +15078,7 @@ static void pdi_area_result(const pdi_area_fit *fit, const double *xi, const dou
     const double *slack = fit->table + fit->rows * fit->columns + 2 * fit->directions;
     for (int b = 0; b < fit->bonds; b++) {
         int k = fit->orbit_of[b];
-        area[b] = k < 0 ? 0.0 : fmax(slack[k], 0.0) * fit->scale[k];
+        area[b] = k < 0 ? 0.0 : pdi_max(slack[k], 0.0) * fit->scale[k];
     }
     for (int a = 0; a < PD_DIM; a++) {
         double rest = 1.0 - pdi_area_measure(fit->bonds, xi, area, fit->normal + a * PD_DIM);
@@ -15086,7 +15086,7 @@ static void pdi_area_result(const pdi_area_fit *fit, const double *xi, const dou
             int unit = 1;
             for (int d = 0; d < PD_DIM; d++)
                 if (fabs(fabs(xi[b * PD_DIM + d]) - (d == a ? h[a] : 0.0)) > 0.5 * h[d]) unit = 0;
-            if (unit && area[b] > 0.0) area[b] = fmax(area[b] + rest / h[a], 0.0);
+            if (unit && area[b] > 0.0) area[b] = pdi_max(area[b] + rest / h[a], 0.0);
         }
     }
 }
@@ -15104,7 +15104,7 @@ static pd_status pdi_area_solve(pd_ctx *ctx, pdi_area_fit *fit, const double *xi
     *anisotropy = 0.0;
     for (int i = 0; i < fit->directions; i++) {
         double error = fabs(pdi_area_measure(fit->bonds, xi, area, fit->normal + i * PD_DIM) - 1.0);
-        *anisotropy = fmax(*anisotropy, error);
+        *anisotropy = pdi_max(*anisotropy, error);
         if (i < PD_DIM && !(error < 1e-9))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "area", "planes normal to axis %d are measured with an error of %g: "
                             "the family lacks bonds", i, error);
@@ -15159,7 +15159,7 @@ static double pdi_stencil_beta(const int *n, double m, pd_family family)
 {
     double length = pdi_stencil_lattice_length(n), rim = family == PD_FAMILY_WHOLE ? m + 1e-12 : m + 0.5 - 1e-12;
     if (!(length > 0.0) || !(length < rim)) return 0.0;
-    return family == PD_FAMILY_WHOLE ? 1.0 : fmin(m + 0.5 - length, 1.0);
+    return family == PD_FAMILY_WHOLE ? 1.0 : pdi_min(m + 0.5 - length, 1.0);
 }
 
 static void pdi_stencil_list(pdi_owner *owner, void *object)
@@ -15671,8 +15671,8 @@ static double pdi_grid_periodic(const pd_grid *grid, int shape, const pdi_shape_
         double plane = up ? grid->hi[d] - x[d] : x[d] - grid->lo[d];
         double other = pdi_grid_periodic(grid, shape, &next, d + 1, at);
         double ends = level > 0.0 ? pdi_grid_periodic(grid, shape, &alone, d + 1, at) : 0.0;
-        if (level > 0.0) level = fmin(level, fmax(plane, fmax(other, ends)));
-        else level = fmax(level, -fmax(plane, -other));
+        if (level > 0.0) level = pdi_min(level, pdi_max(plane, pdi_max(other, ends)));
+        else level = pdi_max(level, -pdi_max(plane, -other));
     }
     return level;
 }
@@ -15779,8 +15779,8 @@ static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, doubl
                 hi[d] = chi[d];
                 continue;
             }
-            lo[d] = hull ? fmin(lo[d], clo[d]) : fmax(lo[d], clo[d]);
-            hi[d] = hull ? fmax(hi[d], chi[d]) : fmin(hi[d], chi[d]);
+            lo[d] = hull ? pdi_min(lo[d], clo[d]) : pdi_max(lo[d], clo[d]);
+            hi[d] = hull ? pdi_max(hi[d], chi[d]) : pdi_min(hi[d], chi[d]);
         }
     }
 }
@@ -15812,7 +15812,7 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
                             "axis %d of the box goes from %g m to %g m with spacing %g m", d, desc->lo[d], desc->hi[d],
                             stencil->h[d]);
         double whole = floor(cells + 0.5);
-        if (whole < 1.0 || fabs(cells - whole) > 1e-6 * fmax(1.0, whole * 1e-3))
+        if (whole < 1.0 || fabs(cells - whole) > 1e-6 * pdi_max(1.0, whole * 1e-3))
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
                             "the box is %g cells of %g m long on axis %d, expected a whole number", cells,
                             stencil->h[d], d);
@@ -16378,7 +16378,7 @@ static void pdi_axisym_solve(pdi_axisym_fit *f)
                     column = c;
                 }
         double pivot = a[f->row_of[row] * n + f->column_of[column]];
-        largest = fmax(largest, fabs(pivot));
+        largest = pdi_max(largest, fabs(pivot));
         if (!(fabs(pivot) > PDI_AXISYM_PIVOT * largest)) break;
         int keep = f->row_of[rank];
         f->row_of[rank] = f->row_of[row];
@@ -16427,7 +16427,7 @@ static double pdi_axisym_conditions(pdi_axisym_fit *f)
                 row[2 * j + 1] -= part[e] * step;
             }
         }
-        worst = fmax(worst, fmax(fabs(lack[0]), fabs(lack[1])));
+        worst = pdi_max(worst, pdi_max(fabs(lack[0]), fabs(lack[1])));
     }
     return worst;
 }
@@ -16438,7 +16438,7 @@ static pd_status pdi_axisym_newton(pd_ctx *ctx, pdi_axisym_fit *f)
     for (int step = 0; step < PDI_AXISYM_STEPS; step++) {
         double error = pdi_axisym_conditions(f);
         if (error <= PDI_AXISYM_TOLERANCE || (error <= PDI_AXISYM_EXACT && !(error < 0.5 * best))) return PD_OK;
-        best = fmin(best, error);
+        best = pdi_min(best, error);
         pdi_axisym_solve(f);
         for (int i = 0; i < f->rows; i++) {
             f->axial[i] += f->x[2 * i];
@@ -16692,20 +16692,20 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
         p[d] = at;
         gradient[d] = (up - down) / (2.0 * eps);
         mean += second / (eps * eps);
-        sharpest = fmax(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
+        sharpest = pdi_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
     }
     double slope = pdi_vec_norm(gradient), step = eps / length, reach;
     if (!(slope > 0.0)) return;
     double most = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         cut->normal[d] = gradient[d] / slope;
-        most = fmax(most, fabs(cut->normal[d]));
+        most = pdi_max(most, fabs(cut->normal[d]));
     }
     cut->smooth = most < 1.0 - PDI_BOND_LEVEL || !(sharpest < PDI_BOND_FLAT);
     double second = (pdi_bond_distance(grid, shape, x, xi, cut->t + step) - centre) -
                     (centre - pdi_bond_distance(grid, shape, x, xi, cut->t - step));
     /* no closer than the least t allows, and not out where the expansion about the surface ends */
-    double distance = fmax(pdi_grid_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
+    double distance = pdi_max(pdi_grid_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
     if (!(sharpest < PDI_BOND_SHARP) || sharpest < PDI_BOND_FLAT || !(distance * mean < 1.5)) return;
     reach = pdi_vec_dot(xi, cut->normal);
     cut->distance = distance;
@@ -16737,8 +16737,8 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     for (int d = 0; d < PD_DIM; d++) cell += xi[d] / grid->h[d] * (xi[d] / grid->h[d]);
     cell = sqrt(cell);
     for (int ahead = 1; hi < limit && !(fhi < 0.0); ahead++) {
-        double next = fmin(hi < 1.0 ? cut->t + ahead / cell : 1.25 * hi, limit);
-        hi = hi < 1.0 ? fmin(next, 1.0) : next; /* a closed far end is inside for certain */
+        double next = pdi_min(hi < 1.0 ? cut->t + ahead / cell : 1.25 * hi, limit);
+        hi = hi < 1.0 ? pdi_min(next, 1.0) : next; /* a closed far end is inside for certain */
         fhi = pdi_bond_distance(grid, shape, x, xi, hi);
         if (ahead > 1 || fhi < -PDI_BOND_TOUCH * grid->h[0] || !(cut->t + 0.5 / cell < limit)) continue;
         double within, t = pdi_bond_chord(grid, shape, x, xi, cut->t, cell, &within);
@@ -16748,7 +16748,7 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     }
     /* a tube that touches the side meets it to rounding */
     if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
-    fhi = fmin(fhi, 0.0);
+    fhi = pdi_min(fhi, 0.0);
     pdi_bracket s = {lo, flo, hi, fhi, 0, 0};
     double t = hi, f = fhi < -0.5 * DBL_EPSILON * flo ? flo : 0.0; /* else it is there to rounding */
     while (fabs(f) > 1e-12 * (flo - fhi) && pdi_bracket_next(&s, &t)) {
@@ -16871,7 +16871,7 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
     pd_grid_position(bonds->grid, node, end->x);
     for (int d = 0; d < PD_DIM; d++) {
         double xi = bonds->stencil->xi[k * PD_DIM + d];
-        end->at[d] = end->x[d] + fmin(cut.t, 1.0) * xi;
+        end->at[d] = end->x[d] + pdi_min(cut.t, 1.0) * xi;
         end->x[d] += cut.t * xi;
     }
     end->t = cut.t;
@@ -16962,7 +16962,7 @@ static void pdi_bond_close_row(pd_bonds *bonds, int32_t r, double *closure)
         pdi_cut cut;
         if (pdi_bond_open(bonds, r, k)) continue;
         pdi_bond_cut(&bonds->paths, node, k, pdi_path_closed_group(&bonds->paths, node, k), &cut);
-        double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
+        double excess = 2.0 * s->base[k] * pdi_max(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
         if (bonds->options & PD_BONDS_AT_REST) continue;
         pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
@@ -17419,7 +17419,7 @@ static void pdi_surface_faces(pdi_surface *r)
         double smooth = outside ? (double)NAN : pdi_bond_smooth(r->bonds, node, at);
         if (smooth > 0.0) return;
         double cells = 0.0;
-        for (int a = 0; a < PD_DIM; a++) cells = fmax(cells, fabs((t - 1.0) * r->xi[a]) / grid->h[a]);
+        for (int a = 0; a < PD_DIM; a++) cells = pdi_max(cells, fabs((t - 1.0) * r->xi[a]) / grid->h[a]);
         if (t >= 1.0 - PDI_SURFACE_SHORT && !(cells < r->nearest)) return;
         r->nearest = cells;
         r->behind = t < 1.0;
@@ -17471,7 +17471,7 @@ static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
     const pd_grid *grid = r->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], smallest = grid->h[0], level = 0.0, cells = 0.0;
     if (shape < 0 || !pdi_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > 0.0)) return;
-    for (int d = 1; d < PD_DIM; d++) smallest = fmin(smallest, grid->h[d]);
+    for (int d = 1; d < PD_DIM; d++) smallest = pdi_min(smallest, grid->h[d]);
     memcpy(at, to, sizeof at);
     double first = pdi_surface_level(r, shape, at);
     for (int step = 0; step < 8; step++) {
@@ -17480,7 +17480,7 @@ static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
         if (fabs(level) <= 1e-14 * smallest) break;
         for (int d = 0; d < PD_DIM; d++) at[d] -= level * normal[d];
     }
-    for (int d = 0; d < PD_DIM; d++) cells = fmax(cells, fabs(at[d] - to[d]) / grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) cells = pdi_max(cells, fabs(at[d] - to[d]) / grid->h[d]);
     if (!(fabs(level) <= PDI_SURFACE_TOUCH * smallest) || cells > PDI_SURFACE_FAR || !(cells < r->nearest)) return;
     int32_t closed = pdi_surface_behind(r, at, normal);
     if (closed < 0) return;
@@ -17911,7 +17911,7 @@ static double pdi_media_mean(pdi_media_way *w, double end)
     if (side == 0) w->near = (double)NAN;
     w->from = 0.0;
     while (s < end) {
-        double next = fmin(s + fmax(fabs(v), PDI_MEDIA_THIN * m->smallest) / w->length, end);
+        double next = pdi_min(s + pdi_max(fabs(v), PDI_MEDIA_THIN * m->smallest) / w->length, end);
         double level = pdi_media_level(w, next);
         int beyond = pdi_media_side(m, level);
         if (next >= end && beyond == 0) w->far = (double)NAN;
@@ -18022,7 +18022,7 @@ static double pdi_media_cell(const pd_media *m, int32_t i, int axis)
     w.x[axis] -= 0.5 * m->grid->h[axis];
     v = pdi_media_level(&w, 0.0);
     while (s < 1.0) {
-        double next = fmin(s + fmax(fabs(v), PDI_MEDIA_THIN * m->smallest) / m->grid->h[axis], 1.0);
+        double next = pdi_min(s + pdi_max(fabs(v), PDI_MEDIA_THIN * m->smallest) / m->grid->h[axis], 1.0);
         double level = pdi_media_level(&w, next);
         if (v * level < 0.0) {
             double root = pdi_media_root(&w, s, next, v, level);
@@ -18043,7 +18043,7 @@ static double pdi_media_surplus(const pd_media *m, int32_t i, int axis)
     if (m->near[i] < 0) return 0.0;
     pdi_media_start(m, i, m->unit[axis], &w);
     if (pdi_media_side(m, pdi_media_level(&w, 0.0)) == 0) return 0.0;
-    return fmax(pdi_media_cell(m, i, axis) - m->at[i], 0.0);
+    return pdi_max(pdi_media_cell(m, i, axis) - m->at[i], 0.0);
 }
 
 /* Mean diffusivity that the layer of node i stands for. */
@@ -18129,7 +18129,7 @@ static void pdi_media_add(const pd_media *m, const pdi_media_lift *lift, int32_t
     const pdi_media_lift *own = lift + mine, *other = lift + theirs;
     if (!pdi_media_within_bond(m, k, own->axis) || own->axis != other->axis) return;
     for (int a = 0; a < PD_DIM; a++) more += 0.5 * (own->x[a] + other->x[a]) * xi[a] * xi[a] / pdi_vec_dot(xi, xi);
-    *here = fmax(*here + more, 0.25 * *here);
+    *here = pdi_max(*here + more, 0.25 * *here);
     m->along[(int64_t)m->near[j] * s->count + back] = *here;
 }
 
@@ -18165,7 +18165,7 @@ PDI_FN void pdi_media_row_list(pdi_owner *owner, void *object)
 static pd_status pdi_media_rows(pd_ctx *ctx, pd_media *m)
 {
     double longest = 0.0;
-    for (int k = 0; k < m->stencil->count; k++) longest = fmax(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
+    for (int k = 0; k < m->stencil->count; k++) longest = pdi_max(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
     for (int32_t i = 0; i < m->grid->total; i++) {
         double x[PD_DIM];
         m->near[i] = -1;
@@ -18195,7 +18195,7 @@ PDI_FN pd_status pdi_media_build(pd_ctx *ctx, const pd_stencil *stencil, const p
     m->level = level;
     m->user = user;
     m->smallest = grid->h[0];
-    for (int d = 1; d < PD_DIM; d++) m->smallest = fmin(m->smallest, grid->h[d]);
+    for (int d = 1; d < PD_DIM; d++) m->smallest = pdi_min(m->smallest, grid->h[d]);
     PDI_TRY(pdi_owner_build(ctx, pdi_media_list, m));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) {
@@ -19561,7 +19561,7 @@ PDI_FN void pdi_hessenberg_rotate(int j, double *h, double *cs, double *sn, doub
 PDI_FN void pdi_hessenberg_back(int count, const double *hess, const double *g, double *y)
 {
     double largest = 0.0;
-    for (int j = 0; j < count; j++) largest = fmax(largest, fabs(hess[pdi_hessenberg_column(j) + j]));
+    for (int j = 0; j < count; j++) largest = pdi_max(largest, fabs(hess[pdi_hessenberg_column(j) + j]));
     for (int i = count - 1; i >= 0; i--) {
         double sum = g[i];
         for (int j = i + 1; j < count; j++) sum -= hess[pdi_hessenberg_column(j) + i] * y[j];
@@ -20451,7 +20451,7 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_finite(run->b_norm))
         return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the right-hand side is not finite");
-    run->target = fmax(fmax(d->rtol * run->b_norm, d->atol), pdi_krylov_least());
+    run->target = pdi_max(pdi_max(d->rtol * run->b_norm, d->atol), pdi_krylov_least());
     *norm = run->b_norm;
     if (d->zero_guess) {
         pdi_par_zero(run->ctx, d->n, run->x);
@@ -21141,7 +21141,7 @@ static void pdi_coarsen_strengths(const pdi_coarsen *how, const pd_smoother_leve
         {
             level->parent[c] = PDI_COARSEN_ROOT;
             s->sum[link.axis] +=
-                fmin((double)link.a, (double)link.back) + 0.5 * fabs((double)link.a - (double)link.back);
+                pdi_min((double)link.a, (double)link.back) + 0.5 * fabs((double)link.a - (double)link.back);
             s->count[link.axis] += 1.0;
         }
     }
@@ -21192,7 +21192,7 @@ PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
             count[d] += part[q].count[d];
         }
     for (int d = 0; d < PD_DIM; d++)
-        if (count[d] > 0.0) strongest = fmax(strongest, sum[d] / count[d]);
+        if (count[d] > 0.0) strongest = pdi_max(strongest, sum[d] / count[d]);
     int any = 0;
     for (int d = 0; d < PD_DIM; d++) {
         level->halve[d] = count[d] > 0.0 && sum[d] / count[d] >= PDI_COARSEN_STRONG * strongest;
@@ -21799,7 +21799,7 @@ static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *
 /* A wall or a mass in the unit of the level; as good as infinite when it leaves the range of the unit. */
 static float pdi_multigrid_scaled(const pd_multigrid *mg, float given)
 {
-    return (float)fmin(mg->scale * (double)given, PDI_MULTIGRID_LARGEST);
+    return (float)pdi_min(mg->scale * (double)given, PDI_MULTIGRID_LARGEST);
 }
 
 /* Diagonals of level 0, from its faces. During setup x holds the wall and b the mass of each cell of a level. */
@@ -22055,7 +22055,7 @@ static void pdi_multigrid_parts(pdi_par_team team, const pd_multigrid *mg, const
     for (int32_t q = pdi_par_first(team, PDI_SMOOTHER_PARTS); q < pdi_par_behind(team, PDI_SMOOTHER_PARTS); q++) {
         double largest = 0.0;
         for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++)
-            largest = fmax(largest, pdi_multigrid_row_size(mg, r, rhs));
+            largest = pdi_max(largest, pdi_multigrid_row_size(mg, r, rhs));
         part[q] = largest;
     }
 }
@@ -22112,7 +22112,7 @@ static void pdi_multigrid_work(pdi_par_team team, const pd_multigrid *mg, double
     while (top < mg->levels - 1 && (int64_t)mg->level[top].cells * PDI_SMOOTHER_WORK >= PDI_MULTIGRID_WORTH) top++;
     pdi_multigrid_parts(team, mg, rhs, part);
     pdi_par_meet(team);
-    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = fmax(largest, part[q]);
+    for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = pdi_max(largest, part[q]);
     double in = pdi_multigrid_scale(largest), out = mg->scale / in;
     if ((mg->desc.host || mg->hosts || mg->desc.guest) && !team.rank) pdi_multigrid_blank(mg, fine->x, 0);
     for (int32_t r = first; r < behind; r++) {
@@ -22204,7 +22204,7 @@ static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convecti
         if (v->spread) diffusivity += speed * v->spread[a * PD_DIM + d];
         if (a == d) diffusivity -= 0.5 * speed * grid->h[d];
     }
-    return fmax(diffusivity, 0.0);
+    return pdi_max(diffusivity, 0.0);
 }
 
 /* Spacings from a node to what its lower or upper face along axis d holds. A node that a curved wall all but touches
@@ -22245,12 +22245,12 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
             int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
             if (held) wall += diffusivity * inverse / pdi_compact_leg(faces, node, kind, d, up);
             if (!u || kind != PD_OUTLET) continue;
-            mass += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
-            leaves += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            mass += face * pdi_max((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            leaves += face * pdi_max((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
         }
     }
     /* velocities of nodes leave compact faces a divergence: what does not leave must not gather */
-    if (v->spread) mass += fmax(-leaves, 0.0);
+    if (v->spread) mass += pdi_max(-leaves, 0.0);
     c->wall[cell] = (float)wall;
     c->mass[cell] = (float)mass;
 }
@@ -22292,8 +22292,8 @@ PDI_FN int pdi_compact_stretched(const double *h)
 {
     double least = h[0], most = h[0];
     for (int d = 1; d < PD_DIM; d++) {
-        least = fmin(least, h[d]);
-        most = fmax(most, h[d]);
+        least = pdi_min(least, h[d]);
+        most = pdi_max(most, h[d]);
     }
     return most > PDI_COMPACT_STRETCHED * least;
 }
@@ -22302,8 +22302,8 @@ PDI_FN int pdi_compact_contrast(const int *n, const double *h)
 {
     double far = 0.0, near = HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) {
-        far = fmax(far, n[d] * h[d]);
-        near = fmin(near, h[d]);
+        far = pdi_max(far, n[d] * h[d]);
+        near = pdi_min(near, h[d]);
     }
     return FLT_EPSILON * far * far > near * near;
 }
@@ -22337,7 +22337,7 @@ PDI_FN double pdi_compact_excess(const pd_stencil *s)
 {
     double compact = 0.0;
     for (int d = 0; d < PD_DIM; d++) compact += 2.0 / (s->h[d] * s->h[d]);
-    return fmax(1.0 / s->lap_sum - 1.0 / compact, 0.0);
+    return pdi_max(1.0 / s->lap_sum - 1.0 / compact, 0.0);
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -22360,7 +22360,7 @@ PDI_FN double pdi_compact_excess(const pd_stencil *s)
 
 PDI_FN double pdi_sdirk_clip(double planned, double largest, double left, int *last)
 {
-    double dt = largest > 0.0 ? fmin(planned, largest) : planned;
+    double dt = largest > 0.0 ? pdi_min(planned, largest) : planned;
     *last = dt >= left * (1.0 - 1e-9);
     if (*last) return left;
     return dt > 0.5 * left ? 0.5 * left : dt;
@@ -22368,13 +22368,13 @@ PDI_FN double pdi_sdirk_clip(double planned, double largest, double left, int *l
 
 PDI_FN double pdi_sdirk_factor(double share, double growth)
 {
-    return fmin(growth, PDI_SDIRK_SAFETY / sqrt(fmax(share, 1e-6)));
+    return pdi_min(growth, PDI_SDIRK_SAFETY / sqrt(pdi_max(share, 1e-6)));
 }
 
 PDI_FN double pdi_sdirk_plan(double planned, double dt, double factor)
 {
     double next = dt * factor;
-    return factor < 1.0 ? fmin(planned, next) : fmax(planned, next);
+    return factor < 1.0 ? pdi_min(planned, next) : pdi_max(planned, next);
 }
 
 #undef PDI_SDIRK_SAFETY
@@ -22393,7 +22393,7 @@ PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)ctx;
     (void)self;
-    if (s->max_step > 0.0) s->dt = fmin(s->dt, s->max_step);
+    if (s->max_step > 0.0) s->dt = pdi_min(s->dt, s->max_step);
     return PD_OK;
 }
 
@@ -22493,7 +22493,7 @@ typedef struct pdi_stiff_work {
     int bad;                     /* equation whose rate is not finite; -1: none */
 } pdi_stiff_work;
 
-static double pdi_stiff_within(const pd_stiff *s, int k, double y) { return fmin(fmax(y, s->low[k]), s->high[k]); }
+static double pdi_stiff_within(const pd_stiff *s, int k, double y) { return pdi_min(pdi_max(y, s->low[k]), s->high[k]); }
 
 /* Rates at values within bounds; those that are held have none. */
 static void pdi_stiff_rates(pdi_stiff_work *w, double t, const double *y, double *rate)
@@ -22527,7 +22527,7 @@ static void pdi_stiff_slopes(pdi_stiff_work *w, double t, const double *y)
     memcpy(x, y, sizeof x);
     pdi_stiff_rates(w, t, x, at);
     for (int j = 0; j < s->count; j++) {
-        double stride = PDI_STIFF_STRIDE * fmax(fabs(y[j]), s->size[j]);
+        double stride = PDI_STIFF_STRIDE * pdi_max(fabs(y[j]), s->size[j]);
         if (!(stride > 0.0)) stride = PDI_STIFF_STRIDE;
         x[j] = y[j] + stride > s->high[j] ? y[j] - stride : y[j] + stride;
         pdi_stiff_rates(w, t, x, moved);
@@ -22607,10 +22607,10 @@ static double pdi_stiff_step(pdi_stiff_work *w, double t, double h, const double
     }
     for (int k = 0; k < s->count; k++) {
         double off = fabs(table[last][last][k] - table[last][last - 1][k]);
-        double size = fmax(fmax(fabs(y[k]), fabs(table[last][last][k])), s->size[k]);
+        double size = pdi_max(pdi_max(fabs(y[k]), fabs(table[last][last][k])), s->size[k]);
         end[k] = table[last][last][k];
         if (!(off < 1e100)) return HUGE_VAL;
-        if (off > 0.0) worst = fmax(worst, off / (size * s->tolerance));
+        if (off > 0.0) worst = pdi_max(worst, off / (size * s->tolerance));
     }
     return worst;
 }
@@ -22622,10 +22622,10 @@ static double pdi_stiff_met(const pd_stiff *s, const double *y, double *end)
     double share = 1.0;
     for (int k = 0; k < s->count; k++) {
         double bound = pdi_stiff_within(s, k, end[k]), out = fabs(end[k] - bound);
-        double near_ = s->tolerance * fmax(fmax(fabs(bound), fabs(y[k])), s->size[k]);
+        double near_ = s->tolerance * pdi_max(pdi_max(fabs(bound), fabs(y[k])), s->size[k]);
         if (!(out > 0.0)) continue;
         if (out <= near_ || fabs(bound - y[k]) <= near_) end[k] = bound;
-        else share = fmin(share, fmax((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_SHRINK));
+        else share = pdi_min(share, pdi_max((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_SHRINK));
     }
     return share;
 }
@@ -22643,7 +22643,7 @@ static int pdi_stiff_left(const pdi_stiff_work *w, double t, double h, const dou
     pdi_stiff_rates(&loose, t + h, end, rate);
     for (int k = 0; k < s->count; k++) {
         double out = end[k] >= s->high[k] ? rate[k] : -rate[k];
-        if (w->held[k] && -out * h > s->tolerance * fmax(fabs(end[k]), s->size[k])) return 1;
+        if (w->held[k] && -out * h > s->tolerance * pdi_max(fabs(end[k]), s->size[k])) return 1;
     }
     return 0;
 }
@@ -22664,8 +22664,8 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
         if (w.bad >= 0) break;
         double error = pdi_stiff_step(&w, t, h, y, end), share = error <= 1.0 ? pdi_stiff_met(s, y, end) : 1.0;
         if (error <= 1.0 && share >= 1.0 && pdi_stiff_left(&w, t, h, end)) share = 0.5;
-        double factor = PDI_STIFF_SAFETY * pow(fmax(error, 1e-10), -1.0 / PDI_STIFF_COLUMNS);
-        factor = fmin(fmax(factor, PDI_STIFF_SHRINK), PDI_STIFF_GROWTH);
+        double factor = PDI_STIFF_SAFETY * pow(pdi_max(error, 1e-10), -1.0 / PDI_STIFF_COLUMNS);
+        factor = pdi_min(pdi_max(factor, PDI_STIFF_SHRINK), PDI_STIFF_GROWTH);
         if (w.bad >= 0 && h <= 2.0 * PDI_STIFF_LEAST * (to - from)) break;
         if (w.bad >= 0) {
             w.bad = -1;
@@ -22676,7 +22676,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
             memcpy(y, end, (size_t)s->count * sizeof *y);
             t = last ? to : t + h;
         }
-        h *= error <= 1.0 && share < 1.0 ? share : error <= 1.0 ? fmax(factor, 1.0) : fmin(factor, 0.5);
+        h *= error <= 1.0 && share < 1.0 ? share : error <= 1.0 ? pdi_max(factor, 1.0) : pdi_min(factor, 0.5);
     }
     if (w.bad >= 0) {
         *which = w.bad;
@@ -22792,7 +22792,7 @@ static pd_status pdi_least_squares_noise(pdi_least_squares *s)
             for (int i = 0; i < s->m; i++) f[p * s->m + i] = f[(p + 1) * s->m + i] - f[p * s->m + i];
     }
     for (int i = 0; i < s->m; i++) square += gamma * f[i] * f[i];
-    s->result->noise = fmax(sqrt(square / s->m), DBL_EPSILON * sqrt(s->sum / s->m));
+    s->result->noise = pdi_max(sqrt(square / s->m), DBL_EPSILON * sqrt(s->sum / s->m));
     return PD_OK;
 }
 
@@ -22862,7 +22862,7 @@ static pd_status pdi_least_squares_jacobian(pdi_least_squares *s)
         if (s->result->idle)
             return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
                             " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
-        s->step[k] = fmin(PDI_LEAST_SQUARES_MOST, fmax(PDI_LEAST_SQUARES_LEAST, cbrt(3.0 * noise / size)));
+        s->step[k] = pdi_min(PDI_LEAST_SQUARES_MOST, pdi_max(PDI_LEAST_SQUARES_LEAST, cbrt(3.0 * noise / size)));
     }
     memcpy(s->from, s->q, sizeof s->from);
     if (pdi_least_squares_factor(s, 0.0, a)) return PD_OK;
@@ -22877,7 +22877,7 @@ static int pdi_least_squares_step(const pdi_least_squares *s, double *q)
     for (int k = 0; k < s->n; k++)
         x[k] = pdi_least_squares_at_bound(s, k) ? 0.0 : -pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
     pdi_vec_substitute(s->n, PDI_LEAST_SQUARES_N, a[0], x);
-    for (int k = 0; k < s->n; k++) q[k] = fmin(1.0, fmax(0.0, s->q[k] + x[k]));
+    for (int k = 0; k < s->n; k++) q[k] = pdi_min(1.0, pdi_max(0.0, s->q[k] + x[k]));
     return 1;
 }
 
@@ -22951,7 +22951,7 @@ static pd_status pdi_least_squares_advance(pdi_least_squares *s, int *done)
 {
     double q[PDI_LEAST_SQUARES_N], sum;
     if (!pdi_least_squares_step(s, q)) {
-        s->damping = fmax(10.0 * s->damping, 1e-8);
+        s->damping = pdi_max(10.0 * s->damping, 1e-8);
         *done = s->damping > 1e10 ? -1 : 0;
         return PD_OK;
     }
@@ -22966,7 +22966,7 @@ static pd_status pdi_least_squares_advance(pdi_least_squares *s, int *done)
     if (!lower && !pdi_least_squares_fresh(s)) return pdi_least_squares_jacobian(s);
     if (!lower) {
         *done = small ? -1 : 0; /* a step that damping has made small and that still leads up */
-        s->damping = fmax(10.0 * s->damping, 1e-3);
+        s->damping = pdi_max(10.0 * s->damping, 1e-3);
         return PD_OK;
     }
     pdi_least_squares_update(s, q);
@@ -23138,7 +23138,7 @@ PDI_FN double pdi_scales_entry(const pd_grid *grid, const double *u)
         area[side] += around;
     }
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (area[s] > 0.0) most = fmax(most, sum[s] / area[s]);
+        if (area[s] > 0.0) most = pdi_max(most, sum[s] / area[s]);
     return most;
 }
 
@@ -23161,7 +23161,7 @@ PDI_FN double pdi_scales_fluid(const pd_grid *grid)
     }
     for (int d = 0; d < PD_DIM; d++) {
         int rank = 2;
-        double length = fmax(hi[d] - lo[d] + 1, 1) * grid->h[d];
+        double length = pdi_max(hi[d] - lo[d] + 1, 1) * grid->h[d];
         for (int up = 0; up < 2; up++) {
             pd_side side = grid->side[2 * d + up];
             if (pdi_grid_port(side)) rank = 1;
@@ -23170,7 +23170,7 @@ PDI_FN double pdi_scales_fluid(const pd_grid *grid)
         }
         if (grid->circumference && d == PD_DIM - 1 && fabs(grid->lo[d]) < 0.5 * grid->h[d]) length *= 2.0;
         if (rank < best) continue;
-        extent = rank > best ? length : fmin(extent, length);
+        extent = rank > best ? length : pdi_min(extent, length);
         best = rank;
     }
     return extent;
@@ -23851,7 +23851,7 @@ PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate)
 {
     double longest = 0.0;
     if (!isotropic->bonds) return 0.0;
-    for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, isotropic->bonds->stencil->h[d]);
+    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, isotropic->bonds->stencil->h[d]);
     double times = rate * longest / PDI_ISOTROPIC_CELL;
     return 1.0 / (1.0 + times * times);
 }
@@ -24425,7 +24425,7 @@ static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
                                 u[d]);
             double *value = &flow->held[d * flow->inlets + k], fresh = flip >> d & 1 ? -u[d] : u[d];
-            *moved = fmax(*moved, fabs(fresh - *value));
+            *moved = pdi_max(*moved, fabs(fresh - *value));
             *value = flow->u[(int64_t)d * grid->total + node] = fresh;
         }
     }
@@ -24449,7 +24449,7 @@ static void pdi_flow_wall(void *user, const double *x, double *u)
 {
     pdi_flow_walls *walls = (pdi_flow_walls *)user;
     walls->flow->wall(walls->flow->wall_user, x, u);
-    for (int d = 0; d < PD_DIM; d++) walls->fastest = fmax(walls->fastest, fabs(u[d]));
+    for (int d = 0; d < PD_DIM; d++) walls->fastest = pdi_max(walls->fastest, fabs(u[d]));
 }
 
 /* What moving walls do to row r (eq. 3.3), and their acceleration from t - half to t + half (eq. 4.17b). */
@@ -24494,11 +24494,11 @@ static void pdi_flow_scale(pd_flow *flow, double walls)
     for (int d = 0; d < PD_DIM; d++) {
         double most = fabs(flow->force[d]);
         for (int32_t node = 0; node < flow->grid->total && flow->body; node++)
-            if (flow->grid->kind[node] == PD_FLUID) most = fmax(most, fabs(pdi_flow_force(flow, d, node)));
-        force = fmax(force, most);
-        if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = fmax(around, most);
+            if (flow->grid->kind[node] == PD_FLUID) most = pdi_max(most, fabs(pdi_flow_force(flow, d, node)));
+        force = pdi_max(force, most);
+        if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = pdi_max(around, most);
     }
-    flow->speed = fmax(fmax(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_forced_speed(flow, around));
+    flow->speed = pdi_max(pdi_max(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_forced_speed(flow, around));
     if (!(flow->speed > 0.0)) flow->speed = pdi_flow_forced_speed(flow, force);
     if (!(flow->speed > 0.0)) flow->speed = flow->nu / flow->length; /* nothing moves */
 }
@@ -24509,7 +24509,7 @@ PDI_FN void pdi_flow_start(pd_flow *flow)
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
         for (int d = 0; d < PD_DIM; d++)
-            flow->speed = fmax(flow->speed, fabs(flow->u[(int64_t)d * grid->total + i]));
+            flow->speed = pdi_max(flow->speed, fabs(flow->u[(int64_t)d * grid->total + i]));
     }
     pdi_flow_stabilise(flow);
 }
@@ -24531,11 +24531,11 @@ static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half, do
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
                                 pdi_grid_place(flow->grid, bonds->node[r], place));
             }
-            if (bonds->wall_lap[r] > 0.0) largest = fmax(largest, fabs(motion[d] - *value) / bonds->wall_lap[r]);
+            if (bonds->wall_lap[r] > 0.0) largest = pdi_max(largest, fabs(motion[d] - *value) / bonds->wall_lap[r]);
             *value = motion[d];
         }
     }
-    *moved = fmax(*moved, largest);
+    *moved = pdi_max(*moved, largest);
     *fastest = walls.fastest;
     return PD_OK;
 }
@@ -24553,7 +24553,7 @@ static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *moved)
             double *value = &flow->body[(int64_t)d * grid->total + node];
             if (!(fabs(f[d]) < 1e100))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the body force at (%g, ...) m is %g m/s2", x[0], f[d]);
-            *moved = fmax(*moved, fabs(f[d] - *value));
+            *moved = pdi_max(*moved, fabs(f[d] - *value));
             *value = f[d];
         }
     }
@@ -24569,7 +24569,7 @@ static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double half
     PDI_TRY(pdi_flow_inlets(ctx, flow, &velocity));
     PDI_TRY(pdi_flow_move_walls(ctx, flow, half, &velocity, walls));
     PDI_TRY(pdi_flow_body(ctx, flow, &force));
-    if (moved) *moved = fmax(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
+    if (moved) *moved = pdi_max(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
     return PD_OK;
 }
 
@@ -24579,7 +24579,7 @@ PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half, 
     if (moved) *moved = 0.0;
     if (!flow->clock) return PD_OK;
     PDI_TRY(pdi_flow_data(ctx, flow, t, half, moved, &walls));
-    double speed = fmax(pdi_scales_entry(flow->grid, flow->u), walls);
+    double speed = pdi_max(pdi_scales_entry(flow->grid, flow->u), walls);
     if (!(speed > flow->speed)) return PD_OK;
     flow->speed = speed; /* the problem has become a faster one */
     pdi_flow_stabilise(flow);
@@ -24963,7 +24963,7 @@ PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobia
     double longest = 0.0;
     memset(q, 0, sizeof *q);
     q->flow = flow;
-    for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, flow->grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, flow->grid->h[d]);
     q->speed = pdi_jacobian_unit(flow->speed);
     q->length = pdi_jacobian_unit(longest);
     PDI_TRY(pdi_owner_build(ctx, pdi_jacobian_list, q));
@@ -25219,7 +25219,7 @@ static double pdi_force_outside(const pd_grid *grid, int shape, const double *x)
     }
     while (more) {
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + ((i[d] + 0.5) / PDI_FORCE_PIECES - 0.5) * grid->h[d];
-        sum += fmin(fmax(0.5 + pdi_grid_level(grid, shape, at) / size, 0.0), 1.0);
+        sum += pdi_min(pdi_max(0.5 + pdi_grid_level(grid, shape, at) / size, 0.0), 1.0);
         more = 0;
         for (int d = 0; d < PD_DIM && !more; d++) {
             more = i[d] + 1 < PDI_FORCE_PIECES;
@@ -25463,7 +25463,7 @@ PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, con
         at[d] = 0.0;
     }
     if (flow->wall) flow->wall(flow->wall_user, sight.place, at);
-    for (int d = 0; d < PD_DIM; d++) moves = fmax(moves, fabs(at[d]));
+    for (int d = 0; d < PD_DIM; d++) moves = pdi_max(moves, fabs(at[d]));
     if (square < PDI_FORCE_BESIDE * PDI_FORCE_BESIDE && !(moves > 0.0) && pdi_force_lean(&sight, flow, &slope))
         pdi_quadratic_slope(&fit, sight.place, sight.normal, slope);
     return pdi_quadratic_solve(&fit);
@@ -25873,7 +25873,7 @@ static int64_t pdi_steady_size(const pd_flow *flow) { return (int64_t)(PD_DIM + 
  * other. */
 static double pdi_steady_force(const pd_steady *s)
 {
-    return fmax(pdi_flow_momentum(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
+    return pdi_max(pdi_flow_momentum(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
 }
 static double pdi_steady_strain(const pd_flow *flow) { return flow->speed / flow->length; }
 
@@ -26000,7 +26000,7 @@ static void pdi_steady_report(const pd_ctx *ctx, const pd_steady *s, pd_steady_r
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double momentum = pdi_par_max_abs(ctx, split, s->residual);
     double continuity = pdi_par_max_abs(ctx, total, s->residual + split);
-    result->excess = fmax(momentum, continuity) / s->desc.tolerance;
+    result->excess = pdi_max(momentum, continuity) / s->desc.tolerance;
     result->momentum = momentum * (pdi_steady_force(s) / pdi_flow_momentum(flow, speed, length));
     result->continuity = continuity * (pdi_steady_strain(flow) / (speed / length));
 }
@@ -26035,7 +26035,7 @@ static double pdi_steady_fastest(const pd_ctx *ctx, const pd_steady *s)
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++) s->step[d * total + i] = kind[i] == PD_FLUID ? flow->u[d * total + i] : 0.0;
-    return fmax(pdi_par_max_abs(ctx, PD_DIM * total, s->step), pdi_par_max_abs(ctx, held, flow->held));
+    return pdi_max(pdi_par_max_abs(ctx, PD_DIM * total, s->step), pdi_par_max_abs(ctx, held, flow->held));
 }
 
 /* The weight of the momentum residuals that keeps both off-diagonal blocks of the preconditioned matrix of one size:
@@ -26049,8 +26049,8 @@ static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
     pdi_precond_mobility(ctx, flow, s->rate, s->advecting);
     double mobility = pdi_par_max_abs(ctx, grid->total, s->advecting);
     for (int d = 0; d < PD_DIM; d++) {
-        far = fmax(far, grid->n[d] * grid->h[d]);
-        near = fmin(near, grid->h[d]);
+        far = pdi_max(far, grid->n[d] * grid->h[d]);
+        near = pdi_min(near, grid->h[d]);
     }
     s->weight = 1.0;
     if (!(mobility > 0.0)) return;
@@ -26164,7 +26164,7 @@ static void pdi_steady_order(pd_flow *flow)
 {
     double rate = flow->speed / flow->nu, longest = 0.0;
     if (flow->order != PD_FLOW_PAYING) return;
-    for (int d = 0; d < PD_DIM; d++) longest = fmax(longest, flow->grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, flow->grid->h[d]);
     int calm = rate * flow->length <= PDI_STEADY_SHARP * (1.0 + 1e-9) && rate * longest <= PDI_STEADY_SHARP_CELL;
     flow->order = calm && pdi_sharp_pays(flow->bonds) ? 4 : 2;
     if (flow->order == 2) return;
@@ -26397,7 +26397,7 @@ static double pdi_steady_bend(const pd_ctx *ctx, const pd_steady *s)
                       2.0 * rate * pdi_par_dot(ctx, split, s->residual, s->step) +
                       rate * rate * pdi_par_dot(ctx, split, s->step, s->step);
     double continuity = pdi_par_dot(ctx, size - split, s->residual + split, s->residual + split);
-    return sqrt(fmax(s->weight * s->weight * momentum, 0.0) + continuity);
+    return sqrt(pdi_max(s->weight * s->weight * momentum, 0.0) + continuity);
 }
 
 /* Switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10). A step that is taken back
@@ -26411,7 +26411,7 @@ static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *
                                          sqrt(norm / s->norm0)));
     PDI_TRY(pdi_steady_newton(ctx, s, path->forcing, result, &effort));
     path->norm = pdi_steady_residual(ctx, s, result);
-    double bend = fmin(pdi_steady_bend(ctx, s), path->norm) / norm;
+    double bend = pdi_min(pdi_steady_bend(ctx, s), path->norm) / norm;
     if (!(path->norm < PDI_STEADY_GROWTH * norm)) path->norm = pdi_steady_shorten(ctx, s, norm, &taken, result);
     path->since++;
     if (path->norm < 0.5 * path->best) {
@@ -26420,12 +26420,12 @@ static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *
     }
     if (!taken) path->boost *= 10.0;
     else if (effort > s->desc.max_krylov) path->boost *= 4.0;
-    else if (bend > PDI_STEADY_BEND) path->boost *= fmin(2.0 * bend / PDI_STEADY_BEND, 10.0);
-    else if (bend < 0.25 * PDI_STEADY_BEND) path->boost = fmax(path->least, path->boost * 0.5);
+    else if (bend > PDI_STEADY_BEND) path->boost *= pdi_min(2.0 * bend / PDI_STEADY_BEND, 10.0);
+    else if (bend < 0.25 * PDI_STEADY_BEND) path->boost = pdi_max(path->least, path->boost * 0.5);
     if (!taken) return PD_OK;
     /* no better than asked for */
-    path->forcing = fmax(pdi_krylov_forcing(path->norm / norm), PDI_STEADY_ENOUGH / fmax(result->excess, 1.0));
-    path->forcing = fmin(PDI_KRYLOV_LOOSE, path->forcing);
+    path->forcing = pdi_max(pdi_krylov_forcing(path->norm / norm), PDI_STEADY_ENOUGH / pdi_max(result->excess, 1.0));
+    path->forcing = pdi_min(PDI_KRYLOV_LOOSE, path->forcing);
     return PD_OK;
 }
 
@@ -26439,7 +26439,7 @@ static pd_status pdi_steady_find(pd_ctx *ctx, pd_steady *s, pd_steady_result *re
     path.norm = path.best = pdi_steady_residual(ctx, s, result);
     path.boost = path.least = s->norm0 > 0.0 ? PDI_STEADY_AGAIN : 1.0;
     path.forcing = 0.1;
-    s->norm0 = fmax(s->norm0, path.norm);
+    s->norm0 = pdi_max(s->norm0, path.norm);
     while (status == PD_OK && result->excess > 1.0) {
         if (path.since > PDI_STEADY_PATIENCE || path.boost > PDI_STEADY_MAX_BOOST ||
             (s->desc.max_newton > 0 && result->newton >= s->desc.max_newton))
@@ -26481,7 +26481,7 @@ static pd_status pdi_steady_find_stage(pd_ctx *ctx, pd_steady *s, double toleran
         if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE) break;
         int effort = 0;
         before = norm;
-        double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
+        double forcing = pdi_min(PDI_STEADY_STAGE_FORCING, pdi_max(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
         pdi_jacobian_freeze(ctx, &s->jacobian);
         if (!again) status = pdi_steady_setup(ctx, s, s->rate);
         if (status < 0) break;
@@ -26838,7 +26838,7 @@ static double pdi_implicit_error(pd_implicit *im)
         if (flow->grid->kind[i] != PD_FLUID) continue;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + i;
-            worst = fmax(worst, fabs(im->slope[at] - (flow->u[at] - im->target[at])));
+            worst = pdi_max(worst, fabs(im->slope[at] - (flow->u[at] - im->target[at])));
         }
     }
     return worst / flow->speed;
@@ -26929,7 +26929,7 @@ static pd_status pdi_implicit_again(pd_ctx *ctx, void *self, pd_step *s)
     double dt = s->dt;
     if (solved) pdi_implicit_reject(ctx, im, dt);
     im->time = s->time;
-    im->dt = dt * fmax(PDI_IMPLICIT_SHRINK, pdi_sdirk_factor(s->error, PDI_IMPLICIT_GROWTH));
+    im->dt = dt * pdi_max(PDI_IMPLICIT_SHRINK, pdi_sdirk_factor(s->error, PDI_IMPLICIT_GROWTH));
     s->dt = pdi_sdirk_clip(im->dt, im->desc.largest, s->limit - s->time, &last);
     if (dt > PDI_IMPLICIT_SMALLEST * im->desc.first) return PD_OK;
     if (solved)
@@ -26957,7 +26957,7 @@ static double pdi_implicit_wanted(const pd_implicit *im) { return im->dt > 0.0 ?
 /* What moves with the flow sees it at the ends of steps as long as its own. */
 static pd_status pdi_implicit_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
-    s->dt = fmin(s->dt, pdi_implicit_wanted((const pd_implicit *)self));
+    s->dt = pdi_min(s->dt, pdi_implicit_wanted((const pd_implicit *)self));
     return pdi_process_longest(ctx, self, s);
 }
 
@@ -27077,7 +27077,7 @@ static int pdi_spectrum_inside(double re, double im)
 /* *dt is lowered until the eigenvalue re + i im [1/s] is inside. Waves that grow by themselves do so at any step. */
 static void pdi_spectrum_lower(double re, double im, double *dt)
 {
-    re = fmin(re, 0.0);
+    re = pdi_min(re, 0.0);
     if (pdi_spectrum_inside(*dt * re, *dt * im)) return;
     double low = 0.0, high = *dt;
     for (int k = 0; k < 40; k++) {
@@ -27122,7 +27122,7 @@ static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double 
     double v = q->viscosity * spread, t = q->stabilisation * damp, shift = -slope * speed;
     double re = 0.25 * (v - t) * (v - t) - slope * slope * q->sound * q->sound, im = -0.5 * slope * speed * t;
     double size = sqrt(re * re + im * im);
-    double root_re = sqrt(0.5 * fmax(size + re, 0.0)), root_im = sqrt(0.5 * fmax(size - re, 0.0));
+    double root_re = sqrt(0.5 * pdi_max(size + re, 0.0)), root_im = sqrt(0.5 * pdi_max(size - re, 0.0));
     if (im < 0.0) root_im = -root_im;
     pdi_spectrum_lower(-0.5 * (v + t) + root_re, shift + root_im, dt);
     pdi_spectrum_lower(-0.5 * (v + t) - root_re, shift - root_im, dt);
@@ -27198,7 +27198,7 @@ static double pdi_spectrum_norms(const pd_spectrum *sp, const pdi_spectrum_state
         double angle = 0.5 * PDI_PI * a / PDI_SPECTRUM_ANGLES, c = cos(angle), s = sin(angle);
         double x = c * c * q->stabilisation * sp->laplacian + s * s * q->viscosity * (sp->laplacian + sp->wall);
         double y = sp->gradient * (2.0 * s * c * q->sound + speed);
-        dt = fmin(dt, y > 0.0 ? PDI_SPECTRUM_IMAGINARY / y : HUGE_VAL);
+        dt = pdi_min(dt, y > 0.0 ? PDI_SPECTRUM_IMAGINARY / y : HUGE_VAL);
         if (!(dt < HUGE_VAL)) dt = 2.6 / x;
         pdi_spectrum_lower(-x, y, &dt);
     }
@@ -27228,7 +27228,7 @@ static void pdi_spectrum_sound(const pd_ctx *ctx, pdi_spectrum_work *w)
     pd_op_gradient(ctx, bonds, w->now, w->grad);
     for (int32_t r = 0; r < bonds->rows; r++)
         for (int d = 0; d < PD_DIM; d++)
-            w->grad[d * total + bonds->node[r]] *= fmax(1.0 - bonds->wall_curv[r], 0.0);
+            w->grad[d * total + bonds->node[r]] *= pdi_max(1.0 - bonds->wall_curv[r], 0.0);
     pd_ghosts_vector(&bonds->ghosts, w->grad);
     pdi_flow_advecting(ctx, w->flow, w->grad, NULL, w->advecting);
     pd_op_divergence(ctx, bonds, w->advecting, w->after);
@@ -27250,7 +27250,7 @@ static double pdi_spectrum_tridiagonal(int n, const double *diagonal, const doub
     double high = 0.0, low = 0.0;
     for (int i = 0; i < n; i++) {
         double radius = sqrt(i ? off[i - 1] : 0.0) + sqrt(i < n - 1 ? off[i] : 0.0);
-        high = fmax(high, diagonal[i] + radius);
+        high = pdi_max(high, diagonal[i] + radius);
     }
     for (int k = 0; k < 60; k++) {
         double middle = 0.5 * (low + high), pivot = 1.0;
@@ -27284,7 +27284,7 @@ static double pdi_spectrum_lanczos(const pd_ctx *ctx, pdi_spectrum_work *w)
             w->before[i] = w->now[i];
             w->now[i] = grid->kind[i] == PD_FLUID ? next : 0.0;
         }
-        last = fmax(last, fabs(diagonal[n]));
+        last = pdi_max(last, fabs(diagonal[n]));
         off[n++] = pdi_spectrum_dot(grid, w->now, w->now);
         size = sqrt(off[n - 1]);
     }
@@ -27318,7 +27318,7 @@ static double pdi_spectrum_wall(const pd_bonds *bonds)
         double more = bonds->wall_lap[r];
         for (int k = 0; k < bonds->stencil->count; k++)
             if (!pdi_bond_open(bonds, r, k)) more -= lap[k];
-        most = fmax(most, more);
+        most = pdi_max(most, more);
     }
     return most;
 }
@@ -27332,7 +27332,7 @@ static double pdi_spectrum_rings(const pd_bonds *bonds)
         if (bonds->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < bonds->stencil->count; k++) sum += 2.0 * fabs(pdi_bond_lap(bonds, i)[k]);
         if (bonds->axisym.hoop) sum += bonds->axisym.hoop[i / bonds->grid->stride[PD_DIM - 1]];
-        most = fmax(most, sum);
+        most = pdi_max(most, sum);
     }
     return most;
 }
@@ -27359,7 +27359,7 @@ PDI_FN pd_status pdi_spectrum_build(pd_ctx *ctx, const pd_flow *flow, pd_spectru
         double k[PD_DIM];
         pdi_spectrum_vector(sp, w, k);
         pdi_spectrum_symbol(s, k, sp->slope + (int64_t)w * PD_DIM, &sp->spread[w], &sp->stabilisation[w]);
-        sp->laplacian = fmax(sp->laplacian, sp->spread[w]);
+        sp->laplacian = pdi_max(sp->laplacian, sp->spread[w]);
     }
     if (!sp->cut) return PD_OK;
     if (flow->bonds->axisym.lap) sp->laplacian = pdi_spectrum_rings(flow->bonds);
@@ -27428,7 +27428,7 @@ static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady
     un->flow = flow;
     memset(&flow->isotropic, 0, sizeof flow->isotropic); /* the limit is that of the weights of the Laplacian */
     double spacing = grid->h[0];
-    for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
+    for (int d = 1; d < PD_DIM; d++) spacing = pdi_min(spacing, grid->h[d]);
     /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
     flow->stabilisation = un->desc.diffusion * s->m * spacing / un->desc.sound;
     PDI_TRY(pdi_owner_build(ctx, pdi_unsteady_list, un));
@@ -27569,10 +27569,10 @@ static void pdi_unsteady_extremes(const pd_unsteady *un, double *key)
     for (int d = 0; d < PD_DIM; d++) key[d] = 0.0;
     for (int32_t i = 0; i < grid->total; i++) {
         if (!pdi_grid_open(grid->kind[i])) continue;
-        for (int d = 0; d < PD_DIM; d++) key[d] = fmax(key[d], fabs(un->flow->u[(int64_t)d * grid->total + i]));
+        for (int d = 0; d < PD_DIM; d++) key[d] = pdi_max(key[d], fabs(un->flow->u[(int64_t)d * grid->total + i]));
         if (grid->kind[i] != PD_FLUID) continue;
-        high = fmax(high, un->density[i]);
-        low = fmin(low, un->density[i]);
+        high = pdi_max(high, un->density[i]);
+        low = pdi_min(low, un->density[i]);
     }
     for (int d = 0; d < PD_DIM; d++) key[d] = pdi_unsteady_parts(key[d] / un->desc.sound);
     key[PD_DIM] = un->desc.eos == PD_EOS_TAIT ? pdi_unsteady_parts(pow(high, 0.5 * (un->desc.gamma - 1.0))) : 1.0;
@@ -28142,7 +28142,7 @@ pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)
     pdi_gas_ghosts(gas, 0);
     pdi_gas_sweep(ctx, gas, pdi_gas_limit_lanes);
     for (int32_t i = 0; i < gas->grid->total; i++)
-        if (gas->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, gas->rate[i]);
+        if (gas->grid->kind[i] == PD_FLUID) fastest = pdi_max(fastest, gas->rate[i]);
     *limit = fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
     return PD_OK;
 }
@@ -29190,7 +29190,7 @@ static void pdi_speciation_seed(pdi_speciation_work *w)
                 for (int i = 0; i < w->s->species; i++) {
                     double nu = way * w->s->nu[r][i];
                     if (w->s->phase[i] == PD_PHASE_SOLVENT) continue;
-                    if (nu < 0.0) most = fmin(most, w->n[i] / -nu);
+                    if (nu < 0.0) most = pdi_min(most, w->n[i] / -nu);
                     if (nu > 0.0 && !(w->n[i] > 0.0) && w->s->phase[i] == PD_PHASE_SOLUTE) makes = 1;
                 }
                 if (!makes || !(most > 0.0)) continue;
@@ -29278,8 +29278,8 @@ static void pdi_speciation_bound(const pdi_speciation_work *w, const int *list, 
         double room = HUGE_VAL;
         for (int i = 0; i < w->s->species; i++)
             if (w->state[i] == PDI_SPECIATION_FREE && w->row[list[r]][i] < 0.0)
-                room = fmin(room, PDI_SPECIATION_TAKE * w->n[i] / -w->row[list[r]][i]);
-        if (room < HUGE_VAL) dy[r] = fmin(dy[r], log((w->n[p] + room) / PDI_SPECIATION_MOLAR) - w->x[p]);
+                room = pdi_min(room, PDI_SPECIATION_TAKE * w->n[i] / -w->row[list[r]][i]);
+        if (room < HUGE_VAL) dy[r] = pdi_min(dy[r], log((w->n[p] + room) / PDI_SPECIATION_MOLAR) - w->x[p]);
     }
 }
 
@@ -29313,7 +29313,7 @@ static double pdi_speciation_worst(const pdi_speciation_work *w, const int *list
     double davies = w->s->debye > 0.0 ? pdi_activity_davies(w->s->debye, pdi_speciation_strength(w), &slope) : 0.0;
     for (int r = 0; r < rows; r++) {
         off[r] = pdi_speciation_off(w, list[r], davies);
-        worst = fmax(worst, fabs(off[r]));
+        worst = pdi_max(worst, fabs(off[r]));
     }
     return worst;
 }
@@ -29432,7 +29432,7 @@ static int pdi_speciation_shrink(pdi_speciation_work *w, const double *n0)
     for (int i = 0; i < w->s->species; i++) {
         w->n[i] = n0[i] + share * (w->n[i] - n0[i]);
         if (w->state[i] == PDI_SPECIATION_FREE && w->n[i] > 0.0) w->x[i] = log(w->n[i] / PDI_SPECIATION_MOLAR);
-        if (w->s->phase[i] == PD_PHASE_SOLID) w->n[i] = fmax(w->n[i], 0.0); /* rounding of one at its end */
+        if (w->s->phase[i] == PD_PHASE_SOLID) w->n[i] = pdi_max(w->n[i], 0.0); /* rounding of one at its end */
     }
     pdi_speciation_remove(w, first);
     return first;
@@ -29455,7 +29455,7 @@ static int pdi_speciation_judge(pdi_speciation_work *w, int spared, pd_speciatio
         if (i < 0 || w->state[i] == PDI_SPECIATION_OUT) continue;
         double off = pdi_speciation_off(w, r, davies);
         if (w->state[i] == PDI_SPECIATION_FREE) {
-            result->residual = fmax(result->residual, fabs(off));
+            result->residual = pdi_max(result->residual, fabs(off));
             continue;
         }
         result->log_activity[i] = -off / log(10.0);
@@ -29646,7 +29646,7 @@ static double pdi_components_others(const pd_components *s, const double *total)
 PDI_FN double pdi_components_activity(const pd_components *s, const double *c)
 {
     double slope, strength = 0.0;
-    for (int i = 0; i < s->solutes; i++) strength += 0.5 * pdi_components_square(s->charge[i]) * fmax(c[i], 0.0);
+    for (int i = 0; i < s->solutes; i++) strength += 0.5 * pdi_components_square(s->charge[i]) * pdi_max(c[i], 0.0);
     return s->debye > 0.0 ? pdi_activity_davies(s->debye, strength, &slope) : 0.0;
 }
 
@@ -29761,11 +29761,11 @@ static void pdi_components_members(pdi_components_work *w)
     if (!(w->debye > 0.0)) return;
     for (int step = 0; step < PDI_COMPONENTS_STRENGTHS; step++) {
         double fourth, sum = pdi_components_ions(w, ideal, &fourth);
-        double change = (sum - w->strength) / fmax(1.0 + fourth * w->slope, 0.5), size = fabs(change);
+        double change = (sum - w->strength) / pdi_max(1.0 + fourth * w->slope, 0.5), size = fabs(change);
         if (!(size > PDI_COMPONENTS_STRENGTH * w->strength)) break;
         if (size < PDI_COMPONENTS_SETTLED * w->strength && !(size < 0.5 * last)) break;
         last = size;
-        w->strength = fmax(w->strength + change, 0.1 * w->strength);
+        w->strength = pdi_max(w->strength + change, 0.1 * w->strength);
     }
     for (int n = 0; n < w->live; n++) w->x[n] -= w->davies * pdi_components_square(w->charge[n]);
 }
@@ -29837,11 +29837,11 @@ static double pdi_components_off(const pdi_components_work *w, double (*side)[2]
         if (w->sum[r] > 0.0) minus += w->sum[r];
         else if (minus > PDI_COMPONENTS_LEAST) plus -= w->sum[r];
         else terms = PDI_COMPONENTS_LEAST / DBL_EPSILON;
-        minus = fmax(minus, PDI_COMPONENTS_LEAST);
-        plus = fmax(plus, DBL_MIN);
+        minus = pdi_max(minus, PDI_COMPONENTS_LEAST);
+        plus = pdi_max(plus, DBL_MIN);
         off[r] = log(plus / minus);
-        worst = fmax(worst, fabs(off[r]));
-        *wrong = fmax(*wrong, fabs(plus - minus) / (terms + plus + minus));
+        worst = pdi_max(worst, fabs(off[r]));
+        *wrong = pdi_max(*wrong, fabs(plus - minus) / (terms + plus + minus));
         side[r][0] = plus;
         side[r][1] = minus;
     }
@@ -29865,7 +29865,7 @@ static void pdi_components_newton(const pdi_components_work *w, double (*side)[2
     }
     pdi_components_linear(w->rows, 1, a, b);
     for (int r = 0; r < w->rows; r++)
-        dy[r] = fmin(fmax(b[r][0], -PDI_COMPONENTS_LONGEST), PDI_COMPONENTS_LONGEST);
+        dy[r] = pdi_min(pdi_max(b[r][0], -PDI_COMPONENTS_LONGEST), PDI_COMPONENTS_LONGEST);
 }
 
 /* The members of the totals. 0: none were found. */
@@ -29922,7 +29922,7 @@ static void pdi_components_begin(const pd_components *s, const double *c, pdi_co
     w->others = w->davies = w->slope = w->strength = 0.0;
     for (int n = 0; n < s->live; n++) {
         w->charge[n] = s->charge[s->member[n]];
-        w->c[n] = fmax(c[s->member[n]], PDI_COMPONENTS_LEAST);
+        w->c[n] = pdi_max(c[s->member[n]], PDI_COMPONENTS_LEAST);
         w->x[n] = log(w->c[n]);
     }
 }
@@ -29957,7 +29957,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
     for (int k = 0; k < s->count; k++)
         if (!(fabs(total[k]) < HUGE_VAL)) return PD_NOT_CONVERGED;
     for (int k = s->joined; k < s->count; k++)
-        others += 0.5 * pdi_components_square(s->charge[s->master[k]]) * fmax(total[k], 0.0);
+        others += 0.5 * pdi_components_square(s->charge[s->master[k]]) * pdi_max(total[k], 0.0);
     w.others = others;
     pdi_components_ionic(&w);
     if (s->joined && !pdi_components_find(&w)) {
@@ -29972,7 +29972,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
     }
     if (s->joined && pdi_components_gone(&w)) pdi_components_again(s, &w);
     for (int n = 0; n < s->live; n++) c[s->member[n]] = w.c[n];
-    for (int k = s->joined; k < s->count; k++) c[s->master[k]] = fmax(total[k], 0.0);
+    for (int k = s->joined; k < s->count; k++) c[s->master[k]] = pdi_max(total[k], 0.0);
     return PD_OK;
 }
 
@@ -30325,14 +30325,14 @@ PDI_FN double pdi_mineral_fraction(const pd_minerals *m, const double *n)
 {
     double sum = 0.0;
     for (int s = 0; s < m->count; s++) sum += m->of[s].volume * n[s];
-    return fmin(fmax(sum, 0.0), 1.0);
+    return pdi_min(pdi_max(sum, 0.0), 1.0);
 }
 
 PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *at)
 {
     double sum = m->square[s] * pdi_components_activity(c, at) - m->ln_k[s];
     for (int i = 0; i < c->solutes; i++)
-        if (m->nu[s][i] != 0.0) sum += m->nu[s][i] * log(fmax(at[i], PDI_MINERAL_LEAST));
+        if (m->nu[s][i] != 0.0) sum += m->nu[s][i] * log(pdi_max(at[i], PDI_MINERAL_LEAST));
     return sum;
 }
 
@@ -30342,7 +30342,7 @@ PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, cons
     for (int s = 0; s < m->count; s++) {
         const pd_mineral *of = &m->of[s];
         int free = !(of->rate > 0.0) && !(of->surface > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
-        start->rate[s] = free ? HUGE_VAL : of->rate + of->surface * fmax(n[s], 0.0);
+        start->rate[s] = free ? HUGE_VAL : of->rate + of->surface * pdi_max(n[s], 0.0);
         if (bare && pdi_mineral_index(c, m, s, at) < of->nucleation * log(10.0)) start->rate[s] = 0.0;
     }
 }
@@ -30394,7 +30394,7 @@ static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, cons
                               const double *at, double n)
 {
     double rate = start->rate[s] * start->dt, off = pdi_mineral_index(c, m, s, at);
-    if (rate < HUGE_VAL) off -= log1p(fmax((n - start->start[s]) / rate, -1.0)) / m->of[s].exponent;
+    if (rate < HUGE_VAL) off -= log1p(pdi_max((n - start->start[s]) / rate, -1.0)) / m->of[s].exponent;
     return off;
 }
 
@@ -30428,26 +30428,26 @@ static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *most, d
             if (w->m->gain[t][k] < 0.0) signs = 1;
             if (t != s) there -= w->m->gain[t][k] * (w->n[t] - w->base[t]);
         }
-        if (!signs) *most = fmin(*most, w->base[s] + there / w->m->gain[s][k]);
+        if (!signs) *most = pdi_min(*most, w->base[s] + there / w->m->gain[s][k]);
     }
     for (int t = 0; t < w->m->count; t++)
         if (t != s) taken += w->m->of[t].volume * w->n[t];
     *room = HUGE_VAL;
     if (!(w->m->of[s].volume > 0.0)) return;
-    *room = fmax((1.0 - w->m->of[s].porosity - taken) / w->m->of[s].volume, 0.0);
-    *room = fmax(*room, w->start->start[s]); /* what is there stays */
+    *room = pdi_max((1.0 - w->m->of[s].porosity - taken) / w->m->of[s].volume, 0.0);
+    *room = pdi_max(*room, w->start->start[s]); /* what is there stays */
 }
 
 /* A bracket of the amount of mineral s above `low`, where its law is off by a positive f[0]. 0: up to `room` it is. */
 static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
 {
     double rate = w->start->rate[s] * w->start->dt, size = 0.0;
-    double law = w->start->start[s] + rate * expm1(fmin(w->m->of[s].exponent *
+    double law = w->start->start[s] + rate * expm1(pdi_min(w->m->of[s].exponent *
                                                         pdi_mineral_index(w->c, w->m, s, w->at), 700.0));
-    double top = fmin(fmin(room, most), law > x[0] ? law : HUGE_VAL);
-    for (int k = 0; k < w->c->count; k++) size = fmax(size, fabs(w->total[k]));
+    double top = pdi_min(pdi_min(room, most), law > x[0] ? law : HUGE_VAL);
+    for (int k = 0; k < w->c->count; k++) size = pdi_max(size, fabs(w->total[k]));
     for (double step = PDI_MINERAL_FIRST * (size + x[0]);; step *= 4.0) {
-        x[1] = top < HUGE_VAL ? top : fmin(x[0] + step, room);
+        x[1] = top < HUGE_VAL ? top : pdi_min(x[0] + step, room);
         f[1] = pdi_mineral_off(w, s, x[1]);
         if (!(f[1] > 0.0)) return 1;
         if (x[1] >= room || top < HUGE_VAL || !(step < 1e100)) return 0;
@@ -30462,11 +30462,11 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
 {
     double rate = w->start->rate[s] * w->start->dt, start = w->start->start[s], most, room, x[2], f[2];
     if (!(rate > 0.0)) {
-        w->n[s] = fmax(start, 0.0);
+        w->n[s] = pdi_max(start, 0.0);
         return;
     }
     pdi_mineral_bounds(w, s, &most, &room);
-    x[0] = rate < HUGE_VAL ? fmax(start - rate, 0.0) : 0.0;
+    x[0] = rate < HUGE_VAL ? pdi_max(start - rate, 0.0) : 0.0;
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
     if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
@@ -30474,7 +30474,7 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
     double next;
     while (w->left > 0 && pdi_bracket_next(&b, &next)) {
         if (most < HUGE_VAL) {
-            double far = log(most - b.a), near = log(fmax(most - b.b, DBL_EPSILON * most));
+            double far = log(most - b.a), near = log(pdi_max(most - b.b, DBL_EPSILON * most));
             double bent = most - exp(far + pdi_bracket_share(&b) * (near - far));
             if (bent > b.a && bent < b.b) next = bent;
         }
@@ -30493,11 +30493,11 @@ static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int 
 {
     int columns = pdi_components_columns(c);
     double strength = 0.0, davies = 0.0, share[PD_SPECIES_MOST], others = 0.0;
-    for (int i = 0; i < c->solutes; i++) strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * fmax(at[i], 0.0);
+    for (int i = 0; i < c->solutes; i++) strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * pdi_max(at[i], 0.0);
     if (c->debye > 0.0) pdi_activity_davies(c->debye, strength, &davies);
     for (int i = 0; i < c->solutes; i++) {
         share[i] = m->square[s] * davies * 0.5 * (double)(c->charge[i] * c->charge[i]);
-        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / fmax(at[i], PDI_MINERAL_LEAST);
+        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / pdi_max(at[i], PDI_MINERAL_LEAST);
     }
     for (int k = 0; k < c->count; k++) slope[k] = k < c->joined ? 0.0 : share[c->master[k]];
     for (int n = 0; n < c->live; n++) {
@@ -30539,7 +30539,7 @@ static double pdi_mineral_bend(const pd_minerals *m, const pd_mineral_start *sta
 {
     double rate = start->rate[s] * start->dt;
     if (!(rate < HUGE_VAL)) return 0.0;
-    return 1.0 / (m->of[s].exponent * fmax(rate + n - start->start[s], DBL_EPSILON * rate));
+    return 1.0 / (m->of[s].exponent * pdi_max(rate + n - start->start[s], DBL_EPSILON * rate));
 }
 
 /* a [count][count]: how ln Omega of the active minerals, less that of their laws, falls with their amounts; slope: how
@@ -30625,7 +30625,7 @@ static double pdi_mineral_distance(pdi_mineral_work *w, double *off)
         double rate = w->start->rate[s] * w->start->dt;
         off[s] = s ? pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s]) : first;
         if (!(rate > 0.0) || (off[s] > 0.0 && pdi_mineral_full(w->c, w->m, w->start, s, w->at, w->n))) continue;
-        if (w->n[s] > 0.0 || off[s] > 0.0) worst = fmax(worst, fabs(off[s]));
+        if (w->n[s] > 0.0 || off[s] > 0.0) worst = pdi_max(worst, fabs(off[s]));
     }
     return worst;
 }
@@ -30677,7 +30677,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     for (double share = 1.0; share > PDI_MINERAL_SHORTEST; share *= 0.25) {
         for (int p = 0; p < count; p++) {
             pdi_mineral_bounds(w, active[p], &most, &room);
-            w->n[active[p]] = fmin(fmax(from[active[p]] + share * slope[p][0], 0.0), room);
+            w->n[active[p]] = pdi_min(pdi_max(from[active[p]] + share * slope[p][0], 0.0), room);
         }
         double now = pdi_mineral_distance(w, off);
         if (now < (*worst > PDI_MINERAL_NEAR ? PDI_MINERAL_BETTER : PDI_MINERAL_HALF) * *worst) {
@@ -30704,10 +30704,10 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
     memcpy(w.at, at, (size_t)c->solutes * sizeof *at);
     memcpy(w.guess, w.at, sizeof w.guess);
     memcpy(w.total, total, (size_t)c->count * sizeof *total);
-    for (int k = 0; k < c->count; k++) size = fmax(size, fabs(total[k]));
+    for (int k = 0; k < c->count; k++) size = pdi_max(size, fabs(total[k]));
     for (int s = 0; s < m->count; s++) {
         w.base[s] = w.n[s] = n[s];
-        size = fmax(size, n[s]);
+        size = pdi_max(size, n[s]);
     }
     for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
         double moved = 0.0, worst;
@@ -30716,7 +30716,7 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
         for (int s = 0; s < m->count; s++) {
             double before = w.n[s];
             pdi_mineral_one(&w, s);
-            moved = fmax(moved, fabs(w.n[s] - before));
+            moved = pdi_max(moved, fabs(w.n[s] - before));
         }
         if (!(moved > PDI_MINERAL_ROUND * DBL_EPSILON * size)) break;
     }
@@ -30890,7 +30890,7 @@ static pd_status pdi_electrolyte_ph(pd_ctx *ctx, const pd_electrolyte *e, const 
     memcpy(c, from, (size_t)e->count * sizeof *c);
     c[ion] += fabs(acid);
     double left = c[e->counter] - acid / e->species[e->counter].charge;
-    c[e->counter] = fmax(left, 0.0); /* of rounding at the bound */
+    c[e->counter] = pdi_max(left, 0.0); /* of rounding at the bound */
     memcpy(out, c, (size_t)e->count * sizeof *c);
     PDI_TRY(pd_electrolyte_solve(ctx, e, out, &s));
     *ph = s.ph;
@@ -30917,7 +30917,7 @@ static pd_status pdi_electrolyte_bracket(pd_ctx *ctx, const pd_electrolyte *e, d
                             "%g mol/m3: name another ion by 'counter'", ph, counter->name, from[e->counter]);
         a[0] = a[1];
         f[0] = f[1];
-        a[1] = sign * (most > 0.0 ? fmin(size, most) : size);
+        a[1] = sign * (most > 0.0 ? pdi_min(size, most) : size);
         PDI_TRY(pdi_electrolyte_ph(ctx, e, from, a[1], c, &f[1]));
         f[1] -= ph;
     }
@@ -31083,7 +31083,7 @@ static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
 static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *e)
 {
     double across = pdi_vec_dot(normal, e), steep = across * across * d->flattest;
-    return fmax(1.0 - steep * steep, 0.0);
+    return pdi_max(1.0 - steep * steep, 0.0);
 }
 
 /* The moments that the cut bonds of a row leave out, sum of a xi xi^T in cells, packed. */
@@ -31327,7 +31327,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         }
         double c = pdi_diffusion_meet(d, r, k, x, &t, &value);
         if (!(c >= 0.0)) d->wall_part[place] = 1;
-        if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */
+        if (c < 0.0) d->held_least = pdi_min(d->held_least, c); /* for the caller to refuse */
         if (!(c >= 0.0)) continue;
         held[k] = 1;
         for (int a = 0; a < PD_DIM && d->wall_grad; a++) {
@@ -31339,8 +31339,8 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         d->wall_rate[i] += value;
         d->wall_source[place] += value * c;
         d->wall_rest[place] += value * (c - d->wall_value[place]);
-        d->held_least = fmin(d->held_least, c);
-        d->held_most = fmax(d->held_most, c);
+        d->held_least = pdi_min(d->held_least, c);
+        d->held_most = pdi_max(d->held_most, c);
     }
 }
 
@@ -31502,7 +31502,7 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
         pdi_diffusion_offset(d, k, xi);
         for (int a = 0; a < PD_DIM; a++) {
             d->unit[k * PD_DIM + a] = xi[a] / pdi_vec_norm(xi);
-            if (fabs(xi[a]) < 1.5 && fabs(xi[a]) > 0.5) d->flattest = fmax(d->flattest, pdi_vec_dot(xi, xi));
+            if (fabs(xi[a]) < 1.5 && fabs(xi[a]) > 0.5) d->flattest = pdi_max(d->flattest, pdi_vec_dot(xi, xi));
         }
     }
     if (desc->field)
@@ -31545,7 +31545,7 @@ PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) along[t] *= pdi_diffusion_twice(t);
     double twice = pdi_diffusion_quadratic(d->tensor, near, along) + pdi_diffusion_quadratic(d->tensor, far, along);
     if (d->metals) twice += pdi_diffusion_beside(d, near, e, along) + pdi_diffusion_beside(d, far, e, along);
-    double more = fmax(0.5 * twice, PDI_DIFFUSION_LEAST - 1.0);
+    double more = pdi_max(0.5 * twice, PDI_DIFFUSION_LEAST - 1.0);
     return (float)(more < PDI_DIFFUSION_MOST - 1.0 ? more : PDI_DIFFUSION_MOST - 1.0);
 }
 
@@ -31596,7 +31596,7 @@ PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
     for (int d = 0; d < PD_DIM; d++) {
         int step = bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? grid->n[d] - at[d] - 0.5 : at[d] + 0.5; /* cells to the side */
-        if (pdi_grid_port(grid->side[2 * d + upper])) fraction = fmin(fraction, step ? inside / abs(step) : 1.0);
+        if (pdi_grid_port(grid->side[2 * d + upper])) fraction = pdi_min(fraction, step ? inside / abs(step) : 1.0);
     }
     return fraction;
 }
@@ -33942,7 +33942,7 @@ static void pdi_steep_limit_share(const pdi_steep *s)
     PDI_FOR
     for (int32_t i = 0; i < grid->total; i++) {
         double in = s->dt * s->gain[i], out = s->dt * s->loss[i];
-        double room = fmax(s->bounds.high - s->plain[i], 0.0), left = fmax(s->plain[i] - s->bounds.low, 0.0);
+        double room = pdi_max(s->bounds.high - s->plain[i], 0.0), left = pdi_max(s->plain[i] - s->bounds.low, 0.0);
         int fluid = grid->kind[i] == PD_FLUID;
         s->gain[i] = fluid && in > room ? room / in : 1.0;
         s->loss[i] = fluid && out > left ? left / out : 1.0;
@@ -34040,7 +34040,7 @@ PDI_COLD_END
 static double pdi_inverse_own(const pd_inverse *v, int32_t i)
 {
     const double *hold = v->flux->diffusion->wall_rate;
-    return v->rate + fmax(v->flux->absorb[i] + (hold ? hold[i] : 0.0), 0.0);
+    return v->rate + pdi_max(v->flux->absorb[i] + (hold ? hold[i] : 0.0), 0.0);
 }
 
 /* S of eq. 5.15 at node i; *direct: tau S [s]. */
@@ -34339,7 +34339,7 @@ static int pdi_transport_measure(pd_transport *t)
     pdi_bounds of = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, t->c, &of);
     pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
-    t->size = fmax(had, fmin(fmax(of.high, -of.low), t->most));
+    t->size = pdi_max(had, pdi_min(pdi_max(of.high, -of.low), t->most));
     return t->size > had;
 }
 
@@ -34410,19 +34410,19 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, 
 PDI_FN void pdi_transport_bounds(const pd_transport *t, const double *start, double slack, pdi_bounds *b)
 {
     b->low = t->passed[0];
-    b->high = fmax(t->passed[1], 0.0);
+    b->high = pdi_max(t->passed[1], 0.0);
     pdi_bounds source = {0.0, 0.0}, absorb = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, start, b);
     if (pdi_boundary_any(t->grid)) pdi_bounds_take_all(t->grid, PD_INLET, t->c, b);
     pdi_bounds_take_all(t->grid, PD_FLUID, t->source, &source);
     pdi_bounds_take_all(t->grid, PD_FLUID, t->absorb, &absorb);
     if (source.low < 0.0) b->low = -HUGE_VAL;
-    if (absorb.high > 0.0) b->low = fmin(b->low, 0.0);
-    if (source.high > 0.0) b->high = fmax(b->high, t->ceiling);
+    if (absorb.high > 0.0) b->low = pdi_min(b->low, 0.0);
+    if (source.high > 0.0) b->high = pdi_max(b->high, t->ceiling);
     for (int32_t k = 0; k < t->pinned_count; k++) pdi_bounds_take(t->c[t->pinned[k]], b);
     if (t->diffusion.wall_rate) {
-        b->low = fmin(b->low, t->diffusion.held_least);
-        b->high = fmax(b->high, t->diffusion.held_most);
+        b->low = pdi_min(b->low, t->diffusion.held_least);
+        b->high = pdi_max(b->high, t->diffusion.held_most);
     }
     pdi_bounds_widen(t->grid, t->c, slack, b);
 }
@@ -34444,9 +34444,9 @@ PDI_FN int pdi_transport_start(pd_transport *t)
     pdi_bounds bounds;
     memset(t->upwinded, 0, (size_t)t->grid->total);
     t->upwinding = t->sweeping = 0;
-    t->size = t->diffusion.wall_rate ? fmax(t->diffusion.held_most, 0.0) : 0.0;
+    t->size = t->diffusion.wall_rate ? pdi_max(t->diffusion.held_most, 0.0) : 0.0;
     pdi_transport_bounds(t, t->old, 0.0, &bounds);
-    t->most = fmax(fabs(bounds.low), fabs(bounds.high));
+    t->most = pdi_max(fabs(bounds.low), fabs(bounds.high));
     pdi_transport_measure(t);
     return pdi_transport_limits(t);
 }
@@ -34641,11 +34641,11 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     PDI_TRY(pdi_inverse_setup(ctx, &t->inverse, 1.0 / dt, t->pinned, t->pinned_count));
     pdi_transport_residual(ctx, t, t->work);
     pdi_transport_pin(t, t->work);
-    double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = fmax(pdi_transport_given(ctx, t), first);
+    double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = pdi_max(pdi_transport_given(ctx, t), first);
     double atol = t->desc.tolerance * size;
     /* the limiter turns what is left of linear systems into other fluxes */
     double loose = t->flow ? PDI_KRYLOV_TIGHT : pdi_krylov_forcing(t->first > 0.0 ? first / t->first : 1.0);
-    if (t->rough) atol = fmax(atol, first * loose);
+    if (t->rough) atol = pdi_max(atol, first * loose);
     t->first = first;
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
     if (status < 0) return status;
@@ -34700,8 +34700,8 @@ static void pdi_transport_pass(pd_transport *t)
     t->passed[0] = of.low;
     t->passed[1] = of.high;
     if (!t->diffusion.wall_rate) return;
-    t->passed[0] = fmin(t->passed[0], t->diffusion.held_least);
-    t->passed[1] = fmax(t->passed[1], t->diffusion.held_most);
+    t->passed[0] = pdi_min(t->passed[0], t->diffusion.held_least);
+    t->passed[1] = pdi_max(t->passed[1], t->diffusion.held_most);
 }
 
 static pd_status pdi_transport_inlets(pd_ctx *ctx, pd_transport *t)
@@ -34711,7 +34711,7 @@ static pd_status pdi_transport_inlets(pd_ctx *ctx, pd_transport *t)
         if (t->grid->kind[i] != PD_INLET) continue;
         pd_grid_position(t->grid, i, x);
         pdi_grid_fold_images(t->grid, x);
-        for (int d = 0; d < PD_DIM; d++) x[d] = fmin(fmax(x[d], t->grid->lo[d]), t->grid->hi[d]);
+        for (int d = 0; d < PD_DIM; d++) x[d] = pdi_min(pdi_max(x[d], t->grid->lo[d]), t->grid->hi[d]);
         t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
         if (!(t->c[i] >= 0.0) || !(t->c[i] < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport",
@@ -35043,7 +35043,7 @@ PDI_FN double pdi_explicit_rate(const pd_transport *t, int32_t i)
         double flux, bond, upwind;
         if (!pdi_flux_open(&t->flux, i, k)) continue;
         pdi_flux_bond(&t->flux, i, k, &flux, &bond, &upwind);
-        if (t->grid->kind[i + t->bonds->paths.shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
+        if (t->grid->kind[i + t->bonds->paths.shift[k]] == PD_OUTLET) rate += pdi_max(flux, 0.0);
         else rate += bond + room * upwind - 0.5 * flux;
     }
     return rate;
@@ -35054,7 +35054,7 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
     double fastest = 0.0;
     (void)ctx;
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) fastest = fmax(fastest, pdi_explicit_rate(t, i));
+        if (t->grid->kind[i] == PD_FLUID) fastest = pdi_max(fastest, pdi_explicit_rate(t, i));
     return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
@@ -35107,8 +35107,8 @@ static void pdi_explicit_bounds(pd_transport *t, pdi_bounds *b)
     t->seen[0] = seen.low;
     t->seen[1] = seen.high;
     pdi_transport_bounds(t, t->old, 0.0, b);
-    b->low = fmin(b->low, seen.low);
-    b->high = fmax(b->high, seen.high);
+    b->low = pdi_min(b->low, seen.low);
+    b->high = pdi_max(b->high, seen.high);
 }
 
 /* Antidiffusive fluxes of sixth order, as far as they keep the bounds of all explicit steps so far. */
@@ -35218,7 +35218,7 @@ static double pdi_settle_slowest(const pd_transport *t)
     double slowest = HUGE_VAL;
     for (int32_t i = 0; i < t->grid->total; i++) {
         double rate = t->grid->kind[i] == PD_FLUID ? pdi_explicit_rate(t, i) : 0.0;
-        if (rate > 0.0) slowest = fmin(slowest, rate);
+        if (rate > 0.0) slowest = pdi_min(slowest, rate);
     }
     return slowest < HUGE_VAL ? 1.0 / slowest : HUGE_VAL;
 }
@@ -35262,9 +35262,9 @@ static double pdi_settle_rounding(const pd_transport *t)
     conduct *= t->rest ? rounding * rounding : rounding;
     for (int32_t i = 0; i < t->grid->total; i++) {
         double part = conduct * (t->diffusion.field ? t->diffusion.field[i] : t->desc.diffusivity);
-        if (t->grid->kind[i] == PD_INLET) size = fmax(size, fabs(t->c[i]));
+        if (t->grid->kind[i] == PD_INLET) size = pdi_max(size, fabs(t->c[i]));
         if (t->grid->kind[i] != PD_FLUID) continue;
-        size = fmax(size, fabs(t->c[i]));
+        size = pdi_max(size, fabs(t->c[i]));
         for (int d = 0; d < PD_DIM && t->flow; d++)
             part += rounding * carry[d] * fabs(t->flow->u[(int64_t)d * t->grid->total + i]);
         pdi_sum_add(&sum, part * pdi_grid_circumference(t->grid, i));
@@ -35284,10 +35284,10 @@ static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
         double around = t->grid->kind[i] == PD_FLUID ? pdi_grid_circumference(t->grid, i) : 0.0;
         if (!(around > 0.0)) continue;
         pdi_sum_add(&lack, around * fabs(t->work[i]));
-        pdi_sum_add(&made, around * fmax(fabs(t->source[i]), t->absorb[i] * fabs(t->c[i])));
+        pdi_sum_add(&made, around * pdi_max(fabs(t->source[i]), t->absorb[i] * fabs(t->c[i])));
     }
     double missing = volume * pdi_sum_total(&lack), rounding = pdi_settle_rounding(t);
-    double passes = fmax(fmax(fabs(t->inflow), fabs(t->outflow)), volume * pdi_sum_total(&made));
+    double passes = pdi_max(pdi_max(fabs(t->inflow), fabs(t->outflow)), volume * pdi_sum_total(&made));
     if (missing <= rounding && PDI_SETTLE_DEFECT * passes <= rounding) return 0.0;
     return passes > 0.0 ? missing / passes : HUGE_VAL;
 }
@@ -35301,8 +35301,8 @@ static double pdi_settle_add(pd_transport *t, const double *delta)
         if (t->grid->kind[i] != PD_FLUID) continue;
         double more = delta[i] + (t->rest ? t->rest[i] : 0.0), c = t->c[i], sum = c + more, part = sum - c;
         t->c[i] = sum;
-        moved = fmax(moved, fabs(delta[i]));
-        size = fmax(size, fabs(sum));
+        moved = pdi_max(moved, fabs(delta[i]));
+        size = pdi_max(size, fabs(sum));
         if (t->rest) t->rest[i] = (c - (sum - part)) + (more - part);
     }
     return size > 0.0 ? moved / size : 0.0;
@@ -35339,8 +35339,8 @@ static pd_status pdi_settle_find(pd_ctx *ctx, pd_transport *t, pd_transport_resu
         pdi_par_zero(ctx, t->grid->total, t->carry);
         for (int32_t i = 0; i < t->grid->total; i++) {
             if (t->grid->kind[i] != PD_FLUID) continue;
-            moved = fmax(moved, fabs(t->c[i] - t->old[i]));
-            size = fmax(size, fabs(t->c[i]));
+            moved = pdi_max(moved, fabs(t->c[i] - t->old[i]));
+            size = pdi_max(size, fabs(t->c[i]));
         }
         result->change = size > 0.0 ? moved / size : 0.0;
         /* corrections leave the limiter as it is */
@@ -35494,8 +35494,8 @@ static pd_status pdi_two_stage_error(pd_ctx *ctx, pd_two_stage *a, double *large
     double worst = 0.0, size = *largest;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
-        worst = fmax(worst, fabs(a->slope[i] - (t->c[i] - t->old[i])));
-        size = fmax(size, fmax(fabs(t->c[i]), fabs(a->start[i])));
+        worst = pdi_max(worst, fabs(a->slope[i] - (t->c[i] - t->old[i])));
+        size = pdi_max(size, pdi_max(fabs(t->c[i]), fabs(a->start[i])));
     }
     *largest = size;
     size += 2.0 * t->dt * pdi_krylov_least() / a->desc.rtol;
@@ -35631,7 +35631,7 @@ static pd_status pdi_two_stage_reject(pd_ctx *ctx, void *self, pd_step *s)
     a->time = s->time;
     a->out = a->passed[0];
     a->in = a->passed[1];
-    a->dt = s->dt * fmax(PDI_TWO_STAGE_SHRINK, pdi_sdirk_factor(s->error, PDI_TWO_STAGE_GROWTH));
+    a->dt = s->dt * pdi_max(PDI_TWO_STAGE_SHRINK, pdi_sdirk_factor(s->error, PDI_TWO_STAGE_GROWTH));
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
     return PD_OK;
 }
@@ -35821,7 +35821,7 @@ PDI_FN void pdi_migration_neutralise(const pd_migration *m, double *c)
         if (fabs(charge) <= PDI_MIGRATION_ROUND * DBL_EPSILON * size) return;
         for (int n = 0; n < m->components->solutes; n++) slope += m->charge[n] * m->charge[n] * c[n];
         if (!(slope > DBL_MIN)) return;
-        lambda = fmin(fmax(charge / slope, -PDI_MIGRATION_LONGEST), PDI_MIGRATION_LONGEST);
+        lambda = pdi_min(pdi_max(charge / slope, -PDI_MIGRATION_LONGEST), PDI_MIGRATION_LONGEST);
         for (int n = 0; n < m->components->solutes; n++)
             if (m->charge[n] != 0.0) c[n] *= exp(-m->charge[n] * lambda);
     }
@@ -35909,11 +35909,11 @@ static void pdi_migration_faces(pd_migration *m, const double *c, double least)
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
         int64_t cell = pdi_compact_cell(grid, i);
-        double own = fmax(pdi_migration_between(m, c, node, node), least);
+        double own = pdi_max(pdi_migration_between(m, c, node, node), least);
         for (int d = 0; d < PD_DIM; d++) {
             int32_t next = node + grid->stride[d];
             if (m->compact.conduct[d][cell] > 0.0f)
-                m->compact.conduct[d][cell] *= (float)fmax(pdi_migration_between(m, c, node, next), least);
+                m->compact.conduct[d][cell] *= (float)pdi_max(pdi_migration_between(m, c, node, next), least);
         }
         m->compact.wall[cell] *= (float)own;
         if (hold) m->compact.mass[cell] += (float)(pdi_grid_circumference(grid, node) * hold[node] * own);
@@ -35933,12 +35933,12 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
         for (int n = 0; n < m->components->solutes; n++)
             sum += m->charge[n] * m->charge[n] * c[(int64_t)n * grid->total + i];
         m->size[i] = sum;
-        most = fmax(most, sum);
+        most = pdi_max(most, sum);
     }
     if (!(most > 0.0)) most = 1.0;
-    for (int32_t i = 0; i < grid->total; i++) m->size[i] = fmax(m->size[i], PDI_MIGRATION_LEAST * most);
+    for (int32_t i = 0; i < grid->total; i++) m->size[i] = pdi_max(m->size[i], PDI_MIGRATION_LEAST * most);
     for (int n = 0; n < m->components->solutes; n++)
-        if (m->charge[n] != 0.0 && m->ratio[n] > 0.0) ratio = fmin(ratio, m->ratio[n]);
+        if (m->charge[n] != 0.0 && m->ratio[n] > 0.0) ratio = pdi_min(ratio, m->ratio[n]);
     memset(&still, 0, sizeof still);
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
@@ -35949,7 +35949,7 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
         int i[PD_DIM];
         pdi_grid_index(grid, surface->node[p], i);
         m->compact.mass[pdi_compact_cell(grid, i)] +=
-            (float)fmin(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
+            (float)pdi_min(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
     }
     return pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct, NULL,
                                m->compact.wall, m->compact.mass);
@@ -35970,7 +35970,7 @@ PDI_FN double pdi_migration_largest(const pd_migration *m)
     const pd_grid *grid = m->flux->bonds->grid;
     double most = 0.0;
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) most = fmax(most, fabs(m->move[i]));
+        if (grid->kind[i] == PD_FLUID) most = pdi_max(most, fabs(m->move[i]));
     return most;
 }
 
@@ -35982,8 +35982,8 @@ PDI_FN double pdi_migration_pace(pd_migration *m, double dt)
     const pd_grid *grid = m->flux->bonds->grid;
     double longest = 0.0, shortest = HUGE_VAL, d = m->flux->diffusion->desc.diffusivity * dt;
     for (int axis = 0; axis < PD_DIM; axis++) {
-        longest = fmax(longest, grid->hi[axis] - grid->lo[axis]);
-        shortest = fmin(shortest, grid->h[axis]);
+        longest = pdi_max(longest, grid->hi[axis] - grid->lo[axis]);
+        shortest = pdi_min(shortest, grid->h[axis]);
     }
     double slow = PDI_MIGRATION_LONGEST_WAVE * d / (longest * longest);
     double fast = PDI_MIGRATION_SHORTEST_WAVE * d / (shortest * shortest);
@@ -36110,8 +36110,8 @@ double pd_reactive_neutrality(const pd_reactive *r)
             charge += r->components.charge[n] * c[n];
             size += abs(r->components.charge[n]) * c[n];
         }
-        worst = fmax(worst, fabs(charge));
-        most = fmax(most, size);
+        worst = pdi_max(worst, fabs(charge));
+        most = pdi_max(most, size);
     }
     return most > 0.0 ? worst / most : 0.0;
 }
@@ -36122,7 +36122,7 @@ double pd_reactive_saturation(const pd_reactive *r, int index, int32_t node)
     pdi_reactive_get(r, r->c, node, c);
     for (int s = 0; s < r->minerals.count; s++)
         if (index < 0 || s == index)
-            most = fmax(most, pdi_mineral_index(&r->components, &r->minerals, s, c) / log(10.0)); /* NaN gives way */
+            most = pdi_max(most, pdi_mineral_index(&r->components, &r->minerals, s, c) / log(10.0)); /* NaN gives way */
     return most;
 }
 
@@ -36232,7 +36232,7 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
             if (r->pass) bond *= pdi_media_harmonic(r->pass[i], r->pass[j]);
             for (int n = 0; n < s->solutes; n++) {
                 double here = r->c[n * total + i], there = grid->kind[j] == PD_OUTLET ? here : r->c[n * total + j];
-                double leave = 0.5 * flux * (here + there) - fmax(fabs(0.5 * flux), r->ratio[n] * bond) *
+                double leave = 0.5 * flux * (here + there) - pdi_max(fabs(0.5 * flux), r->ratio[n] * bond) *
                                                              (there - here);
                 if (r->migration.on && grid->kind[j] == PD_INLET)
                     leave = pdi_migrate_leave(r->ratio[n] * bond, flux,
@@ -36390,8 +36390,8 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s has D = %g m2/s, expected a finite value of at least "
                             "0", species[i].name, d);
         of[n] = d;
-        if (d > 0.0) least = fmin(least, d);
-        most = fmax(most, d);
+        if (d > 0.0) least = pdi_min(least, d);
+        most = pdi_max(most, d);
         if (strcmp(species[i].name, "H+") == 0) r->proton = n;
     }
     r->diffusion.desc.diffusivity = most > 0.0 ? (least < most ? sqrt(least * most) : most) : 0.0;
@@ -36700,8 +36700,8 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
         amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
         for (int n = 0; n < r->components.solutes; n++) {
             double gain = amount * s->part[e * r->components.solutes + n];
-            r->in[n] += fmax(gain, 0.0);
-            r->out[n] += fmax(-gain, 0.0);
+            r->in[n] += pdi_max(gain, 0.0);
+            r->out[n] += pdi_max(-gain, 0.0);
         }
     }
 }
@@ -36709,8 +36709,8 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
 PDI_FN void pdi_etch_yield(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++)
-        s->split[p] = s->weight[p] * fmax(-s->charge * (double)s->drive[p], 0.0) +
-                      (s->electrode ? s->area[p] * fmax(-(double)s->flow_drive[p], 0.0) : 0.0);
+        s->split[p] = s->weight[p] * pdi_max(-s->charge * (double)s->drive[p], 0.0) +
+                      (s->electrode ? s->area[p] * pdi_max(-(double)s->flow_drive[p], 0.0) : 0.0);
 }
 
 PDI_FN void pdi_etch_note(pd_etch *s)
@@ -36823,7 +36823,7 @@ static void pdi_etch_fill(pd_etch *s, int32_t j, const double *sum)
 {
     pd_reactive *r = s->reactive;
     int64_t total = r->grid->total;
-    double c[PD_SPECIES_MOST], holds[PD_SPECIES_MOST], part = fmin(fmax(1.0 + s->swept[j], 0.0), 1.0);
+    double c[PD_SPECIES_MOST], holds[PD_SPECIES_MOST], part = pdi_min(pdi_max(1.0 + s->swept[j], 0.0), 1.0);
     memset(c, 0, sizeof c);
     if (!sum || pdi_components_solve(&r->components, sum, c) != PD_OK) part = 0.0;
     s->split[j] += 1.0 - part;
@@ -36918,7 +36918,7 @@ PDI_FN void pdi_etch_film(const pd_reactive *r, pd_components *film, double *sca
     const pd_components *of = &r->components;
     *film = *of;
     film->debye = 0.0;
-    for (int n = 0; n < of->solutes; n++) scale[n] = fmax(r->ratio[n], PDI_ETCH_LEAST);
+    for (int n = 0; n < of->solutes; n++) scale[n] = pdi_max(r->ratio[n], PDI_ETCH_LEAST);
     for (int n = 0; n < of->solutes; n++) {
         film->ln_k[n] += log(scale[n]);
         for (int k = 0; k < of->joined; k++) film->ln_k[n] -= of->m[k][n] * log(scale[of->master[k]]);
@@ -37112,7 +37112,7 @@ static double pdi_layer_number(const pdi_layer_work *w, const double *c, double 
 {
     const pd_reactive *r = w->s->reactive;
     double ph = NAN;
-    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    if (r->proton >= 0) ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
     return w->s->desc.law(w->s->desc.user, w->node, c, ph, phi, w->s->time);
 }
@@ -37120,7 +37120,7 @@ static double pdi_layer_number(const pdi_layer_work *w, const double *c, double 
 /* The same; what is negative, or no number, counts as 0. */
 static double pdi_layer_law(const pdi_layer_work *w, const double *c, double psi)
 {
-    return fmax(pdi_layer_number(w, c, psi), 0.0);
+    return pdi_max(pdi_layer_number(w, c, psi), 0.0);
 }
 
 /* The flow of the electrode there. */
@@ -37129,7 +37129,7 @@ static double pdi_layer_curve(const pdi_layer_work *w, const double *c, double p
     const pd_reactive *r = w->s->reactive;
     const pd_etch_electrodes *of = &w->s->desc.electrodes;
     double ph = NAN;
-    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    if (r->proton >= 0) ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double drop = w->level - psi * r->migration.volt;
     return of->curve(of->user, w->electrode, w->share, c, ph, drop, w->s->time) / PDI_LAYER_FARADAY;
 }
@@ -37176,7 +37176,7 @@ static double pdi_layer_across(pd_components *film, pdi_layer_work *w, double v,
     double stride = *of > 0.0 ? PDI_LAYER_LIFT_FIRST : -PDI_LAYER_LIFT_FIRST, b = *a;
     *there = *of;
     while (fabs(b) < PDI_LAYER_LIFT || b * stride < 0.0) {
-        b = fmin(fmax(b + stride, -PDI_LAYER_LIFT), PDI_LAYER_LIFT);
+        b = pdi_min(pdi_max(b + stride, -PDI_LAYER_LIFT), PDI_LAYER_LIFT);
         stride *= 3.0;
         *there = pdi_layer_charge(film, w, v, b);
         if (!(*there * *of > 0.0)) return b;
@@ -37196,7 +37196,7 @@ static int pdi_layer_lift(pd_components *film, pdi_layer_work *w, double v)
     pdi_bracket s = {a, of, b, there, 0, 0};
     double x;
     while (of * there < 0.0 && pdi_bracket_next(&s, &x) &&
-           fabs(s.b - s.a) > PDI_LAYER_CLOSE * fmax(fabs(x), PDI_LAYER_LIFT_FIRST)) {
+           fabs(s.b - s.a) > PDI_LAYER_CLOSE * pdi_max(fabs(x), PDI_LAYER_LIFT_FIRST)) {
         double g = pdi_layer_charge(film, w, v, x);
         if (!(g == g)) return 0;
         if (fabs(g) <= PDI_LAYER_NEUTRAL) break;
@@ -37217,7 +37217,7 @@ static double pdi_layer_excess(pd_components *film, pdi_layer_work *w, double v,
 /* Between a bracket [a, b] of a flow that is not 0. */
 static double pdi_layer_middle(double a, double b)
 {
-    double low = fmin(fabs(a), fabs(b)), high = fmax(fabs(a), fabs(b)), sign = a + b < 0.0 ? -1.0 : 1.0;
+    double low = pdi_min(fabs(a), fabs(b)), high = pdi_max(fabs(a), fabs(b)), sign = a + b < 0.0 ? -1.0 : 1.0;
     return low > 0.0 && high > 4.0 * low ? sign * sqrt(low * high) : 0.5 * (a + b);
 }
 
@@ -37267,7 +37267,7 @@ static double pdi_layer_asked(pdi_layer_work *w, const double *c, double psi)
     double v = pdi_layer_number(w, c, psi);
     w->odd = !(v == v);
     w->odds |= w->odd;
-    return fmax(v, 0.0);
+    return pdi_max(v, 0.0);
 }
 
 /* The law at the surface, where metal dissolves at v [m/s]. */
@@ -37289,7 +37289,7 @@ static double pdi_layer_given(pd_components *film, pdi_layer_work *w, double v)
 static int pdi_layer_bracket(pd_components *film, pdi_layer_work *w, double guess, double first, double *a,
                                double *above, double *b, double *below)
 {
-    double factor = PDI_LAYER_BRACKET, v = guess > 0.0 ? guess : fmin(first, PDI_LAYER_FAST);
+    double factor = PDI_LAYER_BRACKET, v = guess > 0.0 ? guess : pdi_min(first, PDI_LAYER_FAST);
     *a = 0.0;
     *above = first;
     double g = pdi_layer_given(film, w, v) - v;
@@ -37351,13 +37351,13 @@ static double pdi_layer_slope(const pdi_layer_work *w, const double *c, const do
     double least = HUGE_VAL, up[PD_SPECIES_MOST], down[PD_SPECIES_MOST];
     for (int n = 0; n < s->film.solutes; n++) {
         int reads = (s->desc.reads >> n & 1u) || (s->desc.reads_ph && n == s->reactive->proton);
-        if (reads && fabs(along[n]) > 0.0) least = fmin(least, fmax(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
+        if (reads && fabs(along[n]) > 0.0) least = pdi_min(least, pdi_max(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
     }
     if (!(least < HUGE_VAL)) return 0.0;
     double stride = PDI_LAYER_STRIDE * least;
     for (int n = 0; n < s->film.solutes; n++) {
-        up[n] = fmax(c[n] + stride * along[n], 0.0);
-        down[n] = fmax(c[n] - stride * along[n], 0.0);
+        up[n] = pdi_max(c[n] + stride * along[n], 0.0);
+        down[n] = pdi_max(c[n] - stride * along[n], 0.0);
     }
     double change = (pdi_layer_law(w, up, 0.0) - pdi_layer_law(w, down, 0.0)) / (2.0 * stride);
     return fabs(change) < HUGE_VAL ? change : 0.0;
@@ -37395,7 +37395,7 @@ static void pdi_layer_derive(const pd_components *film, const pdi_layer_work *w,
     double back = 1.0;
     pdi_layer_slopes(film, w, s->scale, w->at, slope);
     for (int k = 0; k < of->count; k++) back -= slope[k] * s->gain[k] * w->thick;
-    back = fmax(back, PDI_LAYER_RISE);
+    back = pdi_max(back, PDI_LAYER_RISE);
     pdi_components_derive(of, w->c, table);
     for (int k = 0; k < of->count; k++) {
         double sum = 0.0;
@@ -37420,7 +37420,7 @@ static void pdi_layer_bend(const pdi_layer_work *w, double *by, double *lift)
     for (int n = 0; n < s->film.solutes; n++) {
         by[n] = 0.0;
         if (!(w->reads >> n & 1u) && !((w->reads & PDI_LAYER_PH) && n == s->reactive->proton)) continue;
-        double from = c[n], step = PDI_LAYER_STRIDE * fmax(from, PDI_LAYER_NOTHING);
+        double from = c[n], step = PDI_LAYER_STRIDE * pdi_max(from, PDI_LAYER_NOTHING);
         c[n] = from + step;
         by[n] = pdi_layer_curve(w, c, psi);
         c[n] = from - step;
@@ -37436,7 +37436,7 @@ static void pdi_layer_bend(const pdi_layer_work *w, double *by, double *lift)
 static double pdi_layer_moved(const pdi_layer_work *w, double *c, int n, double change)
 {
     double from = c[n];
-    c[n] = fmax(from + change, 0.0);
+    c[n] = pdi_max(from + change, 0.0);
     double v = pdi_layer_law(w, c, w->psi + w->lift);
     c[n] = from;
     return v;
@@ -37446,9 +37446,9 @@ static double pdi_layer_moved(const pdi_layer_work *w, double *c, int n, double 
 static double pdi_layer_undone(const pdi_layer_work *w, double *c, int m, double step, int n, double sign)
 {
     double from = c[m], level = 0.5 * (pdi_layer_moved(w, c, m, step) + pdi_layer_moved(w, c, m, -step));
-    double low = 0.0, high = PDI_LAYER_STRIDE * PDI_LAYER_STRIDE * fmax(c[n], PDI_LAYER_NOTHING);
+    double low = 0.0, high = PDI_LAYER_STRIDE * PDI_LAYER_STRIDE * pdi_max(c[n], PDI_LAYER_NOTHING);
     int above = pdi_layer_moved(w, c, m, step) > level, found = 0;
-    c[m] = fmax(from + step, 0.0);
+    c[m] = pdi_max(from + step, 0.0);
     for (int k = 0; k < PDI_LAYER_DOUBLINGS && !found; k++) {
         found = (pdi_layer_moved(w, c, n, sign * high) > level) != above;
         if (!found) low = high;
@@ -37473,7 +37473,7 @@ static void pdi_layer_gradient(const pdi_layer_work *w, double *by, double *lift
     memcpy(c, w->surface, sizeof c);
     for (int n = 0; n < s->film.solutes; n++) {
         double wide;
-        stride[n] = PDI_LAYER_STRIDE * fmax(c[n], PDI_LAYER_NOTHING);
+        stride[n] = PDI_LAYER_STRIDE * pdi_max(c[n], PDI_LAYER_NOTHING);
         by[n] = 0.0;
         jumps[n] = 0;
         if (!(s->desc.reads >> n & 1u) && !(s->desc.reads_ph && n == s->reactive->proton)) continue;
@@ -37609,8 +37609,8 @@ static void pdi_layer_derive_charged(const pd_components *film, const pdi_layer_
 {
     pdi_layer_slopes_of t;
     pdi_layer_tangent(film, w, by != NULL, &t);
-    double one = fmax(1.0 - t.law[0], PDI_LAYER_RISE), two = fmax(1.0 - t.curve[1], PDI_LAYER_RISE);
-    double back = fmax(one * two - t.law[1] * t.curve[0], PDI_LAYER_RISE * one * two);
+    double one = pdi_max(1.0 - t.law[0], PDI_LAYER_RISE), two = pdi_max(1.0 - t.curve[1], PDI_LAYER_RISE);
+    double back = pdi_max(one * two - t.law[1] * t.curve[0], PDI_LAYER_RISE * one * two);
     for (int k = 0; k < film->count; k++) {
         if (by) by[k] = (float)((two * t.law[2 + k] + t.law[1] * t.curve[2 + k]) / back);
         if (flow_by) flow_by[k] = (float)((one * t.curve[2 + k] + t.curve[0] * t.law[2 + k]) / back);
@@ -37622,7 +37622,7 @@ static void pdi_layer_derive_charged(const pd_components *film, const pdi_layer_
 /* Speed and flow of an electrode by Newton's method from guesses. 0: it does not get there, and they are searched. */
 static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, double *speed)
 {
-    double v = goes ? fmax(*speed, 0.0) : 0.0, f = w->guess;
+    double v = goes ? pdi_max(*speed, 0.0) : 0.0, f = w->guess;
     for (int step = 0; step < PDI_LAYER_NEWTON; step++) {
         pdi_layer_slopes_of t;
         if (w->reads) w->flow = f;
@@ -37830,7 +37830,7 @@ static double pdi_levels_next(const pdi_levels_search *q, double e, double off, 
         return next;
     }
     double way = off > 0.0 ? -1.0 : 1.0, least = PDI_LEVELS_LEAST * ldexp(1.0, 2 * step);
-    double move = next == next ? fmin(fmax(2.0 * fabs(next - e), least), *stride) : *stride; /* to the other side */
+    double move = next == next ? pdi_min(pdi_max(2.0 * fabs(next - e), least), *stride) : *stride; /* to the other side */
     *stride *= 2.0;
     return e + way * move;
 }
@@ -37864,8 +37864,8 @@ static void pdi_levels_fluid(const pd_etch *s, int circuit, double *least, doubl
     *most = -HUGE_VAL;
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != circuit) continue;
-        *least = fmin(*least, m->volt * m->psi[s->node[p]]);
-        *most = fmax(*most, m->volt * m->psi[s->node[p]]);
+        *least = pdi_min(*least, m->volt * m->psi[s->node[p]]);
+        *most = pdi_max(*most, m->volt * m->psi[s->node[p]]);
     }
 }
 
@@ -37903,7 +37903,7 @@ static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double e
             pdi_levels_close(s, circuit, q.wanted);
             return;
         }
-        if (!(q.high - q.low > PDI_LEVELS_CLOSE * fmax(fabs(e), 1.0))) break;
+        if (!(q.high - q.low > PDI_LEVELS_CLOSE * pdi_max(fabs(e), 1.0))) break;
         double next = pdi_levels_next(&q, e, off, slope, step, &stride);
         if (!(next > q.low) || !(next < q.high) || next < least - PDI_LEVELS_FAR ||
             next > most + PDI_LEVELS_FAR) break;
@@ -38252,7 +38252,7 @@ static void pdi_coat_rates(void *user, double t, const double *y, double *rate)
     at.time = t;
     at.ph = NAN;
     if (s->desc.reads_ph && s->reactive->proton >= 0)
-        at.ph = 3.0 - (log(fmax(c[s->reactive->proton], DBL_MIN)) + davies) / log(10.0);
+        at.ph = 3.0 - (log(pdi_max(c[s->reactive->proton], DBL_MIN)) + davies) / log(10.0);
     s->desc.rate(s->desc.user, &at, all, rates);
     for (int k = 0; k < w->states; k++) rate[k] = rates[w->of[k]];
 }
@@ -38356,7 +38356,7 @@ PDI_FN pd_status pdi_coat_begin(pd_ctx *ctx, pd_coat *s, double t)
     memcpy(s->start, s->value, (size_t)(s->desc.count * total) * sizeof *s->value);
     pdi_coat_fresh(ctx, s);
     for (int k = 0; k < s->desc.count; k++)
-        for (int32_t p = 0; p < s->count; p++) s->size[k] = fmax(s->size[k], fabs(s->value[k * total + s->node[p]]));
+        for (int32_t p = 0; p < s->count; p++) s->size[k] = pdi_max(s->size[k], fabs(s->value[k * total + s->node[p]]));
     return PD_OK;
 }
 
@@ -38406,8 +38406,8 @@ static double pdi_coat_error(const pd_coat *s, int k)
         if (!(s->on[s->node[p]] >> k & 1u)) continue;
         double bend = (s->start[at] - 2.0 * s->middle[at] + s->value[at]) / 6.0;
         if (s->desc.surface) bend = 0.5 * (s->value[at] - s->ending[at]);
-        worst = fmax(worst, fabs(bend));
-        size = fmax(size, fabs(s->value[at]));
+        worst = pdi_max(worst, fabs(bend));
+        size = pdi_max(size, fabs(s->value[at]));
     }
     return worst > 0.0 ? worst / (size * s->desc.rtol) : 0.0;
 }
@@ -38425,7 +38425,7 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
         }
     pd_status status = pdi_coat_move(ctx, s, s->first, s->way, t, dt, 0, trial, s->value);
     s->error = 0.0;
-    for (int k = 0; k < s->desc.count && status == PD_OK; k++) s->error = fmax(s->error, pdi_coat_error(s, k));
+    for (int k = 0; k < s->desc.count && status == PD_OK; k++) s->error = pdi_max(s->error, pdi_coat_error(s, k));
     return status;
 }
 
@@ -38582,7 +38582,7 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
                 row[k] = (float)sum;
                 rate -= (double)row[k] * s->kinetic[n].gain[k];
             }
-            r->filter[n].absorb[i] = fmax(rate, 0.0);
+            r->filter[n].absorb[i] = pdi_max(rate, 0.0);
         }
         for (int n = s->kinetics; n < r->filters; n++)
             r->filter[n].absorb[i] = pdi_tangent_absorb(r, i, r->filter[n].mineral);
@@ -39112,7 +39112,7 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
     for (int k = 0; k < s->count; k++) {
         double *work = r->work + k * total, held;
         double first = sqrt(pdi_par_dot(ctx, total, work, work)), rounding = pdi_advance_rounding(ctx, r, k, &held);
-        r->weight[k] = fmax(fmax(sqrt(held), first), rounding / r->desc.tolerance);
+        r->weight[k] = pdi_max(pdi_max(sqrt(held), first), rounding / r->desc.tolerance);
         if (!(r->weight[k] > DBL_MIN)) r->weight[k] = 1.0;
     }
 }
@@ -39282,7 +39282,7 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
         pd_status status = pdi_advance_newton(ctx, r, now, result);
         if (status < 0) return status;
         if (status == PD_OK && now >= dt) return PD_OK;
-        if (status == PD_OK) now = fmin(now * PDI_ADVANCE_SHORTER, dt);
+        if (status == PD_OK) now = pdi_min(now * PDI_ADVANCE_SHORTER, dt);
         else {
             pdi_advance_back(ctx, r, 0);
             now = dt * pow(PDI_ADVANCE_SHORTER, -(double)++part);
@@ -39417,7 +39417,7 @@ static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
 /* A share that grows by `change`: at most half of what is open is filled, and half of what fills it goes. */
 static double pdi_advance_filled(double film, double change)
 {
-    return film + fmin(fmax(change, -0.5 * film), 0.5 * (1.0 - film));
+    return film + pdi_min(pdi_max(change, -0.5 * film), 0.5 * (1.0 - film));
 }
 
 /* What minerals leave open for diffusion in the middle of a step of dt [s]: as it was, or (was = 0) as far as the last
@@ -39457,7 +39457,7 @@ static void pdi_advance_differ(pd_reactive *r, double first, double second, doub
             double by = first * r->slope[at] - second * (sum[k] - r->total[at] + undone);
             for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
             for (int m = 0; m < r->minerals.count; m++) by += r->minerals.gain[m][k] * r->solid_slope[m * total + i];
-            size[k] = fmax(size[k], terms);
+            size[k] = pdi_max(size[k], terms);
             r->slope[at] = r->work[at];
             r->work[at] = by / (r->dt * r->weight[k]);
         }
@@ -39496,18 +39496,18 @@ static double pdi_advance_largest(const pd_reactive *r, const double *field, dou
         for (int m = 0; m < r->minerals.count; m++) {
             double change = taken[m] + r->solid_slope[m * total + i];
             for (int k = 0; k < s->count; k++) x[k] -= r->minerals.gain[m][k] * change;
-            solid[m] = fmax(solid[m], fabs(change));
-            most[m] = fmax(most[m], r->solid[m * total + i]);
+            solid[m] = pdi_max(solid[m], fabs(change));
+            most[m] = pdi_max(most[m], r->solid[m * total + i]);
         }
-        for (int k = 0; k < s->count; k++) off[k] = fmax(off[k], fabs(x[k]));
+        for (int k = 0; k < s->count; k++) off[k] = pdi_max(off[k], fabs(x[k]));
     }
     for (int k = 0; k < s->count; k++)
-        if (size[k] > 0.0) worst = fmax(worst, off[k] / size[k]);
+        if (size[k] > 0.0) worst = pdi_max(worst, off[k] / size[k]);
     for (int m = 0; m < r->minerals.count; m++) {
         double least = HUGE_VAL;
         for (int k = 0; k < s->count; k++)
-            if (r->minerals.gain[m][k] != 0.0) least = fmin(least, size[k] / fabs(r->minerals.gain[m][k]));
-        if (solid[m] > 0.0) worst = fmax(worst, solid[m] / (most[m] + least));
+            if (r->minerals.gain[m][k] != 0.0) least = pdi_min(least, size[k] / fabs(r->minerals.gain[m][k]));
+        if (solid[m] > 0.0) worst = pdi_max(worst, solid[m] / (most[m] + least));
     }
     return worst;
 }
@@ -39555,12 +39555,12 @@ static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *siz
     for (int64_t at = 0; at < count; at++) { /* the solver leaves out what has no equation */
         int64_t k = at / r->grid->total;
         if (r->spent[at] && size[k] > 0.0)
-            spent = fmax(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
+            spent = pdi_max(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
     }
     pd_status status = pdi_tangent_direction(ctx, r, PDI_ADVANCE_DAMPED, 0.0, &result->krylov);
     if (status == PD_ERR_DIVERGED) return PD_NOT_CONVERGED;
     if (status == PD_OK)
-        result->error = fmin(result->error, fmax(spent, pdi_advance_largest(r, r->work + count, 1.0,
+        result->error = pdi_min(result->error, pdi_max(spent, pdi_advance_largest(r, r->work + count, 1.0,
                                                                             r->minerals.count > 0, size)));
     return status;
 }
@@ -39591,8 +39591,8 @@ static int pdi_advance_keeps(const pd_reactive *r, double stage)
     for (int k = 0; k < s->count; k++) {
         double most = 0.0, owed = 0.0;
         for (int64_t at = k * total; at < (k + 1) * total; at++) {
-            most = fmax(most, fabs(r->total[at]));
-            if (r->spent[at]) owed = fmax(owed, -stage * r->weight[k] * r->work[at]);
+            most = pdi_max(most, fabs(r->total[at]));
+            if (r->spent[at]) owed = pdi_max(owed, -stage * r->weight[k] * r->work[at]);
         }
         if (owed > PDI_ADVANCE_SLACK * most) return 0;
     }
@@ -39938,7 +39938,7 @@ static void pdi_course_shares(const pd_course *a, double *share)
 static void pdi_course_bare(pd_course *a, const double *x, double by, const double *y)
 {
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        double share = x[j] < 0.0 ? 1.0 : fmin(fmax(x[j] + by * y[j], 0.0), 1.0);
+        double share = x[j] < 0.0 ? 1.0 : pdi_min(pdi_max(x[j] + by * y[j], 0.0), 1.0);
         a->desc.bare[j] = (a->desc.whole ? a->desc.whole[j] : 1.0) * share;
     }
     if (a->desc.reached) *a->desc.reached = 0;
@@ -39962,9 +39962,9 @@ static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
     double most = 0.0, change = 0.0, rtol = s->rtol > 0.0 ? s->rtol : a->desc.rtol;
     *off = 0.0;
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
-        most = fmax(most, a->first[j]);
-        change = fmax(change, fabs(a->share[j] - a->first[j]));
-        *off = fmax(*off, fabs(a->share[j] - a->now[j] - s->dt * a->rate[j]));
+        most = pdi_max(most, a->first[j]);
+        change = pdi_max(change, fabs(a->share[j] - a->first[j]));
+        *off = pdi_max(*off, fabs(a->share[j] - a->now[j] - s->dt * a->rate[j]));
     }
     if (!(most > 0.0)) return *off = 0.0;
     *off *= 0.5 / (most * rtol);
@@ -39979,7 +39979,7 @@ static double pdi_course_covering(pd_course *a, const pd_step *s)
     double load = pdi_course_load(a, s, &off);
     if (load <= 1.0) return off;
     double part = (1.0 - sqrt(a->covered)) / (sqrt(load) - sqrt(a->covered));
-    return part > 0.0 ? fmax(off, 1.0 / (part * part)) : HUGE_VAL;
+    return part > 0.0 ? pdi_max(off, 1.0 / (part * part)) : HUGE_VAL;
 }
 
 /* A step of species stands. 1: another one like it would be too much for the step of the run. */
@@ -40031,7 +40031,7 @@ static pd_status pdi_course_longest(pd_ctx *ctx, void *self, pd_step *s)
     (void)ctx;
     pdi_course_uncover(a);
     if (!(a->span > 0.0)) a->span = PDI_COURSE_FIRST * s->dt;
-    s->dt = fmin(s->dt, a->span);
+    s->dt = pdi_min(s->dt, a->span);
     return PD_OK;
 }
 
@@ -40055,7 +40055,7 @@ static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
     pd_reactive *r = a->reactive;
     pd_reactive_result result;
     double h = HUGE_VAL, dt;
-    for (int axis = 0; axis < PD_DIM; axis++) h = fmin(h, r->grid->h[axis]);
+    for (int axis = 0; axis < PD_DIM; axis++) h = pdi_min(h, r->grid->h[axis]);
     dt = PDI_COURSE_STILL * h * h / r->diffusion.desc.diffusivity;
     pdi_coat_rest(a->desc.coat, t, dt);
     pd_status status = pd_reactive_step(ctx, r, dt, &result);
@@ -40093,7 +40093,7 @@ static pd_status pdi_course_coat(pd_ctx *ctx, pd_course *a, pd_step *s, double *
 {
     pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->trial);
     if (status == PD_RETRY) s->error = HUGE_VAL;
-    *covering = fmax(*covering, a->desc.coat->error);
+    *covering = pdi_max(*covering, a->desc.coat->error);
     return status;
 }
 
@@ -40123,10 +40123,10 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.coat) status = pdi_course_coat(ctx, a, s, &covering);
     if (status != PD_OK) return status;
     if (covering > 1.0) {
-        s->error = fmax(s->error, covering);
+        s->error = pdi_max(s->error, covering);
         return PD_RETRY;
     }
-    if (a->desc.coat) s->error = fmax(s->error, covering);
+    if (a->desc.coat) s->error = pdi_max(s->error, covering);
     if (a->bent) return PD_OK;
     if (result.euler && !(result.error > 0.0)) {
         if (s->trial >= PDI_COURSE_TRIALS) return PD_OK;
@@ -40164,7 +40164,7 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
     pdi_course_keep(ctx, a, 1);
     if (a->desc.coat) pdi_coat_reject(a->desc.coat);
     a->rejected++;
-    a->dt = s->dt * (s->error < HUGE_VAL ? fmax(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
+    a->dt = s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
                                          : PDI_COURSE_SHRINK);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
     return PD_OK;
@@ -40198,7 +40198,7 @@ static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
     pd_reactive *r = a->reactive;
     pd_reactive_result result;
     double square = 0.0, d = r->diffusion.desc.diffusivity;
-    for (int axis = 0; axis < PD_DIM; axis++) square = fmax(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
+    for (int axis = 0; axis < PD_DIM; axis++) square = pdi_max(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
     if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, 0.0));
     pd_status status = pd_reactive_step(ctx, r, PDI_COURSE_LATE * square / d, &result);
     if (a->desc.surface && status == PD_OK) pdi_etch_accept(a->desc.surface);
@@ -40317,7 +40317,7 @@ static double pdi_course_imbalance(pd_ctx *ctx, void *self)
     double worst = 0.0;
     for (int row = 0; row < a->reactive->rows; row++) {
         pd_reactive_balance_of(ctx, a->reactive, row, &b);
-        worst = fmax(worst, b.relative);
+        worst = pdi_max(worst, b.relative);
     }
     return worst;
 }
@@ -40572,18 +40572,18 @@ static void pdi_body_divide(const pd_body *body, pdi_body_cells *c)
     for (int d = 0; d < PD_DIM; d++) {
         double lo = HUGE_VAL, hi = -HUGE_VAL;
         for (int32_t i = 0; i < body->count; i++) {
-            lo = fmin(lo, body->position[(int64_t)i * PD_DIM + d]);
-            hi = fmax(hi, body->position[(int64_t)i * PD_DIM + d]);
+            lo = pdi_min(lo, body->position[(int64_t)i * PD_DIM + d]);
+            hi = pdi_max(hi, body->position[(int64_t)i * PD_DIM + d]);
         }
         c->lo[d] = lo;
         size[d] = hi - lo;
     }
     for (double cells = HUGE_VAL, wide = reach; cells > (double)body->count; wide *= 1.5) {
         cells = 1.0;
-        for (int d = 0; d < PD_DIM; d++) cells *= fmax(floor(size[d] / wide), 1.0);
+        for (int d = 0; d < PD_DIM; d++) cells *= pdi_max(floor(size[d] / wide), 1.0);
         for (int d = 0; d < PD_DIM && cells <= (double)body->count; d++) {
-            c->n[d] = (int32_t)fmax(floor(size[d] / wide), 1.0);
-            c->width[d] = fmax(size[d] / c->n[d], reach);
+            c->n[d] = (int32_t)pdi_max(floor(size[d] / wide), 1.0);
+            c->width[d] = pdi_max(size[d] / c->n[d], reach);
         }
     }
     c->count = 1;
@@ -40769,8 +40769,8 @@ static int pdi_body_box(pd_body *body, pdi_body_axes *a)
     for (int d = 0; d < PD_DIM; d++) {
         double hi = a->lo[d] = body->position[d];
         for (int64_t i = d; i < (int64_t)body->count * PD_DIM; i += PD_DIM) {
-            a->lo[d] = fmin(a->lo[d], body->position[i]);
-            hi = fmax(hi, body->position[i]);
+            a->lo[d] = pdi_min(a->lo[d], body->position[i]);
+            hi = pdi_max(hi, body->position[i]);
         }
         n[d] = floor((hi - a->lo[d]) / body->spacing + 0.5) + 1.0;
         most *= 2.0 * steps + 1.0;
@@ -40809,8 +40809,8 @@ static int pdi_body_align(const pd_body *body, const pdi_body_axes *a)
             span[1] = -1.0;
             for (int32_t k = a->begin[d]; k + s < a->begin[d + 1]; k++) {
                 if (!(a->x[k] < HUGE_VAL) || !(a->x[k + s] < HUGE_VAL)) continue;
-                span[0] = fmin(span[0], a->x[k + s] - a->x[k]);
-                span[1] = fmax(span[1], a->x[k + s] - a->x[k]);
+                span[0] = pdi_min(span[0], a->x[k + s] - a->x[k]);
+                span[1] = pdi_max(span[1], a->x[k + s] - a->x[k]);
             }
         }
     return 1;
@@ -41034,11 +41034,11 @@ static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
 {
     double lo = HUGE_VAL, hi = -HUGE_VAL, least = PDI_BODY_PERIOD * (desc->horizon + desc->spacing);
     double length = desc->period[PD_DIM - 1], most = 0.0;
-    for (int d = 0; d < PD_DIM; d++) most = fmax(most, fabs(desc->period[d]));
+    for (int d = 0; d < PD_DIM; d++) most = pdi_max(most, fabs(desc->period[d]));
     if (!(most > 0.0)) return PD_OK;
     for (int64_t i = 0; i < desc->count; i++) {
-        lo = fmin(lo, desc->position[i * PD_DIM + PD_DIM - 1]);
-        hi = fmax(hi, desc->position[i * PD_DIM + PD_DIM - 1]);
+        lo = pdi_min(lo, desc->position[i * PD_DIM + PD_DIM - 1]);
+        hi = pdi_max(hi, desc->position[i * PD_DIM + PD_DIM - 1]);
     }
     int apart = hi - lo < length * (1.0 - PDI_BODY_ROUNDING);
     if (apart && length >= least && most < 1e100) return PD_OK;
@@ -41369,8 +41369,8 @@ static int pdi_cut_extent(pdi_cut_plane *p)
         for (int k = 0; k < p->cut->corners; k++) {
             double x = p->cut->corner[(int64_t)k * PD_DIM + d];
             if (!(fabs(x) < 1e100)) return 0;
-            p->lo[d] = fmin(p->lo[d], x);
-            p->hi[d] = fmax(p->hi[d], x);
+            p->lo[d] = pdi_min(p->lo[d], x);
+            p->hi[d] = pdi_max(p->hi[d], x);
         }
         square += (p->hi[d] - p->lo[d]) * (p->hi[d] - p->lo[d]);
     }
@@ -41415,8 +41415,8 @@ static pd_status pdi_cut_check(pd_ctx *ctx, const pd_cut *cut, int index, double
     pdi_cut_order(p);
     if (!pdi_cut_normal(p))
         return pdi_cut_refuse(ctx, index, cut, PD_DIM == 2 ? "a segment without length" : "a polygon without area");
-    for (int d = 0; d < PD_DIM; d++) far = fmax(far, fmax(fabs(p->lo[d]), fabs(p->hi[d])));
-    p->slack = fmax(slack, PDI_CUT_DIGITS * far);
+    for (int d = 0; d < PD_DIM; d++) far = pdi_max(far, pdi_max(fabs(p->lo[d]), fabs(p->hi[d])));
+    p->slack = pdi_max(slack, PDI_CUT_DIGITS * far);
     if (PD_DIM == 2 && !(p->size > p->slack)) return pdi_cut_refuse(ctx, index, cut, "a segment without length");
     for (int k = 0; PD_DIM == 3 && k < cut->corners; k++) {
         double off[PD_DIM];
@@ -41433,7 +41433,7 @@ static pd_status pdi_cut_check(pd_ctx *ctx, const pd_cut *cut, int index, double
 static pd_status pdi_cut_prepare(pd_ctx *ctx, const pd_body *body, const pd_cut *cuts, int count, pdi_cut_plane *planes)
 {
     double far = 0.0, reach = pdi_cut_reach(body);
-    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = fmax(far, fabs(body->position[k]));
+    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = pdi_max(far, fabs(body->position[k]));
     for (int c = 0; c < count; c++) {
         PDI_TRY(pdi_cut_check(ctx, &cuts[c], c, PDI_CUT_ROUNDING * body->horizon, far, &planes[c]));
         for (int d = 0; d < PD_DIM; d++) {
@@ -41590,8 +41590,8 @@ PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const doubl
         if (PD_DIM > 1) n[1] = tan(0.5 * turn);
         if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
         double energy = crack(self, n);
-        least = fmin(least, energy);
-        most = fmax(most, energy);
+        least = pdi_min(least, energy);
+        most = pdi_max(most, energy);
     }
     return most > 0.0 ? most / least : 1.0;
 }
@@ -41609,7 +41609,7 @@ static void pdi_weigh_sum(const pdi_weigh *o, double base, double a, pdi_weigh_s
         double first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
         if (!(weight > 0.0)) continue;
         weight *= base + a * pdi_weigh_cubic(xi, square);
-        s->least = fmin(s->least, weight);
+        s->least = pdi_min(s->least, weight);
         weight = (double)(float)weight * volume; /* as bonds store it */
         s->size += weight * square;
         s->axis += weight * first * first / square;
@@ -41805,7 +41805,7 @@ PDI_FN void pdi_rigid_find(const pd_body *body, const uint8_t *held, const int32
     memcpy(r->origin, body->position + (int64_t)piece[0] * PD_DIM, sizeof r->origin);
     for (int32_t n = 0; n < count; n++)
         for (int d = 0; d < PD_DIM; d++)
-            r->size = fmax(r->size, fabs(body->position[(int64_t)piece[n] * PD_DIM + d] - r->origin[d]));
+            r->size = pdi_max(r->size, fabs(body->position[(int64_t)piece[n] * PD_DIM + d] - r->origin[d]));
     double all = pdi_rigid_squares(r, held, squares);
     pdi_rigid_null(r, squares, PDI_RIGID_ROUNDING * all);
 }
@@ -41822,7 +41822,7 @@ PDI_FN double pdi_rigid_work(const pd_rigid *r, const uint8_t *held, const doubl
             for (int f = 0; f < r->motions; f++) work[f] += force * left[f][d];
         }
     }
-    for (int f = 0; f < r->motions; f++) most = fmax(most, fabs(work[f]));
+    for (int f = 0; f < r->motions; f++) most = pdi_max(most, fabs(work[f]));
     return size > 0.0 ? most / size : 0.0;
 }
 
@@ -42147,11 +42147,11 @@ static pd_status pdi_scaffold_make(pd_ctx *ctx, pd_scaffold *s)
     for (int d = 0; d < PD_DIM; d++) {
         double lo = HUGE_VAL, hi = -HUGE_VAL;
         for (int32_t i = 0; i < body->count; i++) {
-            lo = fmin(lo, body->position[(int64_t)i * PD_DIM + d]);
-            hi = fmax(hi, body->position[(int64_t)i * PD_DIM + d]);
+            lo = pdi_min(lo, body->position[(int64_t)i * PD_DIM + d]);
+            hi = pdi_max(hi, body->position[(int64_t)i * PD_DIM + d]);
         }
         s->lo[d] = lo - 0.5 * body->spacing;
-        s->width = fmax(s->width, (hi - lo) / PDI_SCAFFOLD_BOXES);
+        s->width = pdi_max(s->width, (hi - lo) / PDI_SCAFFOLD_BOXES);
     }
     PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_list, s));
     PDI_TRY(pdi_scaffold_divide(ctx, s));
@@ -42179,7 +42179,7 @@ PDI_FN double pdi_scaffold_bytes(int32_t count, double wide)
         pd_scaffold_level *level = &s.level[k];
         level->parts = (int32_t)parts + 1;
         level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
-        level->links = (int32_t)fmin(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
+        level->links = (int32_t)pdi_min(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
         bytes += (double)(pdi_owner_bytes(pdi_scaffold_parts, level) + pdi_owner_bytes(pdi_scaffold_nodes, level) +
                           pdi_owner_bytes(pdi_scaffold_links, level));
     }
@@ -42643,7 +42643,7 @@ static void pdi_band_place(const pd_band *band)
 {
     const pd_body *body = band->body;
     double far = body->horizon;
-    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = fmax(far, fabs(body->position[k]));
+    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = pdi_max(far, fabs(body->position[k]));
     if (pdi_body_repeats(body)) far += body->period[PD_DIM - 1] + 2.0 * body->horizon; /* of images, too */
     for (int64_t k = 0; k < PD_BAND_MOST + band->stride * PD_DIM; k++) band->field[k] = 3.0 * far;
     for (int32_t i = 0; i < body->count; i++) {
@@ -43585,7 +43585,7 @@ static pd_status pdi_elastic_solid_store(pd_ctx *ctx, void *self, pd_archive *ar
 static double pdi_elastic_solid_limit(const void *self, double density)
 {
     const pd_elastic *e = (const pd_elastic *)self;
-    double most = 0.0, modulus = 2.0 * e->mu + fmax(PD_DIM * e->lambda, 0.0);
+    double most = 0.0, modulus = 2.0 * e->mu + pdi_max(PD_DIM * e->lambda, 0.0);
     for (int32_t i = 0; i < e->body->count; i++) {
         double sum = 0.0, xi[PD_DIM], own = pdi_elastic_trace(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR);
         for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
@@ -43595,7 +43595,7 @@ static double pdi_elastic_solid_limit(const void *self, double density)
             sum += weight * (pdi_elastic_stiff(e, i) * (over / e->total[i] + own) +
                              pdi_elastic_stiff(e, f.to) * (over / e->total[f.to] + other));
         }
-        most = fmax(most, sum * modulus);
+        most = pdi_max(most, sum * modulus);
     }
     return most > 0.0 ? sqrt(2.0 * density / most) : HUGE_VAL;
 }
@@ -43715,7 +43715,7 @@ static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const doubl
     double third = s[0] * (s[4] * s[8] - s[5] * s[5]) - s[1] * (s[1] * s[8] - s[5] * s[2]) +
                    s[2] * (s[1] * s[5] - s[4] * s[2]);
     double size = mises / 3.0, turn = 0.5 * third / (size * size * size); /* = cos(3 angle) */
-    return mean + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
+    return mean + 2.0 * size * cos(acos(pdi_max(-1.0, pdi_min(1.0, turn))) / 3.0);
 }
 
 /* A bond of point i [m], and by how much its ends move apart [m]. */
@@ -43776,9 +43776,9 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
     for (int32_t i = 0; i < body->count; i++) {
         c->most[i] = 0.0;
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-            if (f.to >= i) c->most[i] = fmax(c->most[i], measure(c, u, i, &f));
+            if (f.to >= i) c->most[i] = pdi_max(c->most[i], measure(c, u, i, &f));
     }
-    for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
+    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->most[i]);
     return most;
 }
 
@@ -43787,7 +43787,7 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
 /* What breaks, by the largest measure. */
 static double pdi_criterion_from(const pd_criterion *c, double most, double eager)
 {
-    return fmax(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
+    return pdi_max(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
 }
 
 /* Gradient h of the displacements of the intact bonds of point i. 0: they span no space. */
@@ -43829,7 +43829,7 @@ static double pdi_criterion_blind(const pd_criterion *c, const double *u, int32_
             eta[p] = 0.0;
             for (int q = 0; q < PD_DIM; q++) eta[p] += h[p * PD_DIM + q] * xi[q];
         }
-        most = fmax(most, pdi_body_strain(xi, eta, y, &r, &length));
+        most = pdi_max(most, pdi_body_strain(xi, eta, y, &r, &length));
     }
     return most;
 }
@@ -43845,7 +43845,7 @@ static int64_t pdi_criterion_fail(const pd_ctx *ctx, pd_criterion *c, const doub
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) c->most[i] = pdi_criterion_blind(c, u, i);
-    for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
+    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->most[i]);
     if (!(most > c->critical)) return 0;
     double from = pdi_criterion_from(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
@@ -44215,7 +44215,7 @@ static pd_status pdi_equilibrium_search(const pdi_equilibrium *q, double *u, dou
             memcpy(u, q->trial, (size_t)q->n * sizeof *u);
             return PD_OK;
         }
-        part *= status == PD_OK ? fmax(0.1, gain / (gain - more)) : 0.5;
+        part *= status == PD_OK ? pdi_max(0.1, gain / (gain - more)) : 0.5;
     }
     return PD_RETRY;
 }
@@ -44243,7 +44243,7 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
 {
     double left = 0.1;
     while (norm > target && result->steps < PDI_EQUILIBRIUM_STEPS) {
-        double forcing = fmax(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
+        double forcing = pdi_max(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
         pdi_equilibrium_blocks(q);
         pdi_equilibrium_scaffold(q);
         pd_status status = pdi_equilibrium_linear(q, forcing * norm, result);
@@ -44275,7 +44275,7 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
     if (status < 0) return status;
     double rtol = q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10;
     pdi_equilibrium_blocks(q);
-    q->size = fmax(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
+    q->size = pdi_max(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
     *target = q->size * rtol;
     return pdi_equilibrium_rest(q, u, norm);
 }
@@ -44468,12 +44468,12 @@ pd_status pd_sequential_next(pd_ctx *ctx, pd_sequential *s)
             return PD_OK;
         }
         /* points whose families cannot feel what tears them come off before */
-        parted = pdi_sequential_break(ctx, s, 1.0 - PDI_SEQUENTIAL_BEYOND / fmin(s->criterion.critical, 1.0));
+        parted = pdi_sequential_break(ctx, s, 1.0 - PDI_SEQUENTIAL_BEYOND / pdi_min(s->criterion.critical, 1.0));
         if (parted) continue;
         pdi_sequential_lose(s, energy);
         pdi_sequential_move(s, s->first.factor, energy);
     }
-    int64_t broken = pdi_sequential_break(ctx, s, 1.0 + PDI_SEQUENTIAL_BEYOND / fmin(s->criterion.critical, 1.0));
+    int64_t broken = pdi_sequential_break(ctx, s, 1.0 + PDI_SEQUENTIAL_BEYOND / pdi_min(s->criterion.critical, 1.0));
     if (!broken)
         return pdi_fail(ctx, PD_ERR_INTERNAL, "sequential", "no bond breaks at the factor %g at which one does",
                         s->factor);
@@ -44632,7 +44632,7 @@ static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double
             length += xi[d] * xi[d];
             way += eta * eta;
         }
-        most = fmax(most, way / length);
+        most = pdi_max(most, way / length);
     }
     return sqrt(most);
 }
@@ -44644,7 +44644,7 @@ static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *motion, 
     const pd_body *body = q->solid.body;
     double most = 0.0;
     int32_t count = 0;
-    for (int32_t i = 0; i < body->count; i++) most = fmax(most, pdi_quasi_static_turn(body, i, motion));
+    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, pdi_quasi_static_turn(body, i, motion));
     for (int32_t i = 0; i < body->count && most > 0.0; i++) {
         if (q->off[i] || !(pdi_quasi_static_turn(body, i, motion) > PDI_QUASI_STATIC_TURN * most)) continue;
         pdi_quasi_static_lose(q, i, t);
@@ -44715,8 +44715,8 @@ static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double 
 /* 1: the entries of a and b differ. */
 static int pdi_quasi_static_others(const pd_ctx *ctx, const pd_quasi_static *q, const double *a, const double *b)
 {
-    double near = fmax(PDI_QUASI_STATIC_NEW, q->desc.rtol);
-    near *= fmax(pdi_par_max_abs(ctx, q->n, a), pdi_par_max_abs(ctx, q->n, b));
+    double near = pdi_max(PDI_QUASI_STATIC_NEW, q->desc.rtol);
+    near *= pdi_max(pdi_par_max_abs(ctx, q->n, a), pdi_par_max_abs(ctx, q->n, b));
     for (int64_t k = 0; k < q->n; k++)
         if (fabs(a[k] - b[k]) > near) return 1;
     return 0;
@@ -44949,7 +44949,7 @@ static pd_status pdi_relaxation_run(pdi_relaxation *r, double *u, double target,
         if (status < 0) return status;
         result->residual = norm;
         if (status == PD_OK && quotient <= PDI_RELAXATION_SAFE) {
-            if (quotient > 0.0) r->damping = fmin(2.0 * sqrt(quotient), PDI_RELAXATION_DAMPING);
+            if (quotient > 0.0) r->damping = pdi_min(2.0 * sqrt(quotient), PDI_RELAXATION_DAMPING);
             if (!(pdi_par_max_abs(q->ctx, q->n, u) < PDI_RELAXATION_FAR * q->solid->body->horizon))
                 return PD_ERR_DIVERGED;
             continue;
@@ -45233,7 +45233,7 @@ static pd_status pdi_crack_farthest(const pd_body *body, const uint8_t *among, c
     int32_t found = 0;
     for (int32_t i = 0; i < body->count; i++)
         if ((!among || among[i]) && pdi_crack_lost(body, i, share))
-            farthest = fmax(farthest, pdi_vec_dot(body->position + (int64_t)i * PD_DIM, unit));
+            farthest = pdi_max(farthest, pdi_vec_dot(body->position + (int64_t)i * PD_DIM, unit));
     for (int32_t i = 0; i < body->count; i++) {
         const double *x = body->position + (int64_t)i * PD_DIM;
         if (pdi_vec_dot(x, unit) < farthest - PDI_CRACK_ROUNDING * body->horizon) continue;
@@ -45265,7 +45265,7 @@ static double pdi_crack_apart(const double *from, const double *to, const double
         off[d] = x[d] - from[d];
     }
     double length = pdi_vec_dot(edge, edge), share = length > 0.0 ? pdi_vec_dot(off, edge) / length : 0.0;
-    share = fmin(fmax(share, 0.0), 1.0);
+    share = pdi_min(pdi_max(share, 0.0), 1.0);
     for (int d = 0; d < PD_DIM; d++) off[d] -= share * edge[d];
     return pdi_vec_dot(off, off);
 }
@@ -45686,7 +45686,7 @@ static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, i
     int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
     int whole = (count + PDI_SPRINGS_VECTOR - 1) / PDI_SPRINGS_VECTOR * PDI_SPRINGS_VECTOR;
     if (count == 1) whole = 1;
-    double top = fmin(sweep->most * (2.0 + sweep->most), PDI_SPRINGS_SMALL);
+    double top = pdi_min(sweep->most * (2.0 + sweep->most), PDI_SPRINGS_SMALL);
     int64_t broken = 0;
     pdi_springs_sums sums;
     pdi_springs_zero(whole, &sums);
@@ -45886,7 +45886,7 @@ static void pdi_mend_step(const pdi_mend *o, const double *share, int32_t i, int
     pdi_mend_gap(o, share, i, gap, fresh ? matrix : NULL);
     if (fresh) pdi_mend_factorize(matrix, factor);
     pdi_mend_solve(factor, gap);
-    for (int k = 0; k < all; k++) most = fmax(most, fabs(gap[k]));
+    for (int k = 0; k < all; k++) most = pdi_max(most, fabs(gap[k]));
     double part = most > PDI_MEND_STEP ? PDI_MEND_STEP / most : 1.0;
     for (int k = 0; k < all; k++) change[k] = part * gap[k] + PDI_MEND_AGAIN * change[k];
 }
@@ -45902,7 +45902,7 @@ static int32_t pdi_mend_cut(const pd_ctx *ctx, const pdi_mend *o, const double *
     for (int32_t i = 0; i < body->count; i++) {
         double gap[PD_MEND_MOMENTS], most = 0.0;
         pdi_mend_gap(o, share, i, gap, NULL);
-        for (int k = 0; k < PD_MEND_MOMENTS; k++) most = fmax(most, fabs(gap[k]));
+        for (int k = 0; k < PD_MEND_MOMENTS; k++) most = pdi_max(most, fabs(gap[k]));
         cut[i] = most > PDI_MEND_WHOLE;
     }
     for (int32_t i = 0; i < body->count; i++)
@@ -46028,7 +46028,7 @@ PDI_FN double pdi_microelastic_limit(const pd_microelastic *m, double density)
 {
     pdi_microelastic_sums s;
     pdi_microelastic_sum(m, 0, NULL, &s);
-    return sqrt(2.0 * density / (m->modulus * fmax(s.over, m->stiffest)));
+    return sqrt(2.0 * density / (m->modulus * pdi_max(s.over, m->stiffest)));
 }
 
 static double pdi_microelastic_crack_of(const void *self, const double *n)
@@ -46137,7 +46137,7 @@ static double pdi_microelastic_bound(const pd_microelastic *m, int32_t i)
     for (int a = 0; a < PD_DIM; a++) {
         double sum = 0.0;
         for (int c = 0; c < PD_DIM; c++) sum += fabs(stiff[a * PD_DIM + c]);
-        most = fmax(most, sum);
+        most = pdi_max(most, sum);
     }
     return most;
 }
@@ -46325,7 +46325,7 @@ static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double 
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
             double volume = body->volume[i] * body->volume[f.to];
             if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
-            across = fmax(across, PDI_MICROELASTIC_ACROSS * along);
+            across = pdi_max(across, PDI_MICROELASTIC_ACROSS * along);
             for (int p = 0; p < PD_DIM * PD_DIM; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
                 a[p] += volume * ((row == column ? across : 0.0) + (along - across) * (n[row] * n[column]));
@@ -46533,7 +46533,7 @@ static double pdi_verlet_half(const pd_ctx *ctx, pd_verlet *d, double dt, int fi
 static pd_status pdi_verlet_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     const pd_verlet *d = (const pd_verlet *)self;
-    s->dt = fmin(s->dt, d->longest);
+    s->dt = pdi_min(s->dt, d->longest);
     PDI_TRY(pdi_process_longest(ctx, self, s));
     s->dt = pdi_process_even(s->limit - s->time, s->dt);
     return PD_OK;
@@ -46735,7 +46735,7 @@ static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, 
             double twice = pdi_strain_dot(n + p * PDI_SYM, n + q * PDI_SYM);
             *law++ = (o->lambda * row[p] * row[q] + 2.0 * o->mu * twice - o->alpha[i] * size * own) / (size * size);
         }
-    o->bound[i] = fmax(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
+    o->bound[i] = pdi_max(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
 }
 
 /* The law of family i. 0: it has none; -1: a strain has no energy. */
@@ -46754,7 +46754,7 @@ static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
     double bulk = o->lambda + 2.0 * o->mu / PD_DIM, l = PD_DIM * PD_DIM * bulk / (whole * whole) - o->alpha[i] / whole;
     for (int p = 0; p < PDI_SYM; p++)
         for (int q = 0; q <= p; q++) *law++ = p < PD_DIM && q < PD_DIM ? l : 0.0;
-    o->bound[i] = o->alpha[i] + fmax(l, 0.0) * size;
+    o->bound[i] = o->alpha[i] + pdi_max(l, 0.0) * size;
     return o->alpha[i] + l * size > 0.0 ? 1 : -1;
 }
 
@@ -46884,7 +46884,7 @@ static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
         double back = bond.share * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
         double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
         if (!o->desc.linear)
-            turn = fmax(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
+            turn = pdi_max(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
         for (int p = 0; p < PD_DIM; p++) {
             for (int k = 0; k < PDI_SYM; k++) own[p][k] += bond.weight * bond.dyad[k] * bond.y[p] / bond.r;
             for (int q = 0; q < PD_DIM; q++)
@@ -47056,7 +47056,7 @@ static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < o->body->count; i++) o->at[i] = pdi_ordinary_rate(o, i);
     o->rate = 0.0;
-    for (int32_t i = 0; i < o->body->count; i++) o->rate = fmax(o->rate, o->at[i]);
+    for (int32_t i = 0; i < o->body->count; i++) o->rate = pdi_max(o->rate, o->at[i]);
 }
 
 /* Laws of all families. Returns the first point that has none; -1: all have one. */
@@ -47375,7 +47375,7 @@ static pd_status pdi_toughness_break(pd_ctx *ctx, pdi_toughness *t)
     pd_criterion_bond first;
     PDI_TRY(pdi_toughness_rest(ctx, t));
     pd_criterion_first(ctx, &t->criterion, t->moved, &first);
-    t->factor = fmax(t->factor, first.factor * (1.0 + PDI_TOUGHNESS_BEYOND));
+    t->factor = pdi_max(t->factor, first.factor * (1.0 + PDI_TOUGHNESS_BEYOND));
     for (int64_t k = 0; k < (int64_t)t->count * PD_DIM; k++) t->strained[k] = t->factor * t->moved[k];
     if (pd_criterion_break(ctx, &t->criterion, t->strained, PDI_TOUGHNESS_EAGER)) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "toughness", "a crack in a strip of the lattice does not run");
@@ -47614,7 +47614,7 @@ static void pdi_finite_law_axes(double *b, double *axis)
         double off = 0.0, trace = 0.0;
         for (int p = 0; p < PD_DIM; p++) {
             trace += b[p * PD_DIM + p];
-            for (int q = p + 1; q < PD_DIM; q++) off = fmax(off, fabs(b[p * PD_DIM + q]));
+            for (int q = p + 1; q < PD_DIM; q++) off = pdi_max(off, fabs(b[p * PD_DIM + q]));
         }
         if (!(off > PDI_FINITE_LAW_LEFT * trace)) return;
         for (int p = 0; p < PD_DIM; p++)
@@ -48491,14 +48491,14 @@ static double pdi_finite_steep(const pd_finite *f, int32_t i)
             for (int k = 0; k < PDI_TENSOR; k++)
                 across[k] -= bond.weight / f->total[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over;
     pdi_tensor_product(across, shape, power);
-    for (int d = 0; d < PD_DIM; d++) size = fmax(size, shape[d * (PD_DIM + 1)]);
+    for (int d = 0; d < PD_DIM; d++) size = pdi_max(size, shape[d * (PD_DIM + 1)]);
     for (int k = 0; k < PDI_TENSOR; k++) power[k] /= size;
     for (int round = 0; round < 3; round++) {
         pdi_tensor_product(power, power, square);
         memcpy(power, square, sizeof power);
     }
     for (int d = 0; d < PD_DIM; d++) trace += power[d * (PD_DIM + 1)];
-    return size * pow(fmax(trace, 0.0), 0.125);
+    return size * pow(pdi_max(trace, 0.0), 0.125);
 }
 
 /* A bond holds no more energy than a spring of stiffness  M w V_i V_j (1/(w_i r^2) + k_i), k as above, and the same of
@@ -48507,7 +48507,7 @@ static double pdi_finite_limit(const void *self, double density)
 {
     const pd_finite *f = (const pd_finite *)self;
     const pd_body *body = f->body;
-    double modulus = fmax(2.0 * f->mu, PD_DIM * f->lambda + 2.0 * f->mu), stiffest = 0.0;
+    double modulus = pdi_max(2.0 * f->mu, PD_DIM * f->lambda + 2.0 * f->mu), stiffest = 0.0;
     for (int32_t i = 0; i < body->count; i++) f->work[i] = modulus * pdi_finite_steep(f, i);
     for (int32_t i = 0; i < body->count; i++) {
         pdi_finite_bond bond;
@@ -48517,11 +48517,11 @@ static double pdi_finite_limit(const void *self, double density)
             for (int end = 0; end < 2; end++) {
                 int32_t k = end ? b.to : i;
                 double size = pdi_finite_own(f) ? f->work[k] + modulus * bond.over / f->total[k]
-                                                : fmax(f->work[k], f->spring);
+                                                : pdi_max(f->work[k], f->spring);
                 sum += bond.weight * pdi_finite_stiff(f, k) * size;
             }
         }
-        stiffest = fmax(stiffest, sum);
+        stiffest = pdi_max(stiffest, sum);
     }
     return sqrt(2.0 * density / stiffest);
 }
@@ -48713,7 +48713,7 @@ static double pdi_grain_jitter(double spread)
 static pd_status pdi_grain_check(pd_ctx *ctx, const pd_grid *grid, const pd_grain_desc *desc)
 {
     double coarse = 0.0, most = pdi_grain_spread_table[PD_DIM - 1][PDI_GRAIN_JITTERS - 1];
-    for (int d = 0; d < PD_DIM; d++) coarse = fmax(coarse, grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) coarse = pdi_max(coarse, grid->h[d]);
     if (!(desc->boundary_width >= 0.0) || !isfinite(desc->boundary_width))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "grain", "the boundary width is %g m, expected 0 or more",
                         desc->boundary_width);
@@ -48810,7 +48810,7 @@ static pd_status pdi_grain_sow(pd_ctx *ctx, const pdi_grain_lattice *lattice, co
             middle += 0.5 * (lo[b] + hi[b]) * lattice->axes[a][b];
             half += 0.5 * (hi[b] - lo[b]) * fabs(lattice->axes[a][b]);
         }
-        double reach = half / lattice->edge + fmax(lattice->jitter, 0.5) + 1.0;
+        double reach = half / lattice->edge + pdi_max(lattice->jitter, 0.5) + 1.0;
         double from = middle / lattice->edge - lattice->shift[a];
         if (!(fabs(from) + reach < 1e6))
             return pdi_fail(ctx, PD_ERR_SIZE, "grain", "the solid lies %g grains from the origin, expected less than "
@@ -48912,7 +48912,7 @@ static double pdi_grain_bin_distance(const pd_grain *grain, const double *x, con
     for (int d = 0; d < PD_DIM; d++) {
         if (j[d] < 0 || j[d] >= grain->bin_n[d]) return -1.0;
         double lo = grain->bin_lo[d] + j[d] * grain->bin_edge;
-        double gap = fmax(fmax(lo - x[d], x[d] - lo - grain->bin_edge), 0.0);
+        double gap = pdi_max(pdi_max(lo - x[d], x[d] - lo - grain->bin_edge), 0.0);
         square += gap * gap;
         *bin += j[d] * stride;
         stride *= grain->bin_n[d];
@@ -48992,8 +48992,8 @@ static int pdi_grain_extent(const pd_grid *grid, const pd_grain *grain, double *
         any = 1;
         pd_grid_position(grid, node, x);
         for (int d = 0; d < PD_DIM; d++) {
-            lo[d] = fmin(lo[d], x[d]);
-            hi[d] = fmax(hi[d], x[d]);
+            lo[d] = pdi_min(lo[d], x[d]);
+            hi[d] = pdi_max(hi[d], x[d]);
         }
     }
     return any;
@@ -49054,7 +49054,7 @@ static pd_status pdi_grain_random(pd_ctx *ctx, const pd_grid *grid, const pd_gra
     double most = 0.0;
     for (int d = 0; d < PD_DIM; d++) most += PDI_GRAIN_ONE * (hi[d] - lo[d] + grid->h[d]);
     lattice.seed = desc->seed;
-    lattice.edge = fmin(desc->size, most) * pow(pdi_grain_unit(), 1.0 / PD_DIM);
+    lattice.edge = pdi_min(desc->size, most) * pow(pdi_grain_unit(), 1.0 / PD_DIM);
     lattice.jitter = desc->spread > 0.0 ? pdi_grain_jitter(desc->spread / desc->size) : -1.0;
     pdi_grain_orient(&lattice);
     for (double margin = 3.0 * lattice.edge;; margin *= 2.0) {
@@ -49071,7 +49071,7 @@ static pd_status pdi_grain_given(pd_ctx *ctx, const pd_grid *grid, const pd_grai
 {
     double measure = 1.0;
     int64_t unsure;
-    for (int d = 0; d < PD_DIM; d++) measure *= fmax(hi[d] - lo[d], grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) measure *= pdi_max(hi[d] - lo[d], grid->h[d]);
     grain->centre_count = desc->centre_count;
     grain->bin_edge = pow(measure / (double)desc->centre_count, 1.0 / PD_DIM);
     PDI_TRY(pdi_grain_sort(ctx, lo, hi, desc->centres, grain));
@@ -49142,7 +49142,7 @@ static int pdi_grain_crossings(const pd_grain *grain, const pdi_grain_local *loc
         slope += 2.0 * xi[d] * (grain->centre[(size_t)b * PD_DIM + (size_t)d] -
                                 grain->centre[(size_t)a * PD_DIM + (size_t)d]);
     if (local->count < 3 || depth == 0 || !(slope > 0.0)) return 1;
-    for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + fmin(fmax(level / slope, 0.0), 1.0) * xi[d];
+    for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + pdi_min(pdi_max(level / slope, 0.0), 1.0) * xi[d];
     double best = pdi_grain_square(grain, a, p) * (1.0 - 1e-9);
     int32_t between = a;
     for (int k = 0; k < local->count; k++) {
@@ -49192,7 +49192,7 @@ pd_status pd_grain_fraction(pd_ctx *ctx, const pd_stencil *stencil, const pd_gri
         double width = grain->boundary_width;
         fraction[node] = 0.0f;
         if (grid->kind[node] == PD_SOLID && width > 0.0)
-            fraction[node] = (float)fmin(1.0, 0.5 * width * pdi_grain_area(stencil, grid, grain, node));
+            fraction[node] = (float)pdi_min(1.0, 0.5 * width * pdi_grain_area(stencil, grid, grain, node));
     }
     return PD_OK;
 }
@@ -49225,7 +49225,7 @@ PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gr
     PDI_DELETE(ctx, grain->centre_count, share);
     if (stats->count == 0) return PD_OK;
     stats->mean = sum / stats->count;
-    stats->deviation = sqrt(fmax(square / stats->count - stats->mean * stats->mean, 0.0));
+    stats->deviation = sqrt(pdi_max(square / stats->count - stats->mean * stats->mean, 0.0));
     stats->boundary_fraction = pdi_sum_total(&boundary) / (double)solid;
     return PD_OK;
 }
@@ -49248,7 +49248,7 @@ PDI_FN double pdi_law_own(pdi_law *law, int m, double c)
     const pdi_law_metal *metal = &law->metal[m];
     law->at.c = c;
     if (c >= law->limit) return 0.0;
-    return metal->rate(metal->user, &law->at) * fmax(metal->whole - metal->part * c, 0.0);
+    return metal->rate(metal->user, &law->at) * pdi_max(metal->whole - metal->part * c, 0.0);
 }
 
 PDI_FN double pdi_law_rate(pdi_law *law, double c)
@@ -49280,7 +49280,7 @@ static double pdi_law_halve(pdi_law *law, double a, double b)
 /* The next concentration of a search from s to c. */
 static double pdi_law_stride(const pdi_law *law, double s, double c)
 {
-    return fmin(s + fmax(PDI_LAW_GROWTH * s, PDI_LAW_LEAST * law->top), c);
+    return pdi_min(s + pdi_max(PDI_LAW_GROWTH * s, PDI_LAW_LEAST * law->top), c);
 }
 
 PDI_FN double pdi_law_end(pdi_law *law, double c, double limit)
@@ -49305,10 +49305,10 @@ static double pdi_law_point_end(pdi_law *law, pdi_law_point *p, double c, double
         p->from = c;
     }
     if (c >= p->end) return pdi_law_end(law, c, limit);
-    limit = fmax(limit, c);
+    limit = pdi_max(limit, c);
     if (limit <= p->seen || p->end < HUGE_VAL) return p->end;
     p->end = pdi_law_end(law, p->seen, limit);
-    p->seen = fmin(limit, p->end);
+    p->seen = pdi_min(limit, p->end);
     return c < p->end ? p->end : pdi_law_end(law, c, limit);
 }
 
@@ -49330,10 +49330,10 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
 {
     double a = 0.0, above = pdi_law_rate(law, c), b = above, resist = p->resist;
     if (!pdi_law_finite(above)) return above;
-    if (!(above > 0.0) || !(resist > 0.0)) return fmax(above, 0.0);
+    if (!(above > 0.0) || !(resist > 0.0)) return pdi_max(above, 0.0);
     if (!(resist < HUGE_VAL)) { /* the surface is as rich as it can be */
         double v = pdi_law_point_end(law, p, c, law->top) < HUGE_VAL ? 0.0 : pdi_law_rate(law, law->top);
-        return fmin(above, fmax(v, 0.0));
+        return pdi_min(above, pdi_max(v, 0.0));
     }
     for (int k = 0; k < PDI_LAW_ROUNDS; k++) { /* a rising law gives more behind its film */
         double reach = resist * b, most = (pdi_law_point_end(law, p, c, c + reach) - c) / resist;
@@ -49363,23 +49363,23 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
  * rising law gets a flat line; without a film it keeps its slope. */
 static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
 {
-    double now = pdi_law_at(law, p, c), size = fmax(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
+    double now = pdi_law_at(law, p, c), size = pdi_max(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
     if (!pdi_law_finite(now)) return 0;
-    p->largest = fmax(p->largest, now);
+    p->largest = pdi_max(p->largest, now);
     if (p->resist < HUGE_VAL && p->resist > 0.0)
-        width = fmax(fmin(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
-    double other = c > width ? c - width : c + width, jump = p->beyond ? fmin(p->pin, law->limit) : law->limit;
+        width = pdi_max(pdi_min(width, PDI_LAW_STEP * p->resist * p->largest), PDI_LAW_NARROW * size);
+    double other = c > width ? c - width : c + width, jump = p->beyond ? pdi_min(p->pin, law->limit) : law->limit;
     if (!(p->resist > 0.0) && c > jump && other <= jump) other = c + width; /* the slope is none of the jump */
     double there = pdi_law_at(law, p, other);
     while (p->resist < HUGE_VAL && width < PDI_LAW_STEP * p->resist * p->largest &&
            fabs(there - now) < PDI_LAW_CHANGE * now) {
-        width = fmin(10.0 * width, PDI_LAW_STEP * p->resist * p->largest);
+        width = pdi_min(10.0 * width, PDI_LAW_STEP * p->resist * p->largest);
         other = c > width ? c - width : c + width;
         there = pdi_law_at(law, p, other);
     }
     if (!pdi_law_finite(there)) return 0;
     p->slope = (there - now) / (other - c);
-    if (p->resist > 0.0) p->slope = fmin(p->slope, 0.0);
+    if (p->resist > 0.0) p->slope = pdi_min(p->slope, 0.0);
     p->speed = now - p->slope * c;
     p->touch = c;
     return 1;
@@ -49413,12 +49413,12 @@ static int pdi_law_pin(pdi_law *law, double a, double b, pdi_law_point *p)
             before = v;
         }
     }
-    if (!(before - fmax(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
+    if (!(before - pdi_max(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
     p->pinned = 1;
     p->pin = a;
     p->ahead = before;
-    p->behind = fmax(behind, 0.0);
-    p->largest = fmax(p->largest, before);
+    p->behind = pdi_max(behind, 0.0);
+    p->largest = pdi_max(p->largest, before);
     p->speed = p->slope = 0.0;
     return 1;
 }
@@ -49429,7 +49429,7 @@ static int pdi_law_jumps(pdi_law *law, double c, pdi_law_point *p)
     double a = c * (1.0 - PDI_LAW_AROUND), b = c * (1.0 + PDI_LAW_AROUND);
     if (p->resist > 0.0 || !(b > a)) return 0;
     double before = pdi_law_rate(law, a), behind = pdi_law_rate(law, b);
-    if (!(before - fmax(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
+    if (!(before - pdi_max(behind, 0.0) > PDI_LAW_DROP * before)) return 0;
     return pdi_law_pin(law, a, b, p);
 }
 
@@ -49438,7 +49438,7 @@ static int pdi_law_jumps(pdi_law *law, double c, pdi_law_point *p)
 PDI_FN int pdi_law_meet_pinned(pdi_law *law, double need, double near, pdi_law_point *p)
 {
     if (need <= p->ahead + near && need >= p->behind - near) {
-        p->speed = fmin(fmax(need, p->behind), p->ahead);
+        p->speed = pdi_min(pdi_max(need, p->behind), p->ahead);
         p->slope = 0.0;
         return 1;
     }
@@ -49464,7 +49464,7 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
     p->resist = resist;
     p->from = from <= c && c < end ? from : c;
     p->end = from <= c && c < end ? end : HUGE_VAL;
-    p->seen = from <= c && c < end ? fmin(end, law->top) : c;
+    p->seen = from <= c && c < end ? pdi_min(end, law->top) : c;
     p->largest = p->low_v = 0.0;
     p->low_c = c;
     p->high_c = p->high_v = HUGE_VAL;
@@ -49497,7 +49497,7 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
     }
     pdi_bracket s = {a, above, b, below, 0, 0};
     double c;
-    while (s.b - s.a > 1e-14 * fmax(fabs(s.b), fabs(s.a)) && pdi_bracket_next(&s, &c)) {
+    while (s.b - s.a > 1e-14 * pdi_max(fabs(s.b), fabs(s.a)) && pdi_bracket_next(&s, &c)) {
         double g = pdi_law_at(law, p, c) - (asked_a + rise * (c - p->low_c));
         if (!pdi_law_finite(g)) return g;
         pdi_bracket_take(&s, c, g);
@@ -49518,7 +49518,7 @@ static double pdi_law_ahead(pdi_law *law, pdi_law_point *p, double c, double ask
     for (int k = 0; k < PDI_LAW_ROUNDS; k++) {
         double given = pdi_law_at(law, p, ahead), next = c + (given - asked) / rise;
         if (!pdi_law_finite(given)) return given;
-        if (next > end || next > law->top) return fmin(end, law->top);
+        if (next > end || next > law->top) return pdi_min(end, law->top);
         if (next <= ahead) { /* beyond the meeting point, or there */
             beyond.high_c = ahead;
             beyond.high_v = asked + rise * (ahead - c);
@@ -49532,7 +49532,7 @@ static double pdi_law_ahead(pdi_law *law, pdi_law_point *p, double c, double ask
 /* 1: V passes the speed `asked` within `close` of c. */
 static int pdi_law_passes(pdi_law *law, pdi_law_point *p, double c, double asked, double close)
 {
-    return pdi_law_at(law, p, fmax(c - close, 0.0)) >= asked && pdi_law_at(law, p, c + close) <= asked;
+    return pdi_law_at(law, p, pdi_max(c - close, 0.0)) >= asked && pdi_law_at(law, p, c + close) <= asked;
 }
 
 /* Where the next line touches V, after `asked` was compared with V at c. */
@@ -49573,11 +49573,11 @@ static int pdi_law_rises(pdi_law *law, double a, double c)
 
 PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *p, double a, double c)
 {
-    double from = fmax(fmin(a, c), 0.0), to = fmax(a, c), slowest = HUGE_VAL;
+    double from = pdi_max(pdi_min(a, c), 0.0), to = pdi_max(a, c), slowest = HUGE_VAL;
     if (!(to > from) || !pdi_law_rises(law, from, to)) return HUGE_VAL;
     while (from < to) {
         from = pdi_law_stride(law, from, to);
-        slowest = fmin(slowest, pdi_law_at(law, p, from));
+        slowest = pdi_min(slowest, pdi_law_at(law, p, from));
     }
     return slowest;
 }
@@ -49597,10 +49597,10 @@ static double pdi_law_way(pdi_law *law, pdi_law_point *p, double c, double asked
 PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_law_point *p)
 {
     double asked = p->speed + p->slope * c;
-    c = fmax(c, 0.0);
+    c = pdi_max(c, 0.0);
     double given = pdi_law_at(law, p, c), way = p->resist > 0.0 ? pdi_law_way(law, p, c, asked) : c;
     if (!pdi_law_finite(given)) return -1;
-    p->largest = fmax(p->largest, given);
+    p->largest = pdi_max(p->largest, given);
     if (way < c) {
         asked = p->low_v + (asked - p->low_v) / (c - p->low_c) * (way - p->low_c);
         given = 0.0;
@@ -49777,7 +49777,7 @@ static pd_status pdi_front_print(pd_ctx *ctx, pd_front *f)
     if (f->kernel == PD_KERNEL_AREA || (f->kernel == PD_KERNEL_SQUARE && PD_DIM == 1))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "front", "this kernel has no coefficient of the continuum in %dD",
                         PD_DIM);
-    for (int a = 1; a < PD_DIM; a++) reference = fmin(reference, s->h[a]);
+    for (int a = 1; a < PD_DIM; a++) reference = pdi_min(reference, s->h[a]);
     double delta = s->m * reference;
     if (f->kernel == PD_KERNEL_INVERSE) factor = (PD_DIM == 3 ? 3.0 / PDI_PI : 1.0) / pow(delta, PD_DIM);
     else factor = PD_DIM == 2 ? 0.5 / delta : 2.0 / (PDI_PI * delta * delta);
@@ -50205,7 +50205,7 @@ PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i, int metal)
 PDI_FN double pdi_interface_fastest(const pd_dissolve *d, int32_t i)
 {
     double fastest = 0.0;
-    for (int m = 0; m < d->kinds; m++) fastest = fmax(fastest, pdi_interface_speed(d, i, m));
+    for (int m = 0; m < d->kinds; m++) fastest = pdi_max(fastest, pdi_interface_speed(d, i, m));
     return fastest;
 }
 
@@ -50252,7 +50252,7 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
     pdi_reach reach = pdi_reach_of(d, j);
     while (pdi_reach_next(&reach)) {
         int32_t i = pdi_entry_far(&d->paths, j, reach.bond);
-        fastest = fmax(fastest, pdi_interface_speed(d, i, pdi_metal_of(d, j)));
+        fastest = pdi_max(fastest, pdi_interface_speed(d, i, pdi_metal_of(d, j)));
     }
     return d->kernel.total * fastest * pdi_metal_factor(d, j);
 }
@@ -50267,7 +50267,7 @@ static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entr
     pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
     beside->enters += weight;
     portion->enters += weight;
-    beside->hollow += weight * fmax(1.5 - pdi_metal_left(d, entry->last), 0.0);
+    beside->hollow += weight * pdi_max(1.5 - pdi_metal_left(d, entry->last), 0.0);
     beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_supply(d, j) / d->kind[0].supply));
     pdi_entry_mirror(entry, e, s->xi + k * PD_DIM, way);
     for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry->count * way[a];
@@ -50305,7 +50305,7 @@ PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn li
                 pdi_entry_mirror(&entry, e, from->normal, normal);
                 double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
                 if (!(from->enters > 0.0) || !(share > 0.0)) continue;
-                double beyond = fmax(pdi_entry_beyond(paths, k, &entry, e, normal), 0.0);
+                double beyond = pdi_max(pdi_entry_beyond(paths, k, &entry, e, normal), 0.0);
                 link(d, from, pdi_reach_join(d, entry.far), share, beyond);
             }
         }
@@ -50329,7 +50329,7 @@ static void pdi_interface_count(pd_dissolve *d, pdi_beside *from, pdi_beside *to
 static void pdi_interface_arrive(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
 {
     double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node), cell = 0.0;
-    for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->paths.stencil->h[a]);
+    for (int a = 0; a < PD_DIM; a++) cell = pdi_max(cell, fabs(from->normal[a]) * d->paths.stencil->h[a]);
     to->weight += over * from->enters;
     for (int m = 0; m < d->kinds; m++)
         pdi_metal_portion(d, to)[m].weight += over * pdi_metal_portion(d, from)[m].enters;
@@ -50391,7 +50391,7 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
         own->user = d->kind[m].law.rate_user;
         own->share = weight / (arrives ? beside->weight : beside->enters);
         pdi_interface_drive(d, &portion[m], &own->whole, &own->part);
-        if (!pdi_metal_bonds(d)) law->top = fmax(law->top, d->kind[m].solid);
+        if (!pdi_metal_bonds(d)) law->top = pdi_max(law->top, d->kind[m].solid);
         law->metals++;
     }
     if (!law->metals) law->top = d->kind[0].solid; /* a law of nothing */
@@ -50418,16 +50418,16 @@ static void pdi_interface_share(const pd_dissolve *d, const pdi_beside *beside)
     if (d->kinds == 1) return;
     double resist = pdi_interface_resist(d, beside);
     pdi_interface_law(d, beside, &law);
-    double c = fmax(d->transport->c[beside->node], 0.0);
-    double s = resist < HUGE_VAL ? fmin(c + resist * fmax(line, 0.0), law.top) : law.top;
+    double c = pdi_max(d->transport->c[beside->node], 0.0);
+    double s = resist < HUGE_VAL ? pdi_min(c + resist * pdi_max(line, 0.0), law.top) : law.top;
     for (int k = 0; k < law.metals && law.metals > 1; k++) {
-        before[k] = fmax(pdi_law_own(&law, k, s * (1.0 - PDI_INTERFACE_AROUND)), 0.0);
-        behind[k] = fmax(pdi_law_own(&law, k, s * (1.0 + PDI_INTERFACE_AROUND)), 0.0);
+        before[k] = pdi_max(pdi_law_own(&law, k, s * (1.0 - PDI_INTERFACE_AROUND)), 0.0);
+        behind[k] = pdi_max(pdi_law_own(&law, k, s * (1.0 + PDI_INTERFACE_AROUND)), 0.0);
         above += law.metal[k].share * before[k];
         below += law.metal[k].share * behind[k];
     }
-    double high = fmax(above, below), theta = 0.5;
-    if (fabs(above - below) > PDI_INTERFACE_DROP * high) theta = fmin(fmax((line - below) / (above - below), 0.0), 1.0);
+    double high = pdi_max(above, below), theta = 0.5;
+    if (fabs(above - below) > PDI_INTERFACE_DROP * high) theta = pdi_min(pdi_max((line - below) / (above - below), 0.0), 1.0);
     for (int k = 0; k < law.metals && law.metals > 1; k++) {
         before[k] = theta * before[k] + (1.0 - theta) * behind[k];
         sum += law.metal[k].share * before[k];
@@ -50470,7 +50470,7 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
         const pdi_metal_beside *gives = &pdi_metal_portion(d, from)[m];
         pdi_metal_beside *portion = &pdi_metal_portion(d, to)[m];
         to->given += over * gives->paid * portion->speed;
-        portion->weight = fmax(portion->weight - over * gives->used, 0.0);
+        portion->weight = pdi_max(portion->weight - over * gives->used, 0.0);
         to->weight += portion->weight;
     }
 }
@@ -50537,8 +50537,8 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
         for (int m = 0; m < d->kinds; m++) {
             pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[m];
             beside->given += portion->paid * portion->mean;
-            portion->weight = fmax(portion->weight - portion->used, 0.0);
-            portion->stock = fmax(portion->stock - portion->used_stock, 0.0);
+            portion->weight = pdi_max(portion->weight - portion->used, 0.0);
+            portion->stock = pdi_max(portion->stock - portion->used_stock, 0.0);
             beside->weight += portion->weight;
         }
     }
@@ -50711,7 +50711,7 @@ static double pdi_content_all(const pd_dissolve *d, double dt)
     double all = 0.0;
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
-        all += fmax(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
+        all += pdi_max(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
     }
     return all;
 }
@@ -50960,7 +50960,7 @@ static void pdi_content_give_up(pd_dissolve *d, int32_t i, double dt)
         }
         left = full ? left - given : 0.0;
     }
-    c[i] = end + fmax(left, 0.0);
+    c[i] = end + pdi_max(left, 0.0);
 }
 
 static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
@@ -51061,7 +51061,7 @@ PDI_FN double pdi_damage_broken(uint64_t seed, int32_t node, int bonds, double e
 PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds)
 {
     double last = 0.0;
-    for (int b = 0; b < bonds; b++) last = fmax(last, pdi_damage_number(seed, node, b));
+    for (int b = 0; b < bonds; b++) last = pdi_max(last, pdi_damage_number(seed, node, b));
     return bonds ? last : 1.0;
 }
 
@@ -51296,7 +51296,7 @@ static const pdi_beside *pdi_dissolve_like(const pd_dissolve *d, const pdi_metal
 {
     if (!alone || alone->like < 0 || !pdi_metal_bonds(d) || d->desc.drive != PD_DRIVE_CONSTANT) return NULL;
     const pdi_beside *like = &d->beside[alone->like];
-    double known = fmax(d->transport->c[like->node], 0.0);
+    double known = pdi_max(d->transport->c[like->node], 0.0);
     return known < c || known > c ? NULL : like;
 }
 
@@ -51304,7 +51304,7 @@ static const pdi_beside *pdi_dissolve_like(const pd_dissolve *d, const pdi_metal
 static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside *beside)
 {
     pdi_law law;
-    double c = fmax(d->transport->c[beside->node], 0.0);
+    double c = pdi_max(d->transport->c[beside->node], 0.0);
     pdi_metal_kind *alone = pdi_dissolve_alone(d, beside);
     const pdi_beside *like = pdi_dissolve_like(d, alone, c);
     if (like) {
@@ -51315,7 +51315,7 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside 
     pdi_interface_law(d, beside, &law);
     if (alone && !(c >= alone->from && c < alone->to)) {
         alone->from = c;
-        alone->to = fmin(pdi_law_end(&law, c, law.top), law.limit);
+        alone->to = pdi_min(pdi_law_end(&law, c, law.top), law.limit);
     }
     double from = alone ? alone->from : HUGE_VAL, to = alone ? alone->to : 0.0;
     if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), from, to, c, &beside->point))
@@ -51333,12 +51333,12 @@ static void pdi_dissolve_bond_course(const pd_dissolve *d, pdi_law *law, double 
     double v[5], share = dt * d->kernel.total, least = HUGE_VAL, most = 0.0;
     for (int k = 0; k < 5; k++) {
         law->at.t = t + 0.25 * k * dt;
-        v[k] = fmax(pdi_law_rate(law, c), 0.0);
-        least = fmin(least, v[k]);
-        most = fmax(most, v[k]);
+        v[k] = pdi_max(pdi_law_rate(law, c), 0.0);
+        least = pdi_min(least, v[k]);
+        most = pdi_max(most, v[k]);
     }
-    for (int k = 0; k < 2; k++) *error = fmax(*error, share * fabs(0.5 * (v[k] + v[4 - k]) - v[2]));
-    if (most > least) *taken = fmax(*taken, share * most);
+    for (int k = 0; k < 2; k++) *error = pdi_max(*error, share * fabs(0.5 * (v[k] + v[4 - k]) - v[2]));
+    if (most > least) *taken = pdi_max(*taken, share * most);
 }
 
 /* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
@@ -51350,7 +51350,7 @@ static void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
     for (int32_t n = 0; n < d->beside_count; n++) {
         const pdi_beside *beside = &d->beside[n];
         pdi_law law;
-        double v[3], share = 0.0, c = fmax(d->transport->c[beside->node], 0.0);
+        double v[3], share = 0.0, c = pdi_max(d->transport->c[beside->node], 0.0);
         for (int m = 0; m < d->kinds; m++)
             share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].supply;
         pdi_interface_law(d, beside, &law);
@@ -51360,10 +51360,10 @@ static void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
         }
         for (int k = 0; k < 3; k++) {
             law.at.t = t + 0.5 * k * dt;
-            v[k] = fmax(pdi_law_rate(&law, c), 0.0);
+            v[k] = pdi_max(pdi_law_rate(&law, c), 0.0);
         }
-        *error = fmax(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
-        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *taken = fmax(*taken, share * fmax(v[1], v[2]));
+        *error = pdi_max(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
+        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *taken = pdi_max(*taken, share * pdi_max(v[1], v[2]));
     }
 }
 
@@ -51389,10 +51389,10 @@ static void pdi_dissolve_sources(pd_dissolve *d, double dt, int settled)
         t->source[beside->node] = source + beside->given;
         t->absorb[beside->node] = absorb;
         if (source > 0.0 || absorb < 0.0)
-            t->ceiling = fmax(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
+            t->ceiling = pdi_max(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
     }
     /* a last solve at rest follows lines that have met their laws, which end at saturation */
-    if (pdi_metal_bonds(d) && !t->flow) t->ceiling = fmin(t->ceiling, d->desc.saturation);
+    if (pdi_metal_bonds(d) && !t->flow) t->ceiling = pdi_min(t->ceiling, d->desc.saturation);
 }
 
 /* Films form where fluid beside metal is below the threshold; how many are new. */
@@ -51463,7 +51463,7 @@ PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *d)
 {
     double fastest = 0.0;
     if (d->desc.drive == PD_DRIVE_CONSTANT) pdi_dissolve_find_rates(ctx, d);
-    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_dissolve_pace(d, f));
+    for (int32_t f = 0; f < d->front_count; f++) fastest = pdi_max(fastest, pdi_dissolve_pace(d, f));
     return fastest;
 }
 
@@ -51485,7 +51485,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
     double fastest = 0.0;
     *met = 1;
     if (t->pinned_count) pdi_transport_residual(ctx, t, t->work);
-    for (int32_t k = 0; k < d->beside_count; k++) fastest = fmax(fastest, d->beside[k].point.largest);
+    for (int32_t k = 0; k < d->beside_count; k++) fastest = pdi_max(fastest, d->beside[k].point.largest);
     for (int32_t k = 0; k < d->beside_count; k++) {
         pdi_beside *beside = &d->beside[k];
         pdi_law law;
@@ -51494,7 +51494,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
         double near = PDI_DISSOLVE_NEAR * fastest, held = near;
         if (pdi_metal_bonds(d)) { /* what a node holds beyond its law goes to the next step, and raises its field */
             held = PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight);
-            near = fmax(near, held);
+            near = pdi_max(near, held);
         }
         double need = -t->work[beside->node] / beside->weight;
         int found = beside->point.pinned ? pdi_law_meet_pinned(&law, need, held, &beside->point)
@@ -51533,9 +51533,9 @@ static void pdi_dissolve_foresee(pd_dissolve *d, double lost, double dt)
     }
     double error = nodes && !d->turned ? sqrt(pdi_sum_total(&sum) / (double)nodes) : 0.0;
     if (d->moved)
-        d->next_dt = dt * fmin(PDI_DISSOLVE_GROWTH, error > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(d->desc.rtol / error)
+        d->next_dt = dt * pdi_min(PDI_DISSOLVE_GROWTH, error > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(d->desc.rtol / error)
                                                                  : PDI_DISSOLVE_GROWTH);
-    if (lost > 0.0) d->next_dt = fmin(d->next_dt, 0.5 * dt * d->most / lost);
+    if (lost > 0.0) d->next_dt = pdi_min(d->next_dt, 0.5 * dt * d->most / lost);
     d->last_dt = dt;
 }
 
@@ -51553,7 +51553,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
         double speed = pdi_interface_line(d, beside);
         double amount = dt * beside->weight * pdi_grid_circumference(d->grid, beside->node);
         double slowest = pdi_law_slowest(&law, &beside->point, t->old[beside->node], t->c[beside->node]);
-        double fast = fmax(speed, beside->before), slow = fmin(fmin(speed, beside->before), slowest);
+        double fast = pdi_max(speed, beside->before), slow = pdi_min(pdi_min(speed, beside->before), slowest);
         pdi_sum_add(&gone, amount * speed);
         pdi_sum_add(&error, 0.5 * amount * (fast - slow));
     }
@@ -51564,7 +51564,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     d->next_dt = dt * (faint ? PDI_DISSOLVE_LONGER : factor);
     if (!(d->rtol > 0.0) || factor > PDI_DISSOLVE_LONGER) d->next_dt = HUGE_VAL;
     if (!(d->rtol > 0.0) || off <= right || faint) return 1;
-    d->retry_dt = dt * fmax(factor, 1.0 / PDI_DISSOLVE_LONGER);
+    d->retry_dt = dt * pdi_max(factor, 1.0 / PDI_DISSOLVE_LONGER);
     return 0;
 }
 
@@ -51573,7 +51573,7 @@ static int pdi_dissolve_stands(pd_dissolve *d, double dt)
 {
     double lost = 0.0;
     for (int32_t f = 0; f < d->front_count; f++)
-        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = fmax(lost, dt * pdi_dissolve_pace(d, f));
+        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = pdi_max(lost, dt * pdi_dissolve_pace(d, f));
     if (!pdi_dissolve_moderate(d, lost, dt)) return 0;
     if (!pdi_metal_bonds(d)) return pdi_dissolve_accurate(d, lost, dt);
     pdi_dissolve_foresee(d, lost, dt);
@@ -51618,7 +51618,7 @@ static void pdi_dissolve_final_speeds(const pd_ctx *ctx, pd_dissolve *d, double 
         if (p->pinned) continue;
         double own = 1.0 / dt + pdi_interface_diffusivity(d, beside->node) * d->spread;
         double speed = pdi_interface_line(d, beside);
-        if (-p->slope * beside->weight > own) speed = fmax(speed - t->work[beside->node] / beside->weight, 0.0);
+        if (-p->slope * beside->weight > own) speed = pdi_max(speed - t->work[beside->node] / beside->weight, 0.0);
         p->speed = speed;
         p->slope = 0.0;
     }
@@ -51659,7 +51659,7 @@ PDI_FN double pdi_dissolve_damage(const pd_dissolve *d, int32_t i)
     if (d->grid->kind[i] == PD_FLUID) return 1.0;
     if (d->grid->kind[i] != PD_SOLID) return 0.0;
     double lost = (pdi_metal_solid(d, i) - d->transport->c[i]) / pdi_metal_supply(d, i);
-    lost = fmin(fmax(lost, 0.0), 1.0);
+    lost = pdi_min(pdi_max(lost, 0.0), 1.0);
     return d->links ? pdi_damage_broken(d->desc.seed, i, d->links[i], lost) : lost;
 }
 
@@ -51686,8 +51686,8 @@ static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
     double error, taken;
     if (d->uniform) return 1.0;
     pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
-    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
-    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
+    double share = pdi_max(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
+    return share <= 1.0 + 1e-9 ? 1.0 : pdi_max(0.9 / share, 0.1);
 }
 
 /* A step that is so short. */
@@ -51709,8 +51709,8 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
     d->longest = 0.0;
     PDI_TRY(pdi_dissolve_prepare(ctx, d));
     double fastest = pdi_dissolve_fastest(ctx, d);
-    if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
-    s->dt = fmin(s->dt, d->next_dt);
+    if (fastest > 0.0) s->dt = pdi_min(s->dt, s->fraction / fastest);
+    s->dt = pdi_min(s->dt, d->next_dt);
     PDI_TRY(pdi_process_longest(ctx, self, s));
     if (d->desc.lags && !d->desc.found) s->dt = pdi_dissolve_shortened(d, s);
     return PD_OK;
@@ -51737,7 +51737,7 @@ static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
     PDI_TRY(pdi_transport_at(ctx, d->transport, end));
     pd_status status = pdi_dissolve_transport(ctx, d, s->dt, &d->result);
     d->krylov += status < 0 ? 0 : d->result.krylov;
-    d->longest = fmax(d->longest, s->dt);
+    d->longest = pdi_max(d->longest, s->dt);
     return status;
 }
 
@@ -51886,7 +51886,7 @@ static void pdi_electrode_list(pdi_owner *owner, void *object)
 /* x exp(z), straight on where it is steep, and its derivative by z. */
 static double pdi_electrode_exp(double x, double z, double *by)
 {
-    double steep = fmin(z, PDI_ELECTRODE_STEEP);
+    double steep = pdi_min(z, PDI_ELECTRODE_STEEP);
     *by = x * exp(steep);
     return *by * (1.0 + (z - steep));
 }
@@ -51966,7 +51966,7 @@ static double pdi_electrode_solve(const pd_electrode *e, double drop, double res
         if (!(next > lo) || !(next < hi) || (step % 8 == 7 && fabs(next - u) > 0.5 * last))
             next = pdi_electrode_inside(lo, hi, &stride);
         last = fabs(next - u);
-        if (!(last > 0.5 * DBL_EPSILON * fmax(fabs(u), fabs(drop)))) return next;
+        if (!(last > 0.5 * DBL_EPSILON * pdi_max(fabs(u), fabs(drop)))) return next;
         u = next;
     }
     return u;
@@ -52082,8 +52082,8 @@ static void pdi_electrode_fill(const pd_electrode_desc *desc, pd_electrode *e)
     for (int k = 0; k < e->count; k++) {
         pd_electrode_term *t = &e->term[k];
         *t = desc->term[k];
-        if (t->kind == PD_ELECTRODE_BUTLER_VOLMER) e->scale = fmax(e->scale, t->exchange);
-        if (t->kind == PD_ELECTRODE_LINEAR) e->scale = fmax(e->scale, PDI_ELECTRODE_SMALL / t->resistance);
+        if (t->kind == PD_ELECTRODE_BUTLER_VOLMER) e->scale = pdi_max(e->scale, t->exchange);
+        if (t->kind == PD_ELECTRODE_LINEAR) e->scale = pdi_max(e->scale, PDI_ELECTRODE_SMALL / t->resistance);
         if (t->kind != PD_ELECTRODE_TABLE) {
             t->points = 0;
             t->potential = t->current = NULL;
@@ -52092,7 +52092,7 @@ static void pdi_electrode_fill(const pd_electrode_desc *desc, pd_electrode *e)
         for (int p = 0; p < t->points; p++) {
             e->potential[at + p] = t->potential[p];
             e->current[at + p] = t->current[p];
-            e->scale = fmax(e->scale, PDI_ELECTRODE_SMALL * fabs(t->current[p]));
+            e->scale = pdi_max(e->scale, PDI_ELECTRODE_SMALL * fabs(t->current[p]));
         }
         t->potential = e->potential + at;
         t->current = e->current + at;
@@ -52202,7 +52202,7 @@ static void pdi_contact_add(pdi_contact_walk *w, int32_t i, int32_t j, int k, do
 static double pdi_contact_lost(const pdi_contact_walk *w, int32_t j, const double *normal)
 {
     double thick = 0.0;
-    for (int d = 0; d < PD_DIM && w->metal->left; d++) thick = fmax(thick, fabs(normal[d]) * w->bonds->grid->h[d]);
+    for (int d = 0; d < PD_DIM && w->metal->left; d++) thick = pdi_max(thick, fabs(normal[d]) * w->bonds->grid->h[d]);
     return w->metal->left ? thick * (1.0 - w->metal->left[j]) : 0.0;
 }
 
@@ -52236,10 +52236,10 @@ static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int flip, con
     if (!pdi_contact_cells(w, j, normal)) return 0;
     for (int d = 0; d < PD_DIM; d++) {
         if (flip >> d & 1) normal[d] = -normal[d];
-        thick = fmax(thick, fabs(normal[d]) * h[d]);
+        thick = pdi_max(thick, fabs(normal[d]) * h[d]);
         along -= last[d] * normal[d];
     }
-    *way = 0.5 * thick + pdi_contact_lost(w, j, normal) + fmax(along, 0.0);
+    *way = 0.5 * thick + pdi_contact_lost(w, j, normal) + pdi_max(along, 0.0);
     return 1;
 }
 
@@ -52664,7 +52664,7 @@ static void pdi_balance_currents(const pd_ctx *ctx, pd_potential *p)
         double resist = c->way / pdi_potential_kappa(p, c->node);
         p->current[n] = pdi_electrode_through(&p->desc.electrode[c->electrode], c->share, pdi_potential_drop(p, c),
                                               resist, &p->surface[n], &p->slope[n]);
-        p->slope[n] = fmax(p->slope[n], PDI_BALANCE_FLAT / resist);
+        p->slope[n] = pdi_max(p->slope[n], PDI_BALANCE_FLAT / resist);
     }
 }
 
@@ -52699,8 +52699,8 @@ PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
         if (p->grid->kind[i] != PD_FLUID) continue;
         double around = pdi_grid_circumference(p->grid, i);
         p->rest[i] = around * pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0) - p->rest[i];
-        least = fmin(least, p->phi[i]);
-        most = fmax(most, p->phi[i]);
+        least = pdi_min(least, p->phi[i]);
+        most = pdi_max(most, p->phi[i]);
     }
     pdi_balance_currents(ctx, p);
     for (int n = 0; n < p->desc.circuits; n++)
@@ -52721,7 +52721,7 @@ PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
         if (p->grid->kind[i] != PD_FLUID) continue;
         double around = pdi_grid_circumference(p->grid, i);
         double enters = pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0);
-        double round = DBL_EPSILON * around * conduct * pdi_potential_kappa(p, i) * fmax(most, -least);
+        double round = DBL_EPSILON * around * conduct * pdi_potential_kappa(p, i) * pdi_max(most, -least);
         pdi_sum_add(&currents, around * enters * around * enters);
         pdi_sum_add(&rounding, round * round);
     }
@@ -52793,7 +52793,7 @@ PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
             pdi_sum_add(&sum, enters);
             pdi_sum_add(&all, enters);
             pdi_sum_add(&size, fabs(enters) + area * p->slope[k] * PDI_POTENTIAL_SMALL);
-            pdi_sum_add(&anodic, fmax(enters, 0.0));
+            pdi_sum_add(&anodic, pdi_max(enters, 0.0));
         }
         p->total[n] = volume * pdi_sum_total(&sum);
     }
@@ -52857,7 +52857,7 @@ static double pdi_distribution_at(void *user, const double *x)
     int i[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
         double cell = floor((x[d] - p->grid->lo[d]) / p->grid->h[d]);
-        i[d] = (int)fmin(fmax(cell, 0.0), p->grid->n[d] - 1);
+        i[d] = (int)pdi_min(pdi_max(cell, 0.0), p->grid->n[d] - 1);
     }
     int32_t node = pd_grid_node(p->grid, i);
     return p->grid->kind[node] == PD_FLUID ? p->desc.field[node] : p->desc.conductivity;
@@ -52978,7 +52978,7 @@ static void pdi_distribution_schur(pd_ctx *ctx, pd_potential *p)
             for (int k = 0; k < g; k++) m[f * count + g] -= m[f * count + k] * m[g * count + k];
             if (g < f) m[f * count + g] /= m[g * count + g];
         }
-        m[f * count + f] = sqrt(fmax(m[f * count + f], PDI_DISTRIBUTION_LEFT * own));
+        m[f * count + f] = sqrt(pdi_max(m[f * count + f], PDI_DISTRIBUTION_LEFT * own));
     }
 }
 
@@ -53026,7 +53026,7 @@ static pd_status pdi_distribution_begin(pd_ctx *ctx, pd_potential *p)
             p->phi[i] = 0.0;
     p->origin = HUGE_VAL;
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (p->desc.held[s]) p->origin = fmin(p->origin, p->desc.hold[s]);
+        if (p->desc.held[s]) p->origin = pdi_min(p->origin, p->desc.hold[s]);
     if (!(p->origin < HUGE_VAL)) p->origin = 0.0;
     for (int32_t i = 0; i < p->grid->total; i++) {
         p->level[i] = p->fixed[i] ? p->origin : 0.0;
@@ -53045,7 +53045,7 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
     double last = HUGE_VAL;
     for (;;) {
         pdi_balance_size size = pdi_balance_rest(ctx, p);
-        double most = fmax(p->desc.tolerance * size.currents, size.rounding);
+        double most = pdi_max(p->desc.tolerance * size.currents, size.rounding);
         result->residual = size.currents > 0.0 ? size.lack / size.currents : 0.0;
         if (!(size.lack < HUGE_VAL))
             return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "a current is not finite after %d steps",
@@ -53053,7 +53053,7 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
         if (size.lack <= most) return PD_OK;
         if (result->newton >= p->desc.max_newton) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "potential: Newton", result->newton));
-        double share = fmax(pdi_krylov_forcing(size.lack / last), 0.1 * most / size.lack);
+        double share = pdi_max(pdi_krylov_forcing(size.lack / last), 0.1 * most / size.lack);
         last = size.lack;
         pd_status status = pdi_distribution_linear(ctx, p, share, size.rounding, result);
         if (status < 0) return status;
@@ -53062,11 +53062,11 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
             if (p->grid->kind[i] == PD_FLUID) p->phi[i] += part * p->step[i];
         for (int n = 0; n < p->desc.circuits; n++) {
             if (p->place[n] >= 0) p->metal[n] += part * p->step[total + p->place[n]];
-            far = fmax(far, fabs(p->metal[n]));
+            far = pdi_max(far, fabs(p->metal[n]));
         }
         result->newton++;
         pdi_circuit_raise(p);
-        far = fmax(far, pdi_par_max_abs(ctx, total, p->level));
+        far = pdi_max(far, pdi_par_max_abs(ctx, total, p->level));
         if (!(far < PDI_POTENTIAL_FAR) || !(pdi_par_max_abs(ctx, total, p->phi) < PDI_POTENTIAL_FAR))
             return pdi_fail(ctx, PD_ERR_STATE, "potential", "potentials leave every bound: there is no solution");
     }
@@ -53243,7 +53243,7 @@ static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
     dd.walls_only = dd.smooth = 1;
     p->origin = HUGE_VAL;
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (p->desc.held[s]) p->origin = fmin(p->origin, p->desc.hold[s]);
+        if (p->desc.held[s]) p->origin = pdi_min(p->origin, p->desc.hold[s]);
     PDI_TRY(pdi_diffusion_build(ctx, p->bonds, &dd, &p->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, p->bonds, &p->boundary));
     p->flux.bonds = p->bonds;
@@ -53338,7 +53338,7 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
 static void pdi_cell_left(pd_cell *cell)
 {
     for (int32_t i = 0; i < cell->grid->total && cell->left; i++)
-        if (cell->grid->kind[i] == PD_SOLID) cell->left[i] = fmin(fmax(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
+        if (cell->grid->kind[i] == PD_SOLID) cell->left[i] = pdi_min(pdi_max(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
 }
 
 static void pdi_cell_index(pd_cell *cell)
@@ -53451,9 +53451,9 @@ void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode 
         double area = volume * pdi_potential_area(p, c), i = p->current[k];
         now->area += area;
         now->current += area * i;
-        now->anodic += area * fmax(i, 0.0);
-        now->least = touched ? fmin(now->least, i) : i;
-        now->most = touched ? fmax(now->most, i) : i;
+        now->anodic += area * pdi_max(i, 0.0);
+        now->least = touched ? pdi_min(now->least, i) : i;
+        now->most = touched ? pdi_max(now->most, i) : i;
         touched = 1;
     }
 }
@@ -53755,8 +53755,8 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
         }
         if (!c) continue;
         pdi_sum_add(&dissolved, around * c[i]);
-        r->least = fmin(r->least, c[i]);
-        r->most = fmax(r->most, c[i]);
+        r->least = pdi_min(r->least, c[i]);
+        r->most = pdi_max(r->most, c[i]);
     }
     r->volume = nodes * volume;
     r->dissolved = pdi_sum_total(&dissolved) * volume;
@@ -54116,7 +54116,7 @@ static pd_status pdi_structure_small(pd_ctx *ctx, const pd_structure *s)
     double young = s->desc.elastic.young, x[PD_DIM];
     if (s->desc.material != PD_STRUCTURE_CORRESPONDENCE && s->desc.material != PD_STRUCTURE_ORDINARY) return PD_OK;
     for (int32_t i = 0; i < s->count; i++) {
-        double strain = fmax(s->mises[i], fabs(s->pressure[i])) / young;
+        double strain = pdi_max(s->mises[i], fabs(s->pressure[i])) / young;
         double slip = s->solid.slip ? s->slip[i] : 0.0;
         if (strain < PDI_STRUCTURE_STRAIN && slip < PDI_STRUCTURE_SLIP) continue;
         pd_grid_position(s->grid, s->node[i], x);
@@ -54427,7 +54427,7 @@ static pd_status pdi_couple_apart(pd_ctx *ctx, pd_couple *c)
     c->apart = 0.0;
     for (int n = 0; n < c->count; n++) {
         const pd_process *p = &c->process[n];
-        if (p->imbalance) c->apart = fmax(c->apart, p->imbalance(ctx, p->self));
+        if (p->imbalance) c->apart = pdi_max(c->apart, p->imbalance(ctx, p->self));
         if (c->apart <= c->desc.ledger_tolerance) continue;
         return pdi_fail(ctx, PD_ERR_LEDGER, "couple", "at t = %g s the balances of %s miss by %.3g of what they have, "
                         "expected at most %g", c->time, p->name, c->apart, c->desc.ledger_tolerance);
@@ -54441,7 +54441,7 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
     for (int e = 0; e < c->elements; e++) {
         pd_ledger *l = &c->ledger[e];
         l->imbalance = (l->solid + l->dissolved + l->carry - l->start) + (l->out - l->in);
-        double scale = l->solid_start > 0.0 ? l->solid_start : fmax(l->start, fmax(l->in, l->out));
+        double scale = l->solid_start > 0.0 ? l->solid_start : pdi_max(l->start, pdi_max(l->in, l->out));
         l->relative = scale > 0.0 ? fabs(l->imbalance) / scale : 0.0;
         /* what has passed is rounded in every step, and may be many times the metal */
         double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out));
@@ -54642,7 +54642,7 @@ double pd_couple_volume_loss(const pd_couple *c)
 double pd_couple_imbalance(const pd_couple *c)
 {
     double worst = c->apart;
-    for (int e = 0; e < c->elements; e++) worst = fmax(worst, c->ledger[e].relative);
+    for (int e = 0; e < c->elements; e++) worst = pdi_max(worst, c->ledger[e].relative);
     return worst;
 }
 
@@ -57155,7 +57155,7 @@ static void pdi_svg_string(pdi_svg *svg, const char *text) { pdi_svg_add(svg, te
 static void pdi_svg_number(pdi_svg *svg, const char *before, double value, const char *after)
 {
     char text[64];
-    long hundredths = lround(100.0 * fmax(-PDI_SVG_LARGEST, fmin(PDI_SVG_LARGEST, value)));
+    long hundredths = lround(100.0 * pdi_max(-PDI_SVG_LARGEST, pdi_min(PDI_SVG_LARGEST, value)));
     long size = hundredths < 0 ? -hundredths : hundredths;
     snprintf(text, sizeof text, "%s%s%ld.%02ld%s", before, hundredths < 0 ? "-" : "", size / 100, size % 100, after);
     pdi_svg_string(svg, text);
@@ -57590,19 +57590,19 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
     }
     double dx = xb - xa, dy = yb - ya;
     int steep = fabs(dy) > fabs(dx);
-    double from = steep ? fmin(ya, yb) : fmin(xa, xb), to = steep ? fmax(ya, yb) : fmax(xa, xb);
+    double from = steep ? pdi_min(ya, yb) : pdi_min(xa, xb), to = steep ? pdi_max(ya, yb) : pdi_max(xa, xb);
     /* Walk along the longer axis and paint the short span across the stroke. */
     double across = reach * 1.5;
     for (int i = (int)floor(from - reach); i <= (int)ceil(to + reach); i++) {
-        double along = fmin(fmax(i + 0.5, from), to), centre;
+        double along = pdi_min(pdi_max(i + 0.5, from), to), centre;
         if (steep) centre = dy != 0 ? xa + (along - ya) * dx / dy : xa;
         else centre = dx != 0 ? ya + (along - xa) * dy / dx : ya;
         for (int j = (int)floor(centre - across); j <= (int)ceil(centre + across); j++) {
             int x = steep ? j : i, y = steep ? i : j;
             double cover = width / 2 + 0.5 - pdi_canvas_distance(x + 0.5, y + 0.5, xa, ya, dx, dy);
             if (!(cover > 0)) continue;
-            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, fmin(cover, 1.0));
-            else pdi_canvas_blend(canvas, x, y, colour, fmin(cover, 1.0));
+            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, pdi_min(cover, 1.0));
+            else pdi_canvas_blend(canvas, x, y, colour, pdi_min(cover, 1.0));
         }
     }
 }
@@ -57929,7 +57929,7 @@ static void pdi_ticks_linear(int most, pdi_ticks *axis)
 {
     char label[64];
     double step = pdi_ticks_nice(axis->hi / (most > 1 ? most : 1) - axis->lo / (most > 1 ? most : 1));
-    double size = fmax(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
+    double size = pdi_max(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
     /* Numbers of five digits or many zeros are shown with a common factor, a power of 1000. */
     axis->exponent = 0;
     if (!(step > 0) || step > DBL_MAX || size > DBL_MAX) return; /* one value, or an infinite one */
@@ -57990,7 +57990,7 @@ PDI_FN double pdi_ticks_place(const pdi_ticks *axis, double value)
 
 PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
 {
-    double size = fmax(fabs(axis->lo), fabs(axis->hi));
+    double size = pdi_max(fabs(axis->lo), fabs(axis->hi));
     if (axis->log) {
         if (axis->hi < axis->lo * (1 + 1e-9)) {
             axis->lo /= 2;
@@ -58149,7 +58149,7 @@ PDI_FN void pdi_colour_table(pd_map map, uint32_t *table)
         double want = length[PDI_COLOUR_FINE] * k / (PDI_COLOUR_COUNT - 1);
         while (i < PDI_COLOUR_FINE - 1 && length[i + 1] < want) i++;
         double share = (want - length[i]) / (length[i + 1] - length[i]);
-        table[k] = pdi_colour_srgb(pdi_colour_path(map, fmin((i + share) / PDI_COLOUR_FINE, 1.0)));
+        table[k] = pdi_colour_srgb(pdi_colour_path(map, pdi_min((i + share) / PDI_COLOUR_FINE, 1.0)));
     }
 }
 
@@ -58507,7 +58507,7 @@ PDI_FN double pdi_stream_fastest(const pdi_stream *f)
 {
     double fastest = 0.0;
     for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++)
-        fastest = fmax(fastest, pdi_canvas_length(f->u[0][k], f->u[1][k]));
+        fastest = pdi_max(fastest, pdi_canvas_length(f->u[0][k], f->u[1][k]));
     return fastest;
 }
 
@@ -58771,9 +58771,9 @@ PDI_FN pd_status pdi_streamlines_find(pd_ctx *ctx, const pdi_stream *f, pdi_stre
     s.lines = lines;
     s.least = PDI_STREAMLINE_REST * pdi_streamline_peak(f, &fastest);
     if (fastest < 0) return PD_OK;
-    s.step = fmin(f->apart / PDI_STREAMLINE_STEPS, PDI_STREAMLINE_STEP * fmin(f->size[0], f->size[1]));
-    s.step = fmax(f->apart / PDI_STREAMLINE_FINE, s.step);
-    s.every = (int)fmax(1.0, floor(f->apart / PDI_STREAMLINE_STORED / s.step));
+    s.step = pdi_min(f->apart / PDI_STREAMLINE_STEPS, PDI_STREAMLINE_STEP * pdi_min(f->size[0], f->size[1]));
+    s.step = pdi_max(f->apart / PDI_STREAMLINE_FINE, s.step);
+    s.every = (int)pdi_max(1.0, floor(f->apart / PDI_STREAMLINE_STORED / s.step));
     s.columns = (int)ceil(f->nx * f->size[0] / f->apart);
     s.rows = (int)ceil(f->ny * f->size[1] / f->apart);
     int64_t squares = (int64_t)s.columns * s.rows;
@@ -58845,7 +58845,7 @@ static void pdi_arrows_head(pdi_canvas *canvas, double x, double y, double dx, d
 
 static void pdi_arrows_arrow(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
 {
-    double length = pdi_canvas_length(xb - xa, yb - ya), head = fmin(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
+    double length = pdi_canvas_length(xb - xa, yb - ya), head = pdi_min(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
     double dx = (xb - xa) / length, dy = (yb - ya) / length;
     pdi_canvas_stroke(canvas, xa, ya, xb - 0.5 * head * dx, yb - 0.5 * head * dy);
     pdi_arrows_head(canvas, xb, yb, dx, dy, head);
@@ -58914,7 +58914,7 @@ PDI_FN pd_status pdi_arrows_grid(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *c
     int count[2];
     double size[2] = {f->nx * f->size[0], f->ny * f->size[1]}, end[2];
     pd_status status = PD_OK;
-    for (int d = 0; d < 2; d++) count[d] = (int)fmax(1.0, floor(size[d] / a->longest));
+    for (int d = 0; d < 2; d++) count[d] = (int)pdi_max(1.0, floor(size[d] / a->longest));
     for (int core = 0; core < 2 && status == PD_OK; core++) {
         status = pdi_arrows_begin(ctx, canvas, core);
         for (int k = 0; k < count[0] * count[1] && status == PD_OK; k++) {
@@ -59045,9 +59045,9 @@ PDI_FN void pdi_picture_span(pd_map map, int log_scale, double *lo, double *hi)
     if (*lo > *hi) { /* nothing to show */
         *lo = log_scale ? 1 : 0;
         *hi = log_scale ? 10 : 1;
-    } else if (log_scale) *lo = fmax(*lo, *hi * pow(10.0, -PDI_PICTURE_DECADES));
+    } else if (log_scale) *lo = pdi_max(*lo, *hi * pow(10.0, -PDI_PICTURE_DECADES));
     else if (map == PD_MAP_DIVERGING) {
-        *hi = fmax(fabs(*lo), fabs(*hi));
+        *hi = pdi_max(fabs(*lo), fabs(*hi));
         if (!(*hi > 0)) *hi = 1;
         *lo = -*hi;
     }
@@ -59089,7 +59089,7 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted, int largest, 
     pdi_picture_scale s = {cells, 1, 1, 0, 0};
     if (smooth && wanted >= cells) {
         s.smooth = 1;
-        s.pixels = (int)fmax(floor(wanted + 0.5), PDI_PICTURE_SMALLEST);
+        s.pixels = (int)pdi_max(floor(wanted + 0.5), PDI_PICTURE_SMALLEST);
         return s;
     }
     /* The small shift lets equal spacings round alike. */
@@ -59103,7 +59103,7 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted, int largest, 
 /* Beside an axis of merged cells those of the other one are merged, too, so that their scales stay equal. */
 static void pdi_picture_even(double wanted, pdi_picture_scale *s)
 {
-    int merged = (int)fmax(1.0, floor(s->cells / fmax(wanted, 1.0) + 0.5)), pixels = (s->cells + merged - 1) / merged;
+    int merged = (int)pdi_max(1.0, floor(s->cells / pdi_max(wanted, 1.0) + 0.5)), pixels = (s->cells + merged - 1) / merged;
     if (s->each > 1 || s->merged > 1 || s->smooth || merged < 2 || pixels < PDI_PICTURE_SMALLEST) return;
     s->merged = merged;
     s->pixels = pixels;
@@ -59122,7 +59122,7 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
 {
     double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
     double width = p->width ? p->width : PD_PICTURE_WIDTH; /* [pixel] */
-    double scale = fmin(width / lx, PD_PICTURE_SQUAT * width / ly); /* [pixel/m] */
+    double scale = pdi_min(width / lx, PD_PICTURE_SQUAT * width / ly); /* [pixel/m] */
     if (p->magnification) scale = p->magnification * p->nx / lx;
     int largest = (int)(PDI_PICTURE_LARGEST * width), smooth = p->smooth && p->map != PD_MAP_LABELS;
     smooth = smooth && scale * lx >= p->nx && scale * ly >= p->ny;
@@ -59131,8 +59131,8 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
     if (l->x.merged > 1) pdi_picture_even(l->x.pixels / lx * ly, &l->y);
     if (l->y.merged > 1) pdi_picture_even(l->y.pixels / ly * lx, &l->x);
     l->aspect = (l->y.pixels / ly) / (l->x.pixels / lx);
-    double size_x = fmax(fabs(p->lo[0]), fabs(p->hi[0])), size_y = fmax(fabs(p->lo[1]), fabs(p->hi[1]));
-    if (fabs(l->aspect - 1) < 0.05) size_x = size_y = fmax(size_x, size_y); /* one scale, one unit */
+    double size_x = pdi_max(fabs(p->lo[0]), fabs(p->hi[0])), size_y = pdi_max(fabs(p->lo[1]), fabs(p->hi[1]));
+    if (fabs(l->aspect - 1) < 0.05) size_x = size_y = pdi_max(size_x, size_y); /* one scale, one unit */
     l->unit_x = pdi_picture_unit(size_x, p->lo[0], p->hi[0], &l->axis_x);
     l->unit_y = pdi_picture_unit(size_y, p->lo[1], p->hi[1], &l->axis_y);
     pdi_ticks_ticks(l->x.pixels / 110 + 1, &l->axis_x);
@@ -59250,7 +59250,7 @@ static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layou
     int low[2], n[2] = {p->nx, p->ny};
     at[0] = (px + 0.5) * p->nx / l->x.pixels;
     at[1] = (py + 0.5) * p->ny / l->y.pixels;
-    size_t own = (size_t)fmin(at[1], p->ny - 1.0) * (size_t)p->nx + (size_t)fmin(at[0], p->nx - 1.0);
+    size_t own = (size_t)pdi_min(at[1], p->ny - 1.0) * (size_t)p->nx + (size_t)pdi_min(at[0], p->nx - 1.0);
     pd_paint paint = pdi_picture_paint(p, own);
     if (paint != PD_PAINT_FIELD) return pdi_picture_flat[paint];
     if (isnan(p->values[own])) return PDI_PICTURE_NAN;
@@ -59267,7 +59267,7 @@ static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layou
         }
         size_t cell = (size_t)i[1] * (size_t)p->nx + (size_t)i[0];
         if (!pdi_picture_placed(p, l, cell)) continue;
-        sum += weight * fmax(-1.0, fmin(2.0, pdi_ticks_place(&l->axis_bar, p->values[cell])));
+        sum += weight * pdi_max(-1.0, pdi_min(2.0, pdi_ticks_place(&l->axis_bar, p->values[cell])));
         weights += weight;
     }
     return pdi_bar_colour(table, sum / weights);
@@ -59580,8 +59580,8 @@ PDI_FN pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, double *lo, dou
     const pd_picture *p = w->still;
     double at[4][2];
     for (int d = 0; d < 2; d++) {
-        lo[d] = fmin(lo[d], p->lo[d]);
-        hi[d] = fmax(hi[d], p->hi[d]);
+        lo[d] = pdi_min(lo[d], p->lo[d]);
+        hi[d] = pdi_max(hi[d], p->hi[d]);
     }
     for (int cell = 0; cell < p->nx * p->ny; cell++) {
         if (isnan(w->move[cell])) continue;
@@ -59592,8 +59592,8 @@ PDI_FN pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, double *lo, dou
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "warp", "displacements of %g m as they are drawn in a picture of "
                                 "%g m, expected at most ten times as much: choose a smaller factor",
                                 x - p->lo[k % 2], size);
-            lo[k % 2] = fmin(lo[k % 2], x);
-            hi[k % 2] = fmax(hi[k % 2], x);
+            lo[k % 2] = pdi_min(lo[k % 2], x);
+            hi[k % 2] = pdi_max(hi[k % 2], x);
         }
     }
     return PD_OK;
@@ -59606,8 +59606,8 @@ static void pdi_warp_size(const pdi_warp *w, const double *lo, const double *hi,
         paper->lo[d] = lo[d];
         wide[d] = hi[d] - lo[d];
     }
-    paper->size = fmax(wide[0] / width, wide[1] / (PD_PICTURE_SQUAT * width));
-    for (int d = 0; d < 2; d++) paper->n[d] = (int)fmax(1.0, ceil(wide[d] / paper->size - 1e-6));
+    paper->size = pdi_max(wide[0] / width, wide[1] / (PD_PICTURE_SQUAT * width));
+    for (int d = 0; d < 2; d++) paper->n[d] = (int)pdi_max(1.0, ceil(wide[d] / paper->size - 1e-6));
 }
 
 /* What stays: blank paper outside of the box, and where cells have gone. */
@@ -59652,12 +59652,12 @@ static void pdi_warp_fill(const pdi_warp *w, int cell, pdi_warp_paper *paper)
     for (int k = 0; k < 8; k++) { /* in pixels */
         double *x = &at[k / 2][k % 2];
         *x = (*x - paper->lo[k % 2]) / paper->size;
-        lo[k % 2] = fmin(lo[k % 2], *x);
-        hi[k % 2] = fmax(hi[k % 2], *x);
+        lo[k % 2] = pdi_min(lo[k % 2], *x);
+        hi[k % 2] = pdi_max(hi[k % 2], *x);
     }
     for (int d = 0; d < 2; d++) {
-        first[d] = (int)fmax(0.0, floor(lo[d] - 0.5));
-        last[d] = (int)fmin(paper->n[d] - 1.0, ceil(hi[d]));
+        first[d] = (int)pdi_max(0.0, floor(lo[d] - 0.5));
+        last[d] = (int)pdi_min(paper->n[d] - 1.0, ceil(hi[d]));
     }
     for (int y = first[1]; y <= last[1]; y++)
         for (int x = first[0]; x <= last[0]; x++) {
@@ -59799,10 +59799,10 @@ static pd_status pdi_plot_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layo
         for (int i = 0; i < plot->series[k].count; i++) {
             const pd_series *s = &plot->series[k];
             if (!pdi_plot_shown(plot, s, i)) continue;
-            x_lo = fmin(x_lo, s->x[i]);
-            x_hi = fmax(x_hi, s->x[i]);
-            y_lo = fmin(y_lo, pdi_plot_end(plot, s, i, -1));
-            y_hi = fmax(y_hi, pdi_plot_end(plot, s, i, 1));
+            x_lo = pdi_min(x_lo, s->x[i]);
+            x_hi = pdi_max(x_hi, s->x[i]);
+            y_lo = pdi_min(y_lo, pdi_plot_end(plot, s, i, -1));
+            y_hi = pdi_max(y_hi, pdi_plot_end(plot, s, i, 1));
         }
     if (!(x_lo <= x_hi)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "no series has a point that can be shown");
     PDI_TRY(pdi_plot_range(ctx, "x", plot->x_log, plot->x_lo, plot->x_hi, x_lo, x_hi, &l->x));
@@ -59912,7 +59912,7 @@ static void pdi_plot_dashes(pdi_canvas *canvas, double xa, double ya, double xb,
     while (at < length) {
         double phase = fmod(*run, 2 * PDI_PLOT_DASH);
         double rest = phase < PDI_PLOT_DASH ? PDI_PLOT_DASH - phase : 2 * PDI_PLOT_DASH - phase;
-        double next = fmin(at + fmax(rest, 1e-6), length), s = at / length, t = next / length;
+        double next = pdi_min(at + pdi_max(rest, 1e-6), length), s = at / length, t = next / length;
         if (phase < PDI_PLOT_DASH)
             pdi_canvas_line(canvas, xa + s * (xb - xa), ya + s * (yb - ya), xa + t * (xb - xa), ya + t * (yb - ya),
                             PDI_PLOT_LINE, colour);
@@ -60144,7 +60144,7 @@ static void pdi_shell_shares(pdi_shell_work *w, int layer, int k)
             at[0] = i;
             at[1] = j;
             at[2] = k;
-            *to = in ? fmin(w->desc->share(w->desc->user, at), 1.0) : 0.0;
+            *to = in ? pdi_min(w->desc->share(w->desc->user, at), 1.0) : 0.0;
         }
 }
 
@@ -60165,7 +60165,7 @@ static int pdi_shell_mean(const pdi_shell_work *w, const int *at, const double *
         for (int d = 0; d < 3; d++) {
             int b = a | 1 << d, side = pdi_shell_side(w, at, d);
             if (b == a || (f[a] > 0.0) == (f[b] > 0.0)) continue;
-            double from = fmax(PDI_SHELL_LEAST, fmax(f[a], f[b]) - 0.5); /* the middle of the cell that is in the set */
+            double from = pdi_max(PDI_SHELL_LEAST, pdi_max(f[a], f[b]) - 0.5); /* the middle of the cell that is in the set */
             for (int e = 0; e < 3; e++) sum[side][e] += e != d ? a >> e & 1 : f[a] > 0.0 ? from : 1.0 - from;
             count[side]++;
         }
@@ -60295,7 +60295,7 @@ static void pdi_shell_relax(pdi_shell_work *w)
             for (int d = 0; d < 3 && w->weight[c] > 0.0; d++) {
                 double low = w->low[3 * c + d], *x = &s->x[3 * c + d];
                 if (low < 0.0 || low > w->desc->n[d] - 1.0) continue; /* it stays in the side of the lattice */
-                *x = fmin(fmax(*x + PDI_SHELL_PULL * (w->sum[3 * c + d] / w->weight[c] - *x), low), low + 1.0);
+                *x = pdi_min(pdi_max(*x + PDI_SHELL_PULL * (w->sum[3 * c + d] / w->weight[c] - *x), low), low + 1.0);
             }
     }
 }
@@ -60512,12 +60512,12 @@ PDI_FN void pdi_shade_size(const double *lo, const double *hi, const double *way
         double x[3] = {k & 1 ? hi[0] : lo[0], k & 2 ? hi[1] : lo[1], k & 4 ? hi[2] : lo[2]};
         double at[2] = {pdi_shade_dot(x, s->right), pdi_shade_dot(x, s->up)};
         for (int d = 0; d < 2; d++) {
-            least[d] = fmin(least[d], at[d]);
-            most[d] = fmax(most[d], at[d]);
+            least[d] = pdi_min(least[d], at[d]);
+            most[d] = pdi_max(most[d], at[d]);
         }
     }
     double room = 2.0 * PDI_SHADE_MARGIN;
-    s->size = fmax((most[0] - least[0]) / (width - room), (most[1] - least[1]) / (PDI_SHADE_HIGH * width - room));
+    s->size = pdi_max((most[0] - least[0]) / (width - room), (most[1] - least[1]) / (PDI_SHADE_HIGH * width - room));
     s->width = (int)ceil((most[0] - least[0]) / s->size + room - 1e-6);
     s->height = (int)ceil((most[1] - least[1]) / s->size + room - 1e-6);
     for (int d = 0; d < 2; d++) s->corner[d] = least[d] - PDI_SHADE_MARGIN * s->size;
@@ -60557,7 +60557,7 @@ PDI_FN double pdi_shade_light(const pd_shade *s, const double *normal)
     double along = from[0] * pdi_shade_dot(normal, s->right) + from[1] * pdi_shade_dot(normal, s->up) +
                    from[2] * pdi_shade_dot(normal, s->eye);
     double length = sqrt(pdi_shade_dot(from, from));
-    return PDI_SHADE_AROUND + (1.0 - PDI_SHADE_AROUND) * fmin(fmax(along / length, 0.0), 1.0);
+    return PDI_SHADE_AROUND + (1.0 - PDI_SHADE_AROUND) * pdi_min(pdi_max(along / length, 0.0), 1.0);
 }
 
 /* ---- faces ---- */
@@ -60575,10 +60575,10 @@ static void pdi_shade_triangle(const pd_shade *s, const pdi_shade_corner *const 
     int first[2], last[2], most[2] = {s->width - 1, s->height - 1};
     if (!(area < 0.0)) return;
     for (int d = 0; d < 2; d++) {
-        lo[d] = fmin(c[0]->at[d], fmin(c[1]->at[d], c[2]->at[d])) - p->shift[d];
-        hi[d] = fmax(c[0]->at[d], fmax(c[1]->at[d], c[2]->at[d])) - p->shift[d];
-        first[d] = (int)fmax(0.0, ceil(lo[d]));
-        last[d] = (int)fmin(floor(hi[d]), most[d]);
+        lo[d] = pdi_min(c[0]->at[d], pdi_min(c[1]->at[d], c[2]->at[d])) - p->shift[d];
+        hi[d] = pdi_max(c[0]->at[d], pdi_max(c[1]->at[d], c[2]->at[d])) - p->shift[d];
+        first[d] = (int)pdi_max(0.0, ceil(lo[d]));
+        last[d] = (int)pdi_min(floor(hi[d]), most[d]);
     }
     for (int y = first[1]; y <= last[1]; y++)
         for (int x = first[0]; x <= last[0]; x++) {
@@ -60636,15 +60636,15 @@ static void pdi_shade_edge(pd_shade *s, const pdi_shade_sample *p, const double 
     double dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
     int steep = fabs(dy) > fabs(dx), along = steep ? 1 : 0;
     if (!(square > 0.0)) return;
-    int first = (int)floor(fmin(a[along], b[along]) - 1.0), last = (int)ceil(fmax(a[along], b[along]));
+    int first = (int)floor(pdi_min(a[along], b[along]) - 1.0), last = (int)ceil(pdi_max(a[along], b[along]));
     for (int i = first; i <= last; i++) {
-        double part = fmin(1.0, fmax(0.0, (i + p->shift[along] - a[along]) / (b[along] - a[along])));
+        double part = pdi_min(1.0, pdi_max(0.0, (i + p->shift[along] - a[along]) / (b[along] - a[along])));
         int middle = (int)floor(a[1 - along] + part * (b[1 - along] - a[1 - along]));
         for (int j = middle - 3; j <= middle + 3; j++) {
             int x = steep ? j : i, y = steep ? i : j;
             if (x < 0 || x >= s->width || y < 0 || y >= s->height) continue;
             double px = x + p->shift[0] - a[0], py = y + p->shift[1] - a[1];
-            double share = fmin(1.0, fmax(0.0, (px * dx + py * dy) / square));
+            double share = pdi_min(1.0, pdi_max(0.0, (px * dx + py * dy) / square));
             if (pdi_canvas_length(px - share * dx, py - share * dy) > 0.5 * PDI_SHADE_LINE) continue;
             size_t to = (size_t)y * (size_t)s->width + (size_t)x;
             double depth = (a[2] + share * (b[2] - a[2])) / s->size + PDI_SHADE_LIFT;
@@ -61076,7 +61076,7 @@ static pd_status pdi_vti_head(pd_ctx *ctx, pd_file *file, const pd_grid *grid, d
     char text[PDI_VTI_TEXT], extent[96], number[7][PDI_NUMBER_SIZE];
     int n[3] = {1, 1, 1};
     double h[3], lo[3] = {0, 0, 0}, thin = grid->h[0];
-    for (int d = 1; d < PD_DIM; d++) thin = fmin(thin, grid->h[d]);
+    for (int d = 1; d < PD_DIM; d++) thin = pdi_min(thin, grid->h[d]);
     for (int d = 0; d < 3; d++) {
         h[d] = d < PD_DIM ? grid->h[d % PD_DIM] : thin;
         if (d < PD_DIM) {
@@ -61904,7 +61904,7 @@ static double pdi_points_integrate(pdi_cell_form form, const double *const *corn
     for (int k = 0; k < PDI_POINTS_CORNERS; k++)
         for (int d = 0; d < PD_DIM; d++) { /* from the first corner, which keeps digits */
             x[k * PD_DIM + d] = corner[pdi_points_corner(form, k)][d] - corner[0][d];
-            size = fmax(size, fabs(x[k * PD_DIM + d]));
+            size = pdi_max(size, fabs(x[k * PD_DIM + d]));
         }
     for (int d = 0; d < PD_DIM; d++) whole *= size;
     for (int g = 0; g < PDI_POINTS_CORNERS; g++) {
@@ -62242,7 +62242,7 @@ static pd_status pdi_msh_nodes(pdi_msh *m)
         if (k && m->node[k].id == m->node[k - 1].id)
             return pdi_scan_fail(s, begin, "two nodes with the number %.0f", (double)m->node[k].id);
         for (int d = 0; d < 3; d++)
-            m->cells.extent = fmax(m->cells.extent, fabs(m->node[k].x[d] - m->node[0].x[d]));
+            m->cells.extent = pdi_max(m->cells.extent, fabs(m->node[k].x[d] - m->node[0].x[d]));
     }
     return PD_OK;
 }
@@ -62894,7 +62894,7 @@ static pd_status pdi_vtu_piece(pdi_vtu *v, const char *begin)
     }
     PDI_TRY(pdi_vtu_decode(v, PDI_VTU_PLACES, "of points", 3 * v->points));
     for (int64_t k = 0; k < 3 * v->points; k++)
-        v->cells.extent = fmax(v->cells.extent, fabs(v->value[PDI_VTU_PLACES][k] - v->value[PDI_VTU_PLACES][k % 3]));
+        v->cells.extent = pdi_max(v->cells.extent, fabs(v->value[PDI_VTU_PLACES][k] - v->value[PDI_VTU_PLACES][k % 3]));
     if (v->count) PDI_TRY(pdi_vtu_all_cells(v, &counts));
     if (counts) return PD_OK;
     if (v->array[PDI_VTU_VOLUME].found) return pdi_vtu_all_points(v);
@@ -63295,7 +63295,7 @@ static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, 
     if (strncmp(text + blank, "solid", 5) == 0) return pdi_stl_text(&scan, c);
     return pdi_fail(ctx, PD_ERR_PARSE, "stl", "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
                     "file of %.0f triangles, whose size is %.0f: no STL file, or cut off", path, (double)size,
-                    fmax(count, 0.0), fmax(whole, PDI_STL_HEAD));
+                    pdi_max(count, 0.0), pdi_max(whole, PDI_STL_HEAD));
 }
 
 pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets)
@@ -67100,7 +67100,7 @@ PDI_FN int pdi_setup_surfaces(const pd_setup *setup)
 
 PDI_FN int pdi_setup_layers(const pd_setup *setup)
 {
-    return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
+    return (int)ceil((pdi_setup_surfaces(setup) ? pdi_max(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
 PDI_FN int pdi_setup_bonds(const pd_setup *setup)
@@ -68867,7 +68867,7 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes *s, pd_shape *shape)
         voxels *= number[d];
     }
     /* a longer file need not be read to its end to see that it is too long */
-    double most = fmin(2.0 * voxels + 4096.0, (double)PDI_READ_SHAPES_RAW_LIMIT);
+    double most = pdi_min(2.0 * voxels + 4096.0, (double)PDI_READ_SHAPES_RAW_LIMIT);
     if (pdi_file_read(s->ctx, path, (size_t)most, &bytes, &size) < 0)
         return pdi_named_files_fail(s->ctx, s->text, s->section, "raw");
     pd_status status;
@@ -69792,7 +69792,7 @@ PDI_FN pd_status pdi_read_metal_horizons(pdi_reader *s, int grid)
     int own = u->has_dissolve && pdi_text_has(s->ctx, s->text, metal, "m");
     u->m = u->has_corrode ? PDI_READ_METAL_HORIZON : 1.0;
     if (given) PDI_TRY(pdi_reader_within(s, grid, "m", "", NULL, 1.0, 6.0, 0, &u->m));
-    u->metal_m = u->has_corrode ? u->m : fmax(PDI_READ_METAL_HORIZON, u->m);
+    u->metal_m = u->has_corrode ? u->m : pdi_max(PDI_READ_METAL_HORIZON, u->m);
     if (!own) return PD_OK;
     PDI_TRY(pdi_reader_within(s, metal, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
     if (u->has_corrode && !given) u->m = u->metal_m;
@@ -70848,7 +70848,7 @@ static void pdi_read_flat_front(const pdi_read_flat *f, double *exposure, double
                 count += 1.0;
                 if (i <= 0) continue;
                 opened += i;
-                sum += i * fmin(1.0, delta + 0.5 - r) / square;
+                sum += i * pdi_min(1.0, delta + 0.5 - r) / square;
             }
     *exposure = opened / count;
     *bonds = constant * sum / (f->dx_file * f->dx_file);
@@ -71123,7 +71123,7 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors *w, pd_setup_monitor *
     if (length / spacing > PDI_READ_MONITORS_POINTS - 1.0)
         return pdi_text_refuse(w->ctx, w->text, w->section, "spacing", "found %.6g m, which makes more than %d points",
                                spacing, PDI_READ_MONITORS_POINTS);
-    m->points = (int)fmax(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
+    m->points = (int)pdi_max(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
     return PD_OK;
 }
 
@@ -72350,7 +72350,7 @@ static pd_status pdi_scene_run(pdi_reader *s)
     PDI_TRY(pdi_reader_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
-    u->fraction = fmin(1.0, 25.0 * u->rtol);
+    u->fraction = pdi_min(1.0, 25.0 * u->rtol);
     if (!pdi_text_has(s->ctx, s->text, section, "fraction")) return PD_OK;
     return pdi_reader_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
@@ -72898,8 +72898,8 @@ static double pdi_wall_shape(const pd_setup *u, const double *x, double t)
 {
     const pd_setup_wall *found = NULL;
     double nearest = 0.0;
-    for (int d = 0; d < PD_DIM; d++) nearest = fmax(nearest, u->h[d]);
-    if (u->solid >= 0) nearest = fmin(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
+    for (int d = 0; d < PD_DIM; d++) nearest = pdi_max(nearest, u->h[d]);
+    if (u->solid >= 0) nearest = pdi_min(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
     for (int k = 0; k < u->wall_count; k++) {
         double distance = fabs(pd_shape_distance(u->shape, u->walls[k].shape, x));
         if (!(distance < nearest)) continue;
@@ -73470,7 +73470,7 @@ static void pdi_electrodes_conduct(void *user, double *field)
         double share = factor * s->charge * s->charge * s->diffusivity;
         const double *c = m->reactive->c + (int64_t)place * m->grid->total;
         for (int32_t i = 0; i < m->grid->total; i++)
-            if (m->grid->kind[i] == PD_FLUID) field[i] += share * fmax(c[i], 0.0);
+            if (m->grid->kind[i] == PD_FLUID) field[i] += share * pdi_max(c[i], 0.0);
     }
 }
 
@@ -73731,7 +73731,7 @@ static double pdi_polarise_place(const pd_etch *s, int32_t k, double *size, doub
     double law = PDI_POLARISE_FARADAY * volume * s->charge * s->gave[k];
     double curve = PDI_POLARISE_FARADAY * volume * charge * s->area[k] * s->flow[k];
     *size = fabs(law) + fabs(curve);
-    *anodic = fmax(law, 0.0) + fmax(curve, 0.0);
+    *anodic = pdi_max(law, 0.0) + pdi_max(curve, 0.0);
     return law + curve;
 }
 
@@ -73749,8 +73749,8 @@ PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_
         now->current += current;
         now->anodic += anodic;
         if (!(area > 0.0)) continue;
-        now->least = touched ? fmin(now->least, current / area) : current / area;
-        now->most = touched ? fmax(now->most, current / area) : current / area;
+        now->least = touched ? pdi_min(now->least, current / area) : current / area;
+        now->most = touched ? pdi_max(now->most, current / area) : current / area;
         touched = 1;
     }
 }
@@ -73781,7 +73781,7 @@ PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
             anodic += leaves;
         }
         if (s->desc.electrodes.circuit[n].holds || !(size > 0.0)) continue;
-        *off = fmax(*off, fabs(sum - wanted) / size);
+        *off = pdi_max(*off, fabs(sum - wanted) / size);
         extra = 0.0;
     }
     return anodic;
@@ -73850,7 +73850,7 @@ static double pdi_footprint_away(const pd_setup *u, const double *x)
 {
     double away = HUGE_VAL;
     if (u->wall >= 0) away = pd_shape_distance(u->shape, u->wall, x);
-    if (u->solid >= 0) away = fmin(away, pd_shape_distance(u->shape, u->solid, x));
+    if (u->solid >= 0) away = pdi_min(away, pd_shape_distance(u->shape, u->solid, x));
     return away;
 }
 
@@ -73860,8 +73860,8 @@ static int pdi_footprint_cuts(const pd_setup *u, const double *x, double away, d
 {
     double least = u->h[0], most = u->h[0];
     for (int d = 1; d < PD_DIM; d++) {
-        least = fmin(least, u->h[d]);
-        most = fmax(most, u->h[d]);
+        least = pdi_min(least, u->h[d]);
+        most = pdi_max(most, u->h[d]);
     }
     if (!(away < reach * most)) return 0;
     for (int step = -(int)reach; step <= (int)reach && most > least; step++)
@@ -73883,7 +73883,7 @@ static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *
         count[d] = cells < PDI_FOOTPRINT_POINTS ? (int)(cells + 0.5) : PDI_FOOTPRINT_POINTS;
         if (count[d] < 1) count[d] = 1;
         points *= count[d];
-        step = fmax(step, u->h[d]);
+        step = pdi_max(step, u->h[d]);
     }
     for (i[2] = 0; i[2] < count[2]; i[2]++)
         for (i[1] = 0; i[1] < count[1]; i[1]++)
@@ -73932,7 +73932,7 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     grid->ghost = reach;
     for (int d = PD_DIM - 1; d >= 0; d--) {
         double cells = floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5), fewer = cells;
-        if (nodes > PDI_FOOTPRINT_NODES) fewer = fmax(floor(cells * PDI_FOOTPRINT_NODES / nodes), 1.0);
+        if (nodes > PDI_FOOTPRINT_NODES) fewer = pdi_max(floor(cells * PDI_FOOTPRINT_NODES / nodes), 1.0);
         nodes *= (fewer + 2.0 * reach) / (cells + 2.0 * reach);
         grid->n[d] = (int)fewer;
         grid->np[d] = grid->n[d] + 2 * reach;
@@ -73980,7 +73980,7 @@ static double pdi_footprint_levels(const pdi_footprint_plan *plan, const pd_mult
 /* Solvers that work by turns have one memory for such levels. */
 static void pdi_footprint_share(pdi_footprint_plan *plan, double levels, pd_footprint *b)
 {
-    double more = fmax(levels - plan->levels, 0.0);
+    double more = pdi_max(levels - plan->levels, 0.0);
     plan->levels += more;
     b->working += more;
 }
@@ -73988,7 +73988,7 @@ static void pdi_footprint_share(pdi_footprint_plan *plan, double levels, pd_foot
 /* [byte] of a part whose work is lent: what the arena grows by. */
 static double pdi_footprint_arena(pdi_footprint_plan *plan, size_t room)
 {
-    double more = fmax(plan->times * (double)room - plan->arena, 0.0);
+    double more = pdi_max(plan->times * (double)room - plan->arena, 0.0);
     plan->arena += more;
     return more;
 }
@@ -74219,7 +74219,7 @@ static void pdi_footprint_potential(const pd_setup *u, pdi_footprint_plan *plan,
     p->diffusion.metals = plan->grid.solid_count > 0;
     p->diffusion.desc.smooth = 1;
     /* a contact for each fluid node beside metal, which has at least the surface of a cube */
-    double shell = fmin(2.0 * PD_DIM * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    double shell = pdi_min(2.0 * PD_DIM * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     p->contacts.count = (int32_t)(shell / plan->times);
     *bytes = pdi_footprint_list(plan, pdi_cell_list, &cell) + pdi_footprint_list(plan, pdi_distribution_list, p);
     *bytes += pdi_footprint_list(plan, pdi_distribution_contact_list, p) + shell * (double)sizeof *p->contacts.list;
@@ -74240,7 +74240,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
     if (!u->has_dissolve) return;
     /* fluid within a horizon of metal, which has at least the surface of a cube */
-    double shell = fmin(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    double shell = pdi_min(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     memset(&d, 0, sizeof d);
     d.grid = (pd_grid *)&plan->grid; /* only read */
     d.paths.words = (plan->across.count + 31) / 32;
@@ -74256,7 +74256,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_reach_beside_list, &d);
     if (u->has_corrode) {
         /* metal within a horizon of fluid; there is room for more */
-        double layers = fmin(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
+        double layers = pdi_min(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
         d.reach_rows = (int32_t)(1.25 * layers / plan->times);
         *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
         *bytes += pdi_footprint_list(plan, pdi_reach_list, &d);
@@ -74296,14 +74296,14 @@ static double pdi_footprint_weights(const pdi_footprint_plan *plan, const pd_str
 static double pdi_footprint_rim(const pdi_footprint_plan *plan, double m, int axes)
 {
     double inside = 1.0;
-    for (int d = 0; d < axes; d++) inside *= fmax(0.0, 1.0 - 4.0 * m / (double)plan->grid.n[d]);
+    for (int d = 0; d < axes; d++) inside *= pdi_max(0.0, 1.0 - 4.0 * m / (double)plan->grid.n[d]);
     return 1.0 - inside;
 }
 
 /* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
 static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s, int32_t fields, double more)
 {
-    double most = fmin((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
+    double most = pdi_min((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
     pd_band band;
     memset(&band, 0, sizeof band);
     band.body = &s->body;
@@ -74378,8 +74378,8 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
 /* Pixels of a field of `cells`, `wanted` of them; largest: beyond, cells are merged. */
 static double pdi_footprint_pixels(double cells, double wanted, double largest)
 {
-    double each = fmax(1.0, floor(wanted / cells + 0.5));
-    return cells > largest ? cells / ceil(cells / largest) : fmax(cells * each, 120.0);
+    double each = pdi_max(1.0, floor(wanted / cells + 0.5));
+    return cells > largest ? cells / ceil(cells / largest) : pdi_max(cells * each, 120.0);
 }
 
 /* The view of the metal's surface. Its mesh is as fine as the lattice, and taken to be as large as the box. */
@@ -74397,7 +74397,7 @@ static double pdi_footprint_sight(const pd_setup *u)
     pdi_shade_size(lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, &s);
     double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
     double sorted = u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 ? 8.0 * pixels : 0.0;
-    return 7.0 * pixels + sorted + fmax(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
+    return 7.0 * pixels + sorted + pdi_max(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
 }
 
 /* Pictures come one by one: the largest counts. */
@@ -74411,12 +74411,12 @@ static double pdi_footprint_pictures(const pd_setup *u)
         plots = plots || (m->kind == PD_MONITOR_LINE && m->images) || (m->kind == PD_MONITOR_TRANSFER && m->axis >= 0);
     }
     if (plots) largest = PDI_FOOTPRINT_PLOT;
-    largest = fmax(largest, pdi_footprint_sight(u));
+    largest = pdi_max(largest, pdi_footprint_sight(u));
     if (PD_DIM == 1 || !u->images) return largest;
     double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
     if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */
     double wanted = u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, cells = lx / u->h[right] * ly / u->h[up];
-    double scale = fmin(wanted / lx, PD_PICTURE_SQUAT * wanted / ly);
+    double scale = pdi_min(wanted / lx, PD_PICTURE_SQUAT * wanted / ly);
     double width = pdi_footprint_pixels(lx / u->h[right], scale * lx, 1.4 * wanted) + 230.0;
     double height = pdi_footprint_pixels(ly / u->h[up], scale * ly, 1.4 * wanted) + 140.0;
     double all = 6.0 * width * height + PDI_FOOTPRINT_PACK;
@@ -74424,20 +74424,20 @@ static double pdi_footprint_pictures(const pd_setup *u)
         double pixels = scale * lx * scale * ly;
         width = scale * lx + 230.0;
         height = scale * ly + 140.0;
-        all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
+        all = pdi_max(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
         all += 17.0 * cells;
     }
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         lines = lines || u->drawing.contours[k];
         flows = flows || u->drawing.streamlines[k] || u->drawing.vectors[k];
-        across = fmax(across, u->drawing.streamlines[k]);
+        across = pdi_max(across, u->drawing.streamlines[k]);
     }
-    if (flows) all = fmax(all, 4.0 * width * height) + 16.0 * cells;
+    if (flows) all = pdi_max(all, 4.0 * width * height) + 16.0 * cells;
     /* points of streamlines, 12 of 80 bytes over the distance between lines */
-    all = fmax(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
-    if (lines) all = fmax(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
+    all = pdi_max(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
+    if (lines) all = pdi_max(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
-    return fmax(largest, all) + 9.0 * cells;
+    return pdi_max(largest, all) + 9.0 * cells;
 }
 
 /* Fields that files need a copy of, and the largest picture. */
@@ -74474,7 +74474,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_metal(u, &plan, b);
     pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);
-    b->all = PDI_FOOTPRINT_BASE + b->working + fmax(b->files, b->balance) + PD_SHAPE_MAX * (double)sizeof *u->shape;
+    b->all = PDI_FOOTPRINT_BASE + b->working + pdi_max(b->files, b->balance) + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
     for (int k = 0; k < u->surfaces; k++) b->all += (double)pdi_facets_bytes(u->surface[k]);
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
@@ -74484,7 +74484,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 {
     pd_footprint b;
     pd_footprint_estimate(setup, &b);
-    if (dry) b.all -= fmax(b.files - b.balance, 0.0);
+    if (dry) b.all -= pdi_max(b.files - b.balance, 0.0);
     if (!(b.nodes <= (double)INT32_MAX))
         return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
                         (double)INT32_MAX);
@@ -74699,7 +74699,7 @@ static void pdi_attack_fresh(pd_attack *a, const pdi_beside *beside)
         int32_t next = beside->node + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2];
         if (grid->kind[next] != PD_FLUID || !(own < PDI_ATTACK_FRESH * pdi_attack_ions(a, next))) continue;
         double there = pdi_layer_at(&a->etch, next, a->etch.slot[beside->node], pdi_attack_thick(a, beside), *speed);
-        *speed = fmax(*speed, there);
+        *speed = pdi_max(*speed, there);
     }
 }
 
@@ -75570,40 +75570,83 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *
 
 #define PDI_OBSERVE_FAR 1e30f /* [m2] from fluid */
 
-/* Squared distances along one axis: each node takes the least of its line, value plus squared way. */
-static void pdi_observe_sweep(const pd_grid *grid, int axis, const float *from, float *to)
+/* A line of nodes, and the lower envelope of the parabolas value plus squared way above its nodes (Felzenszwalb and
+ * Huttenlocher 2012, algorithm 1). */
+typedef struct pdi_observe_way {
+    int32_t n, stride; /* nodes of the line, and between two of them */
+    double square;     /* [m2] of a spacing */
+    int32_t *apex;     /* n: nodes whose parabolas are parts of it */
+    double *start;     /* n: where these parts begin [spacings] */
+} pdi_observe_way;
+
+/* Squared distances along a line: each node takes the least of its line, value plus squared way. */
+static void pdi_observe_line(const pdi_observe_way *w, const float *from, float *to)
 {
-    double square = grid->h[axis] * grid->h[axis];
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM], more = 1;
-        pdi_grid_index(grid, node, i);
-        if (!pdi_grid_inside(grid, i)) continue;
-        double best = (double)from[node];
-        for (int r = 1; more; r++) {
-            double way = square * r * r;
-            more = way < best && (i[axis] - r >= 0 || i[axis] + r < grid->n[axis]);
-            if (i[axis] - r >= 0) best = fmin(best, way + (double)from[node - r * grid->stride[axis]]);
-            if (i[axis] + r < grid->n[axis]) best = fmin(best, way + (double)from[node + r * grid->stride[axis]]);
+    int32_t parts = 0, at = 0;
+    for (int32_t q = 0; q < w->n; q++) {
+        double value = (double)from[(int64_t)q * w->stride] / w->square + (double)q * q, start = -HUGE_VAL;
+        if (!(from[(int64_t)q * w->stride] < PDI_OBSERVE_FAR)) continue;
+        for (; parts; parts--) {
+            int32_t v = w->apex[parts - 1];
+            start = (value - (double)from[(int64_t)v * w->stride] / w->square - (double)v * v) / (2.0 * (q - v));
+            if (start > w->start[parts - 1]) break;
+            start = -HUGE_VAL;
         }
-        to[node] = (float)best;
+        w->apex[parts] = q;
+        w->start[parts++] = start;
     }
+    for (int32_t q = 0; q < w->n; q++) {
+        to[(int64_t)q * w->stride] = PDI_OBSERVE_FAR;
+        if (!parts) continue;
+        while (at + 1 < parts && w->start[at + 1] <= (double)q) at++;
+        double way = (double)(q - w->apex[at]);
+        to[(int64_t)q * w->stride] = (float)(w->square * way * way + (double)from[(int64_t)w->apex[at] * w->stride]);
+    }
+}
+
+/* The lines along one axis. */
+static void pdi_observe_sweep(const pd_grid *grid, int axis, pdi_observe_way *w, const float *from, float *to)
+{
+    w->n = grid->n[axis];
+    w->stride = grid->stride[axis];
+    w->square = grid->h[axis] * grid->h[axis];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, node, i);
+        if (i[axis] == 0 && pdi_grid_inside(grid, i)) pdi_observe_line(w, from + node, to + node);
+    }
+}
+
+static pd_status pdi_observe_far(pd_ctx *ctx, const pd_grid *grid, int64_t longest, pdi_observe_way *w, float **work,
+                                 pd_observables *o)
+{
+    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, *work));
+    PDI_TRY(PDI_NEW(ctx, "observe", longest, w->apex));
+    PDI_TRY(PDI_NEW(ctx, "observe", longest, w->start));
+    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = grid->kind[i] == PD_FLUID ? 0.0f : PDI_OBSERVE_FAR;
+    for (int axis = 0; axis < PD_DIM; axis++) {
+        pdi_observe_sweep(grid, axis, w, o->depth, *work);
+        memcpy(o->depth, *work, (size_t)o->nodes * sizeof **work);
+    }
+    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = sqrtf(o->depth[i]);
+    return PD_OK;
 }
 
 /* Distance of each node from the nearest fluid node of the start. */
 static pd_status pdi_observe_depths(pd_ctx *ctx, const pd_grid *grid, pd_observables *o)
 {
+    pdi_observe_way way;
     float *work = NULL;
+    int64_t longest = 1;
+    memset(&way, 0, sizeof way);
+    for (int d = 0; d < PD_DIM; d++) longest = grid->n[d] > longest ? grid->n[d] : longest;
     o->nodes = grid->total;
     PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, o->depth));
-    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, work));
-    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = grid->kind[i] == PD_FLUID ? 0.0f : PDI_OBSERVE_FAR;
-    for (int axis = 0; axis < PD_DIM; axis++) {
-        pdi_observe_sweep(grid, axis, o->depth, work);
-        memcpy(o->depth, work, (size_t)o->nodes * sizeof *work);
-    }
-    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = sqrtf(o->depth[i]);
+    pd_status status = pdi_observe_far(ctx, grid, longest, &way, &work, o);
+    PDI_DELETE(ctx, longest, way.start);
+    PDI_DELETE(ctx, longest, way.apex);
     PDI_DELETE(ctx, o->nodes, work);
-    return PD_OK;
+    return status;
 }
 
 static pd_status pdi_observe_make(pd_ctx *ctx, const pd_model *model, pd_observables *o)
@@ -75697,11 +75740,11 @@ static void pdi_observe_flux(pd_ctx *ctx, pd_model *m, pd_observables *o)
     pdi_observe_layers(m, o);
     double reference = o->layer[up], scale = fabs(before), wide = fabs(reference);
     if (m->inlet.timed) { /* a stream that turns is at rest now and then */
-        o->most[0] = scale = fmax(scale, o->most[0]);
-        o->most[1] = wide = fmax(wide, o->most[1]);
+        o->most[0] = scale = pdi_max(scale, o->most[0]);
+        o->most[1] = wide = pdi_max(wide, o->most[1]);
     }
-    o->flux = fmax(o->flux, fabs(behind - before) / scale);
-    for (int32_t k = 0; k < o->layers; k++) o->flux_max = fmax(o->flux_max, fabs(o->layer[k] - reference) / wide);
+    o->flux = pdi_max(o->flux, fabs(behind - before) / scale);
+    for (int32_t k = 0; k < o->layers; k++) o->flux_max = pdi_max(o->flux_max, fabs(o->layer[k] - reference) / wide);
 }
 
 PDI_FN void pdi_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
@@ -75991,7 +76034,7 @@ static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
     for (int d = 0; d < PD_DIM && inlet && pdi_sample_dissolved(job->m, job->field); d++) {
         int step = s->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? m->grid.n[d] - i[d] - 0.5 : i[d] + 0.5;
-        if (step && pdi_grid_port(m->grid.side[2 * d + upper])) share = fmin(share, inside / abs(step));
+        if (step && pdi_grid_port(m->grid.side[2 * d + upper])) share = pdi_min(share, inside / abs(step));
     }
     for (int d = 0; d < PD_DIM; d++) place[d] = at[d] + share * s->xi[k * PD_DIM + d];
     if (pdi_sample_medium(m, place) * job->side < 0.0) return;
@@ -76242,7 +76285,7 @@ static double pdi_sight_share(const void *user, const int *i)
     int32_t node = pd_grid_node(&m->grid, i);
     if (m->grid.kind[node] != PD_SOLID) return 0.0;
     if (!m->setup->has_dissolve) return 1.0;
-    return fmax(1e-9, m->transport.c[node] / m->setup->metal[m->metal ? m->metal[node] : 0].solid_c);
+    return pdi_max(1e-9, m->transport.c[node] / m->setup->metal[m->metal ? m->metal[node] : 0].solid_c);
 }
 
 /* Fields of the metal have the value of its cell, others that of the fluid beside it. */
@@ -76351,7 +76394,7 @@ static int32_t pdi_images_node(const pd_images *im, int64_t cell)
     int row = (int)(cell / im->nx), i[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
         double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
-        i[d] = (int)fmax(0.0, fmin(slice, m->grid.n[d] - 1.0));
+        i[d] = (int)pdi_max(0.0, pdi_min(slice, m->grid.n[d] - 1.0));
     }
     i[im->up] = row < im->below ? im->below - 1 - row : row - im->below;
     i[im->right] = (int)(cell % im->nx); /* 1D: one row */
@@ -76454,7 +76497,7 @@ static int pdi_images_order(const void *a, const void *b)
 /* Value number `at` of sorted ones, linear between two. */
 static double pdi_images_rank(const double *sorted, int64_t count, double at)
 {
-    int64_t below = (int64_t)fmin(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
+    int64_t below = (int64_t)pdi_min(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
     return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
 }
 
@@ -76475,8 +76518,8 @@ static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *h
         double value = surface ? (double)im->sight.value[k] : im->cell[k];
         if (!surface && im->paint[k] != PD_PAINT_FIELD) continue;
         if (isnan(value) || (pdi_images_log(im, field) && !(value > 0.0))) continue;
-        *lo = fmin(*lo, value);
-        *hi = fmax(*hi, value);
+        *lo = pdi_min(*lo, value);
+        *hi = pdi_max(*hi, value);
         if (im->sorted) im->sorted[count] = value;
         count++;
     }
@@ -76503,11 +76546,11 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
     double lo, hi;
     if (pdi_images_moved(im, field)) PDI_TRY(pdi_warp_extent(ctx, warp, view->low, view->high));
     for (int64_t k = 0; pdi_images_flows(im, field) && k < im->cells; k++)
-        view->fastest = fmax(view->fastest, pdi_canvas_length(im->velocity[k], im->velocity[im->cells + k]));
+        view->fastest = pdi_max(view->fastest, pdi_canvas_length(im->velocity[k], im->velocity[im->cells + k]));
     if (pdi_images_known(im->model->setup, pdi_images_field(im, field))) return PD_OK;
     pdi_images_ends(im, field, &lo, &hi);
-    view->lo = fmin(view->lo, lo);
-    view->hi = fmax(view->hi, hi);
+    view->lo = pdi_min(view->lo, lo);
+    view->hi = pdi_max(view->hi, hi);
     return PD_OK;
 }
 
@@ -77911,10 +77954,10 @@ static void pdi_monitor_extremes(const pd_structure *s, pd_monitor *m)
         double square = 0.0;
         if (!(s->stiff[i] > 0.0)) continue;
         for (int d = 0; d < PD_DIM; d++) square += at[(int64_t)i * PD_DIM + d] * at[(int64_t)i * PD_DIM + d];
-        u = fmax(u, sqrt(square));
-        mises = fmax(mises, s->mises[i]);
-        pressure = fmax(pressure, s->pressure[i]);
-        if (s->solid.slip) slip = fmax(slip, s->slip[i]);
+        u = pdi_max(u, sqrt(square));
+        mises = pdi_max(mises, s->mises[i]);
+        pressure = pdi_max(pressure, s->pressure[i]);
+        if (s->solid.slip) slip = pdi_max(slip, s->slip[i]);
     }
     pdi_monitor_put(m, "u_max", "m", u);
     if (!s->solid.stress) return;
@@ -78361,7 +78404,7 @@ static void pdi_monitor_doubt(const pd_model *model, const pd_monitor *m, pd_pri
 {
     char text[256];
     double h = model->grid.h[0], layer = HUGE_VAL;
-    for (int d = 1; d < PD_DIM; d++) h = fmin(h, model->grid.h[d]);
+    for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
     for (int f = 0; f < m->count; f++)
         if (!strcmp(m->figure[f].key, "layer")) layer = fabs(m->figure[f].value);
     if (!(layer < PDI_MONITOR_LAYER * h)) return;
@@ -79169,7 +79212,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;
-    result->residual = fmax(effort.momentum, effort.continuity);
+    result->residual = pdi_max(effort.momentum, effort.continuity);
     result->evaluations = effort.flow_evaluations;
     result->settled = r->setup->settle;
     result->change = effort.change;
@@ -79731,7 +79774,7 @@ static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
     double order = log(far_step / near_step) / log(2.0), step = fabs(near_step);
     e->assumed = !(order >= PDI_ESTIMATE_LEAST) || !(order <= PDI_ESTIMATE_MOST) || !(step > noise);
     e->order = e->assumed ? theory : order;
-    if (e->assumed) step = fmax(step, fabs(far_step) / pow(2.0, theory)); /* fmax passes over NaN */
+    if (e->assumed) step = pdi_max(step, fabs(far_step) / pow(2.0, theory)); /* that of numbers */
     e->error = step / ((pow(2.0, e->order) - 1.0) * fabs(value));
     if (step <= 0.0) e->error = 0.0; /* the figure may be 0, too */
 }
@@ -79748,7 +79791,7 @@ static void pdi_estimate_rank(pd_estimate *e)
         pd_estimated *a = &e->list[k];
         double most = 0.0;
         for (int j = 0; j < e->count; j++)
-            if (pdi_estimate_alike(&a->figure, &e->list[j].figure)) most = fmax(most, fabs(e->list[j].figure.value));
+            if (pdi_estimate_alike(&a->figure, &e->list[j].figure)) most = pdi_max(most, fabs(e->list[j].figure.value));
         a->minor = !(fabs(a->figure.value) >= PDI_ESTIMATE_MINOR * most) || !(fabs(a->figure.value) > 0.0) ||
                    !(a->error >= 0.0);
         if (!a->minor && (e->worst < 0 || a->error > e->list[e->worst].error)) e->worst = k;
@@ -79885,7 +79928,7 @@ void pd_estimate_spacing(const pd_estimate *e, double accuracy, double *h)
     int common = 0;
     for (int k = 0; k < e->count; k++) {
         const pd_estimated *a = &e->list[k];
-        if (!a->minor && a->error > accuracy) finer = fmax(finer, pow(a->error / accuracy, 1.0 / a->order));
+        if (!a->minor && a->error > accuracy) finer = pdi_max(finer, pow(a->error / accuracy, 1.0 / a->order));
     }
     for (int d = 0; d < PD_DIM; d++) {
         h[d] = u->h[d];
@@ -79933,14 +79976,14 @@ static void pdi_accuracy_picks(pdi_accuracy *a)
     double w = a->wanted;
     int rtol = pdi_accuracy_given(a, PD_KNOB_RTOL), fraction = pdi_accuracy_given(a, PD_KNOB_FRACTION);
     if (u->has_flow && u->motion == PD_MOTION_STEADY)
-        pdi_accuracy_pick(a, "steady", pdi_accuracy_given(a, PD_KNOB_STEADY), fmin(0.1, 0.1 * w), &u->steady);
+        pdi_accuracy_pick(a, "steady", pdi_accuracy_given(a, PD_KNOB_STEADY), pdi_min(0.1, 0.1 * w), &u->steady);
     if (u->has_flow && u->motion == PD_MOTION_IMPLICIT)
-        pdi_accuracy_pick(a, "flow.rtol", pdi_accuracy_given(a, PD_KNOB_FLOW_RTOL), fmin(0.1, 0.5 * w), &u->flow_rtol);
+        pdi_accuracy_pick(a, "flow.rtol", pdi_accuracy_given(a, PD_KNOB_FLOW_RTOL), pdi_min(0.1, 0.5 * w), &u->flow_rtol);
     if (u->has_transport && !u->has_dissolve && !u->settle)
-        pdi_accuracy_pick(a, "run.rtol", rtol, fmin(0.1, 0.5 * w), &u->rtol);
+        pdi_accuracy_pick(a, "run.rtol", rtol, pdi_min(0.1, 0.5 * w), &u->rtol);
     if (u->has_dissolve && !u->has_corrode)
         pdi_accuracy_pick(a, rtol && !fraction ? "fraction (of rtol)" : "fraction", rtol || fraction,
-                          fmin(0.5, 2.5 * w), &u->fraction);
+                          pdi_min(0.5, 2.5 * w), &u->fraction);
     if (u->has_transport && u->has_flow && u->advection == PD_ADVECTION_LIMITED)
         pdi_accuracy_pick(a, "limiter", 0, 0.1 * w, &u->limiter);
 }
@@ -80242,7 +80285,7 @@ static pd_status pdi_fit_level(pdi_fit *f, const double *start)
     for (int k = 0; k < d.parameters; k++) {
         d.low[k] = f->fit->parameter[k].low;
         d.high[k] = f->fit->parameter[k].high;
-        d.start[k] = fmin(fmax(start[k], d.low[k]), d.high[k]);
+        d.start[k] = pdi_min(pdi_max(start[k], d.low[k]), d.high[k]);
     }
     d.known = f->fit->known;
     d.noise = f->noise;
@@ -80939,7 +80982,7 @@ static double pdi_speciate_elements(const pdi_speciate_work *w, const double *c)
         if (!(in > 0.0) && !(out > 0.0)) continue;
         pdi_species_symbol(k, symbol);
         pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14.9g %14.9g", symbol, in, out);
-        worst = fmax(worst, fabs(out - in) / in);
+        worst = pdi_max(worst, fabs(out - in) / in);
     }
     return worst;
 }

@@ -6,18 +6,14 @@
 #include "core/vec.h"
 #include <math.h>
 
-/* As fmax and fmin of numbers, without a call. */
-static inline double pdi_shape_most(double a, double b) { return a > b ? a : b; }
-static inline double pdi_shape_least(double a, double b) { return a < b ? a : b; }
-
 /* max over axes outside, negative inside: the exact distance to an axis-aligned box. */
 static double pdi_shape_box(const double *lo, const double *hi, const double *x)
 {
     double outside[PD_DIM], inside = -HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) {
-        double beyond = pdi_shape_most(lo[d] - x[d], x[d] - hi[d]);
-        outside[d] = pdi_shape_most(beyond, 0.0);
-        inside = pdi_shape_most(inside, beyond);
+        double beyond = pdi_max(lo[d] - x[d], x[d] - hi[d]);
+        outside[d] = pdi_max(beyond, 0.0);
+        inside = pdi_max(inside, beyond);
     }
     return inside > 0.0 ? pdi_vec_norm(outside) : inside;
 }
@@ -96,8 +92,8 @@ static double pdi_shape_voxels(const pd_shape *s, const double *x)
     for (int d = 0; d < PD_DIM; d++) {
         hi[d] = s->a[d] + s->n[d] * s->b[d];
         double cell = floor((x[d] - s->a[d]) / s->b[d]);
-        at[d] = (int64_t)pdi_shape_most(-2.0, pdi_shape_least(cell, (double)s->n[d] + 1.0));
-        nearest = pdi_shape_least(nearest, s->b[d]);
+        at[d] = (int64_t)pdi_max(-2.0, pdi_min(cell, (double)s->n[d] + 1.0));
+        nearest = pdi_min(nearest, s->b[d]);
         neighbours *= 3;
     }
     double box = pdi_shape_box(s->a, hi, x);
@@ -113,9 +109,9 @@ static double pdi_shape_voxels(const pd_shape *s, const double *x)
             up[d] = lo[d] + s->b[d];
         }
         if (pdi_shape_cell(s, j) != value)
-            nearest = pdi_shape_least(nearest, pdi_shape_most(pdi_shape_box(lo, up, x), 0.0));
+            nearest = pdi_min(nearest, pdi_max(pdi_shape_box(lo, up, x), 0.0));
     }
-    return value ? -nearest : pdi_shape_most(nearest, box);
+    return value ? -nearest : pdi_max(nearest, box);
 }
 
 /* frame NULL: no plane. */
@@ -139,8 +135,8 @@ static double pdi_shape_level(const pd_shape *shapes, int index, const pdi_shape
         distance = pdi_shape_level(shapes, s->child[0], frame, x);
         for (int c = 1; c < s->children; c++) {
             double other = pdi_shape_level(shapes, s->child[c], frame, x);
-            if (s->type == PD_SHAPE_UNION) distance = pdi_shape_least(distance, other);
-            else distance = pdi_shape_most(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
+            if (s->type == PD_SHAPE_UNION) distance = pdi_min(distance, other);
+            else distance = pdi_max(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
         }
         return distance;
     case PD_SHAPE_NONE: break;

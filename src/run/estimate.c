@@ -86,7 +86,7 @@ static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
     double order = log(far_step / near_step) / log(2.0), step = fabs(near_step);
     e->assumed = !(order >= PDI_ESTIMATE_LEAST) || !(order <= PDI_ESTIMATE_MOST) || !(step > noise);
     e->order = e->assumed ? theory : order;
-    if (e->assumed) step = pdi_max(step, fabs(far_step) / pow(2.0, theory)); /* fmax passes over NaN */
+    if (e->assumed) step = pdi_max(step, fabs(far_step) / pow(2.0, theory)); /* that of numbers */
     e->error = step / ((pow(2.0, e->order) - 1.0) * fabs(value));
     if (step <= 0.0) e->error = 0.0; /* the figure may be 0, too */
 }

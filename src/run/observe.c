@@ -5,40 +5,83 @@
 
 #define PDI_OBSERVE_FAR 1e30f /* [m2] from fluid */
 
-/* Squared distances along one axis: each node takes the least of its line, value plus squared way. */
-static void pdi_observe_sweep(const pd_grid *grid, int axis, const float *from, float *to)
+/* A line of nodes, and the lower envelope of the parabolas value plus squared way above its nodes (Felzenszwalb and
+ * Huttenlocher 2012, algorithm 1). */
+typedef struct pdi_observe_way {
+    int32_t n, stride; /* nodes of the line, and between two of them */
+    double square;     /* [m2] of a spacing */
+    int32_t *apex;     /* n: nodes whose parabolas are parts of it */
+    double *start;     /* n: where these parts begin [spacings] */
+} pdi_observe_way;
+
+/* Squared distances along a line: each node takes the least of its line, value plus squared way. */
+static void pdi_observe_line(const pdi_observe_way *w, const float *from, float *to)
 {
-    double square = grid->h[axis] * grid->h[axis];
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM], more = 1;
-        pdi_grid_index(grid, node, i);
-        if (!pdi_grid_inside(grid, i)) continue;
-        double best = (double)from[node];
-        for (int r = 1; more; r++) {
-            double way = square * r * r;
-            more = way < best && (i[axis] - r >= 0 || i[axis] + r < grid->n[axis]);
-            if (i[axis] - r >= 0) best = pdi_min(best, way + (double)from[node - r * grid->stride[axis]]);
-            if (i[axis] + r < grid->n[axis]) best = pdi_min(best, way + (double)from[node + r * grid->stride[axis]]);
+    int32_t parts = 0, at = 0;
+    for (int32_t q = 0; q < w->n; q++) {
+        double value = (double)from[(int64_t)q * w->stride] / w->square + (double)q * q, start = -HUGE_VAL;
+        if (!(from[(int64_t)q * w->stride] < PDI_OBSERVE_FAR)) continue;
+        for (; parts; parts--) {
+            int32_t v = w->apex[parts - 1];
+            start = (value - (double)from[(int64_t)v * w->stride] / w->square - (double)v * v) / (2.0 * (q - v));
+            if (start > w->start[parts - 1]) break;
+            start = -HUGE_VAL;
         }
-        to[node] = (float)best;
+        w->apex[parts] = q;
+        w->start[parts++] = start;
     }
+    for (int32_t q = 0; q < w->n; q++) {
+        to[(int64_t)q * w->stride] = PDI_OBSERVE_FAR;
+        if (!parts) continue;
+        while (at + 1 < parts && w->start[at + 1] <= (double)q) at++;
+        double way = (double)(q - w->apex[at]);
+        to[(int64_t)q * w->stride] = (float)(w->square * way * way + (double)from[(int64_t)w->apex[at] * w->stride]);
+    }
+}
+
+/* The lines along one axis. */
+static void pdi_observe_sweep(const pd_grid *grid, int axis, pdi_observe_way *w, const float *from, float *to)
+{
+    w->n = grid->n[axis];
+    w->stride = grid->stride[axis];
+    w->square = grid->h[axis] * grid->h[axis];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, node, i);
+        if (i[axis] == 0 && pdi_grid_inside(grid, i)) pdi_observe_line(w, from + node, to + node);
+    }
+}
+
+static pd_status pdi_observe_far(pd_ctx *ctx, const pd_grid *grid, int64_t longest, pdi_observe_way *w, float **work,
+                                 pd_observables *o)
+{
+    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, *work));
+    PDI_TRY(PDI_NEW(ctx, "observe", longest, w->apex));
+    PDI_TRY(PDI_NEW(ctx, "observe", longest, w->start));
+    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = grid->kind[i] == PD_FLUID ? 0.0f : PDI_OBSERVE_FAR;
+    for (int axis = 0; axis < PD_DIM; axis++) {
+        pdi_observe_sweep(grid, axis, w, o->depth, *work);
+        memcpy(o->depth, *work, (size_t)o->nodes * sizeof **work);
+    }
+    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = sqrtf(o->depth[i]);
+    return PD_OK;
 }
 
 /* Distance of each node from the nearest fluid node of the start. */
 static pd_status pdi_observe_depths(pd_ctx *ctx, const pd_grid *grid, pd_observables *o)
 {
+    pdi_observe_way way;
     float *work = NULL;
+    int64_t longest = 1;
+    memset(&way, 0, sizeof way);
+    for (int d = 0; d < PD_DIM; d++) longest = grid->n[d] > longest ? grid->n[d] : longest;
     o->nodes = grid->total;
     PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, o->depth));
-    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, work));
-    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = grid->kind[i] == PD_FLUID ? 0.0f : PDI_OBSERVE_FAR;
-    for (int axis = 0; axis < PD_DIM; axis++) {
-        pdi_observe_sweep(grid, axis, o->depth, work);
-        memcpy(o->depth, work, (size_t)o->nodes * sizeof *work);
-    }
-    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = sqrtf(o->depth[i]);
+    pd_status status = pdi_observe_far(ctx, grid, longest, &way, &work, o);
+    PDI_DELETE(ctx, longest, way.start);
+    PDI_DELETE(ctx, longest, way.apex);
     PDI_DELETE(ctx, o->nodes, work);
-    return PD_OK;
+    return status;
 }
 
 static pd_status pdi_observe_make(pd_ctx *ctx, const pd_model *model, pd_observables *o)
