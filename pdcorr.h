@@ -416,18 +416,23 @@
 #define PDI_INLINE static inline
 #endif
 
-#ifdef PDI_INTERNAL
-/* The larger and the smaller number of two, of a number and NaN the number: calls of fmax and fmin cost ten times as
- * much. */
-PDI_INLINE double pdi_max(double a, double b) { return a >= b || b != b ? a : b; }
-PDI_INLINE double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
-#endif
-
 /* PDI_SHARED: the same where programs may be large; where they are to be small, all callers have one copy. */
 #ifdef PDI_SMALL
 #define PDI_SHARED static __attribute__((noinline))
 #else
 #define PDI_SHARED PDI_INLINE
+#endif
+
+#ifdef PDI_INTERNAL
+/* The larger and the smaller number of two, of a number and NaN the number: calls of fmax and fmin cost ten times as
+ * much. */
+#ifdef PDI_SMALL
+#define PDI_SHORT static __attribute__((noinline, unused))
+#else
+#define PDI_SHORT PDI_INLINE
+#endif
+PDI_SHORT double pdi_max(double a, double b) { return a >= b || b != b ? a : b; }
+PDI_SHORT double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
 #endif
 
 /* PDI_FEW: the copy of an inner loop for runs shorter than a vector: vectors make it longer and not faster. */
@@ -2909,8 +2914,9 @@ typedef struct pdi_sharp_field {
 
 /* side [2 PD_DIM]. 1: fluid neither enters nor leaves, and there are walls across two axes or more: they meet. */
 PDI_FN int pdi_sharp_closed(const pd_side *side);
-/* 1: a closed box without bodies, whose walls meet, on nearest neighbours: slower flows there have less error for the
- * same time. */
+/* 1: a closed box without bodies, whose walls meet. */
+PDI_FN int pdi_sharp_box(const pd_grid *grid);
+/* 1: such a box on nearest neighbours: slower flows there have less error for the same time. */
 PDI_FN int pdi_sharp_pays(const pd_bonds *bonds);
 /* PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or nodes are rings. */
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp);
@@ -3372,6 +3378,7 @@ typedef struct pd_steady {
     pd_multigrid mg_u, mg_p, mg_seep;   /* lent */
     pd_multigrid mg_d;                  /* of short steps in time, see precond.h; lent */
     int timed, damped;                  /* it is built; it is in use */
+    int boxed;                          /* 1: fluid alone fills a closed box: corrections are projected (eq. 4.9d) */
     uint32_t poisson;                   /* version of the bonds that mg_p is set up for; 0: it is not */
     pd_krylov krylov;                   /* of Newton's steps */
     pd_krylov even;                     /* of the potential */
@@ -23902,10 +23909,9 @@ PDI_FN int pdi_sharp_closed(const pd_side *side)
     return across > 1;
 }
 
-PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
+PDI_FN int pdi_sharp_box(const pd_grid *grid)
 {
-    const pd_grid *grid = bonds->grid;
-    if (pdi_sharp_far(bonds->stencil) || grid->circumference || !pdi_sharp_closed(grid->side)) return 0;
+    if (!pdi_sharp_closed(grid->side)) return 0;
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM], inside = 1;
         if (grid->kind[node] == PD_FLUID) continue;
@@ -23914,6 +23920,11 @@ PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
         if (inside) return 0;
     }
     return 1;
+}
+
+PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
+{
+    return !pdi_sharp_far(bonds->stencil) && !bonds->grid->circumference && pdi_sharp_box(bonds->grid);
 }
 
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)
@@ -26197,9 +26208,17 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
         pdi_steady_push(ctx, s, r, y);
         pdi_steady_diverge(ctx, s, y, dp, r + split);
     }
-    pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
+    if (s->boxed) { /* du - G q, -lap q = rc */
+        pdi_multigrid_cycle(ctx, &s->mg_p, r + split, dp);
+        pdi_ghosts_pressure(ghosts, 0.0, dp);
+        pdi_flow_gradient(ctx, flow, dp, flow->grad);
+        pdi_par_axpy(ctx, split, -1.0, flow->grad, y);
+        pdi_ghosts_clear(ghosts, PD_DIM, y);
+    }
+    pdi_precond_solve(ctx, flow, &precond, r + split, s->boxed ? r : y, dp);
     pdi_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
+    if (s->boxed) return;
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
     pdi_ghosts_clear(ghosts, PD_DIM, r); /* no part of the equations */
     pdi_steady_push(ctx, s, r, y);
@@ -26501,6 +26520,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     pd_krylov_desc kd;
     PDI_TRY(pdi_flow_mirror(ctx, flow));
     pdi_steady_order(flow);
+    s->boxed = pdi_sharp_box(flow->grid) && pdi_steady_factors(flow->grid);
     if (flow->order == 4 && !flow->sharp.bonds) PDI_TRY(pdi_sharp_build(ctx, flow->bonds, &flow->sharp));
     PDI_TRY(pdi_steady_plan(ctx, s));
     pdi_steady_krylov(s, &kd);

@@ -138,18 +138,23 @@
 #define PDI_INLINE static inline
 #endif
 
-#ifdef PDI_INTERNAL
-/* The larger and the smaller number of two, of a number and NaN the number: calls of fmax and fmin cost ten times as
- * much. */
-PDI_INLINE double pdi_max(double a, double b) { return a >= b || b != b ? a : b; }
-PDI_INLINE double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
-#endif
-
 /* PDI_SHARED: the same where programs may be large; where they are to be small, all callers have one copy. */
 #ifdef PDI_SMALL
 #define PDI_SHARED static __attribute__((noinline))
 #else
 #define PDI_SHARED PDI_INLINE
+#endif
+
+#ifdef PDI_INTERNAL
+/* The larger and the smaller number of two, of a number and NaN the number: calls of fmax and fmin cost ten times as
+ * much. */
+#ifdef PDI_SMALL
+#define PDI_SHORT static __attribute__((noinline, unused))
+#else
+#define PDI_SHORT PDI_INLINE
+#endif
+PDI_SHORT double pdi_max(double a, double b) { return a >= b || b != b ? a : b; }
+PDI_SHORT double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
 #endif
 
 /* PDI_FEW: the copy of an inner loop for runs shorter than a vector: vectors make it longer and not faster. */

@@ -503,10 +503,9 @@ PDI_FN int pdi_sharp_closed(const pd_side *side)
     return across > 1;
 }
 
-PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
+PDI_FN int pdi_sharp_box(const pd_grid *grid)
 {
-    const pd_grid *grid = bonds->grid;
-    if (pdi_sharp_far(bonds->stencil) || grid->circumference || !pdi_sharp_closed(grid->side)) return 0;
+    if (!pdi_sharp_closed(grid->side)) return 0;
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM], inside = 1;
         if (grid->kind[node] == PD_FLUID) continue;
@@ -515,6 +514,11 @@ PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
         if (inside) return 0;
     }
     return 1;
+}
+
+PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
+{
+    return !pdi_sharp_far(bonds->stencil) && !bonds->grid->circumference && pdi_sharp_box(bonds->grid);
 }
 
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)

@@ -31,8 +31,9 @@ typedef struct pdi_sharp_field {
 
 /* side [2 PD_DIM]. 1: fluid neither enters nor leaves, and there are walls across two axes or more: they meet. */
 PDI_FN int pdi_sharp_closed(const pd_side *side);
-/* 1: a closed box without bodies, whose walls meet, on nearest neighbours: slower flows there have less error for the
- * same time. */
+/* 1: a closed box without bodies, whose walls meet. */
+PDI_FN int pdi_sharp_box(const pd_grid *grid);
+/* 1: such a box on nearest neighbours: slower flows there have less error for the same time. */
 PDI_FN int pdi_sharp_pays(const pd_bonds *bonds);
 /* PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or nodes are rings. */
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp);

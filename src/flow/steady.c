@@ -125,9 +125,17 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
         pdi_steady_push(ctx, s, r, y);
         pdi_steady_diverge(ctx, s, y, dp, r + split);
     }
-    pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
+    if (s->boxed) { /* du - G q, -lap q = rc */
+        pdi_multigrid_cycle(ctx, &s->mg_p, r + split, dp);
+        pdi_ghosts_pressure(ghosts, 0.0, dp);
+        pdi_flow_gradient(ctx, flow, dp, flow->grad);
+        pdi_par_axpy(ctx, split, -1.0, flow->grad, y);
+        pdi_ghosts_clear(ghosts, PD_DIM, y);
+    }
+    pdi_precond_solve(ctx, flow, &precond, r + split, s->boxed ? r : y, dp);
     pdi_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
+    if (s->boxed) return;
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
     pdi_ghosts_clear(ghosts, PD_DIM, r); /* no part of the equations */
     pdi_steady_push(ctx, s, r, y);
@@ -429,6 +437,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     pd_krylov_desc kd;
     PDI_TRY(pdi_flow_mirror(ctx, flow));
     pdi_steady_order(flow);
+    s->boxed = pdi_sharp_box(flow->grid) && pdi_steady_factors(flow->grid);
     if (flow->order == 4 && !flow->sharp.bonds) PDI_TRY(pdi_sharp_build(ctx, flow->bonds, &flow->sharp));
     PDI_TRY(pdi_steady_plan(ctx, s));
     pdi_steady_krylov(s, &kd);

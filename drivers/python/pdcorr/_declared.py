@@ -1108,6 +1108,7 @@ def declare(dim):
         ('mg_d', pd_multigrid),
         ('timed', c_int),
         ('damped', c_int),
+        ('boxed', c_int),
         ('poisson', c_uint32),
         ('krylov', pd_krylov),
         ('even', pd_krylov),
