@@ -426,13 +426,8 @@
 #ifdef PDI_INTERNAL
 /* The larger and the smaller number of two, of a number and NaN the number: calls of fmax and fmin cost ten times as
  * much. */
-#ifdef PDI_SMALL
-#define PDI_SHORT static __attribute__((noinline, unused))
-#else
-#define PDI_SHORT PDI_INLINE
-#endif
-PDI_SHORT double pdi_max(double a, double b) { return a >= b || b != b ? a : b; }
-PDI_SHORT double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
+PDI_INLINE double pdi_max(double a, double b) { return a >= b || b != b ? a : b; }
+PDI_INLINE double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
 #endif
 
 /* PDI_FEW: the copy of an inner loop for runs shorter than a vector: vectors make it longer and not faster. */
@@ -14096,7 +14091,8 @@ PDI_FN double pdi_curve_piece(const double *x, const double *y, const double *sl
     double line = 3.0 * secant - 2.0 * a - b, bend = a + b - 2.0 * secant, up = y[high] > y[low] ? 1.0 : -1.0;
     /* rounding may not leave the piece, nor turn it */
     *slope = up * pdi_max(up * (a + t * (2.0 * line + 3.0 * t * bend)), 0.0);
-    return pdi_min(pdi_max(y[low] + far * (a + t * (line + t * bend)), pdi_min(y[low], y[high])), pdi_max(y[low], y[high]));
+    double value = y[low] + far * (a + t * (line + t * bend));
+    return pdi_min(pdi_max(value, pdi_min(y[low], y[high])), pdi_max(y[low], y[high]));
 }
 
 PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
@@ -22709,7 +22705,10 @@ typedef struct pdi_stiff_work {
     int bad;                     /* equation whose rate is not finite; -1: none */
 } pdi_stiff_work;
 
-static double pdi_stiff_within(const pd_stiff *s, int k, double y) { return pdi_min(pdi_max(y, s->low[k]), s->high[k]); }
+static double pdi_stiff_within(const pd_stiff *s, int k, double y)
+{
+    return pdi_min(pdi_max(y, s->low[k]), s->high[k]);
+}
 
 /* Rates at values within bounds; those that are held have none. */
 static void pdi_stiff_rates(pdi_stiff_work *w, double t, const double *y, double *rate)
@@ -38366,7 +38365,8 @@ static double pdi_levels_next(const pdi_levels_search *q, double e, double off, 
         return next;
     }
     double way = off > 0.0 ? -1.0 : 1.0, least = PDI_LEVELS_LEAST * ldexp(1.0, 2 * step);
-    double move = next == next ? pdi_min(pdi_max(2.0 * fabs(next - e), least), *stride) : *stride; /* to the other side */
+    /* to the other side */
+    double move = next == next ? pdi_min(pdi_max(2.0 * fabs(next - e), least), *stride) : *stride;
     *stride *= 2.0;
     return e + way * move;
 }
@@ -47449,7 +47449,8 @@ static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
         double back = bond.share * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
         double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
         if (!o->desc.linear)
-            turn = pdi_max(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
+            turn = bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length;
+            turn = pdi_max(0.0, turn);
         for (int p = 0; p < PD_DIM; p++) {
             for (int k = 0; k < PDI_SYM; k++) own[p][k] += bond.weight * bond.dyad[k] * bond.y[p] / bond.r;
             for (int q = 0; q < PD_DIM; q++)
@@ -50992,7 +50993,8 @@ static void pdi_interface_share(const pd_dissolve *d, const pdi_beside *beside)
         below += law.metal[k].share * behind[k];
     }
     double high = pdi_max(above, below), theta = 0.5;
-    if (fabs(above - below) > PDI_INTERFACE_DROP * high) theta = pdi_min(pdi_max((line - below) / (above - below), 0.0), 1.0);
+    if (fabs(above - below) > PDI_INTERFACE_DROP * high)
+        theta = pdi_min(pdi_max((line - below) / (above - below), 0.0), 1.0);
     for (int k = 0; k < law.metals && law.metals > 1; k++) {
         before[k] = theta * before[k] + (1.0 - theta) * behind[k];
         sum += law.metal[k].share * before[k];
@@ -51932,7 +51934,8 @@ static void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
             v[k] = pdi_max(pdi_law_rate(&law, c), 0.0);
         }
         *error = pdi_max(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
-        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *taken = pdi_max(*taken, share * pdi_max(v[1], v[2]));
+        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2])
+            *taken = pdi_max(*taken, share * pdi_max(v[1], v[2]));
     }
 }
 
@@ -53917,7 +53920,8 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
 static void pdi_cell_left(pd_cell *cell)
 {
     for (int32_t i = 0; i < cell->grid->total && cell->left; i++)
-        if (cell->grid->kind[i] == PD_SOLID) cell->left[i] = pdi_min(pdi_max(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
+        if (cell->grid->kind[i] == PD_SOLID)
+            cell->left[i] = pdi_min(pdi_max(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
 }
 
 static void pdi_cell_index(pd_cell *cell)
@@ -59747,7 +59751,8 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted, int largest, 
 /* Beside an axis of merged cells those of the other one are merged, too, so that their scales stay equal. */
 static void pdi_picture_even(double wanted, pdi_picture_scale *s)
 {
-    int merged = (int)pdi_max(1.0, floor(s->cells / pdi_max(wanted, 1.0) + 0.5)), pixels = (s->cells + merged - 1) / merged;
+    int merged = (int)pdi_max(1.0, floor(s->cells / pdi_max(wanted, 1.0) + 0.5));
+    int pixels = (s->cells + merged - 1) / merged;
     if (s->each > 1 || s->merged > 1 || s->smooth || merged < 2 || pixels < PDI_PICTURE_SMALLEST) return;
     s->merged = merged;
     s->pixels = pixels;
@@ -60812,7 +60817,8 @@ static int pdi_shell_mean(const pdi_shell_work *w, const int *at, const double *
         for (int d = 0; d < 3; d++) {
             int b = a | 1 << d, side = pdi_shell_side(w, at, d);
             if (b == a || (f[a] > 0.0) == (f[b] > 0.0)) continue;
-            double from = pdi_max(PDI_SHELL_LEAST, pdi_max(f[a], f[b]) - 0.5); /* the middle of the cell that is in the set */
+            /* the middle of the cell that is in the set */
+            double from = pdi_max(PDI_SHELL_LEAST, pdi_max(f[a], f[b]) - 0.5);
             for (int e = 0; e < 3; e++) sum[side][e] += e != d ? a >> e & 1 : f[a] > 0.0 ? from : 1.0 - from;
             count[side]++;
         }
@@ -75130,7 +75136,8 @@ static double pdi_footprint_pictures(const pd_setup *u)
     if (flows) all = pdi_max(all, 4.0 * width * height) + 16.0 * cells;
     /* points of streamlines, 12 of 80 bytes over the distance between lines */
     all = pdi_max(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
-    if (lines) all = pdi_max(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
+    /* cover of a pixel, place on the bar of a cell */
+    if (lines) all = pdi_max(all, 4.0 * width * height + 8.0 * cells);
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
     return pdi_max(largest, all) + 9.0 * cells;
 }
@@ -80772,7 +80779,8 @@ static void pdi_accuracy_picks(pdi_accuracy *a)
     if (u->has_flow && u->motion == PD_MOTION_STEADY)
         pdi_accuracy_pick(a, "steady", pdi_accuracy_given(a, PD_KNOB_STEADY), pdi_min(0.1, 0.1 * w), &u->steady);
     if (u->has_flow && u->motion == PD_MOTION_IMPLICIT)
-        pdi_accuracy_pick(a, "flow.rtol", pdi_accuracy_given(a, PD_KNOB_FLOW_RTOL), pdi_min(0.1, 0.5 * w), &u->flow_rtol);
+        pdi_accuracy_pick(a, "flow.rtol", pdi_accuracy_given(a, PD_KNOB_FLOW_RTOL), pdi_min(0.1, 0.5 * w),
+                          &u->flow_rtol);
     if (u->has_transport && !u->has_dissolve && !u->settle)
         pdi_accuracy_pick(a, "run.rtol", rtol, pdi_min(0.1, 0.5 * w), &u->rtol);
     if (u->has_dissolve && !u->has_corrode)

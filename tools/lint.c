@@ -142,7 +142,7 @@ static int internal_name_fits(const source *s, const char *name)
 {
     size_t size = strlen(s->module);
     if (!starts(name, "pdi_")) return 0;
-    if (strcmp(s->module, "base") == 0) return 1;
+    if (strcmp(s->module, "base") == 0 || strcmp(s->module, "config") == 0) return 1;
     if (strncmp(name + 4, s->module, size) == 0 && (name[4 + size] == '_' || !name[4 + size])) return 1;
     for (const char *end = strchr(name + 4, '_'); end; end = strchr(end + 1, '_'))
         if (header_has_type(s, name + 4, (size_t)(end - name - 4))) return 1;

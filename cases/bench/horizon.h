@@ -153,8 +153,8 @@ static pd_status horizon_family(bench *b, study *s, const horizon_problem *of, i
     return PD_OK;
 }
 
-/* A lattice whose error is less than that of a finer one of the same family owes that to errors of both signs: it counts
- * with the larger one. */
+/* A lattice whose error is less than that of a finer one of the same family owes that to errors of both signs: it
+ * counts with the larger one. */
 static void horizon_settle(study *s)
 {
     for (int k = s->points - 1; k > 0; k--)
@@ -259,8 +259,8 @@ static const bench_case horizon_case = {
     "Cases of `validate` with m = 1, the default of fluids, and with wider horizons, on the same lattices: the error "
     "against the processor time of a run on one thread. A wider horizon has more bonds a node, so it is compared in "
     "the same time, between its runs by a power of the time. Where a finer lattice has the larger error, both signs of "
-    "it meet on the coarser one, which counts there with that of the finer one. Finite volumes are plain ones of second "
-    "order, written for this comparison (`cases/bench/volumes.h`).",
+    "it meet on the coarser one, which counts there with that of the finer one. Finite volumes are plain ones of "
+    "second order, written for this comparison (`cases/bench/volumes.h`).",
     horizon_run};
 
 #endif

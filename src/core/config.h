@@ -148,13 +148,8 @@
 #ifdef PDI_INTERNAL
 /* The larger and the smaller number of two, of a number and NaN the number: calls of fmax and fmin cost ten times as
  * much. */
-#ifdef PDI_SMALL
-#define PDI_SHORT static __attribute__((noinline, unused))
-#else
-#define PDI_SHORT PDI_INLINE
-#endif
-PDI_SHORT double pdi_max(double a, double b) { return a >= b || b != b ? a : b; }
-PDI_SHORT double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
+PDI_INLINE double pdi_max(double a, double b) { return a >= b || b != b ? a : b; }
+PDI_INLINE double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
 #endif
 
 /* PDI_FEW: the copy of an inner loop for runs shorter than a vector: vectors make it longer and not faster. */

@@ -96,7 +96,8 @@ PDI_FN double pdi_curve_piece(const double *x, const double *y, const double *sl
     double line = 3.0 * secant - 2.0 * a - b, bend = a + b - 2.0 * secant, up = y[high] > y[low] ? 1.0 : -1.0;
     /* rounding may not leave the piece, nor turn it */
     *slope = up * pdi_max(up * (a + t * (2.0 * line + 3.0 * t * bend)), 0.0);
-    return pdi_min(pdi_max(y[low] + far * (a + t * (line + t * bend)), pdi_min(y[low], y[high])), pdi_max(y[low], y[high]));
+    double value = y[low] + far * (a + t * (line + t * bend));
+    return pdi_min(pdi_max(value, pdi_min(y[low], y[high])), pdi_max(y[low], y[high]));
 }
 
 PDI_FN double pdi_curve_eval(const pd_curve *c, double x)

@@ -152,7 +152,8 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted, int largest, 
 /* Beside an axis of merged cells those of the other one are merged, too, so that their scales stay equal. */
 static void pdi_picture_even(double wanted, pdi_picture_scale *s)
 {
-    int merged = (int)pdi_max(1.0, floor(s->cells / pdi_max(wanted, 1.0) + 0.5)), pixels = (s->cells + merged - 1) / merged;
+    int merged = (int)pdi_max(1.0, floor(s->cells / pdi_max(wanted, 1.0) + 0.5));
+    int pixels = (s->cells + merged - 1) / merged;
     if (s->each > 1 || s->merged > 1 || s->smooth || merged < 2 || pixels < PDI_PICTURE_SMALLEST) return;
     s->merged = merged;
     s->pixels = pixels;

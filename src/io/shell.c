@@ -77,7 +77,8 @@ static int pdi_shell_mean(const pdi_shell_work *w, const int *at, const double *
         for (int d = 0; d < 3; d++) {
             int b = a | 1 << d, side = pdi_shell_side(w, at, d);
             if (b == a || (f[a] > 0.0) == (f[b] > 0.0)) continue;
-            double from = pdi_max(PDI_SHELL_LEAST, pdi_max(f[a], f[b]) - 0.5); /* the middle of the cell that is in the set */
+            /* the middle of the cell that is in the set */
+            double from = pdi_max(PDI_SHELL_LEAST, pdi_max(f[a], f[b]) - 0.5);
             for (int e = 0; e < 3; e++) sum[side][e] += e != d ? a >> e & 1 : f[a] > 0.0 ? from : 1.0 - from;
             count[side]++;
         }

@@ -304,7 +304,8 @@ static void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
             v[k] = pdi_max(pdi_law_rate(&law, c), 0.0);
         }
         *error = pdi_max(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
-        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2]) *taken = pdi_max(*taken, share * pdi_max(v[1], v[2]));
+        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2])
+            *taken = pdi_max(*taken, share * pdi_max(v[1], v[2]));
     }
 }
 

@@ -266,7 +266,8 @@ static void pdi_interface_share(const pd_dissolve *d, const pdi_beside *beside)
         below += law.metal[k].share * behind[k];
     }
     double high = pdi_max(above, below), theta = 0.5;
-    if (fabs(above - below) > PDI_INTERFACE_DROP * high) theta = pdi_min(pdi_max((line - below) / (above - below), 0.0), 1.0);
+    if (fabs(above - below) > PDI_INTERFACE_DROP * high)
+        theta = pdi_min(pdi_max((line - below) / (above - below), 0.0), 1.0);
     for (int k = 0; k < law.metals && law.metals > 1; k++) {
         before[k] = theta * before[k] + (1.0 - theta) * behind[k];
         sum += law.metal[k].share * before[k];

@@ -27,7 +27,8 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
 static void pdi_cell_left(pd_cell *cell)
 {
     for (int32_t i = 0; i < cell->grid->total && cell->left; i++)
-        if (cell->grid->kind[i] == PD_SOLID) cell->left[i] = pdi_min(pdi_max(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
+        if (cell->grid->kind[i] == PD_SOLID)
+            cell->left[i] = pdi_min(pdi_max(pdi_metal_left(cell->dissolve, i), 0.0), 1.0);
 }
 
 static void pdi_cell_index(pd_cell *cell)

@@ -87,7 +87,8 @@ static double pdi_levels_next(const pdi_levels_search *q, double e, double off, 
         return next;
     }
     double way = off > 0.0 ? -1.0 : 1.0, least = PDI_LEVELS_LEAST * ldexp(1.0, 2 * step);
-    double move = next == next ? pdi_min(pdi_max(2.0 * fabs(next - e), least), *stride) : *stride; /* to the other side */
+    /* to the other side */
+    double move = next == next ? pdi_min(pdi_max(2.0 * fabs(next - e), least), *stride) : *stride;
     *stride *= 2.0;
     return e + way * move;
 }

@@ -31,7 +31,8 @@ static void pdi_accuracy_picks(pdi_accuracy *a)
     if (u->has_flow && u->motion == PD_MOTION_STEADY)
         pdi_accuracy_pick(a, "steady", pdi_accuracy_given(a, PD_KNOB_STEADY), pdi_min(0.1, 0.1 * w), &u->steady);
     if (u->has_flow && u->motion == PD_MOTION_IMPLICIT)
-        pdi_accuracy_pick(a, "flow.rtol", pdi_accuracy_given(a, PD_KNOB_FLOW_RTOL), pdi_min(0.1, 0.5 * w), &u->flow_rtol);
+        pdi_accuracy_pick(a, "flow.rtol", pdi_accuracy_given(a, PD_KNOB_FLOW_RTOL), pdi_min(0.1, 0.5 * w),
+                          &u->flow_rtol);
     if (u->has_transport && !u->has_dissolve && !u->settle)
         pdi_accuracy_pick(a, "run.rtol", rtol, pdi_min(0.1, 0.5 * w), &u->rtol);
     if (u->has_dissolve && !u->has_corrode)

@@ -645,7 +645,8 @@ static double pdi_footprint_pictures(const pd_setup *u)
     if (flows) all = pdi_max(all, 4.0 * width * height) + 16.0 * cells;
     /* points of streamlines, 12 of 80 bytes over the distance between lines */
     all = pdi_max(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
-    if (lines) all = pdi_max(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
+    /* cover of a pixel, place on the bar of a cell */
+    if (lines) all = pdi_max(all, 4.0 * width * height + 8.0 * cells);
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
     return pdi_max(largest, all) + 9.0 * cells;
 }

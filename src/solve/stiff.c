@@ -27,7 +27,10 @@ typedef struct pdi_stiff_work {
     int bad;                     /* equation whose rate is not finite; -1: none */
 } pdi_stiff_work;
 
-static double pdi_stiff_within(const pd_stiff *s, int k, double y) { return pdi_min(pdi_max(y, s->low[k]), s->high[k]); }
+static double pdi_stiff_within(const pd_stiff *s, int k, double y)
+{
+    return pdi_min(pdi_max(y, s->low[k]), s->high[k]);
+}
 
 /* Rates at values within bounds; those that are held have none. */
 static void pdi_stiff_rates(pdi_stiff_work *w, double t, const double *y, double *rate)
