@@ -20721,7 +20721,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
 /* Least lines across a block. */
 #define PDI_SMOOTHER_BLOCK_LINES 7
 /* A level with fewer cells is one block. */
-#define PDI_SMOOTHER_BLOCK_CELLS 2048
+#define PDI_SMOOTHER_BLOCK_CELLS 4096
 /* Cells of level 0 whose defects or residuals are summed at a time. */
 #define PDI_SMOOTHER_BLOCK 256
 
@@ -21014,26 +21014,13 @@ PDI_FN void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *leve
     }
 }
 
-/* Cell c of a coarse level, from its links. x[before] is `last`: only one product and one sum wait for it. */
-static inline float pdi_smoother_linked(const pd_smoother_level *level, int32_t c, int32_t before, float last)
-{
-    float sum = level->b[c], near = 0.0f;
-    for (int32_t k = level->row[c]; k < level->row[c + 1]; k++) {
-        int32_t q = level->col[k];
-        float part = level->a[k] * level->x[q];
-        near = q == before ? level->a[k] : near;
-        sum += q == before ? 0.0f : part;
-    }
-    return sum * level->inv[c] + near * level->inv[c] * last;
-}
-
 /* Gauss-Seidel forth and back along one line of a coarse level. */
 PDI_ONCE static void pdi_smoother_linked_line(const pd_smoother_level *level, int32_t first, int32_t end)
 {
-    float *x = level->x, last = first > 0 ? x[first - 1] : 0.0f;
-    for (int32_t c = first; c < end; c++) x[c] = last = pdi_smoother_linked(level, c, c - 1, last);
-    last = end < level->cells ? x[end] : 0.0f;
-    for (int32_t c = end - 1; c >= first; c--) x[c] = last = pdi_smoother_linked(level, c, c + 1, last);
+    float *x = level->x;
+    const float *b = level->b, *inv = level->inv;
+    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smoother_coarse_sum(level, c)) * inv[c];
+    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smoother_coarse_sum(level, c)) * inv[c];
 }
 
 /* What the other lines give a line of level 0, into r: it does not change while the line is swept. */
