@@ -47436,8 +47436,8 @@ static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
         double back = bond.share * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
         double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
         if (!o->desc.linear)
-            turn = bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length;
-            turn = pdi_max(0.0, turn);
+            turn = pdi_max(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) /
+                                    bond.length);
         for (int p = 0; p < PD_DIM; p++) {
             for (int k = 0; k < PDI_SYM; k++) own[p][k] += bond.weight * bond.dyad[k] * bond.y[p] / bond.r;
             for (int q = 0; q < PD_DIM; q++)
