@@ -26098,7 +26098,7 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
 #define PDI_STEADY_ENOUGH 0.3
 
 /* Share of the divergence left by the potential that takes it off. */
-#define PDI_STEADY_EVEN 1e-10
+#define PDI_STEADY_EVEN 3e-11
 /* Basis vectors for that potential. */
 #define PDI_STEADY_EVEN_RESTART 24
 /* Most iterations for that potential: rounding may be more than that share. */

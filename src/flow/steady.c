@@ -29,7 +29,7 @@
 #define PDI_STEADY_ENOUGH 0.3
 
 /* Share of the divergence left by the potential that takes it off. */
-#define PDI_STEADY_EVEN 1e-10
+#define PDI_STEADY_EVEN 3e-11
 /* Basis vectors for that potential. */
 #define PDI_STEADY_EVEN_RESTART 24
 /* Most iterations for that potential: rounding may be more than that share. */
