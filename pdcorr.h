@@ -3336,8 +3336,8 @@ PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double 
 /* What steps in time shorter than the weight tau of the pressure flux put beside -lap [1/m2]; 0: the step is longer. */
 PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift);
 
-/* dp = S^-1 r, with the velocity in flow. q [total]: work, its ghosts too. All arrays are over the nodes of the grid, r
- * and dp mean something at fluid nodes only. */
+/* dp = S^-1 r, with the velocity in flow. q [total]: a cycle of `poisson` for r, then work, its ghosts too. All arrays
+ * are over the nodes of the grid, r and dp mean something at fluid nodes only. */
 PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, const double *r, double *q,
                             double *dp);
 #endif
@@ -26038,7 +26038,6 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
                               double *dp)
 {
     const pd_grid *grid = flow->grid;
-    pdi_multigrid_cycle(ctx, precond->poisson, r, q);
     if (precond->damped) {
         pdi_multigrid_cycle(ctx, precond->damped, q, dp);
         pdi_par_zero(ctx, grid->total, q);
@@ -26180,7 +26179,7 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    double *dp = y + split;
+    double *dp = y + split, *q = s->boxed ? r : y;
     pdi_precond precond;
     precond.poisson = &s->mg_p;
     precond.seep = &s->mg_seep;
@@ -26194,14 +26193,14 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
         pdi_steady_push(ctx, s, r, y);
         pdi_steady_diverge(ctx, s, y, dp, r + split);
     }
-    if (s->boxed) { /* du - G q, -lap q = rc */
-        pdi_multigrid_cycle(ctx, &s->mg_p, r + split, dp);
-        pdi_ghosts_pressure(ghosts, 0.0, dp);
-        pdi_flow_gradient(ctx, flow, dp, flow->grad);
+    pdi_multigrid_cycle(ctx, &s->mg_p, r + split, q);
+    if (s->boxed) { /* du - G q */
+        pdi_ghosts_pressure(ghosts, 0.0, q);
+        pdi_flow_gradient(ctx, flow, q, flow->grad);
         pdi_par_axpy(ctx, split, -1.0, flow->grad, y);
         pdi_ghosts_clear(ghosts, PD_DIM, y);
     }
-    pdi_precond_solve(ctx, flow, &precond, r + split, s->boxed ? r : y, dp);
+    pdi_precond_solve(ctx, flow, &precond, r + split, q, dp);
     pdi_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     if (s->boxed) return;

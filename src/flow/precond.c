@@ -234,7 +234,6 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
                               double *dp)
 {
     const pd_grid *grid = flow->grid;
-    pdi_multigrid_cycle(ctx, precond->poisson, r, q);
     if (precond->damped) {
         pdi_multigrid_cycle(ctx, precond->damped, q, dp);
         pdi_par_zero(ctx, grid->total, q);

@@ -23,8 +23,8 @@ PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double 
 /* What steps in time shorter than the weight tau of the pressure flux put beside -lap [1/m2]; 0: the step is longer. */
 PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift);
 
-/* dp = S^-1 r, with the velocity in flow. q [total]: work, its ghosts too. All arrays are over the nodes of the grid, r
- * and dp mean something at fluid nodes only. */
+/* dp = S^-1 r, with the velocity in flow. q [total]: a cycle of `poisson` for r, then work, its ghosts too. All arrays
+ * are over the nodes of the grid, r and dp mean something at fluid nodes only. */
 PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, const double *r, double *q,
                             double *dp);
 #endif

@@ -111,7 +111,7 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    double *dp = y + split;
+    double *dp = y + split, *q = s->boxed ? r : y;
     pdi_precond precond;
     precond.poisson = &s->mg_p;
     precond.seep = &s->mg_seep;
@@ -125,14 +125,14 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
         pdi_steady_push(ctx, s, r, y);
         pdi_steady_diverge(ctx, s, y, dp, r + split);
     }
-    if (s->boxed) { /* du - G q, -lap q = rc */
-        pdi_multigrid_cycle(ctx, &s->mg_p, r + split, dp);
-        pdi_ghosts_pressure(ghosts, 0.0, dp);
-        pdi_flow_gradient(ctx, flow, dp, flow->grad);
+    pdi_multigrid_cycle(ctx, &s->mg_p, r + split, q);
+    if (s->boxed) { /* du - G q */
+        pdi_ghosts_pressure(ghosts, 0.0, q);
+        pdi_flow_gradient(ctx, flow, q, flow->grad);
         pdi_par_axpy(ctx, split, -1.0, flow->grad, y);
         pdi_ghosts_clear(ghosts, PD_DIM, y);
     }
-    pdi_precond_solve(ctx, flow, &precond, r + split, s->boxed ? r : y, dp);
+    pdi_precond_solve(ctx, flow, &precond, r + split, q, dp);
     pdi_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     if (s->boxed) return;
