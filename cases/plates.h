@@ -61,34 +61,55 @@ static inline int plates_at(const plates *p, double psi, plates_state *s)
     return 1;
 }
 
+/* The psi nearest to 0 up to which `goes` of it is 1; the state of `user` is that of it. */
+static inline void plates_bisect(int (*goes)(void *user, double psi), void *user)
+{
+    double far = -30.0, near = -1e-9;
+    for (int k = 0; k < 200; k++) {
+        double middle = 0.5 * (far + near);
+        if (goes(user, middle)) near = middle;
+        else far = middle;
+    }
+    goes(user, near);
+}
+
+typedef struct plates_search {
+    const plates *p;
+    double current; /* [A/m2] that is given */
+    plates_state s;
+} plates_search;
+
+static inline int plates_below(void *user, double psi)
+{
+    plates_search *q = (plates_search *)user;
+    return plates_at(q->p, psi, &q->s) && q->s.current < q->current;
+}
+
+static inline int plates_apart(void *user, double psi)
+{
+    plates_search *q = (plates_search *)user;
+    return plates_at(q->p, psi, &q->s) && q->s.cathode > q->s.anode;
+}
+
 /* With a given current [A/m2]. */
 static inline plates_state plates_given(const plates *p, double current)
 {
-    plates_state s;
-    double far = -30.0, near = -1e-9;
-    memset(&s, 0, sizeof s);
-    for (int k = 0; k < 200; k++) {
-        double middle = 0.5 * (far + near);
-        if (plates_at(p, middle, &s) && s.current < current) near = middle;
-        else far = middle;
-    }
-    plates_at(p, near, &s);
-    return s;
+    plates_search q;
+    memset(&q, 0, sizeof q);
+    q.p = p;
+    q.current = current;
+    plates_bisect(plates_below, &q);
+    return q.s;
 }
 
 /* Wired to each other. */
 static inline plates_state plates_wired(const plates *p)
 {
-    plates_state s;
-    double far = -30.0, near = -1e-9;
-    memset(&s, 0, sizeof s);
-    for (int k = 0; k < 200; k++) {
-        double middle = 0.5 * (far + near);
-        if (plates_at(p, middle, &s) && s.cathode > s.anode) near = middle;
-        else far = middle;
-    }
-    plates_at(p, near, &s);
-    return s;
+    plates_search q;
+    memset(&q, 0, sizeof q);
+    q.p = p;
+    plates_bisect(plates_apart, &q);
+    return q.s;
 }
 
 /* Two metals that exchange their ions, both of two charges: metal 0 at x = 0 dissolves to ion 0 and takes up ion 1,
@@ -150,17 +171,23 @@ static inline double plates_exchange_off(const plates_exchange *p, double psi, p
     return p->taken[1] * last / p->order * pow(10.0, (p->rest[1] - u[1]) / p->fall[1]) - s->current[0];
 }
 
+typedef struct plates_exchange_search {
+    const plates_exchange *p;
+    plates_exchanged s;
+} plates_exchange_search;
+
+static inline int plates_exchange_apart(void *user, double psi)
+{
+    plates_exchange_search *q = (plates_exchange_search *)user;
+    return plates_exchange_off(q->p, psi, &q->s) > 0.0;
+}
+
 static inline plates_exchanged plates_exchange_at(const plates_exchange *p)
 {
-    plates_exchanged s;
-    double far = -30.0, near = -1e-9;
-    memset(&s, 0, sizeof s);
-    for (int k = 0; k < 200; k++) {
-        double middle = 0.5 * (far + near);
-        if (plates_exchange_off(p, middle, &s) > 0.0) near = middle;
-        else far = middle;
-    }
-    plates_exchange_off(p, near, &s);
-    return s;
+    plates_exchange_search q;
+    memset(&q, 0, sizeof q);
+    q.p = p;
+    plates_bisect(plates_exchange_apart, &q);
+    return q.s;
 }
 #endif

@@ -10,13 +10,19 @@ static pd_ctx ctx;
 static pd_setup setup;
 static pd_model model;
 
-static int open_model(const char *text, const char *const *overrides, int count)
+static int open_threads(const char *text, const char *const *overrides, int count, int threads)
 {
     pd_ctx_init(&ctx);
+    ctx.threads = threads;
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, overrides, count, &setup))) return 0;
     if (CHECK_OK(&ctx, pdi_model_build(&ctx, &setup, &model))) return 1;
     pd_setup_free(&ctx, &setup);
     return 0;
+}
+
+static inline int open_model(const char *text, const char *const *overrides, int count)
+{
+    return open_threads(text, overrides, count, 0);
 }
 
 static void close_model(void)
@@ -26,7 +32,7 @@ static void close_model(void)
     CHECK_INT(ctx.in_use, 0);
 }
 
-/* Up to t [s]: amounts balance, and so do the currents, in a cell or among ions. */
+/* Up to t [s]: amounts balance, and so do the currents, in a cell or among ions, which stay neutral. */
 static int run_to(double t)
 {
     double off;
@@ -34,6 +40,7 @@ static int run_to(double t)
     CHECK_LE(pd_couple_imbalance(&model.couple), 1e-12);
     CHECK_LE(model.cell.result.imbalance, 1e-12);
     if (model.attack.polarise.setup) {
+        CHECK_LE(pd_reactive_neutrality(&model.reactive), 1e-12);
         pdi_polarise_current(&model.attack.polarise, &off);
         CHECK_LE(off, 1e-12);
     }

@@ -2,9 +2,7 @@
  * whose film grows by the current of oxygen that diffuses to it, order in time, metal that goes, checkpoints, threads.
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
-#include "checkpoint_model.h"
-#include "scene_file.h"
-#include "model_scene.h"
+#include "continued_model.h"
 #include "../cases/film.h"
 
 #define FARADAY 96485.33212
@@ -163,9 +161,6 @@ TEST(metal_that_goes)
 
 /* ---- states of runs ---- */
 
-static double saved[8192];
-static int32_t saved_count;
-
 static void keep(void)
 {
     const pd_etch *s = &model.attack.etch;
@@ -180,56 +175,28 @@ static void keep(void)
     for (int32_t p = 0; p < s->count && saved_count < 8192; p++) saved[saved_count++] = s->flow[p];
 }
 
-static void same(const char *what)
-{
-    static double before[8192];
-    int32_t count = saved_count, other = 0;
-    memcpy(before, saved, sizeof before);
-    keep();
-    CHECK_INT(saved_count, count);
-    for (int32_t k = 0; k < count; k++) other += memcmp(&before[k], &saved[k], sizeof *saved) != 0;
-    if (!CHECK_INT(other, 0)) NOTE("%s: %d of %d values", what, (int)other, (int)count);
-}
-
-static void continued(const char *text, double first, double end)
-{
-    need_folder();
-    if (!open_model(text, NULL, 0)) return;
-    if (!run_to(first)) return;
-    CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("half"), &model));
-    if (!run_to(end)) return;
-    keep();
-    close_model();
-    if (!open_model(text, NULL, 0)) return;
-    if (CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("half"), &model)) && run_to(end)) same("goes on");
-    close_model();
-    if (!open_model(text, NULL, 0)) return;
-    ctx.threads = 2;
-    if (run_to(first) && run_to(end)) same("two threads");
-    close_model();
-}
-
 /* A run that goes on from a checkpoint has the bits of one that was never stopped; so has one with more threads. */
 TEST(state)
 {
-    continued(COUPLE("0.5", "1"), 900.0, 3000.0);
-    continued(RUSTS, 5.0, 2000.0);
+    continued(COUPLE("0.5", "1"), 900.0, 3000.0, keep);
+    continued(RUSTS, 5.0, 2000.0, keep);
     continued(OPEN("", OXYGEN "  potential = -0.5 V  factor = 1/(1 + l/(1 um))\n",
-                   "[surface l] initial = 0 um  rate = -i*4e-11 m3/C\n[run] until = 1e6 s\n"), 1e3, 1e4);
+                   "[surface l] initial = 0 um  rate = -i*4e-11 m3/C\n[run] until = 1e6 s\n"), 1e3, 1e4, keep);
 }
 
 /* The same without states: metal that dissolves and rusts, and two metals. */
 TEST(state_without)
 {
     continued(OPEN("[transport] D = 1e-9 m2/s\n[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-  Cs = 1000 mol/m3\n"
-                   "current = 0.01 A/m2*10^((E + 0.6 V)/(60 mV))\n", OXYGEN, "[run] until = 1 h\n"), 1000.0, 2500.0);
+                   "current = 0.01 A/m2*10^((E + 0.6 V)/(60 mV))\n", OXYGEN, "[run] until = 1 h\n"), 1000.0, 2500.0,
+              keep);
     continued(OPEN("[transport] D = 1e-9 m2/s\n[dissolve] reaction = Fe = Fe2+ + 2 e-\n"
                    "[dissolve steel304] charge = 2  Cs = 1000 mol/m3  current = 0.01 A/m2*10^((E + 0.6 V)/(60 mV))\n"
                    "[dissolve mg4ag] rate = 0\n"
                    "[shape iron] material = steel304\n[shape other] box = 130 um .. 150 um" HIGH "  kind = solid  "
                    "material = mg4ag\n[electrode other] shape = other  connected = iron\n"
                    "curve = tafel  i0 = 1 mA/m2  E0 = -0.3 V  cathodic_slope = 120 mV\n"
-                   "reaction = O2 + 2 H2O + 4 e- = 4 OH-\n", OXYGEN, "[run] until = 20 s\n"), 5.0, 20.0);
+                   "reaction = O2 + 2 H2O + 4 e- = 4 OH-\n", OXYGEN, "[run] until = 20 s\n"), 5.0, 20.0, keep);
 }
 
 /* ---- bad input ---- */

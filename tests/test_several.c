@@ -4,10 +4,8 @@
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
 #include "run/run.h"
-#include "scene/scene.h"
 #include "../cases/plates.h"
-#include "checkpoint_model.h"
-#include "scene_file.h"
+#include "continued_model.h"
 
 #if PD_DIM == 1
 #define BOX(from, to) from " .. " to
@@ -18,38 +16,6 @@
 #define SIDES "[side y-] flow = mirror\n[side y+] flow = mirror\n"
 #define HEIGHT 3e-5
 #endif
-
-static pd_ctx ctx;
-static pd_setup setup;
-static pd_model model;
-
-static int open_model(const char *text, int threads)
-{
-    pd_ctx_init(&ctx);
-    ctx.threads = threads;
-    if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup))) return 0;
-    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &setup, &model))) return 1;
-    pd_setup_free(&ctx, &setup);
-    return 0;
-}
-
-static void close_model(void)
-{
-    pdi_model_free(&ctx, &model);
-    pd_setup_free(&ctx, &setup);
-    CHECK_INT(ctx.in_use, 0);
-}
-
-static int run_to(double t)
-{
-    double off;
-    int done = CHECK_OK(&ctx, pd_couple_run(&ctx, &model.couple, t, 0.0, NULL, NULL));
-    CHECK_LE(pd_couple_imbalance(&model.couple), 1e-12);
-    CHECK_LE(pd_reactive_neutrality(&model.reactive), 1e-12);
-    pdi_polarise_current(&model.attack.polarise, &off);
-    CHECK_LE(off, 1e-12);
-    return done;
-}
 
 static double level_of(int electrode)
 {
@@ -127,8 +93,8 @@ static double mixed(double e) { return magnesium(e) + iron(e) - hydrogen(e); }
 TEST(mixed)
 {
     double e = root(mixed, -2.0, 0.0);
-    if (!open_model(APART SALT LAWS("40 mol/L") "[electrode mg] shape = mg  connected = iron\n"
-                    "[electrode iron] shape = iron  " HYDROGEN "[run] until = 1 s\n", 1))
+    if (!open_threads(APART SALT LAWS("40 mol/L") "[electrode mg] shape = mg  connected = iron\n"
+                    "[electrode iron] shape = iron  " HYDROGEN "[run] until = 1 s\n", NULL, 0, 1))
         return;
     if (run_to(1e-3)) {
         NOTE("E %.8f V (%.8f), Mg %g A/m2, Fe %g A/m2", level_of(0), e, magnesium(e), iron(e));
@@ -149,20 +115,20 @@ static const plates_exchange exchange_of = {
 TEST(exchange)
 {
     plates_exchanged wanted = plates_exchange_at(&exchange_of);
-    if (!open_model(APART
-                    "[chemistry] activity = ideal  migration = yes\n"
-                    "[species Cu2+] D = 0.71e-9 m2/s  initial = 50 mol/m3\n"
-                    "[species Zn2+] D = 0.5e-9 m2/s  initial = 50 mol/m3\n"
-                    "[species Na+] D = 1.33e-9 m2/s  initial = 50 mol/m3\n"
-                    "[species Cl-] D = 2.03e-9 m2/s  initial = 250 mol/m3\n[potential]\n[transport] D = 1e-9 m2/s\n"
-                    "[dissolve mg4ag] charge = 2  Cs = 1e10 mol/m3  reaction = Cu = Cu2+ + 2 e-\n"
-                    "current = 10 A/m2*10^(E/(60 mV))\n"
-                    "[dissolve steel304] charge = 2  Cs = 1e10 mol/m3  reaction = Zn = Zn2+ + 2 e-\n"
-                    "current = 12 A/m2*10^((E - 50 mV)/(120 mV))\n"
-                    "[electrode cu] shape = mg  connected = zn  curve = expression  reaction = Zn2+ + 2 e- = Zn\n"
-                    "i = -20 A/m2*[Zn2+]/(100 mol/m3)*10^(-E/(120 mV))\n"
-                    "[electrode zn] shape = iron  curve = expression  reaction = Cu2+ + 2 e- = Cu\n"
-                    "i = -20 A/m2*[Cu2+]/(100 mol/m3)*10^(-(E - 100 mV)/(120 mV))\n[run] until = 1 h\n", 1))
+    if (!open_threads(APART
+                      "[chemistry] activity = ideal  migration = yes\n"
+                      "[species Cu2+] D = 0.71e-9 m2/s  initial = 50 mol/m3\n"
+                      "[species Zn2+] D = 0.5e-9 m2/s  initial = 50 mol/m3\n"
+                      "[species Na+] D = 1.33e-9 m2/s  initial = 50 mol/m3\n"
+                      "[species Cl-] D = 2.03e-9 m2/s  initial = 250 mol/m3\n[potential]\n[transport] D = 1e-9 m2/s\n"
+                      "[dissolve mg4ag] charge = 2  Cs = 1e10 mol/m3  reaction = Cu = Cu2+ + 2 e-\n"
+                      "current = 10 A/m2*10^(E/(60 mV))\n"
+                      "[dissolve steel304] charge = 2  Cs = 1e10 mol/m3  reaction = Zn = Zn2+ + 2 e-\n"
+                      "current = 12 A/m2*10^((E - 50 mV)/(120 mV))\n"
+                      "[electrode cu] shape = mg  connected = zn  curve = expression  reaction = Zn2+ + 2 e- = Zn\n"
+                      "i = -20 A/m2*[Zn2+]/(100 mol/m3)*10^(-E/(120 mV))\n"
+                      "[electrode zn] shape = iron  curve = expression  reaction = Cu2+ + 2 e- = Cu\n"
+                      "i = -20 A/m2*[Cu2+]/(100 mol/m3)*10^(-(E - 100 mV)/(120 mV))\n[run] until = 1 h\n", NULL, 0, 1))
         return;
     for (int k = 1; k < 20; k++) run_to(2e3 * k);
     if (run_to(4e4)) {
@@ -208,9 +174,10 @@ static void balanced(double magnesium_start, double iron_start, double far)
     "[electrode mg] shape = mg  connected = iron\n[electrode iron] shape = iron  " HYDROGEN "[run] until = 1 day\n"
 #define GO_APART APART SALT LAWS("50 mol/m3") WIRES
 
-TEST(faraday)
+/* In an hour, in which cells go, each one loses what its own ion has got. */
+static void goes(const char *text)
 {
-    if (!open_model(GO_APART, 1)) return;
+    if (!open_threads(text, NULL, 0, 1)) return;
     int mg = strcmp(setup.metal[0].material.name, "mg4ag") != 0;
     double start[2] = {solid_of(mg), solid_of(1 - mg)};
     if (run_to(3600.0)) {
@@ -219,6 +186,8 @@ TEST(faraday)
     }
     close_model();
 }
+
+TEST(faraday) { goes(GO_APART); }
 
 /* ---- metals that are alike ---- */
 
@@ -238,7 +207,7 @@ TEST(one_metal)
     static const char *const text[] = {PLATES_OF("mg4ag", ""), PLATES_OF("copper", "[dissolve copper]" FAST)};
     double loss[2], e[2];
     for (int k = 0; k < 2; k++) {
-        if (!open_model(text[k], 1)) return;
+        if (!open_threads(text[k], NULL, 0, 1)) return;
         if (run_to(200.0)) CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
         loss[k] = pd_couple_volume_loss(&model.couple);
         e[k] = level_of(0);
@@ -265,7 +234,7 @@ TEST(one_metal)
 static int alike(const char *text, double *left, double *ions, double *e)
 {
     int good;
-    if (!open_model(text, 1)) return 0;
+    if (!open_threads(text, NULL, 0, 1)) return 0;
     good = run_to(1200.0);
     if (good) {
         CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
@@ -324,7 +293,7 @@ TEST(stays)
 {
     for (int wide = 0; wide < 2; wide++) {
         double q = 0.0;
-        if (!open_model(wide ? TOUCH SALT STAYS : TOUCH SALT "[dissolve] m = 1\n" STAYS, 1)) return;
+        if (!open_threads(wide ? TOUCH SALT STAYS : TOUCH SALT "[dissolve] m = 1\n" STAYS, NULL, 0, 1)) return;
         double start = solid_of(-1);
         for (int k = 1; k <= 72; k++) {
             double before = k > 1 ? anodic_of(0) : 0.0;
@@ -340,18 +309,8 @@ TEST(stays)
     }
 }
 
-/* Two metals that touch: each one loses what its own ion has got. */
-TEST(touch)
-{
-    if (!open_model(GO_TOUCH, 1)) return;
-    int mg = strcmp(setup.metal[0].material.name, "mg4ag") != 0;
-    double start[2] = {solid_of(mg), solid_of(1 - mg)};
-    if (run_to(3600.0)) {
-        CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
-        balanced(start[0], start[1], 1e-13);
-    }
-    close_model();
-}
+/* Two metals that touch. */
+TEST(touch) { goes(GO_TOUCH); }
 #define FLAT ENTRY(alike) ENTRY(stays) ENTRY(touch)
 #else
 #define TOUCH_OF APART
@@ -361,12 +320,10 @@ TEST(touch)
 
 /* ---- states of runs ---- */
 
-static double saved[8192];
-static int32_t saved_count;
-
 static void keep(void)
 {
     const pd_etch *s = &model.attack.etch;
+    CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
     saved_count = 0;
     for (int k = 0; k < model.reactive.components.solutes; k++)
         for (int32_t i = 0; i < model.grid.total && saved_count < 6000; i++)
@@ -376,17 +333,6 @@ static void keep(void)
     for (int32_t p = 0; p < s->count && saved_count < 8192; p++) saved[saved_count++] = s->gave[p] + s->flow[p];
 }
 
-static void same(const char *what)
-{
-    static double before[8192];
-    int32_t count = saved_count, other = 0;
-    memcpy(before, saved, sizeof before);
-    keep();
-    CHECK_INT(saved_count, count);
-    for (int32_t k = 0; k < count; k++) other += memcmp(&before[k], &saved[k], sizeof *saved) != 0;
-    if (!CHECK_INT(other, 0)) NOTE("%s: %d of %d values", what, (int)other, (int)count);
-}
-
 #define PASSIVE \
     "[dissolve mg4ag] charge = 2  Cs = 50 mol/m3  reaction = Mg = Mg2+ + 2 e-\n" \
     "current = 0.01 A/m2*q*10^((E + 1 V)/(60 mV))\n[dissolve steel304] charge = 2  Cs = 50 mol/m3\n" \
@@ -394,28 +340,10 @@ static void same(const char *what)
     "[surface q] initial = 1  min = 0.1  rate = -q/(500 s)\n"
 
 /* A run that goes on from a checkpoint has the bits of one that was never stopped; so has one with more threads. */
-static void continued(const char *text)
-{
-    need_folder();
-    if (!open_model(text, 1)) return;
-    if (!run_to(1000.0)) return;
-    CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("half"), &model));
-    if (!run_to(3000.0)) return;
-    CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
-    keep();
-    close_model();
-    if (!open_model(text, 1)) return;
-    if (CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("half"), &model)) && run_to(3000.0)) same("goes on");
-    close_model();
-    if (!open_model(text, 2)) return;
-    if (run_to(1000.0) && run_to(3000.0)) same("two threads");
-    close_model();
-}
-
 TEST(state)
 {
-    continued(GO_TOUCH);
-    continued(TOUCH_OF SALT PASSIVE WIRES);
+    continued(GO_TOUCH, 1000.0, 3000.0, keep);
+    continued(TOUCH_OF SALT PASSIVE WIRES, 1000.0, 3000.0, keep);
 }
 
 /* ---- refused ---- */

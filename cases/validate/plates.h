@@ -48,6 +48,11 @@ static pd_status plates_figures(val_job *job, const char *text, const char *name
 #define PLATES_SIDES "[side y-] flow = mirror\n[side y+] flow = mirror\n"
 #define PLATES_HEIGHT 3e-5
 #endif
+/* Two plates and the gap between them; for h [um] and m. */
+#define PLATES_OF(first, metal, second, other) \
+    "[grid] h = %.17g um  m = %g  box = " PLATES_BOX(0, 200) "\n" \
+    "[shape " first "] kind = solid  material = " metal "  box = " PLATES_BOX(0, 50) "\n" \
+    "[shape " second "] kind = solid  material = " other "  box = " PLATES_BOX(150, 200) "\n" PLATES_SIDES
 
 /* p: step [V] between the lines of Tafel. */
 static pd_status plates_run(val_job *job)
@@ -58,9 +63,7 @@ static pd_status plates_run(val_job *job)
     p.step = job->level.p;
     plates_state wanted = plates_wired(&p);
     snprintf(text, sizeof text,
-             "[grid] h = %.17g um  m = %g  box = " PLATES_BOX(0, 200) "\n"
-             "[shape anode] kind = solid  material = steel304  box = " PLATES_BOX(0, 50) "\n"
-             "[shape cathode] kind = solid  material = steel304  box = " PLATES_BOX(150, 200) "\n" PLATES_SIDES
+             PLATES_OF("anode", "steel304", "cathode", "steel304")
              "[chemistry] activity = ideal  migration = yes\n[species Cu2+] D = 0.71e-9 m2/s  initial = 20 mol/m3\n"
              "[species Na+] D = 1.33e-9 m2/s  initial = 0.5 mol/m3\n"
              "[species Cl-] D = 2.03e-9 m2/s  initial = 40.5 mol/m3\n[potential]\n"
@@ -85,9 +88,7 @@ static pd_status plates_dissolves_run(val_job *job)
     double current = 0.0, e = 0.0;
     plates_state wanted = plates_wired(&p);
     snprintf(text, sizeof text,
-             "[grid] h = %.17g um  m = %g  box = " PLATES_BOX(0, 200) "\n"
-             "[shape anode] kind = solid  material = steel304  box = " PLATES_BOX(0, 50) "\n"
-             "[shape cathode] kind = solid  material = mg4ag  box = " PLATES_BOX(150, 200) "\n" PLATES_SIDES
+             PLATES_OF("anode", "steel304", "cathode", "mg4ag")
              "[chemistry] activity = ideal  migration = yes\n[species Cu2+] D = 0.71e-9 m2/s  initial = 100 mol/m3\n"
              "[species Na+] D = 1.33e-9 m2/s  initial = 50 mol/m3\n"
              "[species Cl-] D = 2.03e-9 m2/s  initial = 250 mol/m3\n[potential]\n[transport] D = 1e-9 m2/s\n"
@@ -115,9 +116,7 @@ static pd_status plates_exchange_run(val_job *job)
     double e = 0.0;
     plates_exchanged wanted = plates_exchange_at(&p);
     snprintf(text, sizeof text,
-             "[grid] h = %.17g um  m = %g  box = " PLATES_BOX(0, 200) "\n"
-             "[shape cu] kind = solid  material = copper  box = " PLATES_BOX(0, 50) "\n"
-             "[shape zn] kind = solid  material = mg4ag  box = " PLATES_BOX(150, 200) "\n" PLATES_SIDES
+             PLATES_OF("cu", "copper", "zn", "mg4ag")
              "[chemistry] activity = ideal  migration = yes\n[species Cu2+] D = 0.71e-9 m2/s  initial = 50 mol/m3\n"
              "[species Zn2+] D = 0.5e-9 m2/s  initial = 50 mol/m3\n"
              "[species Na+] D = 1.33e-9 m2/s  initial = 50 mol/m3\n"
