@@ -83,7 +83,7 @@ rows() {
 names() {
     if [ $kind = stability ]; then printf '%s\n' transport unsteady gas two_stage implicit
     elif [ $kind = validation ]; then rows | sed 's/^[^[]*\[\([a-z0-9_]*\), .*/\1/' | awk '!seen[$0]++'
-    else printf '%s\n' counts scenes species study horizon solid glass kernels csr neighbour scaling triad; fi
+    else printf '%s\n' counts scenes against species study horizon solid glass kernels csr neighbour scaling triad; fi
 }
 processor() { sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo 2> /dev/null | head -n 1; }
 load() { cut -d ' ' -f 1 /proc/loadavg 2> /dev/null || echo unknown; }

@@ -41,7 +41,7 @@ static const scene_run scene_runs[] = {
       "probe.end.at=450 um, 0 um", "force.pin.box=-50 um .. 450 um, -100 um .. 100 um",
       "transfer.pin.box=-50 um .. 450 um, -100 um .. 100 um", NULL},
      {"grid.h=10 um", "run.until=1 min", NULL}, 10.0, 0.0, 500.0},
-    {NULL, "mg_pin_2d.scene", {NULL}, {"grid.h=10 um", "run.until=10 min", NULL}, 3.0, 0.0, 500.0},
+    {NULL, "mg_pin_2d.scene", {NULL}, {"grid.h=10 um", "run.until=10 min", NULL}, 0.0, 0.0, 500.0},
     {NULL, "mg_pin_axi.scene", {NULL}, {"grid.h=10 um", "run.until=10 min", NULL}, 0.0, 0.0, 500.0},
     {NULL, "crevice_625_2d.scene", {NULL}, {"grid.h=50 um, 2 um", "run.until=1 h", NULL}, 60.0, 0.0, 250.0},
     {NULL, "pit_304_2d.scene", {NULL}, {"run.until=2 s", NULL}, 0.0, 0.0, 250.0},

@@ -197,9 +197,8 @@ static pd_status volumes_disc(pd_ctx *ctx, int n, double p, double *err)
 static pd_status volumes_outlet(pd_ctx *ctx, volumes *v, double peclet, double *err)
 {
     double s[VAL_POINTS], f[VAL_POINTS], t = 0.0;
-    const turn_table *table = turn_tables;
+    const turn_table *table = turn_of(peclet);
     int count = 0;
-    while (table->peclet < peclet) table++;
     PDI_TRY(volumes_build(ctx, v, turn_velocity));
     double dt = volumes_limit(v);
     for (int j = 0; j < v->n[1]; j++)
@@ -211,8 +210,7 @@ static pd_status volumes_outlet(pd_ctx *ctx, volumes *v, double peclet, double *
     }
     s[count] = 1.0;
     f[count++] = TURN_WALL;
-    for (int k = 0; k < TURN_PLACES; k++)
-        *err = fmax(*err, fabs(enclosed_cubic(s, f, count, turn_place[k]) - table->c[k]));
+    *err = turn_error(table, s, f, count);
     return PD_OK;
 }
 
@@ -344,7 +342,7 @@ static pd_status cavity_march(pd_ctx *ctx, volumes_cavity *k, const cavity_table
     }
     s[k->n + 1] = f[k->n + 1] = 1.0;
     for (int q = 0; q < table->points_u; q++)
-        *err = fmax(*err, fabs(enclosed_cubic(s, f, k->n + 2, table->y[q]) - table->u[q]));
+        *err = fmax(*err, fabs(enclosed_between(s, f, k->n + 2, 4, table->y[q]) - table->u[q]));
     return PD_OK;
 }
 

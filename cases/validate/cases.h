@@ -11,6 +11,7 @@
 #include "rotation.h"
 #include "exchange.h"
 #include "annulus.h"
+#include "turn_table.h"
 #include "turn.h"
 #include "dissolution.h"
 #include "stefan.h"

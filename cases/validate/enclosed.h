@@ -76,15 +76,15 @@ static void cavity_lid(void *user, const double *x, double *u)
     if (x[1] > 1.0 - 1e-9) u[0] = x[0] < 1e-9 || x[0] > 1.0 - 1e-9 ? 0.5 : 1.0;
 }
 
-/* Cubic through the four of the points s (ascending) next to `at`. */
-static double enclosed_cubic(const double *s, const double *f, int count, double at)
+/* Polynomial through the `points` (even) of s (ascending) next to `at`. */
+static double enclosed_between(const double *s, const double *f, int count, int points, double at)
 {
     int first = 0;
     double sum = 0.0;
-    while (first + 4 < count && s[first + 2] < at) first++;
-    for (int a = first; a < first + 4; a++) {
+    while (first + points < count && s[first + points / 2] < at) first++;
+    for (int a = first; a < first + points; a++) {
         double product = f[a];
-        for (int b = first; b < first + 4; b++)
+        for (int b = first; b < first + points; b++)
             if (b != a) product *= (at - s[b]) / (s[a] - s[b]);
         sum += product;
     }
@@ -122,7 +122,7 @@ static double cavity_error(val_job *job, int of, int points, const double *place
     for (int k = 0; k < count; k++) val_add_point(found, s[k], f[k]);
     for (int k = 0; k < points; k++) {
         val_add_point(wanted, place[k], value[k]);
-        error = fmax(error, fabs(enclosed_cubic(s, f, count, place[k]) - value[k]));
+        error = fmax(error, fabs(enclosed_between(s, f, count, 4, place[k]) - value[k]));
     }
     return error;
 }
