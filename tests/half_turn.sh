@@ -74,7 +74,8 @@ text = open("cases/validate/turn_table.h").read()
 text = text[text.index("turn_tables[3]"):]
 kept = [np.array(re.findall(r"\d+\.\d{6}", one), float) for one in text.split("}}")[:3]]
 places = np.arange(81) / 80
-for peclet, values, order, steps, ratio, bound in ((10.0, kept[0], 6, 9, 0.25, 2e-6), (100.0, kept[1], 6, 7, 0.25, 2e-6),
+for peclet, values, order, steps, ratio, bound in ((10.0, kept[0], 6, 9, 0.25, 2e-6),
+                                                   (100.0, kept[1], 6, 7, 0.25, 2e-6),
                                                    (1e6, kept[2], 7, 3, 0.3, 3e-6)):
     c = outlet(peclet, order, steps, ratio, places)
     worst = abs(c - values)[8:].max()

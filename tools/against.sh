@@ -35,12 +35,13 @@ compare() {
         run "$there" "$dim" "$scene" "$@" >> "$dir/there" && run . "$dim" "$scene" "$@" >> "$dir/here" || exit 1
     done
     before=$(sort -n "$dir/there" | head -n 1) after=$(sort -n "$dir/here" | head -n 1)
-    echo "$before $after" | awk -v name="$scene${*:+ $*}" '{ printf \
-        "| %s | %.2f | %.2f | %.2f | %s | %s | %s | %s | %s | %s |\n", name, $1, $5, $5 / $1, $4, $8, $3, $7, $2, $6 }' \
-        >> "$dir/rows"
-    [ "$goal" = 0 ] || echo "$before $after" | awk -v name="$scene" -v goal="$goal" -v commit="$commit" '{ printf \
-        "| %s | [against, 2D](#against-2d) | %s: wall time over that of %s | at most %s | %.3g |\n",
-        $5 / $1 <= goal ? "met" : "**missed**", name, commit, goal, $5 / $1 }' >> "$out/goals_against_2d.md"
+    echo "$before $after" | awk -v name="$scene${*:+ $*}" '{
+        printf "| %s | %.2f | %.2f | %.2f ", name, $1, $5, $5 / $1
+        printf "| %s | %s | %s | %s | %s | %s |\n", $4, $8, $3, $7, $2, $6 }' >> "$dir/rows"
+    [ "$goal" = 0 ] || echo "$before $after" | awk -v name="$scene" -v goal="$goal" -v commit="$commit" '{
+        printf "| %s | [against, 2D](#against-2d) ", $5 / $1 <= goal ? "met" : "**missed**"
+        printf "| %s: wall time over that of %s | at most %s | %.3g |\n", name, commit, goal, $5 / $1 }' \
+        >> "$out/goals_against_2d.md"
 }
 
 rm -f "$out/goals_against_2d.md"
@@ -56,12 +57,12 @@ compare 0.44 3 pits_304_3d 'run.until=18 s' output.images=none
 ### against, 2D: The same scenes by another version
 
 Wall times of whole runs with their files, on $threads threads, by the programs of this version and by those of commit
-$commit, each with its own scene files, in turns; the least of $turns. Goals of time that were set for the machine on which
-that version was timed are shares of its time here.
+$commit, each with its own scene files, in turns; the least of $turns. Goals of time that were set for the machine on
+which that version was timed are shares of its time here.
 
 *Run.* \`sh tools/against.sh CHECKOUT OUT\`
 
-| scene | $commit [s] | here [s] | ratio | steps, $commit | here | evaluations, $commit | here | memory [MB], $commit | here |
+| scene | $commit [s] | here [s] | ratio | steps there | here | evaluations there | here | memory there [MB] | here |
 |---|---|---|---|---|---|---|---|---|---|
 END
     cat "$dir/rows"

@@ -203,19 +203,19 @@ static double horizon_row(bench *b, const study *s, const horizon_problem *of)
     return error[0] > HORIZON_EXACT ? error[0] / least : 0.0;
 }
 
-/* Where a wider horizon wins, and why. */
+/* Where a wider horizon comes near, and why. */
 #if PD_DIM == 1
 #define HORIZON_WIDER "Bonds longer than a spacing spread a front and a peak by more than one."
 #elif PD_DIM == 2
 #define HORIZON_WIDER                                                                                              \
-    "Past the pin with round ends the nearest neighbours have a divergence whose error is that of its own Laplacian, " \
-    "like wider horizons (theory: eq. 4.2d). Around the wire what is left from 80 cells on is the error of the row of "  \
-    "cells at the wire, which has the same parabola with every horizon (theory: 3.5)."
+    "Past the pin with round ends the nearest neighbours have a divergence whose error is that of its own "        \
+    "Laplacian, like wider horizons (theory: eq. 4.2d). Around the wire what is left from 80 cells on is the "     \
+    "error of the row of cells at the wire, which has the same parabola with every horizon (theory: 3.5)."
 #else
 #define HORIZON_WIDER                                                                                              \
-    "The flow through a tube is exact: what is left is rounding, and counts for no horizon. In the periodic channel " \
-    "steps in time leave 8.5e-6 with any horizon. Past the cylinder m = 2 is a fifth ahead on lattices whose boundary "  \
-    "layer has less than a cell and a half. Times vary by 5 %, and so do ratios of errors."
+    "The flow through a tube is exact: what is left is rounding, and counts for no horizon. In the periodic "      \
+    "channel steps in time leave 8.5e-6 with any horizon. Past the cylinder m = 2 is a fifth ahead on lattices "   \
+    "whose boundary layer has less than a cell and a half. Times vary by 5 %, and so do ratios of errors."
 #endif
 
 static pd_status horizon_run(bench *b)

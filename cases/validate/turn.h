@@ -177,15 +177,15 @@ static pd_status turn_edge_run(val_job *job)
 
 static const val_part turn_near = {
     "m1", "m = 1", TURN_PART(1.0, 0.07), 2, turn_run,
-    "At 1e6 nothing but the lattice smears the step, of which four fifths lie within four and a half cells. Linear fluxes "
-    "of fifth order in a straight stream of as many cells, 63, leave 7.5e-2 of it, of third order 0.19; plain finite "
-    "volumes of second order leave 8.4e-2 here (`bench2d horizon`). With 80 and 160 cells a unit the error is 1.6e-2 and "
-    "3.0e-3. At 100 it is of second order: 8.8e-4 with 80 cells."};
+    "At 1e6 nothing but the lattice smears the step, of which four fifths lie within four and a half cells. Linear "
+    "fluxes of fifth order in a straight stream of as many cells, 63, leave 7.5e-2 of it, of third order 0.19; plain "
+    "finite volumes of second order leave 8.4e-2 here (`bench2d horizon`). With 80 and 160 cells a unit the error is "
+    "1.6e-2 and 3.0e-3. At 100 it is of second order: 8.8e-4 with 80 cells."};
 static const val_part turn_far = {
     "m3", "m = 3", TURN_PART(3.0, 0.25), 0, turn_run,
-    "At 100 and 1e6 most of the step lies within four and a half cells, and a horizon is three: its curvature seen along "
-    "bonds that cross it leaves the error of m = 1 times up to nine. At 10 the end of the inlet is smeared over the "
-    "horizon."};
+    "At 100 and 1e6 most of the step lies within four and a half cells, and a horizon is three: its curvature seen "
+    "along bonds that cross it leaves the error of m = 1 times up to nine. At 10 the end of the inlet is smeared over "
+    "the horizon."};
 static const val_part turn_edge = {
     "edge", "the end of the inlet at Pe = 10, m = 1", "cells a unit", VAL_BY_N, NULL, 1.0,
     {{"edge", "error in cells by which the inlet is short"}, {"err_max", "c, largest"}}, 2,
@@ -199,8 +199,8 @@ static const val_case turn_case = {
     "a steep step of concentration, turns, and leaves through the right half. Largest error of a node on the "
     "outlet from x = 0.1 on; how far the field leaves the range of inlet and walls.",
     "Upwinding across the stream, oscillations, limiters that do not settle, inlets that smear what enters.",
-    "R. M. Smith, A. G. Hutton, Numer. Heat Transfer 5, 1982; solved by finite elements of order 9 (`tests/half_turn.sh`), "
-    "which agree with the table of the paper to 3e-3",
+    "R. M. Smith, A. G. Hutton, Numer. Heat Transfer 5, 1982; solved by finite elements of order 9 "
+    "(`tests/half_turn.sh`), which agree with the table of the paper to 3e-3",
     turn_parts, 3};
 
 #endif
