@@ -5383,8 +5383,11 @@ typedef struct pd_etch {
     double *level;                /* [circuits] [V] potential of the metal */
     double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */
     double *charge_of;            /* [circuits] [mol/s] charge that leaves metal */
+    double *cathode;              /* [electrodes] [mol/s] electrons that curves took in the last step with metal */
     double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
-    double extra;                 /* [mol/s] rounding that a circuit gives beside its current, where none leaves */
+    double late;                  /* [mol/m3/s] charge of sources that is metal's, after its step; of all nodes */
+    double extra;                 /* [mol/s] what a circuit gives beside its current, where none leaves: of late metal
+                                   * and of rounding */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
     pd_status (*stage)(pd_ctx *ctx, void *stager, double share); /* brings what law and curves read to that share of a
                                                                   * step; NULL: it holds for the step */
@@ -5432,6 +5435,9 @@ PDI_FN void pdi_etch_accept(pd_etch *etch);
 PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
 /* What law and curves read is that of a share of the step. */
 PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *etch, double share);
+/* shed [solutes] comes with one of a metal. Where no current leaves the box, its electrons go where curves took them
+ * last: shed gets the reactions there, and is neutral. */
+PDI_FN void pdi_etch_whole(const pd_etch *etch, double *shed);
 /* With electrodes: `gave` is that of now. */
 PDI_FN void pdi_etch_note(pd_etch *etch);
 /* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */
@@ -5530,6 +5536,10 @@ PDI_FN void pdi_levels_derive(pd_etch *etch);
 PDI_FN void pdi_levels_follow(const pd_etch *etch, double *speed, double *flow);
 /* 1: a potential is given to metal that is there. */
 PDI_FN int pdi_levels_tie(const pd_etch *etch);
+/* Whether a current can leave the box: reactive->migration.tied. */
+PDI_FN void pdi_levels_ties(pd_reactive *reactive);
+/* Circuits that are there whose potential follows from their currents. */
+PDI_FN int pdi_levels_free(const pd_etch *etch);
 /* All potentials change by `by` [V]. */
 PDI_FN void pdi_levels_shift(pd_etch *etch, double by);
 /* [mol/s] charge that a speed [m/s] and a flow [mol/m2/s] bring at a place. */
@@ -37227,9 +37237,36 @@ static void pdi_etch_even(pd_etch *s, int32_t p)
     }
 }
 
+/* Electrons that curves take of late, by electrode; of no step without any. */
+static void pdi_etch_cathodes(pd_etch *s)
+{
+    int some = 0;
+    for (int32_t p = 0; p < s->count && !some; p++) some = s->electrode[p] >= 0 && s->flow[p] < 0.0;
+    for (int e = 0; some && e < s->desc.electrodes.count; e++) {
+        pdi_sum sum = {0.0, 0.0};
+        for (int32_t p = 0; p < s->count; p++)
+            if (s->electrode[p] == e && s->flow[p] < 0.0)
+                pdi_sum_add(&sum, -s->flow[p] * s->area[p] * pdi_grid_circumference(s->reactive->grid, s->node[p]));
+        s->cathode[e] = s->reactive->bonds->stencil->volume * pdi_sum_total(&sum);
+    }
+}
+
+PDI_FN void pdi_etch_whole(const pd_etch *s, double *shed)
+{
+    const pd_components *of = &s->reactive->components;
+    int electrodes = s->electrode && !s->reactive->migration.tied ? s->desc.electrodes.count : 0;
+    double charge = 0.0, all = 0.0;
+    for (int n = 0; n < of->solutes; n++) charge += of->charge[n] * shed[n];
+    for (int e = 0; e < electrodes; e++) all += s->cathode[e];
+    for (int e = 0; e < electrodes && all > 0.0; e++)
+        for (int n = 0; n < of->solutes; n++)
+            shed[n] -= charge * s->cathode[e] / all * s->part[e * of->solutes + n];
+}
+
 PDI_FN void pdi_etch_accept(pd_etch *s)
 {
     int64_t total = s->reactive->grid->total;
+    if (s->electrode) pdi_etch_cathodes(s);
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
     for (int32_t p = 0; p < s->count && s->swept; p++) {
         if (!(s->weight[p] > 0.0)) continue;
@@ -37399,6 +37436,7 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, etch, level, of->circuits, "V");
     PDI_STATE(owner, etch, conduct, of->circuits, "mol/s/V");
     PDI_ARRAY(owner, etch, charge_of, of->circuits, "mol/s");
+    PDI_STATE(owner, etch, cathode, of->count, "mol/s");
     PDI_VALUE(owner, etch, extra, "mol/s");
 }
 
@@ -38507,6 +38545,14 @@ PDI_FN void pdi_levels_shift(pd_etch *s, double by)
     for (int n = 0; n < s->desc.electrodes.circuits; n++) s->level[n] += by;
 }
 
+PDI_FN int pdi_levels_free(const pd_etch *s)
+{
+    int count = 0;
+    for (int n = 0; n < s->desc.electrodes.circuits; n++)
+        count += !s->desc.electrodes.circuit[n].holds && pdi_levels_there(s, n);
+    return count;
+}
+
 /* Where no current can leave, those that are given to circuits sum to zero. */
 static pd_status pdi_levels_given(pd_ctx *ctx, const pd_etch *metal)
 {
@@ -38520,13 +38566,18 @@ static pd_status pdi_levels_given(pd_ctx *ctx, const pd_etch *metal)
                     "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
 }
 
+PDI_FN void pdi_levels_ties(pd_reactive *r)
+{
+    pdi_migration_tie(&r->migration);
+    if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
+}
+
 PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
 {
     int64_t total = r->grid->total;
     pdi_sum sum = {0.0, 0.0};
-    double size = 0.0, held = 0.0;
-    pdi_migration_tie(&r->migration);
-    if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
+    double size = 0.0, held = 0.0, late = 0.0;
+    pdi_levels_ties(r);
     if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
     if (r->migration.tied) return PD_OK;
     if (r->surface && r->surface->electrode) PDI_TRY(pdi_levels_given(ctx, r->surface));
@@ -38545,8 +38596,12 @@ PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
             held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
         }
     }
-    if (r->surface && r->surface->electrode) r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
-    if (!(fabs(pdi_sum_total(&sum)) > pdi_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt))) return PD_OK;
+    if (r->surface && r->surface->electrode) {
+        r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
+        late = r->surface->late; /* a circuit gives it */
+    }
+    double most = pdi_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt);
+    if (!(fabs(pdi_sum_total(&sum) - late) > most)) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
                     "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }
@@ -40361,19 +40416,40 @@ static double pdi_course_given(const pd_course *a, int m, int32_t i)
     return a->desc.fed[m * a->reactive->grid->total + i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
 }
 
+/* Sources of metal m that come after its steps; the charge of all [mol/m3/s]. More than the law gave comes with the
+ * reactions that take its electrons. Less goes with them, too, but where one circuit is there: its electrons have gone
+ * to that, whose curves take as many less. */
+static double pdi_course_late(pd_course *a, int m, int one)
+{
+    pd_reactive *r = a->reactive;
+    const pd_etch *s = a->desc.surface;
+    double shed[2][PD_SPECIES_MOST], charge[2] = {0.0, 0.0};
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    for (int whole = 0; whole < 2; whole++) {
+        memcpy(shed[whole], m ? s->kind[m].shed : a->shed, sizeof shed[whole]);
+        if (whole && s) pdi_etch_whole(s, shed[whole]);
+        for (int n = 0; n < r->components.solutes; n++) charge[whole] += r->components.charge[n] * shed[whole][n];
+    }
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double rate = pdi_course_given(a, m, i);
+        int whole = s && (rate > 0.0 || !one);
+        for (int n = 0; n < r->components.solutes; n++)
+            r->source[n * total + i] = shed[whole][n] * rate + (m ? r->source[n * total + i] : 0.0);
+        pdi_sum_add(&sum, charge[whole] * rate * pdi_grid_circumference(r->grid, i));
+    }
+    return pdi_sum_total(&sum);
+}
+
 static void pdi_course_feed(pd_course *a)
 {
     pd_reactive *r = a->reactive;
     int64_t total = r->grid->total;
-    for (int32_t i = 0; i < (int32_t)total && a->desc.fed; i++) {
-        double rate = pdi_course_given(a, 0, i);
-        for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
-        for (int m = 1; m < pdi_course_metals(a); m++) {
-            rate = pdi_course_given(a, m, i);
-            for (int n = 0; n < r->components.solutes; n++)
-                r->source[n * total + i] += a->desc.surface->kind[m].shed[n] * rate;
-        }
-    }
+    double late = 0.0;
+    int one = a->desc.surface && a->desc.surface->electrode && pdi_levels_free(a->desc.surface) == 1;
+    if (a->desc.fed && a->desc.surface && a->desc.surface->electrode) pdi_levels_ties(r);
+    for (int m = 0; a->desc.fed && m < pdi_course_metals(a); m++) late += pdi_course_late(a, m, one);
+    if (a->desc.surface) a->desc.surface->late = late;
     if (!a->desc.feed) return;
     for (int64_t at = 0; at < r->components.solutes * total && !a->desc.fed; at++) r->source[at] = 0.0;
     a->desc.feed(a->desc.feeder, r->source);

@@ -346,6 +346,37 @@ TEST(state)
     continued(TOUCH_OF SALT PASSIVE WIRES, 1000.0, 3000.0, keep);
 }
 
+/* ---- until nothing is left ---- */
+
+/* In a closed box each metal goes to its last atom, and what ions there are has come from it; base comes with both. */
+static void used_up(const char *text)
+{
+    if (!open_threads(text, NULL, 0, 1)) return;
+    int mg = strcmp(setup.metal[0].material.name, "mg4ag") != 0;
+    double start[2] = {solid_of(mg), solid_of(1 - mg)};
+    if (run_to(72000.0)) {
+        double come[2] = {ions_of("Mg2+"), ions_of("Fe2+")};
+        NOTE("off by %.2g and %.2g of the metals, base by %.2g", come[0] / start[0] - 1.0, come[1] / start[1] - 1.0,
+             ions_of("OH-") / (2.0 * (come[0] + come[1])) - 1.0);
+        CHECK(model.grid.solid_count == 0);
+        for (int k = 0; k < 2; k++) CHECK_REL(come[k], start[k], 1e-12);
+        CHECK_NEAR(ions_of("OH-"), 2.0 * (come[0] + come[1]), 1e-10 * ions_of("Cl-"));
+    }
+    close_model();
+}
+
+#define TWO_CIRCUITS \
+    "[electrode mg] shape = mg  curve = tafel  i0 = 1e-5 A/m2  E0 = -0.4 V  cathodic_slope = 120 mV\n" \
+    "reaction = 2 H2O + 2 e- = H2 + 2 OH-\n[electrode iron] shape = iron  " HYDROGEN "[run] until = 1 day\n"
+
+TEST(used_up)
+{
+    used_up(GO_TOUCH);
+    used_up(APART SALT LAWS("50 mol/m3") TWO_CIRCUITS);
+    used_up(TOUCH_OF SALT "[dissolve] threshold = 0.3\n" LAWS("50 mol/m3") WIRES);
+    continued(GO_TOUCH, 9000.0, 40000.0, keep);
+}
+
 /* ---- refused ---- */
 
 #define MG_ALONE \
@@ -380,4 +411,5 @@ TEST(refused)
     }
 }
 
-TEST_MAIN(ENTRY(mixed) ENTRY(exchange) ENTRY(faraday) ENTRY(one_metal) FLAT ENTRY(state) ENTRY(refused))
+TEST_MAIN(ENTRY(mixed) ENTRY(exchange) ENTRY(faraday) ENTRY(one_metal) FLAT ENTRY(state) ENTRY(used_up) \
+          ENTRY(refused))

@@ -1,5 +1,6 @@
 /* course: see course.h */
 #include "react/course.h"
+#include "react/levels.h"
 #include "core/owner.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
@@ -102,19 +103,40 @@ static double pdi_course_given(const pd_course *a, int m, int32_t i)
     return a->desc.fed[m * a->reactive->grid->total + i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
 }
 
+/* Sources of metal m that come after its steps; the charge of all [mol/m3/s]. More than the law gave comes with the
+ * reactions that take its electrons. Less goes with them, too, but where one circuit is there: its electrons have gone
+ * to that, whose curves take as many less. */
+static double pdi_course_late(pd_course *a, int m, int one)
+{
+    pd_reactive *r = a->reactive;
+    const pd_etch *s = a->desc.surface;
+    double shed[2][PD_SPECIES_MOST], charge[2] = {0.0, 0.0};
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    for (int whole = 0; whole < 2; whole++) {
+        memcpy(shed[whole], m ? s->kind[m].shed : a->shed, sizeof shed[whole]);
+        if (whole && s) pdi_etch_whole(s, shed[whole]);
+        for (int n = 0; n < r->components.solutes; n++) charge[whole] += r->components.charge[n] * shed[whole][n];
+    }
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double rate = pdi_course_given(a, m, i);
+        int whole = s && (rate > 0.0 || !one);
+        for (int n = 0; n < r->components.solutes; n++)
+            r->source[n * total + i] = shed[whole][n] * rate + (m ? r->source[n * total + i] : 0.0);
+        pdi_sum_add(&sum, charge[whole] * rate * pdi_grid_circumference(r->grid, i));
+    }
+    return pdi_sum_total(&sum);
+}
+
 static void pdi_course_feed(pd_course *a)
 {
     pd_reactive *r = a->reactive;
     int64_t total = r->grid->total;
-    for (int32_t i = 0; i < (int32_t)total && a->desc.fed; i++) {
-        double rate = pdi_course_given(a, 0, i);
-        for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
-        for (int m = 1; m < pdi_course_metals(a); m++) {
-            rate = pdi_course_given(a, m, i);
-            for (int n = 0; n < r->components.solutes; n++)
-                r->source[n * total + i] += a->desc.surface->kind[m].shed[n] * rate;
-        }
-    }
+    double late = 0.0;
+    int one = a->desc.surface && a->desc.surface->electrode && pdi_levels_free(a->desc.surface) == 1;
+    if (a->desc.fed && a->desc.surface && a->desc.surface->electrode) pdi_levels_ties(r);
+    for (int m = 0; a->desc.fed && m < pdi_course_metals(a); m++) late += pdi_course_late(a, m, one);
+    if (a->desc.surface) a->desc.surface->late = late;
     if (!a->desc.feed) return;
     for (int64_t at = 0; at < r->components.solutes * total && !a->desc.fed; at++) r->source[at] = 0.0;
     a->desc.feed(a->desc.feeder, r->source);

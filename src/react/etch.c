@@ -116,9 +116,36 @@ static void pdi_etch_even(pd_etch *s, int32_t p)
     }
 }
 
+/* Electrons that curves take of late, by electrode; of no step without any. */
+static void pdi_etch_cathodes(pd_etch *s)
+{
+    int some = 0;
+    for (int32_t p = 0; p < s->count && !some; p++) some = s->electrode[p] >= 0 && s->flow[p] < 0.0;
+    for (int e = 0; some && e < s->desc.electrodes.count; e++) {
+        pdi_sum sum = {0.0, 0.0};
+        for (int32_t p = 0; p < s->count; p++)
+            if (s->electrode[p] == e && s->flow[p] < 0.0)
+                pdi_sum_add(&sum, -s->flow[p] * s->area[p] * pdi_grid_circumference(s->reactive->grid, s->node[p]));
+        s->cathode[e] = s->reactive->bonds->stencil->volume * pdi_sum_total(&sum);
+    }
+}
+
+PDI_FN void pdi_etch_whole(const pd_etch *s, double *shed)
+{
+    const pd_components *of = &s->reactive->components;
+    int electrodes = s->electrode && !s->reactive->migration.tied ? s->desc.electrodes.count : 0;
+    double charge = 0.0, all = 0.0;
+    for (int n = 0; n < of->solutes; n++) charge += of->charge[n] * shed[n];
+    for (int e = 0; e < electrodes; e++) all += s->cathode[e];
+    for (int e = 0; e < electrodes && all > 0.0; e++)
+        for (int n = 0; n < of->solutes; n++)
+            shed[n] -= charge * s->cathode[e] / all * s->part[e * of->solutes + n];
+}
+
 PDI_FN void pdi_etch_accept(pd_etch *s)
 {
     int64_t total = s->reactive->grid->total;
+    if (s->electrode) pdi_etch_cathodes(s);
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
     for (int32_t p = 0; p < s->count && s->swept; p++) {
         if (!(s->weight[p] > 0.0)) continue;
@@ -288,6 +315,7 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, etch, level, of->circuits, "V");
     PDI_STATE(owner, etch, conduct, of->circuits, "mol/s/V");
     PDI_ARRAY(owner, etch, charge_of, of->circuits, "mol/s");
+    PDI_STATE(owner, etch, cathode, of->count, "mol/s");
     PDI_VALUE(owner, etch, extra, "mol/s");
 }
 

@@ -107,8 +107,11 @@ typedef struct pd_etch {
     double *level;                /* [circuits] [V] potential of the metal */
     double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */
     double *charge_of;            /* [circuits] [mol/s] charge that leaves metal */
+    double *cathode;              /* [electrodes] [mol/s] electrons that curves took in the last step with metal */
     double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
-    double extra;                 /* [mol/s] rounding that a circuit gives beside its current, where none leaves */
+    double late;                  /* [mol/m3/s] charge of sources that is metal's, after its step; of all nodes */
+    double extra;                 /* [mol/s] what a circuit gives beside its current, where none leaves: of late metal
+                                   * and of rounding */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
     pd_status (*stage)(pd_ctx *ctx, void *stager, double share); /* brings what law and curves read to that share of a
                                                                   * step; NULL: it holds for the step */
@@ -156,6 +159,9 @@ PDI_FN void pdi_etch_accept(pd_etch *etch);
 PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
 /* What law and curves read is that of a share of the step. */
 PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *etch, double share);
+/* shed [solutes] comes with one of a metal. Where no current leaves the box, its electrons go where curves took them
+ * last: shed gets the reactions there, and is neutral. */
+PDI_FN void pdi_etch_whole(const pd_etch *etch, double *shed);
 /* With electrodes: `gave` is that of now. */
 PDI_FN void pdi_etch_note(pd_etch *etch);
 /* With migration, after derivatives: `split` [mol/m3/s] of places: charge that comes less with a higher F phi/(R T). */

@@ -243,6 +243,14 @@ PDI_FN void pdi_levels_shift(pd_etch *s, double by)
     for (int n = 0; n < s->desc.electrodes.circuits; n++) s->level[n] += by;
 }
 
+PDI_FN int pdi_levels_free(const pd_etch *s)
+{
+    int count = 0;
+    for (int n = 0; n < s->desc.electrodes.circuits; n++)
+        count += !s->desc.electrodes.circuit[n].holds && pdi_levels_there(s, n);
+    return count;
+}
+
 /* Where no current can leave, those that are given to circuits sum to zero. */
 static pd_status pdi_levels_given(pd_ctx *ctx, const pd_etch *metal)
 {
@@ -256,13 +264,18 @@ static pd_status pdi_levels_given(pd_ctx *ctx, const pd_etch *metal)
                     "or wall that holds species lets a current pass, expected 0, or a given potential", sum);
 }
 
+PDI_FN void pdi_levels_ties(pd_reactive *r)
+{
+    pdi_migration_tie(&r->migration);
+    if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
+}
+
 PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
 {
     int64_t total = r->grid->total;
     pdi_sum sum = {0.0, 0.0};
-    double size = 0.0, held = 0.0;
-    pdi_migration_tie(&r->migration);
-    if (r->surface && r->surface->electrode && pdi_levels_tie(r->surface)) r->migration.tied = 1;
+    double size = 0.0, held = 0.0, late = 0.0;
+    pdi_levels_ties(r);
     if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
     if (r->migration.tied) return PD_OK;
     if (r->surface && r->surface->electrode) PDI_TRY(pdi_levels_given(ctx, r->surface));
@@ -281,8 +294,12 @@ PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
             held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
         }
     }
-    if (r->surface && r->surface->electrode) r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
-    if (!(fabs(pdi_sum_total(&sum)) > pdi_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt))) return PD_OK;
+    if (r->surface && r->surface->electrode) {
+        r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
+        late = r->surface->late; /* a circuit gives it */
+    }
+    double most = pdi_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt);
+    if (!(fabs(pdi_sum_total(&sum) - late) > most)) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
                     "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
 }

@@ -17,6 +17,10 @@ PDI_FN void pdi_levels_derive(pd_etch *etch);
 PDI_FN void pdi_levels_follow(const pd_etch *etch, double *speed, double *flow);
 /* 1: a potential is given to metal that is there. */
 PDI_FN int pdi_levels_tie(const pd_etch *etch);
+/* Whether a current can leave the box: reactive->migration.tied. */
+PDI_FN void pdi_levels_ties(pd_reactive *reactive);
+/* Circuits that are there whose potential follows from their currents. */
+PDI_FN int pdi_levels_free(const pd_etch *etch);
 /* All potentials change by `by` [V]. */
 PDI_FN void pdi_levels_shift(pd_etch *etch, double by);
 /* [mol/s] charge that a speed [m/s] and a flow [mol/m2/s] bring at a place. */
