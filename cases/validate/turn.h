@@ -128,7 +128,9 @@ static pd_status turn_run(val_job *job)
     job->out->err[2] = result.change;
     job->out->steps = result.krylov;
     if (job->profile) {
-        job->profile->title = "Concentration at the outlet, Peclet number 1e6";
+        job->profile->title = job->level.p < 50.0    ? "Concentration at the outlet, Peclet number 10"
+                              : job->level.p < 1e3 ? "Concentration at the outlet, Peclet number 100"
+                                                   : "Concentration at the outlet, Peclet number 1e6";
         job->profile->x_label = "x [-]";
         job->profile->y_label = "c [-]";
     }
@@ -173,7 +175,7 @@ static pd_status turn_edge_run(val_job *job)
     "Peclet", VAL_BY_P, "Peclet number [-]", 0.0, TURN_MEASURES, \
     {{0, 2e-3, 0.0, 0, VAL_GOAL}, {1, 1e-8, 0.0, 0, VAL_GOAL}, {0, guard, 0.0, 0, VAL_GUARD}, \
      {2, 1e-6, 0.0, 0, VAL_GUARD}}, 4, \
-    {{40, m, 1e6}, {40, m, 100.0}, {40, m, 10.0}}, 3
+    {{40, m, 10.0}, {40, m, 100.0}, {40, m, 1e6}}, 3
 
 static const val_part turn_near = {
     "m1", "m = 1", TURN_PART(1.0, 0.07), 2, turn_run,
