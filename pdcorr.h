@@ -124,6 +124,7 @@
  *     coat       what surfaces of metal carry besides the species beside them, such as the cover and the thickness of a film:
  *     tangent    derivatives of the balances of a step, and the linear systems that follow (theory: 5c).
  *     advance    steps in time of species that flow, diffuse and react (theory: 5c).
+ *     reclaim    what species have got of a metal beyond what was there goes back from where they are (theory: 5c.4).
  *     course     species in time as a process, in steps of two stages with a controlled error (theory: 5c).
  *   solid/
  *     rim        the part of a cell of a lattice that lies within a ball.
@@ -5360,6 +5361,10 @@ typedef struct pd_etch {
     double *ahead;                /* [total] [m] of places: metal that the step at hand takes, of an area */
     double *passed;               /* [total] [m] of places: the same of steps that stand */
     double *split;                /* [total] [m/s] work */
+    int32_t *piece;               /* [total] of places: the piece of metal that alone gives there; -1: none is told */
+    double *has;                  /* [3][total] [mol/m3 of a cell, times the circumference] of pieces; what they have given
+                                   * in steps that stand, and in the step at hand */
+    int32_t pieces;
     float *by;                    /* [total][components] of places: how the speed follows totals */
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
@@ -5430,13 +5435,16 @@ PDI_FN void pdi_etch_polarise(pd_etch *etch, int metal, int electrode, double ar
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* Share of the step at hand after which the first piece of metal has given what it has, in [0, 1); 1: all last.
+ * *used: 1: one has just given it. */
+PDI_FN double pdi_etch_lasts(pd_etch *etch, int *used);
 /* Nodes that were metal are fluid: with `solid` they get what has filled them; `split` of them is the share of a cell
  * that they lack. */
 PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
 /* What law and curves read is that of a share of the step. */
 PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *etch, double share);
-/* shed [solutes] comes with one of a metal. Where no current leaves the box, its electrons go where curves took them
- * last: shed gets the reactions there, and is neutral. */
+/* shed [solutes] comes with one of a metal. Its electrons go where curves took them last: shed gets the reactions there,
+ * and is neutral. */
 PDI_FN void pdi_etch_whole(const pd_etch *etch, double *shed);
 /* With electrodes: `gave` is that of now. */
 PDI_FN void pdi_etch_note(pd_etch *etch);
@@ -5716,6 +5724,24 @@ PD_API pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *reactive, double dt,
 
 #endif
 
+/* ======== >>react/reclaim.h ======== */
+/* reclaim: what species have got of a metal beyond what was there goes back from where they are (theory: 5c.4).
+ *
+ * A law gives what its speeds say, and the metal says afterwards what it had. Where it was used up within a step the
+ * rest cannot come from the node beside it for long: its species have moved on. They give it back all over the fluid,
+ * in the share of what they hold.
+ */
+#ifndef PD_RECLAIM_H
+#define PD_RECLAIM_H
+
+#ifdef PDI_INTERNAL
+/* Takes back `amount` [mol/m3 of cells] of metal with shed [solutes] each, or as much as there is. Returns that. The
+ * next step begins without it. */
+PDI_FN double pdi_reclaim_take(pd_reactive *reactive, const double *shed, double amount);
+#endif
+
+#endif
+
 /* ======== >>react/course.h ======== */
 /* course: species in time as a process, in steps of two stages with a controlled error (theory: 5c).
  *
@@ -5756,6 +5782,8 @@ typedef struct pd_course_desc {
 typedef struct pd_course {
     pd_course_desc desc;    /* defaults filled in; shed is not kept */
     pd_reactive *reactive;
+    double lasts;                  /* [-] share of the step at hand after which a piece of metal is used up; 1: none */
+    int used;                      /* 1: one is */
     double shed[PD_SPECIES_MOST];  /* [-] of solutes */
     double *start;          /* [solutes][total] [mol/m3] at the start of the step */
     double *carry;          /* [components][total] [mol/m3] the same */
@@ -8215,6 +8243,11 @@ PDI_FN void pdi_content_collect(pd_dissolve *dissolve);
 /* Pieces that would give more than they have get sources that give what they have. Returns the number of such
  * pieces. */
 PDI_FN int pdi_content_spare(pd_dissolve *dissolve, double dt);
+/* A piece of metal of `metal`, the `piece`-th, has `has` [mol/m3 of a cell, times the circumference on rings] above
+ * the threshold, and gives `weight` [mol/m4] a unit of speed to a fluid node. */
+typedef void (*pdi_content_put_fn)(void *user, int32_t piece, double has, int metal, int32_t node, double weight);
+/* Pieces of few nodes, with all fluid nodes that they give to. Returns 1 when there are others. */
+PDI_FN int pdi_content_small(pd_dissolve *dissolve, pdi_content_put_fn put, void *user);
 /* Nodes have turned fluid: who is exposed now. */
 PDI_FN void pdi_content_turned(pd_dissolve *dissolve, const int32_t *turned, int32_t count);
 /* After the transport step of dt [s]: take the losses from the solid, turn nodes fluid. */
@@ -37126,12 +37159,14 @@ PDI_COLD_END
 #include <string.h>
 
 /* Least diffusivity of a species in the film, over the mean one. */
+/* Share of a piece of metal to which steps end where it is used up. */
+#define PDI_ETCH_MET 1e-9
 #define PDI_ETCH_LEAST 1e-6
 
 void pd_etch_open(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->slot[s->node[p]] = -1;
-    s->count = 0;
+    s->count = s->pieces = 0;
 }
 
 void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
@@ -37141,6 +37176,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     s->weight[s->count] = weight;
     if (s->metal) s->metal[s->count] = 0;
     s->ahead[s->count] = s->passed[s->count] = 0.0;
+    s->piece[s->count] = -1;
     if (s->electrode) {
         s->electrode[s->count] = -1;
         s->area[s->count] = s->way[s->count] = s->gave[s->count] = 0.0;
@@ -37237,6 +37273,27 @@ static void pdi_etch_even(pd_etch *s, int32_t p)
     }
 }
 
+PDI_FN double pdi_etch_lasts(pd_etch *s, int *used)
+{
+    int64_t total = s->reactive->grid->total;
+    double share = 1.0, *before = s->has + total, *now = s->has + 2 * total;
+    *used = 0;
+    for (int32_t k = 0; k < s->pieces; k++) before[k] = now[k] = 0.0;
+    for (int32_t p = 0; p < s->count && s->pieces; p++) {
+        double weight = pdi_grid_circumference(s->reactive->grid, s->node[p]) * s->weight[p];
+        if (s->piece[p] < 0 || !(s->weight[p] > 0.0)) continue;
+        before[s->piece[p]] += weight * s->passed[p];
+        now[s->piece[p]] += weight * s->ahead[p];
+    }
+    for (int32_t k = 0; k < s->pieces; k++) {
+        double has = s->has[k];
+        if (!(has > 0.0) || !(before[k] + now[k] >= has)) continue;
+        if (before[k] + now[k] <= has * (1.0 + PDI_ETCH_MET)) *used = 1;
+        else share = pdi_min(share, pdi_max(has * (1.0 + 0.5 * PDI_ETCH_MET) - before[k], 0.0) / now[k]);
+    }
+    return share;
+}
+
 /* Electrons that curves take of late, by electrode; of no step without any. */
 static void pdi_etch_cathodes(pd_etch *s)
 {
@@ -37254,7 +37311,7 @@ static void pdi_etch_cathodes(pd_etch *s)
 PDI_FN void pdi_etch_whole(const pd_etch *s, double *shed)
 {
     const pd_components *of = &s->reactive->components;
-    int electrodes = s->electrode && !s->reactive->migration.tied ? s->desc.electrodes.count : 0;
+    int electrodes = s->electrode ? s->desc.electrodes.count : 0;
     double charge = 0.0, all = 0.0;
     for (int n = 0; n < of->solutes; n++) charge += of->charge[n] * shed[n];
     for (int e = 0; e < electrodes; e++) all += s->cathode[e];
@@ -37413,6 +37470,8 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, ahead, total, "m");
     PDI_ARRAY(owner, etch, passed, total, "m");
     PDI_ARRAY(owner, etch, split, total, "m/s");
+    PDI_ARRAY(owner, etch, piece, total, "1");
+    PDI_ARRAY(owner, etch, has, 3 * total, "mol/m3");
     PDI_ARRAY(owner, etch, by, etch->reactive->components.count * total, "m4/mol/s");
     if (etch->reactive->migration.on) PDI_ARRAY(owner, etch, drive, total, "m/s");
     const pd_etch_electrodes *of = &etch->desc.electrodes;
@@ -40299,6 +40358,59 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     pdi_multigrid_close(&r->inverse.mg);
     return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
 }
+
+/* ======== >>react/reclaim.c ======== */
+/* reclaim: see reclaim.h */
+#include <math.h>
+
+/* Share of what a node holds that it gives back at most. */
+#define PDI_RECLAIM_SHARE 0.5
+
+/* 1: each solute has at least 0 of component k, so that its total cannot be negative. */
+static int pdi_reclaim_bounded(const pd_components *of, int k)
+{
+    for (int n = 0; n < of->solutes; n++)
+        if (of->m[k][n] < 0.0) return 0;
+    return 1;
+}
+
+/* [mol/m3] of metal that a share of what node i holds would be; with each comes gain [components] of totals. */
+static double pdi_reclaim_held(const pd_reactive *r, const double *gain, int32_t i)
+{
+    const pd_components *of = &r->components;
+    double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], most = HUGE_VAL;
+    pdi_reactive_get(r, r->c, i, c);
+    pdi_components_totals(of, c, sum);
+    for (int k = 0; k < of->count; k++) {
+        double there = sum[k] + r->carry[(int64_t)k * r->grid->total + i];
+        if (gain[k] > 0.0 && pdi_reclaim_bounded(of, k)) most = pdi_min(most, pdi_max(there, 0.0) / gain[k]);
+    }
+    return most < HUGE_VAL ? PDI_RECLAIM_SHARE * most : 0.0;
+}
+
+PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount)
+{
+    const pd_components *of = &r->components;
+    int64_t total = r->grid->total;
+    double gain[PD_SPECIES_MOST], held = 0.0;
+    pdi_sum sum = {0.0, 0.0};
+    pdi_components_totals(of, shed, gain);
+    for (int32_t i = 0; i < (int32_t)total; i++)
+        if (r->grid->kind[i] == PD_FLUID)
+            pdi_sum_add(&sum, pdi_reclaim_held(r, gain, i) * pdi_grid_circumference(r->grid, i));
+    held = pdi_sum_total(&sum);
+    if (!(held > 0.0)) return 0.0;
+    double share = pdi_min(amount / held, 1.0), taken = share < 1.0 ? amount : held;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        double of_node = share * pdi_reclaim_held(r, gain, i);
+        for (int k = 0; k < of->count; k++) r->carry[k * total + i] -= of_node * gain[k];
+    }
+    for (int n = 0; n < of->solutes; n++) r->in[n] -= taken * r->bonds->stencil->volume * shed[n];
+    return taken;
+}
+
+#undef PDI_RECLAIM_SHARE
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -40433,7 +40545,7 @@ static double pdi_course_late(pd_course *a, int m, int one)
     }
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double rate = pdi_course_given(a, m, i);
-        int whole = s && (rate > 0.0 || !one);
+        int whole = s && !r->migration.tied && (rate > 0.0 || !one);
         for (int n = 0; n < r->components.solutes; n++)
             r->source[n * total + i] = shed[whole][n] * rate + (m ? r->source[n * total + i] : 0.0);
         pdi_sum_add(&sum, charge[whole] * rate * pdi_grid_circumference(r->grid, i));
@@ -40507,6 +40619,28 @@ static void pdi_course_owed(pd_course *a)
         a->came[i] = 0.0;
     }
     pdi_course_count(a, 0, &sum);
+}
+
+/* Metal m is gone from nodes that have got more of it than there was: all fluid gives that back. */
+static void pdi_course_reclaim(pd_course *a, int m)
+{
+    pd_reactive *r = a->reactive;
+    double shed[PD_SPECIES_MOST], *fed = a->desc.fed + m * r->grid->total;
+    pdi_sum sum = {0.0, 0.0}, taken = {0.0, 0.0};
+    memcpy(shed, m ? a->desc.surface->kind[m].shed : a->shed, sizeof shed);
+    pdi_etch_whole(a->desc.surface, shed);
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        if (r->grid->kind[i] != PD_FLUID || !(fed[i] < 0.0) || pdi_etch_law(a->desc.surface, m, i) >= 0) continue;
+        pdi_sum_add(&sum, -fed[i] * pdi_grid_circumference(r->grid, i));
+    }
+    if (!(pdi_sum_total(&sum) > 0.0)) return;
+    double share = pdi_reclaim_take(r, shed, pdi_sum_total(&sum)) / pdi_sum_total(&sum);
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        if (r->grid->kind[i] != PD_FLUID || !(fed[i] < 0.0) || pdi_etch_law(a->desc.surface, m, i) >= 0) continue;
+        pdi_sum_add(&taken, share * fed[i] * pdi_grid_circumference(r->grid, i));
+        fed[i] -= share * fed[i];
+    }
+    pdi_course_count(a, m, &taken);
 }
 
 /* ---- metal that minerals cover ---- */
@@ -40704,6 +40838,7 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
         a->covered = 0.0;
         if (a->desc.bare) pdi_course_uncover(a);
         if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
+        for (int m = 0; a->desc.surface && a->desc.fed && m < pdi_course_metals(a); m++) pdi_course_reclaim(a, m);
     }
     a->begun = 1;
     if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
@@ -40729,6 +40864,8 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     pd_reactive_result result;
+    a->lasts = 1.0;
+    a->used = 0;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
     if (a->desc.coat) {
         s->error = HUGE_VAL; /* of PD_RETRY */
@@ -40754,12 +40891,10 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
         return PD_RETRY;
     }
     if (a->desc.coat) s->error = pdi_max(s->error, covering);
-    if (a->bent) return PD_OK;
-    if (result.euler && !(result.error > 0.0)) {
-        if (s->trial >= PDI_COURSE_TRIALS) return PD_OK;
-        s->error = HUGE_VAL;
-    }
-    return s->error <= 1.0 ? PD_OK : PD_RETRY;
+    if (!a->bent && result.euler && !(result.error > 0.0) && s->trial < PDI_COURSE_TRIALS) s->error = HUGE_VAL;
+    int stands = a->bent || s->error <= 1.0 || (result.euler && !(result.error > 0.0) && s->error < HUGE_VAL);
+    if (stands && a->desc.surface) a->lasts = pdi_etch_lasts(a->desc.surface, &a->used);
+    return stands && !(a->lasts < 1.0) ? PD_OK : PD_RETRY;
 }
 
 static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
@@ -40768,6 +40903,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     (void)ctx;
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
+    if (a->desc.surface && a->used) last = s->ends = 1; /* metal that is used up goes before anything else moves */
     if (a->desc.coat) {
         pdi_coat_accept(a->desc.coat, s->dt);
         last = s->ends = 1;
@@ -40791,6 +40927,10 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
     pdi_course_keep(ctx, a, 1);
     if (a->desc.coat) pdi_coat_reject(a->desc.coat);
     a->rejected++;
+    if (a->lasts < 1.0) {
+        s->dt *= a->lasts;
+        return PD_OK;
+    }
     a->dt = s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
                                          : PDI_COURSE_SHRINK);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
@@ -51199,6 +51339,8 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 #include <string.h>
 
 /* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
+/* Nodes of a piece that may be used up within a step. */
+#define PDI_CONTENT_SMALL 64
 #define PDI_CONTENT_EMPTY 1e-12
 
 /* Content at which a node turns fluid, over the mean lead. It is fitted to discs (decisions: Dissolution). */
@@ -51368,6 +51510,48 @@ PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
     for (int32_t n = 0; n < d->beside_count * d->kinds; n++)
         d->portion[n].used = d->portion[n].used_stock = d->portion[n].paid = 0.0;
     return found;
+}
+
+/* What a piece gives to, by the present lists. */
+static void pdi_content_reached(const pd_dissolve *d, const pdi_content_piece *p, int32_t piece, pdi_content_put_fn put,
+                                void *user)
+{
+    pdi_entry entry;
+    for (int32_t n = 0; n < p->count; n++) {
+        int32_t j = p->node[n];
+        for (int k = 0; k < d->paths.stencil->count && d->exposed[j]; k++) {
+            pdi_interface_find(d, j, k, &entry);
+            for (int e = 0; e < entry.count; e++) {
+                double weight = pdi_interface_weight(d, j, entry.node[e], k, &entry);
+                if (d->slot[entry.node[e]] < 0 || !(weight > 0.0)) continue;
+                put(user, piece, p->has, pdi_metal_of(d, j), entry.node[e], weight);
+            }
+        }
+    }
+}
+
+PDI_FN int pdi_content_small(pd_dissolve *d, pdi_content_put_fn put, void *user)
+{
+    int32_t piece = 0;
+    int others = 0;
+    for (int32_t j = 0; j < d->grid->total; j++) d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
+    for (int32_t f = 0; f < d->front_count; f++) {
+        pdi_content_piece p;
+        int large = 0;
+        if (d->mark[d->front[f]] & PDI_CONTENT_LASTS) continue;
+        pdi_content_begin(d, d->front[f], &p);
+        for (int32_t n = 0; n < p.count && !large; n++) {
+            int32_t i = p.node[n];
+            large = p.count > PDI_CONTENT_SMALL || (d->mark[i] & PDI_CONTENT_LASTS);
+            p.has += (d->transport->c[i] - pdi_metal_end(d, i)) * pdi_grid_circumference(d->grid, i);
+            if (!large) pdi_content_spread(d, i, &p);
+        }
+        pdi_content_label(d, &p, PDI_CONTENT_LASTS);
+        if (!large) pdi_content_reached(d, &p, piece++, put, user);
+        others = others || large;
+    }
+    for (int32_t j = 0; j < d->grid->total; j++) d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
+    return others;
 }
 
 /* Move `rest` to the nearest solid nodes that j hangs together with, over nodes that have turned fluid in this step. 0:
@@ -75275,6 +75459,8 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #define PDI_ATTACK_SALT 1e-6
 /* Share of the ions of a neighbour below which a node has just turned fluid. */
 #define PDI_ATTACK_FRESH 0.1
+/* Share of the weight of a place that a piece of metal has to give for the place to count with it. */
+#define PDI_ATTACK_MOST 0.5
 
 /* The law of a metal at the surface beside a node. */
 static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
@@ -75627,6 +75813,50 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
     return d ? pdi_attack_speeds(ctx, a) : PD_OK;
 }
 
+/* A piece of metal gives to a node. `split` of a place: the weight of its piece. */
+static void pdi_attack_put(void *user, int32_t piece, double has, int metal, int32_t node, double weight)
+{
+    const pd_attack *a = (const pd_attack *)user;
+    pd_etch *s = (pd_etch *)&a->etch;
+    int m = 0;
+    while (m + 1 < a->laws && a->dissolve->kinds > 1 && a->law[m].kind != metal) m++;
+    int32_t p = pdi_etch_law(s, m, node);
+    if (p < 0 || (a->dissolve->kinds > 1 && a->law[m].kind != metal)) return;
+    s->pieces = piece + 1;
+    s->has[piece] = has;
+    if (s->piece[p] < 0) s->piece[p] = piece;
+    s->split[p] += s->piece[p] == piece ? weight : -HUGE_VAL;
+}
+
+/* The only piece of a metal; -1: there are several, or none. */
+static int32_t pdi_attack_only(const pd_etch *s, int m)
+{
+    int32_t only = -1;
+    for (int32_t p = 0; p < s->count; p++) {
+        if (s->piece[p] < 0 || pdi_etch_which(s, p) != m) continue;
+        if (only >= 0 && s->piece[p] != only) return -1;
+        only = s->piece[p];
+    }
+    return only;
+}
+
+/* Which piece of metal, that may be used up, gives at a place: the one that gives most of it there, or the only one.
+ * What edges and metals side by side share out makes weights differ from those of pieces by a few percent. Their sums
+ * agree. */
+static void pdi_attack_pieces(pd_attack *a)
+{
+    pd_etch *s = &a->etch;
+    for (int32_t p = 0; p < s->count; p++) s->split[p] = 0.0;
+    int others = pdi_content_small(a->dissolve, pdi_attack_put, a);
+    for (int32_t p = 0; p < s->count; p++)
+        if (!(s->split[p] > PDI_ATTACK_MOST * s->weight[p])) s->piece[p] = -1;
+    for (int m = 0; m < s->kinds && !others; m++) {
+        int32_t only = pdi_attack_only(s, m);
+        for (int32_t p = 0; p < s->count; p++)
+            if (s->weight[p] > 0.0 && pdi_etch_which(s, p) == m) s->piece[p] = only >= 0 ? only : s->piece[p];
+    }
+}
+
 PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t)
 {
     pd_attack *a = (pd_attack *)user;
@@ -75665,7 +75895,9 @@ PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t)
         return a->course->begun ? PD_OK : pdi_attack_now(ctx, a);
     }
     a->dissolve->time = t;
-    return pdi_dissolve_prepare(ctx, a->dissolve);
+    PDI_TRY(pdi_dissolve_prepare(ctx, a->dissolve));
+    if (!a->course->begun && a->laws && a->course->desc.fed && !pdi_metal_bonds(a->dissolve)) pdi_attack_pieces(a);
+    return PD_OK;
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options

@@ -369,6 +369,51 @@ static void used_up(const char *text)
     "[electrode mg] shape = mg  curve = tafel  i0 = 1e-5 A/m2  E0 = -0.4 V  cathodic_slope = 120 mV\n" \
     "reaction = 2 H2O + 2 e- = H2 + 2 OH-\n[electrode iron] shape = iron  " HYDROGEN "[run] until = 1 day\n"
 
+/* An open bath keeps nothing of what has come, so nothing can be taken back. [mol] of the metal shortly before its
+ * end. */
+static double bathed(double fraction)
+{
+    static const char text[] =
+        "[grid] m = 1  h = 5 um  box = " BOX("0 um", "200 um") "\n" SIDES "[side x+] species = inlet\n"
+        "[shape mg] kind = solid  material = mg4ag  box = " BOX("0 um", "10 um") "\n"
+        "[chemistry] activity = ideal\n[species Mg2+] D = 0.7e-9 m2/s\n[species OH-] D = 5.3e-9 m2/s\n"
+        "[species Na+] D = 1.3e-9 m2/s  initial = 1 mol/m3\n[species Cl-] D = 2e-9 m2/s  initial = 1 mol/m3\n"
+        "[species H2O]\n[transport] D = 1e-9 m2/s\n"
+        "[dissolve] rate = 20 um/h*(1 - 0.02*[OH-]/(1 mol/m3))  reaction = Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)\n"
+        "[run] until = 10 h\n";
+    static const double time[] = {1500.0, 1900.0, 2500.0, 4000.0, 8000.0, 36000.0};
+    char steps[48];
+    const char *over[] = {steps};
+    double left = 0.0, least = 0.0;
+    snprintf(steps, sizeof steps, "run.fraction=%g", fraction);
+    if (!open_threads(text, over, 1, 1)) return 0.0;
+    double start = solid_of(-1);
+    for (int k = 0; k < 6 && run_to(time[k]); k++) {
+        const pd_reactive *r = &model.reactive;
+        if (!k) left = solid_of(-1);
+        for (int n = 0; n < r->components.solutes; n++)
+            for (int32_t i = 0; i < model.grid.total; i++)
+                if (model.grid.kind[i] == PD_FLUID) least = pdi_min(least, r->c[(int64_t)n * model.grid.total + i]);
+    }
+    CHECK(model.grid.solid_count == 0);
+    CHECK(least >= 0.0);
+    CHECK_REL(model.course.taken, start, 1e-9);
+    close_model();
+    return left;
+}
+
+/* The last of a metal goes at the same time with steps that cost a node half of what it has, and nothing is negative
+ * afterwards. */
+TEST(bath)
+{
+    double left[3] = {bathed(0.02), bathed(0.1), bathed(0.5)};
+    NOTE("%.6g mol are left, %.2g and %.2g of it more with longer steps", left[0], left[1] / left[0] - 1.0,
+         left[2] / left[0] - 1.0);
+    CHECK(left[0] > 0.0);
+    CHECK_REL(left[1], left[0], 1e-2);
+    CHECK_REL(left[2], left[0], 1e-2);
+}
+
 TEST(used_up)
 {
     used_up(GO_TOUCH);
@@ -411,5 +456,5 @@ TEST(refused)
     }
 }
 
-TEST_MAIN(ENTRY(mixed) ENTRY(exchange) ENTRY(faraday) ENTRY(one_metal) FLAT ENTRY(state) ENTRY(used_up) \
+TEST_MAIN(ENTRY(mixed) ENTRY(exchange) ENTRY(faraday) ENTRY(one_metal) FLAT ENTRY(state) ENTRY(bath) ENTRY(used_up) \
           ENTRY(refused))

@@ -6,6 +6,8 @@
 #include <string.h>
 
 /* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
+/* Nodes of a piece that may be used up within a step. */
+#define PDI_CONTENT_SMALL 64
 #define PDI_CONTENT_EMPTY 1e-12
 
 /* Content at which a node turns fluid, over the mean lead. It is fitted to discs (decisions: Dissolution). */
@@ -175,6 +177,48 @@ PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
     for (int32_t n = 0; n < d->beside_count * d->kinds; n++)
         d->portion[n].used = d->portion[n].used_stock = d->portion[n].paid = 0.0;
     return found;
+}
+
+/* What a piece gives to, by the present lists. */
+static void pdi_content_reached(const pd_dissolve *d, const pdi_content_piece *p, int32_t piece, pdi_content_put_fn put,
+                                void *user)
+{
+    pdi_entry entry;
+    for (int32_t n = 0; n < p->count; n++) {
+        int32_t j = p->node[n];
+        for (int k = 0; k < d->paths.stencil->count && d->exposed[j]; k++) {
+            pdi_interface_find(d, j, k, &entry);
+            for (int e = 0; e < entry.count; e++) {
+                double weight = pdi_interface_weight(d, j, entry.node[e], k, &entry);
+                if (d->slot[entry.node[e]] < 0 || !(weight > 0.0)) continue;
+                put(user, piece, p->has, pdi_metal_of(d, j), entry.node[e], weight);
+            }
+        }
+    }
+}
+
+PDI_FN int pdi_content_small(pd_dissolve *d, pdi_content_put_fn put, void *user)
+{
+    int32_t piece = 0;
+    int others = 0;
+    for (int32_t j = 0; j < d->grid->total; j++) d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
+    for (int32_t f = 0; f < d->front_count; f++) {
+        pdi_content_piece p;
+        int large = 0;
+        if (d->mark[d->front[f]] & PDI_CONTENT_LASTS) continue;
+        pdi_content_begin(d, d->front[f], &p);
+        for (int32_t n = 0; n < p.count && !large; n++) {
+            int32_t i = p.node[n];
+            large = p.count > PDI_CONTENT_SMALL || (d->mark[i] & PDI_CONTENT_LASTS);
+            p.has += (d->transport->c[i] - pdi_metal_end(d, i)) * pdi_grid_circumference(d->grid, i);
+            if (!large) pdi_content_spread(d, i, &p);
+        }
+        pdi_content_label(d, &p, PDI_CONTENT_LASTS);
+        if (!large) pdi_content_reached(d, &p, piece++, put, user);
+        others = others || large;
+    }
+    for (int32_t j = 0; j < d->grid->total; j++) d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
+    return others;
 }
 
 /* Move `rest` to the nearest solid nodes that j hangs together with, over nodes that have turned fluid in this step. 0:

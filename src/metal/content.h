@@ -25,6 +25,11 @@ PDI_FN void pdi_content_collect(pd_dissolve *dissolve);
 /* Pieces that would give more than they have get sources that give what they have. Returns the number of such
  * pieces. */
 PDI_FN int pdi_content_spare(pd_dissolve *dissolve, double dt);
+/* A piece of metal of `metal`, the `piece`-th, has `has` [mol/m3 of a cell, times the circumference on rings] above
+ * the threshold, and gives `weight` [mol/m4] a unit of speed to a fluid node. */
+typedef void (*pdi_content_put_fn)(void *user, int32_t piece, double has, int metal, int32_t node, double weight);
+/* Pieces of few nodes, with all fluid nodes that they give to. Returns 1 when there are others. */
+PDI_FN int pdi_content_small(pd_dissolve *dissolve, pdi_content_put_fn put, void *user);
 /* Nodes have turned fluid: who is exposed now. */
 PDI_FN void pdi_content_turned(pd_dissolve *dissolve, const int32_t *turned, int32_t count);
 /* After the transport step of dt [s]: take the losses from the solid, turn nodes fluid. */

@@ -1,6 +1,7 @@
 /* course: see course.h */
 #include "react/course.h"
 #include "react/levels.h"
+#include "react/reclaim.h"
 #include "core/owner.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
@@ -120,7 +121,7 @@ static double pdi_course_late(pd_course *a, int m, int one)
     }
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double rate = pdi_course_given(a, m, i);
-        int whole = s && (rate > 0.0 || !one);
+        int whole = s && !r->migration.tied && (rate > 0.0 || !one);
         for (int n = 0; n < r->components.solutes; n++)
             r->source[n * total + i] = shed[whole][n] * rate + (m ? r->source[n * total + i] : 0.0);
         pdi_sum_add(&sum, charge[whole] * rate * pdi_grid_circumference(r->grid, i));
@@ -194,6 +195,28 @@ static void pdi_course_owed(pd_course *a)
         a->came[i] = 0.0;
     }
     pdi_course_count(a, 0, &sum);
+}
+
+/* Metal m is gone from nodes that have got more of it than there was: all fluid gives that back. */
+static void pdi_course_reclaim(pd_course *a, int m)
+{
+    pd_reactive *r = a->reactive;
+    double shed[PD_SPECIES_MOST], *fed = a->desc.fed + m * r->grid->total;
+    pdi_sum sum = {0.0, 0.0}, taken = {0.0, 0.0};
+    memcpy(shed, m ? a->desc.surface->kind[m].shed : a->shed, sizeof shed);
+    pdi_etch_whole(a->desc.surface, shed);
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        if (r->grid->kind[i] != PD_FLUID || !(fed[i] < 0.0) || pdi_etch_law(a->desc.surface, m, i) >= 0) continue;
+        pdi_sum_add(&sum, -fed[i] * pdi_grid_circumference(r->grid, i));
+    }
+    if (!(pdi_sum_total(&sum) > 0.0)) return;
+    double share = pdi_reclaim_take(r, shed, pdi_sum_total(&sum)) / pdi_sum_total(&sum);
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        if (r->grid->kind[i] != PD_FLUID || !(fed[i] < 0.0) || pdi_etch_law(a->desc.surface, m, i) >= 0) continue;
+        pdi_sum_add(&taken, share * fed[i] * pdi_grid_circumference(r->grid, i));
+        fed[i] -= share * fed[i];
+    }
+    pdi_course_count(a, m, &taken);
 }
 
 /* ---- metal that minerals cover ---- */
@@ -391,6 +414,7 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
         a->covered = 0.0;
         if (a->desc.bare) pdi_course_uncover(a);
         if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
+        for (int m = 0; a->desc.surface && a->desc.fed && m < pdi_course_metals(a); m++) pdi_course_reclaim(a, m);
     }
     a->begun = 1;
     if (a->desc.bare) memcpy(a->now, a->share, (size_t)a->reactive->grid->total * sizeof *a->now);
@@ -416,6 +440,8 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     pd_reactive_result result;
+    a->lasts = 1.0;
+    a->used = 0;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
     if (a->desc.coat) {
         s->error = HUGE_VAL; /* of PD_RETRY */
@@ -441,12 +467,10 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
         return PD_RETRY;
     }
     if (a->desc.coat) s->error = pdi_max(s->error, covering);
-    if (a->bent) return PD_OK;
-    if (result.euler && !(result.error > 0.0)) {
-        if (s->trial >= PDI_COURSE_TRIALS) return PD_OK;
-        s->error = HUGE_VAL;
-    }
-    return s->error <= 1.0 ? PD_OK : PD_RETRY;
+    if (!a->bent && result.euler && !(result.error > 0.0) && s->trial < PDI_COURSE_TRIALS) s->error = HUGE_VAL;
+    int stands = a->bent || s->error <= 1.0 || (result.euler && !(result.error > 0.0) && s->error < HUGE_VAL);
+    if (stands && a->desc.surface) a->lasts = pdi_etch_lasts(a->desc.surface, &a->used);
+    return stands && !(a->lasts < 1.0) ? PD_OK : PD_RETRY;
 }
 
 static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
@@ -455,6 +479,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     (void)ctx;
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
+    if (a->desc.surface && a->used) last = s->ends = 1; /* metal that is used up goes before anything else moves */
     if (a->desc.coat) {
         pdi_coat_accept(a->desc.coat, s->dt);
         last = s->ends = 1;
@@ -478,6 +503,10 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
     pdi_course_keep(ctx, a, 1);
     if (a->desc.coat) pdi_coat_reject(a->desc.coat);
     a->rejected++;
+    if (a->lasts < 1.0) {
+        s->dt *= a->lasts;
+        return PD_OK;
+    }
     a->dt = s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
                                          : PDI_COURSE_SHRINK);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);

@@ -41,6 +41,8 @@ typedef struct pd_course_desc {
 typedef struct pd_course {
     pd_course_desc desc;    /* defaults filled in; shed is not kept */
     pd_reactive *reactive;
+    double lasts;                  /* [-] share of the step at hand after which a piece of metal is used up; 1: none */
+    int used;                      /* 1: one is */
     double shed[PD_SPECIES_MOST];  /* [-] of solutes */
     double *start;          /* [solutes][total] [mol/m3] at the start of the step */
     double *carry;          /* [components][total] [mol/m3] the same */

@@ -5,12 +5,14 @@
 #include <string.h>
 
 /* Least diffusivity of a species in the film, over the mean one. */
+/* Share of a piece of metal to which steps end where it is used up. */
+#define PDI_ETCH_MET 1e-9
 #define PDI_ETCH_LEAST 1e-6
 
 void pd_etch_open(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->slot[s->node[p]] = -1;
-    s->count = 0;
+    s->count = s->pieces = 0;
 }
 
 void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
@@ -20,6 +22,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     s->weight[s->count] = weight;
     if (s->metal) s->metal[s->count] = 0;
     s->ahead[s->count] = s->passed[s->count] = 0.0;
+    s->piece[s->count] = -1;
     if (s->electrode) {
         s->electrode[s->count] = -1;
         s->area[s->count] = s->way[s->count] = s->gave[s->count] = 0.0;
@@ -116,6 +119,27 @@ static void pdi_etch_even(pd_etch *s, int32_t p)
     }
 }
 
+PDI_FN double pdi_etch_lasts(pd_etch *s, int *used)
+{
+    int64_t total = s->reactive->grid->total;
+    double share = 1.0, *before = s->has + total, *now = s->has + 2 * total;
+    *used = 0;
+    for (int32_t k = 0; k < s->pieces; k++) before[k] = now[k] = 0.0;
+    for (int32_t p = 0; p < s->count && s->pieces; p++) {
+        double weight = pdi_grid_circumference(s->reactive->grid, s->node[p]) * s->weight[p];
+        if (s->piece[p] < 0 || !(s->weight[p] > 0.0)) continue;
+        before[s->piece[p]] += weight * s->passed[p];
+        now[s->piece[p]] += weight * s->ahead[p];
+    }
+    for (int32_t k = 0; k < s->pieces; k++) {
+        double has = s->has[k];
+        if (!(has > 0.0) || !(before[k] + now[k] >= has)) continue;
+        if (before[k] + now[k] <= has * (1.0 + PDI_ETCH_MET)) *used = 1;
+        else share = pdi_min(share, pdi_max(has * (1.0 + 0.5 * PDI_ETCH_MET) - before[k], 0.0) / now[k]);
+    }
+    return share;
+}
+
 /* Electrons that curves take of late, by electrode; of no step without any. */
 static void pdi_etch_cathodes(pd_etch *s)
 {
@@ -133,7 +157,7 @@ static void pdi_etch_cathodes(pd_etch *s)
 PDI_FN void pdi_etch_whole(const pd_etch *s, double *shed)
 {
     const pd_components *of = &s->reactive->components;
-    int electrodes = s->electrode && !s->reactive->migration.tied ? s->desc.electrodes.count : 0;
+    int electrodes = s->electrode ? s->desc.electrodes.count : 0;
     double charge = 0.0, all = 0.0;
     for (int n = 0; n < of->solutes; n++) charge += of->charge[n] * shed[n];
     for (int e = 0; e < electrodes; e++) all += s->cathode[e];
@@ -292,6 +316,8 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, ahead, total, "m");
     PDI_ARRAY(owner, etch, passed, total, "m");
     PDI_ARRAY(owner, etch, split, total, "m/s");
+    PDI_ARRAY(owner, etch, piece, total, "1");
+    PDI_ARRAY(owner, etch, has, 3 * total, "mol/m3");
     PDI_ARRAY(owner, etch, by, etch->reactive->components.count * total, "m4/mol/s");
     if (etch->reactive->migration.on) PDI_ARRAY(owner, etch, drive, total, "m/s");
     const pd_etch_electrodes *of = &etch->desc.electrodes;

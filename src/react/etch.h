@@ -84,6 +84,10 @@ typedef struct pd_etch {
     double *ahead;                /* [total] [m] of places: metal that the step at hand takes, of an area */
     double *passed;               /* [total] [m] of places: the same of steps that stand */
     double *split;                /* [total] [m/s] work */
+    int32_t *piece;               /* [total] of places: the piece of metal that alone gives there; -1: none is told */
+    double *has;                  /* [3][total] [mol/m3 of a cell, times the circumference] of pieces; what they have given
+                                   * in steps that stand, and in the step at hand */
+    int32_t pieces;
     float *by;                    /* [total][components] of places: how the speed follows totals */
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
@@ -154,13 +158,16 @@ PDI_FN void pdi_etch_polarise(pd_etch *etch, int metal, int electrode, double ar
 PDI_FN void pdi_etch_begin(pd_etch *etch);
 PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
 PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* Share of the step at hand after which the first piece of metal has given what it has, in [0, 1); 1: all last.
+ * *used: 1: one has just given it. */
+PDI_FN double pdi_etch_lasts(pd_etch *etch, int *used);
 /* Nodes that were metal are fluid: with `solid` they get what has filled them; `split` of them is the share of a cell
  * that they lack. */
 PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
 /* What law and curves read is that of a share of the step. */
 PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *etch, double share);
-/* shed [solutes] comes with one of a metal. Where no current leaves the box, its electrons go where curves took them
- * last: shed gets the reactions there, and is neutral. */
+/* shed [solutes] comes with one of a metal. Its electrons go where curves took them last: shed gets the reactions there,
+ * and is neutral. */
 PDI_FN void pdi_etch_whole(const pd_etch *etch, double *shed);
 /* With electrodes: `gave` is that of now. */
 PDI_FN void pdi_etch_note(pd_etch *etch);

@@ -2,6 +2,7 @@
 #include "run/attack.h"
 #include "react/layer.h"
 #include "react/levels.h"
+#include "metal/content.h"
 #include "metal/interface.h"
 #include <math.h>
 #include <string.h>
@@ -10,6 +11,8 @@
 #define PDI_ATTACK_SALT 1e-6
 /* Share of the ions of a neighbour below which a node has just turned fluid. */
 #define PDI_ATTACK_FRESH 0.1
+/* Share of the weight of a place that a piece of metal has to give for the place to count with it. */
+#define PDI_ATTACK_MOST 0.5
 
 /* The law of a metal at the surface beside a node. */
 static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
@@ -362,6 +365,50 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
     return d ? pdi_attack_speeds(ctx, a) : PD_OK;
 }
 
+/* A piece of metal gives to a node. `split` of a place: the weight of its piece. */
+static void pdi_attack_put(void *user, int32_t piece, double has, int metal, int32_t node, double weight)
+{
+    const pd_attack *a = (const pd_attack *)user;
+    pd_etch *s = (pd_etch *)&a->etch;
+    int m = 0;
+    while (m + 1 < a->laws && a->dissolve->kinds > 1 && a->law[m].kind != metal) m++;
+    int32_t p = pdi_etch_law(s, m, node);
+    if (p < 0 || (a->dissolve->kinds > 1 && a->law[m].kind != metal)) return;
+    s->pieces = piece + 1;
+    s->has[piece] = has;
+    if (s->piece[p] < 0) s->piece[p] = piece;
+    s->split[p] += s->piece[p] == piece ? weight : -HUGE_VAL;
+}
+
+/* The only piece of a metal; -1: there are several, or none. */
+static int32_t pdi_attack_only(const pd_etch *s, int m)
+{
+    int32_t only = -1;
+    for (int32_t p = 0; p < s->count; p++) {
+        if (s->piece[p] < 0 || pdi_etch_which(s, p) != m) continue;
+        if (only >= 0 && s->piece[p] != only) return -1;
+        only = s->piece[p];
+    }
+    return only;
+}
+
+/* Which piece of metal, that may be used up, gives at a place: the one that gives most of it there, or the only one.
+ * What edges and metals side by side share out makes weights differ from those of pieces by a few percent. Their sums
+ * agree. */
+static void pdi_attack_pieces(pd_attack *a)
+{
+    pd_etch *s = &a->etch;
+    for (int32_t p = 0; p < s->count; p++) s->split[p] = 0.0;
+    int others = pdi_content_small(a->dissolve, pdi_attack_put, a);
+    for (int32_t p = 0; p < s->count; p++)
+        if (!(s->split[p] > PDI_ATTACK_MOST * s->weight[p])) s->piece[p] = -1;
+    for (int m = 0; m < s->kinds && !others; m++) {
+        int32_t only = pdi_attack_only(s, m);
+        for (int32_t p = 0; p < s->count; p++)
+            if (s->weight[p] > 0.0 && pdi_etch_which(s, p) == m) s->piece[p] = only >= 0 ? only : s->piece[p];
+    }
+}
+
 PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t)
 {
     pd_attack *a = (pd_attack *)user;
@@ -400,5 +447,7 @@ PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t)
         return a->course->begun ? PD_OK : pdi_attack_now(ctx, a);
     }
     a->dissolve->time = t;
-    return pdi_dissolve_prepare(ctx, a->dissolve);
+    PDI_TRY(pdi_dissolve_prepare(ctx, a->dissolve));
+    if (!a->course->begun && a->laws && a->course->desc.fed && !pdi_metal_bonds(a->dissolve)) pdi_attack_pieces(a);
+    return PD_OK;
 }

@@ -1860,6 +1860,9 @@ def declare(dim):
         ('ahead', POINTER(c_double)),
         ('passed', POINTER(c_double)),
         ('split', POINTER(c_double)),
+        ('piece', POINTER(c_int32)),
+        ('has', POINTER(c_double)),
+        ('pieces', c_int32),
         ('by', POINTER(c_float)),
         ('drive', POINTER(c_float)),
         ('time', c_double),
@@ -1993,6 +1996,8 @@ def declare(dim):
     pd_course._fields_ = [
         ('desc', pd_course_desc),
         ('reactive', POINTER(pd_reactive)),
+        ('lasts', c_double),
+        ('used', c_int),
         ('shed', c_double * 32),
         ('start', POINTER(c_double)),
         ('carry', POINTER(c_double)),

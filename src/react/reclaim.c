@@ -1,0 +1,52 @@
+/* reclaim: see reclaim.h */
+#include "react/reclaim.h"
+#include <math.h>
+
+/* Share of what a node holds that it gives back at most. */
+#define PDI_RECLAIM_SHARE 0.5
+
+/* 1: each solute has at least 0 of component k, so that its total cannot be negative. */
+static int pdi_reclaim_bounded(const pd_components *of, int k)
+{
+    for (int n = 0; n < of->solutes; n++)
+        if (of->m[k][n] < 0.0) return 0;
+    return 1;
+}
+
+/* [mol/m3] of metal that a share of what node i holds would be; with each comes gain [components] of totals. */
+static double pdi_reclaim_held(const pd_reactive *r, const double *gain, int32_t i)
+{
+    const pd_components *of = &r->components;
+    double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], most = HUGE_VAL;
+    pdi_reactive_get(r, r->c, i, c);
+    pdi_components_totals(of, c, sum);
+    for (int k = 0; k < of->count; k++) {
+        double there = sum[k] + r->carry[(int64_t)k * r->grid->total + i];
+        if (gain[k] > 0.0 && pdi_reclaim_bounded(of, k)) most = pdi_min(most, pdi_max(there, 0.0) / gain[k]);
+    }
+    return most < HUGE_VAL ? PDI_RECLAIM_SHARE * most : 0.0;
+}
+
+PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount)
+{
+    const pd_components *of = &r->components;
+    int64_t total = r->grid->total;
+    double gain[PD_SPECIES_MOST], held = 0.0;
+    pdi_sum sum = {0.0, 0.0};
+    pdi_components_totals(of, shed, gain);
+    for (int32_t i = 0; i < (int32_t)total; i++)
+        if (r->grid->kind[i] == PD_FLUID)
+            pdi_sum_add(&sum, pdi_reclaim_held(r, gain, i) * pdi_grid_circumference(r->grid, i));
+    held = pdi_sum_total(&sum);
+    if (!(held > 0.0)) return 0.0;
+    double share = pdi_min(amount / held, 1.0), taken = share < 1.0 ? amount : held;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        double of_node = share * pdi_reclaim_held(r, gain, i);
+        for (int k = 0; k < of->count; k++) r->carry[k * total + i] -= of_node * gain[k];
+    }
+    for (int n = 0; n < of->solutes; n++) r->in[n] -= taken * r->bonds->stencil->volume * shed[n];
+    return taken;
+}
+
+#undef PDI_RECLAIM_SHARE

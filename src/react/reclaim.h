@@ -1,0 +1,17 @@
+/* reclaim: what species have got of a metal beyond what was there goes back from where they are (theory: 5c.4).
+ *
+ * A law gives what its speeds say, and the metal says afterwards what it had. Where it was used up within a step the
+ * rest cannot come from the node beside it for long: its species have moved on. They give it back all over the fluid,
+ * in the share of what they hold.
+ */
+#ifndef PD_RECLAIM_H
+#define PD_RECLAIM_H
+#include "react/reactive.h"
+
+#ifdef PDI_INTERNAL
+/* Takes back `amount` [mol/m3 of cells] of metal with shed [solutes] each, or as much as there is. Returns that. The
+ * next step begins without it. */
+PDI_FN double pdi_reclaim_take(pd_reactive *reactive, const double *shed, double amount);
+#endif
+
+#endif
