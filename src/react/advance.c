@@ -14,6 +14,8 @@
 #include <math.h>
 #include <string.h>
 
+/* Share of the largest total by which one that dies out is followed at the most. */
+#define PDI_ADVANCE_TRACE 1e-12
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
 /* With migration: roundings of the ions of a node that its charge may be off by. */
@@ -180,6 +182,7 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
+    double most = 0.0;
     for (int k = 0; k < s->count; k++) r->weight[k] = 1.0;
     pdi_advance_residual(ctx, r);
     for (int k = 0; k < s->count; k++) {
@@ -187,7 +190,9 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
         double first = sqrt(pdi_par_dot(ctx, total, work, work)), rounding = pdi_advance_rounding(ctx, r, k, &held);
         r->weight[k] = pdi_max(pdi_max(sqrt(held), first), rounding / r->desc.tolerance);
         if (!(r->weight[k] > DBL_MIN)) r->weight[k] = 1.0;
+        most = pdi_max(most, sqrt(held));
     }
+    for (int k = 0; k < s->count; k++) r->weight[k] = pdi_max(r->weight[k], PDI_ADVANCE_TRACE * most);
 }
 
 /* ---- Newton's method ---- */
@@ -642,10 +647,13 @@ static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *siz
  * two steps of backward Euler it is what their slopes differ by, times sqrt(2) - 1 of dt. */
 static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
-    double size[PD_SPECIES_MOST] = {0.0}, rest = 1.0 - PDI_SDIRK_GAMMA;
+    double size[PD_SPECIES_MOST] = {0.0}, rest = 1.0 - PDI_SDIRK_GAMMA, most = 0.0;
     pd_status status = PD_OK;
     if (result->euler) pdi_advance_differ(r, 1.0 / rest, PDI_SDIRK_GAMMA / (rest * rest), size);
     else pdi_advance_differ(r, 1.0, 1.0, size);
+    for (int k = 0; k < r->components.count; k++) most = pdi_max(most, size[k]);
+    for (int k = 0; k < r->components.count; k++)
+        if (size[k] > 0.0) size[k] = pdi_max(size[k], PDI_ADVANCE_TRACE * most);
     if (r->pass) pdi_advance_pored(ctx, r, dt);
     result->error = pdi_advance_largest(r, r->work, r->dt, 0, size);
     if (result->error > PDI_ADVANCE_SMALL) status = pdi_advance_damp(ctx, r, size, result);
