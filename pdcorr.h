@@ -5242,6 +5242,16 @@ PD_API void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *reactive, int
 PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
 
 #ifdef PDI_INTERNAL
+/* Share of the largest total down to which one that dies out is followed. */
+#define PDI_REACTIVE_TRACE 1e-12
+/* Sizes of totals [components] are no smaller than that; 0 stays. */
+static inline void pdi_reactive_trace(const pd_reactive *r, double *size)
+{
+    double most = 0.0;
+    for (int k = 0; k < r->components.count; k++) most = pdi_max(most, size[k]);
+    for (int k = 0; k < r->components.count; k++)
+        if (size[k] > 0.0) size[k] = pdi_max(size[k], PDI_REACTIVE_TRACE * most);
+}
 /* Arrays of a pd_reactive that steps carry on, and those that are lent for a step. */
 PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object);
@@ -5362,8 +5372,8 @@ typedef struct pd_etch {
     double *passed;               /* [total] [m] of places: the same of steps that stand */
     double *split;                /* [total] [m/s] work */
     int32_t *piece;               /* [total] of places: the piece of metal that alone gives there; -1: none is told */
-    double *has;                  /* [3][total] [mol/m3 of a cell, times the circumference] of pieces; what they have given
-                                   * in steps that stand, and in the step at hand */
+    double *has;                  /* [3][total] [mol/m3 of a cell, times the circumference] of pieces; what they have
+                                   * given in steps that stand, and in the step at hand */
     int32_t pieces;
     float *by;                    /* [total][components] of places: how the speed follows totals */
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
@@ -5443,8 +5453,8 @@ PDI_FN double pdi_etch_lasts(pd_etch *etch, int *used);
 PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
 /* What law and curves read is that of a share of the step. */
 PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *etch, double share);
-/* shed [solutes] comes with one of a metal. Its electrons go where curves took them last: shed gets the reactions there,
- * and is neutral. */
+/* shed [solutes] comes with one of a metal. Its electrons go where curves took them last: shed gets the reactions
+ * there, and is neutral. */
 PDI_FN void pdi_etch_whole(const pd_etch *etch, double *shed);
 /* With electrodes: `gave` is that of now. */
 PDI_FN void pdi_etch_note(pd_etch *etch);
@@ -39577,8 +39587,6 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 #include <math.h>
 #include <string.h>
 
-/* Share of the largest total by which one that dies out is followed at the most. */
-#define PDI_ADVANCE_TRACE 1e-12
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
 /* With migration: roundings of the ions of a node that its charge may be off by. */
@@ -39745,7 +39753,6 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    double most = 0.0;
     for (int k = 0; k < s->count; k++) r->weight[k] = 1.0;
     pdi_advance_residual(ctx, r);
     for (int k = 0; k < s->count; k++) {
@@ -39753,9 +39760,8 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
         double first = sqrt(pdi_par_dot(ctx, total, work, work)), rounding = pdi_advance_rounding(ctx, r, k, &held);
         r->weight[k] = pdi_max(pdi_max(sqrt(held), first), rounding / r->desc.tolerance);
         if (!(r->weight[k] > DBL_MIN)) r->weight[k] = 1.0;
-        most = pdi_max(most, sqrt(held));
     }
-    for (int k = 0; k < s->count; k++) r->weight[k] = pdi_max(r->weight[k], PDI_ADVANCE_TRACE * most);
+    pdi_reactive_trace(r, r->weight);
 }
 
 /* ---- Newton's method ---- */
@@ -40131,8 +40137,7 @@ static double pdi_advance_largest(const pd_reactive *r, const double *field, dou
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double x[PD_SPECIES_MOST], taken[PD_MINERAL_MOST] = {0.0};
         if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < s->count; k++)
-            x[k] = r->weight[k] * by * field[k * total + i];
+        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * by * field[k * total + i];
         if (follows) pdi_tangent_taken(r, r->by + (int64_t)i * r->slots, x, taken);
         for (int m = 0; m < r->minerals.count; m++) {
             double change = taken[m] + r->solid_slope[m * total + i];
@@ -40195,8 +40200,7 @@ static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *siz
     if (r->minerals.count) pdi_advance_damp_solids(ctx, r);
     for (int64_t at = 0; at < count; at++) { /* the solver leaves out what has no equation */
         int64_t k = at / r->grid->total;
-        if (r->spent[at] && size[k] > 0.0)
-            spent = pdi_max(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
+        if (r->spent[at] && size[k] > 0.0) spent = pdi_max(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
     }
     pd_status status = pdi_tangent_direction(ctx, r, PDI_ADVANCE_DAMPED, 0.0, &result->krylov);
     if (status == PD_ERR_DIVERGED) return PD_NOT_CONVERGED;
@@ -40210,13 +40214,11 @@ static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *siz
  * two steps of backward Euler it is what their slopes differ by, times sqrt(2) - 1 of dt. */
 static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
-    double size[PD_SPECIES_MOST] = {0.0}, rest = 1.0 - PDI_SDIRK_GAMMA, most = 0.0;
+    double size[PD_SPECIES_MOST] = {0.0}, rest = 1.0 - PDI_SDIRK_GAMMA;
     pd_status status = PD_OK;
     if (result->euler) pdi_advance_differ(r, 1.0 / rest, PDI_SDIRK_GAMMA / (rest * rest), size);
     else pdi_advance_differ(r, 1.0, 1.0, size);
-    for (int k = 0; k < r->components.count; k++) most = pdi_max(most, size[k]);
-    for (int k = 0; k < r->components.count; k++)
-        if (size[k] > 0.0) size[k] = pdi_max(size[k], PDI_ADVANCE_TRACE * most);
+    pdi_reactive_trace(r, size);
     if (r->pass) pdi_advance_pored(ctx, r, dt);
     result->error = pdi_advance_largest(r, r->work, r->dt, 0, size);
     if (result->error > PDI_ADVANCE_SMALL) status = pdi_advance_damp(ctx, r, size, result);

@@ -14,8 +14,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Share of the largest total by which one that dies out is followed at the most. */
-#define PDI_ADVANCE_TRACE 1e-12
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_ADVANCE_ROUND 32.0
 /* With migration: roundings of the ions of a node that its charge may be off by. */
@@ -182,7 +180,6 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    double most = 0.0;
     for (int k = 0; k < s->count; k++) r->weight[k] = 1.0;
     pdi_advance_residual(ctx, r);
     for (int k = 0; k < s->count; k++) {
@@ -190,9 +187,8 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
         double first = sqrt(pdi_par_dot(ctx, total, work, work)), rounding = pdi_advance_rounding(ctx, r, k, &held);
         r->weight[k] = pdi_max(pdi_max(sqrt(held), first), rounding / r->desc.tolerance);
         if (!(r->weight[k] > DBL_MIN)) r->weight[k] = 1.0;
-        most = pdi_max(most, sqrt(held));
     }
-    for (int k = 0; k < s->count; k++) r->weight[k] = pdi_max(r->weight[k], PDI_ADVANCE_TRACE * most);
+    pdi_reactive_trace(r, r->weight);
 }
 
 /* ---- Newton's method ---- */
@@ -568,8 +564,7 @@ static double pdi_advance_largest(const pd_reactive *r, const double *field, dou
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double x[PD_SPECIES_MOST], taken[PD_MINERAL_MOST] = {0.0};
         if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < s->count; k++)
-            x[k] = r->weight[k] * by * field[k * total + i];
+        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * by * field[k * total + i];
         if (follows) pdi_tangent_taken(r, r->by + (int64_t)i * r->slots, x, taken);
         for (int m = 0; m < r->minerals.count; m++) {
             double change = taken[m] + r->solid_slope[m * total + i];
@@ -632,8 +627,7 @@ static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *siz
     if (r->minerals.count) pdi_advance_damp_solids(ctx, r);
     for (int64_t at = 0; at < count; at++) { /* the solver leaves out what has no equation */
         int64_t k = at / r->grid->total;
-        if (r->spent[at] && size[k] > 0.0)
-            spent = pdi_max(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
+        if (r->spent[at] && size[k] > 0.0) spent = pdi_max(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
     }
     pd_status status = pdi_tangent_direction(ctx, r, PDI_ADVANCE_DAMPED, 0.0, &result->krylov);
     if (status == PD_ERR_DIVERGED) return PD_NOT_CONVERGED;
@@ -647,13 +641,11 @@ static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *siz
  * two steps of backward Euler it is what their slopes differ by, times sqrt(2) - 1 of dt. */
 static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
-    double size[PD_SPECIES_MOST] = {0.0}, rest = 1.0 - PDI_SDIRK_GAMMA, most = 0.0;
+    double size[PD_SPECIES_MOST] = {0.0}, rest = 1.0 - PDI_SDIRK_GAMMA;
     pd_status status = PD_OK;
     if (result->euler) pdi_advance_differ(r, 1.0 / rest, PDI_SDIRK_GAMMA / (rest * rest), size);
     else pdi_advance_differ(r, 1.0, 1.0, size);
-    for (int k = 0; k < r->components.count; k++) most = pdi_max(most, size[k]);
-    for (int k = 0; k < r->components.count; k++)
-        if (size[k] > 0.0) size[k] = pdi_max(size[k], PDI_ADVANCE_TRACE * most);
+    pdi_reactive_trace(r, size);
     if (r->pass) pdi_advance_pored(ctx, r, dt);
     result->error = pdi_advance_largest(r, r->work, r->dt, 0, size);
     if (result->error > PDI_ADVANCE_SMALL) status = pdi_advance_damp(ctx, r, size, result);

@@ -85,8 +85,8 @@ typedef struct pd_etch {
     double *passed;               /* [total] [m] of places: the same of steps that stand */
     double *split;                /* [total] [m/s] work */
     int32_t *piece;               /* [total] of places: the piece of metal that alone gives there; -1: none is told */
-    double *has;                  /* [3][total] [mol/m3 of a cell, times the circumference] of pieces; what they have given
-                                   * in steps that stand, and in the step at hand */
+    double *has;                  /* [3][total] [mol/m3 of a cell, times the circumference] of pieces; what they have
+                                   * given in steps that stand, and in the step at hand */
     int32_t pieces;
     float *by;                    /* [total][components] of places: how the speed follows totals */
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
@@ -166,8 +166,8 @@ PDI_FN double pdi_etch_lasts(pd_etch *etch, int *used);
 PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
 /* What law and curves read is that of a share of the step. */
 PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *etch, double share);
-/* shed [solutes] comes with one of a metal. Its electrons go where curves took them last: shed gets the reactions there,
- * and is neutral. */
+/* shed [solutes] comes with one of a metal. Its electrons go where curves took them last: shed gets the reactions
+ * there, and is neutral. */
 PDI_FN void pdi_etch_whole(const pd_etch *etch, double *shed);
 /* With electrodes: `gave` is that of now. */
 PDI_FN void pdi_etch_note(pd_etch *etch);
