@@ -368,8 +368,8 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 /* A piece of metal gives to a node. `split` of a place: the weight of its piece. */
 static void pdi_attack_put(void *user, int32_t piece, double has, int metal, int32_t node, double weight)
 {
-    const pd_attack *a = (const pd_attack *)user;
-    pd_etch *s = (pd_etch *)&a->etch;
+    pd_attack *a = (pd_attack *)user;
+    pd_etch *s = &a->etch;
     int m = 0;
     while (m + 1 < a->laws && a->dissolve->kinds > 1 && a->law[m].kind != metal) m++;
     int32_t p = pdi_etch_law(s, m, node);
