@@ -5245,13 +5245,7 @@ PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
 /* Share of the largest total down to which one that dies out is followed. */
 #define PDI_REACTIVE_TRACE 1e-12
 /* Sizes of totals [components] are no smaller than that; 0 stays. */
-static inline void pdi_reactive_trace(const pd_reactive *r, double *size)
-{
-    double most = 0.0;
-    for (int k = 0; k < r->components.count; k++) most = pdi_max(most, size[k]);
-    for (int k = 0; k < r->components.count; k++)
-        if (size[k] > 0.0) size[k] = pdi_max(size[k], PDI_REACTIVE_TRACE * most);
-}
+PDI_FN void pdi_reactive_trace(const pd_reactive *reactive, double *size);
 /* Arrays of a pd_reactive that steps carry on, and those that are lent for a step. */
 PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object);
@@ -5489,12 +5483,7 @@ static inline double *pdi_etch_speed(const pd_etch *s, int32_t place)
     return &s->speed[pdi_etch_which(s, place) * s->reactive->grid->total + s->node[place]];
 }
 /* The place of a node where that metal dissolves; -1: there is none. */
-static inline int32_t pdi_etch_law(const pd_etch *s, int metal, int32_t i)
-{
-    for (int32_t p = s->slot[i]; p >= 0 && p < s->count && s->node[p] == i; p++)
-        if (s->weight[p] > 0.0 && pdi_etch_which(s, p) == metal) return p;
-    return -1;
-}
+PDI_FN int32_t pdi_etch_law(const pd_etch *etch, int metal, int32_t i);
 /* Circuit of a place; -1: it is no electrode. */
 static inline int pdi_etch_circuit(const pd_etch *s, int32_t place)
 {
@@ -16760,6 +16749,8 @@ PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *ring)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/bond.c ======== */
@@ -17533,6 +17524,8 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -32590,6 +32583,10 @@ PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object)
 
 #if !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_SMALL
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
+
 /* ======== >>transport/bend.c ======== */
 /* bend: see bend.h */
 
@@ -32617,6 +32614,9 @@ PDI_FN pd_status pdi_bend_return(pd_ctx *ctx, pd_arena *arena, pd_status status,
 PDI_COLD_END
 
 #undef PDI_BEND_MOST
+#ifdef PDI_SMALL
+#pragma clang attribute pop
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -36736,6 +36736,14 @@ void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *r, int row, pd_react
     b->relative = size > 0.0 ? fabs(b->imbalance) / size : 0.0;
 }
 
+PDI_FN void pdi_reactive_trace(const pd_reactive *r, double *size)
+{
+    double most = 0.0;
+    for (int k = 0; k < r->components.count; k++) most = pdi_max(most, size[k]);
+    for (int k = 0; k < r->components.count; k++)
+        if (size[k] > 0.0) size[k] = pdi_max(size[k], PDI_REACTIVE_TRACE * most);
+}
+
 PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
 {
     const pd_components *s = &r->components;
@@ -37204,6 +37212,13 @@ PDI_FN void pdi_etch_polarise(pd_etch *s, int metal, int electrode, double area,
     s->electrode[p] = electrode;
     s->area[p] = area;
     s->way[p] = d > 0.0 ? way / d : 0.0;
+}
+
+PDI_FN int32_t pdi_etch_law(const pd_etch *s, int metal, int32_t i)
+{
+    for (int32_t p = s->slot[i]; p >= 0 && p < s->count && s->node[p] == i; p++)
+        if (s->weight[p] > 0.0 && pdi_etch_which(s, p) == metal) return p;
+    return -1;
 }
 
 PDI_FN void pdi_etch_begin(pd_etch *s)
@@ -40368,6 +40383,21 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     pdi_multigrid_close(&r->inverse.mg);
     return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
 
 /* ======== >>react/reclaim.c ======== */
 /* reclaim: see reclaim.h */
@@ -40421,21 +40451,6 @@ PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount
 }
 
 #undef PDI_RECLAIM_SHARE
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#elif defined(PDI_SMALL)
-#pragma clang attribute pop
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("Og")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
-#endif
 
 /* ======== >>react/course.c ======== */
 /* course: see course.h */
@@ -40549,7 +40564,7 @@ static double pdi_course_late(pd_course *a, int m, int one)
     int64_t total = r->grid->total;
     pdi_sum sum = {0.0, 0.0};
     for (int whole = 0; whole < 2; whole++) {
-        memcpy(shed[whole], m ? s->kind[m].shed : a->shed, sizeof shed[whole]);
+        memcpy(shed[whole], m && s ? s->kind[m].shed : a->shed, sizeof shed[whole]);
         if (whole && s) pdi_etch_whole(s, shed[whole]);
         for (int n = 0; n < r->components.solutes; n++) charge[whole] += r->components.charge[n] * shed[whole][n];
     }
@@ -57519,6 +57534,10 @@ PDI_FN void pdi_folder_close(pd_folder *f)
 
 #if !defined(PDCORR_NO_IO)
 
+#ifdef PDI_SMALL
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
+
 /* ======== >>io/png.c ======== */
 /* png: see png.h */
 #include <string.h>
@@ -57938,6 +57957,9 @@ PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
     return status;
 }
 PDI_COLD_END
+#ifdef PDI_SMALL
+#pragma clang attribute pop
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_IO)

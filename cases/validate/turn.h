@@ -178,7 +178,7 @@ static pd_status turn_edge_run(val_job *job)
     {{40, m, 10.0}, {40, m, 100.0}, {40, m, 1e6}}, 3
 
 static const val_part turn_near = {
-    "m1", "m = 1", TURN_PART(1.0, 0.07), 2, turn_run,
+    "m1", "m = 1", TURN_PART(1.0, 0.07), 1, turn_run,
     "At 1e6 nothing but the lattice smears the step, of which four fifths lie within four and a half cells. Linear "
     "fluxes of fifth order in a straight stream of as many cells, 63, leave 7.5e-2 of it, of third order 0.19; plain "
     "finite volumes of second order leave 8.4e-2 here (`bench2d horizon`). With 80 and 160 cells a unit the error is "

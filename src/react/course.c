@@ -115,7 +115,7 @@ static double pdi_course_late(pd_course *a, int m, int one)
     int64_t total = r->grid->total;
     pdi_sum sum = {0.0, 0.0};
     for (int whole = 0; whole < 2; whole++) {
-        memcpy(shed[whole], m ? s->kind[m].shed : a->shed, sizeof shed[whole]);
+        memcpy(shed[whole], m && s ? s->kind[m].shed : a->shed, sizeof shed[whole]);
         if (whole && s) pdi_etch_whole(s, shed[whole]);
         for (int n = 0; n < r->components.solutes; n++) charge[whole] += r->components.charge[n] * shed[whole][n];
     }

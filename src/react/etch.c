@@ -42,6 +42,13 @@ PDI_FN void pdi_etch_polarise(pd_etch *s, int metal, int electrode, double area,
     s->way[p] = d > 0.0 ? way / d : 0.0;
 }
 
+PDI_FN int32_t pdi_etch_law(const pd_etch *s, int metal, int32_t i)
+{
+    for (int32_t p = s->slot[i]; p >= 0 && p < s->count && s->node[p] == i; p++)
+        if (s->weight[p] > 0.0 && pdi_etch_which(s, p) == metal) return p;
+    return -1;
+}
+
 PDI_FN void pdi_etch_begin(pd_etch *s)
 {
     int64_t total = s->reactive->grid->total;

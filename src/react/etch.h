@@ -202,12 +202,7 @@ static inline double *pdi_etch_speed(const pd_etch *s, int32_t place)
     return &s->speed[pdi_etch_which(s, place) * s->reactive->grid->total + s->node[place]];
 }
 /* The place of a node where that metal dissolves; -1: there is none. */
-static inline int32_t pdi_etch_law(const pd_etch *s, int metal, int32_t i)
-{
-    for (int32_t p = s->slot[i]; p >= 0 && p < s->count && s->node[p] == i; p++)
-        if (s->weight[p] > 0.0 && pdi_etch_which(s, p) == metal) return p;
-    return -1;
-}
+PDI_FN int32_t pdi_etch_law(const pd_etch *etch, int metal, int32_t i);
 /* Circuit of a place; -1: it is no electrode. */
 static inline int pdi_etch_circuit(const pd_etch *s, int32_t place)
 {

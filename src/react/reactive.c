@@ -149,6 +149,14 @@ void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *r, int row, pd_react
     b->relative = size > 0.0 ? fabs(b->imbalance) / size : 0.0;
 }
 
+PDI_FN void pdi_reactive_trace(const pd_reactive *r, double *size)
+{
+    double most = 0.0;
+    for (int k = 0; k < r->components.count; k++) most = pdi_max(most, size[k]);
+    for (int k = 0; k < r->components.count; k++)
+        if (size[k] > 0.0) size[k] = pdi_max(size[k], PDI_REACTIVE_TRACE * most);
+}
+
 PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
 {
     const pd_components *s = &r->components;

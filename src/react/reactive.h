@@ -158,13 +158,7 @@ PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
 /* Share of the largest total down to which one that dies out is followed. */
 #define PDI_REACTIVE_TRACE 1e-12
 /* Sizes of totals [components] are no smaller than that; 0 stays. */
-static inline void pdi_reactive_trace(const pd_reactive *r, double *size)
-{
-    double most = 0.0;
-    for (int k = 0; k < r->components.count; k++) most = pdi_max(most, size[k]);
-    for (int k = 0; k < r->components.count; k++)
-        if (size[k] > 0.0) size[k] = pdi_max(size[k], PDI_REACTIVE_TRACE * most);
-}
+PDI_FN void pdi_reactive_trace(const pd_reactive *reactive, double *size);
 /* Arrays of a pd_reactive that steps carry on, and those that are lent for a step. */
 PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object);
