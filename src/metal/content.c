@@ -6,9 +6,9 @@
 #include <string.h>
 
 /* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
+#define PDI_CONTENT_EMPTY 1e-12
 /* Nodes of a piece that may be used up within a step. */
 #define PDI_CONTENT_SMALL 64
-#define PDI_CONTENT_EMPTY 1e-12
 
 /* Content at which a node turns fluid, over the mean lead. It is fitted to discs (decisions: Dissolution). */
 #define PDI_CONTENT_LEAD_SHARE 0.6
@@ -217,7 +217,6 @@ PDI_FN int pdi_content_small(pd_dissolve *d, pdi_content_put_fn put, void *user)
         if (!large) pdi_content_reached(d, &p, piece++, put, user);
         others = others || large;
     }
-    for (int32_t j = 0; j < d->grid->total; j++) d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
     return others;
 }
 

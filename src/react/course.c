@@ -104,6 +104,12 @@ static double pdi_course_given(const pd_course *a, int m, int32_t i)
     return a->desc.fed[m * a->reactive->grid->total + i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
 }
 
+/* [solutes] of each with one of metal m. */
+static const double *pdi_course_shed(const pd_course *a, int m)
+{
+    return m && a->desc.surface ? a->desc.surface->kind[m].shed : a->shed;
+}
+
 /* Sources of metal m that come after its steps; the charge of all [mol/m3/s]. More than the law gave comes with the
  * reactions that take its electrons. Less goes with them, too, but where one circuit is there: its electrons have gone
  * to that, whose curves take as many less. */
@@ -115,7 +121,7 @@ static double pdi_course_late(pd_course *a, int m, int one)
     int64_t total = r->grid->total;
     pdi_sum sum = {0.0, 0.0};
     for (int whole = 0; whole < 2; whole++) {
-        memcpy(shed[whole], m && s ? s->kind[m].shed : a->shed, sizeof shed[whole]);
+        memcpy(shed[whole], pdi_course_shed(a, m), sizeof shed[whole]);
         if (whole && s) pdi_etch_whole(s, shed[whole]);
         for (int n = 0; n < r->components.solutes; n++) charge[whole] += r->components.charge[n] * shed[whole][n];
     }
@@ -197,22 +203,28 @@ static void pdi_course_owed(pd_course *a)
     pdi_course_count(a, 0, &sum);
 }
 
-/* Metal m is gone from nodes that have got more of it than there was: all fluid gives that back. */
+/* 1: node i has got more of metal m than there was, and none is there any more. */
+static int pdi_course_over(const pd_course *a, int m, int32_t i)
+{
+    const pd_grid *grid = a->reactive->grid;
+    return grid->kind[i] == PD_FLUID && a->desc.fed[m * grid->total + i] < 0.0 &&
+           pdi_etch_law(a->desc.surface, m, i) < 0;
+}
+
+/* What nodes have got of metal m beyond what there was: all fluid gives that back. */
 static void pdi_course_reclaim(pd_course *a, int m)
 {
     pd_reactive *r = a->reactive;
     double shed[PD_SPECIES_MOST], *fed = a->desc.fed + m * r->grid->total;
     pdi_sum sum = {0.0, 0.0}, taken = {0.0, 0.0};
-    memcpy(shed, m ? a->desc.surface->kind[m].shed : a->shed, sizeof shed);
+    memcpy(shed, pdi_course_shed(a, m), sizeof shed);
     pdi_etch_whole(a->desc.surface, shed);
-    for (int32_t i = 0; i < r->grid->total; i++) {
-        if (r->grid->kind[i] != PD_FLUID || !(fed[i] < 0.0) || pdi_etch_law(a->desc.surface, m, i) >= 0) continue;
-        pdi_sum_add(&sum, -fed[i] * pdi_grid_circumference(r->grid, i));
-    }
+    for (int32_t i = 0; i < r->grid->total; i++)
+        if (pdi_course_over(a, m, i)) pdi_sum_add(&sum, -fed[i] * pdi_grid_circumference(r->grid, i));
     if (!(pdi_sum_total(&sum) > 0.0)) return;
     double share = pdi_reclaim_take(r, shed, pdi_sum_total(&sum)) / pdi_sum_total(&sum);
     for (int32_t i = 0; i < r->grid->total; i++) {
-        if (r->grid->kind[i] != PD_FLUID || !(fed[i] < 0.0) || pdi_etch_law(a->desc.surface, m, i) >= 0) continue;
+        if (!pdi_course_over(a, m, i)) continue;
         pdi_sum_add(&taken, share * fed[i] * pdi_grid_circumference(r->grid, i));
         fed[i] -= share * fed[i];
     }
@@ -468,7 +480,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     }
     if (a->desc.coat) s->error = pdi_max(s->error, covering);
     if (!a->bent && result.euler && !(result.error > 0.0) && s->trial < PDI_COURSE_TRIALS) s->error = HUGE_VAL;
-    int stands = a->bent || s->error <= 1.0 || (result.euler && !(result.error > 0.0) && s->error < HUGE_VAL);
+    int stands = a->bent || s->error <= 1.0;
     if (stands && a->desc.surface) a->lasts = pdi_etch_lasts(a->desc.surface, &a->used);
     return stands && !(a->lasts < 1.0) ? PD_OK : PD_RETRY;
 }

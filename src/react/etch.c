@@ -5,9 +5,9 @@
 #include <string.h>
 
 /* Least diffusivity of a species in the film, over the mean one. */
+#define PDI_ETCH_LEAST 1e-6
 /* Share of a piece of metal to which steps end where it is used up. */
 #define PDI_ETCH_MET 1e-9
-#define PDI_ETCH_LEAST 1e-6
 
 void pd_etch_open(pd_etch *s)
 {
