@@ -4,16 +4,6 @@
 # then the scene leaves its folder, and the changelog has it.
 . tests/lib/script.sh
 
-# figure KEY: of the last result line that has it; OBJECT:KEY of that of the object; FILE:COLUMN of a table's last row.
-figure() {
-    case $1 in
-    *.csv:*) # shellcheck disable=SC2086
-        tail -q -n 1 "$dir"/out/${1%:*} | tail -n 1 | cut -d, -f "${1#*:}" ;;
-    *:*) grep -F " ${1%:*} " "$dir/log" | tr ' ' '\n' | sed -n "s/^${1#*:}=//p" | tail -n 1 ;;
-    *) grep '^result ' "$dir/log" | tr ' ' '\n' | sed -n "s/^$1=//p" | tail -n 1 ;;
-    esac
-}
-
 for folder in tests/data/scenes-*; do
     grep -v '^#' "$folder/figures.txt" > "$dir/rows"
     while IFS=';' read -r scene dim arguments key value tolerance; do

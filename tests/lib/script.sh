@@ -5,6 +5,7 @@
 #   dir           a folder of its own, gone in the end; $dir/log: what the last command said
 #   verdict, check, rejects_usage, score   count and report
 #   block         code of a text
+#   figure        a number of a run whose output is $dir/out and whose log is $dir/log
 #   find_python   $python, with what a test needs of it
 
 root=$PWD
@@ -50,6 +51,16 @@ rejects_usage() {
 # block PAGE NUMBER LANGUAGE: that block of code of a text.
 block() {
     awk -v n="$2" -v fence="\`\`\`$3" '$0 == fence { k++; inside = k == n; next } /^```/ { inside = 0 } inside' "$1"
+}
+
+# figure KEY: of the last result line that has it; OBJECT:KEY of that of the object; FILE:COLUMN of a table's last row.
+figure() {
+    case $1 in
+    *.csv:*) # shellcheck disable=SC2086
+        tail -q -n 1 "$dir"/out/${1%:*} | tail -n 1 | cut -d, -f "${1#*:}" ;;
+    *:*) grep -F " ${1%:*} " "$dir/log" | tr ' ' '\n' | sed -n "s/^${1#*:}=//p" | tail -n 1 ;;
+    *) grep '^result ' "$dir/log" | tr ' ' '\n' | sed -n "s/^$1=//p" | tail -n 1 ;;
+    esac
 }
 
 # find_python CODE: $python is the first Python that runs CODE; empty: none does.
