@@ -301,6 +301,9 @@ $$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h
 	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< $$(OBJECTS_$(1)) \
 	    -o $$@ $$(LIBS)
 
+$$(BUILD)/metamorphic_$(1)d: $$(wildcard tests/metamorphic/*.[ch]) tests/random.h $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
+	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests $$(filter %.c,$$^) $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+
 $$(BUILD)/check/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)

@@ -1,0 +1,287 @@
+/* compare: see compare.h */
+#include "compare.h"
+#include "scene/units.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Figures that count work or rounding: of no value that a scene has. */
+static int of_work(const run_figure *f)
+{
+    static const char *const keys[] = {"ledger", "current_balance", "iterations", "defect", "residual"};
+    for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++)
+        if (strcmp(f->key, keys[k]) == 0) return 1;
+    return 0;
+}
+
+/* Dimension of "mol/m", "A/m2"; of a label "C [mol/m3]" what stands in its brackets. */
+static dimension dimension_of(const char *text)
+{
+    dimension d;
+    pd_dims found;
+    pd_ctx quiet;
+    char unit_name[48];
+    const char *open = strchr(text, '[');
+    memset(&d, 0, sizeof d);
+    if (open) snprintf(unit_name, sizeof unit_name, "%.*s", (int)strcspn(open + 1, "]"), open + 1);
+    else snprintf(unit_name, sizeof unit_name, "%s", text);
+    pd_ctx_init(&quiet);
+    if (!unit_name[0] || strcmp(unit_name, "-") == 0) return d;
+    if (pd_units_parse(&quiet, unit_name, NULL, &found) < 0) return d;
+    static const int from[6] = {0, 1, 2, 4, 3, 5}; /* there amperes stand before moles */
+    for (int k = 0; k < 6; k++) d.e[k] = found.e[from[k]];
+    return d;
+}
+
+static double factor_of(const transform *t, const char *unit_name)
+{
+    if (t->length == 1.0 && t->time == 1.0) return 1.0;
+    dimension d = dimension_of(unit_name);
+    return transform_factor(t, &d);
+}
+
+/* A size that values of this unit have in the scene: currents that are 0 in balance are not compared by their rounding. */
+static double scale_of(const scene *x, const char *unit_name)
+{
+    dimension d = dimension_of(unit_name);
+    double size = x->current;
+    if (d.e[4] == 1.0 && d.e[1] == 0.0 && d.e[2] == 0.0) {
+        for (int k = -2; k < (int)d.e[0]; k++) size *= x->h[0];
+        return size;
+    }
+    return d.e[1] == 1.0 && d.e[4] == -1.0 && d.e[2] == -3.0 ? 0.01 : 0.0; /* volts */
+}
+
+/* ---- names under a turn ---- */
+
+/* The letter of an axis at key[at], turned; *sign by its direction. */
+static void turn_letter(const transform *t, char *letter, double *sign)
+{
+    int axis = *letter - 'x';
+    *letter = (char)('x' + t->to[axis]);
+    *sign *= t->sign[axis];
+}
+
+static int is_axis(char c) { return c >= 'x' && c < 'x' + PD_DIM; }
+
+/* sigma_xy becomes sigma_yz; xx has no sign. */
+static void turn_stress(const transform *t, char *name, double *sign)
+{
+    static const char *const pairs[6][2] = {{"xx", "xx"}, {"yy", "yy"}, {"zz", "zz"}, {"xy", "yx"}, {"yz", "zy"}, {"zx", "xz"}};
+    char *p = name + 6;
+    if (strncmp(name, "sigma_", 6) != 0 || strlen(p) != 2 || p[0] < 'x' || p[0] > 'z' || p[1] < 'x' || p[1] > 'z') return;
+    double s = 1.0;
+    for (int k = 0; k < 2; k++)
+        if (is_axis(p[k])) turn_letter(t, &p[k], &s);
+    *sign *= s;
+    for (int k = 0; k < 6; k++)
+        if (strcmp(p, pairs[k][1]) == 0) memcpy(p, pairs[k][0], 3);
+}
+
+/* The figure of the second record that belongs to one of the first. */
+static void turn_figure(const transform *t, const scene *x, run_figure *f, double *sign)
+{
+    int boxed = strcmp(f->section, "force") == 0 || strcmp(f->section, "total") == 0 || strcmp(f->section, "grip") == 0 ||
+                strcmp(f->section, "probe") == 0;
+    *sign = 1.0;
+    if (boxed && strchr("fmcvu", f->key[0]) && is_axis(f->key[1]) && (f->key[2] == '\0' || f->key[2] == '_'))
+        turn_letter(t, &f->key[1], sign);
+    turn_stress(t, f->key, sign);
+    if (strcmp(f->section, "plane") == 0 && (strcmp(f->key, "flow") == 0 || strcmp(f->key, "species") == 0 ||
+                                             strcmp(f->key, "speed") == 0)) {
+        for (int k = 0; k < x->entries; k++) {
+            const entry *e = &x->list[k];
+            if (e->kind == ENTRY_PLANE && strcmp(x->part[e->section].label, f->name) == 0) *sign = t->sign[e->axis];
+        }
+    }
+    if (strcmp(f->section, "grip") == 0 && is_axis(f->name[0]) && (f->name[1] == '-' || f->name[1] == '+') && !f->name[2]) {
+        double s = 1.0;
+        turn_letter(t, &f->name[0], &s);
+        if (s < 0.0) f->name[1] = f->name[1] == '-' ? '+' : '-';
+    }
+}
+
+/* ---- values ---- */
+
+static void report(finding *f, const char *kind, const char *name, double a, double b, double scale, const char *detail)
+{
+    double now = fabs(a - b) / scale, before = f->found ? fabs(f->a - f->b) / f->scale : -1.0;
+    if (f->found && !(now > before) && !(isnan(now) && !isnan(before))) return;
+    f->found = 1;
+    snprintf(f->kind, sizeof f->kind, "%s", kind);
+    snprintf(f->name, sizeof f->name, "%s", name);
+    snprintf(f->detail, sizeof f->detail, "%s", detail);
+    f->a = a;
+    f->b = b;
+    f->scale = scale;
+}
+
+/* Infinite and missing values agree with their like. */
+static int agrees(double a, double b, double scale, double tolerance)
+{
+    if (isnan(a) || isnan(b)) return isnan(a) && isnan(b);
+    if (a == b) return 1;
+    return isfinite(a) && isfinite(b) && fabs(a - b) <= tolerance * scale;
+}
+
+static double size_of(const double *data, int64_t count)
+{
+    double most = 0.0;
+    for (int64_t k = 0; k < count; k++)
+        if (isfinite(data[k]) && fabs(data[k]) > most) most = fabs(data[k]);
+    return most;
+}
+
+static const run_field *find_field(const record *r, const char *name)
+{
+    for (int k = 0; k < r->fields; k++)
+        if (strcmp(r->field[k].name, name) == 0) return &r->field[k];
+    return NULL;
+}
+
+/* The largest value of any field of the same unit: what is nothing but rounding of another one has no scale of its own. */
+static double size_of_kin(const record *r, const run_field *f)
+{
+    double most = 0.0;
+    const char *own = strchr(f->label, '[');
+    for (int k = 0; own && k < r->fields; k++) {
+        const char *other = strchr(r->field[k].label, '[');
+        if (!other || strcmp(own, other) != 0) continue;
+        double size = size_of(r->field[k].data, r->field[k].components * r->cells);
+        if (size > most) most = size;
+    }
+    return most;
+}
+
+static int64_t turned_cell(const transform *t, const record *a, const record *b, int64_t cell)
+{
+    int64_t at[3] = {0, 0, 0}, rest = cell, to = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int64_t i = rest % a->n[d];
+        rest /= a->n[d];
+        if (d == t->unfold) i += a->n[d];
+        at[t->to[d]] = t->sign[d] > 0 ? i : a->n[d] - 1 - i;
+    }
+    for (int d = PD_DIM - 1; d >= 0; d--) to = to * b->n[d] + at[d];
+    return to;
+}
+
+static void compare_field(const scene *x, const transform *t, const record *a, const record *b, const run_field *p, double tolerance,
+                          finding *f)
+{
+    char name[FIELD_NAME], detail[160];
+    double sign = 1.0;
+    snprintf(name, sizeof name, "%s", p->name);
+    turn_stress(t, name, &sign);
+    const run_field *q = find_field(b, name);
+    if (!q || q->components != p->components) {
+        report(f, "missing", p->name, 0.0, 1.0, 1e-30, "the field is not there");
+        return;
+    }
+    double factor = factor_of(t, p->label), scale = size_of(p->data, p->components * a->cells);
+    if (strcmp(p->name, "density") == 0 && !(x->has & HAS_GAS)) factor = 1.0; /* that of a material */
+    double kin = 1e-6 * size_of_kin(a, p), other = size_of(q->data, q->components * b->cells) / factor;
+    if (other > scale) scale = other;
+    if (kin > scale) scale = kin;
+    if (scale_of(x, p->label) > scale) scale = scale_of(x, p->label);
+    if (!(scale > 0.0)) scale = 1.0;
+    for (int c = 0; c < p->components; c++) {
+        int to = p->components > 1 ? t->to[c] : 0;
+        double s = p->components > 1 ? t->sign[c] : sign;
+        for (int64_t k = 0; k < a->cells; k++) {
+            int64_t j = turned_cell(t, a, b, k);
+            double u = p->data[c * a->cells + k], v = s * q->data[to * b->cells + j] / factor;
+            if (agrees(u, v, scale, tolerance)) continue;
+            int64_t at[3] = {k % a->n[0], k / a->n[0] % a->n[1], k / a->n[0] / a->n[1]};
+            snprintf(detail, sizeof detail, "component %d at cell %d, %d, %d", c, (int)at[0], (int)at[1], (int)at[2]);
+            report(f, "field", p->name, u, v, scale, detail);
+        }
+    }
+}
+
+/* Of the half: amounts are half of those of the whole. Figures of the surface of the box or of the largest value are not. */
+static double share_of_half(const run_figure *g)
+{
+    static const char *const whole[] = {"volume", "energy", "dissolved", "solid", "area", "flow", "species", "flux", "current",
+                                        "anodic", "gas", "work", "stored", "kinetic"};
+    for (size_t k = 0; k < sizeof whole / sizeof whole[0]; k++)
+        if (strcmp(g->key, whole[k]) == 0) return 2.0;
+    if (strcmp(g->section, "total") == 0 && (strncmp(g->key, "sum_", 4) == 0 || strcmp(g->unit, "mol") == 0 ||
+                                             strcmp(g->unit, "mol/m") == 0 || strcmp(g->unit, "mol/m2") == 0))
+        return 2.0;
+    return 1.0;
+}
+
+static void compare_figure(const scene *x, const transform *t, const record *a, const record *b, const run_figure *p,
+                           double tolerance, finding *f)
+{
+    char name[128];
+    double sign, scale = 0.0, factor = factor_of(t, p->unit);
+    run_figure turned = *p;
+    if (of_work(p)) return;
+    if (t->unfold >= 0) {
+        int forces = strcmp(p->section, "force") == 0 || strcmp(p->section, "grip") == 0;
+        int across = (p->key[0] == 'm' || p->key[0] == 'f') && is_axis(p->key[1]);
+        if (forces || across || strcmp(p->section, "plane") == 0 || strcmp(p->key, "unknowns") == 0) return;
+        factor *= share_of_half(p);
+    }
+    turn_figure(t, x, &turned, &sign);
+    const run_figure *q = record_figure(b, turned.section, turned.name, turned.key);
+    snprintf(name, sizeof name, "%s.%s.%s", p->section, p->name, p->key);
+    if (!q) {
+        report(f, "missing", name, p->value, 0.0, 1e-30, "the figure is not there");
+        return;
+    }
+    for (int k = 0; k < a->figures; k++) {
+        const run_figure *g = &a->figure[k];
+        int like = strcmp(g->section, p->section) == 0 && strcmp(g->unit, p->unit) == 0 && p->unit[0] != '-';
+        double size = fabs(g->value);
+        if (isfinite(size) && like && 1e-3 * size > scale) scale = 1e-3 * size;
+    }
+    double v = sign * q->value / factor;
+    if (isfinite(p->value) && fabs(p->value) > scale) scale = fabs(p->value);
+    if (isfinite(v) && fabs(v) > scale) scale = fabs(v);
+    int share = strcmp(p->key, "volume_loss") == 0 || strcmp(p->key, "flux") == 0 || strcmp(p->key, "flux_max") == 0;
+    if (share && scale < 1.0) scale = 1.0;
+    if (scale_of(x, p->unit) > scale) scale = scale_of(x, p->unit);
+    if (!(scale > 0.0)) scale = 1.0;
+    if (!agrees(p->value, v, scale, tolerance)) report(f, "figure", name, p->value, v, scale, p->unit);
+}
+
+/* A message without its numbers and places, which may differ. */
+static void plain_message(const char *from, char *to, size_t size)
+{
+    size_t used = 0;
+    for (; *from && used + 1 < size; from++)
+        if (!((*from >= '0' && *from <= '9') || strchr(".-+,xyz ", *from))) to[used++] = *from;
+    to[used] = '\0';
+    if (used > 24) to[24] = '\0';
+}
+
+void compare_records(const scene *x, const transform *t, const record *a, const record *b, double tolerance, finding *f)
+{
+    char p[768], q[768];
+    memset(f, 0, sizeof *f);
+    if (a->outcome == OUTCOME_CRASHED || b->outcome == OUTCOME_CRASHED) {
+        report(f, "crash", "", a->outcome, b->outcome, 1.0, a->outcome == OUTCOME_CRASHED ? a->message : b->message);
+        return;
+    }
+    if (a->outcome == OUTCOME_HUNG || b->outcome == OUTCOME_HUNG) {
+        report(f, "hang", "", a->outcome, b->outcome, 1.0, a->outcome == OUTCOME_HUNG ? "first" : "second");
+        return;
+    }
+    if (a->outcome != b->outcome) {
+        report(f, "outcome", outcome_names[a->outcome > b->outcome ? a->outcome : b->outcome], a->outcome, b->outcome, 1.0,
+               a->outcome > b->outcome ? a->message : b->message);
+        return;
+    }
+    if (a->outcome != OUTCOME_DONE) {
+        plain_message(a->message, p, sizeof p);
+        plain_message(b->message, q, sizeof q);
+        (void)p;
+        (void)q;
+        return;
+    }
+    for (int k = 0; k < a->fields; k++) compare_field(x, t, a, b, &a->field[k], tolerance, f);
+    for (int k = 0; k < a->figures; k++) compare_figure(x, t, a, b, &a->figure[k], tolerance, f);
+}

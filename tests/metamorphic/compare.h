@@ -1,0 +1,18 @@
+/* compare: two records of one scene, the second one transformed: the first figure or value that differs most. */
+#ifndef METAMORPHIC_COMPARE_H
+#define METAMORPHIC_COMPARE_H
+#include "record.h"
+#include "transform.h"
+
+typedef struct finding {
+    int found;
+    char kind[24];        /* "outcome", "crash", "hang", "field", "figure", "missing" */
+    char name[96];        /* of the field or run_figure */
+    char detail[1200];
+    double a, b, scale;   /* the values, and what they are compared with */
+} finding;
+
+/* tolerance: [-] of the scale of a field; 0: bits. */
+void compare_records(const scene *x, const transform *t, const record *a, const record *b, double tolerance, finding *f);
+
+#endif

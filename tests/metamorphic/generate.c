@@ -1,0 +1,471 @@
+/* generate: see generate.h */
+#include "generate.h"
+#include "../random.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+double draw_share(draw *g) { return random_share(&g->state); }
+double draw_between(draw *g, double low, double high) { return random_between(&g->state, low, high); }
+double draw_decade(draw *g, double low, double high) { return exp(draw_between(g, log(low), log(high))); }
+int draw_chance(draw *g, double share) { return draw_share(g) < share; }
+int draw_whole(draw *g, int low, int high) { return low + (int)(draw_share(g) * (high - low + 1)); }
+
+/* ---- shapes ---- */
+
+/* A face on the lattice, through nodes, or anywhere. */
+static double draw_face(double cell, int how)
+{
+    if (how == 0) return floor(cell + 0.5);
+    if (how == 1) return floor(cell) + 0.5;
+    return cell;
+}
+
+/* A box or a ball within `low` and `high` [cells]; 0 for one that is too small. */
+static void draw_body(draw *g, int s, const double *low, const double *high)
+{
+    scene *x = g->x;
+    int how = draw_chance(g, 0.55) ? 0 : draw_chance(g, 0.3) ? 1 : 2;
+    double a[3] = {0}, b[3] = {0}, least = 1e9;
+    for (int d = 0; d < PD_DIM; d++)
+        if ((high[d] - low[d]) * x->h[d] < least) least = (high[d] - low[d]) * x->h[d];
+    if (draw_chance(g, PD_DIM == 1 ? 0.1 : 0.4)) {
+        double r = least * draw_between(g, 0.3, 0.49);
+        for (int d = 0; d < PD_DIM; d++) {
+            double mid = draw_between(g, low[d] + r / x->h[d], high[d] - r / x->h[d]);
+            a[d] = x->low[d] + x->h[d] * (how == 2 ? mid : draw_face(mid, how));
+            if (how != 2 && (a[d] - r < x->low[d] + low[d] * x->h[d] || a[d] + r > x->low[d] + high[d] * x->h[d]))
+                a[d] = x->low[d] + x->h[d] * mid;
+        }
+        if ((x->has & HAS_AXIS) && draw_chance(g, 0.7)) a[1] = 0.0;
+        scene_point(x, s, "ball", a);
+        scene_key(x, s, "radius", "%q", r, UNIT_LENGTH);
+        return;
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        double room = high[d] - low[d], size = room * draw_between(g, 0.35, 0.95);
+        double from = low[d] + (room - size) * draw_share(g), to = from + size;
+        if (draw_chance(g, 0.12)) from = low[d];
+        if (draw_chance(g, 0.12)) to = high[d];
+        double p = draw_face(from, how), q = draw_face(to, how);
+        if (p < low[d]) p = low[d];
+        if (q > high[d]) q = high[d];
+        if (q - p < 1.0) q = p + 1.0 < high[d] ? p + 1.0 : high[d];
+        if (q - p < 0.9) p = q - 1.0;
+        a[d] = x->low[d] + p * x->h[d];
+        b[d] = x->low[d] + q * x->h[d];
+    }
+    if ((x->has & HAS_AXIS) && draw_chance(g, 0.7)) a[1] = 0.0;
+    scene_box(x, s, "box", a, b);
+}
+
+static void draw_solid(draw *g, const char *name, const char *material, const double *low, const double *high)
+{
+    scene *x = g->x;
+    char a[24], b[24];
+    int s;
+    if (PD_DIM > 1 && draw_chance(g, 0.25)) {
+        int join = draw_chance(g, 0.5);
+        snprintf(a, sizeof a, "%s_a", name);
+        snprintf(b, sizeof b, "%s_b", name);
+        draw_body(g, scene_section(x, "shape", a), low, high);
+        draw_body(g, scene_section(x, "shape", b), low, high);
+        s = scene_section(x, "shape", name);
+        if (!join) { /* leave something */
+            entry *first = scene_find(x, s - 2, "box");
+            for (int d = 0; d < PD_DIM && first; d++) {
+                first->low[d] = x->low[d] + low[d] * x->h[d];
+                first->high[d] = x->low[d] + high[d] * x->h[d];
+            }
+            if (!first) join = 1;
+        }
+        scene_key(x, s, join ? "union" : "difference", "%s, %s", a, b);
+    } else {
+        s = scene_section(x, "shape", name);
+        draw_body(g, s, low, high);
+    }
+    scene_key(x, s, "kind", "solid");
+    scene_key(x, s, "material", "%s", material);
+}
+
+/* A bar from side to side, with a hole now and then. */
+static void draw_bar(draw *g)
+{
+    scene *x = g->x;
+    double a[3], b[3];
+    int axis = draw_whole(g, 0, PD_DIM - 1), hole = PD_DIM > 1 && draw_chance(g, 0.4);
+    g->holds = axis;
+    for (int d = 0; d < PD_DIM; d++) {
+        double n = x->cells[d], p = floor(draw_between(g, 0.0, 0.3) * n), q = ceil(draw_between(g, 0.7, 1.0) * n);
+        a[d] = x->low[d] + x->h[d] * (d == axis ? 0.0 : p);
+        b[d] = x->low[d] + x->h[d] * (d == axis ? n : q);
+    }
+    int s = scene_section(x, "shape", hole ? "m0_a" : "m0");
+    scene_box(x, s, "box", a, b);
+    if (hole) {
+        double low[3], high[3];
+        for (int d = 0; d < PD_DIM; d++) {
+            low[d] = 0.3 * x->cells[d];
+            high[d] = 0.75 * x->cells[d];
+        }
+        draw_body(g, scene_section(x, "shape", "m0_b"), low, high);
+        s = scene_section(x, "shape", "m0");
+        scene_key(x, s, "difference", "m0_a, m0_b");
+    }
+    scene_key(x, s, "kind", "solid");
+    scene_key(x, s, "material", "mg4ag");
+    g->metals = 1;
+}
+
+void generate_shapes(draw *g)
+{
+    scene *x = g->x;
+    double low[3], high[3];
+    int metal = x->has & (HAS_DISSOLVE | HAS_CORRODE | HAS_POTENTIAL | HAS_SOLID);
+    int edge = draw_chance(g, 0.6) ? 1 : 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        low[d] = edge;
+        high[d] = x->cells[d] - edge;
+    }
+    if (x->has & HAS_AXIS) low[1] = 0.0;
+    if (g->flow_axis >= 0) {
+        double n = x->cells[g->flow_axis];
+        low[g->flow_axis] = floor(0.25 * n);
+        high[g->flow_axis] = ceil(0.7 * n);
+        for (int d = 0; d < PD_DIM; d++)
+            if (d != g->flow_axis) high[d] = low[d] + ceil(0.6 * (high[d] - low[d]));
+    }
+    if (x->has & HAS_SOLID) draw_bar(g);
+    else if (metal) {
+        int two = draw_chance(g, x->has & HAS_POTENTIAL ? 0.7 : 0.3);
+        int one_metal = (x->has & (HAS_CHEMISTRY | HAS_DISSOLVE)) == (HAS_CHEMISTRY | HAS_DISSOLVE) && !(x->has & HAS_POTENTIAL);
+        int axis = draw_whole(g, 0, PD_DIM - 1);
+        double split = low[axis] + floor((high[axis] - low[axis]) * draw_between(g, 0.4, 0.6)), end = high[axis];
+        int gap = draw_chance(g, 0.3) ? 0 : draw_chance(g, 0.5) ? 1 : 2;
+        if (x->has & HAS_AXIS) axis = 0;
+        if (two) high[axis] = split;
+        draw_solid(g, "m0", "mg4ag", low, high);
+        g->metals = 1;
+        if (two) {
+            low[axis] = split + gap;
+            high[axis] = end;
+            if (high[axis] - low[axis] < 2.0) low[axis] = high[axis] - 2.0;
+            draw_solid(g, "m1", (draw_chance(g, 0.6) && !one_metal) || (x->has & HAS_POTENTIAL) ? "steel304" : "mg4ag",
+                       low, high);
+            g->metals = 2;
+        }
+    }
+    if (draw_chance(g, metal ? 0.25 : 0.5) && !(x->has & HAS_SOLID)) {
+        for (int d = 0; d < PD_DIM; d++) {
+            low[d] = floor(draw_between(g, 0.0, 0.7) * x->cells[d]);
+            high[d] = low[d] + 2.0 + floor(0.25 * x->cells[d]);
+            if (high[d] > x->cells[d]) high[d] = x->cells[d];
+        }
+        if (PD_DIM > 1) {
+            int s = scene_section(x, "shape", "w");
+            draw_body(g, s, low, high);
+            scene_key(x, s, "kind", "wall");
+            if ((x->has & HAS_TRANSPORT) && !(x->has & HAS_CHEMISTRY) && draw_chance(g, 0.3))
+                scene_key(x, s, "C", "%q", draw_between(g, 0.0, 500.0), UNIT_CONCENTRATION);
+        }
+    }
+    if (x->has & HAS_MEDIUM) {
+        for (int d = 0; d < PD_DIM; d++) {
+            low[d] = 0.1 * x->cells[d];
+            high[d] = 0.9 * x->cells[d];
+        }
+        int s = scene_section(x, "shape", "med");
+        draw_body(g, s, low, high);
+        scene_key(x, s, "kind", "medium");
+        scene_key(x, s, "D", "%q", g->D * draw_decade(g, 0.1, 5.0), UNIT_DIFFUSIVITY);
+    }
+}
+
+/* ---- sides ---- */
+
+void generate_sides(draw *g)
+{
+    scene *x = g->x;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (d == g->flow_axis) continue;
+        int solid = (x->has & HAS_SOLID) != 0;
+        g->periodic[d] = !solid && draw_chance(g, 0.2) && !(d == 1 && (x->has & HAS_AXIS));
+        for (int plus = 0; plus < 2; plus++) {
+            if (d == 1 && !plus && (x->has & HAS_AXIS)) continue;
+            if (g->periodic[d]) {
+                scene_key(x, scene_side(x, d, plus), "flow", "periodic");
+                continue;
+            }
+            if (solid && d == g->holds) continue;
+            if (draw_chance(g, 0.35) && !((x->has & HAS_AXIS) && (x->has & HAS_FLOW) && d == 1)) {
+                scene_key(x, scene_side(x, d, plus), "flow", "mirror");
+                continue;
+            }
+            if ((x->has & HAS_CHEMISTRY) && draw_chance(g, 0.35)) {
+                scene_key(x, scene_side(x, d, plus), "species", "inlet");
+            } else if ((x->has & HAS_CORRODE) && !(x->has & HAS_FLOW) && draw_chance(g, 0.4)) {
+                scene_key(x, scene_side(x, d, plus), "flow", "open");
+            } else if ((x->has & HAS_TRANSPORT) && !(x->has & (HAS_CHEMISTRY | HAS_CORRODE)) && draw_chance(g, 0.4)) {
+                int s = scene_side(x, d, plus);
+                double C = draw_between(g, 0.0, 800.0);
+                if (draw_chance(g, 0.6) || (x->has & HAS_STEADY)) scene_key(x, s, "C", "%q", C, UNIT_CONCENTRATION);
+                else
+                    scene_key(x, s, "C", "%q*(1 + 0.9*sin(%g*%p + t/%q))", C, UNIT_CONCENTRATION,
+                              draw_between(g, 0.2, 0.5), (d + 1) % PD_DIM, x->time, UNIT_TIME);
+            }
+        }
+    }
+}
+
+/* ---- flow ---- */
+
+void generate_flow(draw *g)
+{
+    scene *x = g->x;
+    int s = scene_section(x, "flow", ""), axis = g->flow_axis, plus = x->has & HAS_AXIS ? 1 : draw_whole(g, 0, 1);
+    double speed = draw_between(g, 0.2, 3.0) * g->D / x->h[axis];
+    double mu = 1e-3, rho = mu / (speed * g->length) * draw_decade(g, 0.01, 5.0);
+    scene_key(x, s, "rho", "%q", rho, UNIT_DENSITY);
+    scene_key(x, s, "mu", "%q", mu, UNIT_VISCOSITY);
+    int in = scene_side(x, axis, !plus), out = scene_side(x, axis, plus);
+    int in_time = x->until > 0.0 && draw_chance(g, 0.25);
+    scene_key(x, in, "flow", "inlet");
+    scene_key(x, out, "flow", "outlet");
+    int other = (axis + 1) % PD_DIM;
+    if (PD_DIM == 2 && draw_chance(g, 0.4) && !g->periodic[other]) scene_key(x, in, "profile", "parabola");
+    else if (PD_DIM > 1 && draw_chance(g, 0.3)) {
+        scene_key(x, in, "profile", "expression");
+        scene_component(x, in, "v", axis, "%q*(1 + %g*sin(%g*%p))", plus ? speed : -speed, UNIT_SPEED,
+                        draw_between(g, 0.0, 0.6), draw_between(g, 0.2, 0.6), other);
+    } else scene_key(x, in, "profile", "uniform");
+    entry *e = scene_find(x, in, "profile");
+    if (strcmp(x->pool[e->first[0]].text, "expression") != 0) {
+        if (in_time && draw_chance(g, 0.5))
+            scene_key(x, in, "mean", "%q*(1 + 0.4*sin(t/%q))", speed, UNIT_SPEED, x->time, UNIT_TIME);
+        else scene_key(x, in, "mean", "%q", speed, UNIT_SPEED);
+    }
+    if ((x->has & HAS_TRANSPORT) && !(x->has & HAS_CHEMISTRY) && draw_chance(g, 0.7))
+        scene_key(x, in, "C", "%q", draw_between(g, 0.0, 400.0), UNIT_CONCENTRATION);
+    if (in_time && draw_chance(g, 0.6)) {
+        scene_key(x, s, "time", "implicit");
+        if (g->of == CLASS_EXACT) scene_key(x, s, "rtol", "0.1");
+    } else scene_key(x, s, "steady", g->of == CLASS_EXACT ? "1e-11" : "1e-6");
+    if (draw_chance(g, 0.15))
+        scene_vector(x, s, "force", 0, "%q", 0.1 * speed * mu / (rho * g->length * g->length), UNIT_ACCELERATION);
+    entry *force = scene_find(x, s, "force");
+    for (int d = 1; d < PD_DIM && force; d++) scene_vector(x, s, "force", d, "%q", 0.0, UNIT_ACCELERATION);
+}
+
+/* ---- transport and metal ---- */
+
+void generate_transport(draw *g)
+{
+    scene *x = g->x;
+    int s = scene_section(x, "transport", "");
+    scene_key(x, s, "D", "%q", g->D, UNIT_DIFFUSIVITY);
+    if ((x->has & HAS_CHEMISTRY)) return;
+    if (draw_chance(g, 0.5) && !(x->has & HAS_STEADY))
+        scene_key(x, s, "initial", "%q*(1 + 0.8*sin(%g*%p))", draw_between(g, 10.0, 500.0), UNIT_CONCENTRATION,
+                  draw_between(g, 0.2, 1.0), draw_whole(g, 0, PD_DIM - 1));
+    if (draw_chance(g, 0.3)) scene_key(x, s, "advection", "upwind");
+    else if (g->flow_axis >= 0) x->has |= HAS_LIMITED;
+    if (x->has & HAS_STEADY) scene_key(x, s, "time", "steady");
+}
+
+/* A law: a size, and factors of place, time, concentration. */
+static void draw_law(draw *g, int s, const char *key, double size, unit of, const char *more)
+{
+    scene *x = g->x;
+    int axis = draw_whole(g, 0, PD_DIM - 1);
+    double wave = draw_between(g, 0.2, 0.6);
+    switch (draw_whole(g, 0, 3)) {
+    case 0: scene_key(x, s, key, "%q*(1 + 0.5*sin(%g*%p))%s", size, of, wave, axis, more); break;
+    case 1: scene_key(x, s, key, "%q*(1 + 0.3*sin(t/%q))%s", size, of, x->time, UNIT_TIME, more); break;
+    default: scene_key(x, s, key, "%q%s", size, of, more); break;
+    }
+}
+
+void generate_metal(draw *g)
+{
+    scene *x = g->x;
+    double speed = draw_between(g, 0.1, 1.6) * x->h[0] / x->until;
+    int current = (x->has & HAS_POTENTIAL) && !(x->has & HAS_MIGRATION) && (draw_chance(g, 0.6) || (x->has & HAS_CHEMISTRY));
+    int s = scene_section(x, x->has & HAS_CORRODE ? "corrode" : "dissolve", "");
+    char more[96] = "";
+    double Csat = draw_decade(g, 50.0, 6000.0);
+    if ((x->has & HAS_CORRODE) && Csat < 1000.0) Csat = 5100.0;
+    if (x->has & HAS_STATE) snprintf(more, sizeof more, "*(1 - 0.8*theta)");
+    if ((x->has & HAS_MIGRATION) && (x->has & HAS_POTENTIAL) && g->metals == 2) {
+        s = scene_section(x, "dissolve", "mg4ag");
+        scene_key(x, s, "current", "%q*10^((E + %q)/%q)%s", draw_decade(g, 0.05, 2.0) * 1e-6 / x->h[0], UNIT_CURRENT_DENSITY,
+                  draw_between(g, -0.05, 0.05), UNIT_VOLT, draw_between(g, 0.06, 0.15), UNIT_VOLT, more);
+        scene_key(x, s, "reaction", "Mg = Mg2+ + 2 e-");
+        s = scene_section(x, "dissolve", "steel304");
+        scene_key(x, s, "rate", "0");
+        s -= 2;
+    } else if (x->has & HAS_MIGRATION) {
+        scene_key(x, s, "current", "%q*10^((E + %q)/%q)%s", draw_decade(g, 0.05, 2.0) * 1e-3 / x->h[0] * 1e-3, UNIT_CURRENT_DENSITY,
+                  draw_between(g, -0.05, 0.05), UNIT_VOLT, draw_between(g, 0.06, 0.15), UNIT_VOLT, more);
+        scene_key(x, s, "charge", "2");
+        scene_key(x, s, "reaction", "Mg = Mg2+ + 2 e-");
+        if (!(x->has & HAS_POTENTIAL)) scene_key(x, s, "potential", "%q", draw_between(g, -0.05, 0.1), UNIT_VOLT);
+    } else if (current) {
+        scene_key(x, s, "current", "i");
+    } else if (x->has & HAS_CHEMISTRY) {
+        if (draw_chance(g, 0.5)) snprintf(more + strlen(more), sizeof more - strlen(more), "*10^(0.1*(7 - pH))");
+        draw_law(g, s, "rate", speed, UNIT_SPEED, more);
+        scene_key(x, s, "reaction", "Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
+    } else {
+        int saturates = draw_chance(g, 0.6);
+        if (saturates) snprintf(more + strlen(more), sizeof more - strlen(more), "*(1 - C/Csat)");
+        draw_law(g, s, "rate", speed, UNIT_SPEED, more);
+        if (saturates && !(x->has & HAS_CORRODE)) scene_key(x, s, "Csat", "%q", Csat, UNIT_CONCENTRATION);
+    }
+    if (x->has & HAS_CORRODE) {
+        scene_key(x, s, "Csat", "%q", Csat, UNIT_CONCENTRATION);
+        if (!(x->has & HAS_FLOW)) {
+            scene_key(x, s, "D", "%q", g->D, UNIT_DIFFUSIVITY);
+            if (draw_chance(g, 0.3)) scene_key(x, s, "bulk", "%q", 0.2 * Csat, UNIT_CONCENTRATION);
+        }
+        if (draw_chance(g, 0.3)) scene_key(x, s, "kernel", draw_chance(g, 0.5) ? "square" : "inverse");
+        if (draw_chance(g, 0.5)) scene_key(x, s, "m", "%i", draw_whole(g, 2, 3));
+    } else {
+        if (draw_chance(g, 0.25)) scene_key(x, s, "threshold", "%g", draw_between(g, 0.05, 0.4));
+        if (draw_chance(g, 0.4)) scene_key(x, s, "m", "%i", draw_whole(g, 2, 4));
+    }
+}
+
+/* ---- all ---- */
+
+static const double D_OF_IONS = 1.5e-9; /* [m2/s] */
+
+static void draw_grid(draw *g, int equal)
+{
+    static const int low[3] = {12, 8, 6}, high[3] = {36, 16, 9};
+    scene *x = g->x;
+    double h = draw_decade(g, 1e-6, 4e-4);
+    for (int d = 0; d < PD_DIM; d++) {
+        x->cells[d] = draw_whole(g, low[PD_DIM - 1], high[PD_DIM - 1]);
+        x->h[d] = h;
+    }
+    if (!equal)
+        for (int d = 1; d < PD_DIM; d++) x->h[d] = h * draw_between(g, 0.6, 1.7);
+    if (draw_chance(g, 0.4))
+        for (int d = 0; d < PD_DIM; d++) x->low[d] = -draw_whole(g, 1, x->cells[d]) * x->h[d];
+    if (x->has & HAS_AXIS) x->low[1] = 0.0;
+    g->length = 3.0 * h;
+}
+
+static void write_grid(draw *g)
+{
+    scene *x = g->x;
+    double high[3], m = draw_chance(g, 0.5) ? 1.0 : draw_chance(g, 0.6) ? 2.0 : draw_chance(g, 0.5) ? 3.0 : 1.5;
+    int s = x->grid, unequal = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        high[d] = x->low[d] + x->cells[d] * x->h[d];
+        unequal |= x->h[d] < x->h[0] || x->h[d] > x->h[0];
+    }
+    if (unequal) scene_sizes(x, s, "h", x->h);
+    else scene_key(x, s, "h", "%q", x->h[0], UNIT_LENGTH);
+    if ((x->has & HAS_FLOW) || PD_DIM == 3) m = m > 2.0 ? 2.0 : m;
+    if (draw_chance(g, 0.8)) scene_key(x, s, "m", "%g", m);
+    scene_box(x, s, "box", x->low, high);
+    if (x->has & HAS_AXIS) scene_key(x, s, "geometry", "axisymmetric");
+}
+
+/* Which physics a scene has. */
+static uint32_t draw_physics(draw *g)
+{
+    double kind = draw_share(g);
+    uint32_t has = 0;
+    if (kind < 0.08) return HAS_POTENTIAL | HAS_STEADY;
+    if (kind < 0.14) return HAS_SOLID | HAS_STEADY | (draw_chance(g, 0.3) ? HAS_CRACK : 0);
+    if (kind < 0.18) return HAS_GAS;
+    if (kind < 0.22 && PD_DIM > 1) return HAS_FLOW | HAS_STEADY;
+    if (kind < 0.30) return HAS_TRANSPORT | HAS_STEADY | (PD_DIM > 1 && draw_chance(g, 0.6) ? HAS_FLOW : 0) |
+                            (draw_chance(g, 0.4) ? HAS_MEDIUM : 0);
+    if (kind < 0.40) {
+        has = HAS_CORRODE;
+        if (PD_DIM > 1 && draw_chance(g, 0.4)) has |= HAS_FLOW | HAS_TRANSPORT;
+        if (draw_chance(g, 0.3)) has |= HAS_SOLID;
+        return has;
+    }
+    has = HAS_TRANSPORT;
+    if (draw_chance(g, 0.85)) has |= HAS_DISSOLVE;
+    if (draw_chance(g, 0.35) && PD_DIM > 1) has |= HAS_FLOW;
+    if (draw_chance(g, 0.5)) {
+        has |= HAS_CHEMISTRY;
+        if (draw_chance(g, 0.35)) has |= HAS_MINERAL;
+        if ((has & HAS_DISSOLVE) && draw_chance(g, 0.3)) has |= HAS_STATE;
+        if (draw_chance(g, 0.35)) has |= HAS_MIGRATION;
+    } else if (draw_chance(g, 0.3)) has |= HAS_MEDIUM;
+    if ((has & HAS_DISSOLVE) && draw_chance(g, 0.35)) has |= HAS_POTENTIAL;
+    if ((has & HAS_DISSOLVE) && draw_chance(g, 0.2)) has |= HAS_SOLID;
+    return has;
+}
+
+static void write_run(draw *g)
+{
+    scene *x = g->x;
+    if (!(x->until > 0.0)) return;
+    int s = scene_section(x, "run", "");
+    scene_key(x, s, "until", "%q", x->until, UNIT_TIME);
+    if (g->of == CLASS_EXACT) {
+        scene_key(x, s, "rtol", "0.1");
+        scene_key(x, s, "max_step", "%q", x->until / draw_whole(g, 4, 9), UNIT_TIME);
+        if (x->has & (HAS_DISSOLVE | HAS_CORRODE)) scene_key(x, s, "fraction", "1");
+    }
+    s = scene_section(x, "output", "");
+    scene_key(x, s, "every", "%q", 0.5 * x->until, UNIT_TIME);
+}
+
+static void write_watches(draw *g)
+{
+    scene *x = g->x;
+    double at[3];
+    if (x->has & HAS_GAS) return;
+    if (draw_chance(g, 0.7)) scene_section(x, "total", "all");
+    if ((x->has & (HAS_TRANSPORT | HAS_FLOW)) && draw_chance(g, 0.4)) {
+        int axis = draw_whole(g, 0, PD_DIM - 1);
+        scene_plane(x, scene_section(x, "plane", "cut"), "at", axis,
+                    x->low[axis] + draw_whole(g, 1, x->cells[axis] - 1) * x->h[axis]);
+    }
+    if (draw_chance(g, 0.3)) {
+        for (int d = 0; d < PD_DIM; d++) at[d] = x->low[d] + draw_between(g, 0.05, 0.95) * x->cells[d] * x->h[d];
+        scene_point(x, scene_section(x, "probe", "here"), "at", at);
+    }
+}
+
+void generate_scene(uint32_t seed, scene_class of, scene *x)
+{
+    draw g;
+    memset(&g, 0, sizeof g);
+    scene_begin(x);
+    g.x = x;
+    g.state = seed * 2654435761u + 12345u;
+    g.of = of;
+    g.holds = g.flow_axis = -1;
+    x->has = draw_physics(&g);
+    if (PD_DIM == 2 && !(x->has & (HAS_SOLID | HAS_GAS)) && draw_chance(&g, 0.12)) x->has |= HAS_AXIS;
+    draw_grid(&g, (x->has & (HAS_SOLID | HAS_CORRODE)) || draw_chance(&g, 0.7));
+    g.D = x->has & HAS_CHEMISTRY ? D_OF_IONS : draw_decade(&g, 1e-11, 1e-8);
+    x->time = g.length * g.length / g.D * draw_decade(&g, 0.3, 3.0);
+    if (!(x->has & HAS_STEADY)) x->until = x->time * draw_decade(&g, 0.3, 3.0);
+    x->grid = scene_section(x, "grid", "");
+    write_grid(&g);
+    if (x->has & HAS_FLOW) g.flow_axis = x->has & HAS_AXIS ? 0 : draw_whole(&g, 0, PD_DIM - 1);
+    if (x->has & HAS_GAS) {
+        generate_gas(&g);
+        return;
+    }
+    generate_shapes(&g);
+    generate_sides(&g);
+    if (x->has & HAS_CHEMISTRY) generate_chemistry(&g);
+    if (x->has & HAS_FLOW) generate_flow(&g);
+    if (x->has & HAS_TRANSPORT) generate_transport(&g);
+    if (x->has & (HAS_DISSOLVE | HAS_CORRODE)) generate_metal(&g);
+    if (x->has & HAS_POTENTIAL) generate_potential(&g);
+    if (x->has & HAS_SOLID) generate_solid(&g);
+    write_run(&g);
+    write_watches(&g);
+}

@@ -1,0 +1,45 @@
+/* generate: random scenes, small ones, that run in well under a second. */
+#ifndef METAMORPHIC_GENERATE_H
+#define METAMORPHIC_GENERATE_H
+#include "scene.h"
+
+typedef enum scene_class {
+    CLASS_EXACT = 0,  /* prescribed steps, tolerances at their end */
+    CLASS_TOLERANCE,  /* default steps */
+    CLASS_LATTICE
+} scene_class;
+
+void generate_scene(uint32_t seed, scene_class of, scene *x);
+
+/* What the parts of the generator share. */
+typedef struct draw {
+    scene *x;
+    uint32_t state;
+    scene_class of;
+    int metals;         /* solids of materials of their own */
+    int shapes;
+    int holds;          /* a solid that is held runs from side to side along this axis, -1: none */
+    int flow_axis;      /* -1: none */
+    int periodic[3];
+    double D;           /* [m2/s] */
+    double length;      /* [m] a few cells */
+    char fields[256];
+} draw;
+
+double draw_share(draw *g);
+double draw_between(draw *g, double low, double high);
+double draw_decade(draw *g, double low, double high);
+int draw_chance(draw *g, double share);
+int draw_whole(draw *g, int low, int high);
+
+void generate_shapes(draw *g);
+void generate_sides(draw *g);
+void generate_flow(draw *g);
+void generate_transport(draw *g);
+void generate_metal(draw *g);
+void generate_chemistry(draw *g);
+void generate_potential(draw *g);
+void generate_solid(draw *g);
+void generate_gas(draw *g);
+
+#endif

@@ -1,0 +1,160 @@
+/* metamorphic: random scenes and what must be the same of them when they are turned, mirrored, shifted, rescaled.
+ *
+ *   metamorphic_2d [--seed N] [--pairs N] [--seconds S] [--class exact|tolerance|lattice] [--only TRANSFORM] [--show]
+ *                  [--sanitize] [--limit S]
+ */
+#define _POSIX_C_SOURCE 200809L
+#include "generate.h"
+#include "record.h"
+#include "compare.h"
+#include "../random.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { TEXT = 65536 };
+
+typedef struct options {
+    uint32_t seed;
+    int pairs, show, sanitize, only;
+    double seconds, limit;
+    scene_class of;
+    char folder[256];
+} options;
+
+typedef struct tally {
+    int pairs, ran, changed, several, refused, failed, findings;
+    int by_transform[TRANSFORM_COUNT], found[TRANSFORM_COUNT];
+    double longest;
+} tally;
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static void write_text(const scene *x, char *text)
+{
+    if (!scene_write(x, text, TEXT)) {
+        fprintf(stderr, "metamorphic: a scene does not fit\n");
+        exit(2);
+    }
+}
+
+static void run_pair(const options *o, const scene *x, const transform *t, record *a, record *b, finding *f)
+{
+    static char text[TEXT];
+    static scene y;
+    run_options r = {1, 0, o->limit, o->folder};
+    write_text(x, text);
+    record_run(text, &r, a);
+    transform_scene(x, t, &y);
+    write_text(&y, text);
+    if (t->kind == TRANSFORM_THREADS) r.threads = 2;
+    if (t->kind == TRANSFORM_RESUME) r.resume = 1;
+    record_run(text, &r, b);
+    compare_records(x, t, a, b, transform_bits(t->kind) ? 0.0 : 1e-9, f);
+}
+
+static void print_finding(const options *o, uint32_t seed, const scene *x, const transform *t, const finding *f)
+{
+    static char text[TEXT];
+    static scene y;
+    printf("FINDING seed %u dim %d %s: %s %s: %.17g %.17g (%.3g of %.3g) %s\n", seed, PD_DIM, transform_names[t->kind], f->kind,
+           f->name, f->a, f->b, fabs(f->a - f->b) / f->scale, f->scale, f->detail);
+    (void)o;
+    write_text(x, text);
+    printf("---- scene\n%s", text);
+    transform_scene(x, t, &y);
+    write_text(&y, text);
+    printf("---- the other one\n%s----\n", text);
+    fflush(stdout);
+}
+
+static void one(const options *o, uint32_t seed, tally *s)
+{
+    static scene x;
+    static char text[TEXT];
+    record a, b;
+    finding f;
+    transform t;
+    uint32_t state = seed ^ 0x5bd1e995u;
+    generate_scene(seed, o->of, &x);
+    int kind = o->only >= 0 ? o->only : (int)(random_share(&state) * TRANSFORM_COUNT);
+    if (o->sanitize) kind = TRANSFORM_UNITS;
+    for (int k = 0; !transform_draw((transform_kind)kind, &x, &state, &t); k++) {
+        if (o->only >= 0 || k > 50) return;
+        kind = (int)(random_share(&state) * TRANSFORM_COUNT);
+    }
+    if (o->show) {
+        write_text(&x, text);
+        printf("# seed %u\n%s", seed, text);
+    }
+    run_pair(o, &x, &t, &a, &b, &f);
+    s->pairs++;
+    s->by_transform[kind]++;
+    s->ran += a.outcome == OUTCOME_DONE;
+    s->changed += a.outcome == OUTCOME_DONE && a.changes;
+    s->several += scene_physics(&x) >= 3;
+    s->refused += a.outcome == OUTCOME_REFUSED;
+    s->failed += a.outcome == OUTCOME_FAILED;
+    if (a.seconds > s->longest) s->longest = a.seconds;
+    if (o->show) printf("# seed %u %s: %s, %lld steps, %.2f s %s\n", seed, transform_names[kind], outcome_names[a.outcome], (long long)a.steps, a.seconds, a.message);
+    if (f.found) {
+        s->findings++;
+        s->found[kind]++;
+        print_finding(o, seed, &x, &t, &f);
+    }
+    record_free(&a);
+    record_free(&b);
+}
+
+static int usage(const char *what)
+{
+    fprintf(stderr, "metamorphic: %s: see the head of tests/metamorphic/main.c\n", what);
+    return 2;
+}
+
+int main(int argc, char **argv)
+{
+    options o;
+    tally s;
+    double begin = now();
+    memset(&o, 0, sizeof o);
+    memset(&s, 0, sizeof s);
+    o.seed = 1;
+    o.pairs = 100;
+    o.only = -1;
+    o.limit = 20.0;
+    for (int k = 1; k < argc; k++) {
+        const char *a = argv[k], *v = k + 1 < argc ? argv[k + 1] : "";
+        if (strcmp(a, "--show") == 0) o.show = 1;
+        else if (strcmp(a, "--sanitize") == 0) o.sanitize = 1;
+        else if (k++, strcmp(a, "--seed") == 0) o.seed = (uint32_t)strtoul(v, NULL, 10);
+        else if (strcmp(a, "--pairs") == 0) o.pairs = atoi(v);
+        else if (strcmp(a, "--seconds") == 0) o.seconds = atof(v);
+        else if (strcmp(a, "--limit") == 0) o.limit = atof(v);
+        else if (strcmp(a, "--only") == 0) {
+            for (int j = 0; j < TRANSFORM_COUNT; j++)
+                if (strcmp(v, transform_names[j]) == 0) o.only = j;
+            if (o.only < 0) return usage(v);
+        } else return usage(a);
+    }
+    snprintf(o.folder, sizeof o.folder, "/tmp/metamorphic.XXXXXX");
+    if (!mkdtemp(o.folder)) return usage("no folder in /tmp");
+    for (int k = 0; k < o.pairs; k++) {
+        if (o.seconds > 0.0 && now() - begin > o.seconds) break;
+        one(&o, o.seed + (uint32_t)k, &s);
+    }
+    printf("%d pairs, %d ran, %d changed something, %d with three physics or more, %d refused, %d failed, longest %.2f s\n",
+           s.pairs, s.ran, s.changed, s.several, s.refused, s.failed, s.longest);
+    for (int k = 0; k < TRANSFORM_COUNT; k++)
+        if (s.by_transform[k]) printf("%s %d of %d\n", transform_names[k], s.found[k], s.by_transform[k]);
+    printf("%d passed, %d failed\n", s.pairs - s.findings, s.findings);
+    return s.findings > 0;
+}

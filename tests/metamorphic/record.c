@@ -1,0 +1,354 @@
+/* record: see record.h */
+#define _POSIX_C_SOURCE 200809L
+#include "record.h"
+#include "run/run.h"
+#include "scene/scene.h"
+#include <math.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+const char *const outcome_names[] = {"done", "failed", "refused", "crashed", "hung"};
+
+static double seconds_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* ---- the process that runs ---- */
+
+typedef struct collector {
+    record *r;
+    record start; /* fields of the first instant */
+    int stop_at;
+    int stopped;
+} collector;
+
+static void *need(size_t bytes)
+{
+    void *p = calloc(1, bytes ? bytes : 1);
+    if (!p) {
+        fprintf(stderr, "metamorphic: out of memory\n");
+        exit(9);
+    }
+    return p;
+}
+
+static void collect_field(pd_ctx *ctx, const pd_instant *at, const char *name, record *r)
+{
+    pd_view v;
+    if (pd_instant_field(ctx, at, name, &v) < 0) return;
+    run_field *f = &r->field[r->fields++];
+    snprintf(f->name, sizeof f->name, "%s", name);
+    snprintf(f->label, sizeof f->label, "%s", v.label);
+    f->components = v.components;
+    r->cells = 1;
+    for (int d = 0; d < 3; d++) {
+        r->n[d] = d < PD_DIM ? v.n[d] : 1;
+        r->cells *= r->n[d];
+    }
+    f->data = (double *)need((size_t)(f->components * r->cells) * sizeof(double));
+    for (int c = 0; c < f->components; c++)
+        for (int64_t k = 0; k < r->cells; k++) {
+            int64_t rest = k, from = c * v.part;
+            for (int d = 0; d < PD_DIM; d++) {
+                from += rest % v.n[d] * v.stride[d];
+                rest /= v.n[d];
+            }
+            f->data[c * r->cells + k] = v.data[from];
+        }
+}
+
+static void collect_fields(pd_ctx *ctx, const pd_instant *at, record *r)
+{
+    r->field = (run_field *)need(PD_FIELD_COUNT * sizeof(run_field));
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        const pd_setup *u = at->model->setup;
+        const char *name = pdi_setup_field_name(u, (pd_field)k);
+        if (name && name[0] && !pdi_setup_field_needs(u, (pd_field)k)) collect_field(ctx, at, name, r);
+    }
+}
+
+static int differs(const record *a, const record *b)
+{
+    for (int k = 0; k < a->fields && k < b->fields; k++)
+        for (int64_t i = 0; i < a->field[k].components * a->cells; i++) {
+            double p = a->field[k].data[i], q = b->field[k].data[i];
+            if (fabs(p - q) > 1e-12 * (fabs(p) + fabs(q))) return 1;
+        }
+    return 0;
+}
+
+/* A field that is not the same everywhere. */
+static int varies(const record *a)
+{
+    for (int k = 0; k < a->fields; k++) {
+        if (strcmp(a->field[k].name, "kind") == 0 || strcmp(a->field[k].name, "phase") == 0) continue;
+        double low = HUGE_VAL, high = -HUGE_VAL;
+        for (int64_t i = 0; i < a->cells; i++) {
+            double p = a->field[k].data[i];
+            if (p == 0.0 || !isfinite(p)) continue;
+            low = p < low ? p : low;
+            high = p > high ? p : high;
+        }
+        if (high > low + 1e-9 * fabs(low)) return 1;
+    }
+    return 0;
+}
+
+static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
+{
+    collector *c = (collector *)user;
+    if (at->when == PD_WHEN_START) {
+        collect_fields(ctx, at, &c->start);
+        return 0;
+    }
+    if (at->when == PD_WHEN_STEP) {
+        if (c->stop_at && at->steps >= c->stop_at) {
+            c->stop_at = 0;
+            c->stopped = 1;
+            return 1;
+        }
+        return 0;
+    }
+    if (c->stopped) return 0;
+    pd_figures figures;
+    memset(&figures, 0, sizeof figures);
+    collect_fields(ctx, at, c->r);
+    if (pd_instant_figures(ctx, at, &figures) >= 0) {
+        c->r->figure = (run_figure *)need((size_t)(figures.count + 40) * sizeof(run_figure));
+        for (int k = 0; k < figures.count; k++) {
+            run_figure *f = &c->r->figure[c->r->figures++];
+            snprintf(f->section, sizeof f->section, "%s", figures.list[k].section);
+            snprintf(f->name, sizeof f->name, "%s", figures.list[k].name);
+            snprintf(f->key, sizeof f->key, "%s", figures.list[k].key);
+            snprintf(f->unit, sizeof f->unit, "%s", figures.list[k].unit);
+            f->value = figures.list[k].value;
+        }
+    }
+    pd_figures_free(ctx, &figures);
+    c->r->changes = c->start.fields && at->steps > 0 ? differs(&c->start, c->r) : varies(c->r);
+    return 0;
+}
+
+static void result_figure(record *r, const char *key, const char *unit, double value)
+{
+    run_figure *f = &r->figure[r->figures++];
+    memset(f, 0, sizeof *f);
+    snprintf(f->section, sizeof f->section, "result");
+    snprintf(f->key, sizeof f->key, "%s", key);
+    snprintf(f->unit, sizeof f->unit, "%s", unit);
+    f->value = value;
+}
+
+static void collect_result(const pd_run_result *result, record *r)
+{
+    static const char *const currents[] = {"A/m2", "A/m", "A"}, *const amounts[] = {"mol/m2", "mol/m", "mol"};
+    r->steps = result->steps;
+    r->time = result->time;
+    if (!r->figure) return;
+    result_figure(r, "volume_loss", "-", result->volume_loss);
+    result_figure(r, "ledger", "-", result->ledger);
+    if (result->has_front) result_figure(r, "front", "m", result->front);
+    if (result->has_flux) {
+        result_figure(r, "flux", "-", result->flux);
+        result_figure(r, "flux_max", "-", result->flux_max);
+    }
+    if (result->sheds) result_figure(r, "gas", amounts[PD_DIM - 1], result->gas);
+    if (result->has_potential) {
+        result_figure(r, "current", currents[PD_DIM - 1], result->current);
+        result_figure(r, "current_balance", "-", result->current_balance);
+    }
+    result_figure(r, "steps", "-", (double)result->steps);
+}
+
+static void run_here(const char *text, const run_options *o, record *r)
+{
+    pd_ctx ctx;
+    pd_setup setup;
+    pd_run_desc desc;
+    pd_run_result result;
+    collector c;
+    memset(&c, 0, sizeof c);
+    memset(&desc, 0, sizeof desc);
+    c.r = r;
+    pd_ctx_init(&ctx);
+    ctx.threads = o->threads;
+    pd_status status = pd_scene_parse(&ctx, "scene", text, NULL, 0, &setup);
+    if (status < 0) {
+        r->outcome = OUTCOME_REFUSED;
+        snprintf(r->message, sizeof r->message, "%s", ctx.message);
+        return;
+    }
+    desc.dry = !o->resume;
+    desc.folder = o->folder;
+    desc.observe = observe;
+    desc.observe_user = &c;
+    desc.checkpoints = o->resume;
+    desc.checkpoint_every = 1e9;
+    if (o->resume) c.stop_at = 3;
+    status = pd_run(&ctx, &setup, &desc, &result);
+    if (status >= 0 && result.stopped) {
+        desc.resume = 1;
+        c.stopped = 0;
+        pd_setup_free(&ctx, &setup);
+        status = pd_scene_parse(&ctx, "scene", text, NULL, 0, &setup);
+        if (status >= 0) status = pd_run(&ctx, &setup, &desc, &result);
+    }
+    r->outcome = status >= 0 ? OUTCOME_DONE : result.bad_input ? OUTCOME_REFUSED : OUTCOME_FAILED;
+    if (status < 0) snprintf(r->message, sizeof r->message, "%s", ctx.message);
+    if (status >= 0) collect_result(&result, r);
+    pd_setup_free(&ctx, &setup);
+}
+
+/* ---- from process to process ---- */
+
+static void send(int to, const void *data, size_t bytes)
+{
+    const char *p = (const char *)data;
+    while (bytes) {
+        ssize_t n = write(to, p, bytes);
+        if (n <= 0) _exit(8);
+        p += n;
+        bytes -= (size_t)n;
+    }
+}
+
+static void record_send(int to, const record *r)
+{
+    send(to, r, sizeof *r);
+    if (r->figures) send(to, r->figure, (size_t)r->figures * sizeof *r->figure);
+    for (int k = 0; k < r->fields; k++) {
+        send(to, &r->field[k], sizeof r->field[k]);
+        send(to, r->field[k].data, (size_t)(r->field[k].components * r->cells) * sizeof(double));
+    }
+}
+
+/* All that comes until the other side closes; 0: time is over. */
+static int receive_all(int from, double limit, char **data, size_t *size)
+{
+    size_t room = 1 << 16;
+    double end = seconds_now() + limit;
+    *data = (char *)need(room);
+    *size = 0;
+    for (;;) {
+        struct pollfd p = {from, POLLIN, 0};
+        double left = end - seconds_now();
+        if (left <= 0.0) return 0;
+        if (poll(&p, 1, (int)(1000.0 * left) + 1) <= 0) continue;
+        if (*size == room) {
+            room *= 2;
+            *data = (char *)realloc(*data, room);
+            if (!*data) exit(9);
+        }
+        ssize_t n = read(from, *data + *size, room - *size);
+        if (n <= 0) return 1;
+        *size += (size_t)n;
+    }
+}
+
+static int take(const char **from, const char *end, void *to, size_t bytes)
+{
+    if ((size_t)(end - *from) < bytes) return 0;
+    memcpy(to, *from, bytes);
+    *from += bytes;
+    return 1;
+}
+
+/* 0: what came is not whole. */
+static int record_unpack(const char *data, size_t size, record *r)
+{
+    const char *end = data + size;
+    record head;
+    if (!take(&data, end, &head, sizeof head)) return 0;
+    *r = head;
+    r->fields = 0;
+    r->figure = (run_figure *)need((size_t)head.figures * sizeof(run_figure));
+    r->field = (run_field *)need((size_t)head.fields * sizeof(run_field));
+    if (!take(&data, end, r->figure, (size_t)head.figures * sizeof(run_figure))) return 0;
+    for (int k = 0; k < head.fields; k++) {
+        run_field *f = &r->field[k];
+        if (!take(&data, end, f, sizeof *f)) return 0;
+        size_t bytes = (size_t)(f->components * r->cells) * sizeof(double);
+        f->data = (double *)need(bytes);
+        r->fields = k + 1;
+        if (!take(&data, end, f->data, bytes)) return 0;
+    }
+    return 1;
+}
+
+/* The last lines of what a process that died has said. */
+static void last_words(const char *path, char *message, size_t size)
+{
+    char line[512];
+    FILE *file = fopen(path, "r");
+    size_t used = strlen(message);
+    while (file && fgets(line, sizeof line, file)) {
+        int says = strstr(line, "rror") || strstr(line, "ssert") || strstr(line, "    #");
+        if (says && used + 1 < size) used += (size_t)snprintf(message + used, size - used, "%s", line);
+        if (used >= size) used = size - 1;
+    }
+    if (file) fclose(file);
+}
+
+void record_run(const char *text, const run_options *o, record *r)
+{
+    int ends[2], status = 0;
+    char *data, said[600];
+    size_t size;
+    memset(r, 0, sizeof *r);
+    snprintf(said, sizeof said, "%s/said", o->folder);
+    fflush(stdout);
+    fflush(stderr);
+    if (pipe(ends) != 0) exit(9);
+    double begin = seconds_now();
+    pid_t child = fork();
+    if (child < 0) exit(9);
+    if (child == 0) {
+        close(ends[0]);
+        if (!freopen(said, "w", stderr)) _exit(8);
+        run_here(text, o, r);
+        record_send(ends[1], r);
+        fflush(stderr);
+        _exit(0);
+    }
+    close(ends[1]);
+    int came = receive_all(ends[0], o->limit, &data, &size);
+    if (!came) kill(child, SIGKILL);
+    close(ends[0]);
+    waitpid(child, &status, 0);
+    int whole = came && record_unpack(data, size, r);
+    free(data);
+    if (!came) r->outcome = OUTCOME_HUNG;
+    else if (!whole || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+        r->outcome = OUTCOME_CRASHED;
+        snprintf(r->message, sizeof r->message, "%s %d\n", WIFSIGNALED(status) ? "signal" : "exit",
+                 WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status));
+        last_words(said, r->message, sizeof r->message);
+    }
+    r->seconds = seconds_now() - begin;
+}
+
+void record_free(record *r)
+{
+    for (int k = 0; k < r->fields; k++) free(r->field[k].data);
+    free(r->field);
+    free(r->figure);
+    memset(r, 0, sizeof *r);
+}
+
+const run_figure *record_figure(const record *r, const char *section, const char *name, const char *key)
+{
+    for (int k = 0; k < r->figures; k++)
+        if (strcmp(r->figure[k].section, section) == 0 && strcmp(r->figure[k].name, name) == 0 &&
+            strcmp(r->figure[k].key, key) == 0)
+            return &r->figure[k];
+    return NULL;
+}

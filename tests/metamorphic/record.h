@@ -1,0 +1,56 @@
+/* record: what a run came to: its status and message, its fields and figures in full precision. A run is a process of its
+ * own, so that a crash, a hang and an abort of a sanitizer are records, too.
+ */
+#ifndef METAMORPHIC_RECORD_H
+#define METAMORPHIC_RECORD_H
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum outcome {
+    OUTCOME_DONE = 0,
+    OUTCOME_FAILED,  /* the run ended with a message */
+    OUTCOME_REFUSED, /* bad input */
+    OUTCOME_CRASHED,
+    OUTCOME_HUNG
+} outcome;
+
+extern const char *const outcome_names[];
+
+typedef struct run_figure {
+    char section[16], name[64], key[24], unit[20];
+    double value;
+} run_figure;
+
+enum { FIELD_NAME = 24 };
+
+typedef struct run_field {
+    char name[FIELD_NAME], label[48];
+    int components;
+    double *data; /* [components][cells] x fastest */
+} run_field;
+
+typedef struct record {
+    int outcome;
+    char message[768];
+    int32_t n[3];
+    int64_t cells, steps;
+    double time, seconds;
+    int32_t changes;  /* 1: something is not as it was at the start */
+    int32_t figures, fields;
+    run_figure *figure;   /* [figures] */
+    run_field *field;     /* [fields] */
+} record;
+
+typedef struct run_options {
+    int threads;
+    int resume;        /* 1: stop after some steps, go on from the checkpoint */
+    double limit;      /* [s] */
+    const char *folder; /* scratch */
+} run_options;
+
+/* Run a text. The record is for record_free. */
+void record_run(const char *text, const run_options *o, record *r);
+void record_free(record *r);
+const run_figure *record_figure(const record *r, const char *section, const char *name, const char *key);
+
+#endif
