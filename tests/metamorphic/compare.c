@@ -49,8 +49,19 @@ static double scale_of(const scene *x, const char *unit_name)
         for (int k = -2; k < (int)d.e[0]; k++) size *= x->h[0];
         return size;
     }
+    if (d.e[0] == 1.0 && d.e[2] == -1.0 && d.e[1] == 0.0) return 1e-3 * x->h[0] / x->time;
     return d.e[1] == 1.0 && d.e[4] == -1.0 && d.e[2] == -3.0 ? 0.01 : 0.0; /* volts */
 }
+
+/* What the fluid has dissolved, where a scene dissolves next to nothing. */
+static int is_dissolved(const char *key)
+{
+    return strcmp(key, "C") == 0 || strcmp(key, "C_max") == 0 || strcmp(key, "C_min") == 0 || strcmp(key, "C_mean") == 0 ||
+           strcmp(key, "C_bulk") == 0;
+}
+
+/* A solid of which there is nothing at hand is as far from saturation as rounding says. */
+#define SI_OF_NOTHING -12.0
 
 /* ---- names under a turn ---- */
 
@@ -105,6 +116,8 @@ static void turn_figure(const transform *t, const scene *x, run_figure *f, doubl
 
 static void report(finding *f, const char *kind, const char *name, double a, double b, double scale, const char *detail)
 {
+    size_t used = strlen(f->others);
+    if (name[0] && !strstr(f->others, name)) snprintf(f->others + used, sizeof f->others - used, " %s", name);
     double now = fabs(a - b) / scale, before = f->found ? fabs(f->a - f->b) / f->scale : -1.0;
     if (f->found && !(now > before) && !(isnan(now) && !isnan(before))) return;
     f->found = 1;
@@ -171,6 +184,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
 {
     char name[FIELD_NAME], detail[160];
     double sign = 1.0;
+    int saturation = strcmp(p->name, "SI") == 0;
     snprintf(name, sizeof name, "%s", p->name);
     turn_stress(t, name, &sign);
     const run_field *q = find_field(b, name);
@@ -179,11 +193,15 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
         return;
     }
     double factor = factor_of(t, p->label), scale = size_of(p->data, p->components * a->cells);
-    if (strcmp(p->name, "density") == 0 && !(x->has & HAS_GAS)) factor = 1.0; /* that of a material */
-    double kin = 1e-6 * size_of_kin(a, p), other = size_of(q->data, q->components * b->cells) / factor;
+    if (strcmp(p->name, "density") == 0 && !(x->has & HAS_GAS)) { /* that of a material does not follow, that of a flow does */
+        if ((x->has & HAS_FLOW) && factor != 1.0) return;
+        factor = 1.0;
+    }
+    double kin = (strstr(p->label, "mol/m3") ? 1e-3 : 1e-6) * size_of_kin(a, p), other = size_of(q->data, q->components * b->cells) / factor;
     if (other > scale) scale = other;
     if (kin > scale) scale = kin;
     if (scale_of(x, p->label) > scale) scale = scale_of(x, p->label);
+    if (is_dissolved(p->name) && scale < 0.01) scale = 0.01;
     if (!(scale > 0.0)) scale = 1.0;
     for (int c = 0; c < p->components; c++) {
         int to = p->components > 1 ? t->to[c] : 0;
@@ -191,6 +209,8 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
         for (int64_t k = 0; k < a->cells; k++) {
             int64_t j = turned_cell(t, a, b, k);
             double u = p->data[c * a->cells + k], v = s * q->data[to * b->cells + j] / factor;
+            if (saturation && u < SI_OF_NOTHING) u = SI_OF_NOTHING;
+            if (saturation && v < SI_OF_NOTHING) v = SI_OF_NOTHING;
             if (agrees(u, v, scale, tolerance)) continue;
             int64_t at[3] = {k % a->n[0], k / a->n[0] % a->n[1], k / a->n[0] / a->n[1]};
             snprintf(detail, sizeof detail, "component %d at cell %d, %d, %d", c, (int)at[0], (int)at[1], (int)at[2]);
@@ -242,9 +262,11 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (isfinite(p->value) && fabs(p->value) > scale) scale = fabs(p->value);
     if (isfinite(v) && fabs(v) > scale) scale = fabs(v);
     int share = strcmp(p->key, "volume_loss") == 0 || strcmp(p->key, "flux") == 0 || strcmp(p->key, "flux_max") == 0;
-    if (share && scale < 1.0) scale = 1.0;
+    if (share && scale < 1.0) /* shares of the whole */ scale = 1.0;
     if (scale_of(x, p->unit) > scale) scale = scale_of(x, p->unit);
+    if (is_dissolved(p->key) && scale < 0.01) scale = 0.01;
     if (!(scale > 0.0)) scale = 1.0;
+    if (strcmp(p->key, "front") == 0 && tolerance > 0.0) tolerance = 1e-6; /* distances are single floats there */
     if (!agrees(p->value, v, scale, tolerance)) report(f, "figure", name, p->value, v, scale, p->unit);
 }
 

@@ -9,6 +9,7 @@ typedef struct finding {
     char kind[24];        /* "outcome", "crash", "hang", "field", "figure", "missing" */
     char name[96];        /* of the field or run_figure */
     char detail[1200];
+    char others[400];     /* what else differs */
     double a, b, scale;   /* the values, and what they are compared with */
 } finding;
 

@@ -249,7 +249,7 @@ void generate_flow(draw *g)
     if (in_time && draw_chance(g, 0.6)) {
         scene_key(x, s, "time", "implicit");
         if (g->of == CLASS_EXACT) scene_key(x, s, "rtol", "0.1");
-    } else scene_key(x, s, "steady", g->of == CLASS_EXACT ? "1e-11" : "1e-6");
+    } else scene_key(x, s, "steady", g->of == CLASS_EXACT ? "1e-10" : "1e-6");
     if (draw_chance(g, 0.15))
         scene_vector(x, s, "force", 0, "%q", 0.1 * speed * mu / (rho * g->length * g->length), UNIT_ACCELERATION);
     entry *force = scene_find(x, s, "force");
