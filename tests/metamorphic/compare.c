@@ -118,6 +118,7 @@ static void report(finding *f, const char *kind, const char *name, double a, dou
 {
     size_t used = strlen(f->others);
     if (name[0] && !strstr(f->others, name)) snprintf(f->others + used, sizeof f->others - used, " %s", name);
+    if (strstr(name, "flux_max")) scale *= 1e6; /* what else differs says more */
     double now = fabs(a - b) / scale, before = f->found ? fabs(f->a - f->b) / f->scale : -1.0;
     if (f->found && !(now > before) && !(isnan(now) && !isnan(before))) return;
     f->found = 1;
@@ -203,9 +204,10 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
     if (scale_of(x, p->label) > scale) scale = scale_of(x, p->label);
     if (is_dissolved(p->name) && scale < 0.01) scale = 0.01;
     if (!(scale > 0.0)) scale = 1.0;
+    int vector = strcmp(p->name, "v") == 0 || strcmp(p->name, "u") == 0;
     for (int c = 0; c < p->components; c++) {
-        int to = p->components > 1 ? t->to[c] : 0;
-        double s = p->components > 1 ? t->sign[c] : sign;
+        int to = vector ? t->to[c] : 0;
+        double s = vector ? t->sign[c] : sign;
         for (int64_t k = 0; k < a->cells; k++) {
             int64_t j = turned_cell(t, a, b, k);
             double u = p->data[c * a->cells + k], v = s * q->data[to * b->cells + j] / factor;
@@ -258,6 +260,7 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
         double size = fabs(g->value);
         if (isfinite(size) && like && 1e-3 * size > scale) scale = 1e-3 * size;
     }
+    if (strcmp(p->key, "parted") == 0 && q->value < 0.0) factor = 1.0; /* -1: never */
     double v = sign * q->value / factor;
     if (isfinite(p->value) && fabs(p->value) > scale) scale = fabs(p->value);
     if (isfinite(v) && fabs(v) > scale) scale = fabs(v);

@@ -25,7 +25,7 @@ static double draw_face(double cell, int how)
 static void draw_body(draw *g, int s, const double *low, const double *high)
 {
     scene *x = g->x;
-    int how = draw_chance(g, 0.55) ? 0 : draw_chance(g, 0.3) ? 1 : 2;
+    int how = draw_chance(g, 0.55) ? 0 : draw_chance(g, g->through) ? 1 : 2;
     double a[3] = {0}, b[3] = {0}, least = 1e9;
     for (int d = 0; d < PD_DIM; d++)
         if ((high[d] - low[d]) * x->h[d] < least) least = (high[d] - low[d]) * x->h[d];
@@ -432,11 +432,14 @@ static void write_watches(draw *g)
     }
     if (draw_chance(g, 0.3)) {
         for (int d = 0; d < PD_DIM; d++) at[d] = x->low[d] + draw_between(g, 0.05, 0.95) * x->cells[d] * x->h[d];
-        scene_point(x, scene_section(x, "probe", "here"), "at", at);
+        int s = scene_section(x, "probe", "here");
+        scene_point(x, s, "at", at);
+        if (!(x->has & (HAS_TRANSPORT | HAS_CORRODE | HAS_FLOW)) && draw_chance(g, 0.9))
+            scene_key(x, s, "fields", "%s", x->has & HAS_POTENTIAL ? "phi" : "u");
     }
 }
 
-void generate_scene(uint32_t seed, scene_class of, scene *x)
+void generate_scene(uint32_t seed, scene_class of, double through, scene *x)
 {
     draw g;
     memset(&g, 0, sizeof g);
@@ -444,6 +447,7 @@ void generate_scene(uint32_t seed, scene_class of, scene *x)
     g.x = x;
     g.state = seed * 2654435761u + 12345u;
     g.of = of;
+    g.through = through;
     g.holds = g.flow_axis = -1;
     x->has = draw_physics(&g);
     if (PD_DIM == 2 && !(x->has & (HAS_SOLID | HAS_GAS)) && draw_chance(&g, 0.12)) x->has |= HAS_AXIS;

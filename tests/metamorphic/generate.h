@@ -9,7 +9,8 @@ typedef enum scene_class {
     CLASS_LATTICE
 } scene_class;
 
-void generate_scene(uint32_t seed, scene_class of, scene *x);
+/* through: share of bodies whose faces go through nodes, where rounding may say which cells are theirs. */
+void generate_scene(uint32_t seed, scene_class of, double through, scene *x);
 
 /* What the parts of the generator share. */
 typedef struct draw {
@@ -23,6 +24,7 @@ typedef struct draw {
     int periodic[3];
     double D;           /* [m2/s] */
     double length;      /* [m] a few cells */
+    double through;     /* [-] share of bodies with faces through nodes */
     char fields[256];
 } draw;
 

@@ -1,7 +1,9 @@
 /* metamorphic: random scenes and what must be the same of them when they are turned, mirrored, shifted, rescaled.
  *
  *   metamorphic_2d [--seed N] [--pairs N] [--seconds S] [--class exact|tolerance|lattice] [--only TRANSFORM] [--show]
- *                  [--sanitize] [--limit S]
+ *                  [--sanitize] [--limit S] [--through SHARE]
+ *
+ * --through: share of bodies with faces through nodes; --limit: of a run.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "generate.h"
@@ -20,7 +22,7 @@ enum { TEXT = 65536 };
 typedef struct options {
     uint32_t seed;
     int pairs, show, sanitize, only;
-    double seconds, limit;
+    double seconds, limit, through;
     scene_class of;
     char folder[256];
 } options;
@@ -85,7 +87,7 @@ static void one(const options *o, uint32_t seed, tally *s)
     finding f;
     transform t;
     uint32_t state = seed ^ 0x5bd1e995u;
-    generate_scene(seed, o->of, &x);
+    generate_scene(seed, o->of, o->through, &x);
     int kind = o->only >= 0 ? o->only : (int)(random_share(&state) * TRANSFORM_COUNT);
     if (o->sanitize) kind = TRANSFORM_UNITS;
     for (int k = 0; !transform_draw((transform_kind)kind, &x, &state, &t); k++) {
@@ -132,6 +134,7 @@ int main(int argc, char **argv)
     o.pairs = 100;
     o.only = -1;
     o.limit = 20.0;
+    o.through = 0.3;
     for (int k = 1; k < argc; k++) {
         const char *a = argv[k], *v = k + 1 < argc ? argv[k + 1] : "";
         if (strcmp(a, "--show") == 0) o.show = 1;
@@ -140,6 +143,7 @@ int main(int argc, char **argv)
         else if (strcmp(a, "--pairs") == 0) o.pairs = atoi(v);
         else if (strcmp(a, "--seconds") == 0) o.seconds = atof(v);
         else if (strcmp(a, "--limit") == 0) o.limit = atof(v);
+        else if (strcmp(a, "--through") == 0) o.through = atof(v);
         else if (strcmp(a, "--only") == 0) {
             for (int j = 0; j < TRANSFORM_COUNT; j++)
                 if (strcmp(v, transform_names[j]) == 0) o.only = j;

@@ -44,7 +44,7 @@ void generate_chemistry(draw *g)
     draw_species(g, "Mg2+", 7.05e-10 * size, 0.0, 0.0);
     if (x->has & (HAS_POTENTIAL | HAS_MIGRATION)) draw_species(g, "O2", 2.0e-9 * size, 0.25, 0.25);
     s = scene_section(x, "reaction", "water");
-    if (draw_chance(g, 0.8)) scene_key(x, s, "=", "H2O = H+ + OH-   log10_K = -14");
+    if (draw_chance(g, 0.93)) scene_key(x, s, "=", "H2O = H+ + OH-   log10_K = -14");
     else scene_key(x, s, "=", "H+ + OH- = H2O   K = 1e14 L2/mol2   forward = %q", 1.4e8 * draw_decade(g, 1e-6, 1.0) , UNIT_SECOND_ORDER);
     if (draw_chance(g, 0.25)) {
         draw_species(g, "MgOH+", 7.05e-10 * size, 0.0, 0.0);
