@@ -150,6 +150,106 @@ TEST(limits)
     CHECK_NEAR(n, 2.001, 1e-12);
 }
 
+/* Four solutes in pairs and the minerals of both pairs in `order`, with speeds in the ratio of 3 to 1. */
+static int pairs(mixture *v, pd_mineral *of, const int *order, const double *porosity)
+{
+    int solid[2];
+    mix_begin(v);
+    mix_species(v, "Aa", "Na", 1e-9);
+    mix_species(v, "Bb", "K", 1e-9);
+    mix_species(v, "Cc", "Ca", 1e-9);
+    mix_species(v, "Dd", "Mg", 1e-9);
+    solid[0] = mix_species(v, "NaK(s)", NULL, 0.0);
+    solid[1] = mix_species(v, "CaMg(s)", NULL, 0.0);
+    mix_reaction(v, "NaK(s) = Aa + Bb", -6.0, 0.0, NULL); /* K of 1 mol2/m6 */
+    mix_reaction(v, "CaMg(s) = Cc + Dd", -6.0, 0.0, NULL);
+    memset(of, 0, 2 * sizeof *of);
+    for (int s = 0; s < 2; s++) {
+        int which = order[s];
+        of[s].species = solid[which];
+        of[s].rate = which ? 1e-6 : 3e-6;
+        of[s].volume = which ? 2e-4 : 1e-4;
+        of[s].porosity = porosity[which];
+    }
+    return build(v, PD_ACTIVITY_IDEAL, of, 2);
+}
+
+/* One step of `dt` [s] of both pairs; amounts in the order of the pairs. */
+static void pairs_step(const int *order, const double *porosity, double pair_a, double pair_b, const double *first,
+                       double dt, double *amount)
+{
+    mixture v;
+    pd_mineral of[2];
+    pd_mineral_start start;
+    static const char *const name[4] = {"Aa", "Bb", "Cc", "Dd"};
+    double c[PD_SPECIES_MOST] = {0.0}, total[PD_SPECIES_MOST], n[2], before[2];
+    if (!pairs(&v, of, order, porosity)) return;
+    for (int i = 0; i < 4; i++) c[test_system.place[mix_at(&v, name[i])]] = i < 2 ? pair_a : pair_b;
+    for (int s = 0; s < 2; s++) before[s] = n[s] = first[order[s]];
+    start.dt = dt;
+    start.start = before;
+    pdi_mineral_begin(&test_system, &test_minerals, n, c, &start);
+    pdi_components_totals(&test_system, c, total);
+    CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK);
+    for (int i = 0; i < 4; i++) {
+        int pair = i / 2, s = order[0] == pair ? 0 : 1;
+        double had = (pair ? pair_b : pair_a) + before[s];
+        CHECK_NEAR(c[test_system.place[mix_at(&v, name[i])]] + n[s], had, 1e-12 * had);
+    }
+    for (int s = 0; s < 2; s++) amount[order[s]] = n[s];
+}
+
+static const int orders[2][2] = {{0, 1}, {1, 0}};
+
+/* Two minerals that fill a volume together, in steps of any length and in both orders. Speeds that hardly change give
+ * the share of each in closed form: what both grow by, 1e-4 3 g + 2e-4 g, is the room. */
+TEST(two_fill_a_room)
+{
+    static const double porosity[2] = {0.25, 0.25}, none[2] = {0.0, 0.0}, some[2] = {500.0, 1000.0};
+    for (int k = 0; k < 2; k++) {
+        const double *first = k ? some : none;
+        double room = 0.75 - 1e-4 * first[0] - 2e-4 * first[1], unit = room / 5e-4, amount[2];
+        for (int o = 0; o < 2; o++) {
+            /* c = 1e9 mol/m3: of 1e18 in the speed 1e-5 change */
+            pairs_step(orders[o], porosity, 1e9, 1e9, first, 4e-9, amount);
+            CHECK_REL(amount[0], first[0] + 3.0 * unit, 1e-4);
+            CHECK_REL(amount[1], first[1] + unit, 1e-4);
+            CHECK_NEAR(1e-4 * amount[0] + 2e-4 * amount[1], 0.75, 1e-11);
+        }
+        /* any step: no more than the room, and the order of the names says nothing */
+        for (double dt = 1e-14; dt < 1e20; dt *= 1e3) {
+            double other[2];
+            pairs_step(orders[0], porosity, 2e4, 1e4, first, dt, amount);
+            pairs_step(orders[1], porosity, 2e4, 1e4, first, dt, other);
+            CHECK_LE(1e-4 * amount[0] + 2e-4 * amount[1], 0.75 * (1.0 + 1e-14));
+            for (int s = 0; s < 2; s++) CHECK_NEAR(amount[s], other[s], 1e-7 * (1.0 + amount[s]));
+            for (int s = 0; s < 2; s++) CHECK(amount[s] >= first[s]);
+        }
+    }
+}
+
+/* The mineral whose cells are tighter goes on where the other one has no room; one takes what another sets free. What
+ * is there before the step stays, even where it is too much. */
+TEST(unlike_rooms)
+{
+    static const double porosity[2] = {0.5, 0.25}, same[2] = {0.25, 0.25}, none[2] = {0.0, 0.0};
+    static const double other[2] = {0.0, 3750.0}, much[2] = {6000.0, 2000.0};
+    for (int o = 0; o < 2; o++) {
+        double amount[2];
+        pairs_step(orders[o], porosity, 1e9, 1e9, none, 4e-9, amount);
+        CHECK_REL(amount[0], 3000.0, 1e-4); /* 0.3 + 0.2 are the first room */
+        CHECK_NEAR(1e-4 * amount[0] + 2e-4 * amount[1], 0.75, 1e-11);
+        /* CaMg(s) dissolves by what backward Euler says, x = q ((x + b) (x + b) - 1) with b = 0.1, q = 1e-6 1e9 */
+        pairs_step(orders[o], same, 1e9, 0.1, other, 1e9, amount);
+        double q = 1e3, p = 0.2 + 1.0 / q, x = 2.0 * 0.99 / (p + sqrt(p * p + 4.0 * 0.99));
+        CHECK_NEAR(amount[1], 3750.0 - x, 1e-8);
+        CHECK_NEAR(1e-4 * amount[0], 2e-4 * x, 1e-9);
+        pairs_step(orders[o], same, 1e9, 1e9, much, 1.0, amount);
+        CHECK_NEAR(amount[0], much[0], 0.0);
+        CHECK_NEAR(amount[1], much[1], 0.0);
+    }
+}
+
 /* Derivatives of amounts with totals against differences, of kinetic minerals and of those in equilibrium. */
 TEST(derivatives)
 {
@@ -219,4 +319,5 @@ TEST(refusals)
     CHECK(strstr(v.ctx.message, "no solid") != NULL);
 }
 
-TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(laws) ENTRY(limits) ENTRY(derivatives) ENTRY(refusals))
+TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(laws) ENTRY(limits) ENTRY(two_fill_a_room)
+          ENTRY(unlike_rooms) ENTRY(derivatives) ENTRY(refusals))

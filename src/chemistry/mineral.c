@@ -17,6 +17,8 @@
 #define PDI_MINERAL_LOOSE 1e-4
 /* A volume within this share of its room is full, where ln Omega is off the law by more. */
 #define PDI_MINERAL_FULL 1e-9
+/* Share of the room within which several minerals fill it. */
+#define PDI_MINERAL_MARGIN 1e-12
 /* Roundings of the totals within which amounts are the same. */
 #define PDI_MINERAL_ROUND 16.0
 /* Shortest share of a step of Newton, and share of the distance from the laws that it has to leave at most. */
@@ -119,11 +121,16 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd
     return pdi_mineral_fill(ctx, c, species, count, reactions, reaction_count, m);
 }
 
-PDI_FN double pdi_mineral_fraction(const pd_minerals *m, const double *n)
+static double pdi_mineral_volume(const pd_minerals *m, const double *n)
 {
     double sum = 0.0;
     for (int s = 0; s < m->count; s++) sum += m->of[s].volume * n[s];
-    return pdi_min(pdi_max(sum, 0.0), 1.0);
+    return sum;
+}
+
+PDI_FN double pdi_mineral_fraction(const pd_minerals *m, const double *n)
+{
+    return pdi_min(pdi_max(pdi_mineral_volume(m, n), 0.0), 1.0);
 }
 
 PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *at)
@@ -137,8 +144,10 @@ PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, in
 PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n, const double *at,
                                pd_mineral_start *start)
 {
+    start->limited = 0;
     for (int s = 0; s < m->count; s++) {
         const pd_mineral *of = &m->of[s];
+        start->initial[s] = n[s];
         int free = !(of->rate > 0.0) && !(of->surface > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
         start->rate[s] = free ? HUGE_VAL : of->rate + of->surface * pdi_max(n[s], 0.0);
         if (bare && pdi_mineral_index(c, m, s, at) < of->nucleation * log(10.0)) start->rate[s] = 0.0;
@@ -230,10 +239,10 @@ static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *most, d
     }
     for (int t = 0; t < w->m->count; t++)
         if (t != s) taken += w->m->of[t].volume * w->n[t];
-    *room = HUGE_VAL;
-    if (!(w->m->of[s].volume > 0.0)) return;
+    *room = w->start->limited ? w->start->limit[s] : HUGE_VAL;
+    if (!(w->m->of[s].volume > 0.0) || w->start->limited) return;
     *room = pdi_max((1.0 - w->m->of[s].porosity - taken) / w->m->of[s].volume, 0.0);
-    *room = pdi_max(*room, w->start->start[s]); /* what is there stays */
+    *room = pdi_max(*room, w->start->initial[s]); /* what is there stays */
 }
 
 /* A bracket of the amount of mineral s above `low`, where its law is off by a positive f[0]. 0: up to `room` it is. */
@@ -310,8 +319,9 @@ static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int 
 static int pdi_mineral_full(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
                              const double *at, const double *n)
 {
-    double full = (1.0 - m->of[s].porosity) * (1.0 - PDI_MINERAL_FULL);
-    if (!(m->of[s].volume > 0.0) || pdi_mineral_fraction(m, n) < full) return 0;
+    double full = start->limited ? start->limit[s] : 1.0 - m->of[s].porosity;
+    double found = start->limited ? n[s] : pdi_mineral_fraction(m, n);
+    if (!(m->of[s].volume > 0.0) || found < full * (1.0 - PDI_MINERAL_FULL)) return 0;
     return pdi_mineral_law(c, m, start, s, at, n[s]) > PDI_MINERAL_FULL;
 }
 
@@ -488,8 +498,9 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     return 0;
 }
 
-PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                                    const double *total, double *at, double *n)
+/* Amounts that laws and bounds give. Of several minerals that meet their room the first ones have it. */
+static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                  const double *total, double *at, double *n)
 {
     pdi_mineral_work w;
     double size = 0.0, off[PD_MINERAL_MOST];
@@ -521,5 +532,129 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
     if (!(pdi_mineral_distance(&w, off) < (w.left > 0 ? HUGE_VAL : PDI_MINERAL_LOOSE))) return PD_NOT_CONVERGED;
     memcpy(at, w.at, (size_t)c->solutes * sizeof *at);
     memcpy(n, w.n, (size_t)m->count * sizeof *n);
+    return PD_OK;
+}
+
+/* ---- the room of several minerals ---- */
+
+/* 1: one has no more room, or more than that, and another one changes, too: how they divide it is open. */
+static int pdi_mineral_divided(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                               const double *at, const double *n)
+{
+    double volume = pdi_mineral_volume(m, n);
+    int full = 0, moved = 0, count = 0;
+    for (int s = 0; s < m->count; s++) {
+        if (!(m->of[s].volume > 0.0) || !(start->rate[s] > 0.0)) continue;
+        count++;
+        moved |= fabs(n[s] - start->initial[s]) * m->of[s].volume > PDI_MINERAL_FULL * volume;
+        full |= pdi_mineral_full(c, m, start, s, at, n);
+        full |= n[s] > start->initial[s] && volume > (1.0 - m->of[s].porosity) * (1.0 + PDI_MINERAL_FULL);
+    }
+    return full && moved && count > 1;
+}
+
+/* A volume whose minerals grow together until one after the other has no room. */
+typedef struct pdi_mineral_room {
+    const pd_components *c;
+    const pd_minerals *m;
+    pd_mineral_start start;      /* with limits */
+    const double *total, *guess; /* of pdi_mineral_solve */
+    const double *amounts;
+    double free[PD_MINERAL_MOST]; /* [mol/m3] amounts if there were room */
+    int open[PD_MINERAL_MOST];    /* 1: it grows, and is not at its limit */
+    double at[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
+} pdi_mineral_room;
+
+static pd_status pdi_mineral_within(pdi_mineral_room *r)
+{
+    memset(r->at, 0, sizeof r->at);
+    memcpy(r->at, r->guess, (size_t)r->c->solutes * sizeof *r->at);
+    memcpy(r->n, r->amounts, (size_t)r->m->count * sizeof *r->n);
+    return pdi_mineral_seek(r->c, r->m, &r->start, r->total, r->at, r->n);
+}
+
+/* Amounts with this share of the growth of the open ones; *over: by how much they pass the room. */
+static pd_status pdi_mineral_grown(pdi_mineral_room *r, double share, double room, double *over)
+{
+    for (int s = 0; s < r->m->count; s++)
+        if (r->open[s]) r->start.limit[s] = r->start.initial[s] + share * (r->free[s] - r->start.initial[s]);
+    pd_status status = pdi_mineral_within(r);
+    *over = pdi_mineral_volume(r->m, r->n) - room;
+    return status;
+}
+
+/* The open minerals grow until the room is full, which they would pass by `high` [-]. */
+static pd_status pdi_mineral_full_room(pdi_mineral_room *r, double room, double high)
+{
+    double low, share = 0.0, x;
+    PDI_TRY(pdi_mineral_grown(r, 0.0, room, &low));
+    pdi_bracket b = {0.0, low, 1.0, high, 0, 0};
+    while (low < -PDI_MINERAL_MARGIN * room && pdi_bracket_next(&b, &x)) {
+        double over;
+        PDI_TRY(pdi_mineral_grown(r, x, room, &over));
+        pdi_bracket_take(&b, x, over);
+        if (over > 0.0) continue;
+        low = over;
+        share = x;
+    }
+    return pdi_mineral_grown(r, share, room, &low);
+}
+
+/* The room of the open minerals that have least of it; HUGE_VAL: none is open. */
+static double pdi_mineral_least_room(const pdi_mineral_room *r)
+{
+    double room = HUGE_VAL;
+    for (int s = 0; s < r->m->count; s++)
+        if (r->open[s]) room = pdi_min(room, 1.0 - r->m->of[s].porosity);
+    return room;
+}
+
+/* Minerals that meet their room grow together: each has the same share of what it would grow without that. Those that
+ * leave pores too narrow for others go on without them. */
+static pd_status pdi_mineral_divide(pdi_mineral_room *r)
+{
+    double room;
+    r->start.limited = 1;
+    for (int s = 0; s < r->m->count; s++) r->start.limit[s] = HUGE_VAL;
+    PDI_TRY(pdi_mineral_within(r));
+    for (int s = 0; s < r->m->count; s++) {
+        if (!(r->m->of[s].volume > 0.0)) continue;
+        r->open[s] = r->n[s] > r->start.initial[s];
+        if (!r->open[s]) r->start.limit[s] = r->start.initial[s];
+    }
+    while ((room = pdi_mineral_least_room(r)) < HUGE_VAL) {
+        double over = pdi_mineral_volume(r->m, r->n) - room;
+        if (!(over > 0.0)) return PD_OK;
+        for (int s = 0; s < r->m->count; s++) r->free[s] = pdi_max(r->n[s], r->start.initial[s]);
+        PDI_TRY(pdi_mineral_full_room(r, room, over));
+        for (int s = 0; s < r->m->count; s++) {
+            if (r->open[s]) r->open[s] = 1.0 - r->m->of[s].porosity > room;
+            if (r->open[s]) r->start.limit[s] = HUGE_VAL;
+        }
+        if (pdi_mineral_least_room(r) < HUGE_VAL) PDI_TRY(pdi_mineral_within(r));
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                    const double *total, double *at, double *n)
+{
+    pdi_mineral_room r;
+    memcpy(r.at, at, (size_t)c->solutes * sizeof *at);
+    memcpy(r.n, n, (size_t)m->count * sizeof *n);
+    pd_status status = pdi_mineral_seek(c, m, start, total, r.at, r.n);
+    if (status == PD_OK && pdi_mineral_divided(c, m, start, r.at, r.n)) {
+        r.c = c;
+        r.m = m;
+        r.start = *start;
+        r.total = total;
+        r.guess = at;
+        r.amounts = n;
+        memset(r.open, 0, sizeof r.open);
+        status = pdi_mineral_divide(&r);
+    }
+    if (status != PD_OK) return status;
+    memcpy(at, r.at, (size_t)c->solutes * sizeof *at);
+    memcpy(n, r.n, (size_t)m->count * sizeof *n);
     return PD_OK;
 }

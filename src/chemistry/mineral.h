@@ -37,6 +37,9 @@ typedef struct pd_mineral_start {
     double dt;                       /* [s] */
     const double *start;             /* [count] [mol/m3] amounts that speeds count from */
     double rate[PD_MINERAL_MOST];    /* [mol/m3/s] of this volume; HUGE_VAL: in equilibrium; 0: it does not form */
+    double initial[PD_MINERAL_MOST]; /* [mol/m3] amounts that are there before the step: they need no room */
+    int limited;                     /* 1: minerals grow up to `limit`, 0: up to their room */
+    double limit[PD_MINERAL_MOST];   /* [mol/m3] HUGE_VAL: none */
 } pd_mineral_start;
 
 #ifdef PDI_INTERNAL
