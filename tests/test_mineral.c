@@ -250,6 +250,67 @@ TEST(unlike_rooms)
     }
 }
 
+/* Body fluid and amounts at random, speeds or equilibrium, steps of any length: three minerals that share ions never
+ * grow beyond their room, and any order of them gives the same. */
+TEST(any_order_of_three)
+{
+    static const int permuted[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    uint32_t random = 5;
+    int full = 0, solved = 0;
+    for (int k = 0; k < 60; k++) {
+        double reference[3] = {0.0}, value[PD_SPECIES_MOST], amount[3], rate[3], dt, volume;
+        int lost = 0;
+        volume = pow(10.0, -3.5 + 1.5 * random_share(&random));
+        for (int i = 0; i < PD_SPECIES_MOST; i++) value[i] = 3e3 * pow(10.0, -2.0 * random_share(&random));
+        for (int s = 0; s < 3; s++) {
+            amount[s] = k % 3 == s ? 0.0 : 0.3 * random_share(&random) / volume;
+            rate[s] = k % 4 == 3 ? 0.0 : pow(10.0, -6.0 + 8.0 * random_share(&random));
+        }
+        dt = pow(10.0, -6.0 + 18.0 * random_share(&random));
+        for (int o = 0; o < 6; o++) {
+            mixture v;
+            pd_mineral of[3], in_order[3];
+            double c[PD_SPECIES_MOST], total[PD_SPECIES_MOST], n[3], first[3], found[3], filled = 0.0, had = 0.0;
+            pd_mineral_start start;
+            body(&v, of);
+            for (int s = 0; s < 3; s++) {
+                in_order[s] = of[permuted[o][s]];
+                in_order[s].rate = rate[permuted[o][s]];
+                in_order[s].volume = volume * (1 + permuted[o][s]);
+                in_order[s].porosity = 0.1;
+                first[s] = n[s] = amount[permuted[o][s]] / (1 + permuted[o][s]);
+            }
+            if (!build(&v, PD_ACTIVITY_IDEAL, in_order, 3)) return;
+            for (int i = 0; i < v.species; i++)
+                if (test_system.place[i] >= 0) c[test_system.place[i]] = value[i];
+            pdi_components_totals(&test_system, c, total);
+            if (pdi_components_solve(&test_system, total, c) != PD_OK) continue;
+            start.dt = dt;
+            start.start = first;
+            pdi_mineral_begin(&test_system, &test_minerals, n, c, &start);
+            lost |= pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n) != PD_OK;
+            if (lost) break; /* the step is to be taken in parts */
+            for (int s = 0; s < 3; s++) {
+                found[permuted[o][s]] = n[s];
+                filled += n[s] * in_order[s].volume;
+                had += first[s] * in_order[s].volume;
+            }
+            CHECK_LE(filled, 0.9 * (1.0 + 1e-13));
+            CHECK_LE(had, 0.9);
+            full += filled > 0.9 * (1.0 - 1e-9);
+            solved++;
+            for (int s = 0; s < 3; s++)
+                if (!o)
+                    reference[s] = found[s];
+                else
+                    CHECK_NEAR(found[s], reference[s], 1e-7 / volume);
+        }
+    }
+    NOTE("%d of %d full", full, solved);
+    CHECK_LE(340, solved);
+    CHECK(full > 30 && full < solved - 30);
+}
+
 /* Derivatives of amounts with totals against differences, of kinetic minerals and of those in equilibrium. */
 TEST(derivatives)
 {
@@ -320,4 +381,4 @@ TEST(refusals)
 }
 
 TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(laws) ENTRY(limits) ENTRY(two_fill_a_room)
-          ENTRY(unlike_rooms) ENTRY(derivatives) ENTRY(refusals))
+          ENTRY(unlike_rooms) ENTRY(any_order_of_three) ENTRY(derivatives) ENTRY(refusals))

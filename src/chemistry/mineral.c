@@ -565,33 +565,34 @@ typedef struct pdi_mineral_room {
     double at[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
 } pdi_mineral_room;
 
-static pd_status pdi_mineral_within(pdi_mineral_room *r)
+/* Amounts within the limits. 0: not found. */
+static int pdi_mineral_within(pdi_mineral_room *r)
 {
     memset(r->at, 0, sizeof r->at);
     memcpy(r->at, r->guess, (size_t)r->c->solutes * sizeof *r->at);
     memcpy(r->n, r->amounts, (size_t)r->m->count * sizeof *r->n);
-    return pdi_mineral_seek(r->c, r->m, &r->start, r->total, r->at, r->n);
+    return pdi_mineral_seek(r->c, r->m, &r->start, r->total, r->at, r->n) == PD_OK;
 }
 
-/* Amounts with this share of the growth of the open ones; *over: by how much they pass the room. */
-static pd_status pdi_mineral_grown(pdi_mineral_room *r, double share, double room, double *over)
+/* The same with this share of the growth of the open ones; *over: by how much they pass the room. */
+static int pdi_mineral_grown(pdi_mineral_room *r, double share, double room, double *over)
 {
     for (int s = 0; s < r->m->count; s++)
         if (r->open[s]) r->start.limit[s] = r->start.initial[s] + share * (r->free[s] - r->start.initial[s]);
-    pd_status status = pdi_mineral_within(r);
+    int found = pdi_mineral_within(r);
     *over = pdi_mineral_volume(r->m, r->n) - room;
-    return status;
+    return found;
 }
 
-/* The open minerals grow until the room is full, which they would pass by `high` [-]. */
-static pd_status pdi_mineral_full_room(pdi_mineral_room *r, double room, double high)
+/* The open minerals grow until the room is full, which they would pass by `high` [-]. 0: not found. */
+static int pdi_mineral_full_room(pdi_mineral_room *r, double room, double high)
 {
     double low, share = 0.0, x;
-    PDI_TRY(pdi_mineral_grown(r, 0.0, room, &low));
+    if (!pdi_mineral_grown(r, 0.0, room, &low)) return 0;
     pdi_bracket b = {0.0, low, 1.0, high, 0, 0};
     while (low < -PDI_MINERAL_MARGIN * room && pdi_bracket_next(&b, &x)) {
         double over;
-        PDI_TRY(pdi_mineral_grown(r, x, room, &over));
+        if (!pdi_mineral_grown(r, x, room, &over)) return 0;
         pdi_bracket_take(&b, x, over);
         if (over > 0.0) continue;
         low = over;
@@ -610,13 +611,13 @@ static double pdi_mineral_least_room(const pdi_mineral_room *r)
 }
 
 /* Minerals that meet their room grow together: each has the same share of what it would grow without that. Those that
- * leave pores too narrow for others go on without them. */
-static pd_status pdi_mineral_divide(pdi_mineral_room *r)
+ * leave pores too narrow for others go on without them. 0: not found. */
+static int pdi_mineral_divide(pdi_mineral_room *r)
 {
     double room;
     r->start.limited = 1;
     for (int s = 0; s < r->m->count; s++) r->start.limit[s] = HUGE_VAL;
-    PDI_TRY(pdi_mineral_within(r));
+    if (!pdi_mineral_within(r)) return 0;
     for (int s = 0; s < r->m->count; s++) {
         if (!(r->m->of[s].volume > 0.0)) continue;
         r->open[s] = r->n[s] > r->start.initial[s];
@@ -624,16 +625,16 @@ static pd_status pdi_mineral_divide(pdi_mineral_room *r)
     }
     while ((room = pdi_mineral_least_room(r)) < HUGE_VAL) {
         double over = pdi_mineral_volume(r->m, r->n) - room;
-        if (!(over > 0.0)) return PD_OK;
+        if (!(over > 0.0)) return 1;
         for (int s = 0; s < r->m->count; s++) r->free[s] = pdi_max(r->n[s], r->start.initial[s]);
-        PDI_TRY(pdi_mineral_full_room(r, room, over));
+        if (!pdi_mineral_full_room(r, room, over)) return 0;
         for (int s = 0; s < r->m->count; s++) {
             if (r->open[s]) r->open[s] = 1.0 - r->m->of[s].porosity > room;
             if (r->open[s]) r->start.limit[s] = HUGE_VAL;
         }
-        if (pdi_mineral_least_room(r) < HUGE_VAL) PDI_TRY(pdi_mineral_within(r));
+        if (pdi_mineral_least_room(r) < HUGE_VAL && !pdi_mineral_within(r)) return 0;
     }
-    return PD_OK;
+    return 1;
 }
 
 PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
@@ -651,7 +652,7 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
         r.guess = at;
         r.amounts = n;
         memset(r.open, 0, sizeof r.open);
-        status = pdi_mineral_divide(&r);
+        if (!pdi_mineral_divide(&r)) status = PD_NOT_CONVERGED;
     }
     if (status != PD_OK) return status;
     memcpy(at, r.at, (size_t)c->solutes * sizeof *at);
