@@ -181,7 +181,8 @@ lint: $(BUILD)/lint $(BUILD)/amalgamate ## house rules and the order of the modu
 	$(BUILD)/lint
 
 # Whole scenes in two dimensions, rings and readers of files go through most of the code.
-QUICK_LOGS = $(patsubst %,$(LOGS)/%_2d.log,hard_geometry hard_limits test_axisym test_text test_png test_picture test_scene test_bond)
+QUICK_LOGS = $(patsubst %,$(LOGS)/%_2d.log,hard_geometry hard_limits test_axisym test_text test_png test_picture test_scene test_bond \
+             test_shade)
 SANITIZED = +@$(MAKE) -k --no-print-directory BUILD=$(BUILD)/sanitize OPENMP=0 \
             EXTRA='-O1 -fsanitize=address,undefined -fno-sanitize-recover=all'
 

@@ -351,8 +351,24 @@ TEST(refused)
     solid.bond_energy = NULL;
     CHECK_INT(pd_criterion_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
     CHECK(strstr(c->ctx.message, "ordinary material has no energies of bonds") != NULL);
+    d.critical = 1e6; /* [Pa] stress needs no energies of bonds, and those need no stress */
+    d.fracture = 0.0;
+    for (int kind = PD_CRITERION_PRINCIPAL; kind <= PD_CRITERION_MISES; kind++) {
+        pd_solid without = solid;
+        d.kind = (pd_criterion_kind)kind;
+        CHECK_OK(&c->ctx, pd_criterion_build(&c->ctx, &solid, &d, &criterion));
+        pd_criterion_free(&c->ctx, &criterion);
+        without.bond_energy = pd_ordinary_solid(&material).bond_energy;
+        without.stress = NULL;
+        CHECK_INT(pd_criterion_build(&c->ctx, &without, &d, &criterion), PD_ERR_ARGUMENT);
+        CHECK(strstr(c->ctx.message, "ordinary material has no stress") != NULL);
+        d.kind = kind == PD_CRITERION_MISES ? PD_CRITERION_ENERGY : PD_CRITERION_STRETCH;
+        CHECK_OK(&c->ctx, pd_criterion_build(&c->ctx, &without, &d, &criterion));
+        pd_criterion_free(&c->ctx, &criterion);
+    }
     d.kind = (pd_criterion_kind)4;
     CHECK_INT(pd_criterion_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
+    CHECK(strstr(c->ctx.message, "kind 4, expected 0 to 3") != NULL);
     end(c);
 }
 

@@ -74,6 +74,8 @@ TEST(estimate_against_peak)
     }
 }
 
+#define FLUID "[grid] h = %s  box = 0 .. 1 mm" ACROSS "\n[transport] D = 1e-9 m2/s\n[run] until = 1 s\n"
+
 #if PD_DIM == 1
 #define ACROSS
 #elif PD_DIM == 2
@@ -81,7 +83,47 @@ TEST(estimate_against_peak)
 #else
 #define ACROSS ", 0 .. 1 mm, 0 .. 1 mm"
 #endif
-#define FLUID "[grid] h = %s  box = 0 .. 1 mm" ACROSS "\n[transport] D = 1e-9 m2/s\n[run] until = 1 s\n"
+
+/* Wherever the box begins: within 3 of 20 cells of the walls the families of m = 3 are cut, and nowhere else. */
+TEST(any_place_of_the_box)
+{
+    static const char *const box[] = {"0 .. 1 mm", "-1 mm .. 0", "-0.5 mm .. 0.5 mm", "-3 mm .. -2 mm",
+                                      "2 mm .. 3 mm"};
+    double first = 0.0;
+    for (size_t k = 0; k < sizeof box / sizeof box[0]; k++) {
+        pd_ctx ctx;
+        pd_setup u;
+        pd_footprint b;
+        char text[400];
+        snprintf(text, sizeof text, "[grid] h = 50 um  m = 3  box = %s%s%s%s%s\n[transport] D = 1e-9 m2/s\n[run] until = 1 s\n", box[k],
+                 PD_DIM > 1 ? ", " : "", PD_DIM > 1 ? box[k] : "", PD_DIM > 2 ? ", " : "", PD_DIM > 2 ? box[k] : "");
+        if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return;
+        pd_footprint_estimate(&u, &b);
+        if (!k) first = b.all;
+        CHECK_REL(b.all, first, 1e-12);
+        CHECK_NEAR(b.cut, pow(20.0, PD_DIM) - pow(14.0, PD_DIM), 1e-9);
+        leave(&ctx, &u);
+    }
+    /* metal up to 4 cells from one side, a wall at the other one, mirrors across */
+    pd_ctx ctx;
+    pd_setup u;
+    pd_footprint b;
+    static const char *const text =
+        "[grid] h = 50 um  m = 3  box = -1 mm .. 0" ACROSS "\n[side x-] flow = mirror\n"
+        "[shape metal] kind = solid  box = -1 mm .. -0.8 mm" ACROSS "\n"
+#if PD_DIM > 1
+        "[side y-] flow = mirror\n[side y+] flow = mirror\n"
+#endif
+#if PD_DIM > 2
+        "[side z-] flow = mirror\n[side z+] flow = mirror\n"
+#endif
+        "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h\n[run] until = 1 s\n";
+    if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return;
+    pd_footprint_estimate(&u, &b);
+    CHECK_NEAR(b.cut, 6.0 * pow(20.0, PD_DIM - 1), 1e-9);
+    CHECK_NEAR(b.solid, 4.0 * pow(20.0, PD_DIM - 1), 1e-9);
+    leave(&ctx, &u);
+}
 
 /* A scene that is too large is refused before any of it is built, and no folder appears. */
 TEST(refused_before_work)
@@ -132,4 +174,5 @@ TEST(more_nodes_than_int32)
 }
 #endif
 
-TEST_MAIN(ENTRY(estimate_against_peak) ENTRY(refused_before_work) ENTRY(more_nodes_than_int32))
+TEST_MAIN(ENTRY(estimate_against_peak) ENTRY(any_place_of_the_box)
+          ENTRY(refused_before_work) ENTRY(more_nodes_than_int32))

@@ -369,6 +369,23 @@ TEST(statistics)
         CHECK_REL(stats.boundary_fraction, 2e-3, 0.03);
     }
     sample_free(&s);
+    /* three columns of widths 0.2, 0.4 and 0.4: mean and deviation of their diameters */
+    static const double place[3] = {0.1, 0.3, 0.9}, width[3] = {0.2, 0.4, 0.4};
+    double sum = 0.0, square = 0.0;
+    for (int k = 0; k < 3; k++) {
+        double d = PD_DIM == 2 ? sqrt(width[k] * 4.0 / 3.14159265358979) : cbrt(width[k] * 6.0 / 3.14159265358979);
+        for (int a = 0; a < PD_DIM; a++) centre[k * PD_DIM + a] = a ? 0.5 : place[k];
+        sum += d / 3.0;
+        square += d * d / 3.0;
+    }
+    desc.centre_count = 3;
+    if (sample_grid(&s, origin, unit_edge, 20, 1.0, 4, 1.0) && sample_grains(&s, &desc) &&
+        CHECK_OK(&s.ctx, pdi_grain_measure(&s.ctx, &s.grid, &s.grain, s.fraction, &stats))) {
+        CHECK_INT(stats.count, 3);
+        CHECK_REL(stats.mean, sum, 1e-12);
+        CHECK_REL(stats.deviation, sqrt(square - sum * sum), 1e-9);
+    }
+    sample_free(&s);
 }
 
 static void refuse(sample *s, pd_grain_desc desc, const char *part)
@@ -392,12 +409,20 @@ TEST(refusals)
     refuse(&s, desc, "3 centres without an array");
     /* a limit on memory is an error, and leaves something that can be freed */
     desc.centre_count = 0;
-    for (size_t limit = s.ctx.in_use + 1; limit < s.ctx.in_use + 40000; limit += 1500) {
-        s.ctx.alloc.limit = limit;
-        pd_status status = pd_grain_build(&s.ctx, &s.grid, &desc, &s.grain);
-        CHECK(status == PD_OK || status == PD_ERR_LIMIT);
+    size_t before = s.ctx.in_use;
+    CHECK_OK(&s.ctx, pd_grain_build(&s.ctx, &s.grid, &desc, &s.grain));
+    size_t needed = s.ctx.in_use - before;
+    pd_grain_free(&s.ctx, &s.grain);
+    CHECK_INT(s.ctx.in_use, before);
+    for (int k = 0; k < 20; k++) { /* less than it holds when it is built */
+        s.ctx.alloc.limit = before + 1 + (size_t)k * (needed - 2) / 19;
+        CHECK_INT(pd_grain_build(&s.ctx, &s.grid, &desc, &s.grain), PD_ERR_LIMIT);
         pd_grain_free(&s.ctx, &s.grain);
+        CHECK_INT(s.ctx.in_use, before);
     }
+    s.ctx.alloc.limit = before + 10 * needed;
+    CHECK_OK(&s.ctx, pd_grain_build(&s.ctx, &s.grid, &desc, &s.grain));
+    pd_grain_free(&s.ctx, &s.grain);
     sample_free(&s);
 }
 

@@ -1,5 +1,6 @@
 /* shade: surfaces of cells and their views against closed forms. */
 /* dims: 2 */
+#include "io/canvas.h"
 #include "io/relief.h"
 #include "test.h"
 #include <string.h>
@@ -393,6 +394,59 @@ static int marked(const pd_image *image, int from, uint32_t colour, int *top)
     return count;
 }
 
+/* Letters of the axes stand outside, beside the middle of an edge of the outline along that axis: of x and y the lower
+ * one, of z the left one. way[k]: towards the eye; edge[k][d]: the ends of these edges on the other two axes. */
+TEST(axes_have_their_letters)
+{
+    static const double way[2][3] = {{1, -1, 1}, {-1, -2, 0.5}}, lo[3] = {0, 10, -20}, hi[3] = {60, 40, 25};
+    static const int upper[2][3][3] = {{{0, 0, 0}, {1, 0, 0}, {0, 0, 0}}, {{0, 0, 0}, {0, 0, 0}, {0, 1, 0}}};
+    pd_ctx ctx;
+    pd_ctx_init(&ctx);
+    for (int k = 0; k < 2; k++) {
+        pd_shade shade;
+        pd_image image;
+        pdi_relief r;
+        double x[3], middle[3];
+        memset(&r, 0, sizeof r);
+        r.shade = &shade;
+        if (!CHECK_OK(&ctx, pdi_shade_build(&ctx, lo, hi, way[k], 400, &shade))) return;
+        if (!CHECK_OK(&ctx, pdi_relief_draw(&ctx, &r, &image))) return;
+        for (int d = 0; d < 3; d++) x[d] = 0.5 * (lo[d] + hi[d]);
+        pdi_shade_project(&shade, x, middle);
+        for (int d = 0; d < 3; d++) {
+            double a[3], b[3], at[2], out[2];
+            char letter[2] = {"xyz"[d], '\0'};
+            pdi_canvas alone;
+            for (int e = 0; e < 3; e++) x[e] = upper[k][d][e] ? hi[e] : lo[e];
+            pdi_shade_project(&shade, x, a);
+            x[d] = hi[d];
+            pdi_shade_project(&shade, x, b);
+            for (int c = 0; c < 2; c++) at[c] = 0.5 * (a[c] + b[c]);
+            double length = hypot(b[0] - a[0], b[1] - a[1]), side;
+            out[0] = (b[1] - a[1]) / length;
+            out[1] = (a[0] - b[0]) / length;
+            side = out[0] * (at[0] - middle[0]) + out[1] * (at[1] - middle[1]) < 0 ? -15 : 15;
+            int left = 24 + (int)(at[0] + side * out[0]);
+            int top = 52 + (int)(at[1] + side * out[1]) - PDI_CANVAS_CAPITAL / 2;
+            if (!CHECK_OK(&ctx, pdi_canvas_init(&ctx, image.width, image.height, &alone))) return;
+            pdi_canvas_text(&alone, left, top, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, letter);
+            int ink = 0, unlike = 0;
+            for (int v = top; v < top + PDI_CANVAS_CAPITAL; v++)
+                for (int u = left - 4; u <= left + 4; u++) {
+                    size_t to = 3 * ((size_t)v * (size_t)image.width + (size_t)u);
+                    ink += alone.image.pixels[to] < 128;
+                    unlike += alone.image.pixels[to] != image.pixels[to];
+                }
+            CHECK(ink >= 8);
+            CHECK_INT(unlike, 0);
+            pdi_image_free(&ctx, &alone.image);
+        }
+        pdi_image_free(&ctx, &image);
+        pdi_shade_free(&ctx, &shade);
+    }
+    CHECK_INT(ctx.in_use, 0);
+}
+
 /* The legend of a surface has a row with a mark for each label that is seen, one below the other, and for no other. */
 TEST(labels_of_a_relief_have_rows)
 {
@@ -428,4 +482,5 @@ TEST(labels_of_a_relief_have_rows)
 
 TEST_MAIN(ENTRY(a_sphere_has_its_silhouette_and_light) ENTRY(a_ball_of_cells_is_a_sphere)
           ENTRY(a_block_shows_three_faces) ENTRY(sides_cut_the_body) ENTRY(what_is_nearer_hides)
-          ENTRY(views_are_reproducible) ENTRY(a_relief_has_its_colours) ENTRY(labels_of_a_relief_have_rows))
+          ENTRY(views_are_reproducible) ENTRY(a_relief_has_its_colours) ENTRY(axes_have_their_letters)
+          ENTRY(labels_of_a_relief_have_rows))
