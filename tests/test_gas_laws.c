@@ -282,6 +282,124 @@ TEST(axes_are_equal)
     }
 }
 
+/* Axis d of the first box is axis[d] of the second one, from its other end where `mirrored` says so. */
+typedef struct motion {
+    int axis[PD_DIM], mirrored[PD_DIM];
+} motion;
+
+/* From a place of the second box of unit length to that of the first, and back. */
+static void motion_back(const motion *m, const double *x, double *at)
+{
+    for (int d = 0; d < PD_DIM; d++) at[d] = m->mirrored[d] ? 1.0 - x[m->axis[d]] : x[m->axis[d]];
+}
+static void motion_on(const motion *m, const double *x, double *at)
+{
+    for (int d = 0; d < PD_DIM; d++) at[m->axis[d]] = m->mirrored[d] ? 1.0 - x[d] : x[d];
+}
+
+static void uneven_state(void *user, const double *x, double *rho, double *v, double *p)
+{
+    const motion *m = (const motion *)user;
+    double at[PD_DIM], phase = 0.0;
+    motion_back(m, x, at);
+    for (int d = 0; d < PD_DIM; d++) phase += (2.0 + d) * at[d];
+    *rho = 1.0 + 0.5 * sin(3.0 * phase);
+    *p = 1.0 + 0.6 * cos(2.0 * phase) + (at[0] > 0.6 ? 0.4 : 0.0);
+    for (int d = 0; d < PD_DIM; d++) {
+        double speed = 0.3 * cos(phase + 2.0 * d) - 0.1 * d;
+        v[m->axis[d]] = m->mirrored[d] ? -speed : speed;
+    }
+}
+
+/* An angle of two boxes at a side and a ball between its arms, with a step at its foot. */
+static void uneven_shapes(const motion *m, pd_shape *shapes)
+{
+    static const double boxes[3][2][3] = {{{0.25, 0.0, 0.0}, {0.5, 0.75, 0.5}},
+                                          {{0.25, 0.0, 0.25}, {0.875, 0.25, 0.75}},
+                                          {{0.0, 0.0, 0.0}, {0.25, 0.125, 0.25}}};
+    double ball[3] = {0.73, 0.52, 0.6}, at[PD_DIM];
+    memset(shapes, 0, 5 * sizeof *shapes);
+    for (int k = 0; k < 3; k++) {
+        double lo[PD_DIM], hi[PD_DIM];
+        shapes[k].type = PD_SHAPE_BOX;
+        motion_on(m, boxes[k][0], lo);
+        motion_on(m, boxes[k][1], hi);
+        for (int d = 0; d < PD_DIM; d++) {
+            shapes[k].a[d] = fmin(lo[d], hi[d]);
+            shapes[k].b[d] = fmax(lo[d], hi[d]);
+        }
+    }
+    shapes[3].type = PD_SHAPE_BALL;
+    motion_on(m, ball, at);
+    memcpy(shapes[3].a, at, sizeof at);
+    shapes[3].r = 0.17;
+    shapes[4].type = PD_SHAPE_UNION;
+    shapes[4].children = 4;
+    for (int k = 0; k < 4; k++) shapes[4].child[k] = k;
+}
+
+static int motion_build(const motion *m, double horizon, int order, const pd_side *side, pd_shape *shapes, scene *s)
+{
+    setup u;
+    setup_init(&u, PD_DIM == 3 ? 8 : 16, PD_DIM == 3 ? 8 : 16, PD_SIDE_WALL, PD_SIDE_WALL);
+    for (int k = 0; k < 2 * PD_DIM; k++) u.side[2 * m->axis[k / 2] + (k % 2 ^ m->mirrored[k / 2])] = side[k];
+    uneven_shapes(m, shapes);
+    u.m = horizon;
+    u.shapes = shapes;
+    u.solid = PD_DIM > 1 ? shapes + 4 : NULL;
+    u.gas.order = order ? PD_GAS_FIRST : PD_GAS_SECOND;
+    u.gas.initial = uneven_state;
+    u.gas.initial_user = (void *)m;
+    return CHECK_OK(&s->ctx, scene_build(s, &u));
+}
+
+/* Bodies in a box with sides of all kinds, turned and mirrored. */
+TEST(turned_and_mirrored)
+{
+    static const pd_side sides[3][6] = {
+        {PD_SIDE_WALL, PD_SIDE_WALL, PD_SIDE_WALL, PD_SIDE_WALL, PD_SIDE_WALL, PD_SIDE_WALL},
+        {PD_SIDE_OUTLET, PD_SIDE_WALL, PD_SIDE_WALL, PD_SIDE_MIRROR, PD_SIDE_MIRROR, PD_SIDE_INLET},
+        {PD_SIDE_INLET, PD_SIDE_OUTLET, PD_SIDE_PERIODIC, PD_SIDE_PERIODIC, PD_SIDE_WALL, PD_SIDE_WALL}};
+    for (int n = 0; n < 18; n++) {
+        scene first, second;
+        motion still, moved;
+        pd_shape shapes[2][5];
+        double dt, worst = 0.0, horizon = 1.0 + n % 3;
+        int kind = n / 3 % 3, order = n / 9, turn = PD_DIM > 1 ? 1 + n % (PD_DIM - 1) : 0;
+        for (int d = 0; d < PD_DIM; d++) {
+            still.axis[d] = d;
+            still.mirrored[d] = 0;
+            moved.axis[d] = (d + turn) % PD_DIM;
+            moved.mirrored[d] = PD_DIM == 1 || (n >> d) % 2;
+        }
+        if (!motion_build(&still, horizon, order, sides[kind], shapes[0], &first)) return;
+        if (!motion_build(&moved, horizon, order, sides[kind], shapes[1], &second)) return;
+        CHECK_OK(&first.ctx, pd_gas_limit(&first.ctx, &first.gas, &dt));
+        for (int step = 0; step < 8; step++) {
+            CHECK_OK(&first.ctx, pd_gas_step(&first.ctx, &first.gas, 0.6 * dt));
+            CHECK_OK(&second.ctx, pd_gas_step(&second.ctx, &second.gas, 0.6 * dt));
+        }
+        for (int32_t i = 0; i < first.grid.total; i++) {
+            int at[PD_DIM], to[PD_DIM];
+            if (first.grid.kind[i] != PD_FLUID) continue;
+            pdi_grid_index(&first.grid, i, at);
+            for (int d = 0; d < PD_DIM; d++)
+                to[moved.axis[d]] = moved.mirrored[d] ? first.grid.n[d] - 1 - at[d] : at[d];
+            int32_t j = pd_grid_node(&second.grid, to);
+            CHECK_INT(second.grid.kind[j], PD_FLUID);
+            for (int c = 0; c < PD_GAS_FIELDS; c++) {
+                int vector = c > 0 && c < P_FIELD, d = vector ? c - 1 : 0;
+                double other = field(&second, vector ? 1 + moved.axis[d] : c, j);
+                double same = vector && moved.mirrored[d] ? -other : other;
+                worst = fmax(worst, fabs(field(&first, c, i) - same));
+            }
+        }
+        CHECK_LE(worst, 1e-11);
+        scene_free(&first);
+        scene_free(&second);
+    }
+}
+
 /* ---- steps ---- */
 
 typedef struct units {
@@ -474,5 +592,6 @@ TEST(refusals)
 }
 
 TEST_MAIN(ENTRY(rest) ENTRY(conservation) ENTRY(fallback) ENTRY(slip) ENTRY(open_sides)
-          ENTRY(mirror_side_is_a_symmetry_plane) ENTRY(axes_are_equal) ENTRY(units_and_threads)
+          ENTRY(mirror_side_is_a_symmetry_plane) ENTRY(axes_are_equal) ENTRY(turned_and_mirrored)
+          ENTRY(units_and_threads)
           ENTRY(limit_of_positivity) ENTRY(limit_of_stability) ENTRY(refusals))

@@ -6,6 +6,7 @@
  * the last bit.
  */
 #include "flow/gas.h"
+#include "flow/gas_wall.h"
 #include "core/par.h"
 #include "lattice/op.h"
 #include <math.h>
@@ -151,7 +152,8 @@ static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
             for (int d = 0; d < PD_DIM; d++)
                 for (int b = 0; b < count; b++) along[b] += 0.5 * xi[d] * slope[d * total + b];
             for (int b = 0; b < count; b++) {
-                double value = lanes == PDI_OPEN_ALL || open[b] > 0.0 ? far[b] : q[b], size = fabs(along[b]);
+                int passes = lanes == PDI_OPEN_ALL || open[b] > 0.0;
+                double value = passes ? far[b] : q[b], size = passes ? fabs(along[b]) : 0.0;
                 least[b] = value < least[b] ? value : least[b];
                 most[b] = value > most[b] ? value : most[b];
                 steep[b] = size > steep[b] ? size : steep[b];
@@ -282,13 +284,13 @@ PDI_ONCE static void pdi_gas_hllc(const pd_gas *gas, const double *n, double wei
     }
 }
 
-/* Outflow velocity at the wall of row r and its normal. The wall is the middle of a bond to the mirror image, with the
+/* Outflow velocity at wall w of row r and its normal. The wall is the middle of a bond to the mirror image, with the
  * reconstruction of the others; of scalars and along the wall it finds nothing to add. Returns the weight
  * 2 |wall_face| [1/m]; 0: no wall, or equal ones on both sides. */
-static double pdi_gas_wall(const pd_gas *gas, int32_t i, int32_t r, double *n, double *u)
+static double pdi_gas_wall(const pd_gas *gas, int32_t i, int32_t r, int w, double *n, double *u)
 {
-    int64_t total = gas->grid->total;
-    const double *face = gas->wall_face + (int64_t)r * PD_DIM;
+    int64_t total = gas->grid->total, place = (int64_t)r * PD_DIM + w;
+    const double *face = gas->wall_face + place * PD_DIM;
     double square = 0.0, slope = 0.0;
     for (int d = 0; d < PD_DIM; d++) square += face[d] * face[d];
     *u = 0.0;
@@ -301,7 +303,7 @@ static double pdi_gas_wall(const pd_gas *gas, int32_t i, int32_t r, double *n, d
         for (int c = 0; c < PD_DIM; c++)
             for (int d = 0; d < PD_DIM; d++)
                 slope += n[c] * n[d] * gas->slope[((int64_t)(PDI_GAS_V + c) * PD_DIM + d) * total + i];
-        *u += 0.5 * pdi_gas_limited(4.0 * gas->wall_gap[r] * slope + 2.0 * *u, -2.0 * *u);
+        *u += 0.5 * pdi_gas_limited(4.0 * gas->wall_gap[place] * slope + 2.0 * *u, -2.0 * *u);
     }
     return 2.0 * sqrt(square);
 }
@@ -315,15 +317,6 @@ static double pdi_gas_wall_wave(const pd_gas *gas, int32_t i, double u)
 }
 
 /* ---- sums over bonds ---- */
-
-/* Weight 2 |g| [1/m] and normal of bond k. */
-static double pdi_gas_bond(const pd_stencil *s, int k, double *n)
-{
-    double square = 0.0;
-    for (int d = 0; d < PD_DIM; d++) square += s->grad[k * PD_DIM + d] * s->grad[k * PD_DIM + d];
-    for (int d = 0; d < PD_DIM; d++) n[d] = s->grad[k * PD_DIM + d] / sqrt(square);
-    return 2.0 * sqrt(square);
-}
 
 /* Time derivatives (eq. 4.19, 4.24). */
 static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
@@ -339,16 +332,17 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
         const double *some = lanes == PDI_OPEN_SOME ? open : NULL;
         if (lanes == PDI_OPEN_NONE) continue;
-        double weight = pdi_gas_bond(bonds->stencil, k, n);
+        double weight = pdi_gas_wall_bond(bonds->stencil, k, n);
         pdi_gas_reconstruct(gas, i, k, count, some, &face);
         pdi_gas_waves(gas, n, count, &face);
         pdi_gas_hllc(gas, n, weight, p, count, some, &face, sum);
     }
-    for (int b = 0; b < count && row >= 0; b++) {
-        double u, weight = pdi_gas_wall(gas, i + b, row + b, n, &u);
+    for (int b = 0; b < count * PD_DIM && row >= 0; b++) {
+        int lane = b / PD_DIM;
+        double u, weight = pdi_gas_wall(gas, i + lane, row + lane, b % PD_DIM, n, &u);
         if (!(weight > 0.0)) continue;
-        double push = gas->primitive[i + b] * u * (u - pdi_gas_wall_wave(gas, i + b, u));
-        for (int d = 0; d < PD_DIM; d++) sum[PDI_GAS_V + d][b] += weight * push * n[d];
+        double push = gas->primitive[i + lane] * u * (u - pdi_gas_wall_wave(gas, i + lane, u));
+        for (int d = 0; d < PD_DIM; d++) sum[PDI_GAS_V + d][lane] += weight * push * n[d];
     }
     for (int c = 0; c < PD_GAS_FIELDS; c++)
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
@@ -371,7 +365,7 @@ static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
             if (!pdi_gas_behind(gas->grid->kind[i + bonds->paths.shift[k]]) ||
                 (row >= 0 && !pdi_bond_open(bonds, row, k)))
                 continue;
-            double weight = pdi_gas_bond(s, k, n);
+            double weight = pdi_gas_wall_bond(s, k, n);
             pdi_gas_reconstruct(gas, i, k, 1, NULL, &face);
             pdi_gas_waves(gas, n, 1, &face);
             pdi_gas_hllc(gas, n, weight, p + i, 1, NULL, &face, sum);
@@ -397,7 +391,7 @@ static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int c
     for (int k = 0; k < bonds->stencil->count; k++) {
         pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
         if (lanes == PDI_OPEN_NONE) continue;
-        double weight = pdi_gas_bond(bonds->stencil, k, n);
+        double weight = pdi_gas_wall_bond(bonds->stencil, k, n);
         pdi_gas_reconstruct(&nodes, i, k, count, lanes == PDI_OPEN_SOME ? open : NULL, &face);
         pdi_gas_waves(gas, n, count, &face);
         for (int b = 0; b < count; b++) {
@@ -405,9 +399,10 @@ static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int c
             sum[b] += lanes == PDI_OPEN_SOME ? open[b] * back : back;
         }
     }
-    for (int b = 0; b < count && row >= 0; b++) {
-        double u, weight = pdi_gas_wall(&nodes, i + b, row + b, n, &u);
-        if (weight > 0.0) sum[b] -= weight * pdi_gas_wall_wave(gas, i + b, u);
+    for (int b = 0; b < count * PD_DIM && row >= 0; b++) {
+        int lane = b / PD_DIM;
+        double u, weight = pdi_gas_wall(&nodes, i + lane, row + lane, b % PD_DIM, n, &u);
+        if (weight > 0.0) sum[lane] -= weight * pdi_gas_wall_wave(gas, i + lane, u);
     }
     memcpy(gas->rate + i, sum, (size_t)count * sizeof(double));
 }
@@ -658,30 +653,6 @@ PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
 
 /* ---- build ---- */
 
-/* What the closed bonds of row r stand for. Opposite bonds that are both closed cancel: they take no part in the
- * distance either. */
-static void pdi_gas_wall_build(const pd_bonds *bonds, int32_t r, double *face, double *gap)
-{
-    const pd_stencil *s = bonds->stencil;
-    double weights = 0.0, along[PD_DIM], square = 0.0, dot = 0.0;
-    for (int d = 0; d < PD_DIM; d++) face[d] = along[d] = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        if (pdi_bond_open(bonds, r, k) || !pdi_bond_open(bonds, r, s->count - 1 - k)) continue;
-        int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
-        double n[PD_DIM], weight = pdi_gas_bond(s, k, n);
-        weights += weight;
-        for (int d = 0; d < PD_DIM; d++) {
-            face[d] += s->grad[k * PD_DIM + d];
-            along[d] += weight * s->group_entry[group] * s->xi[k * PD_DIM + d];
-        }
-    }
-    for (int d = 0; d < PD_DIM; d++) {
-        square += face[d] * face[d];
-        dot += face[d] * along[d];
-    }
-    *gap = square > 0.0 ? dot / (weights * sqrt(square)) : 0.0;
-}
-
 /* Fluid nodes whose family reaches through an open side. */
 static pd_status pdi_gas_find_open(pd_ctx *ctx, pd_gas *gas)
 {
@@ -736,8 +707,8 @@ PDI_FN void pdi_gas_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, gas, primitive, PD_GAS_FIELDS * total, "");
     PDI_ARRAY(owner, gas, start, PD_GAS_FIELDS * total, "");
     PDI_ARRAY(owner, gas, rate, PD_GAS_FIELDS * total, "");
-    PDI_ARRAY(owner, gas, wall_face, (int64_t)gas->rows * PD_DIM, "1/m");
-    PDI_ARRAY(owner, gas, wall_gap, gas->rows, "m");
+    PDI_ARRAY(owner, gas, wall_face, (int64_t)gas->rows * PD_DIM * PD_DIM, "1/m");
+    PDI_ARRAY(owner, gas, wall_gap, (int64_t)gas->rows * PD_DIM, "m");
     PDI_ARRAY(owner, gas, flag, total, "1");
     if (gas->desc.order == PD_GAS_SECOND) PDI_ARRAY(owner, gas, slope, PD_GAS_FIELDS * PD_DIM * total, "");
     PDI_ROOM(owner, gas, open, gas->opens, "1");
@@ -768,8 +739,7 @@ static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *
     gas->rows = bonds->rows;
     PDI_TRY(pdi_owner_build(ctx, pdi_gas_list, gas));
     PDI_TRY(pdi_gas_find_open(ctx, gas));
-    for (int32_t r = 0; r < gas->rows; r++)
-        pdi_gas_wall_build(bonds, r, gas->wall_face + (int64_t)r * PD_DIM, &gas->wall_gap[r]);
+    PDI_TRY(pdi_gas_wall_build(ctx, bonds, gas->rows, gas->wall_face, gas->wall_gap));
     for (int32_t node = 0; node < total && desc->initial; node++)
         if (pdi_gas_has_state(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
     return PD_OK;

@@ -41,8 +41,9 @@ typedef struct pd_gas {
     double *slope;       /* [PD_GAS_FIELDS][PD_DIM][total] gradients of them [unit of 1/m], work; NULL: first order */
     double *start;       /* [PD_GAS_FIELDS][total] [unit of state] at the start of the step, work */
     double *rate;        /* [PD_GAS_FIELDS][total] [unit of state/s] time derivatives, work */
-    double *wall_face;   /* [rows][PD_DIM] [1/m] sum of g over the closed bonds of a row: points into the wall */
-    double *wall_gap;    /* [rows] [m] distance of the wall along wall_face */
+    double *wall_face;   /* [rows][PD_DIM walls][PD_DIM] [1/m] sum of g over the closed bonds of a row: points into the
+                          * wall; in a concave edge or corner the part of each wall */
+    double *wall_gap;    /* [rows][PD_DIM walls] [m] distance of the wall along wall_face */
     int32_t rows;        /* of the bonds at build */
     int32_t *open;       /* [opens] fluid nodes with bonds through inlets and outlets */
     int32_t opens;

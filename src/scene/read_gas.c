@@ -48,6 +48,9 @@ PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *u)
     static const char *const keys[] = {"vx", "vy", "vz"};
     int section = pdi_text_section(ctx, text, "gas", NULL), order;
     if (!u->has_gas) return PD_OK;
+    /* without friction a plane wall is a plane of symmetry, and bonds to images know no corner */
+    for (int side = 0; side < 2 * PD_DIM; side++)
+        if (u->side[side].kind == PD_SIDE_WALL) u->side[side].kind = PD_SIDE_MIRROR;
     if (u->axisymmetric)
         return pdi_text_refuse(ctx, text, section, "gas",
                                "found in a box with geometry = axisymmetric, expected planar");

@@ -1,0 +1,206 @@
+/* gas_wall: see gas_wall.h */
+#include "flow/gas_wall.h"
+#include "lattice/surface.h"
+#include <math.h>
+#include <string.h>
+
+/* Walls whose normals have a smaller cosine between them meet in an edge; other surfaces count as smooth. */
+#define PDI_GAS_WALL_EDGE 0.5
+/* Walls that face each other beyond this cosine are those of a channel. */
+#define PDI_GAS_WALL_CHANNEL 0.9
+/* Three walls whose normals span a larger volume meet in a corner. */
+#define PDI_GAS_WALL_SOLID_ANGLE 0.3
+/* [cells] Step of the differences that tell edges. */
+#define PDI_GAS_WALL_STEP 1e-3
+/* Parts of an area and differences of cosines that are rounding. */
+#define PDI_GAS_WALL_NOTHING 1e-9
+
+PDI_COLD_BEGIN
+/* Places of walls [m] that the closed bonds of a row meet, and normals towards the gas: no two are the same. */
+typedef struct pdi_gas_wall_places {
+    int count;
+    int *met;               /* [count] bonds */
+    double *place, *normal; /* [count][PD_DIM] */
+} pdi_gas_wall_places;
+
+/* 1: the walls at places a and b face each other across a concave edge. */
+static int pdi_gas_wall_concave(const pdi_gas_wall_places *w, int a, int b)
+{
+    const double *na = w->normal + a * PD_DIM, *nb = w->normal + b * PD_DIM;
+    double dot = pdi_vec_dot(na, nb), front_a = 0.0, front_b = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double way = w->place[b * PD_DIM + d] - w->place[a * PD_DIM + d];
+        front_a += way * na[d];
+        front_b -= way * nb[d];
+    }
+    return dot < PDI_GAS_WALL_EDGE && dot > -PDI_GAS_WALL_CHANNEL && front_a > 0.0 && front_b > 0.0;
+}
+
+/* Volume that the normals at places a, b, c span, 1 when they are at right angles; PD_DIM < 3: 0. */
+static double pdi_gas_wall_volume(const pdi_gas_wall_places *w, int a, int b, int c)
+{
+    const double *na = w->normal + a * PD_DIM, *nb = w->normal + b * PD_DIM, *nc = w->normal + c * PD_DIM;
+    double volume = 0.0;
+    if (PD_DIM < 3 || !pdi_gas_wall_concave(w, a, c) || !pdi_gas_wall_concave(w, b, c)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int e = (d + 1) % PD_DIM, f = (d + 2) % PD_DIM;
+        volume += na[d] * (nb[e] * nc[f] - nb[f] * nc[e]);
+    }
+    return fabs(volume);
+}
+
+/* Places on the walls of a concave edge or corner, as far from parallel as any. Returns how many: 0, or 2 to PD_DIM.
+ * Where several would do alike, as between a ball and a floor, none of them is the right one. */
+static int pdi_gas_wall_corner(const pdi_gas_wall_places *w, int *wall)
+{
+    double least = 1.0, widest = PDI_GAS_WALL_SOLID_ANGLE;
+    int found = 0, alike = 0;
+    for (int a = 0; a < w->count; a++)
+        for (int b = a + 1; b < w->count; b++) {
+            double dot = pdi_vec_dot(w->normal + a * PD_DIM, w->normal + b * PD_DIM);
+            if (!pdi_gas_wall_concave(w, a, b)) continue;
+            if (found < 3 && dot < least + PDI_GAS_WALL_NOTHING) {
+                alike = dot > least - PDI_GAS_WALL_NOTHING;
+                least = pdi_min(least, dot);
+                wall[0] = a;
+                wall[1] = b;
+                found = 2;
+            }
+            for (int c = b + 1; c < w->count && PD_DIM == 3; c++) {
+                double volume = pdi_gas_wall_volume(w, a, b, c);
+                if (!(volume > widest - PDI_GAS_WALL_NOTHING)) continue;
+                alike = found == 3 && volume < widest + PDI_GAS_WALL_NOTHING;
+                widest = pdi_max(widest, volume);
+                wall[0] = a;
+                wall[1] = b;
+                wall[2] = c;
+                found = 3;
+            }
+        }
+    return alike ? 0 : found;
+}
+
+/* Parts of the area vector `face` that belong to the walls of a corner, into face [walls][PD_DIM]; what they cannot
+ * make up goes with them. 0: one of them would push from behind. */
+static int pdi_gas_wall_part(const pdi_gas_wall_places *w, const int *wall, int walls, double *face)
+{
+    double gram[PD_DIM * PD_DIM], inverse[PD_DIM * PD_DIM], part[3] = {0.0}, rest[PD_DIM];
+    double size = pdi_vec_norm(face), sum = 0.0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) {
+            int both = a < walls && b < walls;
+            const double *na = w->normal + wall[a] * PD_DIM, *nb = w->normal + wall[b] * PD_DIM;
+            gram[a * PD_DIM + b] = both ? pdi_vec_dot(na, nb) : a == b;
+        }
+    if (!(pdi_vec_invert(gram, inverse) > 0.0)) return 0;
+    for (int a = 0; a < walls; a++) {
+        for (int b = 0; b < walls; b++)
+            part[a] -= inverse[a * PD_DIM + b] * pdi_vec_dot(w->normal + wall[b] * PD_DIM, face);
+        if (part[a] < -PDI_GAS_WALL_NOTHING * size) return 0;
+        if (part[a] < PDI_GAS_WALL_NOTHING * size) part[a] = 0.0;
+        sum += part[a];
+    }
+    if (!(sum > 0.0)) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        rest[d] = face[d];
+        for (int a = 0; a < walls; a++) rest[d] += part[a] * w->normal[wall[a] * PD_DIM + d];
+    }
+    for (int a = 0; a < walls; a++)
+        for (int d = 0; d < PD_DIM; d++)
+            face[a * PD_DIM + d] = part[a] / sum * rest[d] - part[a] * w->normal[wall[a] * PD_DIM + d];
+    return 1;
+}
+
+/* Where closed bond k of row r meets a wall, and its normal. 0: on an edge, which has none. */
+static int pdi_gas_wall_plane(const pd_bonds *bonds, int32_t r, int k, double *x, double *n)
+{
+    double distance, slope[PD_DIM], most = 0.0;
+    int32_t closed = pdi_bond_surface(bonds, r, k, x, n);
+    if (closed < 0) return 0;
+    if (pdi_bond_smooth(bonds, closed, x) < HUGE_VAL)
+        return pdi_surface_rise(bonds, closed, x, PDI_GAS_WALL_STEP, &distance, slope);
+    for (int d = 0; d < PD_DIM; d++) most = pdi_max(most, fabs(n[d]));
+    return most > 1.0 - PDI_GAS_WALL_NOTHING;
+}
+
+/* Distance of the wall with the area vector `face`, over the bonds that meet it: those that no other wall of the corner
+ * fits better. Opposite bonds that are both closed take no part. */
+static double pdi_gas_wall_gap(const pd_bonds *bonds, int32_t r, const pdi_gas_wall_places *w, const int *wall,
+                               int walls, int at, const double *face)
+{
+    const pd_stencil *s = bonds->stencil;
+    double weights = 0.0, along = 0.0, size = pdi_vec_norm(face);
+    for (int k = 0; k < s->count && size > 0.0; k++) {
+        double n[PD_DIM], x[PD_DIM], normal[PD_DIM];
+        int fits = 1;
+        if (pdi_bond_open(bonds, r, k) || !pdi_bond_open(bonds, r, s->count - 1 - k)) continue;
+        if (walls && !pdi_gas_wall_plane(bonds, r, k, x, normal)) continue;
+        for (int a = 0; a < walls; a++)
+            fits = fits && pdi_vec_dot(normal, w->normal + wall[a] * PD_DIM) <=
+                               pdi_vec_dot(normal, w->normal + wall[at] * PD_DIM) + PDI_GAS_WALL_NOTHING;
+        if (!fits) continue;
+        int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
+        double weight = pdi_gas_wall_bond(s, k, n);
+        weights += weight;
+        along += weight * s->group_entry[group] * pdi_vec_dot(s->xi + k * PD_DIM, face);
+    }
+    return weights > 0.0 ? along / (weights * size) : 0.0;
+}
+
+/* A wall at place x, with the normal n, unless it would push from behind. Of parallel walls the nearest one counts,
+ * with the mean of its places: at an edge a place alone does not tell to which side the other wall leads. */
+static void pdi_gas_wall_place(pdi_gas_wall_places *w, const double *face, const double *x, const double *n,
+                               double slack)
+{
+    int at = 0;
+    double size = pdi_vec_norm(face);
+    if (pdi_vec_dot(n, face) > PDI_GAS_WALL_NOTHING * size) return;
+    while (at < w->count && !(pdi_vec_dot(n, w->normal + at * PD_DIM) > 1.0 - PDI_GAS_WALL_NOTHING)) at++;
+    double *place = w->place + at * PD_DIM;
+    double nearer = at < w->count ? pdi_vec_dot(n, x) - pdi_vec_dot(n, place) : HUGE_VAL;
+    if (nearer < -slack) return;
+    if (nearer > slack) w->met[at] = 0;
+    w->met[at]++;
+    for (int d = 0; d < PD_DIM; d++) place[d] = w->met[at] > 1 ? place[d] + (x[d] - place[d]) / w->met[at] : x[d];
+    memcpy(w->normal + at * PD_DIM, n, PD_DIM * sizeof *n);
+    if (at == w->count) w->count++;
+}
+
+/* What the closed bonds of row r stand for: one wall, or those of a concave edge or corner. Opposite bonds that are
+ * both closed cancel. */
+static void pdi_gas_wall_row(const pd_bonds *bonds, int32_t r, pdi_gas_wall_places *w, double *face, double *gap)
+{
+    const pd_stencil *s = bonds->stencil;
+    int wall[3] = {0, 0, 0}, walls = 0;
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) face[i] = 0.0;
+    for (int k = 0; k < s->count; k++)
+        for (int d = 0; d < PD_DIM && !pdi_bond_open(bonds, r, k) && pdi_bond_open(bonds, r, s->count - 1 - k); d++)
+            face[d] += s->grad[k * PD_DIM + d];
+    w->count = 0;
+    for (int k = 0; k < s->count && PD_DIM > 1; k++) {
+        double x[PD_DIM], n[PD_DIM];
+        if (pdi_bond_open(bonds, r, k) || !pdi_gas_wall_plane(bonds, r, k, x, n)) continue;
+        pdi_gas_wall_place(w, face, x, n, PDI_GAS_WALL_NOTHING * bonds->grid->h[0]);
+    }
+    if (w->count > 1) walls = pdi_gas_wall_corner(w, wall);
+    if (walls && !pdi_gas_wall_part(w, wall, walls, face)) walls = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        gap[a] = pdi_gas_wall_gap(bonds, r, w, wall, walls, a < walls ? a : 0, face + a * PD_DIM);
+}
+
+PDI_FN pd_status pdi_gas_wall_build(pd_ctx *ctx, const pd_bonds *bonds, int32_t rows, double *face, double *gap)
+{
+    pdi_gas_wall_places w;
+    int count = bonds->stencil->count;
+    memset(&w, 0, sizeof w);
+    pd_status status = PDI_NEW(ctx, "gas", count, w.met);
+    if (status >= 0) status = PDI_NEW(ctx, "gas", count * PD_DIM, w.place);
+    if (status >= 0) status = PDI_NEW(ctx, "gas", count * PD_DIM, w.normal);
+    for (int32_t r = 0; r < rows && status >= 0; r++)
+        pdi_gas_wall_row(bonds, r, &w, face + (int64_t)r * PD_DIM * PD_DIM, gap + (int64_t)r * PD_DIM);
+    PDI_DELETE(ctx, count, w.met);
+    PDI_DELETE(ctx, count * PD_DIM, w.place);
+    PDI_DELETE(ctx, count * PD_DIM, w.normal);
+    return status;
+}
+PDI_COLD_END

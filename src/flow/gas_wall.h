@@ -1,0 +1,22 @@
+/* gas_wall: what the closed bonds of a node are to a gas: one wall that slips, or those of a concave edge or corner
+ * (theory: eq. 4.24).
+ */
+#ifndef PD_GAS_WALL_H
+#define PD_GAS_WALL_H
+#include "lattice/bond.h"
+#ifdef PDI_INTERNAL
+#include "core/vec.h"
+
+/* Weight 2 |g| [1/m] and normal of bond k. */
+static inline double pdi_gas_wall_bond(const pd_stencil *s, int k, double *n)
+{
+    double size = pdi_vec_norm(s->grad + k * PD_DIM);
+    for (int d = 0; d < PD_DIM; d++) n[d] = s->grad[k * PD_DIM + d] / size;
+    return 2.0 * size;
+}
+/* face [rows][PD_DIM walls][PD_DIM] [1/m]: area vectors into the walls, whose sum is that of g over closed bonds; zero
+ * for walls that there are not. gap [rows][PD_DIM walls] [m]: their distances. */
+PDI_FN pd_status pdi_gas_wall_build(pd_ctx *ctx, const pd_bonds *bonds, int32_t rows, double *face, double *gap);
+#endif
+
+#endif
