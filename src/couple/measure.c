@@ -61,8 +61,7 @@ static double pdi_measure_area(const pd_paths *paths, const pd_transport *t, con
     double sum = 0.0, x[PD_DIM];
     for (int k = 0; k < s->count; k++) {
         if (!(s->area[k] > 0.0) || pdi_grid_open(t->grid->kind[node + paths->shift[k]])) continue;
-        int32_t cell = node + paths->cell_shift[s->group_cell[pdi_path_closed_group(paths, node, k)]];
-        int gives = dissolve && t->grid->kind[cell] == PD_SOLID;
+        int all, gives = dissolve && pdi_path_metal(paths, node, pdi_path_closed_group(paths, node, k), &all);
         if (!gives && t->desc.held) {
             pdi_bond_meet(paths, node, k, x);
             gives = t->desc.held(t->desc.user, x) >= 0.0;

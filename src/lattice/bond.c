@@ -205,7 +205,7 @@ static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, 
 {
     const pd_grid *grid = paths->grid;
     const pd_stencil *s = paths->stencil;
-    int32_t closed = node + paths->cell_shift[s->group_cell[group]];
+    int32_t closed = pdi_path_closed_cell(paths, node, group);
     int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     pdi_bond_face_cut(paths, node, k, group, cut);
@@ -266,7 +266,7 @@ static int pdi_bond_grazes(const pd_paths *paths, int32_t node, int k, int group
 {
     const pd_grid *grid = paths->grid;
     const double *xi = paths->stencil->xi + k * PD_DIM;
-    int32_t closed = node + paths->cell_shift[paths->stencil->group_cell[group]];
+    int32_t closed = pdi_path_closed_cell(paths, node, group);
     int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     if (cut->t > 1.0 + 1e-9) return 1;
@@ -300,7 +300,7 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
     end->t = cut.t;
     end->lap = end->curv = 0.0;
     pdi_bond_add_wall(bonds, node, k, &cut, &end->lap, &end->curv);
-    end->cell = node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
+    end->cell = pdi_path_closed_cell(&bonds->paths, node, group);
     end->side = pdi_bond_walled(bonds->grid, end->cell);
     end->smooth = cut.smooth;
     end->grazes = pdi_bond_grazes(&bonds->paths, node, k, group, &cut);
@@ -322,7 +322,7 @@ PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, doubl
     for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * bonds->stencil->xi[k * PD_DIM + d];
     memcpy(normal, cut.normal, sizeof cut.normal);
     if (pdi_bond_grazes(&bonds->paths, node, k, group, &cut)) return -1;
-    return node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
+    return pdi_path_closed_cell(&bonds->paths, node, group);
 }
 
 PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *motion,

@@ -435,9 +435,9 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         if (!pdi_grid_inside(grid, i)) continue;
         pd_grid_position(grid, node, x);
         grid->kind[node] = PD_FLUID;
-        if (grid->wall >= 0 && pd_shape_distance(grid->shapes, grid->wall, x) <= 0.0)
+        if (grid->wall >= 0 && pdi_shape_has(grid->shapes, grid->wall, grid->h, x))
             grid->kind[node] = PD_WALL;
-        else if (grid->solid >= 0 && pd_shape_distance(grid->shapes, grid->solid, x) <= 0.0)
+        else if (grid->solid >= 0 && pdi_shape_has(grid->shapes, grid->solid, grid->h, x))
             grid->kind[node] = PD_SOLID;
     }
     grid->fluid_count = pdi_grid_count(grid, PD_FLUID);

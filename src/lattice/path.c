@@ -16,6 +16,41 @@ PDI_FN int pdi_path_closed_group(const pd_paths *paths, int32_t node, int k)
     return -1;
 }
 
+/* The kind that a cell stands for. */
+static uint8_t pdi_path_kind(const pd_grid *grid, int32_t cell)
+{
+    if (grid->kind[cell] == PD_SOLID) return PD_SOLID;
+    return grid->kind[pdi_grid_image(grid, cell, NULL)];
+}
+
+PDI_FN int32_t pdi_path_closed_cell(const pd_paths *paths, int32_t node, int group)
+{
+    const pd_stencil *s = paths->stencil;
+    int32_t found = -1;
+    int best = -1;
+    for (int c = s->group_cell[group]; c < s->group_cell[group + 1]; c++) {
+        int32_t cell = node + paths->cell_shift[c];
+        int i[PD_DIM];
+        pdi_grid_index(paths->grid, cell, i);
+        int inside = pdi_grid_inside(paths->grid, i);
+        int rank = 2 * (pdi_path_kind(paths->grid, cell) == PD_SOLID) + inside;
+        if (rank <= best) continue;
+        best = rank;
+        found = cell;
+    }
+    return found;
+}
+
+PDI_FN int pdi_path_metal(const pd_paths *paths, int32_t node, int group, int *all)
+{
+    const pd_stencil *s = paths->stencil;
+    int metal = 0;
+    for (int c = s->group_cell[group]; c < s->group_cell[group + 1]; c++)
+        metal += pdi_path_kind(paths->grid, node + paths->cell_shift[c]) == PD_SOLID;
+    *all = metal == s->group_cell[group + 1] - s->group_cell[group];
+    return metal > 0;
+}
+
 PDI_COLD_BEGIN
 static void pdi_path_list(pdi_owner *owner, void *object)
 {

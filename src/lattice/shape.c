@@ -4,7 +4,11 @@
  */
 #include "lattice/shape.h"
 #include "core/vec.h"
+#include <float.h>
 #include <math.h>
+
+/* Rounding of a coordinate and of what is computed from it, over the coordinate. */
+#define PDI_SHAPE_ROUNDING (16.0 * DBL_EPSILON)
 
 /* max over axes outside, negative inside: the exact distance to an axis-aligned box. */
 static double pdi_shape_box(const double *lo, const double *hi, const double *x)
@@ -149,6 +153,16 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
     return pdi_shape_level(shapes, index, NULL, x);
 }
 
+PDI_FN double pdi_shape_tie(const double *h, const double *x)
+{
+    double least = h[0], most = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        least = pdi_min(least, h[d]);
+        most = pdi_max(most, fabs(x[d]));
+    }
+    return pdi_max(PDI_SHAPE_TIE * least, PDI_SHAPE_ROUNDING * most);
+}
+
 PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x)
 {
     return pdi_shape_level(shapes, index, frame, x);
@@ -278,3 +292,5 @@ PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int cou
     return PD_OK;
 }
 PDI_COLD_END
+
+#undef PDI_SHAPE_ROUNDING

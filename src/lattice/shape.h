@@ -44,6 +44,16 @@ typedef struct pd_shape {
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
 #ifdef PDI_INTERNAL
+/* [m] A place that is nearer to the surface of a shape lies on it: PDI_SHAPE_TIE of the least spacing, or the rounding of
+ * coordinates of that size. */
+#define PDI_SHAPE_TIE 1e-9
+PDI_FN double pdi_shape_tie(const double *h, const double *x);
+/* 1: the place belongs to the shape. What lies on a surface does, on both sides of every body, so that mirrored, turned
+ * and shifted bodies have the same nodes. */
+static inline int pdi_shape_has(const pd_shape *shapes, int index, const double *h, const double *x)
+{
+    return pd_shape_distance(shapes, index, x) <= pdi_shape_tie(h, x);
+}
 /* Check the array of `count` shapes: parameters finite, radii positive, boxes not empty, children earlier.
  * PD_ERR_ARGUMENT: the first shape and parameter at fault. PD_ERR_SIZE: a limit above. */
 PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);

@@ -13,6 +13,9 @@
 /* Content at which a node turns fluid, over the mean lead. It is fitted to discs (decisions: Dissolution). */
 #define PDI_CONTENT_LEAD_SHARE 0.6
 
+/* [cells] A place that near to the middle between two nodes lies there. */
+#define PDI_CONTENT_TIE 1e-9
+
 /* A solid neighbour that loses at most this share of what a node loses lies behind it. */
 #define PDI_CONTENT_SHELTERED 0.6
 
@@ -269,7 +272,10 @@ static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double
     int32_t n[PD_DIM];
     if (receiver == PDI_CONTENT_FLUID || pdi_content_same(d, j, k)) return k;
     if (length > 0.0) along = pdi_vec_dot(xi, inward) / length;
-    for (int a = 0; a < PD_DIM; a++) n[a] = (int32_t)floor(along * inward[a] / s->h[a] + 0.5);
+    for (int a = 0; a < PD_DIM; a++) {
+        double cells = along * inward[a] / s->h[a]; /* the middle between two goes to the nearer one on both sides */
+        n[a] = (int32_t)floor(fabs(cells) + 0.5 - PDI_CONTENT_TIE) * (cells < 0.0 ? -1 : 1);
+    }
     for (int b = 0; b < s->count; b++) {
         int equal = 1;
         for (int a = 0; a < PD_DIM; a++) equal = equal && s->offset[b * PD_DIM + a] == n[a];

@@ -39,11 +39,13 @@ PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *e
     const uint8_t *kind = paths->grid->kind;
     entry->count = 0;
     entry->open = 1;
-    entry->last = j;
+    entry->last[0] = j;
+    entry->lasts = 1;
     entry->far = pdi_entry_far(paths, j, k);
     if (kind[entry->far] != PD_FLUID || !pdi_entry_free(paths, j, k)) return;
     for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
-        int behind = entry->count, fluid = 0;
+        int behind = entry->count, fluid = 0, metals = 0;
+        int32_t metal[PDI_ENTRY_NODES];
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
             int flip;
             int32_t at = pdi_entry_home(paths, j + paths->cell_shift[c], &flip);
@@ -53,7 +55,11 @@ PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *e
                 entry->cell[entry->count] = c;
                 entry->flip[entry->count] = flip;
                 entry->node[entry->count++] = at;
-            } else if (kind[at] == PD_SOLID && !entry->count) entry->last = at;
+            } else if (kind[at] == PD_SOLID && metals < PDI_ENTRY_NODES) metal[metals++] = at;
+        }
+        if (!entry->count && metals) {
+            memcpy(entry->last, metal, (size_t)metals * sizeof *metal);
+            entry->lasts = metals;
         }
         if (behind && !fluid) entry->open = 0;
     }

@@ -18,7 +18,8 @@ typedef struct pdi_entry {
     int32_t node[PDI_ENTRY_NODES]; /* several: the bond passes an edge or corner between them */
     int cell[PDI_ENTRY_NODES];     /* of the stencil: where they lie as seen from the start of the bond */
     int flip[PDI_ENTRY_NODES];     /* bit d set when the bond sees a mirror image of the node along axis d */
-    int32_t last;                  /* the last metal node before them */
+    int32_t last[PDI_ENTRY_NODES]; /* [lasts] the last metal node before them; several at an edge or corner */
+    int lasts;
     int32_t far;                   /* node at the far end */
     int open;                      /* 1: nothing but fluid from there to the far end */
 } pdi_entry;

@@ -4,6 +4,10 @@
 #include <math.h>
 #include <string.h>
 
+/* A normal that is shorter than this share of what it is summed of has cancelled, and what a bond carries along a normal
+ * that it stands across is none: both would be rounding. */
+#define PDI_INTERFACE_NONE 1e-9
+
 PDI_FN double pdi_interface_line(const pd_dissolve *d, const pdi_beside *beside)
 {
     return beside->point.speed + beside->point.slope * d->transport->c[beside->node];
@@ -33,7 +37,8 @@ PDI_FN void pdi_interface_find(const pd_dissolve *d, int32_t j, int k, pdi_entry
     entry->open = 0;
     entry->far = entry->node[0] = pdi_reach_taker(d, j, k);
     entry->count = entry->far >= 0;
-    entry->last = j;
+    entry->last[0] = j;
+    entry->lasts = 1;
 }
 
 PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i, int metal)
@@ -106,7 +111,8 @@ static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entr
     pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
     beside->enters += weight;
     portion->enters += weight;
-    beside->hollow += weight * pdi_max(1.5 - pdi_metal_left(d, entry->last), 0.0);
+    for (int n = 0; n < entry->lasts; n++)
+        beside->hollow += weight * pdi_max(1.5 - pdi_metal_left(d, entry->last[n]), 0.0) / entry->lasts;
     beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_supply(d, j) / d->kind[0].supply));
     pdi_entry_mirror(entry, e, s->xi + k * PD_DIM, way);
     for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry->count * way[a];
@@ -143,7 +149,8 @@ PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn li
                 double normal[PD_DIM];
                 pdi_entry_mirror(&entry, e, from->normal, normal);
                 double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
-                if (!(from->enters > 0.0) || !(share > 0.0)) continue;
+                double least = PDI_INTERFACE_NONE * s->lap[k] * pdi_vec_norm(s->xi + k * PD_DIM);
+                if (!(from->enters > 0.0) || !(share > least)) continue;
                 double beyond = pdi_max(pdi_entry_beyond(paths, k, &entry, e, normal), 0.0);
                 link(d, from, pdi_reach_join(d, entry.far), share, beyond);
             }
@@ -318,12 +325,16 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
 
 static void pdi_interface_anew(pd_dissolve *d)
 {
+    const pd_stencil *s = d->paths.stencil;
+    double whole = 0.0;
+    for (int k = 0; k < s->count; k++) whole += s->area[k] * pdi_vec_norm(s->xi + k * PD_DIM);
     for (int32_t k = 0; k < d->beside_count; k++) d->slot[d->beside[k].node] = -1;
     d->beside_count = d->lasts = 0;
     for (int32_t f = 0; f < d->front_count; f++) pdi_interface_gather(d, f);
     for (int32_t n = 0; n < d->beside_count; n++) {
         double *normal = d->beside[n].normal, length = pdi_vec_norm(normal);
-        for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
+        int cancels = !(length > PDI_INTERFACE_NONE * whole);
+        for (int a = 0; a < PD_DIM; a++) normal[a] = cancels ? 0.0 : normal[a] / length;
     }
 }
 
@@ -386,5 +397,6 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
     if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_pay);
 }
 
+#undef PDI_INTERFACE_NONE
 #undef PDI_INTERFACE_AROUND
 #undef PDI_INTERFACE_DROP

@@ -7,6 +7,16 @@
 
 /* Range of the normals as integers. */
 #define PDI_TILT_RANGE 32767.0
+/* What is that near to the middle between two of them lies there. */
+#define PDI_TILT_TIE 1e-6
+
+/* The nearest whole number, of two that are equally near the larger one in size, whatever the rounding of `part` and its
+ * sign: mirrored surfaces have mirrored normals. */
+static int16_t pdi_tilt_whole(double part)
+{
+    double size = floor(PDI_TILT_RANGE * fabs(part) + 0.5 + PDI_TILT_TIE);
+    return (int16_t)(part < 0.0 ? -size : size);
+}
 
 /* 1: fluid, -1: metal, 0: neither, at the far end of bond k. */
 static int pdi_tilt_side(const pd_dissolve *d, int32_t j, int k)
@@ -28,7 +38,7 @@ static void pdi_tilt_face(pd_dissolve *d, int32_t j)
         whole += 2.0 * s->beta[k] * abs(s->offset[k * PD_DIM]);
     }
     for (int a = 0; a < PD_DIM; a++)
-        d->facing[(int64_t)j * PD_DIM + a] = (int16_t)floor(PDI_TILT_RANGE * sum[a] / whole + 0.5);
+        d->facing[(int64_t)j * PD_DIM + a] = pdi_tilt_whole(sum[a] / whole);
 }
 
 /* The same at the far end of bond k, exposed metal, as the bond sees it. 0: there is none, or it faces away. */

@@ -6,6 +6,8 @@
 
 /* [cells] A place this near to the zero level of a shape lies on it. */
 #define PDI_CONTACT_TOUCH 1e-3
+/* What a bond reaches along a normal that it stands across is rounding: less than this share of its length. */
+#define PDI_CONTACT_NONE 1e-9
 
 static void pdi_contact_list(pdi_owner *owner, void *object)
 {
@@ -56,7 +58,7 @@ static void pdi_contact_add(pdi_contact_walk *w, int32_t i, int32_t j, int k, do
     double reach = -pdi_vec_dot(bonds->stencil->xi + k * PD_DIM, normal);
     double area = share * pdi_bond_lap(bonds, i)[k] * reach;
     pd_contact *contact = &w->at[electrode];
-    if (!(area > 0.0)) return;
+    if (!(reach > PDI_CONTACT_NONE * pdi_vec_norm(bonds->stencil->xi + k * PD_DIM)) || !(area > 0.0)) return;
     w->found += !(contact->area > 0.0);
     contact->area += area;
     contact->way += area * way;
@@ -107,7 +109,7 @@ static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int flip, con
     return 1;
 }
 
-/* Follow bond k of node i to the first metal on it, and share it among the closed cells that it meets at once. */
+/* Follow bond k of node i to the first metal on it, and share it among the metal that it meets at once. */
 static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
 {
     const pd_bonds *bonds = w->bonds;
@@ -116,11 +118,13 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
     double last[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) last[d] = 0.0;
     for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
-        int cells = s->group_cell[g + 1] - s->group_cell[g], fluid = 0, flip;
+        int metal = 0, fluid = 0, flip;
         double mean[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) mean[d] = 0.0;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
-            if (grid->kind[pdi_contact_home(grid, i + bonds->paths.cell_shift[c], &flip)] != PD_FLUID) continue;
+            uint8_t kind = grid->kind[pdi_contact_home(grid, i + bonds->paths.cell_shift[c], &flip)];
+            metal += kind == PD_SOLID;
+            if (kind != PD_FLUID) continue;
             for (int d = 0; d < PD_DIM; d++) mean[d] += s->cell[c * PD_DIM + d] * grid->h[d];
             fluid++;
         }
@@ -131,7 +135,7 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
             double normal[PD_DIM], way;
             if (grid->kind[j] != PD_SOLID) continue;
             if (pdi_contact_smooth(w, row, j, k, normal, &way) || pdi_contact_rough(w, j, flip, last, normal, &way))
-                pdi_contact_add(w, i, j, k, 1.0 / cells, normal, way);
+                pdi_contact_add(w, i, j, k, 1.0 / metal, normal, way);
         }
         return;
     }

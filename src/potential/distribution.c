@@ -35,12 +35,16 @@ static double pdi_distribution_at(void *user, const double *x)
 static double pdi_distribution_wall(void *user, const double *x)
 {
     const pd_potential *p = (const pd_potential *)user;
+    double sum = 0.0;
+    int held = 0;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         double side = s % 2 ? p->grid->hi[s / 2] : p->grid->lo[s / 2];
         if (!p->desc.held[s] || p->grid->side[s] != PD_SIDE_WALL) continue;
-        if (fabs(x[s / 2] - side) <= PDI_DISTRIBUTION_TOUCH * p->grid->h[s / 2]) return p->desc.hold[s] - p->origin;
+        if (fabs(x[s / 2] - side) > PDI_DISTRIBUTION_TOUCH * p->grid->h[s / 2]) continue;
+        sum += p->desc.hold[s] - p->origin;
+        held++;
     }
-    return (double)NAN;
+    return held ? sum / held : (double)NAN; /* where two sides meet, the mean: neither comes first */
 }
 
 /* Inlets hold theirs, or insulate. */

@@ -16,7 +16,7 @@ static int pdi_electrodes_which(void *user, int32_t node)
     for (int k = p->electrodes; k-- > 0;) {
         const pd_setup_electrode *e = &p->electrode[k];
         if (e->shape < 0 ? e->metal == (m->metal ? m->metal[node] : 0)
-                         : pd_shape_distance(m->setup->shape, e->shape, x) <= 0.0) return k;
+                         : pdi_shape_has(m->setup->shape, e->shape, m->grid->h, x)) return k;
     }
     return -1;
 }

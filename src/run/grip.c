@@ -26,7 +26,7 @@ static int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
     double x[PD_DIM];
     if (grip->side >= 0) return pdi_grip_row(g, i, grip->side) < g->rows[k];
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
-    return pd_shape_distance(g->setup->shape, grip->shape, x) <= 0.0;
+    return pdi_shape_has(g->setup->shape, grip->shape, g->setup->h, x);
 }
 
 /* Rows beside a side whose bonds feel the end of the body: two horizons. */

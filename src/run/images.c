@@ -78,7 +78,7 @@ static int32_t pdi_images_node(const pd_images *im, int64_t cell)
     const pd_model *m = im->model;
     int row = (int)(cell / im->nx), i[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
-        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
+        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d] + PDI_SHAPE_TIE);
         i[d] = (int)pdi_max(0.0, pdi_min(slice, m->grid.n[d] - 1.0));
     }
     i[im->up] = row < im->below ? im->below - 1 - row : row - im->below;

@@ -219,7 +219,7 @@ static pd_status pdi_model_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_mod
     for (int32_t i = 0; i < m->grid.total; i++) {
         if (m->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&m->grid, i, x);
-        if (pd_shape_distance(u->shape, u->solution, x) > 0.0) continue;
+        if (!pdi_shape_has(u->shape, u->solution, u->h, x)) continue;
         for (int k = 0; k < e->count; k++)
             if (pd_reactive_field(&m->reactive, k)) pd_reactive_field(&m->reactive, k)[i] = inside[k];
     }
@@ -359,7 +359,7 @@ static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
     for (int32_t i = 0; i < m->grid.total; i++) {
         double x[PD_DIM];
         pd_grid_position(&m->grid, i, x);
-        m->passive[i] = pd_shape_distance(u->shape, u->passive, x) < 0.0;
+        m->passive[i] = (uint8_t)pdi_shape_has(u->shape, u->passive, u->h, x);
     }
     return PD_OK;
 }
@@ -375,7 +375,7 @@ static pd_status pdi_model_metals(pd_ctx *ctx, pd_model *m)
         if (m->grid.kind[i] != PD_SOLID) continue;
         pd_grid_position(&m->grid, i, x);
         for (int k = 1; k < u->metals; k++)
-            if (pd_shape_distance(u->shape, u->metal[k].shape, x) <= 0.0) m->metal[i] = (uint8_t)k;
+            if (pdi_shape_has(u->shape, u->metal[k].shape, u->h, x)) m->metal[i] = (uint8_t)k;
     }
     return PD_OK;
 }

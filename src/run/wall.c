@@ -59,7 +59,7 @@ static double pdi_wall_shape(const pd_setup *u, const double *x, double t)
     if (u->solid >= 0) nearest = pdi_min(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
     for (int k = 0; k < u->wall_count; k++) {
         double distance = fabs(pd_shape_distance(u->shape, u->walls[k].shape, x));
-        if (!(distance < nearest)) continue;
+        if (!(distance < nearest - pdi_shape_tie(u->h, x))) continue; /* of several, the first one */
         nearest = distance;
         found = &u->walls[k];
     }
@@ -70,12 +70,16 @@ PDI_FN double pdi_wall_held(void *user, const double *x)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     const pd_setup *u = inlet->setup;
-    int side = 0;
+    double sum = 0.0;
+    int side = 0, hold = 0;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         if (!pdi_wall_on(u, s, x)) continue;
-        if (u->side[s].holds) return pdi_wall_value(&u->side[s].held, x, inlet->time);
         side = 1;
+        if (!u->side[s].holds) continue;
+        sum += pdi_wall_value(&u->side[s].held, x, inlet->time);
+        hold++;
     }
+    if (hold) return sum / hold; /* where two sides meet, the mean: neither comes first */
     return side ? (double)NAN : pdi_wall_shape(u, x, inlet->time);
 }
 

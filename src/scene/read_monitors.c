@@ -157,7 +157,7 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors *w, pd_setup_monitor 
     if (u->has_gas)
         return pdi_text_refuse(w->ctx, w->text, w->section, "plane", "found beside [gas], expected [line] or [total]");
     PDI_TRY(pdi_read_monitors_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
-    index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
+    index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5 + PDI_SHAPE_TIE); /* of two as near, the upper one */
     if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))
         return pdi_text_refuse(w->ctx, w->text, w->section, "at",
                                "found %.6g m, expected a place at least half a cell inside of the box", at);

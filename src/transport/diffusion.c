@@ -13,6 +13,9 @@
 /* Factors stay within these bounds. */
 #define PDI_DIFFUSION_LEAST 0.25
 #define PDI_DIFFUSION_MOST 8.0
+/* A normal that is shorter than this share of what it is summed of has cancelled, and a share of a bond that is smaller
+ * is none: both would be rounding. */
+#define PDI_DIFFUSION_NONE 1e-9
 /* Tensors and normals are kept in parts of 1. */
 #define PDI_DIFFUSION_PARTS 16777216.0
 
@@ -60,16 +63,14 @@ static int pdi_diffusion_solve(double a[][PD_DIFFUSION_TENSOR], double *b)
     return 1;
 }
 
-/* 1 when what cuts bond k of row r is metal. */
-static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k)
+/* 1 when what cuts bond k of row r is metal. *all: nothing but metal does, and no wall that meets it there. */
+static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k, int *all)
 {
-    const pd_bonds *bonds = d->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
-    if (!d->metals || group < 0) return 0;
-    int32_t cell = bonds->node[r] + bonds->paths.cell_shift[s->group_cell[group]];
-    if (bonds->grid->kind[cell] != PD_SOLID) cell = pdi_grid_image(bonds->grid, cell, NULL);
-    return bonds->grid->kind[cell] == PD_SOLID;
+    const pd_paths *paths = &d->bonds->paths;
+    int32_t i = d->bonds->node[r];
+    int group = d->metals ? pdi_path_closed_group(paths, i, k) : -1;
+    *all = 0;
+    return group < 0 ? 0 : pdi_path_metal(paths, i, group, all);
 }
 
 static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
@@ -81,8 +82,8 @@ static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
  * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
 static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *e)
 {
-    double across = pdi_vec_dot(normal, e), steep = across * across * d->flattest;
-    return pdi_max(1.0 - steep * steep, 0.0);
+    double across = pdi_vec_dot(normal, e), steep = across * across * d->flattest, along = 1.0 - steep * steep;
+    return along > PDI_DIFFUSION_NONE ? along : 0.0;
 }
 
 /* The moments that the cut bonds of a row leave out, sum of a xi xi^T in cells, packed. */
@@ -95,18 +96,21 @@ static void pdi_diffusion_count(const pd_diffusion *d, int32_t r, const uint8_t 
 {
     const pd_bonds *bonds = d->bonds;
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+    double whole = 0.0;
     memset(cuts, 0, sizeof *cuts);
     for (int k = 0; k < bonds->stencil->count; k++) {
         double xi[PD_DIM], packed[PD_DIFFUSION_TENSOR];
         if (pdi_bond_open(bonds, r, k) || (held && held[k])) continue;
-        int metal = pdi_diffusion_metal(d, r, k);
+        int all, metal = pdi_diffusion_metal(d, r, k, &all);
         pdi_diffusion_offset(d, k, xi);
         pdi_diffusion_pack(xi, packed);
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) (metal ? cuts->metal : cuts->walls)[t] += lap[k] * packed[t];
         for (int a = 0; a < PD_DIM && metal; a++) cuts->normal[a] -= lap[k] * xi[a];
+        if (metal) whole += lap[k] * pdi_vec_norm(xi);
     }
     double length = pdi_vec_norm(cuts->normal);
-    for (int a = 0; a < PD_DIM && length > 0.0; a++) cuts->normal[a] /= length;
+    int cancels = !(length > PDI_DIFFUSION_NONE * whole);
+    for (int a = 0; a < PD_DIM; a++) cuts->normal[a] = cancels ? 0.0 : cuts->normal[a] / length;
 }
 
 /* The part of a packed tensor within the plane of a normal: P X P with P = 1 - n n^T. */
@@ -284,7 +288,10 @@ static double pdi_diffusion_meet(const pd_diffusion *d, int32_t r, int k, double
 /* 1 when what cuts bond k of row r holds nothing, whatever `held` says. */
 static int pdi_diffusion_unasked(const pd_diffusion *d, int32_t r, int k)
 {
-    return d->desc.walls_only && pdi_diffusion_metal(d, r, k);
+    int all;
+    if (!d->desc.walls_only) return 0;
+    pdi_diffusion_metal(d, r, k, &all);
+    return all;
 }
 
 PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, const double *rest, int axis, int index)
