@@ -412,6 +412,21 @@ static void pdi_grid_list(pdi_owner *owner, void *object)
     PDI_ROOM(owner, grid, circumference, grid->np[PD_DIM - 1], "m");
 }
 
+/* 1: x belongs to shape `index`; those on its surface are counted. */
+static int pdi_grid_has(const pd_grid *grid, int index, const double *x, int64_t *touched)
+{
+    if (index < 0) return 0;
+    double level = pd_shape_distance(grid->shapes, index, x), tie = pdi_shape_tie(grid->h, x);
+    *touched += fabs(level) <= tie;
+    return level <= tie;
+}
+
+static uint8_t pdi_grid_kind(pd_grid *grid, const double *x)
+{
+    if (pdi_grid_has(grid, grid->wall, x, &grid->touched[1])) return PD_WALL;
+    return pdi_grid_has(grid, grid->solid, x, &grid->touched[0]) ? PD_SOLID : PD_FLUID;
+}
+
 static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);
@@ -434,11 +449,7 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         pdi_grid_index(grid, node, i);
         if (!pdi_grid_inside(grid, i)) continue;
         pd_grid_position(grid, node, x);
-        grid->kind[node] = PD_FLUID;
-        if (grid->wall >= 0 && pdi_shape_has(grid->shapes, grid->wall, grid->h, x))
-            grid->kind[node] = PD_WALL;
-        else if (grid->solid >= 0 && pdi_shape_has(grid->shapes, grid->solid, grid->h, x))
-            grid->kind[node] = PD_SOLID;
+        grid->kind[node] = pdi_grid_kind(grid, x);
     }
     grid->fluid_count = pdi_grid_count(grid, PD_FLUID);
     grid->solid_count = pdi_grid_count(grid, PD_SOLID);

@@ -62,6 +62,7 @@ typedef struct pd_grid {
     uint8_t *kind;        /* [total] pd_kind */
     int32_t *home;        /* [total] pdi_grid_image of each node; NULL: sides repeat nothing, or there is no metal */
     int64_t fluid_count, solid_count;
+    int64_t touched[2];   /* nodes that lay on the surface of metal, and of walls, when the grid was built */
 } pd_grid;
 
 #define pd_grid_build PD_NAME(pd_grid_build)

@@ -173,7 +173,7 @@ static double pdi_model_interface(void *user, const double *x)
 static double pdi_model_diffusivity(void *user, const double *x)
 {
     const pd_setup *u = ((const pd_inlet *)user)->setup;
-    return pdi_model_interface(user, x) < 0.0 ? u->medium_diffusivity : u->diffusivity;
+    return pdi_model_interface(user, x) <= pdi_shape_tie(u->h, x) ? u->medium_diffusivity : u->diffusivity;
 }
 
 static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)

@@ -7,6 +7,7 @@
 #include "run/footprint.h"
 #include "run/checkpoint.h"
 #include "run/output.h"
+#include "run/misfit.h"
 #include "run/monitor.h"
 #include "run/compare.h"
 #include <math.h>
@@ -443,6 +444,7 @@ static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
 {
     r->path = r->desc->folder ? r->desc->folder : r->setup->folder;
     pdi_summary_print(&r->model, r->desc->print, r->desc->print_user);
+    if (r->desc->print) pdi_misfit_print(&r->model, r->desc->print, r->desc->print_user);
     pdi_run_collect(r, result);
     PDI_TRY(pdi_observe_build(r->ctx, &r->model, &r->observables));
     if (r->desc->check) return r->desc->dry ? PD_OK : pdi_run_check(r, result);

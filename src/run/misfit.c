@@ -1,0 +1,164 @@
+/* misfit: see misfit.h */
+#include "run/misfit.h"
+#include "core/vec.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Volumes that differ by more are told. */
+#define PDI_MISFIT_TOLD 1e-3
+/* Halvings of the cells that a surface cuts, at most, and the parts that they may make in all. */
+#define PDI_MISFIT_HALVINGS 4
+#define PDI_MISFIT_PARTS 2e5
+/* Step of the differences that give a normal, over the size of a part. */
+#define PDI_MISFIT_STEP 1e-3
+
+/* Signed distance [m], or a bound of the right sign, from metal k: its shape less walls and later metals. */
+static double pdi_misfit_level(const pd_setup *u, int k, const double *x)
+{
+    int shape = u->metal[k].shape < 0 ? u->solid : u->metal[k].shape;
+    double level = pd_shape_distance(u->shape, shape, x);
+    if (u->wall >= 0) level = pdi_max(level, -pd_shape_distance(u->shape, u->wall, x));
+    for (int later = k + 1; later < u->metals; later++)
+        if (u->metal[later].shape >= 0) level = pdi_max(level, -pd_shape_distance(u->shape, u->metal[later].shape, x));
+    return level;
+}
+
+/* Volume of a part of a cell: size[] [m] around x; of a ring where the lattice has rings. */
+static double pdi_misfit_whole(const pd_grid *grid, const double *x, const double *size)
+{
+    double volume = grid->circumference ? 2.0 * PDI_PI * fabs(x[PD_DIM - 1]) : 1.0;
+    for (int d = 0; d < PD_DIM; d++) volume *= size[d];
+    return volume;
+}
+
+/* Share of it that lies inside, as if the surface were a plane along a face of the part: right for planes along the
+ * lattice, and in the mean over parts for others. */
+static double pdi_misfit_share(const pd_setup *u, int k, const double *x, const double *size, double level)
+{
+    double at[PD_DIM], normal[PD_DIM], across = 0.0;
+    memcpy(at, x, sizeof at);
+    for (int d = 0; d < PD_DIM; d++) {
+        double step = PDI_MISFIT_STEP * size[d];
+        at[d] = x[d] + step;
+        normal[d] = pdi_misfit_level(u, k, at);
+        at[d] = x[d] - step;
+        normal[d] = (normal[d] - pdi_misfit_level(u, k, at)) / (2.0 * step);
+        at[d] = x[d];
+    }
+    for (int d = 0; d < PD_DIM; d++) across += fabs(normal[d]) * size[d];
+    if (!(across > 0.0)) return level <= 0.0 ? 1.0 : 0.0;
+    return pdi_max(0.0, pdi_min(1.0, 0.5 - level / across));
+}
+
+/* Volume inside of a part, by halves. A part that is farther from the surface than half its diagonal is whole. */
+static double pdi_misfit_part(const pd_model *m, int k, const double *x, const double *size, int halvings)
+{
+    const pd_setup *u = m->setup;
+    double level = pdi_misfit_level(u, k, x), reach = 0.5 * pdi_vec_norm(size), sum = 0.0, half[PD_DIM];
+    if (level > reach) return 0.0;
+    if (level < -reach) return pdi_misfit_whole(&m->grid, x, size);
+    if (!halvings) return pdi_misfit_share(u, k, x, size, level) * pdi_misfit_whole(&m->grid, x, size);
+    for (int d = 0; d < PD_DIM; d++) half[d] = 0.5 * size[d];
+    for (int corner = 0; corner < 1 << PD_DIM; corner++) {
+        double at[PD_DIM];
+        for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + (corner >> d & 1 ? 0.25 : -0.25) * size[d];
+        sum += pdi_misfit_part(m, k, at, half, halvings - 1);
+    }
+    return sum;
+}
+
+/* Cells that the surface of metal k cuts. */
+static double pdi_misfit_cut(const pd_model *m, int k)
+{
+    double count = 0.0, reach = 0.5 * pdi_vec_norm(m->grid.h), x[PD_DIM];
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(&m->grid, i, at);
+        if (!pdi_grid_inside(&m->grid, at)) continue;
+        pd_grid_position(&m->grid, i, x);
+        count += fabs(pdi_misfit_level(m->setup, k, x)) <= reach;
+    }
+    return count;
+}
+
+PDI_FN void pdi_misfit_volumes(const pd_model *m, int k, double *shape, double *cells, double *error)
+{
+    pdi_sum sum[3] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+    double cut = pdi_misfit_cut(m, k), parts = cut;
+    int halvings = 0;
+    while (halvings < PDI_MISFIT_HALVINGS && parts * (1 << PD_DIM) <= PDI_MISFIT_PARTS) {
+        parts *= 1 << PD_DIM;
+        halvings++;
+    }
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        int at[PD_DIM];
+        double x[PD_DIM];
+        pdi_grid_index(&m->grid, i, at);
+        if (!pdi_grid_inside(&m->grid, at)) continue;
+        pd_grid_position(&m->grid, i, x);
+        int own = m->grid.kind[i] == PD_SOLID && (m->metal ? m->metal[i] : 0) == k;
+        if (own) pdi_sum_add(&sum[0], pdi_misfit_whole(&m->grid, x, m->grid.h));
+        pdi_sum_add(&sum[1], pdi_misfit_part(m, k, x, m->grid.h, halvings));
+        if (halvings) pdi_sum_add(&sum[2], pdi_misfit_part(m, k, x, m->grid.h, halvings - 1));
+    }
+    *cells = pdi_sum_total(&sum[0]);
+    *shape = pdi_sum_total(&sum[1]);
+    *error = halvings ? fabs(*shape - pdi_sum_total(&sum[2])) / *shape : PDI_MISFIT_TOLD;
+}
+
+static void pdi_misfit_metal(const pd_model *m, int k, pd_print_fn print, void *user)
+{
+    const char *unit = PD_DIM == 3 || m->grid.circumference ? "m3" : PD_DIM == 2 ? "m2" : "m";
+    double shape, cells, error;
+    char text[256];
+    pdi_misfit_volumes(m, k, &shape, &cells, &error);
+    double off = cells / shape - 1.0;
+    if (!(fabs(off) > PDI_MISFIT_TOLD + error) || !(shape > 0.0)) return;
+    snprintf(text, sizeof text, "metal%s%s is whole cells: its shape holds %.6g %s and its cells %.6g %s, %+.3g %%. What "
+             "is lost counts against the cells: take a spacing that fits the shape, or a finer one",
+             m->setup->metals > 1 ? " " : "", m->setup->metals > 1 ? m->setup->metal[k].material.name : "", shape, unit,
+             cells, unit, 100.0 * off);
+    print(user, PD_PRINT_NOTE, text);
+}
+
+/* Nodes in the box that lie on the surface of a shape; index < 0: no shape. */
+static int64_t pdi_misfit_touched(const pd_model *m, int index)
+{
+    int64_t count = 0;
+    double x[PD_DIM];
+    for (int32_t i = 0; i < m->grid.total && index >= 0; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(&m->grid, i, at);
+        if (!pdi_grid_inside(&m->grid, at)) continue;
+        pd_grid_position(&m->grid, i, x);
+        count += fabs(pd_shape_distance(m->setup->shape, index, x)) <= pdi_shape_tie(m->grid.h, x);
+    }
+    return count;
+}
+
+static void pdi_misfit_ties(const char *what, int64_t count, pd_print_fn print, void *user)
+{
+    char text[256];
+    if (!count) return;
+    snprintf(text, sizeof text, "a surface of the %s passes through %.0f nodes, within %g of a spacing: they belong to "
+             "it, on all its sides. Surfaces along the lattice fit best on faces of cells", what, (double)count,
+             PDI_SHAPE_TIE);
+    print(user, PD_PRINT_NOTE, text);
+}
+
+PDI_FN void pdi_misfit_print(const pd_model *m, pd_print_fn print, void *user)
+{
+    const pd_setup *u = m->setup;
+    pdi_misfit_ties("metal", m->grid.touched[0], print, user);
+    pdi_misfit_ties("wall", m->grid.touched[1], print, user);
+    pdi_misfit_ties("medium", pdi_misfit_touched(m, u->medium), print, user);
+    pdi_misfit_ties("solution", pdi_misfit_touched(m, u->solution), print, user);
+    pdi_misfit_ties("passive film", pdi_misfit_touched(m, u->passive), print, user);
+    for (int k = 0; k < u->metals && m->grid.solid >= 0; k++) pdi_misfit_metal(m, k, print, user);
+}
+
+#undef PDI_MISFIT_TOLD
+#undef PDI_MISFIT_HALVINGS
+#undef PDI_MISFIT_PARTS
+#undef PDI_MISFIT_STEP
