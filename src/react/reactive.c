@@ -85,11 +85,19 @@ double pd_reactive_film(const pd_reactive *r, int32_t node)
 }
 
 /* What one unit of mineral s has of a row. */
-static double pdi_reactive_part(const pd_reactive *r, int row, int s)
+static double pdi_reactive_mineral(const pd_reactive *r, int row, int s)
 {
     double sum = 0.0;
     for (int n = 0; n < r->components.solutes; n++) sum += r->minerals.nu[s][n] * r->part[row][n];
     return sum;
+}
+
+PDI_FN double pdi_reactive_part(const pd_reactive *r, int row, int species)
+{
+    int n = r->components.place[species];
+    for (int s = 0; s < r->minerals.count; s++)
+        if (r->minerals.of[s].species == species) return pdi_reactive_mineral(r, row, s);
+    return n < 0 ? 0.0 : r->part[row][n];
 }
 
 /* Amounts of a row in minerals, with the sizes of their terms. */
@@ -98,7 +106,7 @@ static double pdi_reactive_solid(const pd_reactive *r, int row, double *size)
     pdi_sum sum = {0.0, 0.0};
     for (int s = 0; s < r->minerals.count; s++) {
         const double *solid = r->solid + (int64_t)s * r->grid->total;
-        double part = pdi_reactive_part(r, row, s);
+        double part = pdi_reactive_mineral(r, row, s);
         for (int32_t i = 0; i < r->grid->total; i++) {
             if (r->grid->kind[i] != PD_FLUID) continue;
             double term = pdi_grid_circumference(r->grid, i) * part * solid[i];

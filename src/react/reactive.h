@@ -170,6 +170,8 @@ PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, 
 /* `slots` and `filters` of its components. */
 PDI_FN void pdi_reactive_slots(pd_reactive *reactive);
 PDI_FN size_t pdi_reactive_room(pd_reactive *reactive);
+/* What one of a species, by its number in the desc, has of a row: a solute or a mineral; 0: another one. */
+PDI_FN double pdi_reactive_part(const pd_reactive *reactive, int row, int species);
 /* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
 PDI_FN void pdi_reactive_pass(pd_reactive *reactive, double dt);
 /* The amounts of minerals of a node. */

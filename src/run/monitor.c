@@ -144,7 +144,28 @@ static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "layer", "m", excess * d->diffusivity / flux);
 }
 
-/* Amounts of solutes, and what they hold of each row of the balance. */
+/* [mol] in the box of a field of the species. */
+static double pdi_monitor_amount(pd_ctx *ctx, pd_model *model, const pd_monitor *m, const double *field)
+{
+    pd_measure_box_result r;
+    pd_measure_box(ctx, &model->stencil, &model->grid, NULL, field, NULL, m->desc->lo, m->desc->hi, &r);
+    return r.dissolved;
+}
+
+/* What is carried to the next step, and what fills what metal has left beside cells, of each row. */
+static void pdi_monitor_carried(pd_ctx *ctx, pd_model *model, const pd_monitor *m, double *sum)
+{
+    const pd_reactive *reactive = &model->reactive;
+    for (int k = 0; k < reactive->components.count; k++) {
+        double amount = pdi_monitor_amount(ctx, model, m, reactive->carry + (int64_t)k * model->grid.total);
+        if (reactive->swept)
+            amount += pdi_monitor_amount(ctx, model, m, reactive->swept + (int64_t)k * model->grid.total);
+        for (int row = 0; row < reactive->rows; row++)
+            sum[row] += reactive->part[row][reactive->components.master[k]] * amount;
+    }
+}
+
+/* Amounts of species, and what the box holds of each row of the balance. */
 static void pdi_monitor_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_amount[pdi_monitor_extent(model->setup)];
@@ -152,16 +173,15 @@ static void pdi_monitor_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     const pd_reactive *reactive = &model->reactive;
     double sum[PD_REACTIVE_ROWS];
     char key[PD_REACTIVE_NAME + 8];
-    pd_measure_box_result r;
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < e->count; k++) {
         const double *c = pd_reactive_field(&model->reactive, k);
         if (!c) continue;
-        pd_measure_box(ctx, &model->stencil, &model->grid, NULL, c, NULL, m->desc->lo, m->desc->hi, &r);
-        pdi_monitor_put(m, e->species[k].name, unit, r.dissolved);
-        for (int row = 0; row < reactive->rows; row++)
-            sum[row] += reactive->part[row][reactive->components.place[k]] * r.dissolved;
+        double amount = pdi_monitor_amount(ctx, model, m, c);
+        pdi_monitor_put(m, e->species[k].name, unit, amount);
+        for (int row = 0; row < reactive->rows; row++) sum[row] += pdi_reactive_part(reactive, row, k) * amount;
     }
+    pdi_monitor_carried(ctx, model, m, sum);
     for (int row = 0; row < reactive->rows; row++) {
         snprintf(key, sizeof key, "sum_%s", reactive->name[row]);
         pdi_monitor_put(m, key, unit, sum[row]);
