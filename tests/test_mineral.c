@@ -311,6 +311,42 @@ TEST(any_order_of_three)
     CHECK(full > 30 && full < solved - 30);
 }
 
+/* A stage of a step may count from more than has room, and begin there: what it finds has room, and nothing is lost. */
+TEST(stage_beyond)
+{
+    mixture v;
+    pd_mineral of[2];
+    pd_mineral_start start;
+    mix_begin(&v);
+    mix_species(&v, "Aa", "Na", 1e-9);
+    mix_species(&v, "Bb", "K", 1e-9);
+    mix_species(&v, "Cc", "Li", 1e-9);
+    memset(of, 0, sizeof of);
+    of[0].species = mix_species(&v, "NaK(s)", NULL, 0.0);
+    of[1].species = mix_species(&v, "NaLi(s)", NULL, 0.0);
+    of[0].volume = 1e-3;
+    of[1].volume = 2e-3;
+    of[0].porosity = of[1].porosity = 0.25;
+    mix_reaction(&v, "NaK(s) = Aa + Bb", -6.0, 0.0, NULL);
+    mix_reaction(&v, "NaLi(s) = Aa + Cc", -5.0, 0.0, NULL);
+    for (int k = 0; k < 3; k++) {
+        double c[3] = {900.0, 900.0, 900.0}, total[3] = {900.0, 900.0, 900.0}, before[2] = {100.0, 150.0};
+        double n[2] = {300.0, 500.0}, from[2] = {300.0, 500.0};
+        of[0].rate = k ? 3.0 : 0.0;
+        of[1].rate = k == 2 ? 5.0 : 0.0;
+        if (!build(&v, PD_ACTIVITY_IDEAL, of, 2)) return;
+        start.dt = 10.0;
+        start.start = from;
+        pdi_mineral_begin(&test_system, &test_minerals, before, c, &start);
+        CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK);
+        CHECK_NEAR(pdi_mineral_fraction(&test_minerals, n), 0.75, 1e-9);
+        CHECK(n[0] >= 100.0 && n[1] >= 150.0);
+        CHECK_NEAR(c[0] + n[0] + n[1], 900.0 + from[0] + from[1], 1e-9);
+        CHECK_NEAR(c[1] + n[0], 900.0 + from[0], 1e-9);
+        CHECK_NEAR(c[2] + n[1], 900.0 + from[1], 1e-9);
+    }
+}
+
 /* Derivatives of amounts with totals against differences, of kinetic minerals and of those in equilibrium. */
 TEST(derivatives)
 {
@@ -380,5 +416,5 @@ TEST(refusals)
     CHECK(strstr(v.ctx.message, "no solid") != NULL);
 }
 
-TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(laws) ENTRY(limits) ENTRY(two_fill_a_room)
+TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(laws) ENTRY(limits) ENTRY(stage_beyond) ENTRY(two_fill_a_room)
           ENTRY(unlike_rooms) ENTRY(any_order_of_three) ENTRY(derivatives) ENTRY(refusals))

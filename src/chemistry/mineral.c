@@ -147,7 +147,7 @@ PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, cons
     start->limited = 0;
     for (int s = 0; s < m->count; s++) {
         const pd_mineral *of = &m->of[s];
-        start->initial[s] = n[s];
+        start->initial[s] = pdi_max(n[s], 0.0);
         int free = !(of->rate > 0.0) && !(of->surface > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
         start->rate[s] = free ? HUGE_VAL : of->rate + of->surface * pdi_max(n[s], 0.0);
         if (bare && pdi_mineral_index(c, m, s, at) < of->nucleation * log(10.0)) start->rate[s] = 0.0;
@@ -273,7 +273,7 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
         return;
     }
     pdi_mineral_bounds(w, s, &most, &room);
-    x[0] = rate < HUGE_VAL ? pdi_max(start - rate, 0.0) : 0.0;
+    x[0] = rate < HUGE_VAL ? pdi_min(pdi_max(start - rate, 0.0), room) : 0.0;
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
     if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
@@ -517,6 +517,11 @@ static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, 
     for (int s = 0; s < m->count; s++) {
         w.base[s] = w.n[s] = n[s];
         size = pdi_max(size, n[s]);
+    }
+    for (int s = 0; s < m->count; s++) { /* a guess may be more than has room */
+        double most, room;
+        pdi_mineral_bounds(&w, s, &most, &room);
+        w.n[s] = pdi_min(w.n[s], room);
     }
     for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
         double moved = 0.0, worst;
