@@ -462,8 +462,10 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
         pdi_course_feed(a);
     }
     if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
-    if (a->desc.surface) a->desc.surface->time = s->time + 0.5 * s->dt;
+    if (a->desc.surface) a->desc.surface->from = s->time;
+    if (a->desc.surface) a->desc.surface->span = s->dt;
     pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
+    if (a->desc.surface) a->desc.surface->span = 0.0;
     a->krylov += result.krylov;
     a->newton += result.newton;
     a->error = result.error;

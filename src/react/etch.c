@@ -8,6 +8,8 @@
 #define PDI_ETCH_LEAST 1e-6
 /* Share of a piece of metal to which steps end where it is used up. */
 #define PDI_ETCH_MET 1e-9
+/* Share of a time by which that of a stage lies before it: some roundings. */
+#define PDI_ETCH_BEFORE 1e-15
 
 void pd_etch_open(pd_etch *s)
 {
@@ -58,8 +60,10 @@ PDI_FN void pdi_etch_begin(pd_etch *s)
         for (int32_t p = 0; p < s->count; p++) s->sweep[k * total + p] = 0.0;
 }
 
-PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *s, double share)
+/* What a law does at an instant begins with it: a step that ends there has none of it. */
+PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, pd_etch *s, double share)
 {
+    if (s && s->span > 0.0) s->time = (s->from + share * s->span) * (1.0 - PDI_ETCH_BEFORE);
     return s && s->stage ? s->stage(ctx, s->stager, share) : PD_OK;
 }
 

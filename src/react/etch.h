@@ -92,6 +92,7 @@ typedef struct pd_etch {
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
     double half;                  /* [s] of the step at hand */
+    double from, span;            /* [s] start and length of that for the law and curves; span 0: `time` holds */
     /* with `solid`: */
     double *surface;              /* [components][total] [mol/m3] of places: totals at the surface */
     double *sweep;                /* [components][total] [mol/m3] of places: what fills what the step at hand leaves */
@@ -164,8 +165,8 @@ PDI_FN double pdi_etch_lasts(pd_etch *etch, int *used);
 /* Nodes that were metal are fluid: with `solid` they get what has filled them; `split` of them is the share of a cell
  * that they lack. */
 PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
-/* What law and curves read is that of a share of the step. */
-PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *etch, double share);
+/* Law and curves are those of a share of the step, and what they read. */
+PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, pd_etch *etch, double share);
 /* shed [solutes] comes with one of a metal. Its electrons go where curves took them last: shed gets the reactions
  * there, and is neutral. */
 PDI_FN void pdi_etch_whole(const pd_etch *etch, double *shed);
