@@ -449,7 +449,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.rate = metal[0].rate;
     desc.rate_user = metal[0].rate_user;
     desc.uniform = metal[0].uniform;
-    if (pdi_setup_attacked(u) >= 0) {
+    if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         desc.found = pdi_attack_found;
         desc.found_user = &m->attack;
         desc.lags = 1;
