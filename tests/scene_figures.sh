@@ -5,6 +5,7 @@
 #   # expect: volume_loss = 0.144375 +- 1e-3     a figure (tests/lib/script.sh) and an absolute tolerance
 #   # expect: plane=a:flow = 1.6e-8 +- 0.1 %     or a relative one
 #   # expect: E absent                     no result line has the figure
+#   # expect: probes.csv:2 = nan           it has no value
 #   # expect: says TEXT                    a line of what the program said holds TEXT
 #   # expect: status 2                     of the program; without: 0
 #
@@ -33,6 +34,7 @@ expect() {
     case $1 in
     says\ *) grep -qF -- "${1#says }" "$dir/log" ;;
     *\ absent) [ -z "$(figure "${1% absent}")" ] ;;
+    *\ =\ nan) [ "$(figure "${1% = *}")" = nan ] ;;
     *\ =\ *)
         # shellcheck disable=SC2046
         near "$(figure "${1% = *}")" $(echo "${1##* = }" | sed 's/+-//') ;;

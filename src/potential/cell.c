@@ -1,6 +1,6 @@
 /* cell: see cell.h */
 #include "potential/cell.h"
-#include "core/vec.h"
+#include "potential/circuit.h"
 #include <math.h>
 #include <string.h>
 
@@ -75,57 +75,49 @@ PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i)
 {
     double sum[3] = {0.0, 0.0, 0.0};
     pdi_cell_add(cell, i, UINT32_MAX, sum);
-    return sum[0] > 0.0 ? sum[1] / sum[0] : 0.0;
+    return sum[0] > 0.0 ? sum[1] / sum[0] : (double)NAN;
 }
 
-/* 1: a bond to this ghost or wall leads to a side that holds a potential. */
-static int pdi_cell_held(const pd_potential *p, int32_t far)
+/* What bond k of node i conducts in the electrolyte [S/m3]. */
+static double pdi_cell_conduct(const pd_potential *p, int32_t i, int k)
 {
-    int at[PD_DIM];
-    pdi_grid_index(p->grid, far, at);
-    for (int d = 0; d < PD_DIM; d++)
-        if ((at[d] < 0 && p->desc.held[2 * d]) || (at[d] >= p->grid->n[d] && p->desc.held[2 * d + 1])) return 1;
-    return 0;
+    const pd_bonds *bonds = p->bonds;
+    int32_t row = bonds->row[i];
+    double bond;
+    pdi_diffusion_bond(&p->diffusion, i, k, 1, row >= 0, &bond);
+    return row >= 0 && (bonds->inlet[row] || bonds->grid->ends) ? pdi_conductance_beside(bonds, i, k, bond) : bond;
 }
 
-/* What bond k of node i carries away [A/m3]; *closed: 1 it ends on metal, -1 on a side that holds a potential. */
-static double pdi_cell_carried(const pd_cell *cell, int32_t i, int k, int *closed)
+/* What bond k of node i carries away through the electrolyte, or to a side that holds a potential [A/m3]. */
+static double pdi_cell_carried(const pd_potential *p, int32_t i, int k)
 {
-    const pd_potential *p = &cell->potential;
-    const pd_grid *grid = cell->grid;
-    int32_t row = p->bonds->row[i], far = i + p->bonds->paths.shift[k], home = pdi_grid_image(grid, far, NULL);
-    double own = pdi_potential_kappa(p, i), weight = pdi_bond_lap(p->bonds, i)[k];
-    int open = row < 0 || pdi_bond_open(p->bonds, row, k);
-    *closed = pdi_cell_held(p, far) ? -1 : 0;
-    if (*closed) return 0.0;
-    *closed = !open && grid->kind[home] == PD_SOLID;
-    if (!open || grid->kind[home] != PD_FLUID) return 0.0;
-    double other = pdi_potential_kappa(p, home);
-    return 2.0 * own * other / (own + other) * weight * (p->phi[i] - p->phi[home]);
+    const pd_bonds *bonds = p->bonds;
+    const pd_grid *grid = bonds->grid;
+    int32_t row = bonds->row[i], far = i + bonds->paths.shift[k];
+    double value = 0.0;
+    if (row >= 0 && !pdi_bond_open(bonds, row, k)) {
+        double conduct = pdi_diffusion_wall(&p->diffusion, row, k, &value);
+        return conduct > 0.0 ? conduct * ((p->phi[i] - p->origin) - value) : 0.0;
+    }
+    if (grid->kind[far] == PD_INLET) {
+        int side = pdi_circuit_side(grid, far);
+        return p->desc.held[side] ? pdi_cell_conduct(p, i, k) * (p->phi[i] - p->desc.hold[side]) : 0.0;
+    }
+    int32_t home = pdi_grid_image(grid, far, NULL);
+    return grid->kind[home] == PD_FLUID ? pdi_cell_conduct(p, i, k) * (p->phi[i] - p->phi[home]) : 0.0;
 }
 
 PDI_FN void pdi_cell_current(const pd_cell *cell, int32_t i, double *j)
 {
-    const pd_stencil *s = cell->potential.bonds->stencil;
-    const double *lap = pdi_bond_lap(cell->potential.bonds, i);
-    double normal[PD_DIM], metal[PD_DIM][PD_DIM], contact = pdi_cell_density(cell, i);
+    const pd_potential *p = &cell->potential;
+    const pd_stencil *s = p->bonds->stencil;
     memset(j, 0, PD_DIM * sizeof *j);
-    memset(normal, 0, sizeof normal);
-    memset(metal, 0, sizeof metal);
     for (int k = 0; k < s->count; k++) {
-        const double *xi = s->xi + k * PD_DIM;
-        int closed, other;
-        double carried = pdi_cell_carried(cell, i, k, &closed);
-        if (closed < 0) carried = -pdi_cell_carried(cell, i, s->count - 1 - k, &other); /* as the bond across */
-        for (int d = 0; d < PD_DIM; d++) {
-            j[d] += 0.5 * carried * xi[d];
-            if (closed > 0) normal[d] += lap[k] * xi[d];
-            for (int e = 0; e < PD_DIM && closed > 0; e++) metal[d][e] += 0.5 * lap[k] * xi[d] * xi[e];
-        }
+        double carried = pdi_cell_carried(p, i, k);
+        for (int d = 0; d < PD_DIM; d++) j[d] += 0.5 * carried * s->xi[k * PD_DIM + d];
     }
-    double length = pdi_vec_norm(normal);
-    for (int d = 0; d < PD_DIM && length > 0.0; d++)
-        for (int e = 0; e < PD_DIM; e++) j[d] -= contact * metal[d][e] * normal[e] / length;
+    for (int32_t n = cell->first[i]; n >= 0 && n < p->contacts.count && p->contacts.list[n].node == i; n++)
+        for (int d = 0; d < PD_DIM; d++) j[d] += p->current[n] * p->contacts.list[n].moment[d];
 }
 
 void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode *now)

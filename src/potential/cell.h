@@ -70,7 +70,7 @@ PD_API void pd_cell_free(pd_ctx *ctx, pd_cell *cell);
 PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface);
 /* A solution for time t [s] within a step; nothing is done where it is that of the last one. */
 PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t);
-/* Current density [A/m2] at the contacts of fluid node i, of all electrodes; 0 where it has none. */
+/* Current density [A/m2] at the contacts of fluid node i, of all electrodes; NaN where it has none. */
 PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i);
 /* Current density j[PD_DIM] [A/m2] in fluid node i: the first moment of what its bonds and contacts carry, which a
  * linear field has exactly (theory: eq. 6b.8). */

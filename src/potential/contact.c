@@ -62,6 +62,7 @@ static void pdi_contact_add(pdi_contact_walk *w, int32_t i, int32_t j, int k, do
     w->found += !(contact->area > 0.0);
     contact->area += area;
     contact->way += area * way;
+    for (int d = 0; d < PD_DIM; d++) contact->moment[d] -= 0.5 * area * bonds->stencil->xi[k * PD_DIM + d];
 }
 
 /* [m] How much deeper the surface lies than the face of metal j, whose content is part of that of a whole cell. */
@@ -158,7 +159,7 @@ static int32_t pdi_contact_node(pdi_contact_walk *w, int32_t row, pd_contact *li
             list[found].way /= contact->area;
             list[found].share = 1.0;
         }
-        contact->area = contact->way = 0.0;
+        memset(contact, 0, sizeof *contact);
         found++;
     }
     w->found = 0;

@@ -19,6 +19,7 @@ typedef struct pd_contact {
     double area; /* [1/m] over the volume of the node */
     double way;  /* [m] from the node to the surface */
     double share; /* [-] factor of the curve, at least 0: 1, or as the caller sets it */
+    double moment[PD_DIM]; /* [-] a current density of 1 carries that through the node (theory: eq. 6b.8) */
 } pd_contact;
 
 typedef struct pd_contacts {

@@ -146,7 +146,7 @@ PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node)
         area += s->reactive->bonds->stencil->volume * pdi_grid_circumference(s->reactive->grid, node) * s->area[k];
         current += pdi_polarise_place(s, k, &size, &anodic);
     }
-    return area > 0.0 ? current / area : 0.0;
+    return area > 0.0 ? current / area : (double)NAN;
 }
 
 PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)

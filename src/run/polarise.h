@@ -31,7 +31,7 @@ PDI_FN int32_t pdi_polarise_node(const pd_polarise *p, int32_t first, int kind, 
 PDI_FN int pdi_polarise_near(const pd_polarise *p, const pd_dissolve *dissolve, int32_t node, int kind);
 /* An electrode as it was at the end of the last step of the species. */
 PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_electrode *now);
-/* [A/m2] Current density at the electrodes beside a fluid node. */
+/* [A/m2] Current density at the electrodes beside a fluid node; NaN where there are none. */
 PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node);
 /* [A] (per m in planar 2D) what leaves metal, and *off [-], what circuits that float lack at most, over their currents.
  */

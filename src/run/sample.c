@@ -96,8 +96,8 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
         if (m->attack.polarise.setup) return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
         return fluid ? m->cell.potential.phi[i] : (double)NAN;
     case PD_FIELD_I:
-        if (m->attack.polarise.setup) return fluid ? pdi_polarise_density(&m->attack.polarise, i) : 0.0;
-        return fluid ? pdi_cell_density(&m->cell, i) : 0.0;
+        if (m->attack.polarise.setup) return fluid ? pdi_polarise_density(&m->attack.polarise, i) : (double)NAN;
+        return fluid ? pdi_cell_density(&m->cell, i) : (double)NAN;
     case PD_FIELD_J:
         if (fluid) pdi_cell_current(&m->cell, i, j);
         return fluid ? pdi_vec_norm(j) : 0.0;
@@ -121,7 +121,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
     case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
     case PD_FIELD_RATE:
-        return fluid ? pdi_interface_fastest(&m->dissolve, i) : 0.0;
+        return fluid && m->dissolve.slot[i] >= 0 ? pdi_interface_fastest(&m->dissolve, i) : (double)NAN;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
     case PD_FIELD_DAMAGE: return pdi_dissolve_damage(&m->dissolve, i);
     case PD_FIELD_U:
@@ -364,12 +364,24 @@ static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
     return fluid;
 }
 
-/* A state of surfaces is that of the first cell with one. */
-static double pdi_sample_state(const pd_model *m, pd_field field, int cells, const int32_t *node)
+/* 1: a field of surfaces, which the cells beside them hold. */
+static int pdi_sample_superficial(const pd_model *m, pd_field field)
 {
-    double value = (double)NAN;
-    for (int k = 0; k < cells && !(value == value); k++) value = pdi_sample_node(m, field, node[k]);
-    return value;
+    return field == PD_FIELD_I || field == PD_FIELD_RATE || pdi_setup_field_state(m->setup, field) >= 0;
+}
+
+/* What is of a surface is the mean over the cells that have it. */
+static double pdi_sample_mean(const pd_model *m, pd_field field, int cells, const int32_t *node)
+{
+    double sum = 0.0;
+    int count = 0;
+    for (int k = 0; k < cells; k++) {
+        double value = pdi_sample_node(m, field, node[k]);
+        if (!(value == value)) continue;
+        sum += value;
+        count++;
+    }
+    return count ? sum / count : (double)NAN;
 }
 
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x)
@@ -391,7 +403,7 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (field == PD_FIELD_PHI) job.f = m->cell.potential.phi;
     if (!job.f && field != PD_FIELD_PH && field != PD_FIELD_POTENTIAL) {
         int cells = pdi_sample_cells(&m->grid, x, node);
-        if (pdi_setup_field_state(m->setup, field) >= 0) return pdi_sample_state(m, field, cells, node);
+        if (pdi_sample_superficial(m, field)) return pdi_sample_mean(m, field, cells, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
@@ -406,7 +418,7 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
 PDI_FN double pdi_sample_probe(const pd_model *m, pd_field field, int component, const double *x)
 {
     double value = pdi_sample_point(m, field, component, x);
-    return value == value ? value : 0.0;
+    return value == value || pdi_sample_superficial(m, field) ? value : 0.0;
 }
 
 PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)

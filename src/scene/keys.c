@@ -380,7 +380,7 @@ static const pd_key pdi_keys_of_output[] = {
 static const pd_key pdi_keys_of_probe[] = {
     {"at", "m", "required",
      PDI_SAYS("place, a coordinate an axis")},
-    {"fields", "-", "C; without transport pH or v",
+    {"fields", "-", "C; without transport pH, phi or v",
      PDI_SAYS("some of those of `[output]`")}};
 
 static const pd_key pdi_keys_of_line[] = {

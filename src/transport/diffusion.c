@@ -294,6 +294,14 @@ static int pdi_diffusion_unasked(const pd_diffusion *d, int32_t r, int k)
     return all;
 }
 
+PDI_FN double pdi_diffusion_wall(const pd_diffusion *d, int32_t r, int k, double *value)
+{
+    double x[PD_DIM], t, conduct;
+    if (!d->wall_rate || pdi_bond_open(d->bonds, r, k) || pdi_diffusion_unasked(d, r, k)) return 0.0;
+    *value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
+    return conduct;
+}
+
 PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, const double *rest, int axis, int index)
 {
     const pd_bonds *bonds = d->bonds;

@@ -74,6 +74,9 @@ PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object);
  * what it leaves to rounding, or NULL. */
 PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double *c, const double *rest, int axis,
                                     int index);
+/* Conductance [1/s] of the cut bond k of row r to the value that a wall holds where it meets it, *value; 0: it holds
+ * none there. */
+PDI_FN double pdi_diffusion_wall(const pd_diffusion *diffusion, int32_t r, int k, double *value);
 /* What bond k between rows conducts more than between whole families, over that. */
 PDI_FN float pdi_diffusion_more(const pd_diffusion *diffusion, int32_t i, int k);
 /* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
