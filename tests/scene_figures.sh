@@ -2,6 +2,7 @@
 # Scenes of tests/scenes/ and what their runs give. Comments in the scene say what is run and what is expected of it:
 #
 #   # run: pd2d run.until="3 h"            the program and values that are changed
+#   # run: pd2d --progress off               with notes, which --quiet leaves out
 #   # expect: volume_loss = 0.144375 +- 1e-3     a figure (tests/lib/script.sh) and an absolute tolerance
 #   # expect: plane=a:flow = 1.6e-8 +- 0.1 %     or a relative one
 #   # expect: E absent                     no result line has the figure
@@ -19,7 +20,8 @@ run() {
     program=$1
     shift
     rm -rf "$dir/out"
-    timeout 120 "$programs/$program" "$@" --out "$dir/out" --quiet > "$dir/log" 2>&1 < /dev/null
+    case $* in *\ --progress\ *) ;; *) set -- "$@" --quiet ;; esac
+    timeout 120 "$programs/$program" "$@" --out "$dir/out" > "$dir/log" 2>&1 < /dev/null
     status=$?
 }
 

@@ -146,6 +146,11 @@ TEST(half_reactions)
         CHECK_REL((amount("Mg2+") - mg) * 2.0 * FARADAY, charge, 1e-9);
         CHECK_REL((o2 - amount("O2")) * 4.0 * FARADAY, charge, 1e-9);
         CHECK_REL((amount("OH-") - oh) * FARADAY, charge, 1e-9);
+        CHECK_REL(electrode(0).charge, charge, 1e-12);
+        CHECK_REL(electrode(0).passed, charge, 1e-12);
+        CHECK_REL(electrode(1).charge, -charge, 1e-9);
+        CHECK_NEAR(electrode(1).passed, 0.0, 0.0);
+        CHECK_NEAR(electrode(0).lost, 0.0, 0.0);
         CHECK_REL(amount("Na+"), na, 1e-12);
         pd_reactive_balance_of(&ctx, &model.reactive, model.reactive.rows - 1, &b);
         CHECK_STR(b.name, "charge");
@@ -171,6 +176,9 @@ TEST(faraday)
         double charge = electrode(0).current * 10.0 * 86400.0, lost = l->solid_start - l->solid;
         CHECK_REL(electrode(0).current, 2.0 * DEEP, 1e-11);
         CHECK_REL(lost * 2.0 * FARADAY, charge, 1e-9);
+        CHECK_REL(electrode(0).charge, charge, 1e-12);
+        CHECK_REL(electrode(0).lost, lost, 1e-12);
+        CHECK_NEAR(electrode(1).lost, 0.0, 0.0);
         CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
     }
     close_model();
@@ -277,6 +285,7 @@ static void couple_scene(char *text, size_t size, int threads)
 }
 
 static double saved_phi[20000], saved_c[20000];
+static double saved_charge[4];
 static int32_t saved;
 
 static void keep(void)
@@ -285,6 +294,10 @@ static void keep(void)
     if (!CHECK(saved <= 20000)) return;
     memcpy(saved_phi, model.cell.potential.phi, (size_t)saved * sizeof *saved_phi);
     memcpy(saved_c, model.transport.c, (size_t)saved * sizeof *saved_c);
+    for (int e = 0; e < 2; e++) {
+        saved_charge[2 * e] = electrode(e).charge;
+        saved_charge[2 * e + 1] = electrode(e).lost;
+    }
 }
 
 static void same(void)
@@ -292,6 +305,10 @@ static void same(void)
     CHECK_INT(saved, model.grid.total);
     CHECK(memcmp(saved_phi, model.cell.potential.phi, (size_t)saved * sizeof *saved_phi) == 0);
     CHECK(memcmp(saved_c, model.transport.c, (size_t)saved * sizeof *saved_c) == 0);
+    for (int e = 0; e < 2; e++) {
+        CHECK_NEAR(electrode(e).charge, saved_charge[2 * e], 0.0);
+        CHECK_NEAR(electrode(e).lost, saved_charge[2 * e + 1], 0.0);
+    }
 }
 
 /* A run that goes on from a checkpoint has the bits of one that was never stopped; so has one with more threads. */

@@ -1,5 +1,6 @@
 /* cell: see cell.h */
 #include "potential/cell.h"
+#include "core/par.h"
 #include "potential/circuit.h"
 #include <math.h>
 #include <string.h>
@@ -15,6 +16,10 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, cell, curve, electrodes, "");
     PDI_ARRAY(owner, cell, circuit, cell->desc.potential.circuits, "");
     PDI_ARRAY(owner, cell, kinds, electrodes, "1");
+    PDI_STATE(owner, cell, charge, electrodes, "C");
+    PDI_STATE(owner, cell, anodic, electrodes, "C");
+    PDI_ARRAY(owner, cell, stock, electrodes, "mol");
+    PDI_ARRAY(owner, cell, factor, electrodes, "1");
     PDI_ARRAY(owner, cell, metal, total, "1");
     if (cell->dissolve) PDI_ARRAY(owner, cell, left, total, "1");
     PDI_ARRAY(owner, cell, first, total, "1");
@@ -46,7 +51,7 @@ static void pdi_cell_add(const pd_cell *cell, int32_t i, uint32_t kinds, double 
         const pd_contact *c = &p->contacts.list[k];
         if (!(cell->kinds[c->electrode] & kinds)) continue;
         sum[0] += c->area;
-        sum[1] += c->area * p->current[k];
+        sum[1] += c->area * p->current[k] * cell->factor[c->electrode];
         sum[2] += c->area * p->surface[k];
     }
 }
@@ -61,21 +66,79 @@ static void pdi_cell_around(const pd_cell *cell, int32_t i, int reach, uint32_t 
     }
 }
 
+/* The contacts nearest to node i: how far off they are in cells, and their sums. -1: there are none. */
+static int pdi_cell_nearest(const pd_cell *cell, int32_t i, uint32_t kinds, double sum[3])
+{
+    sum[0] = sum[1] = sum[2] = 0.0;
+    for (int reach = 0; reach <= PDI_CELL_AROUND; reach++) {
+        pdi_cell_around(cell, i, reach, kinds, sum);
+        if (sum[0] > 0.0) return reach;
+    }
+    return -1;
+}
+
 PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface)
 {
-    double sum[3] = {0.0, 0.0, 0.0};
-    for (int reach = 0; reach <= PDI_CELL_AROUND && !(sum[0] > 0.0); reach++)
-        pdi_cell_around(cell, i, reach, (uint32_t)1 << kind, sum);
+    double sum[3];
+    pdi_cell_nearest(cell, i, (uint32_t)1 << kind, sum);
     *current = sum[0] > 0.0 ? sum[1] / sum[0] : 0.0;
     *surface = sum[0] > 0.0 ? sum[2] / sum[0] : 0.0;
     return sum[0] > 0.0;
 }
 
+/* What metal `kind` beside node i, of `area` [1/m] over its volume, gets of the currents of electrodes. */
+static void pdi_cell_gets(const pd_cell *cell, int32_t i, int kind, double area, double *got)
+{
+    const pd_potential *p = &cell->potential;
+    uint32_t kinds = (uint32_t)1 << kind;
+    double sum[3];
+    int reach = pdi_cell_nearest(cell, i, kinds, sum);
+    if (reach < 0 || !(sum[1] > 0.0)) return;
+    for (int n = 0; n < pdi_grid_cube(reach); n++) {
+        int far;
+        int32_t j = pdi_grid_near(cell->grid, i, reach, n, &far), k = j >= 0 && far == reach ? cell->first[j] : -1;
+        for (; k >= 0 && k < p->contacts.count && p->contacts.list[k].node == j; k++) {
+            const pd_contact *c = &p->contacts.list[k];
+            if (cell->kinds[c->electrode] & kinds) got[c->electrode] += area * c->area * p->current[k] / sum[0];
+        }
+    }
+}
+
+PDI_FN void pdi_cell_match(pd_cell *cell)
+{
+    const pd_potential *p = &cell->potential;
+    const pd_dissolve *d = cell->dissolve;
+    double wanted[PD_ELECTRODES], got[PD_ELECTRODES];
+    for (int e = 0; e < p->desc.electrodes; e++) {
+        cell->factor[e] = 1.0;
+        wanted[e] = got[e] = 0.0;
+    }
+    for (int32_t k = 0; k < p->contacts.count; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        if (pdi_metal_passive(d, c->node)) continue;
+        wanted[c->electrode] += pdi_potential_area(p, c) * pdi_max(p->current[k], 0.0);
+    }
+    for (int32_t n = 0; n < d->beside_count; n++) {
+        const pdi_beside *beside = &d->beside[n];
+        double around = pdi_grid_circumference(cell->grid, beside->node);
+        for (int m = 0; m < d->kinds; m++) {
+            double weight = pdi_metal_portion(d, beside)[m].weight;
+            if (weight > 0.0) pdi_cell_gets(cell, beside->node, m, around * weight / d->kind[m].supply, got);
+        }
+    }
+    for (int e = 0; e < p->desc.electrodes; e++)
+        if (wanted[e] > 0.0 && got[e] > 0.0) cell->factor[e] = wanted[e] / got[e];
+}
+
 PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i)
 {
-    double sum[3] = {0.0, 0.0, 0.0};
-    pdi_cell_add(cell, i, UINT32_MAX, sum);
-    return sum[0] > 0.0 ? sum[1] / sum[0] : (double)NAN;
+    const pd_potential *p = &cell->potential;
+    double area = 0.0, current = 0.0;
+    for (int32_t k = cell->first[i]; k >= 0 && k < p->contacts.count && p->contacts.list[k].node == i; k++) {
+        area += p->contacts.list[k].area;
+        current += p->contacts.list[k].area * p->current[k];
+    }
+    return area > 0.0 ? current / area : (double)NAN;
 }
 
 /* What bond k of node i conducts in the electrolyte [S/m3]. */
@@ -120,6 +183,18 @@ PDI_FN void pdi_cell_current(const pd_cell *cell, int32_t i, double *j)
         for (int d = 0; d < PD_DIM; d++) j[d] += p->current[n] * p->contacts.list[n].moment[d];
 }
 
+/* [mol] of metal that an electrode has: of each node the share of its supply that is left. */
+static double pdi_cell_stock(const pd_cell *cell, int electrode)
+{
+    const pd_grid *grid = cell->grid;
+    const pd_dissolve *d = cell->dissolve;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t i = 0; i < grid->total && d; i++)
+        if (grid->kind[i] == PD_SOLID && cell->metal[i] == electrode && pdi_grid_image(grid, i, NULL) == i)
+            pdi_sum_add(&sum, pdi_metal_solid(d, i) * pdi_metal_left(d, i) * pdi_grid_circumference(grid, i));
+    return pdi_sum_total(&sum) * cell->potential.bonds->stencil->volume;
+}
+
 void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode *now)
 {
     const pd_potential *p = &cell->potential;
@@ -138,6 +213,9 @@ void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode 
         now->most = touched ? pdi_max(now->most, i) : i;
         touched = 1;
     }
+    now->charge = cell->charge[electrode];
+    now->passed = cell->anodic[electrode];
+    now->lost = cell->stock[electrode] - pdi_cell_stock(cell, electrode);
 }
 
 /* ---- the process ---- */
@@ -185,6 +263,7 @@ PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t)
 
 static pd_status pdi_cell_start(pd_ctx *ctx, void *self, double t)
 {
+    ((pd_cell *)self)->reached = t;
     return pdi_cell_solve(ctx, (pd_cell *)self, t);
 }
 
@@ -197,9 +276,24 @@ static pd_status pdi_cell_at(pd_ctx *ctx, void *self, double t)
     return PD_OK;
 }
 
+/* Of the step that ends at t: by the currents that it went by. */
+static void pdi_cell_count(pd_cell *cell, double t)
+{
+    const pd_potential *p = &cell->potential;
+    double volume = p->bonds->stencil->volume * (t - cell->reached);
+    cell->reached = t;
+    for (int32_t k = 0; k < p->contacts.count && !cell->desc.apart; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        double passed = volume * pdi_potential_area(p, c) * p->current[k];
+        cell->charge[c->electrode] += passed;
+        cell->anodic[c->electrode] += pdi_max(passed, 0.0);
+    }
+}
+
 static pd_status pdi_cell_finish(pd_ctx *ctx, void *self, double t)
 {
     pd_cell *cell = (pd_cell *)self;
+    pdi_cell_count(cell, t);
     PDI_TRY(pdi_cell_renew(ctx, cell));
     return pdi_cell_solve(ctx, cell, t);
 }
@@ -233,6 +327,9 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "current through sides", &cell->result.through, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "solves of the potential", &cell->solves, 1));
     if (cell->desc.share) PDI_TRY(PDI_KEEP(ctx, archive, "time of the potential", &cell->time, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "charges", cell->charge, p->desc.electrodes));
+    PDI_TRY(PDI_KEEP(ctx, archive, "anodic charges", cell->anodic, p->desc.electrodes));
+    PDI_TRY(PDI_KEEP(ctx, archive, "time of the charges", &cell->reached, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "newton of the potential", &cell->newton, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the potential", &cell->krylov, 1));
     if (archive->reading) pdi_cell_index(cell);
@@ -282,7 +379,12 @@ static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     p.left = cell->left;
     p.apart = desc->apart;
     if (desc->conduct) p.field = cell->field;
-    return pd_potential_build(ctx, grid, bonds, &p, &cell->potential);
+    PDI_TRY(pd_potential_build(ctx, grid, bonds, &p, &cell->potential));
+    for (int e = 0; e < p.electrodes; e++) {
+        cell->stock[e] = pdi_cell_stock(cell, e);
+        cell->factor[e] = 1.0;
+    }
+    return PD_OK;
 }
 
 pd_status pd_cell_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_dissolve *dissolve,

@@ -32,6 +32,10 @@ typedef struct pd_cell {
     pd_circuit *circuit;         /* [circuits] */
     uint8_t *metal;              /* [total] electrode of solid nodes */
     uint32_t *kinds;             /* [electrodes] bit k: it has metal k of dissolve; 1 without */
+    double *charge, *anodic;     /* [electrodes] [C] that have passed since the start: from metal to fluid; what has
+                                  * left alone */
+    double *stock;               /* [electrodes] [mol] of metal at the build; 0 where nothing dissolves */
+    double *factor;              /* [electrodes] [-] what laws see of a current density, see pdi_cell_match */
     double *left;                /* [total] [-] see pd_potential_desc; NULL: nothing dissolves */
     int32_t *first;              /* [total] first contact of fluid nodes; -1: none; NULL: nothing dissolves */
     double *field;               /* [total] [S/m] with `conduct` */
@@ -39,6 +43,7 @@ typedef struct pd_cell {
     pd_potential_result result;  /* of the last solution */
     int stale;                   /* 1: nodes have turned fluid */
     double time;                 /* [s] of the last solution */
+    double reached;              /* [s] up to which charges are counted */
     int64_t solves, newton, krylov;
 } pd_cell;
 
@@ -48,6 +53,8 @@ typedef struct pd_cell_electrode {
     double area;             /* [m^(d-1)] of a body of rings all around */
     double current, anodic;  /* [A] (per m in planar 2D, per m2 in 1D) from metal to fluid; what leaves alone */
     double least, most;      /* [A/m2] */
+    double charge, passed;   /* [C] likewise, since the start: from metal to fluid; what has left alone */
+    double lost;             /* [mol] of metal since the start; 0 where nothing dissolves */
 } pd_cell_electrode;
 
 #define pd_cell_build PD_NAME(pd_cell_build)
@@ -65,6 +72,9 @@ PD_API void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_ele
 PD_API void pd_cell_free(pd_ctx *ctx, pd_cell *cell);
 
 #ifdef PDI_INTERNAL
+/* The fluid beside metal is known. Areas of contacts and those of dissolution differ on uneven surfaces: what laws get
+ * of the current density of an electrode is multiplied so that they get all of what leaves it (theory: 6b.5). */
+PDI_FN void pdi_cell_match(pd_cell *cell);
 /* Beside fluid node i: current density [A/m2] and E - phi at the surface [V] of electrodes with metal `kind`, means
  * over the area of its contacts; where it has none, of those nearest within two cells. 0: there is none. */
 PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface);

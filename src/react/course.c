@@ -559,6 +559,8 @@ static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
     if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, 0.0));
     pd_status status = pd_reactive_step(ctx, r, PDI_COURSE_LATE * square / d, &result);
     if (a->desc.surface && status == PD_OK) pdi_etch_accept(a->desc.surface);
+    for (int e = 0; a->desc.surface && e < 2 * a->desc.surface->desc.electrodes.count; e++)
+        a->desc.surface->charge[e] = 0.0; /* no time has passed */
     a->krylov += result.krylov;
     a->newton += result.newton;
     if (status == PD_OK) return pd_reactive_begin(ctx, r);

@@ -55,6 +55,7 @@ PDI_FN void pdi_etch_begin(pd_etch *s)
 {
     int64_t total = s->reactive->grid->total;
     for (int32_t p = 0; p < s->count; p++) s->ahead[p] = 0.0;
+    for (int e = 0; e < 2 * s->desc.electrodes.count; e++) s->charge_ahead[e] = 0.0;
     s->odd = 0;
     for (int k = 0; k < s->reactive->components.count && s->sweep; k++)
         for (int32_t p = 0; p < s->count; p++) s->sweep[k * total + p] = 0.0;
@@ -67,9 +68,28 @@ PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, pd_etch *s, double share)
     return s && s->stage ? s->stage(ctx, s->stager, share) : PD_OK;
 }
 
+/* Electrons of electrodes in dt [s] at the present speeds: of the laws of their metal and of their curves. */
+static void pdi_etch_electrons(pd_etch *s, double dt)
+{
+    const pd_reactive *r = s->reactive;
+    double cells = dt * r->bonds->stencil->volume;
+    for (int32_t p = 0; p < s->count && s->electrode; p++) {
+        double electrons = 0.0, around = cells * pdi_grid_circumference(r->grid, s->node[p]);
+        int e = s->electrode[p];
+        if (e < 0) continue;
+        const double *part = s->part + e * r->components.solutes;
+        for (int n = 0; n < r->components.solutes; n++) electrons += r->components.charge[n] * part[n];
+        double law = s->weight[p] > 0.0 ? pdi_etch_of(s, p)->charge * s->weight[p] * *pdi_etch_speed(s, p) : 0.0;
+        double curve = electrons * s->area[p] * s->flow[p];
+        s->charge_ahead[2 * e] += around * (law + curve);
+        s->charge_ahead[2 * e + 1] += around * (pdi_max(law, 0.0) + pdi_max(curve, 0.0));
+    }
+}
+
 PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
 {
     pd_reactive *r = s->reactive;
+    pdi_etch_electrons(s, dt);
     for (int m = 0; m < s->kinds; m++) {
         pdi_sum sum = {0.0, 0.0};
         for (int32_t p = 0; p < s->count; p++) {
@@ -182,6 +202,7 @@ PDI_FN void pdi_etch_accept(pd_etch *s)
     int64_t total = s->reactive->grid->total;
     if (s->electrode) pdi_etch_cathodes(s);
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
+    for (int e = 0; e < 2 * s->desc.electrodes.count; e++) s->charge[e] += s->charge_ahead[e];
     for (int32_t p = 0; p < s->count && s->swept; p++) {
         if (!(s->weight[p] > 0.0)) continue;
         s->swept[s->node[p]] += s->ahead[p] * s->weight[p] / s->desc.solid;
@@ -352,6 +373,8 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, etch, level, of->circuits, "V");
     PDI_STATE(owner, etch, conduct, of->circuits, "mol/s/V");
     PDI_ARRAY(owner, etch, charge_of, of->circuits, "mol/s");
+    PDI_STATE(owner, etch, charge, 2 * of->count, "mol");
+    PDI_ARRAY(owner, etch, charge_ahead, 2 * of->count, "mol");
     PDI_STATE(owner, etch, cathode, of->count, "mol/s");
     PDI_VALUE(owner, etch, extra, "mol/s");
 }

@@ -112,6 +112,9 @@ typedef struct pd_etch {
     double *level;                /* [circuits] [V] potential of the metal */
     double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */
     double *charge_of;            /* [circuits] [mol/s] charge that leaves metal */
+    double *charge;               /* [electrodes][2] [mol] electrons that have passed in steps that stand: from fluid to
+                                   * metal; and without those that went the other way */
+    double *charge_ahead;         /* [electrodes][2] [mol] the same of the step at hand */
     double *cathode;              /* [electrodes] [mol/s] electrons that curves took in the last step with metal */
     double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
     double late;                  /* [mol/m3/s] charge of sources that is metal's, after its step; of all nodes */

@@ -411,6 +411,22 @@ static pd_status pdi_model_bonds(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *des
     return PD_OK;
 }
 
+/* 1: laws of metal see the current density of electrodes, and nothing else multiplies them. */
+static int pdi_model_faraday(const pd_setup *u, const pd_dissolve_desc *desc)
+{
+    int sees = 0;
+    for (int k = 0; k < u->metals; k++) sees |= (int)(u->metal[k].rate.uses >> PDI_SETUP_CURRENT & 1u);
+    return sees && u->has_potential && !u->migrates && !desc->factor && desc->drive == PD_DRIVE_CONSTANT;
+}
+
+static pd_status pdi_model_match(pd_ctx *ctx, void *user, double t)
+{
+    pd_model *m = (pd_model *)user;
+    (void)ctx, (void)t;
+    if (m->cell.grid) pdi_cell_match(&m->cell);
+    return PD_OK;
+}
+
 static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -449,6 +465,10 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.rate = metal[0].rate;
     desc.rate_user = metal[0].rate_user;
     desc.uniform = metal[0].uniform;
+    if (pdi_model_faraday(u, &desc)) {
+        desc.found = pdi_model_match;
+        desc.found_user = m;
+    }
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         desc.found = pdi_attack_found;
         desc.found_user = &m->attack;

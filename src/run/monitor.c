@@ -12,6 +12,12 @@
 /* Cells of the layer at a surface with fewer of which its flux is some per cent off; with one it is any number. */
 #define PDI_MONITOR_LAYER 2.0
 
+/* Share of Faraday's law by which metal lost may differ from it without a word. */
+#define PDI_MONITOR_EXACT 0.01
+#define PDI_MONITOR_FARADAY 96485.33212 /* [C/mol] */
+/* Two numbers that differ by this share of them are the same one. */
+#define PDI_MONITOR_SAME 1e-9
+
 /* Units of amounts per depth, by dimension. */
 static const char *const pdi_monitor_unit_area[] = {"-", "m", "m2"};
 static const char *const pdi_monitor_unit_volume[] = {"m", "m2", "m3"};
@@ -20,6 +26,7 @@ static const char *const pdi_monitor_unit_amount[] = {"mol/m2", "mol/m", "mol"};
 static const char *const pdi_monitor_unit_species[] = {"mol/m2/s", "mol/m/s", "mol/s"};
 static const char *const pdi_monitor_unit_force[] = {"N/m2", "N/m", "N"};
 static const char *const pdi_monitor_unit_current[] = {"A/m2", "A/m", "A"};
+static const char *const pdi_monitor_unit_charge[] = {"C/m2", "C/m", "C"};
 static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
 static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
 
@@ -309,6 +316,25 @@ static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     return PD_OK;
 }
 
+/* Charge number of the metal of an electrode that is one metal, all of whose current dissolves it; 0: it is none. */
+static double pdi_monitor_dissolves(const pd_model *model, int electrode)
+{
+    const pd_setup *u = model->setup;
+    uint32_t kinds = model->cell.kinds[electrode];
+    double vars[PD_EXPR_VARS];
+    if (!u->has_dissolve || u->migrates) return 0.0;
+    for (int k = 0; k < u->metals; k++) {
+        const pd_setup_metal *metal = &u->metal[k];
+        if (kinds != (uint32_t)1 << k || metal->rate.uses != (uint32_t)1 << PDI_SETUP_CURRENT) continue;
+        memset(vars, 0, sizeof vars);
+        vars[PDI_SETUP_CURRENT] = 1.0;
+        double speed = metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
+        if (fabs(speed / pd_material_speed(&metal->material, 1.0) - 1.0) < PDI_MONITOR_SAME)
+            return metal->material.charge;
+    }
+    return 0.0;
+}
+
 /* Potential of the metal, currents and their densities. */
 static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
 {
@@ -323,6 +349,9 @@ static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "density", "A/m2", e.area > 0.0 ? e.current / e.area : 0.0);
     pdi_monitor_put(m, "least", "A/m2", e.least);
     pdi_monitor_put(m, "most", "A/m2", e.most);
+    pdi_monitor_put(m, "charge", pdi_monitor_unit_charge[pdi_monitor_extent(model->setup)], e.charge);
+    double charge = pdi_monitor_dissolves(model, m->desc->index);
+    if (charge > 0.0) pdi_monitor_put(m, "faraday", "-", charge * PDI_MONITOR_FARADAY * e.lost / e.passed);
 }
 
 /* Mean over the surface that carries a state, and its extremes. */
@@ -663,10 +692,26 @@ PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
     return PD_OK;
 }
 
+/* Metal and charge do not agree. */
+static void pdi_monitor_uneven(const pd_monitor *m, pd_print_fn print, void *user)
+{
+    char text[256];
+    for (int f = 0; f < m->count; f++) {
+        double share = m->figure[f].value;
+        if (strcmp(m->figure[f].key, "faraday") || !(fabs(share - 1.0) > PDI_MONITOR_EXACT)) continue;
+        snprintf(text, sizeof text, "electrode %s: its metal has lost %.4g of what its anodic charge dissolves by "
+                 "Faraday's law: %s", m->desc->name, share,
+                 share < 1.0 ? "it was used up, or covered, or the fluid at it was saturated, while current passed"
+                             : "factors make it dissolve faster than its current does");
+        print(user, PD_PRINT_NOTE, text);
+    }
+}
+
 /* What figures cannot be trusted in. */
 static void pdi_monitor_doubt(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
+    if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_uneven(m, print, user);
     double h = model->grid.h[0], layer = HUGE_VAL;
     for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
     for (int f = 0; f < m->count; f++)
@@ -689,6 +734,7 @@ PDI_FN void pdi_monitors_print(const pd_monitors *all, pd_print_fn print, void *
                  pdi_setup_monitor_name(m->desc->kind), m->desc->name, all->model->couple.time);
         for (int f = 0; f < m->count; f++) {
             size_t used = strlen(text);
+            if (isnan(m->figure[f].value)) continue; /* a figure without a value has no key */
             snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
         }
         print(user, PD_PRINT_RESULT, text);
@@ -718,3 +764,6 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
 }
 
 #undef PDI_MONITOR_LAYER
+#undef PDI_MONITOR_EXACT
+#undef PDI_MONITOR_FARADAY
+#undef PDI_MONITOR_SAME

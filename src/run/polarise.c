@@ -136,6 +136,8 @@ PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_
         now->most = touched ? pdi_max(now->most, current / area) : current / area;
         touched = 1;
     }
+    now->charge = PDI_POLARISE_FARADAY * s->charge[2 * electrode];
+    now->passed = PDI_POLARISE_FARADAY * s->charge[2 * electrode + 1];
 }
 
 PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node)
