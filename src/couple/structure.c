@@ -1,6 +1,8 @@
 /* structure: see structure.h */
 #include "couple/structure.h"
 #include "core/par.h"
+#include "core/vec.h"
+#include "lattice/chord.h"
 #include <math.h>
 #include <string.h>
 
@@ -8,6 +10,8 @@
  * and flow by as much as the metal is long. */
 #define PDI_STRUCTURE_STRAIN 0.2
 #define PDI_STRUCTURE_SLIP 1.0
+/* Metal that has just turned fluid counts as metal that is left, until its bonds have gone. */
+#define PDI_STRUCTURE_LEFT 1e-300
 
 enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
 
@@ -34,6 +38,63 @@ PDI_FN double pdi_structure_broken(const pd_structure *s, int32_t point)
 {
     int64_t all = s->body.row[point + 1] - s->body.row[point];
     return all ? 1.0 - (double)pdi_body_intact(&s->body, point) / (double)all : 0.0;
+}
+
+/* ---- bonds that leave the metal ---- */
+
+/* 1: a node is metal, or has turned fluid and still counts as metal. */
+static int pdi_structure_metal(const void *self, int32_t node)
+{
+    const pd_structure *s = (const pd_structure *)self;
+    return s->point[node] >= 0 && (s->grid->kind[node] == PD_SOLID || s->stiff[s->point[node]] > 0.0);
+}
+
+/* Cells from one point to another. */
+static void pdi_structure_step(const pd_structure *s, int32_t i, int32_t j, int *step)
+{
+    int from[PD_DIM];
+    pdi_grid_index(s->grid, s->node[i], from);
+    pdi_grid_index(s->grid, s->node[j], step);
+    for (int d = 0; d < PD_DIM; d++) step[d] -= from[d];
+}
+
+/* A pd_joined_fn by the cells of the metal that is left. */
+static int pdi_structure_beside(void *user, int32_t i, int32_t j, const double *xi)
+{
+    const pd_structure *s = (const pd_structure *)user;
+    int step[PD_DIM];
+    (void)xi;
+    pdi_structure_step(s, i, j, step);
+    return pdi_chord_stairs(s->grid, s->node[i], step, pdi_structure_metal, s);
+}
+
+/* A pd_joined_fn by the smooth surface, of whose points the depths stand in `density` as the body is built. Where they
+ * cover the line, nothing is to be looked at. */
+static int pdi_structure_inside(void *user, int32_t i, int32_t j, const double *xi)
+{
+    const pd_structure *s = (const pd_structure *)user;
+    double from[PD_DIM], deep = pdi_max(s->density[i], 0.0) + pdi_max(s->density[j], 0.0);
+    if (deep * deep >= pdi_vec_dot(xi, xi)) return 1;
+    pd_grid_position(s->grid, s->node[i], from);
+    return pdi_chord_within(s->grid, from, xi);
+}
+
+/* Which bonds leave the metal of the start is to be asked of these. */
+static void pdi_structure_joined(pd_ctx *ctx, pd_structure *s, pd_body_desc *desc)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * 100);
+    (void)nt;
+    if (pdi_chord_convex(s->grid)) return;
+    desc->user = s;
+    desc->joined = pdi_structure_beside;
+    if (!pdi_chord_smooth(s->grid)) return;
+    desc->joined = pdi_structure_inside;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < s->count; i++) {
+        double x[PD_DIM];
+        pd_grid_position(s->grid, s->node[i], x);
+        s->density[i] = -pdi_chord_level(s->grid, x);
+    }
 }
 
 /* ---- build ---- */
@@ -63,7 +124,9 @@ static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
     desc.volume = volume;
     desc.spacing = grid->h[0];
     desc.horizon = s->desc.m * grid->h[0];
+    if (status == PD_OK) pdi_structure_joined(ctx, s, &desc);
     if (status == PD_OK) status = pd_body_build(ctx, &desc, &s->body);
+    memset(s->density, 0, (size_t)s->count * sizeof *s->density);
     PDI_DELETE(ctx, s->count, volume);
     PDI_DELETE(ctx, (int64_t)s->count * PD_DIM, position);
     return status;
@@ -415,17 +478,79 @@ static pd_status pdi_structure_finish(pd_ctx *ctx, void *self, double t)
     return pdi_structure_to(ctx, (pd_structure *)self, t);
 }
 
+/* 1: a node that lies off[] cells from the start of a line of step[] cells may belong to a staircase of it. */
+static int pdi_structure_near(const int *off, const int *step)
+{
+    int length = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (off[d] < (step[d] < 0 ? step[d] : 0) || off[d] > (step[d] > 0 ? step[d] : 0)) return 0;
+        length = step[d] > length ? step[d] : -step[d] > length ? -step[d] : length;
+    }
+    for (int d = 0; d < PD_DIM; d++)
+        for (int e = 0; e < d; e++) { /* it is two cells off the line along an axis, at most */
+            int across = off[d] * step[e] - off[e] * step[d];
+            if (across > 4 * length || -across > 4 * length) return 0;
+        }
+    return 1;
+}
+
+/* 1: the line of step[] cells passes the cell that lies off[] cells from its start, and not only an edge of it. */
+static int pdi_structure_passes(const int *off, const int *step)
+{
+    double from = 0.0, to = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double low = ((double)off[d] - 0.5) / (step[d] ? step[d] : 1);
+        double high = ((double)off[d] + 0.5) / (step[d] ? step[d] : 1);
+        if (!step[d] && off[d]) return 0;
+        if (!step[d]) continue;
+        from = pdi_max(from, pdi_min(low, high));
+        to = pdi_min(to, pdi_max(low, high));
+    }
+    return to > from + 1e-9;
+}
+
+/* Metal has gone from point `gone`: bonds of point i that led through it alone. A bond that no staircase bore from the
+ * start, as in a thin part with smooth faces, breaks where its line passes the cell. */
+static void pdi_structure_sever(pd_structure *s, int32_t gone, int32_t i)
+{
+    double stiff = s->stiff[gone];
+    for (pd_walk f = pdi_walk_from(&s->body, i); pdi_walk_next(&f);) {
+        int off[PD_DIM], step[PD_DIM];
+        if (f.to < i || pdi_walk_broken(&f)) continue;
+        pdi_structure_step(s, i, gone, off);
+        pdi_structure_step(s, i, f.to, step);
+        if (!pdi_structure_near(off, step)) continue;
+        int before = pdi_chord_stairs(s->grid, s->node[i], step, pdi_structure_metal, s);
+        s->stiff[gone] = 0.0;
+        int after = pdi_chord_stairs(s->grid, s->node[i], step, pdi_structure_metal, s);
+        s->stiff[gone] = stiff;
+        if (before ? !after : pdi_structure_passes(off, step)) pdi_walk_break(&s->body, i, &f);
+    }
+}
+
+/* Points whose bonds may pass the point that has turned fluid are those of a cube around it. */
+static void pdi_structure_leave(pd_structure *s, int32_t gone)
+{
+    int reach = (int)ceil(s->desc.m + 0.5), far, all = pdi_grid_cube(reach);
+    pdi_body_release(&s->body, gone);
+    for (int k = 0; k < all; k++) {
+        int32_t node = pdi_grid_near(s->grid, s->node[gone], reach, k, &far);
+        if (node >= 0 && s->point[node] >= 0 && s->point[node] != gone) pdi_structure_sever(s, gone, s->point[node]);
+    }
+    s->stiff[gone] = 0.0;
+    s->rest.stale = 1;
+}
+
 static pd_status pdi_structure_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_structure *s = (pd_structure *)self;
     (void)ctx;
     for (int32_t k = 0; k < count; k++) {
         int32_t i = s->point[turned[k]];
-        if (i < 0) continue;
-        pdi_body_release(&s->body, i);
-        s->stiff[i] = 0.0;
-        s->rest.stale = 1;
+        if (i >= 0) s->stiff[i] = pdi_max(s->stiff[i], PDI_STRUCTURE_LEFT);
     }
+    for (int32_t k = 0; k < count; k++)
+        if (s->point[turned[k]] >= 0) pdi_structure_leave(s, s->point[turned[k]]);
     return PD_OK;
 }
 
@@ -549,3 +674,4 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
 
 #undef PDI_STRUCTURE_STRAIN
 #undef PDI_STRUCTURE_SLIP
+#undef PDI_STRUCTURE_LEFT

@@ -15,6 +15,9 @@
 #define PDI_FACETS_SLIVER 1e-16
 /* Depth of the tree: boxes halve, and there are fewer than 2^31 triangles. */
 #define PDI_FACETS_DEPTH 64
+/* A line meets a triangle that it passes so much beyond an edge, over the length of the edge; of boxes over the largest
+ * coordinate. A place too many does no harm. */
+#define PDI_FACETS_EDGE 1e-9
 
 static void pdi_facets_list(pdi_owner *owner, void *object)
 {
@@ -381,7 +384,69 @@ PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
     return pdi_facets_inside(f, x) ? -distance : distance;
 }
 
+/* ---- lines ---- */
+
+/* Does the line x + t xi, 0 <= t <= 1, pass the box of the tree? */
+static int pdi_facets_through(const double *box, const double *x, const double *xi, double slack)
+{
+    double from = 0.0, to = 1.0;
+    for (int d = 0; d < 3; d++) {
+        double low = box[d] - slack - x[d], high = box[3 + d] + slack - x[d];
+        if (fabs(xi[d]) > 0.0) {
+            double a = low / xi[d], b = high / xi[d];
+            from = pdi_max(from, pdi_min(a, b));
+            to = pdi_min(to, pdi_max(a, b));
+        } else if (low > 0.0 || high < 0.0) return 0;
+    }
+    return from <= to;
+}
+
+/* t where the line meets the triangle; HUGE_VAL: it does not. By the volumes of line and edges. */
+static double pdi_facets_hit(const double *corner, const double *x, const double *xi)
+{
+    double e[2][3], off[3], across[3], turned[3];
+    for (int d = 0; d < 3; d++) {
+        e[0][d] = corner[3 + d] - corner[d];
+        e[1][d] = corner[6 + d] - corner[d];
+        off[d] = x[d] - corner[d];
+    }
+    for (int d = 0; d < 3; d++) {
+        int p = (d + 1) % 3, q = (d + 2) % 3;
+        across[d] = xi[p] * e[1][q] - xi[q] * e[1][p];
+        turned[d] = off[p] * e[0][q] - off[q] * e[0][p];
+    }
+    double volume = pdi_facets_dot(e[0], across);
+    if (!(fabs(volume) > 0.0)) return HUGE_VAL;
+    double u = pdi_facets_dot(off, across) / volume, v = pdi_facets_dot(xi, turned) / volume;
+    if (u < -PDI_FACETS_EDGE || v < -PDI_FACETS_EDGE || u + v > 1.0 + PDI_FACETS_EDGE) return HUGE_VAL;
+    return pdi_facets_dot(e[1], turned) / volume;
+}
+
+PDI_FN double pdi_facets_crossing(const pd_facets *f, const double *x, const double *xi, double after)
+{
+    int32_t stack[PDI_FACETS_DEPTH];
+    int depth = 1;
+    double best = HUGE_VAL, far = 0.0;
+    for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
+    stack[0] = 0;
+    while (depth) {
+        int32_t own = stack[--depth];
+        if (!pdi_facets_through(f->box + 6 * (int64_t)own, x, xi, PDI_FACETS_EDGE * far)) continue;
+        if (f->second[own]) {
+            stack[depth++] = own + 1;
+            stack[depth++] = f->second[own];
+            continue;
+        }
+        for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++) {
+            double t = pdi_facets_hit(f->corner + 9 * (int64_t)k, x, xi);
+            if (t > after && t < best) best = t;
+        }
+    }
+    return best <= 1.0 ? best : HUGE_VAL;
+}
+
 #undef PDI_FACETS_LEAF
+#undef PDI_FACETS_EDGE
 #undef PDI_FACETS_ROUNDING
 #undef PDI_FACETS_SLIVER
 #undef PDI_FACETS_DEPTH

@@ -168,6 +168,70 @@ PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shap
     return pdi_shape_level(shapes, index, frame, x);
 }
 
+/* The lesser one of t and best that is larger than `after`. */
+static double pdi_shape_next(double t, double after, double best) { return t > after && t < best ? t : best; }
+
+/* Where the line meets a sphere or a cylinder around `centre`; axis `along` (-1: none) does not count. */
+static double pdi_shape_crossing_round(const pd_shape *s, int along, const double *x, const double *xi, double after)
+{
+    double square = 0.0, middle = 0.0, out = -s->r * s->r;
+    for (int d = 0; d < PD_DIM; d++) {
+        double off = x[d] - s->a[d];
+        if (d == along) continue;
+        square += xi[d] * xi[d];
+        middle += off * xi[d];
+        out += off * off;
+    }
+    double under = middle * middle - square * out;
+    if (!(square > 0.0) || !(under >= 0.0)) return HUGE_VAL;
+    double first = pdi_shape_next((-middle - sqrt(under)) / square, after, HUGE_VAL);
+    return pdi_shape_next((-middle + sqrt(under)) / square, after, first);
+}
+
+static double pdi_shape_crossing_one(const pd_shape *s, const double *x, const double *xi, double after)
+{
+    double best = HUGE_VAL, off[PD_DIM];
+    switch (s->type) {
+    case PD_SHAPE_BOX:
+        for (int d = 0; d < PD_DIM; d++) {
+            if (!(fabs(xi[d]) > 0.0)) continue;
+            best = pdi_shape_next((s->a[d] - x[d]) / xi[d], after, best);
+            best = pdi_shape_next((s->b[d] - x[d]) / xi[d], after, best);
+        }
+        return best;
+    case PD_SHAPE_BALL: return pdi_shape_crossing_round(s, -1, x, xi, after);
+    case PD_SHAPE_CYLINDER: return pdi_shape_crossing_round(s, PD_DIM > 1 ? s->axis : -1, x, xi, after);
+    case PD_SHAPE_HALF_SPACE:
+        for (int d = 0; d < PD_DIM; d++) off[d] = s->a[d] - x[d];
+        if (fabs(pdi_vec_dot(xi, s->b)) > 0.0)
+            best = pdi_shape_next(pdi_vec_dot(off, s->b) / pdi_vec_dot(xi, s->b), after, best);
+        return best;
+    case PD_SHAPE_FACETS: return pdi_facets_crossing(s->facets, x, xi, after);
+    default: return HUGE_VAL;
+    }
+}
+
+PDI_FN double pdi_shape_crossing(const pd_shape *shapes, int index, const double *x, const double *xi, double after)
+{
+    double best = HUGE_VAL;
+    for (int k = 0; k <= index; k++)
+        best = pdi_shape_next(pdi_shape_crossing_one(&shapes[k], x, xi, after), after, best);
+    return best <= 1.0 ? best : HUGE_VAL;
+}
+
+PDI_FN int pdi_shape_convex(const pd_shape *shapes, int index)
+{
+    const pd_shape *s = &shapes[index];
+    if (s->type == PD_SHAPE_UNION || s->type == PD_SHAPE_INTERSECT) {
+        if (s->type == PD_SHAPE_UNION && s->children > 1) return 0;
+        for (int c = 0; c < s->children; c++)
+            if (!pdi_shape_convex(shapes, s->child[c])) return 0;
+        return 1;
+    }
+    return s->type == PD_SHAPE_BOX || s->type == PD_SHAPE_BALL || s->type == PD_SHAPE_CYLINDER ||
+           s->type == PD_SHAPE_HALF_SPACE;
+}
+
 PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index)
 {
     const pd_shape *s = &shapes[index];

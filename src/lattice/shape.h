@@ -66,6 +66,11 @@ typedef struct pdi_shape_frame {
 /* The same between the planes, where faces of boxes and half-spaces on these planes or behind them are no surface: it
  * is at least the distance between two planes from them. */
 PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x);
+/* Where the straight line x + t xi meets a face of one of the shapes 0 .. index next: the least t > after, at most 1;
+ * HUGE_VAL: nowhere. Between two such places it is on one side of each shape's surface. Not for voxel masks. */
+PDI_FN double pdi_shape_crossing(const pd_shape *shapes, int index, const double *x, const double *xi, double after);
+/* 1 when the shape is convex, as its type and those of its children say. */
+PDI_FN int pdi_shape_convex(const pd_shape *shapes, int index);
 /* 1 when the zero level of the shape is a smooth description of the surface (no voxel mask below it). */
 PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index);
 #endif

@@ -552,7 +552,7 @@ static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *pla
 {
     double bonds = pdi_footprint_bonds(u->metal_body.m), n[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) n[d] = (double)plan->grid.n[d];
-    body->kinds = (int32_t)bonds;
+    body->shifts = body->kinds = (int32_t)bonds;
     body->bonds = (int64_t)(bonds * (double)body->count);
     double places = pdi_body_places(n, floor(u->metal_body.m + 0.5));
     body->lattice = places + (double)body->count <= 2.0 * (double)body->bonds;

@@ -52,7 +52,7 @@ PDI_FN void pdi_body_table_list(pdi_owner *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
     PDI_ARRAY(owner, body, member, body->places, "1");
-    PDI_ARRAY(owner, body, shift, body->kinds, "1");
+    PDI_ARRAY(owner, body, shift, body->shifts, "1");
     PDI_ARRAY(owner, body, place, body->lattice ? body->count : 0, "1");
     PDI_ARRAY(owner, body, image, pdi_body_repeats(body) ? body->bonds : 0, "1");
 }
@@ -250,8 +250,8 @@ static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_ce
         for (int image = -most; image <= most; image++)
             body->row[i + 1] += pdi_body_family(body, c, i, image, NULL);
     }
-    body->kinds = pdi_body_number(body);
-    body->places = body->bonds;
+    body->shifts = body->kinds = pdi_body_number(body);
+    body->places = body->charted = body->bonds;
     PDI_TRY(pdi_owner_build(ctx, pdi_body_table_list, body));
     for (int32_t k = 0; k < body->kinds; k++) body->shift[k] = k;
     PDI_PARALLEL_FOR(nt)
@@ -306,7 +306,7 @@ static int pdi_body_box(pd_body *body, pdi_body_axes *a)
     double places = pdi_body_places(n, steps);
     if (!(places <= 2.0 * most * (double)body->count) || !(places < 2e9)) return 0;
     a->steps = (int32_t)steps;
-    body->places = (int64_t)places;
+    body->places = body->charted = (int64_t)places;
     int64_t stride = 1;
     for (int d = 0; d < PD_DIM; d++) {
         a->n[d] = (int32_t)n[d];
@@ -423,7 +423,7 @@ static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
     pd_status status = pdi_owner_build(ctx, pdi_body_axes_list, &axes);
     int32_t kinds = status == PD_OK && pdi_body_align(body, &axes) ? pdi_body_stencil(body, &axes, NULL) : 0;
     if (kinds > 0) {
-        body->kinds = kinds;
+        body->shifts = body->kinds = kinds;
         body->lattice = 1;
         status = pdi_owner_build(ctx, pdi_body_table_list, body);
         if (status == PD_OK && !pdi_body_chart(ctx, body, &axes)) {
@@ -432,6 +432,117 @@ static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
         }
     }
     pdi_owner_free(ctx, pdi_body_axes_list, &axes);
+    return status;
+}
+
+/* ---- bonds that leave the body ---- */
+
+/* 1: the bond is one. Both ends ask for the same line. */
+static int pdi_body_joins(const pd_body *body, const pd_body_desc *desc, int32_t i, const pd_walk *f)
+{
+    double xi[PD_DIM];
+    int first = 0;
+    pdi_walk_vector(body, i, f, xi);
+    for (int d = 0; d < PD_DIM && !first; d++) first = xi[d] > 0.0 ? 1 : xi[d] < 0.0 ? -1 : 0;
+    if (first > 0) return desc->joined(desc->user, i, f->to, xi);
+    for (int d = 0; d < PD_DIM; d++) xi[d] = -xi[d];
+    return desc->joined(desc->user, f->to, i, xi);
+}
+
+/* lost [bonds]: 1 for those that leave the body. Returns how many do. */
+static int64_t pdi_body_leave(const pd_ctx *ctx, const pd_body *body, const pd_body_desc *desc, uint8_t *lost)
+{
+    int64_t all = 0;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            lost[pdi_walk_bond(&f)] = (uint8_t)!pdi_body_joins(body, desc, i, &f);
+    for (int64_t k = 0; k < body->bonds; k++) all += lost[k];
+    return all;
+}
+
+/* How many bonds of point i do not leave the body. */
+static int64_t pdi_body_left(const pd_body *body, const uint8_t *lost, int32_t i)
+{
+    int64_t left = body->row[i + 1] - body->row[i];
+    for (int64_t k = body->row[i]; k < body->row[i + 1]; k++) left -= lost[k];
+    return left;
+}
+
+/* Numbers of the bonds that are left. */
+static void pdi_body_renumber(pd_body *body, const uint8_t *lost)
+{
+    int64_t begin = 0;
+    for (int32_t i = 0; i < body->count; i++) {
+        int64_t left = pdi_body_left(body, lost, i);
+        body->row[i] = begin;
+        begin += left;
+    }
+    body->row[body->count] = body->bonds = begin;
+}
+
+/* Points of a lattice whose families lack bonds get lists. */
+static pd_status pdi_body_lists(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
+{
+    int64_t lists = 0, room = body->places;
+    for (int32_t i = 0; i < body->count; i++)
+        lists += pdi_body_left(body, lost, i) < body->row[i + 1] - body->row[i];
+    room += lists * body->kinds;
+    if (room >= INT32_MAX)
+        return pdi_fail(ctx, PD_ERR_SIZE, "body", "%g families of %d bonds have lists of their own, too many: use a "
+                        "shorter horizon", (double)lists, (int)body->kinds);
+    PDI_TRY(PDI_GROW(ctx, "body", body->places, room, body->member));
+    body->places = room;
+    PDI_TRY(PDI_GROW(ctx, "body", body->shifts, 2 * (int64_t)body->kinds, body->shift));
+    body->shifts = 2 * (int64_t)body->kinds;
+    for (int32_t k = 0; k < body->kinds; k++) body->shift[body->kinds + k] = k;
+    int64_t list = body->charted;
+    for (int32_t i = 0; i < body->count; i++) {
+        if (pdi_body_left(body, lost, i) == body->row[i + 1] - body->row[i]) continue;
+        for (int32_t k = 0; k < body->kinds; k++) body->member[list + k] = -1;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            if (!lost[pdi_walk_bond(&f)]) body->member[list + f.kind] = f.to;
+        body->place[i] = (int32_t)list;
+        list += body->kinds;
+    }
+    return PD_OK;
+}
+
+/* Families that are stored lose the bonds. */
+static pd_status pdi_body_shorten(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
+{
+    int64_t left = 0, longest = 0, bonds = body->bonds;
+    for (int32_t i = 0; i < body->count; i++) {
+        int64_t begin = left;
+        for (int64_t k = body->row[i]; k < body->row[i + 1]; k++) {
+            if (lost[k]) continue;
+            body->member[left] = body->member[k];
+            if (pdi_body_repeats(body)) body->image[left] = body->image[k];
+            left++;
+        }
+        longest = left - begin > longest ? left - begin : longest;
+    }
+    PDI_TRY(PDI_GROW(ctx, "body", bonds, left, body->member));
+    body->places = body->charted = left;
+    PDI_TRY(PDI_GROW(ctx, "body", body->shifts, longest, body->shift));
+    body->shifts = body->kinds = (int32_t)longest;
+    return pdi_body_repeats(body) ? PDI_GROW(ctx, "body", bonds, left, body->image) : PD_OK;
+}
+
+static pd_status pdi_body_part(pd_ctx *ctx, pd_body *body, const pd_body_desc *desc)
+{
+    int64_t bonds = body->bonds;
+    uint8_t *lost = NULL;
+    if (!desc->joined || !bonds) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "body", bonds, lost));
+    pd_status status = PD_OK;
+    if (pdi_body_leave(ctx, body, desc, lost)) {
+        status = body->lattice ? pdi_body_lists(ctx, body, lost) : pdi_body_shorten(ctx, body, lost);
+        if (status == PD_OK) pdi_body_renumber(body, lost);
+    }
+    PDI_DELETE(ctx, bonds, lost);
     return status;
 }
 
@@ -615,6 +726,7 @@ static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *b
         PDI_TRY(pdi_body_collect(ctx, body, cells));
         PDI_TRY(pdi_body_families(ctx, body, cells));
     }
+    PDI_TRY(pdi_body_part(ctx, body, desc));
     return pdi_owner_build(ctx, pdi_body_list, body);
 }
 

@@ -10,6 +10,10 @@
  * has their families, one after another. Bonds have numbers in that order, and a bit each that says whether the bond is
  * broken.
  *
+ * A bond may leave the body: across a gap, a notch or a slot its ends are not joined. `joined` tells which bonds do not
+ * leave it; others are no bonds, and no family has them. Places whose family lacks some have a list of their own, as
+ * long as that of a whole place.
+ *
  * With a period a family has images of points, too: its own as well, where the period is shorter than the horizon. An
  * image moves as its point does. A family is sorted by images first, and all families are stored.
  */
@@ -32,6 +36,10 @@ typedef enum pd_rim {
     PD_RIM_EXACT       /* the part of the interval, square or cube that lies within the ball */
 } pd_rim;
 
+/* 1: the straight line from point i by xi [m], to point j or to an image of it, stays within the body. Asked for one end
+ * of a bond alone, that of the lesser coordinate, by several threads. */
+typedef int (*pd_joined_fn)(void *user, int32_t i, int32_t j, const double *xi);
+
 typedef struct pd_body_desc {
     int32_t count;
     const double *position; /* [count][PD_DIM] [m] */
@@ -40,6 +48,8 @@ typedef struct pd_body_desc {
     double spacing;         /* [m] of a lattice: parts of cells at the rim count; 0: points count wholly or not */
     pd_rim rim;             /* of a lattice */
     double period[PD_DIM];  /* [m] by which the points repeat; zero along the last axis: they do not */
+    pd_joined_fn joined;    /* NULL: no bond leaves the body */
+    void *user;
 } pd_body_desc;
 
 typedef struct pd_body {
@@ -56,10 +66,14 @@ typedef struct pd_body {
     int64_t *row;      /* [count + 1] number of the first bond of each family */
     int lattice;       /* 1: all points are at places of a lattice, and its table is the shorter one */
     int32_t kinds;     /* bonds of a family of the lattice, of others bonds of the longest one */
-    int32_t *shift;    /* [kinds] from the entry of a point in member to those of its family */
+    int64_t shifts;    /* entries of shift: kinds, or twice that with lists */
+    int32_t *shift;    /* [shifts] from the entry of a point in member to those of its family;
+                        * then those of a list */
     int64_t places;    /* entries of the table */
-    int32_t *member;   /* [places] points at the places of a lattice, -1: none; or families, one after another */
-    int32_t *place;    /* [count] of a lattice: entry of each point in member */
+    int64_t charted;   /* of these the places of a lattice */
+    int32_t *member;   /* [places] points at the places of a lattice, -1: none, and then lists of points whose families
+                        * lack bonds; or families, one after another */
+    int32_t *place;    /* [count] of a lattice: entry of each point in member, or of its list */
     int8_t *image;     /* [bonds] of a period: by how many the image at the other end is off its point */
     uint8_t *broken;   /* bits of bonds, whole bytes for each family; 1: it is broken, and both of its ends say so */
 } pd_body;
@@ -111,7 +125,7 @@ static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
     f.first = body->row[i];
     f.bonds = (int32_t)(body->row[i + 1] - f.first);
     f.at = body->member + (body->lattice ? (int64_t)body->place[i] : f.first);
-    f.shift = body->shift;
+    f.shift = body->lattice && body->place[i] >= body->charted ? body->shift + body->kinds : body->shift;
     f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
     f.image = pdi_body_repeats(body) ? body->image + f.first : NULL;
     f.n = f.kind = f.to = -1;

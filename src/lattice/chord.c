@@ -1,0 +1,128 @@
+/* chord: see chord.h */
+#include "lattice/chord.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* Beyond the surface by less than this is on it, over the spacing and over the largest coordinate of the box: faces of
+ * shapes that touch differ by the rounding of their coordinates. */
+#define PDI_CHORD_ROUNDING 1e-8
+#define PDI_CHORD_DIGITS 3.6e-15
+
+PDI_FN int pdi_chord_convex(const pd_grid *grid)
+{
+    return grid->solid >= 0 && grid->wall < 0 && pdi_shape_convex(grid->shapes, grid->solid);
+}
+
+PDI_FN int pdi_chord_smooth(const pd_grid *grid)
+{
+    return grid->solid >= 0 && pdi_shape_exact(grid->shapes, grid->solid) &&
+           (grid->wall < 0 || pdi_shape_exact(grid->shapes, grid->wall));
+}
+
+PDI_FN double pdi_chord_level(const pd_grid *grid, const double *x)
+{
+    double level = pd_shape_distance(grid->shapes, grid->solid, x);
+    return grid->wall < 0 ? level : pdi_max(level, -pd_shape_distance(grid->shapes, grid->wall, x));
+}
+
+PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *xi)
+{
+    int last = grid->solid > grid->wall ? grid->solid : grid->wall;
+    double slack = PDI_CHORD_ROUNDING * grid->h[0], at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++)
+        slack = pdi_max(slack, PDI_CHORD_DIGITS * pdi_max(fabs(grid->lo[d]), fabs(grid->hi[d])));
+    for (double from = 0.0; from < 1.0;) {
+        double to = pdi_min(pdi_shape_crossing(grid->shapes, last, x, xi, from), 1.0);
+        for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + 0.5 * (from + to) * xi[d];
+        if (pdi_chord_level(grid, at) > slack) return 0;
+        from = to;
+    }
+    return 1;
+}
+
+/* ---- cells ---- */
+
+/* A staircase on its way. */
+typedef struct pdi_chord_way {
+    const pd_grid *grid;
+    pdi_chord_fn metal;
+    const void *self;
+    int32_t from;  /* node at the start of the line */
+    const int *step;
+    int axis;      /* the longest one of the line */
+    int above;     /* bit d: cells are above the line along axis d, else below it */
+} pdi_chord_way;
+
+/* Where cell `k` of the longest axis has the staircase along axis d, in cells from the start. */
+static int pdi_chord_height(const pdi_chord_way *w, int k, int d)
+{
+    int step = w->step[w->axis], length = step < 0 ? -step : step, along = k * w->step[d];
+    int down = along >= 0 ? along / length : -((-along + length - 1) / length);
+    return (w->above >> d & 1) && down * length != along ? down + 1 : down;
+}
+
+static int pdi_chord_cell(const pdi_chord_way *w, const int *at)
+{
+    int32_t node = w->from;
+    for (int d = 0; d < PD_DIM; d++) node += (int32_t)at[d] * w->grid->stride[d];
+    return w->metal(w->self, node);
+}
+
+/* 1: all cells at which the staircase goes from `from` to `to` along the axes of a set are metal, in one order of them
+ * at least; the last one, too. */
+static int pdi_chord_climb(const pdi_chord_way *w, const int *from, const int *to, int axes)
+{
+    if (!axes) return 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        int at[PD_DIM];
+        if (!(axes >> d & 1)) continue;
+        memcpy(at, from, sizeof at);
+        at[d] = to[d];
+        if (pdi_chord_cell(w, at) && pdi_chord_climb(w, at, to, axes & ~(1 << d))) return 1;
+    }
+    return 0;
+}
+
+/* One cell on along the longest axis: axes along which the staircase leaves the line go behind that, others before. */
+static int pdi_chord_on(const pdi_chord_way *w, int k)
+{
+    int from[PD_DIM], to[PD_DIM], first = 0, then = 0, sign = w->step[w->axis] < 0 ? -1 : 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        from[d] = d == w->axis ? sign * k : pdi_chord_height(w, k, d);
+        to[d] = d == w->axis ? sign * (k + 1) : pdi_chord_height(w, k + 1, d);
+        if (d == w->axis || from[d] == to[d]) continue;
+        if ((to[d] > from[d]) == (w->above >> d & 1)) first |= 1 << d;
+        else then |= 1 << d;
+    }
+    if (!pdi_chord_climb(w, from, to, first)) return 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (first >> d & 1) from[d] = to[d];
+    from[w->axis] = to[w->axis];
+    return pdi_chord_cell(w, from) && pdi_chord_climb(w, from, to, then);
+}
+
+PDI_FN int pdi_chord_stairs(const pd_grid *grid, int32_t node, const int *step, pdi_chord_fn metal, const void *self)
+{
+    int length = 0;
+    pdi_chord_way w;
+    w.grid = grid;
+    w.metal = metal;
+    w.self = self;
+    w.from = node;
+    w.step = step;
+    for (int d = 0; d < PD_DIM; d++) length = step[d] > length ? step[d] : -step[d] > length ? -step[d] : length;
+    for (w.axis = 0; w.axis < PD_DIM; w.axis++) {
+        if (step[w.axis] != length && -step[w.axis] != length) continue;
+        for (w.above = 0; w.above < 1 << PD_DIM; w.above++) {
+            int k = 0;
+            if (w.above >> w.axis & 1) continue;
+            while (k < length && pdi_chord_on(&w, k)) k++;
+            if (k == length) return 1;
+        }
+    }
+    return 0;
+}
+
+#undef PDI_CHORD_ROUNDING
+#undef PDI_CHORD_DIGITS
