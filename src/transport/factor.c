@@ -135,7 +135,7 @@ static void pdi_factor_alpha(const pd_factor *f, const pdi_factor_order *o, cons
         size += fabs(step[k]);
     }
     if (d->wall_rate && d->wall_rate[i] > 0.0) {
-        double wall = (d->wall_source[i] - d->wall_rate[i] * c[i]) / (d->field ? d->field[i] : d->desc.diffusivity);
+        double wall = pdi_diffusion_gain(d, i, c[i], 0.0) / (d->field ? d->field[i] : d->desc.diffusivity);
         bend += wall;
         size += fabs(wall);
     }
@@ -156,10 +156,13 @@ static void pdi_factor_alpha(const pd_factor *f, const pdi_factor_order *o, cons
 static void pdi_factor_gradient(const pd_factor *f, const pdi_factor_order *o, int32_t i, const int *open, float *near)
 {
     const pd_bonds *bonds = f->flux->bonds;
-    const double *grad = bonds->stencil->grad, *moment = NULL;
-    if (bonds->row[i] >= 0) moment = bonds->moment + (int64_t)bonds->row[i] * PD_DIM * PD_DIM;
+    const pd_diffusion *diffusion = f->flux->diffusion;
+    const double *grad = bonds->stencil->grad, *moment = NULL, *held = NULL;
+    int32_t place = diffusion->place[i];
+    if (pdi_limiter_cut(f->flux->limiter, i)) moment = bonds->moment + (int64_t)bonds->row[i] * PD_DIM * PD_DIM;
+    else if (place >= 0) held = diffusion->wall_grad_rate + (int64_t)place * PD_DIM;
     for (int d = 0; d < 2; d++) {
-        double own = 0.0;
+        double own = held ? -held[d % PD_DIM] : 0.0;
         float *to = near + 12 * (d + 1);
         for (int k = 0; k < 8; k++) {
             const double *g = grad + k * PD_DIM;

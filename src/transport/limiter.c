@@ -25,8 +25,7 @@ typedef struct pdi_limiter_sweep {
     double *factor, *slope; /* results, or their derivatives along x */
 } pdi_limiter_sweep;
 
-/* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
-static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
+PDI_FN int pdi_limiter_cut(const pd_limiter *l, int32_t i)
 {
     const pd_diffusion *f = l->diffusion;
     int32_t place = f->place[i];

@@ -21,6 +21,8 @@ typedef struct pd_limiter {
 #ifdef PDI_INTERNAL
 /* Arrays of a pd_limiter. */
 PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object);
+/* 1: the gradient of node i needs the moments of its open bonds: some of the others see no held value. */
+PDI_FN int pdi_limiter_cut(const pd_limiter *limiter, int32_t i);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
 /* Derivatives of `factor` and `slope` for that c along x [total], with its images and zero at inlets. At a kink one of
