@@ -507,6 +507,13 @@ static int fail(const options *o, screen *s, const char *message, int status)
     return status;
 }
 
+/* The same for what was read: memory that is lacking, or a signal, is no fault of the input. */
+static int refuse(const options *o, screen *s, const pd_ctx *ctx, pd_status status)
+{
+    int lacking = status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_STOPPED;
+    return fail(o, s, ctx->message, lacking ? 1 : 2);
+}
+
 /* Whether the wanted accuracy is reached, and the spacing that the estimate asks for when it is not. */
 static void judge(const options *o, const pd_estimate *e, FILE *to)
 {
@@ -603,7 +610,8 @@ static int run(const options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
     pd_figures figures;
     memset(&figures, 0, sizeof figures);
     if (o->accuracy > 0.0) {
-        if (pd_accuracy_apply(ctx, o->accuracy, setup, line, sizeof line) < 0) return fail(o, s, ctx->message, 2);
+        pd_status applied = pd_accuracy_apply(ctx, o->accuracy, setup, line, sizeof line);
+        if (applied < 0) return refuse(o, s, ctx, applied);
         print(s, PD_PRINT_NOTE, line);
     }
     int status = run_watched(o, ctx, setup, &figures, s);
@@ -629,7 +637,7 @@ static int read_scene(options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
     desc.stop = is_interrupted;
     if (!o->range_count && !o->data) {
         pd_status status = pd_scene_read(ctx, o->scene, o->overrides, o->count, setup);
-        return status < 0 ? fail(o, s, ctx->message, 2) : 0;
+        return status < 0 ? refuse(o, s, ctx, status) : 0;
     }
     if (o->range_count) {
         if (o->count + o->range_count > MAX_OVERRIDES) return usage(o, "more than 64 key=value arguments", "");
@@ -639,7 +647,8 @@ static int read_scene(options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
         for (int k = 0; k < fit.parameters; k++) o->overrides[o->count++] = fit.override[k];
         desc.count = o->count;
     }
-    return pd_fit_setup(ctx, &desc, NULL, 0, setup) < 0 ? fail(o, s, ctx->message, 2) : 0;
+    pd_status status = pd_fit_setup(ctx, &desc, NULL, 0, setup);
+    return status < 0 ? refuse(o, s, ctx, status) : 0;
 }
 
 /* Lines of a table; those of results go beside it. */
@@ -677,15 +686,16 @@ static int sweep(const options *o, pd_ctx *ctx, screen *s)
     desc.axes = o->sweeps;
     desc.axis_count = o->sweep_count;
     desc.folder = o->out;
-    if (pd_sweep_build(ctx, &desc, &all) < 0) return fail(o, s, ctx->message, 2);
+    pd_status status = pd_sweep_build(ctx, &desc, &all);
+    if (status < 0) return refuse(o, s, ctx, status);
     run_desc.stop = is_interrupted;
     run_desc.checkpoints = o->checkpoints;
     run_desc.checkpoint_every = o->checkpoint_every;
     run_desc.live = o->live;
     catch_signals();
-    int status = sweep_runs(ctx, &all, &run_desc, o->threads);
+    int ended = sweep_runs(ctx, &all, &run_desc, o->threads);
     pd_sweep_free(ctx, &all);
-    return status;
+    return ended;
 }
 
 static int act(int argc, char **argv, options *o)

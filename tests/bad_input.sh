@@ -483,6 +483,33 @@ rejects "empty" "bad.scene:1: scene: found an empty file, expected sections or l
 rm -f bad.scene
 rejects "missing" "file: cannot open 'bad.scene': No such file or directory"
 
+# ---- pipes, devices and folders in the place of files: nothing waits for them, nothing reads them without an end
+mkfifo pipe
+mkdir folder
+for at in pipe folder /dev/zero; do
+    case $at in
+    pipe) why="it is a pipe or a socket, expected a file" ;;
+    folder) why="Is a directory" ;;
+    *) why="it is a device, expected a file" ;;
+    esac
+    why="file: cannot open '$at': $why"
+    rm -f bad.scene
+    ln -s "$at" bad.scene
+    rejects "a scene: $at" "$(echo "$why" | sed "s|'$at'|'bad.scene'|")"
+    rm bad.scene
+    plain() {
+        base > bad.scene
+        echo "$2" >> bad.scene
+        rejects "$1: $at" "bad.scene:11: $3$why"
+    }
+    plain "a mask" "[shape b] mask = $at   corner = 0 um, 0 um   cell = 1 um   kind = wall" "mask: "
+    plain "voxels" "[shape b] raw = $at   size = 9, 9   corner = 0 um, 0 um   cell = 1 um   kind = wall" "raw: "
+    plain "a table" "[table f] file = $at   x = C   y = i" "file: "
+    plain "measured points" "[measured a] file = $at   time = t in h   value = loss in %   of = volume_loss" "file: "
+    plain "species" "[chemistry] include = $at" "include: "
+done
+rmdir folder
+
 # ---- limits and places
 for folder in /etc ../x a/../../x C:x; do
     base | sed "s|C, v\$|C, v   folder = $folder|" > bad.scene
@@ -504,5 +531,15 @@ rm -rf out
 said=$?
 cat stdout stderr > log
 verdict "memory limit" $said
+# So does one whose files do not fit: what is read counts.
+head -c 400000 /dev/zero > large.raw
+echo "[shape b] raw = large.raw   size = 500, 800   corner = 0 um, 0 um   cell = 1 um   kind = wall" >> bad.scene
+rm -rf out
+"$programs/pd2d" bad.scene --out out --memory-limit 300kB > stdout 2> stderr
+[ $? = 1 ] && [ ! -s stdout ] && [ ! -e out ] &&
+    grep -q '^pd2d: bad.scene:11: raw: file: needs 0.4 MB more, [0-9.]* MB are in use, the limit is 0.3 MB$' stderr
+said=$?
+cat stdout stderr > log
+verdict "memory limit, of a file" $said
 
 score

@@ -57,6 +57,45 @@ pd pin.scene --out out && [ -e keep.csv ] && [ -e out/sub/a.csv ] && [ -e out/th
 verdict "a list removes nothing but files of a run in its folder"
 rm -r out/sub out/thesis.tex
 
+# links, pipes and files of a stranger: none is written through, and nothing waits for one
+echo precious > victim
+# stranger NAME MESSAGE: the run is refused, by --check, too, and leaves what stands in the folder.
+stranger() {
+    for how in "" --check; do
+        pd pin.scene --out strange --quiet $how
+        [ $? -gt 0 ] && [ "$(cat stderr)" = "pd2d: $2" ] && [ "$(cat victim)" = precious ]
+        verdict "$1 $how: $(cat stderr)"
+    done
+    rm -rf strange
+    mkdir strange
+}
+alien="folder: 'strange/pdcorr.lock' is a link or holds something else, expected the lock of a run or none: remove it"
+mkdir strange
+ln -s ../victim strange/pdcorr.lock
+stranger "a link as lock" "$alien"
+ln -s ../nothing strange/pdcorr.lock
+stranger "a link to nothing as lock" "$alien"
+[ ! -e nothing ]
+verdict "nothing is made behind it"
+ln victim strange/pdcorr.lock
+stranger "a second name of a file as lock" "$alien"
+cp victim strange/pdcorr.lock
+stranger "a text as lock" "$alien"
+mkfifo strange/pdcorr.lock
+stranger "a pipe as lock" "$alien"
+mkfifo strange/pdcorr.files
+stranger "a pipe as list" "file: cannot open 'strange/pdcorr.files': it is a pipe or a socket, expected a file"
+for name in $(cd fresh && ls) pdcorr.files.part diagnostics.csv.part checkpoint.bin checkpoint.bin.part; do
+    [ "$name" = pdcorr.files ] || ln -s ../victim "strange/$name"
+done
+for name in $(cd fresh && ls); do ln -s ../victim "strange/$name.part" 2> /dev/null; done
+pd pin.scene --out strange every=30min --checkpoint "0 s" && [ "$(cat victim)" = precious ]
+verdict "links in the place of files are replaced: $(cat stderr)"
+rm -f strange/*.part
+diff -r fresh strange > log && [ -z "$(find strange -type l)" ]
+verdict "by the files of a run into an empty folder"
+rm -rf strange
+
 # another run
 cp pin.scene wire.scene
 other="folder: 'out' holds the files of the run 'pin', expected those of 'wire' or none: choose another folder, or \

@@ -36,6 +36,14 @@ holds() {
     verdict "$1 $2: '$found', expected $3" $said
 }
 
+mkdir elsewhere out
+ln -s ../elsewhere out/run002
+check "a link in the place of the folder of a run" sweep 2 --sweep "rate=5,10,20 um/h"
+grep -q "^pd2d: sweep: 'out/run002' is a link, expected the folder of a run or none: remove it$" log &&
+    [ -z "$(ls elsewhere)" ]
+verdict "it is refused, and nothing is written behind it"
+rm -r out elsewhere
+
 check "six runs side by side" sweep 0 --sweep "rate=5,10,20 um/h" --sweep "run.until=30 min, 1 h" --threads 2
 holds run001 "rate [um/h]" 5
 holds run006 "rate [um/h]" 20

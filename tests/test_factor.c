@@ -102,8 +102,8 @@ static int factor_error(scene *s, double *error)
     desc.initial = 1.0;
     desc.held = held;
     desc.user = s;
-    if (!CHECK(x != NULL) || !CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, &s->flow, &desc, &t)))
-        return 0;
+    if (!CHECK(x != NULL)) return 0;
+    if (!CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, &s->flow, &desc, &t))) return 0;
     for (int32_t i = 0; i < total; i++)
         if (s->grid.kind[i] == PD_FLUID) {
             t.c[i] = 1.5 + sin(0.7 * i) * 0.5;
@@ -217,4 +217,5 @@ TEST(no_pivot_no_factors)
     scene_free(s);
 }
 
-TEST_MAIN(ENTRY(streams_in_all_directions) ENTRY(walls_that_hold_are_in_the_factors) ENTRY(solves_that_fail_keep_amounts_and_bounds) ENTRY(no_pivot_no_factors))
+TEST_MAIN(ENTRY(streams_in_all_directions) ENTRY(walls_that_hold_are_in_the_factors)
+          ENTRY(solves_that_fail_keep_amounts_and_bounds) ENTRY(no_pivot_no_factors))

@@ -95,6 +95,47 @@ TEST(a_file_that_cannot_be_read_is_an_error)
     remove(at("eleven"));
 }
 
+/* Folders and devices, which have no end. */
+TEST(only_plain_files_are_read)
+{
+    static const char *const found[] = {DIRECTORY, "/dev/zero", "/dev/null"};
+    pd_ctx ctx;
+    pd_file file;
+    char *data;
+    size_t size;
+    start(&ctx);
+    for (int k = 0; k < 3; k++) {
+        CHECK_INT(pdi_file_read(&ctx, found[k], 1 << 30, &data, &size), PD_ERR_FILE);
+        CHECK(strstr(ctx.message, found[k]) != NULL);
+        CHECK(!k || strstr(ctx.message, "it is a device, expected a file") || strstr(ctx.message, "No such file"));
+        CHECK(data == NULL);
+        CHECK_INT(pdi_file_open(&ctx, found[k], &file), PD_ERR_FILE);
+        CHECK(file.stream == NULL);
+    }
+    CHECK_INT(pdi_file_append(&ctx, "/dev/null", &file), PD_ERR_FILE);
+    CHECK_INT(pdi_file_append(&ctx, at("none"), &file), PD_ERR_FILE);
+    CHECK_INT(ctx.in_use, 0);
+    CHECK_LE((double)ctx.peak, 0.0);
+}
+
+/* A file counts towards the limit of memory, with its size. */
+TEST(reading_counts)
+{
+    static char big[100000];
+    pd_ctx ctx;
+    char *data;
+    size_t size;
+    start(&ctx);
+    put("big", big, sizeof big);
+    ctx.alloc.limit = sizeof big;
+    CHECK_INT(pdi_file_read(&ctx, at("big"), 1 << 20, &data, &size), PD_ERR_LIMIT);
+    CHECK_LE((double)ctx.peak, (double)sizeof big);
+    ctx.alloc.limit = sizeof big + 1;
+    if (CHECK_OK(&ctx, pdi_file_read(&ctx, at("big"), 1 << 20, &data, &size))) PDI_DELETE(&ctx, size + 1, data);
+    CHECK_INT(ctx.in_use, 0);
+    remove(at("big"));
+}
+
 TEST(the_final_name_holds_a_complete_file_or_the_old_one)
 {
     pd_ctx ctx;
@@ -141,10 +182,10 @@ TEST(a_full_disk_is_noticed)
     pd_ctx ctx;
     pd_file file;
     pd_ctx_init(&ctx);
-    FILE *probe = fopen("/dev/full", "ab");
-    if (!probe) SKIP("no /dev/full here");
-    fclose(probe);
-    if (!CHECK_OK(&ctx, pdi_file_append(&ctx, "/dev/full", &file))) return;
+    memset(&file, 0, sizeof file);
+    strcpy(file.path, "/dev/full");
+    file.stream = fopen(file.path, "ab");
+    if (!file.stream) SKIP("no /dev/full here");
     pd_status written = pdi_file_text(&ctx, &file, "row\n");
     pd_status flushed = pdi_file_flush(&ctx, &file);
     CHECK(written == PD_ERR_FILE || flushed == PD_ERR_FILE);
@@ -484,6 +525,7 @@ TEST(the_progress_line_shows_the_time_left)
 }
 
 TEST_MAIN(ENTRY(a_whole_file_is_read) ENTRY(a_file_that_cannot_be_read_is_an_error)
+          ENTRY(only_plain_files_are_read) ENTRY(reading_counts)
           ENTRY(the_final_name_holds_a_complete_file_or_the_old_one)
           ENTRY(a_commit_onto_a_directory_fails_and_leaves_nothing) ENTRY(a_full_disk_is_noticed)
           ENTRY(directories_are_made_with_their_parents) ENTRY(names_are_joined_and_numbered)

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <fcntl.h>
 #if defined(_WIN32)
 #include <direct.h>
 #include <io.h>
@@ -23,15 +24,35 @@ __declspec(dllimport) int __stdcall MultiByteToWideChar(unsigned page, unsigned 
 #define PDI_FILE_SEPARATORS "/\\"
 #else
 #include <unistd.h>
+/* Headers of strict C99 leave these out. */
+#if defined(__STRICT_ANSI__) && !defined(__cplusplus) && (!defined(_POSIX_C_SOURCE) || _POSIX_C_SOURCE < 200112L)
+extern FILE *fdopen(int descriptor, const char *mode);
+extern ssize_t readlink(const char *path, char *text, size_t size);
+#endif
 #define PDI_FILE_SEPARATORS "/"
 #endif
-#define PDI_FILE_HELD (-1) /* no number of the C library */
+/* No numbers of the C library. */
+#define PDI_FILE_HELD (-1)
+#define PDI_FILE_PIPE (-2)
+#define PDI_FILE_DEVICE (-3)
+#define PDI_FILE_LINK (-4)
+#define PDI_FILE_TRIES 8 /* files that appear between their removal and their making */
+
+static const char *pdi_file_reason(int error)
+{
+    switch (error) {
+    case PDI_FILE_HELD: return "another program has it open, or it is read-only";
+    case PDI_FILE_PIPE: return "it is a pipe or a socket, expected a file";
+    case PDI_FILE_DEVICE: return "it is a device, expected a file";
+    case PDI_FILE_LINK: return "it is a link, expected a file of its own";
+    case 0: return "unknown reason";
+    default: return strerror(error);
+    }
+}
 
 static pd_status pdi_file_fail(pd_ctx *ctx, const char *what, const char *path, int error)
 {
-    return pdi_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path,
-                    error == PDI_FILE_HELD ? "another program has it open, or it is read-only" :
-                    error ? strerror(error) : "unknown reason");
+    return pdi_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path, pdi_file_reason(error));
 }
 
 static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
@@ -54,16 +75,149 @@ PDI_FN const wchar_t *pdi_file_wide(const char *path, wchar_t *wide)
 }
 #endif
 
-PDI_FN void *pdi_file_stream(const char *path, const char *mode)
-{
 #if defined(_WIN32)
-    wchar_t wide[PDI_FILE_WIDE_SIZE], letters[4] = {0};
-    for (int k = 0; k < 3 && mode[k]; k++) letters[k] = (wchar_t)mode[k];
-    return _wfopen(pdi_file_wide(path, wide), letters);
-#else
-    return fopen(path, mode);
-#endif
+static int pdi_file_stat(const char *path, struct __stat64 *info)
+{
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    errno = 0;
+    return _wstat64(pdi_file_wide(path, wide), info) == 0 ? 0 : errno ? errno : EACCES;
 }
+
+/* 0: a plain file, else what is wrong with it. */
+static int pdi_file_sort(const struct __stat64 *info)
+{
+    if (info->st_mode & _S_IFREG) return 0;
+    return info->st_mode & _S_IFDIR ? EISDIR : PDI_FILE_DEVICE;
+}
+
+PDI_FN int pdi_file_is_link(const char *path)
+{
+    (void)path; /* files are made there as such, and replaced */
+    return 0;
+}
+
+PDI_FN int pdi_file_exists(const char *path)
+{
+    struct __stat64 info;
+    return pdi_file_stat(path, &info) == 0;
+}
+
+/* A plain file to be read. NULL and *error: it is none, or cannot be opened. */
+static FILE *pdi_file_plain(const char *path, double *size, int *error)
+{
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    struct __stat64 info;
+    *error = pdi_file_stat(path, &info);
+    if (!*error) *error = pdi_file_sort(&info);
+    if (*error) return NULL;
+    *size = (double)info.st_size;
+    FILE *stream = _wfopen(pdi_file_wide(path, wide), L"rb");
+    if (!stream) *error = errno ? errno : EACCES;
+    return stream;
+}
+
+/* A file that was not there before. */
+static FILE *pdi_file_fresh(const char *path, int *error)
+{
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    const int anew = _O_CREAT | _O_EXCL | _O_WRONLY | _O_BINARY;
+    errno = 0;
+    int descriptor = _wopen(pdi_file_wide(path, wide), anew, _S_IREAD | _S_IWRITE);
+    FILE *stream = descriptor < 0 ? NULL : _fdopen(descriptor, "wb");
+    *error = stream ? 0 : errno ? errno : EACCES;
+    if (!stream && descriptor >= 0) _close(descriptor);
+    return stream;
+}
+
+/* A plain file, to write behind its end. */
+static FILE *pdi_file_behind(const char *path, int *error)
+{
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    errno = 0;
+    FILE *stream = _wfopen(pdi_file_wide(path, wide), L"ab");
+    *error = stream ? 0 : errno ? errno : EACCES;
+    return stream;
+}
+#else
+/* 0: a plain file, else what is wrong with it. */
+static int pdi_file_sort(const struct stat *info)
+{
+    if (S_ISREG(info->st_mode)) return 0;
+    if (S_ISDIR(info->st_mode)) return EISDIR;
+    return S_ISCHR(info->st_mode) || S_ISBLK(info->st_mode) ? PDI_FILE_DEVICE : PDI_FILE_PIPE;
+}
+
+PDI_FN int pdi_file_is_link(const char *path)
+{
+    char first;
+    return readlink(path, &first, 1) >= 0;
+}
+
+PDI_FN int pdi_file_exists(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0;
+}
+
+/* Open a plain file that is there, without waiting for what is none. A descriptor, or -1 and *error. */
+static int pdi_file_descriptor(const char *path, int flags, double *size, int *error)
+{
+    struct stat info;
+    int descriptor = -1;
+    errno = 0;
+    *error = stat(path, &info) == 0 ? pdi_file_sort(&info) : errno ? errno : EACCES;
+    if (!*error) {
+        descriptor = open(path, flags | O_NONBLOCK);
+        if (descriptor < 0 || fstat(descriptor, &info) != 0) *error = errno ? errno : EACCES;
+        else *error = pdi_file_sort(&info); /* another one has come in between */
+    }
+    *size = (double)info.st_size;
+    if (*error && descriptor >= 0) close(descriptor);
+    return *error ? -1 : descriptor;
+}
+
+/* A stream of a descriptor, which goes with it. NULL and *error: there is none. */
+static FILE *pdi_file_buffer(int descriptor, const char *mode, int *error)
+{
+    FILE *stream = descriptor < 0 ? NULL : fdopen(descriptor, mode);
+    if (stream || descriptor < 0) return stream;
+    *error = errno ? errno : EACCES;
+    close(descriptor);
+    return NULL;
+}
+
+/* A plain file to be read. NULL and *error: it is none, or cannot be opened. */
+static FILE *pdi_file_plain(const char *path, double *size, int *error)
+{
+    int descriptor = pdi_file_descriptor(path, O_RDONLY, size, error);
+    return pdi_file_buffer(descriptor, "rb", error);
+}
+
+/* A file that was not there before: exclusive creation follows no link. */
+static FILE *pdi_file_fresh(const char *path, int *error)
+{
+    errno = 0;
+    int descriptor = open(path, O_CREAT | O_EXCL | O_WRONLY, 0666);
+    *error = descriptor >= 0 ? 0 : errno ? errno : EACCES;
+    return pdi_file_buffer(descriptor, "wb", error);
+}
+
+/* A plain file, to write behind its end, and none that a link leads to. */
+static FILE *pdi_file_behind(const char *path, int *error)
+{
+    struct stat ours, there;
+    double size;
+    int descriptor = pdi_file_descriptor(path, O_WRONLY | O_APPEND, &size, error);
+    if (descriptor < 0) return NULL;
+    if (pdi_file_is_link(path) || fstat(descriptor, &ours) != 0 || stat(path, &there) != 0 ||
+        ours.st_ino != there.st_ino || ours.st_dev != there.st_dev || ours.st_nlink > 1) {
+        close(descriptor);
+        *error = PDI_FILE_LINK;
+        return NULL;
+    }
+    return pdi_file_buffer(descriptor, "ab", error);
+}
+#endif
 
 static void pdi_file_delete(const char *path)
 {
@@ -150,9 +304,7 @@ PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path)
     strcpy(above, path);
     /* the deepest directory that is there */
     for (size_t end = strlen(above); !pdi_file_is_directory(above); above[end] = 0) {
-        FILE *other = (FILE *)pdi_file_stream(above, "rb");
-        if (other) fclose(other);
-        if (other) return pdi_file_fail(ctx, "make the directory", path, ENOTDIR);
+        if (pdi_file_exists(above)) return pdi_file_fail(ctx, "make the directory", path, ENOTDIR);
         while (end > 0 && !pdi_file_is_separator(above[end - 1])) end--;
         while (end > 1 && pdi_file_is_separator(above[end - 1])) end--;
         if (end == 0) strcpy(above, ".");
@@ -213,7 +365,13 @@ PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame,
     return PD_OK;
 }
 
-/* Reading. The size is found by reading: pipes and files that grow are no special case. */
+/* Reading. What is read counts, not the size that was found before: files may grow. */
+
+static pd_status pdi_file_too_large(pd_ctx *ctx, const char *path, size_t limit)
+{
+    return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' is larger than %.0f bytes, the limit for this kind of file", path,
+                    (double)limit);
+}
 
 static pd_status pdi_file_read_stream(pd_ctx *ctx, const char *path, FILE *stream, size_t limit, char **data,
                                       size_t *size, size_t *capacity)
@@ -222,9 +380,7 @@ static pd_status pdi_file_read_stream(pd_ctx *ctx, const char *path, FILE *strea
         size_t room = *capacity - *size;
         size_t got = fread(*data + *size, 1, room, stream);
         *size += got;
-        if (*size > limit)
-            return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' is larger than %.0f bytes, the limit for this kind of file",
-                            path, (double)limit);
+        if (*size > limit) return pdi_file_too_large(ctx, path, limit);
         if (got < room) {
             if (ferror(stream)) return pdi_file_fail(ctx, "read", path, errno);
             return PD_OK;
@@ -241,10 +397,13 @@ PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char
     *data = NULL;
     *size = 0;
     PDI_TRY(pdi_file_check_path(ctx, path));
-    errno = 0;
-    FILE *stream = (FILE *)pdi_file_stream(path, "rb");
-    if (!stream) return pdi_file_fail(ctx, "open", path, errno);
-    pd_status status = PDI_NEW(ctx, "file", capacity, *data);
+    double found = 0.0;
+    int error;
+    FILE *stream = pdi_file_plain(path, &found, &error);
+    if (!stream) return pdi_file_fail(ctx, "open", path, error);
+    pd_status status = found > (double)limit ? pdi_file_too_large(ctx, path, limit) : PD_OK;
+    if (found >= (double)capacity && found <= (double)limit) capacity = (size_t)found + 1;
+    if (status == PD_OK) status = PDI_NEW(ctx, "file", capacity, *data);
     if (status == PD_OK) status = pdi_file_read_stream(ctx, path, stream, limit, data, size, &capacity);
     fclose(stream);
     if (status == PD_OK) {
@@ -266,27 +425,32 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     PDI_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
     snprintf(file->part, sizeof file->part, "%s.part", path);
-    errno = 0;
-    file->stream = pdi_file_stream(file->part, "wb");
-    if (!file->stream) return pdi_file_fail(ctx, "create", file->part, errno);
-    return PD_OK;
+    int error = EEXIST;
+    for (int k = 0; k < PDI_FILE_TRIES && error == EEXIST; k++) {
+        if (pdi_file_is_link(file->part) || !pdi_file_is_directory(file->part)) pdi_file_delete(file->part);
+        file->stream = pdi_file_fresh(file->part, &error);
+    }
+    if (file->stream) return PD_OK;
+    pd_status status = pdi_file_fail(ctx, "create", file->part, error);
+    file->part[0] = 0; /* it is another's */
+    return status;
 }
 
-/* Open the file itself; `verb` for the message. */
-static pd_status pdi_file_direct(pd_ctx *ctx, const char *path, const char *mode, const char *verb, pd_file *file)
+/* The file itself for `file`; `verb` for the message. */
+static pd_status pdi_file_direct(pd_ctx *ctx, const char *path, int append, const char *verb, pd_file *file)
 {
+    double size;
+    int error;
     memset(file, 0, sizeof *file);
     PDI_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
-    errno = 0;
-    file->stream = pdi_file_stream(path, mode);
-    if (!file->stream) return pdi_file_fail(ctx, verb, path, errno);
-    return PD_OK;
+    file->stream = append ? pdi_file_behind(path, &error) : pdi_file_plain(path, &size, &error);
+    return file->stream ? PD_OK : pdi_file_fail(ctx, verb, path, error);
 }
 
 PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file)
 {
-    return pdi_file_direct(ctx, path, "ab", "append to", file);
+    return pdi_file_direct(ctx, path, 1, "append to", file);
 }
 
 static const char *pdi_file_open_name(const pd_file *file) { return file->part[0] ? file->part : file->path; }
@@ -366,7 +530,7 @@ PDI_FN void pdi_file_remove(const char *path)
 
 PDI_FN pd_status pdi_file_open(pd_ctx *ctx, const char *path, pd_file *file)
 {
-    return pdi_file_direct(ctx, path, "rb", "open", file);
+    return pdi_file_direct(ctx, path, 0, "open", file);
 }
 
 PDI_FN pd_status pdi_file_get(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got)
@@ -465,3 +629,7 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 
 #undef PDI_FILE_SEPARATORS
 #undef PDI_FILE_HELD
+#undef PDI_FILE_PIPE
+#undef PDI_FILE_DEVICE
+#undef PDI_FILE_LINK
+#undef PDI_FILE_TRIES

@@ -5,6 +5,9 @@
  * reopened for appending; every row is one write followed by a flush, so a killed program loses at most the row in
  * flight. (Nothing is forced through the disk cache: power failures are not covered, C99 has no call for it.) A log
  * that a checkpoint has seen goes on from the length it had then.
+ *
+ * Only plain files are read: pipes and devices have no end. Nothing is written through a link that stands in the place
+ * of a file: the file written aside is made anew, a link of its name goes, and renaming replaces one.
  */
 #ifndef PD_FILE_H
 #define PD_FILE_H
@@ -27,8 +30,10 @@ PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
 /* path[PD_PATH_SIZE] = "directory/name"; an empty directory gives the name. PD_ERR_SIZE when it does not fit. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
 #ifdef PDI_INTERNAL
-/* Paths are UTF-8 with '/', on Windows with '\\', too, and with drives. A FILE, or NULL and errno. */
-PDI_FN void *pdi_file_stream(const char *path, const char *mode);
+/* Paths are UTF-8 with '/', on Windows with '\\', too, and with drives. 1: something is there, behind links, too. */
+PDI_FN int pdi_file_exists(const char *path);
+/* 1: it is a symbolic link, wherever that leads. */
+PDI_FN int pdi_file_is_link(const char *path);
 PDI_FN int pdi_file_is_separator(char c);
 PDI_FN int pdi_file_is_absolute(const char *path);
 #if defined(_WIN32)
@@ -45,13 +50,14 @@ PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame,
 PDI_FN int pdi_file_below(const char *path);
 /* PD_OK, or why the directory or files in it could not be made, as far as that is known without trying. */
 PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path);
-/* Read a whole file of at most `limit` bytes. data gets size + 1 bytes, the last one 0, so that text can be parsed in
- * place; free with PDI_DELETE(ctx, size + 1, data). PD_ERR_FILE: missing, unreadable, larger than the limit. */
+/* Read a whole plain file of at most `limit` bytes. data gets size + 1 bytes, the last one 0, so that text can be
+ * parsed in place; free with PDI_DELETE(ctx, size + 1, data). PD_ERR_FILE: missing, unreadable, a folder, pipe or
+ * device, larger than the limit. */
 PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char **data, size_t *size);
 
-/* Open `<path>.part`; nothing under the final name changes before the commit. */
+/* Make `<path>.part` anew; nothing under the final name changes before the commit. */
 PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file);
-/* Open an existing or new file and write behind its end. */
+/* Open an existing file and write behind its end. PD_ERR_FILE: it is no plain file, or one that a link leads to. */
 PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file);
 /* The same with the first `length` bytes of an existing file, which end a line; what stands behind them is cut off.
  * PD_ERR_FILE: it is shorter, or another one. */

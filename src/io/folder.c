@@ -18,11 +18,13 @@
 
 #define PDI_FOLDER_HEAD "# pdcorr: files of the run that is named below; its next start removes them\n"
 #define PDI_FOLDER_TRIES 8 /* locks that go while they are taken */
+#define PDI_FOLDER_LOCK_SIZE 21 /* [byte] of a lock: the number of a process, and the end of its line */
 
 typedef enum pdi_folder_state {
     PDI_FOLDER_OURS = 0,
     PDI_FOLDER_BUSY,
     PDI_FOLDER_GONE, /* the file was removed in between */
+    PDI_FOLDER_ALIEN, /* what stands there is no lock of a run */
     PDI_FOLDER_ERROR
 } pdi_folder_state;
 
@@ -69,19 +71,38 @@ static int pdi_folder_busy(int lock)
 #endif
 }
 
+/* Nothing but the number of a process, in a file that has no other name. */
+static int pdi_folder_is_lock(const char *path, int lock, const struct stat *ours)
+{
+    char text[PDI_FOLDER_LOCK_SIZE + 1];
+    if (!S_ISREG(ours->st_mode) || ours->st_nlink > 1 || pdi_file_is_link(path)) return 0;
+    ssize_t size = read(lock, text, sizeof text);
+    if (size < 0 || size > PDI_FOLDER_LOCK_SIZE || (lseek)(lock, 0, SEEK_SET) != 0) return 0;
+    for (ssize_t k = 0; k < size; k++)
+        if (!strchr("0123456789 \n", text[k]) || !text[k]) return 0;
+    return 1;
+}
+
 static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
 {
     struct stat ours, there;
     errno = 0;
-    *lock = open(path, make ? O_RDWR | O_CREAT : O_RDWR, 0666);
-    if (*lock < 0) return make ? PDI_FOLDER_ERROR : PDI_FOLDER_GONE;
+    if (pdi_file_is_link(path)) return PDI_FOLDER_ALIEN;
+    *lock = open(path, O_RDWR | O_NONBLOCK);
+    if (*lock < 0 && errno != ENOENT) return make ? PDI_FOLDER_ERROR : PDI_FOLDER_GONE;
+    if (*lock < 0 && !make) return PDI_FOLDER_GONE;
+    if (*lock < 0) *lock = open(path, O_RDWR | O_CREAT | O_EXCL, 0666); /* which follows no link */
+    if (*lock < 0) return errno == EEXIST ? PDI_FOLDER_GONE : PDI_FOLDER_ERROR;
     if (pdi_folder_busy(*lock)) {
         close(*lock);
         return PDI_FOLDER_BUSY;
     }
     if (fstat(*lock, &ours) == 0 && stat(path, &there) == 0 && ours.st_ino == there.st_ino &&
-        ours.st_dev == there.st_dev)
-        return PDI_FOLDER_OURS;
+        ours.st_dev == there.st_dev) {
+        if (pdi_folder_is_lock(path, *lock, &ours)) return PDI_FOLDER_OURS;
+        close(*lock);
+        return PDI_FOLDER_ALIEN;
+    }
     close(*lock);
     return PDI_FOLDER_GONE;
 }
@@ -109,12 +130,19 @@ static void pdi_folder_drop(const char *path, int lock)
 static pd_status pdi_folder_in_use(pd_ctx *ctx, const char *folder, const char *lock)
 {
     char number[24] = "";
-    FILE *file = (FILE *)pdi_file_stream(lock, "r");
-    if (file && !fgets(number, sizeof number, file)) number[0] = '\0';
-    if (file) fclose(file);
+    pd_file file;
+    if (pdi_file_open(ctx, lock, &file) == PD_OK && !fgets(number, sizeof number, (FILE *)file.stream))
+        number[0] = '\0';
+    pdi_file_abandon(&file);
     return pdi_fail(ctx, PD_ERR_STATE, "folder",
                     "another run (process %.0f) writes into '%.200s', expected a folder of its own: wait for it or "
                     "choose another folder; if none runs, remove '%.200s'", strtod(number, NULL), folder, lock);
+}
+
+static pd_status pdi_folder_alien(pd_ctx *ctx, const char *lock)
+{
+    return pdi_fail(ctx, PD_ERR_STATE, "folder",
+                    "'%.300s' is a link or holds something else, expected the lock of a run or none: remove it", lock);
 }
 
 static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
@@ -125,6 +153,7 @@ static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
     for (int k = 0; k < PDI_FOLDER_TRIES && state == PDI_FOLDER_GONE; k++) state = pdi_folder_take(path, 1, &f->lock);
     if (state == PDI_FOLDER_ERROR)
         return pdi_fail(ctx, PD_ERR_FILE, "folder", "cannot create '%.300s': %s", path, strerror(errno));
+    if (state == PDI_FOLDER_ALIEN) return pdi_folder_alien(ctx, path);
     if (state != PDI_FOLDER_OURS) return pdi_folder_in_use(ctx, f->path, path);
     f->held = 1;
     snprintf(number, sizeof number, "%-20ld\n", pdi_folder_process()); /* over that of a run that was killed */
@@ -160,11 +189,9 @@ static pd_status pdi_folder_head(pd_ctx *ctx, const char *folder, pd_file *file,
 {
     char path[PD_PATH_SIZE], line[PD_PATH_SIZE];
     PDI_TRY(pd_file_join(ctx, folder, PD_FOLDER_LIST, path));
-    FILE *there = (FILE *)pdi_file_stream(path, "rb");
-    *found = there != NULL;
+    *found = pdi_file_exists(path);
     memset(file, 0, sizeof *file);
-    if (!there) return PD_OK;
-    fclose(there);
+    if (!*found) return PD_OK;
     PDI_TRY(pdi_file_open(ctx, path, file));
     int head = pdi_folder_line(file, line) && strncmp(line, PDI_FOLDER_HEAD, strlen(PDI_FOLDER_HEAD) - 1) == 0;
     if (head && pdi_folder_line(file, line) && strncmp(line, "run ", 4) == 0) {
@@ -180,9 +207,7 @@ static void pdi_folder_remove_listed(pd_ctx *ctx, pd_folder *f, pd_file *file)
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     while (pdi_folder_line(file, name)) {
         if (!pdi_folder_own(name) || pd_file_join(ctx, f->path, name, path) < 0) continue;
-        FILE *there = (FILE *)pdi_file_stream(path, "rb");
-        if (there) fclose(there);
-        f->removed += there != NULL;
+        f->removed += pdi_file_exists(path);
         pdi_file_remove(path);
     }
 }
@@ -251,6 +276,7 @@ PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LOCK, lock));
     pdi_folder_state state = pdi_folder_take(lock, 0, &f.lock);
     if (state == PDI_FOLDER_BUSY) return pdi_folder_in_use(ctx, path, lock);
+    if (state == PDI_FOLDER_ALIEN) return pdi_folder_alien(ctx, lock);
     if (state == PDI_FOLDER_OURS) pdi_folder_drop(lock, f.lock); /* of a run that was killed */
     PDI_TRY(pdi_folder_head(ctx, path, &list, found, &listed));
     pdi_file_abandon(&list);
@@ -262,9 +288,8 @@ PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run,
     char list[PD_PATH_SIZE];
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LIST, list));
-    FILE *there = (FILE *)pdi_file_stream(list, "rb");
-    if (!there) return PD_OK; /* nothing to go on with: reading the checkpoint fails later, with a message */
-    fclose(there);
+    /* nothing to go on with: reading the checkpoint fails later, with a message */
+    if (!pdi_file_exists(list)) return PD_OK;
     return pdi_folder_claim(ctx, f);
 }
 
@@ -312,3 +337,4 @@ PDI_FN void pdi_folder_close(pd_folder *f)
 
 #undef PDI_FOLDER_HEAD
 #undef PDI_FOLDER_TRIES
+#undef PDI_FOLDER_LOCK_SIZE

@@ -29,7 +29,8 @@ typedef struct pd_folder {
 
 #ifdef PDI_INTERNAL
 /* Make the folder, lock it, remove the files of the former run, begin the list. PD_ERR_STATE: another run is at work
- * there. PD_ERR_ARGUMENT: it holds the files of a run of another name. */
+ * there, or what stands in the place of its lock is none. PD_ERR_ARGUMENT: it holds the files of a run of another
+ * name. */
 PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
 /* What pdi_folder_open would refuse; writes nothing. */
 PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run);

@@ -245,6 +245,7 @@ pd_status pd_speciate(pd_ctx *ctx, const pd_speciate_desc *desc, int *bad_input)
     w->desc = desc;
     pdi_setup_split_path(desc->path, w->name, NULL);
     pd_status status = pdi_speciate_work_on(ctx, w, bad_input);
+    if (pdi_is_final(status)) *bad_input = 0;
     PDI_DELETE(ctx, 1, w);
     return status;
 }
