@@ -260,14 +260,15 @@ TEST(not_closed)
     memcpy(mesh + 12, keep, 3 * sizeof *keep);
     turned_down(PD_ERR_GEOMETRY, "has 2 triangles, ");
     memcpy(mesh + 9, keep, sizeof keep);
-    mesh[9] += 1e-12; /* a crack */
+    mesh[9] += 1e-5; /* a crack */
     turned_down(PD_ERR_GEOMETRY, "is not closed");
     memcpy(mesh + 9, keep, sizeof keep);
     add(mesh, mesh + 3, mesh + 6); /* twice there */
     turned_down(PD_ERR_GEOMETRY, "has 3 triangles");
     triangles = 12;
     memcpy(mesh + 12, mesh + 9, 3 * sizeof *mesh);
-    turned_down(PD_ERR_GEOMETRY, "triangle 2 of 12 has two corners at one place");
+    turned_down(PD_ERR_GEOMETRY, "has 1 triangle, 1 of them along it, expected as many along it as against it: the "
+                                 "surface is not closed, or a triangle is turned over; so have 2 more edges");
     memcpy(mesh + 9, keep, sizeof keep);
     mesh[5] = NAN;
     turned_down(PD_ERR_ARGUMENT, "triangle 1 has the coordinate");
@@ -278,6 +279,165 @@ TEST(not_closed)
     add(flat[0], flat[3], flat[1]);
     add(flat[1], flat[3], flat[2]);
     turned_down(PD_ERR_GEOMETRY, "no volume");
+}
+
+/* ---- several shells ---- */
+
+/* Turn the triangles from `first` on over. */
+static void turn_over(int first)
+{
+    for (int k = first; k < triangles; k++)
+        for (int d = 0; d < 3; d++) {
+            double second = mesh[9 * k + 3 + d];
+            mesh[9 * k + 3 + d] = mesh[9 * k + 6 + d];
+            mesh[9 * k + 6 + d] = second;
+        }
+}
+
+/* A cube from low to high along all axes; inward: it bounds a cavity. */
+static void cube(double low, double high, int inward)
+{
+    const double lo[3] = {low, low, low}, hi[3] = {high, high, high};
+    int first = triangles;
+    box(lo, hi);
+    if (inward) turn_over(first);
+}
+
+/* Signed distance from x to that cube. */
+static double to_cube(double low, double high, const double *x)
+{
+    double inside = -HUGE_VAL, square = 0.0;
+    for (int d = 0; d < 3; d++) {
+        double beyond = fmax(low - x[d], x[d] - high);
+        inside = fmax(inside, beyond);
+        square += beyond > 0.0 ? beyond * beyond : 0.0;
+    }
+    return inside > 0.0 ? sqrt(square) : inside;
+}
+
+typedef double (*closed_form)(const double *x);
+
+static double overlapping(const double *x) { return fmin(to_cube(0.0, 1.0, x), to_cube(0.6, 1.7, x)); }
+static double cavity(const double *x) { return fmax(to_cube(-1.0, 1.0, x), -to_cube(-0.5, 0.25, x)); }
+static double island(const double *x) { return fmin(cavity(x), to_cube(-0.25, 0.0, x)); }
+static double nested(const double *x) { return to_cube(-1.0, 1.0, x); }
+static double filled(const double *x) { return fmin(cavity(x), to_cube(0.0, 1.5, x)); }
+static double apart(const double *x) { return fmin(to_cube(-1.5, -0.5, x), to_cube(0.5, 1.5, x)); }
+
+/* Shells that overlap or are nested against set operations on cubes: the signed distance everywhere, but within metal
+ * of several shells, where it is none of the true surface and its sign is that of the winding number. */
+TEST(shells)
+{
+    static const struct {
+        closed_form of;
+        int shells;
+        double cube[3][3]; /* low, high, inward */
+    } cases[] = {{overlapping, 2, {{0.0, 1.0, 0}, {0.6, 1.7, 0}}},
+                 {cavity, 2, {{-1.0, 1.0, 0}, {-0.5, 0.25, 1}}},
+                 {island, 3, {{-1.0, 1.0, 0}, {-0.5, 0.25, 1}, {-0.25, 0.0, 0}}},
+                 {nested, 2, {{-1.0, 1.0, 0}, {-0.5, 0.25, 0}}},
+                 {filled, 3, {{0.0, 1.5, 0}, {-0.5, 0.25, 1}, {-1.0, 1.0, 0}}},
+                 {apart, 2, {{-1.5, -0.5, 0}, {0.5, 1.5, 0}}}};
+    for (int c = 0; c < 6; c++)
+        for (int all_inward = 0; all_inward < 2; all_inward++) {
+            uint32_t seed = 5;
+            double worst = 0.0;
+            int wrong = 0, looked = 0;
+            pd_ctx ctx;
+            pd_facets f;
+            triangles = 0;
+            for (int k = 0; k < cases[c].shells; k++)
+                cube(cases[c].cube[k][0], cases[c].cube[k][1], (cases[c].cube[k][2] > 0.0) ^ all_inward);
+            if (!build(&ctx, &f)) return;
+            CHECK_INT(f.shells, cases[c].shells);
+            CHECK_INT(f.turned, all_inward);
+            for (int k = 0; k < 20000; k++) {
+                double x[3];
+                for (int d = 0; d < 3; d++) x[d] = 2.0 * random_real(&seed);
+                double expected = cases[c].of(x), found = pdi_facets_distance(&f, x);
+                wrong += (found < 0.0) != (expected < 0.0);
+                looked += expected < 0.0;
+                if (cases[c].of == nested || cases[c].of == filled) {
+                    if (expected < 0.0) continue; /* the distance to leave one shell of several */
+                }
+                worst = fmax(worst, fabs(found - expected));
+            }
+            CHECK_INT(wrong, 0);
+            CHECK(looked > 200);
+            CHECK_LE(worst, 1e-15);
+            end(&ctx, &f);
+        }
+}
+
+/* Bodies that touch at a face, an edge or a corner are one body without a wall between them. */
+TEST(shells_that_touch)
+{
+    static const double at[3][3] = {{1.0, 0.0, 0.0}, {1.0, 1.0, 0.0}, {1.0, 1.0, 1.0}};
+    static const double zero[3] = {0.0, 0.0, 0.0}, one[3] = {1.0, 1.0, 1.0};
+    for (int k = 0; k < 3; k++) {
+        uint32_t seed = 2;
+        double hi[3], worst = 0.0;
+        int wrong = 0;
+        pd_ctx ctx;
+        pd_facets f;
+        triangles = 0;
+        box(zero, one);
+        for (int d = 0; d < 3; d++) hi[d] = at[k][d] + 1.0;
+        box(at[k], hi);
+        if (!build(&ctx, &f)) return;
+        CHECK_INT(f.count, k ? 24 : 20); /* two triangles of each at the face between them go */
+        for (int n = 0; n < 10000; n++) {
+            double x[3], y[3];
+            for (int d = 0; d < 3; d++) {
+                x[d] = 1.0 + 1.2 * random_real(&seed);
+                y[d] = x[d] - at[k][d];
+            }
+            double expected = fmin(to_cube(0.0, 1.0, x), to_cube(0.0, 1.0, y)), found = pdi_facets_distance(&f, x);
+            wrong += (found < 0.0) != (expected < 0.0);
+            if (expected > 0.0) worst = fmax(worst, fabs(found - expected));
+        }
+        CHECK_INT(wrong, 0);
+        CHECK_LE(worst, 1e-15);
+        end(&ctx, &f);
+    }
+}
+
+/* Triangles that have shrunk to a line or a point, corners beside each other, and what is turned over. */
+TEST(shells_of_rough_files)
+{
+    pd_ctx ctx;
+    pd_facets f;
+    double x[3] = {0.5, 0.5, 0.5};
+    triangles = 0;
+    cube(0.0, 1.0, 0);
+    add(mesh, mesh + 3, mesh + 3);
+    add(mesh, mesh, mesh);
+    if (!build(&ctx, &f)) return;
+    CHECK_INT(f.count, 12);
+    CHECK_INT(f.joined, 0);
+    CHECK_NEAR(pdi_facets_distance(&f, x), -0.5, 1e-15);
+    end(&ctx, &f);
+    triangles = 12;
+    for (int k = 0; k < 9 * triangles; k += 5) mesh[k] += (k % 2 ? 1e-6 : -1e-6); /* all edges are open */
+    if (!build(&ctx, &f)) return;
+    CHECK_INT(f.count, 12);
+    CHECK(f.joined > 5);
+    CHECK_NEAR(pdi_facets_distance(&f, x), -0.5, 2e-6);
+    end(&ctx, &f);
+    triangles = 0; /* one of two bodies is inside out */
+    cube(0.0, 2.0, 0);
+    cube(3.0, 4.0, 1);
+    turned_down(PD_ERR_GEOMETRY, "expected normals that point outward, and into cavities");
+    triangles = 0; /* a cavity that leaves its body */
+    cube(0.0, 2.0, 0);
+    cube(1.5, 2.5, 1);
+    turned_down(PD_ERR_GEOMETRY, "expected normals that point outward, and into cavities");
+    triangles = 0; /* bodies that touch at an edge, one of them inside out: a shell of both */
+    cube(0.0, 1.0, 0);
+    double lo[3] = {1.0, 1.0, 0.0}, hi[3] = {1.5, 1.5, 1.0};
+    box(lo, hi);
+    turn_over(12);
+    turned_down(PD_ERR_GEOMETRY, "");
 }
 
 /* ---- files ---- */
@@ -359,6 +519,25 @@ TEST(files)
             attempt(copy, size);
         }
     }
+    for (int form = 0; form < 4; form++) { /* as programs write them */
+        size_t size = form ? text() : binary(), more = 0;
+        if (form == 1)
+            for (size_t k = 0; k < size; k++)
+                if (bytes[k] >= 'a' && bytes[k] <= 'z') bytes[k] = (char)(bytes[k] - 'a' + 'A');
+        if (form == 2) memmove(bytes + 3, bytes, size), memcpy(bytes, "\xEF\xBB\xBF", 3), more = 3;
+        if (form == 3) memcpy(bytes + size, "\n\0\0\0\x1A \0", 7), more = 7;
+        if (form == 0) memcpy(bytes + size, "made by a program", 17), more = 17;
+        put("a.stl", bytes, size + more);
+        if (!CHECK_OK(&ctx, pd_facets_read(&ctx, path_of("a.stl"), 1e-3, shift, &f))) return;
+        CHECK_INT(f.count, 12);
+        CHECK_NEAR(pdi_facets_distance(&f, x), -0.25e-3, 1e-18);
+        end(&ctx, &f);
+    }
+    text();
+    strcat(bytes, "sold another\n");
+    put("a.stl", bytes, strlen(bytes));
+    CHECK_INT(pd_facets_read(&ctx, path_of("a.stl"), 1.0, NULL, &f), PD_ERR_PARSE);
+    CHECK(strstr(ctx.message, "found 'sold', expected solid") != NULL);
     static const char wrong[] = "solid\nfacet normal 0 0 1 outer loop vertex 0 0 0\nvertex 1 0 x";
     put("a.stl", wrong, strlen(wrong));
     CHECK_INT(pd_facets_read(&ctx, path_of("a.stl"), 1.0, NULL, &f), PD_ERR_PARSE);
@@ -455,4 +634,5 @@ TEST(not_in_2d)
 #define SCENES ENTRY(not_in_2d)
 #endif
 
-TEST_MAIN(ENTRY(boxes) ENTRY(tori) ENTRY(tetrahedra) ENTRY(not_closed) ENTRY(files) SCENES)
+TEST_MAIN(ENTRY(boxes) ENTRY(tori) ENTRY(tetrahedra) ENTRY(not_closed) ENTRY(shells)
+          ENTRY(shells_that_touch) ENTRY(shells_of_rough_files) ENTRY(files) SCENES)

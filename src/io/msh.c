@@ -290,11 +290,6 @@ static pd_status pdi_msh_skip(pdi_msh *m, const char *name, size_t size)
     return pdi_scan_fail(m->scan, name, "the section %.*s has no end", size < 40 ? (int)size : 40, name);
 }
 
-static int pdi_msh_is(const char *word, size_t size, const char *name)
-{
-    return size == strlen(name) && memcmp(word, name, size) == 0;
-}
-
 static pd_status pdi_msh_sections(pdi_msh *m)
 {
     const char *word;
@@ -302,10 +297,10 @@ static pd_status pdi_msh_sections(pdi_msh *m)
     PDI_TRY(pdi_msh_format(m));
     for (size_t size; (size = pdi_scan_word(m->scan, &word)) > 0;) {
         if (word[0] != '$') return pdi_scan_fail(m->scan, word, "text outside of sections");
-        if (pdi_msh_is(word, size, "$Nodes")) PDI_TRY(pdi_msh_nodes(m));
-        else if (pdi_msh_is(word, size, "$Elements")) PDI_TRY(pdi_msh_elements(m));
-        else if (pdi_msh_is(word, size, "$Entities") && m->version == 4) PDI_TRY(pdi_msh_entities(m));
-        else if (pdi_msh_is(word, size, "$PartitionedEntities"))
+        if (pdi_scan_is(m->scan, word, size, "$Nodes")) PDI_TRY(pdi_msh_nodes(m));
+        else if (pdi_scan_is(m->scan, word, size, "$Elements")) PDI_TRY(pdi_msh_elements(m));
+        else if (pdi_scan_is(m->scan, word, size, "$Entities") && m->version == 4) PDI_TRY(pdi_msh_entities(m));
+        else if (pdi_scan_is(m->scan, word, size, "$PartitionedEntities"))
             return pdi_scan_fail(m->scan, word, "a partitioned mesh, expected one in one piece");
         else PDI_TRY(pdi_msh_skip(m, word, size));
     }

@@ -8,7 +8,8 @@
 
 PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size)
 {
-    pdi_scan scan = {ctx, where, path, text, text + size, text};
+    pdi_scan scan = {ctx, where, path, text, text + size, text, 0};
+    if (size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0) scan.at += 3;
     return scan;
 }
 
@@ -85,10 +86,20 @@ PDI_FN pd_status pdi_scan_count(pdi_scan *s, const char *what, int bytes, int64_
     return pdi_scan_fail(s, s->at, "%s: %.0f, which is more than the rest of the file can hold", what, (double)*count);
 }
 
+PDI_FN int pdi_scan_is(const pdi_scan *s, const char *word, size_t size, const char *name)
+{
+    if (size != strlen(name)) return 0;
+    for (size_t k = 0; k < size; k++) {
+        int capital = s->any_case && word[k] >= 'A' && word[k] <= 'Z';
+        if ((capital ? word[k] - 'A' + 'a' : word[k]) != name[k]) return 0;
+    }
+    return 1;
+}
+
 PDI_FN pd_status pdi_scan_expect(pdi_scan *s, const char *expected)
 {
     const char *word;
     size_t size = pdi_scan_word(s, &word);
-    if (size == strlen(expected) && memcmp(word, expected, size) == 0) return PD_OK;
+    if (pdi_scan_is(s, word, size, expected)) return PD_OK;
     return pdi_scan_wrong(s, word, size, expected);
 }

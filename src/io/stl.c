@@ -70,9 +70,11 @@ static pd_status pdi_stl_facet(pdi_scan *s, pdi_stl_corners *c)
     return PD_OK;
 }
 
-static int pdi_stl_is(const char *word, size_t size, const char *name)
+/* What fills a file up behind its text. */
+static int pdi_stl_filling(const char *at, const char *end)
 {
-    return size == strlen(name) && memcmp(word, name, size) == 0;
+    while (at < end && (*at == '\0' || *at == '\x1A' || *at == ' ' || *at == '\t' || *at == '\r' || *at == '\n')) at++;
+    return at == end;
 }
 
 /* solid NAME .. endsolid NAME, once or more often. */
@@ -80,10 +82,12 @@ static pd_status pdi_stl_text(pdi_scan *s, pdi_stl_corners *c)
 {
     const char *word;
     int open = 0;
+    s->any_case = 1;
     for (size_t size; (size = pdi_scan_word(s, &word)) > 0;) {
-        if (!open && pdi_stl_is(word, size, "solid")) open = 1;
-        else if (open && pdi_stl_is(word, size, "endsolid")) open = 0;
-        else if (open && pdi_stl_is(word, size, "facet")) {
+        if (!open && pdi_stl_filling(word, s->end)) break;
+        if (!open && pdi_scan_is(s, word, size, "solid")) open = 1;
+        else if (open && pdi_scan_is(s, word, size, "endsolid")) open = 0;
+        else if (open && pdi_scan_is(s, word, size, "facet")) {
             PDI_TRY(pdi_stl_facet(s, c));
             continue;
         } else
@@ -98,11 +102,13 @@ static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, 
 {
     double count = size >= PDI_STL_HEAD ? (double)pdi_stl_whole(text + PDI_STL_HEAD - 4) : -1.0;
     double whole = PDI_STL_HEAD + PDI_STL_EACH * count;
-    if (count > 0.0 && !((double)size < whole) && !((double)size > whole))
-        return pdi_stl_binary(ctx, text, (uint32_t)count, c);
-    pdi_scan scan = pdi_scan_begin(ctx, "stl", path, text, size);
-    size_t blank = strspn(text, " \t\r\n");
-    if (strncmp(text + blank, "solid", 5) == 0) return pdi_stl_text(&scan, c);
+    /* what a text has there is a number that no file holds; other bytes may follow the last triangle */
+    if (count > 0.0 && (double)size >= whole) return pdi_stl_binary(ctx, text, (uint32_t)count, c);
+    pdi_scan scan = pdi_scan_begin(ctx, "stl", path, text, size), first = scan;
+    const char *word;
+    first.any_case = 1;
+    size_t length = pdi_scan_word(&first, &word);
+    if (pdi_scan_is(&first, word, length, "solid")) return pdi_stl_text(&scan, c);
     return pdi_fail(ctx, PD_ERR_PARSE, "stl", "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
                     "file of %.0f triangles, whose size is %.0f: no STL file, or cut off", path, (double)size,
                     pdi_max(count, 0.0), pdi_max(whole, PDI_STL_HEAD));

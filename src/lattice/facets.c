@@ -4,6 +4,7 @@
  */
 #include "lattice/facets.h"
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,6 +14,13 @@
 #define PDI_FACETS_ROUNDING 1e-14
 /* Least square of the double area of a triangle that has a plane, over the fourth power of its longest edge. */
 #define PDI_FACETS_SLIVER 1e-16
+/* Vertices of a surface that is open without it are the same within this share of its largest extent. */
+#define PDI_FACETS_NEAR 3e-6
+/* Distances to shells that a place keeps apart; where more bodies overlap the distance is one to them. */
+#define PDI_FACETS_NEARER 16
+/* Triangles that are looked at from their front, about; and the least component of a normal along axis 0. */
+#define PDI_FACETS_LOOKS 20000
+#define PDI_FACETS_STEEP 0.1
 /* Depth of the tree: boxes halve, and there are fewer than 2^31 triangles. */
 #define PDI_FACETS_DEPTH 64
 /* A line meets a triangle that it passes so much beyond an edge, over the length of the edge; of boxes over the largest
@@ -27,6 +35,8 @@ static void pdi_facets_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, facets, first, facets->count, "1");
     PDI_ARRAY(owner, facets, size, facets->count, "1");
     PDI_ARRAY(owner, facets, second, facets->count, "1");
+    PDI_ARRAY(owner, facets, root, facets->shells, "1");
+    PDI_ARRAY(owner, facets, sense, facets->shells, "1");
 }
 
 PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets)
@@ -42,17 +52,50 @@ typedef struct pdi_facets_vertex {
     int32_t at; /* of all corners */
 } pdi_facets_vertex;
 
+/* The same with the cube of the tolerance that it lies in. */
+typedef struct pdi_facets_cube {
+    int32_t index[3];
+    int32_t at;
+} pdi_facets_cube;
+
 typedef struct pdi_facets_edge {
     int32_t low, high; /* vertices */
     int32_t at;        /* corner where it begins */
     int32_t sense;     /* 1: from low to high */
 } pdi_facets_edge;
 
+/* A triangle by its vertices. */
+typedef struct pdi_facets_face {
+    int32_t vertex[3]; /* ascending */
+    int32_t sense;     /* 1: they go around as in the triangle, -1: against it */
+    int32_t at;
+} pdi_facets_face;
+
+/* Triangles on their way. */
+typedef struct pdi_facets_work {
+    const double *corner; /* [count][3][3] [m] as they were given */
+    int32_t count;
+    int32_t *vertex;      /* [3 count] the first of the corners at one place */
+    int32_t *part;        /* [count] the first triangle of those that hang together by edges; -1: it is left out */
+    int32_t *root;        /* [3 count] work */
+    int32_t joined;       /* corners that lie beside their vertex */
+    int32_t open;         /* edges that have not as many triangles along them as against them; the first of them: */
+    int32_t at, triangles, along;
+} pdi_facets_work;
+
 static int pdi_facets_compare(const void *a, const void *b)
 {
     const pdi_facets_vertex *p = (const pdi_facets_vertex *)a, *q = (const pdi_facets_vertex *)b;
     for (int d = 0; d < 3; d++)
         if (p->x[d] < q->x[d] || p->x[d] > q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+static int pdi_facets_compare_cubes(const void *a, const void *b)
+{
+    const pdi_facets_cube *p = (const pdi_facets_cube *)a, *q = (const pdi_facets_cube *)b;
+    for (int d = 0; d < 3; d++)
+        if (p->index[d] != q->index[d]) return p->index[d] < q->index[d] ? -1 : 1;
     return (p->at > q->at) - (p->at < q->at);
 }
 
@@ -65,14 +108,38 @@ static int pdi_facets_compare_edges(const void *a, const void *b)
     return (p->at > q->at) - (p->at < q->at);
 }
 
-/* Numbers of corners that are the same at the same places: vertex [3 count]. */
-static pd_status pdi_facets_weld(pd_ctx *ctx, const double *corner, int32_t count, int32_t *vertex)
+static int pdi_facets_compare_faces(const void *a, const void *b)
+{
+    const pdi_facets_face *p = (const pdi_facets_face *)a, *q = (const pdi_facets_face *)b;
+    for (int k = 0; k < 3; k++)
+        if (p->vertex[k] != q->vertex[k]) return p->vertex[k] < q->vertex[k] ? -1 : 1;
+    if (p->sense != q->sense) return p->sense < q->sense ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+/* The first of what is joined with k. */
+static int32_t pdi_facets_root(int32_t *root, int32_t k)
+{
+    while (root[k] != k) k = root[k] = root[root[k]];
+    return k;
+}
+
+static void pdi_facets_join(int32_t *root, int32_t a, int32_t b)
+{
+    a = pdi_facets_root(root, a);
+    b = pdi_facets_root(root, b);
+    if (a < b) root[b] = a;
+    else root[a] = b;
+}
+
+/* Corners at the same places are one vertex. */
+static pd_status pdi_facets_weld(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_vertex *list = NULL;
-    int32_t n = 3 * count, number = 0;
+    int32_t n = 3 * w->count, number = 0;
     PDI_TRY(PDI_NEW(ctx, "facets", n, list));
     for (int32_t k = 0; k < n; k++) {
-        for (int d = 0; d < 3; d++) list[k].x[d] = corner[(int64_t)k * 3 + d];
+        for (int d = 0; d < 3; d++) list[k].x[d] = w->corner[(int64_t)k * 3 + d];
         list[k].at = k;
     }
     qsort(list, (size_t)n, sizeof *list, pdi_facets_compare);
@@ -82,68 +149,177 @@ static pd_status pdi_facets_weld(pd_ctx *ctx, const double *corner, int32_t coun
                 number = k;
                 break;
             }
-        vertex[list[k].at] = number;
+        w->vertex[list[k].at] = list[number].at;
     }
     PDI_DELETE(ctx, n, list);
     return PD_OK;
 }
 
-static pd_status pdi_facets_pairs(pd_ctx *ctx, const double *corner, const pdi_facets_edge *edge, int32_t count)
+/* The first of `count` cubes that does not come before `key`. */
+static int32_t pdi_facets_find(const pdi_facets_cube *cube, int32_t count, const pdi_facets_cube *key)
 {
-    for (int32_t k = 0, next; k < count; k = next) {
-        int32_t forth = 0;
-        for (next = k; next < count && edge[next].low == edge[k].low && edge[next].high == edge[k].high; next++)
-            forth += edge[next].sense;
-        const double *x = corner + (int64_t)edge[k].at * 3;
-        int32_t other = edge[k].at % 3 < 2 ? edge[k].at + 1 : edge[k].at - 2;
-        const double *y = corner + (int64_t)other * 3;
-        if (next - k == 2 && forth == 1) continue;
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the edge from (%.9g %.9g %.9g) to (%.9g %.9g %.9g) m has %d "
-                        "triangle%s, %d of them along it, expected two in opposite senses: the surface is not closed",
-                        x[0], x[1], x[2], y[0], y[1], y[2], (int)(next - k), next - k > 1 ? "s" : "",
-                        (int)(edge[k].sense ? forth : next - k - forth));
+    int32_t low = 0, high = count;
+    while (low < high) {
+        int32_t middle = low + (high - low) / 2;
+        if (pdi_facets_compare_cubes(&cube[middle], key) < 0) low = middle + 1;
+        else high = middle;
     }
+    return low;
+}
+
+/* Join a vertex with those behind it in its cube and in the cubes around that lie no farther than `near` [m]. */
+static void pdi_facets_gather(pdi_facets_work *w, const pdi_facets_cube *cube, int32_t count, int32_t k, double near)
+{
+    const double *x = w->corner + 3 * (int64_t)cube[k].at;
+    for (int n = 0; n < 27; n++) {
+        pdi_facets_cube key = cube[k];
+        key.index[0] += n % 3 - 1;
+        key.index[1] += n / 3 % 3 - 1;
+        key.index[2] += n / 9 - 1;
+        key.at = -1;
+        for (int32_t o = pdi_facets_find(cube, count, &key); o < count; o++) {
+            double square = 0.0;
+            int there = cube[o].index[0] == key.index[0] && cube[o].index[1] == key.index[1] &&
+                        cube[o].index[2] == key.index[2];
+            if (!there) break;
+            for (int d = 0; d < 3; d++) {
+                double off = w->corner[3 * (int64_t)cube[o].at + d] - x[d];
+                square += off * off;
+            }
+            if (o > k && square <= near * near) pdi_facets_join(w->root, cube[k].at, cube[o].at);
+        }
+    }
+}
+
+/* Vertices that lie side by side are one: files round coordinates. */
+static pd_status pdi_facets_weld_near(pd_ctx *ctx, pdi_facets_work *w)
+{
+    pdi_facets_cube *cube = NULL;
+    int32_t n = 3 * w->count, count = 0;
+    double low[3], extent = 0.0;
+    for (int d = 0; d < 3; d++) {
+        double high = low[d] = w->corner[d];
+        for (int32_t k = 0; k < n; k++) {
+            low[d] = pdi_min(low[d], w->corner[3 * (int64_t)k + d]);
+            high = pdi_max(high, w->corner[3 * (int64_t)k + d]);
+        }
+        extent = pdi_max(extent, high - low[d]);
+    }
+    double near = PDI_FACETS_NEAR * extent;
+    if (!(near > 0.0)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "facets", n, cube));
+    for (int32_t k = 0; k < n; k++) {
+        w->root[k] = k;
+        if (w->vertex[k] != k) continue;
+        for (int d = 0; d < 3; d++) cube[count].index[d] = (int32_t)((w->corner[3 * (int64_t)k + d] - low[d]) / near);
+        cube[count++].at = k;
+    }
+    qsort(cube, (size_t)count, sizeof *cube, pdi_facets_compare_cubes);
+    for (int32_t k = 0; k < count; k++) pdi_facets_gather(w, cube, count, k, near);
+    for (int32_t k = 0; k < n; k++) {
+        int32_t to = pdi_facets_root(w->root, w->vertex[k]);
+        w->joined += to != w->vertex[k];
+        w->vertex[k] = to;
+    }
+    PDI_DELETE(ctx, n, cube);
     return PD_OK;
 }
 
-static pd_status pdi_facets_edges(pd_ctx *ctx, const double *corner, const int32_t *vertex, int32_t count)
+/* Triangles without a plane are left out, and those that lie on each other back to back: bodies touch there. */
+static pd_status pdi_facets_choose(pd_ctx *ctx, pdi_facets_work *w)
 {
-    pdi_facets_edge *edge = NULL;
-    int32_t n = 3 * count;
-    PDI_TRY(PDI_NEW(ctx, "facets", n, edge));
-    for (int32_t k = 0; k < n; k++) {
-        int32_t from = vertex[k], to = vertex[k % 3 < 2 ? k + 1 : k - 2];
-        edge[k].low = from < to ? from : to;
-        edge[k].high = from < to ? to : from;
-        edge[k].sense = from < to;
-        edge[k].at = k;
+    pdi_facets_face *face = NULL;
+    int32_t count = 0;
+    PDI_TRY(PDI_NEW(ctx, "facets", w->count, face));
+    for (int32_t k = 0; k < w->count; k++) {
+        const int32_t *v = w->vertex + 3 * (int64_t)k;
+        w->part[k] = v[0] == v[1] || v[1] == v[2] || v[2] == v[0] ? -1 : k;
+        if (w->part[k] < 0) continue;
+        int first = v[0] < v[1] ? v[0] < v[2] ? 0 : 2 : v[1] < v[2] ? 1 : 2;
+        int32_t second = v[(first + 1) % 3], third = v[(first + 2) % 3];
+        face[count].vertex[0] = v[first];
+        face[count].vertex[1] = second < third ? second : third;
+        face[count].vertex[2] = second < third ? third : second;
+        face[count].sense = second < third ? 1 : -1;
+        face[count++].at = k;
     }
-    qsort(edge, (size_t)n, sizeof *edge, pdi_facets_compare_edges);
-    pd_status status = pdi_facets_pairs(ctx, corner, edge, n);
-    PDI_DELETE(ctx, n, edge);
-    return status;
+    qsort(face, (size_t)count, sizeof *face, pdi_facets_compare_faces);
+    for (int32_t k = 0, next; k < count; k = next) {
+        int32_t back = 0, size;
+        for (next = k; next < count && memcmp(face[next].vertex, face[k].vertex, sizeof face[k].vertex) == 0; next++)
+            back += face[next].sense < 0; /* they come first */
+        size = next - k;
+        int32_t pairs = back < size - back ? back : size - back;
+        for (int32_t p = 0; p < pairs; p++) w->part[face[k + p].at] = w->part[face[next - 1 - p].at] = -1;
+    }
+    PDI_DELETE(ctx, w->count, face);
+    return PD_OK;
 }
 
-static pd_status pdi_facets_closed(pd_ctx *ctx, const double *corner, int32_t count)
+/* Triangles that share an edge hang together. */
+static void pdi_facets_pairs(pdi_facets_work *w, const pdi_facets_edge *edge, int32_t count)
 {
-    int32_t *vertex = NULL;
-    PDI_TRY(PDI_NEW(ctx, "facets", 3 * count, vertex));
-    pd_status status = pdi_facets_weld(ctx, corner, count, vertex);
-    for (int32_t k = 0; k < count && status == PD_OK; k++) {
-        const int32_t *v = vertex + 3 * (int64_t)k;
-        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0])
-            status = pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "triangle %d of %d has two corners at one place, at "
-                              "(%.9g %.9g %.9g) m", (int)k + 1, (int)count, corner[9 * (int64_t)k],
-                              corner[9 * (int64_t)k + 1], corner[9 * (int64_t)k + 2]);
+    w->open = 0;
+    for (int32_t k = 0; k < w->count; k++) w->root[k] = k;
+    for (int32_t k = 0, next; k < count; k = next) {
+        int32_t forth = 0;
+        for (next = k; next < count && edge[next].low == edge[k].low && edge[next].high == edge[k].high; next++) {
+            forth += edge[next].sense;
+            pdi_facets_join(w->root, edge[k].at / 3, edge[next].at / 3);
+        }
+        if (2 * forth == next - k) continue;
+        if (!w->open++) {
+            w->at = edge[k].at;
+            w->triangles = next - k;
+            w->along = edge[k].sense ? forth : next - k - forth;
+        }
     }
-    if (status == PD_OK) status = pdi_facets_edges(ctx, corner, vertex, count);
-    PDI_DELETE(ctx, 3 * count, vertex);
-    return status;
+    for (int32_t k = 0; k < w->count; k++)
+        if (w->part[k] >= 0) w->part[k] = pdi_facets_root(w->root, k);
+}
+
+static pd_status pdi_facets_edges(pd_ctx *ctx, pdi_facets_work *w)
+{
+    pdi_facets_edge *edge = NULL;
+    int32_t n = 0;
+    PDI_TRY(pdi_facets_choose(ctx, w));
+    PDI_TRY(PDI_NEW(ctx, "facets", 3 * w->count, edge));
+    for (int32_t k = 0; k < 3 * w->count; k++) {
+        if (w->part[k / 3] < 0) continue;
+        int32_t from = w->vertex[k], to = w->vertex[k % 3 < 2 ? k + 1 : k - 2];
+        edge[n].low = from < to ? from : to;
+        edge[n].high = from < to ? to : from;
+        edge[n].at = k;
+        edge[n++].sense = from < to;
+    }
+    qsort(edge, (size_t)n, sizeof *edge, pdi_facets_compare_edges);
+    pdi_facets_pairs(w, edge, n);
+    PDI_DELETE(ctx, 3 * w->count, edge);
+    return PD_OK;
+}
+
+/* As it is, or with vertices joined that lie side by side. */
+static pd_status pdi_facets_closed(pd_ctx *ctx, pdi_facets_work *w)
+{
+    PDI_TRY(pdi_facets_weld(ctx, w));
+    PDI_TRY(pdi_facets_edges(ctx, w));
+    if (w->open) {
+        PDI_TRY(pdi_facets_weld_near(ctx, w));
+        PDI_TRY(pdi_facets_edges(ctx, w));
+    }
+    if (!w->open) return PD_OK;
+    const double *x = w->corner + (int64_t)w->at * 3;
+    const double *y = w->corner + (int64_t)(w->at % 3 < 2 ? w->at + 1 : w->at - 2) * 3;
+    char more[40] = "";
+    if (w->open > 1) snprintf(more, sizeof more, "; so have %d more edges", (int)w->open - 1);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the edge from (%.9g %.9g %.9g) to (%.9g %.9g %.9g) m has %d "
+                    "triangle%s, %d of them along it, expected as many along it as against it: the surface is not "
+                    "closed, or a triangle is turned over%s", x[0], x[1], x[2], y[0], y[1], y[2], (int)w->triangles,
+                    w->triangles > 1 ? "s" : "", (int)w->along, more);
 }
 
 static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t count)
 {
-    double volume = 0.0;
     if (count < 4 || count > INT32_MAX / 9)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "%.0f triangles, expected 4 to %d", (double)count,
                         INT32_MAX / 9);
@@ -151,16 +327,21 @@ static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t cou
         if (!(fabs(corner[k]) < 1e30))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "triangle %d has the coordinate %g m, expected less than"
                             " 1e30", (int)(k / 9) + 1, corner[k]);
-    PDI_TRY(pdi_facets_closed(ctx, corner, (int32_t)count));
-    for (int64_t k = 0; k < count; k++) { /* six times that over the first corner of all */
+    return PD_OK;
+}
+
+/* Six times the volume [m3] of triangles over a place. */
+static double pdi_facets_volume(const double *corner, int32_t count, const double *origin)
+{
+    double volume = 0.0;
+    for (int64_t k = 0; k < count; k++) {
         double e[3][3];
         for (int p = 0; p < 3; p++)
-            for (int d = 0; d < 3; d++) e[p][d] = corner[9 * k + 3 * p + d] - corner[d];
+            for (int d = 0; d < 3; d++) e[p][d] = corner[9 * k + 3 * p + d] - origin[d];
         for (int d = 0; d < 3; d++)
             volume += e[0][d] * (e[1][(d + 1) % 3] * e[2][(d + 2) % 3] - e[1][(d + 2) % 3] * e[2][(d + 1) % 3]);
     }
-    if (fabs(volume) > 0.0) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume", (int)count);
+    return volume;
 }
 
 /* ---- the tree ---- */
@@ -206,35 +387,6 @@ static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key
     pdi_facets_divide(f, corner, key, first, size / 2);
     f->second[own] = f->boxes;
     pdi_facets_divide(f, corner, key, first + size / 2, size - size / 2);
-}
-
-static pd_status pdi_facets_make(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *f)
-{
-    pdi_facets_key *key = NULL;
-    PDI_TRY(pdi_facets_check(ctx, corner, count));
-    f->count = (int32_t)count;
-    PDI_TRY(pdi_owner_build(ctx, pdi_facets_list, f));
-    PDI_TRY(PDI_NEW(ctx, "facets", count, key));
-    for (int32_t k = 0; k < f->count; k++) key[k].at = k;
-    pdi_facets_divide(f, corner, key, 0, f->count);
-    for (int32_t k = 0; k < f->count; k++) /* + 0: no zero has a sign */
-        for (int c = 0; c < 9; c++) f->corner[9 * (int64_t)k + c] = corner[9 * (int64_t)key[k].at + c] + 0.0;
-    PDI_DELETE(ctx, count, key);
-    return PD_OK;
-}
-
-pd_status pd_facets_build(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *facets)
-{
-    memset(facets, 0, sizeof *facets);
-    pd_status status = pdi_facets_make(ctx, corner, count, facets);
-    if (status < 0) pd_facets_free(ctx, facets);
-    return status;
-}
-
-void pd_facets_free(pd_ctx *ctx, pd_facets *facets)
-{
-    pdi_owner_free(ctx, pdi_facets_list, facets);
-    memset(facets, 0, sizeof *facets);
 }
 
 /* ---- distance ---- */
@@ -300,13 +452,14 @@ static double pdi_facets_beyond(const pd_facets *f, int32_t k, const double *x)
     return square;
 }
 
-/* Square of the distance to the nearest triangle. Nearer children are looked at first. */
-static double pdi_facets_nearest(const pd_facets *f, const double *x)
+/* Square of the distance to the nearest triangle below a box, but `but`; `best` where none is nearer than that. Nearer
+ * children are looked at first. */
+static double pdi_facets_nearest(const pd_facets *f, int32_t root, int32_t but, const double *x, double best)
 {
     int32_t stack[PDI_FACETS_DEPTH];
-    double far[PDI_FACETS_DEPTH], best = HUGE_VAL;
+    double far[PDI_FACETS_DEPTH];
     int depth = 1;
-    stack[0] = 0;
+    stack[0] = root;
     far[0] = 0.0;
     while (depth) {
         int32_t own = stack[--depth], second = f->second[own];
@@ -321,7 +474,7 @@ static double pdi_facets_nearest(const pd_facets *f, const double *x)
             continue;
         }
         for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++) {
-            double square = pdi_facets_square(f->corner + 9 * (int64_t)k, x);
+            double square = k == but ? best : pdi_facets_square(f->corner + 9 * (int64_t)k, x);
             best = square < best ? square : best;
         }
     }
@@ -330,37 +483,40 @@ static double pdi_facets_nearest(const pd_facets *f, const double *x)
 
 /* ---- inside or outside ---- */
 
-/* Does the edge from p to q pass the ray from x along axis 0 on its far side along axis 1? Both triangles at the edge
- * get the same answer. */
+/* Does the edge from p to q pass the ray from x along axis 0 on its far side along axis 1? 1: up axis 2, -1: down. Both
+ * triangles at the edge get the same answer. */
 static int pdi_facets_passes(const double *p, const double *q, const double *x)
 {
     if ((p[2] <= x[2]) == (q[2] <= x[2])) return 0;
-    const double *low = p[2] < q[2] ? p : q, *high = p[2] < q[2] ? q : p;
-    if (x[1] < low[1] && x[1] < high[1]) return 1;
+    int up = p[2] < q[2] ? 1 : -1;
+    const double *low = up > 0 ? p : q, *high = up > 0 ? q : p;
+    if (x[1] < low[1] && x[1] < high[1]) return up;
     if (x[1] >= low[1] && x[1] >= high[1]) return 0;
-    return (high[1] - low[1]) * (x[2] - low[2]) - (high[2] - low[2]) * (x[1] - low[1]) > 0.0;
+    return (high[1] - low[1]) * (x[2] - low[2]) - (high[2] - low[2]) * (x[1] - low[1]) > 0.0 ? up : 0;
 }
 
-/* Does the ray from x up axis 0 meet the triangle? */
+/* Does the ray from x up axis 0 meet the triangle? 1: it leaves by it, -1: it enters. */
 static int pdi_facets_meets(const double *corner, const double *x)
 {
     const double *a = corner, *b = corner + 3, *c = corner + 6;
-    if (!(pdi_facets_passes(a, b, x) ^ pdi_facets_passes(b, c, x) ^ pdi_facets_passes(c, a, x))) return 0;
+    int leaves = pdi_facets_passes(a, b, x) + pdi_facets_passes(b, c, x) + pdi_facets_passes(c, a, x);
+    if (!leaves) return 0;
     double low = pdi_min(a[0], pdi_min(b[0], c[0])), high = pdi_max(a[0], pdi_max(b[0], c[0])), slope[3];
-    if (x[0] < low || x[0] >= high) return x[0] < low;
+    if (x[0] < low || x[0] >= high) return x[0] < low ? leaves : 0;
     for (int d = 0; d < 3; d++) {
         int p = (d + 1) % 3, q = (d + 2) % 3;
         slope[d] = (b[p] - a[p]) * (c[q] - a[q]) - (b[q] - a[q]) * (c[p] - a[p]);
     }
     double height = slope[0] * (x[0] - a[0]) + slope[1] * (x[1] - a[1]) + slope[2] * (x[2] - a[2]);
-    return slope[0] > 0.0 ? height < 0.0 : height > 0.0;
+    return (slope[0] > 0.0 ? height < 0.0 : height > 0.0) ? leaves : 0;
 }
 
-static int pdi_facets_inside(const pd_facets *f, const double *x)
+/* How often the triangles below a box, but `but`, go around x. */
+static int pdi_facets_winding(const pd_facets *f, int32_t root, int32_t but, const double *x)
 {
     int32_t stack[PDI_FACETS_DEPTH];
-    int depth = 1, odd = 0;
-    stack[0] = 0;
+    int depth = 1, sum = 0;
+    stack[0] = root;
     while (depth) {
         int32_t own = stack[--depth];
         const double *box = f->box + 6 * (int64_t)own;
@@ -371,17 +527,220 @@ static int pdi_facets_inside(const pd_facets *f, const double *x)
             continue;
         }
         for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++)
-            odd ^= pdi_facets_meets(f->corner + 9 * (int64_t)k, x);
+            if (k != but) sum += pdi_facets_meets(f->corner + 9 * (int64_t)k, x);
     }
-    return odd;
+    return sum;
+}
+
+/* 1: x lies within what shell s bounds. */
+static int pdi_facets_within(const pd_facets *f, int32_t s, const double *x)
+{
+    return f->sense[s] * pdi_facets_winding(f, f->root[s], -1, x) > 0;
+}
+
+/* Several shells. Grown by t [m], one that bounds metal holds x where its signed distance is below t, and a cavity
+ * where its own is below -t: with t the number of the first ones grows and that of the others falls, and the signed
+ * distance is the t at which the first ones become more. Between 0 and t lie as many of all distances as the numbers
+ * differ. */
+static double pdi_facets_among(const pd_facets *f, const double *x, int *inside)
+{
+    double near[PDI_FACETS_NEARER];
+    int more = 0, found = 0;
+    for (int32_t s = 0; s < f->shells; s++) more += f->sense[s] * pdi_facets_within(f, s, x);
+    *inside = more > 0;
+    int wanted = *inside ? more : 1 - more;
+    if (wanted > PDI_FACETS_NEARER) wanted = PDI_FACETS_NEARER;
+    for (int32_t s = 0; s < f->shells; s++) {
+        double bound = found < wanted ? HUGE_VAL : near[wanted - 1];
+        if (pdi_facets_beyond(f, f->root[s], x) >= bound) continue;
+        if ((f->sense[s] > 0) != (pdi_facets_within(f, s, x) == *inside)) continue;
+        double square = pdi_facets_nearest(f, f->root[s], -1, x, bound);
+        if (!(square < bound)) continue;
+        int k = found < wanted ? found++ : wanted - 1;
+        for (; k > 0 && near[k - 1] > square; k--) near[k] = near[k - 1];
+        near[k] = square;
+    }
+    return sqrt(near[wanted - 1]);
 }
 
 PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
 {
-    double distance = sqrt(pdi_facets_nearest(f, x)), far = 0.0;
+    int inside = 0;
+    double far = 0.0, distance = f->shells > 1 ? pdi_facets_among(f, x, &inside)
+                                               : sqrt(pdi_facets_nearest(f, 0, -1, x, HUGE_VAL));
     for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
     if (distance <= PDI_FACETS_ROUNDING * far) return 0.0;
-    return pdi_facets_inside(f, x) ? -distance : distance;
+    if (f->shells == 1) inside = pdi_facets_within(f, 0, x);
+    return inside ? -distance : distance;
+}
+
+/* ---- do all normals point outward? ---- */
+
+/* How often all shells go around what lies in front of triangle k, which is not along axis 0: less than 0 where the
+ * triangle is turned over. */
+static int pdi_facets_front(const pd_facets *f, int32_t k, double tilt, const double *middle)
+{
+    int around = tilt > 0.0 ? 0 : -1;
+    for (int32_t s = 0; s < f->shells; s++) around += pdi_facets_winding(f, f->root[s], k, middle);
+    if (around >= 0) return around;
+    double far = 0.0, near = HUGE_VAL; /* triangles that lie on each other are in front of nothing */
+    for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
+    for (int32_t s = 0; s < f->shells; s++) near = pdi_facets_nearest(f, f->root[s], k, middle, near);
+    return near > PDI_FACETS_NEAR * PDI_FACETS_NEAR * far * far ? around : 0;
+}
+
+/* 1: triangle k can be looked at along axis 0: its middle, and the component of its normal. */
+static int pdi_facets_faces(const pd_facets *f, int32_t k, double *tilt, double *middle)
+{
+    const double *a = f->corner + 9 * (int64_t)k, *b = a + 3, *c = a + 6;
+    double normal[3];
+    for (int d = 0; d < 3; d++) {
+        int p = (d + 1) % 3, q = (d + 2) % 3;
+        normal[d] = (b[p] - a[p]) * (c[q] - a[q]) - (b[q] - a[q]) * (c[p] - a[p]);
+        middle[d] = a[d] / 3.0 + b[d] / 3.0 + c[d] / 3.0;
+    }
+    *tilt = normal[0];
+    return fabs(normal[0]) > PDI_FACETS_STEEP * sqrt(pdi_facets_dot(normal, normal));
+}
+
+static pd_status pdi_facets_face_out(pd_ctx *ctx, const pd_facets *f)
+{
+    int32_t looked = 0, wrong = 0, first = 0, step = 1 + f->count / PDI_FACETS_LOOKS;
+    double place[3] = {0.0, 0.0, 0.0};
+    for (int32_t s = 0; s < f->shells; s++) {
+        int32_t size = f->size[f->root[s]], each = step < 1 + size / 8 ? step : 1 + size / 8;
+        for (int32_t k = first; k < first + size; k += each) {
+            double tilt, middle[3];
+            if (!pdi_facets_faces(f, k, &tilt, middle)) continue;
+            looked++;
+            if (pdi_facets_front(f, k, tilt, middle) >= 0) continue;
+            for (int d = 0; d < 3 && !wrong; d++) place[d] = middle[d];
+            wrong++;
+        }
+        first += size;
+    }
+    if (!wrong) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the triangle around (%.9g %.9g %.9g) m is turned over, as "
+                    "are %d of the %d that were looked at: expected normals that point outward, and into cavities",
+                    place[0], place[1], place[2], (int)wrong, (int)looked);
+}
+
+/* ---- life ---- */
+
+/* The triangles that count, those of a shell one after another, with their normals outward: into `corner`. */
+static void pdi_facets_sort(const pdi_facets_work *w, pd_facets *f, double *corner, int32_t *size)
+{
+    int32_t count = 0, shells = 0;
+    for (int32_t k = 0; k < w->count; k++)
+        if (w->part[k] == k) w->root[k] = shells++;
+    memset(size, 0, (size_t)shells * sizeof *size);
+    for (int32_t k = 0; k < w->count; k++)
+        if (w->part[k] >= 0) size[w->root[w->part[k]]]++;
+    for (int32_t s = 0, first = 0; s < shells; s++) {
+        f->root[s] = first; /* for now: its next place */
+        first += size[s];
+    }
+    for (int32_t k = 0; k < w->count; k++) {
+        if (w->part[k] < 0) continue;
+        double *to = corner + 9 * (int64_t)f->root[w->root[w->part[k]]]++;
+        for (int c = 0; c < 9; c++) to[c] = w->corner[3 * (int64_t)w->vertex[3 * (int64_t)k + c / 3] + c % 3];
+        count++;
+    }
+    double volume = pdi_facets_volume(corner, count, corner);
+    f->turned = volume < 0.0;
+    for (int64_t k = 0; k < count && f->turned; k++)
+        for (int d = 0; d < 3; d++) {
+            double second = corner[9 * k + 3 + d];
+            corner[9 * k + 3 + d] = corner[9 * k + 6 + d];
+            corner[9 * k + 6 + d] = second;
+        }
+}
+
+/* A tree for each shell, behind a box of all where there are several. */
+static void pdi_facets_plant(pd_facets *f, const double *corner, pdi_facets_key *key, const int32_t *size)
+{
+    int32_t first = 0;
+    for (int32_t k = 0; k < f->count; k++) key[k].at = k;
+    if (f->shells > 1) {
+        f->boxes = 1;
+        f->size[0] = f->count;
+        for (int d = 0; d < 6; d++) f->box[d] = d < 3 ? HUGE_VAL : -HUGE_VAL;
+    }
+    for (int32_t s = 0; s < f->shells; s++) {
+        const double *own = corner + 9 * (int64_t)first;
+        f->sense[s] = pdi_facets_volume(own, size[s], own) < 0.0 ? -1 : 1;
+        f->root[s] = f->boxes;
+        pdi_facets_divide(f, corner, key, first, size[s]);
+        const double *box = f->box + 6 * (int64_t)f->root[s];
+        for (int d = 0; d < 3 && f->shells > 1; d++) {
+            f->box[d] = pdi_min(f->box[d], box[d]);
+            f->box[3 + d] = pdi_max(f->box[3 + d], box[3 + d]);
+        }
+        first += size[s];
+    }
+    for (int32_t k = 0; k < f->count; k++) /* + 0: no zero has a sign */
+        for (int c = 0; c < 9; c++) f->corner[9 * (int64_t)k + c] = corner[9 * (int64_t)key[k].at + c] + 0.0;
+}
+
+/* What is closed, as shells. */
+static pd_status pdi_facets_shells(pd_ctx *ctx, const pdi_facets_work *w, pd_facets *f)
+{
+    pdi_facets_key *key = NULL;
+    double *corner = NULL;
+    int32_t *size = NULL;
+    for (int32_t k = 0; k < w->count; k++) {
+        f->count += w->part[k] >= 0;
+        f->shells += w->part[k] == k;
+    }
+    f->joined = w->joined;
+    if (f->count < 4)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume", (int)w->count);
+    PDI_TRY(pdi_owner_build(ctx, pdi_facets_list, f));
+    pd_status status = PDI_NEW(ctx, "facets", f->count, key);
+    if (status == PD_OK) status = PDI_NEW(ctx, "facets", 9 * (int64_t)f->count, corner);
+    if (status == PD_OK) status = PDI_NEW(ctx, "facets", f->shells, size);
+    if (status == PD_OK) {
+        pdi_facets_sort(w, f, corner, size);
+        if (fabs(pdi_facets_volume(corner, f->count, corner)) > 0.0) pdi_facets_plant(f, corner, key, size);
+        else status = pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume",
+                               (int)w->count);
+    }
+    PDI_DELETE(ctx, f->shells, size);
+    PDI_DELETE(ctx, 9 * (int64_t)f->count, corner);
+    PDI_DELETE(ctx, f->count, key);
+    return status;
+}
+
+static pd_status pdi_facets_make(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *f)
+{
+    pdi_facets_work w;
+    memset(&w, 0, sizeof w);
+    PDI_TRY(pdi_facets_check(ctx, corner, count));
+    w.corner = corner;
+    w.count = (int32_t)count;
+    pd_status status = PDI_NEW(ctx, "facets", 3 * count, w.vertex);
+    if (status == PD_OK) status = PDI_NEW(ctx, "facets", 3 * count, w.root);
+    if (status == PD_OK) status = PDI_NEW(ctx, "facets", count, w.part);
+    if (status == PD_OK) status = pdi_facets_closed(ctx, &w);
+    if (status == PD_OK) status = pdi_facets_shells(ctx, &w, f);
+    PDI_DELETE(ctx, count, w.part);
+    PDI_DELETE(ctx, 3 * count, w.root);
+    PDI_DELETE(ctx, 3 * count, w.vertex);
+    return status == PD_OK ? pdi_facets_face_out(ctx, f) : status;
+}
+
+pd_status pd_facets_build(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *facets)
+{
+    memset(facets, 0, sizeof *facets);
+    pd_status status = pdi_facets_make(ctx, corner, count, facets);
+    if (status < 0) pd_facets_free(ctx, facets);
+    return status;
+}
+
+void pd_facets_free(pd_ctx *ctx, pd_facets *facets)
+{
+    pdi_owner_free(ctx, pdi_facets_list, facets);
+    memset(facets, 0, sizeof *facets);
 }
 
 /* ---- lines ---- */
@@ -449,4 +808,8 @@ PDI_FN double pdi_facets_crossing(const pd_facets *f, const double *x, const dou
 #undef PDI_FACETS_EDGE
 #undef PDI_FACETS_ROUNDING
 #undef PDI_FACETS_SLIVER
+#undef PDI_FACETS_NEAR
+#undef PDI_FACETS_NEARER
+#undef PDI_FACETS_LOOKS
+#undef PDI_FACETS_STEEP
 #undef PDI_FACETS_DEPTH

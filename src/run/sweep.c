@@ -170,8 +170,8 @@ static pd_status pdi_sweep_paths(pd_ctx *ctx, const pd_sweep *s, int index, char
     snprintf(name, sizeof name, "run%03d", index + 1);
     PDI_TRY(pd_file_join(ctx, s->folder, name, folder));
     if (pdi_file_is_link(folder)) /* runs write below the folder that they were given */
-        return pdi_fail(ctx, PD_ERR_FILE, "sweep", "'%.300s' is a link, expected the folder of a run or none: remove it",
-                        folder);
+        return pdi_fail(ctx, PD_ERR_FILE, "sweep",
+                        "'%.300s' is a link, expected the folder of a run or none: remove it", folder);
     return pd_file_join(ctx, folder, PDI_SWEEP_RESULT, result);
 }
 

@@ -42,8 +42,9 @@ static const pd_key pdi_keys_of_shape[] = {
     {"raw", "-", "-",
      PDI_SAYS("file of one byte a voxel, x fastest; not 0 is inside; with `size`, `corner` and `cell`")},
     {"stl", "-", "-",
-     PDI_SAYS("3D: STL file (text or binary), relative to the scene: a closed surface, each of whose edges has two "
-              "triangles; with `scale`. Where it ends at a side of the box is a face of it")},
+     PDI_SAYS("3D: STL file (text or binary), relative to the scene: closed surfaces, normals outward; with `scale`. "
+              "Those that overlap or touch are one body; one with normals inward is a cavity of what it lies in. Where "
+              "it ends at a side of the box is a face of it")},
     {"union, intersect, difference", "-", "-",
      PDI_SAYS("2 to 8 names of shapes above; `difference`: first minus the others")},
     {"radius", "m", "required there",

@@ -186,6 +186,11 @@ static pd_status pdi_read_shapes_stl(pdi_read_shapes *s, pd_shape *shape)
     shape->facets = surface;
     if (pd_facets_read(s->ctx, path, scale, shift, surface) < 0)
         return pdi_named_files_fail(s->ctx, s->text, s->section, "stl");
+    if (surface->turned)
+        pdi_setup_note(s->setup, "%.200s is inside out, its normals point inward: all its triangles are turned", path);
+    if (surface->joined)
+        pdi_setup_note(s->setup, "%.200s is closed where corners within 3e-6 of its extent are one: %d have moved",
+                       path, (int)surface->joined);
     return PD_OK;
 }
 
