@@ -50,6 +50,7 @@
  *     stencil    the family of an interior node of a uniform lattice and its calibrated weights.
  *     grid       the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
  *     path       the bonds of a stencil on a grid, as shifts of node ids, and the cells that their straight lines pass.
+ *     chord      whether the straight line between two metal nodes of a grid stays in the metal.
  *     span       of each lattice line along axis 0, the run of nodes that holds fluid or may come to hold it.
  *     ghost      fills the ghosts that stand for fluid nodes: images behind periodic and mirror sides, and outlets.
  *     axisym     the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
@@ -89,6 +90,7 @@
  *     implicit   time-dependent incompressible flow by the two-stage, second-order, L-stable SDIRK method.
  *     spectrum   how long explicit steps of a flow with sound may be.
  *     unsteady   time-dependent weakly compressible flow, explicit.
+ *     gas_wall   what the closed bonds of a node are to a gas: one wall that slips, or those of a concave edge or corner
  *     gas        inviscid flow of an ideal gas with energy, explicit in time: shock tubes, blasts, sound.
  *   chemistry/
  *     species    what takes part in reactions: charge, phase and elements, read from a name such as Mg2+ or Mg(OH)2(s).
@@ -262,6 +264,7 @@
  *     images     fields, and the surface of the metal, that are drawn at output times, one range of colours and one size for
  *     output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *     summary    what a run models and what it leaves out, with unknowns and memory, in lines of text.
+ *     misfit     how the cells of the lattice differ from the shapes that they stand for, in notes.
  *     monitor    what a run watches besides its fields: tables in time, profiles and plots, last values.
  *     figures    the last values of all that a run watches, in one list: the volume loss, planes, forces, transfers, totals,
  *     instant    a run as its observer sees it: time, step, losses, fields by name, watched figures.
@@ -1053,31 +1056,41 @@ PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value);
 /* ======== >>lattice/facets.h ======== */
 /* facets: a closed surface of triangles in 3D, and the signed distance to it.
  *
- * Each edge of the surface belongs to two triangles that go along it in opposite senses; corners are the same when
- * their bits are. The distance is that to the nearest triangle, found in a tree of boxes. Inside is where a ray along
- * axis 0 leaves the surface once more than it enters it: edges count half-open in the plane across the ray, and both
- * triangles at an edge decide alike on which side of it the ray passes, so a ray through an edge or a corner is no
- * special case.
+ * Along each edge as many triangles go in one sense as in the other; corners are the same when their bits are, or,
+ * where the surface would be open, when they lie within 3e-6 of its extent. Triangles that hang together by edges are a
+ * shell. Normals point outward: shells that overlap or lie in each other are one body, and a shell whose normals point
+ * inward bounds a cavity of a body that it lies in. Where all is inside out, all is turned.
+ *
+ * The distance is that to the nearest triangle, found in a tree of boxes for each shell. Inside is where the shells go
+ * around more often outward than inward, by a ray along axis 0: edges count half-open in the plane across the ray, and
+ * both triangles at an edge decide alike on which side of it the ray passes, so a ray through an edge or a corner is no
+ * special case. Within bodies that overlap the distance is that to leave one of them, and not more than the true one.
  */
 #ifndef PD_FACETS_H
 #define PD_FACETS_H
 
 typedef struct pd_facets {
     int32_t count;   /* triangles */
-    int32_t boxes;   /* of the tree; box 0 holds all, the first child of a box is next to it */
+    int32_t boxes;   /* of the trees; box 0 holds all, the first child of a box is next to it */
     double *corner;  /* [count][3][3] [m] triangles, those of a box one after another */
     double *box;     /* [count][6] [m] low corner, high corner */
     int32_t *first;  /* [count] first triangle of a box */
     int32_t *size;   /* [count] its triangles */
     int32_t *second; /* [count] its second child; 0: it has none */
+    int32_t shells;
+    int32_t *root;   /* [shells] their boxes */
+    int8_t *sense;   /* [shells] 1: its normals point outward, -1: it bounds a cavity */
+    int turned;      /* 1: the triangles that it was built of were inside out */
+    int32_t joined;  /* corners of them that were joined with others beside them */
 } pd_facets;
 
 #define pd_facets_build PD_NAME(pd_facets_build)
 #define pd_facets_free PD_NAME(pd_facets_free)
 
 /* The surface of `count` triangles, corner [count][3][3] [m]. PD_ERR_ARGUMENT: none, or too many of them, a corner that
- * is not finite. PD_ERR_GEOMETRY: a triangle with two corners at one place; an edge that has not exactly two triangles
- * in opposite senses (the message has its place); no volume. */
+ * is not finite. Triangles with two corners at one place are left out. PD_ERR_GEOMETRY: an edge that has not as many
+ * triangles along it as against it, or a shell that is inside out and in no other (the message has the place); no
+ * volume. */
 PD_API pd_status pd_facets_build(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *facets);
 PD_API void pd_facets_free(pd_ctx *ctx, pd_facets *facets);
 
@@ -1085,6 +1098,9 @@ PD_API void pd_facets_free(pd_ctx *ctx, pd_facets *facets);
 /* Signed distance [m] of place x[3] [m], negative inside: exact but for rounding, which
  * is 0 on the surface. */
 PDI_FN double pdi_facets_distance(const pd_facets *facets, const double *x);
+/* Where the straight line x + t xi meets the surface next: the least t > after, at most 1; HUGE_VAL: nowhere. A line that
+ * touches an edge or passes it within rounding meets it. */
+PDI_FN double pdi_facets_crossing(const pd_facets *facets, const double *x, const double *xi, double after);
 /* [byte] of all arrays. */
 PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets);
 #endif
@@ -1137,6 +1153,16 @@ typedef struct pd_shape {
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
 #ifdef PDI_INTERNAL
+/* [m] A place that is nearer to the surface of a shape lies on it: PDI_SHAPE_TIE of the least spacing, or the rounding of
+ * coordinates of that size. */
+#define PDI_SHAPE_TIE 1e-9
+PDI_FN double pdi_shape_tie(const double *h, const double *x);
+/* 1: the place belongs to the shape. What lies on a surface does, on both sides of every body, so that mirrored, turned
+ * and shifted bodies have the same nodes. */
+static inline int pdi_shape_has(const pd_shape *shapes, int index, const double *h, const double *x)
+{
+    return pd_shape_distance(shapes, index, x) <= pdi_shape_tie(h, x);
+}
 /* Check the array of `count` shapes: parameters finite, radii positive, boxes not empty, children earlier.
  * PD_ERR_ARGUMENT: the first shape and parameter at fault. PD_ERR_SIZE: a limit above. */
 PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
@@ -1149,6 +1175,11 @@ typedef struct pdi_shape_frame {
 /* The same between the planes, where faces of boxes and half-spaces on these planes or behind them are no surface: it
  * is at least the distance between two planes from them. */
 PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x);
+/* Where the straight line x + t xi meets a face of one of the shapes 0 .. index next: the least t > after, at most 1;
+ * HUGE_VAL: nowhere. Between two such places it is on one side of each shape's surface. Not for voxel masks. */
+PDI_FN double pdi_shape_crossing(const pd_shape *shapes, int index, const double *x, const double *xi, double after);
+/* 1 when the shape is convex, as its type and those of its children say. */
+PDI_FN int pdi_shape_convex(const pd_shape *shapes, int index);
 /* 1 when the zero level of the shape is a smooth description of the surface (no voxel mask below it). */
 PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index);
 #endif
@@ -1315,6 +1346,7 @@ typedef struct pd_grid {
     uint8_t *kind;        /* [total] pd_kind */
     int32_t *home;        /* [total] pdi_grid_image of each node; NULL: sides repeat nothing, or there is no metal */
     int64_t fluid_count, solid_count;
+    int64_t touched[2];   /* nodes that lay on the surface of metal, and of walls, when the grid was built */
 } pd_grid;
 
 #define pd_grid_build PD_NAME(pd_grid_build)
@@ -1422,6 +1454,44 @@ PDI_FN pd_status pdi_path_build(pd_ctx *ctx, const pd_stencil *stencil, const pd
 PDI_FN void pdi_path_free(pd_ctx *ctx, pd_paths *paths);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_path_closed_group(const pd_paths *paths, int32_t node, int k);
+/* Cell of that group that stands for it: of cells at an edge or corner metal comes before a wall, and a wall in the box
+ * before its sides, whatever their order. */
+PDI_FN int32_t pdi_path_closed_cell(const pd_paths *paths, int32_t node, int group);
+/* 1 when a cell of the group is metal, or the image of metal; *all: each of them is. */
+PDI_FN int pdi_path_metal(const pd_paths *paths, int32_t node, int group, int *all);
+#endif
+
+#endif
+
+/* ======== >>lattice/chord.h ======== */
+/* chord: whether the straight line between two metal nodes of a grid stays in the metal.
+ *
+ * By the smooth surface of the metal, where it has one: the line leaves the metal where it is outside the shape over any
+ * length, however thin the gap. By cells, where the shape is a mask of voxels or metal has dissolved: then flat faces
+ * that are inclined against the lattice are stairs, which the line between two nodes of a half-space may cross. So a
+ * line stays in metal where one of the staircases of cells along it does: of each axis across the longest one of the
+ * line, a staircase has all cells at the line or below it, or all at the line or above it, and its cells share faces. A
+ * half-space that holds both ends holds each staircase on its inner side: if n points outwards, and all n_d of an axis
+ * across are at least 0, cells below the line have a lesser n x than the line. So lines of a half-space stay, whatever
+ * its normal. Metal on two sides of a gap that no staircase of faces crosses (one that is a cell wide, or wider) has no
+ * line across.
+ */
+#ifndef PD_CHORD_H
+#define PD_CHORD_H
+
+#ifdef PDI_INTERNAL
+/* 1: the metal is convex and no wall is in it, so no line leaves it. */
+PDI_FN int pdi_chord_convex(const pd_grid *grid);
+/* 1: its surface is smooth. */
+PDI_FN int pdi_chord_smooth(const pd_grid *grid);
+/* Signed distance [m] of place x from the smooth surface of the metal of the start, negative inside, or a bound of it.
+ */
+PDI_FN double pdi_chord_level(const pd_grid *grid, const double *x);
+/* 1: the line x + t xi, 0 <= t <= 1, stays within the smooth surface. */
+PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *xi);
+/* 1: `metal` says so of all cells of one of the staircases between a node of the box and the one step[] cells on. */
+typedef int (*pdi_chord_fn)(const void *self, int32_t node);
+PDI_FN int pdi_chord_stairs(const pd_grid *grid, int32_t node, const int *step, pdi_chord_fn metal, const void *self);
 #endif
 
 #endif
@@ -3627,6 +3697,28 @@ PDI_FN void pdi_unsteady_list(pdi_owner *owner, void *object);
 
 #endif
 
+/* ======== >>flow/gas_wall.h ======== */
+/* gas_wall: what the closed bonds of a node are to a gas: one wall that slips, or those of a concave edge or corner
+ * (theory: eq. 4.24).
+ */
+#ifndef PD_GAS_WALL_H
+#define PD_GAS_WALL_H
+#ifdef PDI_INTERNAL
+
+/* Weight 2 |g| [1/m] and normal of bond k. */
+static inline double pdi_gas_wall_bond(const pd_stencil *s, int k, double *n)
+{
+    double size = pdi_vec_norm(s->grad + k * PD_DIM);
+    for (int d = 0; d < PD_DIM; d++) n[d] = s->grad[k * PD_DIM + d] / size;
+    return 2.0 * size;
+}
+/* face [rows][PD_DIM walls][PD_DIM] [1/m]: area vectors into the walls, whose sum is that of g over closed bonds; zero
+ * for walls that there are not. gap [rows][PD_DIM walls] [m]: their distances. */
+PDI_FN pd_status pdi_gas_wall_build(pd_ctx *ctx, const pd_bonds *bonds, int32_t rows, double *face, double *gap);
+#endif
+
+#endif
+
 /* ======== >>flow/gas.h ======== */
 /* gas: inviscid flow of an ideal gas with energy, explicit in time: shock tubes, blasts, sound.
  *
@@ -3668,8 +3760,9 @@ typedef struct pd_gas {
     double *slope;       /* [PD_GAS_FIELDS][PD_DIM][total] gradients of them [unit of 1/m], work; NULL: first order */
     double *start;       /* [PD_GAS_FIELDS][total] [unit of state] at the start of the step, work */
     double *rate;        /* [PD_GAS_FIELDS][total] [unit of state/s] time derivatives, work */
-    double *wall_face;   /* [rows][PD_DIM] [1/m] sum of g over the closed bonds of a row: points into the wall */
-    double *wall_gap;    /* [rows] [m] distance of the wall along wall_face */
+    double *wall_face;   /* [rows][PD_DIM walls][PD_DIM] [1/m] sum of g over the closed bonds of a row: points into the
+                          * wall; in a concave edge or corner the part of each wall */
+    double *wall_gap;    /* [rows][PD_DIM walls] [m] distance of the wall along wall_face */
     int32_t rows;        /* of the bonds at build */
     int32_t *open;       /* [opens] fluid nodes with bonds through inlets and outlets */
     int32_t opens;
@@ -3978,6 +4071,9 @@ typedef struct pd_mineral_start {
     double dt;                       /* [s] */
     const double *start;             /* [count] [mol/m3] amounts that speeds count from */
     double rate[PD_MINERAL_MOST];    /* [mol/m3/s] of this volume; HUGE_VAL: in equilibrium; 0: it does not form */
+    double initial[PD_MINERAL_MOST]; /* [mol/m3] amounts that are there before the step: they need no room */
+    int limited;                     /* 1: minerals grow up to `limit`, 0: up to their room */
+    double limit[PD_MINERAL_MOST];   /* [mol/m3] HUGE_VAL: none */
 } pd_mineral_start;
 
 #ifdef PDI_INTERNAL
@@ -4156,6 +4252,9 @@ PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object);
  * what it leaves to rounding, or NULL. */
 PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double *c, const double *rest, int axis,
                                     int index);
+/* Conductance [1/s] of the cut bond k of row r to the value that a wall holds where it meets it, *value; 0: it holds
+ * none there. */
+PDI_FN double pdi_diffusion_wall(const pd_diffusion *diffusion, int32_t r, int k, double *value);
 /* What bond k between rows conducts more than between whole families, over that. */
 PDI_FN float pdi_diffusion_more(const pd_diffusion *diffusion, int32_t i, int k);
 /* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
@@ -4294,6 +4393,8 @@ typedef struct pd_limiter {
 #ifdef PDI_INTERNAL
 /* Arrays of a pd_limiter. */
 PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object);
+/* 1: the gradient of node i needs the moments of its open bonds: some of the others see no held value. */
+PDI_FN int pdi_limiter_cut(const pd_limiter *limiter, int32_t i);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
 /* Derivatives of `factor` and `slope` for that c along x [total], with its images and zero at inlets. At a kink one of
@@ -5257,6 +5358,8 @@ PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, 
 /* `slots` and `filters` of its components. */
 PDI_FN void pdi_reactive_slots(pd_reactive *reactive);
 PDI_FN size_t pdi_reactive_room(pd_reactive *reactive);
+/* What one of a species, by its number in the desc, has of a row: a solute or a mineral; 0: another one. */
+PDI_FN double pdi_reactive_part(const pd_reactive *reactive, int row, int species);
 /* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
 PDI_FN void pdi_reactive_pass(pd_reactive *reactive, double dt);
 /* The amounts of minerals of a node. */
@@ -5373,6 +5476,7 @@ typedef struct pd_etch {
     float *drive;                 /* [total] [m/s] of places: how it follows F phi/(R T) of the node; with migration */
     double time;                  /* [s] of the law */
     double half;                  /* [s] of the step at hand */
+    double from, span;            /* [s] start and length of that for the law and curves; span 0: `time` holds */
     /* with `solid`: */
     double *surface;              /* [components][total] [mol/m3] of places: totals at the surface */
     double *sweep;                /* [components][total] [mol/m3] of places: what fills what the step at hand leaves */
@@ -5392,6 +5496,9 @@ typedef struct pd_etch {
     double *level;                /* [circuits] [V] potential of the metal */
     double *conduct;              /* [circuits] [mol/s/V] slope of the charge that leaves metal */
     double *charge_of;            /* [circuits] [mol/s] charge that leaves metal */
+    double *charge;               /* [electrodes][2] [mol] electrons that have passed in steps that stand: from fluid to
+                                   * metal; and without those that went the other way */
+    double *charge_ahead;         /* [electrodes][2] [mol] the same of the step at hand */
     double *cathode;              /* [electrodes] [mol/s] electrons that curves took in the last step with metal */
     double owed, sourced;         /* [mol] charge that is owed at the start of a stage, [mol/s] that sources give */
     double late;                  /* [mol/m3/s] charge of sources that is metal's, after its step; of all nodes */
@@ -5445,8 +5552,8 @@ PDI_FN double pdi_etch_lasts(pd_etch *etch, int *used);
 /* Nodes that were metal are fluid: with `solid` they get what has filled them; `split` of them is the share of a cell
  * that they lack. */
 PDI_FN void pdi_etch_turn(pd_etch *etch, const int32_t *turned, int32_t count);
-/* What law and curves read is that of a share of the step. */
-PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *etch, double share);
+/* Law and curves are those of a share of the step, and what they read. */
+PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, pd_etch *etch, double share);
 /* shed [solutes] comes with one of a metal. Its electrons go where curves took them last: shed gets the reactions
  * there, and is neutral. */
 PDI_FN void pdi_etch_whole(const pd_etch *etch, double *shed);
@@ -5866,6 +5973,10 @@ PDI_FN int pdi_rim_meets(const double *xi, double size, double radius);
  * has their families, one after another. Bonds have numbers in that order, and a bit each that says whether the bond is
  * broken.
  *
+ * A bond may leave the body: across a gap, a notch or a slot its ends are not joined. `joined` tells which bonds do not
+ * leave it; others are no bonds, and no family has them. Places whose family lacks some have a list of their own, as
+ * long as that of a whole place.
+ *
  * With a period a family has images of points, too: its own as well, where the period is shorter than the horizon. An
  * image moves as its point does. A family is sorted by images first, and all families are stored.
  */
@@ -5886,6 +5997,10 @@ typedef enum pd_rim {
     PD_RIM_EXACT       /* the part of the interval, square or cube that lies within the ball */
 } pd_rim;
 
+/* 1: the straight line from point i by xi [m], to point j or to an image of it, stays within the body. Asked for one end
+ * of a bond alone, that of the lesser coordinate, by several threads. */
+typedef int (*pd_joined_fn)(void *user, int32_t i, int32_t j, const double *xi);
+
 typedef struct pd_body_desc {
     int32_t count;
     const double *position; /* [count][PD_DIM] [m] */
@@ -5894,6 +6009,8 @@ typedef struct pd_body_desc {
     double spacing;         /* [m] of a lattice: parts of cells at the rim count; 0: points count wholly or not */
     pd_rim rim;             /* of a lattice */
     double period[PD_DIM];  /* [m] by which the points repeat; zero along the last axis: they do not */
+    pd_joined_fn joined;    /* NULL: no bond leaves the body */
+    void *user;
 } pd_body_desc;
 
 typedef struct pd_body {
@@ -5910,10 +6027,14 @@ typedef struct pd_body {
     int64_t *row;      /* [count + 1] number of the first bond of each family */
     int lattice;       /* 1: all points are at places of a lattice, and its table is the shorter one */
     int32_t kinds;     /* bonds of a family of the lattice, of others bonds of the longest one */
-    int32_t *shift;    /* [kinds] from the entry of a point in member to those of its family */
+    int64_t shifts;    /* entries of shift: kinds, or twice that with lists */
+    int32_t *shift;    /* [shifts] from the entry of a point in member to those of its family;
+                        * then those of a list */
     int64_t places;    /* entries of the table */
-    int32_t *member;   /* [places] points at the places of a lattice, -1: none; or families, one after another */
-    int32_t *place;    /* [count] of a lattice: entry of each point in member */
+    int64_t charted;   /* of these the places of a lattice */
+    int32_t *member;   /* [places] points at the places of a lattice, -1: none, and then lists of points whose families
+                        * lack bonds; or families, one after another */
+    int32_t *place;    /* [count] of a lattice: entry of each point in member, or of its list */
     int8_t *image;     /* [bonds] of a period: by how many the image at the other end is off its point */
     uint8_t *broken;   /* bits of bonds, whole bytes for each family; 1: it is broken, and both of its ends say so */
 } pd_body;
@@ -5965,7 +6086,7 @@ static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
     f.first = body->row[i];
     f.bonds = (int32_t)(body->row[i + 1] - f.first);
     f.at = body->member + (body->lattice ? (int64_t)body->place[i] : f.first);
-    f.shift = body->shift;
+    f.shift = body->lattice && body->place[i] >= body->charted ? body->shift + body->kinds : body->shift;
     f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
     f.image = pdi_body_repeats(body) ? body->image + f.first : NULL;
     f.n = f.kind = f.to = -1;
@@ -7774,7 +7895,8 @@ typedef struct pdi_entry {
     int32_t node[PDI_ENTRY_NODES]; /* several: the bond passes an edge or corner between them */
     int cell[PDI_ENTRY_NODES];     /* of the stencil: where they lie as seen from the start of the bond */
     int flip[PDI_ENTRY_NODES];     /* bit d set when the bond sees a mirror image of the node along axis d */
-    int32_t last;                  /* the last metal node before them */
+    int32_t last[PDI_ENTRY_NODES]; /* [lasts] the last metal node before them; several at an edge or corner */
+    int lasts;
     int32_t far;                   /* node at the far end */
     int open;                      /* 1: nothing but fluid from there to the far end */
 } pdi_entry;
@@ -8429,6 +8551,7 @@ typedef struct pd_contact {
     double area; /* [1/m] over the volume of the node */
     double way;  /* [m] from the node to the surface */
     double share; /* [-] factor of the curve, at least 0: 1, or as the caller sets it */
+    double moment[PD_DIM]; /* [-] a current density of 1 carries that through the node (theory: eq. 6b.8) */
 } pd_contact;
 
 typedef struct pd_contacts {
@@ -8724,6 +8847,10 @@ typedef struct pd_cell {
     pd_circuit *circuit;         /* [circuits] */
     uint8_t *metal;              /* [total] electrode of solid nodes */
     uint32_t *kinds;             /* [electrodes] bit k: it has metal k of dissolve; 1 without */
+    double *charge, *anodic;     /* [electrodes] [C] that have passed since the start: from metal to fluid; what has
+                                  * left alone */
+    double *stock;               /* [electrodes] [mol] of metal at the build; 0 where nothing dissolves */
+    double *factor;              /* [electrodes] [-] what laws see of a current density, see pdi_cell_match */
     double *left;                /* [total] [-] see pd_potential_desc; NULL: nothing dissolves */
     int32_t *first;              /* [total] first contact of fluid nodes; -1: none; NULL: nothing dissolves */
     double *field;               /* [total] [S/m] with `conduct` */
@@ -8731,6 +8858,7 @@ typedef struct pd_cell {
     pd_potential_result result;  /* of the last solution */
     int stale;                   /* 1: nodes have turned fluid */
     double time;                 /* [s] of the last solution */
+    double reached;              /* [s] up to which charges are counted */
     int64_t solves, newton, krylov;
 } pd_cell;
 
@@ -8740,6 +8868,8 @@ typedef struct pd_cell_electrode {
     double area;             /* [m^(d-1)] of a body of rings all around */
     double current, anodic;  /* [A] (per m in planar 2D, per m2 in 1D) from metal to fluid; what leaves alone */
     double least, most;      /* [A/m2] */
+    double charge, passed;   /* [C] likewise, since the start: from metal to fluid; what has left alone */
+    double lost;             /* [mol] of metal since the start; 0 where nothing dissolves */
 } pd_cell_electrode;
 
 #define pd_cell_build PD_NAME(pd_cell_build)
@@ -8757,12 +8887,15 @@ PD_API void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_ele
 PD_API void pd_cell_free(pd_ctx *ctx, pd_cell *cell);
 
 #ifdef PDI_INTERNAL
+/* The fluid beside metal is known. Areas of contacts and those of dissolution differ on uneven surfaces: what laws get
+ * of the current density of an electrode is multiplied so that they get all of what leaves it (theory: 6b.5). */
+PDI_FN void pdi_cell_match(pd_cell *cell);
 /* Beside fluid node i: current density [A/m2] and E - phi at the surface [V] of electrodes with metal `kind`, means
  * over the area of its contacts; where it has none, of those nearest within two cells. 0: there is none. */
 PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface);
 /* A solution for time t [s] within a step; nothing is done where it is that of the last one. */
 PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t);
-/* Current density [A/m2] at the contacts of fluid node i, of all electrodes; 0 where it has none. */
+/* Current density [A/m2] at the contacts of fluid node i, of all electrodes; NaN where it has none. */
 PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i);
 /* Current density j[PD_DIM] [A/m2] in fluid node i: the first moment of what its bonds and contacts carry, which a
  * linear field has exactly (theory: eq. 6b.8). */
@@ -9062,6 +9195,9 @@ PD_API pd_status pd_couple_store(pd_ctx *ctx, pd_couple *couple, pd_archive *arc
  * reopened for appending; every row is one write followed by a flush, so a killed program loses at most the row in
  * flight. (Nothing is forced through the disk cache: power failures are not covered, C99 has no call for it.) A log
  * that a checkpoint has seen goes on from the length it had then.
+ *
+ * Only plain files are read: pipes and devices have no end. Nothing is written through a link that stands in the place
+ * of a file: the file written aside is made anew, a link of its name goes, and renaming replaces one.
  */
 #ifndef PD_FILE_H
 #define PD_FILE_H
@@ -9083,8 +9219,10 @@ PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
 /* path[PD_PATH_SIZE] = "directory/name"; an empty directory gives the name. PD_ERR_SIZE when it does not fit. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
 #ifdef PDI_INTERNAL
-/* Paths are UTF-8 with '/', on Windows with '\\', too, and with drives. A FILE, or NULL and errno. */
-PDI_FN void *pdi_file_stream(const char *path, const char *mode);
+/* Paths are UTF-8 with '/', on Windows with '\\', too, and with drives. 1: something is there, behind links, too. */
+PDI_FN int pdi_file_exists(const char *path);
+/* 1: it is a symbolic link, wherever that leads. */
+PDI_FN int pdi_file_is_link(const char *path);
 PDI_FN int pdi_file_is_separator(char c);
 PDI_FN int pdi_file_is_absolute(const char *path);
 #if defined(_WIN32)
@@ -9101,13 +9239,14 @@ PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame,
 PDI_FN int pdi_file_below(const char *path);
 /* PD_OK, or why the directory or files in it could not be made, as far as that is known without trying. */
 PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path);
-/* Read a whole file of at most `limit` bytes. data gets size + 1 bytes, the last one 0, so that text can be parsed in
- * place; free with PDI_DELETE(ctx, size + 1, data). PD_ERR_FILE: missing, unreadable, larger than the limit. */
+/* Read a whole plain file of at most `limit` bytes. data gets size + 1 bytes, the last one 0, so that text can be
+ * parsed in place; free with PDI_DELETE(ctx, size + 1, data). PD_ERR_FILE: missing, unreadable, a folder, pipe or
+ * device, larger than the limit. */
 PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char **data, size_t *size);
 
-/* Open `<path>.part`; nothing under the final name changes before the commit. */
+/* Make `<path>.part` anew; nothing under the final name changes before the commit. */
 PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file);
-/* Open an existing or new file and write behind its end. */
+/* Open an existing file and write behind its end. PD_ERR_FILE: it is no plain file, or one that a link leads to. */
 PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file);
 /* The same with the first `length` bytes of an existing file, which end a line; what stands behind them is cut off.
  * PD_ERR_FILE: it is shorter, or another one. */
@@ -9255,7 +9394,8 @@ typedef struct pd_folder {
 
 #ifdef PDI_INTERNAL
 /* Make the folder, lock it, remove the files of the former run, begin the list. PD_ERR_STATE: another run is at work
- * there. PD_ERR_ARGUMENT: it holds the files of a run of another name. */
+ * there, or what stands in the place of its lock is none. PD_ERR_ARGUMENT: it holds the files of a run of another
+ * name. */
 PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
 /* What pdi_folder_open would refuse; writes nothing. */
 PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run);
@@ -10087,9 +10227,10 @@ typedef struct pdi_scan {
     const char *path;
     const char *text, *end; /* *end is 0 */
     const char *at;
+    int any_case; /* 1: words that are expected may have capital letters */
 } pdi_scan;
 
-/* The text from its first byte. */
+/* The text from its first byte, or behind a mark of the order of bytes. */
 PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size);
 PDI_FN pd_status pdi_scan_fail(const pdi_scan *scan, const char *at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 /* The next word; its length, 0 at the end of the text. */
@@ -10102,6 +10243,8 @@ PDI_FN pd_status pdi_scan_integer(pdi_scan *scan, const char *what, int64_t low,
 /* The next word as a number of entries of at least so many bytes each: a file that names more of them than it can hold
  * is refused before memory is asked for. */
 PDI_FN pd_status pdi_scan_count(pdi_scan *scan, const char *what, int bytes, int64_t *count);
+/* 1: a word is this one. */
+PDI_FN int pdi_scan_is(const pdi_scan *scan, const char *word, size_t size, const char *name);
 /* The next word has to be this one. */
 PDI_FN pd_status pdi_scan_expect(pdi_scan *scan, const char *word);
 #endif
@@ -11969,7 +12112,7 @@ PDI_FN int32_t pdi_polarise_node(const pd_polarise *p, int32_t first, int kind, 
 PDI_FN int pdi_polarise_near(const pd_polarise *p, const pd_dissolve *dissolve, int32_t node, int kind);
 /* An electrode as it was at the end of the last step of the species. */
 PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_electrode *now);
-/* [A/m2] Current density at the electrodes beside a fluid node. */
+/* [A/m2] Current density at the electrodes beside a fluid node; NaN where there are none. */
 PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node);
 /* [A] (per m in planar 2D) what leaves metal, and *off [-], what circuits that float lack at most, over their currents.
  */
@@ -12406,6 +12549,21 @@ typedef void (*pd_print_fn)(void *user, pd_print_kind kind, const char *text);
 #ifdef PDI_INTERNAL
 /* Describe a built model. */
 PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user);
+#endif
+
+#endif
+
+/* ======== >>run/misfit.h ======== */
+/* misfit: how the cells of the lattice differ from the shapes that they stand for, in notes. */
+#ifndef PD_MISFIT_H
+#define PD_MISFIT_H
+
+#ifdef PDI_INTERNAL
+/* Volume of metal k of the setup as its shapes hold it within the box, less walls and later metals, and that of its
+ * cells [m3; m2 in planar 2D, m in 1D]; *error [-]: what the first may be off by, over it. */
+PDI_FN void pdi_misfit_volumes(const pd_model *model, int k, double *shape, double *cells, double *error);
+/* Notes: metal whose cells have another volume, and surfaces on which nodes lie. */
+PDI_FN void pdi_misfit_print(const pd_model *model, pd_print_fn print, void *user);
 #endif
 
 #endif
@@ -14216,6 +14374,7 @@ PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value)
  * Sources: trees of boxes and the closest points of triangles as in Ericson 2005, ch. 5 and 6.
  */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14225,8 +14384,18 @@ PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value)
 #define PDI_FACETS_ROUNDING 1e-14
 /* Least square of the double area of a triangle that has a plane, over the fourth power of its longest edge. */
 #define PDI_FACETS_SLIVER 1e-16
+/* Vertices of a surface that is open without it are the same within this share of its largest extent. */
+#define PDI_FACETS_NEAR 3e-6
+/* Distances to shells that a place keeps apart; where more bodies overlap the distance is one to them. */
+#define PDI_FACETS_NEARER 16
+/* Triangles that are looked at from their front, about; and the least component of a normal along axis 0. */
+#define PDI_FACETS_LOOKS 20000
+#define PDI_FACETS_STEEP 0.1
 /* Depth of the tree: boxes halve, and there are fewer than 2^31 triangles. */
 #define PDI_FACETS_DEPTH 64
+/* A line meets a triangle that it passes so much beyond an edge, over the length of the edge; of boxes over the largest
+ * coordinate. A place too many does no harm. */
+#define PDI_FACETS_EDGE 1e-9
 
 static void pdi_facets_list(pdi_owner *owner, void *object)
 {
@@ -14236,6 +14405,8 @@ static void pdi_facets_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, facets, first, facets->count, "1");
     PDI_ARRAY(owner, facets, size, facets->count, "1");
     PDI_ARRAY(owner, facets, second, facets->count, "1");
+    PDI_ARRAY(owner, facets, root, facets->shells, "1");
+    PDI_ARRAY(owner, facets, sense, facets->shells, "1");
 }
 
 PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets)
@@ -14251,17 +14422,50 @@ typedef struct pdi_facets_vertex {
     int32_t at; /* of all corners */
 } pdi_facets_vertex;
 
+/* The same with the cube of the tolerance that it lies in. */
+typedef struct pdi_facets_cube {
+    int32_t index[3];
+    int32_t at;
+} pdi_facets_cube;
+
 typedef struct pdi_facets_edge {
     int32_t low, high; /* vertices */
     int32_t at;        /* corner where it begins */
     int32_t sense;     /* 1: from low to high */
 } pdi_facets_edge;
 
+/* A triangle by its vertices. */
+typedef struct pdi_facets_face {
+    int32_t vertex[3]; /* ascending */
+    int32_t sense;     /* 1: they go around as in the triangle, -1: against it */
+    int32_t at;
+} pdi_facets_face;
+
+/* Triangles on their way. */
+typedef struct pdi_facets_work {
+    const double *corner; /* [count][3][3] [m] as they were given */
+    int32_t count;
+    int32_t *vertex;      /* [3 count] the first of the corners at one place */
+    int32_t *part;        /* [count] the first triangle of those that hang together by edges; -1: it is left out */
+    int32_t *root;        /* [3 count] work */
+    int32_t joined;       /* corners that lie beside their vertex */
+    int32_t open;         /* edges that have not as many triangles along them as against them; the first of them: */
+    int32_t at, triangles, along;
+} pdi_facets_work;
+
 static int pdi_facets_compare(const void *a, const void *b)
 {
     const pdi_facets_vertex *p = (const pdi_facets_vertex *)a, *q = (const pdi_facets_vertex *)b;
     for (int d = 0; d < 3; d++)
         if (p->x[d] < q->x[d] || p->x[d] > q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+static int pdi_facets_compare_cubes(const void *a, const void *b)
+{
+    const pdi_facets_cube *p = (const pdi_facets_cube *)a, *q = (const pdi_facets_cube *)b;
+    for (int d = 0; d < 3; d++)
+        if (p->index[d] != q->index[d]) return p->index[d] < q->index[d] ? -1 : 1;
     return (p->at > q->at) - (p->at < q->at);
 }
 
@@ -14274,14 +14478,38 @@ static int pdi_facets_compare_edges(const void *a, const void *b)
     return (p->at > q->at) - (p->at < q->at);
 }
 
-/* Numbers of corners that are the same at the same places: vertex [3 count]. */
-static pd_status pdi_facets_weld(pd_ctx *ctx, const double *corner, int32_t count, int32_t *vertex)
+static int pdi_facets_compare_faces(const void *a, const void *b)
+{
+    const pdi_facets_face *p = (const pdi_facets_face *)a, *q = (const pdi_facets_face *)b;
+    for (int k = 0; k < 3; k++)
+        if (p->vertex[k] != q->vertex[k]) return p->vertex[k] < q->vertex[k] ? -1 : 1;
+    if (p->sense != q->sense) return p->sense < q->sense ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+/* The first of what is joined with k. */
+static int32_t pdi_facets_root(int32_t *root, int32_t k)
+{
+    while (root[k] != k) k = root[k] = root[root[k]];
+    return k;
+}
+
+static void pdi_facets_join(int32_t *root, int32_t a, int32_t b)
+{
+    a = pdi_facets_root(root, a);
+    b = pdi_facets_root(root, b);
+    if (a < b) root[b] = a;
+    else root[a] = b;
+}
+
+/* Corners at the same places are one vertex. */
+static pd_status pdi_facets_weld(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_vertex *list = NULL;
-    int32_t n = 3 * count, number = 0;
+    int32_t n = 3 * w->count, number = 0;
     PDI_TRY(PDI_NEW(ctx, "facets", n, list));
     for (int32_t k = 0; k < n; k++) {
-        for (int d = 0; d < 3; d++) list[k].x[d] = corner[(int64_t)k * 3 + d];
+        for (int d = 0; d < 3; d++) list[k].x[d] = w->corner[(int64_t)k * 3 + d];
         list[k].at = k;
     }
     qsort(list, (size_t)n, sizeof *list, pdi_facets_compare);
@@ -14291,68 +14519,177 @@ static pd_status pdi_facets_weld(pd_ctx *ctx, const double *corner, int32_t coun
                 number = k;
                 break;
             }
-        vertex[list[k].at] = number;
+        w->vertex[list[k].at] = list[number].at;
     }
     PDI_DELETE(ctx, n, list);
     return PD_OK;
 }
 
-static pd_status pdi_facets_pairs(pd_ctx *ctx, const double *corner, const pdi_facets_edge *edge, int32_t count)
+/* The first of `count` cubes that does not come before `key`. */
+static int32_t pdi_facets_find(const pdi_facets_cube *cube, int32_t count, const pdi_facets_cube *key)
 {
-    for (int32_t k = 0, next; k < count; k = next) {
-        int32_t forth = 0;
-        for (next = k; next < count && edge[next].low == edge[k].low && edge[next].high == edge[k].high; next++)
-            forth += edge[next].sense;
-        const double *x = corner + (int64_t)edge[k].at * 3;
-        int32_t other = edge[k].at % 3 < 2 ? edge[k].at + 1 : edge[k].at - 2;
-        const double *y = corner + (int64_t)other * 3;
-        if (next - k == 2 && forth == 1) continue;
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the edge from (%.9g %.9g %.9g) to (%.9g %.9g %.9g) m has %d "
-                        "triangle%s, %d of them along it, expected two in opposite senses: the surface is not closed",
-                        x[0], x[1], x[2], y[0], y[1], y[2], (int)(next - k), next - k > 1 ? "s" : "",
-                        (int)(edge[k].sense ? forth : next - k - forth));
+    int32_t low = 0, high = count;
+    while (low < high) {
+        int32_t middle = low + (high - low) / 2;
+        if (pdi_facets_compare_cubes(&cube[middle], key) < 0) low = middle + 1;
+        else high = middle;
     }
+    return low;
+}
+
+/* Join a vertex with those behind it in its cube and in the cubes around that lie no farther than `near` [m]. */
+static void pdi_facets_gather(pdi_facets_work *w, const pdi_facets_cube *cube, int32_t count, int32_t k, double near)
+{
+    const double *x = w->corner + 3 * (int64_t)cube[k].at;
+    for (int n = 0; n < 27; n++) {
+        pdi_facets_cube key = cube[k];
+        key.index[0] += n % 3 - 1;
+        key.index[1] += n / 3 % 3 - 1;
+        key.index[2] += n / 9 - 1;
+        key.at = -1;
+        for (int32_t o = pdi_facets_find(cube, count, &key); o < count; o++) {
+            double square = 0.0;
+            int there = cube[o].index[0] == key.index[0] && cube[o].index[1] == key.index[1] &&
+                        cube[o].index[2] == key.index[2];
+            if (!there) break;
+            for (int d = 0; d < 3; d++) {
+                double off = w->corner[3 * (int64_t)cube[o].at + d] - x[d];
+                square += off * off;
+            }
+            if (o > k && square <= near * near) pdi_facets_join(w->root, cube[k].at, cube[o].at);
+        }
+    }
+}
+
+/* Vertices that lie side by side are one: files round coordinates. */
+static pd_status pdi_facets_weld_near(pd_ctx *ctx, pdi_facets_work *w)
+{
+    pdi_facets_cube *cube = NULL;
+    int32_t n = 3 * w->count, count = 0;
+    double low[3], extent = 0.0;
+    for (int d = 0; d < 3; d++) {
+        double high = low[d] = w->corner[d];
+        for (int32_t k = 0; k < n; k++) {
+            low[d] = pdi_min(low[d], w->corner[3 * (int64_t)k + d]);
+            high = pdi_max(high, w->corner[3 * (int64_t)k + d]);
+        }
+        extent = pdi_max(extent, high - low[d]);
+    }
+    double near = PDI_FACETS_NEAR * extent;
+    if (!(near > 0.0)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "facets", n, cube));
+    for (int32_t k = 0; k < n; k++) {
+        w->root[k] = k;
+        if (w->vertex[k] != k) continue;
+        for (int d = 0; d < 3; d++) cube[count].index[d] = (int32_t)((w->corner[3 * (int64_t)k + d] - low[d]) / near);
+        cube[count++].at = k;
+    }
+    qsort(cube, (size_t)count, sizeof *cube, pdi_facets_compare_cubes);
+    for (int32_t k = 0; k < count; k++) pdi_facets_gather(w, cube, count, k, near);
+    for (int32_t k = 0; k < n; k++) {
+        int32_t to = pdi_facets_root(w->root, w->vertex[k]);
+        w->joined += to != w->vertex[k];
+        w->vertex[k] = to;
+    }
+    PDI_DELETE(ctx, n, cube);
     return PD_OK;
 }
 
-static pd_status pdi_facets_edges(pd_ctx *ctx, const double *corner, const int32_t *vertex, int32_t count)
+/* Triangles without a plane are left out, and those that lie on each other back to back: bodies touch there. */
+static pd_status pdi_facets_choose(pd_ctx *ctx, pdi_facets_work *w)
 {
-    pdi_facets_edge *edge = NULL;
-    int32_t n = 3 * count;
-    PDI_TRY(PDI_NEW(ctx, "facets", n, edge));
-    for (int32_t k = 0; k < n; k++) {
-        int32_t from = vertex[k], to = vertex[k % 3 < 2 ? k + 1 : k - 2];
-        edge[k].low = from < to ? from : to;
-        edge[k].high = from < to ? to : from;
-        edge[k].sense = from < to;
-        edge[k].at = k;
+    pdi_facets_face *face = NULL;
+    int32_t count = 0;
+    PDI_TRY(PDI_NEW(ctx, "facets", w->count, face));
+    for (int32_t k = 0; k < w->count; k++) {
+        const int32_t *v = w->vertex + 3 * (int64_t)k;
+        w->part[k] = v[0] == v[1] || v[1] == v[2] || v[2] == v[0] ? -1 : k;
+        if (w->part[k] < 0) continue;
+        int first = v[0] < v[1] ? v[0] < v[2] ? 0 : 2 : v[1] < v[2] ? 1 : 2;
+        int32_t second = v[(first + 1) % 3], third = v[(first + 2) % 3];
+        face[count].vertex[0] = v[first];
+        face[count].vertex[1] = second < third ? second : third;
+        face[count].vertex[2] = second < third ? third : second;
+        face[count].sense = second < third ? 1 : -1;
+        face[count++].at = k;
     }
-    qsort(edge, (size_t)n, sizeof *edge, pdi_facets_compare_edges);
-    pd_status status = pdi_facets_pairs(ctx, corner, edge, n);
-    PDI_DELETE(ctx, n, edge);
-    return status;
+    qsort(face, (size_t)count, sizeof *face, pdi_facets_compare_faces);
+    for (int32_t k = 0, next; k < count; k = next) {
+        int32_t back = 0, size;
+        for (next = k; next < count && memcmp(face[next].vertex, face[k].vertex, sizeof face[k].vertex) == 0; next++)
+            back += face[next].sense < 0; /* they come first */
+        size = next - k;
+        int32_t pairs = back < size - back ? back : size - back;
+        for (int32_t p = 0; p < pairs; p++) w->part[face[k + p].at] = w->part[face[next - 1 - p].at] = -1;
+    }
+    PDI_DELETE(ctx, w->count, face);
+    return PD_OK;
 }
 
-static pd_status pdi_facets_closed(pd_ctx *ctx, const double *corner, int32_t count)
+/* Triangles that share an edge hang together. */
+static void pdi_facets_pairs(pdi_facets_work *w, const pdi_facets_edge *edge, int32_t count)
 {
-    int32_t *vertex = NULL;
-    PDI_TRY(PDI_NEW(ctx, "facets", 3 * count, vertex));
-    pd_status status = pdi_facets_weld(ctx, corner, count, vertex);
-    for (int32_t k = 0; k < count && status == PD_OK; k++) {
-        const int32_t *v = vertex + 3 * (int64_t)k;
-        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0])
-            status = pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "triangle %d of %d has two corners at one place, at "
-                              "(%.9g %.9g %.9g) m", (int)k + 1, (int)count, corner[9 * (int64_t)k],
-                              corner[9 * (int64_t)k + 1], corner[9 * (int64_t)k + 2]);
+    w->open = 0;
+    for (int32_t k = 0; k < w->count; k++) w->root[k] = k;
+    for (int32_t k = 0, next; k < count; k = next) {
+        int32_t forth = 0;
+        for (next = k; next < count && edge[next].low == edge[k].low && edge[next].high == edge[k].high; next++) {
+            forth += edge[next].sense;
+            pdi_facets_join(w->root, edge[k].at / 3, edge[next].at / 3);
+        }
+        if (2 * forth == next - k) continue;
+        if (!w->open++) {
+            w->at = edge[k].at;
+            w->triangles = next - k;
+            w->along = edge[k].sense ? forth : next - k - forth;
+        }
     }
-    if (status == PD_OK) status = pdi_facets_edges(ctx, corner, vertex, count);
-    PDI_DELETE(ctx, 3 * count, vertex);
-    return status;
+    for (int32_t k = 0; k < w->count; k++)
+        if (w->part[k] >= 0) w->part[k] = pdi_facets_root(w->root, k);
+}
+
+static pd_status pdi_facets_edges(pd_ctx *ctx, pdi_facets_work *w)
+{
+    pdi_facets_edge *edge = NULL;
+    int32_t n = 0;
+    PDI_TRY(pdi_facets_choose(ctx, w));
+    PDI_TRY(PDI_NEW(ctx, "facets", 3 * w->count, edge));
+    for (int32_t k = 0; k < 3 * w->count; k++) {
+        if (w->part[k / 3] < 0) continue;
+        int32_t from = w->vertex[k], to = w->vertex[k % 3 < 2 ? k + 1 : k - 2];
+        edge[n].low = from < to ? from : to;
+        edge[n].high = from < to ? to : from;
+        edge[n].at = k;
+        edge[n++].sense = from < to;
+    }
+    qsort(edge, (size_t)n, sizeof *edge, pdi_facets_compare_edges);
+    pdi_facets_pairs(w, edge, n);
+    PDI_DELETE(ctx, 3 * w->count, edge);
+    return PD_OK;
+}
+
+/* As it is, or with vertices joined that lie side by side. */
+static pd_status pdi_facets_closed(pd_ctx *ctx, pdi_facets_work *w)
+{
+    PDI_TRY(pdi_facets_weld(ctx, w));
+    PDI_TRY(pdi_facets_edges(ctx, w));
+    if (w->open) {
+        PDI_TRY(pdi_facets_weld_near(ctx, w));
+        PDI_TRY(pdi_facets_edges(ctx, w));
+    }
+    if (!w->open) return PD_OK;
+    const double *x = w->corner + (int64_t)w->at * 3;
+    const double *y = w->corner + (int64_t)(w->at % 3 < 2 ? w->at + 1 : w->at - 2) * 3;
+    char more[40] = "";
+    if (w->open > 1) snprintf(more, sizeof more, "; so have %d more edges", (int)w->open - 1);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the edge from (%.9g %.9g %.9g) to (%.9g %.9g %.9g) m has %d "
+                    "triangle%s, %d of them along it, expected as many along it as against it: the surface is not "
+                    "closed, or a triangle is turned over%s", x[0], x[1], x[2], y[0], y[1], y[2], (int)w->triangles,
+                    w->triangles > 1 ? "s" : "", (int)w->along, more);
 }
 
 static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t count)
 {
-    double volume = 0.0;
     if (count < 4 || count > INT32_MAX / 9)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "%.0f triangles, expected 4 to %d", (double)count,
                         INT32_MAX / 9);
@@ -14360,16 +14697,21 @@ static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t cou
         if (!(fabs(corner[k]) < 1e30))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "triangle %d has the coordinate %g m, expected less than"
                             " 1e30", (int)(k / 9) + 1, corner[k]);
-    PDI_TRY(pdi_facets_closed(ctx, corner, (int32_t)count));
-    for (int64_t k = 0; k < count; k++) { /* six times that over the first corner of all */
+    return PD_OK;
+}
+
+/* Six times the volume [m3] of triangles over a place. */
+static double pdi_facets_volume(const double *corner, int32_t count, const double *origin)
+{
+    double volume = 0.0;
+    for (int64_t k = 0; k < count; k++) {
         double e[3][3];
         for (int p = 0; p < 3; p++)
-            for (int d = 0; d < 3; d++) e[p][d] = corner[9 * k + 3 * p + d] - corner[d];
+            for (int d = 0; d < 3; d++) e[p][d] = corner[9 * k + 3 * p + d] - origin[d];
         for (int d = 0; d < 3; d++)
             volume += e[0][d] * (e[1][(d + 1) % 3] * e[2][(d + 2) % 3] - e[1][(d + 2) % 3] * e[2][(d + 1) % 3]);
     }
-    if (fabs(volume) > 0.0) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume", (int)count);
+    return volume;
 }
 
 /* ---- the tree ---- */
@@ -14415,35 +14757,6 @@ static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key
     pdi_facets_divide(f, corner, key, first, size / 2);
     f->second[own] = f->boxes;
     pdi_facets_divide(f, corner, key, first + size / 2, size - size / 2);
-}
-
-static pd_status pdi_facets_make(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *f)
-{
-    pdi_facets_key *key = NULL;
-    PDI_TRY(pdi_facets_check(ctx, corner, count));
-    f->count = (int32_t)count;
-    PDI_TRY(pdi_owner_build(ctx, pdi_facets_list, f));
-    PDI_TRY(PDI_NEW(ctx, "facets", count, key));
-    for (int32_t k = 0; k < f->count; k++) key[k].at = k;
-    pdi_facets_divide(f, corner, key, 0, f->count);
-    for (int32_t k = 0; k < f->count; k++) /* + 0: no zero has a sign */
-        for (int c = 0; c < 9; c++) f->corner[9 * (int64_t)k + c] = corner[9 * (int64_t)key[k].at + c] + 0.0;
-    PDI_DELETE(ctx, count, key);
-    return PD_OK;
-}
-
-pd_status pd_facets_build(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *facets)
-{
-    memset(facets, 0, sizeof *facets);
-    pd_status status = pdi_facets_make(ctx, corner, count, facets);
-    if (status < 0) pd_facets_free(ctx, facets);
-    return status;
-}
-
-void pd_facets_free(pd_ctx *ctx, pd_facets *facets)
-{
-    pdi_owner_free(ctx, pdi_facets_list, facets);
-    memset(facets, 0, sizeof *facets);
 }
 
 /* ---- distance ---- */
@@ -14509,13 +14822,14 @@ static double pdi_facets_beyond(const pd_facets *f, int32_t k, const double *x)
     return square;
 }
 
-/* Square of the distance to the nearest triangle. Nearer children are looked at first. */
-static double pdi_facets_nearest(const pd_facets *f, const double *x)
+/* Square of the distance to the nearest triangle below a box, but `but`; `best` where none is nearer than that. Nearer
+ * children are looked at first. */
+static double pdi_facets_nearest(const pd_facets *f, int32_t root, int32_t but, const double *x, double best)
 {
     int32_t stack[PDI_FACETS_DEPTH];
-    double far[PDI_FACETS_DEPTH], best = HUGE_VAL;
+    double far[PDI_FACETS_DEPTH];
     int depth = 1;
-    stack[0] = 0;
+    stack[0] = root;
     far[0] = 0.0;
     while (depth) {
         int32_t own = stack[--depth], second = f->second[own];
@@ -14530,7 +14844,7 @@ static double pdi_facets_nearest(const pd_facets *f, const double *x)
             continue;
         }
         for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++) {
-            double square = pdi_facets_square(f->corner + 9 * (int64_t)k, x);
+            double square = k == but ? best : pdi_facets_square(f->corner + 9 * (int64_t)k, x);
             best = square < best ? square : best;
         }
     }
@@ -14539,37 +14853,40 @@ static double pdi_facets_nearest(const pd_facets *f, const double *x)
 
 /* ---- inside or outside ---- */
 
-/* Does the edge from p to q pass the ray from x along axis 0 on its far side along axis 1? Both triangles at the edge
- * get the same answer. */
+/* Does the edge from p to q pass the ray from x along axis 0 on its far side along axis 1? 1: up axis 2, -1: down. Both
+ * triangles at the edge get the same answer. */
 static int pdi_facets_passes(const double *p, const double *q, const double *x)
 {
     if ((p[2] <= x[2]) == (q[2] <= x[2])) return 0;
-    const double *low = p[2] < q[2] ? p : q, *high = p[2] < q[2] ? q : p;
-    if (x[1] < low[1] && x[1] < high[1]) return 1;
+    int up = p[2] < q[2] ? 1 : -1;
+    const double *low = up > 0 ? p : q, *high = up > 0 ? q : p;
+    if (x[1] < low[1] && x[1] < high[1]) return up;
     if (x[1] >= low[1] && x[1] >= high[1]) return 0;
-    return (high[1] - low[1]) * (x[2] - low[2]) - (high[2] - low[2]) * (x[1] - low[1]) > 0.0;
+    return (high[1] - low[1]) * (x[2] - low[2]) - (high[2] - low[2]) * (x[1] - low[1]) > 0.0 ? up : 0;
 }
 
-/* Does the ray from x up axis 0 meet the triangle? */
+/* Does the ray from x up axis 0 meet the triangle? 1: it leaves by it, -1: it enters. */
 static int pdi_facets_meets(const double *corner, const double *x)
 {
     const double *a = corner, *b = corner + 3, *c = corner + 6;
-    if (!(pdi_facets_passes(a, b, x) ^ pdi_facets_passes(b, c, x) ^ pdi_facets_passes(c, a, x))) return 0;
+    int leaves = pdi_facets_passes(a, b, x) + pdi_facets_passes(b, c, x) + pdi_facets_passes(c, a, x);
+    if (!leaves) return 0;
     double low = pdi_min(a[0], pdi_min(b[0], c[0])), high = pdi_max(a[0], pdi_max(b[0], c[0])), slope[3];
-    if (x[0] < low || x[0] >= high) return x[0] < low;
+    if (x[0] < low || x[0] >= high) return x[0] < low ? leaves : 0;
     for (int d = 0; d < 3; d++) {
         int p = (d + 1) % 3, q = (d + 2) % 3;
         slope[d] = (b[p] - a[p]) * (c[q] - a[q]) - (b[q] - a[q]) * (c[p] - a[p]);
     }
     double height = slope[0] * (x[0] - a[0]) + slope[1] * (x[1] - a[1]) + slope[2] * (x[2] - a[2]);
-    return slope[0] > 0.0 ? height < 0.0 : height > 0.0;
+    return (slope[0] > 0.0 ? height < 0.0 : height > 0.0) ? leaves : 0;
 }
 
-static int pdi_facets_inside(const pd_facets *f, const double *x)
+/* How often the triangles below a box, but `but`, go around x. */
+static int pdi_facets_winding(const pd_facets *f, int32_t root, int32_t but, const double *x)
 {
     int32_t stack[PDI_FACETS_DEPTH];
-    int depth = 1, odd = 0;
-    stack[0] = 0;
+    int depth = 1, sum = 0;
+    stack[0] = root;
     while (depth) {
         int32_t own = stack[--depth];
         const double *box = f->box + 6 * (int64_t)own;
@@ -14580,22 +14897,291 @@ static int pdi_facets_inside(const pd_facets *f, const double *x)
             continue;
         }
         for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++)
-            odd ^= pdi_facets_meets(f->corner + 9 * (int64_t)k, x);
+            if (k != but) sum += pdi_facets_meets(f->corner + 9 * (int64_t)k, x);
     }
-    return odd;
+    return sum;
+}
+
+/* 1: x lies within what shell s bounds. */
+static int pdi_facets_within(const pd_facets *f, int32_t s, const double *x)
+{
+    return f->sense[s] * pdi_facets_winding(f, f->root[s], -1, x) > 0;
+}
+
+/* Several shells. Grown by t [m], one that bounds metal holds x where its signed distance is below t, and a cavity
+ * where its own is below -t: with t the number of the first ones grows and that of the others falls, and the signed
+ * distance is the t at which the first ones become more. Between 0 and t lie as many of all distances as the numbers
+ * differ. */
+static double pdi_facets_among(const pd_facets *f, const double *x, int *inside)
+{
+    double near[PDI_FACETS_NEARER];
+    int more = 0, found = 0;
+    for (int32_t s = 0; s < f->shells; s++) more += f->sense[s] * pdi_facets_within(f, s, x);
+    *inside = more > 0;
+    int wanted = *inside ? more : 1 - more;
+    if (wanted > PDI_FACETS_NEARER) wanted = PDI_FACETS_NEARER;
+    for (int32_t s = 0; s < f->shells; s++) {
+        double bound = found < wanted ? HUGE_VAL : near[wanted - 1];
+        if (pdi_facets_beyond(f, f->root[s], x) >= bound) continue;
+        if ((f->sense[s] > 0) != (pdi_facets_within(f, s, x) == *inside)) continue;
+        double square = pdi_facets_nearest(f, f->root[s], -1, x, bound);
+        if (!(square < bound)) continue;
+        int k = found < wanted ? found++ : wanted - 1;
+        for (; k > 0 && near[k - 1] > square; k--) near[k] = near[k - 1];
+        near[k] = square;
+    }
+    return sqrt(near[wanted - 1]);
 }
 
 PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
 {
-    double distance = sqrt(pdi_facets_nearest(f, x)), far = 0.0;
+    int inside = 0;
+    double far = 0.0, distance = f->shells > 1 ? pdi_facets_among(f, x, &inside)
+                                               : sqrt(pdi_facets_nearest(f, 0, -1, x, HUGE_VAL));
     for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
     if (distance <= PDI_FACETS_ROUNDING * far) return 0.0;
-    return pdi_facets_inside(f, x) ? -distance : distance;
+    if (f->shells == 1) inside = pdi_facets_within(f, 0, x);
+    return inside ? -distance : distance;
+}
+
+/* ---- do all normals point outward? ---- */
+
+/* How often all shells go around what lies in front of triangle k, which is not along axis 0: less than 0 where the
+ * triangle is turned over. */
+static int pdi_facets_front(const pd_facets *f, int32_t k, double tilt, const double *middle)
+{
+    int around = tilt > 0.0 ? 0 : -1;
+    for (int32_t s = 0; s < f->shells; s++) around += pdi_facets_winding(f, f->root[s], k, middle);
+    if (around >= 0) return around;
+    double far = 0.0, near = HUGE_VAL; /* triangles that lie on each other are in front of nothing */
+    for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
+    for (int32_t s = 0; s < f->shells; s++) near = pdi_facets_nearest(f, f->root[s], k, middle, near);
+    return near > PDI_FACETS_NEAR * PDI_FACETS_NEAR * far * far ? around : 0;
+}
+
+/* 1: triangle k can be looked at along axis 0: its middle, and the component of its normal. */
+static int pdi_facets_faces(const pd_facets *f, int32_t k, double *tilt, double *middle)
+{
+    const double *a = f->corner + 9 * (int64_t)k, *b = a + 3, *c = a + 6;
+    double normal[3];
+    for (int d = 0; d < 3; d++) {
+        int p = (d + 1) % 3, q = (d + 2) % 3;
+        normal[d] = (b[p] - a[p]) * (c[q] - a[q]) - (b[q] - a[q]) * (c[p] - a[p]);
+        middle[d] = a[d] / 3.0 + b[d] / 3.0 + c[d] / 3.0;
+    }
+    *tilt = normal[0];
+    return fabs(normal[0]) > PDI_FACETS_STEEP * sqrt(pdi_facets_dot(normal, normal));
+}
+
+static pd_status pdi_facets_face_out(pd_ctx *ctx, const pd_facets *f)
+{
+    int32_t looked = 0, wrong = 0, first = 0, step = 1 + f->count / PDI_FACETS_LOOKS;
+    double place[3] = {0.0, 0.0, 0.0};
+    for (int32_t s = 0; s < f->shells; s++) {
+        int32_t size = f->size[f->root[s]], each = step < 1 + size / 8 ? step : 1 + size / 8;
+        for (int32_t k = first; k < first + size; k += each) {
+            double tilt, middle[3];
+            if (!pdi_facets_faces(f, k, &tilt, middle)) continue;
+            looked++;
+            if (pdi_facets_front(f, k, tilt, middle) >= 0) continue;
+            for (int d = 0; d < 3 && !wrong; d++) place[d] = middle[d];
+            wrong++;
+        }
+        first += size;
+    }
+    if (!wrong) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the triangle around (%.9g %.9g %.9g) m is turned over, as "
+                    "are %d of the %d that were looked at: expected normals that point outward, and into cavities",
+                    place[0], place[1], place[2], (int)wrong, (int)looked);
+}
+
+/* ---- life ---- */
+
+/* The triangles that count, those of a shell one after another, with their normals outward: into `corner`. */
+static void pdi_facets_sort(const pdi_facets_work *w, pd_facets *f, double *corner, int32_t *size)
+{
+    int32_t count = 0, shells = 0;
+    for (int32_t k = 0; k < w->count; k++)
+        if (w->part[k] == k) w->root[k] = shells++;
+    memset(size, 0, (size_t)shells * sizeof *size);
+    for (int32_t k = 0; k < w->count; k++)
+        if (w->part[k] >= 0) size[w->root[w->part[k]]]++;
+    for (int32_t s = 0, first = 0; s < shells; s++) {
+        f->root[s] = first; /* for now: its next place */
+        first += size[s];
+    }
+    for (int32_t k = 0; k < w->count; k++) {
+        if (w->part[k] < 0) continue;
+        double *to = corner + 9 * (int64_t)f->root[w->root[w->part[k]]]++;
+        for (int c = 0; c < 9; c++) to[c] = w->corner[3 * (int64_t)w->vertex[3 * (int64_t)k + c / 3] + c % 3];
+        count++;
+    }
+    double volume = pdi_facets_volume(corner, count, corner);
+    f->turned = volume < 0.0;
+    for (int64_t k = 0; k < count && f->turned; k++)
+        for (int d = 0; d < 3; d++) {
+            double second = corner[9 * k + 3 + d];
+            corner[9 * k + 3 + d] = corner[9 * k + 6 + d];
+            corner[9 * k + 6 + d] = second;
+        }
+}
+
+/* A tree for each shell, behind a box of all where there are several. */
+static void pdi_facets_plant(pd_facets *f, const double *corner, pdi_facets_key *key, const int32_t *size)
+{
+    int32_t first = 0;
+    for (int32_t k = 0; k < f->count; k++) key[k].at = k;
+    if (f->shells > 1) {
+        f->boxes = 1;
+        f->size[0] = f->count;
+        for (int d = 0; d < 6; d++) f->box[d] = d < 3 ? HUGE_VAL : -HUGE_VAL;
+    }
+    for (int32_t s = 0; s < f->shells; s++) {
+        const double *own = corner + 9 * (int64_t)first;
+        f->sense[s] = pdi_facets_volume(own, size[s], own) < 0.0 ? -1 : 1;
+        f->root[s] = f->boxes;
+        pdi_facets_divide(f, corner, key, first, size[s]);
+        const double *box = f->box + 6 * (int64_t)f->root[s];
+        for (int d = 0; d < 3 && f->shells > 1; d++) {
+            f->box[d] = pdi_min(f->box[d], box[d]);
+            f->box[3 + d] = pdi_max(f->box[3 + d], box[3 + d]);
+        }
+        first += size[s];
+    }
+    for (int32_t k = 0; k < f->count; k++) /* + 0: no zero has a sign */
+        for (int c = 0; c < 9; c++) f->corner[9 * (int64_t)k + c] = corner[9 * (int64_t)key[k].at + c] + 0.0;
+}
+
+/* What is closed, as shells. */
+static pd_status pdi_facets_shells(pd_ctx *ctx, const pdi_facets_work *w, pd_facets *f)
+{
+    pdi_facets_key *key = NULL;
+    double *corner = NULL;
+    int32_t *size = NULL;
+    for (int32_t k = 0; k < w->count; k++) {
+        f->count += w->part[k] >= 0;
+        f->shells += w->part[k] == k;
+    }
+    f->joined = w->joined;
+    if (f->count < 4)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume", (int)w->count);
+    PDI_TRY(pdi_owner_build(ctx, pdi_facets_list, f));
+    pd_status status = PDI_NEW(ctx, "facets", f->count, key);
+    if (status == PD_OK) status = PDI_NEW(ctx, "facets", 9 * (int64_t)f->count, corner);
+    if (status == PD_OK) status = PDI_NEW(ctx, "facets", f->shells, size);
+    if (status == PD_OK) {
+        pdi_facets_sort(w, f, corner, size);
+        if (fabs(pdi_facets_volume(corner, f->count, corner)) > 0.0) pdi_facets_plant(f, corner, key, size);
+        else status = pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume",
+                               (int)w->count);
+    }
+    PDI_DELETE(ctx, f->shells, size);
+    PDI_DELETE(ctx, 9 * (int64_t)f->count, corner);
+    PDI_DELETE(ctx, f->count, key);
+    return status;
+}
+
+static pd_status pdi_facets_make(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *f)
+{
+    pdi_facets_work w;
+    memset(&w, 0, sizeof w);
+    PDI_TRY(pdi_facets_check(ctx, corner, count));
+    w.corner = corner;
+    w.count = (int32_t)count;
+    pd_status status = PDI_NEW(ctx, "facets", 3 * count, w.vertex);
+    if (status == PD_OK) status = PDI_NEW(ctx, "facets", 3 * count, w.root);
+    if (status == PD_OK) status = PDI_NEW(ctx, "facets", count, w.part);
+    if (status == PD_OK) status = pdi_facets_closed(ctx, &w);
+    if (status == PD_OK) status = pdi_facets_shells(ctx, &w, f);
+    PDI_DELETE(ctx, count, w.part);
+    PDI_DELETE(ctx, 3 * count, w.root);
+    PDI_DELETE(ctx, 3 * count, w.vertex);
+    return status == PD_OK ? pdi_facets_face_out(ctx, f) : status;
+}
+
+pd_status pd_facets_build(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *facets)
+{
+    memset(facets, 0, sizeof *facets);
+    pd_status status = pdi_facets_make(ctx, corner, count, facets);
+    if (status < 0) pd_facets_free(ctx, facets);
+    return status;
+}
+
+void pd_facets_free(pd_ctx *ctx, pd_facets *facets)
+{
+    pdi_owner_free(ctx, pdi_facets_list, facets);
+    memset(facets, 0, sizeof *facets);
+}
+
+/* ---- lines ---- */
+
+/* Does the line x + t xi, 0 <= t <= 1, pass the box of the tree? */
+static int pdi_facets_through(const double *box, const double *x, const double *xi, double slack)
+{
+    double from = 0.0, to = 1.0;
+    for (int d = 0; d < 3; d++) {
+        double low = box[d] - slack - x[d], high = box[3 + d] + slack - x[d];
+        if (fabs(xi[d]) > 0.0) {
+            double a = low / xi[d], b = high / xi[d];
+            from = pdi_max(from, pdi_min(a, b));
+            to = pdi_min(to, pdi_max(a, b));
+        } else if (low > 0.0 || high < 0.0) return 0;
+    }
+    return from <= to;
+}
+
+/* t where the line meets the triangle; HUGE_VAL: it does not. By the volumes of line and edges. */
+static double pdi_facets_hit(const double *corner, const double *x, const double *xi)
+{
+    double e[2][3], off[3], across[3], turned[3];
+    for (int d = 0; d < 3; d++) {
+        e[0][d] = corner[3 + d] - corner[d];
+        e[1][d] = corner[6 + d] - corner[d];
+        off[d] = x[d] - corner[d];
+    }
+    for (int d = 0; d < 3; d++) {
+        int p = (d + 1) % 3, q = (d + 2) % 3;
+        across[d] = xi[p] * e[1][q] - xi[q] * e[1][p];
+        turned[d] = off[p] * e[0][q] - off[q] * e[0][p];
+    }
+    double volume = pdi_facets_dot(e[0], across);
+    if (!(fabs(volume) > 0.0)) return HUGE_VAL;
+    double u = pdi_facets_dot(off, across) / volume, v = pdi_facets_dot(xi, turned) / volume;
+    if (u < -PDI_FACETS_EDGE || v < -PDI_FACETS_EDGE || u + v > 1.0 + PDI_FACETS_EDGE) return HUGE_VAL;
+    return pdi_facets_dot(e[1], turned) / volume;
+}
+
+PDI_FN double pdi_facets_crossing(const pd_facets *f, const double *x, const double *xi, double after)
+{
+    int32_t stack[PDI_FACETS_DEPTH];
+    int depth = 1;
+    double best = HUGE_VAL, far = 0.0;
+    for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
+    stack[0] = 0;
+    while (depth) {
+        int32_t own = stack[--depth];
+        if (!pdi_facets_through(f->box + 6 * (int64_t)own, x, xi, PDI_FACETS_EDGE * far)) continue;
+        if (f->second[own]) {
+            stack[depth++] = own + 1;
+            stack[depth++] = f->second[own];
+            continue;
+        }
+        for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++) {
+            double t = pdi_facets_hit(f->corner + 9 * (int64_t)k, x, xi);
+            if (t > after && t < best) best = t;
+        }
+    }
+    return best <= 1.0 ? best : HUGE_VAL;
 }
 
 #undef PDI_FACETS_LEAF
+#undef PDI_FACETS_EDGE
 #undef PDI_FACETS_ROUNDING
 #undef PDI_FACETS_SLIVER
+#undef PDI_FACETS_NEAR
+#undef PDI_FACETS_NEARER
+#undef PDI_FACETS_LOOKS
+#undef PDI_FACETS_STEEP
 #undef PDI_FACETS_DEPTH
 
 /* ======== >>lattice/shape.c ======== */
@@ -14603,7 +15189,11 @@ PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
  *
  * Sources: signed distances of primitives and their min/max algebra as in Ricci 1973 and Hart 1996 (sphere tracing).
  */
+#include <float.h>
 #include <math.h>
+
+/* Rounding of a coordinate and of what is computed from it, over the coordinate. */
+#define PDI_SHAPE_ROUNDING (16.0 * DBL_EPSILON)
 
 /* max over axes outside, negative inside: the exact distance to an axis-aligned box. */
 static double pdi_shape_box(const double *lo, const double *hi, const double *x)
@@ -14748,9 +15338,83 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
     return pdi_shape_level(shapes, index, NULL, x);
 }
 
+PDI_FN double pdi_shape_tie(const double *h, const double *x)
+{
+    double least = h[0], most = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        least = pdi_min(least, h[d]);
+        most = pdi_max(most, fabs(x[d]));
+    }
+    return pdi_max(PDI_SHAPE_TIE * least, PDI_SHAPE_ROUNDING * most);
+}
+
 PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x)
 {
     return pdi_shape_level(shapes, index, frame, x);
+}
+
+/* The lesser one of t and best that is larger than `after`. */
+static double pdi_shape_next(double t, double after, double best) { return t > after && t < best ? t : best; }
+
+/* Where the line meets a sphere or a cylinder around `centre`; axis `along` (-1: none) does not count. */
+static double pdi_shape_crossing_round(const pd_shape *s, int along, const double *x, const double *xi, double after)
+{
+    double square = 0.0, middle = 0.0, out = -s->r * s->r;
+    for (int d = 0; d < PD_DIM; d++) {
+        double off = x[d] - s->a[d];
+        if (d == along) continue;
+        square += xi[d] * xi[d];
+        middle += off * xi[d];
+        out += off * off;
+    }
+    double under = middle * middle - square * out;
+    if (!(square > 0.0) || !(under >= 0.0)) return HUGE_VAL;
+    double first = pdi_shape_next((-middle - sqrt(under)) / square, after, HUGE_VAL);
+    return pdi_shape_next((-middle + sqrt(under)) / square, after, first);
+}
+
+static double pdi_shape_crossing_one(const pd_shape *s, const double *x, const double *xi, double after)
+{
+    double best = HUGE_VAL, off[PD_DIM];
+    switch (s->type) {
+    case PD_SHAPE_BOX:
+        for (int d = 0; d < PD_DIM; d++) {
+            if (!(fabs(xi[d]) > 0.0)) continue;
+            best = pdi_shape_next((s->a[d] - x[d]) / xi[d], after, best);
+            best = pdi_shape_next((s->b[d] - x[d]) / xi[d], after, best);
+        }
+        return best;
+    case PD_SHAPE_BALL: return pdi_shape_crossing_round(s, -1, x, xi, after);
+    case PD_SHAPE_CYLINDER: return pdi_shape_crossing_round(s, PD_DIM > 1 ? s->axis : -1, x, xi, after);
+    case PD_SHAPE_HALF_SPACE:
+        for (int d = 0; d < PD_DIM; d++) off[d] = s->a[d] - x[d];
+        if (fabs(pdi_vec_dot(xi, s->b)) > 0.0)
+            best = pdi_shape_next(pdi_vec_dot(off, s->b) / pdi_vec_dot(xi, s->b), after, best);
+        return best;
+    case PD_SHAPE_FACETS: return pdi_facets_crossing(s->facets, x, xi, after);
+    default: return HUGE_VAL;
+    }
+}
+
+PDI_FN double pdi_shape_crossing(const pd_shape *shapes, int index, const double *x, const double *xi, double after)
+{
+    double best = HUGE_VAL;
+    for (int k = 0; k <= index; k++)
+        best = pdi_shape_next(pdi_shape_crossing_one(&shapes[k], x, xi, after), after, best);
+    return best <= 1.0 ? best : HUGE_VAL;
+}
+
+PDI_FN int pdi_shape_convex(const pd_shape *shapes, int index)
+{
+    const pd_shape *s = &shapes[index];
+    if (s->type == PD_SHAPE_UNION || s->type == PD_SHAPE_INTERSECT) {
+        if (s->type == PD_SHAPE_UNION && s->children > 1) return 0;
+        for (int c = 0; c < s->children; c++)
+            if (!pdi_shape_convex(shapes, s->child[c])) return 0;
+        return 1;
+    }
+    return s->type == PD_SHAPE_BOX || s->type == PD_SHAPE_BALL || s->type == PD_SHAPE_CYLINDER ||
+           s->type == PD_SHAPE_HALF_SPACE;
 }
 
 PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index)
@@ -14877,6 +15541,8 @@ PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int cou
     return PD_OK;
 }
 PDI_COLD_END
+
+#undef PDI_SHAPE_ROUNDING
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -16040,6 +16706,21 @@ static void pdi_grid_list(pdi_owner *owner, void *object)
     PDI_ROOM(owner, grid, circumference, grid->np[PD_DIM - 1], "m");
 }
 
+/* 1: x belongs to shape `index`; those on its surface are counted. */
+static int pdi_grid_has(const pd_grid *grid, int index, const double *x, int64_t *touched)
+{
+    if (index < 0) return 0;
+    double level = pd_shape_distance(grid->shapes, index, x), tie = pdi_shape_tie(grid->h, x);
+    *touched += fabs(level) <= tie;
+    return level <= tie;
+}
+
+static uint8_t pdi_grid_kind(pd_grid *grid, const double *x)
+{
+    if (pdi_grid_has(grid, grid->wall, x, &grid->touched[1])) return PD_WALL;
+    return pdi_grid_has(grid, grid->solid, x, &grid->touched[0]) ? PD_SOLID : PD_FLUID;
+}
+
 static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);
@@ -16062,11 +16743,7 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         pdi_grid_index(grid, node, i);
         if (!pdi_grid_inside(grid, i)) continue;
         pd_grid_position(grid, node, x);
-        grid->kind[node] = PD_FLUID;
-        if (grid->wall >= 0 && pd_shape_distance(grid->shapes, grid->wall, x) <= 0.0)
-            grid->kind[node] = PD_WALL;
-        else if (grid->solid >= 0 && pd_shape_distance(grid->shapes, grid->solid, x) <= 0.0)
-            grid->kind[node] = PD_SOLID;
+        grid->kind[node] = pdi_grid_kind(grid, x);
     }
     grid->fluid_count = pdi_grid_count(grid, PD_FLUID);
     grid->solid_count = pdi_grid_count(grid, PD_SOLID);
@@ -16214,6 +16891,41 @@ PDI_FN int pdi_path_closed_group(const pd_paths *paths, int32_t node, int k)
     return -1;
 }
 
+/* The kind that a cell stands for. */
+static uint8_t pdi_path_kind(const pd_grid *grid, int32_t cell)
+{
+    if (grid->kind[cell] == PD_SOLID) return PD_SOLID;
+    return grid->kind[pdi_grid_image(grid, cell, NULL)];
+}
+
+PDI_FN int32_t pdi_path_closed_cell(const pd_paths *paths, int32_t node, int group)
+{
+    const pd_stencil *s = paths->stencil;
+    int32_t found = -1;
+    int best = -1;
+    for (int c = s->group_cell[group]; c < s->group_cell[group + 1]; c++) {
+        int32_t cell = node + paths->cell_shift[c];
+        int i[PD_DIM];
+        pdi_grid_index(paths->grid, cell, i);
+        int inside = pdi_grid_inside(paths->grid, i);
+        int rank = 2 * (pdi_path_kind(paths->grid, cell) == PD_SOLID) + inside;
+        if (rank <= best) continue;
+        best = rank;
+        found = cell;
+    }
+    return found;
+}
+
+PDI_FN int pdi_path_metal(const pd_paths *paths, int32_t node, int group, int *all)
+{
+    const pd_stencil *s = paths->stencil;
+    int metal = 0;
+    for (int c = s->group_cell[group]; c < s->group_cell[group + 1]; c++)
+        metal += pdi_path_kind(paths->grid, node + paths->cell_shift[c]) == PD_SOLID;
+    *all = metal == s->group_cell[group + 1] - s->group_cell[group];
+    return metal > 0;
+}
+
 PDI_COLD_BEGIN
 static void pdi_path_list(pdi_owner *owner, void *object)
 {
@@ -16250,6 +16962,134 @@ PDI_FN void pdi_path_free(pd_ctx *ctx, pd_paths *paths)
     memset(paths, 0, sizeof *paths);
 }
 PDI_COLD_END
+
+/* ======== >>lattice/chord.c ======== */
+/* chord: see chord.h */
+#include <math.h>
+#include <string.h>
+
+/* Beyond the surface by less than this is on it, over the spacing and over the largest coordinate of the box: faces of
+ * shapes that touch differ by the rounding of their coordinates. */
+#define PDI_CHORD_ROUNDING 1e-8
+#define PDI_CHORD_DIGITS 3.6e-15
+
+PDI_FN int pdi_chord_convex(const pd_grid *grid)
+{
+    return grid->solid >= 0 && grid->wall < 0 && pdi_shape_convex(grid->shapes, grid->solid);
+}
+
+PDI_FN int pdi_chord_smooth(const pd_grid *grid)
+{
+    return grid->solid >= 0 && pdi_shape_exact(grid->shapes, grid->solid) &&
+           (grid->wall < 0 || pdi_shape_exact(grid->shapes, grid->wall));
+}
+
+PDI_FN double pdi_chord_level(const pd_grid *grid, const double *x)
+{
+    double level = pd_shape_distance(grid->shapes, grid->solid, x);
+    return grid->wall < 0 ? level : pdi_max(level, -pd_shape_distance(grid->shapes, grid->wall, x));
+}
+
+PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *xi)
+{
+    int last = grid->solid > grid->wall ? grid->solid : grid->wall;
+    double slack = PDI_CHORD_ROUNDING * grid->h[0], at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++)
+        slack = pdi_max(slack, PDI_CHORD_DIGITS * pdi_max(fabs(grid->lo[d]), fabs(grid->hi[d])));
+    for (double from = 0.0; from < 1.0;) {
+        double to = pdi_min(pdi_shape_crossing(grid->shapes, last, x, xi, from), 1.0);
+        for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + 0.5 * (from + to) * xi[d];
+        if (pdi_chord_level(grid, at) > slack) return 0;
+        from = to;
+    }
+    return 1;
+}
+
+/* ---- cells ---- */
+
+/* A staircase on its way. */
+typedef struct pdi_chord_way {
+    const pd_grid *grid;
+    pdi_chord_fn metal;
+    const void *self;
+    int32_t from;  /* node at the start of the line */
+    const int *step;
+    int axis;      /* the longest one of the line */
+    int above;     /* bit d: cells are above the line along axis d, else below it */
+} pdi_chord_way;
+
+/* Where cell `k` of the longest axis has the staircase along axis d, in cells from the start. */
+static int pdi_chord_height(const pdi_chord_way *w, int k, int d)
+{
+    int step = w->step[w->axis], length = step < 0 ? -step : step, along = k * w->step[d];
+    int down = along >= 0 ? along / length : -((-along + length - 1) / length);
+    return (w->above >> d & 1) && down * length != along ? down + 1 : down;
+}
+
+static int pdi_chord_cell(const pdi_chord_way *w, const int *at)
+{
+    int32_t node = w->from;
+    for (int d = 0; d < PD_DIM; d++) node += (int32_t)at[d] * w->grid->stride[d];
+    return w->metal(w->self, node);
+}
+
+/* 1: all cells at which the staircase goes from `from` to `to` along the axes of a set are metal, in one order of them
+ * at least; the last one, too. */
+static int pdi_chord_climb(const pdi_chord_way *w, const int *from, const int *to, int axes)
+{
+    if (!axes) return 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        int at[PD_DIM];
+        if (!(axes >> d & 1)) continue;
+        memcpy(at, from, sizeof at);
+        at[d] = to[d];
+        if (pdi_chord_cell(w, at) && pdi_chord_climb(w, at, to, axes & ~(1 << d))) return 1;
+    }
+    return 0;
+}
+
+/* One cell on along the longest axis: axes along which the staircase leaves the line go behind that, others before. */
+static int pdi_chord_on(const pdi_chord_way *w, int k)
+{
+    int from[PD_DIM], to[PD_DIM], first = 0, then = 0, sign = w->step[w->axis] < 0 ? -1 : 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        from[d] = d == w->axis ? sign * k : pdi_chord_height(w, k, d);
+        to[d] = d == w->axis ? sign * (k + 1) : pdi_chord_height(w, k + 1, d);
+        if (d == w->axis || from[d] == to[d]) continue;
+        if ((to[d] > from[d]) == (w->above >> d & 1)) first |= 1 << d;
+        else then |= 1 << d;
+    }
+    if (!pdi_chord_climb(w, from, to, first)) return 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (first >> d & 1) from[d] = to[d];
+    from[w->axis] = to[w->axis];
+    return pdi_chord_cell(w, from) && pdi_chord_climb(w, from, to, then);
+}
+
+PDI_FN int pdi_chord_stairs(const pd_grid *grid, int32_t node, const int *step, pdi_chord_fn metal, const void *self)
+{
+    int length = 0;
+    pdi_chord_way w;
+    w.grid = grid;
+    w.metal = metal;
+    w.self = self;
+    w.from = node;
+    w.step = step;
+    for (int d = 0; d < PD_DIM; d++) length = step[d] > length ? step[d] : -step[d] > length ? -step[d] : length;
+    for (w.axis = 0; w.axis < PD_DIM; w.axis++) {
+        if (step[w.axis] != length && -step[w.axis] != length) continue;
+        for (w.above = 0; w.above < 1 << PD_DIM; w.above++) {
+            int k = 0;
+            if (w.above >> w.axis & 1) continue;
+            while (k < length && pdi_chord_on(&w, k)) k++;
+            if (k == length) return 1;
+        }
+    }
+    return 0;
+}
+
+#undef PDI_CHORD_ROUNDING
+#undef PDI_CHORD_DIGITS
 
 /* ======== >>lattice/span.c ======== */
 /* span: see span.h */
@@ -16957,7 +17797,7 @@ static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, 
 {
     const pd_grid *grid = paths->grid;
     const pd_stencil *s = paths->stencil;
-    int32_t closed = node + paths->cell_shift[s->group_cell[group]];
+    int32_t closed = pdi_path_closed_cell(paths, node, group);
     int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     pdi_bond_face_cut(paths, node, k, group, cut);
@@ -17018,7 +17858,7 @@ static int pdi_bond_grazes(const pd_paths *paths, int32_t node, int k, int group
 {
     const pd_grid *grid = paths->grid;
     const double *xi = paths->stencil->xi + k * PD_DIM;
-    int32_t closed = node + paths->cell_shift[paths->stencil->group_cell[group]];
+    int32_t closed = pdi_path_closed_cell(paths, node, group);
     int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     if (cut->t > 1.0 + 1e-9) return 1;
@@ -17052,7 +17892,7 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
     end->t = cut.t;
     end->lap = end->curv = 0.0;
     pdi_bond_add_wall(bonds, node, k, &cut, &end->lap, &end->curv);
-    end->cell = node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
+    end->cell = pdi_path_closed_cell(&bonds->paths, node, group);
     end->side = pdi_bond_walled(bonds->grid, end->cell);
     end->smooth = cut.smooth;
     end->grazes = pdi_bond_grazes(&bonds->paths, node, k, group, &cut);
@@ -17074,7 +17914,7 @@ PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, doubl
     for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * bonds->stencil->xi[k * PD_DIM + d];
     memcpy(normal, cut.normal, sizeof cut.normal);
     if (pdi_bond_grazes(&bonds->paths, node, k, group, &cut)) return -1;
-    return node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
+    return pdi_path_closed_cell(&bonds->paths, node, group);
 }
 
 PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *motion,
@@ -28073,6 +28913,227 @@ PDI_COLD_END
 
 #ifdef PDI_COLD
 #pragma GCC push_options
+#pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
+
+/* ======== >>flow/gas_wall.c ======== */
+/* gas_wall: see gas_wall.h */
+#include <math.h>
+#include <string.h>
+
+/* Walls whose normals have a smaller cosine between them meet in an edge; other surfaces count as smooth. */
+#define PDI_GAS_WALL_EDGE 0.5
+/* Walls that face each other beyond this cosine are those of a channel. */
+#define PDI_GAS_WALL_CHANNEL 0.9
+/* Three walls whose normals span a larger volume meet in a corner. */
+#define PDI_GAS_WALL_SOLID_ANGLE 0.3
+/* [cells] Step of the differences that tell edges. */
+#define PDI_GAS_WALL_STEP 1e-3
+/* Parts of an area and differences of cosines that are rounding. */
+#define PDI_GAS_WALL_NOTHING 1e-9
+
+PDI_COLD_BEGIN
+/* Places of walls [m] that the closed bonds of a row meet, and normals towards the gas: no two are the same. */
+typedef struct pdi_gas_wall_places {
+    int count;
+    int *met;               /* [count] bonds */
+    double *place, *normal; /* [count][PD_DIM] */
+} pdi_gas_wall_places;
+
+/* 1: the walls at places a and b face each other across a concave edge. */
+static int pdi_gas_wall_concave(const pdi_gas_wall_places *w, int a, int b)
+{
+    const double *na = w->normal + a * PD_DIM, *nb = w->normal + b * PD_DIM;
+    double dot = pdi_vec_dot(na, nb), front_a = 0.0, front_b = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double way = w->place[b * PD_DIM + d] - w->place[a * PD_DIM + d];
+        front_a += way * na[d];
+        front_b -= way * nb[d];
+    }
+    return dot < PDI_GAS_WALL_EDGE && dot > -PDI_GAS_WALL_CHANNEL && front_a > 0.0 && front_b > 0.0;
+}
+
+/* Volume that the normals at places a, b, c span, 1 when they are at right angles; PD_DIM < 3: 0. */
+static double pdi_gas_wall_volume(const pdi_gas_wall_places *w, int a, int b, int c)
+{
+    const double *na = w->normal + a * PD_DIM, *nb = w->normal + b * PD_DIM, *nc = w->normal + c * PD_DIM;
+    double volume = 0.0;
+    if (PD_DIM < 3 || !pdi_gas_wall_concave(w, a, c) || !pdi_gas_wall_concave(w, b, c)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int e = (d + 1) % PD_DIM, f = (d + 2) % PD_DIM;
+        volume += na[d] * (nb[e] * nc[f] - nb[f] * nc[e]);
+    }
+    return fabs(volume);
+}
+
+/* Places on the walls of a concave edge or corner, as far from parallel as any. Returns how many: 0, or 2 to PD_DIM.
+ * Where several would do alike, as between a ball and a floor, none of them is the right one. */
+static int pdi_gas_wall_corner(const pdi_gas_wall_places *w, int *wall)
+{
+    double least = 1.0, widest = PDI_GAS_WALL_SOLID_ANGLE;
+    int found = 0, alike = 0;
+    for (int a = 0; a < w->count; a++)
+        for (int b = a + 1; b < w->count; b++) {
+            double dot = pdi_vec_dot(w->normal + a * PD_DIM, w->normal + b * PD_DIM);
+            if (!pdi_gas_wall_concave(w, a, b)) continue;
+            if (found < 3 && dot < least + PDI_GAS_WALL_NOTHING) {
+                alike = dot > least - PDI_GAS_WALL_NOTHING;
+                least = pdi_min(least, dot);
+                wall[0] = a;
+                wall[1] = b;
+                found = 2;
+            }
+            for (int c = b + 1; c < w->count && PD_DIM == 3; c++) {
+                double volume = pdi_gas_wall_volume(w, a, b, c);
+                if (!(volume > widest - PDI_GAS_WALL_NOTHING)) continue;
+                alike = found == 3 && volume < widest + PDI_GAS_WALL_NOTHING;
+                widest = pdi_max(widest, volume);
+                wall[0] = a;
+                wall[1] = b;
+                wall[2] = c;
+                found = 3;
+            }
+        }
+    return alike ? 0 : found;
+}
+
+/* Parts of the area vector `face` that belong to the walls of a corner, into face [walls][PD_DIM]; what they cannot
+ * make up goes with them. 0: one of them would push from behind. */
+static int pdi_gas_wall_part(const pdi_gas_wall_places *w, const int *wall, int walls, double *face)
+{
+    double gram[PD_DIM * PD_DIM], inverse[PD_DIM * PD_DIM], part[3] = {0.0}, rest[PD_DIM];
+    double size = pdi_vec_norm(face), sum = 0.0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) {
+            int both = a < walls && b < walls;
+            const double *na = w->normal + wall[a] * PD_DIM, *nb = w->normal + wall[b] * PD_DIM;
+            gram[a * PD_DIM + b] = both ? pdi_vec_dot(na, nb) : a == b;
+        }
+    if (!(pdi_vec_invert(gram, inverse) > 0.0)) return 0;
+    for (int a = 0; a < walls; a++) {
+        for (int b = 0; b < walls; b++)
+            part[a] -= inverse[a * PD_DIM + b] * pdi_vec_dot(w->normal + wall[b] * PD_DIM, face);
+        if (part[a] < -PDI_GAS_WALL_NOTHING * size) return 0;
+        if (part[a] < PDI_GAS_WALL_NOTHING * size) part[a] = 0.0;
+        sum += part[a];
+    }
+    if (!(sum > 0.0)) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        rest[d] = face[d];
+        for (int a = 0; a < walls; a++) rest[d] += part[a] * w->normal[wall[a] * PD_DIM + d];
+    }
+    for (int a = 0; a < walls; a++)
+        for (int d = 0; d < PD_DIM; d++)
+            face[a * PD_DIM + d] = part[a] / sum * rest[d] - part[a] * w->normal[wall[a] * PD_DIM + d];
+    return 1;
+}
+
+/* Where closed bond k of row r meets a wall, and its normal. 0: on an edge, which has none. */
+static int pdi_gas_wall_plane(const pd_bonds *bonds, int32_t r, int k, double *x, double *n)
+{
+    double distance, slope[PD_DIM], most = 0.0;
+    int32_t closed = pdi_bond_surface(bonds, r, k, x, n);
+    if (closed < 0) return 0;
+    if (pdi_bond_smooth(bonds, closed, x) < HUGE_VAL)
+        return pdi_surface_rise(bonds, closed, x, PDI_GAS_WALL_STEP, &distance, slope);
+    for (int d = 0; d < PD_DIM; d++) most = pdi_max(most, fabs(n[d]));
+    return most > 1.0 - PDI_GAS_WALL_NOTHING;
+}
+
+/* Distance of the wall with the area vector `face`, over the bonds that meet it: those that no other wall of the corner
+ * fits better. Opposite bonds that are both closed take no part. */
+static double pdi_gas_wall_gap(const pd_bonds *bonds, int32_t r, const pdi_gas_wall_places *w, const int *wall,
+                               int walls, int at, const double *face)
+{
+    const pd_stencil *s = bonds->stencil;
+    double weights = 0.0, along = 0.0, size = pdi_vec_norm(face);
+    for (int k = 0; k < s->count && size > 0.0; k++) {
+        double n[PD_DIM], x[PD_DIM], normal[PD_DIM];
+        int fits = 1;
+        if (pdi_bond_open(bonds, r, k) || !pdi_bond_open(bonds, r, s->count - 1 - k)) continue;
+        if (walls && !pdi_gas_wall_plane(bonds, r, k, x, normal)) continue;
+        for (int a = 0; a < walls; a++)
+            fits = fits && pdi_vec_dot(normal, w->normal + wall[a] * PD_DIM) <=
+                               pdi_vec_dot(normal, w->normal + wall[at] * PD_DIM) + PDI_GAS_WALL_NOTHING;
+        if (!fits) continue;
+        int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
+        double weight = pdi_gas_wall_bond(s, k, n);
+        weights += weight;
+        along += weight * s->group_entry[group] * pdi_vec_dot(s->xi + k * PD_DIM, face);
+    }
+    return weights > 0.0 ? along / (weights * size) : 0.0;
+}
+
+/* A wall at place x, with the normal n, unless it would push from behind. Of parallel walls the nearest one counts,
+ * with the mean of its places: at an edge a place alone does not tell to which side the other wall leads. */
+static void pdi_gas_wall_place(pdi_gas_wall_places *w, const double *face, const double *x, const double *n,
+                               double slack)
+{
+    int at = 0;
+    double size = pdi_vec_norm(face);
+    if (pdi_vec_dot(n, face) > PDI_GAS_WALL_NOTHING * size) return;
+    while (at < w->count && !(pdi_vec_dot(n, w->normal + at * PD_DIM) > 1.0 - PDI_GAS_WALL_NOTHING)) at++;
+    double *place = w->place + at * PD_DIM;
+    double nearer = at < w->count ? pdi_vec_dot(n, x) - pdi_vec_dot(n, place) : HUGE_VAL;
+    if (nearer < -slack) return;
+    if (nearer > slack) w->met[at] = 0;
+    w->met[at]++;
+    for (int d = 0; d < PD_DIM; d++) place[d] = w->met[at] > 1 ? place[d] + (x[d] - place[d]) / w->met[at] : x[d];
+    memcpy(w->normal + at * PD_DIM, n, PD_DIM * sizeof *n);
+    if (at == w->count) w->count++;
+}
+
+/* What the closed bonds of row r stand for: one wall, or those of a concave edge or corner. Opposite bonds that are
+ * both closed cancel. */
+static void pdi_gas_wall_row(const pd_bonds *bonds, int32_t r, pdi_gas_wall_places *w, double *face, double *gap)
+{
+    const pd_stencil *s = bonds->stencil;
+    int wall[3] = {0, 0, 0}, walls = 0;
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) face[i] = 0.0;
+    for (int k = 0; k < s->count; k++)
+        for (int d = 0; d < PD_DIM && !pdi_bond_open(bonds, r, k) && pdi_bond_open(bonds, r, s->count - 1 - k); d++)
+            face[d] += s->grad[k * PD_DIM + d];
+    w->count = 0;
+    for (int k = 0; k < s->count && PD_DIM > 1; k++) {
+        double x[PD_DIM], n[PD_DIM];
+        if (pdi_bond_open(bonds, r, k) || !pdi_gas_wall_plane(bonds, r, k, x, n)) continue;
+        pdi_gas_wall_place(w, face, x, n, PDI_GAS_WALL_NOTHING * bonds->grid->h[0]);
+    }
+    if (w->count > 1) walls = pdi_gas_wall_corner(w, wall);
+    if (walls && !pdi_gas_wall_part(w, wall, walls, face)) walls = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        gap[a] = pdi_gas_wall_gap(bonds, r, w, wall, walls, a < walls ? a : 0, face + a * PD_DIM);
+}
+
+PDI_FN pd_status pdi_gas_wall_build(pd_ctx *ctx, const pd_bonds *bonds, int32_t rows, double *face, double *gap)
+{
+    pdi_gas_wall_places w;
+    int count = bonds->stencil->count;
+    memset(&w, 0, sizeof w);
+    pd_status status = PDI_NEW(ctx, "gas", count, w.met);
+    if (status >= 0) status = PDI_NEW(ctx, "gas", count * PD_DIM, w.place);
+    if (status >= 0) status = PDI_NEW(ctx, "gas", count * PD_DIM, w.normal);
+    for (int32_t r = 0; r < rows && status >= 0; r++)
+        pdi_gas_wall_row(bonds, r, &w, face + (int64_t)r * PD_DIM * PD_DIM, gap + (int64_t)r * PD_DIM);
+    PDI_DELETE(ctx, count, w.met);
+    PDI_DELETE(ctx, count * PD_DIM, w.place);
+    PDI_DELETE(ctx, count * PD_DIM, w.normal);
+    return status;
+}
+PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
 #pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
 #endif
 
@@ -28227,7 +29288,8 @@ static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
             for (int d = 0; d < PD_DIM; d++)
                 for (int b = 0; b < count; b++) along[b] += 0.5 * xi[d] * slope[d * total + b];
             for (int b = 0; b < count; b++) {
-                double value = lanes == PDI_OPEN_ALL || open[b] > 0.0 ? far[b] : q[b], size = fabs(along[b]);
+                int passes = lanes == PDI_OPEN_ALL || open[b] > 0.0;
+                double value = passes ? far[b] : q[b], size = passes ? fabs(along[b]) : 0.0;
                 least[b] = value < least[b] ? value : least[b];
                 most[b] = value > most[b] ? value : most[b];
                 steep[b] = size > steep[b] ? size : steep[b];
@@ -28358,13 +29420,13 @@ PDI_ONCE static void pdi_gas_hllc(const pd_gas *gas, const double *n, double wei
     }
 }
 
-/* Outflow velocity at the wall of row r and its normal. The wall is the middle of a bond to the mirror image, with the
+/* Outflow velocity at wall w of row r and its normal. The wall is the middle of a bond to the mirror image, with the
  * reconstruction of the others; of scalars and along the wall it finds nothing to add. Returns the weight
  * 2 |wall_face| [1/m]; 0: no wall, or equal ones on both sides. */
-static double pdi_gas_wall(const pd_gas *gas, int32_t i, int32_t r, double *n, double *u)
+static double pdi_gas_wall(const pd_gas *gas, int32_t i, int32_t r, int w, double *n, double *u)
 {
-    int64_t total = gas->grid->total;
-    const double *face = gas->wall_face + (int64_t)r * PD_DIM;
+    int64_t total = gas->grid->total, place = (int64_t)r * PD_DIM + w;
+    const double *face = gas->wall_face + place * PD_DIM;
     double square = 0.0, slope = 0.0;
     for (int d = 0; d < PD_DIM; d++) square += face[d] * face[d];
     *u = 0.0;
@@ -28377,7 +29439,7 @@ static double pdi_gas_wall(const pd_gas *gas, int32_t i, int32_t r, double *n, d
         for (int c = 0; c < PD_DIM; c++)
             for (int d = 0; d < PD_DIM; d++)
                 slope += n[c] * n[d] * gas->slope[((int64_t)(PDI_GAS_V + c) * PD_DIM + d) * total + i];
-        *u += 0.5 * pdi_gas_limited(4.0 * gas->wall_gap[r] * slope + 2.0 * *u, -2.0 * *u);
+        *u += 0.5 * pdi_gas_limited(4.0 * gas->wall_gap[place] * slope + 2.0 * *u, -2.0 * *u);
     }
     return 2.0 * sqrt(square);
 }
@@ -28391,15 +29453,6 @@ static double pdi_gas_wall_wave(const pd_gas *gas, int32_t i, double u)
 }
 
 /* ---- sums over bonds ---- */
-
-/* Weight 2 |g| [1/m] and normal of bond k. */
-static double pdi_gas_bond(const pd_stencil *s, int k, double *n)
-{
-    double square = 0.0;
-    for (int d = 0; d < PD_DIM; d++) square += s->grad[k * PD_DIM + d] * s->grad[k * PD_DIM + d];
-    for (int d = 0; d < PD_DIM; d++) n[d] = s->grad[k * PD_DIM + d] / sqrt(square);
-    return 2.0 * sqrt(square);
-}
 
 /* Time derivatives (eq. 4.19, 4.24). */
 static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
@@ -28415,16 +29468,17 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
         const double *some = lanes == PDI_OPEN_SOME ? open : NULL;
         if (lanes == PDI_OPEN_NONE) continue;
-        double weight = pdi_gas_bond(bonds->stencil, k, n);
+        double weight = pdi_gas_wall_bond(bonds->stencil, k, n);
         pdi_gas_reconstruct(gas, i, k, count, some, &face);
         pdi_gas_waves(gas, n, count, &face);
         pdi_gas_hllc(gas, n, weight, p, count, some, &face, sum);
     }
-    for (int b = 0; b < count && row >= 0; b++) {
-        double u, weight = pdi_gas_wall(gas, i + b, row + b, n, &u);
+    for (int b = 0; b < count * PD_DIM && row >= 0; b++) {
+        int lane = b / PD_DIM;
+        double u, weight = pdi_gas_wall(gas, i + lane, row + lane, b % PD_DIM, n, &u);
         if (!(weight > 0.0)) continue;
-        double push = gas->primitive[i + b] * u * (u - pdi_gas_wall_wave(gas, i + b, u));
-        for (int d = 0; d < PD_DIM; d++) sum[PDI_GAS_V + d][b] += weight * push * n[d];
+        double push = gas->primitive[i + lane] * u * (u - pdi_gas_wall_wave(gas, i + lane, u));
+        for (int d = 0; d < PD_DIM; d++) sum[PDI_GAS_V + d][lane] += weight * push * n[d];
     }
     for (int c = 0; c < PD_GAS_FIELDS; c++)
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
@@ -28447,7 +29501,7 @@ static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
             if (!pdi_gas_behind(gas->grid->kind[i + bonds->paths.shift[k]]) ||
                 (row >= 0 && !pdi_bond_open(bonds, row, k)))
                 continue;
-            double weight = pdi_gas_bond(s, k, n);
+            double weight = pdi_gas_wall_bond(s, k, n);
             pdi_gas_reconstruct(gas, i, k, 1, NULL, &face);
             pdi_gas_waves(gas, n, 1, &face);
             pdi_gas_hllc(gas, n, weight, p + i, 1, NULL, &face, sum);
@@ -28473,7 +29527,7 @@ static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int c
     for (int k = 0; k < bonds->stencil->count; k++) {
         pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
         if (lanes == PDI_OPEN_NONE) continue;
-        double weight = pdi_gas_bond(bonds->stencil, k, n);
+        double weight = pdi_gas_wall_bond(bonds->stencil, k, n);
         pdi_gas_reconstruct(&nodes, i, k, count, lanes == PDI_OPEN_SOME ? open : NULL, &face);
         pdi_gas_waves(gas, n, count, &face);
         for (int b = 0; b < count; b++) {
@@ -28481,9 +29535,10 @@ static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int c
             sum[b] += lanes == PDI_OPEN_SOME ? open[b] * back : back;
         }
     }
-    for (int b = 0; b < count && row >= 0; b++) {
-        double u, weight = pdi_gas_wall(&nodes, i + b, row + b, n, &u);
-        if (weight > 0.0) sum[b] -= weight * pdi_gas_wall_wave(gas, i + b, u);
+    for (int b = 0; b < count * PD_DIM && row >= 0; b++) {
+        int lane = b / PD_DIM;
+        double u, weight = pdi_gas_wall(&nodes, i + lane, row + lane, b % PD_DIM, n, &u);
+        if (weight > 0.0) sum[lane] -= weight * pdi_gas_wall_wave(gas, i + lane, u);
     }
     memcpy(gas->rate + i, sum, (size_t)count * sizeof(double));
 }
@@ -28734,30 +29789,6 @@ PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
 
 /* ---- build ---- */
 
-/* What the closed bonds of row r stand for. Opposite bonds that are both closed cancel: they take no part in the
- * distance either. */
-static void pdi_gas_wall_build(const pd_bonds *bonds, int32_t r, double *face, double *gap)
-{
-    const pd_stencil *s = bonds->stencil;
-    double weights = 0.0, along[PD_DIM], square = 0.0, dot = 0.0;
-    for (int d = 0; d < PD_DIM; d++) face[d] = along[d] = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        if (pdi_bond_open(bonds, r, k) || !pdi_bond_open(bonds, r, s->count - 1 - k)) continue;
-        int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
-        double n[PD_DIM], weight = pdi_gas_bond(s, k, n);
-        weights += weight;
-        for (int d = 0; d < PD_DIM; d++) {
-            face[d] += s->grad[k * PD_DIM + d];
-            along[d] += weight * s->group_entry[group] * s->xi[k * PD_DIM + d];
-        }
-    }
-    for (int d = 0; d < PD_DIM; d++) {
-        square += face[d] * face[d];
-        dot += face[d] * along[d];
-    }
-    *gap = square > 0.0 ? dot / (weights * sqrt(square)) : 0.0;
-}
-
 /* Fluid nodes whose family reaches through an open side. */
 static pd_status pdi_gas_find_open(pd_ctx *ctx, pd_gas *gas)
 {
@@ -28812,8 +29843,8 @@ PDI_FN void pdi_gas_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, gas, primitive, PD_GAS_FIELDS * total, "");
     PDI_ARRAY(owner, gas, start, PD_GAS_FIELDS * total, "");
     PDI_ARRAY(owner, gas, rate, PD_GAS_FIELDS * total, "");
-    PDI_ARRAY(owner, gas, wall_face, (int64_t)gas->rows * PD_DIM, "1/m");
-    PDI_ARRAY(owner, gas, wall_gap, gas->rows, "m");
+    PDI_ARRAY(owner, gas, wall_face, (int64_t)gas->rows * PD_DIM * PD_DIM, "1/m");
+    PDI_ARRAY(owner, gas, wall_gap, (int64_t)gas->rows * PD_DIM, "m");
     PDI_ARRAY(owner, gas, flag, total, "1");
     if (gas->desc.order == PD_GAS_SECOND) PDI_ARRAY(owner, gas, slope, PD_GAS_FIELDS * PD_DIM * total, "");
     PDI_ROOM(owner, gas, open, gas->opens, "1");
@@ -28844,8 +29875,7 @@ static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *
     gas->rows = bonds->rows;
     PDI_TRY(pdi_owner_build(ctx, pdi_gas_list, gas));
     PDI_TRY(pdi_gas_find_open(ctx, gas));
-    for (int32_t r = 0; r < gas->rows; r++)
-        pdi_gas_wall_build(bonds, r, gas->wall_face + (int64_t)r * PD_DIM, &gas->wall_gap[r]);
+    PDI_TRY(pdi_gas_wall_build(ctx, bonds, gas->rows, gas->wall_face, gas->wall_gap));
     for (int32_t node = 0; node < total && desc->initial; node++)
         if (pdi_gas_has_state(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
     return PD_OK;
@@ -30587,6 +31617,8 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
 #define PDI_MINERAL_LOOSE 1e-4
 /* A volume within this share of its room is full, where ln Omega is off the law by more. */
 #define PDI_MINERAL_FULL 1e-9
+/* Share of the room within which several minerals fill it. */
+#define PDI_MINERAL_MARGIN 1e-12
 /* Roundings of the totals within which amounts are the same. */
 #define PDI_MINERAL_ROUND 16.0
 /* Shortest share of a step of Newton, and share of the distance from the laws that it has to leave at most. */
@@ -30689,11 +31721,16 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd
     return pdi_mineral_fill(ctx, c, species, count, reactions, reaction_count, m);
 }
 
-PDI_FN double pdi_mineral_fraction(const pd_minerals *m, const double *n)
+static double pdi_mineral_volume(const pd_minerals *m, const double *n)
 {
     double sum = 0.0;
     for (int s = 0; s < m->count; s++) sum += m->of[s].volume * n[s];
-    return pdi_min(pdi_max(sum, 0.0), 1.0);
+    return sum;
+}
+
+PDI_FN double pdi_mineral_fraction(const pd_minerals *m, const double *n)
+{
+    return pdi_min(pdi_max(pdi_mineral_volume(m, n), 0.0), 1.0);
 }
 
 PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *at)
@@ -30707,8 +31744,10 @@ PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, in
 PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n, const double *at,
                                pd_mineral_start *start)
 {
+    start->limited = 0;
     for (int s = 0; s < m->count; s++) {
         const pd_mineral *of = &m->of[s];
+        start->initial[s] = pdi_max(n[s], 0.0);
         int free = !(of->rate > 0.0) && !(of->surface > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
         start->rate[s] = free ? HUGE_VAL : of->rate + of->surface * pdi_max(n[s], 0.0);
         if (bare && pdi_mineral_index(c, m, s, at) < of->nucleation * log(10.0)) start->rate[s] = 0.0;
@@ -30800,10 +31839,10 @@ static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *most, d
     }
     for (int t = 0; t < w->m->count; t++)
         if (t != s) taken += w->m->of[t].volume * w->n[t];
-    *room = HUGE_VAL;
-    if (!(w->m->of[s].volume > 0.0)) return;
+    *room = w->start->limited ? w->start->limit[s] : HUGE_VAL;
+    if (!(w->m->of[s].volume > 0.0) || w->start->limited) return;
     *room = pdi_max((1.0 - w->m->of[s].porosity - taken) / w->m->of[s].volume, 0.0);
-    *room = pdi_max(*room, w->start->start[s]); /* what is there stays */
+    *room = pdi_max(*room, w->start->initial[s]); /* what is there stays */
 }
 
 /* A bracket of the amount of mineral s above `low`, where its law is off by a positive f[0]. 0: up to `room` it is. */
@@ -30834,7 +31873,7 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
         return;
     }
     pdi_mineral_bounds(w, s, &most, &room);
-    x[0] = rate < HUGE_VAL ? pdi_max(start - rate, 0.0) : 0.0;
+    x[0] = rate < HUGE_VAL ? pdi_min(pdi_max(start - rate, 0.0), room) : 0.0;
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
     if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
@@ -30880,8 +31919,9 @@ static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int 
 static int pdi_mineral_full(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
                              const double *at, const double *n)
 {
-    double full = (1.0 - m->of[s].porosity) * (1.0 - PDI_MINERAL_FULL);
-    if (!(m->of[s].volume > 0.0) || pdi_mineral_fraction(m, n) < full) return 0;
+    double full = start->limited ? start->limit[s] : 1.0 - m->of[s].porosity;
+    double found = start->limited ? n[s] : pdi_mineral_fraction(m, n);
+    if (!(m->of[s].volume > 0.0) || found < full * (1.0 - PDI_MINERAL_FULL)) return 0;
     return pdi_mineral_law(c, m, start, s, at, n[s]) > PDI_MINERAL_FULL;
 }
 
@@ -31058,8 +32098,9 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     return 0;
 }
 
-PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                                    const double *total, double *at, double *n)
+/* Amounts that laws and bounds give. Of several minerals that meet their room the first ones have it. */
+static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                  const double *total, double *at, double *n)
 {
     pdi_mineral_work w;
     double size = 0.0, off[PD_MINERAL_MOST];
@@ -31077,6 +32118,11 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
         w.base[s] = w.n[s] = n[s];
         size = pdi_max(size, n[s]);
     }
+    for (int s = 0; s < m->count; s++) { /* a guess may be more than has room */
+        double most, room;
+        pdi_mineral_bounds(&w, s, &most, &room);
+        w.n[s] = pdi_min(w.n[s], room);
+    }
     for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
         double moved = 0.0, worst;
         while (pdi_mineral_newton(&w, &worst)) {}
@@ -31091,6 +32137,131 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
     if (!(pdi_mineral_distance(&w, off) < (w.left > 0 ? HUGE_VAL : PDI_MINERAL_LOOSE))) return PD_NOT_CONVERGED;
     memcpy(at, w.at, (size_t)c->solutes * sizeof *at);
     memcpy(n, w.n, (size_t)m->count * sizeof *n);
+    return PD_OK;
+}
+
+/* ---- the room of several minerals ---- */
+
+/* 1: one has no more room, or more than that, and another one changes, too: how they divide it is open. */
+static int pdi_mineral_divided(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                               const double *at, const double *n)
+{
+    double volume = pdi_mineral_volume(m, n);
+    int full = 0, moved = 0, count = 0;
+    for (int s = 0; s < m->count; s++) {
+        if (!(m->of[s].volume > 0.0) || !(start->rate[s] > 0.0)) continue;
+        count++;
+        moved |= fabs(n[s] - start->initial[s]) * m->of[s].volume > PDI_MINERAL_FULL * volume;
+        full |= pdi_mineral_full(c, m, start, s, at, n);
+        full |= n[s] > start->initial[s] && volume > (1.0 - m->of[s].porosity) * (1.0 + PDI_MINERAL_FULL);
+    }
+    return full && moved && count > 1;
+}
+
+/* A volume whose minerals grow together until one after the other has no room. */
+typedef struct pdi_mineral_room {
+    const pd_components *c;
+    const pd_minerals *m;
+    pd_mineral_start start;      /* with limits */
+    const double *total, *guess; /* of pdi_mineral_solve */
+    const double *amounts;
+    double free[PD_MINERAL_MOST]; /* [mol/m3] amounts if there were room */
+    int open[PD_MINERAL_MOST];    /* 1: it grows, and is not at its limit */
+    double at[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
+} pdi_mineral_room;
+
+/* Amounts within the limits. 0: not found. */
+static int pdi_mineral_within(pdi_mineral_room *r)
+{
+    memset(r->at, 0, sizeof r->at);
+    memcpy(r->at, r->guess, (size_t)r->c->solutes * sizeof *r->at);
+    memcpy(r->n, r->amounts, (size_t)r->m->count * sizeof *r->n);
+    return pdi_mineral_seek(r->c, r->m, &r->start, r->total, r->at, r->n) == PD_OK;
+}
+
+/* The same with this share of the growth of the open ones; *over: by how much they pass the room. */
+static int pdi_mineral_grown(pdi_mineral_room *r, double share, double room, double *over)
+{
+    for (int s = 0; s < r->m->count; s++)
+        if (r->open[s]) r->start.limit[s] = r->start.initial[s] + share * (r->free[s] - r->start.initial[s]);
+    int found = pdi_mineral_within(r);
+    *over = pdi_mineral_volume(r->m, r->n) - room;
+    return found;
+}
+
+/* The open minerals grow until the room is full, which they would pass by `high` [-]. 0: not found. */
+static int pdi_mineral_full_room(pdi_mineral_room *r, double room, double high)
+{
+    double low, share = 0.0, x;
+    if (!pdi_mineral_grown(r, 0.0, room, &low)) return 0;
+    pdi_bracket b = {0.0, low, 1.0, high, 0, 0};
+    while (low < -PDI_MINERAL_MARGIN * room && pdi_bracket_next(&b, &x)) {
+        double over;
+        if (!pdi_mineral_grown(r, x, room, &over)) return 0;
+        pdi_bracket_take(&b, x, over);
+        if (over > 0.0) continue;
+        low = over;
+        share = x;
+    }
+    return pdi_mineral_grown(r, share, room, &low);
+}
+
+/* The room of the open minerals that have least of it; HUGE_VAL: none is open. */
+static double pdi_mineral_least_room(const pdi_mineral_room *r)
+{
+    double room = HUGE_VAL;
+    for (int s = 0; s < r->m->count; s++)
+        if (r->open[s]) room = pdi_min(room, 1.0 - r->m->of[s].porosity);
+    return room;
+}
+
+/* Minerals that meet their room grow together: each has the same share of what it would grow without that. Those that
+ * leave pores too narrow for others go on without them. 0: not found. */
+static int pdi_mineral_divide(pdi_mineral_room *r)
+{
+    double room;
+    r->start.limited = 1;
+    for (int s = 0; s < r->m->count; s++) r->start.limit[s] = HUGE_VAL;
+    if (!pdi_mineral_within(r)) return 0;
+    for (int s = 0; s < r->m->count; s++) {
+        if (!(r->m->of[s].volume > 0.0)) continue;
+        r->open[s] = r->n[s] > r->start.initial[s];
+        if (!r->open[s]) r->start.limit[s] = r->start.initial[s];
+    }
+    while ((room = pdi_mineral_least_room(r)) < HUGE_VAL) {
+        double over = pdi_mineral_volume(r->m, r->n) - room;
+        if (!(over > 0.0)) return 1;
+        for (int s = 0; s < r->m->count; s++) r->free[s] = pdi_max(r->n[s], r->start.initial[s]);
+        if (!pdi_mineral_full_room(r, room, over)) return 0;
+        for (int s = 0; s < r->m->count; s++) {
+            if (r->open[s]) r->open[s] = 1.0 - r->m->of[s].porosity > room;
+            if (r->open[s]) r->start.limit[s] = HUGE_VAL;
+        }
+        if (pdi_mineral_least_room(r) < HUGE_VAL && !pdi_mineral_within(r)) return 0;
+    }
+    return 1;
+}
+
+PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                    const double *total, double *at, double *n)
+{
+    pdi_mineral_room r;
+    memcpy(r.at, at, (size_t)c->solutes * sizeof *at);
+    memcpy(r.n, n, (size_t)m->count * sizeof *n);
+    pd_status status = pdi_mineral_seek(c, m, start, total, r.at, r.n);
+    if (status == PD_OK && pdi_mineral_divided(c, m, start, r.at, r.n)) {
+        r.c = c;
+        r.m = m;
+        r.start = *start;
+        r.total = total;
+        r.guess = at;
+        r.amounts = n;
+        memset(r.open, 0, sizeof r.open);
+        if (!pdi_mineral_divide(&r)) status = PD_NOT_CONVERGED;
+    }
+    if (status != PD_OK) return status;
+    memcpy(at, r.at, (size_t)c->solutes * sizeof *at);
+    memcpy(n, r.n, (size_t)m->count * sizeof *n);
     return PD_OK;
 }
 #ifdef PDI_COLD
@@ -31382,6 +32553,9 @@ pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const cha
 /* Factors stay within these bounds. */
 #define PDI_DIFFUSION_LEAST 0.25
 #define PDI_DIFFUSION_MOST 8.0
+/* A normal that is shorter than this share of what it is summed of has cancelled, and a share of a bond that is smaller
+ * is none: both would be rounding. */
+#define PDI_DIFFUSION_NONE 1e-9
 /* Tensors and normals are kept in parts of 1. */
 #define PDI_DIFFUSION_PARTS 16777216.0
 
@@ -31429,16 +32603,14 @@ static int pdi_diffusion_solve(double a[][PD_DIFFUSION_TENSOR], double *b)
     return 1;
 }
 
-/* 1 when what cuts bond k of row r is metal. */
-static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k)
+/* 1 when what cuts bond k of row r is metal. *all: nothing but metal does, and no wall that meets it there. */
+static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k, int *all)
 {
-    const pd_bonds *bonds = d->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
-    if (!d->metals || group < 0) return 0;
-    int32_t cell = bonds->node[r] + bonds->paths.cell_shift[s->group_cell[group]];
-    if (bonds->grid->kind[cell] != PD_SOLID) cell = pdi_grid_image(bonds->grid, cell, NULL);
-    return bonds->grid->kind[cell] == PD_SOLID;
+    const pd_paths *paths = &d->bonds->paths;
+    int32_t i = d->bonds->node[r];
+    int group = d->metals ? pdi_path_closed_group(paths, i, k) : -1;
+    *all = 0;
+    return group < 0 ? 0 : pdi_path_metal(paths, i, group, all);
 }
 
 static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
@@ -31450,8 +32622,8 @@ static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
  * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
 static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *e)
 {
-    double across = pdi_vec_dot(normal, e), steep = across * across * d->flattest;
-    return pdi_max(1.0 - steep * steep, 0.0);
+    double across = pdi_vec_dot(normal, e), steep = across * across * d->flattest, along = 1.0 - steep * steep;
+    return along > PDI_DIFFUSION_NONE ? along : 0.0;
 }
 
 /* The moments that the cut bonds of a row leave out, sum of a xi xi^T in cells, packed. */
@@ -31464,18 +32636,21 @@ static void pdi_diffusion_count(const pd_diffusion *d, int32_t r, const uint8_t 
 {
     const pd_bonds *bonds = d->bonds;
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+    double whole = 0.0;
     memset(cuts, 0, sizeof *cuts);
     for (int k = 0; k < bonds->stencil->count; k++) {
         double xi[PD_DIM], packed[PD_DIFFUSION_TENSOR];
         if (pdi_bond_open(bonds, r, k) || (held && held[k])) continue;
-        int metal = pdi_diffusion_metal(d, r, k);
+        int all, metal = pdi_diffusion_metal(d, r, k, &all);
         pdi_diffusion_offset(d, k, xi);
         pdi_diffusion_pack(xi, packed);
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) (metal ? cuts->metal : cuts->walls)[t] += lap[k] * packed[t];
         for (int a = 0; a < PD_DIM && metal; a++) cuts->normal[a] -= lap[k] * xi[a];
+        if (metal) whole += lap[k] * pdi_vec_norm(xi);
     }
     double length = pdi_vec_norm(cuts->normal);
-    for (int a = 0; a < PD_DIM && length > 0.0; a++) cuts->normal[a] /= length;
+    int cancels = !(length > PDI_DIFFUSION_NONE * whole);
+    for (int a = 0; a < PD_DIM; a++) cuts->normal[a] = cancels ? 0.0 : cuts->normal[a] / length;
 }
 
 /* The part of a packed tensor within the plane of a normal: P X P with P = 1 - n n^T. */
@@ -31653,7 +32828,18 @@ static double pdi_diffusion_meet(const pd_diffusion *d, int32_t r, int k, double
 /* 1 when what cuts bond k of row r holds nothing, whatever `held` says. */
 static int pdi_diffusion_unasked(const pd_diffusion *d, int32_t r, int k)
 {
-    return d->desc.walls_only && pdi_diffusion_metal(d, r, k);
+    int all;
+    if (!d->desc.walls_only) return 0;
+    pdi_diffusion_metal(d, r, k, &all);
+    return all;
+}
+
+PDI_FN double pdi_diffusion_wall(const pd_diffusion *d, int32_t r, int k, double *value)
+{
+    double x[PD_DIM], t, conduct;
+    if (!d->wall_rate || pdi_bond_open(d->bonds, r, k) || pdi_diffusion_unasked(d, r, k)) return 0.0;
+    *value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
+    return conduct;
 }
 
 PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, const double *rest, int axis, int index)
@@ -32350,8 +33536,7 @@ typedef struct pdi_limiter_sweep {
     double *factor, *slope; /* results, or their derivatives along x */
 } pdi_limiter_sweep;
 
-/* The gradient of the node needs the moments of its open bonds: some of the others see no held value. */
-static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
+PDI_FN int pdi_limiter_cut(const pd_limiter *l, int32_t i)
 {
     const pd_diffusion *f = l->diffusion;
     int32_t place = f->place[i];
@@ -33567,7 +34752,7 @@ static void pdi_factor_alpha(const pd_factor *f, const pdi_factor_order *o, cons
         size += fabs(step[k]);
     }
     if (d->wall_rate && d->wall_rate[i] > 0.0) {
-        double wall = (d->wall_source[i] - d->wall_rate[i] * c[i]) / (d->field ? d->field[i] : d->desc.diffusivity);
+        double wall = pdi_diffusion_gain(d, i, c[i], 0.0) / (d->field ? d->field[i] : d->desc.diffusivity);
         bend += wall;
         size += fabs(wall);
     }
@@ -33588,10 +34773,13 @@ static void pdi_factor_alpha(const pd_factor *f, const pdi_factor_order *o, cons
 static void pdi_factor_gradient(const pd_factor *f, const pdi_factor_order *o, int32_t i, const int *open, float *near)
 {
     const pd_bonds *bonds = f->flux->bonds;
-    const double *grad = bonds->stencil->grad, *moment = NULL;
-    if (bonds->row[i] >= 0) moment = bonds->moment + (int64_t)bonds->row[i] * PD_DIM * PD_DIM;
+    const pd_diffusion *diffusion = f->flux->diffusion;
+    const double *grad = bonds->stencil->grad, *moment = NULL, *held = NULL;
+    int32_t place = diffusion->place[i];
+    if (pdi_limiter_cut(f->flux->limiter, i)) moment = bonds->moment + (int64_t)bonds->row[i] * PD_DIM * PD_DIM;
+    else if (place >= 0) held = diffusion->wall_grad_rate + (int64_t)place * PD_DIM;
     for (int d = 0; d < 2; d++) {
-        double own = 0.0;
+        double own = held ? -held[d % PD_DIM] : 0.0;
         float *to = near + 12 * (d + 1);
         for (int k = 0; k < 8; k++) {
             const double *g = grad + k * PD_DIM;
@@ -36672,11 +37860,19 @@ double pd_reactive_film(const pd_reactive *r, int32_t node)
 }
 
 /* What one unit of mineral s has of a row. */
-static double pdi_reactive_part(const pd_reactive *r, int row, int s)
+static double pdi_reactive_mineral(const pd_reactive *r, int row, int s)
 {
     double sum = 0.0;
     for (int n = 0; n < r->components.solutes; n++) sum += r->minerals.nu[s][n] * r->part[row][n];
     return sum;
+}
+
+PDI_FN double pdi_reactive_part(const pd_reactive *r, int row, int species)
+{
+    int n = r->components.place[species];
+    for (int s = 0; s < r->minerals.count; s++)
+        if (r->minerals.of[s].species == species) return pdi_reactive_mineral(r, row, s);
+    return n < 0 ? 0.0 : r->part[row][n];
 }
 
 /* Amounts of a row in minerals, with the sizes of their terms. */
@@ -36685,7 +37881,7 @@ static double pdi_reactive_solid(const pd_reactive *r, int row, double *size)
     pdi_sum sum = {0.0, 0.0};
     for (int s = 0; s < r->minerals.count; s++) {
         const double *solid = r->solid + (int64_t)s * r->grid->total;
-        double part = pdi_reactive_part(r, row, s);
+        double part = pdi_reactive_mineral(r, row, s);
         for (int32_t i = 0; i < r->grid->total; i++) {
             if (r->grid->kind[i] != PD_FLUID) continue;
             double term = pdi_grid_circumference(r->grid, i) * part * solid[i];
@@ -37180,6 +38376,8 @@ PDI_COLD_END
 #define PDI_ETCH_LEAST 1e-6
 /* Share of a piece of metal to which steps end where it is used up. */
 #define PDI_ETCH_MET 1e-9
+/* Share of a time by which that of a stage lies before it: some roundings. */
+#define PDI_ETCH_BEFORE 1e-15
 
 void pd_etch_open(pd_etch *s)
 {
@@ -37225,19 +38423,41 @@ PDI_FN void pdi_etch_begin(pd_etch *s)
 {
     int64_t total = s->reactive->grid->total;
     for (int32_t p = 0; p < s->count; p++) s->ahead[p] = 0.0;
+    for (int e = 0; e < 2 * s->desc.electrodes.count; e++) s->charge_ahead[e] = 0.0;
     s->odd = 0;
     for (int k = 0; k < s->reactive->components.count && s->sweep; k++)
         for (int32_t p = 0; p < s->count; p++) s->sweep[k * total + p] = 0.0;
 }
 
-PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, const pd_etch *s, double share)
+/* What a law does at an instant begins with it: a step that ends there has none of it. */
+PDI_FN pd_status pdi_etch_stage(pd_ctx *ctx, pd_etch *s, double share)
 {
+    if (s && s->span > 0.0) s->time = (s->from + share * s->span) * (1.0 - PDI_ETCH_BEFORE);
     return s && s->stage ? s->stage(ctx, s->stager, share) : PD_OK;
+}
+
+/* Electrons of electrodes in dt [s] at the present speeds: of the laws of their metal and of their curves. */
+static void pdi_etch_electrons(pd_etch *s, double dt)
+{
+    const pd_reactive *r = s->reactive;
+    double cells = dt * r->bonds->stencil->volume;
+    for (int32_t p = 0; p < s->count && s->electrode; p++) {
+        double electrons = 0.0, around = cells * pdi_grid_circumference(r->grid, s->node[p]);
+        int e = s->electrode[p];
+        if (e < 0) continue;
+        const double *part = s->part + e * r->components.solutes;
+        for (int n = 0; n < r->components.solutes; n++) electrons += r->components.charge[n] * part[n];
+        double law = s->weight[p] > 0.0 ? pdi_etch_of(s, p)->charge * s->weight[p] * *pdi_etch_speed(s, p) : 0.0;
+        double curve = electrons * s->area[p] * s->flow[p];
+        s->charge_ahead[2 * e] += around * (law + curve);
+        s->charge_ahead[2 * e + 1] += around * (pdi_max(law, 0.0) + pdi_max(curve, 0.0));
+    }
 }
 
 PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
 {
     pd_reactive *r = s->reactive;
+    pdi_etch_electrons(s, dt);
     for (int m = 0; m < s->kinds; m++) {
         pdi_sum sum = {0.0, 0.0};
         for (int32_t p = 0; p < s->count; p++) {
@@ -37350,6 +38570,7 @@ PDI_FN void pdi_etch_accept(pd_etch *s)
     int64_t total = s->reactive->grid->total;
     if (s->electrode) pdi_etch_cathodes(s);
     for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
+    for (int e = 0; e < 2 * s->desc.electrodes.count; e++) s->charge[e] += s->charge_ahead[e];
     for (int32_t p = 0; p < s->count && s->swept; p++) {
         if (!(s->weight[p] > 0.0)) continue;
         s->swept[s->node[p]] += s->ahead[p] * s->weight[p] / s->desc.solid;
@@ -37520,6 +38741,8 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, etch, level, of->circuits, "V");
     PDI_STATE(owner, etch, conduct, of->circuits, "mol/s/V");
     PDI_ARRAY(owner, etch, charge_of, of->circuits, "mol/s");
+    PDI_STATE(owner, etch, charge, 2 * of->count, "mol");
+    PDI_ARRAY(owner, etch, charge_ahead, 2 * of->count, "mol");
     PDI_STATE(owner, etch, cathode, of->count, "mol/s");
     PDI_VALUE(owner, etch, extra, "mol/s");
 }
@@ -40911,8 +42134,10 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
         pdi_course_feed(a);
     }
     if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
-    if (a->desc.surface) a->desc.surface->time = s->time + 0.5 * s->dt;
+    if (a->desc.surface) a->desc.surface->from = s->time;
+    if (a->desc.surface) a->desc.surface->span = s->dt;
     pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
+    if (a->desc.surface) a->desc.surface->span = 0.0;
     a->krylov += result.krylov;
     a->newton += result.newton;
     a->error = result.error;
@@ -41006,6 +42231,8 @@ static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
     if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, 0.0));
     pd_status status = pd_reactive_step(ctx, r, PDI_COURSE_LATE * square / d, &result);
     if (a->desc.surface && status == PD_OK) pdi_etch_accept(a->desc.surface);
+    for (int e = 0; a->desc.surface && e < 2 * a->desc.surface->desc.electrodes.count; e++)
+        a->desc.surface->charge[e] = 0.0; /* no time has passed */
     a->krylov += result.krylov;
     a->newton += result.newton;
     if (status == PD_OK) return pd_reactive_begin(ctx, r);
@@ -41328,7 +42555,7 @@ PDI_FN void pdi_body_table_list(pdi_owner *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
     PDI_ARRAY(owner, body, member, body->places, "1");
-    PDI_ARRAY(owner, body, shift, body->kinds, "1");
+    PDI_ARRAY(owner, body, shift, body->shifts, "1");
     PDI_ARRAY(owner, body, place, body->lattice ? body->count : 0, "1");
     PDI_ARRAY(owner, body, image, pdi_body_repeats(body) ? body->bonds : 0, "1");
 }
@@ -41526,8 +42753,8 @@ static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_ce
         for (int image = -most; image <= most; image++)
             body->row[i + 1] += pdi_body_family(body, c, i, image, NULL);
     }
-    body->kinds = pdi_body_number(body);
-    body->places = body->bonds;
+    body->shifts = body->kinds = pdi_body_number(body);
+    body->places = body->charted = body->bonds;
     PDI_TRY(pdi_owner_build(ctx, pdi_body_table_list, body));
     for (int32_t k = 0; k < body->kinds; k++) body->shift[k] = k;
     PDI_PARALLEL_FOR(nt)
@@ -41582,7 +42809,7 @@ static int pdi_body_box(pd_body *body, pdi_body_axes *a)
     double places = pdi_body_places(n, steps);
     if (!(places <= 2.0 * most * (double)body->count) || !(places < 2e9)) return 0;
     a->steps = (int32_t)steps;
-    body->places = (int64_t)places;
+    body->places = body->charted = (int64_t)places;
     int64_t stride = 1;
     for (int d = 0; d < PD_DIM; d++) {
         a->n[d] = (int32_t)n[d];
@@ -41699,7 +42926,7 @@ static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
     pd_status status = pdi_owner_build(ctx, pdi_body_axes_list, &axes);
     int32_t kinds = status == PD_OK && pdi_body_align(body, &axes) ? pdi_body_stencil(body, &axes, NULL) : 0;
     if (kinds > 0) {
-        body->kinds = kinds;
+        body->shifts = body->kinds = kinds;
         body->lattice = 1;
         status = pdi_owner_build(ctx, pdi_body_table_list, body);
         if (status == PD_OK && !pdi_body_chart(ctx, body, &axes)) {
@@ -41708,6 +42935,117 @@ static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
         }
     }
     pdi_owner_free(ctx, pdi_body_axes_list, &axes);
+    return status;
+}
+
+/* ---- bonds that leave the body ---- */
+
+/* 1: the bond is one. Both ends ask for the same line. */
+static int pdi_body_joins(const pd_body *body, const pd_body_desc *desc, int32_t i, const pd_walk *f)
+{
+    double xi[PD_DIM];
+    int first = 0;
+    pdi_walk_vector(body, i, f, xi);
+    for (int d = 0; d < PD_DIM && !first; d++) first = xi[d] > 0.0 ? 1 : xi[d] < 0.0 ? -1 : 0;
+    if (first > 0) return desc->joined(desc->user, i, f->to, xi);
+    for (int d = 0; d < PD_DIM; d++) xi[d] = -xi[d];
+    return desc->joined(desc->user, f->to, i, xi);
+}
+
+/* lost [bonds]: 1 for those that leave the body. Returns how many do. */
+static int64_t pdi_body_leave(const pd_ctx *ctx, const pd_body *body, const pd_body_desc *desc, uint8_t *lost)
+{
+    int64_t all = 0;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            lost[pdi_walk_bond(&f)] = (uint8_t)!pdi_body_joins(body, desc, i, &f);
+    for (int64_t k = 0; k < body->bonds; k++) all += lost[k];
+    return all;
+}
+
+/* How many bonds of point i do not leave the body. */
+static int64_t pdi_body_left(const pd_body *body, const uint8_t *lost, int32_t i)
+{
+    int64_t left = body->row[i + 1] - body->row[i];
+    for (int64_t k = body->row[i]; k < body->row[i + 1]; k++) left -= lost[k];
+    return left;
+}
+
+/* Numbers of the bonds that are left. */
+static void pdi_body_renumber(pd_body *body, const uint8_t *lost)
+{
+    int64_t begin = 0;
+    for (int32_t i = 0; i < body->count; i++) {
+        int64_t left = pdi_body_left(body, lost, i);
+        body->row[i] = begin;
+        begin += left;
+    }
+    body->row[body->count] = body->bonds = begin;
+}
+
+/* Points of a lattice whose families lack bonds get lists. */
+static pd_status pdi_body_lists(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
+{
+    int64_t lists = 0, room = body->places;
+    for (int32_t i = 0; i < body->count; i++)
+        lists += pdi_body_left(body, lost, i) < body->row[i + 1] - body->row[i];
+    room += lists * body->kinds;
+    if (room >= INT32_MAX)
+        return pdi_fail(ctx, PD_ERR_SIZE, "body", "%g families of %d bonds have lists of their own, too many: use a "
+                        "shorter horizon", (double)lists, (int)body->kinds);
+    PDI_TRY(PDI_GROW(ctx, "body", body->places, room, body->member));
+    body->places = room;
+    PDI_TRY(PDI_GROW(ctx, "body", body->shifts, 2 * (int64_t)body->kinds, body->shift));
+    body->shifts = 2 * (int64_t)body->kinds;
+    for (int32_t k = 0; k < body->kinds; k++) body->shift[body->kinds + k] = k;
+    int64_t list = body->charted;
+    for (int32_t i = 0; i < body->count; i++) {
+        if (pdi_body_left(body, lost, i) == body->row[i + 1] - body->row[i]) continue;
+        for (int32_t k = 0; k < body->kinds; k++) body->member[list + k] = -1;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            if (!lost[pdi_walk_bond(&f)]) body->member[list + f.kind] = f.to;
+        body->place[i] = (int32_t)list;
+        list += body->kinds;
+    }
+    return PD_OK;
+}
+
+/* Families that are stored lose the bonds. */
+static pd_status pdi_body_shorten(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
+{
+    int64_t left = 0, longest = 0, bonds = body->bonds;
+    for (int32_t i = 0; i < body->count; i++) {
+        int64_t begin = left;
+        for (int64_t k = body->row[i]; k < body->row[i + 1]; k++) {
+            if (lost[k]) continue;
+            body->member[left] = body->member[k];
+            if (pdi_body_repeats(body)) body->image[left] = body->image[k];
+            left++;
+        }
+        longest = left - begin > longest ? left - begin : longest;
+    }
+    PDI_TRY(PDI_GROW(ctx, "body", bonds, left, body->member));
+    body->places = body->charted = left;
+    PDI_TRY(PDI_GROW(ctx, "body", body->shifts, longest, body->shift));
+    body->shifts = body->kinds = (int32_t)longest;
+    return pdi_body_repeats(body) ? PDI_GROW(ctx, "body", bonds, left, body->image) : PD_OK;
+}
+
+static pd_status pdi_body_part(pd_ctx *ctx, pd_body *body, const pd_body_desc *desc)
+{
+    int64_t bonds = body->bonds;
+    uint8_t *lost = NULL;
+    if (!desc->joined || !bonds) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "body", bonds, lost));
+    pd_status status = PD_OK;
+    if (pdi_body_leave(ctx, body, desc, lost)) {
+        status = body->lattice ? pdi_body_lists(ctx, body, lost) : pdi_body_shorten(ctx, body, lost);
+        if (status == PD_OK) pdi_body_renumber(body, lost);
+    }
+    PDI_DELETE(ctx, bonds, lost);
     return status;
 }
 
@@ -41891,6 +43229,7 @@ static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *b
         PDI_TRY(pdi_body_collect(ctx, body, cells));
         PDI_TRY(pdi_body_families(ctx, body, cells));
     }
+    PDI_TRY(pdi_body_part(ctx, body, desc));
     return pdi_owner_build(ctx, pdi_body_list, body);
 }
 
@@ -50480,11 +51819,13 @@ PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *e
     const uint8_t *kind = paths->grid->kind;
     entry->count = 0;
     entry->open = 1;
-    entry->last = j;
+    entry->last[0] = j;
+    entry->lasts = 1;
     entry->far = pdi_entry_far(paths, j, k);
     if (kind[entry->far] != PD_FLUID || !pdi_entry_free(paths, j, k)) return;
     for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
-        int behind = entry->count, fluid = 0;
+        int behind = entry->count, fluid = 0, metals = 0;
+        int32_t metal[PDI_ENTRY_NODES];
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
             int flip;
             int32_t at = pdi_entry_home(paths, j + paths->cell_shift[c], &flip);
@@ -50494,7 +51835,11 @@ PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *e
                 entry->cell[entry->count] = c;
                 entry->flip[entry->count] = flip;
                 entry->node[entry->count++] = at;
-            } else if (kind[at] == PD_SOLID && !entry->count) entry->last = at;
+            } else if (kind[at] == PD_SOLID && metals < PDI_ENTRY_NODES) metal[metals++] = at;
+        }
+        if (!entry->count && metals) {
+            memcpy(entry->last, metal, (size_t)metals * sizeof *metal);
+            entry->lasts = metals;
         }
         if (behind && !fluid) entry->open = 0;
     }
@@ -50852,6 +52197,16 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
 
 /* Range of the normals as integers. */
 #define PDI_TILT_RANGE 32767.0
+/* What is that near to the middle between two of them lies there. */
+#define PDI_TILT_TIE 1e-6
+
+/* The nearest whole number, of two that are equally near the larger one in size, whatever the rounding of `part` and its
+ * sign: mirrored surfaces have mirrored normals. */
+static int16_t pdi_tilt_whole(double part)
+{
+    double size = floor(PDI_TILT_RANGE * fabs(part) + 0.5 + PDI_TILT_TIE);
+    return (int16_t)(part < 0.0 ? -size : size);
+}
 
 /* 1: fluid, -1: metal, 0: neither, at the far end of bond k. */
 static int pdi_tilt_side(const pd_dissolve *d, int32_t j, int k)
@@ -50873,7 +52228,7 @@ static void pdi_tilt_face(pd_dissolve *d, int32_t j)
         whole += 2.0 * s->beta[k] * abs(s->offset[k * PD_DIM]);
     }
     for (int a = 0; a < PD_DIM; a++)
-        d->facing[(int64_t)j * PD_DIM + a] = (int16_t)floor(PDI_TILT_RANGE * sum[a] / whole + 0.5);
+        d->facing[(int64_t)j * PD_DIM + a] = pdi_tilt_whole(sum[a] / whole);
 }
 
 /* The same at the far end of bond k, exposed metal, as the bond sees it. 0: there is none, or it faces away. */
@@ -50970,6 +52325,10 @@ PDI_FN void pdi_tilt_update(const pd_ctx *ctx, pd_dissolve *d)
 #include <math.h>
 #include <string.h>
 
+/* A normal that is shorter than this share of what it is summed of has cancelled, and what a bond carries along a normal
+ * that it stands across is none: both would be rounding. */
+#define PDI_INTERFACE_NONE 1e-9
+
 PDI_FN double pdi_interface_line(const pd_dissolve *d, const pdi_beside *beside)
 {
     return beside->point.speed + beside->point.slope * d->transport->c[beside->node];
@@ -50999,7 +52358,8 @@ PDI_FN void pdi_interface_find(const pd_dissolve *d, int32_t j, int k, pdi_entry
     entry->open = 0;
     entry->far = entry->node[0] = pdi_reach_taker(d, j, k);
     entry->count = entry->far >= 0;
-    entry->last = j;
+    entry->last[0] = j;
+    entry->lasts = 1;
 }
 
 PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i, int metal)
@@ -51072,7 +52432,8 @@ static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entr
     pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
     beside->enters += weight;
     portion->enters += weight;
-    beside->hollow += weight * pdi_max(1.5 - pdi_metal_left(d, entry->last), 0.0);
+    for (int n = 0; n < entry->lasts; n++)
+        beside->hollow += weight * pdi_max(1.5 - pdi_metal_left(d, entry->last[n]), 0.0) / entry->lasts;
     beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_supply(d, j) / d->kind[0].supply));
     pdi_entry_mirror(entry, e, s->xi + k * PD_DIM, way);
     for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry->count * way[a];
@@ -51109,7 +52470,8 @@ PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn li
                 double normal[PD_DIM];
                 pdi_entry_mirror(&entry, e, from->normal, normal);
                 double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
-                if (!(from->enters > 0.0) || !(share > 0.0)) continue;
+                double least = PDI_INTERFACE_NONE * s->lap[k] * pdi_vec_norm(s->xi + k * PD_DIM);
+                if (!(from->enters > 0.0) || !(share > least)) continue;
                 double beyond = pdi_max(pdi_entry_beyond(paths, k, &entry, e, normal), 0.0);
                 link(d, from, pdi_reach_join(d, entry.far), share, beyond);
             }
@@ -51284,12 +52646,16 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
 
 static void pdi_interface_anew(pd_dissolve *d)
 {
+    const pd_stencil *s = d->paths.stencil;
+    double whole = 0.0;
+    for (int k = 0; k < s->count; k++) whole += s->area[k] * pdi_vec_norm(s->xi + k * PD_DIM);
     for (int32_t k = 0; k < d->beside_count; k++) d->slot[d->beside[k].node] = -1;
     d->beside_count = d->lasts = 0;
     for (int32_t f = 0; f < d->front_count; f++) pdi_interface_gather(d, f);
     for (int32_t n = 0; n < d->beside_count; n++) {
         double *normal = d->beside[n].normal, length = pdi_vec_norm(normal);
-        for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
+        int cancels = !(length > PDI_INTERFACE_NONE * whole);
+        for (int a = 0; a < PD_DIM; a++) normal[a] = cancels ? 0.0 : normal[a] / length;
     }
 }
 
@@ -51352,6 +52718,7 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
     if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_pay);
 }
 
+#undef PDI_INTERFACE_NONE
 #undef PDI_INTERFACE_AROUND
 #undef PDI_INTERFACE_DROP
 #ifdef PDI_COLD
@@ -51382,6 +52749,9 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 
 /* Content at which a node turns fluid, over the mean lead. It is fitted to discs (decisions: Dissolution). */
 #define PDI_CONTENT_LEAD_SHARE 0.6
+
+/* [cells] A place that near to the middle between two nodes lies there. */
+#define PDI_CONTENT_TIE 1e-9
 
 /* A solid neighbour that loses at most this share of what a node loses lies behind it. */
 #define PDI_CONTENT_SHELTERED 0.6
@@ -51639,7 +53009,10 @@ static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double
     int32_t n[PD_DIM];
     if (receiver == PDI_CONTENT_FLUID || pdi_content_same(d, j, k)) return k;
     if (length > 0.0) along = pdi_vec_dot(xi, inward) / length;
-    for (int a = 0; a < PD_DIM; a++) n[a] = (int32_t)floor(along * inward[a] / s->h[a] + 0.5);
+    for (int a = 0; a < PD_DIM; a++) {
+        double cells = along * inward[a] / s->h[a]; /* the middle between two goes to the nearer one on both sides */
+        n[a] = (int32_t)floor(fabs(cells) + 0.5 - PDI_CONTENT_TIE) * (cells < 0.0 ? -1 : 1);
+    }
     for (int b = 0; b < s->count; b++) {
         int equal = 1;
         for (int a = 0; a < PD_DIM; a++) equal = equal && s->offset[b * PD_DIM + a] == n[a];
@@ -53006,6 +54379,8 @@ void pd_electrode_free(pd_ctx *ctx, pd_electrode *e)
 
 /* [cells] A place this near to the zero level of a shape lies on it. */
 #define PDI_CONTACT_TOUCH 1e-3
+/* What a bond reaches along a normal that it stands across is rounding: less than this share of its length. */
+#define PDI_CONTACT_NONE 1e-9
 
 static void pdi_contact_list(pdi_owner *owner, void *object)
 {
@@ -53056,10 +54431,11 @@ static void pdi_contact_add(pdi_contact_walk *w, int32_t i, int32_t j, int k, do
     double reach = -pdi_vec_dot(bonds->stencil->xi + k * PD_DIM, normal);
     double area = share * pdi_bond_lap(bonds, i)[k] * reach;
     pd_contact *contact = &w->at[electrode];
-    if (!(area > 0.0)) return;
+    if (!(reach > PDI_CONTACT_NONE * pdi_vec_norm(bonds->stencil->xi + k * PD_DIM)) || !(area > 0.0)) return;
     w->found += !(contact->area > 0.0);
     contact->area += area;
     contact->way += area * way;
+    for (int d = 0; d < PD_DIM; d++) contact->moment[d] -= 0.5 * area * bonds->stencil->xi[k * PD_DIM + d];
 }
 
 /* [m] How much deeper the surface lies than the face of metal j, whose content is part of that of a whole cell. */
@@ -53107,7 +54483,7 @@ static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int flip, con
     return 1;
 }
 
-/* Follow bond k of node i to the first metal on it, and share it among the closed cells that it meets at once. */
+/* Follow bond k of node i to the first metal on it, and share it among the metal that it meets at once. */
 static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
 {
     const pd_bonds *bonds = w->bonds;
@@ -53116,11 +54492,13 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
     double last[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) last[d] = 0.0;
     for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
-        int cells = s->group_cell[g + 1] - s->group_cell[g], fluid = 0, flip;
+        int metal = 0, fluid = 0, flip;
         double mean[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) mean[d] = 0.0;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
-            if (grid->kind[pdi_contact_home(grid, i + bonds->paths.cell_shift[c], &flip)] != PD_FLUID) continue;
+            uint8_t kind = grid->kind[pdi_contact_home(grid, i + bonds->paths.cell_shift[c], &flip)];
+            metal += kind == PD_SOLID;
+            if (kind != PD_FLUID) continue;
             for (int d = 0; d < PD_DIM; d++) mean[d] += s->cell[c * PD_DIM + d] * grid->h[d];
             fluid++;
         }
@@ -53131,7 +54509,7 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
             double normal[PD_DIM], way;
             if (grid->kind[j] != PD_SOLID) continue;
             if (pdi_contact_smooth(w, row, j, k, normal, &way) || pdi_contact_rough(w, j, flip, last, normal, &way))
-                pdi_contact_add(w, i, j, k, 1.0 / cells, normal, way);
+                pdi_contact_add(w, i, j, k, 1.0 / metal, normal, way);
         }
         return;
     }
@@ -53154,7 +54532,7 @@ static int32_t pdi_contact_node(pdi_contact_walk *w, int32_t row, pd_contact *li
             list[found].way /= contact->area;
             list[found].share = 1.0;
         }
-        contact->area = contact->way = 0.0;
+        memset(contact, 0, sizeof *contact);
         found++;
     }
     w->found = 0;
@@ -53731,12 +55109,16 @@ static double pdi_distribution_at(void *user, const double *x)
 static double pdi_distribution_wall(void *user, const double *x)
 {
     const pd_potential *p = (const pd_potential *)user;
+    double sum = 0.0;
+    int held = 0;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         double side = s % 2 ? p->grid->hi[s / 2] : p->grid->lo[s / 2];
         if (!p->desc.held[s] || p->grid->side[s] != PD_SIDE_WALL) continue;
-        if (fabs(x[s / 2] - side) <= PDI_DISTRIBUTION_TOUCH * p->grid->h[s / 2]) return p->desc.hold[s] - p->origin;
+        if (fabs(x[s / 2] - side) > PDI_DISTRIBUTION_TOUCH * p->grid->h[s / 2]) continue;
+        sum += p->desc.hold[s] - p->origin;
+        held++;
     }
-    return (double)NAN;
+    return held ? sum / held : (double)NAN; /* where two sides meet, the mean: neither comes first */
 }
 
 /* Inlets hold theirs, or insulate. */
@@ -54190,6 +55572,10 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, cell, curve, electrodes, "");
     PDI_ARRAY(owner, cell, circuit, cell->desc.potential.circuits, "");
     PDI_ARRAY(owner, cell, kinds, electrodes, "1");
+    PDI_STATE(owner, cell, charge, electrodes, "C");
+    PDI_STATE(owner, cell, anodic, electrodes, "C");
+    PDI_ARRAY(owner, cell, stock, electrodes, "mol");
+    PDI_ARRAY(owner, cell, factor, electrodes, "1");
     PDI_ARRAY(owner, cell, metal, total, "1");
     if (cell->dissolve) PDI_ARRAY(owner, cell, left, total, "1");
     PDI_ARRAY(owner, cell, first, total, "1");
@@ -54221,7 +55607,7 @@ static void pdi_cell_add(const pd_cell *cell, int32_t i, uint32_t kinds, double 
         const pd_contact *c = &p->contacts.list[k];
         if (!(cell->kinds[c->electrode] & kinds)) continue;
         sum[0] += c->area;
-        sum[1] += c->area * p->current[k];
+        sum[1] += c->area * p->current[k] * cell->factor[c->electrode];
         sum[2] += c->area * p->surface[k];
     }
 }
@@ -54236,71 +55622,133 @@ static void pdi_cell_around(const pd_cell *cell, int32_t i, int reach, uint32_t 
     }
 }
 
+/* The contacts nearest to node i: how far off they are in cells, and their sums. -1: there are none. */
+static int pdi_cell_nearest(const pd_cell *cell, int32_t i, uint32_t kinds, double sum[3])
+{
+    sum[0] = sum[1] = sum[2] = 0.0;
+    for (int reach = 0; reach <= PDI_CELL_AROUND; reach++) {
+        pdi_cell_around(cell, i, reach, kinds, sum);
+        if (sum[0] > 0.0) return reach;
+    }
+    return -1;
+}
+
 PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface)
 {
-    double sum[3] = {0.0, 0.0, 0.0};
-    for (int reach = 0; reach <= PDI_CELL_AROUND && !(sum[0] > 0.0); reach++)
-        pdi_cell_around(cell, i, reach, (uint32_t)1 << kind, sum);
+    double sum[3];
+    pdi_cell_nearest(cell, i, (uint32_t)1 << kind, sum);
     *current = sum[0] > 0.0 ? sum[1] / sum[0] : 0.0;
     *surface = sum[0] > 0.0 ? sum[2] / sum[0] : 0.0;
     return sum[0] > 0.0;
 }
 
-PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i)
-{
-    double sum[3] = {0.0, 0.0, 0.0};
-    pdi_cell_add(cell, i, UINT32_MAX, sum);
-    return sum[0] > 0.0 ? sum[1] / sum[0] : 0.0;
-}
-
-/* 1: a bond to this ghost or wall leads to a side that holds a potential. */
-static int pdi_cell_held(const pd_potential *p, int32_t far)
-{
-    int at[PD_DIM];
-    pdi_grid_index(p->grid, far, at);
-    for (int d = 0; d < PD_DIM; d++)
-        if ((at[d] < 0 && p->desc.held[2 * d]) || (at[d] >= p->grid->n[d] && p->desc.held[2 * d + 1])) return 1;
-    return 0;
-}
-
-/* What bond k of node i carries away [A/m3]; *closed: 1 it ends on metal, -1 on a side that holds a potential. */
-static double pdi_cell_carried(const pd_cell *cell, int32_t i, int k, int *closed)
+/* What metal `kind` beside node i, of `area` [1/m] over its volume, gets of the currents of electrodes. */
+static void pdi_cell_gets(const pd_cell *cell, int32_t i, int kind, double area, double *got)
 {
     const pd_potential *p = &cell->potential;
-    const pd_grid *grid = cell->grid;
-    int32_t row = p->bonds->row[i], far = i + p->bonds->paths.shift[k], home = pdi_grid_image(grid, far, NULL);
-    double own = pdi_potential_kappa(p, i), weight = pdi_bond_lap(p->bonds, i)[k];
-    int open = row < 0 || pdi_bond_open(p->bonds, row, k);
-    *closed = pdi_cell_held(p, far) ? -1 : 0;
-    if (*closed) return 0.0;
-    *closed = !open && grid->kind[home] == PD_SOLID;
-    if (!open || grid->kind[home] != PD_FLUID) return 0.0;
-    double other = pdi_potential_kappa(p, home);
-    return 2.0 * own * other / (own + other) * weight * (p->phi[i] - p->phi[home]);
+    uint32_t kinds = (uint32_t)1 << kind;
+    double sum[3];
+    int reach = pdi_cell_nearest(cell, i, kinds, sum);
+    if (reach < 0 || !(sum[1] > 0.0)) return;
+    for (int n = 0; n < pdi_grid_cube(reach); n++) {
+        int far;
+        int32_t j = pdi_grid_near(cell->grid, i, reach, n, &far), k = j >= 0 && far == reach ? cell->first[j] : -1;
+        for (; k >= 0 && k < p->contacts.count && p->contacts.list[k].node == j; k++) {
+            const pd_contact *c = &p->contacts.list[k];
+            if (cell->kinds[c->electrode] & kinds) got[c->electrode] += area * c->area * p->current[k] / sum[0];
+        }
+    }
+}
+
+PDI_FN void pdi_cell_match(pd_cell *cell)
+{
+    const pd_potential *p = &cell->potential;
+    const pd_dissolve *d = cell->dissolve;
+    double wanted[PD_ELECTRODES], got[PD_ELECTRODES];
+    for (int e = 0; e < p->desc.electrodes; e++) {
+        cell->factor[e] = 1.0;
+        wanted[e] = got[e] = 0.0;
+    }
+    for (int32_t k = 0; k < p->contacts.count; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        if (pdi_metal_passive(d, c->node)) continue;
+        wanted[c->electrode] += pdi_potential_area(p, c) * pdi_max(p->current[k], 0.0);
+    }
+    for (int32_t n = 0; n < d->beside_count; n++) {
+        const pdi_beside *beside = &d->beside[n];
+        double around = pdi_grid_circumference(cell->grid, beside->node);
+        for (int m = 0; m < d->kinds; m++) {
+            double weight = pdi_metal_portion(d, beside)[m].weight;
+            if (weight > 0.0) pdi_cell_gets(cell, beside->node, m, around * weight / d->kind[m].supply, got);
+        }
+    }
+    for (int e = 0; e < p->desc.electrodes; e++)
+        if (wanted[e] > 0.0 && got[e] > 0.0) cell->factor[e] = wanted[e] / got[e];
+}
+
+PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i)
+{
+    const pd_potential *p = &cell->potential;
+    double area = 0.0, current = 0.0;
+    for (int32_t k = cell->first[i]; k >= 0 && k < p->contacts.count && p->contacts.list[k].node == i; k++) {
+        area += p->contacts.list[k].area;
+        current += p->contacts.list[k].area * p->current[k];
+    }
+    return area > 0.0 ? current / area : (double)NAN;
+}
+
+/* What bond k of node i conducts in the electrolyte [S/m3]. */
+static double pdi_cell_conduct(const pd_potential *p, int32_t i, int k)
+{
+    const pd_bonds *bonds = p->bonds;
+    int32_t row = bonds->row[i];
+    double bond;
+    pdi_diffusion_bond(&p->diffusion, i, k, 1, row >= 0, &bond);
+    return row >= 0 && (bonds->inlet[row] || bonds->grid->ends) ? pdi_conductance_beside(bonds, i, k, bond) : bond;
+}
+
+/* What bond k of node i carries away through the electrolyte, or to a side that holds a potential [A/m3]. */
+static double pdi_cell_carried(const pd_potential *p, int32_t i, int k)
+{
+    const pd_bonds *bonds = p->bonds;
+    const pd_grid *grid = bonds->grid;
+    int32_t row = bonds->row[i], far = i + bonds->paths.shift[k];
+    double value = 0.0;
+    if (row >= 0 && !pdi_bond_open(bonds, row, k)) {
+        double conduct = pdi_diffusion_wall(&p->diffusion, row, k, &value);
+        return conduct > 0.0 ? conduct * ((p->phi[i] - p->origin) - value) : 0.0;
+    }
+    if (grid->kind[far] == PD_INLET) {
+        int side = pdi_circuit_side(grid, far);
+        return p->desc.held[side] ? pdi_cell_conduct(p, i, k) * (p->phi[i] - p->desc.hold[side]) : 0.0;
+    }
+    int32_t home = pdi_grid_image(grid, far, NULL);
+    return grid->kind[home] == PD_FLUID ? pdi_cell_conduct(p, i, k) * (p->phi[i] - p->phi[home]) : 0.0;
 }
 
 PDI_FN void pdi_cell_current(const pd_cell *cell, int32_t i, double *j)
 {
-    const pd_stencil *s = cell->potential.bonds->stencil;
-    const double *lap = pdi_bond_lap(cell->potential.bonds, i);
-    double normal[PD_DIM], metal[PD_DIM][PD_DIM], contact = pdi_cell_density(cell, i);
+    const pd_potential *p = &cell->potential;
+    const pd_stencil *s = p->bonds->stencil;
     memset(j, 0, PD_DIM * sizeof *j);
-    memset(normal, 0, sizeof normal);
-    memset(metal, 0, sizeof metal);
     for (int k = 0; k < s->count; k++) {
-        const double *xi = s->xi + k * PD_DIM;
-        int closed, other;
-        double carried = pdi_cell_carried(cell, i, k, &closed);
-        if (closed < 0) carried = -pdi_cell_carried(cell, i, s->count - 1 - k, &other); /* as the bond across */
-        for (int d = 0; d < PD_DIM; d++) {
-            j[d] += 0.5 * carried * xi[d];
-            if (closed > 0) normal[d] += lap[k] * xi[d];
-            for (int e = 0; e < PD_DIM && closed > 0; e++) metal[d][e] += 0.5 * lap[k] * xi[d] * xi[e];
-        }
+        double carried = pdi_cell_carried(p, i, k);
+        for (int d = 0; d < PD_DIM; d++) j[d] += 0.5 * carried * s->xi[k * PD_DIM + d];
     }
-    double length = pdi_vec_norm(normal);
-    for (int d = 0; d < PD_DIM && length > 0.0; d++)
-        for (int e = 0; e < PD_DIM; e++) j[d] -= contact * metal[d][e] * normal[e] / length;
+    for (int32_t n = cell->first[i]; n >= 0 && n < p->contacts.count && p->contacts.list[n].node == i; n++)
+        for (int d = 0; d < PD_DIM; d++) j[d] += p->current[n] * p->contacts.list[n].moment[d];
+}
+
+/* [mol] of metal that an electrode has: of each node the share of its supply that is left. */
+static double pdi_cell_stock(const pd_cell *cell, int electrode)
+{
+    const pd_grid *grid = cell->grid;
+    const pd_dissolve *d = cell->dissolve;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t i = 0; i < grid->total && d; i++)
+        if (grid->kind[i] == PD_SOLID && cell->metal[i] == electrode && pdi_grid_image(grid, i, NULL) == i)
+            pdi_sum_add(&sum, pdi_metal_solid(d, i) * pdi_metal_left(d, i) * pdi_grid_circumference(grid, i));
+    return pdi_sum_total(&sum) * cell->potential.bonds->stencil->volume;
 }
 
 void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode *now)
@@ -54321,6 +55769,9 @@ void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode 
         now->most = touched ? pdi_max(now->most, i) : i;
         touched = 1;
     }
+    now->charge = cell->charge[electrode];
+    now->passed = cell->anodic[electrode];
+    now->lost = cell->stock[electrode] - pdi_cell_stock(cell, electrode);
 }
 
 /* ---- the process ---- */
@@ -54368,6 +55819,7 @@ PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t)
 
 static pd_status pdi_cell_start(pd_ctx *ctx, void *self, double t)
 {
+    ((pd_cell *)self)->reached = t;
     return pdi_cell_solve(ctx, (pd_cell *)self, t);
 }
 
@@ -54380,9 +55832,24 @@ static pd_status pdi_cell_at(pd_ctx *ctx, void *self, double t)
     return PD_OK;
 }
 
+/* Of the step that ends at t: by the currents that it went by. */
+static void pdi_cell_count(pd_cell *cell, double t)
+{
+    const pd_potential *p = &cell->potential;
+    double volume = p->bonds->stencil->volume * (t - cell->reached);
+    cell->reached = t;
+    for (int32_t k = 0; k < p->contacts.count && !cell->desc.apart; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        double passed = volume * pdi_potential_area(p, c) * p->current[k];
+        cell->charge[c->electrode] += passed;
+        cell->anodic[c->electrode] += pdi_max(passed, 0.0);
+    }
+}
+
 static pd_status pdi_cell_finish(pd_ctx *ctx, void *self, double t)
 {
     pd_cell *cell = (pd_cell *)self;
+    pdi_cell_count(cell, t);
     PDI_TRY(pdi_cell_renew(ctx, cell));
     return pdi_cell_solve(ctx, cell, t);
 }
@@ -54416,6 +55883,9 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "current through sides", &cell->result.through, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "solves of the potential", &cell->solves, 1));
     if (cell->desc.share) PDI_TRY(PDI_KEEP(ctx, archive, "time of the potential", &cell->time, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "charges", cell->charge, p->desc.electrodes));
+    PDI_TRY(PDI_KEEP(ctx, archive, "anodic charges", cell->anodic, p->desc.electrodes));
+    PDI_TRY(PDI_KEEP(ctx, archive, "time of the charges", &cell->reached, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "newton of the potential", &cell->newton, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the potential", &cell->krylov, 1));
     if (archive->reading) pdi_cell_index(cell);
@@ -54465,7 +55935,12 @@ static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     p.left = cell->left;
     p.apart = desc->apart;
     if (desc->conduct) p.field = cell->field;
-    return pd_potential_build(ctx, grid, bonds, &p, &cell->potential);
+    PDI_TRY(pd_potential_build(ctx, grid, bonds, &p, &cell->potential));
+    for (int e = 0; e < p.electrodes; e++) {
+        cell->stock[e] = pdi_cell_stock(cell, e);
+        cell->factor[e] = 1.0;
+    }
+    return PD_OK;
 }
 
 pd_status pd_cell_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_dissolve *dissolve,
@@ -54562,8 +56037,7 @@ static double pdi_measure_area(const pd_paths *paths, const pd_transport *t, con
     double sum = 0.0, x[PD_DIM];
     for (int k = 0; k < s->count; k++) {
         if (!(s->area[k] > 0.0) || pdi_grid_open(t->grid->kind[node + paths->shift[k]])) continue;
-        int32_t cell = node + paths->cell_shift[s->group_cell[pdi_path_closed_group(paths, node, k)]];
-        int gives = dissolve && t->grid->kind[cell] == PD_SOLID;
+        int all, gives = dissolve && pdi_path_metal(paths, node, pdi_path_closed_group(paths, node, k), &all);
         if (!gives && t->desc.held) {
             pdi_bond_meet(paths, node, k, x);
             gives = t->desc.held(t->desc.user, x) >= 0.0;
@@ -54652,6 +56126,8 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
  * and flow by as much as the metal is long. */
 #define PDI_STRUCTURE_STRAIN 0.2
 #define PDI_STRUCTURE_SLIP 1.0
+/* Metal that has just turned fluid counts as metal that is left, until its bonds have gone. */
+#define PDI_STRUCTURE_LEFT 1e-300
 
 enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
 
@@ -54678,6 +56154,63 @@ PDI_FN double pdi_structure_broken(const pd_structure *s, int32_t point)
 {
     int64_t all = s->body.row[point + 1] - s->body.row[point];
     return all ? 1.0 - (double)pdi_body_intact(&s->body, point) / (double)all : 0.0;
+}
+
+/* ---- bonds that leave the metal ---- */
+
+/* 1: a node is metal, or has turned fluid and still counts as metal. */
+static int pdi_structure_metal(const void *self, int32_t node)
+{
+    const pd_structure *s = (const pd_structure *)self;
+    return s->point[node] >= 0 && (s->grid->kind[node] == PD_SOLID || s->stiff[s->point[node]] > 0.0);
+}
+
+/* Cells from one point to another. */
+static void pdi_structure_step(const pd_structure *s, int32_t i, int32_t j, int *step)
+{
+    int from[PD_DIM];
+    pdi_grid_index(s->grid, s->node[i], from);
+    pdi_grid_index(s->grid, s->node[j], step);
+    for (int d = 0; d < PD_DIM; d++) step[d] -= from[d];
+}
+
+/* A pd_joined_fn by the cells of the metal that is left. */
+static int pdi_structure_beside(void *user, int32_t i, int32_t j, const double *xi)
+{
+    const pd_structure *s = (const pd_structure *)user;
+    int step[PD_DIM];
+    (void)xi;
+    pdi_structure_step(s, i, j, step);
+    return pdi_chord_stairs(s->grid, s->node[i], step, pdi_structure_metal, s);
+}
+
+/* A pd_joined_fn by the smooth surface, of whose points the depths stand in `density` as the body is built. Where they
+ * cover the line, nothing is to be looked at. */
+static int pdi_structure_inside(void *user, int32_t i, int32_t j, const double *xi)
+{
+    const pd_structure *s = (const pd_structure *)user;
+    double from[PD_DIM], deep = pdi_max(s->density[i], 0.0) + pdi_max(s->density[j], 0.0);
+    if (deep * deep >= pdi_vec_dot(xi, xi)) return 1;
+    pd_grid_position(s->grid, s->node[i], from);
+    return pdi_chord_within(s->grid, from, xi);
+}
+
+/* Which bonds leave the metal of the start is to be asked of these. */
+static void pdi_structure_joined(pd_ctx *ctx, pd_structure *s, pd_body_desc *desc)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * 100);
+    (void)nt;
+    if (pdi_chord_convex(s->grid)) return;
+    desc->user = s;
+    desc->joined = pdi_structure_beside;
+    if (!pdi_chord_smooth(s->grid)) return;
+    desc->joined = pdi_structure_inside;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < s->count; i++) {
+        double x[PD_DIM];
+        pd_grid_position(s->grid, s->node[i], x);
+        s->density[i] = -pdi_chord_level(s->grid, x);
+    }
 }
 
 /* ---- build ---- */
@@ -54707,7 +56240,9 @@ static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
     desc.volume = volume;
     desc.spacing = grid->h[0];
     desc.horizon = s->desc.m * grid->h[0];
+    if (status == PD_OK) pdi_structure_joined(ctx, s, &desc);
     if (status == PD_OK) status = pd_body_build(ctx, &desc, &s->body);
+    memset(s->density, 0, (size_t)s->count * sizeof *s->density);
     PDI_DELETE(ctx, s->count, volume);
     PDI_DELETE(ctx, (int64_t)s->count * PD_DIM, position);
     return status;
@@ -55059,17 +56594,79 @@ static pd_status pdi_structure_finish(pd_ctx *ctx, void *self, double t)
     return pdi_structure_to(ctx, (pd_structure *)self, t);
 }
 
+/* 1: a node that lies off[] cells from the start of a line of step[] cells may belong to a staircase of it. */
+static int pdi_structure_near(const int *off, const int *step)
+{
+    int length = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (off[d] < (step[d] < 0 ? step[d] : 0) || off[d] > (step[d] > 0 ? step[d] : 0)) return 0;
+        length = step[d] > length ? step[d] : -step[d] > length ? -step[d] : length;
+    }
+    for (int d = 0; d < PD_DIM; d++)
+        for (int e = 0; e < d; e++) { /* it is two cells off the line along an axis, at most */
+            int across = off[d] * step[e] - off[e] * step[d];
+            if (across > 4 * length || -across > 4 * length) return 0;
+        }
+    return 1;
+}
+
+/* 1: the line of step[] cells passes the cell that lies off[] cells from its start, and not only an edge of it. */
+static int pdi_structure_passes(const int *off, const int *step)
+{
+    double from = 0.0, to = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double low = ((double)off[d] - 0.5) / (step[d] ? step[d] : 1);
+        double high = ((double)off[d] + 0.5) / (step[d] ? step[d] : 1);
+        if (!step[d] && off[d]) return 0;
+        if (!step[d]) continue;
+        from = pdi_max(from, pdi_min(low, high));
+        to = pdi_min(to, pdi_max(low, high));
+    }
+    return to > from + 1e-9;
+}
+
+/* Metal has gone from point `gone`: bonds of point i that led through it alone. A bond that no staircase bore from the
+ * start, as in a thin part with smooth faces, breaks where its line passes the cell. */
+static void pdi_structure_sever(pd_structure *s, int32_t gone, int32_t i)
+{
+    double stiff = s->stiff[gone];
+    for (pd_walk f = pdi_walk_from(&s->body, i); pdi_walk_next(&f);) {
+        int off[PD_DIM], step[PD_DIM];
+        if (f.to < i || pdi_walk_broken(&f)) continue;
+        pdi_structure_step(s, i, gone, off);
+        pdi_structure_step(s, i, f.to, step);
+        if (!pdi_structure_near(off, step)) continue;
+        int before = pdi_chord_stairs(s->grid, s->node[i], step, pdi_structure_metal, s);
+        s->stiff[gone] = 0.0;
+        int after = pdi_chord_stairs(s->grid, s->node[i], step, pdi_structure_metal, s);
+        s->stiff[gone] = stiff;
+        if (before ? !after : pdi_structure_passes(off, step)) pdi_walk_break(&s->body, i, &f);
+    }
+}
+
+/* Points whose bonds may pass the point that has turned fluid are those of a cube around it. */
+static void pdi_structure_leave(pd_structure *s, int32_t gone)
+{
+    int reach = (int)ceil(s->desc.m + 0.5), far, all = pdi_grid_cube(reach);
+    pdi_body_release(&s->body, gone);
+    for (int k = 0; k < all; k++) {
+        int32_t node = pdi_grid_near(s->grid, s->node[gone], reach, k, &far);
+        if (node >= 0 && s->point[node] >= 0 && s->point[node] != gone) pdi_structure_sever(s, gone, s->point[node]);
+    }
+    s->stiff[gone] = 0.0;
+    s->rest.stale = 1;
+}
+
 static pd_status pdi_structure_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_structure *s = (pd_structure *)self;
     (void)ctx;
     for (int32_t k = 0; k < count; k++) {
         int32_t i = s->point[turned[k]];
-        if (i < 0) continue;
-        pdi_body_release(&s->body, i);
-        s->stiff[i] = 0.0;
-        s->rest.stale = 1;
+        if (i >= 0) s->stiff[i] = pdi_max(s->stiff[i], PDI_STRUCTURE_LEFT);
     }
+    for (int32_t k = 0; k < count; k++)
+        if (s->point[turned[k]] >= 0) pdi_structure_leave(s, s->point[turned[k]]);
     return PD_OK;
 }
 
@@ -55193,6 +56790,7 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
 
 #undef PDI_STRUCTURE_STRAIN
 #undef PDI_STRUCTURE_SLIP
+#undef PDI_STRUCTURE_LEFT
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -55602,6 +57200,7 @@ pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <fcntl.h>
 #if defined(_WIN32)
 #include <direct.h>
 #include <io.h>
@@ -55619,15 +57218,35 @@ __declspec(dllimport) int __stdcall MultiByteToWideChar(unsigned page, unsigned 
 #define PDI_FILE_SEPARATORS "/\\"
 #else
 #include <unistd.h>
+/* Headers of strict C99 leave these out. */
+#if defined(__STRICT_ANSI__) && !defined(__cplusplus) && (!defined(_POSIX_C_SOURCE) || _POSIX_C_SOURCE < 200112L)
+extern FILE *fdopen(int descriptor, const char *mode);
+extern ssize_t readlink(const char *path, char *text, size_t size);
+#endif
 #define PDI_FILE_SEPARATORS "/"
 #endif
-#define PDI_FILE_HELD (-1) /* no number of the C library */
+/* No numbers of the C library. */
+#define PDI_FILE_HELD (-1)
+#define PDI_FILE_PIPE (-2)
+#define PDI_FILE_DEVICE (-3)
+#define PDI_FILE_LINK (-4)
+#define PDI_FILE_TRIES 8 /* files that appear between their removal and their making */
+
+static const char *pdi_file_reason(int error)
+{
+    switch (error) {
+    case PDI_FILE_HELD: return "another program has it open, or it is read-only";
+    case PDI_FILE_PIPE: return "it is a pipe or a socket, expected a file";
+    case PDI_FILE_DEVICE: return "it is a device, expected a file";
+    case PDI_FILE_LINK: return "it is a link, expected a file of its own";
+    case 0: return "unknown reason";
+    default: return strerror(error);
+    }
+}
 
 static pd_status pdi_file_fail(pd_ctx *ctx, const char *what, const char *path, int error)
 {
-    return pdi_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path,
-                    error == PDI_FILE_HELD ? "another program has it open, or it is read-only" :
-                    error ? strerror(error) : "unknown reason");
+    return pdi_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path, pdi_file_reason(error));
 }
 
 static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
@@ -55650,16 +57269,149 @@ PDI_FN const wchar_t *pdi_file_wide(const char *path, wchar_t *wide)
 }
 #endif
 
-PDI_FN void *pdi_file_stream(const char *path, const char *mode)
-{
 #if defined(_WIN32)
-    wchar_t wide[PDI_FILE_WIDE_SIZE], letters[4] = {0};
-    for (int k = 0; k < 3 && mode[k]; k++) letters[k] = (wchar_t)mode[k];
-    return _wfopen(pdi_file_wide(path, wide), letters);
-#else
-    return fopen(path, mode);
-#endif
+static int pdi_file_stat(const char *path, struct __stat64 *info)
+{
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    errno = 0;
+    return _wstat64(pdi_file_wide(path, wide), info) == 0 ? 0 : errno ? errno : EACCES;
 }
+
+/* 0: a plain file, else what is wrong with it. */
+static int pdi_file_sort(const struct __stat64 *info)
+{
+    if (info->st_mode & _S_IFREG) return 0;
+    return info->st_mode & _S_IFDIR ? EISDIR : PDI_FILE_DEVICE;
+}
+
+PDI_FN int pdi_file_is_link(const char *path)
+{
+    (void)path; /* files are made there as such, and replaced */
+    return 0;
+}
+
+PDI_FN int pdi_file_exists(const char *path)
+{
+    struct __stat64 info;
+    return pdi_file_stat(path, &info) == 0;
+}
+
+/* A plain file to be read. NULL and *error: it is none, or cannot be opened. */
+static FILE *pdi_file_plain(const char *path, double *size, int *error)
+{
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    struct __stat64 info;
+    *error = pdi_file_stat(path, &info);
+    if (!*error) *error = pdi_file_sort(&info);
+    if (*error) return NULL;
+    *size = (double)info.st_size;
+    FILE *stream = _wfopen(pdi_file_wide(path, wide), L"rb");
+    if (!stream) *error = errno ? errno : EACCES;
+    return stream;
+}
+
+/* A file that was not there before. */
+static FILE *pdi_file_fresh(const char *path, int *error)
+{
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    const int anew = _O_CREAT | _O_EXCL | _O_WRONLY | _O_BINARY;
+    errno = 0;
+    int descriptor = _wopen(pdi_file_wide(path, wide), anew, _S_IREAD | _S_IWRITE);
+    FILE *stream = descriptor < 0 ? NULL : _fdopen(descriptor, "wb");
+    *error = stream ? 0 : errno ? errno : EACCES;
+    if (!stream && descriptor >= 0) _close(descriptor);
+    return stream;
+}
+
+/* A plain file, to write behind its end. */
+static FILE *pdi_file_behind(const char *path, int *error)
+{
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    errno = 0;
+    FILE *stream = _wfopen(pdi_file_wide(path, wide), L"ab");
+    *error = stream ? 0 : errno ? errno : EACCES;
+    return stream;
+}
+#else
+/* 0: a plain file, else what is wrong with it. */
+static int pdi_file_sort(const struct stat *info)
+{
+    if (S_ISREG(info->st_mode)) return 0;
+    if (S_ISDIR(info->st_mode)) return EISDIR;
+    return S_ISCHR(info->st_mode) || S_ISBLK(info->st_mode) ? PDI_FILE_DEVICE : PDI_FILE_PIPE;
+}
+
+PDI_FN int pdi_file_is_link(const char *path)
+{
+    char first;
+    return readlink(path, &first, 1) >= 0;
+}
+
+PDI_FN int pdi_file_exists(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0;
+}
+
+/* Open a plain file that is there, without waiting for what is none. A descriptor, or -1 and *error. */
+static int pdi_file_descriptor(const char *path, int flags, double *size, int *error)
+{
+    struct stat info;
+    int descriptor = -1;
+    errno = 0;
+    *error = stat(path, &info) == 0 ? pdi_file_sort(&info) : errno ? errno : EACCES;
+    if (!*error) {
+        descriptor = open(path, flags | O_NONBLOCK);
+        if (descriptor < 0 || fstat(descriptor, &info) != 0) *error = errno ? errno : EACCES;
+        else *error = pdi_file_sort(&info); /* another one has come in between */
+    }
+    *size = (double)info.st_size;
+    if (*error && descriptor >= 0) close(descriptor);
+    return *error ? -1 : descriptor;
+}
+
+/* A stream of a descriptor, which goes with it. NULL and *error: there is none. */
+static FILE *pdi_file_buffer(int descriptor, const char *mode, int *error)
+{
+    FILE *stream = descriptor < 0 ? NULL : fdopen(descriptor, mode);
+    if (stream || descriptor < 0) return stream;
+    *error = errno ? errno : EACCES;
+    close(descriptor);
+    return NULL;
+}
+
+/* A plain file to be read. NULL and *error: it is none, or cannot be opened. */
+static FILE *pdi_file_plain(const char *path, double *size, int *error)
+{
+    int descriptor = pdi_file_descriptor(path, O_RDONLY, size, error);
+    return pdi_file_buffer(descriptor, "rb", error);
+}
+
+/* A file that was not there before: exclusive creation follows no link. */
+static FILE *pdi_file_fresh(const char *path, int *error)
+{
+    errno = 0;
+    int descriptor = open(path, O_CREAT | O_EXCL | O_WRONLY, 0666);
+    *error = descriptor >= 0 ? 0 : errno ? errno : EACCES;
+    return pdi_file_buffer(descriptor, "wb", error);
+}
+
+/* A plain file, to write behind its end, and none that a link leads to. */
+static FILE *pdi_file_behind(const char *path, int *error)
+{
+    struct stat ours, there;
+    double size;
+    int descriptor = pdi_file_descriptor(path, O_WRONLY | O_APPEND, &size, error);
+    if (descriptor < 0) return NULL;
+    if (pdi_file_is_link(path) || fstat(descriptor, &ours) != 0 || stat(path, &there) != 0 ||
+        ours.st_ino != there.st_ino || ours.st_dev != there.st_dev || ours.st_nlink > 1) {
+        close(descriptor);
+        *error = PDI_FILE_LINK;
+        return NULL;
+    }
+    return pdi_file_buffer(descriptor, "ab", error);
+}
+#endif
 
 static void pdi_file_delete(const char *path)
 {
@@ -55746,9 +57498,7 @@ PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path)
     strcpy(above, path);
     /* the deepest directory that is there */
     for (size_t end = strlen(above); !pdi_file_is_directory(above); above[end] = 0) {
-        FILE *other = (FILE *)pdi_file_stream(above, "rb");
-        if (other) fclose(other);
-        if (other) return pdi_file_fail(ctx, "make the directory", path, ENOTDIR);
+        if (pdi_file_exists(above)) return pdi_file_fail(ctx, "make the directory", path, ENOTDIR);
         while (end > 0 && !pdi_file_is_separator(above[end - 1])) end--;
         while (end > 1 && pdi_file_is_separator(above[end - 1])) end--;
         if (end == 0) strcpy(above, ".");
@@ -55809,7 +57559,13 @@ PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame,
     return PD_OK;
 }
 
-/* Reading. The size is found by reading: pipes and files that grow are no special case. */
+/* Reading. What is read counts, not the size that was found before: files may grow. */
+
+static pd_status pdi_file_too_large(pd_ctx *ctx, const char *path, size_t limit)
+{
+    return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' is larger than %.0f bytes, the limit for this kind of file", path,
+                    (double)limit);
+}
 
 static pd_status pdi_file_read_stream(pd_ctx *ctx, const char *path, FILE *stream, size_t limit, char **data,
                                       size_t *size, size_t *capacity)
@@ -55818,9 +57574,7 @@ static pd_status pdi_file_read_stream(pd_ctx *ctx, const char *path, FILE *strea
         size_t room = *capacity - *size;
         size_t got = fread(*data + *size, 1, room, stream);
         *size += got;
-        if (*size > limit)
-            return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' is larger than %.0f bytes, the limit for this kind of file",
-                            path, (double)limit);
+        if (*size > limit) return pdi_file_too_large(ctx, path, limit);
         if (got < room) {
             if (ferror(stream)) return pdi_file_fail(ctx, "read", path, errno);
             return PD_OK;
@@ -55837,10 +57591,13 @@ PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char
     *data = NULL;
     *size = 0;
     PDI_TRY(pdi_file_check_path(ctx, path));
-    errno = 0;
-    FILE *stream = (FILE *)pdi_file_stream(path, "rb");
-    if (!stream) return pdi_file_fail(ctx, "open", path, errno);
-    pd_status status = PDI_NEW(ctx, "file", capacity, *data);
+    double found = 0.0;
+    int error;
+    FILE *stream = pdi_file_plain(path, &found, &error);
+    if (!stream) return pdi_file_fail(ctx, "open", path, error);
+    pd_status status = found > (double)limit ? pdi_file_too_large(ctx, path, limit) : PD_OK;
+    if (found >= (double)capacity && found <= (double)limit) capacity = (size_t)found + 1;
+    if (status == PD_OK) status = PDI_NEW(ctx, "file", capacity, *data);
     if (status == PD_OK) status = pdi_file_read_stream(ctx, path, stream, limit, data, size, &capacity);
     fclose(stream);
     if (status == PD_OK) {
@@ -55862,27 +57619,32 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     PDI_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
     snprintf(file->part, sizeof file->part, "%s.part", path);
-    errno = 0;
-    file->stream = pdi_file_stream(file->part, "wb");
-    if (!file->stream) return pdi_file_fail(ctx, "create", file->part, errno);
-    return PD_OK;
+    int error = EEXIST;
+    for (int k = 0; k < PDI_FILE_TRIES && error == EEXIST; k++) {
+        if (pdi_file_is_link(file->part) || !pdi_file_is_directory(file->part)) pdi_file_delete(file->part);
+        file->stream = pdi_file_fresh(file->part, &error);
+    }
+    if (file->stream) return PD_OK;
+    pd_status status = pdi_file_fail(ctx, "create", file->part, error);
+    file->part[0] = 0; /* it is another's */
+    return status;
 }
 
-/* Open the file itself; `verb` for the message. */
-static pd_status pdi_file_direct(pd_ctx *ctx, const char *path, const char *mode, const char *verb, pd_file *file)
+/* The file itself for `file`; `verb` for the message. */
+static pd_status pdi_file_direct(pd_ctx *ctx, const char *path, int append, const char *verb, pd_file *file)
 {
+    double size;
+    int error;
     memset(file, 0, sizeof *file);
     PDI_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
-    errno = 0;
-    file->stream = pdi_file_stream(path, mode);
-    if (!file->stream) return pdi_file_fail(ctx, verb, path, errno);
-    return PD_OK;
+    file->stream = append ? pdi_file_behind(path, &error) : pdi_file_plain(path, &size, &error);
+    return file->stream ? PD_OK : pdi_file_fail(ctx, verb, path, error);
 }
 
 PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file)
 {
-    return pdi_file_direct(ctx, path, "ab", "append to", file);
+    return pdi_file_direct(ctx, path, 1, "append to", file);
 }
 
 static const char *pdi_file_open_name(const pd_file *file) { return file->part[0] ? file->part : file->path; }
@@ -55962,7 +57724,7 @@ PDI_FN void pdi_file_remove(const char *path)
 
 PDI_FN pd_status pdi_file_open(pd_ctx *ctx, const char *path, pd_file *file)
 {
-    return pdi_file_direct(ctx, path, "rb", "open", file);
+    return pdi_file_direct(ctx, path, 0, "open", file);
 }
 
 PDI_FN pd_status pdi_file_get(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got)
@@ -56061,6 +57823,10 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 
 #undef PDI_FILE_SEPARATORS
 #undef PDI_FILE_HELD
+#undef PDI_FILE_PIPE
+#undef PDI_FILE_DEVICE
+#undef PDI_FILE_LINK
+#undef PDI_FILE_TRIES
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -57242,11 +59008,13 @@ pd_status pd_store_close(pd_ctx *ctx, pd_store *s)
 
 #define PDI_FOLDER_HEAD "# pdcorr: files of the run that is named below; its next start removes them\n"
 #define PDI_FOLDER_TRIES 8 /* locks that go while they are taken */
+#define PDI_FOLDER_LOCK_SIZE 21 /* [byte] of a lock: the number of a process, and the end of its line */
 
 typedef enum pdi_folder_state {
     PDI_FOLDER_OURS = 0,
     PDI_FOLDER_BUSY,
     PDI_FOLDER_GONE, /* the file was removed in between */
+    PDI_FOLDER_ALIEN, /* what stands there is no lock of a run */
     PDI_FOLDER_ERROR
 } pdi_folder_state;
 
@@ -57293,19 +59061,38 @@ static int pdi_folder_busy(int lock)
 #endif
 }
 
+/* Nothing but the number of a process, in a file that has no other name. */
+static int pdi_folder_is_lock(const char *path, int lock, const struct stat *ours)
+{
+    char text[PDI_FOLDER_LOCK_SIZE + 1];
+    if (!S_ISREG(ours->st_mode) || ours->st_nlink > 1 || pdi_file_is_link(path)) return 0;
+    ssize_t size = read(lock, text, sizeof text);
+    if (size < 0 || size > PDI_FOLDER_LOCK_SIZE || (lseek)(lock, 0, SEEK_SET) != 0) return 0;
+    for (ssize_t k = 0; k < size; k++)
+        if (!strchr("0123456789 \n", text[k]) || !text[k]) return 0;
+    return 1;
+}
+
 static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
 {
     struct stat ours, there;
     errno = 0;
-    *lock = open(path, make ? O_RDWR | O_CREAT : O_RDWR, 0666);
-    if (*lock < 0) return make ? PDI_FOLDER_ERROR : PDI_FOLDER_GONE;
+    if (pdi_file_is_link(path)) return PDI_FOLDER_ALIEN;
+    *lock = open(path, O_RDWR | O_NONBLOCK);
+    if (*lock < 0 && errno != ENOENT) return make ? PDI_FOLDER_ERROR : PDI_FOLDER_GONE;
+    if (*lock < 0 && !make) return PDI_FOLDER_GONE;
+    if (*lock < 0) *lock = open(path, O_RDWR | O_CREAT | O_EXCL, 0666); /* which follows no link */
+    if (*lock < 0) return errno == EEXIST ? PDI_FOLDER_GONE : PDI_FOLDER_ERROR;
     if (pdi_folder_busy(*lock)) {
         close(*lock);
         return PDI_FOLDER_BUSY;
     }
     if (fstat(*lock, &ours) == 0 && stat(path, &there) == 0 && ours.st_ino == there.st_ino &&
-        ours.st_dev == there.st_dev)
-        return PDI_FOLDER_OURS;
+        ours.st_dev == there.st_dev) {
+        if (pdi_folder_is_lock(path, *lock, &ours)) return PDI_FOLDER_OURS;
+        close(*lock);
+        return PDI_FOLDER_ALIEN;
+    }
     close(*lock);
     return PDI_FOLDER_GONE;
 }
@@ -57333,12 +59120,19 @@ static void pdi_folder_drop(const char *path, int lock)
 static pd_status pdi_folder_in_use(pd_ctx *ctx, const char *folder, const char *lock)
 {
     char number[24] = "";
-    FILE *file = (FILE *)pdi_file_stream(lock, "r");
-    if (file && !fgets(number, sizeof number, file)) number[0] = '\0';
-    if (file) fclose(file);
+    pd_file file;
+    if (pdi_file_open(ctx, lock, &file) == PD_OK && !fgets(number, sizeof number, (FILE *)file.stream))
+        number[0] = '\0';
+    pdi_file_abandon(&file);
     return pdi_fail(ctx, PD_ERR_STATE, "folder",
                     "another run (process %.0f) writes into '%.200s', expected a folder of its own: wait for it or "
                     "choose another folder; if none runs, remove '%.200s'", strtod(number, NULL), folder, lock);
+}
+
+static pd_status pdi_folder_alien(pd_ctx *ctx, const char *lock)
+{
+    return pdi_fail(ctx, PD_ERR_STATE, "folder",
+                    "'%.300s' is a link or holds something else, expected the lock of a run or none: remove it", lock);
 }
 
 static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
@@ -57349,6 +59143,7 @@ static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
     for (int k = 0; k < PDI_FOLDER_TRIES && state == PDI_FOLDER_GONE; k++) state = pdi_folder_take(path, 1, &f->lock);
     if (state == PDI_FOLDER_ERROR)
         return pdi_fail(ctx, PD_ERR_FILE, "folder", "cannot create '%.300s': %s", path, strerror(errno));
+    if (state == PDI_FOLDER_ALIEN) return pdi_folder_alien(ctx, path);
     if (state != PDI_FOLDER_OURS) return pdi_folder_in_use(ctx, f->path, path);
     f->held = 1;
     snprintf(number, sizeof number, "%-20ld\n", pdi_folder_process()); /* over that of a run that was killed */
@@ -57384,11 +59179,9 @@ static pd_status pdi_folder_head(pd_ctx *ctx, const char *folder, pd_file *file,
 {
     char path[PD_PATH_SIZE], line[PD_PATH_SIZE];
     PDI_TRY(pd_file_join(ctx, folder, PD_FOLDER_LIST, path));
-    FILE *there = (FILE *)pdi_file_stream(path, "rb");
-    *found = there != NULL;
+    *found = pdi_file_exists(path);
     memset(file, 0, sizeof *file);
-    if (!there) return PD_OK;
-    fclose(there);
+    if (!*found) return PD_OK;
     PDI_TRY(pdi_file_open(ctx, path, file));
     int head = pdi_folder_line(file, line) && strncmp(line, PDI_FOLDER_HEAD, strlen(PDI_FOLDER_HEAD) - 1) == 0;
     if (head && pdi_folder_line(file, line) && strncmp(line, "run ", 4) == 0) {
@@ -57404,9 +59197,7 @@ static void pdi_folder_remove_listed(pd_ctx *ctx, pd_folder *f, pd_file *file)
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     while (pdi_folder_line(file, name)) {
         if (!pdi_folder_own(name) || pd_file_join(ctx, f->path, name, path) < 0) continue;
-        FILE *there = (FILE *)pdi_file_stream(path, "rb");
-        if (there) fclose(there);
-        f->removed += there != NULL;
+        f->removed += pdi_file_exists(path);
         pdi_file_remove(path);
     }
 }
@@ -57475,6 +59266,7 @@ PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LOCK, lock));
     pdi_folder_state state = pdi_folder_take(lock, 0, &f.lock);
     if (state == PDI_FOLDER_BUSY) return pdi_folder_in_use(ctx, path, lock);
+    if (state == PDI_FOLDER_ALIEN) return pdi_folder_alien(ctx, lock);
     if (state == PDI_FOLDER_OURS) pdi_folder_drop(lock, f.lock); /* of a run that was killed */
     PDI_TRY(pdi_folder_head(ctx, path, &list, found, &listed));
     pdi_file_abandon(&list);
@@ -57486,9 +59278,8 @@ PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run,
     char list[PD_PATH_SIZE];
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LIST, list));
-    FILE *there = (FILE *)pdi_file_stream(list, "rb");
-    if (!there) return PD_OK; /* nothing to go on with: reading the checkpoint fails later, with a message */
-    fclose(there);
+    /* nothing to go on with: reading the checkpoint fails later, with a message */
+    if (!pdi_file_exists(list)) return PD_OK;
     return pdi_folder_claim(ctx, f);
 }
 
@@ -57536,6 +59327,7 @@ PDI_FN void pdi_folder_close(pd_folder *f)
 
 #undef PDI_FOLDER_HEAD
 #undef PDI_FOLDER_TRIES
+#undef PDI_FOLDER_LOCK_SIZE
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -62644,7 +64436,8 @@ PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char
 
 PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size)
 {
-    pdi_scan scan = {ctx, where, path, text, text + size, text};
+    pdi_scan scan = {ctx, where, path, text, text + size, text, 0};
+    if (size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0) scan.at += 3;
     return scan;
 }
 
@@ -62721,11 +64514,21 @@ PDI_FN pd_status pdi_scan_count(pdi_scan *s, const char *what, int bytes, int64_
     return pdi_scan_fail(s, s->at, "%s: %.0f, which is more than the rest of the file can hold", what, (double)*count);
 }
 
+PDI_FN int pdi_scan_is(const pdi_scan *s, const char *word, size_t size, const char *name)
+{
+    if (size != strlen(name)) return 0;
+    for (size_t k = 0; k < size; k++) {
+        int capital = s->any_case && word[k] >= 'A' && word[k] <= 'Z';
+        if ((capital ? word[k] - 'A' + 'a' : word[k]) != name[k]) return 0;
+    }
+    return 1;
+}
+
 PDI_FN pd_status pdi_scan_expect(pdi_scan *s, const char *expected)
 {
     const char *word;
     size_t size = pdi_scan_word(s, &word);
-    if (size == strlen(expected) && memcmp(word, expected, size) == 0) return PD_OK;
+    if (pdi_scan_is(s, word, size, expected)) return PD_OK;
     return pdi_scan_wrong(s, word, size, expected);
 }
 
@@ -63314,11 +65117,6 @@ static pd_status pdi_msh_skip(pdi_msh *m, const char *name, size_t size)
     return pdi_scan_fail(m->scan, name, "the section %.*s has no end", size < 40 ? (int)size : 40, name);
 }
 
-static int pdi_msh_is(const char *word, size_t size, const char *name)
-{
-    return size == strlen(name) && memcmp(word, name, size) == 0;
-}
-
 static pd_status pdi_msh_sections(pdi_msh *m)
 {
     const char *word;
@@ -63326,10 +65124,10 @@ static pd_status pdi_msh_sections(pdi_msh *m)
     PDI_TRY(pdi_msh_format(m));
     for (size_t size; (size = pdi_scan_word(m->scan, &word)) > 0;) {
         if (word[0] != '$') return pdi_scan_fail(m->scan, word, "text outside of sections");
-        if (pdi_msh_is(word, size, "$Nodes")) PDI_TRY(pdi_msh_nodes(m));
-        else if (pdi_msh_is(word, size, "$Elements")) PDI_TRY(pdi_msh_elements(m));
-        else if (pdi_msh_is(word, size, "$Entities") && m->version == 4) PDI_TRY(pdi_msh_entities(m));
-        else if (pdi_msh_is(word, size, "$PartitionedEntities"))
+        if (pdi_scan_is(m->scan, word, size, "$Nodes")) PDI_TRY(pdi_msh_nodes(m));
+        else if (pdi_scan_is(m->scan, word, size, "$Elements")) PDI_TRY(pdi_msh_elements(m));
+        else if (pdi_scan_is(m->scan, word, size, "$Entities") && m->version == 4) PDI_TRY(pdi_msh_entities(m));
+        else if (pdi_scan_is(m->scan, word, size, "$PartitionedEntities"))
             return pdi_scan_fail(m->scan, word, "a partitioned mesh, expected one in one piece");
         else PDI_TRY(pdi_msh_skip(m, word, size));
     }
@@ -64202,9 +66000,11 @@ static pd_status pdi_stl_facet(pdi_scan *s, pdi_stl_corners *c)
     return PD_OK;
 }
 
-static int pdi_stl_is(const char *word, size_t size, const char *name)
+/* What fills a file up behind its text. */
+static int pdi_stl_filling(const char *at, const char *end)
 {
-    return size == strlen(name) && memcmp(word, name, size) == 0;
+    while (at < end && (*at == '\0' || *at == '\x1A' || *at == ' ' || *at == '\t' || *at == '\r' || *at == '\n')) at++;
+    return at == end;
 }
 
 /* solid NAME .. endsolid NAME, once or more often. */
@@ -64212,10 +66012,12 @@ static pd_status pdi_stl_text(pdi_scan *s, pdi_stl_corners *c)
 {
     const char *word;
     int open = 0;
+    s->any_case = 1;
     for (size_t size; (size = pdi_scan_word(s, &word)) > 0;) {
-        if (!open && pdi_stl_is(word, size, "solid")) open = 1;
-        else if (open && pdi_stl_is(word, size, "endsolid")) open = 0;
-        else if (open && pdi_stl_is(word, size, "facet")) {
+        if (!open && pdi_stl_filling(word, s->end)) break;
+        if (!open && pdi_scan_is(s, word, size, "solid")) open = 1;
+        else if (open && pdi_scan_is(s, word, size, "endsolid")) open = 0;
+        else if (open && pdi_scan_is(s, word, size, "facet")) {
             PDI_TRY(pdi_stl_facet(s, c));
             continue;
         } else
@@ -64230,11 +66032,13 @@ static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, 
 {
     double count = size >= PDI_STL_HEAD ? (double)pdi_stl_whole(text + PDI_STL_HEAD - 4) : -1.0;
     double whole = PDI_STL_HEAD + PDI_STL_EACH * count;
-    if (count > 0.0 && !((double)size < whole) && !((double)size > whole))
-        return pdi_stl_binary(ctx, text, (uint32_t)count, c);
-    pdi_scan scan = pdi_scan_begin(ctx, "stl", path, text, size);
-    size_t blank = strspn(text, " \t\r\n");
-    if (strncmp(text + blank, "solid", 5) == 0) return pdi_stl_text(&scan, c);
+    /* what a text has there is a number that no file holds; other bytes may follow the last triangle */
+    if (count > 0.0 && (double)size >= whole) return pdi_stl_binary(ctx, text, (uint32_t)count, c);
+    pdi_scan scan = pdi_scan_begin(ctx, "stl", path, text, size), first = scan;
+    const char *word;
+    first.any_case = 1;
+    size_t length = pdi_scan_word(&first, &word);
+    if (pdi_scan_is(&first, word, length, "solid")) return pdi_stl_text(&scan, c);
     return pdi_fail(ctx, PD_ERR_PARSE, "stl", "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
                     "file of %.0f triangles, whose size is %.0f: no STL file, or cut off", path, (double)size,
                     pdi_max(count, 0.0), pdi_max(whole, PDI_STL_HEAD));
@@ -65695,8 +67499,9 @@ static const pd_key pdi_keys_of_shape[] = {
     {"raw", "-", "-",
      PDI_SAYS("file of one byte a voxel, x fastest; not 0 is inside; with `size`, `corner` and `cell`")},
     {"stl", "-", "-",
-     PDI_SAYS("3D: STL file (text or binary), relative to the scene: a closed surface, each of whose edges has two "
-              "triangles; with `scale`. Where it ends at a side of the box is a face of it")},
+     PDI_SAYS("3D: STL file (text or binary), relative to the scene: closed surfaces, normals outward; with `scale`. "
+              "Those that overlap or touch are one body; one with normals inward is a cavity of what it lies in. Where "
+              "it ends at a side of the box is a face of it")},
     {"union, intersect, difference", "-", "-",
      PDI_SAYS("2 to 8 names of shapes above; `difference`: first minus the others")},
     {"radius", "m", "required there",
@@ -66033,7 +67838,7 @@ static const pd_key pdi_keys_of_output[] = {
 static const pd_key pdi_keys_of_probe[] = {
     {"at", "m", "required",
      PDI_SAYS("place, a coordinate an axis")},
-    {"fields", "-", "C; without transport pH or v",
+    {"fields", "-", "C; without transport pH, phi or v",
      PDI_SAYS("some of those of `[output]`")}};
 
 static const pd_key pdi_keys_of_line[] = {
@@ -69857,6 +71662,11 @@ static pd_status pdi_read_shapes_stl(pdi_read_shapes *s, pd_shape *shape)
     shape->facets = surface;
     if (pd_facets_read(s->ctx, path, scale, shift, surface) < 0)
         return pdi_named_files_fail(s->ctx, s->text, s->section, "stl");
+    if (surface->turned)
+        pdi_setup_note(s->setup, "%.200s is inside out, its normals point inward: all its triangles are turned", path);
+    if (surface->joined)
+        pdi_setup_note(s->setup, "%.200s is closed where corners within 3e-6 of its extent are one: %d have moved",
+                       path, (int)surface->joined);
     return PD_OK;
 }
 
@@ -71595,6 +73405,9 @@ PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *u)
     static const char *const keys[] = {"vx", "vy", "vz"};
     int section = pdi_text_section(ctx, text, "gas", NULL), order;
     if (!u->has_gas) return PD_OK;
+    /* without friction a plane wall is a plane of symmetry, and bonds to images know no corner */
+    for (int side = 0; side < 2 * PD_DIM; side++)
+        if (u->side[side].kind == PD_SIDE_WALL) u->side[side].kind = PD_SIDE_MIRROR;
     if (u->axisymmetric)
         return pdi_text_refuse(ctx, text, section, "gas",
                                "found in a box with geometry = axisymmetric, expected planar");
@@ -72124,7 +73937,7 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors *w, pd_setup_monitor 
     if (u->has_gas)
         return pdi_text_refuse(w->ctx, w->text, w->section, "plane", "found beside [gas], expected [line] or [total]");
     PDI_TRY(pdi_read_monitors_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
-    index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
+    index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5 + PDI_SHAPE_TIE); /* of two as near, the upper one */
     if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))
         return pdi_text_refuse(w->ctx, w->text, w->section, "at",
                                "found %.6g m, expected a place at least half a cell inside of the box", at);
@@ -73891,7 +75704,7 @@ static double pdi_wall_shape(const pd_setup *u, const double *x, double t)
     if (u->solid >= 0) nearest = pdi_min(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
     for (int k = 0; k < u->wall_count; k++) {
         double distance = fabs(pd_shape_distance(u->shape, u->walls[k].shape, x));
-        if (!(distance < nearest)) continue;
+        if (!(distance < nearest - pdi_shape_tie(u->h, x))) continue; /* of several, the first one */
         nearest = distance;
         found = &u->walls[k];
     }
@@ -73902,12 +75715,16 @@ PDI_FN double pdi_wall_held(void *user, const double *x)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     const pd_setup *u = inlet->setup;
-    int side = 0;
+    double sum = 0.0;
+    int side = 0, hold = 0;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         if (!pdi_wall_on(u, s, x)) continue;
-        if (u->side[s].holds) return pdi_wall_value(&u->side[s].held, x, inlet->time);
         side = 1;
+        if (!u->side[s].holds) continue;
+        sum += pdi_wall_value(&u->side[s].held, x, inlet->time);
+        hold++;
     }
+    if (hold) return sum / hold; /* where two sides meet, the mean: neither comes first */
     return side ? (double)NAN : pdi_wall_shape(u, x, inlet->time);
 }
 
@@ -73949,7 +75766,7 @@ static int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
     double x[PD_DIM];
     if (grip->side >= 0) return pdi_grip_row(g, i, grip->side) < g->rows[k];
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
-    return pd_shape_distance(g->setup->shape, grip->shape, x) <= 0.0;
+    return pdi_shape_has(g->setup->shape, grip->shape, g->setup->h, x);
 }
 
 /* Rows beside a side whose bonds feel the end of the body: two horizons. */
@@ -74431,7 +76248,7 @@ static int pdi_electrodes_which(void *user, int32_t node)
     for (int k = p->electrodes; k-- > 0;) {
         const pd_setup_electrode *e = &p->electrode[k];
         if (e->shape < 0 ? e->metal == (m->metal ? m->metal[node] : 0)
-                         : pd_shape_distance(m->setup->shape, e->shape, x) <= 0.0) return k;
+                         : pdi_shape_has(m->setup->shape, e->shape, m->grid->h, x)) return k;
     }
     return -1;
 }
@@ -74742,6 +76559,8 @@ PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_
         now->most = touched ? pdi_max(now->most, current / area) : current / area;
         touched = 1;
     }
+    now->charge = PDI_POLARISE_FARADAY * s->charge[2 * electrode];
+    now->passed = PDI_POLARISE_FARADAY * s->charge[2 * electrode + 1];
 }
 
 PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node)
@@ -74752,7 +76571,7 @@ PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node)
         area += s->reactive->bonds->stencil->volume * pdi_grid_circumference(s->reactive->grid, node) * s->area[k];
         current += pdi_polarise_place(s, k, &size, &anodic);
     }
-    return area > 0.0 ? current / area : 0.0;
+    return area > 0.0 ? current / area : (double)NAN;
 }
 
 PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
@@ -75332,7 +77151,7 @@ static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *pla
 {
     double bonds = pdi_footprint_bonds(u->metal_body.m), n[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) n[d] = (double)plan->grid.n[d];
-    body->kinds = (int32_t)bonds;
+    body->shifts = body->kinds = (int32_t)bonds;
     body->bonds = (int64_t)(bonds * (double)body->count);
     double places = pdi_body_places(n, floor(u->metal_body.m + 0.5));
     body->lattice = places + (double)body->count <= 2.0 * (double)body->bonds;
@@ -76133,7 +77952,7 @@ static double pdi_model_interface(void *user, const double *x)
 static double pdi_model_diffusivity(void *user, const double *x)
 {
     const pd_setup *u = ((const pd_inlet *)user)->setup;
-    return pdi_model_interface(user, x) < 0.0 ? u->medium_diffusivity : u->diffusivity;
+    return pdi_model_interface(user, x) <= pdi_shape_tie(u->h, x) ? u->medium_diffusivity : u->diffusivity;
 }
 
 static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
@@ -76179,7 +77998,7 @@ static pd_status pdi_model_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_mod
     for (int32_t i = 0; i < m->grid.total; i++) {
         if (m->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&m->grid, i, x);
-        if (pd_shape_distance(u->shape, u->solution, x) > 0.0) continue;
+        if (!pdi_shape_has(u->shape, u->solution, u->h, x)) continue;
         for (int k = 0; k < e->count; k++)
             if (pd_reactive_field(&m->reactive, k)) pd_reactive_field(&m->reactive, k)[i] = inside[k];
     }
@@ -76319,7 +78138,7 @@ static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
     for (int32_t i = 0; i < m->grid.total; i++) {
         double x[PD_DIM];
         pd_grid_position(&m->grid, i, x);
-        m->passive[i] = pd_shape_distance(u->shape, u->passive, x) < 0.0;
+        m->passive[i] = (uint8_t)pdi_shape_has(u->shape, u->passive, u->h, x);
     }
     return PD_OK;
 }
@@ -76335,7 +78154,7 @@ static pd_status pdi_model_metals(pd_ctx *ctx, pd_model *m)
         if (m->grid.kind[i] != PD_SOLID) continue;
         pd_grid_position(&m->grid, i, x);
         for (int k = 1; k < u->metals; k++)
-            if (pd_shape_distance(u->shape, u->metal[k].shape, x) <= 0.0) m->metal[i] = (uint8_t)k;
+            if (pdi_shape_has(u->shape, u->metal[k].shape, u->h, x)) m->metal[i] = (uint8_t)k;
     }
     return PD_OK;
 }
@@ -76368,6 +78187,22 @@ static pd_status pdi_model_bonds(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *des
     desc->seed = (uint64_t)u->seed;
     desc->repassivation = u->repassivation;
     desc->passive = m->passive;
+    return PD_OK;
+}
+
+/* 1: laws of metal see the current density of electrodes, and nothing else multiplies them. */
+static int pdi_model_faraday(const pd_setup *u, const pd_dissolve_desc *desc)
+{
+    int sees = 0;
+    for (int k = 0; k < u->metals; k++) sees |= (int)(u->metal[k].rate.uses >> PDI_SETUP_CURRENT & 1u);
+    return sees && u->has_potential && !u->migrates && !desc->factor && desc->drive == PD_DRIVE_CONSTANT;
+}
+
+static pd_status pdi_model_match(pd_ctx *ctx, void *user, double t)
+{
+    pd_model *m = (pd_model *)user;
+    (void)ctx, (void)t;
+    if (m->cell.grid) pdi_cell_match(&m->cell);
     return PD_OK;
 }
 
@@ -76409,7 +78244,11 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.rate = metal[0].rate;
     desc.rate_user = metal[0].rate_user;
     desc.uniform = metal[0].uniform;
-    if (pdi_setup_attacked(u) >= 0) {
+    if (pdi_model_faraday(u, &desc)) {
+        desc.found = pdi_model_match;
+        desc.found_user = m;
+    }
+    if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         desc.found = pdi_attack_found;
         desc.found_user = &m->attack;
         desc.lags = 1;
@@ -76975,8 +78814,8 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
         if (m->attack.polarise.setup) return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
         return fluid ? m->cell.potential.phi[i] : (double)NAN;
     case PD_FIELD_I:
-        if (m->attack.polarise.setup) return fluid ? pdi_polarise_density(&m->attack.polarise, i) : 0.0;
-        return fluid ? pdi_cell_density(&m->cell, i) : 0.0;
+        if (m->attack.polarise.setup) return fluid ? pdi_polarise_density(&m->attack.polarise, i) : (double)NAN;
+        return fluid ? pdi_cell_density(&m->cell, i) : (double)NAN;
     case PD_FIELD_J:
         if (fluid) pdi_cell_current(&m->cell, i, j);
         return fluid ? pdi_vec_norm(j) : 0.0;
@@ -77000,7 +78839,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
     case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
     case PD_FIELD_RATE:
-        return fluid ? pdi_interface_fastest(&m->dissolve, i) : 0.0;
+        return fluid && m->dissolve.slot[i] >= 0 ? pdi_interface_fastest(&m->dissolve, i) : (double)NAN;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
     case PD_FIELD_DAMAGE: return pdi_dissolve_damage(&m->dissolve, i);
     case PD_FIELD_U:
@@ -77243,12 +79082,24 @@ static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
     return fluid;
 }
 
-/* A state of surfaces is that of the first cell with one. */
-static double pdi_sample_state(const pd_model *m, pd_field field, int cells, const int32_t *node)
+/* 1: a field of surfaces, which the cells beside them hold. */
+static int pdi_sample_superficial(const pd_model *m, pd_field field)
 {
-    double value = (double)NAN;
-    for (int k = 0; k < cells && !(value == value); k++) value = pdi_sample_node(m, field, node[k]);
-    return value;
+    return field == PD_FIELD_I || field == PD_FIELD_RATE || pdi_setup_field_state(m->setup, field) >= 0;
+}
+
+/* What is of a surface is the mean over the cells that have it. */
+static double pdi_sample_mean(const pd_model *m, pd_field field, int cells, const int32_t *node)
+{
+    double sum = 0.0;
+    int count = 0;
+    for (int k = 0; k < cells; k++) {
+        double value = pdi_sample_node(m, field, node[k]);
+        if (!(value == value)) continue;
+        sum += value;
+        count++;
+    }
+    return count ? sum / count : (double)NAN;
 }
 
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x)
@@ -77270,7 +79121,7 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (field == PD_FIELD_PHI) job.f = m->cell.potential.phi;
     if (!job.f && field != PD_FIELD_PH && field != PD_FIELD_POTENTIAL) {
         int cells = pdi_sample_cells(&m->grid, x, node);
-        if (pdi_setup_field_state(m->setup, field) >= 0) return pdi_sample_state(m, field, cells, node);
+        if (pdi_sample_superficial(m, field)) return pdi_sample_mean(m, field, cells, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
@@ -77285,7 +79136,7 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
 PDI_FN double pdi_sample_probe(const pd_model *m, pd_field field, int component, const double *x)
 {
     double value = pdi_sample_point(m, field, component, x);
-    return value == value ? value : 0.0;
+    return value == value || pdi_sample_superficial(m, field) ? value : 0.0;
 }
 
 PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
@@ -77509,7 +79360,7 @@ static int32_t pdi_images_node(const pd_images *im, int64_t cell)
     const pd_model *m = im->model;
     int row = (int)(cell / im->nx), i[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
-        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
+        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d] + PDI_SHAPE_TIE);
         i[d] = (int)pdi_max(0.0, pdi_min(slice, m->grid.n[d] - 1.0));
     }
     i[im->up] = row < im->below ? im->below - 1 - row : row - im->below;
@@ -78885,6 +80736,170 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
 }
 
+/* ======== >>run/misfit.c ======== */
+/* misfit: see misfit.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Volumes that differ by more are told. */
+#define PDI_MISFIT_TOLD 1e-3
+/* Halvings of the cells that a surface cuts, at most, and the parts that they may make in all. */
+#define PDI_MISFIT_HALVINGS 4
+#define PDI_MISFIT_PARTS 2e5
+/* Step of the differences that give a normal, over the size of a part. */
+#define PDI_MISFIT_STEP 1e-3
+
+/* Signed distance [m], or a bound of the right sign, from metal k: its shape less walls and later metals. */
+static double pdi_misfit_level(const pd_setup *u, int k, const double *x)
+{
+    int shape = u->metal[k].shape < 0 ? u->solid : u->metal[k].shape;
+    double level = pd_shape_distance(u->shape, shape, x);
+    if (u->wall >= 0) level = pdi_max(level, -pd_shape_distance(u->shape, u->wall, x));
+    for (int later = k + 1; later < u->metals; later++)
+        if (u->metal[later].shape >= 0) level = pdi_max(level, -pd_shape_distance(u->shape, u->metal[later].shape, x));
+    return level;
+}
+
+/* Volume of a part of a cell: size[] [m] around x; of a ring where the lattice has rings. */
+static double pdi_misfit_whole(const pd_grid *grid, const double *x, const double *size)
+{
+    double volume = grid->circumference ? 2.0 * PDI_PI * fabs(x[PD_DIM - 1]) : 1.0;
+    for (int d = 0; d < PD_DIM; d++) volume *= size[d];
+    return volume;
+}
+
+/* Share of it that lies inside, as if the surface were a plane along a face of the part: right for planes along the
+ * lattice, and in the mean over parts for others. */
+static double pdi_misfit_share(const pd_setup *u, int k, const double *x, const double *size, double level)
+{
+    double at[PD_DIM], normal[PD_DIM], across = 0.0;
+    memcpy(at, x, sizeof at);
+    for (int d = 0; d < PD_DIM; d++) {
+        double step = PDI_MISFIT_STEP * size[d];
+        at[d] = x[d] + step;
+        normal[d] = pdi_misfit_level(u, k, at);
+        at[d] = x[d] - step;
+        normal[d] = (normal[d] - pdi_misfit_level(u, k, at)) / (2.0 * step);
+        at[d] = x[d];
+    }
+    for (int d = 0; d < PD_DIM; d++) across += fabs(normal[d]) * size[d];
+    if (!(across > 0.0)) return level <= 0.0 ? 1.0 : 0.0;
+    return pdi_max(0.0, pdi_min(1.0, 0.5 - level / across));
+}
+
+/* Volume inside of a part, by halves. A part that is farther from the surface than half its diagonal is whole. */
+static double pdi_misfit_part(const pd_model *m, int k, const double *x, const double *size, int halvings)
+{
+    const pd_setup *u = m->setup;
+    double level = pdi_misfit_level(u, k, x), reach = 0.5 * pdi_vec_norm(size), sum = 0.0, half[PD_DIM];
+    if (level > reach) return 0.0;
+    if (level < -reach) return pdi_misfit_whole(&m->grid, x, size);
+    if (!halvings) return pdi_misfit_share(u, k, x, size, level) * pdi_misfit_whole(&m->grid, x, size);
+    for (int d = 0; d < PD_DIM; d++) half[d] = 0.5 * size[d];
+    for (int corner = 0; corner < 1 << PD_DIM; corner++) {
+        double at[PD_DIM];
+        for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + (corner >> d & 1 ? 0.25 : -0.25) * size[d];
+        sum += pdi_misfit_part(m, k, at, half, halvings - 1);
+    }
+    return sum;
+}
+
+/* Cells that the surface of metal k cuts. */
+static double pdi_misfit_cut(const pd_model *m, int k)
+{
+    double count = 0.0, reach = 0.5 * pdi_vec_norm(m->grid.h), x[PD_DIM];
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(&m->grid, i, at);
+        if (!pdi_grid_inside(&m->grid, at)) continue;
+        pd_grid_position(&m->grid, i, x);
+        count += fabs(pdi_misfit_level(m->setup, k, x)) <= reach;
+    }
+    return count;
+}
+
+PDI_FN void pdi_misfit_volumes(const pd_model *m, int k, double *shape, double *cells, double *error)
+{
+    pdi_sum sum[3] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+    double cut = pdi_misfit_cut(m, k), parts = cut;
+    int halvings = 0;
+    while (halvings < PDI_MISFIT_HALVINGS && parts * (1 << PD_DIM) <= PDI_MISFIT_PARTS) {
+        parts *= 1 << PD_DIM;
+        halvings++;
+    }
+    for (int32_t i = 0; i < m->grid.total; i++) {
+        int at[PD_DIM];
+        double x[PD_DIM];
+        pdi_grid_index(&m->grid, i, at);
+        if (!pdi_grid_inside(&m->grid, at)) continue;
+        pd_grid_position(&m->grid, i, x);
+        int own = m->grid.kind[i] == PD_SOLID && (m->metal ? m->metal[i] : 0) == k;
+        if (own) pdi_sum_add(&sum[0], pdi_misfit_whole(&m->grid, x, m->grid.h));
+        pdi_sum_add(&sum[1], pdi_misfit_part(m, k, x, m->grid.h, halvings));
+        if (halvings) pdi_sum_add(&sum[2], pdi_misfit_part(m, k, x, m->grid.h, halvings - 1));
+    }
+    *cells = pdi_sum_total(&sum[0]);
+    *shape = pdi_sum_total(&sum[1]);
+    *error = halvings ? fabs(*shape - pdi_sum_total(&sum[2])) / *shape : PDI_MISFIT_TOLD;
+}
+
+static void pdi_misfit_metal(const pd_model *m, int k, pd_print_fn print, void *user)
+{
+    const char *unit = PD_DIM == 3 || m->grid.circumference ? "m3" : PD_DIM == 2 ? "m2" : "m";
+    double shape, cells, error;
+    char text[256];
+    pdi_misfit_volumes(m, k, &shape, &cells, &error);
+    double off = cells / shape - 1.0;
+    if (!(fabs(off) > PDI_MISFIT_TOLD + error) || !(shape > 0.0)) return;
+    snprintf(text, sizeof text, "metal%s%s is whole cells: its shape holds %.6g %s and its cells %.6g %s, %+.3g %%. What "
+             "is lost counts against the cells: take a spacing that fits the shape, or a finer one",
+             m->setup->metals > 1 ? " " : "", m->setup->metals > 1 ? m->setup->metal[k].material.name : "", shape, unit,
+             cells, unit, 100.0 * off);
+    print(user, PD_PRINT_NOTE, text);
+}
+
+/* Nodes in the box that lie on the surface of a shape; index < 0: no shape. */
+static int64_t pdi_misfit_touched(const pd_model *m, int index)
+{
+    int64_t count = 0;
+    double x[PD_DIM];
+    for (int32_t i = 0; i < m->grid.total && index >= 0; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(&m->grid, i, at);
+        if (!pdi_grid_inside(&m->grid, at)) continue;
+        pd_grid_position(&m->grid, i, x);
+        count += fabs(pd_shape_distance(m->setup->shape, index, x)) <= pdi_shape_tie(m->grid.h, x);
+    }
+    return count;
+}
+
+static void pdi_misfit_ties(const char *what, int64_t count, pd_print_fn print, void *user)
+{
+    char text[256];
+    if (!count) return;
+    snprintf(text, sizeof text, "a surface of the %s passes through %.0f nodes, within %g of a spacing: they belong to "
+             "it, on all its sides. Surfaces along the lattice fit best on faces of cells", what, (double)count,
+             PDI_SHAPE_TIE);
+    print(user, PD_PRINT_NOTE, text);
+}
+
+PDI_FN void pdi_misfit_print(const pd_model *m, pd_print_fn print, void *user)
+{
+    const pd_setup *u = m->setup;
+    pdi_misfit_ties("metal", m->grid.touched[0], print, user);
+    pdi_misfit_ties("wall", m->grid.touched[1], print, user);
+    pdi_misfit_ties("medium", pdi_misfit_touched(m, u->medium), print, user);
+    pdi_misfit_ties("solution", pdi_misfit_touched(m, u->solution), print, user);
+    pdi_misfit_ties("passive film", pdi_misfit_touched(m, u->passive), print, user);
+    for (int k = 0; k < u->metals && m->grid.solid >= 0; k++) pdi_misfit_metal(m, k, print, user);
+}
+
+#undef PDI_MISFIT_TOLD
+#undef PDI_MISFIT_HALVINGS
+#undef PDI_MISFIT_PARTS
+#undef PDI_MISFIT_STEP
+
 /* ======== >>run/monitor.c ======== */
 /* monitor: see monitor.h */
 #include <math.h>
@@ -78894,6 +80909,12 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
 /* Cells of the layer at a surface with fewer of which its flux is some per cent off; with one it is any number. */
 #define PDI_MONITOR_LAYER 2.0
 
+/* Share of Faraday's law by which metal lost may differ from it without a word. */
+#define PDI_MONITOR_EXACT 0.01
+#define PDI_MONITOR_FARADAY 96485.33212 /* [C/mol] */
+/* Two numbers that differ by this share of them are the same one. */
+#define PDI_MONITOR_SAME 1e-9
+
 /* Units of amounts per depth, by dimension. */
 static const char *const pdi_monitor_unit_area[] = {"-", "m", "m2"};
 static const char *const pdi_monitor_unit_volume[] = {"m", "m2", "m3"};
@@ -78902,6 +80923,7 @@ static const char *const pdi_monitor_unit_amount[] = {"mol/m2", "mol/m", "mol"};
 static const char *const pdi_monitor_unit_species[] = {"mol/m2/s", "mol/m/s", "mol/s"};
 static const char *const pdi_monitor_unit_force[] = {"N/m2", "N/m", "N"};
 static const char *const pdi_monitor_unit_current[] = {"A/m2", "A/m", "A"};
+static const char *const pdi_monitor_unit_charge[] = {"C/m2", "C/m", "C"};
 static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
 static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
 
@@ -79026,7 +81048,28 @@ static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "layer", "m", excess * d->diffusivity / flux);
 }
 
-/* Amounts of solutes, and what they hold of each row of the balance. */
+/* [mol] in the box of a field of the species. */
+static double pdi_monitor_amount(pd_ctx *ctx, pd_model *model, const pd_monitor *m, const double *field)
+{
+    pd_measure_box_result r;
+    pd_measure_box(ctx, &model->stencil, &model->grid, NULL, field, NULL, m->desc->lo, m->desc->hi, &r);
+    return r.dissolved;
+}
+
+/* What is carried to the next step, and what fills what metal has left beside cells, of each row. */
+static void pdi_monitor_carried(pd_ctx *ctx, pd_model *model, const pd_monitor *m, double *sum)
+{
+    const pd_reactive *reactive = &model->reactive;
+    for (int k = 0; k < reactive->components.count; k++) {
+        double amount = pdi_monitor_amount(ctx, model, m, reactive->carry + (int64_t)k * model->grid.total);
+        if (reactive->swept)
+            amount += pdi_monitor_amount(ctx, model, m, reactive->swept + (int64_t)k * model->grid.total);
+        for (int row = 0; row < reactive->rows; row++)
+            sum[row] += reactive->part[row][reactive->components.master[k]] * amount;
+    }
+}
+
+/* Amounts of species, and what the box holds of each row of the balance. */
 static void pdi_monitor_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_amount[pdi_monitor_extent(model->setup)];
@@ -79034,16 +81077,15 @@ static void pdi_monitor_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     const pd_reactive *reactive = &model->reactive;
     double sum[PD_REACTIVE_ROWS];
     char key[PD_REACTIVE_NAME + 8];
-    pd_measure_box_result r;
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < e->count; k++) {
         const double *c = pd_reactive_field(&model->reactive, k);
         if (!c) continue;
-        pd_measure_box(ctx, &model->stencil, &model->grid, NULL, c, NULL, m->desc->lo, m->desc->hi, &r);
-        pdi_monitor_put(m, e->species[k].name, unit, r.dissolved);
-        for (int row = 0; row < reactive->rows; row++)
-            sum[row] += reactive->part[row][reactive->components.place[k]] * r.dissolved;
+        double amount = pdi_monitor_amount(ctx, model, m, c);
+        pdi_monitor_put(m, e->species[k].name, unit, amount);
+        for (int row = 0; row < reactive->rows; row++) sum[row] += pdi_reactive_part(reactive, row, k) * amount;
     }
+    pdi_monitor_carried(ctx, model, m, sum);
     for (int row = 0; row < reactive->rows; row++) {
         snprintf(key, sizeof key, "sum_%s", reactive->name[row]);
         pdi_monitor_put(m, key, unit, sum[row]);
@@ -79171,6 +81213,25 @@ static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     return PD_OK;
 }
 
+/* Charge number of the metal of an electrode that is one metal, all of whose current dissolves it; 0: it is none. */
+static double pdi_monitor_dissolves(const pd_model *model, int electrode)
+{
+    const pd_setup *u = model->setup;
+    uint32_t kinds = model->cell.kinds[electrode];
+    double vars[PD_EXPR_VARS];
+    if (!u->has_dissolve || u->migrates) return 0.0;
+    for (int k = 0; k < u->metals; k++) {
+        const pd_setup_metal *metal = &u->metal[k];
+        if (kinds != (uint32_t)1 << k || metal->rate.uses != (uint32_t)1 << PDI_SETUP_CURRENT) continue;
+        memset(vars, 0, sizeof vars);
+        vars[PDI_SETUP_CURRENT] = 1.0;
+        double speed = metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
+        if (fabs(speed / pd_material_speed(&metal->material, 1.0) - 1.0) < PDI_MONITOR_SAME)
+            return metal->material.charge;
+    }
+    return 0.0;
+}
+
 /* Potential of the metal, currents and their densities. */
 static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
 {
@@ -79185,6 +81246,9 @@ static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "density", "A/m2", e.area > 0.0 ? e.current / e.area : 0.0);
     pdi_monitor_put(m, "least", "A/m2", e.least);
     pdi_monitor_put(m, "most", "A/m2", e.most);
+    pdi_monitor_put(m, "charge", pdi_monitor_unit_charge[pdi_monitor_extent(model->setup)], e.charge);
+    double charge = pdi_monitor_dissolves(model, m->desc->index);
+    if (charge > 0.0) pdi_monitor_put(m, "faraday", "-", charge * PDI_MONITOR_FARADAY * e.lost / e.passed);
 }
 
 /* Mean over the surface that carries a state, and its extremes. */
@@ -79525,10 +81589,26 @@ PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
     return PD_OK;
 }
 
+/* Metal and charge do not agree. */
+static void pdi_monitor_uneven(const pd_monitor *m, pd_print_fn print, void *user)
+{
+    char text[256];
+    for (int f = 0; f < m->count; f++) {
+        double share = m->figure[f].value;
+        if (strcmp(m->figure[f].key, "faraday") || !(fabs(share - 1.0) > PDI_MONITOR_EXACT)) continue;
+        snprintf(text, sizeof text, "electrode %s: its metal has lost %.4g of what its anodic charge dissolves by "
+                 "Faraday's law: %s", m->desc->name, share,
+                 share < 1.0 ? "it was used up, or covered, or the fluid at it was saturated, while current passed"
+                             : "factors make it dissolve faster than its current does");
+        print(user, PD_PRINT_NOTE, text);
+    }
+}
+
 /* What figures cannot be trusted in. */
 static void pdi_monitor_doubt(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
+    if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_uneven(m, print, user);
     double h = model->grid.h[0], layer = HUGE_VAL;
     for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
     for (int f = 0; f < m->count; f++)
@@ -79551,6 +81631,7 @@ PDI_FN void pdi_monitors_print(const pd_monitors *all, pd_print_fn print, void *
                  pdi_setup_monitor_name(m->desc->kind), m->desc->name, all->model->couple.time);
         for (int f = 0; f < m->count; f++) {
             size_t used = strlen(text);
+            if (isnan(m->figure[f].value)) continue; /* a figure without a value has no key */
             snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
         }
         print(user, PD_PRINT_RESULT, text);
@@ -79580,6 +81661,9 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
 }
 
 #undef PDI_MONITOR_LAYER
+#undef PDI_MONITOR_EXACT
+#undef PDI_MONITOR_FARADAY
+#undef PDI_MONITOR_SAME
 
 /* ======== >>run/figures.c ======== */
 /* figures: see figures.h */
@@ -80416,6 +82500,7 @@ static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
 {
     r->path = r->desc->folder ? r->desc->folder : r->setup->folder;
     pdi_summary_print(&r->model, r->desc->print, r->desc->print_user);
+    if (r->desc->print) pdi_misfit_print(&r->model, r->desc->print, r->desc->print_user);
     pdi_run_collect(r, result);
     PDI_TRY(pdi_observe_build(r->ctx, &r->model, &r->observables));
     if (r->desc->check) return r->desc->dry ? PD_OK : pdi_run_check(r, result);
@@ -81713,6 +83798,9 @@ static pd_status pdi_sweep_paths(pd_ctx *ctx, const pd_sweep *s, int index, char
     char name[32];
     snprintf(name, sizeof name, "run%03d", index + 1);
     PDI_TRY(pd_file_join(ctx, s->folder, name, folder));
+    if (pdi_file_is_link(folder)) /* runs write below the folder that they were given */
+        return pdi_fail(ctx, PD_ERR_FILE, "sweep",
+                        "'%.300s' is a link, expected the folder of a run or none: remove it", folder);
     return pd_file_join(ctx, folder, PDI_SWEEP_RESULT, result);
 }
 
@@ -82294,6 +84382,7 @@ pd_status pd_speciate(pd_ctx *ctx, const pd_speciate_desc *desc, int *bad_input)
     w->desc = desc;
     pdi_setup_split_path(desc->path, w->name, NULL);
     pd_status status = pdi_speciate_work_on(ctx, w, bad_input);
+    if (pdi_is_final(status)) *bad_input = 0;
     PDI_DELETE(ctx, 1, w);
     return status;
 }
