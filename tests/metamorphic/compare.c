@@ -45,6 +45,7 @@ static double scale_of(const scene *x, const char *unit_name)
 {
     dimension d = dimension_of(unit_name);
     double size = x->current;
+    if (d.e[1] == 1.0 && d.e[2] == -2.0 && d.e[4] == 0.0 && d.e[0] == -1.0) return x->pressure;
     if (d.e[4] == 1.0 && d.e[1] == 0.0 && d.e[2] == 0.0) {
         for (int k = -2; k < (int)d.e[0]; k++) size *= x->h[0];
         return size;
@@ -204,7 +205,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
     if (scale_of(x, p->label) > scale) scale = scale_of(x, p->label);
     if (is_dissolved(p->name) && scale < 0.01) scale = 0.01;
     if (!(scale > 0.0)) scale = 1.0;
-    int vector = strcmp(p->name, "v") == 0 || strcmp(p->name, "u") == 0;
+    int vector = strcmp(p->name, "v") == 0 || strstr(p->name, "(vector)") != NULL;
     for (int c = 0; c < p->components; c++) {
         int to = vector ? t->to[c] : 0;
         double s = vector ? t->sign[c] : sign;
@@ -267,6 +268,16 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     int share = strcmp(p->key, "volume_loss") == 0 || strcmp(p->key, "flux") == 0 || strcmp(p->key, "flux_max") == 0;
     if (share && scale < 1.0) /* shares of the whole */ scale = 1.0;
     if (scale_of(x, p->unit) > scale) scale = scale_of(x, p->unit);
+    if (strcmp(p->section, "plane") == 0) { /* what passes a cell under a slope of a thousandth of all there is */
+        const run_field *C = find_field(a, "C"), *flow = find_field(a, "v");
+        double face = x->h[0], around = x->has & HAS_AXIS ? 2 : PD_DIM - 1, least = 0.0;
+        double c = C ? size_of(C->data, a->cells) : 0.0, speed = flow ? size_of(flow->data, PD_DIM * a->cells) : 0.0;
+        face = pow(face, around);
+        if (strcmp(p->key, "species") == 0) least = 1e-3 * c * (x->D / x->h[0] + speed) * face;
+        if (strcmp(p->key, "flow") == 0) least = 1e-3 * speed * face;
+        if (strcmp(p->key, "speed") == 0) least = 1e-3 * speed;
+        if (least > scale) scale = least;
+    }
     if (is_dissolved(p->key) && scale < 0.01) scale = 0.01;
     if (!(scale > 0.0)) scale = 1.0;
     if (strcmp(p->key, "front") == 0 && tolerance > 0.0) tolerance = 1e-6; /* distances are single floats there */

@@ -227,6 +227,7 @@ void generate_flow(draw *g)
     double mu = 1e-3, rho = mu / (speed * g->length) * draw_decade(g, 0.01, 5.0);
     scene_key(x, s, "rho", "%q", rho, UNIT_DENSITY);
     scene_key(x, s, "mu", "%q", mu, UNIT_VISCOSITY);
+    x->pressure = 1e-3 * mu * speed / x->h[axis];
     int in = scene_side(x, axis, !plus), out = scene_side(x, axis, plus);
     int in_time = x->until > 0.0 && draw_chance(g, 0.25);
     scene_key(x, in, "flow", "inlet");
@@ -453,6 +454,7 @@ void generate_scene(uint32_t seed, scene_class of, double through, scene *x)
     if (PD_DIM == 2 && !(x->has & (HAS_SOLID | HAS_GAS)) && draw_chance(&g, 0.12)) x->has |= HAS_AXIS;
     draw_grid(&g, (x->has & (HAS_SOLID | HAS_CORRODE)) || draw_chance(&g, 0.7));
     g.D = x->has & HAS_CHEMISTRY ? D_OF_IONS : draw_decade(&g, 1e-11, 1e-8);
+    x->D = g.D;
     x->time = g.length * g.length / g.D * draw_decade(&g, 0.3, 3.0);
     if (!(x->has & HAS_STEADY)) x->until = x->time * draw_decade(&g, 0.3, 3.0);
     x->grid = scene_section(x, "grid", "");

@@ -67,14 +67,39 @@ static void collect_field(pd_ctx *ctx, const pd_instant *at, const char *name, r
         }
 }
 
+/* Vectors of which the fields are the lengths. */
+static void collect_vector(const pd_instant *at, const char *name, const char *label, int of_current, record *r)
+{
+    const pd_model *m = at->model;
+    run_field *f = &r->field[r->fields++];
+    int x[PD_DIM];
+    double v[PD_DIM];
+    memset(x, 0, sizeof x);
+    snprintf(f->name, sizeof f->name, "%s", name);
+    snprintf(f->label, sizeof f->label, "%s", label);
+    f->components = PD_DIM;
+    f->data = (double *)need((size_t)(PD_DIM * r->cells) * sizeof(double));
+    for (int64_t k = 0; k < r->cells; k++) {
+        int32_t i = pd_grid_node(&m->grid, x);
+        memset(v, 0, sizeof v);
+        if (of_current && m->grid.kind[i] == PD_FLUID) pdi_cell_current(&m->cell, i, v);
+        if (!of_current && m->grid.kind[i] == PD_SOLID && m->structure.point[i] >= 0)
+            memcpy(v, pdi_structure_u(&m->structure) + (int64_t)m->structure.point[i] * PD_DIM, sizeof v);
+        for (int d = 0; d < PD_DIM; d++) f->data[d * r->cells + k] = v[d];
+        for (int d = 0; d < PD_DIM && ++x[d] == m->grid.n[d]; d++) x[d] = 0;
+    }
+}
+
 static void collect_fields(pd_ctx *ctx, const pd_instant *at, record *r)
 {
-    r->field = (run_field *)need(PD_FIELD_COUNT * sizeof(run_field));
+    r->field = (run_field *)need((PD_FIELD_COUNT + 2) * sizeof(run_field));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         const pd_setup *u = at->model->setup;
         const char *name = pdi_setup_field_name(u, (pd_field)k);
         if (name && name[0] && !pdi_setup_field_needs(u, (pd_field)k)) collect_field(ctx, at, name, r);
     }
+    if (at->model->setup->has_solid) collect_vector(at, "u(vector)", "u [m]", 0, r);
+    if (at->model->setup->has_potential && !at->model->setup->migrates) collect_vector(at, "j(vector)", "j [A/m2]", 1, r);
 }
 
 static int differs(const record *a, const record *b)
@@ -109,7 +134,7 @@ static void tighten(pd_model *model)
 {
     model->transport.desc.tolerance = 1e-13;
     model->transport.desc.limiter_tolerance = 1e-13;
-    model->reactive.desc.tolerance = 1e-12;
+    model->reactive.desc.tolerance = 1e-13;
 }
 
 static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
@@ -158,9 +183,10 @@ static void result_figure(record *r, const char *key, const char *unit, double v
     f->value = value;
 }
 
-static void collect_result(const pd_run_result *result, record *r)
+static void collect_result(const pd_run_result *result, int axisymmetric, record *r)
 {
     static const char *const currents[] = {"A/m2", "A/m", "A"}, *const amounts[] = {"mol/m2", "mol/m", "mol"};
+    int depth = axisymmetric ? 2 : PD_DIM - 1;
     r->steps = result->steps;
     r->time = result->time;
     if (!r->figure) return;
@@ -171,9 +197,9 @@ static void collect_result(const pd_run_result *result, record *r)
         result_figure(r, "flux", "-", result->flux);
         result_figure(r, "flux_max", "-", result->flux_max);
     }
-    if (result->sheds) result_figure(r, "gas", amounts[PD_DIM - 1], result->gas);
+    if (result->sheds) result_figure(r, "gas", amounts[depth], result->gas);
     if (result->has_potential) {
-        result_figure(r, "current", currents[PD_DIM - 1], result->current);
+        result_figure(r, "current", currents[depth], result->current);
         result_figure(r, "current_balance", "-", result->current_balance);
     }
     result_figure(r, "steps", "-", (double)result->steps);
@@ -215,7 +241,7 @@ static void run_here(const char *text, const run_options *o, record *r)
     }
     r->outcome = status >= 0 ? OUTCOME_DONE : result.bad_input ? OUTCOME_REFUSED : OUTCOME_FAILED;
     if (status < 0) snprintf(r->message, sizeof r->message, "%s", ctx.message);
-    if (status >= 0) collect_result(&result, r);
+    if (status >= 0) collect_result(&result, setup.axisymmetric != 0, r);
     pd_setup_free(&ctx, &setup);
 }
 

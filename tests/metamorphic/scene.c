@@ -294,11 +294,17 @@ static void put_tokens(writer *w, const scene *x, const entry *e, int part)
 }
 
 /* Signs of vectors stand around the expression. */
-static void put_signed(writer *w, const scene *x, const entry *e, int part, int sign)
+static void put_signed(writer *w, const scene *x, const entry *e, int part, int axis, int sign)
 {
+    int odd = e->odd == axis + 1;
+    if (odd) {
+        put(w, "if(%s < ", axis_names[axis]);
+        put_number(w, e->plane, UNIT_LENGTH);
+        put(w, ", -1, 1)*(");
+    }
     if (sign < 0) put(w, "-(");
     put_tokens(w, x, e, part);
-    if (sign < 0) put(w, ")");
+    put(w, "%s%s", sign < 0 ? ")" : "", odd ? ")" : "");
 }
 
 static void put_entry(writer *w, const scene *x, const entry *e)
@@ -306,7 +312,7 @@ static void put_entry(writer *w, const scene *x, const entry *e)
     if (e->kind == ENTRY_COMPONENT) put(w, "%s%s = ", e->key, axis_names[e->axis]);
     else put(w, "%s = ", e->key);
     if (e->kind == ENTRY_PLAIN) put_tokens(w, x, e, 0);
-    if (e->kind == ENTRY_COMPONENT) put_signed(w, x, e, 0, e->sign);
+    if (e->kind == ENTRY_COMPONENT) put_signed(w, x, e, 0, e->axis, e->sign);
     if (e->kind == ENTRY_AXIS) put(w, "%s", axis_names[e->axis]);
     if (e->kind == ENTRY_PLANE) {
         put(w, "%s ", axis_names[e->axis]);
@@ -316,7 +322,7 @@ static void put_entry(writer *w, const scene *x, const entry *e)
         const char *comma = d ? ", " : "";
         if (e->kind == ENTRY_VECTOR) {
             put(w, "%s", comma);
-            put_signed(w, x, e, d, e->turned[d]);
+            put_signed(w, x, e, d, d, e->turned[d]);
         }
         if (e->kind == ENTRY_SIZES || e->kind == ENTRY_POINT || e->kind == ENTRY_BOX) {
             put(w, "%s", comma);

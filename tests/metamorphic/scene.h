@@ -72,6 +72,9 @@ typedef struct entry {
     int section;
     int axis;           /* component, plane, axis */
     int sign;           /* component: of its value */
+    int odd;            /* 1 + axis: of vectors, the component along it changes its sign at the plane, below which it is
+                         * that of the image; 0: no */
+    double plane;       /* [m] */
     int first[3], count[3]; /* tokens of each expression */
     int turned[3];      /* vector: sign of each */
     double low[3], high[3]; /* point: low; plane: low[0] */
@@ -95,6 +98,7 @@ typedef struct scene {
     int cells[3];
     double h[3], low[3];
     double until, time;        /* [s] 0: no run; a time scale of the scene */
+    double D, pressure;        /* [m2/s] [Pa] of its species, of its flow; 0: none */
     double current;            /* [A/m2] a scale of what its curves pass; 0: none */
     uint32_t has;
     int grid;                  /* section */

@@ -262,6 +262,10 @@ static void unfold(scene *y, int axis)
         entry *e = &y->list[k];
         if (!e->key[0]) continue;
         const char *of = y->part[e->section].name;
+        if (y->part[e->section].axis < 0 && (e->kind == ENTRY_VECTOR || (e->kind == ENTRY_COMPONENT && e->axis == axis))) {
+            e->odd = axis + 1;
+            e->plane = plane;
+        }
         if (e->kind == ENTRY_BOX && strcmp(of, "shape") != 0 && e->low[axis] <= plane + 1e-9 * y->h[axis])
             e->low[axis] = 2.0 * plane - e->high[axis];
     }
