@@ -433,10 +433,11 @@ static void write_watches(draw *g)
     }
     if (draw_chance(g, 0.3)) {
         for (int d = 0; d < PD_DIM; d++) at[d] = x->low[d] + draw_between(g, 0.05, 0.95) * x->cells[d] * x->h[d];
+        int bare = !(x->has & (HAS_TRANSPORT | HAS_CORRODE | HAS_FLOW));
+        if (bare && draw_chance(g, 0.9)) return;
         int s = scene_section(x, "probe", "here");
         scene_point(x, s, "at", at);
-        if (!(x->has & (HAS_TRANSPORT | HAS_CORRODE | HAS_FLOW)) && draw_chance(g, 0.9))
-            scene_key(x, s, "fields", "%s", x->has & HAS_POTENTIAL ? "phi" : "u");
+        if (bare && draw_chance(g, 0.5)) scene_key(x, s, "fields", "%s", x->has & HAS_POTENTIAL ? "phi" : "u");
     }
 }
 

@@ -1,14 +1,16 @@
 /* metamorphic: random scenes and what must be the same of them when they are turned, mirrored, shifted, rescaled.
  *
  *   metamorphic_2d [--seed N] [--pairs N] [--seconds S] [--class exact|tolerance|lattice] [--only TRANSFORM] [--show]
- *                  [--sanitize] [--limit S] [--through SHARE]
+ *                  [--sanitize] [--limit S] [--through SHARE] [--shrink S]
  *
- * --through: share of bodies with faces through nodes; --limit: of a run.
+ * --through: share of bodies with faces through nodes; --limit: of a run; --shrink: time for the
+ * smallest scene that shows a finding, 0: as it was found.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "generate.h"
 #include "record.h"
 #include "compare.h"
+#include "shrink.h"
 #include "../random.h"
 #include <math.h>
 #include <stdio.h>
@@ -22,7 +24,7 @@ enum { TEXT = 65536 };
 typedef struct options {
     uint32_t seed;
     int pairs, show, sanitize, only;
-    double seconds, limit, through;
+    double seconds, limit, through, shrink;
     scene_class of;
     char folder[256];
 } options;
@@ -67,6 +69,18 @@ static void run_pair(const options *o, const scene *x, const transform *t, recor
     if (t->kind == TRANSFORM_RESUME) r.resume = 1;
     record_run(text, &r, b);
     compare_records(x, t, a, b, tolerance_of(x, t), f);
+}
+
+typedef struct pair_compare {
+    const options *o;
+} pair_compare;
+
+static void compare_again(void *user, const scene *x, const transform *t, finding *f)
+{
+    record a, b;
+    run_pair(((const pair_compare *)user)->o, x, t, &a, &b, f);
+    record_free(&a);
+    record_free(&b);
 }
 
 static void print_finding(const options *o, uint32_t seed, const scene *x, const transform *t, const finding *f)
@@ -115,6 +129,8 @@ static void one(const options *o, uint32_t seed, tally *s)
     if (a.seconds > s->longest) s->longest = a.seconds;
     if (o->show) printf("# seed %u %s: %s, %lld steps, %.2f s %s\n", seed, transform_names[kind], outcome_names[a.outcome], (long long)a.steps, a.seconds, a.message);
     if (f.found) {
+        pair_compare p = {o};
+        if (o->shrink > 0.0) shrink_scene(compare_again, &p, &t, o->shrink, &x, &f);
         s->findings++;
         s->found[kind]++;
         print_finding(o, seed, &x, &t, &f);
@@ -145,6 +161,7 @@ int main(int argc, char **argv)
     o.only = -1;
     o.limit = 20.0;
     o.through = 0.3;
+    o.shrink = 20.0;
     for (int k = 1; k < argc; k++) {
         const char *a = argv[k], *v = k + 1 < argc ? argv[k + 1] : "";
         if (strcmp(a, "--show") == 0) o.show = 1;
@@ -153,6 +170,7 @@ int main(int argc, char **argv)
         else if (strcmp(a, "--pairs") == 0) o.pairs = atoi(v);
         else if (strcmp(a, "--seconds") == 0) o.seconds = atof(v);
         else if (strcmp(a, "--limit") == 0) o.limit = atof(v);
+        else if (strcmp(a, "--shrink") == 0) o.shrink = atof(v);
         else if (strcmp(a, "--through") == 0) o.through = atof(v);
         else if (strcmp(a, "--only") == 0) {
             for (int j = 0; j < TRANSFORM_COUNT; j++)

@@ -194,7 +194,7 @@ static void mirror_copy(scene *y, int from, int to, int axis, double plane, int 
 static int copies(const scene *y, int s)
 {
     for (int k = 0; k < y->entries; k++)
-        if (y->list[k].section == s && (y->list[k].kind == ENTRY_BOX || strcmp(y->list[k].key, "ball") == 0)) return 1;
+        if (y->list[k].section == s && (strcmp(y->list[k].key, "box") == 0 || strcmp(y->list[k].key, "ball") == 0)) return 1;
     return 0;
 }
 
