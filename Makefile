@@ -56,7 +56,9 @@ SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
 LONGEST = test_embed web ways examples validate install openmp windows scenes bench wasi site python_examples png_reader walk \
           python checkpoint
 LONGEST_LOGS := $(filter $(SCRIPT_LOGS),$(LONGEST:%=$(LOGS)/%.log))
-ALL_LOGS := $(LONGEST_LOGS) $(LOGS)/amalgam.log $(LOGS)/lint.log $(filter-out $(LONGEST_LOGS),$(SCRIPT_LOGS)) $(TEST_LOGS)
+METAMORPHIC_LOGS := $(DIMS:%=$(LOGS)/metamorphic_%d.log)
+ALL_LOGS := $(LONGEST_LOGS) $(LOGS)/amalgam.log $(LOGS)/lint.log $(filter-out $(LONGEST_LOGS),$(SCRIPT_LOGS)) $(TEST_LOGS) \
+            $(METAMORPHIC_LOGS)
 FAST_LOGS := $(filter-out $(SLOW_TESTS:$(BUILD)/%=$(LOGS)/%.log) $(SLOW_SCRIPTS:tests/%.sh=$(LOGS)/%.log),$(ALL_LOGS))
 # Every script, and the programs of `make test`.
 CI_LOGS := $(filter $(FAST_LOGS) $(SCRIPT_LOGS) $(LOGS)/hard_random_2d.log,$(ALL_LOGS))
@@ -147,7 +149,7 @@ stability: $(HARD_TESTS) $(foreach k,$(DIMS),$(BUILD)/stability$(k)d) ## run all
 
 # run-logs LOGS,FLAGS: builds what the tests need, makes the logs in their order, and ends with the sum. A test that does
 # not build counts as failed, and the others still run.
-needed = $(patsubst $(LOGS)/%.log,$(BUILD)/%,$(filter $(TEST_LOGS),$(1))) $(if $(filter $(SCRIPT_LOGS),$(1)),script-programs)
+needed = $(patsubst $(LOGS)/%.log,$(BUILD)/%,$(filter $(TEST_LOGS) $(METAMORPHIC_LOGS),$(1))) $(if $(filter $(SCRIPT_LOGS),$(1)),script-programs)
 define run-logs
 @rm -f $(LOGS)/*.log; mkdir -p $(LOGS); date +%s > $(LOGS)/begin
 +@$(2) $(MAKE) -k $(JOBS) --no-print-directory $(call needed,$(1)) || true
@@ -199,6 +201,27 @@ sanitize-quick: ## a few of them, in two dimensions
 .PHONY: sanitize-quick sanitized-logs quick-logs
 sanitized-logs: $(TEST_LOGS)
 quick-logs: $(QUICK_LOGS)
+
+# Random scenes, turned, mirrored, shifted, rescaled, in other units and orders: what must be the same of them. Half of the
+# pairs are in 2D. SEED=1 PAIRS=200; `make metamorphic PAIRS=10000` is a long run.
+PAIRS ?= 200
+SCENES ?= 200
+SEED ?= 1
+# share OF,DIMENSION: a quarter of them, in 2D a half
+share = $$(( ($(1)) * $(if $(filter 2,$(2)),2,1) / 4 ))
+
+.PHONY: metamorphic metamorphic-sanitized metamorphic-programs
+metamorphic: $(DIMS:%=$(BUILD)/metamorphic_%d) ## random scenes against their images: PAIRS (200) pairs from SEED (1) on
+	@failed=0; $(foreach k,$(DIMS),$(BUILD)/metamorphic_$kd --seed $(SEED) --pairs $(call share,$(PAIRS),$k) || failed=1;) \
+	exit $$failed
+
+# The same scenes, each by itself, under the sanitizers and with the library's assertions.
+metamorphic-sanitized: ## SCENES (200) random scenes under the address and undefined-behaviour sanitizers
+	$(SANITIZED) metamorphic-programs
+	@failed=0; $(foreach k,$(DIMS),$(BUILD)/sanitize/metamorphic_$kd --sanitize --limit 120 --seed $(SEED) \
+	    --pairs $(call share,$(SCENES),$k) || failed=1;) exit $$failed
+
+metamorphic-programs: $(DIMS:%=$(BUILD)/metamorphic_%d)
 
 # One fuzzer after the other, FUZZ_TIME seconds each, in 2D; seeds come from the examples. What ends one lies in
 # build/fuzz/; give it back to the program to see it again.
@@ -359,6 +382,10 @@ $(LOGS)/lint.log: $(BUILD)/lint FORCE
 
 $(TEST_LOGS): $(LOGS)/%.log: $(BUILD)/% FORCE
 	@$(call log,$<)
+
+# A few of the random scenes, from seeds that have no finding.
+$(METAMORPHIC_LOGS): $(LOGS)/%.log: $(BUILD)/% FORCE
+	@$(call log,$< --quick)
 
 # PROGRAMS: where shell tests find pd1d and its like. `make test` gives them programs linked to the objects of the
 # tests, which are built in a moment and have assertions.
