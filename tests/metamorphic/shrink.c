@@ -46,7 +46,7 @@ static int same(const finding *a, const finding *b)
 static int accept(shrinker *s, const scene *candidate)
 {
     finding f;
-    if (clock_now() > s->end) return 0;
+    if (clock_now() > s->end || !transform_holds(s->t, candidate)) return 0;
     s->compare(s->user, candidate, s->t, &f);
     if (!same(s->f, &f)) return 0;
     *s->x = *candidate;
@@ -69,13 +69,22 @@ static int without_sections(shrinker *s)
     return done;
 }
 
+/* Prescribed steps and tolerances stay: without them pairs differ by what they allow. */
+static int of_steps(const entry *e)
+{
+    static const char *const keys[] = {"max_step", "rtol", "fraction", "steady"};
+    for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++)
+        if (strcmp(e->key, keys[k]) == 0) return 1;
+    return 0;
+}
+
 static int without_keys(shrinker *s)
 {
     static scene y;
     int done = 0;
     for (int j = s->x->entries - 1; j >= 0; j--) {
         entry *e = &s->x->list[j];
-        if (!e->key[0] || e->section == s->x->grid) continue;
+        if (!e->key[0] || e->section == s->x->grid || of_steps(e)) continue;
         y = *s->x;
         y.list[j].key[0] = '\0';
         if (accept(s, &y)) {

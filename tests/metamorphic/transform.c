@@ -74,6 +74,8 @@ int transform_draw(transform_kind kind, const scene *x, uint32_t *state, transfo
     }
 }
 
+int transform_holds(const transform *t, const scene *x) { return t->unfold < 0 || mirror_side(x, t->unfold, 0); }
+
 double transform_factor(const transform *t, const dimension *d)
 {
     /* Amounts and charge go with the volume, energies, too: so concentrations, voltages, pressures, the gas constant and

@@ -34,6 +34,8 @@ typedef struct transform {
 
 /* 0: the scene cannot be transformed so. */
 int transform_draw(transform_kind kind, const scene *x, uint32_t *state, transform *t);
+/* Whether it still means something for a scene that has lost sections. */
+int transform_holds(const transform *t, const scene *x);
 void transform_scene(const scene *x, const transform *t, scene *y);
 /* Factor of a value with this dimension. */
 double transform_factor(const transform *t, const dimension *d);
