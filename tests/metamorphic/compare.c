@@ -203,7 +203,8 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
     if (other > scale) scale = other;
     if (kin > scale) scale = kin;
     if (scale_of(x, p->label) > scale) scale = scale_of(x, p->label);
-    if (is_dissolved(p->name) && scale < 0.01) scale = 0.01;
+    if (is_dissolved(p->name) && scale < 1.0) scale = 1.0;
+    if ((saturation || strcmp(p->name, "pH") == 0) && scale < 1.0) scale = 1.0; /* logarithms */
     if (!(scale > 0.0)) scale = 1.0;
     int vector = strcmp(p->name, "v") == 0 || strstr(p->name, "(vector)") != NULL;
     for (int c = 0; c < p->components; c++) {
@@ -278,7 +279,7 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
         if (strcmp(p->key, "speed") == 0) least = 1e-3 * speed;
         if (least > scale) scale = least;
     }
-    if (is_dissolved(p->key) && scale < 0.01) scale = 0.01;
+    if (is_dissolved(p->key) && scale < 1.0) scale = 1.0;
     if (!(scale > 0.0)) scale = 1.0;
     if (strcmp(p->key, "front") == 0 && tolerance > 0.0) tolerance = 1e-6; /* distances are single floats there */
     if (!agrees(p->value, v, scale, tolerance)) report(f, "figure", name, p->value, v, scale, p->unit);

@@ -449,6 +449,7 @@ void generate_scene(uint32_t seed, scene_class of, double through, scene *x)
     g.x = x;
     g.state = seed * 2654435761u + 12345u;
     g.of = of;
+    x->first_order = seed % 2;
     g.through = through;
     g.holds = g.flow_axis = -1;
     x->has = draw_physics(&g);

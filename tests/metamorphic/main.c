@@ -63,7 +63,7 @@ static void run_pair(const options *o, const scene *x, const transform *t, recor
 {
     static char text[TEXT];
     static scene y;
-    run_options r = {1, 0, o->of == CLASS_EXACT, o->limit, o->folder};
+    run_options r = {1, 0, o->of == CLASS_EXACT ? 1 + x->first_order : 0, o->limit, o->folder};
     write_text(x, text);
     record_run(text, &r, a);
     transform_scene(x, t, &y);

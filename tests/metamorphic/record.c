@@ -130,18 +130,19 @@ static int varies(const record *a)
 }
 
 /* Tolerances of the solvers, which no key of a scene sets: what pairs compare is not to be what a solver left undone. */
-static void tighten(pd_model *model)
+static void tighten(pd_model *model, int first_order)
 {
     model->transport.desc.tolerance = 1e-13;
     model->transport.desc.limiter_tolerance = 1e-13;
     model->reactive.desc.tolerance = 1e-13;
+    if (first_order) model->reactive.desc.order = 1;
 }
 
 static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
 {
     collector *c = (collector *)user;
     if (at->when == PD_WHEN_START) {
-        if (c->tight) tighten(at->own);
+        if (c->tight) tighten(at->own, c->tight > 1);
         collect_fields(ctx, at, &c->start);
         return 0;
     }
