@@ -45,7 +45,13 @@ static double scale_of(const scene *x, const char *unit_name)
 {
     dimension d = dimension_of(unit_name);
     double size = x->current;
-    if (d.e[1] == 1.0 && d.e[2] == -2.0 && d.e[4] == 0.0 && d.e[0] == -1.0) return x->pressure;
+    int of_force = d.e[1] == 1.0 && d.e[2] == -2.0 && d.e[4] == 0.0;
+    if (of_force && x->has & HAS_SOLID) { /* stresses, energies and forces of a load of 0.1 MPa */
+        double load = 1e5;
+        for (int k = -1; k < (int)d.e[0]; k++) load *= x->h[0];
+        return load;
+    }
+    if (of_force && d.e[0] == -1.0) return x->pressure;
     if (d.e[4] == 1.0 && d.e[1] == 0.0 && d.e[2] == 0.0) {
         for (int k = -2; k < (int)d.e[0]; k++) size *= x->h[0];
         return size;
@@ -199,7 +205,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
         if ((x->has & HAS_FLOW) && factor != 1.0) return;
         factor = 1.0;
     }
-    double kin = (strstr(p->label, "mol/m3") ? 1e-3 : 1e-6) * size_of_kin(a, p), other = size_of(q->data, q->components * b->cells) / factor;
+    double kin = (strstr(p->label, "mol/m3") ? 1e-2 : 1e-6) * size_of_kin(a, p), other = size_of(q->data, q->components * b->cells) / factor;
     if (other > scale) scale = other;
     if (kin > scale) scale = kin;
     if (scale_of(x, p->label) > scale) scale = scale_of(x, p->label);
@@ -270,10 +276,14 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (share && scale < 1.0) /* shares of the whole */ scale = 1.0;
     if (scale_of(x, p->unit) > scale) scale = scale_of(x, p->unit);
     if (strcmp(p->section, "plane") == 0) { /* what passes a cell under a slope of a thousandth of all there is */
-        const run_field *C = find_field(a, "C"), *flow = find_field(a, "v");
+        const run_field *flow = find_field(a, "v");
         double face = x->h[0], around = x->has & HAS_AXIS ? 2 : PD_DIM - 1, least = 0.0;
-        double c = C ? size_of(C->data, a->cells) : 0.0, speed = flow ? size_of(flow->data, PD_DIM * a->cells) : 0.0;
+        double c = 1.0, speed = flow ? size_of(flow->data, PD_DIM * a->cells) : 0.0;
         face = pow(face, around);
+        for (int k = 0; k < a->fields; k++) {
+            double most = strstr(a->field[k].label, "mol/m3") ? size_of(a->field[k].data, a->cells) : 0.0;
+            if (most > c) c = most;
+        }
         if (strcmp(p->key, "species") == 0) least = 1e-3 * c * (x->D / x->h[0] + speed) * face;
         if (strcmp(p->key, "flow") == 0) least = 1e-3 * speed * face;
         if (strcmp(p->key, "speed") == 0) least = 1e-3 * speed;

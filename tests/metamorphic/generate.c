@@ -431,6 +431,15 @@ static void write_watches(draw *g)
         scene_plane(x, scene_section(x, "plane", "cut"), "at", axis,
                     x->low[axis] + draw_whole(g, 1, x->cells[axis] - 1) * x->h[axis]);
     }
+    if (g->flow_axis >= 0 && draw_chance(g, 0.5)) {
+        int d = g->flow_axis;
+        scene_plane(x, scene_section(x, "plane", "up"), "at", d, x->low[d] + x->h[d]);
+        scene_plane(x, scene_section(x, "plane", "down"), "at", d, x->low[d] + (x->cells[d] - 1) * x->h[d]);
+    }
+    if ((x->has & HAS_TRANSPORT) && !(x->has & HAS_CHEMISTRY) && draw_chance(g, 0.3)) {
+        int s = scene_section(x, "transfer", "here");
+        if (draw_chance(g, 0.5)) scene_axis(x, s, "along", draw_whole(g, 0, PD_DIM - 1));
+    }
     if (draw_chance(g, 0.3)) {
         for (int d = 0; d < PD_DIM; d++) at[d] = x->low[d] + draw_between(g, 0.05, 0.95) * x->cells[d] * x->h[d];
         int bare = !(x->has & (HAS_TRANSPORT | HAS_CORRODE | HAS_FLOW));
