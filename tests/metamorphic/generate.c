@@ -342,7 +342,7 @@ static const double D_OF_IONS = 1.5e-9; /* [m2/s] */
 
 static void draw_grid(draw *g, int equal)
 {
-    static const int low[3] = {12, 8, 6}, high[3] = {36, 16, 9};
+    static const int low[3] = {12, 8, 5}, high[3] = {36, 16, 7};
     scene *x = g->x;
     double h = draw_decade(g, 1e-6, 4e-4);
     for (int d = 0; d < PD_DIM; d++) {
@@ -369,6 +369,7 @@ static void write_grid(draw *g)
     if (unequal) scene_sizes(x, s, "h", x->h);
     else scene_key(x, s, "h", "%q", x->h[0], UNIT_LENGTH);
     if ((x->has & HAS_FLOW) || PD_DIM == 3) m = m > 2.0 ? 2.0 : m;
+    if (PD_DIM == 3 && (x->has & HAS_CHEMISTRY)) m = 1.0;
     if (draw_chance(g, 0.8)) scene_key(x, s, "m", "%g", m);
     scene_box(x, s, "box", x->low, high);
     if (x->has & HAS_AXIS) scene_key(x, s, "geometry", "axisymmetric");

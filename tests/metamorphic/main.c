@@ -152,7 +152,7 @@ static void one(const options *o, uint32_t seed, tally *s)
     if (o->show) printf("# seed %u %s: %s, %lld steps, %.2f s %s\n", seed, transform_names[kind], outcome_names[a.outcome], (long long)a.steps, a.seconds, a.message);
     if (f.found) {
         pair_compare p = {o};
-        if (o->shrink > 0.0 && !o->sanitize) shrink_scene(compare_again, &p, &t, o->shrink, &x, &f);
+        if (o->shrink > 0.0 && !o->sanitize && strcmp(f.kind, "hang") != 0) shrink_scene(compare_again, &p, &t, o->shrink, &x, &f);
         s->findings++;
         s->found[kind]++;
         print_finding(o, seed, &x, &t, &f);
