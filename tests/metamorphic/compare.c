@@ -242,13 +242,40 @@ static double share_of_half(const run_figure *g)
     return 1.0;
 }
 
+/* What passes a face of a cell under a slope of a thousandth of all there is: less than that is nothing. */
+static double least_figure(const scene *x, const record *a, const run_figure *p)
+{
+    const run_field *flow = find_field(a, "v");
+    double around = x->has & HAS_AXIS ? 2 : PD_DIM - 1, face = pow(x->h[0], around), c = 1.0;
+    double speed = flow ? size_of(flow->data, PD_DIM * a->cells) : 0.0;
+    for (int k = 0; k < a->fields; k++) {
+        double most = strstr(a->field[k].label, "mol/m3") ? size_of(a->field[k].data, a->cells) : 0.0;
+        if (most > c) c = most;
+    }
+    double passes = 1e-3 * c * (x->D / x->h[0] + speed);
+    if (strcmp(p->section, "plane") != 0 && strcmp(p->section, "transfer") != 0) return 0.0;
+    if (strcmp(p->key, "species") == 0 || strcmp(p->key, "flux") == 0) return passes * face;
+    if (strcmp(p->key, "density") == 0) return passes;
+    if (strcmp(p->key, "flow") == 0) return 1e-3 * speed * face;
+    return strcmp(p->key, "speed") == 0 ? 1e-3 * speed : 0.0;
+}
+
+/* The mixed stream of a plane that nothing passes, and layers where nothing is given off, are 0 over 0. */
+static int of_nothing(const scene *x, const record *a, const run_figure *p)
+{
+    const run_figure *by = NULL;
+    if (strcmp(p->key, "C_bulk") == 0) by = record_figure(a, p->section, p->name, "flow");
+    if (strcmp(p->key, "layer") == 0 || strcmp(p->key, "Sh") == 0) by = record_figure(a, p->section, p->name, "flux");
+    return by && fabs(by->value) < 1e-3 * least_figure(x, a, by);
+}
+
 static void compare_figure(const scene *x, const transform *t, const record *a, const record *b, const run_figure *p,
                            double tolerance, finding *f)
 {
     char name[128];
     double sign, scale = 0.0, factor = factor_of(t, p->unit);
     run_figure turned = *p;
-    if (of_work(p)) return;
+    if (of_work(p) || of_nothing(x, a, p)) return;
     if (t->unfold >= 0) {
         int forces = strcmp(p->section, "force") == 0 || strcmp(p->section, "grip") == 0;
         int across = (p->key[0] == 'm' || p->key[0] == 'f') && is_axis(p->key[1]);
@@ -275,20 +302,8 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     int share = strcmp(p->key, "volume_loss") == 0 || strcmp(p->key, "flux") == 0 || strcmp(p->key, "flux_max") == 0;
     if (share && scale < 1.0) /* shares of the whole */ scale = 1.0;
     if (scale_of(x, p->unit) > scale) scale = scale_of(x, p->unit);
-    if (strcmp(p->section, "plane") == 0) { /* what passes a cell under a slope of a thousandth of all there is */
-        const run_field *flow = find_field(a, "v");
-        double face = x->h[0], around = x->has & HAS_AXIS ? 2 : PD_DIM - 1, least = 0.0;
-        double c = 1.0, speed = flow ? size_of(flow->data, PD_DIM * a->cells) : 0.0;
-        face = pow(face, around);
-        for (int k = 0; k < a->fields; k++) {
-            double most = strstr(a->field[k].label, "mol/m3") ? size_of(a->field[k].data, a->cells) : 0.0;
-            if (most > c) c = most;
-        }
-        if (strcmp(p->key, "species") == 0) least = 1e-3 * c * (x->D / x->h[0] + speed) * face;
-        if (strcmp(p->key, "flow") == 0) least = 1e-3 * speed * face;
-        if (strcmp(p->key, "speed") == 0) least = 1e-3 * speed;
-        if (least > scale) scale = least;
-    }
+    double least = least_figure(x, a, p);
+    if (least > scale) scale = least;
     if (is_dissolved(p->key) && scale < 1.0) scale = 1.0;
     if (!(scale > 0.0)) scale = 1.0;
     if (strcmp(p->key, "front") == 0 && tolerance > 0.0) tolerance = 1e-6; /* distances are single floats there */

@@ -6,7 +6,7 @@
  * --through: share of bodies with faces through nodes; --limit: of a run; --shrink: time for the
  * smallest scene that shows a finding, 0: as it was found.
  */
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 #include "generate.h"
 #include "record.h"
 #include "compare.h"

@@ -1,5 +1,5 @@
 /* record: see record.h */
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 #include "record.h"
 #include "run/run.h"
 #include "scene/scene.h"
@@ -9,9 +9,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
+
+#define WALL 20.0 /* wall time over processor time, at most: the cores are shared */
 
 const char *const outcome_names[] = {"done", "failed", "refused", "crashed", "hung"};
 
@@ -352,19 +355,22 @@ void record_run(const char *text, const run_options *o, record *r)
     if (child == 0) {
         close(ends[0]);
         if (!freopen(said, "w", stderr)) _exit(8);
+        struct rlimit time_limit = {(rlim_t)ceil(o->limit), (rlim_t)ceil(o->limit) + 1};
+        setrlimit(RLIMIT_CPU, &time_limit);
         run_here(text, o, r);
         record_send(ends[1], r);
         fflush(stderr);
         _exit(0);
     }
     close(ends[1]);
-    int came = receive_all(ends[0], o->limit, &data, &size);
+    int came = receive_all(ends[0], WALL * o->limit, &data, &size);
     if (!came) kill(child, SIGKILL);
     close(ends[0]);
     waitpid(child, &status, 0);
     int whole = came && record_unpack(data, size, r);
     free(data);
-    if (!came) r->outcome = OUTCOME_HUNG;
+    if (!came || (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)))
+        r->outcome = OUTCOME_HUNG;
     else if (!whole || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
         r->outcome = OUTCOME_CRASHED;
         snprintf(r->message, sizeof r->message, "%s %d\n", WIFSIGNALED(status) ? "signal" : "exit",

@@ -45,7 +45,7 @@ typedef struct run_options {
     int threads;
     int resume;        /* 1: stop after some steps, go on from the checkpoint */
     int tight;         /* 1: solvers at their end; 2: steps of species of first order, too */
-    double limit;      /* [s] */
+    double limit;      /* [s] of processor time */
     const char *folder; /* scratch */
 } run_options;
 
