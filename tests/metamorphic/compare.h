@@ -14,6 +14,9 @@ typedef struct finding {
 } finding;
 
 /* tolerance: [-] of the scale of a field; 0: bits. */
+/* Two records of one scene with different steps, the second one's smaller: amounts and losses, and fields where no metal
+ * goes. */
+void compare_steps(const scene *x, const transform *t, const record *a, const record *b, double tolerance, finding *f);
 void compare_records(const scene *x, const transform *t, const record *a, const record *b, double tolerance, finding *f);
 
 #endif

@@ -279,6 +279,13 @@ static void draw_law(draw *g, int s, const char *key, double size, unit of, cons
     scene *x = g->x;
     int axis = draw_whole(g, 0, PD_DIM - 1);
     double wave = draw_between(g, 0.2, 0.6);
+    if (g->of == CLASS_TOLERANCE && draw_chance(g, 0.3)) { /* what steps may not see */
+        if (draw_chance(g, 0.5))
+            scene_key(x, s, key, "%q*(0.2 + if(abs(t/%q - %g) < %g, 10, 0))%s", size, of, x->until, UNIT_TIME, draw_between(g, 0.2, 0.8),
+                      draw_decade(g, 1e-3, 0.05), more);
+        else scene_key(x, s, key, "%q*(1 + sin(%g*t/%q))%s", size, of, draw_decade(g, 5.0, 300.0), x->until, UNIT_TIME, more);
+        return;
+    }
     switch (draw_whole(g, 0, 3)) {
     case 0: scene_key(x, s, key, "%q*(1 + 0.5*sin(%g*%p))%s", size, of, wave, axis, more); break;
     case 1: scene_key(x, s, key, "%q*(1 + 0.3*sin(t/%q))%s", size, of, x->time, UNIT_TIME, more); break;
@@ -416,6 +423,10 @@ static void write_run(draw *g)
         scene_key(x, s, "rtol", "0.1");
         scene_key(x, s, "max_step", "%q", x->until / draw_whole(g, 4, 9), UNIT_TIME);
         if (x->has & (HAS_DISSOLVE | HAS_CORRODE)) scene_key(x, s, "fraction", "1");
+    }
+    if (g->of == CLASS_TOLERANCE) {
+        x->rtol = x->has & (HAS_DISSOLVE) ? 4e-3 : 1e-3; /* what they are without the key */
+        scene_key(x, s, "rtol", "%q", x->rtol, UNIT_ONE);
     }
     s = scene_section(x, "output", "");
     scene_key(x, s, "every", "%q", 0.5 * x->until, UNIT_TIME);

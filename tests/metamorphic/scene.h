@@ -107,6 +107,7 @@ typedef struct scene {
     section part[SCENE_SECTIONS];
     int tokens, entries, sections;
     int other_units;           /* seed of the units it is written in; 0: those of the SI */
+    double rtol;               /* [-] of its steps, by tolerance; 0: they are prescribed */
     int first_order;           /* of the steps of species, whose order may hang on rounding */
     int full;                  /* something did not fit */
 } scene;

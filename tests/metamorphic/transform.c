@@ -6,7 +6,7 @@
 #include <string.h>
 
 const char *const transform_names[TRANSFORM_COUNT] = {"mirror",  "turn",  "shift", "lengths7", "lengths1e-3", "times3",
-                                                      "units", "order", "half",  "threads",  "resume"};
+                                                      "units", "order", "half",  "threads",  "resume", "tighter"};
 
 int transform_bits(transform_kind kind) { return kind == TRANSFORM_THREADS || kind == TRANSFORM_RESUME; }
 
@@ -70,6 +70,7 @@ int transform_draw(transform_kind kind, const scene *x, uint32_t *state, transfo
             }
         return 0;
     case TRANSFORM_RESUME: return x->until > 0.0;
+    case TRANSFORM_TIGHTER: return x->until > 0.0 && !(x->has & HAS_GAS);
     default: return 1;
     }
 }
@@ -281,6 +282,14 @@ static void unfold(scene *y, int axis)
     y->low[axis] -= y->cells[axis] / 2 * y->h[axis];
 }
 
+static void tighten_steps(scene *y)
+{
+    for (int k = 0; k < y->entries; k++)
+        if (strcmp(y->list[k].key, "rtol") == 0 && strcmp(y->part[y->list[k].section].name, "run") == 0)
+            y->pool[y->list[k].first[0]].value *= 0.1;
+    y->rtol *= 0.1;
+}
+
 void transform_scene(const scene *x, const transform *t, scene *y)
 {
     *y = *x;
@@ -305,4 +314,5 @@ void transform_scene(const scene *x, const transform *t, scene *y)
     y->time *= t->time;
     if (t->kind == TRANSFORM_UNITS) y->other_units = (int)(t->seed & 0xffffff) | 1;
     if (t->kind == TRANSFORM_ORDER) reorder(y, t->seed);
+    if (t->kind == TRANSFORM_TIGHTER) tighten_steps(y);
 }

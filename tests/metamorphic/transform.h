@@ -17,6 +17,7 @@ typedef enum transform_kind {
     TRANSFORM_HALF,
     TRANSFORM_THREADS,
     TRANSFORM_RESUME,
+    TRANSFORM_TIGHTER, /* of the class by tolerance: a tenth of rtol */
     TRANSFORM_COUNT
 } transform_kind;
 
