@@ -203,25 +203,31 @@ sanitized-logs: $(TEST_LOGS)
 quick-logs: $(QUICK_LOGS)
 
 # Random scenes, turned, mirrored, shifted, rescaled, in other units and orders: what must be the same of them. Half of the
-# pairs are in 2D. SEED=1 PAIRS=200; `make metamorphic PAIRS=10000` is a long run.
+# pairs are in 2D. `make metamorphic PAIRS=10000 SEED=7` is a long run. The sanitized ones run by themselves, in two halves.
 PAIRS ?= 200
 SCENES ?= 200
 SEED ?= 1
-# share OF,DIMENSION: a quarter of them, in 2D a half
-share = $$(( ($(1)) * $(if $(filter 2,$(2)),2,1) / 4 ))
+SANITIZED_DIMS ?= $(DIMS)
+METAMORPHIC_RUNS := $(DIMS:%=metamorphic-run-%)
+SANITIZED_RUNS := $(foreach k,$(SANITIZED_DIMS),metamorphic-sanitized-run-$k-0 metamorphic-sanitized-run-$k-1)
+share_1 = 1
+share_2 = 2
+share_3 = 1
 
-.PHONY: metamorphic metamorphic-sanitized metamorphic-programs
-metamorphic: $(DIMS:%=$(BUILD)/metamorphic_%d) ## random scenes against their images: PAIRS (200) pairs from SEED (1) on
-	@failed=0; $(foreach k,$(DIMS),$(BUILD)/metamorphic_$kd --seed $(SEED) --pairs $(call share,$(PAIRS),$k) || failed=1;) \
-	exit $$failed
+.PHONY: metamorphic metamorphic-sanitized metamorphic-programs $(METAMORPHIC_RUNS) $(SANITIZED_RUNS)
+metamorphic: $(METAMORPHIC_RUNS) ## random scenes against their images: PAIRS (200) pairs from SEED (1) on
 
-# The same scenes, each by itself, under the sanitizers and with the library's assertions.
-metamorphic-sanitized: ## SCENES (200) random scenes under the address and undefined-behaviour sanitizers
-	$(SANITIZED) metamorphic-programs
-	@failed=0; $(foreach k,$(DIMS),$(BUILD)/sanitize/metamorphic_$kd --sanitize --limit 120 --seed $(SEED) \
-	    --pairs $(call share,$(SCENES),$k) || failed=1;) exit $$failed
+$(METAMORPHIC_RUNS): metamorphic-run-%: $(BUILD)/metamorphic_%d
+	$< --seed $(SEED) --pairs $$(( $(PAIRS) * $(share_$*) / 4 ))
 
-metamorphic-programs: $(DIMS:%=$(BUILD)/metamorphic_%d)
+metamorphic-sanitized: $(SANITIZED_RUNS) ## SCENES (200) random scenes under the address and undefined-behaviour sanitizers
+
+$(SANITIZED_RUNS): metamorphic-sanitized-run-%: metamorphic-programs
+	$(BUILD)/sanitize/metamorphic_$(firstword $(subst -, ,$*))d --sanitize --limit 120 \
+	    --pairs $$(( $(SCENES) / $(words $(SANITIZED_RUNS)) )) --seed $$(( $(SEED) + 500000 * $(lastword $(subst -, ,$*)) ))
+
+metamorphic-programs:
+	$(SANITIZED) $(SANITIZED_DIMS:%=$(BUILD)/sanitize/metamorphic_%d)
 
 # One fuzzer after the other, FUZZ_TIME seconds each, in 2D; seeds come from the examples. What ends one lies in
 # build/fuzz/; give it back to the program to see it again.

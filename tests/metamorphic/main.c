@@ -27,6 +27,7 @@ typedef struct options {
     int pairs, show, sanitize, quick, blind, only;
     double seconds, limit, through, shrink;
     scene_class of;
+    uint32_t with;      /* scenes that have all of it */
     int mixed;          /* a fifth of the pairs by tolerance */
     char folder[256];
 } options;
@@ -143,6 +144,7 @@ static void one(const options *all, uint32_t seed, tally *s)
     uint32_t state = seed ^ 0x5bd1e995u;
     if (o->mixed && o->only < 0 && seed % 5 == 0) own.of = CLASS_TOLERANCE;
     generate_scene(seed, o->of, o->through, &x);
+    if ((x.has & o->with) != o->with) return;
     int kind = o->only >= 0 ? o->only : (int)(random_share(&state) * TRANSFORM_COUNT);
     if (o->sanitize) kind = TRANSFORM_UNITS;
     if (o->of == CLASS_TOLERANCE && !o->sanitize) kind = TRANSFORM_TIGHTER;
@@ -202,7 +204,7 @@ int main(int argc, char **argv)
     o.pairs = 100;
     o.only = -1;
     o.mixed = 1;
-    o.limit = 20.0;
+    o.limit = 5.0;
     o.through = 0.3;
     o.shrink = 20.0;
     for (int k = 1; k < argc; k++) {
@@ -216,7 +218,12 @@ int main(int argc, char **argv)
         else if (strcmp(a, "--seconds") == 0) o.seconds = atof(v);
         else if (strcmp(a, "--limit") == 0) o.limit = atof(v);
         else if (strcmp(a, "--shrink") == 0) o.shrink = atof(v);
-        else if (strcmp(a, "--through") == 0) o.through = atof(v);
+        else if (strcmp(a, "--with") == 0) {
+            static const char *const names[] = {"flow", "transport", "dissolve", "corrode", "chemistry", "mineral", "state",
+                                                "migration", "potential", "solid", "gas"};
+            for (uint32_t j = 0; j < sizeof names / sizeof names[0]; j++)
+                if (strcmp(v, names[j]) == 0) o.with |= (uint32_t)1 << j; /* as HAS_FLOW and its like */
+        } else if (strcmp(a, "--through") == 0) o.through = atof(v);
         else if (strcmp(a, "--class") == 0 && strcmp(v, "exact") == 0) o.mixed = 0;
         else if (strcmp(a, "--class") == 0 && strcmp(v, "tolerance") == 0) o.of = CLASS_TOLERANCE, o.mixed = 0;
         else if (strcmp(a, "--only") == 0) {
