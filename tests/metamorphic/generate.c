@@ -120,6 +120,7 @@ static void draw_bar(draw *g)
 void generate_shapes(draw *g)
 {
     scene *x = g->x;
+    if (g->given) return;
     double low[3], high[3];
     int metal = x->has & (HAS_DISSOLVE | HAS_CORRODE | HAS_POTENTIAL | HAS_SOLID);
     int edge = draw_chance(g, 0.6) ? 1 : 0;
@@ -219,8 +220,30 @@ void generate_sides(draw *g)
 
 /* ---- flow ---- */
 
+/* A given flow along its axis, from open side to open side. */
+static void given_flow(draw *g)
+{
+    scene *x = g->x;
+    int s = scene_section(x, "flow", ""), axis = g->flow_axis, other = (axis + 1) % PD_DIM;
+    double speed = draw_between(g, 0.2, 6.0) * g->D / x->h[axis];
+    scene_key(x, s, "rho", "%q", 1000.0, UNIT_DENSITY);
+    scene_key(x, s, "mu", "%q", 1e-3, UNIT_VISCOSITY);
+    scene_key(x, s, "time", "given");
+    scene_component(x, s, "v", axis, "%q*(1 + %g*sin(%g*%p))", draw_chance(g, 0.5) ? speed : -speed, UNIT_SPEED,
+                    draw_between(g, 0.0, 0.9), draw_between(g, 0.2, 0.6), other);
+    for (int plus = 0; plus < 2; plus++) {
+        int side = scene_side(x, axis, plus);
+        scene_key(x, side, "flow", "open");
+        scene_key(x, side, "C", "%q", 200.0, UNIT_CONCENTRATION);
+    }
+}
+
 void generate_flow(draw *g)
 {
+    if (g->given) {
+        given_flow(g);
+        return;
+    }
     scene *x = g->x;
     int s = scene_section(x, "flow", ""), axis = g->flow_axis, plus = x->has & HAS_AXIS ? 1 : draw_whole(g, 0, 1);
     double speed = draw_between(g, 0.2, 3.0) * g->D / x->h[axis];
@@ -249,6 +272,7 @@ void generate_flow(draw *g)
         scene_key(x, in, "C", "%q", draw_between(g, 0.0, 400.0), UNIT_CONCENTRATION);
     if (in_time && draw_chance(g, 0.6)) {
         scene_key(x, s, "time", "implicit");
+        x->has |= HAS_FLOW_IN_TIME;
         if (g->of == CLASS_EXACT) scene_key(x, s, "rtol", "0.1");
     } else scene_key(x, s, "steady", g->of == CLASS_EXACT ? "1e-10" : "1e-6");
     if (draw_chance(g, 0.15))
@@ -389,8 +413,8 @@ static uint32_t draw_physics(draw *g)
     uint32_t has = 0;
     if (kind < 0.08) return HAS_POTENTIAL | HAS_STEADY;
     if (kind < 0.14) return HAS_SOLID | HAS_STEADY | (draw_chance(g, 0.3) ? HAS_CRACK : 0);
-    if (kind < 0.18) return HAS_GAS;
-    if (kind < 0.22 && PD_DIM > 1) return HAS_FLOW | HAS_STEADY;
+    if (kind < 0.17 + 0.01 * PD_DIM) return HAS_GAS;
+    if (kind < 0.23 && PD_DIM > 1) return HAS_FLOW | HAS_STEADY;
     if (kind < 0.30) return HAS_TRANSPORT | HAS_STEADY | (PD_DIM > 1 && draw_chance(g, 0.6) ? HAS_FLOW : 0) |
                             (draw_chance(g, 0.4) ? HAS_MEDIUM : 0);
     if (kind < 0.40) {
@@ -487,6 +511,8 @@ void generate_scene(uint32_t seed, scene_class of, double through, scene *x)
         generate_gas(&g);
         return;
     }
+    uint32_t stands = HAS_DISSOLVE | HAS_CORRODE | HAS_POTENTIAL | HAS_SOLID | HAS_MEDIUM | HAS_CHEMISTRY | HAS_AXIS;
+    g.given = (x->has & HAS_FLOW) && (x->has & HAS_TRANSPORT) && !(x->has & stands) && draw_chance(&g, 0.4);
     generate_shapes(&g);
     generate_sides(&g);
     if (x->has & HAS_CHEMISTRY) generate_chemistry(&g);

@@ -21,6 +21,7 @@ typedef struct draw {
     int shapes;
     int holds;          /* a solid that is held runs from side to side along this axis, -1: none */
     int flow_axis;      /* -1: none */
+    int given;          /* 1: the flow is given, and nothing stands in it */
     int periodic[3];
     double D;           /* [m2/s] */
     double length;      /* [m] a few cells */
