@@ -3,6 +3,7 @@
 #   CC=clang     another compiler            OPENMP=0     without OpenMP (default: when a test program links)
 #   CFLAGS=...   flags of the drivers        BUILD=dir    another build folder
 #   V=1          show the commands           EXTRA=...    more flags for the tests
+#   PD_TEST_LIMIT=s   of a test, after which it is stopped (3600; 0: none)
 
 ifeq ($(origin CC),default)
 CC = cc
@@ -373,6 +374,14 @@ $$(BUILD)/%$(1)d: drivers/%.c $$(wildcard drivers/*.h) $$(CASES) $$(BUILD)/pdcor
 -include $$(OBJECTS_$(1):.o=.d)
 endef
 $(foreach k,$(DIMS),$(eval $(call RULES_OF_DIM,$k)))
+
+# Small faults at random, MUTANTS of them that have an effect. SEED: without one the clock gives it.
+MUTANTS ?= 100
+MUTANTS_FLAGS ?=
+.PHONY: mutants
+mutants: $(OBJECTS_1) $(OBJECTS_2) $(OBJECTS_3) ## draw small faults in src/ and print those that no test sees; needs python3
+	@CC='$(CC)' DEV='$(DEV)' DEV_TEST='$(DEV_TEST)' python3 tools/mutants.py --build $(BUILD) --count $(MUTANTS) \
+	    $(if $(SEED),--seed $(SEED)) $(MUTANTS_FLAGS)
 
 $(BUILD)/amalgamate $(BUILD)/lint: $(BUILD)/%: tools/%.c $(BUILD)/flags
 	$(building) $(CC) -std=c99 -O1 $(WARN) $< -o $@
