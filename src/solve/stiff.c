@@ -8,6 +8,8 @@
 /* Steps at most, and the least of one over the whole way. */
 #define PDI_STIFF_STEPS 5000
 #define PDI_STIFF_LEAST 1e-13
+/* Least first step over the whole way. */
+#define PDI_STIFF_FIRST 1e-10
 /* A step that leaves less than that of what is left goes to the end. */
 #define PDI_STIFF_REST 1e-6
 /* Share of the step that the error allows; a step is at most this many times the last one, at least that share. */
@@ -185,6 +187,21 @@ static int pdi_stiff_left(const pdi_stiff_work *w, double t, double h, const dou
     return 0;
 }
 
+/* A first step over which no value changes by more than its size at the present rates: over a step that is far too long
+ * all columns of the table damp to nothing, and their differences say that there is no error. */
+static double pdi_stiff_first(pdi_stiff_work *w, double t, double whole, const double *y)
+{
+    const pd_stiff *s = w->s;
+    double rate[PD_STIFF_MOST], h = whole;
+    pdi_stiff_hold(w, t, y);
+    pdi_stiff_rates(w, t, y, rate);
+    for (int k = 0; k < s->count; k++) {
+        double size = pdi_max(fabs(y[k]), s->size[k]);
+        if (fabs(rate[k]) * h > size && size > 0.0) h = size / fabs(rate[k]);
+    }
+    return pdi_max(h, PDI_STIFF_FIRST * whole);
+}
+
 PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, double *y, int *which)
 {
     pdi_stiff_work w;
@@ -192,6 +209,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
     memset(&w, 0, sizeof w);
     w.s = s;
     w.bad = -1;
+    if (h > 0.0) h = pdi_stiff_first(&w, t, h, y);
     for (int step = 0; step < PDI_STIFF_STEPS && t < to; step++) {
         int last = !(h < (to - t) * (1.0 - PDI_STIFF_REST));
         if (last) h = to - t;
@@ -225,6 +243,7 @@ PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *s, double from, double to, d
 #undef PDI_STIFF_COLUMNS
 #undef PDI_STIFF_STEPS
 #undef PDI_STIFF_LEAST
+#undef PDI_STIFF_FIRST
 #undef PDI_STIFF_REST
 #undef PDI_STIFF_SAFETY
 #undef PDI_STIFF_GROWTH
