@@ -336,7 +336,7 @@ TEST(plane_fronts)
         double measure = pdi_area_measure(f->count, f->xi, f->area, normal);
         NOTE("slope %d/%d, %d/%d: speed %.5f, f(N) = %.5f", rise[k][0], period, rise[k][1], period, speed, measure);
         CHECK_NEAR(speed, 1.0, k == 0 ? 1e-10 : PD_DIM == 2 ? 1e-2 : 1.05e-2);
-        CHECK_NEAR(speed, measure, 1e-3);
+        CHECK_NEAR(speed, measure, 1e-12);
     }
 }
 

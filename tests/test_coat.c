@@ -68,11 +68,11 @@ TEST(film_of_a_couple)
              "Mg %.5f (%.5f)", times[k], (int)model.course.steps, (int)model.course.rejected, mean_of(0), y[0],
              mean_of(1), y[1], mean_of(2), y[2], e.potential, film_potential(sqrt(y[0])), mean_concentration("Mg2+"),
              y[FILM_MG2]);
-        CHECK_REL(mean_of(0), y[0], 5e-3);
-        CHECK_NEAR(mean_of(1), y[1], 5e-3 * 0.55);
-        CHECK_REL(mean_of(2), y[2], 5e-3);
-        CHECK_REL(mean_concentration("Mg2+"), y[FILM_MG2], 5e-3);
-        CHECK_REL(mean_concentration("OH-"), y[FILM_OH], 5e-3);
+        CHECK_REL(mean_of(0), y[0], 1e-3);
+        CHECK_NEAR(mean_of(1), y[1], 1e-4 * 0.55);
+        CHECK_REL(mean_of(2), y[2], 2e-3);
+        CHECK_REL(mean_concentration("Mg2+"), y[FILM_MG2], 2e-4);
+        CHECK_REL(mean_concentration("OH-"), y[FILM_OH], 2e-4);
         CHECK_NEAR(e.potential, film_potential(sqrt(y[0])), 1e-4);
     }
     close_model();
@@ -93,9 +93,9 @@ TEST(film_as_published)
         NOTE("published: %g s: theta %.6f (%.6f), l %.6g (%.6g), E %.7f V, %.6f A/m2", t, mean_of(0), y[0], mean_of(2),
              y[2], e.potential, e.current / e.area);
         CHECK_NEAR(e.potential, -1.462456, 1e-4);
-        CHECK_REL(e.current / e.area, sqrt(y[0]) * 0.51928, 5e-3);
-        CHECK_REL(mean_of(0), y[0], 5e-3);
-        CHECK_REL(mean_of(2), y[2], 5e-3);
+        CHECK_REL(e.current / e.area, sqrt(y[0]) * 0.51928, 5e-4);
+        CHECK_REL(mean_of(0), y[0], 1e-3);
+        CHECK_REL(mean_of(2), y[2], 2e-3);
     }
     close_model();
 }
@@ -190,7 +190,7 @@ TEST(places_without_diffusion)
         pd_cell_electrode b;
         pd_cell_electrode_of(&model.cell, 1, &b);
         CHECK_NEAR(mean_of(0), 0.0, 1e-12);
-        CHECK_REL(mean_of(1), 2e-6, 1e-3);
+        CHECK_REL(mean_of(1), 2e-6, 1e-12);
         CHECK_NEAR(mean_of(2), 0.5, 0.0); /* met at 30 s */
         CHECK_REL(mean_of(3), 1.0 + 300.0, 1e-9);
         CHECK_REL(mean_of(5), 100.0 * b.current / b.area, 1e-9);
@@ -221,7 +221,7 @@ TEST(metal_that_goes)
             double gone = speed * tau * (1.0 - exp(-2.0)), loss = pd_couple_volume_loss(&model.couple) * 0.5e-3;
             NOTE("going: %g of %g m (%.2e), theta %.6f, %d steps, %d nodes have turned", loss, gone, loss / gone - 1.0,
                  mean_of(0), (int)model.course.steps, (int)(model.couple.solid_nodes_start - model.grid.solid_count));
-            CHECK_REL(loss, gone, k ? 2e-4 : 4e-3);
+            CHECK_REL(loss, gone, 2e-4);
             CHECK_REL(mean_of(0), exp(-2.0), 1e-6);
             CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
         }
@@ -240,7 +240,7 @@ TEST(long_steps)
     if (!open_model(text, NULL, 0)) return;
     if (run_to(3.6e6)) {
         CHECK_REL(mean_of(0), 1.0 / (1.0 + 3.6e6), 1e-4);
-        CHECK_REL(mean_of(1), log(1.0 + 3.6e6), 1e-3);
+        CHECK_REL(mean_of(1), log(1.0 + 3.6e6), 1e-6);
         NOTE("long: %d steps, %d rejected", (int)model.course.steps, (int)model.course.rejected);
     }
     close_model();

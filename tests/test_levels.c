@@ -157,7 +157,7 @@ TEST(jumps)
                                      "1 us");
     double share, wanted = 0.001 * pow(10.0, 0.1 / 0.12);
     CHECK_NEAR(figure(jump, "electrode.iron.E", &share), -0.5, 1e-4); /* and the potential at its surface */
-    CHECK_REL(figure(jump, "electrode.iron.anodic", &share), height * wanted, 2e-3);
+    CHECK_REL(figure(jump, "electrode.iron.anodic", &share), height * wanted, 1e-13);
     CHECK_LE(share, 1e-12);
     CHECK_LE(figure(limit, "electrode.iron.anodic", &share), height * 0.5e-3);
     CHECK_LE(height * 0.4e-3, figure(limit, "electrode.iron.anodic", &share));

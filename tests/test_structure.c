@@ -212,7 +212,7 @@ TEST(dissolution_alone)
     CHECK_INT(alone->model.couple.steps, loaded->model.couple.steps);
     CHECK_LE(loaded->model.structure.rest.stored, loaded->model.structure.rest.work);
     double taken = loaded->model.structure.rest.work - loaded->model.structure.rest.stored;
-    CHECK_REL(loaded->model.structure.rest.taken, taken, 1e-2);
+    CHECK_REL(loaded->model.structure.rest.taken, taken, 5e-8);
     end(alone);
     end(loaded);
 }

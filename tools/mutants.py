@@ -5,13 +5,15 @@ A fault is another operator, sign, bound, index, constant or order of arguments,
 statement that is left out. The source with it is compiled in $(BUILD)/mutants, never in the checkout, and linked to libraries that the test
 programs there share. Where the object code is the same in every dimension the fault has no effect. The tests run from
 the nearest to the farthest in the graph of includes, then the shell tests that run scenes, until one fails or --seconds
-of wall time have passed. A test that fails, or takes too long, without a fault counts for nothing.
+have passed. A test that fails without a fault, too, counts for nothing.
 
 Printed are faults that no test has seen, and last a line "N mutants, N built, N with an effect, N killed, N survived".
 The status is 0. The same seed and sources give the same faults.
 """
 import argparse
 import collections
+import json
+import math
 import os
 import random
 import re
@@ -191,8 +193,10 @@ class Machine:
         self.cc = os.environ.get('CC', 'cc').split()
         self.dev = [f for f in os.environ.get('DEV', '-std=c99 -O2 -fPIC -DPDI_SPLIT').split() if not f.startswith('-W')]
         self.dev_test = os.environ.get('DEV_TEST', '-std=c99 -O1').split()
-        self.plain = {}  # test -> seconds without a fault; None: it fails or is too slow
+        self.plain = {}  # test -> it passes without a fault
         os.makedirs(self.dir, exist_ok=True)
+        times = os.path.join(self.dir, 'times.json')
+        self.times = json.load(open(times)) if os.path.exists(times) else {}  # name of a test -> seconds, for the order
 
     def call(self, command, limit=None, **more):
         """Status, seconds and output; status -1: it took longer than `limit`."""
@@ -264,16 +268,22 @@ class Machine:
     def run(self, test, limit):
         return self.call(self.command(test), limit, PROGRAMS=os.path.join(self.dir, 'programs'), BUILD=self.a.build)
 
-    def seconds(self, test):
-        """Without a fault, measured when it is needed first; the libraries are then those without one."""
+    def sound(self, test):
+        """It passes without a fault; the libraries are then those without one."""
         if test not in self.plain:
+            for d in DIMS:
+                self.link(d)
             fine = self.command(test) is not None
-            status, took, out = self.run(test, self.a.longest) if fine else (1, 0.0, '')
-            self.plain[test] = took if status == 0 else None
+            status, took, _ = self.run(test, self.a.longest) if fine else (1, 0.0, '')
+            self.plain[test] = status == 0
             if status:
                 print('mutants: %s %s without a fault and is not used' %
                       (name_of(test), 'takes more than %g s' % self.a.longest if status == -1 else 'fails'))
         return self.plain[test]
+
+    def remember(self, test, took):
+        self.times[name_of(test)] = round(took, 2)
+        json.dump(self.times, open(os.path.join(self.dir, 'times.json'), 'w'))
 
 
 def name_of(test):
@@ -296,33 +306,37 @@ def all_tests(root):
 
 
 def judge(m, graph, module, changed, tests, originals):
-    """The test that sees the fault, or None; seconds spent."""
+    """The test that sees the fault, or None; what it said, seconds spent and tests run."""
     c, shell = tests
     near = [(graph.distance(t[0], module), t) for t in c if t[1] in changed]
-    order = sorted((n for n in near if n[0] is not None), key=lambda n: (n[0], abs(n[1][1] - 2), n[1]))
-    spent, used = 0.0, 0
-    state = None  # which libraries are linked: True with the fault
-    for test in [t for _, t in order] + shell:
+
+    def place(n):  # quick tests first, and 2D
+        return 2 * n[0] + math.log2(1.0 + m.times.get(name_of(n[1]), 1.0)), abs(n[1][1] - 2), n[1]
+
+    order = [t for _, t in sorted((n for n in near if n[0] is not None), key=place)]
+    order += sorted(shell, key=lambda t: m.times.get(name_of(t), 1.0))
+    spent, used, linked = 0.0, 0, False
+    for test in order:
+        known = m.times.get(name_of(test))
         if spent > m.a.seconds:
             break
-        if test not in m.plain:
-            if state is not False:
-                for d in DIMS:
-                    m.link(d)
-                state = False
-            m.seconds(test)
-        if m.plain[test] is None:
+        if m.plain.get(test) is False or (known or 0.0) > m.a.longest or m.command(test) is None:
             continue
-        if state is not True:
+        if not linked:
             for d in changed:
                 m.link(d, originals[d])
-            state = True
-        used += 1
-        status, took, out = m.run(test, 10.0 + 10.0 * m.plain[test])
+            linked = True
+        limit = m.a.longest if known is None else 10.0 + 10.0 * known
+        status, took, out = m.run(test, limit)
         spent += took
-        if status:
+        used += 1
+        if not status:
+            m.remember(test, took)
+            continue
+        linked = linked and test in m.plain
+        if m.sound(test):
             said = [line for line in out.splitlines() if re.search(r': \w+: |^failed: |assert|ERROR', line)]
-            return name_of(test), (said or ['took too long' if status == -1 else 'status %d' % status])[0].strip(), spent, used
+            return name_of(test), (said or ['no end' if status == -1 else 'status %d' % status])[0].strip(), spent, used
     return None, '', spent, used
 
 
