@@ -99,6 +99,7 @@ TEST(any_place_of_the_box)
         snprintf(text, sizeof text, "[grid] h = 50 um  m = 3  box = %s%s%s%s%s\n[transport] D = 1e-9 m2/s\n"
                  "[run] until = 1 s\n", at, PD_DIM > 1 ? comma : "", PD_DIM > 1 ? at : "", PD_DIM > 2 ? comma : "",
                  PD_DIM > 2 ? at : "");
+        if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return;
         pd_footprint_estimate(&u, &b);
         if (!k) first = b.all;
         CHECK_REL(b.all, first, 1e-12);
