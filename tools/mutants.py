@@ -335,7 +335,7 @@ def judge(m, graph, module, changed, tests, originals):
             continue
         linked = linked and test in m.plain
         if m.sound(test):
-            said = [line for line in out.splitlines() if re.search(r': \w+: |^failed: |assert|ERROR', line)]
+            said = [line for line in out.splitlines() if not line.startswith('note') and re.search(r': \w+: |^failed: |assert|ERROR', line)]
             return name_of(test), (said or ['no end' if status == -1 else 'status %d' % status])[0].strip(), spent, used
     return None, '', spent, used
 

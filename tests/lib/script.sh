@@ -53,9 +53,13 @@ block() {
     awk -v n="$2" -v fence="\`\`\`$3" '$0 == fence { k++; inside = k == n; next } /^```/ { inside = 0 } inside' "$1"
 }
 
-# figure KEY: of the last result line that has it; OBJECT:KEY of that of the object; FILE:COLUMN of a table's last row.
+# figure KEY: of the last result line that has it; OBJECT:KEY of that of the object; FILE:COLUMN of a table's last row,
+# by the number of the column or by its name.
 figure() {
     case $1 in
+    *.csv:*[!0-9]*) # shellcheck disable=SC2086
+        awk -F, -v name="${1##*.csv:}" 'FNR == 1 { k = 0; for (n = 1; n <= NF; n++) if ($n == name) k = n }
+            { row = k ? $k : "" } END { print row }' "$dir"/out/${1%%.csv:*}.csv ;;
     *.csv:*) # shellcheck disable=SC2086
         tail -q -n 1 "$dir"/out/${1%:*} | tail -n 1 | cut -d, -f "${1#*:}" ;;
     *:*) grep -F " ${1%:*} " "$dir/log" | tr ' ' '\n' | sed -n "s/^${1#*:}=//p" | tail -n 1 ;;
