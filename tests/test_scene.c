@@ -596,6 +596,8 @@ TEST(watching_a_transfer)
     CHECK_OK(&ctx, run(&ctx, &u, path_of("held"), 0, &l, &r));
     CHECK_REL(last_of(&ctx, "held/transfer_a.csv", "Sh [-]"), 2.0, 5e-11);
     CHECK_REL(last_of(&ctx, "held/transfer_a.csv", "area [m]"), 100e-6, 1e-9);
+    CHECK_REL(last_of(&ctx, "held/transfer_a.csv", "density [mol/m2/s]"), 1e-5, 1e-10);
+    CHECK_REL(last_of(&ctx, "held/transfer_a.csv", "layer [m]"), 50e-6, 1e-10);
     CHECK_REL(last_of(&ctx, "held/transfer_a_000000_t0.0s.csv", "Sh [-]"), 2.0, 5e-11);
     leave(&ctx, &u);
 }
