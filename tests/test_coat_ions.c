@@ -58,9 +58,9 @@ TEST(film_of_a_couple)
              film_potential(sqrt(y[0])), mean_of(0), y[0], mean_of(2), y[2], mean_of(3), y[FILM_PASSED],
              (int)model.course.steps);
         CHECK_NEAR(level_of(0), film_potential(sqrt(y[0])), 1e-4);
-        CHECK_REL(mean_of(0), y[0], 5e-3);
-        CHECK_NEAR(mean_of(1), y[1], 5e-3 * 0.55);
-        CHECK_REL(mean_of(2), y[2], 5e-3);
+        CHECK_REL(mean_of(0), y[0], 2e-3);
+        CHECK_NEAR(mean_of(1), y[1], 1e-4 * 0.55);
+        CHECK_REL(mean_of(2), y[2], 3e-3);
         CHECK_REL(mean_of(3), y[FILM_PASSED], 1e-3);
     }
     close_model();

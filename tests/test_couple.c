@@ -194,7 +194,7 @@ TEST(step_size)
         scene_free(s);
     }
     NOTE("loss %.6f, steps ten times shorter %.6f", loss[0], loss[1]);
-    CHECK_REL(loss[0], loss[1], 0.01);
+    CHECK_REL(loss[0], loss[1], 1e-4);
 }
 #endif
 

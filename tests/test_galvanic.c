@@ -106,7 +106,7 @@ TEST(species)
     if (!open_model(text, NULL, 0)) return;
     if (run_to(0.0)) {
         double kappa = FARADAY * FARADAY / (8.314462618 * 298.15) * (1.33e-9 + 2.03e-9) * 145.0;
-        CHECK_NEAR(kappa, 1.83, 0.01);
+        CHECK_NEAR(kappa, 1.83, 2e-3);
         CHECK_REL(electrode(0).current, DEEP * 0.1 * kappa / 2e-3, 1e-9);
     }
     close_model();

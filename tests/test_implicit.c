@@ -65,8 +65,8 @@ TEST(second_order_in_time)
         double coarse = shear_wave(0.04, streaming), middle = shear_wave(0.02, streaming),
                fine = shear_wave(0.01, streaming);
         CHECK_LE(fine, 1e-3);
-        CHECK_NEAR(log(coarse / middle) / log(2.0), 2.0, 0.15);
-        CHECK_NEAR(log(middle / fine) / log(2.0), 2.0, 0.1);
+        CHECK_NEAR(log(coarse / middle) / log(2.0), 2.0, 0.03);
+        CHECK_NEAR(log(middle / fine) / log(2.0), 2.0, 0.02);
         NOTE("stream %d: errors %.3g %.3g %.3g", streaming, coarse, middle, fine);
     }
 }

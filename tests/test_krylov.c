@@ -141,7 +141,7 @@ TEST(poisson_closed_form)
             CHECK_LE(largest_difference(N, x, exact) / exact[N / 2], 1e-9);
             CHECK_INT(r.converged, 1);
             double own = residual_norm(&s, b, x);
-            CHECK_REL(r.residual, own, 1e-3);
+            CHECK_REL(r.residual, own, 1e-10);
             CHECK_REL(r.residual0, sqrt((double)N), 1e-14);
             CHECK_LE(r.residual, 1e-11 * sqrt((double)N));
             /* b is even about the middle: N / 2 distinct eigenvectors end CG and GMRES after N / 2 iterations */

@@ -699,7 +699,7 @@ TEST(contours_stand_at_their_place)
             ink += share;
             moment += share * (x + 0.5 - corner[0]);
         }
-        CHECK_NEAR(moment / ink, 10.25 * EACH, 0.51);
+        CHECK_NEAR(moment / ink, 10.25 * EACH, 1e-6);
         CHECK(ink >= 3 && ink <= 5);
     }
     CHECK_INT(pixel(&image, corner[0] + 205, corner[1] + 50), line);

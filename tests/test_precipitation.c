@@ -198,7 +198,7 @@ TEST(pores_that_narrow)
          found[0], found[1], found[2], shut,
          order, error[0], error[1], error[2]);
     CHECK_LE(1.7, order);
-    CHECK_NEAR(found[2] - log(cos(0.5 * pi / 40)), shut, 2e-3 * fabs(shut));
+    CHECK_NEAR(found[2] - log(cos(0.5 * pi / 40)), shut, 1e-3 * fabs(shut));
     CHECK_LE(1.5, log2(error[1] / error[2]));
 }
 

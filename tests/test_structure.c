@@ -135,7 +135,7 @@ TEST(large_strains)
     stretches(c, &a, &b);
     swell = log(a * b * b);
     CHECK_REL((bulk * swell + 2.0 * mu * (log(a) - swell / 3.0)) / a, 20e9, 1e-6);
-    CHECK_NEAR(bulk * swell + 2.0 * mu * (log(b) - swell / 3.0), 0.0, 20e3);
+    CHECK_NEAR(bulk * swell + 2.0 * mu * (log(b) - swell / 3.0), 0.0, 2e3);
     end(c);
     /* flow at large strains, in plane stress, too: true stress 300 MPa + 1 GPa e_p */
     c = pull("material = hencky  yield = 300 MPa  hardening = 1 GPa", "400 MPa");
