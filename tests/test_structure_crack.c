@@ -156,6 +156,19 @@ TEST(strip)
     end(c);
 }
 
+/* The same on eight cells. */
+TEST(coarse_toughness)
+{
+    static const strip_case run = {8, 0, 0.7 / (1.3 * 0.4), "nu = 0.3  m = 1"};
+    double j = 0.0, closed = 0.0;
+    pd_ctx ctx;
+    pd_ctx_init(&ctx);
+    if (!CHECK_OK(&ctx, strip_run(&ctx, &run, &j, &closed))) return;
+    NOTE("runs at %.4f of its toughness, %.4f in a long strip", j, closed);
+    CHECK_REL(j, 1.0, 0.1);
+    CHECK_INT(ctx.in_use, 0);
+}
+
 /* A crack runs when J reaches the toughness, whatever the material and its horizon. */
 TEST(toughness)
 {
@@ -238,7 +251,7 @@ TEST(refused)
 #if PD_DIM == 1
 TEST_MAIN(ENTRY(bonds) ENTRY(refused))
 #elif PD_DIM == 2
-TEST_MAIN(ENTRY(bonds) ENTRY(tips) ENTRY(strip) SLOW_ENTRY(toughness) ENTRY(refused))
+TEST_MAIN(ENTRY(bonds) ENTRY(tips) ENTRY(strip) ENTRY(coarse_toughness) SLOW_ENTRY(toughness) ENTRY(refused))
 #else
 TEST_MAIN(ENTRY(bonds) ENTRY(tips) SLOW_ENTRY(toughness) ENTRY(refused))
 #endif
