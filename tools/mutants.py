@@ -5,7 +5,7 @@ A fault is another operator, sign, bound, index, constant or order of arguments,
 statement that is left out. The source with it is compiled in $(BUILD)/mutants, never in the checkout, and linked to libraries that the test
 programs there share. Where the object code is the same in every dimension the fault has no effect. The tests run from
 the nearest to the farthest in the graph of includes, then the shell tests that run scenes, until one fails or --seconds
-have passed. A test that fails without a fault, too, counts for nothing.
+of processor time have passed. A test that fails without a fault, too, counts for nothing.
 
 Printed are faults that no test has seen, and last a line "N mutants, N built, N with an effect, N killed, N survived".
 The status is 0. The same seed and sources give the same faults.
@@ -17,11 +17,13 @@ import math
 import os
 import random
 import re
+import resource
 import subprocess
 import sys
 import time
 
 DIMS = (1, 2, 3)
+SHELL = 2  # distance of shell tests, whose scenes go through most modules
 
 # ---- faults ----
 
@@ -187,6 +189,12 @@ def marked(path, word, default):
     return [int(k) for k in m.group(1).split()] if m else default
 
 
+def spent():
+    """Seconds of processor time of all that has been run."""
+    use = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return use.ru_utime + use.ru_stime
+
+
 class Machine:
     def __init__(self, a):
         self.a, self.dir = a, os.path.join(a.build, 'mutants')
@@ -199,9 +207,9 @@ class Machine:
         self.times = json.load(open(times)) if os.path.exists(times) else {}  # name of a test -> seconds, for the order
 
     def call(self, command, limit=None, **more):
-        """Status, seconds and output; status -1: it took longer than `limit`."""
+        """Status, seconds of processor time and output; status -1: it took longer than `limit` seconds of wall time."""
         env = dict(os.environ, OMP_NUM_THREADS='1', OMP_WAIT_POLICY='passive', **more)
-        begin = time.time()
+        begin = spent()
         p = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=env,
                              start_new_session=True)
         try:
@@ -209,8 +217,8 @@ class Machine:
         except subprocess.TimeoutExpired:
             os.killpg(p.pid, 9)
             p.communicate()
-            return -1, time.time() - begin, ''
-        return p.returncode, time.time() - begin, out.decode(errors='replace')
+            return -1, spent() - begin, ''
+        return p.returncode, spent() - begin, out.decode(errors='replace')
 
     def objects(self, d):
         return [os.path.join(self.a.build, 'obj%dd' % d, s[:-2] + '.o') for s in self.a.sources]
@@ -274,7 +282,7 @@ class Machine:
             for d in DIMS:
                 self.link(d)
             fine = self.command(test) is not None
-            status, took, _ = self.run(test, self.a.longest) if fine else (1, 0.0, '')
+            status, took, _ = self.run(test, 10.0 * self.a.longest) if fine else (1, 0.0, '')
             self.plain[test] = status == 0
             if status:
                 print('mutants: %s %s without a fault and is not used' %
@@ -313,12 +321,12 @@ def judge(m, graph, module, changed, tests, originals):
     def place(n):  # quick tests first, and 2D
         return 2 * n[0] + math.log2(1.0 + m.times.get(name_of(n[1]), 1.0)), abs(n[1][1] - 2), n[1]
 
+    near += [(SHELL, t) for t in shell]
     order = [t for _, t in sorted((n for n in near if n[0] is not None), key=place)]
-    order += sorted(shell, key=lambda t: m.times.get(name_of(t), 1.0))
-    spent, used, linked = 0.0, 0, False
+    total, used, linked = 0.0, 0, False
     for test in order:
         known = m.times.get(name_of(test))
-        if spent > m.a.seconds:
+        if total > m.a.seconds:
             break
         if m.plain.get(test) is False or (known or 0.0) > m.a.longest or m.command(test) is None:
             continue
@@ -326,9 +334,9 @@ def judge(m, graph, module, changed, tests, originals):
             for d in changed:
                 m.link(d, originals[d])
             linked = True
-        limit = m.a.longest if known is None else 10.0 + 10.0 * known
+        limit = 10.0 * (m.a.longest if known is None else 1.0 + known)
         status, took, out = m.run(test, limit)
-        spent += took
+        total += took
         used += 1
         if not status:
             m.remember(test, took)
@@ -336,16 +344,16 @@ def judge(m, graph, module, changed, tests, originals):
         linked = linked and test in m.plain
         if m.sound(test):
             said = [line for line in out.splitlines() if not line.startswith('note') and re.search(r': \w+: |^failed: |assert|ERROR', line)]
-            return name_of(test), (said or ['no end' if status == -1 else 'status %d' % status])[0].strip(), spent, used
-    return None, '', spent, used
+            return name_of(test), (said or ['no end' if status == -1 else 'status %d' % status])[0].strip(), total, used
+    return None, '', total, used
 
 
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument('--seed', type=int, help='of the faults; without: by the clock')
     p.add_argument('--count', type=int, default=100, help='faults with an effect')
-    p.add_argument('--seconds', type=float, default=300, help='of tests for a fault, after which it has survived')
-    p.add_argument('--longest', type=float, default=120, help='a test that takes more seconds is not used')
+    p.add_argument('--seconds', type=float, default=300, help='of processor time in tests for a fault, after which it has survived')
+    p.add_argument('--longest', type=float, default=120, help='a test that takes more of them is not used')
     p.add_argument('--only', default='', help='folders or files below src, with commas between them')
     p.add_argument('--at', help='FILE:LINE: the faults of a line below src, one after the other')
     p.add_argument('--build', default='build')
@@ -418,13 +426,13 @@ def main():
             print('%s: no effect' % head)
             continue
         effect += 1
-        test, said, spent, used = judge(m, graph, path[:-2], sorted(swaps), tests, swaps)
+        test, said, took, used = judge(m, graph, path[:-2], sorted(swaps), tests, swaps)
         if test:
             killed += 1
-            print('%s: killed after %.0f s by test %d, %s: %s' % (head, spent, used, test, said[:160]))
+            print('%s: killed after %.0f s by test %d, %s: %s' % (head, took, used, test, said[:160]))
         else:
             survived += 1
-            print('SURVIVED %d tests in %.0f s: %s' % (used, spent, diff))
+            print('SURVIVED %d tests in %.0f s: %s' % (used, took, diff))
         sys.stdout.flush()
     print('%d mutants, %d built, %d with an effect, %d killed, %d survived' % (drawn, built, effect, killed, survived))
 
