@@ -3,6 +3,7 @@
 #include "core/par.h"
 #include "metal/content.h"
 #include "metal/damage.h"
+#include "metal/moments.h"
 #include "metal/tilt.h"
 #include "transport/amount.h"
 #include "transport/explicit.h"
@@ -50,6 +51,10 @@ static pd_metal pdi_dissolve_metal(const pd_dissolve_desc *desc, int m)
     first.rate = desc->rate;
     first.rate_user = desc->rate_user;
     first.uniform = desc->uniform;
+    first.timeless = desc->timeless;
+    first.bounds = desc->bounds;
+    first.breaks = desc->breaks;
+    first.break_count = desc->break_count;
     return m ? desc->more[m - 1] : first;
 }
 
@@ -92,6 +97,8 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, dissolve, front, dissolve->capacity, "1");
     PDI_ARRAY(owner, dissolve, changed, dissolve->capacity, "1");
     PDI_ARRAY(owner, dissolve, piece, dissolve->capacity, "1");
+    if (dissolve->timed) PDI_ARRAY(owner, dissolve, moment, PDI_MOMENTS_MOST, "s");
+    if (dissolve->timed) PDI_ARRAY(owner, dissolve, part, PDI_MOMENTS_MOST, "1");
     PDI_ARRAY(owner, dissolve, mark, total, "1");
     PDI_ARRAY(owner, dissolve, exposed, total, "1");
     PDI_ARRAY(owner, dissolve, rate, total, "1/s");
@@ -178,6 +185,10 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
     }
     d->kinds = desc->more_count + 1;
     d->capacity = (int32_t)grid->solid_count;
+    for (int m = 0; m < d->kinds; m++) {
+        pd_metal metal = pdi_dissolve_metal(desc, m);
+        d->timed = d->timed || (!metal.uniform && !metal.timeless);
+    }
     PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_list, d));
     PDI_TRY(pdi_dissolve_kinds(ctx, d));
     d->next_dt = HUGE_VAL;
@@ -264,49 +275,6 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside 
     beside->before = pdi_interface_line(d, beside);
     if (alone) alone->like = (int32_t)(beside - d->beside);
     return PD_OK;
-}
-
-/* Bonds: a jump of the law costs half of its height at most, which is what the mean of two speeds at the same distance
- * from the middle is off by. A whole family of fluid may take metal. */
-static void pdi_dissolve_bond_course(const pd_dissolve *d, pdi_law *law, double t, double dt, double c, double *error,
-                                     double *taken)
-{
-    double v[5], share = dt * d->kernel.total, least = HUGE_VAL, most = 0.0;
-    for (int k = 0; k < 5; k++) {
-        law->at.t = t + 0.25 * k * dt;
-        v[k] = pdi_max(pdi_law_rate(law, c), 0.0);
-        least = pdi_min(least, v[k]);
-        most = pdi_max(most, v[k]);
-    }
-    for (int k = 0; k < 2; k++) *error = pdi_max(*error, share * fabs(0.5 * (v[k] + v[4 - k]) - v[2]));
-    if (most > least) *taken = pdi_max(*taken, share * most);
-}
-
-/* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
- * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
- */
-static void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
-{
-    *error = *taken = 0.0;
-    for (int32_t n = 0; n < d->beside_count; n++) {
-        const pdi_beside *beside = &d->beside[n];
-        pdi_law law;
-        double v[3], share = 0.0, c = pdi_max(d->transport->c[beside->node], 0.0);
-        for (int m = 0; m < d->kinds; m++)
-            share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].supply;
-        pdi_interface_law(d, beside, &law);
-        if (pdi_metal_bonds(d)) {
-            pdi_dissolve_bond_course(d, &law, t, dt, c, error, taken);
-            continue;
-        }
-        for (int k = 0; k < 3; k++) {
-            law.at.t = t + 0.5 * k * dt;
-            v[k] = pdi_max(pdi_law_rate(&law, c), 0.0);
-        }
-        *error = pdi_max(*error, share * fabs(v[0] - 2.0 * v[1] + v[2]) / 6.0);
-        if (v[0] < v[1] || v[0] > v[1] || v[1] < v[2] || v[1] > v[2])
-            *taken = pdi_max(*taken, share * pdi_max(v[1], v[2]));
-    }
 }
 
 /* What the lines make of the equations of transport. Nodes at a jump of the law hold its concentration, until the
@@ -607,8 +575,6 @@ PDI_FN double pdi_dissolve_damage(const pd_dissolve *d, int32_t i)
 
 /* ---- the process ---- */
 
-/* Share of `fraction` that the course of a law within a step may cost. */
-#define PDI_DISSOLVE_EXACT 0.04
 /* A node may lose this many times the share that steps are chosen for, where the law speeds up. */
 #define PDI_DISSOLVE_EXCESS 2.0
 /* A step that is below this share of the wanted one has failed. */
@@ -620,23 +586,23 @@ static pd_status pdi_dissolve_start(pd_ctx *ctx, void *self, double t)
     return pdi_transport_at(ctx, ((pd_dissolve *)self)->transport, t);
 }
 
-/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
- * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
- * that share, too. */
-static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
+/* Laws that depend on time: the instants at which a step takes them. Returns the factor that makes the step short enough;
+ * 1: it is. No node may lose more than the step may take. */
+static double pdi_dissolve_shorten(pd_dissolve *d, const pd_step *s)
 {
-    double error, taken;
-    if (d->uniform) return 1.0;
-    pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
-    double share = pdi_max(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
+    double taken;
+    if (!d->moment) return 1.0;
+    double factor = pdi_moments_find(d, s->time, s->dt, &taken), share = taken / s->fraction;
+    if (factor < 1.0) return factor;
     return share <= 1.0 + 1e-9 ? 1.0 : pdi_max(0.9 / share, 0.1);
 }
 
 /* A step that is so short. */
-static double pdi_dissolve_shortened(const pd_dissolve *d, const pd_step *s)
+static double pdi_dissolve_shortened(pd_dissolve *d, const pd_step *s)
 {
     pd_step step = *s;
     for (double factor = 0.0; factor < 1.0; step.dt *= factor) factor = pdi_dissolve_shorten(d, &step);
+    d->moments = 0;
     return step.dt;
 }
 
@@ -648,6 +614,7 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
     d->rtol = s->rtol;
     d->lost = s->lost;
     d->time = s->time;
+    d->moments = 0;
     d->longest = 0.0;
     PDI_TRY(pdi_dissolve_prepare(ctx, d));
     double fastest = pdi_dissolve_fastest(ctx, d);
@@ -670,7 +637,10 @@ static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_dissolve *d = (pd_dissolve *)self;
     double end = s->time + s->dt;
     s->error = pdi_dissolve_shorten(d, s);
-    if (s->error < 1.0) return PD_RETRY;
+    if (s->error < 1.0) {
+        d->moments = 0;
+        return PD_RETRY;
+    }
     if (!d->uniform || d->longest > 0.0) { /* what changes in time is taken at the middle of the step */
         d->time = s->time + 0.5 * s->dt;
         PDI_TRY(pdi_dissolve_prepare(ctx, d));
@@ -718,6 +688,7 @@ static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
     d->in += s->dt * d->transport->inflow;
     for (int32_t k = 0; k < d->beside_count && d->shed; k++) pdi_dissolve_shed(d, &d->beside[k], s->dt);
     PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
+    d->moments = 0;
     for (int32_t k = 0; k < d->changed_count && d->shed; k++) {
         int32_t j = d->changed[k];
         pdi_metal_shed(d, pdi_metal_of(d, j))[j] += d->transport->c[j];

@@ -235,6 +235,9 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
         if (!(weight > 0.0)) continue;
         own->rate = d->kind[m].law.rate;
         own->user = d->kind[m].law.rate_user;
+        own->bounds = d->kind[m].law.bounds;
+        own->breaks = d->kind[m].law.breaks;
+        own->break_count = d->kind[m].law.break_count;
         own->share = weight / (arrives ? beside->weight : beside->enters);
         pdi_interface_drive(d, &portion[m], &own->whole, &own->part);
         if (!pdi_metal_bonds(d)) law->top = pdi_max(law->top, d->kind[m].solid);
@@ -242,7 +245,9 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
     }
     if (!law->metals) law->top = d->kind[0].solid; /* a law of nothing */
     law->at.t = d->time;
-    law->at.node = beside->node;
+    law->moment = d->moment;
+    law->part = d->part;
+    law->moments = d->moments;
     law->at.grain = pdi_interface_grain(d, beside->node);
     law->at.node = beside->node;
     pd_grid_position(d->grid, beside->node, law->at.x);

@@ -15,9 +15,51 @@
 PDI_FN double pdi_law_own(pdi_law *law, int m, double c)
 {
     const pdi_law_metal *metal = &law->metal[m];
+    double mean = 0.0;
     law->at.c = c;
     if (c >= law->limit) return 0.0;
-    return metal->rate(metal->user, &law->at) * pdi_max(metal->whole - metal->part * c, 0.0);
+    if (!law->moments) mean = metal->rate(metal->user, &law->at);
+    for (int k = 0; k < law->moments; k++) {
+        law->at.t = law->moment[k];
+        double v = metal->rate(metal->user, &law->at);
+        if (!(v < 0.0)) mean += law->part[k] * v; /* one that is no number shows */
+    }
+    return mean * pdi_max(metal->whole - metal->part * c, 0.0);
+}
+
+/* The bounds of metal m, without the factor of its drive. */
+static void pdi_law_own_bounds(pdi_law *law, int m, double a, double b, double *least, double *most)
+{
+    const pdi_law_metal *metal = &law->metal[m];
+    *least = HUGE_VAL;
+    *most = -HUGE_VAL;
+    if (metal->bounds) {
+        metal->bounds(metal->user, &law->at, a, b, least, most);
+        return;
+    }
+    for (int k = 0; k < 3; k++) {
+        law->at.t = k < 2 ? (k ? b : a) : 0.5 * (a + b);
+        double v = metal->rate(metal->user, &law->at);
+        *least = pdi_min(*least, v);
+        *most = pdi_max(*most, v);
+    }
+    for (int k = 0; k < metal->break_count; k++)
+        if (metal->breaks[k] >= a && metal->breaks[k] <= b) *most = HUGE_VAL;
+}
+
+PDI_FN void pdi_law_bounds(pdi_law *law, double c, double a, double b, double *least, double *most)
+{
+    *least = *most = 0.0;
+    law->at.c = c;
+    for (int m = 0; m < law->metals && c < law->limit; m++) {
+        const pdi_law_metal *metal = &law->metal[m];
+        double low, high, factor = pdi_max(metal->whole - metal->part * c, 0.0);
+        if (law->metals > 1) factor *= metal->share;
+        if (!(factor > 0.0)) continue;
+        pdi_law_own_bounds(law, m, a, b, &low, &high);
+        *least += factor * pdi_max(low, 0.0);
+        *most += factor * pdi_max(high, 0.0);
+    }
 }
 
 PDI_FN double pdi_law_rate(pdi_law *law, double c)

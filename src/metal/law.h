@@ -32,6 +32,9 @@
 typedef struct pdi_law_metal {
     pd_rate_fn rate;
     void *user;
+    pd_rate_bounds_fn bounds; /* of it in time; NULL: by its values and the */
+    const double *breaks;     /* [break_count] [s] */
+    int break_count;
     double whole, part; /* [-], [m3/mol] the rate is multiplied by whole - part c, at least 0; 1, 0: as it is */
     double share;       /* [-] of the metals there */
 } pdi_law_metal;
@@ -41,6 +44,8 @@ typedef struct pdi_law {
     pdi_law_metal metal[PDI_LAW_METALS];
     int metals;
     pd_rate_at at; /* c is the concentration of the last call */
+    const double *moment, *part; /* [moments] [s], [-] instants of whose speeds it is the mean, none below 0 */
+    int moments;   /* 0: it is that of at.t */
     double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal, or saturation */
     double limit;  /* [mol/m3] the law is 0 from here on; HUGE_VAL: nowhere */
 } pdi_law;
@@ -64,6 +69,8 @@ typedef struct pdi_law_point {
 /* v [m/s] of metal m alone at concentration c, as it is; that of the law. */
 PDI_FN double pdi_law_own(pdi_law *law, int m, double c);
 PDI_FN double pdi_law_rate(pdi_law *law, double c);
+/* Between which speeds [m/s], of at least 0, the law at c stays from time a to b [s]. */
+PDI_FN void pdi_law_bounds(pdi_law *law, double c, double a, double b, double *least, double *most);
 /* Smallest concentration from c to `limit` at which the law is not positive; HUGE_VAL: there is none. Zones narrower
  * than 6 % of a concentration and 1e-9 of the top may be missed. */
 PDI_FN double pdi_law_end(pdi_law *law, double c, double limit);

@@ -30,6 +30,10 @@ typedef struct pd_metal {
     pd_rate_fn rate;
     void *rate_user;
     int uniform;
+    int timeless;
+    pd_rate_bounds_fn bounds;
+    const double *breaks;
+    int break_count;
 } pd_metal;
 
 /* Zero-initialise. */
@@ -39,6 +43,11 @@ typedef struct pd_dissolve_desc {
     pd_rate_fn rate;      /* any law: rising, flat, with jumps; negative speeds count as 0 */
     void *rate_user;
     int uniform;          /* 1: the law depends on the concentration alone, its ends are looked for once */
+    int timeless;         /* 1: it does not depend on time */
+    pd_rate_bounds_fn bounds; /* of the law in time; NULL: it stays between its values at both ends and in the middle of
+                               * any time without a break: */
+    const double *breaks; /* [break_count] [s] ascending: when it jumps, or a pulse begins or ends. Borrowed */
+    int break_count;
     const pd_metal *more; /* [more_count] other metals, whose amounts add up in the fluid; copied */
     int more_count;       /* at most 7 */
     const uint8_t *metal; /* [total] of solid nodes: 0: the metal above, k: more[k - 1]; NULL: 0. Borrowed */
@@ -89,6 +98,10 @@ typedef struct pd_dissolve {
                                * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
     double spread;            /* [1/m2] sum a(n) of a whole family */
     double time;              /* [s] of the law, set by the caller before pdi_dissolve_prepare */
+    double *moment, *part;    /* [moments] [s] instants in whose place it stands, and their weights [-]; there is room
+                               * where a law depends on time */
+    int moments;              /* 0: the law is that of `time` */
+    int timed;                /* 1: a law depends on time */
     double most;              /* [-] set like time: the largest share of its supply that a node may lose in a step; 0:
                                * any */
     double rtol;              /* [-] set like time: error in time of the metal lost, over all that is lost; 0: any */

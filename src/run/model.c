@@ -1,5 +1,6 @@
 /* model: see model.h */
 #include "run/model.h"
+#include "scene/range.h"
 #include <math.h>
 #include <string.h>
 
@@ -335,19 +336,35 @@ static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
     return status;
 }
 
-static double pdi_model_rate(void *user, const pd_rate_at *at)
+/* The variables of a law. */
+static void pdi_model_vars(const pd_model_law *law, const pd_rate_at *at, double *vars)
 {
-    const pd_model_law *law = (const pd_model_law *)user;
-    const pd_setup_metal *metal = law->metal;
-    double vars[PD_EXPR_VARS];
+    memset(vars, 0, PD_EXPR_VARS * sizeof *vars);
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
     vars[PDI_SETUP_GRAIN] = at->grain;
     vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
-    if (law->cell && pdi_setup_electric(metal))
+    if (law->cell && pdi_setup_electric(law->metal))
         pdi_cell_beside(law->cell, at->node, law->kind, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
-    return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
+}
+
+static double pdi_model_rate(void *user, const pd_rate_at *at)
+{
+    const pd_model_law *law = (const pd_model_law *)user;
+    double vars[PD_EXPR_VARS];
+    pdi_model_vars(law, at, vars);
+    return law->metal->rate_scale * pdi_expr_eval(&law->metal->rate, vars);
+}
+
+static void pdi_model_bounds(void *user, const pd_rate_at *at, double from, double to, double *least, double *most)
+{
+    const pd_model_law *law = (const pd_model_law *)user;
+    double vars[PD_EXPR_VARS];
+    pdi_model_vars(law, at, vars);
+    pdi_range range = pdi_range_of(&law->metal->rate, vars, 1, from, to);
+    *least = law->metal->rate_scale * range.low;
+    *most = law->metal->rate_scale * range.high;
 }
 
 /* 1 for nodes in front of a passive film. */
@@ -388,6 +405,10 @@ static pd_metal pdi_model_metal(const pd_model_law *law)
     is.rate = pdi_model_rate;
     is.rate_user = (void *)law; /* only read */
     is.uniform = metal->rate.uses >> 1 == 0;
+    is.timeless = !(metal->rate.uses >> 1 & 1u);
+    is.bounds = pdi_model_bounds;
+    is.breaks = NULL; /* the bounds know them */
+    is.break_count = 0;
     return is;
 }
 
@@ -460,11 +481,15 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
         metal[k].rate = pdi_attack_rate;
         metal[k].rate_user = &m->attack.law[pdi_setup_apart(u) > 1 ? k : 0];
         metal[k].uniform = 0;
+        metal[k].timeless = 1; /* it is found once a step */
+        metal[k].bounds = NULL;
     }
     desc.solid = metal[0].solid;
     desc.rate = metal[0].rate;
     desc.rate_user = metal[0].rate_user;
     desc.uniform = metal[0].uniform;
+    desc.timeless = metal[0].timeless;
+    desc.bounds = metal[0].bounds;
     if (pdi_model_faraday(u, &desc)) {
         desc.found = pdi_model_match;
         desc.found_user = m;

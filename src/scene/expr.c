@@ -7,61 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PDI_EXPR_STACK 64 /* operands that wait at the same time */
-
-typedef enum pdi_expr_rule {
-    PDI_EXPR_PLAIN,  /* plain numbers to a plain number */
-    PDI_EXPR_KEEP,   /* dimension of the operand */
-    PDI_EXPR_ROOT,   /* half its exponents */
-    PDI_EXPR_ALIKE,  /* operands alike, result too */
-    PDI_EXPR_RATIO,  /* operands alike, result a plain number */
-    PDI_EXPR_POWER,
-    PDI_EXPR_CHOICE  /* plain, then two alike */
-} pdi_expr_rule;
-
-/* X(name, operands, rule, value of the operands a[0], a[1], a[2]) */
-#define PDI_EXPR_FUNCTIONS(X) \
-    X(sin, 1, PDI_EXPR_PLAIN, sin(a[0])) \
-    X(cos, 1, PDI_EXPR_PLAIN, cos(a[0])) \
-    X(tan, 1, PDI_EXPR_PLAIN, tan(a[0])) \
-    X(exp, 1, PDI_EXPR_PLAIN, exp(a[0])) \
-    X(log, 1, PDI_EXPR_PLAIN, log(a[0])) \
-    X(log10, 1, PDI_EXPR_PLAIN, log10(a[0])) \
-    X(tanh, 1, PDI_EXPR_PLAIN, tanh(a[0])) \
-    X(sinh, 1, PDI_EXPR_PLAIN, sinh(a[0])) \
-    X(cosh, 1, PDI_EXPR_PLAIN, cosh(a[0])) \
-    X(atan, 1, PDI_EXPR_PLAIN, atan(a[0])) \
-    X(erf, 1, PDI_EXPR_PLAIN, erf(a[0])) \
-    X(floor, 1, PDI_EXPR_PLAIN, floor(a[0])) \
-    X(abs, 1, PDI_EXPR_KEEP, fabs(a[0])) \
-    X(sqrt, 1, PDI_EXPR_ROOT, sqrt(a[0])) \
-    X(min, 2, PDI_EXPR_ALIKE, a[1] < a[0] || a[1] != a[1] ? a[1] : a[0]) \
-    X(max, 2, PDI_EXPR_ALIKE, a[1] > a[0] || a[1] != a[1] ? a[1] : a[0]) \
-    X(atan2, 2, PDI_EXPR_RATIO, atan2(a[0], a[1])) \
-    X(pow, 2, PDI_EXPR_POWER, pow(a[0], a[1])) \
-    X(if, 3, PDI_EXPR_CHOICE, a[0] != 0 ? a[1] : a[2])
-
-typedef enum pdi_expr_op {
-    PDI_EXPR_CONST,
-    PDI_EXPR_VAR,
-    PDI_EXPR_TABLE,
-    PDI_EXPR_NEG,
-    PDI_EXPR_ADD,
-    PDI_EXPR_SUB,
-    PDI_EXPR_MUL,
-    PDI_EXPR_DIV,
-    PDI_EXPR_LT,
-    PDI_EXPR_GT,
-    PDI_EXPR_LE,
-    PDI_EXPR_GE,
-    PDI_EXPR_FIRST_FUNCTION,
-    PDI_EXPR_BEFORE_FUNCTIONS = PDI_EXPR_FIRST_FUNCTION - 1,
-#define PDI_X(name, operands, rule, value) PDI_EXPR_OP_##name,
-    PDI_EXPR_FUNCTIONS(PDI_X)
-#undef PDI_X
-    PDI_EXPR_OPS
-} pdi_expr_op;
-
 typedef struct pdi_expr_function {
     const char *name;
     int operands;
@@ -158,7 +103,7 @@ PDI_COLD_END
 
 /* ---- code ---- */
 
-static double pdi_expr_apply(int op, const double *a)
+PDI_FN double pdi_expr_apply(int op, const double *a)
 {
     switch (op) {
     case PDI_EXPR_NEG: return -a[0];
@@ -178,7 +123,7 @@ static double pdi_expr_apply(int op, const double *a)
     }
 }
 
-static int pdi_expr_operands(int op)
+PDI_FN int pdi_expr_operands(int op)
 {
     if (op >= PDI_EXPR_FIRST_FUNCTION) return pdi_expr_functions[op - PDI_EXPR_FIRST_FUNCTION].operands;
     return op == PDI_EXPR_NEG || op == PDI_EXPR_TABLE ? 1 : 2;
@@ -748,6 +693,7 @@ PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr)
 {
     PDI_DELETE(ctx, expr->code_count, expr->code);
     PDI_DELETE(ctx, expr->value_count, expr->value);
+    PDI_DELETE(ctx, expr->break_count, expr->breaks);
     memset(expr, 0, sizeof *expr);
 }
 PDI_COLD_END
@@ -776,6 +722,4 @@ PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
 
 PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 
-#undef PDI_EXPR_FUNCTIONS
-#undef PDI_EXPR_STACK
 #undef PDI_EXPR_BUILTINS

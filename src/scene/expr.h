@@ -57,6 +57,8 @@ typedef struct pd_expr {
     const pd_expr_table *tables; /* those of desc */
     pd_expr_fn fn; /* in the place of the code; NULL: none */
     void *user;
+    double *breaks;  /* [break_count] values of its variable `clock` at which fn jumps, or bends sharply; ascending */
+    int break_count, clock;
 } pd_expr;
 
 #ifdef PDI_INTERNAL
@@ -76,6 +78,67 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr);
 PDI_FN void pdi_expr_quote(const char *found, char *text);
 /* 1 when the name is a function or a built-in constant. */
 PDI_FN int pdi_expr_taken(const char *name);
+
+/* ---- the code ---- */
+
+#define PDI_EXPR_STACK 64 /* operands that wait at the same time */
+
+typedef enum pdi_expr_rule {
+    PDI_EXPR_PLAIN,  /* plain numbers to a plain number */
+    PDI_EXPR_KEEP,   /* dimension of the operand */
+    PDI_EXPR_ROOT,   /* half its exponents */
+    PDI_EXPR_ALIKE,  /* operands alike, result too */
+    PDI_EXPR_RATIO,  /* operands alike, result a plain number */
+    PDI_EXPR_POWER,
+    PDI_EXPR_CHOICE  /* plain, then two alike */
+} pdi_expr_rule;
+
+/* X(name, operands, rule, value of the operands a[0], a[1], a[2]) */
+#define PDI_EXPR_FUNCTIONS(X) \
+    X(sin, 1, PDI_EXPR_PLAIN, sin(a[0])) \
+    X(cos, 1, PDI_EXPR_PLAIN, cos(a[0])) \
+    X(tan, 1, PDI_EXPR_PLAIN, tan(a[0])) \
+    X(exp, 1, PDI_EXPR_PLAIN, exp(a[0])) \
+    X(log, 1, PDI_EXPR_PLAIN, log(a[0])) \
+    X(log10, 1, PDI_EXPR_PLAIN, log10(a[0])) \
+    X(tanh, 1, PDI_EXPR_PLAIN, tanh(a[0])) \
+    X(sinh, 1, PDI_EXPR_PLAIN, sinh(a[0])) \
+    X(cosh, 1, PDI_EXPR_PLAIN, cosh(a[0])) \
+    X(atan, 1, PDI_EXPR_PLAIN, atan(a[0])) \
+    X(erf, 1, PDI_EXPR_PLAIN, erf(a[0])) \
+    X(floor, 1, PDI_EXPR_PLAIN, floor(a[0])) \
+    X(abs, 1, PDI_EXPR_KEEP, fabs(a[0])) \
+    X(sqrt, 1, PDI_EXPR_ROOT, sqrt(a[0])) \
+    X(min, 2, PDI_EXPR_ALIKE, a[1] < a[0] || a[1] != a[1] ? a[1] : a[0]) \
+    X(max, 2, PDI_EXPR_ALIKE, a[1] > a[0] || a[1] != a[1] ? a[1] : a[0]) \
+    X(atan2, 2, PDI_EXPR_RATIO, atan2(a[0], a[1])) \
+    X(pow, 2, PDI_EXPR_POWER, pow(a[0], a[1])) \
+    X(if, 3, PDI_EXPR_CHOICE, a[0] != 0 ? a[1] : a[2])
+
+typedef enum pdi_expr_op {
+    PDI_EXPR_CONST,
+    PDI_EXPR_VAR,
+    PDI_EXPR_TABLE,
+    PDI_EXPR_NEG,
+    PDI_EXPR_ADD,
+    PDI_EXPR_SUB,
+    PDI_EXPR_MUL,
+    PDI_EXPR_DIV,
+    PDI_EXPR_LT,
+    PDI_EXPR_GT,
+    PDI_EXPR_LE,
+    PDI_EXPR_GE,
+    PDI_EXPR_FIRST_FUNCTION,
+    PDI_EXPR_BEFORE_FUNCTIONS = PDI_EXPR_FIRST_FUNCTION - 1,
+#define PDI_X(name, operands, rule, value) PDI_EXPR_OP_##name,
+    PDI_EXPR_FUNCTIONS(PDI_X)
+#undef PDI_X
+    PDI_EXPR_OPS
+} pdi_expr_op;
+
+/* Operands of an instruction; its value for them. Neither for constants, variables and tables. */
+PDI_FN int pdi_expr_operands(int op);
+PDI_FN double pdi_expr_apply(int op, const double *a);
 #endif
 
 #endif

@@ -1,0 +1,155 @@
+/* moments: see moments.h */
+#include "metal/moments.h"
+#include <math.h>
+
+/* What a law does within a step may cost this share of the tolerance of what the step takes, and this share of a node. */
+#define PDI_MOMENTS_COST 0.1
+#define PDI_MOMENTS_FAINT 1e-4
+/* Pieces with a jump, each of which may cost that over their number. */
+#define PDI_MOMENTS_JUMPS 16.0
+/* Bounds are wider than the values between them by what an expression says twice: this often is still seen. */
+#define PDI_MOMENTS_WIDE 4.0
+/* A shorter piece, over the step, is a jump whatever its bounds. */
+#define PDI_MOMENTS_SHORT 1e-12
+/* The tolerance where none is given. */
+#define PDI_MOMENTS_RTOL 1e-3
+
+typedef struct pdi_moments_piece {
+    double from, to; /* [s] */
+} pdi_moments_piece;
+
+/* A law at a node. */
+typedef struct pdi_moments_node {
+    pdi_law law;
+    double c;     /* [mol/m3] */
+    double share; /* [-] of a node's content that it takes in the step, per speed [s/m] */
+} pdi_moments_node;
+
+/* 1: a metal beside the node has a law that depends on time. */
+static int pdi_moments_timed(const pd_dissolve *d, const pdi_beside *beside)
+{
+    const pdi_metal_beside *portion = pdi_metal_portion(d, beside);
+    for (int m = 0; m < d->kinds; m++) {
+        const pd_metal *law = &d->kind[m].law;
+        if (!law->uniform && !law->timeless && (portion[m].weight > 0.0 || portion[m].enters > 0.0)) return 1;
+    }
+    return 0;
+}
+
+/* The law at the node in the step of dt [s]. A whole family of fluid may take metal by bonds. */
+static void pdi_moments_look(const pd_dissolve *d, const pdi_beside *beside, double dt, pdi_moments_node *node)
+{
+    pdi_interface_law(d, beside, &node->law);
+    node->law.moments = 0;
+    node->c = pdi_max(d->transport->c[beside->node], 0.0);
+    node->share = 0.0;
+    for (int m = 0; m < d->kinds; m++)
+        node->share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].supply;
+    if (pdi_metal_bonds(d)) node->share = dt * d->kernel.total;
+}
+
+static double pdi_moments_at(pdi_moments_node *node, double t)
+{
+    node->law.at.t = t;
+    return pdi_max(pdi_law_rate(&node->law, node->c), 0.0);
+}
+
+/* Both instants of a piece: Gauss' rule. */
+static double pdi_moments_instant(const pdi_moments_piece *piece, int second)
+{
+    double half = 0.5 * (piece->to - piece->from);
+    return piece->from + half + (second ? half : -half) / sqrt(3.0);
+}
+
+/* 1: the rule of the piece, its middle alone or both instants, gives the mean at the node, and bounds leave room for
+ * nothing else. `part` [-]: of the step. */
+static int pdi_moments_fits(const pd_dissolve *d, pdi_moments_node *node, const pdi_moments_piece *piece, double part,
+                            int middle)
+{
+    double rtol = d->rtol > 0.0 ? d->rtol : PDI_MOMENTS_RTOL, least, most;
+    double v[3], rule, first = pdi_moments_at(node, piece->from), last = pdi_moments_at(node, piece->to);
+    v[0] = pdi_moments_at(node, pdi_moments_instant(piece, 0));
+    v[1] = pdi_moments_at(node, 0.5 * (piece->from + piece->to));
+    v[2] = pdi_moments_at(node, pdi_moments_instant(piece, 1));
+    rule = middle ? v[1] : 0.5 * (v[0] + v[2]);
+    double mean = (first + 4.0 * v[1] + last) / 6.0, error = fabs(mean - rule);
+    double low = pdi_min(pdi_min(first, last), v[1]), high = pdi_max(pdi_max(first, last), v[1]);
+    double room = rtol * (PDI_MOMENTS_COST * node->share * mean + PDI_MOMENTS_FAINT);
+    pdi_law_bounds(&node->law, node->c, piece->from, piece->to, &least, &most);
+    double unseen = pdi_max(most - least - PDI_MOMENTS_WIDE * (high - low), 0.0);
+    if (node->share * pdi_max(error, unseen) <= room) return 1;
+    if (part < PDI_MOMENTS_SHORT) return 1;
+    return part * node->share * (most - least) <= room / PDI_MOMENTS_JUMPS;
+}
+
+/* 1: at all nodes. */
+static int pdi_moments_all(const pd_dissolve *d, const pdi_moments_piece *piece, double dt, int middle)
+{
+    double part = (piece->to - piece->from) / dt;
+    for (int32_t n = 0; n < d->beside_count; n++) {
+        pdi_moments_node node;
+        if (!pdi_moments_timed(d, &d->beside[n])) continue;
+        pdi_moments_look(d, &d->beside[n], dt, &node);
+        if (!pdi_moments_fits(d, &node, piece, part, middle)) return 0;
+    }
+    return 1;
+}
+
+/* What laws that change take of a node at most: by the middle and the end of the step where that is one piece, else by
+ * their means. */
+static double pdi_moments_taken(const pd_dissolve *d, double t, double dt)
+{
+    double taken = 0.0;
+    for (int32_t n = 0; n < d->beside_count; n++) {
+        pdi_moments_node node;
+        if (!pdi_moments_timed(d, &d->beside[n])) continue;
+        pdi_moments_look(d, &d->beside[n], dt, &node);
+        double first = pdi_moments_at(&node, t), last = pdi_moments_at(&node, t + dt);
+        double speed = pdi_max(last, pdi_moments_at(&node, t + 0.5 * dt));
+        if (d->moments) {
+            node.law.moments = d->moments;
+            speed = pdi_max(pdi_law_rate(&node.law, node.c), 0.0);
+        }
+        if (d->moments || first < speed || first > speed || last < speed) taken = pdi_max(taken, node.share * speed);
+    }
+    return taken;
+}
+
+PDI_FN double pdi_moments_find(pd_dissolve *d, double t, double dt, double *taken)
+{
+    pdi_moments_piece waiting[64], piece;
+    int count = 1;
+    d->moments = 0;
+    waiting[0].from = t;
+    waiting[0].to = t + dt;
+    *taken = 0.0;
+    if (!pdi_moments_all(d, &waiting[0], dt, 1))
+        while (count > 0) { /* from the first to the last */
+            piece = waiting[--count];
+            double middle = 0.5 * (piece.from + piece.to);
+            if (d->moments == PDI_MOMENTS_MOST) {
+                d->moments = 0;
+                return pdi_max(0.9 * (piece.from - t) / dt, 1e-3);
+            }
+            if (count < 62 && middle > piece.from && middle < piece.to && !pdi_moments_all(d, &piece, dt, 0)) {
+                waiting[count].from = middle;
+                waiting[count++].to = piece.to;
+                waiting[count].from = piece.from;
+                waiting[count++].to = middle;
+                continue;
+            }
+            for (int k = 0; k < 2; k++) {
+                d->moment[d->moments] = pdi_moments_instant(&piece, k);
+                d->part[d->moments++] = 0.5 * (piece.to - piece.from) / dt;
+            }
+        }
+    *taken = pdi_moments_taken(d, t, dt);
+    return 1.0;
+}
+
+#undef PDI_MOMENTS_COST
+#undef PDI_MOMENTS_FAINT
+#undef PDI_MOMENTS_JUMPS
+#undef PDI_MOMENTS_WIDE
+#undef PDI_MOMENTS_SHORT
+#undef PDI_MOMENTS_RTOL
