@@ -1,6 +1,6 @@
 #!/bin/sh
-# Rounding decides nothing: scenes that differ in their units, or are turned, mirrored or shifted by whole cells, give the
-# same figures. And what lattice and shapes do to each other is told.
+# Rounding decides nothing: scenes that differ in their units, or are turned, mirrored or shifted by whole cells, give
+# the same figures. And what lattice and shapes do to each other is told.
 . tests/lib/script.sh
 
 # scene NAME: a scene from the standard input.
@@ -166,14 +166,16 @@ scene half << 'END'
 [total all]
 END
 sed 's/0 um .. 40/20 um .. 60/; s/5 um .. 17/25 um .. 37/' "$dir/half.scene" | scene half_20
-sed 's/h = 2 um/h = 2 um*1/; s/0 um .. 40 um/0.1*7 um .. 40.7 um/; s/5 um .. 17/5.7 um .. 17.7/' "$dir/half.scene" | scene half_text
+sed 's/0 um .. 40 um/0.1*7 um .. 40.7 um/; s/5 um .. 17/5.7 um .. 17.7/' "$dir/half.scene" | scene half_text
 sed 's/5 um .. 17/23 um .. 35/' "$dir/half.scene" | scene half_mirrored
-for other in half_20 half_text half_mirrored; do alike 1 half $other 1e-8 C_max C_min dissolved solid volume_loss; done
+for other in half_20 half_text half_mirrored; do
+    alike 1 half $other 1e-8 C_max C_min dissolved solid volume_loss
+done
 says 1 half 'passes through 2 nodes'
 says 1 half 'its shape holds 1.2e-05 m and its cells 1.4e-05 m, +16.7 %'
 
-# The volume of shapes and of cells: a disc (to 1e-5), a ring around an axis, and a slab that fits. pi 10^2 = 314.159 cells
-# are 316.
+# The volume of shapes and of cells: a disc (to 1e-5), a ring around an axis, and a slab that fits. The disc has
+# pi 10^2 = 314.159 cells; they are 316.
 scene disc << 'END'
 [grid] h = 1 um box = -15 um .. 15 um, -15 um .. 15 um
 [shape m] ball = 0 um, 0 um radius = 10 um kind = solid

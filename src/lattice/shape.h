@@ -44,8 +44,8 @@ typedef struct pd_shape {
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
 #ifdef PDI_INTERNAL
-/* [m] A place that is nearer to the surface of a shape lies on it: PDI_SHAPE_TIE of the least spacing, or the rounding of
- * coordinates of that size. */
+/* [m] A place that is nearer to the surface of a shape lies on it: PDI_SHAPE_TIE of the least spacing, or the rounding
+ * of coordinates of that size. */
 #define PDI_SHAPE_TIE 1e-9
 PDI_FN double pdi_shape_tie(const double *h, const double *x);
 /* 1: the place belongs to the shape. What lies on a surface does, on both sides of every body, so that mirrored, turned

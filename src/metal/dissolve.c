@@ -586,8 +586,8 @@ static pd_status pdi_dissolve_start(pd_ctx *ctx, void *self, double t)
     return pdi_transport_at(ctx, ((pd_dissolve *)self)->transport, t);
 }
 
-/* Laws that depend on time: the instants at which a step takes them. Returns the factor that makes the step short enough;
- * 1: it is. No node may lose more than the step may take. */
+/* Laws that depend on time: the instants at which a step takes them. Returns the factor that makes the step short
+ * enough; 1: it is. No node may lose more than the step may take. */
 static double pdi_dissolve_shorten(pd_dissolve *d, const pd_step *s)
 {
     double taken;

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-/* A normal that is shorter than this share of what it is summed of has cancelled, and what a bond carries along a normal
- * that it stands across is none: both would be rounding. */
+/* A normal that is shorter than this share of what it is summed of has cancelled, and what a bond carries along a
+ * normal that it stands across is none: both would be rounding. */
 #define PDI_INTERFACE_NONE 1e-9
 
 PDI_FN double pdi_interface_line(const pd_dissolve *d, const pdi_beside *beside)

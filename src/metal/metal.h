@@ -32,7 +32,7 @@ typedef struct pd_metal {
     int uniform;
     int timeless;
     pd_rate_bounds_fn bounds;
-    const double *breaks;
+    const double *breaks; /* [s] */
     int break_count;
 } pd_metal;
 

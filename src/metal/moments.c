@@ -2,7 +2,8 @@
 #include "metal/moments.h"
 #include <math.h>
 
-/* What a law does within a step may cost this share of the tolerance of what the step takes, and this share of a node. */
+/* What a law does within a step may cost this share of the tolerance of what the step takes, and this share of a node.
+ */
 #define PDI_MOMENTS_COST 0.1
 #define PDI_MOMENTS_FAINT 1e-4
 /* Pieces with a jump, each of which may cost that over their number. */

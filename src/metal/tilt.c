@@ -10,8 +10,8 @@
 /* What is that near to the middle between two of them lies there. */
 #define PDI_TILT_TIE 1e-6
 
-/* The nearest whole number, of two that are equally near the larger one in size, whatever the rounding of `part` and its
- * sign: mirrored surfaces have mirrored normals. */
+/* The nearest whole number, of two that are equally near the larger one in size, whatever the rounding of `part` and
+ * its sign: mirrored surfaces have mirrored normals. */
 static int16_t pdi_tilt_whole(double part)
 {
     double size = floor(PDI_TILT_RANGE * fabs(part) + 0.5 + PDI_TILT_TIE);

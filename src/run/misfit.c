@@ -115,8 +115,8 @@ static void pdi_misfit_metal(const pd_model *m, int k, pd_print_fn print, void *
     pdi_misfit_volumes(m, k, &shape, &cells, &error);
     double off = cells / shape - 1.0;
     if (!(fabs(off) > PDI_MISFIT_TOLD + error) || !(shape > 0.0)) return;
-    snprintf(text, sizeof text, "metal%s%s is whole cells: its shape holds %.6g %s and its cells %.6g %s, %+.3g %%. What "
-             "is lost counts against the cells: take a spacing that fits the shape, or a finer one",
+    snprintf(text, sizeof text, "metal%s%s is whole cells: its shape holds %.6g %s and its cells %.6g %s, %+.3g %%. "
+             "What is lost counts against the cells: take a spacing that fits the shape, or a finer one",
              m->setup->metals > 1 ? " " : "", m->setup->metals > 1 ? m->setup->metal[k].material.name : "", shape, unit,
              cells, unit, 100.0 * off);
     print(user, PD_PRINT_NOTE, text);

@@ -57,7 +57,7 @@ typedef struct pd_expr {
     const pd_expr_table *tables; /* those of desc */
     pd_expr_fn fn; /* in the place of the code; NULL: none */
     void *user;
-    double *breaks;  /* [break_count] values of its variable `clock` at which fn jumps, or bends sharply; ascending */
+    double *breaks;  /* [break_count] [-] values of its variable `clock` at which fn jumps, ascending */
     int break_count, clock;
 } pd_expr;
 

@@ -1,7 +1,7 @@
 /* range: see range.h
  *
- * Sources: Moore, Kearfott and Cloud, Introduction to Interval Analysis, SIAM 2009. Bounds are those of rounded numbers:
- * they may be off by a few units of the last place, which is below all that they are asked for.
+ * Sources: Moore, Kearfott and Cloud, Introduction to Interval Analysis, SIAM 2009. Bounds are those of rounded
+ * numbers: they may be off by a few units of the last place, which is below all that they are asked for.
  */
 #include "scene/range.h"
 #include "core/vec.h"
