@@ -25,7 +25,7 @@ typedef struct pd_ledger {
     double carry;       /* [unit] what the last linear solve left undone or debris owes; the next step delivers it */
     double out, in;     /* [unit] through outlets and inlets since the start */
     double imbalance;   /* [unit] */
-    double relative;    /* [-] |imbalance| over the initial solid (over start without solid) */
+    double relative;    /* [-] |imbalance| over the largest of the initial solid (start without solid), in and out */
 } pd_ledger;
 
 typedef struct pd_couple_desc {

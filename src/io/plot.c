@@ -69,6 +69,21 @@ static pd_status pdi_plot_range(pd_ctx *ctx, const char *name, int log_axis, dou
     return PD_OK;
 }
 
+/* Range of all places along x, whatever stands there. */
+static void pdi_plot_places(const pd_plot *plot, double *lo, double *hi)
+{
+    for (int k = 0; k < plot->count; k++)
+        for (int i = 0; i < plot->series[k].count; i++) {
+            double x = plot->series[k].x[i];
+            if (!pdi_plot_usable(x, plot->x_log)) continue;
+            *lo = pdi_min(*lo, x);
+            *hi = pdi_max(*hi, x);
+        }
+    if (*lo <= *hi) return;
+    *lo = plot->x_log ? 1.0 : 0.0;
+    *hi = plot->x_log ? 10.0 : 1.0;
+}
+
 static pd_status pdi_plot_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layout *l)
 {
     double x_lo = INFINITY, x_hi = -INFINITY, y_lo = INFINITY, y_hi = -INFINITY;
@@ -81,7 +96,11 @@ static pd_status pdi_plot_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layo
             y_lo = pdi_min(y_lo, pdi_plot_end(plot, s, i, -1));
             y_hi = pdi_max(y_hi, pdi_plot_end(plot, s, i, 1));
         }
-    if (!(x_lo <= x_hi)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "no series has a point that can be shown");
+    if (!(x_lo <= x_hi)) { /* nothing is known: an empty frame, over the places that are */
+        pdi_plot_places(plot, &x_lo, &x_hi);
+        y_lo = plot->y_log ? 1.0 : 0.0;
+        y_hi = plot->y_log ? 10.0 : 1.0;
+    }
     PDI_TRY(pdi_plot_range(ctx, "x", plot->x_log, plot->x_lo, plot->x_hi, x_lo, x_hi, &l->x));
     return pdi_plot_range(ctx, "y", plot->y_log, plot->y_lo, plot->y_hi, y_lo, y_hi, &l->y);
 }

@@ -34,7 +34,8 @@ typedef struct pd_plot {
 #define pd_plot_write PD_NAME(pd_plot_write)
 
 #ifdef PDI_INTERNAL
-/* Draw into an RGB image (freed by pdi_image_free). PD_ERR_ARGUMENT: no point can be shown, a bad range or size. */
+/* Draw into an RGB image (freed by pdi_image_free); an empty frame where no point can be shown. PD_ERR_ARGUMENT: a bad
+ * range or size. */
 PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
 #endif
 /* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */
