@@ -126,10 +126,18 @@ PDI_FN double pdi_media_part(const pd_media *m, int32_t i, int k, double end)
     return fabs(pdi_media_level(&w, 0.0)) > end * w.length ? m->at[i] : pdi_media_mean(&w, end);
 }
 
-/* Nodes that own something: walls and what lies behind them never take part. */
+/* Nodes that own something: walls and what lies behind them never take part. A ghost that stands for metal, or lies
+ * behind it, is closed, too, but opens when that dissolves. */
 static int pdi_media_takes(const pd_grid *grid, int32_t i)
 {
-    return grid->kind[i] != PD_OUTSIDE && grid->kind[i] != PD_WALL;
+    int at[PD_DIM];
+    if (grid->kind[i] != PD_OUTSIDE && grid->kind[i] != PD_WALL) return 1;
+    pdi_grid_index(grid, i, at);
+    for (int d = 0; d < PD_DIM; d++)
+        if ((at[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
+            (at[d] >= grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
+            return 0;
+    return !pdi_grid_inside(grid, at) && grid->kind[pdi_grid_image(grid, i, NULL)] == PD_SOLID;
 }
 
 /* Node `times` bonds k from node i; -1: outside of the arrays, or no part of the fluid. */
