@@ -151,6 +151,7 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
         kind->end = threshold * kind->solid;
         kind->supply = kind->solid * (1.0 - threshold);
         kind->from = HUGE_VAL;
+        kind->touch = -1.0;
         if (pdi_metal_bonds(d)) kind->ratio = log(kind->solid / d->desc.saturation);
         d->uniform = d->uniform && kind->law.uniform;
     }
@@ -265,9 +266,11 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside 
         return PD_OK;
     }
     pdi_interface_law(d, beside, &law);
+    if (alone && alone->touch < 0.0) alone->touch = law.touch = pdi_law_touch_point(&law);
     if (alone && !(c >= alone->from && c < alone->to)) {
         alone->from = c;
         alone->to = pdi_min(pdi_law_end(&law, c, law.top), law.limit);
+        if (law.touch > c) alone->to = pdi_min(alone->to, law.touch);
     }
     double from = alone ? alone->from : HUGE_VAL, to = alone ? alone->to : 0.0;
     if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), from, to, c, &beside->point))

@@ -7,6 +7,10 @@
 #define PDI_LAW_GROWTH 0.0625
 /* Least stride over the top. */
 #define PDI_LAW_LEAST 1e-9
+/* Where a law touches 0 it is 0 up to this share of the concentration above: rounding does not pass it. */
+#define PDI_LAW_BAND 1e-6
+/* A law that falls below this share of what it is around has touched 0. */
+#define PDI_LAW_NOTHING 1e-9
 /* Most halvings of an interval: then no number is left inside. */
 #define PDI_LAW_HALVINGS 200
 /* Most rounds for a rising law. */
@@ -17,7 +21,7 @@ PDI_FN double pdi_law_own(pdi_law *law, int m, double c)
     const pdi_law_metal *metal = &law->metal[m];
     double mean = 0.0;
     law->at.c = c;
-    if (c >= law->limit) return 0.0;
+    if (c >= law->limit || (law->touch > 0.0 && c >= law->touch && c <= law->touch * (1.0 + PDI_LAW_BAND))) return 0.0;
     if (!law->moments) mean = metal->rate(metal->user, &law->at);
     for (int k = 0; k < law->moments; k++) {
         law->at.t = law->moment[k];
@@ -105,6 +109,39 @@ PDI_FN double pdi_law_end(pdi_law *law, double c, double limit)
         a = b;
     }
     return HUGE_VAL;
+}
+
+/* The least value of a dip between a and b, by thirds; *at: its place. */
+static double pdi_law_dip(pdi_law *law, double a, double b, double *at)
+{
+    double least = HUGE_VAL;
+    for (int k = 0; k < PDI_LAW_HALVINGS && b - a > 1e-15 * b; k++) {
+        double left = a + (b - a) / 3.0, right = b - (b - a) / 3.0;
+        double one = pdi_law_rate(law, left), two = pdi_law_rate(law, right);
+        if (pdi_min(one, two) < least) *at = one < two ? left : right;
+        least = pdi_min(least, pdi_min(one, two));
+        if (one < two) b = right;
+        else a = left;
+    }
+    return least;
+}
+
+PDI_FN double pdi_law_touch_point(pdi_law *law)
+{
+    double a = 0.0, b = 0.0, before = pdi_law_rate(law, 0.0), middle = before, at = 0.0;
+    law->touch = 0.0;
+    while (b < law->top && middle > 0.0) {
+        double c = pdi_law_stride(law, b, law->top), behind = pdi_law_rate(law, c);
+        if (before > middle && middle < behind) {
+            double least = pdi_law_dip(law, a, c, &at);
+            if (least < PDI_LAW_NOTHING * pdi_min(before, behind)) return least < 0.0 ? 0.0 : at;
+        }
+        a = b;
+        b = c;
+        before = middle;
+        middle = behind;
+    }
+    return 0.0;
 }
 
 /* The end above c as far as `limit`. What is seen on the way is kept: the law is positive from `from` to `seen`. */
@@ -208,14 +245,15 @@ PDI_FN void pdi_law_tame(double most, pdi_law_point *p)
 /* The speed falls at a jump by more than this share. */
 #define PDI_LAW_DROP 1e-6
 
-/* Pin the point to the jump down between a and b. 0: there is none, the law is steep. */
+/* Pin the point to the jump down of V between a and b. 0: there is none, V is steep. Behind a film V jumps down where
+ * a law that rises and falls gets a slower solution. */
 static int pdi_law_pin(pdi_law *law, double a, double b, pdi_law_point *p)
 {
-    double before = pdi_law_rate(law, a), behind = pdi_law_rate(law, b);
+    double before = pdi_law_at(law, p, a), behind = pdi_law_at(law, p, b);
     for (int k = 0; k < PDI_LAW_HALVINGS; k++) {
         double middle = a + 0.5 * (b - a);
         if (!(middle > a) || !(middle < b)) break;
-        double v = pdi_law_rate(law, middle);
+        double v = pdi_law_at(law, p, middle);
         if (before - v > v - behind) {
             b = middle;
             behind = v;
@@ -313,7 +351,7 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
         if (!pdi_law_finite(g)) return g;
         pdi_bracket_take(&s, c, g);
     }
-    if (!(p->resist > 0.0) && s.b - s.a <= PDI_LAW_AROUND * s.b) pdi_law_pin(law, s.a, s.b, p);
+    if (s.b - s.a <= PDI_LAW_AROUND * s.b) pdi_law_pin(law, s.a, s.b, p);
     return s.b;
 }
 
@@ -355,7 +393,8 @@ static double pdi_law_next(pdi_law *law, double c, double asked, double given, p
         p->low_v = asked;
         if (p->beyond && c < p->pin) { /* it has fallen back to the jump */
             p->beyond = 0;
-            if (pdi_law_jumps(law, p->pin, p)) return p->pin;
+            double a = p->pin * (1.0 - PDI_LAW_AROUND), b = p->pin * (1.0 + PDI_LAW_AROUND);
+            if (p->resist > 0.0 ? pdi_law_pin(law, a, b, p) : pdi_law_jumps(law, p->pin, p)) return p->pin;
         }
         if (!(p->resist > 0.0) && !(p->high_c < HUGE_VAL)) return c;
         if (c >= p->high_c) p->high_c = p->high_v = HUGE_VAL; /* its neighbours have moved */

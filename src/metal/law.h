@@ -48,6 +48,7 @@ typedef struct pdi_law {
     int moments;   /* 0: it is that of at.t */
     double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal, or saturation */
     double limit;  /* [mol/m3] the law is 0 from here on; HUGE_VAL: nowhere */
+    double touch;  /* [mol/m3] the law touches 0 here without falling below it: no metal passes; 0: nowhere */
 } pdi_law;
 
 /* Line v = speed + slope c and what is known of both sides. */
@@ -74,6 +75,9 @@ PDI_FN void pdi_law_bounds(pdi_law *law, double c, double a, double b, double *l
 /* Smallest concentration from c to `limit` at which the law is not positive; HUGE_VAL: there is none. Zones narrower
  * than 6 % of a concentration and 1e-9 of the top may be missed. */
 PDI_FN double pdi_law_end(pdi_law *law, double c, double limit);
+/* Smallest concentration up to the top where a positive law falls to 0 and rises again; 0: there is none. Dips
+ * narrower than 6 % of a concentration may be missed. */
+PDI_FN double pdi_law_touch_point(pdi_law *law);
 /* First line, at c >= 0, for a law that is known to be positive between `from` and its end (HUGE_VAL, 0: not known). 0:
  * it is not finite at law->at.c. */
 PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, double c, pdi_law_point *point);
