@@ -136,11 +136,23 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
     return pdi_couple_balance(ctx, c);
 }
 
+/* Process n has made a step with all nodes that were fluid. */
+static void pdi_couple_seen(pd_couple *c, int n)
+{
+    int left = 0;
+    for (int32_t i = 0; i < c->grid->total && c->freshened; i++) left |= c->fresh[i] &= (uint8_t)~(1 << n);
+    c->freshened = left != 0;
+}
+
 /* Nodes have turned fluid: renew all that depends on the kinds of nodes. */
 static pd_status pdi_couple_changed(pd_ctx *ctx, pd_couple *c, const int32_t *turned, int32_t count)
 {
     if (!count) return PD_OK;
     if (c->bonds) PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
+    for (int n = 0; n < c->count; n++)
+        for (int32_t k = 0; k < count && c->fresh && c->process[n].attempt; k++)
+            c->fresh[turned[k]] |= (uint8_t)(1 << n);
+    c->freshened = c->fresh != NULL;
     for (int n = 0; n < c->count; n++)
         if (c->process[n].changed) PDI_TRY(c->process[n].changed(ctx, c->process[n].self, turned, count));
     return PD_OK;
@@ -177,6 +189,7 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p,
         pd_status status = pdi_process_step(ctx, p, s);
         if (status < 0) return status;
         if (status > 0) worst = status;
+        pdi_couple_seen(c, (int)(p - c->process));
         PDI_TRY(pdi_couple_changed(ctx, c, s->turned, s->turned_count));
         s->time = s->end;
     } while (!once && !s->ends && s->time < limit);
@@ -355,6 +368,8 @@ pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
 {
     PDI_TRY(pdi_couple_alike(ctx, c, archive));
     PDI_TRY(pdi_couple_kinds(ctx, c, archive));
+    if (c->fresh) PDI_TRY(PDI_KEEP(ctx, archive, "fresh nodes", c->fresh, c->grid->total));
+    if (c->fresh && archive->reading) c->freshened = 1; /* or none: the next step looks */
     for (int n = 0; n < c->count; n++)
         if (c->process[n].store) PDI_TRY(c->process[n].store(ctx, c->process[n].self, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "time", &c->time, 1));

@@ -51,6 +51,9 @@ typedef struct pd_couple {
     int64_t steps;       /* or those that a process counts */
     int64_t unsolved;    /* steps in which a linear solver missed its tolerance */
     int64_t solid_nodes_start;
+    uint8_t *fresh;      /* [nodes of the grid] bit n: the node has turned fluid, and process n has made no step since:
+                          * it does not know what the node holds; borrowed, all 0 at first. NULL: nobody asks */
+    int freshened;       /* 0: none of them is set */
 } pd_couple;
 
 /* Called after the start (step 0) and after every step; a non-zero return stops the run. */

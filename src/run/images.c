@@ -69,6 +69,7 @@ static pd_paint pdi_images_paint(const pd_model *m, pd_field field, int32_t node
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
+    if (pdi_model_unknown(m, field, node)) return PD_PAINT_OUTSIDE;
     return field == PD_FIELD_GRAIN || pdi_setup_field_body(field) ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 

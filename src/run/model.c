@@ -644,6 +644,14 @@ static int pdi_model_asks(const pd_setup *u)
            u->probes || u->monitors;
 }
 
+PDI_FN int pdi_model_unknown(const pd_model *m, pd_field field, int32_t i)
+{
+    int dissolved = field == PD_FIELD_PH || field == PD_FIELD_SI || field == PD_FIELD_POTENTIAL ||
+                    pdi_setup_field_species(m->setup, field) >= 0;
+    if (field == PD_FIELD_C) dissolved = !m->setup->has_corrode;
+    return m->fresh && m->fresh[i] && dissolved && m->grid.kind[i] == PD_FLUID;
+}
+
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 {
     pd_couple_desc desc;
@@ -655,6 +663,9 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
     pd_status status = pdi_model_parts(ctx, m);
     if (status == PD_OK)
         status = pd_couple_build(ctx, &desc, &m->grid, pdi_model_asks(setup) ? &m->bonds : NULL, &m->couple);
+    if (status == PD_OK && setup->has_dissolve && (!setup->has_corrode || setup->has_chemistry))
+        status = PDI_NEW(ctx, "model", m->grid.total, m->fresh);
+    m->couple.fresh = m->fresh;
     if (status == PD_OK) status = pdi_model_processes(ctx, m);
     int line = m->line;
     if (status < 0) pdi_model_free(ctx, m);
@@ -676,6 +687,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_structure_free(ctx, &m->structure);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     PDI_DELETE(ctx, m->grid.total, m->bare);
+    PDI_DELETE(ctx, m->grid.total, m->fresh);
     pd_grain_free(ctx, &m->grain);
     pd_two_stage_free(ctx, &m->two_stage);
     pd_transport_free(ctx, &m->transport);

@@ -41,6 +41,7 @@ typedef struct pd_model {
     pd_transport transport;
     pd_two_stage two_stage;   /* without dissolution */
     pd_reactive reactive;     /* species */
+    uint8_t *fresh;           /* [total] see pd_couple; NULL: metal leaves its nodes with what they hold */
     double *bare;             /* [total] [-] factor of metal that minerals cover, or NULL */
     pd_course course;
     pd_surfaces *surfaces;    /* states of surfaces; NULL: there are none */
@@ -64,6 +65,9 @@ typedef struct pd_model {
 #ifdef PDI_INTERNAL
 #define PDI_MODEL_GAS 8.314462618      /* [J/mol/K] */
 #define PDI_MODEL_ATMOSPHERE 101325.0 /* [Pa] */
+/* 1: the node has turned fluid, and nothing that dissolves in it has made a step since: what it holds is no value of
+ * the field. */
+PDI_FN int pdi_model_unknown(const pd_model *m, pd_field field, int32_t i);
 /* setup is borrowed for the life of the model. The errors of the builders, PD_ERR_STATE for an initial field that is
  * negative or not finite. */
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);

@@ -195,6 +195,20 @@ static void pdi_monitor_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     }
 }
 
+/* The extremes without nodes that have just turned fluid. */
+static void pdi_monitor_known(const pd_model *model, const pd_setup_monitor *desc, pd_measure_box_result *r)
+{
+    double x[PD_DIM];
+    r->least = r->most = (double)NAN;
+    for (int32_t i = 0; i < model->grid.total; i++) {
+        if (model->grid.kind[i] != PD_FLUID || pdi_model_unknown(model, PD_FIELD_C, i)) continue;
+        pd_grid_position(&model->grid, i, x);
+        if (!pdi_grid_between(&model->grid, desc->lo, desc->hi, x)) continue;
+        r->least = pdi_min(r->least, model->transport.c[i]);
+        r->most = pdi_max(r->most, model->transport.c[i]);
+    }
+}
+
 static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
@@ -202,6 +216,7 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     const double *c = model->transport.c;
     pd_measure_box(ctx, &model->stencil, &model->grid, u->has_flow ? &model->flow : NULL, c,
                    u->has_dissolve ? c : NULL, m->desc->lo, m->desc->hi, &r);
+    if (c && model->fresh) pdi_monitor_known(model, m->desc, &r);
     pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[pdi_monitor_extent(u)], r.volume);
     if (u->has_flow) {
         pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[pdi_monitor_extent(u)], r.energy);

@@ -122,7 +122,7 @@ static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
     for (int32_t i = 0; i < total; i++) {
         double square = 0.0;
         if (m->grid.kind[i] != PD_FLUID) continue;
-        if (c && c[i] > c_max) c_max = c[i];
+        if (c && c[i] > c_max && !pdi_model_unknown(m, PD_FIELD_C, i)) c_max = c[i];
         if (o->depth && (double)o->depth[i] > front) front = (double)o->depth[i];
         for (int d = 0; d < PD_DIM && u; d++) square += u[(int64_t)d * total + i] * u[(int64_t)d * total + i];
         if (square > v_max) v_max = square;

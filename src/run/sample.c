@@ -84,6 +84,7 @@ static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
 
 PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
 {
+    if (pdi_model_unknown(m, field, i)) return (double)NAN;
     int fluid = m->grid.kind[i] == PD_FLUID;
     const double *diffusivity = m->transport.diffusion.field;
     const double *species = pdi_sample_species(m, field);
@@ -195,7 +196,7 @@ static double pdi_sample_between(const pd_model *m, pd_field field, const double
         }
         if (!pdi_grid_inside(grid, i)) continue;
         int32_t node = pd_grid_node(grid, i);
-        if (grid->kind[node] != PD_FLUID) continue;
+        if (grid->kind[node] != PD_FLUID || pdi_model_unknown(m, field, node)) continue;
         sum += weight * (f ? f[node] : pdi_sample_node(m, field, node));
         weights += weight;
     }
@@ -265,6 +266,7 @@ static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
     const pd_stencil *s = m->bonds.stencil;
     int32_t far = base + m->bonds.paths.shift[k];
     double at[PD_DIM], place[PD_DIM], share = 1.0;
+    if (pdi_model_unknown(m, job->field, pdi_grid_image(&m->grid, far, NULL))) return;
     int i[PD_DIM], inlet = m->grid.kind[far] == PD_INLET;
     pd_grid_position(&m->grid, base, at);
     pdi_grid_index(&m->grid, base, i);
@@ -407,6 +409,8 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
+    for (int k = fluid; k-- > 0;)
+        if (pdi_model_unknown(m, field, node[k])) node[k] = node[--fluid];
     /* a gas has jumps, and slips along walls */
     if (fluid && (m->setup->has_gas || !job.f || field == PD_FIELD_PHI)) return pdi_sample_between(m, field, job.f, x);
     for (int k = 0; k < fluid; k++)
@@ -418,6 +422,10 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
 PDI_FN double pdi_sample_probe(const pd_model *m, pd_field field, int component, const double *x)
 {
     double value = pdi_sample_point(m, field, component, x);
+    int32_t node[PDI_SAMPLE_CELLS];
+    int cells = value == value || !m->fresh ? 0 : pdi_sample_cells(&m->grid, x, node);
+    for (int k = 0; k < cells; k++)
+        if (pdi_model_unknown(m, field, node[k])) return value;
     return value == value || pdi_sample_superficial(m, field) ? value : 0.0;
 }
 

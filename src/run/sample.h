@@ -4,7 +4,8 @@
 #include "run/model.h"
 
 #ifdef PDI_INTERNAL
-/* Value of a scalar field at a node, of v its length; 0 where the field has none. The metal left in a node is in
+/* Value of a scalar field at a node, of v its length; 0 where the field has none, NaN where a node has just
+ * turned fluid. The metal left in a node is in
  * `density`, C is what the fluid has dissolved. */
 PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
 /* Fill the ghosts of the concentration, and of `fields` what is known on demand alone; before
