@@ -377,7 +377,8 @@ static pd_status pdi_course_ahead(pd_ctx *ctx, pd_course *a, const pd_step *s)
 static pd_status pdi_course_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
-    (void)ctx;
+    PDI_TRY(pdi_process_longest(ctx, self, s));
+    if (!a->desc.bare) return PD_OK;
     pdi_course_uncover(a);
     if (!(a->span > 0.0)) a->span = PDI_COURSE_FIRST * s->dt;
     s->dt = pdi_min(s->dt, a->span);
@@ -695,7 +696,7 @@ pd_process pd_course_process(pd_course *a)
     p.time = &a->time;
     p.steps = &a->steps;
     p.inner = a->desc.surface != NULL || a->desc.bare != NULL;
-    if (a->desc.bare) p.longest = pdi_course_longest;
+    p.longest = pdi_course_longest;
     p.limit = pdi_course_limit;
     p.attempt = pdi_course_attempt;
     p.accept = pdi_course_accept;

@@ -323,7 +323,7 @@ static const pd_key pdi_keys_of_run[] = {
     {"fraction", "-", "25 rtol; with `[corrode]` 0.2, `activation` 0.1, `drive = difference` 0.01",
      PDI_SAYS("largest share of its content that a node loses in a step, up to 1; overrides `rtol`")},
     {"max_step", "s", "0",
-     PDI_SAYS("longest step; 0: none")}};
+     PDI_SAYS("longest step of the run, and so between rows of the tables; 0: none")}};
 
 static const pd_key pdi_keys_of_output[] = {
     {"every", "s", "until/20",
