@@ -111,6 +111,34 @@
     "  motion = yes  density = 2440 kg/m3\n[run] until = 8 us  max_step = 1 us\n[output] every = 2 us" \
     "  fields = u, broken  images = broken" SLICE "\n"
 
+/* Metal in ions: by a law in pH behind a state of its surface; by a law in E beside a cathode on it, as ions migrate; by a law in
+ * pH under the mineral that its base lays down. */
+#define IONS(sodium, also) \
+    "[chemistry] activity = ideal" also "\n[species H+] D = 9.31e-9 m2/s  initial = 1e-4 mol/m3\n" \
+    "[species OH-] D = 5.27e-9 m2/s  initial = 1e-4 mol/m3\n[species Na+] D = 1.33e-9 m2/s  initial = " sodium "\n" \
+    "[species Cl-] D = 2.03e-9 m2/s  initial = " sodium "\n[species Mg2+] D = 0.705e-9 m2/s\n" \
+    "[reaction water] H2O = H+ + OH-  log10_K = -14\n[transport] D = 0.705e-9 m2/s\n"
+#define BESIDE \
+    "[grid] h = 50 um  m = 2  box = 0 um .. 400 um" ACROSS("0 um .. 300 um") "\n[side x-] species = inlet\n" \
+    "[shape pin] box = 150 um .. 400 um" ACROSS("0 um .. 150 um") "  kind = solid  material = mg4ag\n"
+#define SPECIES_STATE \
+    BESIDE IONS("1.2 mol/m3", "") "[surface theta] initial = 0.05 + 0.02*x/(1 mm)  max = 1  min = 0" \
+    "  rate = (1 - theta)*[Mg2+]/(0.5 mol/m3 + [Mg2+])/(14 s)\n[dissolve] rate = 3.4 um/s*10^(0.1*(7 - pH))" \
+    "*(1 - 0.8*theta)  reaction = Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)\n" \
+    "[run] until = 14 s  rtol = 0.01\n[output] every = 7 s  fields = Mg2+, pH, kind  images = pH" SLICE "\n[total e]\n"
+#define SPECIES_ELECTRODES \
+    BESIDE IONS("10 mol/m3", "  migration = yes") "[potential]\n" \
+    "[electrode pin] shape = pin  curve = expression  range = -2 V .. -0.5 V" \
+    "  i = -1e3 A/m2*10^(-(E + 1.4 V)/(120 mV))  reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n" \
+    "[dissolve] current = 2e4 A/m2*10^((E + 1.4 V)/(100 mV))  reaction = Mg = Mg2+ + 2 e-\n" \
+    "[run] until = 60 s  rtol = 0.02  max_step = 10 s\n[output] every = 30 s  fields = Mg2+, potential, kind\n[total e]\n"
+#define SPECIES_MINERAL \
+    BESIDE IONS("10 mol/m3", "  cover = 20 um") "[species Mg(OH)2(s)] volume = 24.6e-6 m3/mol\n" \
+    "[reaction brucite] Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O  log10_K = 16.84\n" \
+    "[mineral Mg(OH)2(s)] rate = 1e-7 mol/m2/s  area = 1e4 1/m\n" \
+    "[dissolve] rate = 20 um/s*10^(0.1*(7 - pH))  reaction = Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)\n" \
+    "[run] until = 10 s  rtol = 0.02\n[output] every = 5 s  fields = Mg2+, pH, film, kind\n[total e]\n"
+
 static const struct {
     const char *name, *text;
 } kinds[] = {{"coupled", COUPLED},
@@ -124,6 +152,9 @@ static const struct {
              {"metal that breaks", SOLID_BREAKS},
              {"metal that breaks and dissolves", SOLID_DISSOLVES},
              {"springs in motion", SOLID_MOVES},
+             {"species, a law in pH and a state", SPECIES_STATE},
+             {"species, electrodes", SPECIES_ELECTRODES},
+             {"species, a mineral that covers", SPECIES_MINERAL},
 #endif
              {"corrosion, activation", CORRODE_ACTIVATION}};
 #define KINDS ((int)(sizeof kinds / sizeof kinds[0]))

@@ -664,8 +664,7 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
     PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
     if (a->desc.coat) PDI_TRY(pdi_owner_store(ctx, pdi_coat_list, a->desc.coat, archive));
-    if (a->desc.surface && (a->desc.surface->electrode || a->desc.surface->swept))
-        PDI_TRY(pdi_owner_store(ctx, pdi_etch_list, a->desc.surface, archive));
+    if (a->desc.surface) PDI_TRY(pdi_owner_store(ctx, pdi_etch_list, a->desc.surface, archive));
     if (a->desc.bare && archive->reading) pdi_course_uncover(a);
     return PD_OK;
 }
