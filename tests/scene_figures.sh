@@ -20,7 +20,7 @@ run() {
     program=$1
     shift
     rm -rf "$dir/out"
-    case $* in *\ --progress\ *) ;; *) set -- "$@" --quiet ;; esac
+    case " $* " in *\ --progress\ *) ;; *) set -- "$@" --quiet ;; esac
     timeout 120 "$programs/$program" "$@" --out "$dir/out" > "$dir/log" 2>&1 < /dev/null
     status=$?
 }

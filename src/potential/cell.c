@@ -19,6 +19,7 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, cell, charge, electrodes, "C");
     PDI_STATE(owner, cell, anodic, electrodes, "C");
     PDI_ARRAY(owner, cell, stock, electrodes, "mol");
+    PDI_STATE(owner, cell, met, electrodes, "V");
     PDI_ARRAY(owner, cell, factor, electrodes, "1");
     PDI_ARRAY(owner, cell, metal, total, "1");
     if (cell->dissolve) PDI_ARRAY(owner, cell, left, total, "1");
@@ -215,10 +216,37 @@ void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode 
     }
     now->charge = cell->charge[electrode];
     now->passed = cell->anodic[electrode];
+    now->met = cell->met[electrode];
     now->lost = cell->stock[electrode] - pdi_cell_stock(cell, electrode);
 }
 
 /* ---- the process ---- */
+
+PDI_FN const pd_electrode_term *pdi_cell_table(const pd_cell *cell, int electrode)
+{
+    const pd_electrode *e = &cell->curve[electrode];
+    return e->count == 1 && e->term->kind == PD_ELECTRODE_TABLE ? e->term : NULL;
+}
+
+PDI_FN void pdi_cell_meet(const pd_electrode_term *table, double u, double t, pd_cell_range *met)
+{
+    met->least = pdi_min(met->least, u);
+    met->most = pdi_max(met->most, u);
+    int outside = u < table->potential[0] || u > table->potential[table->points - 1];
+    if (outside && t < met->left) met->left = t;
+}
+
+/* What surfaces have met by the present solution. */
+static void pdi_cell_watch(pd_cell *cell)
+{
+    const pd_potential *p = &cell->potential;
+    for (int e = 0; e < p->desc.electrodes; e++) {
+        const pd_electrode_term *table = pdi_cell_table(cell, e);
+        for (int32_t k = 0; table && k < p->contacts.count; k++)
+            if (p->contacts.list[k].electrode == e && p->contacts.list[k].share > 0.0)
+                pdi_cell_meet(table, p->surface[k], cell->time, &cell->met[e]);
+    }
+}
 
 static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
 {
@@ -238,6 +266,7 @@ static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
     cell->solves++;
     cell->newton += cell->result.newton;
     cell->krylov += cell->result.krylov;
+    pdi_cell_watch(cell);
     pdi_cell_index(cell);
     return PD_OK;
 }
@@ -330,6 +359,7 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "charges", cell->charge, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "anodic charges", cell->anodic, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "time of the charges", &cell->reached, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "potentials met", cell->met, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "newton of the potential", &cell->newton, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the potential", &cell->krylov, 1));
     if (archive->reading) pdi_cell_index(cell);
@@ -383,6 +413,8 @@ static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     for (int e = 0; e < p.electrodes; e++) {
         cell->stock[e] = pdi_cell_stock(cell, e);
         cell->factor[e] = 1.0;
+        cell->met[e].least = cell->met[e].left = HUGE_VAL;
+        cell->met[e].most = -HUGE_VAL;
     }
     return PD_OK;
 }

@@ -23,6 +23,12 @@ typedef struct pd_cell_desc {
     int apart;  /* 1: potential and currents are found elsewhere: contacts and circuits alone are those of now */
 } pd_cell_desc;
 
+/* What the surface of an electrode has met whose curve is a table. */
+typedef struct pd_cell_range {
+    double least, most; /* [V] of E - phi; least > most: nothing yet */
+    double left;        /* [s] when it first was outside of the table; HUGE_VAL: never */
+} pd_cell_range;
+
 /* It must not be moved once it is built. */
 typedef struct pd_cell {
     pd_cell_desc desc;
@@ -35,6 +41,7 @@ typedef struct pd_cell {
     double *charge, *anodic;     /* [electrodes] [C] that have passed since the start: from metal to fluid; what has
                                   * left alone */
     double *stock;               /* [electrodes] [mol] of metal at the build; 0 where nothing dissolves */
+    pd_cell_range *met;          /* [electrodes] of curves that are tables */
     double *factor;              /* [electrodes] [-] what laws see of a current density, see pdi_cell_match */
     double *left;                /* [total] [-] see pd_potential_desc; NULL: nothing dissolves */
     int32_t *first;              /* [total] first contact of fluid nodes; -1: none; NULL: nothing dissolves */
@@ -55,6 +62,7 @@ typedef struct pd_cell_electrode {
     double least, most;      /* [A/m2] */
     double charge, passed;   /* [C] likewise, since the start: from metal to fluid; what has left alone */
     double lost;             /* [mol] of metal since the start; 0 where nothing dissolves */
+    pd_cell_range met;       /* since the start */
 } pd_cell_electrode;
 
 #define pd_cell_build PD_NAME(pd_cell_build)
@@ -72,6 +80,10 @@ PD_API void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_ele
 PD_API void pd_cell_free(pd_ctx *ctx, pd_cell *cell);
 
 #ifdef PDI_INTERNAL
+/* The table that the curve of an electrode is; NULL: it is none. */
+PDI_FN const pd_electrode_term *pdi_cell_table(const pd_cell *cell, int electrode);
+/* u [V] is met at time t [s]. */
+PDI_FN void pdi_cell_meet(const pd_electrode_term *table, double u, double t, pd_cell_range *met);
 /* The fluid beside metal is known. Areas of contacts and those of dissolution differ on uneven surfaces: what laws get
  * of the current density of an electrode is multiplied so that they get all of what leaves it (theory: 6b.5). */
 PDI_FN void pdi_cell_match(pd_cell *cell);

@@ -112,7 +112,7 @@ static int pdi_attack_asks(const pd_attack *a)
 }
 
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
+                                  const pd_course *course, pd_cell *cell, pd_electrode_map *map,
                                   pd_surfaces *surfaces, pd_attack *a)
 {
     pd_etch_metal metal[PD_SETUP_METALS];
@@ -136,6 +136,10 @@ PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactiv
     if (a->laws && dissolve && dissolve->kinds == 1 && !pdi_metal_bonds(dissolve) && !(dissolve->kind[0].end > 0.0))
         desc.solid = dissolve->kind[0].solid;
     PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
+    if (a->polarise.falls) {
+        a->polarise.formers = (a->etch.kinds + 1) * (int64_t)reactive->grid->total;
+        PDI_TRY(PDI_NEW(ctx, "attack", a->polarise.formers, a->polarise.former));
+    }
     return pdi_attack_asks(a) ? PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain) : PD_OK;
 }
 
@@ -360,6 +364,10 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
         return pdi_attack_lawful(ctx, a, pdi_etch_which(s, s->odd - 1), s->node[s->odd - 1]);
     }
     if (s->electrode) PDI_TRY(pdi_polarise_found(ctx, &a->polarise));
+    if (s->electrode) pdi_polarise_meet(&a->polarise);
+    /* at the start, and after 1, 2, 4, ... steps */
+    if (a->polarise.falls && (a->course->steps & (a->course->steps - 1)) == 0)
+        PDI_TRY(pdi_polarise_unique(ctx, &a->polarise));
     for (int32_t k = 0; d && k < d->beside_count && s->desc.reads_phi; k++)
         for (int m = 0; m < a->laws; m++) pdi_attack_fresh(a, m, &d->beside[k]);
     return d ? pdi_attack_speeds(ctx, a) : PD_OK;

@@ -39,7 +39,7 @@ typedef struct pd_attack {
 /* The laws of metals of the setup that are chemical, and electrodes among ions that migrate. All is borrowed;
  * dissolve: NULL where metal stays. */
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
-                                  const pd_course *course, const pd_cell *cell, pd_electrode_map *map,
+                                  const pd_course *course, pd_cell *cell, pd_electrode_map *map,
                                   pd_surfaces *surfaces, pd_attack *attack);
 /* With electrodes: what they are like before the first step, at time t [s]. */
 PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t);

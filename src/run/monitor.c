@@ -350,13 +350,18 @@ static double pdi_monitor_dissolves(const pd_model *model, int electrode)
     return 0.0;
 }
 
+static void pdi_monitor_now(const pd_model *model, int electrode, pd_cell_electrode *e)
+{
+    if (model->attack.polarise.setup) pdi_polarise_electrode(&model->attack.polarise, electrode, e);
+    else pd_cell_electrode_of(&model->cell, electrode, e);
+}
+
 /* Potential of the metal, currents and their densities. */
 static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_current[pdi_monitor_extent(model->setup)];
     pd_cell_electrode e;
-    if (model->attack.polarise.setup) pdi_polarise_electrode(&model->attack.polarise, m->desc->index, &e);
-    else pd_cell_electrode_of(&model->cell, m->desc->index, &e);
+    pdi_monitor_now(model, m->desc->index, &e);
     pdi_monitor_put(m, "E", "V", e.potential);
     pdi_monitor_put(m, "current", unit, e.current);
     pdi_monitor_put(m, "anodic", unit, e.anodic);
@@ -364,6 +369,12 @@ static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "density", "A/m2", e.area > 0.0 ? e.current / e.area : 0.0);
     pdi_monitor_put(m, "least", "A/m2", e.least);
     pdi_monitor_put(m, "most", "A/m2", e.most);
+    if (pdi_cell_table(&model->cell, m->desc->index)) {
+        int some = e.met.least <= e.met.most;
+        pdi_monitor_put(m, "E_least", "V", some ? e.met.least : (double)NAN);
+        pdi_monitor_put(m, "E_most", "V", some ? e.met.most : (double)NAN);
+        pdi_monitor_put(m, "range_left", "s", e.met.left < HUGE_VAL ? e.met.left : (double)NAN);
+    }
     pdi_monitor_put(m, "charge", pdi_monitor_unit_charge[pdi_monitor_extent(model->setup)], e.charge);
     double charge = pdi_monitor_dissolves(model, m->desc->index);
     if (charge > 0.0) pdi_monitor_put(m, "faraday", "-", charge * PDI_MONITOR_FARADAY * e.lost / e.passed);
@@ -722,11 +733,29 @@ static void pdi_monitor_uneven(const pd_monitor *m, pd_print_fn print, void *use
     }
 }
 
+/* A curve is straight where it is not given. */
+static void pdi_monitor_outside(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
+{
+    char text[320];
+    const pd_electrode_term *table = pdi_cell_table(&model->cell, m->desc->index);
+    pd_cell_electrode e;
+    pdi_monitor_now(model, m->desc->index, &e);
+    if (!table || !(e.met.left < HUGE_VAL)) return;
+    snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, first outside of its range "
+             "%.6g .. %.6g V at t = %.6g s: beyond it the curve is a straight line, and currents are not those of `i`; "
+             "a wider range holds them", m->desc->name, e.met.least, e.met.most, table->potential[0],
+             table->potential[table->points - 1], e.met.left);
+    print(user, PD_PRINT_NOTE, text);
+}
+
 /* What figures cannot be trusted in. */
 static void pdi_monitor_doubt(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
-    if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_uneven(m, print, user);
+    if (m->desc->kind == PD_MONITOR_ELECTRODE) {
+        pdi_monitor_uneven(m, print, user);
+        pdi_monitor_outside(model, m, print, user);
+    }
     double h = model->grid.h[0], layer = HUGE_VAL;
     for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
     for (int f = 0; f < m->count; f++)

@@ -1,5 +1,6 @@
 /* polarise: see polarise.h */
 #include "run/polarise.h"
+#include "react/layer.h"
 #include "react/levels.h"
 #include <math.h>
 #include <string.h>
@@ -9,6 +10,13 @@
 #define PDI_POLARISE_PH ((uint32_t)1 << 31)
 /* [cells] Metal is looked for this far from a fluid node. */
 #define PDI_POLARISE_AROUND 6
+/* Where laws may fall is looked for at so many potentials up to so many volts. */
+#define PDI_POLARISE_TRIALS 1600
+#define PDI_POLARISE_WIDE 4.0
+#define PDI_POLARISE_SLACK 1e-12
+/* [V] How far other potentials of a circuit are looked for, in so many steps. */
+#define PDI_POLARISE_FAR 2.0
+#define PDI_POLARISE_ROOTS 800
 
 static double pdi_polarise_curve(void *user, int electrode, double share, const double *c, double ph, double drop,
                                  double t)
@@ -33,7 +41,36 @@ static double pdi_polarise_given(void *user, int circuit, double t)
     return pdi_electrodes_given(p->map, circuit, t);
 }
 
-PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_electrode_map *map, const pd_cell *cell,
+/* 1: an expression falls somewhere as its variable number `of`, a potential, rises: all others are the same number. */
+static int pdi_polarise_drops(const pd_expr *law, int of)
+{
+    static const double others[] = {1e-3, 1.0, 1e3};
+    double vars[PD_EXPR_VARS];
+    for (int n = 0; n < 3; n++) {
+        double last = -HUGE_VAL;
+        for (int k = 0; k < PD_EXPR_VARS; k++) vars[k] = others[n];
+        for (int k = 0; k <= PDI_POLARISE_TRIALS; k++) {
+            vars[of] = PDI_POLARISE_WIDE * (2.0 * k / PDI_POLARISE_TRIALS - 1.0);
+            double i = pdi_expr_eval(law, vars);
+            if (i < last - PDI_POLARISE_SLACK * fabs(last)) return 1;
+            last = i;
+        }
+    }
+    return 0;
+}
+
+static int pdi_polarise_falls(const pd_setup *u)
+{
+    for (int m = 0; m < u->metals && u->has_dissolve; m++) {
+        const pd_expr *rate = &u->metal[m].rate;
+        if ((rate->uses >> PDI_SETUP_SURFACE & 1u) && pdi_polarise_drops(rate, PDI_SETUP_SURFACE)) return 1;
+    }
+    for (int e = 0; e < u->potential.electrodes; e++)
+        if (u->potential.electrode[e].reads && pdi_polarise_drops(&u->potential.electrode[e].law, 0)) return 1;
+    return 0;
+}
+
+PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_electrode_map *map, pd_cell *cell,
                                     const pd_reactive *reactive, pd_etch *etch, pd_polarise *p,
                                     pd_etch_electrodes *electrodes)
 {
@@ -63,11 +100,49 @@ PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_elect
     electrodes->circuit = p->circuit;
     electrodes->circuits = map->circuits;
     for (int e = 0; e < count; e++) electrodes->shares |= setup->potential.electrode[e].shares;
+    p->falls = pdi_polarise_falls(setup);
     return PD_OK;
+}
+
+/* What several potentials of a circuit are, in words. */
+static pd_status pdi_polarise_several(pd_ctx *ctx, const pd_polarise *p, int circuit, int found, const double *root)
+{
+    const pd_setup_potential *of = &p->setup->potential;
+    char text[160];
+    int e = 0, shown = found < 4 ? found : 4;
+    while (p->map->member[e] != circuit) e++;
+    text[0] = '\0';
+    for (int k = 0; k < shown; k++)
+        pdi_append(text, sizeof text, "%s%.3g V", k == 0 ? "" : k + 1 < shown ? ", " : " and ", root[k]);
+    return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s the metal of [electrode %s] gives its total current "
+                    "at %d potentials, %s: its law or curve falls as E rises, and its past decides which of them it "
+                    "has; expected a law that rises or stays there, or a given potential of the electrode", p->etch->time,
+                    of->electrode[e].name, found, text);
+}
+
+PDI_FN pd_status pdi_polarise_unique(pd_ctx *ctx, pd_polarise *p)
+{
+    pd_etch *s = p->etch;
+    int64_t total = s->reactive->grid->total;
+    double root[4];
+    int found = 0, circuit = 0;
+    memcpy(p->former, s->speed, (size_t)(s->kinds * total) * sizeof *p->former);
+    memcpy(p->former + s->kinds * total, s->flow, (size_t)total * sizeof *p->former);
+    for (int n = 0; n < s->desc.electrodes.circuits && found < 2; n++) {
+        double level = s->level[n];
+        circuit = n;
+        if (s->desc.electrodes.circuit[n].holds) continue;
+        found = pdi_levels_roots(ctx, s, n, PDI_POLARISE_FAR, PDI_POLARISE_ROOTS, root, 4);
+        s->level[n] = level;
+    }
+    memcpy(s->speed, p->former, (size_t)(s->kinds * total) * sizeof *p->former);
+    memcpy(s->flow, p->former + s->kinds * total, (size_t)total * sizeof *p->former);
+    return found < 2 ? PD_OK : pdi_polarise_several(ctx, p, circuit, found, root);
 }
 
 PDI_FN void pdi_polarise_free(pd_ctx *ctx, pd_polarise *p)
 {
+    PDI_DELETE(ctx, p->formers, p->former);
     if (p->setup)
         PDI_DELETE(ctx, (int64_t)p->setup->potential.electrodes * p->setup->electrolyte.count, p->part);
     memset(p, 0, sizeof *p);
@@ -118,6 +193,28 @@ static double pdi_polarise_place(const pd_etch *s, int32_t k, double *size, doub
     return law + curve;
 }
 
+/* What the surface of an electrode meets now. */
+static void pdi_polarise_met(const pd_polarise *p, int electrode, pd_cell_range *met)
+{
+    const pd_electrode_term *table = pdi_cell_table(p->cell, electrode);
+    const pd_etch *s = p->etch;
+    double c[PD_SPECIES_MOST], psi, slope;
+    for (int32_t k = 0; table && k < s->count; k++) {
+        double share = s->share ? s->share[k] : 1.0;
+        if (s->electrode[k] != electrode || !(s->area[k] > 0.0) || !(share > 0.0)) continue;
+        if (!pdi_layer_surface(s, k, c, &psi)) continue;
+        double drop = s->level[s->desc.electrodes.member[electrode]] - psi * s->reactive->migration.volt, u = drop;
+        if (p->cell->curve[electrode].desc.film > 0.0)
+            pdi_electrode_through(&p->cell->curve[electrode], share, drop, 0.0, &u, &slope);
+        pdi_cell_meet(table, u, s->time, met);
+    }
+}
+
+PDI_FN void pdi_polarise_meet(pd_polarise *p)
+{
+    for (int e = 0; e < p->setup->potential.electrodes; e++) pdi_polarise_met(p, e, &p->cell->met[e]);
+}
+
 PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_electrode *now)
 {
     const pd_etch *s = p->etch;
@@ -136,6 +233,8 @@ PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_
         now->most = touched ? pdi_max(now->most, current / area) : current / area;
         touched = 1;
     }
+    now->met = p->cell->met[electrode];
+    pdi_polarise_met(p, electrode, &now->met);
     now->charge = PDI_POLARISE_FARADAY * s->charge[2 * electrode];
     now->passed = PDI_POLARISE_FARADAY * s->charge[2 * electrode + 1];
 }
@@ -187,3 +286,12 @@ PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p)
     }
     return PD_ERR_STATE;
 }
+
+#undef PDI_POLARISE_FARADAY
+#undef PDI_POLARISE_PH
+#undef PDI_POLARISE_AROUND
+#undef PDI_POLARISE_TRIALS
+#undef PDI_POLARISE_WIDE
+#undef PDI_POLARISE_SLACK
+#undef PDI_POLARISE_FAR
+#undef PDI_POLARISE_ROOTS

@@ -577,7 +577,8 @@ static const pd_key pdi_keys_of_electrode[] = {
      PDI_SAYS("`expression`: current density, positive from metal to fluid, in `E`, with `migration = yes` also "
                "in pH and species; also of a `[table]`: `i = f(E)`. It must not fall as E rises")},
     {"range", "V", "required there",
-     PDI_SAYS("`expression`: from where to where E may lie; straight on beyond; none with pH or species")},
+     PDI_SAYS("`expression`: from where to where E may lie; straight on beyond, with a note; `E_least`, `E_most` and "
+              "`range_left` of its result line tell what was met; none with pH or species")},
     {"film", "ohm m2", "0",
      PDI_SAYS("resistance of a coating or film on it")},
     {"potential", "V", "it follows from the current",

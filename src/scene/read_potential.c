@@ -121,8 +121,10 @@ static pd_status pdi_read_potential_points(pdi_reader *s, int section, const pd_
         if (k && e->current[k] < e->current[k - 1])
             return pdi_text_refuse(s->ctx, s->text, section, "i", "found a current that falls from %.6g to %.6g A/m2 "
                                    "between E = %.6g and %.6g V, where a field would have several solutions; expected "
-                                   "one that rises or stays (cathodic currents are negative), or another range",
-                                   e->current[k - 1], e->current[k], e->potential[k - 1], e->potential[k]);
+                                   "one that rises or stays (cathodic currents are negative). A peak of active metal "
+                                   "is solved among ions: migration = yes in [chemistry], the curve as current of "
+                                   "[dissolve], and a potential here", e->current[k - 1], e->current[k],
+                                   e->potential[k - 1], e->potential[k]);
     }
     e->term.kind = PD_ELECTRODE_TABLE;
     e->term.points = e->points;
