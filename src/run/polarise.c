@@ -116,8 +116,8 @@ static pd_status pdi_polarise_several(pd_ctx *ctx, const pd_polarise *p, int cir
         pdi_append(text, sizeof text, "%s%.3g V", k == 0 ? "" : k + 1 < shown ? ", " : " and ", root[k]);
     return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s the metal of [electrode %s] gives its total current "
                     "at %d potentials, %s: its law or curve falls as E rises, and its past decides which of them it "
-                    "has; expected a law that rises or stays there, or a given potential of the electrode", p->etch->time,
-                    of->electrode[e].name, found, text);
+                    "has; expected a law that rises or stays there, or a given potential of the electrode",
+                    p->etch->time, of->electrode[e].name, found, text);
 }
 
 PDI_FN pd_status pdi_polarise_unique(pd_ctx *ctx, pd_polarise *p)
