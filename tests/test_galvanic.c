@@ -221,6 +221,10 @@ TEST(bared)
         CHECK_INT(model.grid.solid_count, model.couple.solid_nodes_start * 10 / 12);
         CHECK_NEAR(electrode(1).current, 0.0, 0.0);
         CHECK_NEAR(electrode(0).area, 0.0, 0.0);
+        CHECK_REL(electrode(1).area, DEEP, 1e-12);
+        CHECK_INT(electrode(1).touches, PD_CELL_IDLE);
+        CHECK_INT(electrode(0).touches, PD_CELL_APART);
+        CHECK(isnan(electrode(1).potential) && isnan(electrode(0).potential));
     }
     close_model();
 }
@@ -379,9 +383,9 @@ TEST(refused)
         {OPEN A B "[side x+] flow = mirror  potential = 1 V\n", "no wall and no inlet"},
         {OPEN A, "belongs to no electrode"},
         {OPEN A B "[electrode c] shape = left  curve = linear  resistance = 1 ohm m2\n", "a has no metal"},
-        {OPEN A B "[electrode a] current = 1 mA\n", "add up"},
+        {OPEN A B "[electrode a] current = 1 mA\n", "currents of all that electrode a hangs together with add up"},
         {OPEN "[electrode a] shape = left  curve = tafel  i0 = 1 A/m2  anodic_slope = 60 mV\n"
-              "[electrode b] shape = right  curve = tafel  i0 = 1 A/m2  anodic_slope = 60 mV\n", "no solution"},
+              "[electrode b] shape = right  curve = tafel  i0 = 1 A/m2  anodic_slope = 60 mV\n", "(electrode a)"},
         {OPEN A B "[constants] E = 1 Pa\n", "where it is a variable"}};
     for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
         pd_ctx_init(&ctx);

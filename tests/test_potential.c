@@ -329,7 +329,7 @@ TEST(refusals)
     two(&a, &b, 1.0);
     X.circuit[1].value = 1e3;
     X.circuit[0].value = -1e3;
-    refuse(PD_ERR_STATE, "circuit 1 is to give 1000 A");
+    refuse(PD_ERR_STATE, "electrode 1 is to give 1000 A");
     two(&a, &a, 0.0);
     refuse(PD_ERR_ARGUMENT, "conductivity 0");
     two(&a, &a, 1.0);
@@ -340,7 +340,7 @@ TEST(refusals)
     refuse(PD_ERR_ARGUMENT, "is electrode 1 of 1");
     two(&a, &a, 1.0);
     X.circuit[0].value = (double)NAN;
-    refuse(PD_ERR_ARGUMENT, "circuit 0: value");
+    refuse(PD_ERR_ARGUMENT, "electrode 0: the given current is nan");
 #if PD_DIM > 1
     two(&a, &a, 1.0);
     X.desc.held[2] = 1;

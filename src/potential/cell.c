@@ -41,14 +41,20 @@ static void pdi_cell_index(pd_cell *cell)
 {
     const pd_contacts *c = &cell->potential.contacts;
     for (int32_t i = 0; i < cell->grid->total; i++) cell->first[i] = -1;
-    for (int32_t k = c->count; k-- > 0;) cell->first[c->list[k].node] = k;
+    for (int32_t k = pdi_contact_all(c); k-- > 0;) cell->first[c->list[k].node] = k;
+}
+
+/* 1: contact k is one of node i. */
+static int pdi_cell_at_node(const pd_potential *p, int32_t k, int32_t i)
+{
+    return k >= 0 && k < pdi_contact_all(&p->contacts) && p->contacts.list[k].node == i;
 }
 
 /* Adds the contacts of node i with a metal of `kinds` (bits): sums of area, and of area times the rest. */
 static void pdi_cell_add(const pd_cell *cell, int32_t i, uint32_t kinds, double sum[3])
 {
     const pd_potential *p = &cell->potential;
-    for (int32_t k = cell->first[i]; k >= 0 && k < p->contacts.count && p->contacts.list[k].node == i; k++) {
+    for (int32_t k = cell->first[i]; pdi_cell_at_node(p, k, i); k++) {
         const pd_contact *c = &p->contacts.list[k];
         if (!(cell->kinds[c->electrode] & kinds)) continue;
         sum[0] += c->area;
@@ -98,7 +104,7 @@ static void pdi_cell_gets(const pd_cell *cell, int32_t i, int kind, double area,
     for (int n = 0; n < pdi_grid_cube(reach); n++) {
         int far;
         int32_t j = pdi_grid_near(cell->grid, i, reach, n, &far), k = j >= 0 && far == reach ? cell->first[j] : -1;
-        for (; k >= 0 && k < p->contacts.count && p->contacts.list[k].node == j; k++) {
+        for (; pdi_cell_at_node(p, k, j); k++) {
             const pd_contact *c = &p->contacts.list[k];
             if (cell->kinds[c->electrode] & kinds) got[c->electrode] += area * c->area * p->current[k] / sum[0];
         }
@@ -135,7 +141,7 @@ PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i)
 {
     const pd_potential *p = &cell->potential;
     double area = 0.0, current = 0.0;
-    for (int32_t k = cell->first[i]; k >= 0 && k < p->contacts.count && p->contacts.list[k].node == i; k++) {
+    for (int32_t k = cell->first[i]; pdi_cell_at_node(p, k, i); k++) {
         area += p->contacts.list[k].area;
         current += p->contacts.list[k].area * p->current[k];
     }
@@ -180,7 +186,7 @@ PDI_FN void pdi_cell_current(const pd_cell *cell, int32_t i, double *j)
         double carried = pdi_cell_carried(p, i, k);
         for (int d = 0; d < PD_DIM; d++) j[d] += 0.5 * carried * s->xi[k * PD_DIM + d];
     }
-    for (int32_t n = cell->first[i]; n >= 0 && n < p->contacts.count && p->contacts.list[n].node == i; n++)
+    for (int32_t n = cell->first[i]; pdi_cell_at_node(p, n, i); n++)
         for (int d = 0; d < PD_DIM; d++) j[d] += p->current[n] * p->contacts.list[n].moment[d];
 }
 
@@ -196,16 +202,26 @@ static double pdi_cell_stock(const pd_cell *cell, int electrode)
     return pdi_sum_total(&sum) * cell->potential.bonds->stencil->volume;
 }
 
+/* [V] E of a circuit; NaN: neither it is given nor a current passes. */
+static double pdi_cell_known(const pd_potential *p, int circuit)
+{
+    if (p->desc.circuit[circuit].control == PD_CIRCUIT_POTENTIAL) return p->metal[circuit];
+    for (int32_t k = 0; k < p->contacts.count; k++)
+        if (pdi_potential_circuit(p, p->contacts.list[k].electrode) == circuit) return p->metal[circuit];
+    return (double)NAN;
+}
+
 void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode *now)
 {
     const pd_potential *p = &cell->potential;
     double volume = p->bonds->stencil->volume;
     int touched = 0;
     memset(now, 0, sizeof *now);
-    now->potential = p->metal[pdi_potential_circuit(p, electrode)];
-    for (int32_t k = 0; k < p->contacts.count; k++) {
+    now->potential = pdi_cell_known(p, pdi_potential_circuit(p, electrode));
+    for (int32_t k = 0; k < pdi_contact_all(&p->contacts); k++) {
         const pd_contact *c = &p->contacts.list[k];
         if (c->electrode != electrode) continue;
+        if (now->touches != PD_CELL_WORKS) now->touches = k < p->contacts.count ? PD_CELL_WORKS : PD_CELL_IDLE;
         double area = volume * pdi_potential_area(p, c), i = p->current[k];
         now->area += area;
         now->current += area * i;
@@ -250,6 +266,7 @@ static void pdi_cell_watch(pd_cell *cell)
 
 static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
 {
+    char name[PDI_CIRCUIT_NAME];
     if (cell->desc.apart) return PD_OK;
     for (int n = 0; n < cell->desc.potential.circuits && cell->desc.given; n++)
         cell->circuit[n].value = cell->desc.given(cell->desc.user, n, t);
@@ -260,8 +277,10 @@ static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
     if (status < 0) return status;
     if (status != PD_OK)
         return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "at t = %g s the balances of currents lack %.3g of them "
-                        "after %d steps of Newton's method, expected at most %g: a larger tolerance accepts it", t,
-                        cell->result.residual, cell->result.newton, cell->potential.desc.tolerance);
+                        "after %d steps of Newton's method, most at %s, expected at most %g: a larger tolerance of "
+                        "[potential] accepts it", t, cell->result.residual,
+                        cell->result.newton, pdi_circuit_electrode(&cell->potential, cell->result.worst, name),
+                        cell->potential.desc.tolerance);
     cell->time = t;
     cell->solves++;
     cell->newton += cell->result.newton;
@@ -319,11 +338,28 @@ static void pdi_cell_count(pd_cell *cell, double t)
     }
 }
 
+/* A law that reads a potential has one. */
+static pd_status pdi_cell_lawful(pd_ctx *ctx, const pd_cell *cell, double t)
+{
+    const pd_potential *p = &cell->potential;
+    char place[PDI_GRID_PLACE], name[PDI_CIRCUIT_NAME];
+    for (int32_t k = p->contacts.count; k < pdi_contact_all(&p->contacts); k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        if (!isnan(p->surface[k]) || !(cell->kinds[c->electrode] & cell->desc.reads)) continue;
+        return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s the law of the metal of %s reads E, which nothing "
+                        "tells beside %s m: curves there carry current into the metal only, and nothing else closes "
+                        "the circuit; expected an anodic branch of its curve, too", t,
+                        pdi_circuit_electrode(p, c->electrode, name), pdi_grid_place(cell->grid, c->node, place));
+    }
+    return PD_OK;
+}
+
 static pd_status pdi_cell_finish(pd_ctx *ctx, void *self, double t)
 {
     pd_cell *cell = (pd_cell *)self;
     pdi_cell_count(cell, t);
     PDI_TRY(pdi_cell_renew(ctx, cell));
+    PDI_TRY(pdi_cell_lawful(ctx, cell, t));
     return pdi_cell_solve(ctx, cell, t);
 }
 
@@ -348,9 +384,9 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "potential", p->phi, cell->grid->total));
     PDI_TRY(PDI_KEEP(ctx, archive, "potentials of metal", p->metal, p->desc.circuits));
     PDI_TRY(PDI_KEEP(ctx, archive, "currents of circuits", p->total, p->desc.circuits));
-    PDI_TRY(PDI_KEEP(ctx, archive, "current densities", p->current, p->contacts.count));
-    PDI_TRY(PDI_KEEP(ctx, archive, "overpotentials", p->surface, p->contacts.count));
-    PDI_TRY(PDI_KEEP(ctx, archive, "slopes of currents", p->slope, p->contacts.count));
+    PDI_TRY(PDI_KEEP(ctx, archive, "current densities", p->current, pdi_contact_all(&p->contacts)));
+    PDI_TRY(PDI_KEEP(ctx, archive, "overpotentials", p->surface, pdi_contact_all(&p->contacts)));
+    PDI_TRY(PDI_KEEP(ctx, archive, "slopes of currents", p->slope, pdi_contact_all(&p->contacts)));
     PDI_TRY(PDI_KEEP(ctx, archive, "imbalance of currents", &cell->result.imbalance, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "anodic current", &cell->result.anodic, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "current through sides", &cell->result.through, 1));
@@ -408,6 +444,7 @@ static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     p.metal = cell->metal;
     p.left = cell->left;
     p.apart = desc->apart;
+    p.name = desc->name;
     if (desc->conduct) p.field = cell->field;
     PDI_TRY(pd_potential_build(ctx, grid, bonds, &p, &cell->potential));
     for (int e = 0; e < p.electrodes; e++) {

@@ -20,6 +20,8 @@ typedef struct pd_cell_desc {
     /* writes the share of each contact, now; NULL: curves hold as they are */
     pd_status (*share)(pd_ctx *ctx, void *user, pd_contact *contact, int32_t count, double t);
     void *user;
+    uint32_t reads; /* bit k: the law of metal k of dissolve reads E - phi */
+    const char *const *name; /* [electrodes] borrowed; NULL: numbers stand for them in messages */
     int apart;  /* 1: potential and currents are found elsewhere: contacts and circuits alone are those of now */
 } pd_cell_desc;
 
@@ -54,9 +56,16 @@ typedef struct pd_cell {
     int64_t solves, newton, krylov;
 } pd_cell;
 
+typedef enum pd_cell_touches {
+    PD_CELL_APART = 0, /* no fluid touches the metal */
+    PD_CELL_IDLE = 1,  /* no current can pass where it does */
+    PD_CELL_WORKS = 2
+} pd_cell_touches;
+
 /* An electrode as it is now. */
 typedef struct pd_cell_electrode {
-    double potential;        /* [V] E of its metal */
+    pd_cell_touches touches;
+    double potential;        /* [V] E of its metal; NaN where nothing tells it */
     double area;             /* [m^(d-1)] of a body of rings all around */
     double current, anodic;  /* [A] (per m in planar 2D, per m2 in 1D) from metal to fluid; what leaves alone */
     double least, most;      /* [A/m2] */

@@ -2,10 +2,31 @@
 #include "potential/circuit.h"
 #include "core/par.h"
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* Given currents add up to zero when they do within this share. */
 #define PDI_CIRCUIT_BALANCED 1e-12
+
+PDI_FN const char *pdi_circuit_electrode(const pd_potential *p, int electrode, char *name)
+{
+    if (p->desc.name) snprintf(name, PDI_CIRCUIT_NAME, "electrode %s", p->desc.name[electrode]);
+    else snprintf(name, PDI_CIRCUIT_NAME, "electrode %d", electrode);
+    return name;
+}
+
+PDI_FN const char *pdi_circuit_name(const pd_potential *p, int circuit, char *name)
+{
+    char one[PDI_CIRCUIT_NAME];
+    int found = 0;
+    name[0] = '\0';
+    for (int e = 0; e < p->desc.electrodes; e++) {
+        if (pdi_potential_circuit(p, e) != circuit) continue;
+        pdi_append(name, PDI_CIRCUIT_NAME, "%s%s", found++ ? " and " : "", pdi_circuit_electrode(p, e, one));
+    }
+    if (!found) snprintf(name, PDI_CIRCUIT_NAME, "circuit %d", circuit);
+    return name;
+}
 
 PDI_FN int pdi_circuit_side(const pd_grid *grid, int32_t ghost)
 {
@@ -64,22 +85,34 @@ static void pdi_circuit_pockets(pd_potential *p)
         if (p->pocket[i] >= 0 && pdi_circuit_holds(p, i)) p->fixed[p->pocket[i]] = 1;
 }
 
-/* Contacts of pockets where no current can pass do not count. */
-static void pdi_circuit_idle(pd_potential *p, const double *low, const double *high)
+/* Contacts of pockets where no current can pass go behind the others. */
+static pd_status pdi_circuit_idle(pd_ctx *ctx, pd_potential *p, const double *low, const double *high)
 {
-    int32_t kept = 0;
-    for (int32_t c = 0; c < p->contacts.count; c++) {
-        int32_t root = p->pocket[p->contacts.list[c].node];
-        if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) p->contacts.list[kept++] = p->contacts.list[c];
+    pd_contacts *all = &p->contacts;
+    pd_contact *idle = NULL;
+    int32_t kept = 0, count = 0, whole = all->count;
+    for (int32_t c = 0; c < whole; c++) {
+        int32_t root = p->pocket[all->list[c].node];
+        count += !p->fixed[root] && !(low[root] < 0.0 && high[root] > 0.0);
     }
-    p->contacts.count = kept;
+    if (!count) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "potential", count, idle));
+    for (int32_t c = 0; c < whole; c++) {
+        int32_t root = p->pocket[all->list[c].node];
+        if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) all->list[kept++] = all->list[c];
+        else idle[all->idle++] = all->list[c];
+    }
+    memcpy(all->list + kept, idle, (size_t)count * sizeof *idle);
+    all->count = kept;
+    PDI_DELETE(ctx, count, idle);
+    return PD_OK;
 }
 
 /* The currents that the metal of each pocket can carry have to lie on both sides of zero where nothing else closes the
  * circuit. low, high [total]: of each pocket. */
 static pd_status pdi_circuit_ranges(pd_ctx *ctx, pd_potential *p, double *low, double *high)
 {
-    char text[PDI_GRID_PLACE];
+    char text[PDI_GRID_PLACE], name[PDI_CIRCUIT_NAME];
     for (int32_t c = 0; c < p->contacts.count; c++) {
         const pd_contact *contact = &p->contacts.list[c];
         int32_t root = p->pocket[contact->node];
@@ -94,14 +127,14 @@ static pd_status pdi_circuit_ranges(pd_ctx *ctx, pd_potential *p, double *low, d
         int32_t root = p->pocket[p->contacts.list[c].node];
         if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) continue;
         if (p->desc.idle) continue;
-        return pdi_fail(ctx, PD_ERR_STATE, "potential", "the metal around the electrolyte at %s m cannot carry a "
-                        "current %s: there is no solution; expected %s reaction, or a side that holds a potential",
-                        pdi_grid_place(p->grid, p->contacts.list[c].node, text),
+        return pdi_fail(ctx, PD_ERR_STATE, "potential", "the metal around the electrolyte at %s m (%s) cannot carry a "
+                        "current %s: there is no solution; expected %s reaction of one of the electrodes there, or a "
+                        "side that holds a potential", pdi_grid_place(p->grid, p->contacts.list[c].node, text),
+                        pdi_circuit_electrode(p, p->contacts.list[c].electrode, name),
                         low[root] < 0.0 ? "out of itself" : "into itself",
                         low[root] < 0.0 ? "an anodic" : "a cathodic");
     }
-    pdi_circuit_idle(p, low, high);
-    return PD_OK;
+    return pdi_circuit_idle(ctx, p, low, high);
 }
 
 /* Circuits join what they touch; given potentials are all joined to ground. */
@@ -170,10 +203,17 @@ PDI_FN void pdi_circuit_level(pd_potential *p)
         if (p->grid->kind[i] == PD_FLUID && !p->wet[p->part[i]]) p->phi[i] = 0.0;
 }
 
+/* Of a total current. */
+static const char *pdi_circuit_unit(const pd_potential *p)
+{
+    return p->grid->circumference || PD_DIM == 3 ? "A" : PD_DIM == 2 ? "A/m" : "A/m2";
+}
+
 /* The curves of a circuit can carry its current. */
 static pd_status pdi_circuit_carries(pd_ctx *ctx, const pd_potential *p, int n)
 {
     double low = 0.0, high = 0.0, wanted = p->desc.circuit[n].value, volume = p->bonds->stencil->volume;
+    char name[PDI_CIRCUIT_NAME];
     int touched = 0;
     for (int32_t k = 0; k < p->contacts.count; k++) {
         const pd_contact *c = &p->contacts.list[k];
@@ -186,8 +226,15 @@ static pd_status pdi_circuit_carries(pd_ctx *ctx, const pd_potential *p, int n)
     }
     if (low < wanted && wanted < high) return PD_OK;
     if (!touched && !(fabs(wanted) > 0.0)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "potential", "circuit %d is to give %g A, and its curves carry between %g and "
-                    "%g A: there is no solution", n, wanted, low, high);
+    pdi_circuit_name(p, n, name);
+    if (!touched)
+        return pdi_fail(ctx, PD_ERR_STATE, "potential", "%s is to give %g %s, and no metal of it touches fluid where a "
+                        "current can pass: there is no solution; expected `until` before its metal is used up, or a "
+                        "current of 0", name, wanted, pdi_circuit_unit(p));
+    return pdi_fail(ctx, PD_ERR_STATE, "potential", "%s is to give %g %s, and its curves carry between %g and %g %s: "
+                    "there is no solution; expected a current between them, a larger limit, or, for both directions, "
+                    "both branches (butler_volmer)", name, wanted, pdi_circuit_unit(p), low, high,
+                    pdi_circuit_unit(p));
 }
 
 /* Where no potential is given, currents add up to zero. */
@@ -195,6 +242,7 @@ static pd_status pdi_circuit_balanced(pd_ctx *ctx, const pd_potential *p, int n)
 {
     int32_t total = p->grid->total, part = p->part[total + n];
     double sum = 0.0, size = 0.0;
+    char name[PDI_CIRCUIT_NAME];
     if (part == p->part[total + p->desc.circuits]) return PD_OK;
     for (int m = 0; m < p->desc.circuits; m++) {
         if (p->part[total + m] != part) continue;
@@ -202,8 +250,10 @@ static pd_status pdi_circuit_balanced(pd_ctx *ctx, const pd_potential *p, int n)
         size += fabs(p->desc.circuit[m].value);
     }
     if (fabs(sum) <= PDI_CIRCUIT_BALANCED * size) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "potential", "the given currents of what circuit %d hangs together with add up "
-                    "to %g A: there is no solution; expected a sum of zero, or a given potential", n, sum);
+    return pdi_fail(ctx, PD_ERR_STATE, "potential", "the given currents of all that %s hangs together with add up to "
+                    "%g %s: there is no solution; expected a sum of zero, or a given potential of one of them or a "
+                    "side",
+                    pdi_circuit_name(p, n, name), sum, pdi_circuit_unit(p));
 }
 
 PDI_FN pd_status pdi_circuit_find(pd_ctx *ctx, pd_potential *p)

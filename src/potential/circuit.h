@@ -8,6 +8,11 @@
 #include "potential/potential.h"
 
 #ifdef PDI_INTERNAL
+/* [byte] of a name below, with its end. */
+#define PDI_CIRCUIT_NAME 160
+/* An electrode, or those of a circuit, in words: "electrode mg and electrode steel". Into name[PDI_CIRCUIT_NAME]. */
+PDI_FN const char *pdi_circuit_electrode(const pd_potential *potential, int electrode, char *name);
+PDI_FN const char *pdi_circuit_name(const pd_potential *potential, int circuit, char *name);
 /* Side of the box behind which an inlet ghost lies. */
 PDI_FN int pdi_circuit_side(const pd_grid *grid, int32_t ghost);
 /* Pockets and parts, and which circuits have an unknown E; contacts are known. PD_ERR_STATE: the curves around a pocket

@@ -23,8 +23,10 @@ typedef struct pd_contact {
 } pd_contact;
 
 typedef struct pd_contacts {
-    pd_contact *list; /* [capacity] by nodes, and for each of them by electrodes */
-    int32_t count, capacity;
+    pd_contact *list; /* [capacity] by nodes, and for each of them by electrodes; all of a node are idle, or none */
+    int32_t count;    /* where currents may pass; behind them stand */
+    int32_t idle;     /* those of pockets where none can */
+    int32_t capacity;
 } pd_contacts;
 
 #ifdef PDI_INTERNAL
@@ -35,7 +37,9 @@ typedef struct pdi_contact_metal {
     const pd_stencil *wide;   /* family that normals of cells are found with */
 } pdi_contact_metal;
 
-/* PD_ERR_MEMORY, PD_ERR_LIMIT. */
+/* All of them. */
+static inline int32_t pdi_contact_all(const pd_contacts *contacts) { return contacts->count + contacts->idle; }
+/* PD_ERR_MEMORY, PD_ERR_LIMIT. None is idle. */
 PDI_FN pd_status pdi_contact_find(pd_ctx *ctx, const pd_bonds *bonds, const pdi_contact_metal *metal,
                                   pd_contacts *contacts);
 PDI_FN void pdi_contact_free(pd_ctx *ctx, pd_contacts *contacts);

@@ -17,6 +17,8 @@
 #define PDI_DISTRIBUTION_LEFT 1e-3
 /* [cells] What is that near to a side lies on it. */
 #define PDI_DISTRIBUTION_TOUCH 1e-6
+/* [V] E - phi of an anode without a cathode: no law gives a speed there. */
+#define PDI_DISTRIBUTION_ALONE 100.0
 
 /* kappa at a place in the box. */
 static double pdi_distribution_at(void *user, const double *x)
@@ -176,10 +178,13 @@ static pd_status pdi_distribution_linear(pd_ctx *ctx, pd_potential *p, double sh
 
 static pd_status pdi_distribution_check_values(pd_ctx *ctx, const pd_potential *p)
 {
+    char name[PDI_CIRCUIT_NAME];
     for (int n = 0; n < p->desc.circuits; n++)
         if (!(fabs(p->desc.circuit[n].value) < PDI_POTENTIAL_FAR))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "circuit %d: value %g, expected -1e6 to 1e6",
-                            n, p->desc.circuit[n].value);
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "%s: the given %s is %g, expected -1e6 to 1e6",
+                            pdi_circuit_name(p, n, name),
+                            p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL ? "potential" : "current",
+                            p->desc.circuit[n].value);
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (p->desc.held[s] && !(fabs(p->desc.hold[s]) < PDI_POTENTIAL_FAR))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "side %d holds %g V, expected between -1e6 and 1e6", s,
@@ -211,18 +216,56 @@ static pd_status pdi_distribution_begin(pd_ctx *ctx, pd_potential *p)
     return PD_OK;
 }
 
+/* The electrode at which the balances lack most: that of a node, or of a circuit. */
+static int pdi_distribution_worst(const pd_potential *p)
+{
+    double most = -1.0;
+    int worst = 0;
+    for (int32_t k = 0; k < p->contacts.count; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        int place = p->place[pdi_potential_circuit(p, c->electrode)];
+        double lack = fabs(p->rest[c->node]);
+        if (place >= 0) lack = pdi_max(lack, fabs(p->rest[p->grid->total + place]));
+        if (!(lack > most)) continue;
+        most = lack;
+        worst = c->electrode;
+    }
+    return worst;
+}
+
+/* The circuit whose potential is farthest off. */
+static int pdi_distribution_farthest(const pd_potential *p)
+{
+    int worst = 0;
+    for (int n = 1; n < p->desc.circuits; n++)
+        if (fabs(p->metal[n]) > fabs(p->metal[worst])) worst = n;
+    return worst;
+}
+
+/* The electrode with a current that is no number. */
+static const char *pdi_distribution_wrong(const pd_potential *p, char *name)
+{
+    int32_t k = 0;
+    while (k + 1 < p->contacts.count && fabs(p->current[k]) < HUGE_VAL) k++;
+    if (p->contacts.count) return pdi_circuit_electrode(p, p->contacts.list[k].electrode, name);
+    return pdi_circuit_name(p, 0, name);
+}
+
 static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potential_result *result)
 {
     int32_t total = p->grid->total;
     double last = HUGE_VAL;
+    char name[PDI_CIRCUIT_NAME];
     for (;;) {
         pdi_balance_size size = pdi_balance_rest(ctx, p);
         double most = pdi_max(p->desc.tolerance * size.currents, size.rounding);
         result->residual = size.currents > 0.0 ? size.lack / size.currents : 0.0;
         if (!(size.lack < HUGE_VAL))
-            return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "a current is not finite after %d steps",
+            return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "the current of %s is not finite after %d steps of "
+                            "Newton's method; expected a curve that gives numbers", pdi_distribution_wrong(p, name),
                             result->newton);
         if (size.lack <= most) return PD_OK;
+        result->worst = pdi_distribution_worst(p);
         if (result->newton >= p->desc.max_newton) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "potential: Newton", result->newton));
         double share = pdi_max(pdi_krylov_forcing(size.lack / last), 0.1 * most / size.lack);
@@ -240,7 +283,9 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
         pdi_circuit_raise(p);
         far = pdi_max(far, pdi_par_max_abs(ctx, total, p->level));
         if (!(far < PDI_POTENTIAL_FAR) || !(pdi_par_max_abs(ctx, total, p->phi) < PDI_POTENTIAL_FAR))
-            return pdi_fail(ctx, PD_ERR_STATE, "potential", "potentials leave every bound: there is no solution");
+            return pdi_fail(ctx, PD_ERR_STATE, "potential", "the potential of %s leaves every bound: there is no "
+                            "solution; expected curves, limits and given values that let its current pass",
+                            pdi_circuit_name(p, pdi_distribution_farthest(p), name));
     }
 }
 
@@ -301,7 +346,7 @@ PDI_FN void pdi_distribution_list(pdi_owner *owner, void *object)
 PDI_FN void pdi_distribution_contact_list(pdi_owner *owner, void *object)
 {
     pd_potential *potential = (pd_potential *)object;
-    int64_t count = potential->contacts.count;
+    int64_t count = pdi_contact_all(&potential->contacts);
     PDI_ARRAY(owner, potential, current, count, "A/m2");
     PDI_ARRAY(owner, potential, surface, count, "V");
     PDI_ARRAY(owner, potential, slope, count, "S/m2");
@@ -368,6 +413,11 @@ static pd_status pdi_distribution_survey(pd_ctx *ctx, pd_potential *p)
     PDI_TRY(pdi_circuit_find(ctx, p));
     PDI_TRY(pdi_owner_build(ctx, pdi_distribution_contact_list, p));
     for (int32_t n = 0; n < p->contacts.count; n++) p->surface[n] = pdi_potential_drop(p, &p->contacts.list[n]);
+    for (int32_t n = p->contacts.count; n < pdi_contact_all(&p->contacts); n++) {
+        double least, most; /* an anode alone is as far below its curve as it gets; of a cathode nothing is known */
+        pdi_electrode_range(&p->desc.electrode[p->contacts.list[n].electrode], &least, &most);
+        p->surface[n] = least < 0.0 ? (double)NAN : -PDI_DISTRIBUTION_ALONE;
+    }
     return PD_OK;
 }
 

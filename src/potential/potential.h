@@ -45,6 +45,7 @@ typedef struct pd_potential_desc {
     int max_newton;                /* 0: 200 */
     int idle;                      /* 1: where the curves around a pocket carry current one way only, none passes
                                     * there; 0: refused */
+    const char *const *name;       /* [electrodes] for messages; NULL: numbers */
     int apart;                     /* 1: it is not solved, and all contacts are kept */
 } pd_potential_desc;
 
@@ -94,6 +95,7 @@ typedef struct pd_potential_result {
     double imbalance;    /* [-] sum of all currents, over the sum of their sizes */
     double through;      /* [A] (per m in planar 2D) from held sides into the electrolyte */
     double anodic;       /* [A] (per m in planar 2D) sum of the currents that leave metal */
+    int worst;           /* PD_NOT_CONVERGED: an electrode where balances lack most */
 } pd_potential_result;
 
 #ifdef PDI_INTERNAL

@@ -19,6 +19,8 @@
 #define PDI_COURSE_STILL 1e-6
 /* Share of the longest step of the run that the first one is when minerals cover metal. */
 #define PDI_COURSE_FIRST 1e-3
+/* Steps after which a node has nothing left of what a source takes: then that is why they are so short. */
+#define PDI_COURSE_DRAINED 1e6
 
 /* Metals whose amounts are told apart. */
 static int pdi_course_metals(const pd_course *a)
@@ -528,6 +530,25 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* A source that takes up what a node has within steps as short as that: its solute and node. 0: there is none. */
+static int pdi_course_drained(const pd_course *a, const pd_step *s, int *solute, int32_t *node)
+{
+    const pd_reactive *r = a->reactive;
+    double soonest = PDI_COURSE_DRAINED * s->dt;
+    int found = 0;
+    for (int n = 0; n < r->components.solutes && a->desc.feed; n++)
+        for (int32_t i = 0; i < r->grid->total; i++) {
+            int64_t at = n * (int64_t)r->grid->total + i;
+            if (r->grid->kind[i] != PD_FLUID || !(r->source[at] < 0.0)) continue;
+            if (!(r->c[at] < -soonest * r->source[at])) continue;
+            soonest = pdi_max(r->c[at], 0.0) / -r->source[at];
+            *solute = n;
+            *node = i;
+            found = 1;
+        }
+    return found;
+}
+
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
@@ -543,6 +564,10 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                         "electrode may take up more of a species than reaches the metal, expected one that falls to "
                         "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s", s->dt, s->time,
                         a->desc.surface->share ? ", or a factor leaves metal without a current that balances" : "");
+    int solute;
+    int32_t node;
+    if (a->desc.drained && pdi_course_drained(a, s, &solute, &node))
+        return a->desc.drained(ctx, a->desc.feeder, node, solute, s->time);
     if (a->desc.coat && a->desc.coat->error > 1.0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
                         "%g s: expected a rate that stays finite", s->time);

@@ -69,6 +69,33 @@ PDI_FN void pdi_electrodes_feed(void *user, double *source)
     }
 }
 
+PDI_FN pd_status pdi_electrodes_drained(pd_ctx *ctx, void *user, int32_t node, int solute, double t)
+{
+    const pd_electrode_map *m = (const pd_electrode_map *)user;
+    const pd_potential *p = &m->cell->potential;
+    const pd_electrolyte *of = &m->setup->electrolyte;
+    const char *name = "";
+    double most = 0.0;
+    int species = 0, into = 0;
+    char place[PDI_GRID_PLACE];
+    while (species + 1 < of->count && m->species->components.place[species] != solute) species++;
+    for (int32_t k = 0; k < p->contacts.count; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        const pd_setup_electrode *e = &m->setup->potential.electrode[c->electrode];
+        double takes = c->node == node && e->reacts ? -e->shed[species] * c->area * p->current[k] : 0.0;
+        if (!(takes > most)) continue;
+        most = takes;
+        name = e->name;
+        into = p->current[k] < 0.0;
+    }
+    return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s electrode %s takes up more of %s beside %s m than is "
+                    "there: its current flows %s the metal, by which its reaction uses %s up; expected a curve or a "
+                    "potential by which it flows the other way, or fluid that holds %s", t, name,
+                    of->species[species].name, pdi_grid_place(m->grid, node, place),
+                    into ? "into" : "out of",
+                    of->species[species].name, of->species[species].name);
+}
+
 /* Electrodes that are connected get one number: that of the first one. */
 static void pdi_electrodes_join(int *wire, int count, int a, int b)
 {
@@ -146,7 +173,11 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
         curve[k].count = !e->primary && !e->bare && !e->reads;
         curve[k].equilibrium = e->term.equilibrium;
         curve[k].film = e->film;
+        m->name[k] = e->name;
     }
+    for (int k = 0; k < m->setup->metals; k++)
+        desc.reads |= (m->setup->metal[k].rate.uses >> PDI_SETUP_SURFACE & 1u) << k;
+    desc.name = m->name;
     desc.electrode = curve;
     desc.circuit = m->circuit;
     desc.which = pdi_electrodes_which;

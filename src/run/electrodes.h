@@ -20,6 +20,7 @@ typedef struct pd_electrode_map {
     int member[PD_SETUP_ELECTRODES];       /* circuit of each electrode */
     int given[PD_SETUP_ELECTRODES];        /* of each circuit: the electrode that has a given value; -1: none */
     pd_circuit circuit[PD_SETUP_ELECTRODES];
+    const char *name[PD_SETUP_ELECTRODES];
     int line;                    /* of the scene: what was refused */
 } pd_electrode_map;
 
@@ -34,6 +35,8 @@ PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const 
 PDI_FN double pdi_electrodes_given(void *user, int circuit, double t);
 /* A `feed` of a course, of a pd_electrode_map with species and cell: by Faraday's law, of the potential found last. */
 PDI_FN void pdi_electrodes_feed(void *user, double *source);
+/* Its `drained`: names the electrode. */
+PDI_FN pd_status pdi_electrodes_drained(pd_ctx *ctx, void *user, int32_t node, int solute, double t);
 #endif
 
 #endif

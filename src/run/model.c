@@ -301,6 +301,7 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     if (u->potential.reacts && !u->migrates) {
         desc.feed = pdi_electrodes_feed;
         desc.feeder = &m->electrodes;
+        desc.drained = pdi_electrodes_drained;
     }
     if (m->bare && !desc.surface) {
         desc.find = pdi_model_ahead;

@@ -215,12 +215,21 @@ PDI_FN void pdi_polarise_meet(pd_polarise *p)
     for (int e = 0; e < p->setup->potential.electrodes; e++) pdi_polarise_met(p, e, &p->cell->met[e]);
 }
 
+/* [V] of a circuit; NaN: neither it is given nor is its metal there. */
+static double pdi_polarise_known(const pd_polarise *p, int circuit)
+{
+    const pd_etch *s = p->etch;
+    int known = s->desc.electrodes.circuit[circuit].holds;
+    for (int32_t k = 0; k < s->count && !known; k++) known = pdi_etch_circuit(s, k) == circuit;
+    return known ? s->level[circuit] : (double)NAN;
+}
+
 PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_electrode *now)
 {
     const pd_etch *s = p->etch;
     int touched = 0;
     memset(now, 0, sizeof *now);
-    now->potential = s->level[s->desc.electrodes.member[electrode]];
+    now->potential = pdi_polarise_known(p, s->desc.electrodes.member[electrode]);
     for (int32_t k = 0; k < s->count; k++) {
         if (s->electrode[k] != electrode) continue;
         double volume = s->reactive->bonds->stencil->volume * pdi_grid_circumference(s->reactive->grid, s->node[k]);

@@ -9,6 +9,7 @@
 #include "run/output.h"
 #include "run/misfit.h"
 #include "run/monitor.h"
+#include "run/depletion.h"
 #include "run/compare.h"
 #include <math.h>
 #include <stdio.h>
@@ -23,6 +24,7 @@ typedef struct pdi_run {
     pd_model model;
     pd_output output;
     pd_observables observables;
+    pd_depletion depletion;
     pd_monitors monitors;
     pd_compare compare;
     pd_views views;       /* of the observer */
@@ -205,6 +207,7 @@ static pd_status pdi_run_read(pdi_run *r)
     pd_store store;
     PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
     pd_status status = pdi_run_store(r, &store.archive);
+    if (status == PD_OK) pdi_depletion_look(&r->depletion, NULL, NULL); /* what has gone before has been said */
     if (status == PD_OK && r->desc->observe) status = pdi_run_recall(r);
     if (status == PD_OK) status = pdi_output_resume(r->ctx, &r->model, &r->folder, &store.archive, &r->output);
     if (status == PD_OK) status = pdi_monitors_resume(r->ctx, &r->monitors, &r->folder, &store.archive);
@@ -263,6 +266,7 @@ static int pdi_run_observe(void *user, const pd_couple *couple)
     pdi_run *r = (pdi_run *)user;
     (void)couple;
     pdi_observe(r->ctx, &r->model, &r->observables);
+    pdi_depletion_look(&r->depletion, r->desc->print, r->desc->print_user);
     int before_end = r->model.couple.time < r->setup->until;
     if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->writing = r->stopped; /* what a step that is done has to show */
@@ -447,6 +451,7 @@ static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
     if (r->desc->print) pdi_misfit_print(&r->model, r->desc->print, r->desc->print_user);
     pdi_run_collect(r, result);
     PDI_TRY(pdi_observe_build(r->ctx, &r->model, &r->observables));
+    PDI_TRY(pdi_depletion_build(r->ctx, &r->model, &r->depletion));
     if (r->desc->check) return r->desc->dry ? PD_OK : pdi_run_check(r, result);
     PDI_TRY(pdi_run_open(r, result));
     pd_status status = pdi_run_steps(r);
@@ -479,6 +484,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     pdi_store_drop(ctx, &r->image);
     pdi_output_free(ctx, &r->output);
     pdi_observe_free(ctx, &r->observables);
+    pdi_depletion_free(ctx, &r->depletion);
     pdi_views_free(ctx, &r->views);
     pdi_compare_free(ctx, &r->compare);
     pdi_monitors_free(ctx, &r->monitors);

@@ -5,6 +5,7 @@
 #include "scene/named_files.h"
 #include "scene/read_solid.h"
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #define PDI_READ_SHAPES_RAW_LIMIT ((size_t)1 << 31)
@@ -278,6 +279,10 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes *s, int index)
     int found = 0;
     const char *name;
     pd_material material;
+    pd_setup_piece *piece = &u->piece[u->pieces++];
+    snprintf(piece->name, sizeof piece->name, "%.*s", PD_SETUP_NAME - 1, s->text->section[s->section].label);
+    piece->shape = index;
+    piece->metal = 0;
     if (!pdi_text_has(s->ctx, s->text, s->section, "material")) return PD_OK;
     PDI_TRY(pdi_text_string(s->ctx, s->text, s->section, "material", NULL, &name));
     if (!pd_material_find(name, &material))
@@ -288,6 +293,7 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes *s, int index)
     if (found == PD_SETUP_METALS)
         return pdi_text_refuse(s->ctx, s->text, s->section, "material", "found more than %d metals", PD_SETUP_METALS);
     pd_setup_metal *metal = &u->metal[found];
+    piece->metal = found;
     if (found == u->metals) {
         metal->material = material;
         metal->shape = -1;

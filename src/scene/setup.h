@@ -331,6 +331,12 @@ typedef struct pd_setup_potential {
     int reacts;               /* 1: one of them */
 } pd_setup_potential;
 
+/* A shape that is metal. */
+typedef struct pd_setup_piece {
+    char name[PD_SETUP_NAME];
+    int shape, metal;         /* indices */
+} pd_setup_piece;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -350,6 +356,8 @@ typedef struct pd_setup {
     pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
     int shapes;                        /* entries in use */
     int named[PD_SETUP_SHAPES];        /* of the [shape] sections in their order: the shape of a body; no body: -1 */
+    pd_setup_piece piece[PD_SETUP_SHAPES];
+    int pieces;                        /* of `solid`, in the order of the file */
     int solid, wall, medium, passive;  /* indices, -1: none */
     int solution;                      /* the same: fluid that begins with `inside` of the electrolyte */
     pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */

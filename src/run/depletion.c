@@ -1,0 +1,105 @@
+/* depletion: see depletion.h */
+#include "run/depletion.h"
+#include <stdio.h>
+#include <string.h>
+
+/* A node of no piece. */
+#define PDI_DEPLETION_NONE 255
+
+/* The last piece that a place lies in. */
+static uint8_t pdi_depletion_piece(const pd_setup *u, const double *x)
+{
+    for (int k = u->pieces; k-- > 0;)
+        if (pd_shape_distance(u->shape, u->piece[k].shape, x) <= 0.0) return (uint8_t)k;
+    return PDI_DEPLETION_NONE;
+}
+
+static void pdi_depletion_count(const pd_depletion *d, int32_t *left)
+{
+    const pd_grid *grid = &d->model->grid;
+    for (int k = 0; k < d->model->setup->pieces; k++) left[k] = 0;
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_SOLID && d->piece[i] != PDI_DEPLETION_NONE) left[d->piece[i]]++;
+}
+
+/* 1: the fluid touches the electrode, and no current can pass there. */
+static int pdi_depletion_idle(const pd_model *m, int electrode)
+{
+    pd_cell_electrode now;
+    if (!m->setup->has_potential || m->attack.polarise.setup) return 0;
+    pd_cell_electrode_of(&m->cell, electrode, &now);
+    return now.touches == PD_CELL_IDLE;
+}
+
+PDI_FN pd_status pdi_depletion_build(pd_ctx *ctx, pd_model *model, pd_depletion *d)
+{
+    double x[PD_DIM];
+    memset(d, 0, sizeof *d);
+    if (!model->setup->has_dissolve) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "depletion", model->grid.total, d->piece));
+    d->model = model;
+    d->solid = model->grid.solid_count;
+    for (int32_t i = 0; i < model->grid.total; i++) {
+        d->piece[i] = PDI_DEPLETION_NONE;
+        if (model->grid.kind[i] != PD_SOLID || pdi_grid_image(&model->grid, i, NULL) != i) continue;
+        pd_grid_position(&model->grid, i, x);
+        d->piece[i] = pdi_depletion_piece(model->setup, x);
+    }
+    pdi_depletion_count(d, d->left);
+    return PD_OK;
+}
+
+/* "13.2 day" */
+static const char *pdi_depletion_time(const pd_model *m, char *text)
+{
+    pdi_setup_show(m->couple.time, "s", text);
+    return text;
+}
+
+static void pdi_depletion_gone(pd_depletion *d, pd_print_fn print, void *user)
+{
+    const pd_setup *u = d->model->setup;
+    int32_t left[PD_SETUP_SHAPES];
+    char text[256], time[PD_UNITS_TEXT];
+    pdi_depletion_count(d, left);
+    for (int k = 0; k < u->pieces; k++) {
+        if (print && d->left[k] && !left[k]) {
+            snprintf(text, sizeof text, "the metal of shape %s (%s) is used up at t = %s", u->piece[k].name,
+                     u->metal[u->piece[k].metal].material.name, pdi_depletion_time(d->model, time));
+            print(user, PD_PRINT_NOTE, text);
+        }
+        d->left[k] = left[k];
+    }
+}
+
+static void pdi_depletion_alone(pd_depletion *d, pd_print_fn print, void *user)
+{
+    const pd_setup_potential *p = &d->model->setup->potential;
+    char text[320], time[PD_UNITS_TEXT];
+    for (int e = 0; e < p->electrodes && d->model->setup->has_potential; e++) {
+        int idle = pdi_depletion_idle(d->model, e);
+        if (print && idle && !d->idle[e]) {
+            snprintf(text, sizeof text, "electrode %s carries no current from t = %s on: curves of metal around its "
+                     "fluid carry current one way only, and nothing else closes the circuit. Its potential is not "
+                     "known", p->electrode[e].name, pdi_depletion_time(d->model, time));
+            print(user, PD_PRINT_NOTE, text);
+        }
+        d->idle[e] = idle;
+    }
+}
+
+PDI_FN void pdi_depletion_look(pd_depletion *d, pd_print_fn print, void *user)
+{
+    if (!d->model || d->solid == d->model->grid.solid_count) return;
+    d->solid = d->model->grid.solid_count;
+    pdi_depletion_gone(d, print, user);
+    pdi_depletion_alone(d, print, user);
+}
+
+PDI_FN void pdi_depletion_free(pd_ctx *ctx, pd_depletion *d)
+{
+    if (d->model) PDI_DELETE(ctx, d->model->grid.total, d->piece);
+    memset(d, 0, sizeof *d);
+}
+
+#undef PDI_DEPLETION_NONE
