@@ -189,7 +189,10 @@ TEST(a_notch_parts_up_to_its_end)
                     int stays = pdi_chord_stairs(&c->grid, node, step, metal, &c->grid);
                     wrong[0] += stays != pdi_chord_stairs(&c->grid, to, back, metal, &c->grid);
                     double at[2], first = 1.0, then = 0.0; /* where the line is between the faces */
-                    for (int e = 0; e < 2; e++) at[e] = fabs(xi[last]) > 0.0 ? (floor_at + e * wide - x[last]) / xi[last] : -1.0;
+                    for (int e = 0; e < 2; e++) {
+                        at[e] = -1.0;
+                        if (fabs(xi[last]) > 0.0) at[e] = (floor_at + e * wide - x[last]) / xi[last];
+                    }
                     first = pdi_max(0.0, pdi_min(at[0], at[1]));
                     then = pdi_min(1.0, pdi_max(at[0], at[1]));
                     double low = HUGE_VAL; /* along x there */

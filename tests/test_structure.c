@@ -293,7 +293,7 @@ TEST(refused)
         {LATTICE "[solid] E = 1 GPa  nu = 0.3  stretch = 0.1  strength = 1 MPa\n[side x-] ux = 0 um\n", "beside"},
         {LATTICE "[solid] E = 1 GPa  nu = 0.3  material = ordinary  yield = 1 MPa\n[side x-] ux = 0 um\n", "hencky"},
         {LATTICE "[solid] E = 1 GPa  nu = 0.3  material = hencky  toughness = 1 J/m2\n[side x-] ux = 0 um\n",
-         "expected springs, correspondence"},
+         "expected another one of both"},
         {"[grid] h = 1 um  box = " BOX "\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n", "no metal"}};
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         scene_case *c = &cases[0];

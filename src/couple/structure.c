@@ -12,6 +12,8 @@
 #define PDI_STRUCTURE_SLIP 1.0
 /* Metal that has just turned fluid counts as metal that is left, until its bonds have gone. */
 #define PDI_STRUCTURE_LEFT 1e-300
+/* Steps of a motion between looks for parts that meet. A wave passes a cell in a step, and parts are slower. */
+#define PDI_STRUCTURE_LOOK 16
 
 enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
 
@@ -99,6 +101,17 @@ static void pdi_structure_joined(pd_ctx *ctx, pd_structure *s, pd_body_desc *des
 
 /* ---- build ---- */
 
+static int pdi_structure_breaks(const pd_structure_desc *desc)
+{
+    return desc->breaks.critical > 0.0 || desc->breaks.fracture > 0.0;
+}
+
+PDI_FN int pdi_structure_splits(const pd_structure *s)
+{
+    return s->overlap.parts > 1 || s->body.places > s->body.charted || !pdi_body_whole(&s->body) ||
+           pdi_structure_breaks(&s->desc) || s->desc.fracture > 0.0;
+}
+
 static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
 {
     const pd_grid *grid = s->grid;
@@ -167,6 +180,18 @@ static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_struct
     }
     if (all) return PD_OK;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the cut '%.60s' crosses no bond of the metal", cut->name);
+}
+
+/* Parts of the metal that no crack has made. */
+static pd_status pdi_structure_watch(pd_ctx *ctx, pd_structure *s)
+{
+    s->overlap.grid = s->grid;
+    s->overlap.body = &s->body;
+    s->overlap.node = s->node;
+    s->overlap.point = s->point;
+    s->overlap.stiff = s->stiff;
+    s->overlap.count = s->count;
+    return pdi_chord_convex(s->grid) ? PD_OK : pdi_overlap_build(ctx, &s->overlap);
 }
 
 static int pdi_structure_bears(const pd_structure *s)
@@ -303,11 +328,6 @@ static pd_status pdi_structure_motion(pd_ctx *ctx, pd_structure *s)
     return pd_verlet_build(ctx, &s->solid, &motion, &s->motion);
 }
 
-static int pdi_structure_breaks(const pd_structure_desc *desc)
-{
-    return desc->breaks.critical > 0.0 || desc->breaks.fracture > 0.0;
-}
-
 static pd_status pdi_structure_check(pd_ctx *ctx, const pd_structure_desc *desc)
 {
     int springs = desc->material == PD_STRUCTURE_SPRINGS, flows = desc->elastic.yield > 0.0;
@@ -342,12 +362,14 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     PDI_TRY(pdi_structure_count(ctx, s));
     PDI_TRY(pdi_owner_build(ctx, pdi_structure_list, s));
     PDI_TRY(pdi_structure_points(ctx, s));
+    PDI_TRY(pdi_structure_watch(ctx, s));
     for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_structure_cut(ctx, s, &desc->cuts[k]));
     PDI_TRY(pdi_structure_material(ctx, s));
     s->solid = pdi_structure_table(s);
     if (!pdi_structure_bears(s))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
                         "along all directions; choose a smaller h");
+    if (pdi_structure_splits(s)) PDI_TRY(pdi_overlap_prepare(ctx, &s->overlap));
     for (int32_t i = 0; i < s->total && desc->pace; i++) s->factor[i] = desc->factor ? desc->factor[i] : 1.0;
     return pdi_structure_moves(s) ? pdi_structure_motion(ctx, s) : pdi_structure_balance(ctx, s);
 }
@@ -367,6 +389,7 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
     pd_ordinary_free(ctx, &s->ordinary);
     pd_microelastic_free(ctx, &s->springs);
     pd_elastic_free(ctx, &s->elastic);
+    pdi_overlap_free(ctx, &s->overlap);
     pd_body_free(ctx, &s->body);
     pdi_owner_free(ctx, pdi_structure_list, s);
     memset(s, 0, sizeof *s);
@@ -406,6 +429,20 @@ static pd_status pdi_structure_small(pd_ctx *ctx, const pd_structure *s)
                         "strain of %g at t = %g s: expected small strains", x[0], strain, slip, s->rest.time);
     }
     return PD_OK;
+}
+
+/* Faces that pass through each other. Parts that were apart at the start would have to touch. */
+static pd_status pdi_structure_touch(pd_ctx *ctx, pd_structure *s, double t)
+{
+    pd_overlap *o = &s->overlap;
+    char place[2][PDI_GRID_PLACE];
+    if (!o->bins) return PD_OK;
+    pdi_overlap_look(o, pdi_structure_u(s));
+    if (!(o->pieces > 0.0)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "structure", "two parts of the metal that were apart at the start meet at t = "
+                    "%g s: what was at %s m and what was at %s m overlap by %g m; they would pass through each other, since "
+                    "contact is not computed", t, pdi_grid_place(s->grid, s->node[o->first], place[0]),
+                    pdi_grid_place(s->grid, s->node[o->other], place[1]), o->pieces);
 }
 
 static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
@@ -460,6 +497,7 @@ static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
     if (s->seen != s->rest.solves) {
         pdi_structure_stress(ctx, s);
         PDI_TRY(pdi_structure_small(ctx, s));
+        PDI_TRY(pdi_structure_touch(ctx, s, t));
         PDI_TRY(pdi_structure_pace(ctx, s));
     }
     return status;
@@ -621,15 +659,17 @@ static pd_status pdi_structure_limit(pd_ctx *ctx, void *self, pd_step *step)
 
 static pd_status pdi_structure_accept(pd_ctx *ctx, void *self, pd_step *step)
 {
-    pd_process motion = pd_verlet_process(&((pd_structure *)self)->motion);
-    return motion.accept(ctx, motion.self, step);
+    pd_structure *s = (pd_structure *)self;
+    pd_process motion = pd_verlet_process(&s->motion);
+    PDI_TRY(motion.accept(ctx, motion.self, step));
+    int look = s->overlap.parts > 1 && s->motion.steps % PDI_STRUCTURE_LOOK == 0;
+    return look ? pdi_structure_touch(ctx, s, step->end) : PD_OK;
 }
 
 static pd_status pdi_structure_arrive(pd_ctx *ctx, void *self, double t)
 {
-    (void)t;
     pdi_structure_stress(ctx, (pd_structure *)self);
-    return PD_OK;
+    return pdi_structure_touch(ctx, (pd_structure *)self, t);
 }
 
 static pd_status pdi_structure_keep(pd_ctx *ctx, void *self, pd_archive *archive)
@@ -675,3 +715,4 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
 #undef PDI_STRUCTURE_STRAIN
 #undef PDI_STRUCTURE_SLIP
 #undef PDI_STRUCTURE_LEFT
+#undef PDI_STRUCTURE_LOOK

@@ -9,6 +9,7 @@
 #ifndef PD_STRUCTURE_H
 #define PD_STRUCTURE_H
 #include "metal/dissolve.h"
+#include "couple/overlap.h"
 #include "solid/elastic.h"
 #include "solid/quasi_static.h"
 #include "solid/cut.h"
@@ -88,6 +89,7 @@ typedef struct pd_structure {
     double *across;          /* [count] [Pa] stress normal to the plane of 2D */
     double *density;         /* [count] [J/m3] energy that is stored, as the field was asked for last */
     double *factor;          /* [total] [-] of the speed; empty without `pace` */
+    pd_overlap overlap;      /* of faces that no bond joins */
     int64_t seen;            /* solves that stress is known for */
 } pd_structure;
 
@@ -112,6 +114,8 @@ PDI_FN void pdi_structure_attach(pd_structure *structure);
 PDI_FN pd_solid pdi_structure_table(pd_structure *structure);
 /* Share of the bonds of a point that are broken [-]. */
 PDI_FN double pdi_structure_broken(const pd_structure *structure, int32_t point);
+/* 1: faces may overlap: there are parts, gaps, cracks, or bonds that break. */
+PDI_FN int pdi_structure_splits(const pd_structure *structure);
 static inline int pdi_structure_moves(const pd_structure *s) { return s->desc.density > 0.0; }
 static inline int pdi_structure_flows(const pd_structure *s) { return s->desc.elastic.yield > 0.0; }
 /* [count][PD_DIM] displacements [m], forces of bonds and loads [N/m3] now. */

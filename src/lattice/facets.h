@@ -43,8 +43,8 @@ PD_API void pd_facets_free(pd_ctx *ctx, pd_facets *facets);
 /* Signed distance [m] of place x[3] [m], negative inside: exact but for rounding, which
  * is 0 on the surface. */
 PDI_FN double pdi_facets_distance(const pd_facets *facets, const double *x);
-/* Where the straight line x + t xi meets the surface next: the least t > after, at most 1; HUGE_VAL: nowhere. A line that
- * touches an edge or passes it within rounding meets it. */
+/* Where the straight line x + t xi meets the surface next: the least t > after, at most 1; HUGE_VAL: nowhere. A line
+ * that touches an edge or passes it within rounding meets it. */
 PDI_FN double pdi_facets_crossing(const pd_facets *facets, const double *x, const double *xi, double after);
 /* [byte] of all arrays. */
 PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets);

@@ -1,5 +1,6 @@
 /* model: see model.h */
 #include "run/model.h"
+#include "lattice/thickness.h"
 #include "scene/range.h"
 #include <math.h>
 #include <string.h>
@@ -7,6 +8,8 @@
 /* Tolerance of the linear solves beside bond-based corrosion in fluid at rest. What they leave goes to the next step,
  * and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual tolerance. */
 #define PDI_MODEL_CORRODE 1e-9
+/* Horizons that metal needs across where it flows. */
+#define PDI_MODEL_PLASTIC 8.0
 
 static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *u, double m, pd_stencil *stencil)
 {
@@ -534,6 +537,13 @@ static pd_criterion_desc pdi_model_breaks(const pd_setup_body *b)
     return breaks;
 }
 
+/* Cells that metal needs across: two horizons and a cell at either side, and eight horizons where it flows (16 cells
+ * and m = 2: a plastic moment 4.5 % too large, with m = 3 9 %). */
+static int pdi_model_across(const pd_setup_body *b)
+{
+    return (int)ceil(b->yield > 0.0 ? PDI_MODEL_PLASTIC * b->m : 2.0 * b->m + 2.0);
+}
+
 static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup_body *b = &m->setup->metal_body;
@@ -566,6 +576,10 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     desc.cuts = cuts;
     desc.cut_count = b->cuts;
     m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
+    if (PD_DIM > 1) {
+        m->thin_cells = pdi_model_across(b);
+        PDI_TRY(pdi_thickness_share(ctx, &m->grid, m->thin_cells, &m->thin));
+    }
     PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
     return pdi_grip_find(ctx, m->setup, &m->structure, &m->grips);
 }
@@ -707,4 +721,5 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 }
 
 #undef PDI_MODEL_CORRODE
+#undef PDI_MODEL_PLASTIC
 #undef PDI_MODEL_LIMITED

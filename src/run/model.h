@@ -51,6 +51,8 @@ typedef struct pd_model {
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
     pd_structure structure;
     pd_grips grips;
+    int thin_cells;           /* parts of a body that have fewer cells across bend too stiffly; 0: no body */
+    double thin;              /* [-] share of the metal in such parts */
     pd_dissolve dissolve;
     pd_model_law law[PD_SETUP_METALS];
     pd_electrode_map electrodes;

@@ -246,6 +246,7 @@ static void pdi_monitor_extremes(const pd_structure *s, pd_monitor *m)
         if (s->solid.slip) slip = pdi_max(slip, s->slip[i]);
     }
     pdi_monitor_put(m, "u_max", "m", u);
+    if (s->overlap.bins) pdi_monitor_put(m, "overlap", "m", pdi_max(s->overlap.crack, s->overlap.pieces));
     if (!s->solid.stress) return;
     pdi_monitor_put(m, "mises_max", "Pa", mises);
     pdi_monitor_put(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
@@ -287,6 +288,7 @@ static void pdi_monitor_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
         pdi_monitor_put(m, "next_break", "-", first.factor);
     }
     pdi_monitor_put(m, "parted", "s", q->parted);
+    pdi_monitor_put(m, "parts", "-", (double)q->parts);
     pdi_monitor_put(m, "iterations", "-", (double)q->iterations);
 }
 

@@ -293,6 +293,17 @@ static pd_status pdi_run_march(pdi_run *r)
     return PD_OK;
 }
 
+/* Faces that overlap at the end: what follows of them is known to be wrong. */
+static void pdi_run_overlap(const pdi_run *r)
+{
+    char line[320];
+    double depth = r->model.structure.overlap.crack;
+    if (!r->desc->print || !(depth > 0.0)) return;
+    snprintf(line, sizeof line, "solid: faces of a crack or of a gap overlap by up to %.3g m, as if they were not "
+             "there: no contact is computed, so displacements, stresses and J are not those of faces that touch", depth);
+    r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
+}
+
 /* What was computed at all points, for the caller. */
 static void pdi_run_computed(const pdi_run *r)
 {
@@ -330,6 +341,7 @@ static pd_status pdi_run_steps(pdi_run *r)
     }
     PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
     pdi_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
+    pdi_run_overlap(r);
     pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
     PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
     status = pdi_output_close(r->ctx, &r->output, !r->stopped);

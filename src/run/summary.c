@@ -245,6 +245,18 @@ static void pdi_summary_solid(const pdi_summary *s)
                                            m->structure.motion.longest);
 }
 
+/* Metal with few cells across. */
+static void pdi_summary_thin(const pdi_summary *s)
+{
+    const pd_setup_body *b = &s->model->setup->metal_body;
+    char text[320];
+    if (!(s->model->thin > 0.0)) return;
+    snprintf(text, sizeof text, "solid: %.3g %% of the metal is in parts thinner than %d cells, %s: where they are "
+             "bent they are too stiff by more than 5 %%; expected a smaller h, or a smaller m", 100.0 * s->model->thin,
+             s->model->thin_cells, b->yield > 0.0 ? "8 m of metal that flows" : "2 m + 2");
+    s->print(s->user, PD_PRINT_NOTE, text);
+}
+
 /* "plane up, plane down, force pin" */
 static void pdi_summary_watched(const pdi_summary *s)
 {
@@ -302,4 +314,5 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
                      (double)bytes * 1e-6, (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count),
                      footprint.all * 1e-6);
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
+    pdi_summary_thin(&s);
 }

@@ -118,6 +118,12 @@ static pd_status pdi_read_solid_tables(pdi_reader *s, int section)
 static const char *const pdi_read_solid_materials[] = {"correspondence", "springs", "ordinary", "neo_hookean", "hencky",
                                                        NULL};
 
+/* Which material bears which measure, in each refusal of one: a change of one of both may be meant. */
+#define PDI_READ_SOLID_TABLE \
+    "correspondence breaks by toughness (without yield), strength or stretch, at rest; ordinary, neo_hookean and " \
+    "hencky by strength or stretch, at rest; springs by toughness, at rest and in motion; yield is of " \
+    "correspondence and hencky at rest"
+
 static int pdi_read_solid_springs(const pd_setup_body *b) { return b->material == PD_STRUCTURE_SPRINGS; }
 
 /* Poisson's ratio of springs follows from their law. */
@@ -134,8 +140,8 @@ static pd_status pdi_read_solid_poisson(pdi_reader *s, int section)
     PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, rubber && b->plane == PD_PLANE_STRESS ? 0.0 : -0.999, 0.499,
                               0, &b->poisson));
     if (!pdi_read_solid_springs(b) || fabs(b->poisson - own) < 1e-3) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "nu", "found %g with material = springs, expected their %g",
-                           b->poisson, own);
+    return pdi_text_refuse(s->ctx, s->text, section, "nu", "found %g with material = springs, expected their %g, or "
+                           "another material: " PDI_READ_SOLID_TABLE, b->poisson, own);
 }
 
 /* Metal flows at small strains and as Hencky's. */
@@ -147,8 +153,8 @@ static pd_status pdi_read_solid_flow(pdi_reader *s, int section)
         return pdi_text_refuse(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
     if (!(b->yield > 0.0)) return PD_OK;
     if (b->material != PD_STRUCTURE_CORRESPONDENCE && b->material != PD_STRUCTURE_HENCKY)
-        return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with material = %s, expected correspondence or"
-                               " hencky", pdi_read_solid_materials[b->material]);
+        return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with material = %s, expected another one of "
+                               "both: " PDI_READ_SOLID_TABLE, pdi_read_solid_materials[b->material]);
     if (b->yield < 1e3 * b->rtol * b->young)
         return pdi_text_refuse(s->ctx, s->text, section, "yield", "found %g Pa, expected 0 or at least 1000 rtol E = "
                                "%g Pa: balances are no finer", b->yield, 1e3 * b->rtol * b->young);
@@ -177,8 +183,8 @@ static pd_status pdi_read_solid_breaks(pdi_reader *s, int section)
     }
     if (!(b->toughness > 0.0)) return PD_OK;
     if (b->material != PD_STRUCTURE_CORRESPONDENCE)
-        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with material = %s, expected springs, "
-                               "correspondence, or stretch or strength", pdi_read_solid_materials[b->material]);
+        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with material = %s, expected another one "
+                               "of both: " PDI_READ_SOLID_TABLE, pdi_read_solid_materials[b->material]);
     if (PD_DIM == 3 && (b->m < 1.5 || b->m > 3.0))
         return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with m = %g, expected m = 1.5 to 3 in 3D",
                                b->m);
@@ -195,10 +201,8 @@ static pd_status pdi_read_solid_ends(pdi_reader *s, int section)
     int moves = b->density > 0.0, springs = pdi_read_solid_springs(b);
     for (int k = 0; k < (springs ? 5 : 6); k++)
         if ((springs || moves) && pdi_text_has(s->ctx, s->text, section, still[k]))
-            return pdi_text_refuse(s->ctx, s->text, section, still[k], "found with %s, expected %s",
-                                   springs ? "material = springs" : "motion = yes",
-                                   springs ? "toughness, by which springs break" : "a body in balance, or springs with "
-                                   "a toughness");
+            return pdi_text_refuse(s->ctx, s->text, section, still[k], "found with %s, expected another one of both: "
+                                   PDI_READ_SOLID_TABLE, springs ? "material = springs" : "motion = yes");
     if (springs) return pdi_reader_not_negative(s, section, "toughness", "J/m2", "0", &b->toughness);
     PDI_TRY(pdi_read_solid_flow(s, section));
     return pdi_read_solid_breaks(s, section);
@@ -241,6 +245,31 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
     PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
     PDI_TRY(pdi_read_solid_motion(s, section));
     return pdi_read_solid_ends(s, section);
+}
+
+/* ---- figures that are known to be off ---- */
+
+/* Poisson's ratio from which on displacements of few cells are off by more than 5 %, and the same with m = 1. */
+#define PDI_READ_SOLID_STIFF 0.45
+#define PDI_READ_SOLID_LOCKS 0.48
+
+PDI_FN void pdi_read_solid_notes(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    const pd_setup_body *b = &u->metal_body;
+    int stress = PD_DIM == 2 && b->plane == PD_PLANE_STRESS;
+    int families = b->material != PD_STRUCTURE_SPRINGS && b->material != PD_STRUCTURE_ORDINARY;
+    for (int k = 1; k < u->metals; k++)
+        pdi_setup_note(u, "solid: %.40s has the E and nu of %.40s, since [solid] has one of each; expected the metal "
+                       "that bears the load alone with kind = solid, and a grip where the other one holds it",
+                       u->metal[k].material.name, u->metal[0].material.name);
+    if (b->toughness > 0.0 && !b->cuts)
+        pdi_setup_note(u, "solid: toughness without a [cut]: the load that begins a crack in smooth metal, or at a "
+                       "notch, depends on h, about as 1/sqrt(h); expected a [cut ...], or strength = ...");
+    if (PD_DIM > 1 && !stress && families && b->poisson > (b->m > 1.0 ? PDI_READ_SOLID_STIFF : PDI_READ_SOLID_LOCKS))
+        pdi_setup_note(u, "solid: nu = %g with material = %s: metal that is bent over 16 cells is too stiff by more "
+                       "than 5 %%, near 1/2 by half; expected nu up to %g, material = ordinary, or plane = stress",
+                       b->poisson, pdi_read_solid_materials[b->material], PDI_READ_SOLID_STIFF);
 }
 
 /* What stress does to the speed at which metal dissolves. */
@@ -296,3 +325,7 @@ PDI_FN pd_status pdi_read_solid_read(pdi_reader *s)
     PDI_TRY(pdi_read_solid_tables(s, section));
     return pdi_read_solid_pace(s, section);
 }
+
+#undef PDI_READ_SOLID_TABLE
+#undef PDI_READ_SOLID_STIFF
+#undef PDI_READ_SOLID_LOCKS

@@ -36,8 +36,8 @@ typedef enum pd_rim {
     PD_RIM_EXACT       /* the part of the interval, square or cube that lies within the ball */
 } pd_rim;
 
-/* 1: the straight line from point i by xi [m], to point j or to an image of it, stays within the body. Asked for one end
- * of a bond alone, that of the lesser coordinate, by several threads. */
+/* 1: the straight line from point i by xi [m], to point j or to an image of it, stays within the body. Asked for one
+ * end of a bond alone, that of the lesser coordinate, by several threads. */
 typedef int (*pd_joined_fn)(void *user, int32_t i, int32_t j, const double *xi);
 
 typedef struct pd_body_desc {

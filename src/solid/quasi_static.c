@@ -35,6 +35,8 @@ PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, quasi_static, released, "J");
     PDI_VALUE(owner, quasi_static, taken, "J");
     PDI_VALUE(owner, quasi_static, parted, "s");
+    PDI_VALUE(owner, quasi_static, parts, "1");
+    PDI_VALUE(owner, quasi_static, first, "1");
     PDI_VALUE(owner, quasi_static, broken, "1");
     PDI_VALUE(owner, quasi_static, lost, "1");
     PDI_VALUE(owner, quasi_static, solves, "1");
@@ -114,21 +116,37 @@ static void pdi_quasi_static_lose(pd_quasi_static *q, int32_t i, double t)
     if (q->parted < 0.0) q->parted = t;
 }
 
-/* Pieces that have come off lose their loads. */
+/* 1: a piece is a part of the body and no crumb of a crack: it is held, loaded, or larger than a family. */
+static int pdi_quasi_static_large(const pd_quasi_static *q, const int32_t *piece, int32_t count)
+{
+    if (count > q->solid.body->kinds) return 1;
+    for (int32_t n = 0; n < count; n++)
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t k = (int64_t)piece[n] * PD_DIM + d;
+            if (pdi_quasi_static_held(q, k) || fabs(q->load[k]) > 0.0) return 1;
+        }
+    return 0;
+}
+
+/* Pieces that have come off lose their loads. Parts are counted. */
 static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     int32_t *piece = NULL, all = q->solid.body->count;
     uint8_t *seen = NULL;
     pd_status status = PDI_NEW(ctx, "quasi_static", all, piece);
     if (status == PD_OK) status = PDI_NEW(ctx, "quasi_static", all, seen);
+    if (status == PD_OK) q->parts = 0;
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
         if (seen[i]) continue;
         int32_t count = pdi_body_piece(q->solid.body, i, seen, piece);
+        q->parts += pdi_quasi_static_large(q, piece, count);
         if (count == all || !pdi_quasi_static_free(q, piece, count)) continue;
         for (int32_t k = 0; k < count; k++) pdi_quasi_static_lose(q, piece[k], t);
     }
     PDI_DELETE(ctx, all, piece);
     PDI_DELETE(ctx, all, seen);
+    if (!q->first) q->first = q->parts;
+    if (q->parts > q->first && q->parted < 0.0) q->parted = t;
     return status;
 }
 

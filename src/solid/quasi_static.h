@@ -44,7 +44,10 @@ typedef struct pd_quasi_static {
     double stored;         /* [J] */
     double released;       /* [J] that the body lost as bonds broke, before it moved */
     double taken;          /* [J] that went with metal that has gone */
-    double parted;         /* [s] when the first loaded piece came off; -1: none has */
+    double parted;         /* [s] when the first loaded piece came off, or the body fell into more parts than it had at
+                            * first; -1: neither has happened */
+    int32_t parts;         /* pieces now that something holds or loads, or that have more points than a family */
+    int32_t first;         /* the same in the first balance */
     int64_t broken, lost;  /* bonds that broke, and points that came off with loads */
     int64_t solves, iterations;
     double residual;       /* [-] of the last balance */

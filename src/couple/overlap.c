@@ -1,0 +1,180 @@
+/* overlap: see overlap.h */
+#include "couple/overlap.h"
+#include "core/vec.h"
+#include "lattice/chord.h"
+#include <math.h>
+#include <string.h>
+
+/* Shortening of bonds that is rounding [-]. */
+#define PDI_OVERLAP_ROUNDING 1e-6
+
+static int pdi_overlap_bears(const pd_overlap *s, int32_t i) { return i >= 0 && s->stiff[i] > 0.0; }
+
+/* 1: no bond joins two points. */
+static int pdi_overlap_apart(const pd_overlap *s, int32_t i, int32_t j)
+{
+    for (pd_walk f = pdi_walk_from(s->body, i); pdi_walk_next(&f);)
+        if (f.to == j) return pdi_walk_broken(&f);
+    return 1;
+}
+
+static int32_t pdi_overlap_part(const pd_overlap *s, int32_t i) { return s->part ? s->part[i] : 0; }
+
+/* The point on the other side of the upper face of a cell across axis d; -1: none. */
+static int32_t pdi_overlap_beside(const pd_overlap *s, int32_t i, int d)
+{
+    int at[PD_DIM];
+    pdi_grid_index(s->grid, s->node[i], at);
+    at[d]++;
+    return pdi_grid_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
+}
+
+/* Length of the line from x along xi that is outside of the metal of the start [m]. */
+static double pdi_overlap_gap(const pd_overlap *s, const double *x, const double *xi)
+{
+    const pd_grid *grid = s->grid;
+    int last = grid->solid > grid->wall ? grid->solid : grid->wall;
+    double gap = 0.0, at[PD_DIM];
+    if (!pdi_chord_smooth(grid)) return 0.0;
+    for (double from = 0.0; from < 1.0;) {
+        double to = pdi_min(pdi_shape_crossing(grid->shapes, last, x, xi, from), 1.0);
+        for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + 0.5 * (from + to) * xi[d];
+        if (pdi_chord_level(grid, at) > 0.0) gap += to - from;
+        from = to;
+    }
+    return gap * pdi_vec_norm(xi);
+}
+
+static void pdi_overlap_note(pd_overlap *s, int32_t i, int32_t j, double depth)
+{
+    if (pdi_overlap_part(s, i) == pdi_overlap_part(s, j)) s->crack = pdi_max(s->crack, depth);
+    else if (depth > s->pieces) {
+        s->pieces = depth;
+        s->first = i;
+        s->other = j;
+    }
+}
+
+/* Neighbours: the largest shortening of those that a bond joins (way 0), and faces of the others (way 1). */
+static double pdi_overlap_faces(pd_overlap *s, const double *u, int way, double most)
+{
+    const pd_body *body = s->body;
+    for (int32_t i = 0; i < s->count; i++)
+        for (int d = 0; d < PD_DIM && pdi_overlap_bears(s, i); d++) {
+            int32_t j = pdi_overlap_beside(s, i, d);
+            double xi[PD_DIM], y[PD_DIM];
+            if (!pdi_overlap_bears(s, j)) continue;
+            pdi_body_bond(body, i, j, xi);
+            for (int e = 0; e < PD_DIM; e++) y[e] = xi[e] + u[(int64_t)j * PD_DIM + e] - u[(int64_t)i * PD_DIM + e];
+            double was = pdi_vec_norm(xi), shorter = was - pdi_vec_norm(y);
+            if (!(shorter > most * was) || pdi_overlap_apart(s, i, j) != way) continue;
+            if (!way) most = shorter / was;
+            else {
+                double depth = shorter - pdi_overlap_gap(s, body->position + (int64_t)i * PD_DIM, xi);
+                if (depth > most * was) pdi_overlap_note(s, i, j, depth);
+            }
+        }
+    return most;
+}
+
+/* ---- points that come from afar ---- */
+
+/* Bin of the cell that point i is in with displacements u, `off` cells on. */
+static int32_t pdi_overlap_bin(const pd_overlap *s, const double *u, int32_t i, const int *off)
+{
+    uint64_t key = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double x = s->body->position[(int64_t)i * PD_DIM + d] + u[(int64_t)i * PD_DIM + d];
+        double cell = floor(x / s->grid->h[0]) + (off ? off[d] : 0);
+        key = (key + (uint64_t)(int64_t)pdi_max(-1e15, pdi_min(cell, 1e15))) * 0x9E3779B97F4A7C15u;
+        key ^= key >> 29;
+    }
+    return (int32_t)(key & (uint64_t)(s->bins - 1));
+}
+
+/* Overlap of two points that have not been neighbours. */
+static void pdi_overlap_meet(pd_overlap *s, const double *u, int32_t i, int32_t j, double most)
+{
+    double h = s->grid->h[0], square = 0.0, was = 0.0, near = (1.0 - most) * h;
+    for (int d = 0; d < PD_DIM; d++) {
+        double xi = s->body->position[(int64_t)j * PD_DIM + d] - s->body->position[(int64_t)i * PD_DIM + d];
+        double y = xi + u[(int64_t)j * PD_DIM + d] - u[(int64_t)i * PD_DIM + d];
+        was += xi * xi;
+        square += y * y;
+    }
+    if (square >= near * near || was < 1.21 * h * h || !pdi_overlap_apart(s, i, j)) return;
+    pdi_overlap_note(s, i, j, h - sqrt(square));
+}
+
+/* Point i against those that are in bins already. */
+static void pdi_overlap_around(pd_overlap *s, const double *u, int32_t i, double most)
+{
+    int32_t seen[27];
+    int all = 1, bins = 0;
+    for (int d = 0; d < PD_DIM; d++) all *= 3;
+    for (int k = 0; k < all; k++) { /* each bin once: cells may share one */
+        int off[PD_DIM], known = 0;
+        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= 3) off[d] = rest % 3 - 1;
+        int32_t bin = pdi_overlap_bin(s, u, i, off);
+        for (int e = 0; e < bins; e++) known |= seen[e] == bin;
+        if (known) continue;
+        seen[bins++] = bin;
+        for (int32_t j = s->bin[bin]; j >= 0; j = s->next[j]) pdi_overlap_meet(s, u, i, j, most);
+    }
+}
+
+PDI_FN void pdi_overlap_look(pd_overlap *s, const double *u)
+{
+    s->crack = s->pieces = 0.0;
+    double most = pdi_overlap_faces(s, u, 0, PDI_OVERLAP_ROUNDING);
+    pdi_overlap_faces(s, u, 1, most);
+    for (int32_t k = 0; k < s->bins; k++) s->bin[k] = -1;
+    for (int32_t i = 0; i < s->count && s->bins; i++) { /* points that lack bonds are at a surface */
+        if (!pdi_overlap_bears(s, i) || pdi_body_intact(s->body, i) == s->body->kinds) continue;
+        pdi_overlap_around(s, u, i, most);
+        int32_t own = pdi_overlap_bin(s, u, i, NULL);
+        s->next[i] = s->bin[own];
+        s->bin[own] = i;
+    }
+}
+
+/* ---- build ---- */
+
+PDI_FN pd_status pdi_overlap_build(pd_ctx *ctx, pd_overlap *s)
+{
+    int32_t *piece = NULL, all = s->body->count;
+    uint8_t *seen = NULL;
+    pd_status status = PDI_NEW(ctx, "overlap", all, piece);
+    if (status == PD_OK) status = PDI_NEW(ctx, "overlap", all, seen);
+    if (status == PD_OK) status = PDI_NEW(ctx, "overlap", s->count, s->part);
+    for (int32_t i = 0; i < s->count && status == PD_OK; i++) {
+        if (seen[i]) continue;
+        int32_t count = pdi_body_piece(s->body, i, seen, piece);
+        for (int32_t k = 0; k < count; k++)
+            if (piece[k] < s->count) s->part[piece[k]] = s->parts;
+        s->parts++;
+    }
+    if (s->parts < 2) PDI_DELETE(ctx, s->count, s->part);
+    PDI_DELETE(ctx, all, piece);
+    PDI_DELETE(ctx, all, seen);
+    return status;
+}
+
+PDI_FN pd_status pdi_overlap_prepare(pd_ctx *ctx, pd_overlap *s)
+{
+    int32_t bins = 1024;
+    while (bins < s->count && bins < 1 << 29) bins *= 2;
+    PDI_TRY(PDI_NEW(ctx, "overlap", bins, s->bin));
+    s->bins = bins;
+    return PDI_NEW(ctx, "overlap", s->count, s->next);
+}
+
+PDI_FN void pdi_overlap_free(pd_ctx *ctx, pd_overlap *s)
+{
+    PDI_DELETE(ctx, s->count, s->part);
+    PDI_DELETE(ctx, s->bins, s->bin);
+    PDI_DELETE(ctx, s->count, s->next);
+    memset(s, 0, sizeof *s);
+}
+
+#undef PDI_OVERLAP_ROUNDING

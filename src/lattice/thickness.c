@@ -1,0 +1,57 @@
+/* thickness: see thickness.h */
+#include "lattice/thickness.h"
+
+/* Lines along axis d: a cell is marked when all cells (all 1), or any, from `low` before to `high` behind it are. line:
+ * [n + low + high]. */
+static void pdi_thickness_pass(const pd_grid *grid, uint8_t *mark, int d, int low, int high, int all, uint8_t *line)
+{
+    int n = grid->n[d];
+    int32_t stride = grid->stride[d];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int at[PD_DIM], count = 0;
+        pdi_grid_index(grid, node, at);
+        if (at[d] || !pdi_grid_inside(grid, at)) continue;
+        for (int i = -low; i < n + high; i++) {
+            int j = i < 0 ? -1 - i : i < n ? i : 2 * n - 1 - i;
+            int there = j == i || (j >= 0 && j < n && grid->side[2 * d + (i >= n)] == PD_SIDE_MIRROR);
+            line[i + low] = there ? mark[node + j * stride] : 0;
+        }
+        for (int i = 0; i < low + high; i++) count += line[i];
+        for (int i = 0; i < n; i++) {
+            count += line[i + low + high];
+            mark[node + i * stride] = (uint8_t)(all ? count == low + high + 1 : count > 0);
+            count -= line[i];
+        }
+    }
+}
+
+PDI_FN pd_status pdi_thickness_share(pd_ctx *ctx, const pd_grid *grid, int cells, double *share)
+{
+    uint8_t *mark = NULL, *line = NULL;
+    int longest = 0, low = cells / 2, high = cells - 1 - low;
+    int64_t thin = 0, metal = 0;
+    for (int d = 0; d < PD_DIM; d++) longest = grid->n[d] > longest ? grid->n[d] : longest;
+    longest += 4 * cells + 2;
+    pd_status status = PDI_NEW(ctx, "thickness", grid->total, mark);
+    if (status == PD_OK) status = PDI_NEW(ctx, "thickness", longest, line);
+    for (int32_t node = 0; node < grid->total && status == PD_OK; node++) {
+        int at[PD_DIM];
+        pdi_grid_index(grid, node, at);
+        mark[node] = grid->kind[node] == PD_SOLID && pdi_grid_inside(grid, at);
+    }
+    for (int all = 1; all >= 0 && status == PD_OK; all--)
+        for (int d = 0; d < PD_DIM; d++)
+            if (all) pdi_thickness_pass(grid, mark, d, low, high, 1, line);
+            else pdi_thickness_pass(grid, mark, d, high + cells, low + cells, 0, line);
+    for (int32_t node = 0; node < grid->total && status == PD_OK; node++) {
+        int at[PD_DIM];
+        pdi_grid_index(grid, node, at);
+        if (grid->kind[node] != PD_SOLID || !pdi_grid_inside(grid, at)) continue;
+        metal++;
+        thin += !mark[node];
+    }
+    *share = metal ? (double)thin / (double)metal : 0.0;
+    PDI_DELETE(ctx, longest, line);
+    PDI_DELETE(ctx, grid->total, mark);
+    return status;
+}
