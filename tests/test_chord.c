@@ -16,7 +16,18 @@ typedef struct chord_case {
 
 static chord_case test_case;
 
-static int metal(const void *self, int32_t node) { return ((const pd_grid *)self)->kind[node] == PD_SOLID; }
+static int metal(const void *self, const int *cell)
+{
+    const pd_grid *grid = (const pd_grid *)self;
+    return grid->kind[pd_grid_node(grid, cell)] == PD_SOLID;
+}
+
+static int stairs(const pd_grid *grid, int32_t node, const int *step)
+{
+    int from[PD_DIM];
+    pdi_grid_index(grid, node, from);
+    return pdi_chord_stairs(from, step, metal, grid);
+}
 
 static chord_case *begin(void)
 {
@@ -115,7 +126,7 @@ TEST(half_spaces_lose_no_bond)
                 for (int b = 0; b < c->stencil.count && c->grid.kind[node] == PD_SOLID; b++) {
                     if (other(c, node, b, step, x, xi) < 0) continue;
                     bonds++;
-                    lost[0] += !pdi_chord_stairs(&c->grid, node, step, metal, &c->grid);
+                    lost[0] += !stairs(&c->grid, node, step);
                     lost[1] += !pdi_chord_within(&c->grid, x, xi);
                 }
         CHECK(bonds > 0);
@@ -151,8 +162,8 @@ TEST(slits_part_what_is_on_their_sides)
                     int same = (pd_shape_distance(c->shape, 0, x) <= 0.0) == (pd_shape_distance(c->shape, 0, y) <= 0.0);
                     across += !same;
                     wrong[0] += same != pdi_chord_within(&c->grid, x, xi);
-                    wrong[1] += same && !pdi_chord_stairs(&c->grid, node, step, metal, &c->grid);
-                    wrong[2] += !same && wide >= 1.0 && pdi_chord_stairs(&c->grid, node, step, metal, &c->grid);
+                    wrong[1] += same && !stairs(&c->grid, node, step);
+                    wrong[2] += !same && wide >= 1.0 && stairs(&c->grid, node, step);
                 }
         all += across > 0;
         for (int e = 0; e < 3; e++) CHECK_INT(wrong[e], 0);
@@ -186,8 +197,8 @@ TEST(a_notch_parts_up_to_its_end)
                     int32_t to = other(c, node, b, step, x, xi);
                     if (to < 0) continue;
                     for (int d = 0; d < PD_DIM; d++) back[d] = -step[d];
-                    int stays = pdi_chord_stairs(&c->grid, node, step, metal, &c->grid);
-                    wrong[0] += stays != pdi_chord_stairs(&c->grid, to, back, metal, &c->grid);
+                    int stays = stairs(&c->grid, node, step);
+                    wrong[0] += stays != stairs(&c->grid, to, back);
                     double at[2], first = 1.0, then = 0.0; /* where the line is between the faces */
                     for (int e = 0; e < 2; e++) {
                         at[e] = -1.0;
@@ -237,7 +248,7 @@ TEST(concave_corners)
         for (int d = 0; d < PD_DIM; d++) xi[d] = step[d];
         pd_grid_position(&c->grid, pd_grid_node(&c->grid, at), x);
         CHECK_INT(pdi_chord_within(&c->grid, x, xi), !far);
-        CHECK_INT(pdi_chord_stairs(&c->grid, pd_grid_node(&c->grid, at), step, metal, &c->grid), !far);
+        CHECK_INT(stairs(&c->grid, pd_grid_node(&c->grid, at), step), !far);
     }
     empty(c);
     end(c);

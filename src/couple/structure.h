@@ -14,6 +14,7 @@
 #include "solid/quasi_static.h"
 #include "solid/cut.h"
 #include "solid/finite.h"
+#include "solid/mirrored.h"
 #include "solid/microelastic.h"
 #include "solid/ordinary.h"
 #include "solid/toughness.h"
@@ -54,6 +55,7 @@ typedef struct pd_structure_desc {
     double fracture;         /* [J/m2] energy of a crack per area, of springs; 0: nothing breaks */
     double density;          /* [kg/m3] the body moves; 0: it is in balance */
     int timed;               /* 1: loads of a body that moves depend on time */
+    int mirrors;             /* bit s: side s of the box is a plane of symmetry of the metal, too */
     double rtol;             /* [-] as of pd_equilibrium_desc */
     pd_load_fn load;
     void *user;
@@ -77,17 +79,25 @@ typedef struct pd_structure {
     pd_microelastic springs;
     pd_ordinary ordinary;
     pd_finite finite;
+    pd_mirrored mirrored;    /* behind planes of symmetry */
+    int32_t images;          /* points of the body behind those, which come last */
+    int32_t *cell;           /* [images][PD_DIM] cells of images, in the box as it goes on behind its sides */
+    int32_t *chain;          /* [count + images with images] the next image of the same point, -1: none */
+    int32_t *chart;          /* [wide[0] ..] with images the point of each cell, -1: none */
+    int32_t wide[PD_DIM];    /* cells of it along each axis */
+    int below[PD_DIM];       /* of these behind the lower side */
     pd_solid solid;          /* one of them */
     pd_quasi_static rest;    /* in balance */
     pd_verlet motion;        /* in motion */
-    double *load, *target;   /* [count][PD_DIM] [N/m3], [m] of what moves: loads, and where it is held */
-    uint8_t *held;           /* [count][PD_DIM] as of pd_quasi_static_desc; filled by the caller after the build */
-    double *stiff;           /* [count] [-] */
-    double *stress;          /* [count][PD_DIM^2] [Pa] of the metal that is left, in the last balance */
+    double *load, *target;   /* [count + images][PD_DIM] [N/m3], [m] of what moves: loads, and where it is held */
+    uint8_t *held;           /* [count + images][PD_DIM] as of pd_quasi_static_desc; filled by the caller after the
+                              * build, but of images */
+    double *stiff;           /* [count + images] [-] */
+    double *stress;          /* [count + images][PD_DIM^2] [Pa] of the metal that is left, in the last balance */
     double *pressure, *mises; /* [count] [Pa] of that */
-    double *slip;            /* [count] [-] equivalent plastic strain, of metal that flows */
+    double *slip;            /* [count + images] [-] equivalent plastic strain, of metal that flows */
     double *across;          /* [count] [Pa] stress normal to the plane of 2D */
-    double *density;         /* [count] [J/m3] energy that is stored, as the field was asked for last */
+    double *density;         /* [count + images] [J/m3] energy that is stored, as the field was asked for last */
     double *factor;          /* [total] [-] of the speed; empty without `pace` */
     pd_overlap overlap;      /* of faces that no bond joins */
     int64_t seen;            /* solves that stress is known for */

@@ -45,10 +45,9 @@ PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *
 
 /* A staircase on its way. */
 typedef struct pdi_chord_way {
-    const pd_grid *grid;
     pdi_chord_fn metal;
     const void *self;
-    int32_t from;  /* node at the start of the line */
+    const int *from; /* cell at the start of the line */
     const int *step;
     int axis;      /* the longest one of the line */
     int above;     /* bit d: cells are above the line along axis d, else below it */
@@ -64,9 +63,9 @@ static int pdi_chord_height(const pdi_chord_way *w, int k, int d)
 
 static int pdi_chord_cell(const pdi_chord_way *w, const int *at)
 {
-    int32_t node = w->from;
-    for (int d = 0; d < PD_DIM; d++) node += (int32_t)at[d] * w->grid->stride[d];
-    return w->metal(w->self, node);
+    int cell[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) cell[d] = w->from[d] + at[d];
+    return w->metal(w->self, cell);
 }
 
 /* 1: all cells at which the staircase goes from `from` to `to` along the axes of a set are metal, in one order of them
@@ -102,14 +101,13 @@ static int pdi_chord_on(const pdi_chord_way *w, int k)
     return pdi_chord_cell(w, from) && pdi_chord_climb(w, from, to, then);
 }
 
-PDI_FN int pdi_chord_stairs(const pd_grid *grid, int32_t node, const int *step, pdi_chord_fn metal, const void *self)
+PDI_FN int pdi_chord_stairs(const int *from, const int *step, pdi_chord_fn metal, const void *self)
 {
     int length = 0;
     pdi_chord_way w;
-    w.grid = grid;
     w.metal = metal;
     w.self = self;
-    w.from = node;
+    w.from = from;
     w.step = step;
     for (int d = 0; d < PD_DIM; d++) length = step[d] > length ? step[d] : -step[d] > length ? -step[d] : length;
     for (w.axis = 0; w.axis < PD_DIM; w.axis++) {

@@ -24,9 +24,9 @@ PDI_FN int pdi_chord_smooth(const pd_grid *grid);
 PDI_FN double pdi_chord_level(const pd_grid *grid, const double *x);
 /* 1: the line x + t xi, 0 <= t <= 1, stays within the smooth surface. */
 PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *xi);
-/* 1: `metal` says so of all cells of one of the staircases between a node of the box and the one step[] cells on. */
-typedef int (*pdi_chord_fn)(const void *self, int32_t node);
-PDI_FN int pdi_chord_stairs(const pd_grid *grid, int32_t node, const int *step, pdi_chord_fn metal, const void *self);
+/* 1: `metal` says so of all cells of one of the staircases between cell from[] and the one step[] cells on. */
+typedef int (*pdi_chord_fn)(const void *self, const int *cell);
+PDI_FN int pdi_chord_stairs(const int *from, const int *step, pdi_chord_fn metal, const void *self);
 #endif
 
 #endif

@@ -563,6 +563,11 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     desc.density = b->density;
     desc.timed = b->timed;
     desc.rtol = b->rtol;
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        int own = m->setup->side[side].kind != PD_SIDE_MIRROR;
+        for (int k = 0; k < b->grips; k++) own |= b->grip[k].side == side;
+        if (!own) desc.mirrors |= 1 << side;
+    }
     desc.load = pdi_grip_load;
     desc.user = &m->grips;
     if (b->paces) desc.pace = pdi_grip_pace;

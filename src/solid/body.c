@@ -709,7 +709,7 @@ static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body, pdi_body_cells *cells)
 {
     PDI_TRY(pdi_body_check(ctx, desc));
-    body->count = desc->count;
+    body->count = body->own = desc->count;
     body->horizon = desc->horizon;
     body->spacing = desc->spacing;
     memcpy(body->period, desc->period, sizeof body->period);

@@ -54,6 +54,8 @@ typedef struct pd_body_desc {
 
 typedef struct pd_body {
     int32_t count;
+    int32_t own;       /* points whose energy is that of the body: all, but images behind planes of symmetry, which come
+                        * last */
     double horizon;    /* [m] */
     double spacing;    /* [m] */
     pd_rim rim;

@@ -560,7 +560,7 @@ static double pdi_elastic_solid_dissipated(const void *self)
 {
     const pd_elastic *e = (const pd_elastic *)self;
     pdi_sum all = {0.0, 0.0};
-    for (int32_t i = 0; i < e->body->count && e->plastic.count; i++)
+    for (int32_t i = 0; i < e->body->own && e->plastic.count; i++)
         pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * pdi_plastic_dissipated(&e->plastic, i));
     return pdi_sum_total(&all);
 }

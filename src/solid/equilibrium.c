@@ -82,7 +82,7 @@ static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
     if (!q->scaffold.levels) return;
     q->solid->moduli(q->ctx, q->solid->self, q->lambda, q->mu);
     for (int64_t k = 0; k < q->n; k++)
-        q->step[k] = pdi_equilibrium_held(q, k) ? q->diagonal[k] : 0.0;
+        q->step[k] = pdi_equilibrium_held(q, k) && !(q->solid->follows && q->solid->follows[k]) ? q->diagonal[k] : 0.0;
     pdi_scaffold_fill(q->ctx, (pd_scaffold *)&q->scaffold, q->lambda, q->mu, q->step);
 }
 

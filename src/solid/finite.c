@@ -527,7 +527,7 @@ static pd_status pdi_finite_commit(pd_ctx *ctx, void *self, const double *u)
     pd_finite *f = (pd_finite *)self;
     pdi_sum all = {f->cost, 0.0};
     pdi_finite_visit_all(ctx, f, u, NULL);
-    for (int32_t i = 0; i < f->body->count; i++) pdi_sum_add(&all, f->body->volume[i] * f->work[i]);
+    for (int32_t i = 0; i < f->body->own; i++) pdi_sum_add(&all, f->body->volume[i] * f->work[i]);
     f->cost = pdi_sum_total(&all);
     f->known = 0;
     return PD_OK;

@@ -13,6 +13,8 @@ typedef struct pd_solid {
     void *self;
     pd_body *body;
     const double *edge; /* [count][PD_DIM] [1/m] a traction P n on the surface is the load -P edge; NULL: unknown */
+    const uint8_t *follows; /* [count][PD_DIM] 1: it is held but at no place, as it is the reflection of another one;
+                             * NULL: none is */
     int linear;         /* 1: forces are linear in u and know nothing of what was before */
     /* force [N/m3] of displacements u [m]. PD_RETRY: u is no state of the material, as where bonds are turned inside
      * out. */

@@ -1,0 +1,176 @@
+/* mirrored: see mirrored.h */
+#include "solid/mirrored.h"
+#include "core/par.h"
+#include <string.h>
+
+static void pdi_mirrored_list(pdi_owner *owner, void *object)
+{
+    pd_mirrored *mirrored = (pd_mirrored *)object;
+    int64_t all = (int64_t)mirrored->count + mirrored->images;
+    PDI_ARRAY(owner, mirrored, of, mirrored->images, "1");
+    PDI_ARRAY(owner, mirrored, flip, mirrored->images, "1");
+    PDI_ARRAY(owner, mirrored, follows, all * PD_DIM, "1");
+    PDI_ARRAY(owner, mirrored, u, all * PD_DIM, "m");
+    PDI_ARRAY(owner, mirrored, v, all * PD_DIM, "m");
+    PDI_ARRAY(owner, mirrored, density, all, "J/m3");
+}
+
+/* Vectors of points, and of images as they follow from them. */
+static void pdi_mirrored_expand(const pd_mirrored *m, const double *x, double *all)
+{
+    memcpy(all, x, (size_t)m->count * PD_DIM * sizeof *all);
+    for (int32_t g = 0; g < m->images; g++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double value = x[(int64_t)m->of[g] * PD_DIM + d];
+            all[((int64_t)m->count + g) * PD_DIM + d] = m->flip[g] >> d & 1 ? -value : value;
+        }
+}
+
+/* Images bear no forces of their own. */
+static void pdi_mirrored_clear(const pd_mirrored *m, double *force)
+{
+    memset(force + (int64_t)m->count * PD_DIM, 0, (size_t)m->images * PD_DIM * sizeof *force);
+}
+
+static pd_status pdi_mirrored_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    pd_mirrored *m = (pd_mirrored *)self;
+    pdi_mirrored_expand(m, u, m->u);
+    pd_status status = m->inner.force(ctx, m->inner.self, m->u, force);
+    pdi_mirrored_clear(m, force);
+    return status;
+}
+
+static void pdi_mirrored_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    pd_mirrored *m = (pd_mirrored *)self;
+    pdi_mirrored_expand(m, du, m->v);
+    m->inner.tangent(ctx, m->inner.self, m->v, df);
+    pdi_mirrored_clear(m, df);
+}
+
+static void pdi_mirrored_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    pd_mirrored *m = (pd_mirrored *)self;
+    m->inner.blocks(ctx, m->inner.self, block);
+}
+
+static void pdi_mirrored_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
+{
+    pd_mirrored *m = (pd_mirrored *)self;
+    m->inner.moduli(ctx, m->inner.self, lambda, mu);
+}
+
+static void pdi_mirrored_densities(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    pd_mirrored *m = (pd_mirrored *)self;
+    pdi_mirrored_expand(m, u, m->u);
+    m->inner.density(ctx, m->inner.self, m->u, density);
+}
+
+static double pdi_mirrored_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    pd_mirrored *m = (pd_mirrored *)self;
+    pdi_sum all = {0.0, 0.0};
+    pdi_mirrored_densities(ctx, self, u, m->density);
+    for (int32_t i = 0; i < m->count; i++) pdi_sum_add(&all, m->inner.body->volume[i] * m->density[i]);
+    return pdi_sum_total(&all);
+}
+
+static void pdi_mirrored_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
+{
+    pd_mirrored *m = (pd_mirrored *)self;
+    pdi_mirrored_expand(m, u, m->u);
+    m->inner.stress(ctx, m->inner.self, m->u, stress);
+}
+
+static double pdi_mirrored_normal(const void *self, int32_t i, const double *stress)
+{
+    const pd_mirrored *m = (const pd_mirrored *)self;
+    return m->inner.normal(m->inner.self, i, stress);
+}
+
+static double pdi_mirrored_dissipated(const void *self)
+{
+    const pd_mirrored *m = (const pd_mirrored *)self;
+    return m->inner.dissipated(m->inner.self);
+}
+
+static void pdi_mirrored_slip(const pd_ctx *ctx, const void *self, double *strain)
+{
+    const pd_mirrored *m = (const pd_mirrored *)self;
+    m->inner.slip(ctx, m->inner.self, strain);
+}
+
+static int64_t pdi_mirrored_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
+                                 double *force)
+{
+    pd_mirrored *m = (pd_mirrored *)self;
+    pdi_mirrored_expand(m, u, m->u);
+    if (v) pdi_mirrored_expand(m, v, m->v);
+    int64_t broken = m->inner.move(ctx, m->inner.self, m->u, v ? m->v : NULL, dt, force);
+    pdi_mirrored_clear(m, force);
+    return broken;
+}
+
+static pd_status pdi_mirrored_update(pd_ctx *ctx, void *self)
+{
+    pd_mirrored *m = (pd_mirrored *)self;
+    return m->inner.update(ctx, m->inner.self);
+}
+
+static pd_status pdi_mirrored_commit(pd_ctx *ctx, void *self, const double *u)
+{
+    pd_mirrored *m = (pd_mirrored *)self;
+    pdi_mirrored_expand(m, u, m->u);
+    return m->inner.commit(ctx, m->inner.self, m->u);
+}
+
+static double pdi_mirrored_limit(const void *self, double density)
+{
+    const pd_mirrored *m = (const pd_mirrored *)self;
+    return m->inner.limit(m->inner.self, density);
+}
+
+static pd_status pdi_mirrored_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_mirrored *m = (pd_mirrored *)self;
+    return m->inner.store(ctx, m->inner.self, archive);
+}
+
+PDI_FN pd_status pdi_mirrored_build(pd_ctx *ctx, pd_mirrored *m) { return pdi_owner_build(ctx, pdi_mirrored_list, m); }
+
+PDI_FN void pdi_mirrored_free(pd_ctx *ctx, pd_mirrored *m)
+{
+    pdi_owner_free(ctx, pdi_mirrored_list, m);
+    memset(m, 0, sizeof *m);
+}
+
+PDI_FN pd_solid pdi_mirrored_solid(pd_mirrored *m, const pd_solid *inner)
+{
+    pd_solid s = *inner;
+    m->inner = *inner;
+    for (int32_t g = 0; g < m->images; g++)
+        for (int d = 0; d < PD_DIM; d++)
+            m->follows[((int64_t)m->count + g) * PD_DIM + d] = (uint8_t)!(m->flip[g] >> d & 1);
+    s.self = m;
+    s.follows = m->follows;
+    s.force = pdi_mirrored_force;
+    s.tangent = pdi_mirrored_tangent;
+    s.blocks = pdi_mirrored_blocks;
+    s.moduli = inner->moduli ? pdi_mirrored_moduli : NULL;
+    s.energy = pdi_mirrored_energy;
+    s.density = pdi_mirrored_densities;
+    s.bond_energy = NULL;
+    s.pull = NULL;
+    s.stress = inner->stress ? pdi_mirrored_stress : NULL;
+    s.normal = inner->normal ? pdi_mirrored_normal : NULL;
+    s.dissipated = inner->dissipated ? pdi_mirrored_dissipated : NULL;
+    s.slip = inner->slip ? pdi_mirrored_slip : NULL;
+    s.move = inner->move ? pdi_mirrored_move : NULL;
+    s.update = pdi_mirrored_update;
+    s.commit = inner->commit ? pdi_mirrored_commit : NULL;
+    s.limit = inner->limit ? pdi_mirrored_limit : NULL;
+    s.store = inner->store ? pdi_mirrored_store : NULL;
+    return s;
+}
