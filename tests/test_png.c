@@ -3,6 +3,7 @@
 #include "io/png.h"
 #include "io/zlib.h"
 #include "io/file.h"
+#include "scene/scene.h"
 #include "fault.h"
 
 #define DIRECTORY "build/files_of_test_png"
@@ -238,13 +239,13 @@ TEST(an_image_that_cannot_be_written_is_refused)
     CHECK_INT(ctx.in_use, 0);
 }
 
-TEST(gray_is_luminance_over_white_paper)
+TEST(gray_is_luminance_times_opacity)
 {
-    uint8_t pixels[] = {255, 0, 0, 255, 0, 0, 0, 0, 0, 0, 0, 128, 255, 255, 255, 255}, gray[] = {77};
+    uint8_t pixels[] = {255, 0, 0, 255, 255, 255, 255, 0, 255, 255, 255, 128, 255, 255, 255, 255}, gray[] = {77};
     pd_image rgba = {2, 2, 4, pixels}, one = {1, 1, 1, gray};
     CHECK_INT(pdi_image_gray(&rgba, 0, 0), 76); /* 0.299 * 255 */
-    CHECK_INT(pdi_image_gray(&rgba, 1, 0), 255);
-    CHECK_INT(pdi_image_gray(&rgba, 0, 1), 127);
+    CHECK_INT(pdi_image_gray(&rgba, 1, 0), 0);
+    CHECK_INT(pdi_image_gray(&rgba, 0, 1), 128);
     CHECK_INT(pdi_image_gray(&rgba, 1, 1), 255);
     CHECK_INT(pdi_image_gray(&one, 0, 0), 77);
 }
@@ -272,9 +273,10 @@ static void put32(uint8_t *at, uint32_t value)
     for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (24 - 8 * i));
 }
 
-/* A file of a header with these entries, a palette of two colours if wanted, and compressed rows. */
-static void compose(pd_ctx *ctx, uint32_t width, uint32_t height, int depth, int colour, int interlaced, int palette,
-                    const uint8_t *rows, size_t size)
+/* A file of a header with these entries, a palette of two colours if wanted, and compressed rows. Transparent pixels:
+ * `key`, of that many bytes; 0: none. */
+static void compose_with(pd_ctx *ctx, uint32_t width, uint32_t height, int depth, int colour, int interlaced,
+                         int palette, const char *key, size_t keys, const uint8_t *rows, size_t size)
 {
     static const uint8_t signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
     uint8_t file[4096] = {0}, chunk[64] = {0};
@@ -282,11 +284,11 @@ static void compose(pd_ctx *ctx, uint32_t width, uint32_t height, int depth, int
     pdi_bytes packed = {NULL, 0, 0};
     if (!CHECK_OK(ctx, pdi_zlib_deflate(ctx, rows, size, &packed))) return;
     memcpy(file, signature, used);
-    for (int k = 0; k < 4; k++) {
-        static const char *const types[4] = {"IHDR", "PLTE", "IDAT", "IEND"};
-        const uint8_t *body = k == 2 ? packed.data : chunk;
-        size_t length = k == 0 ? 13 : k == 1 ? 6 : k == 2 ? packed.size : 0;
-        if (k == 1 && !palette) continue;
+    for (int k = 0; k < 5; k++) {
+        static const char *const types[5] = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
+        const uint8_t *body = k == 3 ? packed.data : chunk;
+        size_t length = k == 0 ? 13 : k == 1 ? 6 : k == 2 ? keys : k == 3 ? packed.size : 0;
+        if ((k == 1 && !palette) || (k == 2 && !keys)) continue;
         memset(chunk, 0, sizeof chunk);
         if (k == 0) {
             put32(chunk, width);
@@ -295,6 +297,7 @@ static void compose(pd_ctx *ctx, uint32_t width, uint32_t height, int depth, int
             chunk[9] = (uint8_t)colour;
             chunk[12] = (uint8_t)interlaced;
         } else if (k == 1) memcpy(chunk, "\x0A\x14\x1E\xC8\xD2\xDC", 6);
+        else if (k == 2) memcpy(chunk, key, keys);
         put32(file + used, (uint32_t)length);
         memcpy(file + used + 4, types[k], 4);
         memcpy(file + used + 8, body, length);
@@ -303,6 +306,71 @@ static void compose(pd_ctx *ctx, uint32_t width, uint32_t height, int depth, int
     }
     pdi_bytes_free(ctx, &packed);
     put(file, used);
+}
+
+static void compose(pd_ctx *ctx, uint32_t width, uint32_t height, int depth, int colour, int interlaced, int palette,
+                    const uint8_t *rows, size_t size)
+{
+    compose_with(ctx, width, height, depth, colour, interlaced, palette, "", 0, rows, size);
+}
+
+/* A scene whose metal is hurt.png, of 4 x 3 cells, above a floor: its status, and which of them are metal, the lowest
+ * row first. */
+static pd_status mask(pd_ctx *ctx, char *found)
+{
+    static const char *const text =
+        "[grid] h = 1 um  box = 0 um .. 8 um, 0 um .. 8 um\n[shape s] mask = hurt.png  corner = 2 um, 2 um  "
+        "cell = 1 um  kind = solid  material = copper\n[transport] D = 1e-9 m2/s\n[dissolve] rate = 0 m/s\n"
+        "[run] until = 1 s\n";
+    pd_setup setup;
+    FILE *f = fopen(DIRECTORY "/mask.scene", "wb");
+    if (!CHECK(f != NULL)) return PD_ERR_FILE;
+    fputs(text, f);
+    fclose(f);
+    pd_status status = pd_scene_read(ctx, DIRECTORY "/mask.scene", NULL, 0, &setup);
+    for (int k = 0; k < 12 && status >= 0; k++) {
+        double x[2] = {(2.5 + k % 4) * 1e-6, (2.5 + k / 4) * 1e-6};
+        found[k] = pd_shape_distance(setup.shape, setup.solid, x) < 0.0 ? '#' : '.';
+    }
+    found[12] = 0;
+    if (status >= 0) pd_setup_free(ctx, &setup);
+    CHECK_INT(ctx->in_use, 0);
+    return status;
+}
+
+/* White is metal; what is transparent is not, by alpha, by a palette or by a key. */
+TEST(masks)
+{
+    static const uint8_t gray[] = {0, 0, 255, 255, 127, 0, 128, 0, 0, 0, 0, 255, 0, 0, 200};
+    static const uint8_t clear[] = {0, 255, 0, 255, 255, 255, 127, 255, 128, 0, 9, 9, 255, 255, 200, 200, 90, 255,
+                                    0, 255, 0, 255, 0, 255, 0, 255, 0};
+    static const uint8_t bits[] = {0, 0x60, 0, 0x80, 0, 0x10};
+    static const uint8_t labels[] = {0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 1}, black[15] = {0};
+    char found[13];
+    pd_ctx ctx;
+    start(&ctx);
+    compose(&ctx, 4, 3, 8, 0, 0, 0, gray, sizeof gray);
+    CHECK_INT(mask(&ctx, found), PD_OK);
+    CHECK_STR(found, "#..##....##.");
+    compose_with(&ctx, 4, 3, 8, 0, 0, 0, "\0\xff", 2, gray, sizeof gray);
+    CHECK_INT(mask(&ctx, found), PD_OK);
+    CHECK_STR(found, "...##.......");
+    compose(&ctx, 4, 3, 8, 4, 0, 0, clear, sizeof clear);
+    CHECK_INT(mask(&ctx, found), PD_OK);
+    CHECK_STR(found, ".....##..#.#");
+    compose(&ctx, 4, 3, 1, 3, 0, 1, bits, sizeof bits);
+    CHECK_INT(mask(&ctx, found), PD_OK);
+    CHECK_STR(found, "...##....##.");
+    compose_with(&ctx, 4, 3, 1, 3, 0, 1, "\xff\x40", 2, bits, sizeof bits);
+    CHECK(mask(&ctx, found) < 0);
+    CHECK(strstr(ctx.message, "found lightness from 18 to 52 in ") != NULL);
+    compose(&ctx, 4, 3, 8, 0, 0, 0, labels, sizeof labels);
+    CHECK(mask(&ctx, found) < 0);
+    CHECK(strstr(ctx.message, "mask.scene:2: mask: found lightness from 0 to 1 in ") != NULL);
+    CHECK(strstr(ctx.message, "numbers of labels are no lightness") != NULL);
+    compose(&ctx, 4, 3, 8, 0, 0, 0, black, sizeof black);
+    CHECK(mask(&ctx, found) < 0);
+    CHECK(strstr(ctx.message, "it is black or transparent everywhere") != NULL);
 }
 
 TEST(few_bits_and_palettes_are_expanded)
@@ -405,5 +473,5 @@ TEST_MAIN(ENTRY(checksums_have_their_published_values) ENTRY(a_stream_of_zlib_is
           ENTRY(pieces_of_a_stream_come_back_whatever_the_threads)
           ENTRY(the_checksum_is_that_of_its_definition) ENTRY(damaged_streams_are_refused_as_by_zlib)
           ENTRY(images_come_back) ENTRY(an_image_that_cannot_be_written_is_refused)
-          ENTRY(gray_is_luminance_over_white_paper) ENTRY(few_bits_and_palettes_are_expanded)
+          ENTRY(gray_is_luminance_times_opacity) ENTRY(masks) ENTRY(few_bits_and_palettes_are_expanded)
           ENTRY(what_is_not_supported_is_said) ENTRY(cut_and_damaged_files_are_refused))

@@ -27,7 +27,7 @@ PDI_FN int pdi_image_gray(const pd_image *image, int column, int row)
     int luma = image->channels < 3 ? p[0] * 1000 : 299 * p[0] + 587 * p[1] + 114 * p[2];
     if (image->channels % 2) return (luma + 500) / 1000;
     int alpha = p[image->channels - 1];
-    return (luma / 1000 * alpha + 255 * (255 - alpha) + 127) / 255;
+    return (luma / 1000 * alpha + 127) / 255;
 }
 
 /* The better predictor of left, above and above left (PNG 9.4). */
@@ -240,6 +240,8 @@ typedef struct pdi_png_file {
     int samples;                      /* stored per pixel */
     uint8_t palette[256 * 3], alpha[256];
     int palette_count, alpha_count;
+    int has_key;                      /* 1: pixels of these samples are transparent: gray or RGB */
+    uint32_t key[3];
     pdi_bytes packed;                 /* all IDAT chunks joined */
     int ended;
 } pdi_png_file;
@@ -307,6 +309,12 @@ static pd_status pdi_png_take_chunk(pd_ctx *ctx, pdi_png_file *png, const uint8_
         png->alpha_count = (int)size;
         return PD_OK;
     }
+    if (memcmp(type, "tRNS", 4) == 0 && (png->colour == 0 || png->colour == 2)) {
+        if (size != 2 * (size_t)png->samples) return pdi_png_bad(ctx, png, "a transparency chunk of the wrong length");
+        for (int c = 0; c < png->samples; c++) png->key[c] = (uint32_t)data[2 * c] << 8 | data[2 * c + 1];
+        png->has_key = 1;
+        return PD_OK;
+    }
     /* Bit 5 of the first letter is clear in chunks that must be understood. */
     if (!(type[0] & 32)) return pdi_png_bad(ctx, png, "an unknown chunk that must be understood");
     return PD_OK;
@@ -345,13 +353,20 @@ static pd_status pdi_png_unfilter(pd_ctx *ctx, const pdi_png_file *png, uint8_t 
     return PD_OK;
 }
 
-/* Samples of fewer than 8 bits; gray is spread over 0..255, palette numbers are kept. */
+/* Samples of up to 8 bits. */
 static int pdi_png_sample(const pdi_png_file *png, const uint8_t *row, size_t column)
 {
     size_t bit = column * (size_t)png->depth;
     int most = (1 << png->depth) - 1;
-    int value = (row[bit / 8] >> (8 - png->depth - (int)(bit % 8))) & most;
-    return png->colour == 3 ? value : value * 255 / most;
+    return (row[bit / 8] >> (8 - png->depth - (int)(bit % 8))) & most;
+}
+
+/* Alpha of a pixel of these samples: 0 for those of the key. */
+static uint8_t pdi_png_keyed(const pdi_png_file *png, const uint8_t *sample)
+{
+    for (int c = 0; c < png->samples; c++)
+        if (sample[c] != png->key[c]) return 255;
+    return 0;
 }
 
 static pd_status pdi_png_expand(pd_ctx *ctx, const pdi_png_file *png, const uint8_t *raw, size_t stride,
@@ -361,14 +376,21 @@ static pd_status pdi_png_expand(pd_ctx *ctx, const pdi_png_file *png, const uint
     for (int r = 0; r < png->height; r++) {
         const uint8_t *row = raw + (size_t)r * (stride + 1) + 1;
         uint8_t *out = image->pixels + (size_t)r * width * channels;
-        if (png->samples > 1) {
+        if (png->samples > 1 && !png->has_key) {
             memcpy(out, row, stride);
             continue;
         }
         for (size_t c = 0; c < width; c++, out += channels) {
+            if (png->samples > 1) {
+                memcpy(out, row + 3 * c, 3);
+                out[3] = pdi_png_keyed(png, out);
+                continue;
+            }
             int value = pdi_png_sample(png, row, c);
-            if (png->colour == 0) {
-                out[0] = (uint8_t)value;
+            if (png->colour == 0) { /* gray is spread over 0..255 */
+                uint8_t sample = (uint8_t)value;
+                out[0] = (uint8_t)(value * 255 / ((1 << png->depth) - 1));
+                if (png->has_key) out[1] = pdi_png_keyed(png, &sample);
                 continue;
             }
             if (value >= png->palette_count) return pdi_png_bad(ctx, png, "a pixel beyond the palette");
@@ -391,7 +413,7 @@ static pd_status pdi_png_pixels(pd_ctx *ctx, const pdi_png_file *png, pd_image *
     pd_status status = pdi_zlib_inflate(ctx, png->path, png->packed.data, png->packed.size, raw, size);
     if (status == PD_OK) status = pdi_png_unfilter(ctx, png, raw, stride, step);
     if (status == PD_OK) {
-        image->channels = png->colour == 3 ? (png->alpha_count ? 4 : 3) : png->samples;
+        image->channels = png->colour == 3 ? (png->alpha_count ? 4 : 3) : png->samples + png->has_key;
         image->width = png->width;
         image->height = png->height;
         status = PDI_NEW(ctx, "png", pdi_png_bytes(image), image->pixels);

@@ -19,7 +19,7 @@ typedef struct pd_image {
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image);
-/* Luminance 0..255 (Rec. 601 weights) of a pixel over white paper; row 0 on top. */
+/* Luminance 0..255 (Rec. 601 weights) of a pixel, times its opacity: what is transparent has none; row 0 on top. */
 PDI_FN int pdi_image_gray(const pd_image *image, int column, int row);
 /* Write an image with 1 or 3 channels aside and rename it. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
 PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
@@ -36,8 +36,8 @@ PDI_FN pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, con
 PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
 /* Append the packed pixels. */
 PDI_FN pd_status pdi_png_pack(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);
-/* Read an image; palettes become RGB, or RGBA when they carry transparency. PD_ERR_FILE: not readable;
- * PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
+/* Read an image; palettes become RGB; those, gray and RGB get an alpha channel when they carry transparency.
+ * PD_ERR_FILE: not readable; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
 PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);
 #endif
 

@@ -38,7 +38,7 @@ static const pd_key pdi_keys_of_shape[] = {
     {"half_space", "-", "-",
      PDI_SAYS("`yes`: points behind a plane, with `point` and `normal`")},
     {"mask", "-", "-",
-     PDI_SAYS("2D: PNG file, relative to the scene; white is inside; with `corner` and `cell`")},
+     PDI_SAYS("2D: PNG file, relative to the scene; white is inside, transparent is not; with `corner` and `cell`")},
     {"raw", "-", "-",
      PDI_SAYS("file of one byte a voxel, x fastest; not 0 is inside; with `size`, `corner` and `cell`")},
     {"stl", "-", "-",

@@ -9,6 +9,8 @@
 #include <string.h>
 
 #define PDI_READ_SHAPES_RAW_LIMIT ((size_t)1 << 31)
+/* Lightness from which on a pixel is inside. */
+#define PDI_READ_SHAPES_LIGHT 128
 
 typedef enum pdi_read_shapes_kind {
     PDI_READ_SHAPES_PART = 0, /* only an operand of set operations */
@@ -98,7 +100,22 @@ static pd_status pdi_read_shapes_half_space(pdi_read_shapes *s, pd_shape *shape)
     return pdi_text_refuse(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
-/* White is inside (as the metal of a tomogram); the picture's lowest row is the first row of the mask. */
+/* White is inside (as the metal of a tomogram) and what is transparent is not; the picture's lowest row is the first
+ * row of the mask. least, most: lightness of all. */
+static void pdi_read_shapes_pixels(const pd_image *image, uint8_t *mask, int *least, int *most)
+{
+    *least = 255;
+    *most = 0;
+    for (int row = 0; row < image->height; row++)
+        for (int column = 0; column < image->width; column++) {
+            int light = pdi_image_gray(image, column, row);
+            mask[(size_t)(image->height - 1 - row) * (size_t)image->width + (size_t)column] =
+                light >= PDI_READ_SHAPES_LIGHT;
+            *least = light < *least ? light : *least;
+            *most = light > *most ? light : *most;
+        }
+}
+
 static pd_status pdi_read_shapes_png(pdi_read_shapes *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
@@ -111,10 +128,14 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes *s, pd_shape *shape)
     PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "mask", s->folder, path));
     if (pdi_png_read(s->ctx, path, &image) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "mask");
     pd_status status = pdi_setup_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
-    for (int row = 0; row < image.height && status == PD_OK; row++)
-        for (int column = 0; column < image.width; column++)
-            mask[(size_t)(image.height - 1 - row) * (size_t)image.width + (size_t)column] =
-                pdi_image_gray(&image, column, row) >= 128;
+    int least = 0, most = 255;
+    if (status == PD_OK) pdi_read_shapes_pixels(&image, mask, &least, &most);
+    if (most < PDI_READ_SHAPES_LIGHT)
+        status = pdi_text_refuse(s->ctx, s->text, s->section, "mask", "found lightness from %d to %d in '%.200s', "
+                                 "expected %d and more of 255 where the shape is: %s", least, most, path,
+                                 PDI_READ_SHAPES_LIGHT, !most ? "it is black or transparent everywhere"
+                                 : most < 16 ? "numbers of labels are no lightness; make theirs 255"
+                                             : "white is inside");
     shape->n[0] = image.width;
     shape->n[PD_DIM - 1] = image.height;
     shape->mask = mask;
@@ -149,8 +170,13 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes *s, pd_shape *shape)
                                  " voxel", (double)size, voxels);
     else status = pdi_setup_mask(s->ctx, s->setup, size, &mask);
     if (status == PD_OK && mask) {
+        size_t zeros = 0;
         memcpy(mask, bytes, size);
         shape->mask = mask;
+        while (zeros < size && !mask[zeros]) zeros++;
+        if (zeros == size)
+            status = pdi_text_refuse(s->ctx, s->text, s->section, "raw", "found bytes that are all 0, expected others "
+                                     "where the shape is");
     }
     PDI_DELETE(s->ctx, size + 1, bytes);
     return status;
@@ -436,3 +462,4 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
 }
 
 #undef PDI_READ_SHAPES_RAW_LIMIT
+#undef PDI_READ_SHAPES_LIGHT
