@@ -300,6 +300,9 @@ static pd_status pdi_msh_sections(pdi_msh *m)
         if (pdi_scan_is(m->scan, word, size, "$Nodes")) PDI_TRY(pdi_msh_nodes(m));
         else if (pdi_scan_is(m->scan, word, size, "$Elements")) PDI_TRY(pdi_msh_elements(m));
         else if (pdi_scan_is(m->scan, word, size, "$Entities") && m->version == 4) PDI_TRY(pdi_msh_entities(m));
+        else if (pdi_scan_is(m->scan, word, size, "$ParametricNodes"))
+            return pdi_scan_fail(m->scan, word, "$ParametricNodes, expected $Nodes: save the mesh with "
+                                 "Mesh.SaveParametric = 0");
         else if (pdi_scan_is(m->scan, word, size, "$PartitionedEntities"))
             return pdi_scan_fail(m->scan, word, "a partitioned mesh, expected one in one piece");
         else PDI_TRY(pdi_msh_skip(m, word, size));
@@ -316,7 +319,7 @@ PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points)
     m.cells.points = points;
     m.cells.scale = scale;
     pd_status status = pdi_msh_sections(&m);
-    if (status == PD_OK) pdi_skin_close(&m.skin, scale, points);
+    if (status == PD_OK) status = pdi_skin_close(scan->ctx, &m.skin, scale, points);
     pdi_skin_free(scan->ctx, &m.skin);
     PDI_DELETE(scan->ctx, m.nodes, m.node);
     PDI_DELETE(scan->ctx, m.entities, m.entity);

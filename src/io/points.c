@@ -144,10 +144,11 @@ PDI_FN pd_status pdi_cells_add(pd_ctx *ctx, pdi_cells *cells, pdi_cell_form form
     double volume = pdi_points_integrate(form, corner, centre), sign = volume > 0.0 ? 1.0 : -1.0;
     if (*fault) return PD_OK;
     if (!(fabs(volume) > 0.0)) *fault = "a cell without volume, or folded";
-    else if (PD_DIM == 3 && volume < 0.0 && !mirrored) *fault = "a cell turned inside out: its volume is negative";
-    else if (PD_DIM < 3 && sign * cells->sign < 0.0) *fault = "a cell that turns the other way than those before it";
+    else if (!mirrored && sign * cells->sign < 0.0)
+        *fault = PD_DIM == 3 ? "a cell turned inside out, other than those before it"
+                             : "a cell that turns the other way than those before it";
     if (*fault) return PD_OK;
-    cells->sign = sign;
+    if (!mirrored) cells->sign = sign;
     for (int d = 0; d < PD_DIM; d++) {
         centre[d] *= cells->scale;
         scale *= cells->scale;

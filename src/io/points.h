@@ -13,9 +13,10 @@ typedef struct pd_points {
     double *position; /* [count][PD_DIM] [m] */
     double *volume;   /* [count] [m^d] */
     int32_t *tag;     /* [count] region; 0: none */
-    double *surface;  /* [count][PD_DIM] [m^(d-1)] outward area of those faces of a cell that no other cell has; points
-                       * of tables: 0. Under a stress P these faces bear the load P surface/volume [N/m3], under a
-                       * pressure p -p surface/volume */
+    double *surface;  /* [count][PD_DIM] [m^(d-1)] outward area of those faces that one cell alone has, shared with the
+                       * cells at their nodes so that a pressure has the moment that it has on the faces; points of
+                       * tables: 0. Under a stress P a point bears the load P surface/volume [N/m3], under a pressure p
+                       * -p surface/volume */
 } pd_points;
 
 #define pd_points_free PD_NAME(pd_points_free)

@@ -1,7 +1,16 @@
 /* skin: see skin.h */
 #include "io/skin.h"
+#include "core/vec.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Cells around a face that take part of what it bears. */
+#define PDI_SKIN_CELLS 96
+/* Least part of a direction that the others leave of the centroids around a face, of its square. */
+#define PDI_SKIN_SPAN 1e-6
+/* Rounding of shares. */
+#define PDI_SKIN_ROUNDING 1e-12
 
 /* Corners of the faces of a form, around each of them so that the right hand points out of a cell of positive volume;
  * -1 behind the last corner of a face. */
@@ -37,6 +46,26 @@ static void pdi_skin_area(int corners, const double *const *x, double *area)
             area[d] = 0.5 * ((x[corners - 2][e] - x[0][e]) * (last[f] - from[f]) -
                              (x[corners - 2][f] - x[0][f]) * (last[e] - from[e]));
         }
+    }
+}
+
+/* Its centroid: of a quadrilateral from its two triangles. */
+static void pdi_skin_middle(int corners, const double *const *x, double *middle)
+{
+    double size[2] = {1.0, 0.0};
+    for (int t = 0; t < 2 && PD_DIM == 3 && corners == 4; t++) {
+        double area[3] = {0.0, 0.0, 0.0};
+        const double *const half[3] = {x[0], x[1 + t], x[2 + t]};
+        pdi_skin_area(3, half, area);
+        size[t] = sqrt(area[0] * area[0] + area[1] * area[1] + area[2] * area[2]);
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        double sum = 0.0;
+        middle[d] = 0.0;
+        for (int k = 0; k < corners; k++) sum += (x[k][d] - x[0][d]) / corners;
+        for (int t = 0; t < 2 && corners == 4; t++)
+            middle[d] += size[t] / (size[0] + size[1]) * ((x[1 + t][d] - x[0][d]) + (x[2 + t][d] - x[0][d])) / 3.0;
+        middle[d] = x[0][d] + (corners == 4 ? middle[d] : sum);
     }
 }
 
@@ -96,6 +125,7 @@ PDI_FN pd_status pdi_skin_add(pd_ctx *ctx, pdi_skin *s, pdi_cell_form form, cons
         face->cell = cell;
         face->area[0] = 1.0;
         pdi_skin_area(corners, x, face->area);
+        pdi_skin_middle(corners, x, face->middle);
         pdi_skin_turn(form, corner, x, corners, face->area);
         pdi_skin_sort(face->node);
     }
@@ -110,17 +140,149 @@ static int pdi_skin_compare(const void *a, const void *b)
     return (p->cell > q->cell) - (p->cell < q->cell);
 }
 
-PDI_FN void pdi_skin_close(pdi_skin *s, double scale, pd_points *points)
+/* A cell at a node. */
+typedef struct pdi_skin_link {
+    int64_t node;
+    int32_t cell;
+} pdi_skin_link;
+
+static int pdi_skin_compare_links(const void *a, const void *b)
+{
+    const pdi_skin_link *p = (const pdi_skin_link *)a, *q = (const pdi_skin_link *)b;
+    if (p->node != q->node) return p->node > q->node ? 1 : -1;
+    return (p->cell > q->cell) - (p->cell < q->cell);
+}
+
+/* The cells at all nodes, by nodes: *count of them. */
+static void pdi_skin_links(const pdi_skin *s, pdi_skin_link *link, int64_t *count)
+{
+    int64_t n = 0, all = 0;
+    for (int64_t k = 0; k < s->count; k++)
+        for (int c = 0; c < 4; c++) {
+            if (s->face[k].node[c] == INT64_MAX) continue;
+            link[all].node = s->face[k].node[c];
+            link[all++].cell = s->face[k].cell;
+        }
+    if (all) qsort(link, (size_t)all, sizeof *link, pdi_skin_compare_links);
+    for (int64_t k = 0; k < all; k++)
+        if (k == 0 || pdi_skin_compare_links(&link[k], &link[k - 1]) != 0) link[n++] = link[k];
+    *count = n;
+}
+
+/* The cells that share a node with a face, its own first; cell [PDI_SKIN_CELLS]. */
+static int pdi_skin_around(const pdi_skin_face *face, const pdi_skin_link *link, int64_t count, int32_t *cell)
+{
+    int n = 1;
+    cell[0] = face->cell;
+    for (int c = 0; c < 4 && face->node[c] != INT64_MAX; c++) {
+        int64_t low = 0, high = count;
+        while (low < high) {
+            int64_t middle = low + (high - low) / 2;
+            if (link[middle].node < face->node[c]) low = middle + 1;
+            else high = middle;
+        }
+        for (; low < count && link[low].node == face->node[c] && n < PDI_SKIN_CELLS; low++) {
+            int known = 0;
+            for (int k = 0; k < n; k++) known = known || cell[k] == link[low].cell;
+            if (!known) cell[n++] = link[low].cell;
+        }
+    }
+    return n;
+}
+
+/* Cells on their way to shares of a face. */
+typedef struct pdi_skin_share {
+    int cells;
+    int32_t cell[PDI_SKIN_CELLS];
+    double along[PDI_SKIN_CELLS * PD_DIM]; /* [-] their centroids from that of the face, in its plane, over a length */
+    double ease[PDI_SKIN_CELLS];           /* [-] less for those deep below it; 0: it takes no part */
+    double share[PDI_SKIN_CELLS];
+} pdi_skin_share;
+
+/* The shares nearest to the cell alone whose centroid lies on the normal of the face. 0: there are none. */
+static int pdi_skin_solve(const double *normal, pdi_skin_share *s)
+{
+    enum { ROWS = PD_DIM + 1 };
+    double a[ROWS * ROWS], x[ROWS], least[ROWS];
+    for (int p = 0; p < ROWS; p++) {
+        for (int q = 0; q < ROWS; q++) {
+            a[p * ROWS + q] = p && q ? normal[p - 1] * normal[q - 1] : 0.0; /* that direction is free */
+            for (int k = 0; k < s->cells; k++)
+                a[p * ROWS + q] += s->ease[k] * (p ? s->along[k * PD_DIM + p - 1] : 1.0) *
+                                   (q ? s->along[k * PD_DIM + q - 1] : 1.0);
+        }
+        x[p] = p ? -s->along[p - 1] : 0.0;
+        least[p] = PDI_SKIN_SPAN * a[p * ROWS + p];
+    }
+    if (!pdi_vec_factor(ROWS, ROWS, least, a)) return 0;
+    pdi_vec_substitute(ROWS, ROWS, a, x);
+    for (int k = 0; k < s->cells; k++) {
+        double more = x[0];
+        for (int d = 0; d < PD_DIM; d++) more += x[1 + d] * s->along[k * PD_DIM + d];
+        s->share[k] = (k == 0) + s->ease[k] * more;
+    }
+    return 1;
+}
+
+/* None below zero where that can be: cells that would get such a share are left out, one after another. */
+static void pdi_skin_shares(const double *normal, pdi_skin_share *s)
+{
+    double first[PDI_SKIN_CELLS] = {1.0};
+    for (int found = 0, worst = 1; worst; found = 1) {
+        worst = 0;
+        if (!pdi_skin_solve(normal, s) || (found && s->share[0] < 0.0)) {
+            memcpy(s->share, first, sizeof first);
+            return;
+        }
+        if (!found) memcpy(first, s->share, sizeof first);
+        for (int k = 1; k < s->cells; k++)
+            if (s->share[k] < -PDI_SKIN_ROUNDING && (!worst || s->share[k] < s->share[worst])) worst = k;
+        if (worst) s->ease[worst] = 0.0;
+    }
+}
+
+/* Give a face's area to the cells around it. size: of areas in SI units. */
+static void pdi_skin_give(const pdi_skin_face *face, const pdi_skin_link *link, int64_t links, double scale,
+                          double size, pd_points *points)
+{
+    pdi_skin_share s;
+    double normal[PD_DIM], longest = 0.0, area = pdi_vec_norm(face->area), depth = 0.0;
+    s.cells = area > 0.0 ? pdi_skin_around(face, link, links, s.cell) : 0;
+    for (int d = 0; d < PD_DIM; d++) normal[d] = area > 0.0 ? face->area[d] / area : 0.0;
+    for (int k = 0; k < s.cells; k++) {
+        double *along = s.along + k * PD_DIM, below = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            along[d] = points->position[(int64_t)s.cell[k] * PD_DIM + d] - scale * face->middle[d];
+            below -= along[d] * normal[d];
+        }
+        for (int d = 0; d < PD_DIM; d++) along[d] += below * normal[d];
+        if (k == 0) depth = below;
+        s.ease[k] = below > depth ? depth / below * (depth / below) : 1.0;
+        longest = pdi_max(longest, pdi_vec_norm(along));
+    }
+    for (int k = 0; k < s.cells * PD_DIM && longest > 0.0; k++) s.along[k] /= longest;
+    if (s.cells) pdi_skin_shares(normal, &s);
+    for (int k = 0; k < s.cells; k++)
+        for (int d = 0; d < PD_DIM; d++)
+            points->surface[(int64_t)s.cell[k] * PD_DIM + d] += s.share[k] * size * face->area[d];
+}
+
+PDI_FN pd_status pdi_skin_close(pd_ctx *ctx, pdi_skin *s, double scale, pd_points *points)
 {
     double size = 1.0;
+    int64_t links = 0;
+    pdi_skin_link *link = NULL;
     for (int d = 1; d < PD_DIM; d++) size *= scale;
+    PDI_TRY(PDI_NEW(ctx, "skin", 4 * s->count, link));
+    pdi_skin_links(s, link, &links);
     if (s->count) qsort(s->face, (size_t)s->count, sizeof *s->face, pdi_skin_compare);
     for (int64_t k = 0, next; k < s->count; k = next) {
         const pdi_skin_face *face = &s->face[k];
         for (next = k + 1; next < s->count && !memcmp(s->face[next].node, face->node, sizeof face->node);) next++;
-        if (next > k + 1) continue;
-        for (int d = 0; d < PD_DIM; d++) points->surface[(int64_t)face->cell * PD_DIM + d] += size * face->area[d];
+        if (next == k + 1) pdi_skin_give(face, link, links, scale, size, points);
     }
+    PDI_DELETE(ctx, 4 * s->count, link);
+    return PD_OK;
 }
 
 PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *s)
@@ -128,3 +290,7 @@ PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *s)
     PDI_DELETE(ctx, s->room, s->face);
     memset(s, 0, sizeof *s);
 }
+
+#undef PDI_SKIN_CELLS
+#undef PDI_SKIN_SPAN
+#undef PDI_SKIN_ROUNDING

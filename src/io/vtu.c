@@ -636,7 +636,7 @@ PDI_FN pd_status pdi_vtu_read(pdi_scan *scan, double scale, pd_points *points)
     v.rank = 99;
     pd_status status = pdi_vtu_file(&v);
     pdi_vtu_forget(&v);
-    if (status == PD_OK) pdi_skin_close(&v.skin, scale, points);
+    if (status == PD_OK) status = pdi_skin_close(scan->ctx, &v.skin, scale, points);
     pdi_skin_free(scan->ctx, &v.skin);
     return status;
 }
