@@ -153,14 +153,14 @@ static int short_channel(scene *s, double tolerance, pd_couple *couple)
            CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, couple, pd_quasi_steady_process(&s->flow, &s->steady, &s->quasi)));
 }
 
-/* A lattice that does not let in what the inlet brings has a solution with small residuals, and is no result. */
+/* A lattice that lets in 1e-5 less than the inlet brings has a solution with small residuals, and is no result. */
 TEST(closed_inlet)
 {
     scene *s = &test_scene;
     pd_couple couple;
     for (int closed = 0; closed < 2; closed++) {
         if (!short_channel(s, 1e-6, &couple)) return;
-        for (int64_t k = 0; k < (int64_t)s->bonds.rows * PD_DIM * PD_DIM && closed; k++) s->bonds.advecting[k] = 0.0;
+        for (int32_t k = 0; k < s->flow.inlets && closed; k++) s->flow.entry[k] = 1.0 - 1e-5;
         CHECK_INT(pd_couple_start(&s->ctx, &couple), closed ? PD_ERR_GEOMETRY : PD_OK);
         if (closed) CHECK(strstr(s->ctx.message, "passes the inlets at") != NULL);
         scene_free(s);

@@ -6,6 +6,7 @@
 #include "flow/flow.h"
 #include "core/par.h"
 #include "lattice/op.h"
+#include "flow/inflow.h"
 #include "flow/scales.h"
 #include <math.h>
 #include <string.h>
@@ -51,16 +52,18 @@ PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const dou
     (void)nt;
     pdi_par_copy(ctx, PD_DIM * total, v, advecting);
     if (bend) pdi_sharp_velocity(ctx, &flow->sharp, v, bend, advecting);
-    else if (flow->even) pdi_isotropic_velocity(ctx, &flow->isotropic, v, advecting);
+    if (flow->mirrors) pdi_inflow_twice(bonds, advecting);
+    if (flow->even && !bend) pdi_isotropic_velocity(ctx, &flow->isotropic, v, advecting);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
         if (!pdi_flow_evened(flow, r)) pdi_flow_advect(flow, r, bonds->node[r], 0, advecting);
     /* inlet ghosts lie behind the same walls as the node that they mirror */
-    for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
+    for (int32_t g = ghosts->count; g < ghosts->listed && !flow->mirrors; g++) {
         int32_t r = bonds->row[ghosts->source[g]];
         if (r >= 0 && !pdi_flow_evened(flow, r))
             pdi_flow_advect(flow, r, ghosts->node[g], ghosts->odd[g], advecting);
     }
+    if (flow->mirrors) pdi_inflow_enter(bonds, flow->sided, flow->entry, flow->even, advecting);
     pd_ghosts_vector(ghosts, advecting);
 }
 
@@ -479,6 +482,8 @@ static void pdi_flow_inlet_list(pdi_owner *owner, void *object)
 {
     pd_flow *flow = (pd_flow *)object;
     PDI_ARRAY(owner, flow, held, PD_DIM * (int64_t)flow->inlets, "m/s");
+    PDI_ARRAY(owner, flow, sided, flow->inlets, "1");
+    PDI_ARRAY(owner, flow, entry, flow->inlets, "1");
 }
 
 /* Room for what inlets hold: solid in them may dissolve. */
@@ -497,6 +502,7 @@ static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
     const pd_grid *grid = flow->grid;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     PDI_TRY(pdi_flow_hold(ctx, flow));
+    if (flow->mirrors) pdi_inflow_find(flow->bonds, flow->sided, flow->entry);
     for (int32_t k = 0; k < flow->inlets; k++) {
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];

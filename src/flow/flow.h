@@ -57,6 +57,8 @@ typedef struct pd_flow {
                              * steady solver asks for (eq. 4.5c); 0: at the places of the ghosts */
     int32_t inlets;         /* inlet ghosts with a place in */
     double *held;           /* [PD_DIM][inlets] [m/s] what they hold, in the order of the ghosts */
+    uint8_t *sided;         /* [inlets] 1: velocities along the side would let more or less in (eq. 4.5d) */
+    double *entry;          /* [inlets] [-] what the velocity across it counts there; -1: as the tensor of the row */
     double *wall_motion;    /* [PD_DIM][total] [1/m/s] of moving walls (pdi_bond_wall_motion), with what their
                              * acceleration does to the curvature beside them (eq. 4.17b); NULL: walls at rest */
     double *u;              /* [PD_DIM][total] [m/s] */
@@ -64,7 +66,8 @@ typedef struct pd_flow {
     double *grad;           /* [PD_DIM][total] [m/s2] gradient of p */
     double *advecting;      /* [PD_DIM][total] [m/s] velocity that makes the bond fluxes (eq. 4.2b) */
     const double *potential; /* [total] [m2/s] its Laplacian takes from the bond fluxes the divergence that a steady
-                             * solve has left (eq. 4.10b), zero at ports. NULL: none. Borrowed from the solver */
+                             * solve has left (eq. 4.10b). Nothing of it passes inlets. NULL: none. Borrowed from the
+                             * solver */
     int even;               /* 1: rows beside smooth surfaces have the divergence (4.2c): a solver of steady flows has
                              * asked for it, which gives transport the potential that it needs then */
     int32_t rim;            /* length of the next three */

@@ -558,12 +558,22 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
 
 /* ---- what is left of the divergence ---- */
 
-/* y = lap x. Ports hold zero. x gets its ghosts. */
+/* Ghosts of the potential: nothing of it passes an inlet, so that what enters is what inlets hold; outlets hold zero,
+ * and so do inlets where nothing else does. */
+static void pdi_steady_potential_ghosts(const pd_flow *flow, double *q)
+{
+    const pd_ghosts *ghosts = &flow->bonds->ghosts;
+    pd_ghosts_scalar(ghosts, q);
+    for (int32_t g = ghosts->count; g < ghosts->listed && ghosts->count > ghosts->images; g++)
+        q[ghosts->node[g]] = flow->grid->kind[ghosts->source[g]] == PD_FLUID ? q[ghosts->source[g]] : 0.0;
+}
+
+/* y = lap x. x gets its ghosts. */
 static void pdi_steady_laplacian(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
     const pd_flow *flow = u->steady->flow;
-    pd_ghosts_scalar(&flow->bonds->ghosts, (double *)x); /* the solver is lean */
+    pdi_steady_potential_ghosts(flow, (double *)x); /* the solver is lean */
     pd_op_laplacian(u->ctx, flow->bonds, x, y);
 }
 
@@ -602,7 +612,7 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     pdi_flow_prepare(ctx, flow); /* its advecting velocity was work */
     s->uneven = linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_volume(flow);
     pdi_par_copy(ctx, total, s->step + split, s->potential);
-    pd_ghosts_scalar(&flow->bonds->ghosts, s->potential);
+    pdi_steady_potential_ghosts(flow, s->potential);
     flow->potential = s->potential;
     return PD_OK;
 }

@@ -1,0 +1,124 @@
+/* inflow: see inflow.h */
+#include "flow/inflow.h"
+#include <math.h>
+
+/* [of the weight of a bond] Less than this is rounding. */
+#define PDI_INFLOW_BALANCE 1e-9
+
+/* 1: the bonds of row r to inlets have a part along the side, for the ghost of which `across` has the axis. */
+static int pdi_inflow_along(const pd_bonds *bonds, int32_t r, int across)
+{
+    const pd_stencil *s = bonds->stencil;
+    double sum[PD_DIM], size = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum[d] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        int32_t far = bonds->node[r] + bonds->paths.shift[k];
+        if (bonds->grid->kind[far] != PD_INLET || !pdi_bond_open(bonds, r, k)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            sum[d] += s->grad[k * PD_DIM + d];
+            size += fabs(s->grad[k * PD_DIM + d]);
+        }
+    }
+    for (int d = 0; d < PD_DIM; d++)
+        if (!(across >> d & 1) && fabs(sum[d]) > PDI_INFLOW_BALANCE * size) return 1;
+    return 0;
+}
+
+/* Sum of the weights of open bonds from node i through the inlet at the end `up` of `axis`, times its volume
+ * [m^(d-1)]. */
+static double pdi_inflow_weight(const pd_bonds *bonds, int32_t i, int axis, int up)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    int32_t r = bonds->row[i];
+    double sum = 0.0;
+    if (grid->kind[i] != PD_FLUID || r < 0) return 0.0;
+    for (int k = 0; k < s->count; k++) {
+        int32_t far = i + bonds->paths.shift[k];
+        int at = pdi_grid_along(grid, far, axis);
+        if (grid->kind[far] != PD_INLET || (up ? at < grid->n[axis] : at >= 0) || !pdi_bond_open(bonds, r, k)) continue;
+        sum += fabs(s->grad[k * PD_DIM + axis]) * pdi_bond_flux(bonds, i, k);
+    }
+    return sum * s->volume * pdi_grid_circumference(grid, i);
+}
+
+/* The speed that ghost g and the node in front of it have to have in the mean, over that on the side: the nodes in
+ * front of a face together carry what passes the face. */
+static double pdi_inflow_ratio(const pd_bonds *bonds, int32_t g)
+{
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    const pd_grid *grid = bonds->grid;
+    int axis = 0, first[PD_DIM];
+    while (!(ghosts->across[g] >> axis & 1)) axis++;
+    int up = pdi_grid_along(grid, ghosts->node[g], axis) >= grid->n[axis];
+    double half = up ? 0.5 * grid->h[axis] : -0.5 * grid->h[axis], have = 0.0;
+    pdi_grid_index(grid, ghosts->source[g], first);
+    first[axis] = up ? grid->n[axis] - 1 : 0;
+    int32_t node = pd_grid_node(grid, first), step = up ? -grid->stride[axis] : grid->stride[axis];
+    if (grid->kind[node] != PD_FLUID) return 0.0;
+    for (int depth = 0; depth < bonds->stencil->reach && depth < grid->n[axis]; depth++)
+        have += 2.0 * pdi_inflow_weight(bonds, node + depth * step, axis, up);
+    double face = pdi_grid_around(grid, node, axis < PD_DIM - 1 ? 0.0 : half) * bonds->stencil->volume / grid->h[axis];
+    return have > 0.0 ? face / have : 0.0;
+}
+
+PDI_FN void pdi_inflow_find(const pd_bonds *bonds, uint8_t *sided, double *ratio)
+{
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
+        int32_t at = g - ghosts->count, source = ghosts->source[g], r = bonds->row[source];
+        int fluid = bonds->grid->kind[source] == PD_FLUID && r >= 0;
+        /* rings of unequal lengths never balance */
+        sided[at] = (uint8_t)(fluid && (bonds->grid->circumference || pdi_inflow_along(bonds, r, ghosts->across[g])));
+        /* where inlets end beside outlets not all bonds have their mirror image */
+        ratio[at] = fluid && !bonds->grid->ends ? pdi_inflow_ratio(bonds, g) : -1.0;
+    }
+}
+
+/* Component d of v at the node that ghost g mirrors, as it is in front of the ghost: behind mirror sides its images
+ * are. */
+static double pdi_inflow_front(const pd_ghosts *ghosts, int32_t g, int d, const double *v)
+{
+    double there = v[d * (int64_t)ghosts->grid->total + ghosts->source[g]];
+    return (ghosts->odd[g] ^ ghosts->across[g]) >> d & 1 ? -there : there;
+}
+
+/* 1: ghost g mirrors fluid. Others hold the velocity of the side itself. */
+static int pdi_inflow_mirrors(const pd_bonds *bonds, int32_t g)
+{
+    int32_t source = bonds->ghosts.source[g];
+    return bonds->grid->kind[source] == PD_FLUID && bonds->row[source] >= 0;
+}
+
+PDI_FN void pdi_inflow_twice(const pd_bonds *bonds, double *v)
+{
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    for (int32_t g = ghosts->count; g < ghosts->listed; g++)
+        for (int d = 0; d < PD_DIM && pdi_inflow_mirrors(bonds, g); d++)
+            v[d * (int64_t)ghosts->grid->total + ghosts->node[g]] += pdi_inflow_front(ghosts, g, d, v);
+}
+
+PDI_FN void pdi_inflow_enter(const pd_bonds *bonds, const uint8_t *sided, const double *ratio, int even,
+                             double *v)
+{
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int64_t total = ghosts->grid->total;
+    for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
+        if (!pdi_inflow_mirrors(bonds, g)) continue;
+        int32_t r = bonds->row[ghosts->source[g]];
+        int turned = ghosts->odd[g] ^ ghosts->across[g], plain = even && bonds->smooth[r];
+        const double *tensor = bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
+        double twice[PD_DIM];
+        for (int d = 0; d < PD_DIM; d++) twice[d] = v[d * total + ghosts->node[g]];
+        for (int a = 0; a < PD_DIM; a++) {
+            double sum = 0.0, front = pdi_inflow_front(ghosts, g, a, v);
+            for (int b = 0; b < PD_DIM; b++) {
+                double part = plain ? (a == b ? twice[b] : 0.0) : tensor[a * PD_DIM + b] * twice[b];
+                sum += ((turned >> a ^ turned >> b) & 1) ? -part : part;
+            }
+            int across = ghosts->across[g] >> a & 1, at = g - ghosts->count;
+            if (across && ratio[at] >= 0.0) sum = ratio[at] * twice[a];
+            v[a * total + ghosts->node[g]] = !across && sided[at] ? front : sum - front;
+        }
+    }
+}
