@@ -211,15 +211,15 @@ SEED ?= 1
 SANITIZED_DIMS ?= $(DIMS)
 METAMORPHIC_RUNS := $(DIMS:%=metamorphic-run-%)
 SANITIZED_RUNS := $(foreach k,$(SANITIZED_DIMS),metamorphic-sanitized-run-$k-0 metamorphic-sanitized-run-$k-1)
-share_1 = 1
-share_2 = 2
-share_3 = 1
+quarters_1 = 1
+quarters_2 = 2
+quarters_3 = 1
 
 .PHONY: metamorphic metamorphic-sanitized metamorphic-programs $(METAMORPHIC_RUNS) $(SANITIZED_RUNS)
 metamorphic: $(METAMORPHIC_RUNS) ## random scenes against their images: PAIRS (200) pairs from SEED (1) on
 
 $(METAMORPHIC_RUNS): metamorphic-run-%: $(BUILD)/metamorphic_%d
-	$< --seed $(SEED) --pairs $$(( $(PAIRS) * $(share_$*) / 4 ))
+	$< --seed $(SEED) --pairs $$(( $(PAIRS) * $(quarters_$*) / 4 ))
 
 metamorphic-sanitized: $(SANITIZED_RUNS) ## SCENES (200) random scenes under the address and undefined-behaviour sanitizers
 

@@ -40,7 +40,8 @@ static double factor_of(const transform *t, const char *unit_name)
     return transform_factor(t, &d);
 }
 
-/* A size that values of this unit have in the scene: currents that are 0 in balance are not compared by their rounding. */
+/* A size that values of this unit have in the scene: currents that are 0 in balance are not compared by their rounding.
+ */
 static double scale_of(const scene *x, const char *unit_name)
 {
     dimension d = dimension_of(unit_name);
@@ -63,8 +64,8 @@ static double scale_of(const scene *x, const char *unit_name)
 /* What the fluid has dissolved, where a scene dissolves next to nothing. */
 static int is_dissolved(const char *key)
 {
-    return strcmp(key, "C") == 0 || strcmp(key, "C_max") == 0 || strcmp(key, "C_min") == 0 || strcmp(key, "C_mean") == 0 ||
-           strcmp(key, "C_bulk") == 0;
+    return strcmp(key, "C") == 0 || strcmp(key, "C_max") == 0 || strcmp(key, "C_min") == 0 ||
+           strcmp(key, "C_mean") == 0 || strcmp(key, "C_bulk") == 0;
 }
 
 /* A solid of which there is nothing at hand is as far from saturation as rounding says. */
@@ -73,7 +74,7 @@ static int is_dissolved(const char *key)
 /* ---- names under a turn ---- */
 
 /* The letter of an axis at key[at], turned; *sign by its direction. */
-static void turn_letter(const transform *t, char *letter, double *sign)
+static void rotate_letter(const transform *t, char *letter, double *sign)
 {
     int axis = *letter - 'x';
     *letter = (char)('x' + t->to[axis]);
@@ -83,38 +84,41 @@ static void turn_letter(const transform *t, char *letter, double *sign)
 static int is_axis(char c) { return c >= 'x' && c < 'x' + PD_DIM; }
 
 /* sigma_xy becomes sigma_yz; xx has no sign. */
-static void turn_stress(const transform *t, char *name, double *sign)
+static void rotate_stress(const transform *t, char *name, double *sign)
 {
-    static const char *const pairs[6][2] = {{"xx", "xx"}, {"yy", "yy"}, {"zz", "zz"}, {"xy", "yx"}, {"yz", "zy"}, {"zx", "xz"}};
+    static const char *const pairs[6][2] = {{"xx", "xx"}, {"yy", "yy"}, {"zz", "zz"},
+                                            {"xy", "yx"}, {"yz", "zy"}, {"zx", "xz"}};
     char *p = name + 6;
-    if (strncmp(name, "sigma_", 6) != 0 || strlen(p) != 2 || p[0] < 'x' || p[0] > 'z' || p[1] < 'x' || p[1] > 'z') return;
+    if (strncmp(name, "sigma_", 6) != 0 || strlen(p) != 2 || p[0] < 'x' || p[0] > 'z' || p[1] < 'x' || p[1] > 'z')
+        return;
     double s = 1.0;
     for (int k = 0; k < 2; k++)
-        if (is_axis(p[k])) turn_letter(t, &p[k], &s);
+        if (is_axis(p[k])) rotate_letter(t, &p[k], &s);
     *sign *= s;
     for (int k = 0; k < 6; k++)
         if (strcmp(p, pairs[k][1]) == 0) memcpy(p, pairs[k][0], 3);
 }
 
 /* The figure of the second record that belongs to one of the first. */
-static void turn_figure(const transform *t, const scene *x, run_figure *f, double *sign)
+static void rotate_figure(const transform *t, const scene *x, run_figure *f, double *sign)
 {
-    int boxed = strcmp(f->section, "force") == 0 || strcmp(f->section, "total") == 0 || strcmp(f->section, "grip") == 0 ||
-                strcmp(f->section, "probe") == 0;
+    int boxed = strcmp(f->section, "force") == 0 || strcmp(f->section, "total") == 0 ||
+                strcmp(f->section, "grip") == 0 || strcmp(f->section, "probe") == 0;
     *sign = 1.0;
     if (boxed && strchr("fmcvu", f->key[0]) && is_axis(f->key[1]) && (f->key[2] == '\0' || f->key[2] == '_'))
-        turn_letter(t, &f->key[1], sign);
-    turn_stress(t, f->key, sign);
-    if (strcmp(f->section, "plane") == 0 && (strcmp(f->key, "flow") == 0 || strcmp(f->key, "species") == 0 ||
-                                             strcmp(f->key, "speed") == 0)) {
+        rotate_letter(t, &f->key[1], sign);
+    rotate_stress(t, f->key, sign);
+    if (strcmp(f->section, "plane") == 0 &&
+        (strcmp(f->key, "flow") == 0 || strcmp(f->key, "species") == 0 || strcmp(f->key, "speed") == 0)) {
         for (int k = 0; k < x->entries; k++) {
             const entry *e = &x->list[k];
             if (e->kind == ENTRY_PLANE && strcmp(x->part[e->section].label, f->name) == 0) *sign = t->sign[e->axis];
         }
     }
-    if (strcmp(f->section, "grip") == 0 && is_axis(f->name[0]) && (f->name[1] == '-' || f->name[1] == '+') && !f->name[2]) {
+    if (strcmp(f->section, "grip") == 0 && is_axis(f->name[0]) && (f->name[1] == '-' || f->name[1] == '+') &&
+        !f->name[2]) {
         double s = 1.0;
-        turn_letter(t, &f->name[0], &s);
+        rotate_letter(t, &f->name[0], &s);
         if (s < 0.0) f->name[1] = f->name[1] == '-' ? '+' : '-';
     }
 }
@@ -160,7 +164,8 @@ static const run_field *find_field(const record *r, const char *name)
     return NULL;
 }
 
-/* The largest value of any field of the same unit: what is nothing but rounding of another one has no scale of its own. */
+/* The largest value of any field of the same unit: what is nothing but rounding of another one has no scale of its own.
+ */
 static double size_of_kin(const record *r, const run_field *f)
 {
     double most = 0.0;
@@ -174,7 +179,7 @@ static double size_of_kin(const record *r, const run_field *f)
     return most;
 }
 
-static int64_t turned_cell(const transform *t, const record *a, const record *b, int64_t cell)
+static int64_t image_cell(const transform *t, const record *a, const record *b, int64_t cell)
 {
     int64_t at[3] = {0, 0, 0}, rest = cell, to = 0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -187,25 +192,27 @@ static int64_t turned_cell(const transform *t, const record *a, const record *b,
     return to;
 }
 
-static void compare_field(const scene *x, const transform *t, const record *a, const record *b, const run_field *p, double tolerance,
-                          finding *f)
+static void compare_field(const scene *x, const transform *t, const record *a, const record *b, const run_field *p,
+                          double tolerance, finding *f)
 {
     char name[FIELD_NAME], detail[160];
     double sign = 1.0;
     int saturation = strcmp(p->name, "SI") == 0;
     snprintf(name, sizeof name, "%s", p->name);
-    turn_stress(t, name, &sign);
+    rotate_stress(t, name, &sign);
     const run_field *q = find_field(b, name);
     if (!q || q->components != p->components) {
         report(f, "missing", p->name, 0.0, 1.0, 1e-30, "the field is not there");
         return;
     }
     double factor = factor_of(t, p->label), scale = size_of(p->data, p->components * a->cells);
-    if (strcmp(p->name, "density") == 0 && !(x->has & HAS_GAS)) { /* that of a material does not follow, that of a flow does */
+    if (strcmp(p->name, "density") == 0 &&
+        !(x->has & HAS_GAS)) { /* that of a material does not follow, that of a flow does */
         if ((x->has & HAS_FLOW) && factor != 1.0) return;
         factor = 1.0;
     }
-    double kin = (strstr(p->label, "mol/m3") ? 1e-2 : 1e-6) * size_of_kin(a, p), other = size_of(q->data, q->components * b->cells) / factor;
+    double kin = (strstr(p->label, "mol/m3") ? 1e-2 : 1e-6) * size_of_kin(a, p),
+           other = size_of(q->data, q->components * b->cells) / factor;
     if (other > scale) scale = other;
     if (kin > scale) scale = kin;
     if (scale_of(x, p->label) > scale) scale = scale_of(x, p->label);
@@ -217,7 +224,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
         int to = vector ? t->to[c] : 0;
         double s = vector ? t->sign[c] : sign;
         for (int64_t k = 0; k < a->cells; k++) {
-            int64_t j = turned_cell(t, a, b, k);
+            int64_t j = image_cell(t, a, b, k);
             double u = p->data[c * a->cells + k], v = s * q->data[to * b->cells + j] / factor;
             if (saturation && u < SI_OF_NOTHING) u = SI_OF_NOTHING;
             if (saturation && v < SI_OF_NOTHING) v = SI_OF_NOTHING;
@@ -229,11 +236,12 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
     }
 }
 
-/* Of the half: amounts are half of those of the whole. Figures of the surface of the box or of the largest value are not. */
-static double share_of_half(const run_figure *g)
+/* Of the half: amounts are half of those of the whole. Figures of the surface of the box or of the largest value are
+ * not. */
+static double factor_of_half(const run_figure *g)
 {
-    static const char *const whole[] = {"volume", "energy", "dissolved", "solid", "area", "flow", "species", "flux", "current",
-                                        "anodic", "gas", "work", "stored", "kinetic"};
+    static const char *const whole[] = {"volume", "energy",  "dissolved", "solid", "area", "flow",   "species",
+                                        "flux",   "current", "anodic",    "gas",   "work", "stored", "kinetic"};
     for (size_t k = 0; k < sizeof whole / sizeof whole[0]; k++)
         if (strcmp(g->key, whole[k]) == 0) return 2.0;
     if (strcmp(g->section, "total") == 0 && (strncmp(g->key, "sum_", 4) == 0 || strcmp(g->unit, "mol") == 0 ||
@@ -274,17 +282,17 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
 {
     char name[128];
     double sign, scale = 0.0, factor = factor_of(t, p->unit);
-    run_figure turned = *p;
+    run_figure rotated = *p;
     if (of_work(p) || of_nothing(x, a, p)) return;
     if (strcmp(p->key, "steps") == 0 && tolerance > 0.0) return; /* error control may take another one */
     if (t->unfold >= 0) {
         int forces = strcmp(p->section, "force") == 0 || strcmp(p->section, "grip") == 0;
         int across = (p->key[0] == 'm' || p->key[0] == 'f') && is_axis(p->key[1]);
         if (forces || across || strcmp(p->section, "plane") == 0 || strcmp(p->key, "unknowns") == 0) return;
-        factor *= share_of_half(p);
+        factor *= factor_of_half(p);
     }
-    turn_figure(t, x, &turned, &sign);
-    const run_figure *q = record_figure(b, turned.section, turned.name, turned.key);
+    rotate_figure(t, x, &rotated, &sign);
+    const run_figure *q = record_figure(b, rotated.section, rotated.name, rotated.key);
     snprintf(name, sizeof name, "%s.%s.%s", p->section, p->name, p->key);
     if (!q) {
         report(f, "missing", name, p->value, 0.0, 1e-30, "the figure is not there");
@@ -300,10 +308,12 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     double v = sign * q->value / factor;
     if (isfinite(p->value) && fabs(p->value) > scale) scale = fabs(p->value);
     if (isfinite(v) && fabs(v) > scale) scale = fabs(v);
-    int share = strcmp(p->key, "volume_loss") == 0 || strcmp(p->key, "flux") == 0 || strcmp(p->key, "flux_max") == 0;
-    if (t->kind == TRANSFORM_TIGHTER) share = 0;
-    if (t->kind == TRANSFORM_TIGHTER && strcmp(p->unit, "-") == 0 && scale < 1e-3) scale = 1e-3; /* a loss of a thousandth */
-    if (share && scale < 1.0) /* shares of the whole */ scale = 1.0;
+    int of_whole = strcmp(p->key, "volume_loss") == 0 || strcmp(p->key, "flux") == 0 || strcmp(p->key, "flux_max") == 0;
+    if (t->kind == TRANSFORM_TIGHTER) of_whole = 0;
+    if (t->kind == TRANSFORM_TIGHTER && strcmp(p->unit, "-") == 0 && scale < 1e-3)
+        scale = 1e-3;         /* a loss of a thousandth */
+    if (of_whole && scale < 1.0) /* shares of the whole */
+        scale = 1.0;
     if (scale_of(x, p->unit) > scale) scale = scale_of(x, p->unit);
     double least = least_figure(x, a, p);
     if (least > scale) scale = least;
@@ -325,8 +335,8 @@ static int compare_outcomes(const record *a, const record *b, finding *f)
         return 1;
     }
     if (a->outcome != b->outcome) {
-        report(f, "outcome", outcome_names[a->outcome > b->outcome ? a->outcome : b->outcome], a->outcome, b->outcome, 1.0,
-               a->outcome > b->outcome ? a->message : b->message);
+        report(f, "outcome", outcome_names[a->outcome > b->outcome ? a->outcome : b->outcome], a->outcome, b->outcome,
+               1.0, a->outcome > b->outcome ? a->message : b->message);
         return 1;
     }
     return a->outcome != OUTCOME_DONE;
@@ -354,7 +364,8 @@ void compare_steps(const scene *x, const transform *t, const record *a, const re
 {
     int goes = (x->has & (HAS_DISSOLVE | HAS_CORRODE)) != 0;
     memset(f, 0, sizeof *f);
-    if (a->outcome == OUTCOME_DONE && b->outcome == OUTCOME_HUNG) return; /* smaller steps may take longer than there is time */
+    if (a->outcome == OUTCOME_DONE && b->outcome == OUTCOME_HUNG)
+        return; /* smaller steps may take longer than there is time */
     if (compare_outcomes(a, b, f)) return;
     for (int k = 0; k < a->fields && !goes; k++)
         if (strcmp(a->field[k].name, "SI") != 0) compare_field(x, t, a, b, &a->field[k], tolerance, f);

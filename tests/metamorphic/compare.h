@@ -6,17 +6,18 @@
 
 typedef struct finding {
     int found;
-    char kind[24];        /* "outcome", "crash", "hang", "field", "figure", "missing" */
-    char name[96];        /* of the field or run_figure */
+    char kind[24]; /* "outcome", "crash", "hang", "field", "figure", "missing" */
+    char name[96]; /* of the field or run_figure */
     char detail[1200];
-    char others[400];     /* what else differs */
-    double a, b, scale;   /* the values, and what they are compared with */
+    char others[400];   /* what else differs */
+    double a, b, scale; /* the values, and what they are compared with */
 } finding;
 
 /* tolerance: [-] of the scale of a field; 0: bits. */
-/* Two records of one scene with different steps, the second one's smaller: amounts and losses, and fields where no metal
- * goes. */
+/* Two records of one scene with different steps, the second one's smaller: amounts and losses, and fields where no
+ * metal goes. */
 void compare_steps(const scene *x, const transform *t, const record *a, const record *b, double tolerance, finding *f);
-void compare_records(const scene *x, const transform *t, const record *a, const record *b, double tolerance, finding *f);
+void compare_records(const scene *x, const transform *t, const record *a, const record *b, double tolerance,
+                     finding *f);
 
 #endif

@@ -5,11 +5,11 @@
 #include <stdio.h>
 #include <string.h>
 
-double draw_share(draw *g) { return random_share(&g->state); }
+double draw_fraction(draw *g) { return random_share(&g->state); }
 double draw_between(draw *g, double low, double high) { return random_between(&g->state, low, high); }
 double draw_decade(draw *g, double low, double high) { return exp(draw_between(g, log(low), log(high))); }
-int draw_chance(draw *g, double share) { return draw_share(g) < share; }
-int draw_whole(draw *g, int low, int high) { return low + (int)(draw_share(g) * (high - low + 1)); }
+int draw_chance(draw *g, double chance) { return draw_fraction(g) < chance; }
+int draw_whole(draw *g, int low, int high) { return low + (int)(draw_fraction(g) * (high - low + 1)); }
 
 /* ---- shapes ---- */
 
@@ -44,7 +44,7 @@ static void draw_body(draw *g, int s, const double *low, const double *high)
     }
     for (int d = 0; d < PD_DIM; d++) {
         double room = high[d] - low[d], size = room * draw_between(g, 0.35, 0.95);
-        double from = low[d] + (room - size) * draw_share(g), to = from + size;
+        double from = low[d] + (room - size) * draw_fraction(g), to = from + size;
         if (draw_chance(g, 0.12)) from = low[d];
         if (draw_chance(g, 0.12)) to = high[d];
         double p = draw_face(from, how), q = draw_face(to, how);
@@ -139,7 +139,8 @@ void generate_shapes(draw *g)
     if (x->has & HAS_SOLID) draw_bar(g);
     else if (metal) {
         int two = draw_chance(g, x->has & HAS_POTENTIAL ? 0.7 : 0.3);
-        int one_metal = (x->has & (HAS_CHEMISTRY | HAS_DISSOLVE)) == (HAS_CHEMISTRY | HAS_DISSOLVE) && !(x->has & HAS_POTENTIAL);
+        int one_metal =
+            (x->has & (HAS_CHEMISTRY | HAS_DISSOLVE)) == (HAS_CHEMISTRY | HAS_DISSOLVE) && !(x->has & HAS_POTENTIAL);
         int axis = draw_whole(g, 0, PD_DIM - 1);
         double split = low[axis] + floor((high[axis] - low[axis]) * draw_between(g, 0.4, 0.6)), end = high[axis];
         int gap = draw_chance(g, 0.3) ? 0 : draw_chance(g, 0.5) ? 1 : 2;
@@ -305,9 +306,11 @@ static void draw_law(draw *g, int s, const char *key, double size, unit of, cons
     double wave = draw_between(g, 0.2, 0.6);
     if (g->of == CLASS_TOLERANCE && draw_chance(g, 0.3)) { /* what steps may not see */
         if (draw_chance(g, 0.5))
-            scene_key(x, s, key, "%q*(0.2 + if(abs(t/%q - %g) < %g, 10, 0))%s", size, of, x->until, UNIT_TIME, draw_between(g, 0.2, 0.8),
-                      draw_decade(g, 1e-3, 0.05), more);
-        else scene_key(x, s, key, "%q*(1 + sin(%g*t/%q))%s", size, of, draw_decade(g, 5.0, 300.0), x->until, UNIT_TIME, more);
+            scene_key(x, s, key, "%q*(0.2 + if(abs(t/%q - %g) < %g, 10, 0))%s", size, of, x->until, UNIT_TIME,
+                      draw_between(g, 0.2, 0.8), draw_decade(g, 1e-3, 0.05), more);
+        else
+            scene_key(x, s, key, "%q*(1 + sin(%g*t/%q))%s", size, of, draw_decade(g, 5.0, 300.0), x->until, UNIT_TIME,
+                      more);
         return;
     }
     switch (draw_whole(g, 0, 3)) {
@@ -321,7 +324,8 @@ void generate_metal(draw *g)
 {
     scene *x = g->x;
     double speed = draw_between(g, 0.1, 1.6) * x->h[0] / x->until;
-    int current = (x->has & HAS_POTENTIAL) && !(x->has & HAS_MIGRATION) && (draw_chance(g, 0.6) || (x->has & HAS_CHEMISTRY));
+    int current =
+        (x->has & HAS_POTENTIAL) && !(x->has & HAS_MIGRATION) && (draw_chance(g, 0.6) || (x->has & HAS_CHEMISTRY));
     int s = scene_section(x, x->has & HAS_CORRODE ? "corrode" : "dissolve", "");
     char more[96] = "";
     double Csat = draw_decade(g, 50.0, 6000.0);
@@ -329,15 +333,17 @@ void generate_metal(draw *g)
     if (x->has & HAS_STATE) snprintf(more, sizeof more, "*(1 - 0.8*theta)");
     if ((x->has & HAS_MIGRATION) && (x->has & HAS_POTENTIAL) && g->metals == 2) {
         s = scene_section(x, "dissolve", "mg4ag");
-        scene_key(x, s, "current", "%q*10^((E + %q)/%q)%s", draw_decade(g, 0.05, 2.0) * 1e-6 / x->h[0], UNIT_CURRENT_DENSITY,
-                  draw_between(g, -0.05, 0.05), UNIT_VOLT, draw_between(g, 0.06, 0.15), UNIT_VOLT, more);
+        scene_key(x, s, "current", "%q*10^((E + %q)/%q)%s", draw_decade(g, 0.05, 2.0) * 1e-6 / x->h[0],
+                  UNIT_CURRENT_DENSITY, draw_between(g, -0.05, 0.05), UNIT_VOLT, draw_between(g, 0.06, 0.15), UNIT_VOLT,
+                  more);
         scene_key(x, s, "reaction", "Mg = Mg2+ + 2 e-");
         s = scene_section(x, "dissolve", "steel304");
         scene_key(x, s, "rate", "0");
         s -= 2;
     } else if (x->has & HAS_MIGRATION) {
-        scene_key(x, s, "current", "%q*10^((E + %q)/%q)%s", draw_decade(g, 0.05, 2.0) * 1e-3 / x->h[0] * 1e-3, UNIT_CURRENT_DENSITY,
-                  draw_between(g, -0.05, 0.05), UNIT_VOLT, draw_between(g, 0.06, 0.15), UNIT_VOLT, more);
+        scene_key(x, s, "current", "%q*10^((E + %q)/%q)%s", draw_decade(g, 0.05, 2.0) * 1e-3 / x->h[0] * 1e-3,
+                  UNIT_CURRENT_DENSITY, draw_between(g, -0.05, 0.05), UNIT_VOLT, draw_between(g, 0.06, 0.15), UNIT_VOLT,
+                  more);
         scene_key(x, s, "charge", "2");
         scene_key(x, s, "reaction", "Mg = Mg2+ + 2 e-");
         if (!(x->has & HAS_POTENTIAL)) scene_key(x, s, "potential", "%q", draw_between(g, -0.05, 0.1), UNIT_VOLT);
@@ -409,14 +415,15 @@ static void write_grid(draw *g)
 /* Which physics a scene has. */
 static uint32_t draw_physics(draw *g)
 {
-    double kind = draw_share(g);
+    double kind = draw_fraction(g);
     uint32_t has = 0;
     if (kind < 0.08) return HAS_POTENTIAL | HAS_STEADY;
     if (kind < 0.14) return HAS_SOLID | HAS_STEADY | (draw_chance(g, 0.3) ? HAS_CRACK : 0);
     if (kind < 0.17 + 0.01 * PD_DIM) return HAS_GAS;
     if (kind < 0.23 && PD_DIM > 1) return HAS_FLOW | HAS_STEADY;
-    if (kind < 0.30) return HAS_TRANSPORT | HAS_STEADY | (PD_DIM > 1 && draw_chance(g, 0.6) ? HAS_FLOW : 0) |
-                            (draw_chance(g, 0.4) ? HAS_MEDIUM : 0);
+    if (kind < 0.30)
+        return HAS_TRANSPORT | HAS_STEADY | (PD_DIM > 1 && draw_chance(g, 0.6) ? HAS_FLOW : 0) |
+               (draw_chance(g, 0.4) ? HAS_MEDIUM : 0);
     if (kind < 0.40) {
         has = HAS_CORRODE;
         if (PD_DIM > 1 && draw_chance(g, 0.4)) has |= HAS_FLOW | HAS_TRANSPORT;

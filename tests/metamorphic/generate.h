@@ -4,8 +4,8 @@
 #include "scene.h"
 
 typedef enum scene_class {
-    CLASS_EXACT = 0,  /* prescribed steps, tolerances at their end */
-    CLASS_TOLERANCE,  /* default steps */
+    CLASS_EXACT = 0, /* prescribed steps, tolerances at their end */
+    CLASS_TOLERANCE, /* default steps */
     CLASS_LATTICE
 } scene_class;
 
@@ -17,22 +17,22 @@ typedef struct draw {
     scene *x;
     uint32_t state;
     scene_class of;
-    int metals;         /* solids of materials of their own */
+    int metals; /* solids of materials of their own */
     int shapes;
-    int holds;          /* a solid that is held runs from side to side along this axis, -1: none */
-    int flow_axis;      /* -1: none */
-    int given;          /* 1: the flow is given, and nothing stands in it */
+    int holds;     /* a solid that is held runs from side to side along this axis, -1: none */
+    int flow_axis; /* -1: none */
+    int given;     /* 1: the flow is given, and nothing stands in it */
     int periodic[3];
-    double D;           /* [m2/s] */
-    double length;      /* [m] a few cells */
-    double through;     /* [-] share of bodies with faces through nodes */
+    double D;       /* [m2/s] */
+    double length;  /* [m] a few cells */
+    double through; /* [-] share of bodies with faces through nodes */
     char fields[256];
 } draw;
 
-double draw_share(draw *g);
+double draw_fraction(draw *g);
 double draw_between(draw *g, double low, double high);
 double draw_decade(draw *g, double low, double high);
-int draw_chance(draw *g, double share);
+int draw_chance(draw *g, double chance);
 int draw_whole(draw *g, int low, int high);
 
 void generate_shapes(draw *g);

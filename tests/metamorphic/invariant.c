@@ -33,13 +33,14 @@ static double value_of(const record *r, const char *section_name, const char *na
     return g ? g->value : NAN;
 }
 
-/* Fluid has a finite value of all that fluid has; pH and the like, too, in nodes that have just turned. */
+/* Fluid has a finite value of all that fluid has; pH and the like, too, in nodes that have just rotated. */
 static void check_finite(const record *r, finding *f)
 {
     const run_field *kind = field_of(r, "kind");
     for (int k = 0; k < r->fields && kind; k++) {
         const run_field *g = &r->field[k];
-        if (strcmp(g->name, "SI") == 0 || strcmp(g->name, "theta") == 0) continue; /* without a solid, off surfaces: none */
+        if (strcmp(g->name, "SI") == 0 || strcmp(g->name, "theta") == 0)
+            continue; /* without a solid, off surfaces: none */
         for (int64_t i = 0; i < r->cells; i++) {
             double v = g->data[i];
             if (isinf(v) || (isnan(v) && kind->data[i] == 1.0 && strchr(g->label, '['))) {
@@ -63,7 +64,8 @@ static void check_bounds(const scene *x, const record *r, finding *f)
             if (g->data[i] < -1e-6 * most) broken(f, g->name, g->data[i], 0.0, most, "is negative");
     }
     for (int64_t i = 0; i < r->cells && film && (x->has & HAS_MINERAL); i++)
-        if (film->data[i] > 1.0 - POROSITY + 1e-6) broken(f, "film", film->data[i], 1.0 - POROSITY, 1.0, "leaves less than the porosity");
+        if (film->data[i] > 1.0 - POROSITY + 1e-6)
+            broken(f, "film", film->data[i], 1.0 - POROSITY, 1.0, "leaves less than the porosity");
 }
 
 /* The sum of an element is that of the amounts it is made of. */
@@ -76,7 +78,8 @@ static void check_sums(const record *r, finding *f)
         double n = value_of(r, "total", "all", of[k]);
         if (!isnan(n)) parts += n;
     }
-    if (fabs(sum - parts) > 1e-6 * (fabs(parts) + fabs(sum))) broken(f, "total.all.sum_Mg", sum, parts, fabs(parts), "is not the sum of its species");
+    if (fabs(sum - parts) > 1e-6 * (fabs(parts) + fabs(sum)))
+        broken(f, "total.all.sum_Mg", sum, parts, fabs(parts), "is not the sum of its species");
 }
 
 static void check_balances(const scene *x, const record *r, finding *f)
@@ -87,9 +90,11 @@ static void check_balances(const scene *x, const record *r, finding *f)
     if (fabs(ledger) > 1e-8) broken(f, "result.ledger", ledger, 0.0, 1.0, "the balance is open");
     double current = value_of(r, "result", "", "current"), size = x->current;
     for (int d = 1; d < PD_DIM; d++) size *= x->h[0];
-    if (fabs(currents) > 1e-6 && fabs(current) > 1e-6 * size) broken(f, "result.current_balance", currents, 0.0, 1.0, "currents lack something");
+    if (fabs(currents) > 1e-6 && fabs(current) > 1e-6 * size)
+        broken(f, "result.current_balance", currents, 0.0, 1.0, "currents lack something");
     if (fabs(flux) > 1e-5 && x->until <= 0.0) broken(f, "result.flux", flux, 0.0, 1.0, "what enters does not leave");
-    if (fabs(up - down) > 1e-5 * fabs(up)) broken(f, "plane.down.flow", up, down, fabs(up), "planes pass different flows");
+    if (fabs(up - down) > 1e-5 * fabs(up))
+        broken(f, "plane.down.flow", up, down, fabs(up), "planes pass different flows");
 }
 
 void check_record(const scene *x, const record *r, finding *f)

@@ -1,4 +1,5 @@
-/* invariant: what must hold of one record, whatever the scene: balances, bounds, figures that are what their name says. */
+/* invariant: what must hold of one record, whatever the scene: balances, bounds, figures that are what their name says.
+ */
 #ifndef METAMORPHIC_INVARIANT_H
 #define METAMORPHIC_INVARIANT_H
 #include "compare.h"

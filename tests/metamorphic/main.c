@@ -1,4 +1,4 @@
-/* metamorphic: random scenes and what must be the same of them when they are turned, mirrored, shifted, rescaled.
+/* metamorphic: random scenes and what must be the same of them when they are rotated, mirrored, shifted, rescaled.
  *
  *   metamorphic_2d [--seed N] [--pairs N] [--seconds S] [--class exact|tolerance|lattice] [--only TRANSFORM] [--show]
  *                  [--sanitize] [--limit S] [--through SHARE] [--shrink S]
@@ -13,6 +13,7 @@
 #include "shrink.h"
 #include "invariant.h"
 #include "../random.h"
+#include <dirent.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,12 +28,13 @@ typedef struct options {
     int pairs, show, sanitize, quick, blind, only;
     double seconds, limit, through, shrink;
     scene_class of;
-    uint32_t with;      /* scenes that have all of it */
-    int mixed;          /* a fifth of the pairs by tolerance */
+    uint32_t with; /* scenes that have all of it */
+    int mixed;     /* a fifth of the pairs by tolerance */
     char folder[256];
 } options;
 
-/* Of `make test`: seeds without a finding, in each dimension. Generate others with --show, which says of which pairs agree. */
+/* Of `make test`: seeds without a finding, in each dimension. Generate others with --show, which says of which pairs
+ * agree. */
 static const uint32_t quick_seeds[] = {
 #if PD_DIM == 1
     60000, 60001, 60002, 60003, 60004, 60005, 60006, 60007, 60008, 60009, 60010, 60012,
@@ -43,8 +45,7 @@ static const uint32_t quick_seeds[] = {
     60022, 60023, 60024, 60025, 60026, 60027, 60028, 60029, 60031, 60033, 60034, 60035,
     60036, 60038, 60039, 60040, 60042, 60043, 60044, 60046, 60049, 60051, 60052, 60053,
 #else
-    60000, 60001, 60003, 60006, 60007, 60009, 60011, 60012, 60014, 60016, 60022, 60023,
-    60024, 60025, 60028, 60029,
+    60000, 60001, 60003, 60006, 60007, 60009, 60011, 60012, 60014, 60016, 60022, 60023, 60024, 60025, 60028, 60029,
 #endif
 };
 
@@ -69,13 +70,15 @@ static void write_text(const scene *x, char *text)
     }
 }
 
-/* Where a solver stops earlier than the others, and no key of the scene or of the model makes it go on, pairs agree as far
- * as it goes: states of surfaces are found to 1e-8 (react/coat); a steady flow to 1e-10 of scales of its residuals, which
- * refuse less; a flow in time to a share of its rtol; a steady field in a stream to a balance of 1e-6 (transport/settle). */
+/* Where a solver stops earlier than the others, and no key of the scene or of the model makes it go on, pairs agree as
+ * far as it goes: states of surfaces are found to 1e-8 (react/coat); a steady flow to 1e-10 of scales of its residuals,
+ * which refuse less; a flow in time to a share of its rtol; a steady field in a stream to a balance of 1e-6
+ * (transport/settle). */
 static double tolerance_of(const scene *x, const transform *t)
 {
     if (transform_bits(t->kind)) return 0.0;
-    if ((x->has & HAS_FLOW_IN_TIME) || ((x->has & HAS_STEADY) && (x->has & HAS_TRANSPORT) && (x->has & HAS_FLOW))) return 1e-5;
+    if ((x->has & HAS_FLOW_IN_TIME) || ((x->has & HAS_STEADY) && (x->has & HAS_TRANSPORT) && (x->has & HAS_FLOW)))
+        return 1e-5;
     return x->has & (HAS_STATE | HAS_FLOW) ? 1e-7 : 1e-9;
 }
 
@@ -138,8 +141,8 @@ static void print_finding(const options *o, uint32_t seed, const scene *x, const
 {
     static char text[TEXT];
     static scene y;
-    printf("FINDING seed %u dim %d %s: %s %s: %.17g %.17g (%.3g of %.3g) %s\n", seed, PD_DIM, transform_names[t->kind], f->kind,
-           f->name, f->a, f->b, fabs(f->a - f->b) / f->scale, f->scale, f->detail);
+    printf("FINDING seed %u dim %d %s: %s %s: %.17g %.17g (%.3g of %.3g) %s\n", seed, PD_DIM, transform_names[t->kind],
+           f->kind, f->name, f->a, f->b, fabs(f->a - f->b) / f->scale, f->scale, f->detail);
     if (f->others[0]) printf("differ:%s\n", f->others);
     write_text(x, text);
     printf("---- scene\n%s", text);
@@ -188,16 +191,32 @@ static void one(const options *all, uint32_t seed, tally *s)
     s->refused += a.outcome == OUTCOME_REFUSED;
     s->failed += a.outcome == OUTCOME_FAILED;
     if (a.seconds > s->longest) s->longest = a.seconds;
-    if (o->show) printf("# seed %u %s: %s, %s, %lld steps, %.2f s %s\n", seed, transform_names[kind], f.found ? "finding" : "agrees", outcome_names[a.outcome], (long long)a.steps, a.seconds, a.message);
+    if (o->show)
+        printf("# seed %u %s: %s, %s, %lld steps, %.2f s %s\n", seed, transform_names[kind],
+               f.found ? "finding" : "agrees", outcome_names[a.outcome], (long long)a.steps, a.seconds, a.message);
     if (f.found) {
         pair_compare p = {o};
-        if (o->shrink > 0.0 && !o->sanitize && strcmp(f.kind, "hang") != 0) shrink_scene(compare_again, &p, &t, o->shrink, &x, &f);
+        if (o->shrink > 0.0 && !o->sanitize && strcmp(f.kind, "hang") != 0)
+            shrink_scene(compare_again, &p, &t, o->shrink, &x, &f);
         s->findings++;
         s->found[kind]++;
         print_finding(o, seed, &x, &t, &f);
     }
     record_free(&a);
     if (!o->sanitize) record_free(&b);
+}
+
+static void remove_folder(const char *folder)
+{
+    char path[600];
+    struct dirent *e;
+    DIR *d = opendir(folder);
+    while (d && (e = readdir(d)) != NULL) {
+        snprintf(path, sizeof path, "%s/%.255s", folder, e->d_name);
+        unlink(path);
+    }
+    if (d) closedir(d);
+    rmdir(folder);
 }
 
 static int usage(const char *what)
@@ -236,8 +255,8 @@ int main(int argc, char **argv)
         else if (strcmp(a, "--limit") == 0) o.limit = atof(v);
         else if (strcmp(a, "--shrink") == 0) o.shrink = atof(v);
         else if (strcmp(a, "--with") == 0) {
-            static const char *const names[] = {"flow", "transport", "dissolve", "corrode", "chemistry", "mineral", "state",
-                                                "migration", "potential", "solid", "gas"};
+            static const char *const names[] = {"flow",  "transport", "dissolve",  "corrode", "chemistry", "mineral",
+                                                "state", "migration", "potential", "solid",   "gas"};
             for (uint32_t j = 0; j < sizeof names / sizeof names[0]; j++)
                 if (strcmp(v, names[j]) == 0) o.with |= (uint32_t)1 << j; /* as HAS_FLOW and its like */
         } else if (strcmp(a, "--through") == 0) o.through = atof(v);
@@ -249,17 +268,20 @@ int main(int argc, char **argv)
             if (o.only < 0) return usage(v);
         } else return usage(a);
     }
-    snprintf(o.folder, sizeof o.folder, "/tmp/metamorphic.XXXXXX");
-    if (!mkdtemp(o.folder)) return usage("no folder in /tmp");
+    const char *scratch = getenv("TMPDIR");
+    snprintf(o.folder, sizeof o.folder, "%s/metamorphic.XXXXXX", scratch && scratch[0] ? scratch : P_tmpdir);
+    if (!mkdtemp(o.folder)) return usage("no folder for scratch files");
     if (o.quick) o.pairs = (int)(sizeof quick_seeds / sizeof quick_seeds[0]);
     for (int k = 0; k < o.pairs; k++) {
         if (o.seconds > 0.0 && now() - begin > o.seconds) break;
         one(&o, o.quick ? quick_seeds[k] : o.seed + (uint32_t)k, &s);
     }
-    printf("%d %s, %d ran, %d changed something, %d with three physics or more, %d refused, %d failed, longest %.2f s\n",
-           s.pairs, o.sanitize ? "scenes" : "pairs", s.ran, s.changed, s.several, s.refused, s.failed, s.longest);
+    printf(
+        "%d %s, %d ran, %d changed something, %d with three physics or more, %d refused, %d failed, longest %.2f s\n",
+        s.pairs, o.sanitize ? "scenes" : "pairs", s.ran, s.changed, s.several, s.refused, s.failed, s.longest);
     for (int k = 0; k < TRANSFORM_COUNT; k++)
         if (s.by_transform[k]) printf("%s %d of %d\n", transform_names[k], s.found[k], s.by_transform[k]);
+    remove_folder(o.folder);
     printf("%d passed, %d failed\n", s.pairs - s.findings, s.findings);
     return s.findings > 0;
 }

@@ -23,7 +23,8 @@ void generate_chemistry(draw *g)
     double size = g->D / 1.5e-9;
     scene_key(x, c, "activity", draw_chance(g, 0.5) ? "ideal" : "davies");
     if (x->has & HAS_MIGRATION) scene_key(x, c, "migration", "yes");
-    if ((x->has & HAS_MINERAL) && (x->has & HAS_DISSOLVE) && !(x->has & (HAS_POTENTIAL | HAS_MIGRATION)) && draw_chance(g, 0.3))
+    if ((x->has & HAS_MINERAL) && (x->has & HAS_DISSOLVE) && !(x->has & (HAS_POTENTIAL | HAS_MIGRATION)) &&
+        draw_chance(g, 0.3))
         scene_key(x, c, "cover", "%q", draw_between(g, 0.02, 1.0) * x->h[0], UNIT_LENGTH);
     if ((x->has & HAS_MINERAL) && draw_chance(g, 0.3)) scene_key(x, c, "tortuosity", "%g", draw_between(g, 1.0, 3.0));
     draw_species(g, "H+", 9.31e-9 * size, 1e-4, 1e-4);
@@ -45,7 +46,9 @@ void generate_chemistry(draw *g)
     if (x->has & (HAS_POTENTIAL | HAS_MIGRATION)) draw_species(g, "O2", 2.0e-9 * size, 0.25, 0.25);
     s = scene_section(x, "reaction", "water");
     if (draw_chance(g, 0.93)) scene_key(x, s, "=", "H2O = H+ + OH-   log10_K = -14");
-    else scene_key(x, s, "=", "H+ + OH- = H2O   K = 1e14 L2/mol2   forward = %q", 1.4e8 * draw_decade(g, 1e-6, 1.0) , UNIT_SECOND_ORDER);
+    else
+        scene_key(x, s, "=", "H+ + OH- = H2O   K = 1e14 L2/mol2   forward = %q", 1.4e8 * draw_decade(g, 1e-6, 1.0),
+                  UNIT_SECOND_ORDER);
     if (draw_chance(g, 0.25)) {
         draw_species(g, "MgOH+", 7.05e-10 * size, 0.0, 0.0);
         s = scene_section(x, "reaction", "pair");
@@ -84,7 +87,12 @@ void generate_potential(draw *g)
     double ohmic = conductivity * 0.1 / (4.0 * x->h[0]);
     if (!(i > 0.0)) i = ohmic * draw_decade(g, 0.01, 3.0);
     if (migrates) i = draw_decade(g, 0.05, 2.0) * 1e-3 / x->h[0] * 1e-3;
-    else scene_key(x, s, "conductivity", "%q", migrates ? 1.0 : draw_chance(g, 0.5) ? i * 4.0 * x->h[0] / 0.1 : conductivity, UNIT_CONDUCTIVITY);
+    else
+        scene_key(x, s, "conductivity", "%q",
+                  migrates              ? 1.0
+                  : draw_chance(g, 0.5) ? i * 4.0 * x->h[0] / 0.1
+                                        : conductivity,
+                  UNIT_CONDUCTIVITY);
     x->current = i;
     for (int k = 0; k < g->metals; k++) {
         char name[16];
@@ -95,8 +103,8 @@ void generate_potential(draw *g)
         int curve = draw_whole(g, 0, 2);
         if (migrates) {
             scene_key(x, s, "curve", "expression");
-            scene_key(x, s, "i", "-%q*[O2]/%q*10^(-(E + %q)/%q)", i, UNIT_CURRENT_DENSITY, 0.25, UNIT_CONCENTRATION, -E0, UNIT_VOLT,
-                      draw_between(g, 0.1, 0.15), UNIT_VOLT);
+            scene_key(x, s, "i", "-%q*[O2]/%q*10^(-(E + %q)/%q)", i, UNIT_CURRENT_DENSITY, 0.25, UNIT_CONCENTRATION,
+                      -E0, UNIT_VOLT, draw_between(g, 0.1, 0.15), UNIT_VOLT);
             scene_key(x, s, "reaction", "O2 + 2 H2O + 4 e- = 4 OH-");
             continue;
         }
@@ -143,12 +151,14 @@ void generate_solid(draw *g)
     int low = scene_side(x, axis, 0), high = scene_side(x, axis, 1), shear = PD_DIM > 1 ? (axis + 1) % PD_DIM : axis;
     for (int d = 0; d < PD_DIM; d++) scene_component(x, low, "u", d, "%q", 0.0, UNIT_LENGTH);
     if (draw_chance(g, 0.5)) {
-        scene_component(x, high, "u", axis, "%q", draw_between(g, -1e-3, 2e-3) * x->cells[axis] * x->h[axis], UNIT_LENGTH);
-        if (PD_DIM > 1 && draw_chance(g, 0.5)) scene_component(x, high, "u", shear, "%q", 0.01 * x->h[axis], UNIT_LENGTH);
+        scene_component(x, high, "u", axis, "%q", draw_between(g, -1e-3, 2e-3) * x->cells[axis] * x->h[axis],
+                        UNIT_LENGTH);
+        if (PD_DIM > 1 && draw_chance(g, 0.5))
+            scene_component(x, high, "u", shear, "%q", 0.01 * x->h[axis], UNIT_LENGTH);
     } else
         for (int d = 0; d < PD_DIM; d++)
-            scene_vector(x, high, "traction", d, "%q", d == axis || draw_chance(g, 0.4) ? draw_between(g, -1e7, 5e7) : 0.0,
-                         UNIT_PRESSURE);
+            scene_vector(x, high, "traction", d, "%q",
+                         d == axis || draw_chance(g, 0.4) ? draw_between(g, -1e7, 5e7) : 0.0, UNIT_PRESSURE);
     if (!alone && material != 2 && draw_chance(g, 0.5))
         scene_key(x, s, "speed_factor", "exp(sigma_h/%q)", 1e8, UNIT_PRESSURE);
 }
@@ -159,10 +169,10 @@ void generate_gas(draw *g)
     int s = scene_section(x, "gas", "");
     double width = x->cells[0] * x->h[0];
     /* rho = 1 kg/m3 at 1 Pa: a speed of about 1 m/s, for a box as wide as it takes in a second. */
-    scene_key(x, s, "rho", "%q*(1 + %g*sin(%g*%p))", 1.0, UNIT_DENSITY, draw_between(g, 0.0, 0.4), draw_between(g, 0.2, 0.8),
-              draw_whole(g, 0, PD_DIM - 1));
-    scene_key(x, s, "p", "%q*(1 + %g*sin(%g*%p))", 1.0, UNIT_PRESSURE, draw_between(g, 0.0, 0.4), draw_between(g, 0.2, 0.8),
-              draw_whole(g, 0, PD_DIM - 1));
+    scene_key(x, s, "rho", "%q*(1 + %g*sin(%g*%p))", 1.0, UNIT_DENSITY, draw_between(g, 0.0, 0.4),
+              draw_between(g, 0.2, 0.8), draw_whole(g, 0, PD_DIM - 1));
+    scene_key(x, s, "p", "%q*(1 + %g*sin(%g*%p))", 1.0, UNIT_PRESSURE, draw_between(g, 0.0, 0.4),
+              draw_between(g, 0.2, 0.8), draw_whole(g, 0, PD_DIM - 1));
     for (int d = 0; d < PD_DIM; d++)
         if (draw_chance(g, 0.6)) scene_component(x, s, "v", d, "%q", draw_between(g, -0.4, 0.4), UNIT_SPEED);
     if (draw_chance(g, 0.3)) scene_key(x, s, "order", "first");
@@ -170,7 +180,8 @@ void generate_gas(draw *g)
         g->periodic[d] = draw_chance(g, 0.2);
         for (int plus = 0; plus < 2; plus++) {
             static const char *const kinds[] = {"slip", "mirror", "outlet", "inlet", "slip"};
-            scene_key(x, scene_side(x, d, plus), "flow", "%s", g->periodic[d] ? "periodic" : kinds[draw_whole(g, 0, 4)]);
+            scene_key(x, scene_side(x, d, plus), "flow", "%s",
+                      g->periodic[d] ? "periodic" : kinds[draw_whole(g, 0, 4)]);
         }
     }
     if (PD_DIM > 1 && draw_chance(g, 0.3)) {

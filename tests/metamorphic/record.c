@@ -102,7 +102,8 @@ static void collect_fields(pd_ctx *ctx, const pd_instant *at, record *r)
         if (name && name[0] && !pdi_setup_field_needs(u, (pd_field)k)) collect_field(ctx, at, name, r);
     }
     if (at->model->setup->has_solid) collect_vector(at, "u(vector)", "u [m]", 0, r);
-    if (at->model->setup->has_potential && !at->model->setup->migrates) collect_vector(at, "j(vector)", "j [A/m2]", 1, r);
+    if (at->model->setup->has_potential && !at->model->setup->migrates)
+        collect_vector(at, "j(vector)", "j [A/m2]", 1, r);
 }
 
 static int differs(const record *a, const record *b)
@@ -132,7 +133,8 @@ static int varies(const record *a)
     return 0;
 }
 
-/* Tolerances of the solvers, which no key of a scene sets: what pairs compare is not to be what a solver left undone. */
+/* Tolerances of the solvers, which no key of a scene sets: what pairs compare is not to be what a solver left undone.
+ */
 static void tighten(pd_model *model, int first_order)
 {
     model->transport.desc.tolerance = 1e-13;

@@ -1,5 +1,5 @@
-/* record: what a run came to: its status and message, its fields and figures in full precision. A run is a process of its
- * own, so that a crash, a hang and an abort of a sanitizer are records, too.
+/* record: what a run came to: its status and message, its fields and figures in full precision. A run is a process of
+ * its own, so that a crash, a hang and an abort of a sanitizer are records, too.
  */
 #ifndef METAMORPHIC_RECORD_H
 #define METAMORPHIC_RECORD_H
@@ -35,17 +35,17 @@ typedef struct record {
     int32_t n[3];
     int64_t cells, steps;
     double time, seconds;
-    int32_t changes;  /* 1: something is not as it was at the start */
+    int32_t changes; /* 1: something is not as it was at the start */
     int32_t figures, fields;
-    run_figure *figure;   /* [figures] */
-    run_field *field;     /* [fields] */
+    run_figure *figure; /* [figures] */
+    run_field *field;   /* [fields] */
 } record;
 
 typedef struct run_options {
     int threads;
-    int resume;        /* 1: stop after some steps, go on from the checkpoint */
-    int tight;         /* 1: solvers at their end; 2: steps of species of first order, too */
-    double limit;      /* [s] of processor time */
+    int resume;         /* 1: stop after some steps, go on from the checkpoint */
+    int tight;          /* 1: solvers at their end; 2: steps of species of first order, too */
+    double limit;       /* [s] of processor time */
     const char *folder; /* scratch */
 } run_options;
 

@@ -149,7 +149,7 @@ static entry *scene_entry(scene *x, int s, const char *key, entry_kind kind)
     e->kind = kind;
     e->section = s;
     e->sign = 1;
-    for (int d = 0; d < 3; d++) e->turned[d] = 1;
+    for (int d = 0; d < 3; d++) e->rotated[d] = 1;
     return e;
 }
 
@@ -232,8 +232,8 @@ entry *scene_find(scene *x, int s, const char *key)
 
 int scene_physics(const scene *x)
 {
-    const uint32_t each = HAS_FLOW | HAS_TRANSPORT | HAS_DISSOLVE | HAS_CORRODE | HAS_CHEMISTRY | HAS_MINERAL | HAS_STATE |
-                          HAS_MIGRATION | HAS_POTENTIAL | HAS_SOLID | HAS_GAS | HAS_GRAINS | HAS_MEDIUM;
+    const uint32_t each = HAS_FLOW | HAS_TRANSPORT | HAS_DISSOLVE | HAS_CORRODE | HAS_CHEMISTRY | HAS_MINERAL |
+                          HAS_STATE | HAS_MIGRATION | HAS_POTENTIAL | HAS_SOLID | HAS_GAS | HAS_GRAINS | HAS_MEDIUM;
     int count = 0;
     for (uint32_t bits = x->has & each; bits; bits &= bits - 1) count++;
     return count;
@@ -322,7 +322,7 @@ static void put_entry(writer *w, const scene *x, const entry *e)
         const char *comma = d ? ", " : "";
         if (e->kind == ENTRY_VECTOR) {
             put(w, "%s", comma);
-            put_signed(w, x, e, d, d, e->turned[d]);
+            put_signed(w, x, e, d, d, e->rotated[d]);
         }
         if (e->kind == ENTRY_SIZES || e->kind == ENTRY_POINT || e->kind == ENTRY_BOX) {
             put(w, "%s", comma);

@@ -21,10 +21,7 @@ static double clock_now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int of_values(const finding *f)
-{
-    return strcmp(f->kind, "field") == 0 || strcmp(f->kind, "figure") == 0;
-}
+static int of_values(const finding *f) { return strcmp(f->kind, "field") == 0 || strcmp(f->kind, "figure") == 0; }
 
 static double difference(const finding *f)
 {
@@ -38,7 +35,8 @@ static int same(const finding *a, const finding *b)
     if (!b->found) return 0;
     if (of_values(a)) return of_values(b) && difference(b) >= 0.2 * difference(a);
     if (strcmp(a->kind, b->kind) != 0) return 0;
-    if (strcmp(a->kind, "invariant") == 0) return strcmp(a->name, b->name) == 0 && strncmp(a->detail, b->detail, 6) == 0;
+    if (strcmp(a->kind, "invariant") == 0)
+        return strcmp(a->name, b->name) == 0 && strncmp(a->detail, b->detail, 6) == 0;
     if (strcmp(a->kind, "outcome") == 0) return a->a == b->a && a->b == b->b && strncmp(a->detail, b->detail, 12) == 0;
     return strncmp(a->detail, b->detail, 120) == 0;
 }

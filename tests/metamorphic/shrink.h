@@ -1,5 +1,5 @@
-/* shrink: the smallest scene that still shows a finding: sections, keys, factors of expressions, cells and steps are taken
- * away as long as the pair differs in the same way.
+/* shrink: the smallest scene that still shows a finding: sections, keys, factors of expressions, cells and steps are
+ * taken away as long as the pair differs in the same way.
  */
 #ifndef METAMORPHIC_SHRINK_H
 #define METAMORPHIC_SHRINK_H

@@ -5,15 +5,15 @@
 #include <stdio.h>
 #include <string.h>
 
-const char *const transform_names[TRANSFORM_COUNT] = {"mirror",  "turn",  "shift", "lengths7", "lengths1e-3", "times3",
-                                                      "units", "order", "half",  "threads",  "resume", "tighter"};
+const char *const transform_names[TRANSFORM_COUNT] = {"mirror", "rotate",  "shift", "lengths7", "lengths1e-3", "times3",
+                                                      "units",  "order", "half",  "threads",  "resume",      "tighter"};
 
 int transform_bits(transform_kind kind) { return kind == TRANSFORM_THREADS || kind == TRANSFORM_RESUME; }
 
 /* What is drawn over places of the lattice is not turned with it: grains, and bonds that break at random. */
 static int places_count(const scene *x) { return (x->has & (HAS_GRAINS | HAS_RANDOM)) != 0; }
 
-static int draw_turn(const scene *x, uint32_t *state, transform *t)
+static int draw_rotation(const scene *x, uint32_t *state, transform *t)
 {
     if (PD_DIM == 1 || (x->has & HAS_AXIS)) return 0;
     int k = (int)(random_share(state) * (PD_DIM == 2 ? 2 : 5));
@@ -55,7 +55,7 @@ int transform_draw(transform_kind kind, const scene *x, uint32_t *state, transfo
         if (places_count(x)) return 0;
         t->sign[(int)(random_share(state) * axes)] = -1;
         return 1;
-    case TRANSFORM_TURN: return !places_count(x) && draw_turn(x, state, t);
+    case TRANSFORM_ROTATE: return !places_count(x) && draw_rotation(x, state, t);
     case TRANSFORM_SHIFT:
         for (int d = 0; d < axes; d++) t->offset[d] = floor(random_between(state, -40.0, 40.0)) * x->h[d];
         return !places_count(x);
@@ -79,8 +79,8 @@ int transform_holds(const transform *t, const scene *x) { return t->unfold < 0 |
 
 double transform_factor(const transform *t, const dimension *d)
 {
-    /* Amounts and charge go with the volume, energies, too: so concentrations, voltages, pressures, the gas constant and
-     * Faraday's constant stay. Exponents of m, kg, s, mol, A. */
+    /* Amounts and charge go with the volume, energies, too: so concentrations, voltages, pressures, the gas constant
+     * and Faraday's constant stay. Exponents of m, kg, s, mol, A. */
     double length = d->e[0] + d->e[1] + 3.0 * d->e[3] + 3.0 * d->e[4], time = 2.0 * d->e[1] + d->e[2] - d->e[4];
     return pow(t->length, length) * pow(t->time, time);
 }
@@ -90,7 +90,7 @@ static double place(const transform *t, int axis, double at)
     return t->length * (t->sign[axis] * at + t->offset[axis]);
 }
 
-static void turn_tokens(const transform *t, scene *y)
+static void rotate_tokens(const transform *t, scene *y)
 {
     for (int k = 0; k < y->tokens; k++) {
         token *p = &y->pool[k];
@@ -109,7 +109,7 @@ static void turn_tokens(const transform *t, scene *y)
     }
 }
 
-static void turn_entry(const transform *t, entry *e)
+static void rotate_entry(const transform *t, entry *e)
 {
     entry old = *e;
     if (e->kind == ENTRY_COMPONENT || e->kind == ENTRY_PLANE || e->kind == ENTRY_AXIS) e->axis = t->to[old.axis];
@@ -120,7 +120,7 @@ static void turn_entry(const transform *t, entry *e)
         if (e->kind == ENTRY_VECTOR) {
             e->first[b] = old.first[d];
             e->count[b] = old.count[d];
-            e->turned[b] = old.turned[d] * t->sign[d];
+            e->rotated[b] = old.rotated[d] * t->sign[d];
         }
         if (e->kind == ENTRY_SIZES) e->low[b] = t->length * old.low[d];
         if (e->kind == ENTRY_POINT) e->low[b] = place(t, d, old.low[d]);
@@ -134,13 +134,13 @@ static void turn_entry(const transform *t, entry *e)
 
 /* ---- the order of sections ---- */
 
-/* Solids of different materials count in their order where they overlap, later electrodes, too; so does what an operation
- * is made of. Sections that may stand anywhere are swapped. */
+/* Solids of different materials count in their order where they overlap, later electrodes, too; so does what an
+ * operation is made of. Sections that may stand anywhere are swapped. */
 static void reorder(scene *y, uint32_t state)
 {
-    static const char *const loose[] = {"species", "reaction", "mineral", "electrode", "side", "total", "plane", "probe",
-                                        "transfer", "force", "shape", "transport", "run", "output", "potential",
-                                        "dissolve", "flow", "solid"};
+    static const char *const loose[] = {"species", "reaction", "mineral",   "electrode", "side",  "total",
+                                        "plane",   "probe",    "transfer",  "force",     "shape", "transport",
+                                        "run",     "output",   "potential", "dissolve",  "flow",  "solid"};
     int mine[SCENE_SECTIONS], count = 0, rank[SCENE_SECTIONS];
     for (int s = 0; s < y->sections; s++) {
         const section *p = &y->part[s];
@@ -148,8 +148,8 @@ static void reorder(scene *y, uint32_t state)
         for (size_t k = 0; k < sizeof loose / sizeof loose[0]; k++) free |= strcmp(p->name, loose[k]) == 0;
         for (int k = 0; k < y->entries; k++) {
             const entry *e = &y->list[k];
-            if (e->section == s && (strcmp(e->key, "union") == 0 || strcmp(e->key, "difference") == 0 ||
-                                    strcmp(e->key, "intersect") == 0))
+            if (e->section == s &&
+                (strcmp(e->key, "union") == 0 || strcmp(e->key, "difference") == 0 || strcmp(e->key, "intersect") == 0))
                 free = 0;
         }
         /* operands stay in front of what they make */
@@ -184,7 +184,7 @@ static void mirror_copy(scene *y, int from, int to, int axis, double plane, int 
         *e = y->list[k];
         e->section = to;
         if (e->kind == ENTRY_COMPONENT && e->axis == axis) e->sign = -e->sign;
-        if (e->kind == ENTRY_VECTOR) e->turned[axis] = -e->turned[axis];
+        if (e->kind == ENTRY_VECTOR) e->rotated[axis] = -e->rotated[axis];
         if (!shapes) continue;
         if (e->kind == ENTRY_BOX || e->kind == ENTRY_POINT) {
             double low = e->low[axis], high = e->high[axis];
@@ -197,7 +197,8 @@ static void mirror_copy(scene *y, int from, int to, int axis, double plane, int 
 static int copies(const scene *y, int s)
 {
     for (int k = 0; k < y->entries; k++)
-        if (y->list[k].section == s && (strcmp(y->list[k].key, "box") == 0 || strcmp(y->list[k].key, "ball") == 0)) return 1;
+        if (y->list[k].section == s && (strcmp(y->list[k].key, "box") == 0 || strcmp(y->list[k].key, "ball") == 0))
+            return 1;
     return 0;
 }
 
@@ -265,7 +266,8 @@ static void unfold(scene *y, int axis)
         entry *e = &y->list[k];
         if (!e->key[0]) continue;
         const char *of = y->part[e->section].name;
-        if (y->part[e->section].axis < 0 && (e->kind == ENTRY_VECTOR || (e->kind == ENTRY_COMPONENT && e->axis == axis))) {
+        if (y->part[e->section].axis < 0 &&
+            (e->kind == ENTRY_VECTOR || (e->kind == ENTRY_COMPONENT && e->axis == axis))) {
             e->odd = axis + 1;
             e->plane = plane;
         }
@@ -294,8 +296,8 @@ void transform_scene(const scene *x, const transform *t, scene *y)
 {
     *y = *x;
     if (t->unfold >= 0) unfold(y, t->unfold);
-    turn_tokens(t, y);
-    for (int k = 0; k < y->entries; k++) turn_entry(t, &y->list[k]);
+    rotate_tokens(t, y);
+    for (int k = 0; k < y->entries; k++) rotate_entry(t, &y->list[k]);
     for (int s = 0; s < y->sections; s++) {
         int axis = y->part[s].axis;
         if (axis < 0) continue;

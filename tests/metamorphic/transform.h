@@ -1,13 +1,11 @@
-/* transform: a scene turned, mirrored, shifted, rescaled, in other units, in another order, unfolded at its mirror; and how
- * a figure or a component of the one is called in the other.
- */
+/* transform: a scene rotated, mirrored, shifted, rescaled, in other units, in another order, unfolded at its mirror. */
 #ifndef METAMORPHIC_TRANSFORM_H
 #define METAMORPHIC_TRANSFORM_H
 #include "scene.h"
 
 typedef enum transform_kind {
     TRANSFORM_MIRROR = 0,
-    TRANSFORM_TURN,
+    TRANSFORM_ROTATE,
     TRANSFORM_SHIFT,
     TRANSFORM_LENGTHS_7,
     TRANSFORM_LENGTHS_MILLI,
@@ -27,9 +25,9 @@ extern const char *const transform_names[TRANSFORM_COUNT];
 typedef struct transform {
     transform_kind kind;
     int to[3], sign[3];
-    double offset[3];     /* [m] */
-    double length, time;  /* factors */
-    int unfold;           /* axis that was unfolded at its low side, -1: none */
+    double offset[3];    /* [m] */
+    double length, time; /* factors */
+    int unfold;          /* axis that was unfolded at its low side, -1: none */
     uint32_t seed;
 } transform;
 
