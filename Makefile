@@ -218,6 +218,7 @@ quarters_3 = 1
 .PHONY: metamorphic metamorphic-sanitized metamorphic-programs $(METAMORPHIC_RUNS) $(SANITIZED_RUNS)
 metamorphic: $(METAMORPHIC_RUNS) ## random scenes against their images: PAIRS (200) pairs from SEED (1) on
 
+metamorphic-run-2: $(BUILD)/metamorphic_3d
 $(METAMORPHIC_RUNS): metamorphic-run-%: $(BUILD)/metamorphic_%d
 	$< --seed $(SEED) --pairs $$(( $(PAIRS) * $(quarters_$*) / 4 ))
 

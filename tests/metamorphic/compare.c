@@ -311,7 +311,7 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     int of_whole = strcmp(p->key, "volume_loss") == 0 || strcmp(p->key, "flux") == 0 || strcmp(p->key, "flux_max") == 0;
     if (t->kind == TRANSFORM_TIGHTER) of_whole = 0;
     if (t->kind == TRANSFORM_TIGHTER && strcmp(p->unit, "-") == 0 && scale < 1e-3)
-        scale = 1e-3;         /* a loss of a thousandth */
+        scale = 1e-3;            /* a loss of a thousandth */
     if (of_whole && scale < 1.0) /* shares of the whole */
         scale = 1.0;
     if (scale_of(x, p->unit) > scale) scale = scale_of(x, p->unit);
@@ -371,4 +371,32 @@ void compare_steps(const scene *x, const transform *t, const record *a, const re
         if (strcmp(a->field[k].name, "SI") != 0) compare_field(x, t, a, b, &a->field[k], tolerance, f);
     for (int k = 0; k < a->figures; k++)
         if (of_amount(x, &a->figure[k])) compare_figure(x, t, a, b, &a->figure[k], tolerance, f);
+}
+
+/* Root of the mean square: beside the ends of inlets and edges of walls a field has no bound that falls with h. */
+double compare_layer(const scene *x, const record *a, const record *b, finding *f)
+{
+    double worst = 0.0;
+    memset(f, 0, sizeof *f);
+    if (compare_outcomes(a, b, f)) return 0.0;
+    for (int k = 0; k < a->fields; k++) {
+        const run_field *p = &a->field[k], *q = find_field(b, p->name);
+        int64_t count = p->components * a->cells, of = 0;
+        if (strchr(p->name, '(') || strcmp(p->name, "SI") == 0 || !strchr(p->label, '[') || !q) continue;
+        double kin = 1e-2 * size_of_kin(a, p), sum = 0.0;
+        double scale = fmax(fmax(size_of(p->data, count), kin), scale_of(x, p->label));
+        for (int64_t i = 0; i < count && scale > 0.0; i++) {
+            double apart = (p->data[i] - q->data[i]) / scale;
+            if (isnan(p->data[i]) && isnan(q->data[i])) continue;
+            of++;
+            sum += apart * apart;
+        }
+        double apart = of ? sqrt(sum / (double)of) : 0.0;
+        if (!(apart > worst) && !isnan(apart)) continue;
+        worst = isnan(apart) ? 1.0 : apart;
+        snprintf(f->name, sizeof f->name, "%s", p->name);
+        f->b = worst;
+        f->scale = 1.0;
+    }
+    return worst;
 }

@@ -17,6 +17,9 @@ typedef struct finding {
 /* Two records of one scene with different steps, the second one's smaller: amounts and losses, and fields where no
  * metal goes. */
 void compare_steps(const scene *x, const transform *t, const record *a, const record *b, double tolerance, finding *f);
+/* A scene in 2D and one layer of it in 3D: the largest difference of a field over its scale. f: where an outcome
+ * differs. */
+double compare_layer(const scene *x, const record *a, const record *b, finding *f);
 void compare_records(const scene *x, const transform *t, const record *a, const record *b, double tolerance,
                      finding *f);
 

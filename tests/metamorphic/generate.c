@@ -257,7 +257,8 @@ void generate_flow(draw *g)
     scene_key(x, in, "flow", "inlet");
     scene_key(x, out, "flow", "outlet");
     int other = (axis + 1) % PD_DIM;
-    if (PD_DIM == 2 && draw_chance(g, 0.4) && !g->periodic[other]) scene_key(x, in, "profile", "parabola");
+    if (PD_DIM == 2 && g->of != CLASS_LATTICE && draw_chance(g, 0.4) && !g->periodic[other])
+        scene_key(x, in, "profile", "parabola");
     else if (PD_DIM > 1 && draw_chance(g, 0.3)) {
         scene_key(x, in, "profile", "expression");
         scene_component(x, in, "v", axis, "%q*(1 + %g*sin(%g*%p))", plus ? speed : -speed, UNIT_SPEED,
@@ -275,7 +276,7 @@ void generate_flow(draw *g)
         scene_key(x, s, "time", "implicit");
         x->has |= HAS_FLOW_IN_TIME;
         if (g->of == CLASS_EXACT) scene_key(x, s, "rtol", "0.1");
-    } else scene_key(x, s, "steady", g->of == CLASS_EXACT ? "1e-10" : "1e-6");
+    } else scene_key(x, s, "steady", g->of != CLASS_TOLERANCE ? "1e-10" : "1e-6");
     if (draw_chance(g, 0.15))
         scene_vector(x, s, "force", 0, "%q", 0.1 * speed * mu / (rho * g->length * g->length), UNIT_ACCELERATION);
     entry *force = scene_find(x, s, "force");
@@ -450,7 +451,7 @@ static void write_run(draw *g)
     if (!(x->until > 0.0)) return;
     int s = scene_section(x, "run", "");
     scene_key(x, s, "until", "%q", x->until, UNIT_TIME);
-    if (g->of == CLASS_EXACT) {
+    if (g->of != CLASS_TOLERANCE) {
         scene_key(x, s, "rtol", "0.1");
         scene_key(x, s, "max_step", "%q", x->until / draw_whole(g, 4, 9), UNIT_TIME);
         if (x->has & (HAS_DISSOLVE | HAS_CORRODE)) scene_key(x, s, "fraction", "1");
@@ -505,7 +506,14 @@ void generate_scene(uint32_t seed, scene_class of, double through, scene *x)
     g.through = through;
     g.holds = g.flow_axis = -1;
     x->has = draw_physics(&g);
-    if (PD_DIM == 2 && !(x->has & (HAS_SOLID | HAS_GAS)) && draw_chance(&g, 0.12)) x->has |= HAS_AXIS;
+    /* Speeds of fronts and bonds of metal are those of their lattice at any h: not what two lattices have in common. */
+    const uint32_t of_lattice =
+        HAS_DISSOLVE | HAS_CORRODE | HAS_SOLID | HAS_STATE | HAS_MINERAL | HAS_MIGRATION | HAS_CRACK;
+    if (of == CLASS_LATTICE) x->has &= ~of_lattice;
+    if (of == CLASS_LATTICE && !(x->has & (HAS_POTENTIAL | HAS_TRANSPORT | HAS_GAS | HAS_FLOW))) x->has = HAS_TRANSPORT;
+    if (of == CLASS_LATTICE && (x->has & HAS_POTENTIAL)) x->has = HAS_POTENTIAL | HAS_STEADY;
+    if (PD_DIM == 2 && of != CLASS_LATTICE && !(x->has & (HAS_SOLID | HAS_GAS)) && draw_chance(&g, 0.12))
+        x->has |= HAS_AXIS;
     draw_grid(&g, (x->has & (HAS_SOLID | HAS_CORRODE)) || draw_chance(&g, 0.7));
     g.D = x->has & HAS_CHEMISTRY ? D_OF_IONS : draw_decade(&g, 1e-11, 1e-8);
     x->D = g.D;

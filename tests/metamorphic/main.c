@@ -28,9 +28,9 @@ typedef struct options {
     int pairs, show, sanitize, quick, blind, only;
     double seconds, limit, through, shrink;
     scene_class of;
-    uint32_t with; /* scenes that have all of it */
-    int mixed;     /* a fifth of the pairs by tolerance */
-    char folder[256];
+    uint32_t with;                /* scenes that have all of it */
+    int mixed;                    /* a fifth of the pairs by tolerance */
+    char folder[256], other[300]; /* scratch; the program in 3D */
 } options;
 
 /* Of `make test`: seeds without a finding, in each dimension. Generate others with --show, which says of which pairs
@@ -86,7 +86,7 @@ static void run_pair(const options *o, const scene *x, const transform *t, recor
 {
     static char text[TEXT];
     static scene y;
-    run_options r = {1, 0, o->of == CLASS_EXACT ? 1 + x->first_order : 0, o->limit, o->folder};
+    run_options r = {1, 0, o->of == CLASS_EXACT ? 1 + x->first_order : 0, o->limit, o->folder, NULL};
     write_text(x, text);
     record_run(text, &r, a);
     transform_scene(x, t, &y);
@@ -113,7 +113,7 @@ static void run_pair(const options *o, const scene *x, const transform *t, recor
 static void run_alone(const options *o, const scene *x, record *a, finding *f)
 {
     static char text[TEXT];
-    run_options r = {1, 0, 0, o->limit, o->folder};
+    run_options r = {1, 0, 0, o->limit, o->folder, NULL};
     memset(f, 0, sizeof *f);
     write_text(x, text);
     record_run(text, &r, a);
@@ -125,6 +125,38 @@ static void run_alone(const options *o, const scene *x, record *a, finding *f)
     snprintf(f->detail, sizeof f->detail, "%s", a->message);
 }
 
+enum { FINER = 4 };
+#define FALLS 2.5 /* a difference of first order falls to a quarter */
+
+/* One layer in 3D against 2D, at h and h/4: the same, or nearer to each other. */
+static void run_layer(const options *o, const scene *x, const transform *t, record *a, record *b, finding *f)
+{
+    static char text[TEXT];
+    static scene y, fine;
+    double apart[2];
+    run_options here = {1, 0, 1, 4.0 * o->limit, o->folder, NULL}, there = here;
+    there.program = o->other;
+    for (int level = 0; level < 2; level++) {
+        if (level) {
+            record_free(a);
+            record_free(b);
+        }
+        transform_refine(x, level ? FINER : 1, &fine);
+        write_text(&fine, text);
+        record_run(text, &here, a);
+        transform_scene(&fine, t, &y);
+        write_text(&y, text);
+        record_run(text, &there, b);
+        apart[level] = compare_layer(&fine, a, b, f);
+        if (f->found || apart[level] < 1e-9) return;
+    }
+    if (apart[1] < 1e-5 || apart[1] * FALLS < apart[0]) return;
+    f->found = 1;
+    snprintf(f->kind, sizeof f->kind, "lattice");
+    snprintf(f->detail, sizeof f->detail, "2D and a layer in 3D are %.3g apart with h, %.3g with h/%d", apart[0],
+             apart[1], FINER);
+}
+
 typedef struct pair_compare {
     const options *o;
 } pair_compare;
@@ -132,7 +164,9 @@ typedef struct pair_compare {
 static void compare_again(void *user, const scene *x, const transform *t, finding *f)
 {
     record a, b;
-    run_pair(((const pair_compare *)user)->o, x, t, &a, &b, f);
+    const options *o = ((const pair_compare *)user)->o;
+    if (t->kind == TRANSFORM_LAYER) run_layer(o, x, t, &a, &b, f);
+    else run_pair(o, x, t, &a, &b, f);
     record_free(&a);
     record_free(&b);
 }
@@ -163,12 +197,14 @@ static void one(const options *all, uint32_t seed, tally *s)
     transform t;
     uint32_t state = seed ^ 0x5bd1e995u;
     if (o->mixed && o->only < 0 && seed % 5 == 0) own.of = CLASS_TOLERANCE;
+    if (o->mixed && !o->quick && o->only < 0 && o->other[0] && seed % 10 == 7) own.of = CLASS_LATTICE;
     generate_scene(seed, o->of, o->through, &x);
     if ((x.has & o->with) != o->with) return;
-    int kind = o->only >= 0 ? o->only : (int)(random_share(&state) * TRANSFORM_COUNT);
+    int kind = o->only >= 0 ? o->only : (int)(random_share(&state) * TRANSFORM_LAYER);
     if (o->sanitize) kind = TRANSFORM_UNITS;
     if (o->of == CLASS_TOLERANCE && !o->sanitize) kind = TRANSFORM_TIGHTER;
-    else if (kind == TRANSFORM_TIGHTER) kind = TRANSFORM_MIRROR;
+    else if (o->of == CLASS_LATTICE) kind = TRANSFORM_LAYER;
+    else if (kind >= TRANSFORM_TIGHTER) kind = TRANSFORM_MIRROR;
     for (int k = 0; !transform_draw((transform_kind)kind, &x, &state, &t); k++) {
         if (o->only >= 0 || k > 50) return;
         kind = (int)(random_share(&state) * TRANSFORM_TIGHTER);
@@ -182,6 +218,7 @@ static void one(const options *all, uint32_t seed, tally *s)
         printf("# seed %u\n%s", seed, text);
     }
     if (o->sanitize) run_alone(o, &x, &a, &f);
+    else if (t.kind == TRANSFORM_LAYER) run_layer(o, &x, &t, &a, &b, &f);
     else run_pair(o, &x, &t, &a, &b, &f);
     s->pairs++;
     s->by_transform[kind]++;
@@ -225,6 +262,28 @@ static int usage(const char *what)
     return 2;
 }
 
+/* A scene for the program of another dimension. */
+static int serve(const char *path)
+{
+    static char text[TEXT];
+    FILE *file = fopen(path, "r");
+    size_t size = file ? fread(text, 1, sizeof text - 1, file) : 0;
+    run_options r = {1, 0, 1, 60.0, ".", NULL};
+    if (!file || !size) return usage(path);
+    fclose(file);
+    record_serve(text, &r, 1);
+    return 0;
+}
+
+/* The program in 3D, beside this one in 2D; "": there is none. */
+static void find_other(const char *program, char *path, size_t size)
+{
+    snprintf(path, size, "%s", program);
+    char *end = strstr(path, "_2d");
+    if (PD_DIM == 2 && end) end[1] = '3';
+    if (PD_DIM != 2 || !end || access(path, X_OK) != 0) path[0] = '\0';
+}
+
 int main(int argc, char **argv)
 {
     options o;
@@ -241,6 +300,7 @@ int main(int argc, char **argv)
     o.only = -1;
     o.mixed = 1;
     o.limit = 5.0;
+    find_other(argv[0], o.other, sizeof o.other);
     o.through = 0.3;
     o.shrink = 20.0;
     for (int k = 1; k < argc; k++) {
@@ -262,6 +322,8 @@ int main(int argc, char **argv)
         } else if (strcmp(a, "--through") == 0) o.through = atof(v);
         else if (strcmp(a, "--class") == 0 && strcmp(v, "exact") == 0) o.mixed = 0;
         else if (strcmp(a, "--class") == 0 && strcmp(v, "tolerance") == 0) o.of = CLASS_TOLERANCE, o.mixed = 0;
+        else if (strcmp(a, "--class") == 0 && strcmp(v, "lattice") == 0) o.of = CLASS_LATTICE, o.mixed = 0;
+        else if (strcmp(a, "--record") == 0) return serve(v);
         else if (strcmp(a, "--only") == 0) {
             for (int j = 0; j < TRANSFORM_COUNT; j++)
                 if (strcmp(v, transform_names[j]) == 0) o.only = j;

@@ -43,14 +43,17 @@ typedef struct record {
 
 typedef struct run_options {
     int threads;
-    int resume;         /* 1: stop after some steps, go on from the checkpoint */
-    int tight;          /* 1: solvers at their end; 2: steps of species of first order, too */
-    double limit;       /* [s] of processor time */
-    const char *folder; /* scratch */
+    int resume;          /* 1: stop after some steps, go on from the checkpoint */
+    int tight;           /* 1: solvers at their end; 2: steps of species of first order, too */
+    double limit;        /* [s] of processor time */
+    const char *folder;  /* scratch */
+    const char *program; /* of another dimension, that runs it; NULL: this one */
 } run_options;
 
 /* Run a text. The record is for record_free. */
 void record_run(const char *text, const run_options *o, record *r);
+/* Run the text in this process and write its record to a file descriptor, for the program of another dimension. */
+void record_serve(const char *text, const run_options *o, int to);
 void record_free(record *r);
 const run_figure *record_figure(const record *r, const char *section, const char *name, const char *key);
 

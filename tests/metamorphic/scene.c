@@ -307,8 +307,32 @@ static void put_signed(writer *w, const scene *x, const entry *e, int part, int 
     put(w, "%s%s", sign < 0 ? ")" : "", odd ? ")" : "");
 }
 
+/* What the third axis adds to an entry of a layer. */
+static void put_layer(writer *w, const scene *x, const entry *e)
+{
+    int grid = e->section == x->grid;
+    if (e->kind == ENTRY_VECTOR) put(w, ", 0");
+    if (e->kind != ENTRY_SIZES && e->kind != ENTRY_POINT && e->kind != ENTRY_BOX) return;
+    put(w, ", ");
+    if (e->kind == ENTRY_SIZES) put_number(w, x->h[0], UNIT_LENGTH);
+    else if (e->kind == ENTRY_POINT) put_number(w, 0.5 * x->h[0], UNIT_LENGTH);
+    else {
+        put_number(w, grid ? 0.0 : -8.0 * x->h[0], UNIT_LENGTH);
+        put(w, " .. ");
+        put_number(w, (grid ? 1.0 : 9.0) * x->h[0], UNIT_LENGTH);
+    }
+}
+
 static void put_entry(writer *w, const scene *x, const entry *e)
 {
+    if (x->layer && strcmp(e->key, "ball") == 0) {
+        put(w, "cylinder = z   centre = ");
+        put_number(w, e->low[0], UNIT_LENGTH);
+        put(w, ", ");
+        put_number(w, e->low[1], UNIT_LENGTH);
+        put(w, ", 0\n");
+        return;
+    }
     if (e->kind == ENTRY_COMPONENT) put(w, "%s%s = ", e->key, axis_names[e->axis]);
     else put(w, "%s = ", e->key);
     if (e->kind == ENTRY_PLAIN) put_tokens(w, x, e, 0);
@@ -333,6 +357,7 @@ static void put_entry(writer *w, const scene *x, const entry *e)
             put_number(w, e->high[d], UNIT_LENGTH);
         }
     }
+    if (x->layer) put_layer(w, x, e);
     put(w, "\n");
 }
 
@@ -358,5 +383,6 @@ size_t scene_write(const scene *x, char *text, size_t size)
         }
         if (first) put(&w, "\n");
     }
+    if (x->layer) put(&w, "[side z-]\nflow = mirror\n[side z+]\nflow = mirror\n");
     return w.used + 1 < size && !x->full ? w.used : 0;
 }

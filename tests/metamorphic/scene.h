@@ -76,7 +76,7 @@ typedef struct entry {
                    * that of the image; 0: no */
     double plane; /* [m] */
     int first[3], count[3]; /* tokens of each expression */
-    int rotated[3];          /* vector: sign of each */
+    int rotated[3];         /* vector: sign of each */
     double low[3], high[3]; /* point: low; plane: low[0] */
 } entry;
 
@@ -125,6 +125,7 @@ typedef struct scene {
     int other_units; /* seed of the units it is written in; 0: those of the SI */
     double rtol;     /* [-] of its steps, by tolerance; 0: they are prescribed */
     int first_order; /* of the steps of species, whose order may hang on rounding */
+    int layer;       /* 1: written as one layer in 3D, between mirrors */
     int full;        /* something did not fit */
 } scene;
 

@@ -5,8 +5,9 @@
 #include <stdio.h>
 #include <string.h>
 
-const char *const transform_names[TRANSFORM_COUNT] = {"mirror", "rotate",  "shift", "lengths7", "lengths1e-3", "times3",
-                                                      "units",  "order", "half",  "threads",  "resume",      "tighter"};
+const char *const transform_names[TRANSFORM_COUNT] = {"mirror", "rotate",  "shift", "lengths7", "lengths1e-3",
+                                                      "times3", "units",   "order", "half",     "threads",
+                                                      "resume", "tighter", "layer"};
 
 int transform_bits(transform_kind kind) { return kind == TRANSFORM_THREADS || kind == TRANSFORM_RESUME; }
 
@@ -70,6 +71,7 @@ int transform_draw(transform_kind kind, const scene *x, uint32_t *state, transfo
             }
         return 0;
     case TRANSFORM_RESUME: return x->until > 0.0;
+    case TRANSFORM_LAYER: return PD_DIM == 2;
     case TRANSFORM_TIGHTER: return x->until > 0.0 && !(x->has & HAS_GAS);
     default: return 1;
     }
@@ -317,4 +319,20 @@ void transform_scene(const scene *x, const transform *t, scene *y)
     if (t->kind == TRANSFORM_UNITS) y->other_units = (int)(t->seed & 0xffffff) | 1;
     if (t->kind == TRANSFORM_ORDER) reorder(y, t->seed);
     if (t->kind == TRANSFORM_TIGHTER) tighten_steps(y);
+    if (t->kind == TRANSFORM_LAYER) y->layer = 1;
+}
+
+void transform_refine(const scene *x, int by, scene *y)
+{
+    *y = *x;
+    for (int d = 0; d < PD_DIM; d++) {
+        y->cells[d] *= by;
+        y->h[d] /= by;
+    }
+    for (int k = 0; k < y->entries; k++) {
+        entry *e = &y->list[k];
+        if (e->section != y->grid || strcmp(e->key, "h") != 0) continue;
+        if (e->kind == ENTRY_PLAIN) y->pool[e->first[0]].value /= by;
+        for (int d = 0; d < PD_DIM && e->kind == ENTRY_SIZES; d++) e->low[d] /= by;
+    }
 }

@@ -16,6 +16,7 @@ typedef enum transform_kind {
     TRANSFORM_THREADS,
     TRANSFORM_RESUME,
     TRANSFORM_TIGHTER, /* of the class by tolerance: a tenth of rtol */
+    TRANSFORM_LAYER,   /* of the class by lattice: one layer in 3D against 2D */
     TRANSFORM_COUNT
 } transform_kind;
 
@@ -38,6 +39,8 @@ int transform_holds(const transform *t, const scene *x);
 void transform_scene(const scene *x, const transform *t, scene *y);
 /* Factor of a value with this dimension. */
 double transform_factor(const transform *t, const dimension *d);
+/* The same scene on a lattice that is finer by a whole number. */
+void transform_refine(const scene *x, int by, scene *y);
 /* By what values are no more the same. */
 int transform_bits(transform_kind kind);
 
