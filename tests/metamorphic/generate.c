@@ -65,7 +65,7 @@ static void draw_solid(draw *g, const char *name, const char *material, const do
     char a[24], b[24];
     int s;
     if (PD_DIM > 1 && draw_chance(g, 0.25)) {
-        int join = draw_chance(g, 0.5);
+        int join = draw_chance(g, 0.75);
         snprintf(a, sizeof a, "%s_a", name);
         snprintf(b, sizeof b, "%s_b", name);
         draw_body(g, scene_section(x, "shape", a), low, high);

@@ -106,6 +106,7 @@ void generate_potential(draw *g)
             scene_key(x, s, "i", "-%q*[O2]/%q*10^(-(E + %q)/%q)", i, UNIT_CURRENT_DENSITY, 0.25, UNIT_CONCENTRATION,
                       -E0, UNIT_VOLT, draw_between(g, 0.1, 0.15), UNIT_VOLT);
             scene_key(x, s, "reaction", "O2 + 2 H2O + 4 e- = 4 OH-");
+            if (k) scene_key(x, s, "connected", "m0"); /* it has no anodic current of its own */
             continue;
         }
         if (curve == 0) {
@@ -120,7 +121,7 @@ void generate_potential(draw *g)
             if (draw_chance(g, 0.3)) scene_key(x, s, "film", "%q", 0.01 / i, UNIT_RESISTANCE);
         }
         scene_key(x, s, "E0", "%q", E0, UNIT_VOLT);
-        if (draw_chance(g, 0.4) && !ions)
+        if (draw_chance(g, 0.6) && !ions)
             scene_key(x, s, "potential", "%q", E0 + (k ? 0.0 : draw_between(g, 0.0, 0.15)), UNIT_VOLT);
         else if (k && draw_chance(g, 0.3)) scene_key(x, s, "connected", "m0");
         if (ions) scene_key(x, s, "reaction", k ? "2 H2O + 2 e- = H2(g) + 2 OH-" : "Mg = Mg2+ + 2 e-");
@@ -129,7 +130,7 @@ void generate_potential(draw *g)
         for (int plus = 0; plus < 2; plus++) {
             if (d == g->flow_axis || g->periodic[d] || (d == 1 && !plus && (x->has & HAS_AXIS))) continue;
             int side = scene_side(x, d, plus);
-            if (draw_chance(g, 0.15) && !scene_find(x, side, "flow") && !scene_find(x, side, "species"))
+            if (draw_chance(g, 0.3) && !scene_find(x, side, "flow") && !scene_find(x, side, "species"))
                 scene_key(x, side, "potential", "%q", draw_between(g, -0.6, 0.1), UNIT_VOLT);
         }
 }
