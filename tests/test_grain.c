@@ -427,5 +427,5 @@ TEST(refusals)
 }
 
 TEST_MAIN(ENTRY(nearest_seed) ENTRY(independent_of_grid_and_threads) ENTRY(plane_boundary)
-          SLOW_ENTRY_IF(PD_DIM == 3, refinement) SLOW_ENTRY_IF(PD_DIM == 3, poisson_voronoi) ENTRY(size_distribution)
+          ENTRY(refinement) ENTRY(poisson_voronoi) ENTRY(size_distribution)
           ENTRY(fraction_and_dissolution) ENTRY(statistics) ENTRY(refusals))

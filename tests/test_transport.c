@@ -770,7 +770,7 @@ TEST(bad_input)
 #endif
 
 TEST_MAIN(ENTRY(variance_of_a_drop) ENTRY(second_order_in_space) ENTRY(cosine_in_a_closed_box) ENTRY(steady_linear)
-              OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, explicit_limit) ENTRY(maximum_principle_on_random_masks)
+              OF_DIM ENTRY(explicit_limit) ENTRY(maximum_principle_on_random_masks)
               ENTRY(balance_of_a_channel)
                   ENTRY(source_and_absorption) ENTRY(boundary_layer_bounded) ENTRY(front_bounded)
                       ENTRY(derivative_of_limited_fluxes) ENTRY(washed_out) ENTRY(threads_change_no_bit)

@@ -18,6 +18,7 @@ import os
 import random
 import re
 import resource
+import signal
 import subprocess
 import sys
 import time
@@ -207,18 +208,20 @@ class Machine:
         self.times = json.load(open(times)) if os.path.exists(times) else {}  # name of a test -> seconds, for the order
 
     def call(self, command, limit=None, **more):
-        """Status, seconds of processor time and output; status -1: it took longer than `limit` seconds of wall time."""
+        """Status, seconds of processor time and output; status -1: it took longer than `limit` seconds, or ten times
+        that by the clock."""
         env = dict(os.environ, OMP_NUM_THREADS='1', OMP_WAIT_POLICY='passive', **more)
         begin = spent()
         p = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=env,
-                             start_new_session=True)
+                             start_new_session=True, preexec_fn=(lambda: resource.setrlimit(
+                                 resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 2))) if limit else None)
         try:
-            out = p.communicate(timeout=limit)[0]
+            out = p.communicate(timeout=10.0 * limit if limit else None)[0]
         except subprocess.TimeoutExpired:
             os.killpg(p.pid, 9)
             p.communicate()
             return -1, spent() - begin, ''
-        return p.returncode, spent() - begin, out.decode(errors='replace')
+        return -1 if p.returncode == -signal.SIGXCPU else p.returncode, spent() - begin, out.decode(errors='replace')
 
     def objects(self, d):
         return [os.path.join(self.a.build, 'obj%dd' % d, s[:-2] + '.o') for s in self.a.sources]
@@ -282,7 +285,7 @@ class Machine:
             for d in DIMS:
                 self.link(d)
             fine = self.command(test) is not None
-            status, took, _ = self.run(test, 10.0 * self.a.longest) if fine else (1, 0.0, '')
+            status, took, _ = self.run(test, self.a.longest) if fine else (1, 0.0, '')
             self.plain[test] = status == 0
             if status:
                 print('mutants: %s %s without a fault and is not used' %
@@ -334,7 +337,7 @@ def judge(m, graph, module, changed, tests, originals):
             for d in changed:
                 m.link(d, originals[d])
             linked = True
-        limit = 10.0 * (m.a.longest if known is None else 1.0 + known)
+        limit = m.a.longest if known is None else 5.0 + 5.0 * known
         status, took, out = m.run(test, limit)
         total += took
         used += 1
