@@ -147,7 +147,7 @@ TEST(driven)
             end(c);
         }
         NOTE("%s: energies differ by %.1e, %.1e with half the step", k ? "springs" : "small strains", off[0], off[1]);
-        CHECK_LE(off[1], 1e-3);
+        CHECK_LE(off[1], 2e-5);
         CHECK(off[1] < 0.35 * off[0] || off[1] < 1e-9);
     }
 }
