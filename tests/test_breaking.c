@@ -338,5 +338,5 @@ TEST(long_steps)
 #endif
 
 TEST_MAIN(ENTRY(bonds_break_as_metal_goes) ENTRY(last_bond) ENTRY(damage_follows_the_loss)
-          SLOW_ENTRY_IF(PD_DIM > 1, front_speed) OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, amounts_are_conserved)
+          SLOW_ENTRY_IF(PD_DIM > 1, front_speed) OF_DIM ENTRY(amounts_are_conserved)
           ENTRY(seeds_and_threads) ENTRY(lone_nodes) ENTRY(long_steps))
