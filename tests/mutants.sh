@@ -62,5 +62,15 @@ check "a fault that no test sees" grep -q '^1 mutants, 1 built, 1 with an effect
 check "it is shown" grep -q '+ return a / b;' log
 $python "$tool" --at core/sum.c:15 > log 2>&1
 check "faults without an effect" grep -q ', 0 with an effect, 0 killed, 0 survived$' log
+# a shell test that runs a program from another folder
+mkdir drivers
+cat > drivers/scene.c <<'END'
+#include "src/core/sum.h"
+int main(void) { return sum_unseen(6, 3) != 18; }
+END
+# shellcheck disable=SC2016
+echo 'programs=$PWD/$PROGRAMS; cd /; "$programs/pd2d"' > tests/scene.sh
+$python "$tool" --at core/sum.c:16 > log 2>&1
+check "a shell test sees it" grep -q 'killed .*tests/scene.sh: status 1' log
 check "the sources are as they were" diff -r src before
 score

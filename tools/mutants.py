@@ -235,7 +235,8 @@ class Machine:
             objects = [swap[1] if o == swap[0] else o for o in objects]
         new = self.library(d) + '.new'
         flags = [f for f in self.dev if f.startswith(('-fopenmp', '-fsanitize'))]
-        status, _, out = self.call(self.cc + ['-shared'] + flags + objects + ['-o', new, '-lm'])
+        name = '-Wl,-soname,' + os.path.basename(self.library(d))  # found from any folder
+        status, _, out = self.call(self.cc + ['-shared', name] + flags + objects + ['-o', new, '-lm'])
         if status:
             sys.exit('mutants: ' + out)
         os.replace(new, self.library(d))
