@@ -60,7 +60,8 @@ static void against_run(const char *text, const char *const *names)
                 square += part * part;
             }
             double found = v.components > 1 ? sqrt(square) : v.data[place_of];
-            if (isnan(value)) CHECK(isnan(found) && strcmp(names[k], "rate") == 0); /* off the surface */
+            int unknown = strcmp(names[k], "rate") == 0 || (model.fresh && model.fresh[i]);
+            if (isnan(value)) CHECK(isnan(found) && unknown); /* off the surface, or it has just turned fluid */
             else CHECK_NEAR(found, value, 0.0);
             size += isnan(value) ? 0.0 : fabs(value);
             for (int d = 0; d < PD_DIM && ++at[d] == v.n[d]; d++) at[d] = 0;
@@ -243,6 +244,41 @@ TEST(functions_of_the_caller)
     pd_sim_close(&ctx, &sim);
 }
 
+/* As much in one second as otherwise in two hours. */
+static double pulse(void *user, const double *vars)
+{
+    double speed = 0.1e-6 / 3600.0;
+    if (!user) return speed;
+    return vars[1] > 4000.0 && vars[1] < 4001.0 ? 7200.0 * speed : 0.0;
+}
+
+/* A pulse between steps counts where its breaks are told: the loss is that of the same amount, spread over the time. */
+TEST(functions_tell_their_breaks)
+{
+    static const double breaks[] = {4000.0, 4001.0}, wrong[] = {2.0, 1.0};
+    double loss[2];
+    int pulses = 1;
+    for (int k = 0; k < 2; k++) {
+        pd_ctx ctx;
+        pd_ctx_init(&ctx);
+        ctx.threads = 1;
+        memset(&sim, 0, sizeof sim);
+        if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "pin", PIN_SCENE, NULL, 0, &sim.setup))) return;
+        CHECK_INT(pd_setup_breaks(&ctx, &sim.setup, "rate", breaks, 2), PD_ERR_ARGUMENT); /* no function yet */
+        CHECK_OK(&ctx, pd_setup_function(&ctx, &sim.setup, "rate", pulse, k ? &pulses : NULL, 2));
+        CHECK_INT(pd_setup_breaks(&ctx, &sim.setup, "rate", wrong, 2), PD_ERR_ARGUMENT);
+        CHECK(strstr(ctx.message, "break 1 of 'rate' is 1 s") != NULL);
+        CHECK_OK(&ctx, pd_setup_breaks(&ctx, &sim.setup, "rate", breaks, 2));
+        if (!CHECK_OK(&ctx, pd_sim_start(&ctx, &sim))) return;
+        CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 7200.0));
+        loss[k] = pd_couple_volume_loss(&sim.model.couple);
+        pd_sim_close(&ctx, &sim);
+        CHECK_INT(ctx.in_use, 0);
+    }
+    CHECK(loss[0] > 0.0);
+    CHECK_REL(loss[1], loss[0], 1e-3);
+}
+
 /* C, t, x, y, z, grain */
 static double law_of_grain(void *user, const double *vars)
 {
@@ -361,5 +397,5 @@ TEST(functions_that_are_refused)
 }
 
 TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused) ENTRY(an_observer)
-              ENTRY(functions_of_the_caller) ENTRY(a_law_of_grains)
+              ENTRY(functions_of_the_caller) ENTRY(functions_tell_their_breaks) ENTRY(a_law_of_grains)
               SLOW_ENTRY_IF(PD_DIM == 3, functions_of_an_inlet) ENTRY(functions_that_are_refused))

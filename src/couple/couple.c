@@ -235,6 +235,8 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
     s.max_step = c->desc.max_step;
     s.at = pdi_couple_at;
     s.at_user = c;
+    s.until = c->desc.until;
+    s.until_user = c->desc.until_user;
     while (n < c->count && !c->process[n].attempt) n++;
     if (n < c->count) {
         const pd_process *p = &c->process[n];

@@ -32,6 +32,8 @@ typedef struct pd_couple_desc {
     double fraction;        /* [-] largest share of a node's content lost in one step; 0: 0.1 */
     double rtol;            /* [-] error in time of the metal lost in a step, over all that is lost; 0: fraction/25 */
     double max_step;        /* [s] 0: none */
+    double (*until)(void *user, double t, double end); /* see pd_step; NULL: nothing depends on time */
+    void *until_user;
     double ledger_tolerance; /* [-] 0: 1e-10: a larger relative imbalance is PD_ERR_LEDGER */
 } pd_couple_desc;
 

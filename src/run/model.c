@@ -681,6 +681,9 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
     desc.fraction = setup->fraction;
     desc.max_step = setup->max_step;
     pd_status status = pdi_model_parts(ctx, m);
+    if (status == PD_OK) status = pdi_vary_build(ctx, setup, &m->vary);
+    if (m->vary.count) desc.until = pdi_vary_until;
+    desc.until_user = &m->vary;
     if (status == PD_OK)
         status = pd_couple_build(ctx, &desc, &m->grid, pdi_model_asks(setup) ? &m->bonds : NULL, &m->couple);
     if (status == PD_OK && setup->has_dissolve && (!setup->has_corrode || setup->has_chemistry))
@@ -708,6 +711,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->factor);
     PDI_DELETE(ctx, m->grid.total, m->bare);
     PDI_DELETE(ctx, m->grid.total, m->fresh);
+    pdi_vary_free(ctx, &m->vary);
     pd_grain_free(ctx, &m->grain);
     pd_two_stage_free(ctx, &m->two_stage);
     pd_transport_free(ctx, &m->transport);

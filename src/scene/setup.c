@@ -161,7 +161,8 @@ static pd_status pdi_setup_law_function(pd_ctx *ctx, pd_setup *u, const char *ke
     return PD_OK;
 }
 
-pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
+/* The expression that a key means. */
+static pd_status pdi_setup_expression(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **found)
 {
     pd_expr *expr = NULL;
     if (strcmp(key, "rate") == 0 || strncmp(key, "rate.", 5) == 0) {
@@ -175,9 +176,37 @@ pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_f
             PDI_TRY(pdi_setup_side_function(ctx, u, key, &u->side[s], &expr));
     if (!expr)
         return pdi_setup_no_function(ctx, key, "expected rate, initial, or a side and its value, such as x-.C");
+    *found = expr;
+    return PD_OK;
+}
+
+pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
+{
+    pd_expr *expr;
+    PDI_TRY(pdi_setup_expression(ctx, u, key, uses, &expr));
     expr->fn = fn;
     expr->user = user;
     expr->uses = strcmp(key + 2, ".mean") == 0 ? (uint32_t)1 << PD_DIM : uses;
+    return PD_OK;
+}
+
+pd_status pd_setup_breaks(pd_ctx *ctx, pd_setup *u, const char *key, const double *t, int count)
+{
+    pd_expr *expr;
+    PDI_TRY(pdi_setup_expression(ctx, u, key, 0, &expr));
+    if (!expr->fn || count < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "%d breaks of '%.40s', expected at least 0, and a function in "
+                        "its place", count, key);
+    for (int k = 0; k < count; k++)
+        if (!(fabs(t[k]) < HUGE_VAL) || (k && !(t[k] > t[k - 1])))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "break %d of '%.40s' is %g s, expected a finite time behind "
+                            "the one before", k, key, t[k]);
+    PDI_DELETE(ctx, expr->break_count, expr->breaks);
+    expr->break_count = count;
+    expr->clock = strncmp(key, "rate", 4) == 0 ? 1 : PD_DIM;
+    if (!count) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "setup", count, expr->breaks));
+    memcpy(expr->breaks, t, (size_t)count * sizeof *t);
     return PD_OK;
 }
 

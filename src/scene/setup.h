@@ -466,6 +466,7 @@ typedef struct pd_setup {
 
 #define pd_setup_free PD_NAME(pd_setup_free)
 #define pd_setup_function PD_NAME(pd_setup_function)
+#define pd_setup_breaks PD_NAME(pd_setup_breaks)
 
 #ifdef PDI_INTERNAL
 /* Start a setup: no physics, walls all around, defaults of all numbers. */
@@ -486,6 +487,10 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
  * key, or the scene does not give that value. */
 PD_API pd_status pd_setup_function(pd_ctx *ctx, pd_setup *setup, const char *key, pd_expr_fn fn, void *user,
                                    uint32_t uses);
+/* When such a function jumps, or a pulse of it begins or ends: t [count] [s] ascending; copied. Steps do not pass over
+ * what it does then. Between breaks it counts as being between its values at both ends and in the middle of any time.
+ * PD_ERR_ARGUMENT: no such key, no function stands there, or times that do not ascend. */
+PD_API pd_status pd_setup_breaks(pd_ctx *ctx, pd_setup *setup, const char *key, const double *t, int count);
 
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", "Mg2+", ...; "": the setup has no such species. */

@@ -35,6 +35,7 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
     left = s->limit - s->time;
     for (s->trial = 0;; s->trial++) {
         if (s->trial) PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
+        if (s->until) s->dt = pdi_min(s->dt, s->until(s->until_user, s->time, s->time + s->dt) - s->time);
         if (pdi_stands_still(s->time, left, s->dt) || s->trial == PDI_PROCESS_TRIALS)
             return pdi_process_stuck(ctx, p, s);
         if (s->dt < left) s->end = s->time + s->dt;

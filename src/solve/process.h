@@ -26,6 +26,9 @@ typedef struct pd_step {
     double lost;      /* [unit of its elements] solid of the process lost since the start of the run */
     pd_at_fn at;      /* call before equations at a time are solved; NULL: nothing is quasi-steady */
     void *at_user;
+    double (*until)(void *user, double t, double end); /* where a step from t ends at the latest, so that it sees what
+                                                        * depends on time; NULL: nothing does */
+    void *until_user;
     const int32_t *turned; /* [turned_count] from `accept`: the nodes of metal that have turned fluid */
     int32_t turned_count;
 } pd_step;

@@ -537,6 +537,7 @@ def declare(dim):
         ('home', POINTER(c_int32)),
         ('fluid_count', c_int64),
         ('solid_count', c_int64),
+        ('touched', c_int64 * 2),
     ]
 
     class pd_paths(Structure):
@@ -881,6 +882,8 @@ def declare(dim):
         ('lost', c_double),
         ('at', pd_at_fn),
         ('at_user', c_void_p),
+        ('until', CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
+        ('until_user', c_void_p),
         ('turned', POINTER(c_int32)),
         ('turned_count', c_int32),
     ]
@@ -2561,6 +2564,7 @@ def declare(dim):
     ]
 
     pd_rate_fn = CFUNCTYPE(c_double, c_void_p, POINTER(pd_rate_at))
+    pd_rate_bounds_fn = CFUNCTYPE(None, c_void_p, POINTER(pd_rate_at), c_double, c_double, POINTER(c_double), POINTER(c_double))
 
     class pd_material(Structure):
         pass
@@ -2623,6 +2627,10 @@ def declare(dim):
         ('rate', pd_rate_fn),
         ('rate_user', c_void_p),
         ('uniform', c_int),
+        ('timeless', c_int),
+        ('bounds', pd_rate_bounds_fn),
+        ('breaks', POINTER(c_double)),
+        ('break_count', c_int),
     ]
 
     class pd_dissolve_desc(Structure):
@@ -2633,6 +2641,10 @@ def declare(dim):
         ('rate', pd_rate_fn),
         ('rate_user', c_void_p),
         ('uniform', c_int),
+        ('timeless', c_int),
+        ('bounds', pd_rate_bounds_fn),
+        ('breaks', POINTER(c_double)),
+        ('break_count', c_int),
         ('more', POINTER(pd_metal)),
         ('more_count', c_int),
         ('metal', POINTER(c_uint8)),
@@ -2681,6 +2693,10 @@ def declare(dim):
         ('lead', c_double),
         ('spread', c_double),
         ('time', c_double),
+        ('moment', POINTER(c_double)),
+        ('part', POINTER(c_double)),
+        ('moments', c_int),
+        ('timed', c_int),
         ('most', c_double),
         ('rtol', c_double),
         ('lost', c_double),
@@ -3025,6 +3041,8 @@ def declare(dim):
         ('fraction', c_double),
         ('rtol', c_double),
         ('max_step', c_double),
+        ('until', CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
+        ('until_user', c_void_p),
         ('ledger_tolerance', c_double),
     ]
 
@@ -3046,6 +3064,8 @@ def declare(dim):
         ('steps', c_int64),
         ('unsolved', c_int64),
         ('solid_nodes_start', c_int64),
+        ('fresh', POINTER(c_uint8)),
+        ('freshened', c_int),
     ]
 
     pd_observer_fn = CFUNCTYPE(c_int, c_void_p, POINTER(pd_couple))
@@ -3280,6 +3300,9 @@ def declare(dim):
         ('tables', POINTER(pd_expr_table)),
         ('fn', pd_expr_fn),
         ('user', c_void_p),
+        ('breaks', POINTER(c_double)),
+        ('break_count', c_int),
+        ('clock', c_int),
     ]
 
     class pd_key(Structure):
@@ -3857,6 +3880,21 @@ def declare(dim):
         ('begin', c_double),
     ]
 
+    class pd_vary_value(Structure):
+        pass
+    pd_vary_value._fields_ = [
+        ('expr', POINTER(pd_expr)),
+        ('x', c_double * dim),
+    ]
+
+    class pd_vary(Structure):
+        pass
+    pd_vary._fields_ = [
+        ('value', POINTER(pd_vary_value)),
+        ('count', c_int32),
+        ('capacity', c_int32),
+    ]
+
     class pd_model_law(Structure):
         pass
     pd_model_law._fields_ = [
@@ -3886,6 +3924,8 @@ def declare(dim):
         ('transport', pd_transport),
         ('two_stage', pd_two_stage),
         ('reactive', pd_reactive),
+        ('vary', pd_vary),
+        ('fresh', POINTER(c_uint8)),
         ('bare', POINTER(c_double)),
         ('course', pd_course),
         ('surfaces', POINTER(pd_surfaces)),
