@@ -3,8 +3,8 @@
 #define PD_VIEW_H
 #include "run/model.h"
 
-/* A field over the cells of the box, without ghosts; NaN where a cell has just turned fluid, and nothing is known of what
- * is dissolved in it: component d of cell i, j, k stands at
+/* A field over the cells of the box, without ghosts; NaN where a cell has just turned fluid, and nothing is known of
+ * what is dissolved in it: component d of cell i, j, k stands at
  * data[d * part + i * stride[0] + j * stride[1] + k * stride[2]]. */
 typedef struct pd_view {
     const double *data; /* [components][cells] [unit of the label] */
