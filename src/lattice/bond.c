@@ -81,7 +81,7 @@ static int pdi_bond_receded(const pd_paths *paths, int shape, int32_t node, int 
         int32_t at = node + paths->cell_shift[c];
         if (!pdi_grid_open(grid->kind[at])) continue;
         pd_grid_position(grid, at, x);
-        if (pdi_grid_level(grid, shape, x) <= 0.0) return 1;
+        if (pdi_grid_level(grid, shape, x) <= pdi_shape_tie(grid->h, x)) return 1;
     }
     return 0;
 }
@@ -142,7 +142,7 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
                                pdi_cut *cut)
 {
     double cell = 0.0, lo = 0.0, hi = 0.0, flo = pdi_bond_distance(grid, shape, x, xi, 0.0), fhi = flo;
-    if (!(flo > 0.0)) return;
+    if (!(flo > pdi_shape_tie(grid->h, x))) return;
     for (int d = 0; d < PD_DIM; d++) cell += xi[d] / grid->h[d] * (xi[d] / grid->h[d]);
     cell = sqrt(cell);
     for (int ahead = 1; hi < limit && !(fhi < 0.0); ahead++) {

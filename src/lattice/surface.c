@@ -58,7 +58,7 @@ static void pdi_surface_faces(pdi_surface *r)
         /* a smooth surface is found by its distance, unless it has receded to these cells */
         for (int a = 0; a < PD_DIM; a++) at[a] = r->x[a];
         double smooth = outside ? (double)NAN : pdi_bond_smooth(r->bonds, node, at);
-        if (smooth > 0.0) return;
+        if (smooth > pdi_shape_tie(grid->h, at)) return;
         double cells = 0.0;
         for (int a = 0; a < PD_DIM; a++) cells = pdi_max(cells, fabs((t - 1.0) * r->xi[a]) / grid->h[a]);
         if (t >= 1.0 - PDI_SURFACE_SHORT && !(cells < r->nearest)) return;
@@ -111,7 +111,8 @@ static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
 {
     const pd_grid *grid = r->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], smallest = grid->h[0], level = 0.0, cells = 0.0;
-    if (shape < 0 || !pdi_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > 0.0)) return;
+    if (shape < 0 || !pdi_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > pdi_shape_tie(grid->h, r->x)))
+        return;
     for (int d = 1; d < PD_DIM; d++) smallest = pdi_min(smallest, grid->h[d]);
     memcpy(at, to, sizeof at);
     double first = pdi_surface_level(r, shape, at);
