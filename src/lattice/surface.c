@@ -111,8 +111,8 @@ static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
 {
     const pd_grid *grid = r->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], smallest = grid->h[0], level = 0.0, cells = 0.0;
-    if (shape < 0 || !pdi_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > pdi_shape_tie(grid->h, r->x)))
-        return;
+    if (shape < 0 || !pdi_shape_exact(grid->shapes, shape)) return;
+    if (!(pdi_surface_level(r, shape, r->x) > pdi_shape_tie(grid->h, r->x))) return;
     for (int d = 1; d < PD_DIM; d++) smallest = pdi_min(smallest, grid->h[d]);
     memcpy(at, to, sizeof at);
     double first = pdi_surface_level(r, shape, at);
