@@ -21,6 +21,8 @@
 /* A residual within this factor of the tolerance that comes no nearer than this share of itself in a step is rounding,
  * and met: what is undone is carried on. */
 #define PDI_ADVANCE_NEAR 10.0
+/* The same with electrodes: ions that are used up at them leave a potential that amplifies rounding. */
+#define PDI_ADVANCE_NEAR_STEEP 1e3
 #define PDI_ADVANCE_STALL 0.5
 /* By so much weights that grow exceed what they have to be. */
 #define PDI_ADVANCE_ROOM 2.0
@@ -314,6 +316,7 @@ static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, d
 static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
+    double near = r->surface && r->surface->electrode ? PDI_ADVANCE_NEAR_STEEP : PDI_ADVANCE_NEAR;
     r->dt = dt;
     if (r->surface && r->surface->electrode)
         r->surface->extra = r->migration.tied ? 0.0 : -(r->surface->owed / dt + r->surface->sourced);
@@ -337,7 +340,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         if (status < 0) return status;
         double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
         int falls = pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm);
-        if (norm <= PDI_ADVANCE_NEAR * goal && norm > PDI_ADVANCE_STALL * before) break;
+        if (norm <= near * goal && norm > PDI_ADVANCE_STALL * before) break;
         if (!falls) return PD_NOT_CONVERGED;
         if (r->migration.on && pdi_advance_grow(ctx, r)) norm = pdi_advance_residual(ctx, r);
         if (!r->linear) share = pdi_krylov_forcing(norm / before);

@@ -17,6 +17,9 @@
 #define PDI_COURSE_LATE 1e6
 /* Of the time of diffusion across a cell: a step in which ions stay where they are. */
 #define PDI_COURSE_STILL 1e-6
+/* So many steps without a solution within this share of the time end a run with migration: it gets no further. */
+#define PDI_COURSE_FAILED 12
+#define PDI_COURSE_WINDOW 0.1
 /* Share of the longest step of the run that the first one is when minerals cover metal. */
 #define PDI_COURSE_FIRST 1e-3
 /* Steps after which a node has nothing left of what a source takes: then that is why they are so short. */
@@ -55,6 +58,10 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, course, taken, "mol");
     if (pdi_course_metals(course) > 1) PDI_STATE(owner, course, each, pdi_course_metals(course), "mol");
     PDI_VALUE(owner, course, bent, "1");
+    if (r->migration.on) {
+        PDI_VALUE(owner, course, failed, "1");
+        PDI_VALUE(owner, course, since, "s");
+    }
     if (course->desc.coat && r->migration.on) PDI_VALUE(owner, course, settled, "1");
     PDI_VALUE(owner, course, steps, "1");
     PDI_VALUE(owner, course, rejected, "1");
@@ -401,14 +408,20 @@ static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
     memcpy(back ? r->out : a->out, back ? a->out : r->out, sizeof a->out);
 }
 
+/* [s] in which ions cross a cell. */
+static double pdi_course_cell(const pd_reactive *r)
+{
+    double h = HUGE_VAL;
+    for (int axis = 0; axis < PD_DIM; axis++) h = pdi_min(h, r->grid->h[axis]);
+    return h * h / r->diffusion.desc.diffusivity;
+}
+
 /* With states among ions that migrate: the potential of the ions as they are, by a step in which they stay. */
 static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
 {
     pd_reactive *r = a->reactive;
     pd_reactive_result result;
-    double h = HUGE_VAL, dt;
-    for (int axis = 0; axis < PD_DIM; axis++) h = pdi_min(h, r->grid->h[axis]);
-    dt = PDI_COURSE_STILL * h * h / r->diffusion.desc.diffusivity;
+    double dt = PDI_COURSE_STILL * pdi_course_cell(r);
     pdi_coat_rest(a->desc.coat, t, dt);
     pd_status status = pd_reactive_step(ctx, r, dt, &result);
     if (status == PD_OK) pdi_par_copy(ctx, r->grid->total, r->migration.psi, a->psi);
@@ -417,12 +430,21 @@ static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
     return status < 0 ? status : PD_OK;
 }
 
+/* [s] of the first step: with migration ions cross a cell in it. What a long one asks for may be far from the start, and
+ * steps grow fast. */
+static double pdi_course_first(const pd_course *a)
+{
+    const pd_reactive *r = a->reactive;
+    int moves = r->migration.on && r->diffusion.desc.diffusivity > 0.0;
+    return moves ? pdi_min(pdi_course_cell(r), a->left) : a->left;
+}
+
 static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     int last;
     a->left = s->limit - s->time;
-    if (!(a->dt > 0.0)) a->dt = a->left;
+    if (!(a->dt > 0.0)) a->dt = pdi_course_first(a);
     a->time = s->time;
     if (!a->begun) {
         a->begin = s->time;
@@ -439,6 +461,16 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
     return PD_OK;
+}
+
+/* A step from t [s] had no solution, or by way of shorter ones alone. */
+static void pdi_course_fails(pd_course *a, double t)
+{
+    if (!a->failed || t > (1.0 + PDI_COURSE_WINDOW) * a->since) {
+        a->failed = 0;
+        a->since = t;
+    }
+    a->failed++;
 }
 
 /* States of surfaces go to the end of the step; *covering: the larger of what it was and of their error. */
@@ -471,6 +503,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.surface) a->desc.surface->span = 0.0;
     a->krylov += result.krylov;
     a->newton += result.newton;
+    if (status == PD_RETRY || result.parts) pdi_course_fails(a, s->time);
     a->error = result.error;
     s->error = result.error / a->desc.rtol;
     if (status == PD_RETRY) s->error = HUGE_VAL;
@@ -513,21 +546,21 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
+/* The node beside an electrode with the fewest ions, and how many [mol/m3] it has. */
+static int32_t pdi_course_fewest(const pd_etch *s, double *ions)
 {
-    pd_course *a = (pd_course *)self;
-    int last;
-    pdi_course_keep(ctx, a, 1);
-    if (a->desc.coat) pdi_coat_reject(a->desc.coat);
-    a->rejected++;
-    if (a->lasts < 1.0) {
-        s->dt *= a->lasts;
-        return PD_OK;
+    int32_t least = s->node[0];
+    *ions = HUGE_VAL;
+    for (int32_t p = 0; p < s->count; p++) {
+        double c[PD_SPECIES_MOST], sum = 0.0;
+        if (s->electrode[p] < 0) continue;
+        pdi_reactive_get(s->reactive, s->reactive->c, s->node[p], c);
+        for (int n = 0; n < s->reactive->components.solutes; n++)
+            if (s->reactive->components.charge[n]) sum += c[n];
+        if (sum < *ions) least = s->node[p];
+        *ions = pdi_min(*ions, sum);
     }
-    a->dt = s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
-                                         : PDI_COURSE_SHRINK);
-    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
-    return PD_OK;
+    return least;
 }
 
 /* A source that takes up what a node has within steps as short as that: its solute and node. 0: there is none. */
@@ -553,6 +586,9 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
     const pd_etch *metal = a->desc.surface;
+    double ions = 0.0;
+    int solute;
+    int32_t node, least = metal && metal->electrode ? pdi_course_fewest(metal, &ions) : 0;
     char place[PDI_GRID_PLACE];
     if (metal && metal->odd && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the law of metal is no number beside %s m after t = %g s, "
@@ -560,19 +596,50 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                         "sqrt(max(1 - [Mg2+]/(1 mM), 0))",
                         pdi_grid_place(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an "
-                        "electrode may take up more of a species than reaches the metal, expected one that falls to "
-                        "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s", s->dt, s->time,
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "this current cannot pass: no step of %g s was found at t = "
+                        "%g s. Expected one that the ions beside %s m can carry, where %.3g mol/m3 are left; and the "
+                        "curve of an electrode that takes up no more of a species than reaches the metal, and falls "
+                        "to 0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s", s->dt, s->time,
+                        pdi_grid_place(metal->reactive->grid, least, place), ions,
                         a->desc.surface->share ? ", or a factor leaves metal without a current that balances" : "");
-    int solute;
-    int32_t node;
     if (a->desc.drained && pdi_course_drained(a, s, &solute, &node))
         return a->desc.drained(ctx, a->desc.feeder, node, solute, s->time);
+    if (a->reactive->migration.on && !(s->error < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s for ions that migrate: "
+                        "fluid with next to none beside fluid with many conducts too little, expected some "
+                        "everywhere, as those of water, [species H+] and [species OH-] with initial = 1e-4 mol/m3",
+                        s->dt, s->time);
     if (a->desc.coat && a->desc.coat->error > 1.0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
                         "%g s: expected a rate that stays finite", s->time);
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
+}
+
+/* 1: steps have no solution, or hardly any, and shorter ones do not help. */
+static int pdi_course_ends(const pd_course *a, const pd_step *s)
+{
+    const pd_reactive *r = a->reactive;
+    if (s->error < HUGE_VAL || a->lasts < 1.0 || !r->migration.on) return 0;
+    return a->failed >= PDI_COURSE_FAILED || s->dt < PDI_COURSE_STILL * pdi_course_cell(r);
+}
+
+static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    int last;
+    pdi_course_keep(ctx, a, 1);
+    if (a->desc.coat) pdi_coat_reject(a->desc.coat);
+    a->rejected++;
+    if (pdi_course_ends(a, s)) return pdi_course_stuck(ctx, self, s);
+    if (a->lasts < 1.0) {
+        s->dt *= a->lasts;
+        return PD_OK;
+    }
+    a->dt = s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
+                                         : PDI_COURSE_SHRINK);
+    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
+    return PD_OK;
 }
 
 /* Steady fields: one step beyond all time scales. The balance begins with them. */

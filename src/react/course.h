@@ -70,6 +70,8 @@ typedef struct pd_course {
     double covered;         /* [-] error of shares in the step of the run, over what it may be */
     int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
+    int failed;             /* with migration: steps without a solution of their own, from `since` on */
+    double since;           /* [s] */
     int settled;            /* with `psi`: 1: it is that of the ions as they are */
     int64_t steps, rejected, krylov, newton;
     int64_t euler;          /* steps taken by backward Euler */

@@ -14,6 +14,9 @@
 #define PDI_REACTIVE_BASIS 20
 #define PDI_REACTIVE_TOLERANCE 1e-10
 #define PDI_REACTIVE_STEPS 60
+/* Share of the ions of the richest fluid that water without any has of them, with migration: without, nothing conducts
+ * and the potential is no number. */
+#define PDI_REACTIVE_WATER 1e-6
 /* Share of the sum of |z| c that given concentrations may lack to be neutral. */
 #define PDI_REACTIVE_NEUTRAL 1e-6
 
@@ -291,9 +294,45 @@ static void pdi_reactive_fill(pd_reactive *r, uint8_t kind, const double *c)
         if (r->grid->kind[i] == kind) pdi_reactive_put(r, c, i, r->c);
 }
 
+/* [mol/m3] Sum of the ions of c; NaN: of a wall that does not hold them all. */
+static double pdi_reactive_ions(const pd_reactive *r, const double *c)
+{
+    double sum = 0.0;
+    for (int n = 0; n < r->components.solutes; n++)
+        if (r->components.charge[n]) sum += c[n];
+    return sum;
+}
+
+/* With migration: fluid and inlets with next to no ions get a trace of those of the richest. */
+static void pdi_reactive_water(pd_reactive *r)
+{
+    double rich[PD_SPECIES_MOST], c[PD_SPECIES_MOST], most = pdi_reactive_ions(r, r->inlet);
+    if (!r->migration.on) return;
+    memcpy(rich, r->inlet, sizeof rich);
+    if (pdi_reactive_ions(r, r->wall) > most) memcpy(rich, r->wall, sizeof rich);
+    most = pdi_reactive_ions(r, rich);
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        pdi_reactive_get(r, r->c, i, c);
+        if (r->grid->kind[i] != PD_FLUID || !(pdi_reactive_ions(r, c) > most)) continue;
+        memcpy(rich, c, sizeof rich);
+        most = pdi_reactive_ions(r, rich);
+    }
+    double least = PDI_REACTIVE_WATER * most;
+    for (int n = 0; n < r->components.solutes; n++) rich[n] *= r->components.charge[n] ? PDI_REACTIVE_WATER : 0.0;
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        pdi_reactive_get(r, r->c, i, c);
+        if (r->grid->kind[i] != PD_FLUID || !(pdi_reactive_ions(r, c) < least)) continue;
+        for (int n = 0; n < r->components.solutes; n++) c[n] += rich[n];
+        pdi_reactive_put(r, c, i, r->c);
+    }
+    if (!(pdi_reactive_ions(r, r->inlet) < least)) return;
+    for (int n = 0; n < r->components.solutes; n++) r->inlet[n] += rich[n];
+}
+
 pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *r)
 {
     double size = 0.0;
+    pdi_reactive_water(r);
     for (int32_t i = 0; i < r->grid->total; i++) {
         double c[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
