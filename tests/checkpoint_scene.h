@@ -111,8 +111,8 @@
     "  motion = yes  density = 2440 kg/m3\n[run] until = 8 us  max_step = 1 us\n[output] every = 2 us" \
     "  fields = u, broken  images = broken" SLICE "\n"
 
-/* Metal in ions: by a law in pH behind a state of its surface; by a law in E beside a cathode on it, as ions migrate; by a law in
- * pH under the mineral that its base lays down. */
+/* Metal in ions: by a law in pH behind a state of its surface; by a law in E beside a cathode, as ions migrate; by
+ * a law in pH under the mineral that its base lays down. */
 #define IONS(sodium, also) \
     "[chemistry] activity = ideal" also "\n[species H+] D = 9.31e-9 m2/s  initial = 1e-4 mol/m3\n" \
     "[species OH-] D = 5.27e-9 m2/s  initial = 1e-4 mol/m3\n[species Na+] D = 1.33e-9 m2/s  initial = " sodium "\n" \
@@ -131,7 +131,8 @@
     "[electrode pin] shape = pin  curve = expression  range = -2 V .. -0.5 V" \
     "  i = -1e3 A/m2*10^(-(E + 1.4 V)/(120 mV))  reaction = 2 H2O + 2 e- = H2(g) + 2 OH-\n" \
     "[dissolve] current = 2e4 A/m2*10^((E + 1.4 V)/(100 mV))  reaction = Mg = Mg2+ + 2 e-\n" \
-    "[run] until = 60 s  rtol = 0.02  max_step = 10 s\n[output] every = 30 s  fields = Mg2+, potential, kind\n[total e]\n"
+    "[run] until = 60 s  rtol = 0.02  max_step = 10 s\n" \
+    "[output] every = 30 s  fields = Mg2+, potential, kind\n[total e]\n"
 #define SPECIES_MINERAL \
     BESIDE IONS("10 mol/m3", "  cover = 20 um") "[species Mg(OH)2(s)] volume = 24.6e-6 m3/mol\n" \
     "[reaction brucite] Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O  log10_K = 16.84\n" \

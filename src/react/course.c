@@ -430,8 +430,8 @@ static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
     return status < 0 ? status : PD_OK;
 }
 
-/* [s] of the first step: with migration ions cross a cell in it. What a long one asks for may be far from the start, and
- * steps grow fast. */
+/* [s] of the first step: with migration ions cross a cell in it. What a long one asks for may be far from the start,
+ * and steps grow fast. */
 static double pdi_course_first(const pd_course *a)
 {
     const pd_reactive *r = a->reactive;

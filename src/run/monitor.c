@@ -4,6 +4,7 @@
 #include "couple/measure.h"
 #include "solid/crack.h"
 #include "io/plot.h"
+#include "run/observe.h"
 #include "run/sample.h"
 #include <math.h>
 #include <stdio.h>
@@ -11,6 +12,8 @@
 
 /* Cells of the layer at a surface with fewer of which its flux is some per cent off; with one it is any number. */
 #define PDI_MONITOR_LAYER 2.0
+/* Cell Peclet number v h/D at which upwinding spreads species as much as they diffuse. */
+#define PDI_MONITOR_PECLET 2.0
 
 /* Share of Faraday's law by which metal lost may differ from it without a word. */
 #define PDI_MONITOR_EXACT 0.01
@@ -769,10 +772,24 @@ static void pdi_monitor_doubt(const pd_model *model, const pd_monitor *m, pd_pri
     print(user, PD_PRINT_NOTE, text);
 }
 
+/* Species that a flow carries are spread by upwinding, across the stream, too. */
+static void pdi_monitor_spread(const pd_model *model, pd_print_fn print, void *user)
+{
+    const char *slowest;
+    char text[320];
+    double peclet = pdi_observe_peclet(model, &slowest);
+    if (!(peclet > PDI_MONITOR_PECLET)) return;
+    snprintf(text, sizeof text, "species: the cell Peclet number v h/D is up to %.3g (%s): upwinding spreads them more "
+             "than they diffuse, and what reaches a surface along the flow can be tens of per cent too high; it wants "
+             "at most %g", peclet, slowest, PDI_MONITOR_PECLET);
+    print(user, PD_PRINT_NOTE, text);
+}
+
 PDI_FN void pdi_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
 {
     char text[1024];
     if (!print) return;
+    pdi_monitor_spread(all->model, print, user);
     for (int k = 0; k < all->model->setup->monitors; k++) {
         const pd_monitor *m = &all->monitor[k];
         if (m->count == 0) continue;

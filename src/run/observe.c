@@ -200,4 +200,23 @@ PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *a
     return PDI_KEEP(ctx, archive, "flux_max", &o->flux_max, 1);
 }
 
+PDI_FN double pdi_observe_peclet(const pd_model *m, const char **slowest)
+{
+    const pd_electrolyte *e = &m->setup->electrolyte;
+    const pd_reactive *r = &m->reactive;
+    double most = 0.0, least = HUGE_VAL;
+    *slowest = "";
+    if (!m->setup->has_chemistry || !r->flow) return 0.0;
+    for (int k = 0; k < e->count; k++) {
+        double d = e->species[k].diffusivity;
+        if (r->components.place[k] < 0 || !(d > 0.0) || !(d < least)) continue;
+        least = d;
+        *slowest = e->species[k].name;
+    }
+    for (int32_t i = 0; i < m->grid.total; i++)
+        for (int d = 0; d < PD_DIM && m->grid.kind[i] == PD_FLUID; d++)
+            most = pdi_max(most, fabs(r->flow->u[(int64_t)d * m->grid.total + i]) * m->grid.h[d]);
+    return most / least;
+}
+
 #undef PDI_OBSERVE_FAR

@@ -23,6 +23,8 @@ typedef struct pd_observables {
 } pd_observables;
 
 #ifdef PDI_INTERNAL
+/* [-] Largest cell Peclet number v h/D of species in a flow, and which has it; 0: none are in one. */
+PDI_FN double pdi_observe_peclet(const pd_model *model, const char **slowest);
 PDI_FN pd_status pdi_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o);
 /* The present figures. The sections lie a quarter of the free length away from the ends; without solid at 1/4, 3/4. */
 PDI_FN void pdi_observe(pd_ctx *ctx, pd_model *model, pd_observables *o);

@@ -374,6 +374,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     pdi_effort effort;
     pdi_model_effort(m, &effort);
     int64_t nodes = m->grid.fluid_count + m->grid.solid_count;
+    const char *slowest;
     memcpy(result->name, r->setup->name, sizeof result->name);
     result->stopped = r->stopped;
     result->time = c->time;
@@ -394,6 +395,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;
+    result->peclet = pdi_observe_peclet(m, &slowest);
     result->residual = pdi_max(effort.momentum, effort.continuity);
     result->evaluations = effort.flow_evaluations;
     result->settled = r->setup->settle;
@@ -518,6 +520,7 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     if (r->has_potential)
         pdi_append(text, size, " current=%.9g current_balance=%.3g", r->current, r->current_balance);
     if (r->has_flux) pdi_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
+    if (r->peclet > 0.0) pdi_append(text, size, " peclet=%.3g", r->peclet);
     if (r->has_front) pdi_append(text, size, " front=%.6g", r->front);
     else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
     pdi_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,

@@ -59,6 +59,7 @@ typedef struct pd_run_result {
     double gas;           /* [mol] per m in planar 2D, per m2 in 1D */
     double gas_volume;    /* [m3] the same, of it at the temperature and 1 atm */
     double flux, flux_max; /* [-] see pd_observables */
+    double peclet;        /* [-] largest cell Peclet number v h/D of species in a flow; 0: none are in one */
     double residual;      /* [-] larger one of the last flow solve */
     int settled;          /* the transport was solved for its steady field */
     double change;        /* [-] of that field in the last step of its solver, over the largest value */
