@@ -202,6 +202,9 @@ PD_ELECTRODE_LINEAR = 1
 PD_ELECTRODE_TABLE = 2
 PD_CIRCUIT_CURRENT = 0
 PD_CIRCUIT_POTENTIAL = 1
+PD_CELL_APART = 0
+PD_CELL_IDLE = 1
+PD_CELL_WORKS = 2
 PD_STRUCTURE_CORRESPONDENCE = 0
 PD_STRUCTURE_SPRINGS = 1
 PD_STRUCTURE_ORDINARY = 2
@@ -330,6 +333,7 @@ ENUMS = {
     'pd_drive': {'PD_DRIVE_CONSTANT': 0, 'PD_DRIVE_DIFFERENCE': 1},
     'pd_electrode_kind': {'PD_ELECTRODE_BUTLER_VOLMER': 0, 'PD_ELECTRODE_LINEAR': 1, 'PD_ELECTRODE_TABLE': 2},
     'pd_circuit_control': {'PD_CIRCUIT_CURRENT': 0, 'PD_CIRCUIT_POTENTIAL': 1},
+    'pd_cell_touches': {'PD_CELL_APART': 0, 'PD_CELL_IDLE': 1, 'PD_CELL_WORKS': 2},
     'pd_structure_material': {'PD_STRUCTURE_CORRESPONDENCE': 0, 'PD_STRUCTURE_SPRINGS': 1, 'PD_STRUCTURE_ORDINARY': 2, 'PD_STRUCTURE_NEO_HOOKEAN': 3, 'PD_STRUCTURE_HENCKY': 4},
     'pd_map': {'PD_MAP_SEQUENTIAL': 0, 'PD_MAP_DIVERGING': 1, 'PD_MAP_LABELS': 2, 'PD_MAP_GREY': 3, 'PD_MAP_VIRIDIS': 4},
     'pd_paint': {'PD_PAINT_FIELD': 0, 'PD_PAINT_SOLID': 1, 'PD_PAINT_WALL': 2, 'PD_PAINT_OUTSIDE': 3},
@@ -1887,6 +1891,8 @@ def declare(dim):
         ('level', POINTER(c_double)),
         ('conduct', POINTER(c_double)),
         ('charge_of', POINTER(c_double)),
+        ('charge', POINTER(c_double)),
+        ('charge_ahead', POINTER(c_double)),
         ('cathode', POINTER(c_double)),
         ('owed', c_double),
         ('sourced', c_double),
@@ -1982,6 +1988,7 @@ def declare(dim):
         ('shed', POINTER(c_double)),
         ('feed', CFUNCTYPE(None, c_void_p, POINTER(c_double))),
         ('feeder', c_void_p),
+        ('drained', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_int32, c_int, c_double)),
         ('surface', POINTER(pd_etch)),
         ('find', pd_at_fn),
         ('open', pd_at_fn),
@@ -2781,6 +2788,7 @@ def declare(dim):
         ('area', c_double),
         ('way', c_double),
         ('share', c_double),
+        ('moment', c_double * dim),
     ]
 
     class pd_contacts(Structure):
@@ -2788,6 +2796,7 @@ def declare(dim):
     pd_contacts._fields_ = [
         ('list', POINTER(pd_contact)),
         ('count', c_int32),
+        ('idle', c_int32),
         ('capacity', c_int32),
     ]
 
@@ -2825,6 +2834,7 @@ def declare(dim):
         ('tolerance', c_double),
         ('max_newton', c_int),
         ('idle', c_int),
+        ('name', POINTER(c_char_p)),
         ('apart', c_int),
     ]
 
@@ -2874,6 +2884,7 @@ def declare(dim):
         ('imbalance', c_double),
         ('through', c_double),
         ('anodic', c_double),
+        ('worst', c_int),
     ]
 
     class pd_cell_desc(Structure):
@@ -2887,7 +2898,17 @@ def declare(dim):
         ('conduct', CFUNCTYPE(None, c_void_p, POINTER(c_double))),
         ('share', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_contact), c_int32, c_double)),
         ('user', c_void_p),
+        ('reads', c_uint32),
+        ('name', POINTER(c_char_p)),
         ('apart', c_int),
+    ]
+
+    class pd_cell_range(Structure):
+        pass
+    pd_cell_range._fields_ = [
+        ('least', c_double),
+        ('most', c_double),
+        ('left', c_double),
     ]
 
     class pd_cell(Structure):
@@ -2900,6 +2921,11 @@ def declare(dim):
         ('circuit', POINTER(pd_circuit)),
         ('metal', POINTER(c_uint8)),
         ('kinds', POINTER(c_uint32)),
+        ('charge', POINTER(c_double)),
+        ('anodic', POINTER(c_double)),
+        ('stock', POINTER(c_double)),
+        ('met', POINTER(pd_cell_range)),
+        ('factor', POINTER(c_double)),
         ('left', POINTER(c_double)),
         ('first', POINTER(c_int32)),
         ('field', POINTER(c_double)),
@@ -2907,6 +2933,7 @@ def declare(dim):
         ('result', pd_potential_result),
         ('stale', c_int),
         ('time', c_double),
+        ('reached', c_double),
         ('solves', c_int64),
         ('newton', c_int64),
         ('krylov', c_int64),
@@ -2915,12 +2942,17 @@ def declare(dim):
     class pd_cell_electrode(Structure):
         pass
     pd_cell_electrode._fields_ = [
+        ('touches', c_int),
         ('potential', c_double),
         ('area', c_double),
         ('current', c_double),
         ('anodic', c_double),
         ('least', c_double),
         ('most', c_double),
+        ('charge', c_double),
+        ('passed', c_double),
+        ('lost', c_double),
+        ('met', pd_cell_range),
     ]
 
     class pd_measure_plane_result(Structure):
@@ -3634,6 +3666,14 @@ def declare(dim):
         ('reacts', c_int),
     ]
 
+    class pd_setup_piece(Structure):
+        pass
+    pd_setup_piece._fields_ = [
+        ('name', c_char * 64),
+        ('shape', c_int),
+        ('metal', c_int),
+    ]
+
     class pd_setup(Structure):
         pass
     pd_setup._fields_ = [
@@ -3655,6 +3695,8 @@ def declare(dim):
         ('shape', POINTER(pd_shape)),
         ('shapes', c_int),
         ('named', c_int * 64),
+        ('piece', pd_setup_piece * 64),
+        ('pieces', c_int),
         ('solid', c_int),
         ('wall', c_int),
         ('medium', c_int),
@@ -3823,6 +3865,7 @@ def declare(dim):
         ('member', c_int * 16),
         ('given', c_int * 16),
         ('circuit', pd_circuit * 16),
+        ('name', c_char_p * 16),
         ('line', c_int),
     ]
 
@@ -3836,6 +3879,9 @@ def declare(dim):
         ('part', POINTER(c_double)),
         ('reads', c_uint32 * 16),
         ('circuit', pd_etch_circuit * 16),
+        ('falls', c_int),
+        ('former', POINTER(c_double)),
+        ('formers', c_int64),
     ]
 
     class pd_footprint(Structure):
@@ -4046,6 +4092,16 @@ def declare(dim):
     ]
 
     pd_print_fn = CFUNCTYPE(None, c_void_p, c_int, c_char_p)
+
+    class pd_depletion(Structure):
+        pass
+    pd_depletion._fields_ = [
+        ('model', POINTER(pd_model)),
+        ('piece', POINTER(c_uint8)),
+        ('left', c_int32 * 64),
+        ('idle', c_int * 16),
+        ('solid', c_int64),
+    ]
 
     class pd_monitor_figure(Structure):
         pass
