@@ -120,6 +120,9 @@ typedef struct pd_etch {
     double late;                  /* [mol/m3/s] charge of sources that is metal's, after its step; of all nodes */
     double extra;                 /* [mol/s] what a circuit gives beside its current, where none leaves: of late metal
                                    * and of rounding */
+    int alone;                    /* 1: a circuit without a given current whose metal carries current one way only
+                                   * carries none; 0: it is lost. The caller writes it */
+    uint32_t idle;                /* bit n: circuit n carries none for that */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
     pd_status (*stage)(pd_ctx *ctx, void *stager, double share); /* brings what law and curves read to that share of a
                                                                   * step; NULL: it holds for the step */

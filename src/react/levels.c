@@ -148,6 +148,25 @@ static void pdi_levels_close(pd_etch *s, int circuit, double wanted)
     }
 }
 
+/* A circuit without a given current carries current one way only, and less and less of it towards a far potential:
+ * there it carries none. 0: it is another one. */
+static int pdi_levels_idle(const pd_ctx *ctx, pd_etch *s, pdi_levels_search *q, double least, double most)
+{
+    int up = !(q->high < HUGE_VAL);
+    if (!s->alone || fabs(q->wanted) > 0.0 || up == !(q->low > -HUGE_VAL)) return 0;
+    double near = up ? least : most, far = up ? most + PDI_LEVELS_FAR : least - PDI_LEVELS_FAR;
+    pdi_levels_try(ctx, s, q, near, near);
+    double size = q->size, off = pdi_levels_try(ctx, s, q, far, far);
+    if (!(fabs(off) < HUGE_VAL) || !(q->size <= PDI_LEVELS_SLACK * size)) return 0;
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != q->circuit) continue;
+        if (s->weight[p] > 0.0) *pdi_etch_speed(s, p) = 0.0;
+        s->flow[p] = 0.0;
+    }
+    s->idle |= (uint32_t)1 << q->circuit;
+    return 1;
+}
+
 static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double extra)
 {
     pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY + extra, -HUGE_VAL,
@@ -175,6 +194,7 @@ static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double e
         pdi_levels_between(ctx, s, &q);
         return;
     }
+    if (pdi_levels_idle(ctx, s, &q, least, most)) return;
     s->lost = 1 + circuit;
     for (int32_t p = 0; p < s->count; p++)
         if (pdi_etch_circuit(s, p) == circuit) s->flow[p] = NAN;
@@ -204,6 +224,7 @@ PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
 {
     double size, extra = s->extra;
     s->lost = 0;
+    s->idle = 0;
     if (!s->electrode) {
         pdi_layer_solve(ctx, s, -1, 0);
         return;

@@ -357,6 +357,7 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
     }
     PDI_TRY(pdi_attack_shares(ctx, a));
     s->odd = 0;
+    s->alone = s->electrode && a->course->steps > 0 && pdi_polarise_gone(&a->polarise);
     pdi_levels_solve(ctx, s);
     pdi_etch_note(s);
     if (s->lost && s->odd) {

@@ -26,8 +26,9 @@ static void pdi_depletion_count(const pd_depletion *d, int32_t *left)
 static int pdi_depletion_idle(const pd_model *m, int electrode)
 {
     pd_cell_electrode now;
-    if (!m->setup->has_potential || m->attack.polarise.setup) return 0;
-    pd_cell_electrode_of(&m->cell, electrode, &now);
+    if (!m->setup->has_potential || !(m->cell.potential.contacts.idle || m->attack.etch.idle)) return 0;
+    if (m->attack.polarise.setup) pdi_polarise_electrode(&m->attack.polarise, electrode, &now);
+    else pd_cell_electrode_of(&m->cell, electrode, &now);
     return now.touches == PD_CELL_IDLE;
 }
 
@@ -50,9 +51,9 @@ PDI_FN pd_status pdi_depletion_build(pd_ctx *ctx, pd_model *model, pd_depletion 
 }
 
 /* "13.2 day" */
-static const char *pdi_depletion_time(const pd_model *m, char *text)
+static const char *pdi_depletion_time(double time, char *text)
 {
-    pdi_setup_show(m->couple.time, "s", text);
+    pdi_setup_show(time, "s", text);
     return text;
 }
 
@@ -65,7 +66,7 @@ static void pdi_depletion_gone(pd_depletion *d, pd_print_fn print, void *user)
     for (int k = 0; k < u->pieces; k++) {
         if (print && d->left[k] && !left[k]) {
             snprintf(text, sizeof text, "the metal of shape %s (%s) is used up at t = %s", u->piece[k].name,
-                     u->metal[u->piece[k].metal].material.name, pdi_depletion_time(d->model, time));
+                     u->metal[u->piece[k].metal].material.name, pdi_depletion_time(d->model->couple.time, time));
             print(user, PD_PRINT_NOTE, text);
         }
         d->left[k] = left[k];
@@ -76,12 +77,14 @@ static void pdi_depletion_alone(pd_depletion *d, pd_print_fn print, void *user)
 {
     const pd_setup_potential *p = &d->model->setup->potential;
     char text[320], time[PD_UNITS_TEXT];
+    /* among ions it is known with the step after */
+    double from = d->model->attack.polarise.setup ? d->time : d->model->couple.time;
     for (int e = 0; e < p->electrodes && d->model->setup->has_potential; e++) {
         int idle = pdi_depletion_idle(d->model, e);
         if (print && idle && !d->idle[e]) {
             snprintf(text, sizeof text, "electrode %s carries no current from t = %s on: curves of metal around its "
                      "fluid carry current one way only, and nothing else closes the circuit. Its potential is not "
-                     "known", p->electrode[e].name, pdi_depletion_time(d->model, time));
+                     "known", p->electrode[e].name, pdi_depletion_time(from, time));
             print(user, PD_PRINT_NOTE, text);
         }
         d->idle[e] = idle;
@@ -90,10 +93,11 @@ static void pdi_depletion_alone(pd_depletion *d, pd_print_fn print, void *user)
 
 PDI_FN void pdi_depletion_look(pd_depletion *d, pd_print_fn print, void *user)
 {
-    if (!d->model || d->solid == d->model->grid.solid_count) return;
+    if (!d->model) return;
+    if (d->solid != d->model->grid.solid_count) pdi_depletion_gone(d, print, user);
     d->solid = d->model->grid.solid_count;
-    pdi_depletion_gone(d, print, user);
     pdi_depletion_alone(d, print, user);
+    d->time = d->model->couple.time;
 }
 
 PDI_FN void pdi_depletion_free(pd_ctx *ctx, pd_depletion *d)

@@ -9,6 +9,7 @@ typedef struct pd_depletion {
     uint8_t *piece;                 /* [total] piece of the setup that a solid node is of; those beyond them: none */
     int32_t left[PD_SETUP_SHAPES];  /* nodes of each piece */
     int idle[PD_SETUP_ELECTRODES];  /* 1: no current passes at all of the electrode */
+    double time;                    /* [s] when it last looked */
     int64_t solid;                  /* nodes of metal when it last looked */
 } pd_depletion;
 

@@ -193,6 +193,21 @@ static double pdi_polarise_place(const pd_etch *s, int32_t k, double *size, doub
     return law + curve;
 }
 
+/* 1: fluid touches the electrode. */
+static int pdi_polarise_there(const pd_etch *s, int electrode)
+{
+    for (int32_t k = 0; k < s->count; k++)
+        if (s->electrode[k] == electrode) return 1;
+    return 0;
+}
+
+PDI_FN int pdi_polarise_gone(const pd_polarise *p)
+{
+    for (int e = 0; e < p->setup->potential.electrodes; e++)
+        if (!pdi_polarise_there(p->etch, e)) return 1;
+    return 0;
+}
+
 /* What the surface of an electrode meets now. */
 static void pdi_polarise_met(const pd_polarise *p, int electrode, pd_cell_range *met)
 {
@@ -219,8 +234,8 @@ PDI_FN void pdi_polarise_meet(pd_polarise *p)
 static double pdi_polarise_known(const pd_polarise *p, int circuit)
 {
     const pd_etch *s = p->etch;
-    int known = s->desc.electrodes.circuit[circuit].holds;
-    for (int32_t k = 0; k < s->count && !known; k++) known = pdi_etch_circuit(s, k) == circuit;
+    int known = s->desc.electrodes.circuit[circuit].holds, idle = (int)(s->idle >> circuit & 1u);
+    for (int32_t k = 0; k < s->count && !known && !idle; k++) known = pdi_etch_circuit(s, k) == circuit;
     return known ? s->level[circuit] : (double)NAN;
 }
 
@@ -234,6 +249,7 @@ PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_
         if (s->electrode[k] != electrode) continue;
         double volume = s->reactive->bonds->stencil->volume * pdi_grid_circumference(s->reactive->grid, s->node[k]);
         double area = volume * s->area[k], size, anodic, current = pdi_polarise_place(s, k, &size, &anodic);
+        now->touches = s->idle >> s->desc.electrodes.member[electrode] & 1u ? PD_CELL_IDLE : PD_CELL_WORKS;
         now->area += area;
         now->current += current;
         now->anodic += anodic;
@@ -286,7 +302,7 @@ PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p)
     const pd_setup_potential *of = &p->setup->potential;
     if (!s->lost) return PD_OK;
     for (int e = 0; e < of->electrodes; e++) {
-        if (s->desc.electrodes.member[e] != s->lost - 1) continue;
+        if (s->desc.electrodes.member[e] != s->lost - 1 || !pdi_polarise_there(s, e)) continue;
         return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s no potential gives the metal of %s a total "
                         "current of %g A: its curve and its law do not carry that, or they take up more of a species "
                         "than reaches the metal; expected anodic and cathodic reactions, and a curve that falls to 0 "

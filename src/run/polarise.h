@@ -27,6 +27,8 @@ PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_elect
                                     const pd_reactive *reactive, pd_etch *etch, pd_polarise *p,
                                     pd_etch_electrodes *electrodes);
 PDI_FN void pdi_polarise_free(pd_ctx *ctx, pd_polarise *p);
+/* 1: there is an electrode without a place. */
+PDI_FN int pdi_polarise_gone(const pd_polarise *p);
 /* What surfaces meet now. */
 PDI_FN void pdi_polarise_meet(pd_polarise *p);
 /* The places of a contact's node begin at `first`, and end where it returns; *own: the one whose metal is of `kind`,

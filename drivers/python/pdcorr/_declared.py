@@ -1898,6 +1898,8 @@ def declare(dim):
         ('sourced', c_double),
         ('late', c_double),
         ('extra', c_double),
+        ('alone', c_int),
+        ('idle', c_uint32),
         ('lost', c_int),
         ('stage', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_double)),
         ('stager', c_void_p),
@@ -4100,6 +4102,7 @@ def declare(dim):
         ('piece', POINTER(c_uint8)),
         ('left', c_int32 * 64),
         ('idle', c_int * 16),
+        ('time', c_double),
         ('solid', c_int64),
     ]
 
