@@ -1,8 +1,8 @@
 /* overlap: faces of a body that pass through each other, since bonds alone join its points and no contact is computed.
  *
  * Two points that lie side by side, in cells that share a face, are on two faces where no bond joins them. These
- * overlap by what is left of the distance of the points when the gap between them is closed. Others overlap when they come
- * nearer than a cell. What intact bonds are shortened by is no overlap.
+ * overlap by what is left of the distance of the points when the gap between them is closed. Others overlap when they
+ * come nearer than a cell. What intact bonds are shortened by is no overlap.
  */
 #ifndef PD_OVERLAP_H
 #define PD_OVERLAP_H

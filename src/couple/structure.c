@@ -10,8 +10,6 @@
  * and flow by as much as the metal is long. */
 #define PDI_STRUCTURE_STRAIN 0.2
 #define PDI_STRUCTURE_SLIP 1.0
-/* Metal that has just turned fluid counts as metal that is left, until its bonds have gone. */
-#define PDI_STRUCTURE_LEFT 1e-300
 /* Steps of a motion between looks for parts that meet. A wave passes a cell in a step, and parts are slower. */
 #define PDI_STRUCTURE_LOOK 16
 
@@ -20,11 +18,7 @@ enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
 {
     pd_structure *structure = (pd_structure *)object;
-    int64_t all = (int64_t)structure->count + structure->images, cells = structure->images ? 1 : 0;
-    for (int d = 0; d < PD_DIM; d++) cells *= structure->wide[d];
-    PDI_ARRAY(owner, structure, cell, structure->images * PD_DIM, "1");
-    PDI_ARRAY(owner, structure, chain, structure->images ? all : 0, "1");
-    PDI_ARRAY(owner, structure, chart, cells, "1");
+    int64_t all = (int64_t)structure->count + structure->sites.images;
     PDI_ARRAY(owner, structure, node, structure->count, "1");
     PDI_ARRAY(owner, structure, point, structure->total, "1");
     PDI_ARRAY(owner, structure, held, all * PD_DIM, "1");
@@ -47,227 +41,6 @@ PDI_FN double pdi_structure_broken(const pd_structure *s, int32_t point)
     return all ? 1.0 - (double)pdi_body_intact(&s->body, point) / (double)all : 0.0;
 }
 
-/* ---- planes of symmetry ---- */
-
-/* Cells of images behind a side: three horizons. Behind a plane alone there are no more than before it. */
-static int pdi_structure_behind(const pd_structure *s, int d, int upper)
-{
-    int depth = 3 * (int)floor(s->desc.m + 0.5), n = s->grid->n[d];
-    if (!(s->desc.mirrors >> (2 * d + upper) & 1)) return 0;
-    return (s->desc.mirrors >> (2 * d) & 3) == 3 || depth < n ? depth : n;
-}
-
-/* The cell of the box that stands for another one, and along which axes it is reflected. */
-static int pdi_structure_fold(const pd_structure *s, int *at)
-{
-    int flip = 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        int n = s->grid->n[d], both = (s->desc.mirrors >> (2 * d) & 3) == 3;
-        if (at[d] >= 0 && at[d] < n) continue;
-        int place = both ? (at[d] % (2 * n) + 2 * n) % (2 * n) : at[d];
-        if (place >= 0 && place < n) at[d] = place;
-        else {
-            at[d] = place < 0 ? -1 - place : 2 * n - 1 - place;
-            flip |= 1 << d;
-        }
-    }
-    return flip;
-}
-
-/* Cell number k of the box as it goes on. Returns the node that it is or stands for, -1: it has no metal. *flip: as of
- * pd_mirrored; -1: it is in the box. */
-static int32_t pdi_structure_image(const pd_structure *s, int64_t k, int *at, int *flip)
-{
-    int folded[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++, k /= s->wide[d - 1]) folded[d] = at[d] = (int)(k % s->wide[d]) - s->below[d];
-    int inside = pdi_grid_inside(s->grid, at);
-    *flip = pdi_structure_fold(s, folded);
-    if (inside) *flip = -1;
-    int32_t node = pd_grid_node(s->grid, folded);
-    return s->grid->kind[node] == PD_SOLID ? node : -1;
-}
-
-static int64_t pdi_structure_cells(const pd_structure *s)
-{
-    int64_t cells = 1;
-    for (int d = 0; d < PD_DIM; d++) cells *= s->wide[d];
-    return cells;
-}
-
-/* How many images there are. */
-static void pdi_structure_reflect(pd_structure *s)
-{
-    int at[PD_DIM], flip;
-    for (int d = 0; d < PD_DIM; d++) {
-        s->below[d] = pdi_structure_behind(s, d, 0);
-        s->wide[d] = s->grid->n[d] + s->below[d] + pdi_structure_behind(s, d, 1);
-    }
-    for (int64_t k = 0; k < pdi_structure_cells(s) && s->desc.mirrors; k++)
-        s->images += pdi_structure_image(s, k, at, &flip) >= 0 && flip >= 0;
-}
-
-/* The images, behind the points. */
-static void pdi_structure_images(pd_structure *s)
-{
-    int at[PD_DIM], flip;
-    int32_t g = 0;
-    for (int32_t i = 0; i < s->count + s->images && s->images; i++) s->chain[i] = -1;
-    for (int64_t k = 0; k < pdi_structure_cells(s) && s->images; k++) {
-        int32_t node = pdi_structure_image(s, k, at, &flip);
-        s->chart[k] = node >= 0 ? s->point[node] : -1;
-        if (node < 0 || flip < 0) continue;
-        s->chart[k] = s->count + g;
-        s->mirrored.of[g] = s->point[node];
-        s->mirrored.flip[g] = (uint8_t)flip;
-        for (int d = 0; d < PD_DIM; d++) s->cell[g * PD_DIM + d] = at[d];
-        s->chain[s->count + g] = s->chain[s->point[node]];
-        s->chain[s->point[node]] = s->count + g++;
-    }
-    for (int32_t i = s->count; i < s->count + s->images; i++) {
-        s->stiff[i] = 1.0;
-        for (int d = 0; d < PD_DIM; d++) s->held[(int64_t)i * PD_DIM + d] = 1;
-    }
-}
-
-/* The point that i is or stands for. */
-static int32_t pdi_structure_real(const pd_structure *s, int32_t i)
-{
-    return i < s->count ? i : s->mirrored.of[i - s->count];
-}
-
-/* Cell of a point or image. */
-static void pdi_structure_cell(const pd_structure *s, int32_t i, int *at)
-{
-    if (i < s->count) pdi_grid_index(s->grid, s->node[i], at);
-    else
-        for (int d = 0; d < PD_DIM; d++) at[d] = s->cell[(i - s->count) * PD_DIM + d];
-}
-
-static void pdi_structure_place(const pd_structure *s, int32_t i, double *x)
-{
-    int at[PD_DIM];
-    pdi_structure_cell(s, i, at);
-    for (int d = 0; d < PD_DIM; d++) x[d] = s->grid->lo[d] + ((double)at[d] + 0.5) * s->grid->h[d];
-}
-
-/* The point or image in a cell; -1: none. */
-static int32_t pdi_structure_in(const pd_structure *s, const int *at)
-{
-    int64_t k = 0;
-    if (!s->images) return pdi_grid_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
-    for (int d = PD_DIM - 1; d >= 0; d--) {
-        int place = at[d] + s->below[d];
-        if (place < 0 || place >= s->wide[d]) return -1;
-        k = k * s->wide[d] + place;
-    }
-    return s->chart[k];
-}
-
-/* ---- bonds that leave the metal ---- */
-
-/* 1: a cell is metal, or has turned fluid and still counts as metal. */
-static int pdi_structure_metal(const void *self, const int *at)
-{
-    const pd_structure *s = (const pd_structure *)self;
-    int32_t i = pdi_structure_in(s, at);
-    return i >= 0 && (s->grid->kind[s->node[pdi_structure_real(s, i)]] == PD_SOLID || s->stiff[i] > 0.0);
-}
-
-/* Cells from one point to another. */
-static void pdi_structure_step(const pd_structure *s, int32_t i, int32_t j, int *step)
-{
-    int from[PD_DIM];
-    pdi_structure_cell(s, i, from);
-    pdi_structure_cell(s, j, step);
-    for (int d = 0; d < PD_DIM; d++) step[d] -= from[d];
-}
-
-/* 1: one of the staircases between two points is metal. */
-static int pdi_structure_stairs(const pd_structure *s, int32_t i, const int *step)
-{
-    int from[PD_DIM];
-    pdi_structure_cell(s, i, from);
-    return pdi_chord_stairs(from, step, pdi_structure_metal, s);
-}
-
-/* Where the line x + t xi passes a side of the box, or of one of its images, next. */
-static double pdi_structure_side(const pd_structure *s, const double *x, const double *xi, double after)
-{
-    double best = 1.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        double length = s->grid->hi[d] - s->grid->lo[d], from = (x[d] - s->grid->lo[d]) / length, by = xi[d] / length;
-        if (!(s->desc.mirrors >> (2 * d) & 3) || !(fabs(by) > 0.0)) continue;
-        double last = pdi_max(from, from + by);
-        for (double k = ceil(pdi_min(from, from + by)); k <= last; k += 1.0) {
-            double t = (k - from) / by;
-            if (t > after && t < best) best = t;
-        }
-    }
-    return best;
-}
-
-/* The line as it is in the box, piece by piece. */
-static int pdi_structure_within(const pd_structure *s, const double *x, const double *xi)
-{
-    const pd_grid *grid = s->grid;
-    for (double from = 0.0; from < 1.0;) {
-        double to = pdi_structure_side(s, x, xi, from), a[PD_DIM], way[PD_DIM];
-        for (int d = 0; d < PD_DIM; d++) {
-            double length = grid->hi[d] - grid->lo[d], middle = x[d] + 0.5 * (from + to) * xi[d] - grid->lo[d];
-            double box = s->desc.mirrors >> (2 * d) & 3 ? floor(middle / length) : 0.0;
-            int even = fabs(2.0 * floor(0.5 * box) - box) < 0.5;
-            a[d] = x[d] + from * xi[d] - box * length;
-            way[d] = (to - from) * xi[d];
-            if (even) continue;
-            a[d] = grid->lo[d] + grid->hi[d] - a[d];
-            way[d] = -way[d];
-        }
-        if (!pdi_chord_within(grid, a, way)) return 0;
-        from = to;
-    }
-    return 1;
-}
-
-/* A pd_joined_fn by the cells of the metal that is left. */
-static int pdi_structure_beside(void *user, int32_t i, int32_t j, const double *xi)
-{
-    const pd_structure *s = (const pd_structure *)user;
-    int step[PD_DIM];
-    (void)xi;
-    pdi_structure_step(s, i, j, step);
-    return pdi_structure_stairs(s, i, step);
-}
-
-/* A pd_joined_fn by the smooth surface, of whose points the depths stand in `density` as the body is built. Where they
- * cover the line, nothing is to be looked at. */
-static int pdi_structure_inside(void *user, int32_t i, int32_t j, const double *xi)
-{
-    const pd_structure *s = (const pd_structure *)user;
-    double from[PD_DIM], deep = pdi_max(s->density[i], 0.0) + pdi_max(s->density[j], 0.0);
-    if (deep * deep >= pdi_vec_dot(xi, xi)) return 1;
-    pdi_structure_place(s, i, from);
-    return pdi_structure_within(s, from, xi);
-}
-
-/* Which bonds leave the metal of the start is to be asked of these. */
-static void pdi_structure_joined(pd_ctx *ctx, pd_structure *s, pd_body_desc *desc)
-{
-    int nt = pdi_par_threads(ctx, (int64_t)s->count * 100);
-    (void)nt;
-    if (pdi_chord_convex(s->grid)) return;
-    desc->user = s;
-    desc->joined = pdi_structure_beside;
-    if (!pdi_chord_smooth(s->grid)) return;
-    desc->joined = pdi_structure_inside;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < s->count; i++) {
-        double x[PD_DIM];
-        pd_grid_position(s->grid, s->node[i], x);
-        s->density[i] = -pdi_chord_level(s->grid, x);
-    }
-    for (int32_t g = 0; g < s->images; g++) s->density[s->count + g] = s->density[s->mirrored.of[g]];
-}
-
 /* ---- build ---- */
 
 static int pdi_structure_breaks(const pd_structure_desc *desc)
@@ -288,7 +61,7 @@ static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
     pd_body_desc desc;
     memset(&desc, 0, sizeof desc);
     for (int d = 0; d < PD_DIM; d++) cell *= grid->h[d];
-    int32_t all = s->count + s->images;
+    int32_t all = s->count + s->sites.images;
     pd_status status = PDI_NEW(ctx, "structure", (int64_t)all * PD_DIM, position);
     if (status == PD_OK) status = PDI_NEW(ctx, "structure", all, volume);
     for (int32_t i = 0, k = 0; i < grid->total && status == PD_OK; i++) {
@@ -302,9 +75,16 @@ static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
         s->stiff[k] = 1.0;
         volume[k++] = cell;
     }
-    if (status == PD_OK) pdi_structure_images(s);
+    s->sites.node = s->node;
+    s->sites.point = s->point;
+    s->sites.stiff = s->stiff;
+    s->sites.depth = s->density;
+    s->sites.of = s->mirrored.of;
+    s->sites.flip = s->mirrored.flip;
+    if (status == PD_OK) pdi_sites_images(&s->sites);
+    for (int64_t k = (int64_t)s->count * PD_DIM; k < (int64_t)all * PD_DIM; k++) s->held[k] = 1;
     for (int32_t i = s->count; i < all && status == PD_OK; i++) {
-        pdi_structure_place(s, i, position + (int64_t)i * PD_DIM);
+        pdi_sites_place(&s->sites, i, position + (int64_t)i * PD_DIM);
         volume[i] = cell;
     }
     desc.count = all;
@@ -312,7 +92,7 @@ static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
     desc.volume = volume;
     desc.spacing = grid->h[0];
     desc.horizon = s->desc.m * grid->h[0];
-    if (status == PD_OK) pdi_structure_joined(ctx, s, &desc);
+    if (status == PD_OK) pdi_sites_joined(ctx, &s->sites, &desc);
     if (status == PD_OK) status = pd_body_build(ctx, &desc, &s->body);
     s->body.own = s->count;
     memset(s->density, 0, (size_t)all * sizeof *s->density);
@@ -336,10 +116,14 @@ static pd_status pdi_structure_count(pd_ctx *ctx, pd_structure *s)
         s->count += grid->kind[i] == PD_SOLID && pdi_grid_inside(grid, at);
     }
     if (!s->count) return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "no metal, expected a solid that bears loads");
-    pdi_structure_reflect(s);
-    if ((double)s->count + (double)s->images < 2e9) return PD_OK;
+    s->sites.grid = grid;
+    s->sites.m = s->desc.m;
+    s->sites.mirrors = s->desc.mirrors;
+    s->sites.count = s->count;
+    pdi_sites_reflect(&s->sites);
+    if ((double)s->count + (double)s->sites.images < 2e9) return PD_OK;
     return pdi_fail(ctx, PD_ERR_SIZE, "structure", "%g nodes of metal and as many as %g images of them: too many",
-                    (double)s->count, (double)s->images);
+                    (double)s->count, (double)s->sites.images);
 }
 
 /* Break the bonds that cross a cut, a piece of its line after another. */
@@ -533,9 +317,9 @@ static pd_status pdi_structure_check(pd_ctx *ctx, const pd_structure_desc *desc)
 /* Cracks and bonds that break are not reflected. */
 static pd_status pdi_structure_check_images(pd_ctx *ctx, const pd_structure *s, const pd_structure_desc *desc)
 {
-    if (!s->images || !(desc->cut_count || pdi_structure_breaks(desc) || desc->fracture > 0.0)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal with a crack, or whose bonds break, meets a plane of symmetry"
-                    " (flow = mirror): expected all of the body, or a side that holds it there (ux = 0)");
+    if (!s->sites.images || !(desc->cut_count || pdi_structure_breaks(desc) || desc->fracture > 0.0)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal with a crack, or whose bonds break, meets a plane of "
+                    "symmetry (flow = mirror): expected all of the body, or a side that holds it there (ux = 0)");
 }
 
 static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
@@ -549,15 +333,16 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     PDI_TRY(pdi_structure_count(ctx, s));
     PDI_TRY(pdi_structure_check_images(ctx, s, desc));
     s->mirrored.count = s->count;
-    s->mirrored.images = s->images;
-    if (s->images) PDI_TRY(pdi_mirrored_build(ctx, &s->mirrored));
+    s->mirrored.images = s->sites.images;
+    if (s->sites.images) PDI_TRY(pdi_mirrored_build(ctx, &s->mirrored));
+    if (s->sites.images) PDI_TRY(pdi_owner_build(ctx, pdi_sites_list, &s->sites));
     PDI_TRY(pdi_owner_build(ctx, pdi_structure_list, s));
     PDI_TRY(pdi_structure_points(ctx, s));
     PDI_TRY(pdi_structure_watch(ctx, s));
     for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_structure_cut(ctx, s, &desc->cuts[k]));
     PDI_TRY(pdi_structure_material(ctx, s));
     s->solid = pdi_structure_table(s);
-    if (s->images) {
+    if (s->sites.images) {
         pd_solid inner = s->solid;
         s->solid = pdi_mirrored_solid(&s->mirrored, &inner);
     }
@@ -585,6 +370,7 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
     pd_microelastic_free(ctx, &s->springs);
     pd_elastic_free(ctx, &s->elastic);
     pdi_overlap_free(ctx, &s->overlap);
+    pdi_owner_free(ctx, pdi_sites_list, &s->sites);
     pdi_mirrored_free(ctx, &s->mirrored);
     pd_body_free(ctx, &s->body);
     pdi_owner_free(ctx, pdi_structure_list, s);
@@ -636,8 +422,8 @@ static pd_status pdi_structure_touch(pd_ctx *ctx, pd_structure *s, double t)
     pdi_overlap_look(o, pdi_structure_u(s));
     if (!(o->pieces > 0.0)) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "structure", "two parts of the metal that were apart at the start meet at t = "
-                    "%g s: what was at %s m and what was at %s m overlap by %g m; they would pass through each other, since "
-                    "contact is not computed", t, pdi_grid_place(s->grid, s->node[o->first], place[0]),
+                    "%g s: what was at %s m and what was at %s m overlap by %g m; they would pass through each other, "
+                    "since contact is not computed", t, pdi_grid_place(s->grid, s->node[o->first], place[0]),
                     pdi_grid_place(s->grid, s->node[o->other], place[1]), o->pieces);
 }
 
@@ -681,7 +467,7 @@ static void pdi_structure_stiffen(pd_structure *s)
         double left = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
         if (!(fabs(left - s->stiff[i]) > 0.0)) continue;
         s->stiff[i] = left;
-        for (int32_t g = s->images ? s->chain[i] : -1; g >= 0; g = s->chain[g]) s->stiff[g] = left;
+        for (int32_t g = s->sites.images ? s->sites.chain[i] : -1; g >= 0; g = s->sites.chain[g]) s->stiff[g] = left;
         s->rest.stale = 1;
     }
 }
@@ -713,83 +499,11 @@ static pd_status pdi_structure_finish(pd_ctx *ctx, void *self, double t)
     return pdi_structure_to(ctx, (pd_structure *)self, t);
 }
 
-/* 1: a node that lies off[] cells from the start of a line of step[] cells may belong to a staircase of it. */
-static int pdi_structure_near(const int *off, const int *step)
-{
-    int length = 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        if (off[d] < (step[d] < 0 ? step[d] : 0) || off[d] > (step[d] > 0 ? step[d] : 0)) return 0;
-        length = step[d] > length ? step[d] : -step[d] > length ? -step[d] : length;
-    }
-    for (int d = 0; d < PD_DIM; d++)
-        for (int e = 0; e < d; e++) { /* it is two cells off the line along an axis, at most */
-            int across = off[d] * step[e] - off[e] * step[d];
-            if (across > 4 * length || -across > 4 * length) return 0;
-        }
-    return 1;
-}
-
-/* 1: the line of step[] cells passes the cell that lies off[] cells from its start, and not only an edge of it. */
-static int pdi_structure_passes(const int *off, const int *step)
-{
-    double from = 0.0, to = 1.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        double low = ((double)off[d] - 0.5) / (step[d] ? step[d] : 1);
-        double high = ((double)off[d] + 0.5) / (step[d] ? step[d] : 1);
-        if (!step[d] && off[d]) return 0;
-        if (!step[d]) continue;
-        from = pdi_max(from, pdi_min(low, high));
-        to = pdi_min(to, pdi_max(low, high));
-    }
-    return to > from + 1e-9;
-}
-
-/* Metal has gone from point `gone`: bonds of point i that led through it alone. A bond that no staircase bore from the
- * start, as in a thin part with smooth faces, breaks where its line passes the cell. */
-static void pdi_structure_sever(pd_structure *s, int32_t gone, int32_t i)
-{
-    double stiff = s->stiff[gone];
-    for (pd_walk f = pdi_walk_from(&s->body, i); pdi_walk_next(&f);) {
-        int off[PD_DIM], step[PD_DIM];
-        if (f.to < i || pdi_walk_broken(&f)) continue;
-        pdi_structure_step(s, i, gone, off);
-        pdi_structure_step(s, i, f.to, step);
-        if (!pdi_structure_near(off, step)) continue;
-        int before = pdi_structure_stairs(s, i, step);
-        s->stiff[gone] = 0.0;
-        int after = pdi_structure_stairs(s, i, step);
-        s->stiff[gone] = stiff;
-        if (before ? !after : pdi_structure_passes(off, step)) pdi_walk_break(&s->body, i, &f);
-    }
-}
-
-/* Points whose bonds may pass the point that has turned fluid are those of a cube around it. */
-static void pdi_structure_leave(pd_structure *s, int32_t gone)
-{
-    int reach = (int)ceil(s->desc.m + 0.5), wide = 2 * reach + 1, all = pdi_grid_cube(reach), cell[PD_DIM];
-    pdi_body_release(&s->body, gone);
-    pdi_structure_cell(s, gone, cell);
-    for (int k = 0; k < all; k++) {
-        int at[PD_DIM];
-        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) at[d] = cell[d] + rest % wide - reach;
-        int32_t i = pdi_structure_in(s, at);
-        if (i >= 0 && i != gone) pdi_structure_sever(s, gone, i);
-    }
-    s->stiff[gone] = 0.0;
-    s->rest.stale = 1;
-}
-
-/* Points and their images, one after another: each sees the others as metal until it is its turn. */
 static pd_status pdi_structure_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_structure *s = (pd_structure *)self;
     (void)ctx;
-    for (int way = 0; way < 2; way++)
-        for (int32_t k = 0; k < count; k++)
-            for (int32_t i = s->point[turned[k]]; i >= 0; i = s->images ? s->chain[i] : -1) {
-                if (way) pdi_structure_leave(s, i);
-                else s->stiff[i] = pdi_max(s->stiff[i], PDI_STRUCTURE_LEFT);
-            }
+    if (pdi_sites_go(&s->sites, &s->body, turned, count)) s->rest.stale = 1;
     return PD_OK;
 }
 
@@ -915,5 +629,4 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
 
 #undef PDI_STRUCTURE_STRAIN
 #undef PDI_STRUCTURE_SLIP
-#undef PDI_STRUCTURE_LEFT
 #undef PDI_STRUCTURE_LOOK

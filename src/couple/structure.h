@@ -10,6 +10,7 @@
 #define PD_STRUCTURE_H
 #include "metal/dissolve.h"
 #include "couple/overlap.h"
+#include "couple/sites.h"
 #include "solid/elastic.h"
 #include "solid/quasi_static.h"
 #include "solid/cut.h"
@@ -80,12 +81,7 @@ typedef struct pd_structure {
     pd_ordinary ordinary;
     pd_finite finite;
     pd_mirrored mirrored;    /* behind planes of symmetry */
-    int32_t images;          /* points of the body behind those, which come last */
-    int32_t *cell;           /* [images][PD_DIM] cells of images, in the box as it goes on behind its sides */
-    int32_t *chain;          /* [count + images with images] the next image of the same point, -1: none */
-    int32_t *chart;          /* [wide[0] ..] with images the point of each cell, -1: none */
-    int32_t wide[PD_DIM];    /* cells of it along each axis */
-    int below[PD_DIM];       /* of these behind the lower side */
+    pd_sites sites;          /* cells of points, and of images behind those planes */
     pd_solid solid;          /* one of them */
     pd_quasi_static rest;    /* in balance */
     pd_verlet motion;        /* in motion */

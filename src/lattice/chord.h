@@ -1,7 +1,7 @@
 /* chord: whether the straight line between two metal nodes of a grid stays in the metal.
  *
  * By the smooth surface of the metal, where it has one: the line leaves the metal where it is outside the shape over
- * any length, however thin the gap. By cells, where the shape is a mask of voxels or metal has dissolved: then flat faces
+ * any length, however thin the gap. By cells, where the shape is a mask of voxels or metal has dissolved: flat faces
  * that are inclined against the lattice are stairs, which the line between two nodes of a half-space may cross. So a
  * line stays in metal where one of the staircases of cells along it does: of each axis across the longest one of the
  * line, a staircase has all cells at the line or below it, or all at the line or above it, and its cells share faces. A

@@ -300,7 +300,8 @@ static void pdi_run_overlap(const pdi_run *r)
     double depth = r->model.structure.overlap.crack;
     if (!r->desc->print || !(depth > 0.0)) return;
     snprintf(line, sizeof line, "solid: faces of a crack or of a gap overlap by up to %.3g m, as if they were not "
-             "there: no contact is computed, so displacements, stresses and J are not those of faces that touch", depth);
+             "there: no contact is computed, so displacements, stresses and J are not those of faces that touch",
+             depth);
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 

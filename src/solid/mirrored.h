@@ -15,7 +15,7 @@ typedef struct pd_mirrored {
     int32_t *of;           /* [images] the point that an image stands for */
     uint8_t *flip;         /* [images] bit d: it is a reflection along axis d */
     uint8_t *follows;      /* [count + images][PD_DIM] as of pd_solid */
-    double *u, *v;         /* [count + images][PD_DIM] of all points */
+    double *u, *v;         /* [count + images][PD_DIM] [m], [m/s] of all points; work */
     double *density;       /* [count + images] [J/m3] */
 } pd_mirrored;
 
