@@ -2043,6 +2043,8 @@ def declare(dim):
         ('euler', c_int64),
     ]
 
+    pd_joined_fn = CFUNCTYPE(c_int, c_void_p, c_int32, c_int32, POINTER(c_double))
+
     class pd_body_desc(Structure):
         pass
     pd_body_desc._fields_ = [
@@ -2053,12 +2055,15 @@ def declare(dim):
         ('spacing', c_double),
         ('rim', c_int),
         ('period', c_double * dim),
+        ('joined', pd_joined_fn),
+        ('user', c_void_p),
     ]
 
     class pd_body(Structure):
         pass
     pd_body._fields_ = [
         ('count', c_int32),
+        ('own', c_int32),
         ('horizon', c_double),
         ('spacing', c_double),
         ('rim', c_int),
@@ -2071,8 +2076,10 @@ def declare(dim):
         ('row', POINTER(c_int64)),
         ('lattice', c_int),
         ('kinds', c_int32),
+        ('shifts', c_int64),
         ('shift', POINTER(c_int32)),
         ('places', c_int64),
+        ('charted', c_int64),
         ('member', POINTER(c_int32)),
         ('place', POINTER(c_int32)),
         ('image', POINTER(c_int8)),
@@ -2119,6 +2126,7 @@ def declare(dim):
         ('self', c_void_p),
         ('body', POINTER(pd_body)),
         ('edge', POINTER(c_double)),
+        ('follows', POINTER(c_uint8)),
         ('linear', c_int),
         ('force', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double))),
         ('tangent', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double))),
@@ -2137,6 +2145,20 @@ def declare(dim):
         ('commit', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(c_double))),
         ('limit', CFUNCTYPE(c_double, c_void_p, c_double)),
         ('store', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_archive))),
+    ]
+
+    class pd_mirrored(Structure):
+        pass
+    pd_mirrored._fields_ = [
+        ('inner', pd_solid),
+        ('count', c_int32),
+        ('images', c_int32),
+        ('of', POINTER(c_int32)),
+        ('flip', POINTER(c_uint8)),
+        ('follows', POINTER(c_uint8)),
+        ('u', POINTER(c_double)),
+        ('v', POINTER(c_double)),
+        ('density', POINTER(c_double)),
     ]
 
     class pd_rigid(Structure):
@@ -2382,6 +2404,8 @@ def declare(dim):
         ('released', c_double),
         ('taken', c_double),
         ('parted', c_double),
+        ('parts', c_int32),
+        ('first', c_int32),
         ('broken', c_int64),
         ('lost', c_int64),
         ('solves', c_int64),
@@ -2981,6 +3005,47 @@ def declare(dim):
         ('most', c_double),
     ]
 
+    class pd_overlap(Structure):
+        pass
+    pd_overlap._fields_ = [
+        ('grid', POINTER(pd_grid)),
+        ('body', POINTER(pd_body)),
+        ('node', POINTER(c_int32)),
+        ('point', POINTER(c_int32)),
+        ('stiff', POINTER(c_double)),
+        ('count', c_int32),
+        ('parts', c_int32),
+        ('part', POINTER(c_int32)),
+        ('bins', c_int32),
+        ('bin', POINTER(c_int32)),
+        ('next', POINTER(c_int32)),
+        ('crack', c_double),
+        ('pieces', c_double),
+        ('first', c_int32),
+        ('other', c_int32),
+    ]
+
+    class pd_sites(Structure):
+        pass
+    pd_sites._fields_ = [
+        ('grid', POINTER(pd_grid)),
+        ('node', POINTER(c_int32)),
+        ('point', POINTER(c_int32)),
+        ('stiff', POINTER(c_double)),
+        ('depth', POINTER(c_double)),
+        ('of', POINTER(c_int32)),
+        ('flip', POINTER(c_uint8)),
+        ('m', c_double),
+        ('mirrors', c_int),
+        ('count', c_int32),
+        ('images', c_int32),
+        ('cell', POINTER(c_int32)),
+        ('chain', POINTER(c_int32)),
+        ('chart', POINTER(c_int32)),
+        ('wide', c_int32 * dim),
+        ('below', c_int * dim),
+    ]
+
     class pd_structure_at(Structure):
         pass
     pd_structure_at._fields_ = [
@@ -3011,6 +3076,7 @@ def declare(dim):
         ('fracture', c_double),
         ('density', c_double),
         ('timed', c_int),
+        ('mirrors', c_int),
         ('rtol', c_double),
         ('load', pd_load_fn),
         ('user', c_void_p),
@@ -3036,6 +3102,8 @@ def declare(dim):
         ('springs', pd_microelastic),
         ('ordinary', pd_ordinary),
         ('finite', pd_finite),
+        ('mirrored', pd_mirrored),
+        ('sites', pd_sites),
         ('solid', pd_solid),
         ('rest', pd_quasi_static),
         ('motion', pd_verlet),
@@ -3050,6 +3118,7 @@ def declare(dim):
         ('across', POINTER(c_double)),
         ('density', POINTER(c_double)),
         ('factor', POINTER(c_double)),
+        ('overlap', pd_overlap),
         ('seen', c_int64),
     ]
 
@@ -3983,6 +4052,8 @@ def declare(dim):
         ('factor', POINTER(c_double)),
         ('structure', pd_structure),
         ('grips', pd_grips),
+        ('thin_cells', c_int),
+        ('thin', c_double),
         ('dissolve', pd_dissolve),
         ('law', pd_model_law * 4),
         ('electrodes', pd_electrode_map),
