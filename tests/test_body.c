@@ -48,6 +48,17 @@ static int32_t points(pair_case *c, double h, int hole, uint32_t seed)
     return count;
 }
 
+/* Bonds across a plane are none. */
+static int beside(void *user, int32_t i, int32_t j, const double *xi)
+{
+    const pair_case *c = (const pair_case *)user;
+    double plane = 0.3 * c->desc.spacing;
+    (void)xi;
+    return (c->position[(int64_t)i * PD_DIM] < plane) == (c->position[(int64_t)j * PD_DIM] < plane);
+}
+
+static pd_joined_fn joined;
+
 static pair_case *make(double h, double m, pd_rim rim, int hole, uint32_t seed)
 {
     pair_case *c = &test_case;
@@ -60,6 +71,8 @@ static pair_case *make(double h, double m, pd_rim rim, int hole, uint32_t seed)
     c->desc.horizon = m * h;
     c->desc.spacing = h;
     c->desc.rim = rim;
+    c->desc.joined = joined;
+    c->desc.user = c;
     for (int32_t i = 0; i < c->desc.count + 1; i++) {
         c->volume[i] = pow(h, PD_DIM);
         for (int d = 0; d < PD_DIM; d++) {
@@ -107,6 +120,39 @@ TEST(families)
                             way & 2 ? 9u : 0u);
         if (!c) return;
         CHECK(c->body[0].lattice || (2.0 * m - floor(2.0 * m) <= 0.0 && fmod(2.0 * m, 2.0) > 0.0));
+        same(c);
+        end(c);
+    }
+}
+
+/* Bonds that leave the body are in no family, neither of the table nor of those that are stored; what breaks is the
+ * same in both. */
+TEST(bonds_that_leave)
+{
+    static int32_t to[MOST];
+    for (int way = 0; way < 16; way++) {
+        double m = 1.0 + way % 4;
+        joined = beside;
+        pair_case *c = make(1e-3, m, way & 8 ? PD_RIM_EXACT : PD_RIM_LINEAR, way & 1, way & 4 ? 9u : 0u);
+        joined = NULL;
+        if (!c) return;
+        same(c);
+        int32_t lost = 0, split = -1;
+        for (int32_t i = 0; i < c->body[0].count; i++) {
+            int32_t n = pd_body_family(&c->body[0], i, to, NULL);
+            lost += n < c->body[0].kinds;
+            for (int32_t k = 0; k < n; k++) CHECK(beside(c, i, to[k], NULL));
+            for (pd_walk f = pdi_walk_from(&c->body[0], i); pdi_walk_next(&f);) {
+                pd_walk back = pdi_walk_from(&c->body[0], f.to);
+                int32_t b = pdi_body_back(&c->body[0], i, f.to);
+                while (back.n < b) pdi_walk_next(&back);
+                if (b < 0 || back.to != i) split = i;
+            }
+        }
+        CHECK(lost > 0);
+        CHECK_INT(split, -1);
+        for (int k = 0; k < 2; k++)
+            for (int32_t i = 0; i < c->body[k].count; i += 3) pdi_body_release(&c->body[k], i);
         same(c);
         end(c);
     }
@@ -302,4 +348,4 @@ TEST(materials)
     }
 }
 
-TEST_MAIN(ENTRY(families) ENTRY(bytes) ENTRY(no_table) ENTRY(bits) ENTRY(materials))
+TEST_MAIN(ENTRY(families) ENTRY(bonds_that_leave) ENTRY(bytes) ENTRY(no_table) ENTRY(bits) ENTRY(materials))
