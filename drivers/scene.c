@@ -523,7 +523,8 @@ static void judge(const options *o, const pd_estimate *e, FILE *to)
     for (int k = 0; k < e->count; k++)
         if (strcmp(e->list[k].figure.key, "volume_loss") == 0)
             fprintf(to, " reached_volume_loss=%s", e->list[k].error <= o->accuracy ? "yes" : "no");
-    if (e->worst >= 0) fprintf(to, " err_worst=%.3g h=%.6g", worst, e->setup->h[0]);
+    if (e->worst >= 0 && worst < HUGE_VAL) fprintf(to, " err_worst=%.3g", worst);
+    if (e->worst >= 0) fprintf(to, " h=%.6g", e->setup->h[0]);
     pd_estimate_spacing(e, o->accuracy, h);
     if (worst > o->accuracy) fprintf(to, " wanted_h=%.12g", h[0]);
     for (int d = 1; d < PD_DIM && worst > o->accuracy; d++)

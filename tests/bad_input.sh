@@ -512,6 +512,24 @@ for at in pipe folder /dev/zero; do
 done
 rmdir folder
 
+# ---- what is not known is left out of the lines of results, whatever the scene is called
+cat > nan.scene << 'END'
+[grid]      h = 1 um   box = 0 um .. 16 um, 0 um .. 16 um
+[shape s]   box = 0 um .. 16 um, 0 um .. 16 um   kind = solid   material = copper
+[transport] D = 1e-9 m2/s
+[dissolve]  rate = 0 m/s
+[run]       until = 1 s
+[output]    fields = none
+[total inf] box = 0 um .. 16 um, 0 um .. 8 um
+END
+"$programs/pd2d" nan.scene --out out --quiet > stdout 2> stderr
+[ $? = 0 ] && grep -q '^result case=nan total=inf time=1 volume=0 dissolved=0 solid=' stdout &&
+    ! grep -q '=-*nan [a-z_]*=[a-z]*$\|C_m[a-z]*=' stdout
+said=$?
+cat stdout stderr > log
+verdict "a result without its unknown figures" $said
+rm -rf out
+
 # ---- limits and places
 for folder in /etc ../x a/../../x C:x; do
     base | sed "s|C, v\$|C, v   folder = $folder|" > bad.scene

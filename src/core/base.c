@@ -40,6 +40,33 @@ PDI_FN void pdi_append(char *text, size_t size, const char *format, ...)
     va_end(args);
 }
 
+/* 1: the value up to the next blank is no number, or no finite one: nan, -nan, inf, -inf, whatever their case. */
+static int pdi_base_unknown(const char *value)
+{
+    char word[4] = "";
+    size_t size = strcspn(value, " "), sign = value[0] == '-' || value[0] == '+';
+    for (size_t k = 0; k < 3 && sign + k < size; k++) {
+        char c = value[sign + k];
+        word[k] = (char)(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+    }
+    if (strcmp(word, "nan") != 0 && strcmp(word, "inf") != 0) return 0;
+    return size == sign + 3 || value[sign + 3] == '(' || strcspn(value, " ") == sign + 8; /* infinity */
+}
+
+PDI_FN void pdi_known(char *figures)
+{
+    char *to = figures;
+    for (const char *at = figures; *at;) {
+        size_t size = strcspn(at + 1, " ") + 1;
+        const char *value = (const char *)memchr(at, '=', size);
+        int leave = at[0] == ' ' && value && pdi_base_unknown(value + 1);
+        if (!leave) memmove(to, at, size);
+        if (!leave) to += size;
+        at += size;
+    }
+    *to = '\0';
+}
+
 static void *pdi_base_realloc(pd_ctx *ctx, void *ptr, size_t old_size, size_t new_size)
 {
     if (ctx->alloc.fn) return ctx->alloc.fn(ctx->alloc.user, ptr, old_size, new_size);

@@ -77,6 +77,9 @@ PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, cons
     PD_PRINTF_LIKE(4, 5);
 /* Print behind `text` of `size` bytes; what does not fit is left out. */
 PDI_FN void pdi_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
+/* Take pairs " key=value" whose values are not finite out of the figures of a line of results, behind its names: what
+ * is not known is left out. */
+PDI_FN void pdi_known(char *figures);
 /* 1: memory was lacking or the caller stops. No other step, guess or file helps then. */
 static inline int pdi_is_final(pd_status status)
 {

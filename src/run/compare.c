@@ -209,11 +209,13 @@ PDI_FN void pdi_compare_print(const pd_compare *c, pd_print_fn print, void *user
         memcpy(unit, r->unit[0] ? r->unit : "-", strlen(r->unit[0] ? r->unit : "-") + 1);
         for (char *u = unit; *u; u++)
             if (*u == ' ') *u = '*'; /* one word of the line */
-        snprintf(text, sizeof text, "result case=%s measured=%s of=%.127s unit=%s points=%d rms=%.4g largest=%.4g"
-                 " at=%.9g", c->model->setup->name, r->name, r->figure, unit, result.points, result.rms,
-                 result.largest, result.at);
-        size_t used = strlen(text);
-        if (r->spread) snprintf(text + used, sizeof text - used, " within_spread=%d", result.within);
+        snprintf(text, sizeof text, "result case=%s measured=%s of=%.127s unit=%s", c->model->setup->name, r->name,
+                 r->figure, unit);
+        char *figures = text + strlen(text);
+        pdi_append(text, sizeof text, " points=%d rms=%.4g largest=%.4g at=%.9g", result.points, result.rms,
+                   result.largest, result.at);
+        if (r->spread) pdi_append(text, sizeof text, " within_spread=%d", result.within);
+        pdi_known(figures);
         print(user, PD_PRINT_RESULT, text);
     }
 }

@@ -212,11 +212,15 @@ void pd_estimate_print(const pd_estimate *e, pd_print_fn print, void *user)
             continue;
         }
         snprintf(text, sizeof text, "result case=%s estimate=richardson %s=%s", e->setup->name, f->section, f->name);
+        char *figures = text + strlen(text);
         k = pdi_estimate_section(e, k, text, sizeof text);
+        pdi_known(figures);
         print(user, PD_PRINT_RESULT, text);
     }
     snprintf(text, sizeof text, "result case=%s estimate=richardson", e->setup->name);
+    char *figures = text + strlen(text);
     pdi_estimate_scene(e, text, sizeof text);
+    pdi_known(figures);
     print(user, PD_PRINT_RESULT, text);
     if (!e->without[0]) return;
     snprintf(text, sizeof text, "the error estimate assumes orders: %s", e->without);

@@ -385,6 +385,7 @@ void pd_fit_line(const pd_fit *fit, char *text, size_t size)
     text[0] = '\0';
     pdi_append(text, size, "result case=%s fit=%s points=%d", fit->name,
                    fit->records == 1 ? fit->figure : "several", fit->points);
+    char *figures = text + strlen(text);
     pdi_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->records == 1 && fit->unit[0] ? fit->unit : "-");
     if (fit->known) pdi_append(text, size, " chi2=%.4g", s->sum);
     pdi_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->freedom, fit->evaluations,
@@ -397,6 +398,7 @@ void pd_fit_line(const pd_fit *fit, char *text, size_t size)
         for (int l = 0; l < k; l++)
             pdi_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);
     }
+    pdi_known(figures);
 }
 
 #undef PDI_FIT_OVERRIDES

@@ -795,11 +795,13 @@ PDI_FN void pdi_monitors_print(const pd_monitors *all, pd_print_fn print, void *
         if (m->count == 0) continue;
         snprintf(text, sizeof text, "result case=%s %s=%s time=%.9g", all->model->setup->name,
                  pdi_setup_monitor_name(m->desc->kind), m->desc->name, all->model->couple.time);
+        char *figures = text + strlen(text);
         for (int f = 0; f < m->count; f++) {
             size_t used = strlen(text);
             if (isnan(m->figure[f].value)) continue; /* a figure without a value has no key */
             snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
         }
+        pdi_known(figures);
         print(user, PD_PRINT_RESULT, text);
         pdi_monitor_doubt(all->model, m, print, user);
     }

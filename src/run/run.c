@@ -513,8 +513,10 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
 {
     if (size == 0) return;
     text[0] = '\0';
-    pdi_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
-                   r->h, r->m, r->volume_loss, r->ledger);
+    pdi_append(text, size, "result case=%s", r->name);
+    char *figures = text + strlen(text);
+    pdi_append(text, size, " dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", PD_DIM, r->h, r->m, r->volume_loss,
+               r->ledger);
     if (r->settled) pdi_append(text, size, " defect=%.3g", r->defect);
     if (r->unsolved) pdi_append(text, size, " unsolved=%.0f", (double)r->unsolved);
     if (r->sheds) pdi_append(text, size, " gas=%.9g gas_mL=%.6g", r->gas, r->gas_volume * 1e6);
@@ -526,6 +528,7 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
     pdi_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
                    r->bytes_per_node);
+    pdi_known(figures);
 }
 
 #undef PDI_RUN_PROGRESS
