@@ -114,6 +114,8 @@ drawn "no animation" 'animate = gif' \
 spoil "a key of pictures without any" 's/fields = C, v/fields = C  width = 500/' \
     "bad.scene:9: width: found without 'images', the fields that are drawn"
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
+spoil "a unit in other letters" 's/D = 1e-9 m2/D = 1e-9 m²/' \
+    "bad.scene:6: column 22: found 'm²', expected a unit or an operator"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, gas, \
 transport, dissolve, corrode, solid, cut, table, chemistry, species, reaction, mineral, potential, electrode, surface, \
@@ -454,6 +456,10 @@ rejects "one bad override of two" \
     grid.h="10 um" grid.threads=3000
 rejects "unknown override" \
     "command line: found the key 'nothing', which no section of bad.scene has, expected section.key" nothing=1
+rejects "an override of a key that no section has" "command line: found the key 'every', which no section of \
+bad.scene has, expected section.key: output.every" every=1min
+rejects "an override without a value" "command line: found nothing after 'until=', expected a value: a key of the scene \
+is not taken back here, but in its text" run.until=
 rejects "unknown label" \
     "command line: found the section [side y], expected one of bad.scene (its labels: x-, x+)" side.y.C=1
 base > bad.scene

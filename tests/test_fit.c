@@ -113,7 +113,7 @@ TEST(constants_and_bounds)
     CHECK_NEAR(fit.squares.value[0], 1.5, 0.0);
     CHECK_INT(fit.squares.bound[0], 1);
     pd_fit_line(&fit, line, sizeof line);
-    CHECK(strstr(line, " v=1.5 v.low=") && strstr(line, " v.bound=high"));
+    CHECK(strstr(line, " v=1.5 v.") && !strstr(line, "nan") && strstr(line, " v.bound=high"));
 }
 
 static void refuses(const char *scene, const char *range, const char *data, const char *part)

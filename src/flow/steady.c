@@ -199,7 +199,7 @@ static pd_status pdi_steady_potentials(pd_ctx *ctx, pd_steady *s)
 }
 
 /* One multigrid after the other. */
-static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
+static pd_status pdi_steady_fill_all(pd_ctx *ctx, pd_steady *s)
 {
     pdi_compact_faces velocity;
     pdi_compact_convection moving;
@@ -222,6 +222,14 @@ static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
     double damping = pdi_precond_damping(s->flow, s->shift);
     s->damped = s->timed && damping > 0.0;
     return s->damped ? pdi_steady_pressure(ctx, s, NULL, damping, &s->mg_d) : PD_OK;
+}
+
+static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
+{
+    pd_status status = pdi_steady_fill_all(ctx, s);
+    if (status != PD_ERR_ARGUMENT) return status; /* the coefficients are of single precision */
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "flow", "mu/rho = %g m2/s, h = %g m and speeds give rates beyond the range "
+                    "of numbers of the solver: expected those of a fluid", s->flow->nu, s->flow->grid->h[0]);
 }
 
 static void pdi_steady_compact_list(pdi_owner *owner, void *object)

@@ -228,8 +228,12 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
         m->compact.mass[pdi_compact_cell(grid, i)] +=
             (float)pdi_min(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
     }
-    return pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct, NULL,
-                               m->compact.wall, m->compact.mass);
+    pd_status status = pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct,
+                                           NULL, m->compact.wall, m->compact.mass);
+    if (status != PD_ERR_ARGUMENT) return status;
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "migration", "concentrations up to %g mol/m3, D = %g m2/s and h = %g m give "
+                    "conductances beyond the range of numbers of the solver: expected those of ions in water", most,
+                    m->flux->diffusion->desc.diffusivity, grid->h[0]);
 }
 
 PDI_FN void pdi_migration_apply(pd_ctx *ctx, pd_migration *m, const double *current, double *y)

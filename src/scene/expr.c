@@ -62,7 +62,15 @@ PDI_FN void pdi_expr_quote(const char *found, char *text)
             while (n < 20 && (pdi_units_digit(found[n]) || found[n] == '.')) n++;
         if (n == 0) n = found[1] == '=' && strchr("<>=!", c) ? 2 : 1;
         text[k++] = '\'';
-        for (size_t i = 0; i < n; i++) text[k++] = (unsigned char)found[i] < 0x80 ? found[i] : '?';
+        for (size_t i = 0; i < n;) { /* letters of UTF-8 as they are, whole ones */
+            unsigned char lead = (unsigned char)found[i];
+            size_t size = lead < 0x80 ? 1 : lead >= 0xC2 && lead < 0xE0 ? 2 : lead >= 0xE0 && lead < 0xF0 ? 3 : 0;
+            for (size_t b = 1; b < size; b++)
+                if (((unsigned char)found[i + b] & 0xC0) != 0x80) size = 0;
+            if (!size) text[k++] = '?';
+            for (size_t b = 0; b < size; b++) text[k++] = found[i + b];
+            i += size ? size : 1;
+        }
         text[k++] = '\'';
         text[k] = '\0';
     }

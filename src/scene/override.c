@@ -1,5 +1,6 @@
 /* override: see override.h */
 #include "scene/override.h"
+#include "scene/keys.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -26,9 +27,20 @@ static pd_status pdi_override_bare(pd_ctx *ctx, const pd_text *text, const char 
     pdi_units_hint(&near_word, hint);
     if (count > 1)
         return pdi_text_error(ctx, text->name, 0, "found the key '%.40s', expected one of %s", key, list);
-    if (count == 0 && !text->flat)
+    if (count == 0 && !text->flat) {
+        int sections;
+        const pd_key_section *known = pd_keys(&sections);
+        list[0] = '\0';
+        for (int k = 0; k < sections; k++) {
+            const pd_key_section *s = &known[k];
+            char path[3 * 64];
+            if (strcmp(s->name, "constants") == 0 || !pdi_keys_find(s, key)) continue; /* that has any */
+            snprintf(path, sizeof path, "%.60s%s%.60s.%.60s", s->name, s->label[0] ? "." : "", s->label, key);
+            pdi_text_list_add(list, ", ", path);
+        }
         return pdi_text_error(ctx, text->name, 0, "found the key '%.40s', which no section of %.80s has, expected"
-                              " section.key%s", key, text->name, hint);
+                              " section.key%s%s%s", key, text->name, list[0] ? ": " : "", list, list[0] ? "" : hint);
+    }
     return PD_OK;
 }
 
@@ -91,7 +103,9 @@ PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argu
     for (end = strlen(t + value) + value; end > value && pdi_units_blank(t[end - 1]);) end--;
     t[end] = '\0';
     const char *key = part[parts - 1];
-    if (end == value) return pdi_text_error(ctx, text->name, 0, "found nothing after '%.40s=', expected a value", key);
+    if (end == value)
+        return pdi_text_error(ctx, text->name, 0, "found nothing after '%.40s=', expected a value: a key of the scene "
+                              "is not taken back here, but in its text", key);
     if (pdi_text_name(key, PDI_TEXT_KEY) != strlen(key))
         return pdi_text_error(ctx, text->name, 0, "found '%.40s', expected a key", key);
     if (parts == 1) PDI_TRY(pdi_override_bare(ctx, text, key, &section));

@@ -85,8 +85,12 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
     convection.spread = spread;
     pdi_compact_fill(ctx, d->desc.diffusivity, d->field ? &d->media : NULL, &convection, v->rate, &faces, c);
     pdi_inverse_hold(v, pinned, pinned_count);
-    return pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conduct,
-                               flux->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+    pd_status status = pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conduct,
+                                           flux->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+    if (status != PD_ERR_ARGUMENT) return status;
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "transport", "D = %g m2/s, h = %g m, speeds and the step give rates beyond "
+                    "the range of numbers of the solver: expected those of what is dissolved in a fluid",
+                    d->desc.diffusivity, flux->bonds->grid->h[0]);
 }
 
 PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, const int32_t *pinned,
