@@ -458,8 +458,8 @@ rejects "unknown override" \
     "command line: found the key 'nothing', which no section of bad.scene has, expected section.key" nothing=1
 rejects "an override of a key that no section has" "command line: found the key 'every', which no section of \
 bad.scene has, expected section.key: output.every" every=1min
-rejects "an override without a value" "command line: found nothing after 'until=', expected a value: a key of the scene \
-is not taken back here, but in its text" run.until=
+rejects "an override without a value" "command line: found nothing after 'until=', expected a value: a key of the \
+scene is not taken back here, but in its text" run.until=
 rejects "unknown label" \
     "command line: found the section [side y], expected one of bad.scene (its labels: x-, x+)" side.y.C=1
 base > bad.scene

@@ -1,6 +1,7 @@
 /* grip: see grip.h */
 #include "run/grip.h"
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* A displacement that is smaller counts as none: squares of it underflow. */
@@ -98,10 +99,14 @@ PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure 
     return PD_OK;
 }
 
-static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, double t)
+static pd_status pdi_grip_finite(pd_ctx *ctx, const pd_setup_grip *grip, double value, const double *x, double t)
 {
+    char of[40] = "a force on all metal";
     if (fabs(value) < 1e100) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "grip", "a displacement, traction or force is %g at x = %g m, t = %g s", value,
+    if (grip && grip->side < 0) snprintf(of, sizeof of, "a displacement of a grip");
+    if (grip && grip->side >= 0)
+        snprintf(of, sizeof of, "a displacement or load of %s", pdi_setup_side_name(grip->side));
+    return pdi_fail(ctx, PD_ERR_STATE, "grip", "%s is %g at x = %g m, t = %g s, expected a finite number", of, value,
                     x[0], t);
 }
 
@@ -128,7 +133,7 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, double t, 
         for (int d = 0; d < PD_DIM; d++) {
             if (!grip->moves[d]) continue;
             double value = pdi_setup_eval(&grip->move[d], x, t);
-            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            PDI_TRY(pdi_grip_finite(ctx, grip, value, x, t));
             if (fabs(value) < PDI_GRIP_NONE) value = 0.0;
             u[(int64_t)i * PD_DIM + d] = value + (grip->side >= 0 ? pdi_grip_beyond(g, k, i, d, u) : 0.0);
         }
@@ -167,7 +172,7 @@ static pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *g, int k, double t, 
         for (int d = 0; d < PD_DIM; d++) {
             double value = grip->pulls ? pdi_setup_eval(&grip->pull[d], x, t) : 0.0;
             if (grip->presses && d == axis) value += (grip->side % 2 ? -1.0 : 1.0) * pdi_setup_eval(&grip->press, x, t);
-            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            PDI_TRY(pdi_grip_finite(ctx, grip, value, x, t));
             load[(int64_t)i * PD_DIM + d] += share * value;
         }
     }
@@ -188,7 +193,7 @@ PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, dou
         pd_grid_position(s->grid, s->node[i], x);
         for (int d = 0; d < PD_DIM; d++) {
             double value = pdi_setup_eval(&b->force[d], x, t);
-            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            PDI_TRY(pdi_grip_finite(ctx, NULL, value, x, t));
             load[(int64_t)i * PD_DIM + d] += s->stiff[i] * value;
         }
     }

@@ -28,7 +28,7 @@ PDI_FN pd_status pdi_view_field(pd_ctx *ctx, pd_model *model, pd_views *views, c
     if (field == PD_FIELD_COUNT)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "view",
                         "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density, damage, "
-                        "pH, potential or a species", name);
+                        "u, mises, phi, j, i, pH, a species, or another one of 'fields' in [output]", name);
     const char *needs = pdi_setup_field_needs(model->setup, (pd_field)field);
     if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "view", "the field %s needs %s", name, needs);
     views->cells = 1;
