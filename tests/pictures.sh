@@ -290,6 +290,9 @@ cat > ends.scene << 'END'
 END
 pd 3 ends.scene whole
 pd 3 ends.scene less output.percentile="80 %"
+pd 3 ends.scene none output.images=none
+[ -e none/diagnostics.csv ] && [ -z "$(ls none | grep png)" ]
+verdict "no surface with images = none"
 cat > saturated.py << 'END'
 import glob
 from PIL import Image

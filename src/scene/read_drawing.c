@@ -367,6 +367,7 @@ PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, 
     r.drawn = setup->images;
     PDI_TRY(pdi_read_drawing_formats(&r));
     PDI_TRY(pdi_read_drawing_surface(&r));
+    if (!setup->images && pdi_text_has(ctx, text, section, "images")) setup->drawing.surface = 0;
     if (!setup->images && !setup->drawing.surface) return pdi_read_drawing_none(&r);
     PDI_TRY(pdi_read_drawing_log(&r));
     PDI_TRY(pdi_read_drawing_ranges(&r));
