@@ -291,7 +291,7 @@ END
 pd 3 ends.scene whole
 pd 3 ends.scene less output.percentile="80 %"
 pd 3 ends.scene none output.images=none
-[ -e none/diagnostics.csv ] && [ -z "$(ls none | grep png)" ]
+[ -e none/diagnostics.csv ] && [ -z "$(ls none | grep surface)" ]
 verdict "no surface with images = none"
 cat > saturated.py << 'END'
 import glob

@@ -364,8 +364,8 @@ static const pd_key pdi_keys_of_output[] = {
     {"vectors", "-", "none",
      PDI_SAYS("2D and 3D: drawn fields with arrows as long as the flow is fast, likewise; without a number 30")},
     {"surface", "-", "no",
-     PDI_SAYS("3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours; `images = none`: "
-              "none")},
+     PDI_SAYS("3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours; `images = none`"
+              ": none")},
     {"view", "-", "1, -1, 1",
      PDI_SAYS("3D: direction in which the eye that looks at the surface stands")},
     {"deformed", "-", "0",
