@@ -9,6 +9,7 @@
 #include "flow/inflow.h"
 #include "flow/scales.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* [cells] A place on an inlet counts as outside. */
@@ -454,6 +455,17 @@ static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
 
+/* The same of a developed inlet at the end `up` of axis d, by the bonds of the node to ghosts. */
+static double pdi_flow_developed(const pd_flow *flow, int32_t i, int d, int up)
+{
+    const pd_grid *grid = flow->grid;
+    int at = pdi_grid_along(grid, i, d), shift = up ? 2 * (grid->n[d] - at) - 1 : -2 * at - 1;
+    int32_t ghost = i + shift * grid->stride[d];
+    if (abs(shift) > 2 * grid->ghost || grid->kind[ghost] != PD_INLET) return 0.0;
+    const double *v = flow->advecting + (int64_t)d * grid->total;
+    return (up ? -1.0 : 1.0) * pdi_inflow_weight(flow->bonds, i, d, up) * (v[i] + v[ghost]);
+}
+
 PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, double *gross)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -470,7 +482,8 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
             if (grid->kind[i + bonds->paths.shift[k]] == PD_INLET && pdi_bond_open(bonds, row, k))
                 taken -= volume * pdi_flow_bond_flux(flow, i, k);
         for (int side = 0; side < 2 * PD_DIM; side++) {
-            double part = pdi_flow_pushed(flow, i, side / 2, side % 2);
+            double part = flow->mirrors && flow->developed >> side & 1 ?
+                pdi_flow_developed(flow, i, side / 2, side % 2) : pdi_flow_pushed(flow, i, side / 2, side % 2);
             *pushed += part;
             *gross += fabs(part);
         }
@@ -502,7 +515,7 @@ static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
     const pd_grid *grid = flow->grid;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     PDI_TRY(pdi_flow_hold(ctx, flow));
-    if (flow->mirrors) pdi_inflow_find(flow->bonds, flow->sided, flow->entry);
+    if (flow->mirrors) pdi_inflow_find(flow->bonds, flow->developed, flow->sided, flow->entry);
     for (int32_t k = 0; k < flow->inlets; k++) {
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];
@@ -717,6 +730,7 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     flow->p_out = desc->p_out / desc->rho;
     flow->inlet = desc->inlet;
     flow->inlet_user = desc->inlet_user;
+    flow->developed = desc->developed;
     flow->wall = desc->wall;
     flow->wall_user = desc->wall_user;
     flow->push = desc->body;

@@ -28,6 +28,7 @@ typedef struct pd_flow_desc {
     double length;          /* [m] reference L of the same reports; 0: that of the flow */
     pd_velocity_fn inlet;   /* NULL: fluid at rest in the inlet ghosts */
     void *inlet_user;
+    int developed;          /* bit s: side s holds a flow that does not change along itself: it stays as it is */
     pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
     void *wall_user;
     int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice.
@@ -51,6 +52,7 @@ typedef struct pd_flow {
     double stabilisation;   /* [s] weight of the pressure flux (eq. 4.4) */
     pd_velocity_fn inlet;
     void *inlet_user;
+    int developed;
     pd_velocity_fn wall;
     void *wall_user;
     int mirrors;            /* 1: inlets hold their velocity on the side of the box and ghosts are odd about it, as a

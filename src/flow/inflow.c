@@ -24,9 +24,7 @@ static int pdi_inflow_along(const pd_bonds *bonds, int32_t r, int across)
     return 0;
 }
 
-/* Sum of the weights of open bonds from node i through the inlet at the end `up` of `axis`, times its volume
- * [m^(d-1)]. */
-static double pdi_inflow_weight(const pd_bonds *bonds, int32_t i, int axis, int up)
+PDI_FN double pdi_inflow_weight(const pd_bonds *bonds, int32_t i, int axis, int up)
 {
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
@@ -62,7 +60,16 @@ static double pdi_inflow_ratio(const pd_bonds *bonds, int32_t g)
     return have > 0.0 ? face / have : 0.0;
 }
 
-PDI_FN void pdi_inflow_find(const pd_bonds *bonds, uint8_t *sided, double *ratio)
+/* 1: behind the side of ghost g stands developed flow. */
+static int pdi_inflow_developed(const pd_bonds *bonds, int32_t g, int developed)
+{
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int axis = 0;
+    while (!(ghosts->across[g] >> axis & 1)) axis++;
+    return developed >> (2 * axis + (pdi_grid_along(bonds->grid, ghosts->node[g], axis) >= bonds->grid->n[axis])) & 1;
+}
+
+PDI_FN void pdi_inflow_find(const pd_bonds *bonds, int developed, uint8_t *sided, double *ratio)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;
     for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
@@ -70,8 +77,10 @@ PDI_FN void pdi_inflow_find(const pd_bonds *bonds, uint8_t *sided, double *ratio
         int fluid = bonds->grid->kind[source] == PD_FLUID && r >= 0;
         /* rings of unequal lengths never balance */
         sided[at] = (uint8_t)(fluid && (bonds->grid->circumference || pdi_inflow_along(bonds, r, ghosts->across[g])));
-        /* where inlets end beside outlets not all bonds have their mirror image */
-        ratio[at] = fluid && !bonds->grid->ends ? pdi_inflow_ratio(bonds, g) : -1.0;
+        /* developed flow passes bonds through the side as it does further on. Where inlets end beside outlets not all
+         * bonds have their mirror image */
+        int whole = fluid && !bonds->grid->ends && !pdi_inflow_developed(bonds, g, developed);
+        ratio[at] = whole ? pdi_inflow_ratio(bonds, g) : -1.0;
     }
 }
 

@@ -6,10 +6,13 @@
 #include "lattice/bond.h"
 
 #ifdef PDI_INTERNAL
-/* sided [inlet ghosts]: 1 where the bonds through the side of the node that a ghost mirrors do not balance along
- * it. ratio [inlet ghosts]: mean speed of both, over that on the side, with which bonds carry what passes the side; -1: that
- * of the tensor of the row. */
-PDI_FN void pdi_inflow_find(const pd_bonds *bonds, uint8_t *sided, double *ratio);
+/* sided [inlet ghosts]: 1 where the bonds through the side of the node that a ghost mirrors do not balance along it.
+ * ratio [inlet ghosts]: mean speed of both over that on the side, with which bonds carry what passes the side; below 0:
+ * that of the tensor of the row, on the sides whose bits are set in `developed`. */
+PDI_FN void pdi_inflow_find(const pd_bonds *bonds, int developed, uint8_t *sided, double *ratio);
+/* Sum of the weights of open bonds from node i through the inlet at the end `up` of `axis`, times its volume
+ * [m^(d-1)]. */
+PDI_FN double pdi_inflow_weight(const pd_bonds *bonds, int32_t i, int axis, int up);
 /* v [PD_DIM][total] [m/s] of ghosts becomes twice that on the side. */
 PDI_FN void pdi_inflow_twice(const pd_bonds *bonds, double *v);
 /* v of nodes makes fluxes by now: that of the ghosts, from twice that on the side. even: rows on smooth surfaces keep

@@ -177,6 +177,23 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
                                        "outside = yes), expected profile = expression with its velocity");
 }
 
+/* Area of the faces of cells that are open. */
+static double pdi_inlet_faces(const pd_grid *grid, int side)
+{
+    int i[PD_DIM], axis = side / 2;
+    double sum = 0.0, face = 1.0;
+    memset(i, 0, sizeof i);
+    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (d != axis) face *= grid->h[d];
+    do {
+        int32_t node = pd_grid_node(grid, i);
+        double out = axis < PD_DIM - 1 ? 0.0 : side % 2 ? 0.5 * grid->h[axis] : -0.5 * grid->h[axis];
+        if (grid->kind[node] == PD_FLUID) sum += face * pdi_grid_around(grid, node, out);
+    } while (pdi_inlet_next(grid, axis, i));
+    return sum;
+}
+
 /* 1: something outside of the fluid depends on time. */
 static int pdi_inlet_timed(const pd_setup *u)
 {
@@ -221,9 +238,12 @@ static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_gri
         inlet->latest = side;
         pdi_inlet_scan(setup, grid, 0.0, side, &layer);
         PDI_TRY(pdi_inlet_measure(ctx, grid, side, &layer, inlet, &area));
+        double opening = area;
         if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
             area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
         inlet->area[side] = area;
+        inlet->fill[side] = pdi_inlet_faces(grid, side);
+        inlet->fill[side] = inlet->fill[side] > 0.0 ? opening / inlet->fill[side] : 1.0;
         inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean;
         if (s->stream.uses) inlet->mean[side] = pdi_inlet_mean(inlet, side);
         if (s->profile == PD_PROFILE_EXPRESSION) inlet->mean[side] = layer.velocity;
@@ -266,7 +286,10 @@ PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u)
             return;
         }
         u[axis] = pdi_inlet_sign(side) * (s->stream.uses ? pdi_inlet_mean(inlet, side) : inlet->mean[side]);
-        if (s->profile != PD_PROFILE_PARABOLA) return;
+        if (s->profile != PD_PROFILE_PARABOLA) {
+            u[axis] *= inlet->fill[side];
+            return;
+        }
         if (setup->axisymmetric && axis != PD_DIM - 1) {
             double inner = inlet->inner[side], width = inlet->width[side];
             double outer = inner > 0.0 ? inner + width : 0.5 * width;

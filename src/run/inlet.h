@@ -11,6 +11,8 @@ typedef struct pd_inlet {
     int inlets;
     double mean[2 * PD_DIM];    /* [m/s] into the box at time 0, 0 for other sides */
     double area[2 * PD_DIM];    /* [m2] that a flow_rate goes through */
+    double fill[2 * PD_DIM];    /* [-] area of the opening over that of the open faces of cells, which a uniform speed
+                                 * makes up for */
     double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
     double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
     double inner[2 * PD_DIM];   /* [m] axisymmetric, across the axis: least radius of the open part, 0: a tube */

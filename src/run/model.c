@@ -109,6 +109,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     if (!u->flow_order && u->motion == PD_MOTION_STEADY) flow.order = PD_FLOW_PAYING;
     for (int s = 2 * PD_DIM - 1; s >= 0; s--) { /* what users know the inlet by */
         if (u->side[s].kind != PD_SIDE_INLET) continue;
+        if (u->side[s].profile == PD_PROFILE_PARABOLA) flow.developed |= 1 << s;
         if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);
         if (!(u->length > 0.0)) flow.length = m->inlet.width[s];
     }
