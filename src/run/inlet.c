@@ -22,6 +22,9 @@ static int pdi_inlet_next(const pd_grid *grid, int axis, int *i)
     return 0;
 }
 
+/* Samples along an axis of a cell that a wall crosses. */
+#define PDI_INLET_SAMPLES 32
+
 static double pdi_inlet_sign(int side) { return side % 2 ? -1.0 : 1.0; }
 
 static void pdi_inlet_expression(const pd_setup_side *side, const double *x, double t, double *u)
@@ -135,6 +138,74 @@ static void pdi_inlet_rings(const pd_grid *grid, int side, double lo, double hi,
         } while (pdi_inlet_next(grid, axis, i));
 }
 
+/* Open part of the cell around x [m] on a side, whose node is fluid or wall. */
+static double pdi_inlet_part(const pd_grid *grid, int axis, const double *x, int fluid)
+{
+    double at[PD_DIM], reach = 0.0, open = 0.0, all = 0.0;
+    int i[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) reach += d == axis ? 0.0 : 0.25 * grid->h[d] * grid->h[d];
+    if (grid->wall < 0 || fabs(pd_shape_distance(grid->shapes, grid->wall, x)) > sqrt(reach)) return fluid;
+    memset(i, 0, sizeof i);
+    for (int more = 1; more;) {
+        double around = 1.0;
+        more = 0;
+        for (int d = 0; d < PD_DIM; d++) {
+            at[d] = d == axis ? x[d] : x[d] + ((i[d] + 0.5) / PDI_INLET_SAMPLES - 0.5) * grid->h[d];
+            if (d == PD_DIM - 1 && grid->circumference) around = fabs(at[d] / x[d]);
+        }
+        all += around;
+        if (pd_shape_distance(grid->shapes, grid->wall, at) > 0.0) open += around;
+        for (int d = 0; d < PD_DIM && !more; d++) {
+            if (d == axis) continue;
+            more = ++i[d] < PDI_INLET_SAMPLES;
+            if (!more) i[d] = 0;
+        }
+    }
+    return open / all;
+}
+
+/* Area of the open part of a side, cells that walls cross by samples. */
+static double pdi_inlet_sampled(const pd_grid *grid, int side)
+{
+    int i[PD_DIM], axis = side / 2;
+    double sum = 0.0, face = 1.0;
+    memset(i, 0, sizeof i);
+    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (d != axis) face *= grid->h[d];
+    do {
+        double x[PD_DIM];
+        int32_t node = pd_grid_node(grid, i);
+        pd_grid_position(grid, node, x);
+        x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
+        if (grid->kind[node] == PD_FLUID || grid->kind[node] == PD_WALL)
+            sum += face * pdi_grid_circumference(grid, node) *
+                   pdi_inlet_part(grid, axis, x, grid->kind[node] == PD_FLUID);
+    } while (pdi_inlet_next(grid, axis, i));
+    return sum;
+}
+
+/* Planar 2D: an opening that ends on a mirror is half of one. One without walls has no profile. */
+static pd_status pdi_inlet_symmetric(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
+                                     pd_inlet *inlet)
+{
+    int along = PD_DIM > 1 ? 1 - side / 2 : 0, free[2];
+    for (int end = 0; end < 2; end++)
+        free[end] = (end ? layer->hi == grid->n[along] - 1 : layer->lo == 0) &&
+                    grid->side[2 * along + end] != PD_SIDE_WALL;
+    if (free[0] && free[1])
+        return pdi_inlet_refuse(ctx, side, "found no wall beside the opening, so that no profile develops, expected "
+                                           "profile = uniform");
+    if (!free[0] && !free[1]) return PD_OK;
+    if (grid->side[2 * along + free[1]] == PD_SIDE_PERIODIC) {
+        inlet->develops[side] = 1;
+        return PD_OK;
+    }
+    inlet->centre[side][along] += (free[0] ? -0.5 : 0.5) * inlet->width[side];
+    inlet->width[side] *= 2.0;
+    return PD_OK;
+}
+
 /* Width and centre of the open part, and its area. */
 static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
                                    pd_inlet *inlet, double *area)
@@ -158,9 +229,9 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
         inlet->centre[side][along] = 0.5 * (lo + hi);
         int several = layer->open != layer->hi - layer->lo + 1;
         if (!several) *area = hi - lo;
-        else if (parabola)
-            return pdi_inlet_refuse(ctx, side,
-                                    "found several openings, expected one for a parabola; give an expression");
+        else inlet->develops[side] = parabola;
+        if (!several && parabola && !grid->circumference)
+            PDI_TRY(pdi_inlet_symmetric(ctx, grid, side, layer, inlet));
         if (PD_DIM == 2 && grid->circumference) pdi_inlet_rings(grid, side, lo, hi, several, inlet, area);
         return PD_OK;
     }
@@ -170,11 +241,10 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
         *area = PDI_PI * radius * radius;
         return PD_OK;
     }
+    *area = pdi_inlet_sampled(grid, side);
     inlet->width[side] = sqrt(4.0 * *area / PDI_PI);
-    if (!parabola) return PD_OK;
-    return pdi_inlet_refuse(ctx, side,
-                            "the opening is not the section of a tube (a wall: cylinder along the inflow with "
-                                       "outside = yes), expected profile = expression with its velocity");
+    inlet->develops[side] = parabola;
+    return PD_OK;
 }
 
 /* Area of the faces of cells that are open. */
@@ -223,6 +293,16 @@ PDI_FN double pdi_inlet_mean(const pd_inlet *inlet, int side)
     return layer.velocity;
 }
 
+/* 1: a tube lies in the box; mirrors cut others. */
+static int pdi_inlet_inside(const pd_grid *grid, int side, const pd_inlet *inlet)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        double half = 0.5 * inlet->width[side] * (1.0 - 1e-9), c = inlet->centre[side][d];
+        if (d != side / 2 && (c - half < grid->lo[d] || c + half > grid->hi[d])) return 0;
+    }
+    return 1;
+}
+
 static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
 {
     memset(inlet, 0, sizeof *inlet);
@@ -238,7 +318,7 @@ static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_gri
         inlet->latest = side;
         pdi_inlet_scan(setup, grid, 0.0, side, &layer);
         PDI_TRY(pdi_inlet_measure(ctx, grid, side, &layer, inlet, &area));
-        double opening = area;
+        double opening = PD_DIM == 3 && !pdi_inlet_inside(grid, side, inlet) ? pdi_inlet_sampled(grid, side) : area;
         if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
             area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
         inlet->area[side] = area;
@@ -251,6 +331,19 @@ static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_gri
         inlet->inlets++;
     }
     return PD_OK;
+}
+
+PDI_FN int64_t pdi_inlet_cells(const pd_grid *grid, int side)
+{
+    int64_t cells = 1;
+    for (int d = 0; d < PD_DIM; d++) cells *= d == side / 2 ? 1 : grid->n[d];
+    return cells;
+}
+
+PDI_FN void pdi_inlet_free(pd_ctx *ctx, pd_inlet *inlet)
+{
+    for (int side = 0; side < 2 * PD_DIM && inlet->grid; side++)
+        PDI_DELETE(ctx, pdi_inlet_cells(inlet->grid, side), inlet->profile[side]);
 }
 
 PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
@@ -269,6 +362,19 @@ static double pdi_inlet_round_profile(double k, double s)
     if (!(k > 0.0)) return 2.0 * (1.0 - s * s);
     double a = (1.0 - k * k) / log(1.0 / k);
     return 2.0 * (1.0 - s * s + a * log(s)) / (1.0 + k * k - a);
+}
+
+/* The cell of the layer of a side that x [m] lies in front of. */
+static int64_t pdi_inlet_place(const pd_grid *grid, int axis, const double *x)
+{
+    int64_t place = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        int at = (int)floor((x[d] - grid->lo[d]) / grid->h[d]);
+        if (d == axis) continue;
+        at = at < 0 ? 0 : at >= grid->n[d] ? grid->n[d] - 1 : at;
+        place = place * grid->n[d] + at;
+    }
+    return place;
 }
 
 PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u)
@@ -290,6 +396,11 @@ PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u)
             u[axis] *= inlet->fill[side];
             return;
         }
+        if (inlet->profile[side]) {
+            u[axis] *= inlet->profile[side][pdi_inlet_place(inlet->grid, axis, x)];
+            return;
+        }
+        if (inlet->develops[side]) return;
         if (setup->axisymmetric && axis != PD_DIM - 1) {
             double inner = inlet->inner[side], width = inlet->width[side];
             double outer = inner > 0.0 ? inner + width : 0.5 * width;

@@ -16,15 +16,19 @@ typedef struct pd_inlet {
     double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
     double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
     double inner[2 * PD_DIM];   /* [m] axisymmetric, across the axis: least radius of the open part, 0: a tube */
+    int develops[2 * PD_DIM];   /* 1: a parabola of no closed form, which `developed` finds */
+    double *profile[2 * PD_DIM]; /* [cells of the side] [-] its speed over the mean; NULL: uniform until then */
     int first;                  /* first inlet side, -1: none */
     int latest;                 /* the side that was measured last: the one that the build refuses */
 } pd_inlet;
 
 #ifdef PDI_INTERNAL
-/* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where no
- * parabola fits (two openings, a rectangular duct, solid in the opening). setup and grid are borrowed; nothing is
- * allocated. */
+/* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where
+ * nothing develops (solid in the opening, no walls). setup and grid are borrowed; nothing is allocated. */
 PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
+PDI_FN void pdi_inlet_free(pd_ctx *ctx, pd_inlet *inlet);
+/* Cells of the layer inside a side. */
+PDI_FN int64_t pdi_inlet_cells(const pd_grid *grid, int side);
 /* Mean velocity [m/s] into the box through a side at inlet->time. */
 PDI_FN double pdi_inlet_mean(const pd_inlet *inlet, int side);
 /* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2); between

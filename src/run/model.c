@@ -1,6 +1,7 @@
 /* model: see model.h */
 #include "run/model.h"
 #include "lattice/thickness.h"
+#include "run/developed.h"
 #include "scene/range.h"
 #include <math.h>
 #include <string.h>
@@ -122,6 +123,8 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT)
         PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
+    m->line = u->side[m->inlet.latest].line;
+    PDI_TRY(pdi_developed_find(ctx, &m->inlet, &m->flow));
     if (u->motion != PD_MOTION_STEADY) PDI_TRY(pdi_model_motion(ctx, m));
     if (u->motion != PD_MOTION_GIVEN) m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
     return PD_OK;
@@ -722,6 +725,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_steady_free(ctx, &m->steady);
     pd_flow_free(ctx, &m->flow);
     pd_arena_free(ctx, &m->arena);
+    pdi_inlet_free(ctx, &m->inlet);
     pdi_path_free(ctx, &m->paths);
     pd_stencil_free(ctx, &m->across);
     pd_bonds_free(ctx, &m->bonds);

@@ -97,7 +97,7 @@ static const pd_key pdi_keys_of_side[] = {
               "slip), `open` (with `time = given`: inlet where the flow enters, outlet where it leaves; with "
               "`[corrode]`: `bulk` behind it), `slip` (with `[gas]`: a wall)")},
     {"profile", "-", "required there",
-     PDI_SAYS("inlet: `uniform`, `parabola` (between walls, of a tube, axisymmetric also between two), `expression`")},
+     PDI_SAYS("inlet: `uniform`, `parabola` (developed flow of the opening, whatever its shape), `expression`")},
     {"mean", "m/s", "required, or `flow_rate`",
      PDI_SAYS("inlet: mean speed into the box, expression in t")},
     {"flow_rate", "m3/s", "-",

@@ -89,7 +89,7 @@ typedef enum pd_part {
 typedef enum pd_profile {
     PD_PROFILE_REST = 0, /* no velocity */
     PD_PROFILE_UNIFORM,
-    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D, axisymmetric: of a tube, or between two */
+    PD_PROFILE_PARABOLA, /* the developed flow of the opening */
     PD_PROFILE_EXPRESSION
 } pd_profile;
 
