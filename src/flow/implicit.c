@@ -27,6 +27,7 @@ PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, implicit, time, "s");
     PDI_VALUE(owner, implicit, dt, "s");
     PDI_VALUE(owner, implicit, error, "1");
+    PDI_VALUE(owner, implicit, fresh, "1");
     PDI_VALUE(owner, implicit, last, "s");
     PDI_VALUE(owner, implicit, steps, "1");
     PDI_VALUE(owner, implicit, rejected, "1");
@@ -95,7 +96,7 @@ static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
     pd_steady_result result;
     int64_t total = flow->grid->total, split = PD_DIM * total;
     double steady = flow->stabilisation, rate = 1.0 / (im->desc.tolerance * steady);
-    if (im->steps > 0 || im->projected) return PD_OK;
+    if (!im->fresh && (im->steps > 0 || im->projected)) return PD_OK;
     pdi_par_copy(ctx, split, flow->u, im->start);
     pdi_par_copy(ctx, total, flow->p, im->start + split);
     flow->stabilisation = PDI_IMPLICIT_IMPULSE / rate;
@@ -103,8 +104,10 @@ static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
     flow->stabilisation = steady;
     im->evaluations += result.evaluations;
     pdi_par_copy(ctx, total, im->start + split, flow->p);
-    if (status == PD_OK) im->projected = 1;
-    else pdi_par_copy(ctx, split, im->start, flow->u);
+    if (status == PD_OK) {
+        im->projected = 1;
+        im->fresh = 0;
+    } else pdi_par_copy(ctx, split, im->start, flow->u);
     return status;
 }
 
@@ -282,12 +285,41 @@ static pd_status pdi_implicit_finish(pd_ctx *ctx, void *self, double t)
     return pdi_steady_even(ctx, ((pd_implicit *)self)->steady);
 }
 
-/* The slope at the end of the last step is unknown in fluid that is new. */
+/* The projection, and by a stage as short as the first step the pressure that goes with it. */
+static pd_status pdi_implicit_balance(pd_ctx *ctx, pd_implicit *im)
+{
+    pd_steady_result result;
+    pd_flow *flow = im->flow;
+    int64_t total = flow->grid->total, split = PD_DIM * total;
+    pd_status status = pdi_implicit_project(ctx, im);
+    if (status != PD_OK) return status;
+    pdi_par_copy(ctx, split, flow->u, im->start);
+    pdi_par_copy(ctx, total, flow->p, im->start + split);
+    status = pdi_steady_stage(ctx, im->steady, 1.0 / im->desc.first, im->start, im->desc.tolerance, 0, &result);
+    im->evaluations += result.evaluations;
+    if (status == PD_OK) return PD_OK;
+    pdi_par_copy(ctx, split, im->start, flow->u);
+    pdi_par_copy(ctx, total, im->start + split, flow->p);
+    return status;
+}
+
+/* The slope at the end of the last step is unknown in fluid that is new. The nodes beside it have new families, so that
+ * the velocity is no longer free of divergence: a step that began with it would be off by as much, however short. Where
+ * the projection fails the next step tries again. */
 static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_implicit *im = (pd_implicit *)self;
+    pd_arena *arena = pdi_steady_arena(im->steady);
     im->last = 0.0;
-    return pd_flow_update(ctx, turned, count, im->flow);
+    im->fresh = 1;
+    PDI_TRY(pd_flow_update(ctx, turned, count, im->flow));
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_implicit_work_list, im));
+    pd_status status = pdi_steady_hold(ctx, im->steady);
+    if (status == PD_OK) status = pdi_steady_release(ctx, im->steady, pdi_implicit_balance(ctx, im));
+    status = pdi_arena_return(ctx, arena, pdi_implicit_work_list, im, status);
+    if (pdi_is_final(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
+    pdi_flow_prepare(ctx, im->flow);
+    return PD_OK;
 }
 
 static pd_status pdi_implicit_store(pd_ctx *ctx, void *self, pd_archive *archive)

@@ -28,6 +28,7 @@ typedef struct pd_implicit {
     double dt;             /* [s] that a run would try next; 0: not known yet */
     double last;           /* [s] the last step; 0: the next step does not use it */
     int projected;         /* the start obeys continuity and the inlets */
+    int64_t fresh;         /* fluid has appeared: the next step begins with the nearest field that does */
     double error;          /* [-] estimated error of the last step against the reference speed */
     int64_t steps, rejected, evaluations;
 } pd_implicit;
