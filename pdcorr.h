@@ -186,6 +186,7 @@
  *   couple/
  *     measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
  *     overlap    faces of a body that pass through each other, since bonds alone join its points and no contact is computed.
+ *     sites      the cells in which the points of a body on a grid are, and those of their images behind planes of symmetry;
  *     structure  the metal of a lattice as a body under load, in balance or in motion.
  *     couple     a run of processes: one loop for step control, retries, ledger, state and observer, whatever the physics are.
  *   io/
@@ -254,6 +255,7 @@
  *     scene      reads a scene file, or a flat parameter file, into a setup.
  *   run/
  *     inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
+ *     developed  the developed flow in a straight duct with the opening of an inlet as its section, on the lattice of the
  *     wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
  *     grip       what holds and loads a body: sides of the box, shapes, forces on all of it.
  *     surfaces   the states of surfaces of a setup on its lattice: where they are, what rates read, and what reads them.
@@ -261,6 +263,7 @@
  *     polarise   electrodes of a setup among ions that migrate: their curves at the surface, where they lie, what passes.
  *     footprint  the memory of a run, from its setup alone: nothing is built for it.
  *     attack     laws of the scene in pH or species, between metal and species: where metal lies, what they say there.
+ *     vary       values of a scene that depend on time, and how far a step may go without passing over what they do.
  *     model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
  *     checkpoint the state of a model into an archive, and back into a model built from the same setup.
  *     observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
@@ -577,6 +580,9 @@ PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, cons
     PD_PRINTF_LIKE(4, 5);
 /* Print behind `text` of `size` bytes; what does not fit is left out. */
 PDI_FN void pdi_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
+/* Take pairs " key=value" whose values are not finite out of the figures of a line of results, behind its names: what
+ * is not known is left out. */
+PDI_FN void pdi_known(char *figures);
 /* 1: memory was lacking or the caller stops. No other step, guess or file helps then. */
 static inline int pdi_is_final(pd_status status)
 {
@@ -1474,7 +1480,7 @@ PDI_FN int pdi_path_metal(const pd_paths *paths, int32_t node, int group, int *a
 /* chord: whether the straight line between two metal nodes of a grid stays in the metal.
  *
  * By the smooth surface of the metal, where it has one: the line leaves the metal where it is outside the shape over
- * any length, however thin the gap. By cells, where the shape is a mask of voxels or metal has dissolved: then flat faces
+ * any length, however thin the gap. By cells, where the shape is a mask of voxels or metal has dissolved: flat faces
  * that are inclined against the lattice are stairs, which the line between two nodes of a half-space may cross. So a
  * line stays in metal where one of the staircases of cells along it does: of each axis across the longest one of the
  * line, a staircase has all cells at the line or below it, or all at the line or above it, and its cells share faces. A
@@ -2779,6 +2785,9 @@ typedef struct pd_step {
     double lost;      /* [unit of its elements] solid of the process lost since the start of the run */
     pd_at_fn at;      /* call before equations at a time are solved; NULL: nothing is quasi-steady */
     void *at_user;
+    double (*until)(void *user, double t, double end); /* where a step from t ends at the latest, so that it sees what
+                                                        * depends on time; NULL: nothing does */
+    void *until_user;
     const int32_t *turned; /* [turned_count] from `accept`: the nodes of metal that have turned fluid */
     int32_t turned_count;
 } pd_step;
@@ -2976,10 +2985,13 @@ PDI_FN double pdi_scales_fluid(const pd_grid *grid);
 #define PD_INFLOW_H
 
 #ifdef PDI_INTERNAL
-/* sided [inlet ghosts]: 1 where the bonds through the side of the node that a ghost mirrors do not balance along
- * it. ratio [inlet ghosts]: mean speed of both, over that on the side, with which bonds carry what passes the side; -1: that
- * of the tensor of the row. */
-PDI_FN void pdi_inflow_find(const pd_bonds *bonds, uint8_t *sided, double *ratio);
+/* sided [inlet ghosts]: 1 where the bonds through the side of the node that a ghost mirrors do not balance along it.
+ * ratio [inlet ghosts]: mean speed of both over that on the side, with which bonds carry what passes the side; below 0:
+ * that of the tensor of the row, on the sides whose bits are set in `developed`. */
+PDI_FN void pdi_inflow_find(const pd_bonds *bonds, int developed, uint8_t *sided, double *ratio);
+/* Sum of the weights of open bonds from node i through the inlet at the end `up` of `axis`, times its volume
+ * [m^(d-1)]. */
+PDI_FN double pdi_inflow_weight(const pd_bonds *bonds, int32_t i, int axis, int up);
 /* v [PD_DIM][total] [m/s] of ghosts becomes twice that on the side. */
 PDI_FN void pdi_inflow_twice(const pd_bonds *bonds, double *v);
 /* v of nodes makes fluxes by now: that of the ghosts, from twice that on the side. even: rows on smooth surfaces keep
@@ -3141,6 +3153,7 @@ typedef struct pd_flow_desc {
     double length;          /* [m] reference L of the same reports; 0: that of the flow */
     pd_velocity_fn inlet;   /* NULL: fluid at rest in the inlet ghosts */
     void *inlet_user;
+    int developed;          /* bit s: side s holds a flow that does not change along itself: it stays as it is */
     pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
     void *wall_user;
     int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice.
@@ -3164,6 +3177,7 @@ typedef struct pd_flow {
     double stabilisation;   /* [s] weight of the pressure flux (eq. 4.4) */
     pd_velocity_fn inlet;
     void *inlet_user;
+    int developed;
     pd_velocity_fn wall;
     void *wall_user;
     int mirrors;            /* 1: inlets hold their velocity on the side of the box and ghosts are odd about it, as a
@@ -3610,6 +3624,7 @@ typedef struct pd_implicit {
     double dt;             /* [s] that a run would try next; 0: not known yet */
     double last;           /* [s] the last step; 0: the next step does not use it */
     int projected;         /* the start obeys continuity and the inlets */
+    int64_t fresh;         /* fluid has appeared: the next step begins with the nearest field that does */
     double error;          /* [-] estimated error of the last step against the reference speed */
     int64_t steps, rejected, evaluations;
 } pd_implicit;
@@ -5548,6 +5563,9 @@ typedef struct pd_etch {
     double late;                  /* [mol/m3/s] charge of sources that is metal's, after its step; of all nodes */
     double extra;                 /* [mol/s] what a circuit gives beside its current, where none leaves: of late metal
                                    * and of rounding */
+    int alone;                    /* 1: a circuit without a given current whose metal carries current one way only
+                                   * carries none; 0: it is lost. The caller writes it */
+    uint32_t idle;                /* bit n: circuit n carries none for that */
     int lost;                     /* 1 + a circuit that no potential gives its current to; 0: none */
     pd_status (*stage)(pd_ctx *ctx, void *stager, double share); /* brings what law and curves read to that share of a
                                                                   * step; NULL: it holds for the step */
@@ -5965,6 +5983,8 @@ typedef struct pd_course {
     double covered;         /* [-] error of shares in the step of the run, over what it may be */
     int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
+    int failed;             /* with migration: steps without a solution of their own, from `since` on */
+    double since;           /* [s] */
     int settled;            /* with `psi`: 1: it is that of the ions as they are */
     int64_t steps, rejected, krylov, newton;
     int64_t euler;          /* steps taken by backward Euler */
@@ -6396,7 +6416,7 @@ typedef struct pd_mirrored {
     int32_t *of;           /* [images] the point that an image stands for */
     uint8_t *flip;         /* [images] bit d: it is a reflection along axis d */
     uint8_t *follows;      /* [count + images][PD_DIM] as of pd_solid */
-    double *u, *v;         /* [count + images][PD_DIM] of all points */
+    double *u, *v;         /* [count + images][PD_DIM] [m], [m/s] of all points; work */
     double *density;       /* [count + images] [J/m3] */
 } pd_mirrored;
 
@@ -9139,8 +9159,8 @@ PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid
 /* overlap: faces of a body that pass through each other, since bonds alone join its points and no contact is computed.
  *
  * Two points that lie side by side, in cells that share a face, are on two faces where no bond joins them. These
- * overlap by what is left of the distance of the points when the gap between them is closed. Others overlap when they come
- * nearer than a cell. What intact bonds are shortened by is no overlap.
+ * overlap by what is left of the distance of the points when the gap between them is closed. Others overlap when they
+ * come nearer than a cell. What intact bonds are shortened by is no overlap.
  */
 #ifndef PD_OVERLAP_H
 #define PD_OVERLAP_H
@@ -9170,6 +9190,50 @@ PDI_FN pd_status pdi_overlap_prepare(pd_ctx *ctx, pd_overlap *overlap);
 /* Look, with displacements u [count][PD_DIM] [m]. */
 PDI_FN void pdi_overlap_look(pd_overlap *overlap, const double *u);
 PDI_FN void pdi_overlap_free(pd_ctx *ctx, pd_overlap *overlap);
+#endif
+
+#endif
+
+/* ======== >>couple/sites.h ======== */
+/* sites: the cells in which the points of a body on a grid are, and those of their images behind planes of symmetry;
+ * which bonds leave the metal.
+ */
+#ifndef PD_SITES_H
+#define PD_SITES_H
+
+typedef struct pd_sites {
+    const pd_grid *grid;  /* borrowed, as all down to flip */
+    const int32_t *node;  /* [count] of the points */
+    const int32_t *point; /* [total] of the nodes; -1: none */
+    double *stiff;        /* [count + images] [-] 0: the metal has gone */
+    double *depth;        /* [count + images] [m] below the surface, while the body is built */
+    int32_t *of;          /* [images] as of pd_mirrored */
+    uint8_t *flip;        /* [images] */
+    double m;             /* [-] horizon over the spacing */
+    int mirrors;          /* bit s: side s of the box is a plane of symmetry */
+    int32_t count;        /* points */
+    int32_t images;       /* of them, which come last */
+    int32_t *cell;        /* [images][PD_DIM] cells of images, in the box as it goes on behind its sides */
+    int32_t *chain;       /* [count + images with images] the next image of the same point, -1: none */
+    int32_t *chart;       /* [wide[0] ..] with images the point of each cell, -1: none */
+    int32_t wide[PD_DIM]; /* cells of it along each axis */
+    int below[PD_DIM];    /* of these behind the lower side */
+} pd_sites;
+
+#ifdef PDI_INTERNAL
+/* Arrays of images: of a body that has some. */
+PDI_FN void pdi_sites_list(pdi_owner *owner, void *sites);
+/* How many images there are, by grid, m and mirrors. */
+PDI_FN void pdi_sites_reflect(pd_sites *sites);
+/* The images, behind the points. */
+PDI_FN void pdi_sites_images(pd_sites *sites);
+/* Place of a point or image [m]. */
+PDI_FN void pdi_sites_place(const pd_sites *sites, int32_t i, double *x);
+/* Which bonds leave the metal of the start is to be asked of these. */
+PDI_FN void pdi_sites_joined(pd_ctx *ctx, pd_sites *sites, pd_body_desc *desc);
+/* Nodes have turned fluid: they lose their bonds, and so do others whose bonds led through them alone. 1: one of them
+ * was a point. */
+PDI_FN int pdi_sites_go(const pd_sites *sites, pd_body *body, const int32_t *turned, int32_t count);
 #endif
 
 #endif
@@ -9246,12 +9310,7 @@ typedef struct pd_structure {
     pd_ordinary ordinary;
     pd_finite finite;
     pd_mirrored mirrored;    /* behind planes of symmetry */
-    int32_t images;          /* points of the body behind those, which come last */
-    int32_t *cell;           /* [images][PD_DIM] cells of images, in the box as it goes on behind its sides */
-    int32_t *chain;          /* [count + images with images] the next image of the same point, -1: none */
-    int32_t *chart;          /* [wide[0] ..] with images the point of each cell, -1: none */
-    int32_t wide[PD_DIM];    /* cells of it along each axis */
-    int below[PD_DIM];       /* of these behind the lower side */
+    pd_sites sites;          /* cells of points, and of images behind those planes */
     pd_solid solid;          /* one of them */
     pd_quasi_static rest;    /* in balance */
     pd_verlet motion;        /* in motion */
@@ -9347,6 +9406,8 @@ typedef struct pd_couple_desc {
     double fraction;        /* [-] largest share of a node's content lost in one step; 0: 0.1 */
     double rtol;            /* [-] error in time of the metal lost in a step, over all that is lost; 0: fraction/25 */
     double max_step;        /* [s] 0: none */
+    double (*until)(void *user, double t, double end); /* see pd_step; NULL: nothing depends on time */
+    void *until_user;
     double ledger_tolerance; /* [-] 0: 1e-10: a larger relative imbalance is PD_ERR_LEDGER */
 } pd_couple_desc;
 
@@ -11256,7 +11317,7 @@ typedef enum pd_part {
 typedef enum pd_profile {
     PD_PROFILE_REST = 0, /* no velocity */
     PD_PROFILE_UNIFORM,
-    PD_PROFILE_PARABOLA, /* 2D: between the walls of the side; 3D, axisymmetric: of a tube, or between two */
+    PD_PROFILE_PARABOLA, /* the developed flow of the opening */
     PD_PROFILE_EXPRESSION
 } pd_profile;
 
@@ -11633,6 +11694,7 @@ typedef struct pd_setup {
 
 #define pd_setup_free PD_NAME(pd_setup_free)
 #define pd_setup_function PD_NAME(pd_setup_function)
+#define pd_setup_breaks PD_NAME(pd_setup_breaks)
 
 #ifdef PDI_INTERNAL
 /* Start a setup: no physics, walls all around, defaults of all numbers. */
@@ -11653,6 +11715,10 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
  * key, or the scene does not give that value. */
 PD_API pd_status pd_setup_function(pd_ctx *ctx, pd_setup *setup, const char *key, pd_expr_fn fn, void *user,
                                    uint32_t uses);
+/* When such a function jumps, or a pulse of it begins or ends: t [count] [s] ascending; copied. Steps do not pass over
+ * what it does then. Between breaks it counts as being between its values at both ends and in the middle of any time.
+ * PD_ERR_ARGUMENT: no such key, no function stands there, or times that do not ascend. */
+PD_API pd_status pd_setup_breaks(pd_ctx *ctx, pd_setup *setup, const char *key, const double *t, int count);
 
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", "Mg2+", ...; "": the setup has no such species. */
@@ -12241,18 +12307,24 @@ typedef struct pd_inlet {
     int inlets;
     double mean[2 * PD_DIM];    /* [m/s] into the box at time 0, 0 for other sides */
     double area[2 * PD_DIM];    /* [m2] that a flow_rate goes through */
+    double fill[2 * PD_DIM];    /* [-] area of the opening over that of the open faces of cells, which a uniform speed
+                                 * makes up for */
     double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
     double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
     double inner[2 * PD_DIM];   /* [m] axisymmetric, across the axis: least radius of the open part, 0: a tube */
+    int develops[2 * PD_DIM];   /* 1: a parabola of no closed form, which `developed` finds */
+    double *profile[2 * PD_DIM]; /* [cells of the side] [-] its speed over the mean; NULL: uniform until then */
     int first;                  /* first inlet side, -1: none */
     int latest;                 /* the side that was measured last: the one that the build refuses */
 } pd_inlet;
 
 #ifdef PDI_INTERNAL
-/* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where no
- * parabola fits (two openings, a rectangular duct, solid in the opening). setup and grid are borrowed; nothing is
- * allocated. */
+/* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where
+ * nothing develops (solid in the opening, no walls). setup and grid are borrowed; nothing is allocated. */
 PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
+PDI_FN void pdi_inlet_free(pd_ctx *ctx, pd_inlet *inlet);
+/* Cells of the layer inside a side. */
+PDI_FN int64_t pdi_inlet_cells(const pd_grid *grid, int side);
 /* Mean velocity [m/s] into the box through a side at inlet->time. */
 PDI_FN double pdi_inlet_mean(const pd_inlet *inlet, int side);
 /* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2); between
@@ -12264,6 +12336,21 @@ PDI_FN int pdi_inlet_enters(void *user, int side, const double *x);
 PDI_FN double pdi_inlet_entering(void *user, const double *x);
 /* A pd_velocity_fn, user being the pd_inlet: the body force [m/s2] that is no constant. */
 PDI_FN void pdi_inlet_body(void *user, const double *x, double *force);
+#endif
+
+#endif
+
+/* ======== >>run/developed.h ======== */
+/* developed: the developed flow in a straight duct with the opening of an inlet as its section, on the lattice of the
+ * run (theory: 4.3b).
+ */
+#ifndef PD_DEVELOPED_H
+#define PD_DEVELOPED_H
+
+#ifdef PDI_INTERNAL
+/* Find the profiles of inlets that have no closed form, with the operator of `flow`, and fill its ghosts anew.
+ * PD_ERR_GEOMETRY: an opening without a wall, where nothing develops. */
+PDI_FN pd_status pdi_developed_find(pd_ctx *ctx, pd_inlet *inlet, pd_flow *flow);
 #endif
 
 #endif
@@ -12436,6 +12523,8 @@ PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_elect
                                     const pd_reactive *reactive, pd_etch *etch, pd_polarise *p,
                                     pd_etch_electrodes *electrodes);
 PDI_FN void pdi_polarise_free(pd_ctx *ctx, pd_polarise *p);
+/* 1: there is an electrode without a place. */
+PDI_FN int pdi_polarise_gone(const pd_polarise *p);
 /* What surfaces meet now. */
 PDI_FN void pdi_polarise_meet(pd_polarise *p);
 /* The places of a contact's node begin at `first`, and end where it returns; *own: the one whose metal is of `kind`,
@@ -12545,6 +12634,38 @@ PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t);
 
 #endif
 
+/* ======== >>run/vary.h ======== */
+/* vary: values of a scene that depend on time, and how far a step may go without passing over what they do.
+ *
+ * A step sees such a value at its beginning and its end. Bounds by interval arithmetic say whether the value leaves the
+ * range between both on the way. Where it does, the step ends there.
+ */
+#ifndef PD_VARY_H
+#define PD_VARY_H
+
+/* A value at a place. */
+typedef struct pd_vary_value {
+    const pd_expr *expr;
+    double x[PD_DIM]; /* [m] */
+} pd_vary_value;
+
+/* All of them; zero: nothing depends on time. */
+typedef struct pd_vary {
+    pd_vary_value *value; /* [capacity] */
+    int32_t count, capacity;
+} pd_vary;
+
+#ifdef PDI_INTERNAL
+/* The values of a setup, which is borrowed: what sides and walls hold and let in, streams, forces, potentials, what
+ * moves and loads bodies. */
+PDI_FN pd_status pdi_vary_build(pd_ctx *ctx, const pd_setup *setup, pd_vary *vary);
+/* Where a step from t that is to end at `end` [s] ends at the latest. user: a pd_vary. */
+PDI_FN double pdi_vary_until(void *user, double t, double end);
+PDI_FN void pdi_vary_free(pd_ctx *ctx, pd_vary *vary);
+#endif
+
+#endif
+
 /* ======== >>run/model.h ======== */
 /* model: the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for. */
 #ifndef PD_MODEL_H
@@ -12577,6 +12698,7 @@ typedef struct pd_model {
     pd_transport transport;
     pd_two_stage two_stage;   /* without dissolution */
     pd_reactive reactive;     /* species */
+    pd_vary vary;             /* what depends on time */
     uint8_t *fresh;           /* [total] see pd_couple; NULL: metal leaves its nodes with what they hold */
     double *bare;             /* [total] [-] factor of metal that minerals cover, or NULL */
     pd_course course;
@@ -12670,6 +12792,8 @@ typedef struct pd_observables {
 } pd_observables;
 
 #ifdef PDI_INTERNAL
+/* [-] Largest cell Peclet number v h/D of species in a flow, and which has it; 0: none are in one. */
+PDI_FN double pdi_observe_peclet(const pd_model *model, const char **slowest);
 PDI_FN pd_status pdi_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o);
 /* The present figures. The sections lie a quarter of the free length away from the ends; without solid at 1/4, 3/4. */
 PDI_FN void pdi_observe(pd_ctx *ctx, pd_model *model, pd_observables *o);
@@ -12713,7 +12837,8 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
 #ifndef PD_VIEW_H
 #define PD_VIEW_H
 
-/* A field over the cells of the box, without ghosts: component d of cell i, j, k stands at
+/* A field over the cells of the box, without ghosts; NaN where a cell has just turned fluid, and nothing is known of
+ * what is dissolved in it: component d of cell i, j, k stands at
  * data[d * part + i * stride[0] + j * stride[1] + k * stride[2]]. */
 typedef struct pd_view {
     const double *data; /* [components][cells] [unit of the label] */
@@ -12921,6 +13046,7 @@ typedef struct pd_depletion {
     uint8_t *piece;                 /* [total] piece of the setup that a solid node is of; those beyond them: none */
     int32_t left[PD_SETUP_SHAPES];  /* nodes of each piece */
     int idle[PD_SETUP_ELECTRODES];  /* 1: no current passes at all of the electrode */
+    double time;                    /* [s] when it last looked */
     int64_t solid;                  /* nodes of metal when it last looked */
 } pd_depletion;
 
@@ -13200,6 +13326,7 @@ typedef struct pd_run_result {
     double gas;           /* [mol] per m in planar 2D, per m2 in 1D */
     double gas_volume;    /* [m3] the same, of it at the temperature and 1 atm */
     double flux, flux_max; /* [-] see pd_observables */
+    double peclet;        /* [-] largest cell Peclet number v h/D of species in a flow; 0: none are in one */
     double residual;      /* [-] larger one of the last flow solve */
     int settled;          /* the transport was solved for its steady field */
     double change;        /* [-] of that field in the last step of its solver, over the largest value */
@@ -13705,6 +13832,33 @@ PDI_FN void pdi_append(char *text, size_t size, const char *format, ...)
     va_start(args, format);
     vsnprintf(text + used, size - used, format, args);
     va_end(args);
+}
+
+/* 1: the value up to the next blank is no number, or no finite one: nan, -nan, inf, -inf, whatever their case. */
+static int pdi_base_unknown(const char *value)
+{
+    char word[4] = "";
+    size_t size = strcspn(value, " "), sign = value[0] == '-' || value[0] == '+';
+    for (size_t k = 0; k < 3 && sign + k < size; k++) {
+        char c = value[sign + k];
+        word[k] = (char)(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+    }
+    if (strcmp(word, "nan") != 0 && strcmp(word, "inf") != 0) return 0;
+    return size == sign + 3 || value[sign + 3] == '(' || strcspn(value, " ") == sign + 8; /* infinity */
+}
+
+PDI_FN void pdi_known(char *figures)
+{
+    char *to = figures;
+    for (const char *at = figures; *at;) {
+        size_t size = strcspn(at + 1, " ") + 1;
+        const char *value = (const char *)memchr(at, '=', size);
+        int leave = at[0] == ' ' && value && pdi_base_unknown(value + 1);
+        if (!leave) memmove(to, at, size);
+        if (!leave) to += size;
+        at += size;
+    }
+    *to = '\0';
 }
 
 static void *pdi_base_realloc(pd_ctx *ctx, void *ptr, size_t old_size, size_t new_size)
@@ -18096,7 +18250,7 @@ static int pdi_bond_receded(const pd_paths *paths, int shape, int32_t node, int 
         int32_t at = node + paths->cell_shift[c];
         if (!pdi_grid_open(grid->kind[at])) continue;
         pd_grid_position(grid, at, x);
-        if (pdi_grid_level(grid, shape, x) <= 0.0) return 1;
+        if (pdi_grid_level(grid, shape, x) <= pdi_shape_tie(grid->h, x)) return 1;
     }
     return 0;
 }
@@ -18157,7 +18311,7 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
                                pdi_cut *cut)
 {
     double cell = 0.0, lo = 0.0, hi = 0.0, flo = pdi_bond_distance(grid, shape, x, xi, 0.0), fhi = flo;
-    if (!(flo > 0.0)) return;
+    if (!(flo > pdi_shape_tie(grid->h, x))) return;
     for (int d = 0; d < PD_DIM; d++) cell += xi[d] / grid->h[d] * (xi[d] / grid->h[d]);
     cell = sqrt(cell);
     for (int ahead = 1; hi < limit && !(fhi < 0.0); ahead++) {
@@ -18857,7 +19011,7 @@ static void pdi_surface_faces(pdi_surface *r)
         /* a smooth surface is found by its distance, unless it has receded to these cells */
         for (int a = 0; a < PD_DIM; a++) at[a] = r->x[a];
         double smooth = outside ? (double)NAN : pdi_bond_smooth(r->bonds, node, at);
-        if (smooth > 0.0) return;
+        if (smooth > pdi_shape_tie(grid->h, at)) return;
         double cells = 0.0;
         for (int a = 0; a < PD_DIM; a++) cells = pdi_max(cells, fabs((t - 1.0) * r->xi[a]) / grid->h[a]);
         if (t >= 1.0 - PDI_SURFACE_SHORT && !(cells < r->nearest)) return;
@@ -18910,7 +19064,8 @@ static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
 {
     const pd_grid *grid = r->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], smallest = grid->h[0], level = 0.0, cells = 0.0;
-    if (shape < 0 || !pdi_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > 0.0)) return;
+    if (shape < 0 || !pdi_shape_exact(grid->shapes, shape)) return;
+    if (!(pdi_surface_level(r, shape, r->x) > pdi_shape_tie(grid->h, r->x))) return;
     for (int d = 1; d < PD_DIM; d++) smallest = pdi_min(smallest, grid->h[d]);
     memcpy(at, to, sizeof at);
     double first = pdi_surface_level(r, shape, at);
@@ -23932,6 +24087,7 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
     left = s->limit - s->time;
     for (s->trial = 0;; s->trial++) {
         if (s->trial) PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
+        if (s->until) s->dt = pdi_min(s->dt, s->until(s->until_user, s->time, s->time + s->dt) - s->time);
         if (pdi_stands_still(s->time, left, s->dt) || s->trial == PDI_PROCESS_TRIALS)
             return pdi_process_stuck(ctx, p, s);
         if (s->dt < left) s->end = s->time + s->dt;
@@ -24740,9 +24896,7 @@ static int pdi_inflow_along(const pd_bonds *bonds, int32_t r, int across)
     return 0;
 }
 
-/* Sum of the weights of open bonds from node i through the inlet at the end `up` of `axis`, times its volume
- * [m^(d-1)]. */
-static double pdi_inflow_weight(const pd_bonds *bonds, int32_t i, int axis, int up)
+PDI_FN double pdi_inflow_weight(const pd_bonds *bonds, int32_t i, int axis, int up)
 {
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
@@ -24778,7 +24932,16 @@ static double pdi_inflow_ratio(const pd_bonds *bonds, int32_t g)
     return have > 0.0 ? face / have : 0.0;
 }
 
-PDI_FN void pdi_inflow_find(const pd_bonds *bonds, uint8_t *sided, double *ratio)
+/* 1: behind the side of ghost g stands developed flow. */
+static int pdi_inflow_developed(const pd_bonds *bonds, int32_t g, int developed)
+{
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    int axis = 0;
+    while (!(ghosts->across[g] >> axis & 1)) axis++;
+    return developed >> (2 * axis + (pdi_grid_along(bonds->grid, ghosts->node[g], axis) >= bonds->grid->n[axis])) & 1;
+}
+
+PDI_FN void pdi_inflow_find(const pd_bonds *bonds, int developed, uint8_t *sided, double *ratio)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;
     for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
@@ -24786,8 +24949,10 @@ PDI_FN void pdi_inflow_find(const pd_bonds *bonds, uint8_t *sided, double *ratio
         int fluid = bonds->grid->kind[source] == PD_FLUID && r >= 0;
         /* rings of unequal lengths never balance */
         sided[at] = (uint8_t)(fluid && (bonds->grid->circumference || pdi_inflow_along(bonds, r, ghosts->across[g])));
-        /* where inlets end beside outlets not all bonds have their mirror image */
-        ratio[at] = fluid && !bonds->grid->ends ? pdi_inflow_ratio(bonds, g) : -1.0;
+        /* developed flow passes bonds through the side as it does further on. Where inlets end beside outlets not all
+         * bonds have their mirror image */
+        int whole = fluid && !bonds->grid->ends && !pdi_inflow_developed(bonds, g, developed);
+        ratio[at] = whole ? pdi_inflow_ratio(bonds, g) : -1.0;
     }
 }
 
@@ -25586,6 +25751,7 @@ PDI_COLD_END
  * registers. All terms of a bond are taken in one pass. Rows blank out their closed bonds.
  */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* [cells] A place on an inlet counts as outside. */
@@ -26031,6 +26197,17 @@ static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
 
+/* The same of a developed inlet at the end `up` of axis d, by the bonds of the node to ghosts. */
+static double pdi_flow_developed(const pd_flow *flow, int32_t i, int d, int up)
+{
+    const pd_grid *grid = flow->grid;
+    int at = pdi_grid_along(grid, i, d), shift = up ? 2 * (grid->n[d] - at) - 1 : -2 * at - 1;
+    int32_t ghost = i + shift * grid->stride[d];
+    if (abs(shift) > 2 * grid->ghost || grid->kind[ghost] != PD_INLET) return 0.0;
+    const double *v = flow->advecting + (int64_t)d * grid->total;
+    return (up ? -1.0 : 1.0) * pdi_inflow_weight(flow->bonds, i, d, up) * (v[i] + v[ghost]);
+}
+
 PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, double *gross)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -26047,7 +26224,8 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
             if (grid->kind[i + bonds->paths.shift[k]] == PD_INLET && pdi_bond_open(bonds, row, k))
                 taken -= volume * pdi_flow_bond_flux(flow, i, k);
         for (int side = 0; side < 2 * PD_DIM; side++) {
-            double part = pdi_flow_pushed(flow, i, side / 2, side % 2);
+            double part = flow->mirrors && flow->developed >> side & 1 ?
+                pdi_flow_developed(flow, i, side / 2, side % 2) : pdi_flow_pushed(flow, i, side / 2, side % 2);
             *pushed += part;
             *gross += fabs(part);
         }
@@ -26079,7 +26257,7 @@ static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
     const pd_grid *grid = flow->grid;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     PDI_TRY(pdi_flow_hold(ctx, flow));
-    if (flow->mirrors) pdi_inflow_find(flow->bonds, flow->sided, flow->entry);
+    if (flow->mirrors) pdi_inflow_find(flow->bonds, flow->developed, flow->sided, flow->entry);
     for (int32_t k = 0; k < flow->inlets; k++) {
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];
@@ -26294,6 +26472,7 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     flow->p_out = desc->p_out / desc->rho;
     flow->inlet = desc->inlet;
     flow->inlet_user = desc->inlet_user;
+    flow->developed = desc->developed;
     flow->wall = desc->wall;
     flow->wall_user = desc->wall_user;
     flow->push = desc->body;
@@ -27733,7 +27912,7 @@ static pd_status pdi_steady_potentials(pd_ctx *ctx, pd_steady *s)
 }
 
 /* One multigrid after the other. */
-static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
+static pd_status pdi_steady_fill_all(pd_ctx *ctx, pd_steady *s)
 {
     pdi_compact_faces velocity;
     pdi_compact_convection moving;
@@ -27756,6 +27935,14 @@ static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
     double damping = pdi_precond_damping(s->flow, s->shift);
     s->damped = s->timed && damping > 0.0;
     return s->damped ? pdi_steady_pressure(ctx, s, NULL, damping, &s->mg_d) : PD_OK;
+}
+
+static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
+{
+    pd_status status = pdi_steady_fill_all(ctx, s);
+    if (status != PD_ERR_ARGUMENT) return status; /* the coefficients are of single precision */
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "flow", "mu/rho = %g m2/s, h = %g m and speeds give rates beyond the range "
+                    "of numbers of the solver: expected those of a fluid", s->flow->nu, s->flow->grid->h[0]);
 }
 
 static void pdi_steady_compact_list(pdi_owner *owner, void *object)
@@ -28545,6 +28732,7 @@ PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, implicit, time, "s");
     PDI_VALUE(owner, implicit, dt, "s");
     PDI_VALUE(owner, implicit, error, "1");
+    PDI_VALUE(owner, implicit, fresh, "1");
     PDI_VALUE(owner, implicit, last, "s");
     PDI_VALUE(owner, implicit, steps, "1");
     PDI_VALUE(owner, implicit, rejected, "1");
@@ -28613,7 +28801,7 @@ static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
     pd_steady_result result;
     int64_t total = flow->grid->total, split = PD_DIM * total;
     double steady = flow->stabilisation, rate = 1.0 / (im->desc.tolerance * steady);
-    if (im->steps > 0 || im->projected) return PD_OK;
+    if (!im->fresh && (im->steps > 0 || im->projected)) return PD_OK;
     pdi_par_copy(ctx, split, flow->u, im->start);
     pdi_par_copy(ctx, total, flow->p, im->start + split);
     flow->stabilisation = PDI_IMPLICIT_IMPULSE / rate;
@@ -28621,8 +28809,10 @@ static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
     flow->stabilisation = steady;
     im->evaluations += result.evaluations;
     pdi_par_copy(ctx, total, im->start + split, flow->p);
-    if (status == PD_OK) im->projected = 1;
-    else pdi_par_copy(ctx, split, im->start, flow->u);
+    if (status == PD_OK) {
+        im->projected = 1;
+        im->fresh = 0;
+    } else pdi_par_copy(ctx, split, im->start, flow->u);
     return status;
 }
 
@@ -28800,12 +28990,41 @@ static pd_status pdi_implicit_finish(pd_ctx *ctx, void *self, double t)
     return pdi_steady_even(ctx, ((pd_implicit *)self)->steady);
 }
 
-/* The slope at the end of the last step is unknown in fluid that is new. */
+/* The projection, and by a stage as short as the first step the pressure that goes with it. */
+static pd_status pdi_implicit_balance(pd_ctx *ctx, pd_implicit *im)
+{
+    pd_steady_result result;
+    pd_flow *flow = im->flow;
+    int64_t total = flow->grid->total, split = PD_DIM * total;
+    pd_status status = pdi_implicit_project(ctx, im);
+    if (status != PD_OK) return status;
+    pdi_par_copy(ctx, split, flow->u, im->start);
+    pdi_par_copy(ctx, total, flow->p, im->start + split);
+    status = pdi_steady_stage(ctx, im->steady, 1.0 / im->desc.first, im->start, im->desc.tolerance, 0, &result);
+    im->evaluations += result.evaluations;
+    if (status == PD_OK) return PD_OK;
+    pdi_par_copy(ctx, split, im->start, flow->u);
+    pdi_par_copy(ctx, total, im->start + split, flow->p);
+    return status;
+}
+
+/* The slope at the end of the last step is unknown in fluid that is new. The nodes beside it have new families, so that
+ * the velocity is no longer free of divergence: a step that began with it would be off by as much, however short. Where
+ * the projection fails the next step tries again. */
 static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_implicit *im = (pd_implicit *)self;
+    pd_arena *arena = pdi_steady_arena(im->steady);
     im->last = 0.0;
-    return pd_flow_update(ctx, turned, count, im->flow);
+    im->fresh = 1;
+    PDI_TRY(pd_flow_update(ctx, turned, count, im->flow));
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_implicit_work_list, im));
+    pd_status status = pdi_steady_hold(ctx, im->steady);
+    if (status == PD_OK) status = pdi_steady_release(ctx, im->steady, pdi_implicit_balance(ctx, im));
+    status = pdi_arena_return(ctx, arena, pdi_implicit_work_list, im, status);
+    if (pdi_is_final(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
+    pdi_flow_prepare(ctx, im->flow);
+    return PD_OK;
 }
 
 static pd_status pdi_implicit_store(pd_ctx *ctx, void *self, pd_archive *archive)
@@ -36404,8 +36623,12 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
     convection.spread = spread;
     pdi_compact_fill(ctx, d->desc.diffusivity, d->field ? &d->media : NULL, &convection, v->rate, &faces, c);
     pdi_inverse_hold(v, pinned, pinned_count);
-    return pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conduct,
-                               flux->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+    pd_status status = pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conduct,
+                                           flux->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+    if (status != PD_ERR_ARGUMENT) return status;
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "transport", "D = %g m2/s, h = %g m, speeds and the step give rates beyond "
+                    "the range of numbers of the solver: expected those of what is dissolved in a fluid",
+                    d->desc.diffusivity, flux->bonds->grid->h[0]);
 }
 
 PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, const int32_t *pinned,
@@ -38266,8 +38489,12 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
         m->compact.mass[pdi_compact_cell(grid, i)] +=
             (float)pdi_min(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
     }
-    return pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct, NULL,
-                               m->compact.wall, m->compact.mass);
+    pd_status status = pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct,
+                                           NULL, m->compact.wall, m->compact.mass);
+    if (status != PD_ERR_ARGUMENT) return status;
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "migration", "concentrations up to %g mol/m3, D = %g m2/s and h = %g m give "
+                    "conductances beyond the range of numbers of the solver: expected those of ions in water", most,
+                    m->flux->diffusion->desc.diffusivity, grid->h[0]);
 }
 
 PDI_FN void pdi_migration_apply(pd_ctx *ctx, pd_migration *m, const double *current, double *y)
@@ -38379,6 +38606,9 @@ PDI_FN double pdi_migration_level(pd_migration *m)
 #define PDI_REACTIVE_BASIS 20
 #define PDI_REACTIVE_TOLERANCE 1e-10
 #define PDI_REACTIVE_STEPS 60
+/* Share of the ions of the richest fluid that water without any has of them, with migration: without, nothing conducts
+ * and the potential is no number. */
+#define PDI_REACTIVE_WATER 1e-6
 /* Share of the sum of |z| c that given concentrations may lack to be neutral. */
 #define PDI_REACTIVE_NEUTRAL 1e-6
 
@@ -38656,9 +38886,45 @@ static void pdi_reactive_fill(pd_reactive *r, uint8_t kind, const double *c)
         if (r->grid->kind[i] == kind) pdi_reactive_put(r, c, i, r->c);
 }
 
+/* [mol/m3] Sum of the ions of c; NaN: of a wall that does not hold them all. */
+static double pdi_reactive_ions(const pd_reactive *r, const double *c)
+{
+    double sum = 0.0;
+    for (int n = 0; n < r->components.solutes; n++)
+        if (r->components.charge[n]) sum += c[n];
+    return sum;
+}
+
+/* With migration: fluid and inlets with next to no ions get a trace of those of the richest. */
+static void pdi_reactive_water(pd_reactive *r)
+{
+    double rich[PD_SPECIES_MOST], c[PD_SPECIES_MOST], most = pdi_reactive_ions(r, r->inlet);
+    if (!r->migration.on) return;
+    memcpy(rich, r->inlet, sizeof rich);
+    if (pdi_reactive_ions(r, r->wall) > most) memcpy(rich, r->wall, sizeof rich);
+    most = pdi_reactive_ions(r, rich);
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        pdi_reactive_get(r, r->c, i, c);
+        if (r->grid->kind[i] != PD_FLUID || !(pdi_reactive_ions(r, c) > most)) continue;
+        memcpy(rich, c, sizeof rich);
+        most = pdi_reactive_ions(r, rich);
+    }
+    double least = PDI_REACTIVE_WATER * most;
+    for (int n = 0; n < r->components.solutes; n++) rich[n] *= r->components.charge[n] ? PDI_REACTIVE_WATER : 0.0;
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        pdi_reactive_get(r, r->c, i, c);
+        if (r->grid->kind[i] != PD_FLUID || !(pdi_reactive_ions(r, c) < least)) continue;
+        for (int n = 0; n < r->components.solutes; n++) c[n] += rich[n];
+        pdi_reactive_put(r, c, i, r->c);
+    }
+    if (!(pdi_reactive_ions(r, r->inlet) < least)) return;
+    for (int n = 0; n < r->components.solutes; n++) r->inlet[n] += rich[n];
+}
+
 pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *r)
 {
     double size = 0.0;
+    pdi_reactive_water(r);
     for (int32_t i = 0; i < r->grid->total; i++) {
         double c[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
@@ -40347,6 +40613,25 @@ static void pdi_levels_close(pd_etch *s, int circuit, double wanted)
     }
 }
 
+/* A circuit without a given current carries current one way only, and less and less of it towards a far potential:
+ * there it carries none. 0: it is another one. */
+static int pdi_levels_idle(const pd_ctx *ctx, pd_etch *s, pdi_levels_search *q, double least, double most)
+{
+    int up = !(q->high < HUGE_VAL);
+    if (!s->alone || fabs(q->wanted) > 0.0 || up == !(q->low > -HUGE_VAL)) return 0;
+    double near = up ? least : most, far = up ? most + PDI_LEVELS_FAR : least - PDI_LEVELS_FAR;
+    pdi_levels_try(ctx, s, q, near, near);
+    double size = q->size, off = pdi_levels_try(ctx, s, q, far, far);
+    if (!(fabs(off) < HUGE_VAL) || !(q->size <= PDI_LEVELS_SLACK * size)) return 0;
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != q->circuit) continue;
+        if (s->weight[p] > 0.0) *pdi_etch_speed(s, p) = 0.0;
+        s->flow[p] = 0.0;
+    }
+    s->idle |= (uint32_t)1 << q->circuit;
+    return 1;
+}
+
 static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double extra)
 {
     pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY + extra, -HUGE_VAL,
@@ -40374,6 +40659,7 @@ static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double e
         pdi_levels_between(ctx, s, &q);
         return;
     }
+    if (pdi_levels_idle(ctx, s, &q, least, most)) return;
     s->lost = 1 + circuit;
     for (int32_t p = 0; p < s->count; p++)
         if (pdi_etch_circuit(s, p) == circuit) s->flow[p] = NAN;
@@ -40403,6 +40689,7 @@ PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
 {
     double size, extra = s->extra;
     s->lost = 0;
+    s->idle = 0;
     if (!s->electrode) {
         pdi_layer_solve(ctx, s, -1, 0);
         return;
@@ -41442,6 +41729,8 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
 /* A residual within this factor of the tolerance that comes no nearer than this share of itself in a step is rounding,
  * and met: what is undone is carried on. */
 #define PDI_ADVANCE_NEAR 10.0
+/* The same with electrodes: ions that are used up at them leave a potential that amplifies rounding. */
+#define PDI_ADVANCE_NEAR_STEEP 1e3
 #define PDI_ADVANCE_STALL 0.5
 /* By so much weights that grow exceed what they have to be. */
 #define PDI_ADVANCE_ROOM 2.0
@@ -41735,6 +42024,7 @@ static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, d
 static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
     double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
+    double near = r->surface && r->surface->electrode ? PDI_ADVANCE_NEAR_STEEP : PDI_ADVANCE_NEAR;
     r->dt = dt;
     if (r->surface && r->surface->electrode)
         r->surface->extra = r->migration.tied ? 0.0 : -(r->surface->owed / dt + r->surface->sourced);
@@ -41758,7 +42048,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         if (status < 0) return status;
         double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
         int falls = pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm);
-        if (norm <= PDI_ADVANCE_NEAR * goal && norm > PDI_ADVANCE_STALL * before) break;
+        if (norm <= near * goal && norm > PDI_ADVANCE_STALL * before) break;
         if (!falls) return PD_NOT_CONVERGED;
         if (r->migration.on && pdi_advance_grow(ctx, r)) norm = pdi_advance_residual(ctx, r);
         if (!r->linear) share = pdi_krylov_forcing(norm / before);
@@ -42299,6 +42589,9 @@ PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount
 #define PDI_COURSE_LATE 1e6
 /* Of the time of diffusion across a cell: a step in which ions stay where they are. */
 #define PDI_COURSE_STILL 1e-6
+/* So many steps without a solution within this share of the time end a run with migration: it gets no further. */
+#define PDI_COURSE_FAILED 12
+#define PDI_COURSE_WINDOW 0.1
 /* Share of the longest step of the run that the first one is when minerals cover metal. */
 #define PDI_COURSE_FIRST 1e-3
 /* Steps after which a node has nothing left of what a source takes: then that is why they are so short. */
@@ -42337,6 +42630,10 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, course, taken, "mol");
     if (pdi_course_metals(course) > 1) PDI_STATE(owner, course, each, pdi_course_metals(course), "mol");
     PDI_VALUE(owner, course, bent, "1");
+    if (r->migration.on) {
+        PDI_VALUE(owner, course, failed, "1");
+        PDI_VALUE(owner, course, since, "s");
+    }
     if (course->desc.coat && r->migration.on) PDI_VALUE(owner, course, settled, "1");
     PDI_VALUE(owner, course, steps, "1");
     PDI_VALUE(owner, course, rejected, "1");
@@ -42683,14 +42980,20 @@ static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
     memcpy(back ? r->out : a->out, back ? a->out : r->out, sizeof a->out);
 }
 
+/* [s] in which ions cross a cell. */
+static double pdi_course_cell(const pd_reactive *r)
+{
+    double h = HUGE_VAL;
+    for (int axis = 0; axis < PD_DIM; axis++) h = pdi_min(h, r->grid->h[axis]);
+    return h * h / r->diffusion.desc.diffusivity;
+}
+
 /* With states among ions that migrate: the potential of the ions as they are, by a step in which they stay. */
 static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
 {
     pd_reactive *r = a->reactive;
     pd_reactive_result result;
-    double h = HUGE_VAL, dt;
-    for (int axis = 0; axis < PD_DIM; axis++) h = pdi_min(h, r->grid->h[axis]);
-    dt = PDI_COURSE_STILL * h * h / r->diffusion.desc.diffusivity;
+    double dt = PDI_COURSE_STILL * pdi_course_cell(r);
     pdi_coat_rest(a->desc.coat, t, dt);
     pd_status status = pd_reactive_step(ctx, r, dt, &result);
     if (status == PD_OK) pdi_par_copy(ctx, r->grid->total, r->migration.psi, a->psi);
@@ -42699,12 +43002,21 @@ static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
     return status < 0 ? status : PD_OK;
 }
 
+/* [s] of the first step: with migration ions cross a cell in it. What a long one asks for may be far from the start,
+ * and steps grow fast. */
+static double pdi_course_first(const pd_course *a)
+{
+    const pd_reactive *r = a->reactive;
+    int moves = r->migration.on && r->diffusion.desc.diffusivity > 0.0;
+    return moves ? pdi_min(pdi_course_cell(r), a->left) : a->left;
+}
+
 static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     int last;
     a->left = s->limit - s->time;
-    if (!(a->dt > 0.0)) a->dt = a->left;
+    if (!(a->dt > 0.0)) a->dt = pdi_course_first(a);
     a->time = s->time;
     if (!a->begun) {
         a->begin = s->time;
@@ -42721,6 +43033,16 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
     return PD_OK;
+}
+
+/* A step from t [s] had no solution, or by way of shorter ones alone. */
+static void pdi_course_fails(pd_course *a, double t)
+{
+    if (!a->failed || t > (1.0 + PDI_COURSE_WINDOW) * a->since) {
+        a->failed = 0;
+        a->since = t;
+    }
+    a->failed++;
 }
 
 /* States of surfaces go to the end of the step; *covering: the larger of what it was and of their error. */
@@ -42753,6 +43075,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.surface) a->desc.surface->span = 0.0;
     a->krylov += result.krylov;
     a->newton += result.newton;
+    if (status == PD_RETRY || result.parts) pdi_course_fails(a, s->time);
     a->error = result.error;
     s->error = result.error / a->desc.rtol;
     if (status == PD_RETRY) s->error = HUGE_VAL;
@@ -42795,21 +43118,21 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
+/* The node beside an electrode with the fewest ions, and how many [mol/m3] it has. */
+static int32_t pdi_course_fewest(const pd_etch *s, double *ions)
 {
-    pd_course *a = (pd_course *)self;
-    int last;
-    pdi_course_keep(ctx, a, 1);
-    if (a->desc.coat) pdi_coat_reject(a->desc.coat);
-    a->rejected++;
-    if (a->lasts < 1.0) {
-        s->dt *= a->lasts;
-        return PD_OK;
+    int32_t least = s->node[0];
+    *ions = HUGE_VAL;
+    for (int32_t p = 0; p < s->count; p++) {
+        double c[PD_SPECIES_MOST], sum = 0.0;
+        if (s->electrode[p] < 0) continue;
+        pdi_reactive_get(s->reactive, s->reactive->c, s->node[p], c);
+        for (int n = 0; n < s->reactive->components.solutes; n++)
+            if (s->reactive->components.charge[n]) sum += c[n];
+        if (sum < *ions) least = s->node[p];
+        *ions = pdi_min(*ions, sum);
     }
-    a->dt = s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
-                                         : PDI_COURSE_SHRINK);
-    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
-    return PD_OK;
+    return least;
 }
 
 /* A source that takes up what a node has within steps as short as that: its solute and node. 0: there is none. */
@@ -42835,6 +43158,9 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
     const pd_etch *metal = a->desc.surface;
+    double ions = 0.0;
+    int solute;
+    int32_t node, least = metal && metal->electrode ? pdi_course_fewest(metal, &ions) : 0;
     char place[PDI_GRID_PLACE];
     if (metal && metal->odd && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the law of metal is no number beside %s m after t = %g s, "
@@ -42842,19 +43168,50 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                         "sqrt(max(1 - [Mg2+]/(1 mM), 0))",
                         pdi_grid_place(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s: the curve of an "
-                        "electrode may take up more of a species than reaches the metal, expected one that falls to "
-                        "0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s", s->dt, s->time,
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "this current cannot pass: no step of %g s was found at t = "
+                        "%g s. Expected one that the ions beside %s m can carry, where %.3g mol/m3 are left; and the "
+                        "curve of an electrode that takes up no more of a species than reaches the metal, and falls "
+                        "to 0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s", s->dt, s->time,
+                        pdi_grid_place(metal->reactive->grid, least, place), ions,
                         a->desc.surface->share ? ", or a factor leaves metal without a current that balances" : "");
-    int solute;
-    int32_t node;
     if (a->desc.drained && pdi_course_drained(a, s, &solute, &node))
         return a->desc.drained(ctx, a->desc.feeder, node, solute, s->time);
+    if (a->reactive->migration.on && !(s->error < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s for ions that migrate: "
+                        "fluid with next to none beside fluid with many conducts too little, expected some "
+                        "everywhere, as those of water, [species H+] and [species OH-] with initial = 1e-4 mol/m3",
+                        s->dt, s->time);
     if (a->desc.coat && a->desc.coat->error > 1.0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "states of surfaces change faster than any step follows at t = "
                         "%g s: expected a rate that stays finite", s->time);
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
                     "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
+}
+
+/* 1: steps have no solution, or hardly any, and shorter ones do not help. */
+static int pdi_course_ends(const pd_course *a, const pd_step *s)
+{
+    const pd_reactive *r = a->reactive;
+    if (s->error < HUGE_VAL || a->lasts < 1.0 || !r->migration.on) return 0;
+    return a->failed >= PDI_COURSE_FAILED || s->dt < PDI_COURSE_STILL * pdi_course_cell(r);
+}
+
+static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    int last;
+    pdi_course_keep(ctx, a, 1);
+    if (a->desc.coat) pdi_coat_reject(a->desc.coat);
+    a->rejected++;
+    if (pdi_course_ends(a, s)) return pdi_course_stuck(ctx, self, s);
+    if (a->lasts < 1.0) {
+        s->dt *= a->lasts;
+        return PD_OK;
+    }
+    a->dt = s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
+                                         : PDI_COURSE_SHRINK);
+    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
+    return PD_OK;
 }
 
 /* Steady fields: one step beyond all time scales. The balance begins with them. */
@@ -57514,6 +57871,323 @@ PDI_FN void pdi_overlap_free(pd_ctx *ctx, pd_overlap *s)
 }
 
 #undef PDI_OVERLAP_ROUNDING
+
+/* ======== >>couple/sites.c ======== */
+/* sites: see sites.h */
+#include <math.h>
+
+/* Metal that has just turned fluid counts as metal that is left, until its bonds have gone. */
+#define PDI_SITES_LEFT 1e-300
+
+/* ---- planes of symmetry ---- */
+
+/* Cells of images behind a side: three horizons. Behind a plane alone there are no more than before it. */
+static int pdi_sites_behind(const pd_sites *s, int d, int upper)
+{
+    int depth = 3 * (int)floor(s->m + 0.5), n = s->grid->n[d];
+    if (!(s->mirrors >> (2 * d + upper) & 1)) return 0;
+    return (s->mirrors >> (2 * d) & 3) == 3 || depth < n ? depth : n;
+}
+
+/* The cell of the box that stands for another one, and along which axes it is reflected. */
+static int pdi_sites_fold(const pd_sites *s, int *at)
+{
+    int flip = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int n = s->grid->n[d], both = (s->mirrors >> (2 * d) & 3) == 3;
+        if (at[d] >= 0 && at[d] < n) continue;
+        int place = both ? (at[d] % (2 * n) + 2 * n) % (2 * n) : at[d];
+        if (place >= 0 && place < n) at[d] = place;
+        else {
+            at[d] = place < 0 ? -1 - place : 2 * n - 1 - place;
+            flip |= 1 << d;
+        }
+    }
+    return flip;
+}
+
+/* Cell number k of the box as it goes on. Returns the node that it is or stands for, -1: it has no metal. *flip: as of
+ * pd_mirrored; -1: it is in the box. */
+static int32_t pdi_sites_image(const pd_sites *s, int64_t k, int *at, int *flip)
+{
+    int folded[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++, k /= s->wide[d - 1]) folded[d] = at[d] = (int)(k % s->wide[d]) - s->below[d];
+    int inside = pdi_grid_inside(s->grid, at);
+    *flip = pdi_sites_fold(s, folded);
+    if (inside) *flip = -1;
+    int32_t node = pd_grid_node(s->grid, folded);
+    return s->grid->kind[node] == PD_SOLID ? node : -1;
+}
+
+static int64_t pdi_sites_all(const pd_sites *s)
+{
+    int64_t cells = 1;
+    for (int d = 0; d < PD_DIM; d++) cells *= s->wide[d];
+    return cells;
+}
+
+/* How many images there are. */
+PDI_FN void pdi_sites_reflect(pd_sites *s)
+{
+    int at[PD_DIM], flip;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->below[d] = pdi_sites_behind(s, d, 0);
+        s->wide[d] = s->grid->n[d] + s->below[d] + pdi_sites_behind(s, d, 1);
+    }
+    for (int64_t k = 0; k < pdi_sites_all(s) && s->mirrors; k++)
+        s->images += pdi_sites_image(s, k, at, &flip) >= 0 && flip >= 0;
+}
+
+/* The images, behind the points. */
+PDI_FN void pdi_sites_images(pd_sites *s)
+{
+    int at[PD_DIM], flip;
+    int32_t g = 0;
+    for (int32_t i = 0; i < s->count + s->images && s->images; i++) s->chain[i] = -1;
+    for (int64_t k = 0; k < pdi_sites_all(s) && s->images; k++) {
+        int32_t node = pdi_sites_image(s, k, at, &flip);
+        s->chart[k] = node >= 0 ? s->point[node] : -1;
+        if (node < 0 || flip < 0) continue;
+        s->chart[k] = s->count + g;
+        s->of[g] = s->point[node];
+        s->flip[g] = (uint8_t)flip;
+        for (int d = 0; d < PD_DIM; d++) s->cell[g * PD_DIM + d] = at[d];
+        s->chain[s->count + g] = s->chain[s->point[node]];
+        s->chain[s->point[node]] = s->count + g++;
+    }
+    for (int32_t i = s->count; i < s->count + s->images; i++) s->stiff[i] = 1.0;
+}
+
+/* The point that i is or stands for. */
+static int32_t pdi_sites_real(const pd_sites *s, int32_t i)
+{
+    return i < s->count ? i : s->of[i - s->count];
+}
+
+/* Cell of a point or image. */
+static void pdi_sites_cell(const pd_sites *s, int32_t i, int *at)
+{
+    if (i < s->count) pdi_grid_index(s->grid, s->node[i], at);
+    else
+        for (int d = 0; d < PD_DIM; d++) at[d] = s->cell[(i - s->count) * PD_DIM + d];
+}
+
+PDI_FN void pdi_sites_place(const pd_sites *s, int32_t i, double *x)
+{
+    int at[PD_DIM];
+    pdi_sites_cell(s, i, at);
+    for (int d = 0; d < PD_DIM; d++) x[d] = s->grid->lo[d] + ((double)at[d] + 0.5) * s->grid->h[d];
+}
+
+/* The point or image in a cell; -1: none. */
+static int32_t pdi_sites_in(const pd_sites *s, const int *at)
+{
+    int64_t k = 0;
+    if (!s->images) return pdi_grid_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        int place = at[d] + s->below[d];
+        if (place < 0 || place >= s->wide[d]) return -1;
+        k = k * s->wide[d] + place;
+    }
+    return s->chart[k];
+}
+
+/* ---- bonds that leave the metal ---- */
+
+/* 1: a cell is metal, or has turned fluid and still counts as metal. */
+static int pdi_sites_metal(const void *self, const int *at)
+{
+    const pd_sites *s = (const pd_sites *)self;
+    int32_t i = pdi_sites_in(s, at);
+    return i >= 0 && (s->grid->kind[s->node[pdi_sites_real(s, i)]] == PD_SOLID || s->stiff[i] > 0.0);
+}
+
+/* Cells from one point to another. */
+static void pdi_sites_step(const pd_sites *s, int32_t i, int32_t j, int *step)
+{
+    int from[PD_DIM];
+    pdi_sites_cell(s, i, from);
+    pdi_sites_cell(s, j, step);
+    for (int d = 0; d < PD_DIM; d++) step[d] -= from[d];
+}
+
+/* 1: one of the staircases between two points is metal. */
+static int pdi_sites_stairs(const pd_sites *s, int32_t i, const int *step)
+{
+    int from[PD_DIM];
+    pdi_sites_cell(s, i, from);
+    return pdi_chord_stairs(from, step, pdi_sites_metal, s);
+}
+
+/* Where the line x + t xi passes a side of the box, or of one of its images, next. */
+static double pdi_sites_side(const pd_sites *s, const double *x, const double *xi, double after)
+{
+    double best = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double length = s->grid->hi[d] - s->grid->lo[d], from = (x[d] - s->grid->lo[d]) / length, by = xi[d] / length;
+        if (!(s->mirrors >> (2 * d) & 3) || !(fabs(by) > 0.0)) continue;
+        double last = pdi_max(from, from + by);
+        for (double k = ceil(pdi_min(from, from + by)); k <= last; k += 1.0) {
+            double t = (k - from) / by;
+            if (t > after && t < best) best = t;
+        }
+    }
+    return best;
+}
+
+/* The line as it is in the box, piece by piece. */
+static int pdi_sites_within(const pd_sites *s, const double *x, const double *xi)
+{
+    const pd_grid *grid = s->grid;
+    for (double from = 0.0; from < 1.0;) {
+        double to = pdi_sites_side(s, x, xi, from), a[PD_DIM], way[PD_DIM];
+        for (int d = 0; d < PD_DIM; d++) {
+            double length = grid->hi[d] - grid->lo[d], middle = x[d] + 0.5 * (from + to) * xi[d] - grid->lo[d];
+            double box = s->mirrors >> (2 * d) & 3 ? floor(middle / length) : 0.0;
+            int even = fabs(2.0 * floor(0.5 * box) - box) < 0.5;
+            a[d] = x[d] + from * xi[d] - box * length;
+            way[d] = (to - from) * xi[d];
+            if (even) continue;
+            a[d] = grid->lo[d] + grid->hi[d] - a[d];
+            way[d] = -way[d];
+        }
+        if (!pdi_chord_within(grid, a, way)) return 0;
+        from = to;
+    }
+    return 1;
+}
+
+/* A pd_joined_fn by the cells of the metal that is left. */
+static int pdi_sites_beside(void *user, int32_t i, int32_t j, const double *xi)
+{
+    const pd_sites *s = (const pd_sites *)user;
+    int step[PD_DIM];
+    (void)xi;
+    pdi_sites_step(s, i, j, step);
+    return pdi_sites_stairs(s, i, step);
+}
+
+/* A pd_joined_fn by the smooth surface, of whose points the depths stand in `density` as the body is built. Where they
+ * cover the line, nothing is to be looked at. */
+static int pdi_sites_inside(void *user, int32_t i, int32_t j, const double *xi)
+{
+    const pd_sites *s = (const pd_sites *)user;
+    double from[PD_DIM], deep = pdi_max(s->depth[i], 0.0) + pdi_max(s->depth[j], 0.0);
+    if (deep * deep >= pdi_vec_dot(xi, xi)) return 1;
+    pdi_sites_place(s, i, from);
+    return pdi_sites_within(s, from, xi);
+}
+
+/* Which bonds leave the metal of the start is to be asked of these. */
+PDI_FN void pdi_sites_joined(pd_ctx *ctx, pd_sites *s, pd_body_desc *desc)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * 100);
+    (void)nt;
+    if (pdi_chord_convex(s->grid)) return;
+    desc->user = s;
+    desc->joined = pdi_sites_beside;
+    if (!pdi_chord_smooth(s->grid)) return;
+    desc->joined = pdi_sites_inside;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < s->count; i++) {
+        double x[PD_DIM];
+        pd_grid_position(s->grid, s->node[i], x);
+        s->depth[i] = -pdi_chord_level(s->grid, x);
+    }
+    for (int32_t g = 0; g < s->images; g++) s->depth[s->count + g] = s->depth[s->of[g]];
+}
+
+/* ---- metal that goes ---- */
+
+/* 1: a node that lies off[] cells from the start of a line of step[] cells may belong to a staircase of it. */
+static int pdi_sites_near(const int *off, const int *step)
+{
+    int length = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (off[d] < (step[d] < 0 ? step[d] : 0) || off[d] > (step[d] > 0 ? step[d] : 0)) return 0;
+        length = step[d] > length ? step[d] : -step[d] > length ? -step[d] : length;
+    }
+    for (int d = 0; d < PD_DIM; d++)
+        for (int e = 0; e < d; e++) { /* it is two cells off the line along an axis, at most */
+            int across = off[d] * step[e] - off[e] * step[d];
+            if (across > 4 * length || -across > 4 * length) return 0;
+        }
+    return 1;
+}
+
+/* 1: the line of step[] cells passes the cell that lies off[] cells from its start, and not only an edge of it. */
+static int pdi_sites_passes(const int *off, const int *step)
+{
+    double from = 0.0, to = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double low = ((double)off[d] - 0.5) / (step[d] ? step[d] : 1);
+        double high = ((double)off[d] + 0.5) / (step[d] ? step[d] : 1);
+        if (!step[d] && off[d]) return 0;
+        if (!step[d]) continue;
+        from = pdi_max(from, pdi_min(low, high));
+        to = pdi_min(to, pdi_max(low, high));
+    }
+    return to > from + 1e-9;
+}
+
+/* Metal has gone from point `gone`: bonds of point i that led through it alone. A bond that no staircase bore from the
+ * start, as in a thin part with smooth faces, breaks where its line passes the cell. */
+static void pdi_sites_sever(const pd_sites *s, pd_body *body, int32_t gone, int32_t i)
+{
+    double stiff = s->stiff[gone];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        int off[PD_DIM], step[PD_DIM];
+        if (f.to < i || pdi_walk_broken(&f)) continue;
+        pdi_sites_step(s, i, gone, off);
+        pdi_sites_step(s, i, f.to, step);
+        if (!pdi_sites_near(off, step)) continue;
+        int before = pdi_sites_stairs(s, i, step);
+        s->stiff[gone] = 0.0;
+        int after = pdi_sites_stairs(s, i, step);
+        s->stiff[gone] = stiff;
+        if (before ? !after : pdi_sites_passes(off, step)) pdi_walk_break(body, i, &f);
+    }
+}
+
+/* Points whose bonds may pass the point that has turned fluid are those of a cube around it. */
+static void pdi_sites_leave(const pd_sites *s, pd_body *body, int32_t gone)
+{
+    int reach = (int)ceil(s->m + 0.5), wide = 2 * reach + 1, all = pdi_grid_cube(reach), cell[PD_DIM];
+    pdi_body_release(body, gone);
+    pdi_sites_cell(s, gone, cell);
+    for (int k = 0; k < all; k++) {
+        int at[PD_DIM];
+        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) at[d] = cell[d] + rest % wide - reach;
+        int32_t i = pdi_sites_in(s, at);
+        if (i >= 0 && i != gone) pdi_sites_sever(s, body, gone, i);
+    }
+    s->stiff[gone] = 0.0;
+}
+
+/* Points and their images, one after another: each sees the others as metal until it is its turn. */
+PDI_FN int pdi_sites_go(const pd_sites *s, pd_body *body, const int32_t *turned, int32_t count)
+{
+    int gone = 0;
+    for (int way = 0; way < 2; way++)
+        for (int32_t k = 0; k < count; k++)
+            for (int32_t i = s->point[turned[k]]; i >= 0; i = s->images ? s->chain[i] : -1) {
+                gone = 1;
+                if (way) pdi_sites_leave(s, body, i);
+                else s->stiff[i] = pdi_max(s->stiff[i], PDI_SITES_LEFT);
+            }
+    return gone;
+}
+
+PDI_FN void pdi_sites_list(pdi_owner *owner, void *object)
+{
+    pd_sites *sites = (pd_sites *)object;
+    int64_t all = (int64_t)sites->count + sites->images;
+    PDI_ARRAY(owner, sites, cell, sites->images * PD_DIM, "1");
+    PDI_ARRAY(owner, sites, chain, all, "1");
+    PDI_ARRAY(owner, sites, chart, pdi_sites_all(sites), "1");
+}
+
+#undef PDI_SITES_LEFT
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -57539,8 +58213,6 @@ PDI_FN void pdi_overlap_free(pd_ctx *ctx, pd_overlap *s)
  * and flow by as much as the metal is long. */
 #define PDI_STRUCTURE_STRAIN 0.2
 #define PDI_STRUCTURE_SLIP 1.0
-/* Metal that has just turned fluid counts as metal that is left, until its bonds have gone. */
-#define PDI_STRUCTURE_LEFT 1e-300
 /* Steps of a motion between looks for parts that meet. A wave passes a cell in a step, and parts are slower. */
 #define PDI_STRUCTURE_LOOK 16
 
@@ -57549,11 +58221,7 @@ enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
 {
     pd_structure *structure = (pd_structure *)object;
-    int64_t all = (int64_t)structure->count + structure->images, cells = structure->images ? 1 : 0;
-    for (int d = 0; d < PD_DIM; d++) cells *= structure->wide[d];
-    PDI_ARRAY(owner, structure, cell, structure->images * PD_DIM, "1");
-    PDI_ARRAY(owner, structure, chain, structure->images ? all : 0, "1");
-    PDI_ARRAY(owner, structure, chart, cells, "1");
+    int64_t all = (int64_t)structure->count + structure->sites.images;
     PDI_ARRAY(owner, structure, node, structure->count, "1");
     PDI_ARRAY(owner, structure, point, structure->total, "1");
     PDI_ARRAY(owner, structure, held, all * PD_DIM, "1");
@@ -57576,227 +58244,6 @@ PDI_FN double pdi_structure_broken(const pd_structure *s, int32_t point)
     return all ? 1.0 - (double)pdi_body_intact(&s->body, point) / (double)all : 0.0;
 }
 
-/* ---- planes of symmetry ---- */
-
-/* Cells of images behind a side: three horizons. Behind a plane alone there are no more than before it. */
-static int pdi_structure_behind(const pd_structure *s, int d, int upper)
-{
-    int depth = 3 * (int)floor(s->desc.m + 0.5), n = s->grid->n[d];
-    if (!(s->desc.mirrors >> (2 * d + upper) & 1)) return 0;
-    return (s->desc.mirrors >> (2 * d) & 3) == 3 || depth < n ? depth : n;
-}
-
-/* The cell of the box that stands for another one, and along which axes it is reflected. */
-static int pdi_structure_fold(const pd_structure *s, int *at)
-{
-    int flip = 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        int n = s->grid->n[d], both = (s->desc.mirrors >> (2 * d) & 3) == 3;
-        if (at[d] >= 0 && at[d] < n) continue;
-        int place = both ? (at[d] % (2 * n) + 2 * n) % (2 * n) : at[d];
-        if (place >= 0 && place < n) at[d] = place;
-        else {
-            at[d] = place < 0 ? -1 - place : 2 * n - 1 - place;
-            flip |= 1 << d;
-        }
-    }
-    return flip;
-}
-
-/* Cell number k of the box as it goes on. Returns the node that it is or stands for, -1: it has no metal. *flip: as of
- * pd_mirrored; -1: it is in the box. */
-static int32_t pdi_structure_image(const pd_structure *s, int64_t k, int *at, int *flip)
-{
-    int folded[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++, k /= s->wide[d - 1]) folded[d] = at[d] = (int)(k % s->wide[d]) - s->below[d];
-    int inside = pdi_grid_inside(s->grid, at);
-    *flip = pdi_structure_fold(s, folded);
-    if (inside) *flip = -1;
-    int32_t node = pd_grid_node(s->grid, folded);
-    return s->grid->kind[node] == PD_SOLID ? node : -1;
-}
-
-static int64_t pdi_structure_cells(const pd_structure *s)
-{
-    int64_t cells = 1;
-    for (int d = 0; d < PD_DIM; d++) cells *= s->wide[d];
-    return cells;
-}
-
-/* How many images there are. */
-static void pdi_structure_reflect(pd_structure *s)
-{
-    int at[PD_DIM], flip;
-    for (int d = 0; d < PD_DIM; d++) {
-        s->below[d] = pdi_structure_behind(s, d, 0);
-        s->wide[d] = s->grid->n[d] + s->below[d] + pdi_structure_behind(s, d, 1);
-    }
-    for (int64_t k = 0; k < pdi_structure_cells(s) && s->desc.mirrors; k++)
-        s->images += pdi_structure_image(s, k, at, &flip) >= 0 && flip >= 0;
-}
-
-/* The images, behind the points. */
-static void pdi_structure_images(pd_structure *s)
-{
-    int at[PD_DIM], flip;
-    int32_t g = 0;
-    for (int32_t i = 0; i < s->count + s->images && s->images; i++) s->chain[i] = -1;
-    for (int64_t k = 0; k < pdi_structure_cells(s) && s->images; k++) {
-        int32_t node = pdi_structure_image(s, k, at, &flip);
-        s->chart[k] = node >= 0 ? s->point[node] : -1;
-        if (node < 0 || flip < 0) continue;
-        s->chart[k] = s->count + g;
-        s->mirrored.of[g] = s->point[node];
-        s->mirrored.flip[g] = (uint8_t)flip;
-        for (int d = 0; d < PD_DIM; d++) s->cell[g * PD_DIM + d] = at[d];
-        s->chain[s->count + g] = s->chain[s->point[node]];
-        s->chain[s->point[node]] = s->count + g++;
-    }
-    for (int32_t i = s->count; i < s->count + s->images; i++) {
-        s->stiff[i] = 1.0;
-        for (int d = 0; d < PD_DIM; d++) s->held[(int64_t)i * PD_DIM + d] = 1;
-    }
-}
-
-/* The point that i is or stands for. */
-static int32_t pdi_structure_real(const pd_structure *s, int32_t i)
-{
-    return i < s->count ? i : s->mirrored.of[i - s->count];
-}
-
-/* Cell of a point or image. */
-static void pdi_structure_cell(const pd_structure *s, int32_t i, int *at)
-{
-    if (i < s->count) pdi_grid_index(s->grid, s->node[i], at);
-    else
-        for (int d = 0; d < PD_DIM; d++) at[d] = s->cell[(i - s->count) * PD_DIM + d];
-}
-
-static void pdi_structure_place(const pd_structure *s, int32_t i, double *x)
-{
-    int at[PD_DIM];
-    pdi_structure_cell(s, i, at);
-    for (int d = 0; d < PD_DIM; d++) x[d] = s->grid->lo[d] + ((double)at[d] + 0.5) * s->grid->h[d];
-}
-
-/* The point or image in a cell; -1: none. */
-static int32_t pdi_structure_in(const pd_structure *s, const int *at)
-{
-    int64_t k = 0;
-    if (!s->images) return pdi_grid_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
-    for (int d = PD_DIM - 1; d >= 0; d--) {
-        int place = at[d] + s->below[d];
-        if (place < 0 || place >= s->wide[d]) return -1;
-        k = k * s->wide[d] + place;
-    }
-    return s->chart[k];
-}
-
-/* ---- bonds that leave the metal ---- */
-
-/* 1: a cell is metal, or has turned fluid and still counts as metal. */
-static int pdi_structure_metal(const void *self, const int *at)
-{
-    const pd_structure *s = (const pd_structure *)self;
-    int32_t i = pdi_structure_in(s, at);
-    return i >= 0 && (s->grid->kind[s->node[pdi_structure_real(s, i)]] == PD_SOLID || s->stiff[i] > 0.0);
-}
-
-/* Cells from one point to another. */
-static void pdi_structure_step(const pd_structure *s, int32_t i, int32_t j, int *step)
-{
-    int from[PD_DIM];
-    pdi_structure_cell(s, i, from);
-    pdi_structure_cell(s, j, step);
-    for (int d = 0; d < PD_DIM; d++) step[d] -= from[d];
-}
-
-/* 1: one of the staircases between two points is metal. */
-static int pdi_structure_stairs(const pd_structure *s, int32_t i, const int *step)
-{
-    int from[PD_DIM];
-    pdi_structure_cell(s, i, from);
-    return pdi_chord_stairs(from, step, pdi_structure_metal, s);
-}
-
-/* Where the line x + t xi passes a side of the box, or of one of its images, next. */
-static double pdi_structure_side(const pd_structure *s, const double *x, const double *xi, double after)
-{
-    double best = 1.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        double length = s->grid->hi[d] - s->grid->lo[d], from = (x[d] - s->grid->lo[d]) / length, by = xi[d] / length;
-        if (!(s->desc.mirrors >> (2 * d) & 3) || !(fabs(by) > 0.0)) continue;
-        double last = pdi_max(from, from + by);
-        for (double k = ceil(pdi_min(from, from + by)); k <= last; k += 1.0) {
-            double t = (k - from) / by;
-            if (t > after && t < best) best = t;
-        }
-    }
-    return best;
-}
-
-/* The line as it is in the box, piece by piece. */
-static int pdi_structure_within(const pd_structure *s, const double *x, const double *xi)
-{
-    const pd_grid *grid = s->grid;
-    for (double from = 0.0; from < 1.0;) {
-        double to = pdi_structure_side(s, x, xi, from), a[PD_DIM], way[PD_DIM];
-        for (int d = 0; d < PD_DIM; d++) {
-            double length = grid->hi[d] - grid->lo[d], middle = x[d] + 0.5 * (from + to) * xi[d] - grid->lo[d];
-            double box = s->desc.mirrors >> (2 * d) & 3 ? floor(middle / length) : 0.0;
-            int even = fabs(2.0 * floor(0.5 * box) - box) < 0.5;
-            a[d] = x[d] + from * xi[d] - box * length;
-            way[d] = (to - from) * xi[d];
-            if (even) continue;
-            a[d] = grid->lo[d] + grid->hi[d] - a[d];
-            way[d] = -way[d];
-        }
-        if (!pdi_chord_within(grid, a, way)) return 0;
-        from = to;
-    }
-    return 1;
-}
-
-/* A pd_joined_fn by the cells of the metal that is left. */
-static int pdi_structure_beside(void *user, int32_t i, int32_t j, const double *xi)
-{
-    const pd_structure *s = (const pd_structure *)user;
-    int step[PD_DIM];
-    (void)xi;
-    pdi_structure_step(s, i, j, step);
-    return pdi_structure_stairs(s, i, step);
-}
-
-/* A pd_joined_fn by the smooth surface, of whose points the depths stand in `density` as the body is built. Where they
- * cover the line, nothing is to be looked at. */
-static int pdi_structure_inside(void *user, int32_t i, int32_t j, const double *xi)
-{
-    const pd_structure *s = (const pd_structure *)user;
-    double from[PD_DIM], deep = pdi_max(s->density[i], 0.0) + pdi_max(s->density[j], 0.0);
-    if (deep * deep >= pdi_vec_dot(xi, xi)) return 1;
-    pdi_structure_place(s, i, from);
-    return pdi_structure_within(s, from, xi);
-}
-
-/* Which bonds leave the metal of the start is to be asked of these. */
-static void pdi_structure_joined(pd_ctx *ctx, pd_structure *s, pd_body_desc *desc)
-{
-    int nt = pdi_par_threads(ctx, (int64_t)s->count * 100);
-    (void)nt;
-    if (pdi_chord_convex(s->grid)) return;
-    desc->user = s;
-    desc->joined = pdi_structure_beside;
-    if (!pdi_chord_smooth(s->grid)) return;
-    desc->joined = pdi_structure_inside;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < s->count; i++) {
-        double x[PD_DIM];
-        pd_grid_position(s->grid, s->node[i], x);
-        s->density[i] = -pdi_chord_level(s->grid, x);
-    }
-    for (int32_t g = 0; g < s->images; g++) s->density[s->count + g] = s->density[s->mirrored.of[g]];
-}
-
 /* ---- build ---- */
 
 static int pdi_structure_breaks(const pd_structure_desc *desc)
@@ -57817,7 +58264,7 @@ static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
     pd_body_desc desc;
     memset(&desc, 0, sizeof desc);
     for (int d = 0; d < PD_DIM; d++) cell *= grid->h[d];
-    int32_t all = s->count + s->images;
+    int32_t all = s->count + s->sites.images;
     pd_status status = PDI_NEW(ctx, "structure", (int64_t)all * PD_DIM, position);
     if (status == PD_OK) status = PDI_NEW(ctx, "structure", all, volume);
     for (int32_t i = 0, k = 0; i < grid->total && status == PD_OK; i++) {
@@ -57831,9 +58278,16 @@ static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
         s->stiff[k] = 1.0;
         volume[k++] = cell;
     }
-    if (status == PD_OK) pdi_structure_images(s);
+    s->sites.node = s->node;
+    s->sites.point = s->point;
+    s->sites.stiff = s->stiff;
+    s->sites.depth = s->density;
+    s->sites.of = s->mirrored.of;
+    s->sites.flip = s->mirrored.flip;
+    if (status == PD_OK) pdi_sites_images(&s->sites);
+    for (int64_t k = (int64_t)s->count * PD_DIM; k < (int64_t)all * PD_DIM; k++) s->held[k] = 1;
     for (int32_t i = s->count; i < all && status == PD_OK; i++) {
-        pdi_structure_place(s, i, position + (int64_t)i * PD_DIM);
+        pdi_sites_place(&s->sites, i, position + (int64_t)i * PD_DIM);
         volume[i] = cell;
     }
     desc.count = all;
@@ -57841,7 +58295,7 @@ static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
     desc.volume = volume;
     desc.spacing = grid->h[0];
     desc.horizon = s->desc.m * grid->h[0];
-    if (status == PD_OK) pdi_structure_joined(ctx, s, &desc);
+    if (status == PD_OK) pdi_sites_joined(ctx, &s->sites, &desc);
     if (status == PD_OK) status = pd_body_build(ctx, &desc, &s->body);
     s->body.own = s->count;
     memset(s->density, 0, (size_t)all * sizeof *s->density);
@@ -57865,10 +58319,14 @@ static pd_status pdi_structure_count(pd_ctx *ctx, pd_structure *s)
         s->count += grid->kind[i] == PD_SOLID && pdi_grid_inside(grid, at);
     }
     if (!s->count) return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "no metal, expected a solid that bears loads");
-    pdi_structure_reflect(s);
-    if ((double)s->count + (double)s->images < 2e9) return PD_OK;
+    s->sites.grid = grid;
+    s->sites.m = s->desc.m;
+    s->sites.mirrors = s->desc.mirrors;
+    s->sites.count = s->count;
+    pdi_sites_reflect(&s->sites);
+    if ((double)s->count + (double)s->sites.images < 2e9) return PD_OK;
     return pdi_fail(ctx, PD_ERR_SIZE, "structure", "%g nodes of metal and as many as %g images of them: too many",
-                    (double)s->count, (double)s->images);
+                    (double)s->count, (double)s->sites.images);
 }
 
 /* Break the bonds that cross a cut, a piece of its line after another. */
@@ -58062,9 +58520,9 @@ static pd_status pdi_structure_check(pd_ctx *ctx, const pd_structure_desc *desc)
 /* Cracks and bonds that break are not reflected. */
 static pd_status pdi_structure_check_images(pd_ctx *ctx, const pd_structure *s, const pd_structure_desc *desc)
 {
-    if (!s->images || !(desc->cut_count || pdi_structure_breaks(desc) || desc->fracture > 0.0)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal with a crack, or whose bonds break, meets a plane of symmetry"
-                    " (flow = mirror): expected all of the body, or a side that holds it there (ux = 0)");
+    if (!s->sites.images || !(desc->cut_count || pdi_structure_breaks(desc) || desc->fracture > 0.0)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal with a crack, or whose bonds break, meets a plane of "
+                    "symmetry (flow = mirror): expected all of the body, or a side that holds it there (ux = 0)");
 }
 
 static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
@@ -58078,15 +58536,16 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     PDI_TRY(pdi_structure_count(ctx, s));
     PDI_TRY(pdi_structure_check_images(ctx, s, desc));
     s->mirrored.count = s->count;
-    s->mirrored.images = s->images;
-    if (s->images) PDI_TRY(pdi_mirrored_build(ctx, &s->mirrored));
+    s->mirrored.images = s->sites.images;
+    if (s->sites.images) PDI_TRY(pdi_mirrored_build(ctx, &s->mirrored));
+    if (s->sites.images) PDI_TRY(pdi_owner_build(ctx, pdi_sites_list, &s->sites));
     PDI_TRY(pdi_owner_build(ctx, pdi_structure_list, s));
     PDI_TRY(pdi_structure_points(ctx, s));
     PDI_TRY(pdi_structure_watch(ctx, s));
     for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_structure_cut(ctx, s, &desc->cuts[k]));
     PDI_TRY(pdi_structure_material(ctx, s));
     s->solid = pdi_structure_table(s);
-    if (s->images) {
+    if (s->sites.images) {
         pd_solid inner = s->solid;
         s->solid = pdi_mirrored_solid(&s->mirrored, &inner);
     }
@@ -58114,6 +58573,7 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
     pd_microelastic_free(ctx, &s->springs);
     pd_elastic_free(ctx, &s->elastic);
     pdi_overlap_free(ctx, &s->overlap);
+    pdi_owner_free(ctx, pdi_sites_list, &s->sites);
     pdi_mirrored_free(ctx, &s->mirrored);
     pd_body_free(ctx, &s->body);
     pdi_owner_free(ctx, pdi_structure_list, s);
@@ -58165,8 +58625,8 @@ static pd_status pdi_structure_touch(pd_ctx *ctx, pd_structure *s, double t)
     pdi_overlap_look(o, pdi_structure_u(s));
     if (!(o->pieces > 0.0)) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "structure", "two parts of the metal that were apart at the start meet at t = "
-                    "%g s: what was at %s m and what was at %s m overlap by %g m; they would pass through each other, since "
-                    "contact is not computed", t, pdi_grid_place(s->grid, s->node[o->first], place[0]),
+                    "%g s: what was at %s m and what was at %s m overlap by %g m; they would pass through each other, "
+                    "since contact is not computed", t, pdi_grid_place(s->grid, s->node[o->first], place[0]),
                     pdi_grid_place(s->grid, s->node[o->other], place[1]), o->pieces);
 }
 
@@ -58210,7 +58670,7 @@ static void pdi_structure_stiffen(pd_structure *s)
         double left = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
         if (!(fabs(left - s->stiff[i]) > 0.0)) continue;
         s->stiff[i] = left;
-        for (int32_t g = s->images ? s->chain[i] : -1; g >= 0; g = s->chain[g]) s->stiff[g] = left;
+        for (int32_t g = s->sites.images ? s->sites.chain[i] : -1; g >= 0; g = s->sites.chain[g]) s->stiff[g] = left;
         s->rest.stale = 1;
     }
 }
@@ -58242,83 +58702,11 @@ static pd_status pdi_structure_finish(pd_ctx *ctx, void *self, double t)
     return pdi_structure_to(ctx, (pd_structure *)self, t);
 }
 
-/* 1: a node that lies off[] cells from the start of a line of step[] cells may belong to a staircase of it. */
-static int pdi_structure_near(const int *off, const int *step)
-{
-    int length = 0;
-    for (int d = 0; d < PD_DIM; d++) {
-        if (off[d] < (step[d] < 0 ? step[d] : 0) || off[d] > (step[d] > 0 ? step[d] : 0)) return 0;
-        length = step[d] > length ? step[d] : -step[d] > length ? -step[d] : length;
-    }
-    for (int d = 0; d < PD_DIM; d++)
-        for (int e = 0; e < d; e++) { /* it is two cells off the line along an axis, at most */
-            int across = off[d] * step[e] - off[e] * step[d];
-            if (across > 4 * length || -across > 4 * length) return 0;
-        }
-    return 1;
-}
-
-/* 1: the line of step[] cells passes the cell that lies off[] cells from its start, and not only an edge of it. */
-static int pdi_structure_passes(const int *off, const int *step)
-{
-    double from = 0.0, to = 1.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        double low = ((double)off[d] - 0.5) / (step[d] ? step[d] : 1);
-        double high = ((double)off[d] + 0.5) / (step[d] ? step[d] : 1);
-        if (!step[d] && off[d]) return 0;
-        if (!step[d]) continue;
-        from = pdi_max(from, pdi_min(low, high));
-        to = pdi_min(to, pdi_max(low, high));
-    }
-    return to > from + 1e-9;
-}
-
-/* Metal has gone from point `gone`: bonds of point i that led through it alone. A bond that no staircase bore from the
- * start, as in a thin part with smooth faces, breaks where its line passes the cell. */
-static void pdi_structure_sever(pd_structure *s, int32_t gone, int32_t i)
-{
-    double stiff = s->stiff[gone];
-    for (pd_walk f = pdi_walk_from(&s->body, i); pdi_walk_next(&f);) {
-        int off[PD_DIM], step[PD_DIM];
-        if (f.to < i || pdi_walk_broken(&f)) continue;
-        pdi_structure_step(s, i, gone, off);
-        pdi_structure_step(s, i, f.to, step);
-        if (!pdi_structure_near(off, step)) continue;
-        int before = pdi_structure_stairs(s, i, step);
-        s->stiff[gone] = 0.0;
-        int after = pdi_structure_stairs(s, i, step);
-        s->stiff[gone] = stiff;
-        if (before ? !after : pdi_structure_passes(off, step)) pdi_walk_break(&s->body, i, &f);
-    }
-}
-
-/* Points whose bonds may pass the point that has turned fluid are those of a cube around it. */
-static void pdi_structure_leave(pd_structure *s, int32_t gone)
-{
-    int reach = (int)ceil(s->desc.m + 0.5), wide = 2 * reach + 1, all = pdi_grid_cube(reach), cell[PD_DIM];
-    pdi_body_release(&s->body, gone);
-    pdi_structure_cell(s, gone, cell);
-    for (int k = 0; k < all; k++) {
-        int at[PD_DIM];
-        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) at[d] = cell[d] + rest % wide - reach;
-        int32_t i = pdi_structure_in(s, at);
-        if (i >= 0 && i != gone) pdi_structure_sever(s, gone, i);
-    }
-    s->stiff[gone] = 0.0;
-    s->rest.stale = 1;
-}
-
-/* Points and their images, one after another: each sees the others as metal until it is its turn. */
 static pd_status pdi_structure_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_structure *s = (pd_structure *)self;
     (void)ctx;
-    for (int way = 0; way < 2; way++)
-        for (int32_t k = 0; k < count; k++)
-            for (int32_t i = s->point[turned[k]]; i >= 0; i = s->images ? s->chain[i] : -1) {
-                if (way) pdi_structure_leave(s, i);
-                else s->stiff[i] = pdi_max(s->stiff[i], PDI_STRUCTURE_LEFT);
-            }
+    if (pdi_sites_go(&s->sites, &s->body, turned, count)) s->rest.stale = 1;
     return PD_OK;
 }
 
@@ -58444,7 +58832,6 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
 
 #undef PDI_STRUCTURE_STRAIN
 #undef PDI_STRUCTURE_SLIP
-#undef PDI_STRUCTURE_LEFT
 #undef PDI_STRUCTURE_LOOK
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -58699,6 +59086,8 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
     s.max_step = c->desc.max_step;
     s.at = pdi_couple_at;
     s.at_user = c;
+    s.until = c->desc.until;
+    s.until_user = c->desc.until_user;
     while (n < c->count && !c->process[n].attempt) n++;
     if (n < c->count) {
         const pd_process *p = &c->process[n];
@@ -68602,7 +68991,15 @@ PDI_FN void pdi_expr_quote(const char *found, char *text)
             while (n < 20 && (pdi_units_digit(found[n]) || found[n] == '.')) n++;
         if (n == 0) n = found[1] == '=' && strchr("<>=!", c) ? 2 : 1;
         text[k++] = '\'';
-        for (size_t i = 0; i < n; i++) text[k++] = (unsigned char)found[i] < 0x80 ? found[i] : '?';
+        for (size_t i = 0; i < n;) { /* letters of UTF-8 as they are, whole ones */
+            unsigned char lead = (unsigned char)found[i];
+            size_t size = lead < 0x80 ? 1 : lead >= 0xC2 && lead < 0xE0 ? 2 : lead >= 0xE0 && lead < 0xF0 ? 3 : 0;
+            for (size_t b = 1; b < size; b++)
+                if (((unsigned char)found[i + b] & 0xC0) != 0x80) size = 0;
+            if (!size) text[k++] = '?';
+            for (size_t b = 0; b < size; b++) text[k++] = found[i + b];
+            i += size ? size : 1;
+        }
         text[k++] = '\'';
         text[k] = '\0';
     }
@@ -69577,7 +69974,7 @@ static const pd_key pdi_keys_of_side[] = {
               "slip), `open` (with `time = given`: inlet where the flow enters, outlet where it leaves; with "
               "`[corrode]`: `bulk` behind it), `slip` (with `[gas]`: a wall)")},
     {"profile", "-", "required there",
-     PDI_SAYS("inlet: `uniform`, `parabola` (between walls, of a tube, axisymmetric also between two), `expression`")},
+     PDI_SAYS("inlet: `uniform`, `parabola` (developed flow of the opening, whatever its shape), `expression`")},
     {"mean", "m/s", "required, or `flow_rate`",
      PDI_SAYS("inlet: mean speed into the box, expression in t")},
     {"flow_rate", "m3/s", "-",
@@ -69844,7 +70241,8 @@ static const pd_key pdi_keys_of_output[] = {
     {"vectors", "-", "none",
      PDI_SAYS("2D and 3D: drawn fields with arrows as long as the flow is fast, likewise; without a number 30")},
     {"surface", "-", "no",
-     PDI_SAYS("3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours")},
+     PDI_SAYS("3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours; `images = none`"
+              ": none")},
     {"view", "-", "1, -1, 1",
      PDI_SAYS("3D: direction in which the eye that looks at the surface stands")},
     {"deformed", "-", "0",
@@ -71416,9 +71814,20 @@ static pd_status pdi_override_bare(pd_ctx *ctx, const pd_text *text, const char 
     pdi_units_hint(&near_word, hint);
     if (count > 1)
         return pdi_text_error(ctx, text->name, 0, "found the key '%.40s', expected one of %s", key, list);
-    if (count == 0 && !text->flat)
+    if (count == 0 && !text->flat) {
+        int sections;
+        const pd_key_section *known = pd_keys(&sections);
+        list[0] = '\0';
+        for (int k = 0; k < sections; k++) {
+            const pd_key_section *s = &known[k];
+            char path[3 * 64];
+            if (strcmp(s->name, "constants") == 0 || !pdi_keys_find(s, key)) continue; /* that has any */
+            snprintf(path, sizeof path, "%.60s%s%.60s.%.60s", s->name, s->label[0] ? "." : "", s->label, key);
+            pdi_text_list_add(list, ", ", path);
+        }
         return pdi_text_error(ctx, text->name, 0, "found the key '%.40s', which no section of %.80s has, expected"
-                              " section.key%s", key, text->name, hint);
+                              " section.key%s%s%s", key, text->name, list[0] ? ": " : "", list, list[0] ? "" : hint);
+    }
     return PD_OK;
 }
 
@@ -71481,7 +71890,9 @@ PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argu
     for (end = strlen(t + value) + value; end > value && pdi_units_blank(t[end - 1]);) end--;
     t[end] = '\0';
     const char *key = part[parts - 1];
-    if (end == value) return pdi_text_error(ctx, text->name, 0, "found nothing after '%.40s=', expected a value", key);
+    if (end == value)
+        return pdi_text_error(ctx, text->name, 0, "found nothing after '%.40s=', expected a value: a key of the scene "
+                              "is not taken back here, but in its text", key);
     if (pdi_text_name(key, PDI_TEXT_KEY) != strlen(key))
         return pdi_text_error(ctx, text->name, 0, "found '%.40s', expected a key", key);
     if (parts == 1) PDI_TRY(pdi_override_bare(ctx, text, key, &section));
@@ -71830,7 +72241,8 @@ static pd_status pdi_setup_law_function(pd_ctx *ctx, pd_setup *u, const char *ke
     return PD_OK;
 }
 
-pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
+/* The expression that a key means. */
+static pd_status pdi_setup_expression(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **found)
 {
     pd_expr *expr = NULL;
     if (strcmp(key, "rate") == 0 || strncmp(key, "rate.", 5) == 0) {
@@ -71844,9 +72256,37 @@ pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_f
             PDI_TRY(pdi_setup_side_function(ctx, u, key, &u->side[s], &expr));
     if (!expr)
         return pdi_setup_no_function(ctx, key, "expected rate, initial, or a side and its value, such as x-.C");
+    *found = expr;
+    return PD_OK;
+}
+
+pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
+{
+    pd_expr *expr;
+    PDI_TRY(pdi_setup_expression(ctx, u, key, uses, &expr));
     expr->fn = fn;
     expr->user = user;
     expr->uses = strcmp(key + 2, ".mean") == 0 ? (uint32_t)1 << PD_DIM : uses;
+    return PD_OK;
+}
+
+pd_status pd_setup_breaks(pd_ctx *ctx, pd_setup *u, const char *key, const double *t, int count)
+{
+    pd_expr *expr;
+    PDI_TRY(pdi_setup_expression(ctx, u, key, 0, &expr));
+    if (!expr->fn || count < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "%d breaks of '%.40s', expected at least 0, and a function in "
+                        "its place", count, key);
+    for (int k = 0; k < count; k++)
+        if (!(fabs(t[k]) < HUGE_VAL) || (k && !(t[k] > t[k - 1])))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "break %d of '%.40s' is %g s, expected a finite time behind "
+                            "the one before", k, key, t[k]);
+    PDI_DELETE(ctx, expr->break_count, expr->breaks);
+    expr->break_count = count;
+    expr->clock = strncmp(key, "rate", 4) == 0 ? 1 : PD_DIM;
+    if (!count) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "setup", count, expr->breaks));
+    memcpy(expr->breaks, t, (size_t)count * sizeof *t);
     return PD_OK;
 }
 
@@ -76552,6 +76992,7 @@ PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, 
     r.drawn = setup->images;
     PDI_TRY(pdi_read_drawing_formats(&r));
     PDI_TRY(pdi_read_drawing_surface(&r));
+    if (!setup->images && pdi_text_has(ctx, text, section, "images")) setup->drawing.surface = 0;
     if (!setup->images && !setup->drawing.surface) return pdi_read_drawing_none(&r);
     PDI_TRY(pdi_read_drawing_log(&r));
     PDI_TRY(pdi_read_drawing_ranges(&r));
@@ -77449,6 +77890,9 @@ static int pdi_inlet_next(const pd_grid *grid, int axis, int *i)
     return 0;
 }
 
+/* Samples along an axis of a cell that a wall crosses. */
+#define PDI_INLET_SAMPLES 32
+
 static double pdi_inlet_sign(int side) { return side % 2 ? -1.0 : 1.0; }
 
 static void pdi_inlet_expression(const pd_setup_side *side, const double *x, double t, double *u)
@@ -77562,6 +78006,74 @@ static void pdi_inlet_rings(const pd_grid *grid, int side, double lo, double hi,
         } while (pdi_inlet_next(grid, axis, i));
 }
 
+/* Open part of the cell around x [m] on a side, whose node is fluid or wall. */
+static double pdi_inlet_part(const pd_grid *grid, int axis, const double *x, int fluid)
+{
+    double at[PD_DIM], reach = 0.0, open = 0.0, all = 0.0;
+    int i[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) reach += d == axis ? 0.0 : 0.25 * grid->h[d] * grid->h[d];
+    if (grid->wall < 0 || fabs(pd_shape_distance(grid->shapes, grid->wall, x)) > sqrt(reach)) return fluid;
+    memset(i, 0, sizeof i);
+    for (int more = 1; more;) {
+        double around = 1.0;
+        more = 0;
+        for (int d = 0; d < PD_DIM; d++) {
+            at[d] = d == axis ? x[d] : x[d] + ((i[d] + 0.5) / PDI_INLET_SAMPLES - 0.5) * grid->h[d];
+            if (d == PD_DIM - 1 && grid->circumference) around = fabs(at[d] / x[d]);
+        }
+        all += around;
+        if (pd_shape_distance(grid->shapes, grid->wall, at) > 0.0) open += around;
+        for (int d = 0; d < PD_DIM && !more; d++) {
+            if (d == axis) continue;
+            more = ++i[d] < PDI_INLET_SAMPLES;
+            if (!more) i[d] = 0;
+        }
+    }
+    return open / all;
+}
+
+/* Area of the open part of a side, cells that walls cross by samples. */
+static double pdi_inlet_sampled(const pd_grid *grid, int side)
+{
+    int i[PD_DIM], axis = side / 2;
+    double sum = 0.0, face = 1.0;
+    memset(i, 0, sizeof i);
+    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (d != axis) face *= grid->h[d];
+    do {
+        double x[PD_DIM];
+        int32_t node = pd_grid_node(grid, i);
+        pd_grid_position(grid, node, x);
+        x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
+        if (grid->kind[node] == PD_FLUID || grid->kind[node] == PD_WALL)
+            sum += face * pdi_grid_circumference(grid, node) *
+                   pdi_inlet_part(grid, axis, x, grid->kind[node] == PD_FLUID);
+    } while (pdi_inlet_next(grid, axis, i));
+    return sum;
+}
+
+/* Planar 2D: an opening that ends on a mirror is half of one. One without walls has no profile. */
+static pd_status pdi_inlet_symmetric(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
+                                     pd_inlet *inlet)
+{
+    int along = PD_DIM > 1 ? 1 - side / 2 : 0, free[2];
+    for (int end = 0; end < 2; end++)
+        free[end] = (end ? layer->hi == grid->n[along] - 1 : layer->lo == 0) &&
+                    grid->side[2 * along + end] != PD_SIDE_WALL;
+    if (free[0] && free[1])
+        return pdi_inlet_refuse(ctx, side, "found no wall beside the opening, so that no profile develops, expected "
+                                           "profile = uniform");
+    if (!free[0] && !free[1]) return PD_OK;
+    if (grid->side[2 * along + free[1]] == PD_SIDE_PERIODIC) {
+        inlet->develops[side] = 1;
+        return PD_OK;
+    }
+    inlet->centre[side][along] += (free[0] ? -0.5 : 0.5) * inlet->width[side];
+    inlet->width[side] *= 2.0;
+    return PD_OK;
+}
+
 /* Width and centre of the open part, and its area. */
 static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
                                    pd_inlet *inlet, double *area)
@@ -77585,9 +78097,9 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
         inlet->centre[side][along] = 0.5 * (lo + hi);
         int several = layer->open != layer->hi - layer->lo + 1;
         if (!several) *area = hi - lo;
-        else if (parabola)
-            return pdi_inlet_refuse(ctx, side,
-                                    "found several openings, expected one for a parabola; give an expression");
+        else inlet->develops[side] = parabola;
+        if (!several && parabola && !grid->circumference)
+            PDI_TRY(pdi_inlet_symmetric(ctx, grid, side, layer, inlet));
         if (PD_DIM == 2 && grid->circumference) pdi_inlet_rings(grid, side, lo, hi, several, inlet, area);
         return PD_OK;
     }
@@ -77597,11 +78109,27 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
         *area = PDI_PI * radius * radius;
         return PD_OK;
     }
+    *area = pdi_inlet_sampled(grid, side);
     inlet->width[side] = sqrt(4.0 * *area / PDI_PI);
-    if (!parabola) return PD_OK;
-    return pdi_inlet_refuse(ctx, side,
-                            "the opening is not the section of a tube (a wall: cylinder along the inflow with "
-                                       "outside = yes), expected profile = expression with its velocity");
+    inlet->develops[side] = parabola;
+    return PD_OK;
+}
+
+/* Area of the faces of cells that are open. */
+static double pdi_inlet_faces(const pd_grid *grid, int side)
+{
+    int i[PD_DIM], axis = side / 2;
+    double sum = 0.0, face = 1.0;
+    memset(i, 0, sizeof i);
+    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (d != axis) face *= grid->h[d];
+    do {
+        int32_t node = pd_grid_node(grid, i);
+        double out = axis < PD_DIM - 1 ? 0.0 : side % 2 ? 0.5 * grid->h[axis] : -0.5 * grid->h[axis];
+        if (grid->kind[node] == PD_FLUID) sum += face * pdi_grid_around(grid, node, out);
+    } while (pdi_inlet_next(grid, axis, i));
+    return sum;
 }
 
 /* 1: something outside of the fluid depends on time. */
@@ -77633,6 +78161,16 @@ PDI_FN double pdi_inlet_mean(const pd_inlet *inlet, int side)
     return layer.velocity;
 }
 
+/* 1: a tube lies in the box; mirrors cut others. */
+static int pdi_inlet_inside(const pd_grid *grid, int side, const pd_inlet *inlet)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        double half = 0.5 * inlet->width[side] * (1.0 - 1e-9), c = inlet->centre[side][d];
+        if (d != side / 2 && (c - half < grid->lo[d] || c + half > grid->hi[d])) return 0;
+    }
+    return 1;
+}
+
 static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
 {
     memset(inlet, 0, sizeof *inlet);
@@ -77648,9 +78186,12 @@ static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_gri
         inlet->latest = side;
         pdi_inlet_scan(setup, grid, 0.0, side, &layer);
         PDI_TRY(pdi_inlet_measure(ctx, grid, side, &layer, inlet, &area));
+        double opening = PD_DIM == 3 && !pdi_inlet_inside(grid, side, inlet) ? pdi_inlet_sampled(grid, side) : area;
         if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
             area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
         inlet->area[side] = area;
+        inlet->fill[side] = pdi_inlet_faces(grid, side);
+        inlet->fill[side] = inlet->fill[side] > 0.0 ? opening / inlet->fill[side] : 1.0;
         inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean;
         if (s->stream.uses) inlet->mean[side] = pdi_inlet_mean(inlet, side);
         if (s->profile == PD_PROFILE_EXPRESSION) inlet->mean[side] = layer.velocity;
@@ -77658,6 +78199,19 @@ static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_gri
         inlet->inlets++;
     }
     return PD_OK;
+}
+
+PDI_FN int64_t pdi_inlet_cells(const pd_grid *grid, int side)
+{
+    int64_t cells = 1;
+    for (int d = 0; d < PD_DIM; d++) cells *= d == side / 2 ? 1 : grid->n[d];
+    return cells;
+}
+
+PDI_FN void pdi_inlet_free(pd_ctx *ctx, pd_inlet *inlet)
+{
+    for (int side = 0; side < 2 * PD_DIM && inlet->grid; side++)
+        PDI_DELETE(ctx, pdi_inlet_cells(inlet->grid, side), inlet->profile[side]);
 }
 
 PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
@@ -77678,6 +78232,19 @@ static double pdi_inlet_round_profile(double k, double s)
     return 2.0 * (1.0 - s * s + a * log(s)) / (1.0 + k * k - a);
 }
 
+/* The cell of the layer of a side that x [m] lies in front of. */
+static int64_t pdi_inlet_place(const pd_grid *grid, int axis, const double *x)
+{
+    int64_t place = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        int at = (int)floor((x[d] - grid->lo[d]) / grid->h[d]);
+        if (d == axis) continue;
+        at = at < 0 ? 0 : at >= grid->n[d] ? grid->n[d] - 1 : at;
+        place = place * grid->n[d] + at;
+    }
+    return place;
+}
+
 PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
@@ -77693,7 +78260,15 @@ PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u)
             return;
         }
         u[axis] = pdi_inlet_sign(side) * (s->stream.uses ? pdi_inlet_mean(inlet, side) : inlet->mean[side]);
-        if (s->profile != PD_PROFILE_PARABOLA) return;
+        if (s->profile != PD_PROFILE_PARABOLA) {
+            u[axis] *= inlet->fill[side];
+            return;
+        }
+        if (inlet->profile[side]) {
+            u[axis] *= inlet->profile[side][pdi_inlet_place(inlet->grid, axis, x)];
+            return;
+        }
+        if (inlet->develops[side]) return;
         if (setup->axisymmetric && axis != PD_DIM - 1) {
             double inner = inlet->inner[side], width = inlet->width[side];
             double outer = inner > 0.0 ? inner + width : 0.5 * width;
@@ -77735,6 +78310,132 @@ PDI_FN void pdi_inlet_body(void *user, const double *x, double *force)
     const pd_inlet *inlet = (const pd_inlet *)user;
     for (int d = 0; d < PD_DIM; d++) force[d] = pdi_setup_eval(&inlet->setup->body[d], x, inlet->time);
 }
+
+/* ======== >>run/developed.c ======== */
+/* developed: see developed.h */
+#include <math.h>
+#include <string.h>
+
+/* Reynolds number of the flow in it; its shape knows none. */
+#define PDI_DEVELOPED_REYNOLDS 1e-3
+/* Tolerance of its solve, and what will do where rounding ends it. */
+#define PDI_DEVELOPED_TOLERANCE 1e-11
+#define PDI_DEVELOPED_ENOUGH 1e-7
+
+typedef struct pdi_developed {
+    pd_grid grid;
+    pd_bonds bonds;
+    pd_flow flow;
+    pd_steady steady;
+} pdi_developed;
+
+/* A slice of the box at a side, periodic across it. */
+static pd_status pdi_developed_slice(pd_ctx *ctx, const pd_inlet *inlet, const pd_flow *flow, int side,
+                                     pdi_developed *d)
+{
+    const pd_setup *u = inlet->setup;
+    const pd_grid *grid = inlet->grid;
+    int axis = side / 2, walls = 0;
+    double deep = 2 * flow->bonds->stencil->reach * grid->h[axis]; /* so that no bond passes a section twice */
+    pd_grid_desc box;
+    memset(&box, 0, sizeof box);
+    for (int a = 0; a < PD_DIM; a++) {
+        box.lo[a] = grid->lo[a];
+        box.hi[a] = grid->hi[a];
+    }
+    if (side % 2) box.lo[axis] = grid->hi[axis] - deep;
+    else box.hi[axis] = grid->lo[axis] + deep;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        box.side[s] = s / 2 == axis ? PD_SIDE_PERIODIC : pdi_grid_port(grid->side[s]) ? PD_SIDE_MIRROR : grid->side[s];
+    box.axisymmetric = u->axisymmetric;
+    for (int32_t node = 0; node < grid->total; node++) {
+        double x[PD_DIM];
+        pd_grid_position(grid, node, x);
+        walls = walls || (grid->kind[node] == PD_WALL && x[axis] > box.lo[axis] && x[axis] < box.hi[axis]);
+    }
+    if (u->wall >= 0 && walls) {
+        box.shapes = u->shape;
+        box.wall = &u->shape[u->wall];
+    }
+    PDI_TRY(pd_grid_build(ctx, flow->bonds->stencil, &box, &d->grid));
+    PDI_TRY(pd_bonds_build(ctx, flow->bonds->stencil, &d->grid, pdi_setup_bonds(u), &d->bonds));
+    for (int32_t r = 0; r < d->bonds.rows; r++)
+        if (d->bonds.wall_lap[r] > 0.0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "inlet",
+                    "side %s: found no wall beside the opening, so that no profile develops, expected profile = "
+                    "uniform",
+                    pdi_setup_side_name(side));
+}
+
+static pd_status pdi_developed_solve(pd_ctx *ctx, const pd_flow *flow, int axis, pdi_developed *d)
+{
+    pd_flow_desc fd;
+    pd_steady_desc sd;
+    pd_steady_result result;
+    memset(&fd, 0, sizeof fd);
+    memset(&sd, 0, sizeof sd);
+    fd.rho = flow->rho;
+    fd.mu = flow->nu * flow->rho;
+    fd.force[axis] = 12.0 * PDI_DEVELOPED_REYNOLDS * flow->nu * flow->nu / pow(flow->length, 3.0);
+    fd.order = flow->order == 4 ? 4 : 2;
+    sd.tolerance = PDI_DEVELOPED_TOLERANCE;
+    PDI_TRY(pd_flow_build(ctx, &d->grid, &d->bonds, &fd, &d->flow));
+    PDI_TRY(pd_steady_build(ctx, &d->flow, &sd, &d->steady));
+    d->flow.isotropy = flow->isotropy; /* friction is that of the run */
+    if (!flow->isotropic.bonds) memset(&d->flow.isotropic, 0, sizeof d->flow.isotropic);
+    pd_status status = pd_steady_solve(ctx, &d->steady, &result);
+    double reached = result.excess * PDI_DEVELOPED_TOLERANCE;
+    if (status <= 0 || reached < PDI_DEVELOPED_ENOUGH) return status < 0 ? status : PD_OK;
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "inlet",
+                    "the developed profile of an opening is not found: its residual is %g", reached);
+}
+
+/* Speeds over that mean whose flux is the mean times the area of the opening. */
+static pd_status pdi_developed_keep(pd_ctx *ctx, pd_inlet *inlet, int side, pdi_developed *d)
+{
+    int axis = side / 2, i[PD_DIM];
+    int64_t cells = pdi_inlet_cells(inlet->grid, side), place = 0;
+    const double *u = d->flow.u + (int64_t)axis * d->grid.total;
+    PDI_TRY(PDI_NEW(ctx, "inlet", cells, inlet->profile[side]));
+    double scale = inlet->area[side] / pd_flow_section(ctx, &d->flow, axis, 1);
+    memset(i, 0, sizeof i);
+    for (place = 0; place < cells; place++) {
+        int64_t rest = place;
+        for (int a = 0; a < PD_DIM; a++) {
+            if (a == axis) continue;
+            i[a] = (int)(rest % d->grid.n[a]);
+            rest /= d->grid.n[a];
+        }
+        int32_t node = pd_grid_node(&d->grid, i);
+        inlet->profile[side][place] = d->grid.kind[node] == PD_FLUID ? scale * u[node] : 0.0;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_developed_find(pd_ctx *ctx, pd_inlet *inlet, pd_flow *flow)
+{
+    int found = 0;
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        pdi_developed d;
+        if (!inlet->develops[side] || inlet->profile[side]) continue;
+        memset(&d, 0, sizeof d);
+        inlet->latest = side;
+        pd_status status = pdi_developed_slice(ctx, inlet, flow, side, &d);
+        if (status >= 0) status = pdi_developed_solve(ctx, flow, side / 2, &d);
+        if (status >= 0) status = pdi_developed_keep(ctx, inlet, side, &d);
+        pd_steady_free(ctx, &d.steady);
+        pd_flow_free(ctx, &d.flow);
+        pd_bonds_free(ctx, &d.bonds);
+        pd_grid_free(ctx, &d.grid);
+        if (status < 0) return status;
+        found = 1;
+    }
+    return found ? pd_flow_update(ctx, NULL, 0, flow) : PD_OK;
+}
+
+#undef PDI_DEVELOPED_REYNOLDS
+#undef PDI_DEVELOPED_TOLERANCE
+#undef PDI_DEVELOPED_ENOUGH
 
 /* ======== >>run/wall.c ======== */
 /* wall: see wall.h */
@@ -77834,6 +78535,7 @@ PDI_FN double pdi_wall_steeps(void *user, const double *x)
 /* ======== >>run/grip.c ======== */
 /* grip: see grip.h */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* A displacement that is smaller counts as none: squares of it underflow. */
@@ -77931,10 +78633,14 @@ PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure 
     return PD_OK;
 }
 
-static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, double t)
+static pd_status pdi_grip_finite(pd_ctx *ctx, const pd_setup_grip *grip, double value, const double *x, double t)
 {
+    char of[40] = "a force on all metal";
     if (fabs(value) < 1e100) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, "grip", "a displacement, traction or force is %g at x = %g m, t = %g s", value,
+    if (grip && grip->side < 0) snprintf(of, sizeof of, "a displacement of a grip");
+    if (grip && grip->side >= 0)
+        snprintf(of, sizeof of, "a displacement or load of %s", pdi_setup_side_name(grip->side));
+    return pdi_fail(ctx, PD_ERR_STATE, "grip", "%s is %g at x = %g m, t = %g s, expected a finite number", of, value,
                     x[0], t);
 }
 
@@ -77961,7 +78667,7 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, double t, 
         for (int d = 0; d < PD_DIM; d++) {
             if (!grip->moves[d]) continue;
             double value = pdi_setup_eval(&grip->move[d], x, t);
-            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            PDI_TRY(pdi_grip_finite(ctx, grip, value, x, t));
             if (fabs(value) < PDI_GRIP_NONE) value = 0.0;
             u[(int64_t)i * PD_DIM + d] = value + (grip->side >= 0 ? pdi_grip_beyond(g, k, i, d, u) : 0.0);
         }
@@ -78000,7 +78706,7 @@ static pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *g, int k, double t, 
         for (int d = 0; d < PD_DIM; d++) {
             double value = grip->pulls ? pdi_setup_eval(&grip->pull[d], x, t) : 0.0;
             if (grip->presses && d == axis) value += (grip->side % 2 ? -1.0 : 1.0) * pdi_setup_eval(&grip->press, x, t);
-            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            PDI_TRY(pdi_grip_finite(ctx, grip, value, x, t));
             load[(int64_t)i * PD_DIM + d] += share * value;
         }
     }
@@ -78021,7 +78727,7 @@ PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, dou
         pd_grid_position(s->grid, s->node[i], x);
         for (int d = 0; d < PD_DIM; d++) {
             double value = pdi_setup_eval(&b->force[d], x, t);
-            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            PDI_TRY(pdi_grip_finite(ctx, NULL, value, x, t));
             load[(int64_t)i * PD_DIM + d] += s->stiff[i] * value;
         }
     }
@@ -78739,6 +79445,21 @@ static double pdi_polarise_place(const pd_etch *s, int32_t k, double *size, doub
     return law + curve;
 }
 
+/* 1: fluid touches the electrode. */
+static int pdi_polarise_there(const pd_etch *s, int electrode)
+{
+    for (int32_t k = 0; k < s->count; k++)
+        if (s->electrode[k] == electrode) return 1;
+    return 0;
+}
+
+PDI_FN int pdi_polarise_gone(const pd_polarise *p)
+{
+    for (int e = 0; e < p->setup->potential.electrodes; e++)
+        if (!pdi_polarise_there(p->etch, e)) return 1;
+    return 0;
+}
+
 /* What the surface of an electrode meets now. */
 static void pdi_polarise_met(const pd_polarise *p, int electrode, pd_cell_range *met)
 {
@@ -78765,8 +79486,8 @@ PDI_FN void pdi_polarise_meet(pd_polarise *p)
 static double pdi_polarise_known(const pd_polarise *p, int circuit)
 {
     const pd_etch *s = p->etch;
-    int known = s->desc.electrodes.circuit[circuit].holds;
-    for (int32_t k = 0; k < s->count && !known; k++) known = pdi_etch_circuit(s, k) == circuit;
+    int known = s->desc.electrodes.circuit[circuit].holds, idle = (int)(s->idle >> circuit & 1u);
+    for (int32_t k = 0; k < s->count && !known && !idle; k++) known = pdi_etch_circuit(s, k) == circuit;
     return known ? s->level[circuit] : (double)NAN;
 }
 
@@ -78780,6 +79501,7 @@ PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_
         if (s->electrode[k] != electrode) continue;
         double volume = s->reactive->bonds->stencil->volume * pdi_grid_circumference(s->reactive->grid, s->node[k]);
         double area = volume * s->area[k], size, anodic, current = pdi_polarise_place(s, k, &size, &anodic);
+        now->touches = s->idle >> s->desc.electrodes.member[electrode] & 1u ? PD_CELL_IDLE : PD_CELL_WORKS;
         now->area += area;
         now->current += current;
         now->anodic += anodic;
@@ -78832,7 +79554,7 @@ PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p)
     const pd_setup_potential *of = &p->setup->potential;
     if (!s->lost) return PD_OK;
     for (int e = 0; e < of->electrodes; e++) {
-        if (s->desc.electrodes.member[e] != s->lost - 1) continue;
+        if (s->desc.electrodes.member[e] != s->lost - 1 || !pdi_polarise_there(s, e)) continue;
         return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s no potential gives the metal of %s a total "
                         "current of %g A: its curve and its law do not carry that, or they take up more of a species "
                         "than reaches the metal; expected anodic and cathodic reactions, and a curve that falls to 0 "
@@ -79907,6 +80629,7 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
     }
     PDI_TRY(pdi_attack_shares(ctx, a));
     s->odd = 0;
+    s->alone = s->electrode && a->course->steps > 0 && pdi_polarise_gone(&a->polarise);
     pdi_levels_solve(ctx, s);
     pdi_etch_note(s);
     if (s->lost && s->odd) {
@@ -80009,6 +80732,157 @@ PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t)
     if (!a->course->begun && a->laws && a->course->desc.fed && !pdi_metal_bonds(a->dissolve)) pdi_attack_pieces(a);
     return PD_OK;
 }
+
+/* ======== >>run/vary.c ======== */
+/* vary: see vary.h */
+#include <math.h>
+#include <string.h>
+
+/* Places along an axis at which a value that depends on place is looked at. */
+#define PDI_VARY_PLACES 3
+/* A value that leaves the range of both ends by less than this share of its size is seen. */
+#define PDI_VARY_SEEN 0.05
+/* Parts of a step that are looked at, at most, and halvings of it. */
+#define PDI_VARY_PARTS 2000
+#define PDI_VARY_HALVINGS 40
+/* Ends of a step that are tried. */
+#define PDI_VARY_TRIALS 60
+
+static void pdi_vary_list(pdi_owner *owner, void *object)
+{
+    pd_vary *vary = (pd_vary *)object;
+    PDI_ARRAY(owner, vary, value, vary->capacity, "");
+}
+
+/* Take an expression of place and time, at the places of the box; side < 0: all of it, else those of a side. */
+static void pdi_vary_take(const pd_setup *u, const pd_expr *expr, int side, pd_vary *vary)
+{
+    int places = 1;
+    if (!pdi_setup_timed(expr)) return;
+    for (int d = 0; d < PD_DIM; d++)
+        if ((expr->uses >> d & 1u) && d != (side < 0 ? -1 : side / 2)) places *= PDI_VARY_PLACES;
+    for (int k = 0; k < places; k++) {
+        int rest = k;
+        pd_vary_value *value = vary->value ? &vary->value[vary->count] : NULL;
+        for (int d = 0; d < PD_DIM && value; d++) {
+            int varies = (expr->uses >> d & 1u) && d != (side < 0 ? -1 : side / 2);
+            double part = varies ? (rest % PDI_VARY_PLACES + 0.5) / PDI_VARY_PLACES : 0.5;
+            if (varies) rest /= PDI_VARY_PLACES;
+            if (side >= 0 && d == side / 2) part = side % 2 ? 1.0 : 0.0;
+            value->x[d] = u->lo[d] + part * (u->hi[d] - u->lo[d]);
+        }
+        if (value) value->expr = expr;
+        vary->count++;
+    }
+}
+
+static void pdi_vary_sides(const pd_setup *u, pd_vary *vary)
+{
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        const pd_setup_side *side = &u->side[s];
+        pdi_vary_take(u, &side->stream, s, vary);
+        pdi_vary_take(u, &side->entering, s, vary);
+        pdi_vary_take(u, &side->held, s, vary);
+        for (int d = 0; d < PD_DIM; d++) {
+            pdi_vary_take(u, &side->velocity[d], s, vary);
+            pdi_vary_take(u, &side->slide[d], s, vary);
+        }
+    }
+}
+
+static void pdi_vary_body(const pd_setup *u, pd_vary *vary)
+{
+    for (int k = 0; k < u->metal_body.grips; k++) {
+        const pd_setup_grip *grip = &u->metal_body.grip[k];
+        for (int d = 0; d < PD_DIM; d++) {
+            if (grip->moves[d]) pdi_vary_take(u, &grip->move[d], grip->side, vary);
+            if (grip->pulls) pdi_vary_take(u, &grip->pull[d], grip->side, vary);
+        }
+        if (grip->presses) pdi_vary_take(u, &grip->press, grip->side, vary);
+    }
+    for (int d = 0; d < PD_DIM && u->metal_body.weighs; d++) pdi_vary_take(u, &u->metal_body.force[d], -1, vary);
+}
+
+/* All values; without room they are counted. */
+static void pdi_vary_all(const pd_setup *u, pd_vary *vary)
+{
+    vary->count = 0;
+    pdi_vary_sides(u, vary);
+    for (int k = 0; k < u->wall_count; k++) pdi_vary_take(u, &u->walls[k].held, -1, vary);
+    for (int d = 0; d < PD_DIM; d++) pdi_vary_take(u, &u->body[d], -1, vary);
+    for (int k = 0; k < u->metals; k++) pdi_vary_take(u, &u->metal[k].potential, -1, vary);
+    for (int k = 0; k < u->potential.electrodes; k++) pdi_vary_take(u, &u->potential.electrode[k].given, -1, vary);
+    pdi_vary_body(u, vary);
+}
+
+PDI_FN pd_status pdi_vary_build(pd_ctx *ctx, const pd_setup *setup, pd_vary *vary)
+{
+    memset(vary, 0, sizeof *vary);
+    pdi_vary_all(setup, vary);
+    vary->capacity = vary->count;
+    if (!vary->count) return PD_OK;
+    PDI_TRY(pdi_owner_build(ctx, pdi_vary_list, vary));
+    pdi_vary_all(setup, vary);
+    return PD_OK;
+}
+
+PDI_FN void pdi_vary_free(pd_ctx *ctx, pd_vary *vary)
+{
+    pdi_owner_free(ctx, pdi_vary_list, vary);
+    memset(vary, 0, sizeof *vary);
+}
+
+static pdi_range pdi_vary_range(const pd_vary_value *value, double a, double b)
+{
+    double vars[PD_EXPR_VARS];
+    memset(vars, 0, sizeof vars);
+    memcpy(vars, value->x, sizeof value->x);
+    return pdi_range_of(value->expr, vars, PD_DIM, a, b);
+}
+
+/* The end of the first part of a step in which the value leaves what its ends show; `end`: it does not. */
+static double pdi_vary_first(const pd_vary_value *value, double t, double end)
+{
+    double stack[PDI_VARY_HALVINGS + 2], from = t, shortest = ldexp(end - t, -PDI_VARY_HALVINGS);
+    pdi_range first = pdi_vary_range(value, t, t), last = pdi_vary_range(value, end, end);
+    double low = first.low < last.low ? first.low : last.low, high = first.high > last.high ? first.high : last.high;
+    double room = PDI_VARY_SEEN * (fabs(low) > fabs(high) ? fabs(low) : fabs(high));
+    int top = 0;
+    if (!(low > -HUGE_VAL) || !(high < HUGE_VAL)) return end; /* who asks for that value will say so */
+    stack[top++] = end;
+    for (int part = 0; part < PDI_VARY_PARTS && top > 0; part++) {
+        double to = stack[top - 1], middle = 0.5 * (from + to);
+        pdi_range range = pdi_vary_range(value, from, to);
+        double size = fabs(range.low) > fabs(range.high) ? fabs(range.low) : fabs(range.high);
+        double more = size < HUGE_VAL && PDI_VARY_SEEN * size > room ? PDI_VARY_SEEN * size : room;
+        if (range.low >= low - more && range.high <= high + more) {
+            from = to;
+            top--;
+            continue;
+        }
+        if (top > PDI_VARY_HALVINGS || to - from <= shortest || !(middle > from) || !(middle < to)) return to;
+        stack[top++] = middle;
+    }
+    return top > 0 && from > t ? from : top > 0 ? 0.5 * (t + end) : end;
+}
+
+PDI_FN double pdi_vary_until(void *user, double t, double end)
+{
+    const pd_vary *vary = (const pd_vary *)user;
+    for (int trial = 0; trial < PDI_VARY_TRIALS; trial++) {
+        double earlier = end;
+        for (int32_t k = 0; k < vary->count; k++) earlier = pdi_vary_first(&vary->value[k], t, earlier);
+        if (!(earlier < end) || !(earlier > t)) return end;
+        end = earlier;
+    }
+    return end;
+}
+
+#undef PDI_VARY_PLACES
+#undef PDI_VARY_SEEN
+#undef PDI_VARY_PARTS
+#undef PDI_VARY_HALVINGS
+#undef PDI_VARY_TRIALS
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -80134,6 +81008,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     if (!u->flow_order && u->motion == PD_MOTION_STEADY) flow.order = PD_FLOW_PAYING;
     for (int s = 2 * PD_DIM - 1; s >= 0; s--) { /* what users know the inlet by */
         if (u->side[s].kind != PD_SIDE_INLET) continue;
+        if (u->side[s].profile == PD_PROFILE_PARABOLA) flow.developed |= 1 << s;
         if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);
         if (!(u->length > 0.0)) flow.length = m->inlet.width[s];
     }
@@ -80146,6 +81021,8 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT)
         PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
+    m->line = u->side[m->inlet.latest].line;
+    PDI_TRY(pdi_developed_find(ctx, &m->inlet, &m->flow));
     if (u->motion != PD_MOTION_STEADY) PDI_TRY(pdi_model_motion(ctx, m));
     if (u->motion != PD_MOTION_GIVEN) m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
     return PD_OK;
@@ -80706,6 +81583,9 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
     desc.fraction = setup->fraction;
     desc.max_step = setup->max_step;
     pd_status status = pdi_model_parts(ctx, m);
+    if (status == PD_OK) status = pdi_vary_build(ctx, setup, &m->vary);
+    if (m->vary.count) desc.until = pdi_vary_until;
+    desc.until_user = &m->vary;
     if (status == PD_OK)
         status = pd_couple_build(ctx, &desc, &m->grid, pdi_model_asks(setup) ? &m->bonds : NULL, &m->couple);
     if (status == PD_OK && setup->has_dissolve && (!setup->has_corrode || setup->has_chemistry))
@@ -80733,6 +81613,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->factor);
     PDI_DELETE(ctx, m->grid.total, m->bare);
     PDI_DELETE(ctx, m->grid.total, m->fresh);
+    pdi_vary_free(ctx, &m->vary);
     pd_grain_free(ctx, &m->grain);
     pd_two_stage_free(ctx, &m->two_stage);
     pd_transport_free(ctx, &m->transport);
@@ -80742,6 +81623,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_steady_free(ctx, &m->steady);
     pd_flow_free(ctx, &m->flow);
     pd_arena_free(ctx, &m->arena);
+    pdi_inlet_free(ctx, &m->inlet);
     pdi_path_free(ctx, &m->paths);
     pd_stencil_free(ctx, &m->across);
     pd_bonds_free(ctx, &m->bonds);
@@ -81022,6 +81904,25 @@ PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *a
     PDI_TRY(PDI_KEEP(ctx, archive, "flux", &o->flux, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "largest flux", o->most, 2));
     return PDI_KEEP(ctx, archive, "flux_max", &o->flux_max, 1);
+}
+
+PDI_FN double pdi_observe_peclet(const pd_model *m, const char **slowest)
+{
+    const pd_electrolyte *e = &m->setup->electrolyte;
+    const pd_reactive *r = &m->reactive;
+    double most = 0.0, least = HUGE_VAL;
+    *slowest = "";
+    if (!m->setup->has_chemistry || !r->flow) return 0.0;
+    for (int k = 0; k < e->count; k++) {
+        double d = e->species[k].diffusivity;
+        if (r->components.place[k] < 0 || !(d > 0.0) || !(d < least)) continue;
+        least = d;
+        *slowest = e->species[k].name;
+    }
+    for (int32_t i = 0; i < m->grid.total; i++)
+        for (int d = 0; d < PD_DIM && m->grid.kind[i] == PD_FLUID; d++)
+            most = pdi_max(most, fabs(r->flow->u[(int64_t)d * m->grid.total + i]) * m->grid.h[d]);
+    return most / least;
 }
 
 #undef PDI_OBSERVE_FAR
@@ -81509,7 +82410,7 @@ PDI_FN pd_status pdi_view_field(pd_ctx *ctx, pd_model *model, pd_views *views, c
     if (field == PD_FIELD_COUNT)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "view",
                         "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density, damage, "
-                        "pH, potential or a species", name);
+                        "u, mises, phi, j, i, pH, a species, or another one of 'fields' in [output]", name);
     const char *needs = pdi_setup_field_needs(model->setup, (pd_field)field);
     if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "view", "the field %s needs %s", name, needs);
     views->cells = 1;
@@ -83254,8 +84155,9 @@ static void pdi_depletion_count(const pd_depletion *d, int32_t *left)
 static int pdi_depletion_idle(const pd_model *m, int electrode)
 {
     pd_cell_electrode now;
-    if (!m->setup->has_potential || m->attack.polarise.setup) return 0;
-    pd_cell_electrode_of(&m->cell, electrode, &now);
+    if (!m->setup->has_potential || !(m->cell.potential.contacts.idle || m->attack.etch.idle)) return 0;
+    if (m->attack.polarise.setup) pdi_polarise_electrode(&m->attack.polarise, electrode, &now);
+    else pd_cell_electrode_of(&m->cell, electrode, &now);
     return now.touches == PD_CELL_IDLE;
 }
 
@@ -83278,9 +84180,9 @@ PDI_FN pd_status pdi_depletion_build(pd_ctx *ctx, pd_model *model, pd_depletion 
 }
 
 /* "13.2 day" */
-static const char *pdi_depletion_time(const pd_model *m, char *text)
+static const char *pdi_depletion_time(double time, char *text)
 {
-    pdi_setup_show(m->couple.time, "s", text);
+    pdi_setup_show(time, "s", text);
     return text;
 }
 
@@ -83293,7 +84195,7 @@ static void pdi_depletion_gone(pd_depletion *d, pd_print_fn print, void *user)
     for (int k = 0; k < u->pieces; k++) {
         if (print && d->left[k] && !left[k]) {
             snprintf(text, sizeof text, "the metal of shape %s (%s) is used up at t = %s", u->piece[k].name,
-                     u->metal[u->piece[k].metal].material.name, pdi_depletion_time(d->model, time));
+                     u->metal[u->piece[k].metal].material.name, pdi_depletion_time(d->model->couple.time, time));
             print(user, PD_PRINT_NOTE, text);
         }
         d->left[k] = left[k];
@@ -83304,12 +84206,14 @@ static void pdi_depletion_alone(pd_depletion *d, pd_print_fn print, void *user)
 {
     const pd_setup_potential *p = &d->model->setup->potential;
     char text[320], time[PD_UNITS_TEXT];
+    /* among ions it is known with the step after */
+    double from = d->model->attack.polarise.setup ? d->time : d->model->couple.time;
     for (int e = 0; e < p->electrodes && d->model->setup->has_potential; e++) {
         int idle = pdi_depletion_idle(d->model, e);
         if (print && idle && !d->idle[e]) {
             snprintf(text, sizeof text, "electrode %s carries no current from t = %s on: curves of metal around its "
                      "fluid carry current one way only, and nothing else closes the circuit. Its potential is not "
-                     "known", p->electrode[e].name, pdi_depletion_time(d->model, time));
+                     "known", p->electrode[e].name, pdi_depletion_time(from, time));
             print(user, PD_PRINT_NOTE, text);
         }
         d->idle[e] = idle;
@@ -83318,10 +84222,11 @@ static void pdi_depletion_alone(pd_depletion *d, pd_print_fn print, void *user)
 
 PDI_FN void pdi_depletion_look(pd_depletion *d, pd_print_fn print, void *user)
 {
-    if (!d->model || d->solid == d->model->grid.solid_count) return;
+    if (!d->model) return;
+    if (d->solid != d->model->grid.solid_count) pdi_depletion_gone(d, print, user);
     d->solid = d->model->grid.solid_count;
-    pdi_depletion_gone(d, print, user);
     pdi_depletion_alone(d, print, user);
+    d->time = d->model->couple.time;
 }
 
 PDI_FN void pdi_depletion_free(pd_ctx *ctx, pd_depletion *d)
@@ -83340,6 +84245,8 @@ PDI_FN void pdi_depletion_free(pd_ctx *ctx, pd_depletion *d)
 
 /* Cells of the layer at a surface with fewer of which its flux is some per cent off; with one it is any number. */
 #define PDI_MONITOR_LAYER 2.0
+/* Cell Peclet number v h/D at which upwinding spreads species as much as they diffuse. */
+#define PDI_MONITOR_PECLET 2.0
 
 /* Share of Faraday's law by which metal lost may differ from it without a word. */
 #define PDI_MONITOR_EXACT 0.01
@@ -84098,20 +85005,36 @@ static void pdi_monitor_doubt(const pd_model *model, const pd_monitor *m, pd_pri
     print(user, PD_PRINT_NOTE, text);
 }
 
+/* Species that a flow carries are spread by upwinding, across the stream, too. */
+static void pdi_monitor_spread(const pd_model *model, pd_print_fn print, void *user)
+{
+    const char *slowest;
+    char text[320];
+    double peclet = pdi_observe_peclet(model, &slowest);
+    if (!(peclet > PDI_MONITOR_PECLET)) return;
+    snprintf(text, sizeof text, "species: the cell Peclet number v h/D is up to %.3g (%s): upwinding spreads them more "
+             "than they diffuse, and what reaches a surface along the flow can be tens of per cent too high; it wants "
+             "at most %g", peclet, slowest, PDI_MONITOR_PECLET);
+    print(user, PD_PRINT_NOTE, text);
+}
+
 PDI_FN void pdi_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
 {
     char text[1024];
     if (!print) return;
+    pdi_monitor_spread(all->model, print, user);
     for (int k = 0; k < all->model->setup->monitors; k++) {
         const pd_monitor *m = &all->monitor[k];
         if (m->count == 0) continue;
         snprintf(text, sizeof text, "result case=%s %s=%s time=%.9g", all->model->setup->name,
                  pdi_setup_monitor_name(m->desc->kind), m->desc->name, all->model->couple.time);
+        char *figures = text + strlen(text);
         for (int f = 0; f < m->count; f++) {
             size_t used = strlen(text);
             if (isnan(m->figure[f].value)) continue; /* a figure without a value has no key */
             snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
         }
+        pdi_known(figures);
         print(user, PD_PRINT_RESULT, text);
         pdi_monitor_doubt(all->model, m, print, user);
     }
@@ -84453,11 +85376,13 @@ PDI_FN void pdi_compare_print(const pd_compare *c, pd_print_fn print, void *user
         memcpy(unit, r->unit[0] ? r->unit : "-", strlen(r->unit[0] ? r->unit : "-") + 1);
         for (char *u = unit; *u; u++)
             if (*u == ' ') *u = '*'; /* one word of the line */
-        snprintf(text, sizeof text, "result case=%s measured=%s of=%.127s unit=%s points=%d rms=%.4g largest=%.4g"
-                 " at=%.9g", c->model->setup->name, r->name, r->figure, unit, result.points, result.rms,
-                 result.largest, result.at);
-        size_t used = strlen(text);
-        if (r->spread) snprintf(text + used, sizeof text - used, " within_spread=%d", result.within);
+        snprintf(text, sizeof text, "result case=%s measured=%s of=%.127s unit=%s", c->model->setup->name, r->name,
+                 r->figure, unit);
+        char *figures = text + strlen(text);
+        pdi_append(text, sizeof text, " points=%d rms=%.4g largest=%.4g at=%.9g", result.points, result.rms,
+                   result.largest, result.at);
+        if (r->spread) pdi_append(text, sizeof text, " within_spread=%d", result.within);
+        pdi_known(figures);
         print(user, PD_PRINT_RESULT, text);
     }
 }
@@ -84833,7 +85758,8 @@ static void pdi_run_overlap(const pdi_run *r)
     double depth = r->model.structure.overlap.crack;
     if (!r->desc->print || !(depth > 0.0)) return;
     snprintf(line, sizeof line, "solid: faces of a crack or of a gap overlap by up to %.3g m, as if they were not "
-             "there: no contact is computed, so displacements, stresses and J are not those of faces that touch", depth);
+             "there: no contact is computed, so displacements, stresses and J are not those of faces that touch",
+             depth);
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 
@@ -84907,6 +85833,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     pdi_effort effort;
     pdi_model_effort(m, &effort);
     int64_t nodes = m->grid.fluid_count + m->grid.solid_count;
+    const char *slowest;
     memcpy(result->name, r->setup->name, sizeof result->name);
     result->stopped = r->stopped;
     result->time = c->time;
@@ -84927,6 +85854,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;
+    result->peclet = pdi_observe_peclet(m, &slowest);
     result->residual = pdi_max(effort.momentum, effort.continuity);
     result->evaluations = effort.flow_evaluations;
     result->settled = r->setup->settle;
@@ -85043,18 +85971,22 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
 {
     if (size == 0) return;
     text[0] = '\0';
-    pdi_append(text, size, "result case=%s dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", r->name, PD_DIM,
-                   r->h, r->m, r->volume_loss, r->ledger);
+    pdi_append(text, size, "result case=%s", r->name);
+    char *figures = text + strlen(text);
+    pdi_append(text, size, " dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", PD_DIM, r->h, r->m, r->volume_loss,
+               r->ledger);
     if (r->settled) pdi_append(text, size, " defect=%.3g", r->defect);
     if (r->unsolved) pdi_append(text, size, " unsolved=%.0f", (double)r->unsolved);
     if (r->sheds) pdi_append(text, size, " gas=%.9g gas_mL=%.6g", r->gas, r->gas_volume * 1e6);
     if (r->has_potential)
         pdi_append(text, size, " current=%.9g current_balance=%.3g", r->current, r->current_balance);
     if (r->has_flux) pdi_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
+    if (r->peclet > 0.0) pdi_append(text, size, " peclet=%.3g", r->peclet);
     if (r->has_front) pdi_append(text, size, " front=%.6g", r->front);
     else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
     pdi_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
                    r->bytes_per_node);
+    pdi_known(figures);
 }
 
 #undef PDI_RUN_PROGRESS
@@ -85618,11 +86550,15 @@ void pd_estimate_print(const pd_estimate *e, pd_print_fn print, void *user)
             continue;
         }
         snprintf(text, sizeof text, "result case=%s estimate=richardson %s=%s", e->setup->name, f->section, f->name);
+        char *figures = text + strlen(text);
         k = pdi_estimate_section(e, k, text, sizeof text);
+        pdi_known(figures);
         print(user, PD_PRINT_RESULT, text);
     }
     snprintf(text, sizeof text, "result case=%s estimate=richardson", e->setup->name);
+    char *figures = text + strlen(text);
     pdi_estimate_scene(e, text, sizeof text);
+    pdi_known(figures);
     print(user, PD_PRINT_RESULT, text);
     if (!e->without[0]) return;
     snprintf(text, sizeof text, "the error estimate assumes orders: %s", e->without);
@@ -86108,6 +87044,7 @@ void pd_fit_line(const pd_fit *fit, char *text, size_t size)
     text[0] = '\0';
     pdi_append(text, size, "result case=%s fit=%s points=%d", fit->name,
                    fit->records == 1 ? fit->figure : "several", fit->points);
+    char *figures = text + strlen(text);
     pdi_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->records == 1 && fit->unit[0] ? fit->unit : "-");
     if (fit->known) pdi_append(text, size, " chi2=%.4g", s->sum);
     pdi_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->freedom, fit->evaluations,
@@ -86120,6 +87057,7 @@ void pd_fit_line(const pd_fit *fit, char *text, size_t size)
         for (int l = 0; l < k; l++)
             pdi_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);
     }
+    pdi_known(figures);
 }
 
 #undef PDI_FIT_OVERRIDES
