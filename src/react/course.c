@@ -430,21 +430,12 @@ static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
     return status < 0 ? status : PD_OK;
 }
 
-/* [s] of the first step: with migration ions cross a cell in it. What a long one asks for may be far from the start,
- * and steps grow fast. */
-static double pdi_course_first(const pd_course *a)
-{
-    const pd_reactive *r = a->reactive;
-    int moves = r->migration.on && r->diffusion.desc.diffusivity > 0.0;
-    return moves ? pdi_min(pdi_course_cell(r), a->left) : a->left;
-}
-
 static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     int last;
     a->left = s->limit - s->time;
-    if (!(a->dt > 0.0)) a->dt = pdi_course_first(a);
+    if (!(a->dt > 0.0)) a->dt = a->left;
     a->time = s->time;
     if (!a->begun) {
         a->begin = s->time;
@@ -638,6 +629,9 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
     }
     a->dt = s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
                                          : PDI_COURSE_SHRINK);
+    /* what a long first step asks for may be far from the start: ions cross a cell in it, and steps grow fast */
+    if (!a->steps && !(s->error < HUGE_VAL) && a->reactive->migration.on)
+        a->dt = pdi_min(a->dt, pdi_course_cell(a->reactive));
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
     return PD_OK;
 }
