@@ -43002,21 +43002,12 @@ static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
     return status < 0 ? status : PD_OK;
 }
 
-/* [s] of the first step: with migration ions cross a cell in it. What a long one asks for may be far from the start,
- * and steps grow fast. */
-static double pdi_course_first(const pd_course *a)
-{
-    const pd_reactive *r = a->reactive;
-    int moves = r->migration.on && r->diffusion.desc.diffusivity > 0.0;
-    return moves ? pdi_min(pdi_course_cell(r), a->left) : a->left;
-}
-
 static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     int last;
     a->left = s->limit - s->time;
-    if (!(a->dt > 0.0)) a->dt = pdi_course_first(a);
+    if (!(a->dt > 0.0)) a->dt = a->left;
     a->time = s->time;
     if (!a->begun) {
         a->begin = s->time;
@@ -43210,6 +43201,9 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
     }
     a->dt = s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
                                          : PDI_COURSE_SHRINK);
+    /* what a long first step asks for may be far from the start: ions cross a cell in it, and steps grow fast */
+    if (!a->steps && !(s->error < HUGE_VAL) && a->reactive->migration.on)
+        a->dt = pdi_min(a->dt, pdi_course_cell(a->reactive));
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
     return PD_OK;
 }
@@ -55890,7 +55884,7 @@ static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int flip, con
     return 1;
 }
 
-/* Follow bond k of node i to the first metal on it, and share it among the metal that it meets at once. */
+/* Follow bond k of node i to the first metal on it, and share it among the closed cells that it meets at once. */
 static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
 {
     const pd_bonds *bonds = w->bonds;
@@ -55899,7 +55893,7 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
     double last[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) last[d] = 0.0;
     for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
-        int metal = 0, fluid = 0, flip;
+        int cells = s->group_cell[g + 1] - s->group_cell[g], metal = 0, fluid = 0, flip;
         double mean[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) mean[d] = 0.0;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
@@ -55911,12 +55905,15 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
         }
         for (int d = 0; d < PD_DIM && fluid; d++) last[d] = mean[d] / fluid;
         if (fluid) continue;
+        /* where a bond meets a side or a wall, too, the place on its surface is not that of the metal */
+        int whole = metal == cells && g == pdi_path_closed_group(&bonds->paths, i, k);
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
             int32_t j = pdi_contact_home(grid, i + bonds->paths.cell_shift[c], &flip);
             double normal[PD_DIM], way;
             if (grid->kind[j] != PD_SOLID) continue;
-            if (pdi_contact_smooth(w, row, j, k, normal, &way) || pdi_contact_rough(w, j, flip, last, normal, &way))
-                pdi_contact_add(w, i, j, k, 1.0 / metal, normal, way);
+            if ((whole && pdi_contact_smooth(w, row, j, k, normal, &way)) ||
+                pdi_contact_rough(w, j, flip, last, normal, &way))
+                pdi_contact_add(w, i, j, k, 1.0 / cells, normal, way);
         }
         return;
     }

@@ -110,7 +110,7 @@ static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int flip, con
     return 1;
 }
 
-/* Follow bond k of node i to the first metal on it, and share it among the metal that it meets at once. */
+/* Follow bond k of node i to the first metal on it, and share it among the closed cells that it meets at once. */
 static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
 {
     const pd_bonds *bonds = w->bonds;
@@ -119,7 +119,7 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
     double last[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) last[d] = 0.0;
     for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
-        int metal = 0, fluid = 0, flip;
+        int cells = s->group_cell[g + 1] - s->group_cell[g], metal = 0, fluid = 0, flip;
         double mean[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) mean[d] = 0.0;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
@@ -131,12 +131,15 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
         }
         for (int d = 0; d < PD_DIM && fluid; d++) last[d] = mean[d] / fluid;
         if (fluid) continue;
+        /* where a bond meets a side or a wall, too, the place on its surface is not that of the metal */
+        int whole = metal == cells && g == pdi_path_closed_group(&bonds->paths, i, k);
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
             int32_t j = pdi_contact_home(grid, i + bonds->paths.cell_shift[c], &flip);
             double normal[PD_DIM], way;
             if (grid->kind[j] != PD_SOLID) continue;
-            if (pdi_contact_smooth(w, row, j, k, normal, &way) || pdi_contact_rough(w, j, flip, last, normal, &way))
-                pdi_contact_add(w, i, j, k, 1.0 / metal, normal, way);
+            if ((whole && pdi_contact_smooth(w, row, j, k, normal, &way)) ||
+                pdi_contact_rough(w, j, flip, last, normal, &way))
+                pdi_contact_add(w, i, j, k, 1.0 / cells, normal, way);
         }
         return;
     }
