@@ -70965,9 +70965,9 @@ static const char *const pdi_template_of_plate[] = {
 "# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
 "",
 "# h is the spacing: half of it costs 8 times as much.",
-"[grid]        h = 2 mm   box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 8 mm",
+"[grid]        h = 2 mm   box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 12 mm",
 "",
-"[shape sheet] box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 8 mm",
+"[shape sheet] box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 12 mm",
 "[shape hole]  cylinder = z   centre = 30 mm, 16 mm, 0 mm   radius = 5 mm",
 "[shape plate] difference = sheet, hole   kind = solid",
 "",
@@ -70976,15 +70976,15 @@ static const char *const pdi_template_of_plate[] = {
 "[side x+]     traction = 50 MPa, 0 MPa, 0 MPa",
 "",
 "# Places that may not slide along the end that stands still.",
-"[shape foot]  ball = 0 mm, 16 mm, 4 mm   radius = 2 mm   kind = grip   uy = 0 mm   uz = 0 mm",
-"[shape toe]   ball = 0 mm, 30 mm, 4 mm   radius = 2 mm   kind = grip   uz = 0 mm",
+"[shape foot]  ball = 0 mm, 16 mm, 6 mm   radius = 2 mm   kind = grip   uy = 0 mm   uz = 0 mm",
+"[shape toe]   ball = 0 mm, 30 mm, 6 mm   radius = 2 mm   kind = grip   uz = 0 mm",
 "",
 "# For metal that flows add yield = 100 MPa, for metal that breaks toughness = 5 kJ/m2.",
 "[solid]       E = 45 GPa   nu = 0.3",
-"[output]      fields = u, mises, sigma_h   images = mises   deformed = 60   slice = z 4 mm",
+"[output]      fields = u, mises, sigma_h   images = mises   deformed = 60   slice = z 6 mm",
 "",
 "# The stress beside the hole.",
-"[probe side]  at = 30 mm, 23 mm, 4 mm   fields = mises",
+"[probe side]  at = 30 mm, 23 mm, 6 mm   fields = mises",
     NULL};
 static const char *const pdi_template_of_wire[] = {
 "# A wire that dissolves in the stream of a tube. Change what you know of yours; every key: pd3d --keys.",
@@ -73783,6 +73783,7 @@ PDI_FN void pdi_read_solid_notes(pdi_reader *s)
     const pd_setup_body *b = &u->metal_body;
     int stress = PD_DIM == 2 && b->plane == PD_PLANE_STRESS;
     int families = b->material != PD_STRUCTURE_SPRINGS && b->material != PD_STRUCTURE_ORDINARY;
+    if (!u->has_solid) return;
     for (int k = 1; k < u->metals; k++)
         pdi_setup_note(u, "solid: %.40s has the E and nu of %.40s, since [solid] has one of each; expected the metal "
                        "that bears the load alone with kind = solid, and a grip where the other one holds it",

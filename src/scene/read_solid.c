@@ -259,6 +259,7 @@ PDI_FN void pdi_read_solid_notes(pdi_reader *s)
     const pd_setup_body *b = &u->metal_body;
     int stress = PD_DIM == 2 && b->plane == PD_PLANE_STRESS;
     int families = b->material != PD_STRUCTURE_SPRINGS && b->material != PD_STRUCTURE_ORDINARY;
+    if (!u->has_solid) return;
     for (int k = 1; k < u->metals; k++)
         pdi_setup_note(u, "solid: %.40s has the E and nu of %.40s, since [solid] has one of each; expected the metal "
                        "that bears the load alone with kind = solid, and a grip where the other one holds it",
