@@ -9,6 +9,8 @@
 #include "scene_file.h"
 #include "run/sweep.h"
 #include "run/compare.h"
+#include "run/depletion.h"
+#include "run/vary.h"
 #include "flow/gas.h"
 #include "lattice/csr.h"
 #include "lattice/lattice.h"
@@ -36,8 +38,10 @@ static const char pin[] =
     "[grid] h = 1 um  m = 2  box = 0 .. 16 um" ACROSS("0", "8 um") "\n"
     "[shape metal] box = 6 um .. 11 um" ACROSS("3 um", "5 um") "\n  kind = solid  material = mg4ag  grains = 3 um\n"
 #if PD_DIM > 1
-    "[side x-] flow = inlet  profile = uniform  mean = 0.01 m/s  C = 1 mol/m3\n[side x+] flow = outlet\n"
+    "[side x-] flow = inlet  profile = uniform  mean = 0.01 m/s  C = 1 mol/m3*t/1 s\n[side x+] flow = outlet\n"
     "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n"
+#else
+    "[side x-] C = 1 mol/m3*t/1 s\n"
 #endif
     "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/s * (1 - C/Csat)  Csat = 50 mol/m3\n"
     "[run] until = 0.1 s\n[transfer m] length = 1 um  surface = Csat  fluid = 0 mol/m3\n[total t]\n";
@@ -416,6 +420,9 @@ INNER(monitors, pd_monitors)
     return status;
 }
 
+INNER(vary, pd_vary) { return pdi_vary_build(ctx, &l->of_pin, o); }
+INNER(depletion, pd_depletion) { return pdi_depletion_build(ctx, &l->pin, o); }
+
 INNER(compare, pd_compare)
 {
     pd_status status = pdi_compare_build(ctx, &l->pin, NULL, NULL, 0, o); /* a scene without measured points */
@@ -688,7 +695,7 @@ static const entry builds[] = {
     ROW(sequential, pd_sequential, 1, 1) ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
-    ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
+    ROW(vary, pd_vary, 0, 1) ROW(depletion, pd_depletion, 0, 1) ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
     ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
     ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1) ROW(speciation, pd_speciation, 1, 0)
     ROW(reactive, pd_reactive, 1, 1) ROW(course, pd_course, 1, 1) ROW(etch, pd_etch, 1, 1)
@@ -748,11 +755,11 @@ TEST(a_failed_build_leaves_nothing)
 }
 
 /* Internal builds of parts: they fail with the object that they are part of, whose build is tried. */
-static const char *const parts[] = {"owner", "jacobian", "spectrum",    "boundary", "media",
-                                    "spans", "flux",     "fingerprint", "compact",  "limiter",  "inverse",
-                                    "band",  "springs",  "path",        "bond_weights", "images", "components",
-                                    "shell", "shade",    "sight",       "electrolyte", "attack",
-                                    "mineral", "cell",  "electrodes",  "polarise", "coat", "surfaces"};
+static const char *const parts[] = {"owner", "jacobian", "spectrum", "boundary", "media", "spans", "flux",
+                                    "fingerprint", "compact", "limiter", "inverse", "band", "springs", "path",
+                                    "bond_weights", "images", "components", "shell", "shade", "sight", "electrolyte",
+                                    "attack", "mineral", "cell", "electrodes", "gas_wall", "mirrored", "overlap",
+                                    "polarise", "coat", "surfaces"};
 
 /* How many functions `pd_status pd_X_build(` or `pd_status pdi_X_build(` a header has; each must be tried. */
 static int builds_of(const char *path)

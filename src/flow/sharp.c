@@ -4,6 +4,10 @@
 #include <math.h>
 #include <string.h>
 
+/* Largest Reynolds number of a flow, and of the longest spacing, at which fourth order is known to pay. */
+#define PDI_SHARP_REYNOLDS 1000.0
+#define PDI_SHARP_REYNOLDS_CELL 16.0
+
 static const double *pdi_sharp_along(const pd_sharp *sharp, const double *bend, int axis, int of)
 {
     return bend + (int64_t)(axis * PD_DIM + of) * sharp->bonds->grid->total;
@@ -516,9 +520,12 @@ PDI_FN int pdi_sharp_box(const pd_grid *grid)
     return 1;
 }
 
-PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
+PDI_FN int pdi_sharp_pays(const pd_bonds *bonds, double rate, double length)
 {
-    return !pdi_sharp_far(bonds->stencil) && !bonds->grid->circumference && pdi_sharp_box(bonds->grid);
+    double longest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, bonds->grid->h[d]);
+    int slow = rate * length <= PDI_SHARP_REYNOLDS * (1.0 + 1e-9) && rate * longest <= PDI_SHARP_REYNOLDS_CELL;
+    return slow && !pdi_sharp_far(bonds->stencil) && !bonds->grid->circumference && pdi_sharp_box(bonds->grid);
 }
 
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)

@@ -33,8 +33,9 @@ typedef struct pdi_sharp_field {
 PDI_FN int pdi_sharp_closed(const pd_side *side);
 /* 1: a closed box without bodies, whose walls meet. */
 PDI_FN int pdi_sharp_box(const pd_grid *grid);
-/* 1: such a box on nearest neighbours: slower flows there have less error for the same time. */
-PDI_FN int pdi_sharp_pays(const pd_bonds *bonds);
+/* 1: such a box on nearest neighbours, and a flow that is slow enough: it has less error there for the same time.
+ * rate [1/m]: Reynolds number over the length [m] of the flow. */
+PDI_FN int pdi_sharp_pays(const pd_bonds *bonds, double rate, double length);
 /* PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or nodes are rings. */
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp);
 PDI_FN void pdi_sharp_list(pdi_owner *owner, void *object);

@@ -44,10 +44,6 @@
 /* A linear solve that just misses costs a whole Newton step more. */
 #define PDI_STEADY_STAGE_ENOUGH 0.1
 
-/* Largest Reynolds number of a flow, and of the longest spacing, at which fourth order is known to pay. */
-#define PDI_STEADY_SHARP 1000.0
-#define PDI_STEADY_SHARP_CELL 16.0
-
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
     pd_ctx *ctx;
@@ -422,11 +418,8 @@ PDI_FN size_t pdi_steady_room(pd_steady *s)
 /* The order of a flow that has none yet: it stays, whatever the flow becomes. */
 static void pdi_steady_order(pd_flow *flow)
 {
-    double rate = flow->speed / flow->nu, longest = 0.0;
     if (flow->order != PD_FLOW_PAYING) return;
-    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, flow->grid->h[d]);
-    int calm = rate * flow->length <= PDI_STEADY_SHARP * (1.0 + 1e-9) && rate * longest <= PDI_STEADY_SHARP_CELL;
-    flow->order = calm && pdi_sharp_pays(flow->bonds) ? 4 : 2;
+    flow->order = pdi_sharp_pays(flow->bonds, flow->speed / flow->nu, flow->length) ? 4 : 2;
     if (flow->order == 2) return;
     memset(&flow->isotropic, 0, sizeof flow->isotropic);
     flow->isotropy = 0.0;
@@ -566,22 +559,12 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
 
 /* ---- what is left of the divergence ---- */
 
-/* Ghosts of the potential: nothing of it passes an inlet, so that what enters is what inlets hold; outlets hold zero,
- * and so do inlets where nothing else does. */
-static void pdi_steady_potential_ghosts(const pd_flow *flow, double *q)
-{
-    const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    pd_ghosts_scalar(ghosts, q);
-    for (int32_t g = ghosts->count; g < ghosts->listed && ghosts->count > ghosts->images; g++)
-        q[ghosts->node[g]] = flow->grid->kind[ghosts->source[g]] == PD_FLUID ? q[ghosts->source[g]] : 0.0;
-}
-
 /* y = lap x. x gets its ghosts. */
 static void pdi_steady_laplacian(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
     const pd_flow *flow = u->steady->flow;
-    pdi_steady_potential_ghosts(flow, (double *)x); /* the solver is lean */
+    pdi_ghosts_potential(&flow->bonds->ghosts, (double *)x); /* the solver is lean */
     pd_op_laplacian(u->ctx, flow->bonds, x, y);
 }
 
@@ -620,7 +603,7 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     pdi_flow_prepare(ctx, flow); /* its advecting velocity was work */
     s->uneven = linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_volume(flow);
     pdi_par_copy(ctx, total, s->step + split, s->potential);
-    pdi_steady_potential_ghosts(flow, s->potential);
+    pdi_ghosts_potential(&flow->bonds->ghosts, s->potential);
     flow->potential = s->potential;
     return PD_OK;
 }

@@ -3,6 +3,7 @@
  * Sources: trees of boxes and the closest points of triangles as in Ericson 2005, ch. 5 and 6.
  */
 #include "lattice/facets.h"
+#include "lattice/weld.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,8 +15,6 @@
 #define PDI_FACETS_ROUNDING 1e-14
 /* Least square of the double area of a triangle that has a plane, over the fourth power of its longest edge. */
 #define PDI_FACETS_SLIVER 1e-16
-/* Vertices of a surface that is open without it are the same within this share of its largest extent. */
-#define PDI_FACETS_NEAR 3e-6
 /* Distances to shells that a place keeps apart; where more bodies overlap the distance is one to them. */
 #define PDI_FACETS_NEARER 16
 /* Triangles that are looked at from their front, about; and the least component of a normal along axis 0. */
@@ -47,17 +46,6 @@ PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets)
 
 /* ---- is it closed? ---- */
 
-typedef struct pdi_facets_vertex {
-    double x[3];
-    int32_t at; /* of all corners */
-} pdi_facets_vertex;
-
-/* The same with the cube of the tolerance that it lies in. */
-typedef struct pdi_facets_cube {
-    int32_t index[3];
-    int32_t at;
-} pdi_facets_cube;
-
 typedef struct pdi_facets_edge {
     int32_t low, high; /* vertices */
     int32_t at;        /* corner where it begins */
@@ -83,22 +71,6 @@ typedef struct pdi_facets_work {
     int32_t at, triangles, along;
 } pdi_facets_work;
 
-static int pdi_facets_compare(const void *a, const void *b)
-{
-    const pdi_facets_vertex *p = (const pdi_facets_vertex *)a, *q = (const pdi_facets_vertex *)b;
-    for (int d = 0; d < 3; d++)
-        if (p->x[d] < q->x[d] || p->x[d] > q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
-    return (p->at > q->at) - (p->at < q->at);
-}
-
-static int pdi_facets_compare_cubes(const void *a, const void *b)
-{
-    const pdi_facets_cube *p = (const pdi_facets_cube *)a, *q = (const pdi_facets_cube *)b;
-    for (int d = 0; d < 3; d++)
-        if (p->index[d] != q->index[d]) return p->index[d] < q->index[d] ? -1 : 1;
-    return (p->at > q->at) - (p->at < q->at);
-}
-
 static int pdi_facets_compare_edges(const void *a, const void *b)
 {
     const pdi_facets_edge *p = (const pdi_facets_edge *)a, *q = (const pdi_facets_edge *)b;
@@ -115,114 +87,6 @@ static int pdi_facets_compare_faces(const void *a, const void *b)
         if (p->vertex[k] != q->vertex[k]) return p->vertex[k] < q->vertex[k] ? -1 : 1;
     if (p->sense != q->sense) return p->sense < q->sense ? -1 : 1;
     return (p->at > q->at) - (p->at < q->at);
-}
-
-/* The first of what is joined with k. */
-static int32_t pdi_facets_root(int32_t *root, int32_t k)
-{
-    while (root[k] != k) k = root[k] = root[root[k]];
-    return k;
-}
-
-static void pdi_facets_join(int32_t *root, int32_t a, int32_t b)
-{
-    a = pdi_facets_root(root, a);
-    b = pdi_facets_root(root, b);
-    if (a < b) root[b] = a;
-    else root[a] = b;
-}
-
-/* Corners at the same places are one vertex. */
-static pd_status pdi_facets_weld(pd_ctx *ctx, pdi_facets_work *w)
-{
-    pdi_facets_vertex *list = NULL;
-    int32_t n = 3 * w->count, number = 0;
-    PDI_TRY(PDI_NEW(ctx, "facets", n, list));
-    for (int32_t k = 0; k < n; k++) {
-        for (int d = 0; d < 3; d++) list[k].x[d] = w->corner[(int64_t)k * 3 + d];
-        list[k].at = k;
-    }
-    qsort(list, (size_t)n, sizeof *list, pdi_facets_compare);
-    for (int32_t k = 0; k < n; k++) {
-        for (int d = 0; k && d < 3; d++)
-            if (list[k].x[d] < list[k - 1].x[d] || list[k].x[d] > list[k - 1].x[d]) {
-                number = k;
-                break;
-            }
-        w->vertex[list[k].at] = list[number].at;
-    }
-    PDI_DELETE(ctx, n, list);
-    return PD_OK;
-}
-
-/* The first of `count` cubes that does not come before `key`. */
-static int32_t pdi_facets_find(const pdi_facets_cube *cube, int32_t count, const pdi_facets_cube *key)
-{
-    int32_t low = 0, high = count;
-    while (low < high) {
-        int32_t middle = low + (high - low) / 2;
-        if (pdi_facets_compare_cubes(&cube[middle], key) < 0) low = middle + 1;
-        else high = middle;
-    }
-    return low;
-}
-
-/* Join a vertex with those behind it in its cube and in the cubes around that lie no farther than `near` [m]. */
-static void pdi_facets_gather(pdi_facets_work *w, const pdi_facets_cube *cube, int32_t count, int32_t k, double near)
-{
-    const double *x = w->corner + 3 * (int64_t)cube[k].at;
-    for (int n = 0; n < 27; n++) {
-        pdi_facets_cube key = cube[k];
-        key.index[0] += n % 3 - 1;
-        key.index[1] += n / 3 % 3 - 1;
-        key.index[2] += n / 9 - 1;
-        key.at = -1;
-        for (int32_t o = pdi_facets_find(cube, count, &key); o < count; o++) {
-            double square = 0.0;
-            int there = cube[o].index[0] == key.index[0] && cube[o].index[1] == key.index[1] &&
-                        cube[o].index[2] == key.index[2];
-            if (!there) break;
-            for (int d = 0; d < 3; d++) {
-                double off = w->corner[3 * (int64_t)cube[o].at + d] - x[d];
-                square += off * off;
-            }
-            if (o > k && square <= near * near) pdi_facets_join(w->root, cube[k].at, cube[o].at);
-        }
-    }
-}
-
-/* Vertices that lie side by side are one: files round coordinates. */
-static pd_status pdi_facets_weld_near(pd_ctx *ctx, pdi_facets_work *w)
-{
-    pdi_facets_cube *cube = NULL;
-    int32_t n = 3 * w->count, count = 0;
-    double low[3], extent = 0.0;
-    for (int d = 0; d < 3; d++) {
-        double high = low[d] = w->corner[d];
-        for (int32_t k = 0; k < n; k++) {
-            low[d] = pdi_min(low[d], w->corner[3 * (int64_t)k + d]);
-            high = pdi_max(high, w->corner[3 * (int64_t)k + d]);
-        }
-        extent = pdi_max(extent, high - low[d]);
-    }
-    double near = PDI_FACETS_NEAR * extent;
-    if (!(near > 0.0)) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "facets", n, cube));
-    for (int32_t k = 0; k < n; k++) {
-        w->root[k] = k;
-        if (w->vertex[k] != k) continue;
-        for (int d = 0; d < 3; d++) cube[count].index[d] = (int32_t)((w->corner[3 * (int64_t)k + d] - low[d]) / near);
-        cube[count++].at = k;
-    }
-    qsort(cube, (size_t)count, sizeof *cube, pdi_facets_compare_cubes);
-    for (int32_t k = 0; k < count; k++) pdi_facets_gather(w, cube, count, k, near);
-    for (int32_t k = 0; k < n; k++) {
-        int32_t to = pdi_facets_root(w->root, w->vertex[k]);
-        w->joined += to != w->vertex[k];
-        w->vertex[k] = to;
-    }
-    PDI_DELETE(ctx, n, cube);
-    return PD_OK;
 }
 
 /* Triangles without a plane are left out, and those that lie on each other back to back: bodies touch there. */
@@ -265,7 +129,7 @@ static void pdi_facets_pairs(pdi_facets_work *w, const pdi_facets_edge *edge, in
         int32_t forth = 0;
         for (next = k; next < count && edge[next].low == edge[k].low && edge[next].high == edge[k].high; next++) {
             forth += edge[next].sense;
-            pdi_facets_join(w->root, edge[k].at / 3, edge[next].at / 3);
+            pdi_weld_join(w->root, edge[k].at / 3, edge[next].at / 3);
         }
         if (2 * forth == next - k) continue;
         if (!w->open++) {
@@ -275,7 +139,7 @@ static void pdi_facets_pairs(pdi_facets_work *w, const pdi_facets_edge *edge, in
         }
     }
     for (int32_t k = 0; k < w->count; k++)
-        if (w->part[k] >= 0) w->part[k] = pdi_facets_root(w->root, k);
+        if (w->part[k] >= 0) w->part[k] = pdi_weld_root(w->root, k);
 }
 
 static pd_status pdi_facets_edges(pd_ctx *ctx, pdi_facets_work *w)
@@ -301,10 +165,10 @@ static pd_status pdi_facets_edges(pd_ctx *ctx, pdi_facets_work *w)
 /* As it is, or with vertices joined that lie side by side. */
 static pd_status pdi_facets_closed(pd_ctx *ctx, pdi_facets_work *w)
 {
-    PDI_TRY(pdi_facets_weld(ctx, w));
+    PDI_TRY(pdi_weld_exact(ctx, w->corner, 3 * w->count, w->vertex));
     PDI_TRY(pdi_facets_edges(ctx, w));
     if (w->open) {
-        PDI_TRY(pdi_facets_weld_near(ctx, w));
+        PDI_TRY(pdi_weld_near(ctx, w->corner, 3 * w->count, w->vertex, w->root, &w->joined));
         PDI_TRY(pdi_facets_edges(ctx, w));
     }
     if (!w->open) return PD_OK;
@@ -586,7 +450,7 @@ static int pdi_facets_front(const pd_facets *f, int32_t k, double tilt, const do
     double far = 0.0, near = HUGE_VAL; /* triangles that lie on each other are in front of nothing */
     for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
     for (int32_t s = 0; s < f->shells; s++) near = pdi_facets_nearest(f, f->root[s], k, middle, near);
-    return near > PDI_FACETS_NEAR * PDI_FACETS_NEAR * far * far ? around : 0;
+    return near > PDI_WELD_NEAR * PDI_WELD_NEAR * far * far ? around : 0;
 }
 
 /* 1: triangle k can be looked at along axis 0: its middle, and the component of its normal. */
@@ -808,7 +672,6 @@ PDI_FN double pdi_facets_crossing(const pd_facets *f, const double *x, const dou
 #undef PDI_FACETS_EDGE
 #undef PDI_FACETS_ROUNDING
 #undef PDI_FACETS_SLIVER
-#undef PDI_FACETS_NEAR
 #undef PDI_FACETS_NEARER
 #undef PDI_FACETS_LOOKS
 #undef PDI_FACETS_STEEP

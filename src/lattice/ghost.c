@@ -106,6 +106,13 @@ PDI_FN void pdi_ghosts_pressure(const pd_ghosts *g, double held, double *p)
     for (int32_t k = g->images; k < g->count; k++) p[g->node[k]] = 2.0 * held - p[g->source[k]];
 }
 
+PDI_FN void pdi_ghosts_potential(const pd_ghosts *g, double *q)
+{
+    pd_ghosts_scalar(g, q);
+    for (int32_t k = g->count; k < g->listed && g->count > g->images; k++)
+        q[g->node[k]] = g->grid->kind[g->source[k]] == PD_FLUID ? q[g->source[k]] : 0.0;
+}
+
 PDI_FN void pdi_ghosts_clear(const pd_ghosts *g, int components, double *x)
 {
     int64_t total = g->grid->total;

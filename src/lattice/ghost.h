@@ -37,6 +37,9 @@ PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
 PDI_FN void pdi_ghosts_held(const pd_ghosts *ghosts, const double *held, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
 PDI_FN void pdi_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
+/* q [total] of a velocity that corrects a flow: nothing of it passes an inlet, so that what enters is what inlets hold;
+ * outlets hold zero, and so do inlets where nothing else does. */
+PDI_FN void pdi_ghosts_potential(const pd_ghosts *ghosts, double *q);
 /* x [components][total] becomes zero at all ghosts of the list, inlets included. */
 PDI_FN void pdi_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
 PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);

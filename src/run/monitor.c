@@ -10,13 +10,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Cells of the layer at a surface with fewer of which its flux is some per cent off; with one it is any number. */
-#define PDI_MONITOR_LAYER 2.0
-/* Cell Peclet number v h/D at which upwinding spreads species as much as they diffuse. */
-#define PDI_MONITOR_PECLET 2.0
-
-/* Share of Faraday's law by which metal lost may differ from it without a word. */
-#define PDI_MONITOR_EXACT 0.01
 #define PDI_MONITOR_FARADAY 96485.33212 /* [C/mol] */
 /* Two numbers that differ by this share of them are the same one. */
 #define PDI_MONITOR_SAME 1e-9
@@ -355,7 +348,7 @@ static double pdi_monitor_dissolves(const pd_model *model, int electrode)
     return 0.0;
 }
 
-static void pdi_monitor_now(const pd_model *model, int electrode, pd_cell_electrode *e)
+PDI_FN void pdi_monitor_now(const pd_model *model, int electrode, pd_cell_electrode *e)
 {
     if (model->attack.polarise.setup) pdi_polarise_electrode(&model->attack.polarise, electrode, e);
     else pd_cell_electrode_of(&model->cell, electrode, e);
@@ -723,90 +716,6 @@ PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
     return PD_OK;
 }
 
-/* Metal and charge do not agree. */
-static void pdi_monitor_uneven(const pd_monitor *m, pd_print_fn print, void *user)
-{
-    char text[256];
-    for (int f = 0; f < m->count; f++) {
-        double share = m->figure[f].value;
-        if (strcmp(m->figure[f].key, "faraday") || !(fabs(share - 1.0) > PDI_MONITOR_EXACT)) continue;
-        snprintf(text, sizeof text, "electrode %s: its metal has lost %.4g of what its anodic charge dissolves by "
-                 "Faraday's law: %s", m->desc->name, share,
-                 share < 1.0 ? "it was used up, or covered, or the fluid at it was saturated, while current passed"
-                             : "factors make it dissolve faster than its current does");
-        print(user, PD_PRINT_NOTE, text);
-    }
-}
-
-/* A curve is straight where it is not given. */
-static void pdi_monitor_outside(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
-{
-    char text[320];
-    const pd_electrode_term *table = pdi_cell_table(&model->cell, m->desc->index);
-    pd_cell_electrode e;
-    pdi_monitor_now(model, m->desc->index, &e);
-    if (!table || !(e.met.left < HUGE_VAL)) return;
-    snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, first outside of its range "
-             "%.6g .. %.6g V at t = %.6g s: beyond it the curve is a straight line, and currents are not those of `i`; "
-             "a wider range holds them", m->desc->name, e.met.least, e.met.most, table->potential[0],
-             table->potential[table->points - 1], e.met.left);
-    print(user, PD_PRINT_NOTE, text);
-}
-
-/* What figures cannot be trusted in. */
-static void pdi_monitor_doubt(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
-{
-    char text[256];
-    if (m->desc->kind == PD_MONITOR_ELECTRODE) {
-        pdi_monitor_uneven(m, print, user);
-        pdi_monitor_outside(model, m, print, user);
-    }
-    double h = model->grid.h[0], layer = HUGE_VAL;
-    for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
-    for (int f = 0; f < m->count; f++)
-        if (!strcmp(m->figure[f].key, "layer")) layer = fabs(m->figure[f].value);
-    if (!(layer < PDI_MONITOR_LAYER * h)) return;
-    snprintf(text, sizeof text, "%s %s: the layer at its surface is %.3g m thick, and cells are %.3g m: its flux wants "
-             "at least %g cells across", pdi_setup_monitor_name(m->desc->kind), m->desc->name, layer, h,
-             PDI_MONITOR_LAYER);
-    print(user, PD_PRINT_NOTE, text);
-}
-
-/* Species that a flow carries are spread by upwinding, across the stream, too. */
-static void pdi_monitor_spread(const pd_model *model, pd_print_fn print, void *user)
-{
-    const char *slowest;
-    char text[320];
-    double peclet = pdi_observe_peclet(model, &slowest);
-    if (!(peclet > PDI_MONITOR_PECLET)) return;
-    snprintf(text, sizeof text, "species: the cell Peclet number v h/D is up to %.3g (%s): upwinding spreads them more "
-             "than they diffuse, and what reaches a surface along the flow can be tens of per cent too high; it wants "
-             "at most %g", peclet, slowest, PDI_MONITOR_PECLET);
-    print(user, PD_PRINT_NOTE, text);
-}
-
-PDI_FN void pdi_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
-{
-    char text[1024];
-    if (!print) return;
-    pdi_monitor_spread(all->model, print, user);
-    for (int k = 0; k < all->model->setup->monitors; k++) {
-        const pd_monitor *m = &all->monitor[k];
-        if (m->count == 0) continue;
-        snprintf(text, sizeof text, "result case=%s %s=%s time=%.9g", all->model->setup->name,
-                 pdi_setup_monitor_name(m->desc->kind), m->desc->name, all->model->couple.time);
-        char *figures = text + strlen(text);
-        for (int f = 0; f < m->count; f++) {
-            size_t used = strlen(text);
-            if (isnan(m->figure[f].value)) continue; /* a figure without a value has no key */
-            snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
-        }
-        pdi_known(figures);
-        print(user, PD_PRINT_RESULT, text);
-        pdi_monitor_doubt(all->model, m, print, user);
-    }
-}
-
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *all)
 {
     for (int k = 0; k < all->model->setup->monitors; k++) PDI_TRY(pdi_csv_close(ctx, &all->monitor[k].table));
@@ -828,7 +737,5 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     memset(all, 0, sizeof *all);
 }
 
-#undef PDI_MONITOR_LAYER
-#undef PDI_MONITOR_EXACT
 #undef PDI_MONITOR_FARADAY
 #undef PDI_MONITOR_SAME

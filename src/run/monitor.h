@@ -54,9 +54,8 @@ PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_fold
 PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Profiles and plots of this instant, after its step. */
 PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
-/* A line "result case=... monitor=..." with the last figures of each table, and a note where the lattice does not hold
- * what they measure. */
-PDI_FN void pdi_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
+/* What an electrode carries now: in the liquid, or among ions that migrate. */
+PDI_FN void pdi_monitor_now(const pd_model *model, int electrode, pd_cell_electrode *e);
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
 PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
 #endif

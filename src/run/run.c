@@ -8,7 +8,7 @@
 #include "run/checkpoint.h"
 #include "run/output.h"
 #include "run/misfit.h"
-#include "run/monitor.h"
+#include "run/results.h"
 #include "run/depletion.h"
 #include "run/compare.h"
 #include <math.h>
@@ -341,7 +341,7 @@ static pd_status pdi_run_steps(pdi_run *r)
         return PD_OK;
     }
     PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
-    pdi_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
+    pdi_results_print(&r->monitors, r->desc->print, r->desc->print_user);
     pdi_run_overlap(r);
     pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
     PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));

@@ -1,0 +1,137 @@
+/* weld: see weld.h */
+#include "lattice/weld.h"
+#include <stdlib.h>
+
+typedef struct pdi_weld_vertex {
+    double x[3];
+    int32_t at; /* of all corners */
+} pdi_weld_vertex;
+
+/* The same with the cube of the tolerance that it lies in. */
+typedef struct pdi_weld_cube {
+    int32_t index[3];
+    int32_t at;
+} pdi_weld_cube;
+
+static int pdi_weld_compare(const void *a, const void *b)
+{
+    const pdi_weld_vertex *p = (const pdi_weld_vertex *)a, *q = (const pdi_weld_vertex *)b;
+    for (int d = 0; d < 3; d++)
+        if (p->x[d] < q->x[d] || p->x[d] > q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+static int pdi_weld_compare_cubes(const void *a, const void *b)
+{
+    const pdi_weld_cube *p = (const pdi_weld_cube *)a, *q = (const pdi_weld_cube *)b;
+    for (int d = 0; d < 3; d++)
+        if (p->index[d] != q->index[d]) return p->index[d] < q->index[d] ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+PDI_FN int32_t pdi_weld_root(int32_t *root, int32_t k)
+{
+    while (root[k] != k) k = root[k] = root[root[k]];
+    return k;
+}
+
+PDI_FN void pdi_weld_join(int32_t *root, int32_t a, int32_t b)
+{
+    a = pdi_weld_root(root, a);
+    b = pdi_weld_root(root, b);
+    if (a < b) root[b] = a;
+    else root[a] = b;
+}
+
+PDI_FN pd_status pdi_weld_exact(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex)
+{
+    pdi_weld_vertex *list = NULL;
+    int32_t number = 0;
+    PDI_TRY(PDI_NEW(ctx, "facets", n, list));
+    for (int32_t k = 0; k < n; k++) {
+        for (int d = 0; d < 3; d++) list[k].x[d] = corner[(int64_t)k * 3 + d];
+        list[k].at = k;
+    }
+    qsort(list, (size_t)n, sizeof *list, pdi_weld_compare);
+    for (int32_t k = 0; k < n; k++) {
+        for (int d = 0; k && d < 3; d++)
+            if (list[k].x[d] < list[k - 1].x[d] || list[k].x[d] > list[k - 1].x[d]) {
+                number = k;
+                break;
+            }
+        vertex[list[k].at] = list[number].at;
+    }
+    PDI_DELETE(ctx, n, list);
+    return PD_OK;
+}
+
+/* The first of `count` cubes that does not come before `key`. */
+static int32_t pdi_weld_find(const pdi_weld_cube *cube, int32_t count, const pdi_weld_cube *key)
+{
+    int32_t low = 0, high = count;
+    while (low < high) {
+        int32_t middle = low + (high - low) / 2;
+        if (pdi_weld_compare_cubes(&cube[middle], key) < 0) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+/* Join a vertex with those behind it in its cube and in the cubes around that lie no farther than `near` [m]. */
+static void pdi_weld_gather(const double *corner, const pdi_weld_cube *cube, int32_t count, int32_t k, double near,
+                            int32_t *root)
+{
+    const double *x = corner + 3 * (int64_t)cube[k].at;
+    for (int n = 0; n < 27; n++) {
+        pdi_weld_cube key = cube[k];
+        key.index[0] += n % 3 - 1;
+        key.index[1] += n / 3 % 3 - 1;
+        key.index[2] += n / 9 - 1;
+        key.at = -1;
+        for (int32_t o = pdi_weld_find(cube, count, &key); o < count; o++) {
+            double square = 0.0;
+            int there = cube[o].index[0] == key.index[0] && cube[o].index[1] == key.index[1] &&
+                        cube[o].index[2] == key.index[2];
+            if (!there) break;
+            for (int d = 0; d < 3; d++) {
+                double off = corner[3 * (int64_t)cube[o].at + d] - x[d];
+                square += off * off;
+            }
+            if (o > k && square <= near * near) pdi_weld_join(root, cube[k].at, cube[o].at);
+        }
+    }
+}
+
+PDI_FN pd_status pdi_weld_near(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex, int32_t *root,
+                               int32_t *joined)
+{
+    pdi_weld_cube *cube = NULL;
+    int32_t count = 0;
+    double low[3], extent = 0.0;
+    for (int d = 0; d < 3; d++) {
+        double high = low[d] = corner[d];
+        for (int32_t k = 0; k < n; k++) {
+            low[d] = pdi_min(low[d], corner[3 * (int64_t)k + d]);
+            high = pdi_max(high, corner[3 * (int64_t)k + d]);
+        }
+        extent = pdi_max(extent, high - low[d]);
+    }
+    double near = PDI_WELD_NEAR * extent;
+    if (!(near > 0.0)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "facets", n, cube));
+    for (int32_t k = 0; k < n; k++) {
+        root[k] = k;
+        if (vertex[k] != k) continue;
+        for (int d = 0; d < 3; d++) cube[count].index[d] = (int32_t)((corner[3 * (int64_t)k + d] - low[d]) / near);
+        cube[count++].at = k;
+    }
+    qsort(cube, (size_t)count, sizeof *cube, pdi_weld_compare_cubes);
+    for (int32_t k = 0; k < count; k++) pdi_weld_gather(corner, cube, count, k, near, root);
+    for (int32_t k = 0; k < n; k++) {
+        int32_t to = pdi_weld_root(root, vertex[k]);
+        *joined += to != vertex[k];
+        vertex[k] = to;
+    }
+    PDI_DELETE(ctx, n, cube);
+    return PD_OK;
+}
