@@ -228,11 +228,8 @@ BUILD(grid, pd_grid)
 }
 
 INNER(ghosts, pd_ghosts) { return pdi_ghosts_build(ctx, &l->pin.grid, o); }
-
 INNER(axisym, pd_axisym) { return pdi_axisym_build(ctx, &l->pin.stencil, &l->rings, o); }
-
 BUILD(bonds, pd_bonds) { return pd_bonds_build(ctx, &l->pin.stencil, &l->pin.grid, 0, o); }
-
 BUILD(csr, pd_csr)
 {
     pd_csr_desc d;
@@ -431,7 +428,6 @@ INNER(compare, pd_compare)
 }
 
 BUILD(body, pd_body) { return make_body_of(ctx, l->wrong, o); }
-
 BUILD(elastic, pd_elastic)
 {
     pd_elastic_desc d;
@@ -681,28 +677,24 @@ typedef struct entry {
 static const entry builds[] = {
     ROW(curve, pd_curve, 1, 1) ROW(expr, pd_expr, 1, 1) ROW(text, pd_text, 1, 1) ROW(stencil, pd_stencil, 1, 1)
     ROW(grid, pd_grid, 1, 1) ROW(ghosts, pd_ghosts, 0, PD_DIM > 1) ROW(axisym, pd_axisym, 0, PD_DIM == 2)
-    ROW(bonds, pd_bonds, 0, 1) ROW(csr, pd_csr, 1, 1) ROW(lattice, pd_lattice, 1, 1)
-    ROW(grain, pd_grain, 1, 1) ROW(krylov, pd_krylov, 1, 1)
-    ROW(multigrid, pd_multigrid, 1, 1) ROW(front, pd_front, 1, 1) ROW(flow, pd_flow, 1, 1)
-    ROW(sharp, pd_sharp, 1, 1)
-    ROW(steady, pd_steady, 1, 1) ROW(implicit, pd_implicit, 1, 1) ROW(unsteady, pd_unsteady, 1, 1)
-    ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
-    ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
-    ROW(bonds_of_metal, pd_dissolve, 1, 1)
-    ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(finite, pd_finite, 1, 1)
-    ROW(scaffold, pd_scaffold, 0, 1) ROW(microelastic, pd_microelastic, 1, 1) ROW(ordinary, pd_ordinary, 1, 1)
-    ROW(criterion, pd_criterion, 1, 1) ROW(verlet, pd_verlet, 1, 1)
+    ROW(bonds, pd_bonds, 0, 1) ROW(csr, pd_csr, 1, 1) ROW(lattice, pd_lattice, 1, 1) ROW(grain, pd_grain, 1, 1)
+    ROW(krylov, pd_krylov, 1, 1) ROW(multigrid, pd_multigrid, 1, 1) ROW(front, pd_front, 1, 1)
+    ROW(flow, pd_flow, 1, 1) ROW(sharp, pd_sharp, 1, 1) ROW(steady, pd_steady, 1, 1) ROW(implicit, pd_implicit, 1, 1)
+    ROW(unsteady, pd_unsteady, 1, 1) ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1)
+    ROW(transport, pd_transport, 1, 1) ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
+    ROW(bonds_of_metal, pd_dissolve, 1, 1) ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1)
+    ROW(finite, pd_finite, 1, 1) ROW(scaffold, pd_scaffold, 0, 1) ROW(microelastic, pd_microelastic, 1, 1)
+    ROW(ordinary, pd_ordinary, 1, 1) ROW(criterion, pd_criterion, 1, 1) ROW(verlet, pd_verlet, 1, 1)
     ROW(sequential, pd_sequential, 1, 1) ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
-    ROW(vary, pd_vary, 0, 1) ROW(depletion, pd_depletion, 0, 1) ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
-    ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
-    ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1) ROW(speciation, pd_speciation, 1, 0)
-    ROW(reactive, pd_reactive, 1, 1) ROW(course, pd_course, 1, 1) ROW(etch, pd_etch, 1, 1)
-    ROW(electrode, pd_electrode, 1, 1) ROW(potential, pd_potential, 1, 1)
+    ROW(vary, pd_vary, 0, 1) ROW(depletion, pd_depletion, 0, 1) ROW(compare, pd_compare, 0, 0)
+    ROW(sweep, pd_sweep, 1, 1) ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1)
+    ROW(image, pd_image, 1, 1) ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1)
+    ROW(speciation, pd_speciation, 1, 0) ROW(reactive, pd_reactive, 1, 1) ROW(course, pd_course, 1, 1)
+    ROW(etch, pd_etch, 1, 1) ROW(electrode, pd_electrode, 1, 1) ROW(potential, pd_potential, 1, 1)
 };
 #undef ROW
-/* others: what is read from files and texts, and a second build of one type */
 enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 6 };
 
 static int all_zero(const void *object, size_t size)

@@ -86,9 +86,10 @@ PDI_FN pd_status pdi_vary_build(pd_ctx *ctx, const pd_setup *setup, pd_vary *var
     pdi_vary_all(setup, vary);
     vary->capacity = vary->count;
     if (!vary->count) return PD_OK;
-    PDI_TRY(pdi_owner_build(ctx, pdi_vary_list, vary));
-    pdi_vary_all(setup, vary);
-    return PD_OK;
+    pd_status status = pdi_owner_build(ctx, pdi_vary_list, vary);
+    if (status < 0) memset(vary, 0, sizeof *vary);
+    else pdi_vary_all(setup, vary);
+    return status;
 }
 
 PDI_FN void pdi_vary_free(pd_ctx *ctx, pd_vary *vary)
