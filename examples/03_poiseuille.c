@@ -64,6 +64,7 @@ static void solve(int across)
     fd.speed = MEAN;
     fd.length = 2.0 * HALF;
     fd.inlet = parabola;
+    fd.developed = 1; /* side x- */
     dd.tolerance = 1e-10;
     must(pd_stencil_build(&ctx, &sd, &stencil));
     must(pd_grid_build(&ctx, &stencil, &gd, &grid));

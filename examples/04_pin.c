@@ -104,6 +104,7 @@ int main(void)
     fd.speed = mean;
     fd.length = 2.0 * HALF;
     fd.inlet = parabola;
+    fd.developed = 1; /* side x- */
     fd.inlet_user = &mean;
     must(pd_flow_build(&ctx, &grid, &bonds, &fd, &flow));
     must(pd_steady_build(&ctx, &flow, &dd, &steady));

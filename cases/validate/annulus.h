@@ -67,6 +67,7 @@ static void annulus_lab(val_job *job, double length, double along, double *kappa
     enclosed_fluid(lab, 1.0);
     lab->flow_desc.mu = ANNULUS_NU * lab->flow_desc.rho;
     lab->flow_desc.inlet = annulus_profile;
+    lab->flow_desc.developed = 1; /* side x- */
     lab->flow_desc.inlet_user = kappa;
     lab->steady_desc.tolerance = 1e-9;
     job->out->h = h;

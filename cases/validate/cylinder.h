@@ -84,6 +84,7 @@ static pd_status cylinder_solve(val_job *job, int along, int across)
     lab->flow_desc.speed = CYLINDER_MEAN;
     lab->flow_desc.length = CYLINDER_D;
     lab->flow_desc.inlet = cylinder_profile;
+    lab->flow_desc.developed = 1; /* side x- */
     lab->steady_desc.tolerance = 1e-6;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
     PDI_TRY(flow_solve(job));

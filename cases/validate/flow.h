@@ -31,6 +31,7 @@ static void flow_channel(val_lab *lab, double h, double m, double lo, double hi,
     lab->flow_desc.speed = *mean;
     lab->flow_desc.length = 2.0 * FLOW_HALF;
     lab->flow_desc.inlet = flow_profile;
+    lab->flow_desc.developed = 1; /* side x- */
     lab->flow_desc.inlet_user = mean;
     lab->steady_desc.tolerance = tolerance;
 }
