@@ -53,7 +53,8 @@ static double scale_of(const scene *x, const char *unit_name)
         return load;
     }
     if (of_force && d.e[0] == -1.0) return x->pressure;
-    if (d.e[4] == 1.0 && d.e[1] == 0.0 && d.e[2] == 0.0) {
+    if (d.e[4] == 1.0 && d.e[1] == 0.0 && (d.e[2] == 0.0 || d.e[2] == 1.0)) {
+        if (d.e[2] == 1.0) size *= x->time; /* charges */
         for (int k = -2; k < (int)d.e[0]; k++) size *= x->h[0];
         return size;
     }
@@ -274,6 +275,10 @@ static int of_nothing(const scene *x, const record *a, const run_figure *p)
     const run_figure *by = NULL;
     if (strcmp(p->key, "C_bulk") == 0) by = record_figure(a, p->section, p->name, "flow");
     if (strcmp(p->key, "layer") == 0 || strcmp(p->key, "Sh") == 0) by = record_figure(a, p->section, p->name, "flux");
+    if (strcmp(p->key, "faraday") == 0) { /* of metal that passes next to no charge */
+        by = record_figure(a, p->section, p->name, "charge");
+        return by && fabs(by->value) < 1e-6 * scale_of(x, by->unit);
+    }
     return by && fabs(by->value) < 1e-3 * least_figure(x, a, by);
 }
 

@@ -95,7 +95,7 @@ static void collect_vector(const pd_instant *at, const char *name, const char *l
 
 static void collect_fields(pd_ctx *ctx, const pd_instant *at, record *r)
 {
-    r->field = (run_field *)need((PD_FIELD_COUNT + 2) * sizeof(run_field));
+    r->field = (run_field *)need((PD_FIELD_COUNT + 3) * sizeof(run_field));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         const pd_setup *u = at->model->setup;
         const char *name = pdi_setup_field_name(u, (pd_field)k);
@@ -104,6 +104,18 @@ static void collect_fields(pd_ctx *ctx, const pd_instant *at, record *r)
     if (at->model->setup->has_solid) collect_vector(at, "u(vector)", "u [m]", 0, r);
     if (at->model->setup->has_potential && !at->model->setup->migrates)
         collect_vector(at, "j(vector)", "j [A/m2]", 1, r);
+}
+
+static void collect_first(const record *start, record *r)
+{
+    for (int k = 0; k < start->fields; k++) {
+        if (strcmp(start->field[k].name, "kind") != 0) continue;
+        run_field *f = &r->field[r->fields++];
+        *f = start->field[k];
+        snprintf(f->name, sizeof f->name, "%s", FIRST_KIND);
+        f->data = (double *)need((size_t)r->cells * sizeof(double));
+        memcpy(f->data, start->field[k].data, (size_t)r->cells * sizeof(double));
+    }
 }
 
 static int differs(const record *a, const record *b)
@@ -120,7 +132,7 @@ static int differs(const record *a, const record *b)
 static int varies(const record *a)
 {
     for (int k = 0; k < a->fields; k++) {
-        if (strcmp(a->field[k].name, "kind") == 0 || strcmp(a->field[k].name, "phase") == 0) continue;
+        if (strncmp(a->field[k].name, "kind", 4) == 0 || strcmp(a->field[k].name, "phase") == 0) continue;
         double low = HUGE_VAL, high = -HUGE_VAL;
         for (int64_t i = 0; i < a->cells; i++) {
             double p = a->field[k].data[i];
@@ -148,7 +160,7 @@ static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
     collector *c = (collector *)user;
     if (at->when == PD_WHEN_START) {
         if (c->tight) tighten(at->own, c->tight > 1);
-        collect_fields(ctx, at, &c->start);
+        if (!c->start.fields) collect_fields(ctx, at, &c->start); /* a run that goes on starts once more */
         return 0;
     }
     if (at->when == PD_WHEN_STEP) {
@@ -163,6 +175,7 @@ static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
     pd_figures figures;
     memset(&figures, 0, sizeof figures);
     collect_fields(ctx, at, c->r);
+    collect_first(&c->start, c->r);
     if (pd_instant_figures(ctx, at, &figures) >= 0) {
         c->r->figure = (run_figure *)need((size_t)(figures.count + 40) * sizeof(run_figure));
         for (int k = 0; k < figures.count; k++) {

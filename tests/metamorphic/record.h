@@ -22,6 +22,7 @@ typedef struct run_figure {
 } run_figure;
 
 enum { FIELD_NAME = 24 };
+#define FIRST_KIND "kind(start)" /* the field of what nodes were at the start */
 
 typedef struct run_field {
     char name[FIELD_NAME], label[48];
