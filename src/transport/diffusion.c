@@ -13,8 +13,8 @@
 /* Factors stay within these bounds. */
 #define PDI_DIFFUSION_LEAST 0.25
 #define PDI_DIFFUSION_MOST 8.0
-/* A normal that is shorter than this share of what it is summed of has cancelled, and a share of a bond that is smaller
- * is none: both would be rounding. */
+/* A normal that is shorter than this share of what it is summed of has cancelled, a share of a bond that is smaller is
+ * none, and what is nearer to a plane, in cells, lies on it: all would be rounding. */
 #define PDI_DIFFUSION_NONE 1e-9
 /* Tensors and normals are kept in parts of 1. */
 #define PDI_DIFFUSION_PARTS 16777216.0
@@ -302,22 +302,36 @@ PDI_FN double pdi_diffusion_wall(const pd_diffusion *d, int32_t r, int k, double
     return conduct;
 }
 
+/* Share of the bond from node i to x [m], where it meets a wall, that passes a plane. On the plane itself half of what it
+ * carries is of either side; all of it where nothing but the wall is behind the plane. */
+static double pdi_diffusion_passes(const pd_grid *grid, int32_t i, double x, int axis, int index)
+{
+    int at[PD_DIM];
+    double far = (x - grid->lo[axis]) / grid->h[axis] - index;
+    pdi_grid_index(grid, i, at);
+    int before = at[axis] < index;
+    if (fabs(far) > PDI_DIFFUSION_NONE) return before == (far > 0.0) ? 1.0 : 0.0;
+    at[axis] = 2 * index - 1 - at[axis];
+    pdi_grid_fold(grid, at);
+    return pdi_grid_inside(grid, at) && grid->kind[pd_grid_node(grid, at)] == PD_FLUID ? 0.5 : 1.0;
+}
+
 PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, const double *rest, int axis, int index)
 {
     const pd_bonds *bonds = d->bonds;
-    double plane = bonds->grid->lo[axis] + index * bonds->grid->h[axis];
     pdi_sum sum = {0.0, 0.0};
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
-        double at[PD_DIM], x[PD_DIM], t, conduct;
+        double x[PD_DIM], t, conduct;
         if (!(d->wall_rate[i] > 0.0)) continue;
-        pd_grid_position(bonds->grid, i, at);
+        int above = pdi_grid_along(bonds->grid, i, axis) >= index;
         for (int k = 0; k < bonds->stencil->count; k++) {
             if (pdi_bond_open(bonds, r, k) || pdi_diffusion_unasked(d, r, k)) continue;
             double value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
-            if (!(value >= 0.0) || !((at[axis] - plane) * (x[axis] - plane) < 0.0)) continue;
+            double share = value >= 0.0 ? pdi_diffusion_passes(bonds->grid, i, x[axis], axis, index) : 0.0;
+            if (!(share > 0.0)) continue;
             double gain = conduct * ((value - c[i]) - (rest ? rest[i] : 0.0));
-            pdi_sum_add(&sum, (at[axis] > plane ? gain : -gain) * pdi_grid_circumference(bonds->grid, i));
+            pdi_sum_add(&sum, share * (above ? gain : -gain) * pdi_grid_circumference(bonds->grid, i));
         }
     }
     return pdi_sum_total(&sum) * bonds->stencil->volume;
