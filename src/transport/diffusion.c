@@ -302,8 +302,8 @@ PDI_FN double pdi_diffusion_wall(const pd_diffusion *d, int32_t r, int k, double
     return conduct;
 }
 
-/* Share of the bond from node i to x [m], where it meets a wall, that passes a plane. On the plane itself half of what it
- * carries is of either side; all of it where nothing but the wall is behind the plane. */
+/* Share of the bond from node i to x [m], where it meets a wall, that passes a plane. On the plane itself half of what
+ * it carries is of either side; all of it where nothing but the wall is behind the plane. */
 static double pdi_diffusion_passes(const pd_grid *grid, int32_t i, double x, int axis, int index)
 {
     int at[PD_DIM];
