@@ -119,19 +119,35 @@ static double pdi_couple_lost(const pd_couple *c, const pd_process *p)
     return lost;
 }
 
+/* Process n is at work at t [s], without a step. */
+static void pdi_couple_solves(pd_couple *c, int n, double t)
+{
+    memset(&c->now, 0, sizeof c->now);
+    c->now.name = c->process[n].name;
+    c->now.time = t;
+}
+
 /* Quasi-steady processes become those of time t. */
 static pd_status pdi_couple_at(pd_ctx *ctx, void *user, double t)
 {
     pd_couple *c = (pd_couple *)user;
-    for (int n = 0; n < c->count; n++)
-        if (c->process[n].at) PDI_TRY(c->process[n].at(ctx, c->process[n].self, t));
+    pd_attempt around = c->now;
+    for (int n = 0; n < c->count; n++) {
+        if (!c->process[n].at) continue;
+        pdi_couple_solves(c, n, t);
+        PDI_TRY(c->process[n].at(ctx, c->process[n].self, t));
+    }
+    c->now = around;
     return PD_OK;
 }
 
 pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
 {
-    for (int n = 0; n < c->count; n++)
+    for (int n = 0; n < c->count; n++) {
+        pdi_couple_solves(c, n, c->time);
         if (c->process[n].start) PDI_TRY(c->process[n].start(ctx, c->process[n].self, c->time));
+    }
+    memset(&c->now, 0, sizeof c->now);
     c->started = 1;
     return pdi_couple_balance(ctx, c);
 }
@@ -237,6 +253,7 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
     s.at_user = c;
     s.until = c->desc.until;
     s.until_user = c->desc.until_user;
+    s.now = &c->now;
     while (n < c->count && !c->process[n].attempt) n++;
     if (n < c->count) {
         const pd_process *p = &c->process[n];
@@ -264,6 +281,7 @@ pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
     pd_status status = pdi_couple_advance(ctx, c, &end, &dt);
+    memset(&c->now, 0, sizeof c->now);
     if (status < 0) return status;
     c->unsolved += status > 0;
     c->dt = dt;

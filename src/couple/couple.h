@@ -49,6 +49,7 @@ typedef struct pd_couple {
     double apart;        /* [-] worst relative imbalance of processes with balances of their own */
     double time;         /* [s] */
     double dt;           /* [s] of the last step; mean where a process counts its own */
+    pd_attempt now;      /* what a step computes at the moment */
     int started;
     int64_t steps;       /* or those that a process counts */
     int64_t unsolved;    /* steps in which a linear solver missed its tolerance */

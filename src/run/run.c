@@ -9,6 +9,7 @@
 #include "run/output.h"
 #include "run/misfit.h"
 #include "run/results.h"
+#include "run/waiting.h"
 #include "run/depletion.h"
 #include "run/compare.h"
 #include <math.h>
@@ -16,6 +17,7 @@
 #include <string.h>
 
 #define PDI_RUN_PROGRESS 0.2 /* [s] between progress lines */
+#define PDI_RUN_SILENCE 10.0 /* [s] without a step before a note says what is computed */
 
 typedef struct pdi_run {
     pd_ctx *ctx;
@@ -38,6 +40,8 @@ typedef struct pdi_run {
     double imaged;        /* [s] clock of it */
     int imageable;        /* it is whole */
     double polled;        /* [s] clock when the run last asked */
+    double stepped;       /* [s] clock of the last step */
+    double silence;       /* [s] without one that is not told */
     int writing;          /* the run ends with the files of this step */
     pd_poll_fn poll;      /* of the caller */
     void *poll_user;
@@ -72,6 +76,15 @@ static void pdi_run_progress(pdi_run *r)
         pdi_run_report(r, NULL, 0);
 }
 
+/* A note on what has been computed for long without a step. */
+static void pdi_run_wait(pdi_run *r, const char *doing, int64_t count, double waited)
+{
+    char line[480];
+    r->silence = 2.0 * pdi_max(waited, r->silence);
+    pdi_waiting_line(&r->model.couple, waited, doing, count, line, sizeof line);
+    r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
+}
+
 /* The poll function of a run: it looks at the clock, the rest happens now and then. A step that is over soon ends
  * before the run stops. */
 static int pdi_run_poll(void *user, const char *doing, int64_t count)
@@ -79,6 +92,7 @@ static int pdi_run_poll(void *user, const char *doing, int64_t count)
     pdi_run *r = (pdi_run *)user;
     double now = pdi_par_clock();
     if (r->stopped) return !r->writing;
+    if (r->desc->print && now - r->stepped > r->silence) pdi_run_wait(r, doing, count, now - r->stepped);
     if (now - r->polled < PDI_RUN_PROGRESS) return 0;
     r->polled = now;
     if (now - r->reported >= 2.0 * PDI_RUN_PROGRESS) pdi_run_report(r, doing, count);
@@ -277,7 +291,7 @@ static int pdi_run_observe(void *user, const pd_couple *couple)
     if (!r->desc->dry && before_end && r->status >= 0) r->status = pdi_run_keep(r);
     if (before_end && !r->stopped && r->status >= 0) pdi_run_remember(r);
     pdi_run_progress(r);
-    r->polled = pdi_par_clock();
+    r->polled = r->stepped = pdi_par_clock();
     return r->stopped || r->status < 0;
 }
 
@@ -483,7 +497,8 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->ctx = ctx;
     r->desc = desc;
     r->setup = setup;
-    r->started = r->reported = r->kept = pdi_par_clock();
+    r->started = r->reported = r->kept = r->stepped = pdi_par_clock();
+    r->silence = desc->silence > 0.0 ? desc->silence : PDI_RUN_SILENCE;
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
     r->poll = ctx->poll;
     r->poll_user = ctx->poll_user;
@@ -532,3 +547,4 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
 }
 
 #undef PDI_RUN_PROGRESS
+#undef PDI_RUN_SILENCE

@@ -37,6 +37,8 @@ typedef struct pd_run_desc {
                               * of the volume loss goes as far; both whole at any moment */
     int checkpoints;         /* 1: keep the state in the folder, in PD_RUN_CHECKPOINT, now and then and when stopped */
     double checkpoint_every; /* [s] of wall time, 0: after every step */
+    double silence;          /* [s] of wall time without a step after which a note says what is being computed, and
+                              * again whenever that has doubled; 0: 10 */
     int resume;              /* 1: go on from the checkpoint in the folder; the files become, byte for byte, those of a
                               * run that was never stopped */
 } pd_run_desc;

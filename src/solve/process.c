@@ -19,8 +19,19 @@ PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_process_stuck(pd_ctx *ctx, const pd_process *p, const pd_step *s)
 {
     if (p->stuck) return p->stuck(ctx, p->self, s);
-    return pdi_fail(ctx, PD_ERR_STATE, p->name, "steps of %g s do not lead on from t = %g s to %g s", s->dt, s->time,
-                    s->limit);
+    return pdi_fail(ctx, PD_ERR_STATE, p->name, "steps of %g s do not lead on from t = %g s to %g s, after %d attempts "
+                    "that were not good enough", s->dt, s->time, s->limit, s->trial);
+}
+
+/* Say what is tried, before the caller is asked whether to go on. */
+static void pdi_process_show(const pd_process *p, const pd_step *s)
+{
+    if (!s->now) return;
+    s->now->name = p->name;
+    s->now->time = s->time;
+    s->now->dt = s->dt;
+    s->now->trial = s->trial;
+    s->now->error = s->trial ? s->error : 0.0;
 }
 
 PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
@@ -29,11 +40,13 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
     pd_status status;
     s->dt = left;
     s->turned_count = 0;
-    s->ends = 0;
+    s->ends = s->trial = 0;
+    pdi_process_show(p, s);
     PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
     if (p->limit) PDI_TRY(p->limit(ctx, p->self, s));
     left = s->limit - s->time;
     for (s->trial = 0;; s->trial++) {
+        pdi_process_show(p, s);
         if (s->trial) PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
         if (s->until) s->dt = pdi_min(s->dt, s->until(s->until_user, s->time, s->time + s->dt) - s->time);
         if (pdi_stands_still(s->time, left, s->dt) || s->trial == PDI_PROCESS_TRIALS)
@@ -43,11 +56,13 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
             s->dt = left;
             s->end = s->limit;
         }
+        pdi_process_show(p, s);
         status = p->attempt(ctx, p->self, s);
         if (status != PD_RETRY) break;
         PDI_TRY(p->reject(ctx, p->self, s));
     }
     if (status >= 0 && p->accept) PDI_TRY(p->accept(ctx, p->self, s));
+    if (status >= 0 && s->now) s->now->steps++;
     return status;
 }
 

@@ -11,6 +11,16 @@
 /* Bring the quasi-steady processes to time t [s]. */
 typedef pd_status (*pd_at_fn)(pd_ctx *ctx, void *user, double t);
 
+/* What is being tried, for those who wait. */
+typedef struct pd_attempt {
+    const char *name; /* of the process; NULL: none has a step at hand */
+    double time;      /* [s] where its step begins */
+    double dt;        /* [s] of the attempt; 0: it is quasi-steady, or starts */
+    double error;     /* [-] of the attempt before this one, over what is allowed; HUGE_VAL: it had no solution */
+    int trial;        /* attempts before this one */
+    int64_t steps;    /* that have been accepted since the last step of the run */
+} pd_attempt;
+
 /* A step at hand. */
 typedef struct pd_step {
     double time;      /* [s] where it begins */
@@ -29,6 +39,7 @@ typedef struct pd_step {
     double (*until)(void *user, double t, double end); /* where a step from t ends at the latest, so that it sees what
                                                         * depends on time; NULL: nothing does */
     void *until_user;
+    pd_attempt *now;       /* gets what is being tried; NULL: nobody asks */
     const int32_t *turned; /* [turned_count] from `accept`: the nodes of metal that have turned fluid */
     int32_t turned_count;
 } pd_step;

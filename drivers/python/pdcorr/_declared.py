@@ -875,6 +875,17 @@ def declare(dim):
 
     pd_at_fn = CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_double)
 
+    class pd_attempt(Structure):
+        pass
+    pd_attempt._fields_ = [
+        ('name', c_char_p),
+        ('time', c_double),
+        ('dt', c_double),
+        ('error', c_double),
+        ('trial', c_int),
+        ('steps', c_int64),
+    ]
+
     class pd_step(Structure):
         pass
     pd_step._fields_ = [
@@ -893,6 +904,7 @@ def declare(dim):
         ('at_user', c_void_p),
         ('until', CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
         ('until_user', c_void_p),
+        ('now', POINTER(pd_attempt)),
         ('turned', POINTER(c_int32)),
         ('turned_count', c_int32),
     ]
@@ -3180,6 +3192,7 @@ def declare(dim):
         ('apart', c_double),
         ('time', c_double),
         ('dt', c_double),
+        ('now', pd_attempt),
         ('started', c_int),
         ('steps', c_int64),
         ('unsolved', c_int64),
@@ -4322,6 +4335,7 @@ def declare(dim):
         ('live', c_int),
         ('checkpoints', c_int),
         ('checkpoint_every', c_double),
+        ('silence', c_double),
         ('resume', c_int),
     ]
 

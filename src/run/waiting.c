@@ -1,0 +1,38 @@
+/* waiting: see waiting.h */
+#include "run/waiting.h"
+#include "io/progress.h"
+#include "scene/setup.h"
+#include <math.h>
+
+/* What the process at hand does. */
+static void pdi_waiting_attempt(const pd_attempt *now, char *line, size_t size)
+{
+    char time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
+    pdi_setup_show(now->time, "s", time);
+    pdi_setup_show(now->dt, "s", dt);
+    if (!(now->dt > 0.0)) {
+        pdi_append(line, size, ": %s is solved at t = %s", now->name, time);
+        return;
+    }
+    pdi_append(line, size, ": %s tries a step of %s from t = %s", now->name, dt, time);
+    if (now->steps) pdi_append(line, size, ", after %.0f step%s of its own", (double)now->steps,
+                               now->steps > 1 ? "s" : "");
+    if (!now->trial) return;
+    pdi_append(line, size, ", attempt %d", now->trial + 1);
+    if (!(now->error < HUGE_VAL)) pdi_append(line, size, "; the one before found no solution");
+    else if (now->error > 1.0)
+        pdi_append(line, size, "; the error of the one before was %.3g of what is allowed", now->error);
+}
+
+PDI_FN void pdi_waiting_line(const pd_couple *c, double waited, const char *doing, int64_t count, char *line,
+                             size_t size)
+{
+    char spent[32], time[PD_UNITS_TEXT];
+    line[0] = '\0';
+    pdi_progress_duration(waited, spent, sizeof spent);
+    pdi_setup_show(c->time, "s", time);
+    if (c->started) pdi_append(line, size, "no step for %s, at t = %s", spent, time);
+    else pdi_append(line, size, "the start takes %s so far", spent);
+    if (c->now.name) pdi_waiting_attempt(&c->now, line, size);
+    pdi_append(line, size, " (%.40s %.0f)", doing, (double)count);
+}
