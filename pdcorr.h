@@ -44,6 +44,7 @@
  *     curve      a function of one variable through given points, as monotone as they are.
  *     bracket    where a function of one variable changes its sign, between two places where it has different ones.
  *   lattice/
+ *     weld       corners of triangles at one place are one vertex: as they are, or as far as files round coordinates.
  *     facets     a closed surface of triangles in 3D, and the signed distance to it.
  *     shape      signed distances and set operations. Negative inside the shape.
  *     area       interface area of lattice bonds (Cauchy-Crofton on a lattice).
@@ -275,7 +276,9 @@
  *     summary    what a run models and what it leaves out, with unknowns and memory, in lines of text.
  *     misfit     how the cells of the lattice differ from the shapes that they stand for, in notes.
  *     depletion  which metal a run has used up, and which electrodes carry no current any more, in a word when it happens.
+ *     waiting    what a run has computed for long without a step: which process, where in time, and what it tries.
  *     monitor    what a run watches besides its fields: tables in time, profiles and plots, last values.
+ *     results    what a run says at its end of what its monitors have seen: lines of figures, and notes on those that its
  *     figures    the last values of all that a run watches, in one list: the volume loss, planes, forces, transfers, totals,
  *     instant    a run as its observer sees it: time, step, losses, fields by name, watched figures.
  *     compare    a run against the measured points of its scene: what it computes at their times, differences, plots.
@@ -1066,6 +1069,31 @@ PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value);
 
 #endif
 
+/* ======== >>lattice/weld.h ======== */
+/* weld: corners of triangles at one place are one vertex: as they are, or as far as files round coordinates.
+ *
+ * A vertex is named by the first of its corners. What is joined is a tree whose root is the first of its members.
+ */
+#ifndef PD_WELD_H
+#define PD_WELD_H
+#ifdef PDI_INTERNAL
+
+/* Vertices of a surface that is open without it are the same within this share of its largest extent. */
+#define PDI_WELD_NEAR 3e-6
+
+/* The first of what is joined with k; root [..]: each its own before the first join. */
+PDI_FN int32_t pdi_weld_root(int32_t *root, int32_t k);
+PDI_FN void pdi_weld_join(int32_t *root, int32_t a, int32_t b);
+/* Corners corner [n][3] [m] at the same places are one vertex: vertex [n]. */
+PDI_FN pd_status pdi_weld_exact(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex);
+/* Vertices that lie side by side are one: files round coordinates. root [n]: work. *joined grows by the corners that
+ * lie beside their vertex. */
+PDI_FN pd_status pdi_weld_near(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex, int32_t *root,
+                               int32_t *joined);
+#endif
+
+#endif
+
 /* ======== >>lattice/facets.h ======== */
 /* facets: a closed surface of triangles in 3D, and the signed distance to it.
  *
@@ -1590,6 +1618,9 @@ PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
 PDI_FN void pdi_ghosts_held(const pd_ghosts *ghosts, const double *held, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
 PDI_FN void pdi_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
+/* q [total] of a velocity that corrects a flow: nothing of it passes an inlet, so that what enters is what inlets hold;
+ * outlets hold zero, and so do inlets where nothing else does. */
+PDI_FN void pdi_ghosts_potential(const pd_ghosts *ghosts, double *q);
 /* x [components][total] becomes zero at all ghosts of the list, inlets included. */
 PDI_FN void pdi_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
 PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
@@ -2770,6 +2801,16 @@ PDI_FN double pdi_sdirk_plan(double planned, double dt, double factor);
 /* Bring the quasi-steady processes to time t [s]. */
 typedef pd_status (*pd_at_fn)(pd_ctx *ctx, void *user, double t);
 
+/* What is being tried, for those who wait. */
+typedef struct pd_attempt {
+    const char *name; /* of the process; NULL: none has a step at hand */
+    double time;      /* [s] where its step begins */
+    double dt;        /* [s] of the attempt; 0: it is quasi-steady, or starts */
+    double error;     /* [-] of the attempt before this one, over what is allowed; HUGE_VAL: it had no solution */
+    int trial;        /* attempts before this one */
+    int64_t steps;    /* that have been accepted since the last step of the run */
+} pd_attempt;
+
 /* A step at hand. */
 typedef struct pd_step {
     double time;      /* [s] where it begins */
@@ -2788,6 +2829,7 @@ typedef struct pd_step {
     double (*until)(void *user, double t, double end); /* where a step from t ends at the latest, so that it sees what
                                                         * depends on time; NULL: nothing does */
     void *until_user;
+    pd_attempt *now;       /* gets what is being tried; NULL: nobody asks */
     const int32_t *turned; /* [turned_count] from `accept`: the nodes of metal that have turned fluid */
     int32_t turned_count;
 } pd_step;
@@ -3035,8 +3077,9 @@ typedef struct pdi_sharp_field {
 PDI_FN int pdi_sharp_closed(const pd_side *side);
 /* 1: a closed box without bodies, whose walls meet. */
 PDI_FN int pdi_sharp_box(const pd_grid *grid);
-/* 1: such a box on nearest neighbours: slower flows there have less error for the same time. */
-PDI_FN int pdi_sharp_pays(const pd_bonds *bonds);
+/* 1: such a box on nearest neighbours, and a flow that is slow enough: it has less error there for the same time.
+ * rate [1/m]: Reynolds number over the length [m] of the flow. */
+PDI_FN int pdi_sharp_pays(const pd_bonds *bonds, double rate, double length);
 /* PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or nodes are rings. */
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp);
 PDI_FN void pdi_sharp_list(pdi_owner *owner, void *object);
@@ -9423,6 +9466,7 @@ typedef struct pd_couple {
     double apart;        /* [-] worst relative imbalance of processes with balances of their own */
     double time;         /* [s] */
     double dt;           /* [s] of the last step; mean where a process counts its own */
+    pd_attempt now;      /* what a step computes at the moment */
     int started;
     int64_t steps;       /* or those that a process counts */
     int64_t unsolved;    /* steps in which a linear solver missed its tolerance */
@@ -13061,6 +13105,21 @@ PDI_FN void pdi_depletion_free(pd_ctx *ctx, pd_depletion *depletion);
 
 #endif
 
+/* ======== >>run/waiting.h ======== */
+/* waiting: what a run has computed for long without a step: which process, where in time, and what it tries.
+ */
+#ifndef PD_WAITING_H
+#define PD_WAITING_H
+
+#ifdef PDI_INTERNAL
+/* line[size] = "no step for 10.0 s, at t = 3 s: species in time tries a step of 2 ms from t = 3 s, attempt 7; the error
+ * of the one before was 12 of what is allowed (GMRES 40)". waited [s]; doing, count: as the poll function is asked. */
+PDI_FN void pdi_waiting_line(const pd_couple *couple, double waited, const char *doing, int64_t count, char *line,
+                             size_t size);
+#endif
+
+#endif
+
 /* ======== >>run/monitor.h ======== */
 /* monitor: what a run watches besides its fields: tables in time, profiles and plots, last values.
  *
@@ -13114,11 +13173,25 @@ PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_fold
 PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Profiles and plots of this instant, after its step. */
 PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
-/* A line "result case=... monitor=..." with the last figures of each table, and a note where the lattice does not hold
- * what they measure. */
-PDI_FN void pdi_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
+/* What an electrode carries now: in the liquid, or among ions that migrate. */
+PDI_FN void pdi_monitor_now(const pd_model *model, int electrode, pd_cell_electrode *e);
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
 PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
+#endif
+
+#endif
+
+/* ======== >>run/results.h ======== */
+/* results: what a run says at its end of what its monitors have seen: lines of figures, and notes on those that its
+ * lattice, its curves or its metal do not allow to trust.
+ */
+#ifndef PD_RESULTS_H
+#define PD_RESULTS_H
+
+#ifdef PDI_INTERNAL
+/* A line "result case=... monitor=..." with the last figures of each table, and a note where the lattice does not hold
+ * what they measure. */
+PDI_FN void pdi_results_print(const pd_monitors *monitors, pd_print_fn print, void *user);
 #endif
 
 #endif
@@ -13304,6 +13377,8 @@ typedef struct pd_run_desc {
                               * of the volume loss goes as far; both whole at any moment */
     int checkpoints;         /* 1: keep the state in the folder, in PD_RUN_CHECKPOINT, now and then and when stopped */
     double checkpoint_every; /* [s] of wall time, 0: after every step */
+    double silence;          /* [s] of wall time without a step after which a note says what is being computed, and
+                              * again whenever that has doubled; 0: 10 */
     int resume;              /* 1: go on from the checkpoint in the folder; the files become, byte for byte, those of a
                               * run that was never stopped */
 } pd_run_desc;
@@ -14889,6 +14964,144 @@ PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value)
 #pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
+/* ======== >>lattice/weld.c ======== */
+/* weld: see weld.h */
+#include <stdlib.h>
+
+typedef struct pdi_weld_vertex {
+    double x[3];
+    int32_t at; /* of all corners */
+} pdi_weld_vertex;
+
+/* The same with the cube of the tolerance that it lies in. */
+typedef struct pdi_weld_cube {
+    int32_t index[3];
+    int32_t at;
+} pdi_weld_cube;
+
+static int pdi_weld_compare(const void *a, const void *b)
+{
+    const pdi_weld_vertex *p = (const pdi_weld_vertex *)a, *q = (const pdi_weld_vertex *)b;
+    for (int d = 0; d < 3; d++)
+        if (p->x[d] < q->x[d] || p->x[d] > q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+static int pdi_weld_compare_cubes(const void *a, const void *b)
+{
+    const pdi_weld_cube *p = (const pdi_weld_cube *)a, *q = (const pdi_weld_cube *)b;
+    for (int d = 0; d < 3; d++)
+        if (p->index[d] != q->index[d]) return p->index[d] < q->index[d] ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+PDI_FN int32_t pdi_weld_root(int32_t *root, int32_t k)
+{
+    while (root[k] != k) k = root[k] = root[root[k]];
+    return k;
+}
+
+PDI_FN void pdi_weld_join(int32_t *root, int32_t a, int32_t b)
+{
+    a = pdi_weld_root(root, a);
+    b = pdi_weld_root(root, b);
+    if (a < b) root[b] = a;
+    else root[a] = b;
+}
+
+PDI_FN pd_status pdi_weld_exact(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex)
+{
+    pdi_weld_vertex *list = NULL;
+    int32_t number = 0;
+    PDI_TRY(PDI_NEW(ctx, "facets", n, list));
+    for (int32_t k = 0; k < n; k++) {
+        for (int d = 0; d < 3; d++) list[k].x[d] = corner[(int64_t)k * 3 + d];
+        list[k].at = k;
+    }
+    qsort(list, (size_t)n, sizeof *list, pdi_weld_compare);
+    for (int32_t k = 0; k < n; k++) {
+        for (int d = 0; k && d < 3; d++)
+            if (list[k].x[d] < list[k - 1].x[d] || list[k].x[d] > list[k - 1].x[d]) {
+                number = k;
+                break;
+            }
+        vertex[list[k].at] = list[number].at;
+    }
+    PDI_DELETE(ctx, n, list);
+    return PD_OK;
+}
+
+/* The first of `count` cubes that does not come before `key`. */
+static int32_t pdi_weld_find(const pdi_weld_cube *cube, int32_t count, const pdi_weld_cube *key)
+{
+    int32_t low = 0, high = count;
+    while (low < high) {
+        int32_t middle = low + (high - low) / 2;
+        if (pdi_weld_compare_cubes(&cube[middle], key) < 0) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+/* Join a vertex with those behind it in its cube and in the cubes around that lie no farther than `near` [m]. */
+static void pdi_weld_gather(const double *corner, const pdi_weld_cube *cube, int32_t count, int32_t k, double near,
+                            int32_t *root)
+{
+    const double *x = corner + 3 * (int64_t)cube[k].at;
+    for (int n = 0; n < 27; n++) {
+        pdi_weld_cube key = cube[k];
+        key.index[0] += n % 3 - 1;
+        key.index[1] += n / 3 % 3 - 1;
+        key.index[2] += n / 9 - 1;
+        key.at = -1;
+        for (int32_t o = pdi_weld_find(cube, count, &key); o < count; o++) {
+            double square = 0.0;
+            int there = cube[o].index[0] == key.index[0] && cube[o].index[1] == key.index[1] &&
+                        cube[o].index[2] == key.index[2];
+            if (!there) break;
+            for (int d = 0; d < 3; d++) {
+                double off = corner[3 * (int64_t)cube[o].at + d] - x[d];
+                square += off * off;
+            }
+            if (o > k && square <= near * near) pdi_weld_join(root, cube[k].at, cube[o].at);
+        }
+    }
+}
+
+PDI_FN pd_status pdi_weld_near(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex, int32_t *root,
+                               int32_t *joined)
+{
+    pdi_weld_cube *cube = NULL;
+    int32_t count = 0;
+    double low[3], extent = 0.0;
+    for (int d = 0; d < 3; d++) {
+        double high = low[d] = corner[d];
+        for (int32_t k = 0; k < n; k++) {
+            low[d] = pdi_min(low[d], corner[3 * (int64_t)k + d]);
+            high = pdi_max(high, corner[3 * (int64_t)k + d]);
+        }
+        extent = pdi_max(extent, high - low[d]);
+    }
+    double near = PDI_WELD_NEAR * extent;
+    if (!(near > 0.0)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "facets", n, cube));
+    for (int32_t k = 0; k < n; k++) {
+        root[k] = k;
+        if (vertex[k] != k) continue;
+        for (int d = 0; d < 3; d++) cube[count].index[d] = (int32_t)((corner[3 * (int64_t)k + d] - low[d]) / near);
+        cube[count++].at = k;
+    }
+    qsort(cube, (size_t)count, sizeof *cube, pdi_weld_compare_cubes);
+    for (int32_t k = 0; k < count; k++) pdi_weld_gather(corner, cube, count, k, near, root);
+    for (int32_t k = 0; k < n; k++) {
+        int32_t to = pdi_weld_root(root, vertex[k]);
+        *joined += to != vertex[k];
+        vertex[k] = to;
+    }
+    PDI_DELETE(ctx, n, cube);
+    return PD_OK;
+}
+
 /* ======== >>lattice/facets.c ======== */
 /* facets: see facets.h
  *
@@ -14905,8 +15118,6 @@ PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value)
 #define PDI_FACETS_ROUNDING 1e-14
 /* Least square of the double area of a triangle that has a plane, over the fourth power of its longest edge. */
 #define PDI_FACETS_SLIVER 1e-16
-/* Vertices of a surface that is open without it are the same within this share of its largest extent. */
-#define PDI_FACETS_NEAR 3e-6
 /* Distances to shells that a place keeps apart; where more bodies overlap the distance is one to them. */
 #define PDI_FACETS_NEARER 16
 /* Triangles that are looked at from their front, about; and the least component of a normal along axis 0. */
@@ -14938,17 +15149,6 @@ PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets)
 
 /* ---- is it closed? ---- */
 
-typedef struct pdi_facets_vertex {
-    double x[3];
-    int32_t at; /* of all corners */
-} pdi_facets_vertex;
-
-/* The same with the cube of the tolerance that it lies in. */
-typedef struct pdi_facets_cube {
-    int32_t index[3];
-    int32_t at;
-} pdi_facets_cube;
-
 typedef struct pdi_facets_edge {
     int32_t low, high; /* vertices */
     int32_t at;        /* corner where it begins */
@@ -14974,22 +15174,6 @@ typedef struct pdi_facets_work {
     int32_t at, triangles, along;
 } pdi_facets_work;
 
-static int pdi_facets_compare(const void *a, const void *b)
-{
-    const pdi_facets_vertex *p = (const pdi_facets_vertex *)a, *q = (const pdi_facets_vertex *)b;
-    for (int d = 0; d < 3; d++)
-        if (p->x[d] < q->x[d] || p->x[d] > q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
-    return (p->at > q->at) - (p->at < q->at);
-}
-
-static int pdi_facets_compare_cubes(const void *a, const void *b)
-{
-    const pdi_facets_cube *p = (const pdi_facets_cube *)a, *q = (const pdi_facets_cube *)b;
-    for (int d = 0; d < 3; d++)
-        if (p->index[d] != q->index[d]) return p->index[d] < q->index[d] ? -1 : 1;
-    return (p->at > q->at) - (p->at < q->at);
-}
-
 static int pdi_facets_compare_edges(const void *a, const void *b)
 {
     const pdi_facets_edge *p = (const pdi_facets_edge *)a, *q = (const pdi_facets_edge *)b;
@@ -15006,114 +15190,6 @@ static int pdi_facets_compare_faces(const void *a, const void *b)
         if (p->vertex[k] != q->vertex[k]) return p->vertex[k] < q->vertex[k] ? -1 : 1;
     if (p->sense != q->sense) return p->sense < q->sense ? -1 : 1;
     return (p->at > q->at) - (p->at < q->at);
-}
-
-/* The first of what is joined with k. */
-static int32_t pdi_facets_root(int32_t *root, int32_t k)
-{
-    while (root[k] != k) k = root[k] = root[root[k]];
-    return k;
-}
-
-static void pdi_facets_join(int32_t *root, int32_t a, int32_t b)
-{
-    a = pdi_facets_root(root, a);
-    b = pdi_facets_root(root, b);
-    if (a < b) root[b] = a;
-    else root[a] = b;
-}
-
-/* Corners at the same places are one vertex. */
-static pd_status pdi_facets_weld(pd_ctx *ctx, pdi_facets_work *w)
-{
-    pdi_facets_vertex *list = NULL;
-    int32_t n = 3 * w->count, number = 0;
-    PDI_TRY(PDI_NEW(ctx, "facets", n, list));
-    for (int32_t k = 0; k < n; k++) {
-        for (int d = 0; d < 3; d++) list[k].x[d] = w->corner[(int64_t)k * 3 + d];
-        list[k].at = k;
-    }
-    qsort(list, (size_t)n, sizeof *list, pdi_facets_compare);
-    for (int32_t k = 0; k < n; k++) {
-        for (int d = 0; k && d < 3; d++)
-            if (list[k].x[d] < list[k - 1].x[d] || list[k].x[d] > list[k - 1].x[d]) {
-                number = k;
-                break;
-            }
-        w->vertex[list[k].at] = list[number].at;
-    }
-    PDI_DELETE(ctx, n, list);
-    return PD_OK;
-}
-
-/* The first of `count` cubes that does not come before `key`. */
-static int32_t pdi_facets_find(const pdi_facets_cube *cube, int32_t count, const pdi_facets_cube *key)
-{
-    int32_t low = 0, high = count;
-    while (low < high) {
-        int32_t middle = low + (high - low) / 2;
-        if (pdi_facets_compare_cubes(&cube[middle], key) < 0) low = middle + 1;
-        else high = middle;
-    }
-    return low;
-}
-
-/* Join a vertex with those behind it in its cube and in the cubes around that lie no farther than `near` [m]. */
-static void pdi_facets_gather(pdi_facets_work *w, const pdi_facets_cube *cube, int32_t count, int32_t k, double near)
-{
-    const double *x = w->corner + 3 * (int64_t)cube[k].at;
-    for (int n = 0; n < 27; n++) {
-        pdi_facets_cube key = cube[k];
-        key.index[0] += n % 3 - 1;
-        key.index[1] += n / 3 % 3 - 1;
-        key.index[2] += n / 9 - 1;
-        key.at = -1;
-        for (int32_t o = pdi_facets_find(cube, count, &key); o < count; o++) {
-            double square = 0.0;
-            int there = cube[o].index[0] == key.index[0] && cube[o].index[1] == key.index[1] &&
-                        cube[o].index[2] == key.index[2];
-            if (!there) break;
-            for (int d = 0; d < 3; d++) {
-                double off = w->corner[3 * (int64_t)cube[o].at + d] - x[d];
-                square += off * off;
-            }
-            if (o > k && square <= near * near) pdi_facets_join(w->root, cube[k].at, cube[o].at);
-        }
-    }
-}
-
-/* Vertices that lie side by side are one: files round coordinates. */
-static pd_status pdi_facets_weld_near(pd_ctx *ctx, pdi_facets_work *w)
-{
-    pdi_facets_cube *cube = NULL;
-    int32_t n = 3 * w->count, count = 0;
-    double low[3], extent = 0.0;
-    for (int d = 0; d < 3; d++) {
-        double high = low[d] = w->corner[d];
-        for (int32_t k = 0; k < n; k++) {
-            low[d] = pdi_min(low[d], w->corner[3 * (int64_t)k + d]);
-            high = pdi_max(high, w->corner[3 * (int64_t)k + d]);
-        }
-        extent = pdi_max(extent, high - low[d]);
-    }
-    double near = PDI_FACETS_NEAR * extent;
-    if (!(near > 0.0)) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "facets", n, cube));
-    for (int32_t k = 0; k < n; k++) {
-        w->root[k] = k;
-        if (w->vertex[k] != k) continue;
-        for (int d = 0; d < 3; d++) cube[count].index[d] = (int32_t)((w->corner[3 * (int64_t)k + d] - low[d]) / near);
-        cube[count++].at = k;
-    }
-    qsort(cube, (size_t)count, sizeof *cube, pdi_facets_compare_cubes);
-    for (int32_t k = 0; k < count; k++) pdi_facets_gather(w, cube, count, k, near);
-    for (int32_t k = 0; k < n; k++) {
-        int32_t to = pdi_facets_root(w->root, w->vertex[k]);
-        w->joined += to != w->vertex[k];
-        w->vertex[k] = to;
-    }
-    PDI_DELETE(ctx, n, cube);
-    return PD_OK;
 }
 
 /* Triangles without a plane are left out, and those that lie on each other back to back: bodies touch there. */
@@ -15156,7 +15232,7 @@ static void pdi_facets_pairs(pdi_facets_work *w, const pdi_facets_edge *edge, in
         int32_t forth = 0;
         for (next = k; next < count && edge[next].low == edge[k].low && edge[next].high == edge[k].high; next++) {
             forth += edge[next].sense;
-            pdi_facets_join(w->root, edge[k].at / 3, edge[next].at / 3);
+            pdi_weld_join(w->root, edge[k].at / 3, edge[next].at / 3);
         }
         if (2 * forth == next - k) continue;
         if (!w->open++) {
@@ -15166,7 +15242,7 @@ static void pdi_facets_pairs(pdi_facets_work *w, const pdi_facets_edge *edge, in
         }
     }
     for (int32_t k = 0; k < w->count; k++)
-        if (w->part[k] >= 0) w->part[k] = pdi_facets_root(w->root, k);
+        if (w->part[k] >= 0) w->part[k] = pdi_weld_root(w->root, k);
 }
 
 static pd_status pdi_facets_edges(pd_ctx *ctx, pdi_facets_work *w)
@@ -15192,10 +15268,10 @@ static pd_status pdi_facets_edges(pd_ctx *ctx, pdi_facets_work *w)
 /* As it is, or with vertices joined that lie side by side. */
 static pd_status pdi_facets_closed(pd_ctx *ctx, pdi_facets_work *w)
 {
-    PDI_TRY(pdi_facets_weld(ctx, w));
+    PDI_TRY(pdi_weld_exact(ctx, w->corner, 3 * w->count, w->vertex));
     PDI_TRY(pdi_facets_edges(ctx, w));
     if (w->open) {
-        PDI_TRY(pdi_facets_weld_near(ctx, w));
+        PDI_TRY(pdi_weld_near(ctx, w->corner, 3 * w->count, w->vertex, w->root, &w->joined));
         PDI_TRY(pdi_facets_edges(ctx, w));
     }
     if (!w->open) return PD_OK;
@@ -15477,7 +15553,7 @@ static int pdi_facets_front(const pd_facets *f, int32_t k, double tilt, const do
     double far = 0.0, near = HUGE_VAL; /* triangles that lie on each other are in front of nothing */
     for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
     for (int32_t s = 0; s < f->shells; s++) near = pdi_facets_nearest(f, f->root[s], k, middle, near);
-    return near > PDI_FACETS_NEAR * PDI_FACETS_NEAR * far * far ? around : 0;
+    return near > PDI_WELD_NEAR * PDI_WELD_NEAR * far * far ? around : 0;
 }
 
 /* 1: triangle k can be looked at along axis 0: its middle, and the component of its normal. */
@@ -15699,7 +15775,6 @@ PDI_FN double pdi_facets_crossing(const pd_facets *f, const double *x, const dou
 #undef PDI_FACETS_EDGE
 #undef PDI_FACETS_ROUNDING
 #undef PDI_FACETS_SLIVER
-#undef PDI_FACETS_NEAR
 #undef PDI_FACETS_NEARER
 #undef PDI_FACETS_LOOKS
 #undef PDI_FACETS_STEEP
@@ -17864,6 +17939,13 @@ PDI_FN void pdi_ghosts_pressure(const pd_ghosts *g, double held, double *p)
 {
     pd_ghosts_scalar(g, p);
     for (int32_t k = g->images; k < g->count; k++) p[g->node[k]] = 2.0 * held - p[g->source[k]];
+}
+
+PDI_FN void pdi_ghosts_potential(const pd_ghosts *g, double *q)
+{
+    pd_ghosts_scalar(g, q);
+    for (int32_t k = g->count; k < g->listed && g->count > g->images; k++)
+        q[g->node[k]] = g->grid->kind[g->source[k]] == PD_FLUID ? q[g->source[k]] : 0.0;
 }
 
 PDI_FN void pdi_ghosts_clear(const pd_ghosts *g, int components, double *x)
@@ -24071,8 +24153,19 @@ PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_process_stuck(pd_ctx *ctx, const pd_process *p, const pd_step *s)
 {
     if (p->stuck) return p->stuck(ctx, p->self, s);
-    return pdi_fail(ctx, PD_ERR_STATE, p->name, "steps of %g s do not lead on from t = %g s to %g s", s->dt, s->time,
-                    s->limit);
+    return pdi_fail(ctx, PD_ERR_STATE, p->name, "steps of %g s do not lead on from t = %g s to %g s, after %d attempts "
+                    "that were not good enough", s->dt, s->time, s->limit, s->trial);
+}
+
+/* Say what is tried, before the caller is asked whether to go on. */
+static void pdi_process_show(const pd_process *p, const pd_step *s)
+{
+    if (!s->now) return;
+    s->now->name = p->name;
+    s->now->time = s->time;
+    s->now->dt = s->dt;
+    s->now->trial = s->trial;
+    s->now->error = s->trial ? s->error : 0.0;
 }
 
 PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
@@ -24081,11 +24174,13 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
     pd_status status;
     s->dt = left;
     s->turned_count = 0;
-    s->ends = 0;
+    s->ends = s->trial = 0;
+    pdi_process_show(p, s);
     PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
     if (p->limit) PDI_TRY(p->limit(ctx, p->self, s));
     left = s->limit - s->time;
     for (s->trial = 0;; s->trial++) {
+        pdi_process_show(p, s);
         if (s->trial) PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
         if (s->until) s->dt = pdi_min(s->dt, s->until(s->until_user, s->time, s->time + s->dt) - s->time);
         if (pdi_stands_still(s->time, left, s->dt) || s->trial == PDI_PROCESS_TRIALS)
@@ -24095,11 +24190,13 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
             s->dt = left;
             s->end = s->limit;
         }
+        pdi_process_show(p, s);
         status = p->attempt(ctx, p->self, s);
         if (status != PD_RETRY) break;
         PDI_TRY(p->reject(ctx, p->self, s));
     }
     if (status >= 0 && p->accept) PDI_TRY(p->accept(ctx, p->self, s));
+    if (status >= 0 && s->now) s->now->steps++;
     return status;
 }
 
@@ -25022,6 +25119,10 @@ PDI_FN void pdi_inflow_enter(const pd_bonds *bonds, const uint8_t *sided, const 
 #include <math.h>
 #include <string.h>
 
+/* Largest Reynolds number of a flow, and of the longest spacing, at which fourth order is known to pay. */
+#define PDI_SHARP_REYNOLDS 1000.0
+#define PDI_SHARP_REYNOLDS_CELL 16.0
+
 static const double *pdi_sharp_along(const pd_sharp *sharp, const double *bend, int axis, int of)
 {
     return bend + (int64_t)(axis * PD_DIM + of) * sharp->bonds->grid->total;
@@ -25534,9 +25635,12 @@ PDI_FN int pdi_sharp_box(const pd_grid *grid)
     return 1;
 }
 
-PDI_FN int pdi_sharp_pays(const pd_bonds *bonds)
+PDI_FN int pdi_sharp_pays(const pd_bonds *bonds, double rate, double length)
 {
-    return !pdi_sharp_far(bonds->stencil) && !bonds->grid->circumference && pdi_sharp_box(bonds->grid);
+    double longest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, bonds->grid->h[d]);
+    int slow = rate * length <= PDI_SHARP_REYNOLDS * (1.0 + 1e-9) && rate * longest <= PDI_SHARP_REYNOLDS_CELL;
+    return slow && !pdi_sharp_far(bonds->stencil) && !bonds->grid->circumference && pdi_sharp_box(bonds->grid);
 }
 
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)
@@ -27757,10 +27861,6 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
 /* A linear solve that just misses costs a whole Newton step more. */
 #define PDI_STEADY_STAGE_ENOUGH 0.1
 
-/* Largest Reynolds number of a flow, and of the longest spacing, at which fourth order is known to pay. */
-#define PDI_STEADY_SHARP 1000.0
-#define PDI_STEADY_SHARP_CELL 16.0
-
 /* What the solver callbacks see. */
 typedef struct pdi_steady_user {
     pd_ctx *ctx;
@@ -28135,11 +28235,8 @@ PDI_FN size_t pdi_steady_room(pd_steady *s)
 /* The order of a flow that has none yet: it stays, whatever the flow becomes. */
 static void pdi_steady_order(pd_flow *flow)
 {
-    double rate = flow->speed / flow->nu, longest = 0.0;
     if (flow->order != PD_FLOW_PAYING) return;
-    for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, flow->grid->h[d]);
-    int calm = rate * flow->length <= PDI_STEADY_SHARP * (1.0 + 1e-9) && rate * longest <= PDI_STEADY_SHARP_CELL;
-    flow->order = calm && pdi_sharp_pays(flow->bonds) ? 4 : 2;
+    flow->order = pdi_sharp_pays(flow->bonds, flow->speed / flow->nu, flow->length) ? 4 : 2;
     if (flow->order == 2) return;
     memset(&flow->isotropic, 0, sizeof flow->isotropic);
     flow->isotropy = 0.0;
@@ -28279,22 +28376,12 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
 
 /* ---- what is left of the divergence ---- */
 
-/* Ghosts of the potential: nothing of it passes an inlet, so that what enters is what inlets hold; outlets hold zero,
- * and so do inlets where nothing else does. */
-static void pdi_steady_potential_ghosts(const pd_flow *flow, double *q)
-{
-    const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    pd_ghosts_scalar(ghosts, q);
-    for (int32_t g = ghosts->count; g < ghosts->listed && ghosts->count > ghosts->images; g++)
-        q[ghosts->node[g]] = flow->grid->kind[ghosts->source[g]] == PD_FLUID ? q[ghosts->source[g]] : 0.0;
-}
-
 /* y = lap x. x gets its ghosts. */
 static void pdi_steady_laplacian(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
     const pd_flow *flow = u->steady->flow;
-    pdi_steady_potential_ghosts(flow, (double *)x); /* the solver is lean */
+    pdi_ghosts_potential(&flow->bonds->ghosts, (double *)x); /* the solver is lean */
     pd_op_laplacian(u->ctx, flow->bonds, x, y);
 }
 
@@ -28333,7 +28420,7 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     pdi_flow_prepare(ctx, flow); /* its advecting velocity was work */
     s->uneven = linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_volume(flow);
     pdi_par_copy(ctx, total, s->step + split, s->potential);
-    pdi_steady_potential_ghosts(flow, s->potential);
+    pdi_ghosts_potential(&flow->bonds->ghosts, s->potential);
     flow->potential = s->potential;
     return PD_OK;
 }
@@ -33362,8 +33449,8 @@ pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const cha
 /* Factors stay within these bounds. */
 #define PDI_DIFFUSION_LEAST 0.25
 #define PDI_DIFFUSION_MOST 8.0
-/* A normal that is shorter than this share of what it is summed of has cancelled, and a share of a bond that is smaller
- * is none: both would be rounding. */
+/* A normal that is shorter than this share of what it is summed of has cancelled, a share of a bond that is smaller is
+ * none, and what is nearer to a plane, in cells, lies on it: all would be rounding. */
 #define PDI_DIFFUSION_NONE 1e-9
 /* Tensors and normals are kept in parts of 1. */
 #define PDI_DIFFUSION_PARTS 16777216.0
@@ -33651,22 +33738,36 @@ PDI_FN double pdi_diffusion_wall(const pd_diffusion *d, int32_t r, int k, double
     return conduct;
 }
 
+/* Share of the bond from node i to x [m], where it meets a wall, that passes a plane. On the plane itself half of what
+ * it carries is of either side; all of it where nothing but the wall is behind the plane. */
+static double pdi_diffusion_passes(const pd_grid *grid, int32_t i, double x, int axis, int index)
+{
+    int at[PD_DIM];
+    double far = (x - grid->lo[axis]) / grid->h[axis] - index;
+    pdi_grid_index(grid, i, at);
+    int before = at[axis] < index;
+    if (fabs(far) > PDI_DIFFUSION_NONE) return before == (far > 0.0) ? 1.0 : 0.0;
+    at[axis] = 2 * index - 1 - at[axis];
+    pdi_grid_fold(grid, at);
+    return pdi_grid_inside(grid, at) && grid->kind[pd_grid_node(grid, at)] == PD_FLUID ? 0.5 : 1.0;
+}
+
 PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, const double *rest, int axis, int index)
 {
     const pd_bonds *bonds = d->bonds;
-    double plane = bonds->grid->lo[axis] + index * bonds->grid->h[axis];
     pdi_sum sum = {0.0, 0.0};
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
-        double at[PD_DIM], x[PD_DIM], t, conduct;
+        double x[PD_DIM], t, conduct;
         if (!(d->wall_rate[i] > 0.0)) continue;
-        pd_grid_position(bonds->grid, i, at);
+        int above = pdi_grid_along(bonds->grid, i, axis) >= index;
         for (int k = 0; k < bonds->stencil->count; k++) {
             if (pdi_bond_open(bonds, r, k) || pdi_diffusion_unasked(d, r, k)) continue;
             double value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
-            if (!(value >= 0.0) || !((at[axis] - plane) * (x[axis] - plane) < 0.0)) continue;
+            double share = value >= 0.0 ? pdi_diffusion_passes(bonds->grid, i, x[axis], axis, index) : 0.0;
+            if (!(share > 0.0)) continue;
             double gain = conduct * ((value - c[i]) - (rest ? rest[i] : 0.0));
-            pdi_sum_add(&sum, (at[axis] > plane ? gain : -gain) * pdi_grid_circumference(bonds->grid, i));
+            pdi_sum_add(&sum, share * (above ? gain : -gain) * pdi_grid_circumference(bonds->grid, i));
         }
     }
     return pdi_sum_total(&sum) * bonds->stencil->volume;
@@ -58967,19 +59068,35 @@ static double pdi_couple_lost(const pd_couple *c, const pd_process *p)
     return lost;
 }
 
+/* Process n is at work at t [s], without a step. */
+static void pdi_couple_solves(pd_couple *c, int n, double t)
+{
+    memset(&c->now, 0, sizeof c->now);
+    c->now.name = c->process[n].name;
+    c->now.time = t;
+}
+
 /* Quasi-steady processes become those of time t. */
 static pd_status pdi_couple_at(pd_ctx *ctx, void *user, double t)
 {
     pd_couple *c = (pd_couple *)user;
-    for (int n = 0; n < c->count; n++)
-        if (c->process[n].at) PDI_TRY(c->process[n].at(ctx, c->process[n].self, t));
+    pd_attempt around = c->now;
+    for (int n = 0; n < c->count; n++) {
+        if (!c->process[n].at) continue;
+        pdi_couple_solves(c, n, t);
+        PDI_TRY(c->process[n].at(ctx, c->process[n].self, t));
+    }
+    c->now = around;
     return PD_OK;
 }
 
 pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
 {
-    for (int n = 0; n < c->count; n++)
+    for (int n = 0; n < c->count; n++) {
+        pdi_couple_solves(c, n, c->time);
         if (c->process[n].start) PDI_TRY(c->process[n].start(ctx, c->process[n].self, c->time));
+    }
+    memset(&c->now, 0, sizeof c->now);
     c->started = 1;
     return pdi_couple_balance(ctx, c);
 }
@@ -59085,6 +59202,7 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
     s.at_user = c;
     s.until = c->desc.until;
     s.until_user = c->desc.until_user;
+    s.now = &c->now;
     while (n < c->count && !c->process[n].attempt) n++;
     if (n < c->count) {
         const pd_process *p = &c->process[n];
@@ -59112,6 +59230,7 @@ pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
     pd_status status = pdi_couple_advance(ctx, c, &end, &dt);
+    memset(&c->now, 0, sizeof c->now);
     if (status < 0) return status;
     c->unsolved += status > 0;
     c->dt = dt;
@@ -80819,9 +80938,10 @@ PDI_FN pd_status pdi_vary_build(pd_ctx *ctx, const pd_setup *setup, pd_vary *var
     pdi_vary_all(setup, vary);
     vary->capacity = vary->count;
     if (!vary->count) return PD_OK;
-    PDI_TRY(pdi_owner_build(ctx, pdi_vary_list, vary));
-    pdi_vary_all(setup, vary);
-    return PD_OK;
+    pd_status status = pdi_owner_build(ctx, pdi_vary_list, vary);
+    if (status < 0) memset(vary, 0, sizeof *vary);
+    else pdi_vary_all(setup, vary);
+    return status;
 }
 
 PDI_FN void pdi_vary_free(pd_ctx *ctx, pd_vary *vary)
@@ -84235,19 +84355,49 @@ PDI_FN void pdi_depletion_free(pd_ctx *ctx, pd_depletion *d)
 
 #undef PDI_DEPLETION_NONE
 
+/* ======== >>run/waiting.c ======== */
+/* waiting: see waiting.h */
+#include <math.h>
+
+/* What the process at hand does. */
+static void pdi_waiting_attempt(const pd_attempt *now, char *line, size_t size)
+{
+    char time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
+    pdi_setup_show(now->time, "s", time);
+    pdi_setup_show(now->dt, "s", dt);
+    if (!(now->dt > 0.0)) {
+        pdi_append(line, size, ": %s is solved at t = %s", now->name, time);
+        return;
+    }
+    pdi_append(line, size, ": %s tries a step of %s from t = %s", now->name, dt, time);
+    if (now->steps) pdi_append(line, size, ", after %.0f step%s of its own", (double)now->steps,
+                               now->steps > 1 ? "s" : "");
+    if (!now->trial) return;
+    pdi_append(line, size, ", attempt %d", now->trial + 1);
+    if (!(now->error < HUGE_VAL)) pdi_append(line, size, "; the one before found no solution");
+    else if (now->error > 1.0)
+        pdi_append(line, size, "; the error of the one before was %.3g of what is allowed", now->error);
+}
+
+PDI_FN void pdi_waiting_line(const pd_couple *c, double waited, const char *doing, int64_t count, char *line,
+                             size_t size)
+{
+    char spent[32], time[PD_UNITS_TEXT];
+    line[0] = '\0';
+    pdi_progress_duration(waited, spent, sizeof spent);
+    pdi_setup_show(c->time, "s", time);
+    if (c->started) pdi_append(line, size, "no step for %s, at t = %s", spent, time);
+    else pdi_append(line, size, "the start takes %s so far", spent);
+    if (c->now.name) pdi_waiting_attempt(&c->now, line, size);
+    pdi_append(line, size, " (%.40s %.0f)", doing, (double)count);
+}
+
 /* ======== >>run/monitor.c ======== */
 /* monitor: see monitor.h */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-/* Cells of the layer at a surface with fewer of which its flux is some per cent off; with one it is any number. */
-#define PDI_MONITOR_LAYER 2.0
-/* Cell Peclet number v h/D at which upwinding spreads species as much as they diffuse. */
-#define PDI_MONITOR_PECLET 2.0
-
-/* Share of Faraday's law by which metal lost may differ from it without a word. */
-#define PDI_MONITOR_EXACT 0.01
 #define PDI_MONITOR_FARADAY 96485.33212 /* [C/mol] */
 /* Two numbers that differ by this share of them are the same one. */
 #define PDI_MONITOR_SAME 1e-9
@@ -84586,7 +84736,7 @@ static double pdi_monitor_dissolves(const pd_model *model, int electrode)
     return 0.0;
 }
 
-static void pdi_monitor_now(const pd_model *model, int electrode, pd_cell_electrode *e)
+PDI_FN void pdi_monitor_now(const pd_model *model, int electrode, pd_cell_electrode *e)
 {
     if (model->attack.polarise.setup) pdi_polarise_electrode(&model->attack.polarise, electrode, e);
     else pd_cell_electrode_of(&model->cell, electrode, e);
@@ -84954,90 +85104,6 @@ PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
     return PD_OK;
 }
 
-/* Metal and charge do not agree. */
-static void pdi_monitor_uneven(const pd_monitor *m, pd_print_fn print, void *user)
-{
-    char text[256];
-    for (int f = 0; f < m->count; f++) {
-        double share = m->figure[f].value;
-        if (strcmp(m->figure[f].key, "faraday") || !(fabs(share - 1.0) > PDI_MONITOR_EXACT)) continue;
-        snprintf(text, sizeof text, "electrode %s: its metal has lost %.4g of what its anodic charge dissolves by "
-                 "Faraday's law: %s", m->desc->name, share,
-                 share < 1.0 ? "it was used up, or covered, or the fluid at it was saturated, while current passed"
-                             : "factors make it dissolve faster than its current does");
-        print(user, PD_PRINT_NOTE, text);
-    }
-}
-
-/* A curve is straight where it is not given. */
-static void pdi_monitor_outside(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
-{
-    char text[320];
-    const pd_electrode_term *table = pdi_cell_table(&model->cell, m->desc->index);
-    pd_cell_electrode e;
-    pdi_monitor_now(model, m->desc->index, &e);
-    if (!table || !(e.met.left < HUGE_VAL)) return;
-    snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, first outside of its range "
-             "%.6g .. %.6g V at t = %.6g s: beyond it the curve is a straight line, and currents are not those of `i`; "
-             "a wider range holds them", m->desc->name, e.met.least, e.met.most, table->potential[0],
-             table->potential[table->points - 1], e.met.left);
-    print(user, PD_PRINT_NOTE, text);
-}
-
-/* What figures cannot be trusted in. */
-static void pdi_monitor_doubt(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
-{
-    char text[256];
-    if (m->desc->kind == PD_MONITOR_ELECTRODE) {
-        pdi_monitor_uneven(m, print, user);
-        pdi_monitor_outside(model, m, print, user);
-    }
-    double h = model->grid.h[0], layer = HUGE_VAL;
-    for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
-    for (int f = 0; f < m->count; f++)
-        if (!strcmp(m->figure[f].key, "layer")) layer = fabs(m->figure[f].value);
-    if (!(layer < PDI_MONITOR_LAYER * h)) return;
-    snprintf(text, sizeof text, "%s %s: the layer at its surface is %.3g m thick, and cells are %.3g m: its flux wants "
-             "at least %g cells across", pdi_setup_monitor_name(m->desc->kind), m->desc->name, layer, h,
-             PDI_MONITOR_LAYER);
-    print(user, PD_PRINT_NOTE, text);
-}
-
-/* Species that a flow carries are spread by upwinding, across the stream, too. */
-static void pdi_monitor_spread(const pd_model *model, pd_print_fn print, void *user)
-{
-    const char *slowest;
-    char text[320];
-    double peclet = pdi_observe_peclet(model, &slowest);
-    if (!(peclet > PDI_MONITOR_PECLET)) return;
-    snprintf(text, sizeof text, "species: the cell Peclet number v h/D is up to %.3g (%s): upwinding spreads them more "
-             "than they diffuse, and what reaches a surface along the flow can be tens of per cent too high; it wants "
-             "at most %g", peclet, slowest, PDI_MONITOR_PECLET);
-    print(user, PD_PRINT_NOTE, text);
-}
-
-PDI_FN void pdi_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
-{
-    char text[1024];
-    if (!print) return;
-    pdi_monitor_spread(all->model, print, user);
-    for (int k = 0; k < all->model->setup->monitors; k++) {
-        const pd_monitor *m = &all->monitor[k];
-        if (m->count == 0) continue;
-        snprintf(text, sizeof text, "result case=%s %s=%s time=%.9g", all->model->setup->name,
-                 pdi_setup_monitor_name(m->desc->kind), m->desc->name, all->model->couple.time);
-        char *figures = text + strlen(text);
-        for (int f = 0; f < m->count; f++) {
-            size_t used = strlen(text);
-            if (isnan(m->figure[f].value)) continue; /* a figure without a value has no key */
-            snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
-        }
-        pdi_known(figures);
-        print(user, PD_PRINT_RESULT, text);
-        pdi_monitor_doubt(all->model, m, print, user);
-    }
-}
-
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *all)
 {
     for (int k = 0; k < all->model->setup->monitors; k++) PDI_TRY(pdi_csv_close(ctx, &all->monitor[k].table));
@@ -85059,10 +85125,110 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     memset(all, 0, sizeof *all);
 }
 
-#undef PDI_MONITOR_LAYER
-#undef PDI_MONITOR_EXACT
 #undef PDI_MONITOR_FARADAY
 #undef PDI_MONITOR_SAME
+
+/* ======== >>run/results.c ======== */
+/* results: see results.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Cells of the layer at a surface with fewer of which its flux is some per cent off; with one it is any number. */
+#define PDI_RESULTS_LAYER 2.0
+/* Cell Peclet number v h/D at which upwinding spreads species as much as they diffuse. */
+#define PDI_RESULTS_PECLET 2.0
+
+/* Share of Faraday's law by which metal lost may differ from it without a word. */
+#define PDI_RESULTS_EXACT 0.01
+
+/* Metal and charge do not agree. */
+static void pdi_results_uneven(const pd_monitor *m, pd_print_fn print, void *user)
+{
+    char text[256];
+    for (int f = 0; f < m->count; f++) {
+        double share = m->figure[f].value;
+        if (strcmp(m->figure[f].key, "faraday") || !(fabs(share - 1.0) > PDI_RESULTS_EXACT)) continue;
+        snprintf(text, sizeof text, "electrode %s: its metal has lost %.4g of what its anodic charge dissolves by "
+                 "Faraday's law: %s", m->desc->name, share,
+                 share < 1.0 ? "it was used up, or covered, or the fluid at it was saturated, while current passed"
+                             : "factors make it dissolve faster than its current does");
+        print(user, PD_PRINT_NOTE, text);
+    }
+}
+
+/* A curve is straight where it is not given. */
+static void pdi_results_outside(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
+{
+    char text[320];
+    const pd_electrode_term *table = pdi_cell_table(&model->cell, m->desc->index);
+    pd_cell_electrode e;
+    pdi_monitor_now(model, m->desc->index, &e);
+    if (!table || !(e.met.left < HUGE_VAL)) return;
+    snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, first outside of its range "
+             "%.6g .. %.6g V at t = %.6g s: beyond it the curve is a straight line, and currents are not those of `i`; "
+             "a wider range holds them", m->desc->name, e.met.least, e.met.most, table->potential[0],
+             table->potential[table->points - 1], e.met.left);
+    print(user, PD_PRINT_NOTE, text);
+}
+
+/* What figures cannot be trusted in. */
+static void pdi_results_doubt(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
+{
+    char text[256];
+    if (m->desc->kind == PD_MONITOR_ELECTRODE) {
+        pdi_results_uneven(m, print, user);
+        pdi_results_outside(model, m, print, user);
+    }
+    double h = model->grid.h[0], layer = HUGE_VAL;
+    for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
+    for (int f = 0; f < m->count; f++)
+        if (!strcmp(m->figure[f].key, "layer")) layer = fabs(m->figure[f].value);
+    if (!(layer < PDI_RESULTS_LAYER * h)) return;
+    snprintf(text, sizeof text, "%s %s: the layer at its surface is %.3g m thick, and cells are %.3g m: its flux wants "
+             "at least %g cells across", pdi_setup_monitor_name(m->desc->kind), m->desc->name, layer, h,
+             PDI_RESULTS_LAYER);
+    print(user, PD_PRINT_NOTE, text);
+}
+
+/* Species that a flow carries are spread by upwinding, across the stream, too. */
+static void pdi_results_spread(const pd_model *model, pd_print_fn print, void *user)
+{
+    const char *slowest;
+    char text[320];
+    double peclet = pdi_observe_peclet(model, &slowest);
+    if (!(peclet > PDI_RESULTS_PECLET)) return;
+    snprintf(text, sizeof text, "species: the cell Peclet number v h/D is up to %.3g (%s): upwinding spreads them more "
+             "than they diffuse, and what reaches a surface along the flow can be tens of per cent too high; it wants "
+             "at most %g", peclet, slowest, PDI_RESULTS_PECLET);
+    print(user, PD_PRINT_NOTE, text);
+}
+
+PDI_FN void pdi_results_print(const pd_monitors *all, pd_print_fn print, void *user)
+{
+    char text[1024];
+    if (!print) return;
+    pdi_results_spread(all->model, print, user);
+    for (int k = 0; k < all->model->setup->monitors; k++) {
+        const pd_monitor *m = &all->monitor[k];
+        if (m->count == 0) continue;
+        snprintf(text, sizeof text, "result case=%s %s=%s time=%.9g", all->model->setup->name,
+                 pdi_setup_monitor_name(m->desc->kind), m->desc->name, all->model->couple.time);
+        char *figures = text + strlen(text);
+        for (int f = 0; f < m->count; f++) {
+            size_t used = strlen(text);
+            if (isnan(m->figure[f].value)) continue; /* a figure without a value has no key */
+            snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
+        }
+        pdi_known(figures);
+        print(user, PD_PRINT_RESULT, text);
+        pdi_results_doubt(all->model, m, print, user);
+    }
+}
+
+#undef PDI_RESULTS_LAYER
+#undef PDI_RESULTS_PECLET
+#undef PDI_RESULTS_EXACT
 
 /* ======== >>run/figures.c ======== */
 /* figures: see figures.h */
@@ -85472,6 +85638,7 @@ PDI_FN pd_status pdi_compare_write(pd_ctx *ctx, const pd_compare *c, pd_folder *
 #include <string.h>
 
 #define PDI_RUN_PROGRESS 0.2 /* [s] between progress lines */
+#define PDI_RUN_SILENCE 10.0 /* [s] without a step before a note says what is computed */
 
 typedef struct pdi_run {
     pd_ctx *ctx;
@@ -85494,6 +85661,8 @@ typedef struct pdi_run {
     double imaged;        /* [s] clock of it */
     int imageable;        /* it is whole */
     double polled;        /* [s] clock when the run last asked */
+    double stepped;       /* [s] clock of the last step */
+    double silence;       /* [s] without one that is not told */
     int writing;          /* the run ends with the files of this step */
     pd_poll_fn poll;      /* of the caller */
     void *poll_user;
@@ -85528,6 +85697,15 @@ static void pdi_run_progress(pdi_run *r)
         pdi_run_report(r, NULL, 0);
 }
 
+/* A note on what has been computed for long without a step. */
+static void pdi_run_wait(pdi_run *r, const char *doing, int64_t count, double waited)
+{
+    char line[480];
+    r->silence = 2.0 * pdi_max(waited, r->silence);
+    pdi_waiting_line(&r->model.couple, waited, doing, count, line, sizeof line);
+    r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
+}
+
 /* The poll function of a run: it looks at the clock, the rest happens now and then. A step that is over soon ends
  * before the run stops. */
 static int pdi_run_poll(void *user, const char *doing, int64_t count)
@@ -85535,6 +85713,7 @@ static int pdi_run_poll(void *user, const char *doing, int64_t count)
     pdi_run *r = (pdi_run *)user;
     double now = pdi_par_clock();
     if (r->stopped) return !r->writing;
+    if (r->desc->print && now - r->stepped > r->silence) pdi_run_wait(r, doing, count, now - r->stepped);
     if (now - r->polled < PDI_RUN_PROGRESS) return 0;
     r->polled = now;
     if (now - r->reported >= 2.0 * PDI_RUN_PROGRESS) pdi_run_report(r, doing, count);
@@ -85733,7 +85912,7 @@ static int pdi_run_observe(void *user, const pd_couple *couple)
     if (!r->desc->dry && before_end && r->status >= 0) r->status = pdi_run_keep(r);
     if (before_end && !r->stopped && r->status >= 0) pdi_run_remember(r);
     pdi_run_progress(r);
-    r->polled = pdi_par_clock();
+    r->polled = r->stepped = pdi_par_clock();
     return r->stopped || r->status < 0;
 }
 
@@ -85797,7 +85976,7 @@ static pd_status pdi_run_steps(pdi_run *r)
         return PD_OK;
     }
     PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
-    pdi_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
+    pdi_results_print(&r->monitors, r->desc->print, r->desc->print_user);
     pdi_run_overlap(r);
     pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
     PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
@@ -85939,7 +86118,8 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->ctx = ctx;
     r->desc = desc;
     r->setup = setup;
-    r->started = r->reported = r->kept = pdi_par_clock();
+    r->started = r->reported = r->kept = r->stepped = pdi_par_clock();
+    r->silence = desc->silence > 0.0 ? desc->silence : PDI_RUN_SILENCE;
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
     r->poll = ctx->poll;
     r->poll_user = ctx->poll_user;
@@ -85988,6 +86168,7 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
 }
 
 #undef PDI_RUN_PROGRESS
+#undef PDI_RUN_SILENCE
 
 /* ======== >>run/sim.c ======== */
 /* sim: see sim.h */
