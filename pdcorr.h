@@ -1423,6 +1423,8 @@ static inline int pdi_grid_along(const pd_grid *grid, int32_t node, int axis)
 PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
 /* 1 when the index lies inside the box. */
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
+/* 1: the node lies behind a side of the box that is a wall. */
+PDI_FN int pdi_grid_walled(const pd_grid *grid, int32_t node);
 /* Nodes of the cube with `reach` cells on either side of one. */
 static inline int pdi_grid_cube(int reach)
 {
@@ -1495,8 +1497,8 @@ PDI_FN pd_status pdi_path_build(pd_ctx *ctx, const pd_stencil *stencil, const pd
 PDI_FN void pdi_path_free(pd_ctx *ctx, pd_paths *paths);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_path_closed_group(const pd_paths *paths, int32_t node, int k);
-/* Cell of that group that stands for it: of cells at an edge or corner metal comes before a wall, and a wall in the box
- * before its sides, whatever their order. */
+/* Cell of that group that stands for it: of cells at an edge or corner metal comes before a wall, and the wall of a shape
+ * before the sides of the box, whatever their order. */
 PDI_FN int32_t pdi_path_closed_cell(const pd_paths *paths, int32_t node, int group);
 /* 1 when a cell of the group is metal, or the image of metal; *all: each of them is. */
 PDI_FN int pdi_path_metal(const pd_paths *paths, int32_t node, int group, int *all);
@@ -16928,6 +16930,17 @@ PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i)
     return 1;
 }
 
+PDI_FN int pdi_grid_walled(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM];
+    pdi_grid_index(grid, node, i);
+    for (int d = 0; d < PD_DIM; d++)
+        if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
+            (i[d] >= grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
+            return 1;
+    return 0;
+}
+
 PDI_FN int32_t pdi_grid_near(const pd_grid *grid, int32_t node, int reach, int k, int *far)
 {
     int at[PD_DIM], width = 2 * reach + 1;
@@ -17501,10 +17514,7 @@ PDI_FN int32_t pdi_path_closed_cell(const pd_paths *paths, int32_t node, int gro
     int best = -1;
     for (int c = s->group_cell[group]; c < s->group_cell[group + 1]; c++) {
         int32_t cell = node + paths->cell_shift[c];
-        int i[PD_DIM];
-        pdi_grid_index(paths->grid, cell, i);
-        int inside = pdi_grid_inside(paths->grid, i);
-        int rank = 2 * (pdi_path_kind(paths->grid, cell) == PD_SOLID) + inside;
+        int rank = 2 * (pdi_path_kind(paths->grid, cell) == PD_SOLID) + !pdi_grid_walled(paths->grid, cell);
         if (rank <= best) continue;
         best = rank;
         found = cell;
@@ -18419,18 +18429,6 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     pdi_bond_curve(grid, shape, x, xi, cut);
 }
 
-/* 1 when the node lies behind a side of the box that is a wall. */
-static int pdi_bond_walled(const pd_grid *grid, int32_t node)
-{
-    int i[PD_DIM];
-    pdi_grid_index(grid, node, i);
-    for (int d = 0; d < PD_DIM; d++)
-        if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
-            (i[d] >= grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
-            return 1;
-    return 0;
-}
-
 /* The shape that may cut bonds to a closed node; -1: none, or none with a smooth surface. */
 static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
 {
@@ -18457,7 +18455,7 @@ static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, 
     const pd_grid *grid = paths->grid;
     const pd_stencil *s = paths->stencil;
     int32_t closed = pdi_path_closed_cell(paths, node, group);
-    int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
+    int walled = pdi_grid_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     pdi_bond_face_cut(paths, node, k, group, cut);
     pd_grid_position(grid, node, x);
@@ -18518,7 +18516,7 @@ static int pdi_bond_grazes(const pd_paths *paths, int32_t node, int k, int group
     const pd_grid *grid = paths->grid;
     const double *xi = paths->stencil->xi + k * PD_DIM;
     int32_t closed = pdi_path_closed_cell(paths, node, group);
-    int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
+    int walled = pdi_grid_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     if (cut->t > 1.0 + 1e-9) return 1;
     if (walled || shape < 0 || pdi_bond_receded(paths, shape, node, k, group)) return 0;
@@ -18552,14 +18550,14 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
     end->lap = end->curv = 0.0;
     pdi_bond_add_wall(bonds, node, k, &cut, &end->lap, &end->curv);
     end->cell = pdi_path_closed_cell(&bonds->paths, node, group);
-    end->side = pdi_bond_walled(bonds->grid, end->cell);
+    end->side = pdi_grid_walled(bonds->grid, end->cell);
     end->smooth = cut.smooth;
     end->grazes = pdi_bond_grazes(&bonds->paths, node, k, group, &cut);
 }
 
 PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const double *x)
 {
-    int shape = pdi_bond_shape(bonds->grid, closed, pdi_bond_walled(bonds->grid, closed));
+    int shape = pdi_bond_shape(bonds->grid, closed, pdi_grid_walled(bonds->grid, closed));
     return shape < 0 ? (double)NAN : pdi_grid_level(bonds->grid, shape, x);
 }
 

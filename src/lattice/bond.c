@@ -168,18 +168,6 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     pdi_bond_curve(grid, shape, x, xi, cut);
 }
 
-/* 1 when the node lies behind a side of the box that is a wall. */
-static int pdi_bond_walled(const pd_grid *grid, int32_t node)
-{
-    int i[PD_DIM];
-    pdi_grid_index(grid, node, i);
-    for (int d = 0; d < PD_DIM; d++)
-        if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
-            (i[d] >= grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
-            return 1;
-    return 0;
-}
-
 /* The shape that may cut bonds to a closed node; -1: none, or none with a smooth surface. */
 static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
 {
@@ -206,7 +194,7 @@ static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, 
     const pd_grid *grid = paths->grid;
     const pd_stencil *s = paths->stencil;
     int32_t closed = pdi_path_closed_cell(paths, node, group);
-    int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
+    int walled = pdi_grid_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     pdi_bond_face_cut(paths, node, k, group, cut);
     pd_grid_position(grid, node, x);
@@ -267,7 +255,7 @@ static int pdi_bond_grazes(const pd_paths *paths, int32_t node, int k, int group
     const pd_grid *grid = paths->grid;
     const double *xi = paths->stencil->xi + k * PD_DIM;
     int32_t closed = pdi_path_closed_cell(paths, node, group);
-    int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
+    int walled = pdi_grid_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
     if (cut->t > 1.0 + 1e-9) return 1;
     if (walled || shape < 0 || pdi_bond_receded(paths, shape, node, k, group)) return 0;
@@ -301,14 +289,14 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
     end->lap = end->curv = 0.0;
     pdi_bond_add_wall(bonds, node, k, &cut, &end->lap, &end->curv);
     end->cell = pdi_path_closed_cell(&bonds->paths, node, group);
-    end->side = pdi_bond_walled(bonds->grid, end->cell);
+    end->side = pdi_grid_walled(bonds->grid, end->cell);
     end->smooth = cut.smooth;
     end->grazes = pdi_bond_grazes(&bonds->paths, node, k, group, &cut);
 }
 
 PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const double *x)
 {
-    int shape = pdi_bond_shape(bonds->grid, closed, pdi_bond_walled(bonds->grid, closed));
+    int shape = pdi_bond_shape(bonds->grid, closed, pdi_grid_walled(bonds->grid, closed));
     return shape < 0 ? (double)NAN : pdi_grid_level(bonds->grid, shape, x);
 }
 

@@ -38,6 +38,17 @@ PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i)
     return 1;
 }
 
+PDI_FN int pdi_grid_walled(const pd_grid *grid, int32_t node)
+{
+    int i[PD_DIM];
+    pdi_grid_index(grid, node, i);
+    for (int d = 0; d < PD_DIM; d++)
+        if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
+            (i[d] >= grid->n[d] && grid->side[2 * d + 1] == PD_SIDE_WALL))
+            return 1;
+    return 0;
+}
+
 PDI_FN int32_t pdi_grid_near(const pd_grid *grid, int32_t node, int reach, int k, int *far)
 {
     int at[PD_DIM], width = 2 * reach + 1;

@@ -98,6 +98,8 @@ static inline int pdi_grid_along(const pd_grid *grid, int32_t node, int axis)
 PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
 /* 1 when the index lies inside the box. */
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
+/* 1: the node lies behind a side of the box that is a wall. */
+PDI_FN int pdi_grid_walled(const pd_grid *grid, int32_t node);
 /* Nodes of the cube with `reach` cells on either side of one. */
 static inline int pdi_grid_cube(int reach)
 {

@@ -30,10 +30,7 @@ PDI_FN int32_t pdi_path_closed_cell(const pd_paths *paths, int32_t node, int gro
     int best = -1;
     for (int c = s->group_cell[group]; c < s->group_cell[group + 1]; c++) {
         int32_t cell = node + paths->cell_shift[c];
-        int i[PD_DIM];
-        pdi_grid_index(paths->grid, cell, i);
-        int inside = pdi_grid_inside(paths->grid, i);
-        int rank = 2 * (pdi_path_kind(paths->grid, cell) == PD_SOLID) + inside;
+        int rank = 2 * (pdi_path_kind(paths->grid, cell) == PD_SOLID) + !pdi_grid_walled(paths->grid, cell);
         if (rank <= best) continue;
         best = rank;
         found = cell;
