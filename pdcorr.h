@@ -1497,8 +1497,8 @@ PDI_FN pd_status pdi_path_build(pd_ctx *ctx, const pd_stencil *stencil, const pd
 PDI_FN void pdi_path_free(pd_ctx *ctx, pd_paths *paths);
 /* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
 PDI_FN int pdi_path_closed_group(const pd_paths *paths, int32_t node, int k);
-/* Cell of that group that stands for it: of cells at an edge or corner metal comes before a wall, and the wall of a shape
- * before the sides of the box, whatever their order. */
+/* Cell of that group that stands for it: of cells at an edge or corner metal comes before a wall, and the wall of a
+ * shape before the sides of the box, whatever their order. */
 PDI_FN int32_t pdi_path_closed_cell(const pd_paths *paths, int32_t node, int group);
 /* 1 when a cell of the group is metal, or the image of metal; *all: each of them is. */
 PDI_FN int pdi_path_metal(const pd_paths *paths, int32_t node, int group, int *all);

@@ -159,7 +159,7 @@ TEST(slits_part_what_is_on_their_sides)
                     int32_t to = other(c, node, b, step, x, xi);
                     if (to < 0) continue;
                     pd_grid_position(&c->grid, to, y);
-                    int same = (pd_shape_distance(c->shape, 0, x) <= 0.0) == (pd_shape_distance(c->shape, 0, y) <= 0.0);
+                    int same = pdi_shape_has(c->shape, 0, c->grid.h, x) == pdi_shape_has(c->shape, 0, c->grid.h, y);
                     across += !same;
                     wrong[0] += same != pdi_chord_within(&c->grid, x, xi);
                     wrong[1] += same && !stairs(&c->grid, node, step);

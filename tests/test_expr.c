@@ -390,6 +390,18 @@ TEST(allocation_failures)
     CHECK(failed >= 3);
 }
 
+/* Bytes of the letter at c: printable ASCII, or one of UTF-8. 0: neither. */
+static int letter(const char *c)
+{
+    unsigned char first = (unsigned char)*c;
+    int more = first >= 0xf0 && first < 0xf5 ? 3 : first >= 0xe0 ? 2 : first >= 0xc2 ? 1 : 0;
+    if (first < 0x80) return first >= 0x20 && first < 0x7f;
+    if (!more || first >= 0xf5) return 0;
+    for (int k = 1; k <= more; k++)
+        if (((unsigned char)c[k] & 0xc0) != 0x80) return 0;
+    return 1 + more;
+}
+
 /* Every truncation and every replaced byte: an answer or an error with a message, nothing left behind. */
 static void hostile(const char *text, int *good, int *bad)
 {
@@ -405,8 +417,11 @@ static void hostile(const char *text, int *good, int *bad)
         (*bad)++;
         if (!(status == PD_ERR_PARSE && strncmp(ctx.message, "expr: column ", 13) == 0))
             CHECK_STR(ctx.message, "expr: column ...");
-        for (const char *c = ctx.message; *c; c++)
-            if ((unsigned char)*c < 0x20 || (unsigned char)*c >= 0x7f) CHECK_INT((unsigned char)*c, 0x20);
+        for (const char *c = ctx.message; *c;) {
+            int bytes = letter(c);
+            if (!bytes) CHECK_INT((unsigned char)*c, 0x20);
+            c += bytes ? bytes : 1;
+        }
     }
     pdi_expr_free(&ctx, &expr);
     if (ctx.in_use != 0) CHECK_INT(ctx.in_use, 0);
