@@ -3,8 +3,8 @@
  *   metamorphic_2d [--seed N] [--pairs N] [--seconds S] [--class exact|tolerance|lattice] [--only TRANSFORM] [--show]
  *                  [--sanitize] [--limit S] [--through SHARE] [--shrink S]
  *
- * --through: share of bodies with faces through nodes; --limit: of a run; --shrink: time for the
- * smallest scene that shows a finding, 0: as it was found.
+ * --closed: without the seeds of open findings; --through: share of bodies with faces through nodes; --limit: of a run;
+ * --shrink: time for the smallest scene that shows a finding, 0: as it was found.
  */
 #define _XOPEN_SOURCE 700
 #include "generate.h"
@@ -25,7 +25,7 @@ enum { TEXT = 65536 };
 
 typedef struct options {
     uint32_t seed;
-    int pairs, show, sanitize, quick, blind, only;
+    int pairs, show, sanitize, quick, blind, closed, only;
     double seconds, limit, through, shrink;
     scene_class of;
     uint32_t with;                /* scenes that have all of it */
@@ -49,11 +49,29 @@ static const uint32_t quick_seeds[] = {
 #endif
 };
 
+/* Seeds from 1 on whose pairs have findings that are open, which --closed leaves out: a run of it has none. */
+static const uint32_t open_seeds[] = {
+#if PD_DIM == 1
+    9, 26, 36,
+#elif PD_DIM == 2
+    4, 5, 11, 36, 56, 65, 67, 80, 83, 91, 97, 98,
+#else
+    9, 36, 37, 42,
+#endif
+};
+
 typedef struct tally {
     int pairs, ran, changed, several, refused, failed, findings;
     int by_transform[TRANSFORM_COUNT], found[TRANSFORM_COUNT];
     double longest;
 } tally;
+
+static int is_open(uint32_t seed)
+{
+    for (size_t k = 0; k < sizeof open_seeds / sizeof open_seeds[0]; k++)
+        if (open_seeds[k] == seed) return 1;
+    return 0;
+}
 
 static double now(void)
 {
@@ -309,6 +327,7 @@ int main(int argc, char **argv)
         else if (strcmp(a, "--sanitize") == 0) o.sanitize = 1;
         else if (strcmp(a, "--blind") == 0) o.blind = 1;
         else if (strcmp(a, "--quick") == 0) o.quick = 1;
+        else if (strcmp(a, "--closed") == 0) o.closed = 1;
         else if (k++, strcmp(a, "--seed") == 0) o.seed = (uint32_t)strtoul(v, NULL, 10);
         else if (strcmp(a, "--pairs") == 0) o.pairs = atoi(v);
         else if (strcmp(a, "--seconds") == 0) o.seconds = atof(v);
@@ -336,6 +355,7 @@ int main(int argc, char **argv)
     if (o.quick) o.pairs = (int)(sizeof quick_seeds / sizeof quick_seeds[0]);
     for (int k = 0; k < o.pairs; k++) {
         if (o.seconds > 0.0 && now() - begin > o.seconds) break;
+        if (o.closed && is_open(o.seed + (uint32_t)k)) continue;
         one(&o, o.quick ? quick_seeds[k] : o.seed + (uint32_t)k, &s);
     }
     printf(
