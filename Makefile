@@ -221,7 +221,7 @@ metamorphic: $(METAMORPHIC_RUNS) ## random scenes against their images: PAIRS (2
 
 metamorphic-run-2: $(BUILD)/metamorphic_3d
 $(METAMORPHIC_RUNS): metamorphic-run-%: $(BUILD)/metamorphic_%d
-	$< --seed $(SEED) --pairs $$(( $(PAIRS) * $(quarters_$*) / 4 )) $(if $(CLOSED),--closed)
+	$< --seed $(SEED) --pairs $$(( $(PAIRS) * $(quarters_$*) / 4 )) $(if $(CLOSED),--closed --limit 60)
 
 metamorphic-sanitized: $(SANITIZED_RUNS) ## SCENES (200) random scenes under the address and undefined-behaviour sanitizers
 
