@@ -315,6 +315,8 @@ TEST(scenes)
 {
     refused("[grid] h = 1 um  box = 0 .. 9 um\n[transport] D = 1e-9 m2/s\n[run] until = 1 s\n[species Na+]\n",
             "a.scene:4: D: found no diffusivity of Na+");
+    refused("[grid] h = 1 um  box = 0 .. 9 um\n[run] until = 1 s\n[species Na+] initial = 1 mM  D = 1e-9 m2/s\n"
+            "[species Cl-] initial = 1 mM  D = 0 m2/s\n", "a.scene:4: D: found 0: a solute moves in a run");
     refused("[species Na+] initial = 1 mM\n", "a.scene:1: chemistry: the charges sum to");
 }
 

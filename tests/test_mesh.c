@@ -138,12 +138,14 @@ static void write_2(const mesh_kind *kind)
         place_of(k, x);
         say("%ld %.17g %.17g %.17g\n", number_of(k), x[0], x[1], x[2]);
     }
-    say("$EndNodes\n$Elements\n%ld\n", (long)(cells * kind->parts + 1));
+    /* as Gmsh does it, cells of two groups come twice */
+    say("$EndNodes\n$Elements\n%ld\n", (long)(2 * cells * kind->parts + 1));
     say("%ld 15 2 0 1 %ld\n", id++, number_of(0));
-    for (int64_t cell = 0; cell < cells; cell++)
+    for (int64_t cell = 0; cell < 2 * cells; cell++)
         for (int part = 0; part < kind->parts; part++) {
-            say("%ld %d 2 %d %d", id++, kind->type, region_of(cell), region_of(cell));
-            corners_of(kind, cell, part);
+            int64_t own = cell < cells ? cell : cell - cells;
+            say("%ld %d 2 %d %d", id++, kind->type, cell < cells ? region_of(own) : 12, region_of(own));
+            corners_of(kind, own, part);
         }
     say("$EndElements\n");
 }

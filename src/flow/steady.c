@@ -351,6 +351,7 @@ PDI_FN pd_arena *pdi_steady_arena(pd_steady *s) { return s->desc.arena ? s->desc
 static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
+    kd->of = "flow";
     kd->n = pdi_steady_size(s->flow);
     kd->spans = &s->flow->bonds->spans;
     kd->components = PD_DIM + 1;
@@ -367,6 +368,7 @@ static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
 static void pdi_steady_even_krylov(const pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
+    kd->of = "flow";
     kd->n = s->flow->grid->total;
     kd->spans = &s->flow->bonds->spans;
     kd->components = 1;

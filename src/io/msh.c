@@ -18,6 +18,11 @@ typedef struct pdi_msh_entity {
     int32_t tag;
 } pdi_msh_entity;
 
+/* The nodes of a cell: their places in the list plus 1, ascending; 0: there are no more. */
+typedef struct pdi_msh_cell_key {
+    int32_t node[8];
+} pdi_msh_cell_key;
+
 typedef struct pdi_msh {
     pdi_scan *scan;
     pdi_cells cells;
@@ -28,6 +33,8 @@ typedef struct pdi_msh {
     pdi_msh_entity *entity; /* [entities] by id */
     int has_nodes, has_entities, has_elements;
     int64_t surface; /* of the cell before */
+    int64_t known, slots;
+    pdi_msh_cell_key *slot; /* [slots] cells by a hash of their nodes, at most half of them in use */
 } pdi_msh;
 
 static int pdi_msh_compare(const void *a, const void *b)
@@ -190,11 +197,57 @@ static pd_status pdi_msh_counts(pdi_msh *m, const char *at, int64_t type, int *c
     return PD_OK;
 }
 
+/* Where a cell is, or would be. */
+static pdi_msh_cell_key *pdi_msh_slot(const pdi_msh *m, const pdi_msh_cell_key *key)
+{
+    uint64_t hash = 0;
+    for (int k = 0; k < 8; k++) hash = (hash ^ (uint64_t)key->node[k]) * UINT64_C(0x9e3779b97f4a7c15);
+    int64_t at = (int64_t)(hash >> 20) & (m->slots - 1);
+    while (m->slot[at].node[0] && memcmp(&m->slot[at], key, sizeof *key) != 0) at = (at + 1) & (m->slots - 1);
+    return &m->slot[at];
+}
+
+/* Room for one more cell. */
+static pd_status pdi_msh_widen(pdi_msh *m)
+{
+    pdi_msh wider = *m;
+    if (2 * m->known < m->slots) return PD_OK;
+    wider.slots = m->slots ? 2 * m->slots : 1024;
+    wider.slot = NULL;
+    PDI_TRY(PDI_NEW(m->scan->ctx, "mesh", wider.slots, wider.slot));
+    for (int64_t k = 0; k < m->slots; k++)
+        if (m->slot[k].node[0]) *pdi_msh_slot(&wider, &m->slot[k]) = m->slot[k];
+    PDI_DELETE(m->scan->ctx, m->slots, m->slot);
+    m->slots = wider.slots;
+    m->slot = wider.slot;
+    return PD_OK;
+}
+
+/* *again: a cell of these nodes has been read: files of Gmsh repeat a cell for each group that it is in. */
+static pd_status pdi_msh_repeats(pdi_msh *m, pdi_cell_form form, const int32_t *place, int *again)
+{
+    pdi_msh_cell_key key;
+    memset(&key, 0, sizeof key);
+    PDI_TRY(pdi_msh_widen(m));
+    for (int k = 0; k < pdi_points_corners(form); k++) {
+        int to = k;
+        for (; to > 0 && key.node[to - 1] > place[k]; to--) key.node[to] = key.node[to - 1];
+        key.node[to] = place[k];
+    }
+    pdi_msh_cell_key *slot = pdi_msh_slot(m, &key);
+    *again = slot->node[0] != 0;
+    if (!*again) m->known++;
+    *slot = key;
+    return PD_OK;
+}
+
 /* The rest of a line: the corners of a cell of `surface`, and the cell. */
 static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, int32_t tag)
 {
     const double *corner[8];
     int64_t node[8];
+    int32_t place[8];
+    int again;
     const char *begin = m->scan->at, *fault;
     for (int k = 0; k < pdi_points_corners(form); k++) {
         pdi_msh_node key;
@@ -203,12 +256,15 @@ static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, i
         if (!found) return pdi_scan_fail(m->scan, begin, "an element with the unknown node %.0f", (double)key.id);
         corner[k] = ((const pdi_msh_node *)found)->x;
         node[k] = key.id;
+        place[k] = (int32_t)((const pdi_msh_node *)found - m->node) + 1;
     }
+    PDI_TRY(pdi_msh_repeats(m, form, place, &again));
     if (surface != m->surface) m->cells.sign = 0.0;
     m->surface = surface;
     PDI_TRY(pdi_cells_add(m->scan->ctx, &m->cells, form, corner, 0, tag, &fault));
     if (fault) return pdi_scan_fail(m->scan, begin, "%s", fault);
-    PDI_TRY(pdi_skin_add(m->scan->ctx, &m->skin, form, node, corner, m->cells.points->count - 1));
+    if (again) m->cells.points->count--; /* it had to be looked at: it may be turned */
+    else PDI_TRY(pdi_skin_add(m->scan->ctx, &m->skin, form, node, corner, m->cells.points->count - 1));
     if (pdi_scan_line(m->scan)) return PD_OK;
     return pdi_scan_fail(m->scan, begin, "an element that does not end with its node %d", pdi_points_corners(form));
 }
@@ -323,6 +379,7 @@ PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points)
     pdi_skin_free(scan->ctx, &m.skin);
     PDI_DELETE(scan->ctx, m.nodes, m.node);
     PDI_DELETE(scan->ctx, m.entities, m.entity);
+    PDI_DELETE(scan->ctx, m.slots, m.slot);
     return status;
 }
 

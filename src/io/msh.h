@@ -2,7 +2,7 @@
  *
  * Cells of PD_DIM dimensions count (lines; triangles, quads; tetrahedra, hexahedra, wedges, pyramids), those of fewer
  * are left out. The tag of a point is the physical group of its cell: the first one where there are several, without
- * its sign; 0 where there is none.
+ * its sign; 0 where there is none. A cell that a file has once for each of its groups is one cell.
  */
 #ifndef PD_MSH_H
 #define PD_MSH_H

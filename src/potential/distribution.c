@@ -398,6 +398,7 @@ static void pdi_distribution_krylov(const pd_potential *p, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->method = PD_KRYLOV_CG;
+    kd->of = "potential";
     kd->n = (int64_t)p->grid->total + p->floating;
     kd->zero_guess = 1;
 }

@@ -411,6 +411,7 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
 static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
+    kd->of = "species";
     kd->components = r->components.count;
     kd->n = (int64_t)kd->components * r->grid->total;
     kd->spans = &r->bonds->spans;

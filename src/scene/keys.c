@@ -121,7 +121,7 @@ static const pd_key pdi_keys_of_side[] = {
     {"pressure", "Pa", "-",
      PDI_SAYS("with `[solid]`: force per area against the side, an expression in x, y, z, t")},
     {"potential", "V", "no current passes",
-     PDI_SAYS("with `[potential]`: noslip, inlet: potential that the fluid has there")}};
+     PDI_SAYS("with `[potential]`: noslip, inlet, open: potential that the fluid has there")}};
 
 static const pd_key pdi_keys_of_flow[] = {
     {"rho", "kg/m3", "required",
@@ -332,8 +332,9 @@ static const pd_key pdi_keys_of_output[] = {
      "C, v, p, kind, grain, pH, phi as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` "
      "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken",
      PDI_SAYS("fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, "
-              "`energy`, `u`, `mises`, `sigma_h`, `eps_p`, `broken`, `phi`, `j`, `i`, `pH`, a species such as "
-              "`Mg2+`, or `none`")},
+              "`energy`, `u`, `mises`, `sigma_h`, `eps_p`, `broken`, `strain_energy`, `sigma_xx` and the other "
+              "stresses, `phi`, `j`, `i`, `pH`, `potential`, `film`, `SI`, a species such as `Mg2+`, a state of "
+              "[surface NAME], or `none`")},
     {"images", "-", "none",
      PDI_SAYS("fields that are drawn, from the same list")},
     {"range", "of the field", "of all frames",
@@ -449,8 +450,9 @@ static const pd_key pdi_keys_of_measured[] = {
     {"spread", "-", "the one whose heading starts with `spread`, else none",
      PDI_SAYS("column of their spread, for example a standard deviation")},
     {"of", "-", "`volume_loss`",
-     PDI_SAYS("figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16 or a probe: "
-              "`plane.NAME.flow`, `total.NAME.solid`, `probe.NAME.C`, `probe.NAME.pH`")},
+     PDI_SAYS("figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16, of a grip, "
+              "of the solid, of an electrode or of a probe: `plane.NAME.flow`, `total.NAME.solid`, `grip.x+.fx`, "
+              "`solid.metal.u_max`, `electrode.NAME.E`, `probe.NAME.C`, `probe.NAME.pH`")},
     {"start", "s", "0",
      PDI_SAYS("time of the file at which the run begins")}};
 

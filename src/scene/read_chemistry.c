@@ -110,6 +110,10 @@ static pd_status pdi_read_chemistry_solids(pdi_reader *s)
         const char *name = e->species[k].name;
         int section = pdi_read_chemistry_section(s, name), law = pdi_text_section(s->ctx, s->text, "mineral", name);
         int given = e->species[k].phase == PD_PHASE_SOLID && pdi_read_chemistry_has(s, name);
+        if (e->species[k].phase == PD_PHASE_SOLUTE && section >= 0 && pdi_text_has(s->ctx, s->text, section, "D") &&
+            !(e->species[k].diffusivity > 0.0))
+            return pdi_text_refuse(s->ctx, s->text, section, "D", "found 0: a solute moves in a run, expected a "
+                                   "positive value, or a [mineral ...] in place of a species that stays where it is");
         if (e->species[k].phase == PD_PHASE_SOLUTE && !(e->species[k].diffusivity > 0.0))
             return pdi_text_refuse(s->ctx, s->text, section, "D", "found no diffusivity of %s, which moves in a run, "
                                    "expected [species %s] D = 1e-9 m2/s or another positive value", name, name);

@@ -353,6 +353,7 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
+    kd.of = "solid";
     kd.n = q->n;
     kd.components = 1;
     kd.zero_guess = 1;

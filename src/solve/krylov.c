@@ -377,17 +377,20 @@ static double pdi_krylov_residual(const pdi_krylov_run *run, double *r)
 
 static int pdi_krylov_finite(double value) { return value >= -DBL_MAX && value <= DBL_MAX; }
 
+static const char *pdi_krylov_of(const pdi_krylov_run *run) { return run->k->desc.of ? run->k->desc.of : "krylov"; }
+
 static pd_status pdi_krylov_diverged(const pdi_krylov_run *run, const char *what)
 {
-    return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
-                    "%s is not finite in iteration %d: look for NaN or overflow in the operator or the preconditioner",
-                    what, run->result->iterations);
+    return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
+                    "%s is not finite in iteration %d of its linear solver: expected values and steps whose products "
+                    "a double holds", what, run->result->iterations);
 }
 
 static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
 {
-    return pdi_fail(run->ctx, PD_NOT_CONVERGED, "krylov", "%s after %d iterations: residual %.3g, target %.3g", why,
-                    run->result->iterations, run->result->residual, run->target);
+    return pdi_fail(run->ctx, PD_NOT_CONVERGED, pdi_krylov_of(run),
+                    "%s after %d iterations: residual %.3g, target %.3g", why, run->result->iterations,
+                    run->result->residual, run->target);
 }
 
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
@@ -680,7 +683,7 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
         double rho_next = pdi_krylov_dot(run, r, z);
         if (!pdi_krylov_finite(rho_next)) return pdi_krylov_diverged(run, "the preconditioned residual");
         if (rho_next <= 0.0)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
                             "r.z = %.3g in CG: the preconditioner is not positive definite", rho_next);
         double beta = first ? 0.0 : -alpha * pdi_krylov_dot(run, z, q) / rho;
         pdi_krylov_scale_add(run, beta, p, z);
@@ -689,10 +692,10 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
         if (!pdi_krylov_finite(curvature)) return pdi_krylov_diverged(run, "an operator application");
         double flat = pdi_krylov_flat(run);
         if (flat > 0.0 && fabs(curvature) <= flat)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
                             "p.Ap = %.3g in CG, where %.3g is rounding: the operator is singular", curvature, flat);
         if (curvature <= 0.0)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
                             "p.Ap = %.3g in CG: the operator is not positive definite (use GMRES)", curvature);
         rho = rho_next;
         alpha = pdi_krylov_dot(run, p, r) / curvature;
@@ -737,7 +740,7 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
     double *r = run->v;
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_finite(run->b_norm))
-        return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the right-hand side is not finite");
+        return pdi_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_of(run), "the right-hand side is not finite");
     run->target = pdi_max(pdi_max(d->rtol * run->b_norm, d->atol), pdi_krylov_least());
     *norm = run->b_norm;
     if (d->zero_guess) {
@@ -745,7 +748,7 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
         pdi_krylov_copy(run, run->b, r);
     } else {
         if (!pdi_krylov_finite(pdi_krylov_dot(run, run->x, run->x)))
-            return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the guess is not finite");
+            return pdi_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_of(run), "the guess is not finite");
         *norm = pdi_krylov_residual(run, r);
         if (!pdi_krylov_finite(*norm)) return pdi_krylov_diverged(run, "A applied to the guess");
     }

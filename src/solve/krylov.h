@@ -27,6 +27,7 @@ typedef enum pd_krylov_precision {
 } pd_krylov_precision;
 
 typedef struct pd_krylov_desc {
+    const char *of;     /* what is solved, "flow", for messages of a solve. Borrowed; NULL: "krylov" */
     pd_krylov_method method;
     int64_t n;          /* entries of a vector */
     int64_t first, end; /* all entries of b, x and what the callbacks make are zero before `first` and from `end` on,

@@ -643,6 +643,7 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
 static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
+    kd->of = "transport";
     kd->n = t->grid->total;
     kd->spans = &t->bonds->spans;
     kd->components = 1;

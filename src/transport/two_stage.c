@@ -253,7 +253,7 @@ static pd_status pdi_two_stage_reject(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_two_stage_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_two_stage *a = (const pd_two_stage *)self;
-    return pdi_fail(ctx, PD_ERR_STATE, "two_stage",
+    return pdi_fail(ctx, PD_ERR_STATE, "transport",
                     "the error of a step of %g s at t = %g s is %g, expected it to fall with the step", s->dt, s->time,
                     a->error);
 }
@@ -265,7 +265,7 @@ static pd_status pdi_two_stage_settle(pd_ctx *ctx, pd_two_stage *a)
     pd_status status = pd_transport_steady(ctx, a->transport, &a->result);
     a->krylov += r->krylov;
     if (status <= 0) return status;
-    return pdi_fail(ctx, PD_ERR_DIVERGED, "settle",
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "transport",
                     "the concentration is not steady: what the balances of the nodes lack is %.3g of what passes, "
                     "expected %g, and a step still changes %.3g of it; the largest at %s m. Solve in time, with "
                     "advection = upwind, or on a finer grid", r->defect, PDI_SETTLE_DEFECT, r->change,
