@@ -527,11 +527,13 @@ TEST(not_a_number)
             pd_krylov_desc d = describe(methods[m], N);
             /* when 0: the preconditioner is the culprit */
             CHECK_INT(run(&ctx, &d, &s, when ? NULL : broken, b, x, &r), PD_ERR_DIVERGED);
-            CHECK(strstr(ctx.message, "not finite") != NULL);
+            CHECK(strncmp(ctx.message, "krylov: ", 8) == 0 && strstr(ctx.message, "not finite") != NULL);
             CHECK_INT(r.converged, 0);
             for (int i = 0; i < N; i++) CHECK(fabs(x[i]) < 1e6);
             b[7] = (double)NAN;
+            d.of = "solid";
             CHECK_INT(run(&ctx, &d, &s, NULL, b, x, &r), PD_ERR_ARGUMENT);
+            CHECK_STR(ctx.message, "solid: the right-hand side is not finite");
         }
 }
 
