@@ -732,6 +732,7 @@ def declare(dim):
     class pd_krylov_desc(Structure):
         pass
     pd_krylov_desc._fields_ = [
+        ('of', c_char_p),
         ('method', c_int),
         ('n', c_int64),
         ('first', c_int64),
