@@ -375,7 +375,10 @@ static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
     }
     pdi_monitor_put(m, "charge", pdi_monitor_unit_charge[pdi_monitor_extent(model->setup)], e.charge);
     double charge = pdi_monitor_dissolves(model, m->desc->index);
-    if (charge > 0.0) pdi_monitor_put(m, "faraday", "-", charge * PDI_MONITOR_FARADAY * e.lost / e.passed);
+    if (!(charge > 0.0)) return;
+    charge *= PDI_MONITOR_FARADAY;
+    int known = e.passed > PDI_MONITOR_SAME * charge * model->cell.stock[m->desc->index]; /* less is rounding */
+    pdi_monitor_put(m, "faraday", "-", known ? charge * e.lost / e.passed : (double)NAN);
 }
 
 /* Mean over the surface that carries a state, and its extremes. */
