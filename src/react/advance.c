@@ -657,17 +657,6 @@ static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
     return status < 0 ? status : PD_OK;
 }
 
-/* Bounds of a solute within which sources and metal that dissolves let it stay. */
-static void pdi_advance_fed(const pd_reactive *r, int n, pdi_bounds *bounds)
-{
-    int64_t total = r->grid->total;
-    pdi_bounds source = {0.0, 0.0};
-    pdi_bounds_take_all(r->grid, PD_FLUID, r->source + n * total, &source);
-    for (int m = 0; r->surface && m < r->surface->kinds; m++) pdi_bounds_take(r->surface->kind[m].shed[n], &source);
-    if (source.low < 0.0) bounds->low = -HUGE_VAL;
-    if (source.high > 0.0) bounds->high = HUGE_VAL;
-}
-
 /* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that neither react nor migrate
  * keep the bounds of the start, of inlets and of held walls, where sources and metal let them. */
 static int pdi_advance_keeps(const pd_reactive *r, double stage)
@@ -692,7 +681,7 @@ static int pdi_advance_keeps(const pd_reactive *r, double stage)
         pdi_bounds_take_all(r->grid, PD_FLUID, r->begin + n * total, &bounds);
         if (ports) pdi_bounds_take(r->inlet[n], &bounds);
         if (r->diffusion.wall_rate && r->wall[n] == r->wall[n]) pdi_bounds_take(r->wall[n], &bounds);
-        pdi_advance_fed(r, n, &bounds);
+        pdi_etch_bounds(r, n, &bounds);
         pdi_bounds_widen(r->grid, r->c + n * total, PDI_ADVANCE_SLACK, &bounds);
         if (!pdi_bounds_keep(r->grid, r->c + n * total, NULL, &bounds)) return 0;
     }

@@ -185,6 +185,16 @@ static void pdi_etch_cathodes(pd_etch *s)
     }
 }
 
+PDI_FN void pdi_etch_bounds(const pd_reactive *r, int n, pdi_bounds *bounds)
+{
+    int64_t total = r->grid->total;
+    pdi_bounds source = {0.0, 0.0};
+    pdi_bounds_take_all(r->grid, PD_FLUID, r->source + n * total, &source);
+    for (int m = 0; r->surface && m < r->surface->kinds; m++) pdi_bounds_take(r->surface->kind[m].shed[n], &source);
+    if (source.low < 0.0) bounds->low = -HUGE_VAL;
+    if (source.high > 0.0) bounds->high = HUGE_VAL;
+}
+
 PDI_FN void pdi_etch_whole(const pd_etch *s, double *shed)
 {
     const pd_components *of = &s->reactive->components;

@@ -14,6 +14,7 @@
 #ifndef PD_ETCH_H
 #define PD_ETCH_H
 #include "react/reactive.h"
+#include "transport/bounds.h"
 
 /* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), the potential
  * phi [V] of pd_reactive_potential (NaN without migration), time t [s]. */
@@ -154,6 +155,8 @@ typedef struct pdi_etch_kind {
 } pdi_etch_kind;
 
 PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
+/* Bounds of solute n are none on the side to which sources and metal that dissolves bring it. */
+PDI_FN void pdi_etch_bounds(const pd_reactive *reactive, int n, pdi_bounds *bounds);
 /* What a film between nodes and surfaces solves with: the system of concentrations times `scale` [solutes], and the
  * same with the activities of a node: ln gamma of a charge of 1. */
 PDI_FN void pdi_etch_film(const pd_reactive *reactive, pd_components *film, double *scale);
