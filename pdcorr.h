@@ -2328,6 +2328,7 @@ typedef enum pd_krylov_precision {
 } pd_krylov_precision;
 
 typedef struct pd_krylov_desc {
+    const char *of;     /* what is solved, "flow", for messages of a solve. Borrowed; NULL: "krylov" */
     pd_krylov_method method;
     int64_t n;          /* entries of a vector */
     int64_t first, end; /* all entries of b, x and what the callbacks make are zero before `first` and from `end` on,
@@ -5642,6 +5643,8 @@ typedef struct pdi_etch_kind {
 } pdi_etch_kind;
 
 PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
+/* Bounds of solute n are none on the side to which sources and metal that dissolves bring it. */
+PDI_FN void pdi_etch_bounds(const pd_reactive *reactive, int n, pdi_bounds *bounds);
 /* What a film between nodes and surfaces solves with: the system of concentrations times `scale` [solutes], and the
  * same with the activities of a node: ln gamma of a charge of 1. */
 PDI_FN void pdi_etch_film(const pd_reactive *reactive, pd_components *film, double *scale);
@@ -10690,7 +10693,7 @@ PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *skin);
  *
  * Cells of PD_DIM dimensions count (lines; triangles, quads; tetrahedra, hexahedra, wedges, pyramids), those of fewer
  * are left out. The tag of a point is the physical group of its cell: the first one where there are several, without
- * its sign; 0 where there is none.
+ * its sign; 0 where there is none. A cell that a file has once for each of its groups is one cell.
  */
 #ifndef PD_MSH_H
 #define PD_MSH_H
@@ -17134,9 +17137,7 @@ static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
     if (side == -2 || behind != PD_FLUID) return PD_WALL;
     if (side == -1) return PD_IMAGE;
     if (grid->side[side] == PD_SIDE_WALL) return PD_WALL;
-    if (!pdi_grid_enters(grid, i, side)) return PD_OUTLET;
-    i[side / 2] = side % 2 ? grid->n[side / 2] - 1 : 0;
-    return grid->kind[pd_grid_node(grid, i)] == PD_FLUID ? PD_INLET : PD_WALL;
+    return pdi_grid_enters(grid, i, side) ? PD_INLET : PD_OUTLET;
 }
 
 static void pdi_grid_ghosts(pd_grid *grid)
@@ -17379,14 +17380,12 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
 }
 PDI_COLD_END
 
-/* 1 when the kind of a ghost with index j along axis d may depend on a box node of index i. The ghost stands for that
- * node, or lies behind it at an inlet or outlet: opening the first layer may open all of an inlet. */
+/* 1 when the kind of a ghost with index j along axis d depends on a box node of index i: the ghost stands for it. */
 static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
 {
     if (j >= 0 && j < grid->n[d]) return i == j;
     pd_side side = grid->side[2 * d + (j < 0 ? 0 : 1)];
     if (side == PD_SIDE_WALL) return 0;
-    if (pdi_grid_port(side) && i == (j < 0 ? 0 : grid->n[d] - 1)) return 1;
     pdi_grid_fold_axis(grid, d, 1, &j);
     return i == j;
 }
@@ -21841,17 +21840,20 @@ static double pdi_krylov_residual(const pdi_krylov_run *run, double *r)
 
 static int pdi_krylov_finite(double value) { return value >= -DBL_MAX && value <= DBL_MAX; }
 
+static const char *pdi_krylov_of(const pdi_krylov_run *run) { return run->k->desc.of ? run->k->desc.of : "krylov"; }
+
 static pd_status pdi_krylov_diverged(const pdi_krylov_run *run, const char *what)
 {
-    return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
-                    "%s is not finite in iteration %d: look for NaN or overflow in the operator or the preconditioner",
-                    what, run->result->iterations);
+    return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
+                    "%s is not finite in iteration %d of its linear solver: expected values and steps whose products "
+                    "a double holds", what, run->result->iterations);
 }
 
 static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
 {
-    return pdi_fail(run->ctx, PD_NOT_CONVERGED, "krylov", "%s after %d iterations: residual %.3g, target %.3g", why,
-                    run->result->iterations, run->result->residual, run->target);
+    return pdi_fail(run->ctx, PD_NOT_CONVERGED, pdi_krylov_of(run),
+                    "%s after %d iterations: residual %.3g, target %.3g", why, run->result->iterations,
+                    run->result->residual, run->target);
 }
 
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
@@ -22144,7 +22146,7 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
         double rho_next = pdi_krylov_dot(run, r, z);
         if (!pdi_krylov_finite(rho_next)) return pdi_krylov_diverged(run, "the preconditioned residual");
         if (rho_next <= 0.0)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
                             "r.z = %.3g in CG: the preconditioner is not positive definite", rho_next);
         double beta = first ? 0.0 : -alpha * pdi_krylov_dot(run, z, q) / rho;
         pdi_krylov_scale_add(run, beta, p, z);
@@ -22153,10 +22155,10 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
         if (!pdi_krylov_finite(curvature)) return pdi_krylov_diverged(run, "an operator application");
         double flat = pdi_krylov_flat(run);
         if (flat > 0.0 && fabs(curvature) <= flat)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
                             "p.Ap = %.3g in CG, where %.3g is rounding: the operator is singular", curvature, flat);
         if (curvature <= 0.0)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
                             "p.Ap = %.3g in CG: the operator is not positive definite (use GMRES)", curvature);
         rho = rho_next;
         alpha = pdi_krylov_dot(run, p, r) / curvature;
@@ -22201,7 +22203,7 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
     double *r = run->v;
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_finite(run->b_norm))
-        return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the right-hand side is not finite");
+        return pdi_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_of(run), "the right-hand side is not finite");
     run->target = pdi_max(pdi_max(d->rtol * run->b_norm, d->atol), pdi_krylov_least());
     *norm = run->b_norm;
     if (d->zero_guess) {
@@ -22209,7 +22211,7 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
         pdi_krylov_copy(run, run->b, r);
     } else {
         if (!pdi_krylov_finite(pdi_krylov_dot(run, run->x, run->x)))
-            return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the guess is not finite");
+            return pdi_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_of(run), "the guess is not finite");
         *norm = pdi_krylov_residual(run, r);
         if (!pdi_krylov_finite(*norm)) return pdi_krylov_diverged(run, "A applied to the guess");
     }
@@ -28166,6 +28168,7 @@ PDI_FN pd_arena *pdi_steady_arena(pd_steady *s) { return s->desc.arena ? s->desc
 static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
+    kd->of = "flow";
     kd->n = pdi_steady_size(s->flow);
     kd->spans = &s->flow->bonds->spans;
     kd->components = PD_DIM + 1;
@@ -28182,6 +28185,7 @@ static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
 static void pdi_steady_even_krylov(const pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
+    kd->of = "flow";
     kd->n = s->flow->grid->total;
     kd->spans = &s->flow->bonds->spans;
     kd->components = 1;
@@ -37426,6 +37430,7 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
 static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
+    kd->of = "transport";
     kd->n = t->grid->total;
     kd->spans = &t->bonds->spans;
     kd->components = 1;
@@ -37966,7 +37971,8 @@ static pd_status pdi_settle_find(pd_ctx *ctx, pd_transport *t, pd_transport_resu
     double limit = pdi_settle_slowest(t);
     int krylov = 0, limited = pdi_transport_limits(t);
     if (!(limit < 1e200))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "settle", "nothing moves: there is no steady field to find");
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "nothing moves what is dissolved, and a steady field "
+                        "needs that: expected D above 0, a flow, or a solution in time");
     for (int step = 0; step < PDI_SETTLE_STEPS; step++) {
         double moved = 0.0, size = 0.0;
         pd_status status = pd_transport_implicit(ctx, t, PDI_SETTLE_LONG * limit, result);
@@ -38276,7 +38282,7 @@ static pd_status pdi_two_stage_reject(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_two_stage_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_two_stage *a = (const pd_two_stage *)self;
-    return pdi_fail(ctx, PD_ERR_STATE, "two_stage",
+    return pdi_fail(ctx, PD_ERR_STATE, "transport",
                     "the error of a step of %g s at t = %g s is %g, expected it to fall with the step", s->dt, s->time,
                     a->error);
 }
@@ -38288,7 +38294,7 @@ static pd_status pdi_two_stage_settle(pd_ctx *ctx, pd_two_stage *a)
     pd_status status = pd_transport_steady(ctx, a->transport, &a->result);
     a->krylov += r->krylov;
     if (status <= 0) return status;
-    return pdi_fail(ctx, PD_ERR_DIVERGED, "settle",
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "transport",
                     "the concentration is not steady: what the balances of the nodes lack is %.3g of what passes, "
                     "expected %g, and a step still changes %.3g of it; the largest at %s m. Solve in time, with "
                     "advection = upwind, or on a finer grid", r->defect, PDI_SETTLE_DEFECT, r->change,
@@ -39102,6 +39108,7 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
 static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
+    kd->of = "species";
     kd->components = r->components.count;
     kd->n = (int64_t)kd->components * r->grid->total;
     kd->spans = &r->bonds->spans;
@@ -39506,6 +39513,16 @@ static void pdi_etch_cathodes(pd_etch *s)
                 pdi_sum_add(&sum, -s->flow[p] * s->area[p] * pdi_grid_circumference(s->reactive->grid, s->node[p]));
         s->cathode[e] = s->reactive->bonds->stencil->volume * pdi_sum_total(&sum);
     }
+}
+
+PDI_FN void pdi_etch_bounds(const pd_reactive *r, int n, pdi_bounds *bounds)
+{
+    int64_t total = r->grid->total;
+    pdi_bounds source = {0.0, 0.0};
+    pdi_bounds_take_all(r->grid, PD_FLUID, r->source + n * total, &source);
+    for (int m = 0; r->surface && m < r->surface->kinds; m++) pdi_bounds_take(r->surface->kind[m].shed[n], &source);
+    if (source.low < 0.0) bounds->low = -HUGE_VAL;
+    if (source.high > 0.0) bounds->high = HUGE_VAL;
 }
 
 PDI_FN void pdi_etch_whole(const pd_etch *s, double *shed)
@@ -42465,7 +42482,7 @@ static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
 }
 
 /* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that neither react nor migrate
- * keep the bounds of the start, of inlets and of held walls, where sources let them. */
+ * keep the bounds of the start, of inlets and of held walls, where sources and metal let them. */
 static int pdi_advance_keeps(const pd_reactive *r, double stage)
 {
     const pd_components *s = &r->components;
@@ -42481,16 +42498,14 @@ static int pdi_advance_keeps(const pd_reactive *r, double stage)
     }
     for (int k = s->joined; k < s->count && !r->migration.on; k++) {
         int n = s->master[k], reacts = 0;
-        pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL}, source = {0.0, 0.0};
+        pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL};
         for (int e = 0; e < s->kinetics; e++) reacts = reacts || s->kinetic[e].nu[n] != 0.0;
         for (int e = 0; e < r->minerals.count; e++) reacts = reacts || r->minerals.nu[e][n] != 0.0;
         if (reacts) continue;
         pdi_bounds_take_all(r->grid, PD_FLUID, r->begin + n * total, &bounds);
-        pdi_bounds_take_all(r->grid, PD_FLUID, r->source + n * total, &source);
         if (ports) pdi_bounds_take(r->inlet[n], &bounds);
         if (r->diffusion.wall_rate && r->wall[n] == r->wall[n]) pdi_bounds_take(r->wall[n], &bounds);
-        if (source.low < 0.0) bounds.low = -HUGE_VAL;
-        if (source.high > 0.0) bounds.high = HUGE_VAL;
+        pdi_etch_bounds(r, n, &bounds);
         pdi_bounds_widen(r->grid, r->c + n * total, PDI_ADVANCE_SLACK, &bounds);
         if (!pdi_bounds_keep(r->grid, r->c + n * total, NULL, &bounds)) return 0;
     }
@@ -47694,6 +47709,7 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
+    kd.of = "solid";
     kd.n = q->n;
     kd.components = 1;
     kd.zero_guess = 1;
@@ -57025,6 +57041,7 @@ static void pdi_distribution_krylov(const pd_potential *p, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->method = PD_KRYLOV_CG;
+    kd->of = "potential";
     kd->n = (int64_t)p->grid->total + p->floating;
     kd->zero_guess = 1;
 }
@@ -67225,6 +67242,11 @@ typedef struct pdi_msh_entity {
     int32_t tag;
 } pdi_msh_entity;
 
+/* The nodes of a cell: their places in the list plus 1, ascending; 0: there are no more. */
+typedef struct pdi_msh_cell_key {
+    int32_t node[8];
+} pdi_msh_cell_key;
+
 typedef struct pdi_msh {
     pdi_scan *scan;
     pdi_cells cells;
@@ -67235,6 +67257,8 @@ typedef struct pdi_msh {
     pdi_msh_entity *entity; /* [entities] by id */
     int has_nodes, has_entities, has_elements;
     int64_t surface; /* of the cell before */
+    int64_t known, slots;
+    pdi_msh_cell_key *slot; /* [slots] cells by a hash of their nodes, at most half of them in use */
 } pdi_msh;
 
 static int pdi_msh_compare(const void *a, const void *b)
@@ -67397,11 +67421,57 @@ static pd_status pdi_msh_counts(pdi_msh *m, const char *at, int64_t type, int *c
     return PD_OK;
 }
 
+/* Where a cell is, or would be. */
+static pdi_msh_cell_key *pdi_msh_slot(const pdi_msh *m, const pdi_msh_cell_key *key)
+{
+    uint64_t hash = 0;
+    for (int k = 0; k < 8; k++) hash = (hash ^ (uint64_t)key->node[k]) * UINT64_C(0x9e3779b97f4a7c15);
+    int64_t at = (int64_t)(hash >> 20) & (m->slots - 1);
+    while (m->slot[at].node[0] && memcmp(&m->slot[at], key, sizeof *key) != 0) at = (at + 1) & (m->slots - 1);
+    return &m->slot[at];
+}
+
+/* Room for one more cell. */
+static pd_status pdi_msh_widen(pdi_msh *m)
+{
+    pdi_msh wider = *m;
+    if (2 * m->known < m->slots) return PD_OK;
+    wider.slots = m->slots ? 2 * m->slots : 1024;
+    wider.slot = NULL;
+    PDI_TRY(PDI_NEW(m->scan->ctx, "mesh", wider.slots, wider.slot));
+    for (int64_t k = 0; k < m->slots; k++)
+        if (m->slot[k].node[0]) *pdi_msh_slot(&wider, &m->slot[k]) = m->slot[k];
+    PDI_DELETE(m->scan->ctx, m->slots, m->slot);
+    m->slots = wider.slots;
+    m->slot = wider.slot;
+    return PD_OK;
+}
+
+/* *again: a cell of these nodes has been read: files of Gmsh repeat a cell for each group that it is in. */
+static pd_status pdi_msh_repeats(pdi_msh *m, pdi_cell_form form, const int32_t *place, int *again)
+{
+    pdi_msh_cell_key key;
+    memset(&key, 0, sizeof key);
+    PDI_TRY(pdi_msh_widen(m));
+    for (int k = 0; k < pdi_points_corners(form); k++) {
+        int to = k;
+        for (; to > 0 && key.node[to - 1] > place[k]; to--) key.node[to] = key.node[to - 1];
+        key.node[to] = place[k];
+    }
+    pdi_msh_cell_key *slot = pdi_msh_slot(m, &key);
+    *again = slot->node[0] != 0;
+    if (!*again) m->known++;
+    *slot = key;
+    return PD_OK;
+}
+
 /* The rest of a line: the corners of a cell of `surface`, and the cell. */
 static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, int32_t tag)
 {
     const double *corner[8];
     int64_t node[8];
+    int32_t place[8];
+    int again;
     const char *begin = m->scan->at, *fault;
     for (int k = 0; k < pdi_points_corners(form); k++) {
         pdi_msh_node key;
@@ -67410,12 +67480,15 @@ static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, i
         if (!found) return pdi_scan_fail(m->scan, begin, "an element with the unknown node %.0f", (double)key.id);
         corner[k] = ((const pdi_msh_node *)found)->x;
         node[k] = key.id;
+        place[k] = (int32_t)((const pdi_msh_node *)found - m->node) + 1;
     }
+    PDI_TRY(pdi_msh_repeats(m, form, place, &again));
     if (surface != m->surface) m->cells.sign = 0.0;
     m->surface = surface;
     PDI_TRY(pdi_cells_add(m->scan->ctx, &m->cells, form, corner, 0, tag, &fault));
     if (fault) return pdi_scan_fail(m->scan, begin, "%s", fault);
-    PDI_TRY(pdi_skin_add(m->scan->ctx, &m->skin, form, node, corner, m->cells.points->count - 1));
+    if (again) m->cells.points->count--; /* it had to be looked at: it may be turned */
+    else PDI_TRY(pdi_skin_add(m->scan->ctx, &m->skin, form, node, corner, m->cells.points->count - 1));
     if (pdi_scan_line(m->scan)) return PD_OK;
     return pdi_scan_fail(m->scan, begin, "an element that does not end with its node %d", pdi_points_corners(form));
 }
@@ -67530,6 +67603,7 @@ PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points)
     pdi_skin_free(scan->ctx, &m.skin);
     PDI_DELETE(scan->ctx, m.nodes, m.node);
     PDI_DELETE(scan->ctx, m.entities, m.entity);
+    PDI_DELETE(scan->ctx, m.slots, m.slot);
     return status;
 }
 
@@ -70112,7 +70186,7 @@ static const pd_key pdi_keys_of_side[] = {
     {"pressure", "Pa", "-",
      PDI_SAYS("with `[solid]`: force per area against the side, an expression in x, y, z, t")},
     {"potential", "V", "no current passes",
-     PDI_SAYS("with `[potential]`: noslip, inlet: potential that the fluid has there")}};
+     PDI_SAYS("with `[potential]`: noslip, inlet, open: potential that the fluid has there")}};
 
 static const pd_key pdi_keys_of_flow[] = {
     {"rho", "kg/m3", "required",
@@ -70323,8 +70397,9 @@ static const pd_key pdi_keys_of_output[] = {
      "C, v, p, kind, grain, pH, phi as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` "
      "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken",
      PDI_SAYS("fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, "
-              "`energy`, `u`, `mises`, `sigma_h`, `eps_p`, `broken`, `phi`, `j`, `i`, `pH`, a species such as "
-              "`Mg2+`, or `none`")},
+              "`energy`, `u`, `mises`, `sigma_h`, `eps_p`, `broken`, `strain_energy`, `sigma_xx` and the other "
+              "stresses, `phi`, `j`, `i`, `pH`, `potential`, `film`, `SI`, a species such as `Mg2+`, a state of "
+              "[surface NAME], or `none`")},
     {"images", "-", "none",
      PDI_SAYS("fields that are drawn, from the same list")},
     {"range", "of the field", "of all frames",
@@ -70440,8 +70515,9 @@ static const pd_key pdi_keys_of_measured[] = {
     {"spread", "-", "the one whose heading starts with `spread`, else none",
      PDI_SAYS("column of their spread, for example a standard deviation")},
     {"of", "-", "`volume_loss`",
-     PDI_SAYS("figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16 or a probe: "
-              "`plane.NAME.flow`, `total.NAME.solid`, `probe.NAME.C`, `probe.NAME.pH`")},
+     PDI_SAYS("figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16, of a grip, "
+              "of the solid, of an electrode or of a probe: `plane.NAME.flow`, `total.NAME.solid`, `grip.x+.fx`, "
+              "`solid.metal.u_max`, `electrode.NAME.E`, `probe.NAME.C`, `probe.NAME.pH`")},
     {"start", "s", "0",
      PDI_SAYS("time of the file at which the run begins")}};
 
@@ -75390,6 +75466,10 @@ static pd_status pdi_read_chemistry_solids(pdi_reader *s)
         const char *name = e->species[k].name;
         int section = pdi_read_chemistry_section(s, name), law = pdi_text_section(s->ctx, s->text, "mineral", name);
         int given = e->species[k].phase == PD_PHASE_SOLID && pdi_read_chemistry_has(s, name);
+        if (e->species[k].phase == PD_PHASE_SOLUTE && section >= 0 && pdi_text_has(s->ctx, s->text, section, "D") &&
+            !(e->species[k].diffusivity > 0.0))
+            return pdi_text_refuse(s->ctx, s->text, section, "D", "found 0: a solute moves in a run, expected a "
+                                   "positive value, or a [mineral ...] in place of a species that stays where it is");
         if (e->species[k].phase == PD_PHASE_SOLUTE && !(e->species[k].diffusivity > 0.0))
             return pdi_text_refuse(s->ctx, s->text, section, "D", "found no diffusivity of %s, which moves in a run, "
                                    "expected [species %s] D = 1e-9 m2/s or another positive value", name, name);
@@ -84761,7 +84841,10 @@ static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
     }
     pdi_monitor_put(m, "charge", pdi_monitor_unit_charge[pdi_monitor_extent(model->setup)], e.charge);
     double charge = pdi_monitor_dissolves(model, m->desc->index);
-    if (charge > 0.0) pdi_monitor_put(m, "faraday", "-", charge * PDI_MONITOR_FARADAY * e.lost / e.passed);
+    if (!(charge > 0.0)) return;
+    charge *= PDI_MONITOR_FARADAY;
+    int known = e.passed > PDI_MONITOR_SAME * charge * model->cell.stock[m->desc->index]; /* less is rounding */
+    pdi_monitor_put(m, "faraday", "-", known ? charge * e.lost / e.passed : (double)NAN);
 }
 
 /* Mean over the surface that carries a state, and its extremes. */

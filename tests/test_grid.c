@@ -160,8 +160,8 @@ static int behind(const pd_grid *g, const int *i)
     return axis;
 }
 
-/* Ghosts as the header has it: an inlet line is open as far as its mirror line is fluid from the side on, an outlet
- * ghost where its mirror is fluid, edges and corners never. */
+/* Ghosts as the header has it: those of inlets and outlets are open where their mirror is fluid, edges and corners
+ * never. */
 static void check_ghosts(const scene *s)
 {
     const pd_grid *g = &s->grid;
@@ -180,10 +180,8 @@ static void check_ghosts(const scene *s)
             image[axis] = up ? g->n[axis] - 1 - layer : layer;
             CHECK_INT(pdi_grid_image(g, node, NULL), pd_grid_node(g, image));
             int fluid = g->kind[pd_grid_node(g, image)] == PD_FLUID;
-            image[axis] = up ? g->n[axis] - 1 : 0;
-            int first = g->kind[pd_grid_node(g, image)] == PD_FLUID;
             if (side == PD_SIDE_OUTLET && fluid) expected = PD_OUTLET;
-            if (side == PD_SIDE_INLET && fluid && first) expected = PD_INLET;
+            if (side == PD_SIDE_INLET && fluid) expected = PD_INLET;
         }
         CHECK(g->kind[node] == expected || (expected == PD_WALL && g->kind[node] == PD_OUTSIDE));
     }

@@ -242,9 +242,7 @@ static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
     if (side == -2 || behind != PD_FLUID) return PD_WALL;
     if (side == -1) return PD_IMAGE;
     if (grid->side[side] == PD_SIDE_WALL) return PD_WALL;
-    if (!pdi_grid_enters(grid, i, side)) return PD_OUTLET;
-    i[side / 2] = side % 2 ? grid->n[side / 2] - 1 : 0;
-    return grid->kind[pd_grid_node(grid, i)] == PD_FLUID ? PD_INLET : PD_WALL;
+    return pdi_grid_enters(grid, i, side) ? PD_INLET : PD_OUTLET;
 }
 
 static void pdi_grid_ghosts(pd_grid *grid)
@@ -487,14 +485,12 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
 }
 PDI_COLD_END
 
-/* 1 when the kind of a ghost with index j along axis d may depend on a box node of index i. The ghost stands for that
- * node, or lies behind it at an inlet or outlet: opening the first layer may open all of an inlet. */
+/* 1 when the kind of a ghost with index j along axis d depends on a box node of index i: the ghost stands for it. */
 static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
 {
     if (j >= 0 && j < grid->n[d]) return i == j;
     pd_side side = grid->side[2 * d + (j < 0 ? 0 : 1)];
     if (side == PD_SIDE_WALL) return 0;
-    if (pdi_grid_port(side) && i == (j < 0 ? 0 : grid->n[d] - 1)) return 1;
     pdi_grid_fold_axis(grid, d, 1, &j);
     return i == j;
 }
