@@ -1547,7 +1547,7 @@ PDI_FN int pdi_chord_stairs(const int *from, const int *step, pdi_chord_fn metal
 #ifdef PDI_INTERNAL
 /* *share [-]: of the metal that is farther than `cells` from every cube of as many cells of metal along each axis. It
  * goes on behind mirror sides. Edges and caps of thick parts are near such a cube. */
-PDI_FN pd_status pdi_thickness_share(pd_ctx *ctx, const pd_grid *grid, int cells, double *share);
+PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int cells, double *share);
 #endif
 
 #endif
@@ -17721,7 +17721,7 @@ static void pdi_thickness_pass(const pd_grid *grid, uint8_t *mark, int d, int lo
     }
 }
 
-PDI_FN pd_status pdi_thickness_share(pd_ctx *ctx, const pd_grid *grid, int cells, double *share)
+PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int cells, double *share)
 {
     uint8_t *mark = NULL, *line = NULL;
     int longest = 0, low = cells / 2, high = cells - 1 - low;
@@ -54213,7 +54213,7 @@ static int pdi_moments_all(const pd_dissolve *d, const pdi_moments_piece *piece,
 
 /* What laws that change take of a node at most: by the middle and the end of the step where that is one piece, else by
  * their means. */
-static double pdi_moments_taken(const pd_dissolve *d, double t, double dt)
+static double pdi_moments_loss(const pd_dissolve *d, double t, double dt)
 {
     double taken = 0.0;
     for (int32_t n = 0; n < d->beside_count; n++) {
@@ -54259,7 +54259,7 @@ PDI_FN double pdi_moments_find(pd_dissolve *d, double t, double dt, double *take
                 d->part[d->moments++] = 0.5 * (piece.to - piece.from) / dt;
             }
         }
-    *taken = pdi_moments_taken(d, t, dt);
+    *taken = pdi_moments_loss(d, t, dt);
     return 1.0;
 }
 
@@ -57827,7 +57827,7 @@ static int pdi_overlap_apart(const pd_overlap *s, int32_t i, int32_t j)
 static int32_t pdi_overlap_part(const pd_overlap *s, int32_t i) { return s->part ? s->part[i] : 0; }
 
 /* The point on the other side of the upper face of a cell across axis d; -1: none. */
-static int32_t pdi_overlap_beside(const pd_overlap *s, int32_t i, int d)
+static int32_t pdi_overlap_neighbour(const pd_overlap *s, int32_t i, int d)
 {
     int at[PD_DIM];
     pdi_grid_index(s->grid, s->node[i], at);
@@ -57867,7 +57867,7 @@ static double pdi_overlap_faces(pd_overlap *s, const double *u, int way, double 
     const pd_body *body = s->body;
     for (int32_t i = 0; i < s->count; i++)
         for (int d = 0; d < PD_DIM && pdi_overlap_bears(s, i); d++) {
-            int32_t j = pdi_overlap_beside(s, i, d);
+            int32_t j = pdi_overlap_neighbour(s, i, d);
             double xi[PD_DIM], y[PD_DIM];
             if (!pdi_overlap_bears(s, j)) continue;
             pdi_body_bond(body, i, j, xi);
@@ -58171,7 +58171,7 @@ static int pdi_sites_within(const pd_sites *s, const double *x, const double *xi
 }
 
 /* A pd_joined_fn by the cells of the metal that is left. */
-static int pdi_sites_beside(void *user, int32_t i, int32_t j, const double *xi)
+static int pdi_sites_connected(void *user, int32_t i, int32_t j, const double *xi)
 {
     const pd_sites *s = (const pd_sites *)user;
     int step[PD_DIM];
@@ -58198,7 +58198,7 @@ PDI_FN void pdi_sites_joined(pd_ctx *ctx, pd_sites *s, pd_body_desc *desc)
     (void)nt;
     if (pdi_chord_convex(s->grid)) return;
     desc->user = s;
-    desc->joined = pdi_sites_beside;
+    desc->joined = pdi_sites_connected;
     if (!pdi_chord_smooth(s->grid)) return;
     desc->joined = pdi_sites_inside;
     PDI_PARALLEL_FOR(nt)
@@ -67118,16 +67118,16 @@ static int pdi_skin_around(const pdi_skin_face *face, const pdi_skin_link *link,
 }
 
 /* Cells on their way to shares of a face. */
-typedef struct pdi_skin_share {
+typedef struct pdi_skin_part {
     int cells;
     int32_t cell[PDI_SKIN_CELLS];
     double along[PDI_SKIN_CELLS * PD_DIM]; /* [-] their centroids from that of the face, in its plane, over a length */
     double ease[PDI_SKIN_CELLS];           /* [-] less for those deep below it; 0: it takes no part */
     double share[PDI_SKIN_CELLS];
-} pdi_skin_share;
+} pdi_skin_part;
 
 /* The shares nearest to the cell alone whose centroid lies on the normal of the face. 0: there are none. */
-static int pdi_skin_solve(const double *normal, pdi_skin_share *s)
+static int pdi_skin_solve(const double *normal, pdi_skin_part *s)
 {
     enum { ROWS = PD_DIM + 1 };
     double a[ROWS * ROWS], x[ROWS], least[ROWS];
@@ -67152,7 +67152,7 @@ static int pdi_skin_solve(const double *normal, pdi_skin_share *s)
 }
 
 /* None below zero where that can be: cells that would get such a share are left out, one after another. */
-static void pdi_skin_shares(const double *normal, pdi_skin_share *s)
+static void pdi_skin_shares(const double *normal, pdi_skin_part *s)
 {
     double first[PDI_SKIN_CELLS] = {1.0};
     for (int found = 0, worst = 1; worst; found = 1) {
@@ -67172,7 +67172,7 @@ static void pdi_skin_shares(const double *normal, pdi_skin_share *s)
 static void pdi_skin_give(const pdi_skin_face *face, const pdi_skin_link *link, int64_t links, double scale,
                           double size, pd_points *points)
 {
-    pdi_skin_share s;
+    pdi_skin_part s;
     double normal[PD_DIM], longest = 0.0, area = pdi_vec_norm(face->area), depth = 0.0;
     s.cells = area > 0.0 ? pdi_skin_around(face, link, links, s.cell) : 0;
     for (int d = 0; d < PD_DIM; d++) normal[d] = area > 0.0 ? face->area[d] / area : 0.0;
@@ -81681,7 +81681,7 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
     if (PD_DIM > 1) {
         m->thin_cells = pdi_model_across(b);
-        PDI_TRY(pdi_thickness_share(ctx, &m->grid, m->thin_cells, &m->thin));
+        PDI_TRY(pdi_thickness_fraction(ctx, &m->grid, m->thin_cells, &m->thin));
     }
     PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
     return pdi_grip_find(ctx, m->setup, &m->structure, &m->grips);
@@ -84194,7 +84194,7 @@ static double pdi_misfit_whole(const pd_grid *grid, const double *x, const doubl
 
 /* Share of it that lies inside, as if the surface were a plane along a face of the part: right for planes along the
  * lattice, and in the mean over parts for others. */
-static double pdi_misfit_share(const pd_setup *u, int k, const double *x, const double *size, double level)
+static double pdi_misfit_fraction(const pd_setup *u, int k, const double *x, const double *size, double level)
 {
     double at[PD_DIM], normal[PD_DIM], across = 0.0;
     memcpy(at, x, sizeof at);
@@ -84218,7 +84218,7 @@ static double pdi_misfit_part(const pd_model *m, int k, const double *x, const d
     double level = pdi_misfit_level(u, k, x), reach = 0.5 * pdi_vec_norm(size), sum = 0.0, half[PD_DIM];
     if (level > reach) return 0.0;
     if (level < -reach) return pdi_misfit_whole(&m->grid, x, size);
-    if (!halvings) return pdi_misfit_share(u, k, x, size, level) * pdi_misfit_whole(&m->grid, x, size);
+    if (!halvings) return pdi_misfit_fraction(u, k, x, size, level) * pdi_misfit_whole(&m->grid, x, size);
     for (int d = 0; d < PD_DIM; d++) half[d] = 0.5 * size[d];
     for (int corner = 0; corner < 1 << PD_DIM; corner++) {
         double at[PD_DIM];

@@ -21,7 +21,7 @@ static int pdi_overlap_apart(const pd_overlap *s, int32_t i, int32_t j)
 static int32_t pdi_overlap_part(const pd_overlap *s, int32_t i) { return s->part ? s->part[i] : 0; }
 
 /* The point on the other side of the upper face of a cell across axis d; -1: none. */
-static int32_t pdi_overlap_beside(const pd_overlap *s, int32_t i, int d)
+static int32_t pdi_overlap_neighbour(const pd_overlap *s, int32_t i, int d)
 {
     int at[PD_DIM];
     pdi_grid_index(s->grid, s->node[i], at);
@@ -61,7 +61,7 @@ static double pdi_overlap_faces(pd_overlap *s, const double *u, int way, double 
     const pd_body *body = s->body;
     for (int32_t i = 0; i < s->count; i++)
         for (int d = 0; d < PD_DIM && pdi_overlap_bears(s, i); d++) {
-            int32_t j = pdi_overlap_beside(s, i, d);
+            int32_t j = pdi_overlap_neighbour(s, i, d);
             double xi[PD_DIM], y[PD_DIM];
             if (!pdi_overlap_bears(s, j)) continue;
             pdi_body_bond(body, i, j, xi);

@@ -187,7 +187,7 @@ static int pdi_sites_within(const pd_sites *s, const double *x, const double *xi
 }
 
 /* A pd_joined_fn by the cells of the metal that is left. */
-static int pdi_sites_beside(void *user, int32_t i, int32_t j, const double *xi)
+static int pdi_sites_connected(void *user, int32_t i, int32_t j, const double *xi)
 {
     const pd_sites *s = (const pd_sites *)user;
     int step[PD_DIM];
@@ -214,7 +214,7 @@ PDI_FN void pdi_sites_joined(pd_ctx *ctx, pd_sites *s, pd_body_desc *desc)
     (void)nt;
     if (pdi_chord_convex(s->grid)) return;
     desc->user = s;
-    desc->joined = pdi_sites_beside;
+    desc->joined = pdi_sites_connected;
     if (!pdi_chord_smooth(s->grid)) return;
     desc->joined = pdi_sites_inside;
     PDI_PARALLEL_FOR(nt)

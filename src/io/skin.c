@@ -191,16 +191,16 @@ static int pdi_skin_around(const pdi_skin_face *face, const pdi_skin_link *link,
 }
 
 /* Cells on their way to shares of a face. */
-typedef struct pdi_skin_share {
+typedef struct pdi_skin_part {
     int cells;
     int32_t cell[PDI_SKIN_CELLS];
     double along[PDI_SKIN_CELLS * PD_DIM]; /* [-] their centroids from that of the face, in its plane, over a length */
     double ease[PDI_SKIN_CELLS];           /* [-] less for those deep below it; 0: it takes no part */
     double share[PDI_SKIN_CELLS];
-} pdi_skin_share;
+} pdi_skin_part;
 
 /* The shares nearest to the cell alone whose centroid lies on the normal of the face. 0: there are none. */
-static int pdi_skin_solve(const double *normal, pdi_skin_share *s)
+static int pdi_skin_solve(const double *normal, pdi_skin_part *s)
 {
     enum { ROWS = PD_DIM + 1 };
     double a[ROWS * ROWS], x[ROWS], least[ROWS];
@@ -225,7 +225,7 @@ static int pdi_skin_solve(const double *normal, pdi_skin_share *s)
 }
 
 /* None below zero where that can be: cells that would get such a share are left out, one after another. */
-static void pdi_skin_shares(const double *normal, pdi_skin_share *s)
+static void pdi_skin_shares(const double *normal, pdi_skin_part *s)
 {
     double first[PDI_SKIN_CELLS] = {1.0};
     for (int found = 0, worst = 1; worst; found = 1) {
@@ -245,7 +245,7 @@ static void pdi_skin_shares(const double *normal, pdi_skin_share *s)
 static void pdi_skin_give(const pdi_skin_face *face, const pdi_skin_link *link, int64_t links, double scale,
                           double size, pd_points *points)
 {
-    pdi_skin_share s;
+    pdi_skin_part s;
     double normal[PD_DIM], longest = 0.0, area = pdi_vec_norm(face->area), depth = 0.0;
     s.cells = area > 0.0 ? pdi_skin_around(face, link, links, s.cell) : 0;
     for (int d = 0; d < PD_DIM; d++) normal[d] = area > 0.0 ? face->area[d] / area : 0.0;

@@ -25,7 +25,7 @@ static void pdi_thickness_pass(const pd_grid *grid, uint8_t *mark, int d, int lo
     }
 }
 
-PDI_FN pd_status pdi_thickness_share(pd_ctx *ctx, const pd_grid *grid, int cells, double *share)
+PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int cells, double *share)
 {
     uint8_t *mark = NULL, *line = NULL;
     int longest = 0, low = cells / 2, high = cells - 1 - low;

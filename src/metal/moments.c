@@ -98,7 +98,7 @@ static int pdi_moments_all(const pd_dissolve *d, const pdi_moments_piece *piece,
 
 /* What laws that change take of a node at most: by the middle and the end of the step where that is one piece, else by
  * their means. */
-static double pdi_moments_taken(const pd_dissolve *d, double t, double dt)
+static double pdi_moments_loss(const pd_dissolve *d, double t, double dt)
 {
     double taken = 0.0;
     for (int32_t n = 0; n < d->beside_count; n++) {
@@ -144,7 +144,7 @@ PDI_FN double pdi_moments_find(pd_dissolve *d, double t, double dt, double *take
                 d->part[d->moments++] = 0.5 * (piece.to - piece.from) / dt;
             }
         }
-    *taken = pdi_moments_taken(d, t, dt);
+    *taken = pdi_moments_loss(d, t, dt);
     return 1.0;
 }
 

@@ -34,7 +34,7 @@ static double pdi_misfit_whole(const pd_grid *grid, const double *x, const doubl
 
 /* Share of it that lies inside, as if the surface were a plane along a face of the part: right for planes along the
  * lattice, and in the mean over parts for others. */
-static double pdi_misfit_share(const pd_setup *u, int k, const double *x, const double *size, double level)
+static double pdi_misfit_fraction(const pd_setup *u, int k, const double *x, const double *size, double level)
 {
     double at[PD_DIM], normal[PD_DIM], across = 0.0;
     memcpy(at, x, sizeof at);
@@ -58,7 +58,7 @@ static double pdi_misfit_part(const pd_model *m, int k, const double *x, const d
     double level = pdi_misfit_level(u, k, x), reach = 0.5 * pdi_vec_norm(size), sum = 0.0, half[PD_DIM];
     if (level > reach) return 0.0;
     if (level < -reach) return pdi_misfit_whole(&m->grid, x, size);
-    if (!halvings) return pdi_misfit_share(u, k, x, size, level) * pdi_misfit_whole(&m->grid, x, size);
+    if (!halvings) return pdi_misfit_fraction(u, k, x, size, level) * pdi_misfit_whole(&m->grid, x, size);
     for (int d = 0; d < PD_DIM; d++) half[d] = 0.5 * size[d];
     for (int corner = 0; corner < 1 << PD_DIM; corner++) {
         double at[PD_DIM];

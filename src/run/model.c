@@ -587,7 +587,7 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
     if (PD_DIM > 1) {
         m->thin_cells = pdi_model_across(b);
-        PDI_TRY(pdi_thickness_share(ctx, &m->grid, m->thin_cells, &m->thin));
+        PDI_TRY(pdi_thickness_fraction(ctx, &m->grid, m->thin_cells, &m->thin));
     }
     PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
     return pdi_grip_find(ctx, m->setup, &m->structure, &m->grips);
