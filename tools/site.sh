@@ -21,5 +21,5 @@ hunspell -d en_GB,en_US -l < /dev/null > /dev/null 2>&1 || {
 }
 export PYTHONDONTWRITEBYTECODE=1
 $python docs/site/stage.py "$out.pages" --build "$build" --katex "$katex" &&
-    $python -m sphinx -q -W -n --keep-going -c docs/site -b html "$out.pages" "$out" &&
+    $python -m sphinx -q -W -n --keep-going -c docs/site -b html -d "$out.pages/.doctrees" "$out.pages" "$out" &&
     $python docs/site/check.py "$out" "$out.pages"
