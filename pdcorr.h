@@ -54113,6 +54113,13 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 
 #if !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
+
 /* ======== >>metal/moments.c ======== */
 /* moments: see moments.h */
 #include <math.h>
@@ -54269,16 +54276,6 @@ PDI_FN double pdi_moments_find(pd_dissolve *d, double t, double dt, double *take
 #undef PDI_MOMENTS_WIDE
 #undef PDI_MOMENTS_SHORT
 #undef PDI_MOMENTS_RTOL
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O1")
-#elif defined(PDI_SMALL)
-#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
-#endif
 
 /* ======== >>metal/content.c ======== */
 /* content: see content.h */
