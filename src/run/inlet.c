@@ -11,6 +11,17 @@ typedef struct pdi_inlet_layer {
     double velocity; /* [m/s] mean inward velocity of the expression */
 } pdi_inlet_layer;
 
+/* i: the first node in front of a side. Returns the face of a cell there [m^(d-1)]. */
+static double pdi_inlet_first(const pd_grid *grid, int side, int *i)
+{
+    double face = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        i[d] = d == side / 2 && side % 2 ? grid->n[d] - 1 : 0;
+        if (d != side / 2) face *= grid->h[d];
+    }
+    return face;
+}
+
 /* Next index of the layer of a side; 0 when all were seen. Start with i zero but for the axis. */
 static int pdi_inlet_next(const pd_grid *grid, int axis, int *i)
 {
@@ -36,9 +47,8 @@ static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, double t,
 {
     int i[PD_DIM], axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0;
     double sum = 0.0, weight = 0.0;
-    memset(i, 0, sizeof i);
     memset(layer, 0, sizeof *layer);
-    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    pdi_inlet_first(grid, side, i);
     do {
         int32_t node = pd_grid_node(grid, i);
         layer->solid += grid->kind[node] == PD_SOLID;
@@ -63,8 +73,7 @@ static double pdi_inlet_edge(const pd_grid *grid, int side, int s, int step)
 {
     int axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0, i[PD_DIM];
     double x[PD_DIM], a, b;
-    memset(i, 0, sizeof i);
-    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    pdi_inlet_first(grid, side, i);
     i[along] = s;
     pd_grid_position(grid, pd_grid_node(grid, i), x);
     if (s + step < 0 || s + step >= grid->n[along]) return step < 0 ? grid->lo[along] : grid->hi[along];
@@ -98,8 +107,7 @@ static double pdi_inlet_tube(const pd_grid *grid, int index, int axis, double *c
 static int pdi_inlet_round(const pd_grid *grid, int side, const double *centre, double radius)
 {
     int i[PD_DIM], axis = side / 2;
-    memset(i, 0, sizeof i);
-    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    pdi_inlet_first(grid, side, i);
     do {
         int32_t node = pd_grid_node(grid, i);
         double x[PD_DIM], square = 0.0;
@@ -129,8 +137,7 @@ static void pdi_inlet_rings(const pd_grid *grid, int side, double lo, double hi,
     inlet->inner[side] = lo;
     inlet->width[side] = lo > 0.0 ? hi - lo : 2.0 * hi;
     *area = PDI_PI * (hi - lo) * (hi + lo);
-    memset(i, 0, sizeof i);
-    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
+    pdi_inlet_first(grid, side, i);
     if (several) *area = 0.0;
     if (several) do {
             int32_t node = pd_grid_node(grid, i);
@@ -168,11 +175,7 @@ static double pdi_inlet_part(const pd_grid *grid, int axis, const double *x, int
 static double pdi_inlet_sampled(const pd_grid *grid, int side)
 {
     int i[PD_DIM], axis = side / 2;
-    double sum = 0.0, face = 1.0;
-    memset(i, 0, sizeof i);
-    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
-    for (int d = 0; d < PD_DIM; d++)
-        if (d != axis) face *= grid->h[d];
+    double sum = 0.0, face = pdi_inlet_first(grid, side, i);
     do {
         double x[PD_DIM];
         int32_t node = pd_grid_node(grid, i);
@@ -251,11 +254,7 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
 static double pdi_inlet_faces(const pd_grid *grid, int side)
 {
     int i[PD_DIM], axis = side / 2;
-    double sum = 0.0, face = 1.0;
-    memset(i, 0, sizeof i);
-    i[axis] = side % 2 ? grid->n[axis] - 1 : 0;
-    for (int d = 0; d < PD_DIM; d++)
-        if (d != axis) face *= grid->h[d];
+    double sum = 0.0, face = pdi_inlet_first(grid, side, i);
     do {
         int32_t node = pd_grid_node(grid, i);
         double out = axis < PD_DIM - 1 ? 0.0 : side % 2 ? 0.5 * grid->h[axis] : -0.5 * grid->h[axis];
