@@ -11,6 +11,13 @@ PDI_FN double pdi_vec_dot(const double *a, const double *b)
 
 PDI_FN double pdi_vec_norm(const double *a) { return sqrt(pdi_vec_dot(a, a)); }
 
+PDI_FN double pdi_vec_least(const double *a)
+{
+    double least = a[0];
+    for (int d = 1; d < PD_DIM; d++) least = pdi_min(least, a[d]);
+    return least;
+}
+
 /* Gauss-Jordan with column pivoting on [a | b] with nb right-hand sides. */
 static double pdi_vec_eliminate(double *a, double *b, int nb)
 {

@@ -16,6 +16,8 @@
 
 PDI_FN double pdi_vec_dot(const double *a, const double *b);
 PDI_FN double pdi_vec_norm(const double *a);
+/* The least of the parts: of spacings the same whichever axis is the first. */
+PDI_FN double pdi_vec_least(const double *a);
 /* Solve the dense PD_DIM x PD_DIM system a x = b (row-major, pivoted). Returns the smallest pivot ratio; 0: singular,
  * x then untouched. */
 PDI_FN double pdi_vec_solve(const double *a, const double *b, double *x);

@@ -1,9 +1,7 @@
 /* bond: see bond.h */
 #include "lattice/bond.h"
-#include "core/bracket.h"
 #include "core/vec.h"
 #include "core/par.h"
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,8 +17,8 @@
 #define PDI_BOND_MAX_T 16.0
 /* A normal this close to an axis is along it: rounding of the differences. */
 #define PDI_BOND_LEVEL 1e-9
-/* Distance in cells that counts as none. */
-#define PDI_BOND_TOUCH 1e-9
+/* The slope of a distance is 1, and less at an edge. Where normals have cancelled it is rounding. */
+#define PDI_BOND_SLOPE 1e-6
 /* Distance in cells from a smooth surface of a place that is one of a cell's faces. */
 #define PDI_BOND_OFF 1e-3
 /* Below this pivot ratio the open bonds do not span space (a channel one node wide). */
@@ -89,7 +87,7 @@ static int pdi_bond_receded(const pd_paths *paths, int shape, int32_t node, int 
 /* Normal and curvature of the surface at the cut, from differences of the distance. An edge counts as flat. */
 static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, const double *xi, pdi_cut *cut)
 {
-    double gradient[PD_DIM], p[PD_DIM], eps = 1e-3 * grid->h[0], mean = 0.0, sharpest = 0.0;
+    double gradient[PD_DIM], p[PD_DIM], eps = 1e-3 * pdi_vec_least(grid->h), mean = 0.0, sharpest = 0.0;
     for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + cut->t * xi[d];
     double centre = pdi_grid_level(grid, shape, p), length = pdi_vec_norm(xi);
     for (int d = 0; d < PD_DIM; d++) {
@@ -104,7 +102,7 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
         sharpest = pdi_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
     }
     double slope = pdi_vec_norm(gradient), step = eps / length, reach;
-    if (!(slope > 0.0)) return;
+    if (!(slope > PDI_BOND_SLOPE)) return;
     double most = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         cut->normal[d] = gradient[d] / slope;
@@ -114,7 +112,7 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
     double second = (pdi_bond_distance(grid, shape, x, xi, cut->t + step) - centre) -
                     (centre - pdi_bond_distance(grid, shape, x, xi, cut->t - step));
     /* no closer than the least t allows, and not out where the expansion about the surface ends */
-    double distance = pdi_max(pdi_grid_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
+    double distance = pdi_max(pdi_grid_level(grid, shape, x), PDI_BOND_MIN_T * pdi_vec_least(grid->h));
     if (!(sharpest < PDI_BOND_SHARP) || sharpest < PDI_BOND_FLAT || !(distance * mean < 1.5)) return;
     reach = pdi_vec_dot(xi, cut->normal);
     cut->distance = distance;
@@ -122,48 +120,15 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
     cut->bend = second / (step * step) - mean * reach * reach;
 }
 
-/* Where a line may be inside a shape that it has left again a cell behind fraction `face`: there, or half a cell on.
- * Returns that fraction, or 0, and the distance. */
-static double pdi_bond_chord(const pd_grid *grid, int shape, const double *x, const double *xi, double face,
-                             double cell, double *inside)
-{
-    for (int half = 0; half < 2; half++) {
-        double t = face + 0.5 * half / cell;
-        *inside = pdi_bond_distance(grid, shape, x, xi, t);
-        if (*inside < -PDI_BOND_TOUCH * grid->h[0]) return t;
-    }
-    return 0.0;
-}
-
-/* Move the cut onto the zero level of `shape`, if the bond crosses it: before the face cut or, where the line grazes
- * the closed cell, behind it, up to fraction `limit`: in a tube even behind the far end, where cells at the wall block
- * the line between two fluid nodes. */
+/* Move the cut to where the bond enters `shape`: before the face cut or, where the line grazes the closed cell, behind
+ * it, up to fraction `limit`: in a tube even behind the far end, where cells at the wall block the line between two
+ * fluid nodes. */
 static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const double *xi, double limit,
                                pdi_cut *cut)
 {
-    double cell = 0.0, lo = 0.0, hi = 0.0, flo = pdi_bond_distance(grid, shape, x, xi, 0.0), fhi = flo;
-    if (!(flo > pdi_shape_tie(grid->h, x))) return;
-    for (int d = 0; d < PD_DIM; d++) cell += xi[d] / grid->h[d] * (xi[d] / grid->h[d]);
-    cell = sqrt(cell);
-    for (int ahead = 1; hi < limit && !(fhi < 0.0); ahead++) {
-        double next = pdi_min(hi < 1.0 ? cut->t + ahead / cell : 1.25 * hi, limit);
-        hi = hi < 1.0 ? pdi_min(next, 1.0) : next; /* a closed far end is inside for certain */
-        fhi = pdi_bond_distance(grid, shape, x, xi, hi);
-        if (ahead > 1 || fhi < -PDI_BOND_TOUCH * grid->h[0] || !(cut->t + 0.5 / cell < limit)) continue;
-        double within, t = pdi_bond_chord(grid, shape, x, xi, cut->t, cell, &within);
-        if (!(t > 0.0)) continue;
-        hi = t;
-        fhi = within;
-    }
-    /* a tube that touches the side meets it to rounding */
-    if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
-    fhi = pdi_min(fhi, 0.0);
-    pdi_bracket s = {lo, flo, hi, fhi, 0, 0};
-    double t = hi, f = fhi < -0.5 * DBL_EPSILON * flo ? flo : 0.0; /* else it is there to rounding */
-    while (fabs(f) > 1e-12 * (flo - fhi) && pdi_bracket_next(&s, &t)) {
-        f = pdi_bond_distance(grid, shape, x, xi, t);
-        pdi_bracket_take(&s, t, f);
-    }
+    if (!(pdi_grid_level(grid, shape, x) > pdi_shape_tie(grid->h, x))) return;
+    double t = pdi_grid_enter(grid, shape, x, xi, limit);
+    if (!(t <= limit)) return;
     cut->t = t;
     pdi_bond_curve(grid, shape, x, xi, cut);
 }
@@ -260,7 +225,7 @@ static int pdi_bond_grazes(const pd_paths *paths, int32_t node, int k, int group
     if (cut->t > 1.0 + 1e-9) return 1;
     if (walled || shape < 0 || pdi_bond_receded(paths, shape, node, k, group)) return 0;
     pd_grid_position(grid, node, x);
-    return !(fabs(pdi_bond_distance(grid, shape, x, xi, cut->t)) < PDI_BOND_OFF * grid->h[0]);
+    return !(fabs(pdi_bond_distance(grid, shape, x, xi, cut->t)) < PDI_BOND_OFF * pdi_vec_least(grid->h));
 }
 
 PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x)

@@ -2,12 +2,13 @@
 #include "lattice/grid.h"
 #include "core/par.h"
 #include "core/owner.h"
+#include "core/bracket.h"
 #include "core/vec.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-/* Cells beyond given bounds that count as between them. */
+/* Cells beyond given bounds that count as between them; shorter parts of a line are none. */
 #define PDI_GRID_SLACK 1e-6
 /* Nodes between two looks at the caller. */
 #define PDI_GRID_POLL 65536
@@ -203,7 +204,7 @@ static double pdi_grid_periodic(const pd_grid *grid, int shape, const pdi_shape_
 
 PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x)
 {
-    double at[PD_DIM], slack = PDI_GRID_SLACK * grid->h[0];
+    double at[PD_DIM], slack = PDI_GRID_SLACK * pdi_vec_least(grid->h);
     pdi_shape_frame frame;
     memcpy(at, x, sizeof at);
     pdi_grid_fold_position(grid, at);
@@ -218,6 +219,95 @@ PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x)
         if (grid->side[s] != PD_SIDE_WALL && plane <= fabs(level) + slack) frame.sides |= 1 << s;
     }
     return frame.sides ? pdi_grid_periodic(grid, shape, &frame, 0, at) : level;
+}
+
+/* ---- where a line enters a shape ---- */
+
+/* A straight line x + t xi, and its image y + t eta in the box for t between `from` and `to`. */
+typedef struct pdi_grid_line {
+    const pd_grid *grid;
+    const double *x, *xi;
+    double y[PD_DIM], eta[PD_DIM], from, to;
+} pdi_grid_line;
+
+/* Where the line next passes a plane through which places fold, behind l->from: at most `end`. */
+static double pdi_grid_next_plane(const pdi_grid_line *l, double end)
+{
+    const pd_grid *grid = l->grid;
+    for (int d = 0; d < PD_DIM; d++) {
+        double length = grid->hi[d] - grid->lo[d], step = fabs(length / l->xi[d]);
+        if (!(fabs(l->xi[d]) > 0.0)) continue;
+        if (grid->side[2 * d] == PD_SIDE_WALL && grid->side[2 * d + 1] == PD_SIDE_WALL) continue;
+        double first = (grid->lo[d] - l->x[d]) / l->xi[d], t = first + step * (floor((l->from - first) / step) + 1.0);
+        end = pdi_min(end, t > l->from ? t : t + step);
+    }
+    return end;
+}
+
+/* The image of the line from l->from on, up to the next plane. */
+static void pdi_grid_straight(pdi_grid_line *l, double end)
+{
+    double other[PD_DIM];
+    l->to = pdi_grid_next_plane(l, end);
+    for (int d = 0; d < PD_DIM; d++) {
+        l->y[d] = l->x[d];
+        l->eta[d] = l->xi[d];
+    }
+    if (!(l->from > 0.0)) return;
+    double one = 0.75 * l->from + 0.25 * l->to, two = 0.25 * l->from + 0.75 * l->to;
+    for (int d = 0; d < PD_DIM; d++) {
+        l->y[d] = l->x[d] + one * l->xi[d];
+        other[d] = l->x[d] + two * l->xi[d];
+    }
+    pdi_grid_fold_position(l->grid, l->y);
+    pdi_grid_fold_position(l->grid, other);
+    for (int d = 0; d < PD_DIM; d++) {
+        l->eta[d] = (other[d] - l->y[d]) / (two - one);
+        l->y[d] -= one * l->eta[d];
+    }
+}
+
+static double pdi_grid_line_level(const pdi_grid_line *l, int shape, double t, double *tie)
+{
+    double at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) at[d] = l->x[d] + t * l->xi[d];
+    if (tie) *tie = pdi_shape_tie(l->grid->h, at);
+    return pdi_grid_level(l->grid, shape, at);
+}
+
+/* The line is outside at `from` and inside at `to`: the place between them where no face is known. */
+static double pdi_grid_sign_change(const pdi_grid_line *l, int shape, double from, double to)
+{
+    double low = pdi_grid_line_level(l, shape, from, NULL), high = pdi_grid_line_level(l, shape, to, NULL), t = to, f = low;
+    if (!(low > PDI_GRID_SLACK * pdi_vec_least(l->grid->h)) || !(high < 0.0)) return from;
+    pdi_bracket s = {from, low, to, high, 0, 0};
+    while (fabs(f) > 1e-12 * (low - high) && pdi_bracket_next(&s, &t)) {
+        f = pdi_grid_line_level(l, shape, t, NULL);
+        pdi_bracket_take(&s, t, f);
+    }
+    return t;
+}
+
+PDI_FN double pdi_grid_enter(const pd_grid *grid, int shape, const double *x, const double *xi, double limit)
+{
+    double slack = PDI_GRID_SLACK * pdi_vec_least(grid->h) / pdi_vec_norm(xi), end = limit + 2.0 * slack;
+    pdi_grid_line l;
+    l.grid = grid;
+    l.x = x;
+    l.xi = xi;
+    for (l.from = 0.0; l.from < end; l.from = l.to) {
+        double whole[PD_DIM];
+        pdi_grid_straight(&l, end);
+        for (int d = 0; d < PD_DIM; d++) whole[d] = l.to * l.eta[d];
+        for (double from = l.from / l.to, to; from < 1.0; from = to) { /* shares of l.to */
+            double tie, middle;
+            to = pdi_min(pdi_shape_crossing(grid->shapes, shape, l.y, whole, from), 1.0);
+            middle = 0.5 * (from + to) * l.to;
+            if ((to - from) * l.to > slack && pdi_grid_line_level(&l, shape, middle, &tie) <= tie)
+                return pdi_min(pdi_grid_sign_change(&l, shape, from * l.to, middle), limit);
+        }
+    }
+    return HUGE_VAL;
 }
 
 /* 1: fluid enters in front of the ghost i[] behind a side that it passes. */

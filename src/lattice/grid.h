@@ -134,6 +134,10 @@ PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
  * where it meets such a side there is no surface, unless it ends there on a periodic one. Exact near the surface; a
  * bound of the right sign elsewhere. */
 PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x);
+/* Where the straight line x + t xi enters a shape of the grid that it begins outside of: the least t, at most `limit`;
+ * HUGE_VAL: nowhere. A part of the line is judged by its middle, and one that lies on the surface belongs to the shape:
+ * faces that two bodies of a union share are none. Not for voxel masks. */
+PDI_FN double pdi_grid_enter(const pd_grid *grid, int shape, const double *x, const double *xi, double limit);
 /* Through periodic and mirror sides only. */
 PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x);
 /* 1 for sides that fluid passes. */

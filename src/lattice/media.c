@@ -9,8 +9,10 @@
 #define PDI_MEDIA_THIN 0.0625
 /* [cells] The materials on both sides of a surface are looked up at this distance from it. */
 #define PDI_MEDIA_BESIDE 1e-3
-/* [cells] A place that is nearer to a surface lies on it, since coordinates are rounded. */
-#define PDI_MEDIA_TOUCH 1e-9
+/* Two lengths that differ by this share are equal. */
+#define PDI_MEDIA_TIE 1e-9
+/* The square of the slope of a distance is 1. Where it is less than this, slopes have cancelled. */
+#define PDI_MEDIA_CANCELLED 0.4
 
 /* A straight way from x along xi. */
 typedef struct pdi_media_way {
@@ -31,10 +33,12 @@ static double pdi_media_ask(const pdi_media_way *w, pd_point_fn fn, double share
 
 static double pdi_media_level(const pdi_media_way *w, double share) { return pdi_media_ask(w, w->media->level, share); }
 
-/* -1, 1, or 0 on the surface. */
-static int pdi_media_side(const pd_media *m, double level)
+/* -1, 1, or 0 on the surface, at a share of the way. */
+static int pdi_media_side(const pdi_media_way *w, double share, double level)
 {
-    double touch = PDI_MEDIA_TOUCH * m->smallest;
+    double x[PD_DIM], touch;
+    for (int d = 0; d < PD_DIM; d++) x[d] = w->x[d] + share * w->xi[d];
+    touch = pdi_shape_tie(w->media->grid->h, x);
     return (level > touch) - (level < -touch);
 }
 
@@ -55,7 +59,7 @@ static double pdi_media_root(const pdi_media_way *w, double lo, double hi, doubl
 static double pdi_media_within(const pdi_media_way *w, double end)
 {
     const pd_media *m = w->media;
-    double normal[PD_DIM], eps = PDI_MEDIA_BESIDE * m->grid->h[0], sum = 0.0;
+    double normal[PD_DIM], eps = PDI_MEDIA_BESIDE * m->smallest, sum = 0.0;
     pdi_media_way across = *w;
     for (int d = 0; d < PD_DIM; d++) across.x[d] += 0.5 * end * w->xi[d];
     for (int d = 0; d < PD_DIM; d++) {
@@ -63,7 +67,7 @@ static double pdi_media_within(const pdi_media_way *w, double end)
         normal[d] = pdi_media_level(&across, 1.0) - pdi_media_level(&across, -1.0);
     }
     double length = pdi_vec_norm(normal);
-    if (!(length > 0.0)) return pdi_media_ask(w, m->field, 0.5 * end);
+    if (!(length > PDI_MEDIA_TIE * eps)) return pdi_media_ask(w, m->field, 0.5 * end);
     for (int d = 0; d < PD_DIM; d++) across.xi[d] = eps * normal[d] / length;
     for (int up = -1; up < 2; up += 2) sum += 0.5 * pdi_media_ask(&across, m->field, up);
     return sum;
@@ -80,31 +84,68 @@ static double pdi_media_resist(const pdi_media_way *w, double to, double end)
     return d > 0.0 ? (to - w->from) / d : HUGE_VAL;
 }
 
-/* Mean diffusivity over the part 0 .. end of the way. The next surface is at least as far as the signed distance. */
+/* ---- the materials on a way ---- */
+
+/* A way from 0 to `end`, as far as it is known. */
+typedef struct pdi_media_walk {
+    pdi_media_way *way;
+    double end;
+    int cell;         /* 1: the sum is that of diffusivities, and nodes own nothing; 0: of resistances */
+    double sum;
+    int side;         /* of the last place off the surface; 0: none so far */
+    double at, level; /* the last place */
+} pdi_media_walk;
+
+/* The material from way->from to `to` ends there. */
+static void pdi_media_piece(pdi_media_walk *k, double to)
+{
+    pdi_media_way *w = k->way;
+    if (k->cell) k->sum += (to - w->from) * pdi_media_ask(w, w->media->field, 0.5 * (w->from + to));
+    else k->sum += pdi_media_resist(w, to, k->end);
+    w->from = to;
+}
+
+static void pdi_media_reach_place(pdi_media_walk *k, double at, double level)
+{
+    int beyond = pdi_media_side(k->way, at, level);
+    if (at >= k->end && beyond == 0) k->way->far = (double)NAN;
+    if (k->side * beyond < 0) pdi_media_piece(k, pdi_media_root(k->way, k->at, at, k->level, level));
+    if (beyond) k->side = beyond;
+    k->at = at;
+    k->level = level;
+}
+
+/* From the last place to `to`, by halves until no surface can hide: the distances from it at both ends say how near it
+ * is. The places are the same from whichever end the way begins. */
+static void pdi_media_follow(pdi_media_walk *k, double to, double level)
+{
+    const pd_media *m = k->way->media;
+    double from = k->at, part = (to - from) * k->way->length * (1.0 - PDI_MEDIA_TIE);
+    if (part > fabs(k->level) + fabs(level) && part > PDI_MEDIA_THIN * m->smallest) {
+        double middle = 0.5 * (from + to);
+        pdi_media_follow(k, middle, pdi_media_level(k->way, middle));
+        pdi_media_follow(k, to, level);
+    } else pdi_media_reach_place(k, to, level);
+}
+
+static double pdi_media_sum(pdi_media_way *w, double end, int cell, int *side)
+{
+    pdi_media_walk k = {w, end, cell, 0.0, 0, 0.0, pdi_media_level(w, 0.0)};
+    k.side = pdi_media_side(w, 0.0, k.level);
+    if (k.side == 0) w->near = (double)NAN;
+    w->from = 0.0;
+    pdi_media_follow(&k, end, pdi_media_level(w, end));
+    *side = k.side;
+    if (k.side && w->from < end) pdi_media_piece(&k, end);
+    return k.sum;
+}
+
+/* Mean diffusivity over the part 0 .. end of the way. */
 static double pdi_media_mean(pdi_media_way *w, double end)
 {
-    const pd_media *m = w->media;
-    double sum = 0.0, s = 0.0, v = pdi_media_level(w, 0.0);
-    int side = pdi_media_side(m, v);
-    if (side == 0) w->near = (double)NAN;
-    w->from = 0.0;
-    while (s < end) {
-        double next = pdi_min(s + pdi_max(fabs(v), PDI_MEDIA_THIN * m->smallest) / w->length, end);
-        double level = pdi_media_level(w, next);
-        int beyond = pdi_media_side(m, level);
-        if (next >= end && beyond == 0) w->far = (double)NAN;
-        if (side * beyond < 0) {
-            double root = pdi_media_root(w, s, next, v, level);
-            sum += pdi_media_resist(w, root, end);
-            w->from = root;
-        }
-        if (beyond) side = beyond;
-        s = next;
-        v = level;
-    }
-    if (side == 0) return pdi_media_within(w, end);
-    if (w->from < end) sum += pdi_media_resist(w, end, end);
-    return end / sum;
+    int side;
+    double sum = pdi_media_sum(w, end, 0, &side);
+    return side ? end / sum : pdi_media_within(w, end);
 }
 
 static void pdi_media_start(const pd_media *m, int32_t i, int k, pdi_media_way *w)
@@ -179,21 +220,29 @@ typedef struct pdi_media_lift {
     double x[PD_DIM]; /* [m2/s] */
 } pdi_media_lift;
 
-/* Axis along the normal of the surface near node i, to rounding. -1: the surface lies at an angle. */
+/* Axis along the normal of the surface near node i, to rounding. -1: the surface lies at an angle. Where two parts of it
+ * are as near on both sides of the node, slopes cancel, and the axis is that along which the distance changes. */
 static int pdi_media_axis(const pd_media *m, int32_t i)
 {
-    double normal[PD_DIM], length = 0.0;
+    double slope[PD_DIM], change[PD_DIM], length = 0.0, changes = 0.0;
     pdi_media_way w;
     w.media = m;
     pd_grid_position(m->grid, i, w.x);
     for (int d = 0; d < PD_DIM; d++) {
-        double eps = PDI_MEDIA_BESIDE * m->grid->h[d];
+        double eps = PDI_MEDIA_BESIDE * m->grid->h[d], here, up, down;
         for (int a = 0; a < PD_DIM; a++) w.xi[a] = a == d ? eps : 0.0;
-        normal[d] = (pdi_media_level(&w, 1.0) - pdi_media_level(&w, -1.0)) / eps;
-        length += normal[d] * normal[d];
+        here = pdi_media_level(&w, 0.0);
+        up = pdi_media_level(&w, 1.0);
+        down = pdi_media_level(&w, -1.0);
+        slope[d] = 0.5 * (up - down) / eps;
+        change[d] = pdi_max(fabs(up - here), fabs(here - down)) / eps;
+        length += slope[d] * slope[d];
+        changes += change[d] * change[d];
     }
+    const double *normal = length > PDI_MEDIA_CANCELLED ? slope : change;
+    if (normal == change) length = changes;
     for (int d = 0; d < PD_DIM; d++)
-        if (normal[d] * normal[d] > (1.0 - PDI_MEDIA_TOUCH) * length) return d;
+        if (normal[d] * normal[d] > (1.0 - PDI_MEDIA_TIE) * length) return d;
     return -1;
 }
 
@@ -201,24 +250,15 @@ static int pdi_media_axis(const pd_media *m, int32_t i)
 static double pdi_media_cell(const pd_media *m, int32_t i, int axis)
 {
     pdi_media_way w;
-    double sum = 0.0, v, from = 0.0, s = 0.0;
+    int side;
     w.media = m;
     pd_grid_position(m->grid, i, w.x);
     for (int d = 0; d < PD_DIM; d++) w.xi[d] = d == axis ? m->grid->h[d] : 0.0;
     w.x[axis] -= 0.5 * m->grid->h[axis];
-    v = pdi_media_level(&w, 0.0);
-    while (s < 1.0) {
-        double next = pdi_min(s + pdi_max(fabs(v), PDI_MEDIA_THIN * m->smallest) / m->grid->h[axis], 1.0);
-        double level = pdi_media_level(&w, next);
-        if (v * level < 0.0) {
-            double root = pdi_media_root(&w, s, next, v, level);
-            sum += (root - from) * pdi_media_ask(&w, m->field, 0.5 * (from + root));
-            from = root;
-        }
-        s = next;
-        if (fabs(level) > 0.0) v = level;
-    }
-    return sum + (1.0 - from) * pdi_media_ask(&w, m->field, 0.5 * (from + 1.0));
+    w.length = m->grid->h[axis];
+    w.near = w.far = (double)NAN;
+    double sum = pdi_media_sum(&w, 1.0, 1, &side);
+    return side ? sum : pdi_media_within(&w, 1.0);
 }
 
 /* What the cell of node i has more than its node along `axis`, when the node is the poorer side of the surface: its
@@ -228,7 +268,7 @@ static double pdi_media_surplus(const pd_media *m, int32_t i, int axis)
     pdi_media_way w;
     if (m->near[i] < 0) return 0.0;
     pdi_media_start(m, i, m->unit[axis], &w);
-    if (pdi_media_side(m, pdi_media_level(&w, 0.0)) == 0) return 0.0;
+    if (pdi_media_side(&w, 0.0, pdi_media_level(&w, 0.0)) == 0) return 0.0;
     return pdi_max(pdi_media_cell(m, i, axis) - m->at[i], 0.0);
 }
 
@@ -252,23 +292,38 @@ static int pdi_media_within_bond(const pd_media *m, int k, int axis)
     return axis >= 0 && m->stencil->offset[k * PD_DIM + axis] == 0;
 }
 
+/* Axes along which bond n is the image of bond k; -1: it is none. Images across the surface count as more than all
+ * others. */
+static int pdi_media_turns(const pd_stencil *s, int n, int k, int axis)
+{
+    int turns = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int a = s->offset[n * PD_DIM + d], b = s->offset[k * PD_DIM + d];
+        if (a != b && a != -b) return -1;
+        if (a != b) turns += d == axis ? PD_DIM : 1;
+    }
+    return turns;
+}
+
 /* Diffusivity of bond k of node i, or, where that ends in a wall, of its mirror image: what walls cut is made up for
- * elsewhere (theory: eq. 5.7). Images on the same side of the surface come first. */
+ * elsewhere (theory: eq. 5.7). Images on the same side of the surface come first, then those in one mirror; the mean of
+ * several. */
 static double pdi_media_mirrored(const pd_media *m, int32_t i, int k, int axis)
 {
     const pd_stencil *s = m->stencil;
     const double *row = m->along + (int64_t)m->near[i] * s->count;
+    double sum = 0.0;
+    int least = 2 * PD_DIM, found = 0;
     if (pdi_media_far(m, i, k) >= 0) return row[k];
-    for (int turned = 0; turned < 2; turned++)
-        for (int n = 0; n < s->count; n++) {
-            int image = 1;
-            for (int d = 0; d < PD_DIM; d++) {
-                int a = s->offset[n * PD_DIM + d], b = s->offset[k * PD_DIM + d];
-                image = image && (a == b || (a == -b && (d != axis || turned)));
-            }
-            if (image && pdi_media_far(m, i, n) >= 0) return row[n];
-        }
-    return m->at[i];
+    for (int n = 0; n < s->count; n++) {
+        int turns = pdi_media_turns(s, n, k, axis);
+        if (turns < 0 || turns > least || pdi_media_far(m, i, n) < 0) continue;
+        if (turns < least) sum = found = 0;
+        least = turns;
+        sum += row[n];
+        found++;
+    }
+    return found ? sum / found : m->at[i];
 }
 
 /* Bonds across the surface are resistances in series, and conduct less along the surface than the materials do. A cell
@@ -358,7 +413,7 @@ static pd_status pdi_media_rows(pd_ctx *ctx, pd_media *m)
         if (!pdi_media_takes(m->grid, i)) continue;
         pd_grid_position(m->grid, i, x);
         pdi_grid_fold_position(m->grid, x);
-        if (fabs(m->level(m->user, x)) <= longest) m->near[i] = m->rows++;
+        if (fabs(m->level(m->user, x)) <= longest + pdi_shape_tie(m->grid->h, x)) m->near[i] = m->rows++;
     }
     if (m->rows == 0) return PD_OK;
     PDI_TRY(pdi_owner_build(ctx, pdi_media_row_list, m));
@@ -380,8 +435,7 @@ PDI_FN pd_status pdi_media_build(pd_ctx *ctx, const pd_stencil *stencil, const p
     m->field = field;
     m->level = level;
     m->user = user;
-    m->smallest = grid->h[0];
-    for (int d = 1; d < PD_DIM; d++) m->smallest = pdi_min(m->smallest, grid->h[d]);
+    m->smallest = pdi_vec_least(grid->h);
     PDI_TRY(pdi_owner_build(ctx, pdi_media_list, m));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) {
@@ -412,4 +466,5 @@ PDI_FN void pdi_media_free(pd_ctx *ctx, pd_media *m)
 
 #undef PDI_MEDIA_THIN
 #undef PDI_MEDIA_BESIDE
-#undef PDI_MEDIA_TOUCH
+#undef PDI_MEDIA_TIE
+#undef PDI_MEDIA_CANCELLED

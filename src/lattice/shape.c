@@ -155,12 +155,9 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
 
 PDI_FN double pdi_shape_tie(const double *h, const double *x)
 {
-    double least = h[0], most = 0.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        least = pdi_min(least, h[d]);
-        most = pdi_max(most, fabs(x[d]));
-    }
-    return pdi_max(PDI_SHAPE_TIE * least, PDI_SHAPE_ROUNDING * most);
+    double most = 0.0;
+    for (int d = 0; d < PD_DIM; d++) most = pdi_max(most, fabs(x[d]));
+    return pdi_max(PDI_SHAPE_TIE * pdi_vec_least(h), PDI_SHAPE_ROUNDING * most);
 }
 
 PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x)
