@@ -173,7 +173,8 @@ static void pdi_observe_flux(pd_ctx *ctx, pd_model *m, pd_observables *o)
     double before = pd_flow_section(ctx, &m->flow, o->flux_axis, up);
     double behind = pd_flow_section(ctx, &m->flow, o->flux_axis, down);
     pdi_observe_layers(m, o);
-    double reference = o->layer[up], scale = fabs(before), wide = fabs(reference);
+    double reference = o->layer[o->flux_up ? up : up - 1]; /* the layer behind the plane */
+    double scale = fabs(before), wide = fabs(reference);
     if (m->inlet.timed) { /* a stream that turns is at rest now and then */
         o->most[0] = scale = pdi_max(scale, o->most[0]);
         o->most[1] = wide = pdi_max(wide, o->most[1]);
