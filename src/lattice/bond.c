@@ -120,14 +120,35 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
     cut->bend = second / (step * step) - mean * reach * reach;
 }
 
-/* Move the cut to where the bond enters `shape`: before the face cut or, where the line grazes the closed cell, behind
+/* The fraction of bond k from node x at which it first passes a node that belongs to `shape`; HUGE_VAL: at none. Such a
+ * node is closed even where the line does no more than touch the shape there. */
+static double pdi_bond_node(const pd_grid *grid, int shape, const double *x, const pd_stencil *s, int k)
+{
+    const int *n = s->offset + k * PD_DIM;
+    int steps = 0;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int a = abs(n[d]), rest; a; a = rest) {
+            rest = steps % a;
+            steps = a;
+        }
+    for (int j = 1; j <= steps; j++) {
+        double at[PD_DIM], t = (double)j / steps;
+        for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + t * s->xi[k * PD_DIM + d];
+        if (pdi_grid_level(grid, shape, at) <= pdi_shape_tie(grid->h, at)) return t;
+    }
+    return HUGE_VAL;
+}
+
+/* Move the cut to where bond k enters `shape`: before the face cut or, where the line grazes the closed cell, behind
  * it, up to fraction `limit`: in a tube even behind the far end, where cells at the wall block the line between two
  * fluid nodes. */
-static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const double *xi, double limit,
-                               pdi_cut *cut)
+static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const pd_stencil *s, int k,
+                               double limit, pdi_cut *cut)
 {
+    const double *xi = s->xi + k * PD_DIM;
     if (!(pdi_grid_level(grid, shape, x) > pdi_shape_tie(grid->h, x))) return;
-    double t = pdi_grid_enter(grid, shape, x, xi, limit);
+    double node = pdi_bond_node(grid, shape, x, s, k);
+    double t = pdi_min(pdi_grid_enter(grid, shape, x, xi, pdi_min(limit, node)), node);
     if (!(t <= limit)) return;
     cut->t = t;
     pdi_bond_curve(grid, shape, x, xi, cut);
@@ -165,7 +186,7 @@ static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, 
     pd_grid_position(grid, node, x);
     /* a tube that touches the box: its wall lies at or before the side */
     if (shape >= 0 && !pdi_bond_receded(paths, shape, node, k, group))
-        pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, walled ? cut->t : PDI_BOND_MAX_T, cut);
+        pdi_bond_shape_cut(grid, shape, x, s, k, walled ? cut->t : PDI_BOND_MAX_T, cut);
     if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
     if (PD_DIM == 2 && grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
 }

@@ -242,7 +242,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
 static double factor_of_half(const run_figure *g)
 {
     static const char *const whole[] = {"volume", "energy",  "dissolved", "solid", "area", "flow",   "species",
-                                        "flux",   "current", "anodic",    "gas",   "work", "stored", "kinetic"};
+                                        "flux",   "current", "anodic",    "gas",   "work", "stored", "kinetic", "charge"};
     for (size_t k = 0; k < sizeof whole / sizeof whole[0]; k++)
         if (strcmp(g->key, whole[k]) == 0) return 2.0;
     if (strcmp(g->section, "total") == 0 && (strncmp(g->key, "sum_", 4) == 0 || strcmp(g->unit, "mol") == 0 ||

@@ -2,8 +2,10 @@
  *
  *   metamorphic_2d [--seed N] [--pairs N] [--seconds S] [--class exact|tolerance|lattice] [--only TRANSFORM] [--show]
  *                  [--sanitize] [--limit S] [--through SHARE] [--shrink S]
+ *                  [--with PHYSICS]... [--holding TEXT]
  *
- * --closed: without the seeds of open findings; --through: share of bodies with faces through nodes; --limit: of a run;
+ * --with, --holding: scenes that have all of these physics, and the text, such as union; --closed: without the seeds of
+ * open findings; --through: share of bodies with faces through nodes; --limit: of a run;
  * --shrink: time for the smallest scene that shows a finding, 0: as it was found.
  */
 #define _XOPEN_SOURCE 700
@@ -29,6 +31,7 @@ typedef struct options {
     double seconds, limit, through, shrink;
     scene_class of;
     uint32_t with;                /* scenes that have all of it */
+    const char *holding;          /* scenes with this text; NULL: all */
     int mixed;                    /* a fifth of the pairs by tolerance */
     char folder[256], other[300]; /* scratch; the program in 3D */
 } options;
@@ -218,6 +221,10 @@ static void one(const options *all, uint32_t seed, tally *s)
     if (o->mixed && !o->quick && o->only < 0 && o->other[0] && seed % 10 == 7) own.of = CLASS_LATTICE;
     generate_scene(seed, o->of, o->through, &x);
     if ((x.has & o->with) != o->with) return;
+    if (o->holding) {
+        write_text(&x, text);
+        if (!strstr(text, o->holding)) return;
+    }
     int kind = o->only >= 0 ? o->only : (int)(random_share(&state) * TRANSFORM_LAYER);
     if (o->sanitize) kind = TRANSFORM_UNITS;
     if (o->of == CLASS_TOLERANCE && !o->sanitize) kind = TRANSFORM_TIGHTER;
@@ -333,6 +340,7 @@ int main(int argc, char **argv)
         else if (strcmp(a, "--seconds") == 0) o.seconds = atof(v);
         else if (strcmp(a, "--limit") == 0) o.limit = atof(v);
         else if (strcmp(a, "--shrink") == 0) o.shrink = atof(v);
+        else if (strcmp(a, "--holding") == 0) o.holding = v;
         else if (strcmp(a, "--with") == 0) {
             static const char *const names[] = {"flow",  "transport", "dissolve",  "corrode", "chemistry", "mineral",
                                                 "state", "migration", "potential", "solid",   "gas"};
