@@ -44,7 +44,7 @@ static int pdi_contact_cells(const pdi_contact_walk *w, int32_t j, double *norma
         for (int d = 0; d < PD_DIM; d++) normal[d] += s->lap[k] * s->xi[k * PD_DIM + d];
     }
     double length = pdi_vec_norm(normal);
-    if (!(length > 1e-9 * s->lap_sum * s->h[0])) return 0;
+    if (!(length > 1e-9 * s->lap_sum * pdi_vec_least(s->h))) return 0;
     for (int d = 0; d < PD_DIM; d++) normal[d] /= length;
     return 1;
 }
@@ -84,11 +84,11 @@ static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int32_t j,
     int32_t closed = pdi_bond_surface(bonds, row, k, place, normal);
     if (closed < 0 || grid->kind[pdi_grid_image(grid, closed, NULL)] != PD_SOLID) return 0;
     double level = pdi_bond_smooth(bonds, closed, place);
-    if (!(fabs(level) < PDI_CONTACT_TOUCH * grid->h[0])) return 0;
+    if (!(fabs(level) < PDI_CONTACT_TOUCH * pdi_vec_least(grid->h))) return 0;
     pd_grid_position(grid, bonds->node[row], x);
     *way = 0.0;
     for (int d = 0; d < PD_DIM; d++) *way += (x[d] - place[d]) * normal[d];
-    if (!(*way > 0.0)) return 0;
+    if (!(*way > pdi_shape_tie(grid->h, x))) return 0; /* the bond runs along it */
     *way += pdi_contact_lost(w, j, normal);
     return 1;
 }
