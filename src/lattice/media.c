@@ -402,11 +402,13 @@ PDI_FN void pdi_media_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, media, along, media->rows ? (int64_t)media->rows * media->stencil->count : 0, "m2/s");
 }
 
-/* Rows of the nodes within one bond of the surface. */
+/* Rows of the nodes within one bond of the surface. A node that lies on it, to rounding, has the material of one side:
+ * all its neighbours have rows, too, so that both ends of a bond conduct the same. */
 static pd_status pdi_media_rows(pd_ctx *ctx, pd_media *m)
 {
     double longest = 0.0;
     for (int k = 0; k < m->stencil->count; k++) longest = pdi_max(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
+    longest += 2.0 * PDI_MEDIA_TOUCH * m->smallest;
     for (int32_t i = 0; i < m->grid->total; i++) {
         double x[PD_DIM];
         m->near[i] = -1;
