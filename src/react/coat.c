@@ -201,31 +201,38 @@ typedef struct pdi_coat_work {
     int states, of[PD_COAT_MOST]; /* those that it does */
 } pdi_coat_work;
 
-static void pdi_coat_rates(void *user, double t, const double *y, double *rate)
+/* What they read at time t. */
+static void pdi_coat_read(const pdi_coat_work *w, double t, double *c, double *around, pd_coat_at *at)
 {
-    const pdi_coat_work *w = (const pdi_coat_work *)user;
     const pd_coat *s = w->s;
     int64_t total = s->reactive->grid->total;
-    double c[PD_SPECIES_MOST], all[PD_COAT_MOST], rates[PD_COAT_MOST], around[PD_COAT_AROUND], davies = 0.0;
-    pd_coat_at at;
-    memset(c, 0, sizeof c);
-    memcpy(around, w->around, sizeof around);
+    double davies = 0.0;
+    memset(c, 0, PD_SPECIES_MOST * sizeof *c);
+    memcpy(around, w->around, sizeof w->around);
     for (int k = 0; k < s->columns; k++) {
         double value = w->first[k * total + w->node] + (t - w->from) * w->slope[k * total + w->node];
         if (s->solute[k] < -1) around[-2 - s->solute[k]] = value;
         else if (s->solute[k] < 0) davies = value;
         else c[s->solute[k]] = value < 0.0 ? 0.0 : value; /* what goes on in a line may pass zero */
     }
+    at->node = w->node;
+    at->c = c;
+    at->around = around;
+    at->time = t;
+    at->ph = NAN;
+    if (s->desc.reads_ph && s->reactive->proton >= 0)
+        at->ph = 3.0 - (log(pdi_max(c[s->reactive->proton], DBL_MIN)) + davies) / log(10.0);
+}
+
+static void pdi_coat_rates(void *user, double t, const double *y, double *rate)
+{
+    const pdi_coat_work *w = (const pdi_coat_work *)user;
+    double c[PD_SPECIES_MOST], all[PD_COAT_MOST], rates[PD_COAT_MOST], around[PD_COAT_AROUND];
+    pd_coat_at at;
     memcpy(all, w->fixed, sizeof all);
     for (int k = 0; k < w->states; k++) all[w->of[k]] = y[k];
-    at.node = w->node;
-    at.c = c;
-    at.around = around;
-    at.time = t;
-    at.ph = NAN;
-    if (s->desc.reads_ph && s->reactive->proton >= 0)
-        at.ph = 3.0 - (log(pdi_max(c[s->reactive->proton], DBL_MIN)) + davies) / log(10.0);
-    s->desc.rate(s->desc.user, &at, all, rates);
+    pdi_coat_read(w, t, c, around, &at);
+    w->s->desc.rate(w->s->desc.user, &at, all, rates);
     for (int k = 0; k < w->states; k++) rate[k] = rates[w->of[k]];
 }
 
@@ -399,6 +406,22 @@ PDI_FN pd_status pdi_coat_behind(pd_ctx *ctx, pd_coat *s, const double *from, do
     s->error = 0.0;
     for (int k = 0; k < s->desc.count && status == PD_OK; k++) s->error = pdi_max(s->error, pdi_coat_error(s, k));
     return status;
+}
+
+PDI_FN void pdi_coat_reads(const pd_coat *s, int32_t p, double t, double dt, double *c, double *around, pd_coat_at *at,
+                           double *y)
+{
+    int64_t total = s->reactive->grid->total;
+    pdi_coat_work w;
+    memset(&w, 0, sizeof w);
+    w.s = s;
+    w.node = s->node[p];
+    w.from = t;
+    w.first = dt > 0.0 ? s->first : s->fresh;
+    w.slope = dt > 0.0 ? s->way : s->slope;
+    if (s->desc.around) s->desc.around(s->desc.user, w.node, w.around);
+    for (int k = 0; k < s->desc.count; k++) y[k] = (dt > 0.0 ? s->value : s->start)[k * total + w.node];
+    pdi_coat_read(&w, t + dt, c, around, at);
 }
 
 PDI_FN void pdi_coat_accept(pd_coat *s, double dt) { s->last = dt; }

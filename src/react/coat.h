@@ -104,6 +104,10 @@ PDI_FN void pdi_coat_rest(pd_coat *coat, double t, double dt);
 /* The step of dt [s] stands; it does not. */
 PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
 PDI_FN void pdi_coat_reject(pd_coat *coat);
+/* What rates read at a place, and y [count] its states: at the start t [s] of the step at hand, or (dt > 0) at its end,
+ * once it has been tried. c [PD_SPECIES_MOST] and around [PD_COAT_AROUND] hold what `at` points to. */
+PDI_FN void pdi_coat_reads(const pd_coat *coat, int32_t place, double t, double dt, double *c, double *around,
+                           pd_coat_at *at, double *y);
 /* A state at the surface beside a fluid node; where that carries none, the mean of the nearest places within two cells,
  * else that of the start. */
 PDI_FN double pdi_coat_value(const pd_coat *coat, int state, int32_t node);

@@ -119,13 +119,20 @@ static void pdi_layer_enter(const pd_etch *s, int metal, int32_t node, int32_t p
     pdi_components_totals(of, w->at, w->flows);
 }
 
+/* pH and phi of a law for the concentrations c, where F phi/(R T) is psi. */
+static void pdi_layer_read(const pdi_layer_work *w, const double *c, double psi, double *ph, double *phi)
+{
+    const pd_reactive *r = w->s->reactive;
+    *ph = *phi = NAN;
+    if (r->proton >= 0) *ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    if (r->migration.on) *phi = psi * r->migration.volt - w->level;
+}
+
 /* The law for the concentrations c, where F phi/(R T) is psi. */
 static double pdi_layer_number(const pdi_layer_work *w, const double *c, double psi)
 {
-    const pd_reactive *r = w->s->reactive;
-    double ph = NAN;
-    if (r->proton >= 0) ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
-    double phi = r->migration.on ? psi * r->migration.volt - w->level : (double)NAN;
+    double ph, phi;
+    pdi_layer_read(w, c, psi, &ph, &phi);
     return w->kind->law.law(w->kind->law.user, w->node, c, ph, phi, w->s->time);
 }
 
@@ -678,6 +685,26 @@ PDI_FN int pdi_layer_surface(const pd_etch *s, int32_t p, double *c, double *psi
     if (w.thick + w.way > 0.0 && !pdi_layer_lift(&film, &w, speed)) return 0;
     memcpy(c, w.surface, (size_t)film.solutes * sizeof *c);
     *psi = w.psi + w.lift;
+    return 1;
+}
+
+PDI_FN int pdi_layer_reads(const pd_etch *s, int32_t p, double *c, double *ph, double *phi)
+{
+    pd_components film = s->film;
+    pdi_layer_work w;
+    double flows[PD_SPECIES_MOST], speed = s->weight[p] > 0.0 ? *pdi_etch_speed(s, p) : 0.0;
+    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
+    w.flow = w.guess;
+    memcpy(c, w.c, (size_t)film.solutes * sizeof *c);
+    if (w.thick + w.way > 0.0 && s->reactive->migration.on) {
+        if (!pdi_layer_lift(&film, &w, speed)) return 0;
+        memcpy(c, w.surface, (size_t)film.solutes * sizeof *c);
+    } else if (w.thick > 0.0) {
+        for (int k = 0; k < film.count; k++) flows[k] = w.flows[k] + w.kind->gain[k] * w.thick * speed;
+        if (pdi_components_solve(&film, flows, w.at) != PD_OK) return 0;
+        for (int n = 0; n < film.solutes; n++) c[n] = w.at[n] / s->scale[n];
+    }
+    pdi_layer_read(&w, c, w.psi + w.lift, ph, phi);
     return 1;
 }
 

@@ -14,13 +14,11 @@
 /* Share of the weight of a place that a piece of metal has to give for the place to count with it. */
 #define PDI_ATTACK_MOST 0.5
 
-/* The law of a metal at the surface beside a node. */
-static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
+PDI_FN void pdi_attack_vars(const pd_attack_law *law, int32_t node, const double *c, double ph, double phi, double t,
+                            double *vars)
 {
-    const pd_attack_law *law = (const pd_attack_law *)user;
     const pd_attack *a = law->attack;
     const pd_setup_metal *metal = &a->setup->metal[law->kind];
-    double vars[PD_EXPR_VARS];
     vars[0] = 0.0;
     vars[1] = t;
     pd_grid_position(a->dissolve->grid, node, vars + 2);
@@ -39,6 +37,15 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     for (int k = 0; k < metal->species; k++)
         vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
     if (law->surfaces) pdi_surfaces_values(law->surfaces, node, vars + PDI_SETUP_PH + 1 + metal->species);
+}
+
+/* The law of a metal at the surface beside a node. */
+static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
+{
+    const pd_attack_law *law = (const pd_attack_law *)user;
+    const pd_setup_metal *metal = &law->attack->setup->metal[law->kind];
+    double vars[PD_EXPR_VARS];
+    pdi_attack_vars(law, node, c, ph, phi, t, vars);
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 

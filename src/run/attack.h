@@ -41,6 +41,9 @@ typedef struct pd_attack {
 PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
                                   const pd_course *course, pd_cell *cell, pd_electrode_map *map,
                                   pd_surfaces *surfaces, pd_attack *attack);
+/* The variables vars [PD_EXPR_VARS] of a law, for what is at the surface beside a node: see pd_etch_fn. */
+PDI_FN void pdi_attack_vars(const pd_attack_law *law, int32_t node, const double *c, double ph, double phi, double t,
+                            double *vars);
 /* With electrodes: what they are like before the first step, at time t [s]. */
 PDI_FN pd_status pdi_attack_open(pd_ctx *ctx, void *user, double t);
 PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *attack);

@@ -638,6 +638,17 @@ PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
     e->defect = r->defect;
 }
 
+/* The species; their steps see what laws at surfaces do in time. */
+static pd_process pdi_model_species_process(pd_model *m)
+{
+    pd_process course = pd_course_process(&m->course);
+    pdi_timed_build(m->setup, m->attack.setup ? &m->attack : NULL, m->surfaces, &m->timed);
+    if (!course.attempt || (!m->timed.attack && !m->timed.surfaces)) return course;
+    course.until = pdi_timed_until;
+    course.until_user = &m->timed;
+    return course;
+}
+
 /* What moves, in the order of a step. */
 static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
 {
@@ -653,10 +664,10 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_solid)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
     int first = m->attack.setup || m->bare;
-    if (first) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    if (first) PDI_TRY(pd_couple_add(ctx, c, pdi_model_species_process(m)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
-    if (u->has_chemistry && !first) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    if (u->has_chemistry && !first) PDI_TRY(pd_couple_add(ctx, c, pdi_model_species_process(m)));
     if (u->has_potential) PDI_TRY(pd_couple_add(ctx, c, pd_cell_process(&m->cell)));
     return PD_OK;
 }

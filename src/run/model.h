@@ -13,6 +13,7 @@
 #include "run/grip.h"
 #include "run/attack.h"
 #include "run/electrodes.h"
+#include "run/timed.h"
 #include "run/vary.h"
 
 /* What the law of a metal looks at. */
@@ -43,6 +44,7 @@ typedef struct pd_model {
     pd_two_stage two_stage;   /* without dissolution */
     pd_reactive reactive;     /* species */
     pd_vary vary;             /* what depends on time */
+    pd_timed timed;           /* laws at surfaces that do, beside species or states */
     uint8_t *fresh;           /* [total] see pd_couple; NULL: metal leaves its nodes with what they hold */
     double *bare;             /* [total] [-] factor of metal that minerals cover, or NULL */
     pd_course course;

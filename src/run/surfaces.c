@@ -60,24 +60,28 @@ static void pdi_surfaces_around(void *user, int32_t node, double *around)
     for (int k = 0; k < 2 && area > 0.0; k++) around[k] /= area;
 }
 
-static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y, double *rate)
+PDI_FN void pdi_surfaces_vars(const pd_surfaces *s, int k, const pd_coat_at *at, const double *y, double *vars)
 {
-    const pd_surfaces *s = (const pd_surfaces *)user;
-    const pd_setup *u = s->setup;
-    double vars[PD_EXPR_VARS];
-    memset(vars, 0, sizeof vars);
+    const pd_setup_state *state = &s->setup->state[k];
+    int next = PDI_SETUP_PH + 1;
+    memset(vars, 0, PD_EXPR_VARS * sizeof *vars);
     vars[1] = at->time;
     pd_grid_position(s->bonds->grid, at->node, vars + 2);
     vars[PDI_SETUP_CURRENT] = at->around[0];
     vars[PDI_SETUP_SURFACE] = at->around[1];
     vars[PDI_SETUP_PH] = at->ph;
-    for (int k = 0; k < u->states; k++) {
-        const pd_setup_state *state = &u->state[k];
-        int next = PDI_SETUP_PH + 1;
-        for (int n = 0; n < state->species; n++)
-            vars[next++] = at->c[s->coat.reactive->components.place[state->of[n]]];
-        for (int n = 0; n < u->states; n++) vars[next++] = y[n];
-        rate[k] = pdi_expr_eval(&state->rate, vars);
+    for (int n = 0; n < state->species; n++)
+        vars[next++] = at->c[s->coat.reactive->components.place[state->of[n]]];
+    for (int n = 0; n < s->setup->states; n++) vars[next++] = y[n];
+}
+
+static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y, double *rate)
+{
+    const pd_surfaces *s = (const pd_surfaces *)user;
+    double vars[PD_EXPR_VARS];
+    for (int k = 0; k < s->setup->states; k++) {
+        pdi_surfaces_vars(s, k, at, y, vars);
+        rate[k] = pdi_expr_eval(&s->setup->state[k].rate, vars);
     }
 }
 

@@ -42,6 +42,8 @@ PDI_FN double pdi_surfaces_at(const pd_surfaces *surfaces, int k, int32_t node);
 PDI_FN void pdi_surfaces_figures(const pd_surfaces *surfaces, int k, pd_surfaces_figures *figures);
 /* What rates of states read, of a coat. */
 PDI_FN void pdi_surfaces_reads(const pd_setup *setup, const pd_reactive *reactive, pd_coat_desc *desc);
+/* The variables vars [PD_EXPR_VARS] of the rate of state k at a place, whose states are y. */
+PDI_FN void pdi_surfaces_vars(const pd_surfaces *surfaces, int k, const pd_coat_at *at, const double *y, double *vars);
 /* The factor of the curve of an electrode beside a node. */
 PDI_FN pd_status pdi_surfaces_factor(pd_ctx *ctx, const pd_surfaces *surfaces, int electrode, int32_t node, double t,
                                      double *share);

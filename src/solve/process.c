@@ -49,6 +49,7 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
         pdi_process_show(p, s);
         if (s->trial) PDI_TRY(pdi_poll(ctx, p->name, p->steps ? *p->steps : 0));
         if (s->until) s->dt = pdi_min(s->dt, s->until(s->until_user, s->time, s->time + s->dt) - s->time);
+        if (p->until) s->dt = pdi_min(s->dt, p->until(p->until_user, s->time, s->time + s->dt, 0) - s->time);
         if (pdi_stands_still(s->time, left, s->dt) || s->trial == PDI_PROCESS_TRIALS)
             return pdi_process_stuck(ctx, p, s);
         if (s->dt < left) s->end = s->time + s->dt;
@@ -58,8 +59,10 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
         }
         pdi_process_show(p, s);
         status = p->attempt(ctx, p->self, s);
-        if (status != PD_RETRY) break;
+        double seen = status >= 0 && status != PD_RETRY && p->until ? p->until(p->until_user, s->time, s->end, 1) : s->end;
+        if (status != PD_RETRY && !(seen < s->end)) break;
         PDI_TRY(p->reject(ctx, p->self, s));
+        s->dt = pdi_min(s->dt, seen - s->time);
     }
     if (status >= 0 && p->accept) PDI_TRY(p->accept(ctx, p->self, s));
     if (status >= 0 && s->now) s->now->steps++;

@@ -65,6 +65,10 @@ typedef struct pd_process {
     const pd_element *element; /* [elements] */
     int elements;
     int inner;            /* 1: a step of the run takes it through steps of its own */
+    /* Where an attempt from t ends at the latest, so that it sees what its own laws do in time, with all else as it is:
+     * `tried` 0: at t, before the attempt; 1: at `end`, after it. NULL: nothing depends on time */
+    double (*until)(void *user, double t, double end, int tried);
+    void *until_user;
     const int64_t *steps; /* its own ones; NULL: not counted */
     /* Once, before the opening balance, at time t [s]. */
     pd_status (*start)(pd_ctx *ctx, void *self, double t);

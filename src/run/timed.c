@@ -1,0 +1,230 @@
+/* timed: see timed.h */
+#include "run/timed.h"
+#include "react/layer.h"
+#include "scene/range.h"
+#include "solve/sdirk.h"
+#include <math.h>
+#include <string.h>
+
+/* What a law does within a step may cost this share of the tolerance of what the step takes, and this share of a size:
+ * of a cell of metal, of a state, of a factor of 1. */
+#define PDI_TIMED_COST 0.1
+#define PDI_TIMED_FAINT 1e-4
+/* Pieces with a jump, each of which may cost that over their number. */
+#define PDI_TIMED_JUMPS 16.0
+/* Bounds are wider than the values between them by what an expression says twice: this often is still seen. */
+#define PDI_TIMED_WIDE 4.0
+/* A shorter piece, over the step, is a jump whatever its bounds. */
+#define PDI_TIMED_SHORT 1e-12
+/* Pieces of a step, and those that wait to be looked at. */
+#define PDI_TIMED_MOST 1024
+#define PDI_TIMED_WAIT 62
+/* Halvings of a step at most, and ends that are tried for all places. */
+#define PDI_TIMED_HALVINGS 50
+#define PDI_TIMED_TRIALS 60
+/* Share of a time by which the stage at the end lies before it, as of etch. */
+#define PDI_TIMED_BEFORE 1e-15
+/* The tolerance where none is given. */
+#define PDI_TIMED_RTOL 1e-3
+
+/* A law at a place. */
+typedef struct pdi_timed_law {
+    const pd_expr *expr;
+    double vars[PD_EXPR_VARS];
+    int clock;    /* which of them is t */
+    double scale; /* factor of the expression */
+    double least; /* what is below counts as that */
+    double size;  /* [unit of the law times s] an amount of its time integral */
+    double rtol;  /* [-] */
+} pdi_timed_law;
+
+static double pdi_timed_at(pdi_timed_law *law, double t)
+{
+    law->vars[law->clock] = t;
+    return pdi_max(law->scale * pdi_expr_eval(law->expr, law->vars), law->least);
+}
+
+static void pdi_timed_bounds(const pdi_timed_law *law, double from, double to, double *least, double *most)
+{
+    pdi_range range = pdi_range_of(law->expr, law->vars, law->clock, from, to);
+    double one = law->scale * range.low, two = law->scale * range.high;
+    *least = pdi_max(pdi_min(one, two), law->least);
+    *most = pdi_max(pdi_max(one, two), law->least);
+}
+
+/* Mean of the law over a piece of a step of dt [s] by Gauss' rule. 1: it is right, and bounds leave room for nothing
+ * else. *jump: 1: it jumps there, by next to no amount. */
+static int pdi_timed_mean(pdi_timed_law *law, double from, double to, double dt, double *mean, int *jump)
+{
+    double middle = 0.5 * (from + to), half = 0.5 * (to - from) / sqrt(3.0), least, most;
+    double first = pdi_timed_at(law, from), last = pdi_timed_at(law, to * (1.0 - PDI_TIMED_BEFORE));
+    double centre = pdi_timed_at(law, middle);
+    double low = pdi_min(pdi_min(first, last), centre), high = pdi_max(pdi_max(first, last), centre);
+    *mean = 0.5 * (pdi_timed_at(law, middle - half) + pdi_timed_at(law, middle + half));
+    pdi_timed_bounds(law, from, to, &least, &most);
+    double error = fabs((first + 4.0 * centre + last) / 6.0 - *mean);
+    double unseen = pdi_max(most - least - PDI_TIMED_WIDE * (high - low), 0.0);
+    double room = law->rtol * (PDI_TIMED_COST * fabs(*mean) * dt + PDI_TIMED_FAINT * law->size);
+    *jump = 0;
+    if (dt * pdi_max(error, unseen) <= room) return 1;
+    *jump = to - from < PDI_TIMED_SHORT * dt || (to - from) * (most - least) <= room / PDI_TIMED_JUMPS;
+    return *jump;
+}
+
+/* Integral [unit of the law times s] of the law from t over dt [s], and that of its size. *jump: where it jumps first
+ * behind t; HUGE_VAL: nowhere. Returns how far the integral has come. */
+static double pdi_timed_integral(pdi_timed_law *law, double t, double dt, double *sum, double *size, double *jump)
+{
+    double waiting[PDI_TIMED_WAIT + 2], from = t, mean;
+    int count = 1, jumps;
+    waiting[0] = t + dt;
+    *sum = *size = 0.0;
+    *jump = HUGE_VAL;
+    for (int piece = 0; piece < PDI_TIMED_MOST && count > 0; piece++) {
+        double to = waiting[count - 1], middle = 0.5 * (from + to);
+        int divides = count <= PDI_TIMED_WAIT && middle > from && middle < to;
+        if (!pdi_timed_mean(law, from, to, dt, &mean, &jumps) && divides) {
+            waiting[count++] = middle;
+            continue;
+        }
+        if (jumps && from > t) *jump = pdi_min(*jump, from);
+        *sum += (to - from) * mean;
+        *size += (to - from) * fabs(mean);
+        from = to;
+        count--;
+    }
+    return from;
+}
+
+/* Where a step from t ends at the latest, by one law. */
+static double pdi_timed_first(pdi_timed_law *law, double t, double end)
+{
+    double g = PDI_SDIRK_GAMMA, sum, size, jump;
+    for (int k = 0; k < PDI_TIMED_HALVINGS; k++) {
+        double dt = end - t, far = pdi_timed_integral(law, t, dt, &sum, &size, &jump);
+        double rule = dt * ((1.0 - g) * pdi_timed_at(law, (t + g * dt) * (1.0 - PDI_TIMED_BEFORE)) +
+                            g * pdi_timed_at(law, end * (1.0 - PDI_TIMED_BEFORE)));
+        double room = law->rtol * (PDI_TIMED_COST * size + PDI_TIMED_FAINT * law->size);
+        if (!(far < end) && fabs(rule - sum) <= room) return end;
+        if (!(fabs(sum) < HUGE_VAL) || !(fabs(rule) < HUGE_VAL)) return end; /* who asks for that value will say so */
+        double next = jump < end ? jump : t + 0.5 * dt;
+        if (!(next > t) || !(next < end)) return end;
+        end = next;
+    }
+    return end;
+}
+
+/* ---- all laws ---- */
+
+static double pdi_timed_metal(const pd_timed *s, int32_t place, double t, double end, pdi_timed_law *law)
+{
+    const pd_etch *etch = &s->attack->etch;
+    const pd_attack_law *of = &s->attack->law[pdi_etch_which(etch, place)];
+    const pd_setup_metal *metal = &s->setup->metal[of->kind];
+    const double *h = s->attack->dissolve->grid->h;
+    double c[PD_SPECIES_MOST], ph, phi;
+    if (!(etch->weight[place] > 0.0) || !(metal->rate.uses >> 1 & 1u)) return end;
+    if (!pdi_layer_reads(etch, place, c, &ph, &phi)) return end;
+    pdi_attack_vars(of, etch->node[place], c, ph, phi, t, law->vars);
+    law->expr = &metal->rate;
+    law->clock = 1;
+    law->scale = metal->rate_scale;
+    law->least = 0.0;
+    law->size = h[0];
+    for (int d = 1; d < PD_DIM; d++) law->size = pdi_min(law->size, h[d]);
+    return pdi_timed_first(law, t, end);
+}
+
+static double pdi_timed_state(const pd_timed *s, int32_t place, double t, double end, int tried, pdi_timed_law *law)
+{
+    const pd_coat *coat = &s->surfaces->coat;
+    double c[PD_SPECIES_MOST], around[PD_COAT_AROUND], y[PD_COAT_MOST], whole = tried ? end - t : 0.0;
+    pd_coat_at at;
+    pdi_coat_reads(coat, place, t, whole, c, around, &at, y);
+    for (int k = 0; k < s->setup->states; k++) {
+        const pd_setup_state *state = &s->setup->state[k];
+        if (!(coat->on[coat->node[place]] >> k & 1u) || !(state->rate.uses >> 1 & 1u)) continue;
+        pdi_surfaces_vars(s->surfaces, k, &at, y, law->vars);
+        law->expr = &state->rate;
+        law->clock = 1;
+        law->scale = 1.0;
+        law->least = -HUGE_VAL;
+        law->size = pdi_max(coat->size[k], fabs(y[k]));
+        end = pdi_timed_first(law, t, end);
+    }
+    return end;
+}
+
+/* Factors of electrodes, at all places of states. */
+static double pdi_timed_factor(const pd_timed *s, int32_t place, double t, double end, pdi_timed_law *law)
+{
+    const pd_coat *coat = &s->surfaces->coat;
+    for (int e = 0; e < s->setup->potential.electrodes; e++) {
+        const pd_setup_electrode *of = &s->setup->potential.electrode[e];
+        if (!of->shares || !pdi_setup_timed(&of->share)) continue;
+        memset(law->vars, 0, sizeof law->vars);
+        pd_grid_position(s->surfaces->bonds->grid, coat->node[place], law->vars);
+        pdi_surfaces_values(s->surfaces, coat->node[place], law->vars + PDI_SETUP_PLACE);
+        law->expr = &of->share;
+        law->clock = PD_DIM;
+        law->scale = 1.0;
+        law->least = 0.0;
+        law->size = end - t;
+        end = pdi_timed_first(law, t, end);
+    }
+    return end;
+}
+
+static double pdi_timed_all(const pd_timed *s, double t, double end, int tried, pdi_timed_law *law)
+{
+    for (int32_t p = 0; s->attack && p < s->attack->etch.count; p++) end = pdi_timed_metal(s, p, t, end, law);
+    for (int32_t p = 0; s->surfaces && p < s->surfaces->coat.count; p++) {
+        end = pdi_timed_state(s, p, t, end, tried, law);
+        end = pdi_timed_factor(s, p, t, end, law);
+    }
+    return end;
+}
+
+PDI_FN double pdi_timed_until(void *user, double t, double end, int tried)
+{
+    const pd_timed *s = (const pd_timed *)user;
+    pdi_timed_law law;
+    memset(&law, 0, sizeof law);
+    law.rtol = s->setup->rtol > 0.0 ? s->setup->rtol : PDI_TIMED_RTOL;
+    double to = pdi_timed_all(s, t, end, tried, &law);
+    if (tried) return to; /* another attempt follows */
+    for (int trial = 0; trial < PDI_TIMED_TRIALS && to < end; trial++) {
+        end = to;
+        to = pdi_timed_all(s, t, end, tried, &law);
+    }
+    return to;
+}
+
+PDI_FN void pdi_timed_build(const pd_setup *setup, const pd_attack *attack, const pd_surfaces *surfaces,
+                            pd_timed *timed)
+{
+    int laws = 0, rates = 0;
+    memset(timed, 0, sizeof *timed);
+    timed->setup = setup;
+    for (int m = 0; attack && m < attack->laws; m++) {
+        const pd_setup_metal *metal = &setup->metal[attack->law[m].kind];
+        laws |= pdi_setup_chemical(metal) && (metal->rate.uses >> 1 & 1u);
+    }
+    for (int k = 0; k < setup->states; k++) rates |= (int)(setup->state[k].rate.uses >> 1 & 1u);
+    for (int e = 0; e < setup->potential.electrodes; e++)
+        rates |= setup->potential.electrode[e].shares && pdi_setup_timed(&setup->potential.electrode[e].share);
+    if (laws) timed->attack = attack;
+    if (rates) timed->surfaces = surfaces;
+}
+
+#undef PDI_TIMED_COST
+#undef PDI_TIMED_FAINT
+#undef PDI_TIMED_JUMPS
+#undef PDI_TIMED_WIDE
+#undef PDI_TIMED_SHORT
+#undef PDI_TIMED_MOST
+#undef PDI_TIMED_WAIT
+#undef PDI_TIMED_HALVINGS
+#undef PDI_TIMED_TRIALS
+#undef PDI_TIMED_BEFORE
+#undef PDI_TIMED_RTOL
