@@ -12,8 +12,8 @@ PDI_FN double pdi_layer_at(const pd_etch *etch, int metal, int32_t node, int32_t
 /* What is at the surface of a place with its speed and flow as they are: c [solutes] [mol/m3], and *psi, F phi/(R T).
  * 0: none was found. */
 PDI_FN int pdi_layer_surface(const pd_etch *etch, int32_t place, double *c, double *psi);
-/* What the law of a place reads at its surface, with its speed and flow as they are: c [solutes] [mol/m3], pH and phi [V]
- * of pd_etch_fn. 0: no surface was found. */
+/* What the law of a place reads at its surface, with its speed and flow as they are: c [solutes] [mol/m3], pH and phi
+ * [V] of pd_etch_fn. 0: no surface was found. */
 PDI_FN int pdi_layer_reads(const pd_etch *etch, int32_t place, double *c, double *ph, double *phi);
 /* The speeds of all places (of a circuit; -1: of all), for potentials of metal as they are; `derive`: and how they
  * follow the totals. */

@@ -59,7 +59,8 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
         }
         pdi_process_show(p, s);
         status = p->attempt(ctx, p->self, s);
-        double seen = status >= 0 && status != PD_RETRY && p->until ? p->until(p->until_user, s->time, s->end, 1) : s->end;
+        double seen = s->end;
+        if (status >= 0 && status != PD_RETRY && p->until) seen = p->until(p->until_user, s->time, s->end, 1);
         if (status != PD_RETRY && !(seen < s->end)) break;
         PDI_TRY(p->reject(ctx, p->self, s));
         s->dt = pdi_min(s->dt, seen - s->time);
