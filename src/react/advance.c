@@ -19,7 +19,7 @@
 /* With migration: roundings of the ions of a node that its charge may be off by. */
 #define PDI_ADVANCE_CHARGE 4.0
 /* A residual within this factor of the tolerance that comes no nearer than this share of itself in a step is rounding,
- * and met: what is undone is carried on. */
+ * and met: what is undone is carried on. Rounding does not fall with a tolerance below the default. */
 #define PDI_ADVANCE_NEAR 10.0
 /* The same with electrodes: ions that are used up at them leave a potential that amplifies rounding. */
 #define PDI_ADVANCE_NEAR_STEEP 1e3
@@ -317,6 +317,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
 {
     double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
     double near = r->surface && r->surface->electrode ? PDI_ADVANCE_NEAR_STEEP : PDI_ADVANCE_NEAR;
+    near *= pdi_max(goal, PDI_REACTIVE_TOLERANCE);
     r->dt = dt;
     if (r->surface && r->surface->electrode)
         r->surface->extra = r->migration.tied ? 0.0 : -(r->surface->owed / dt + r->surface->sourced);
@@ -340,7 +341,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         if (status < 0) return status;
         double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
         int falls = pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm);
-        if (norm <= near * goal && norm > PDI_ADVANCE_STALL * before) break;
+        if (norm <= near && norm > PDI_ADVANCE_STALL * before) break;
         if (!falls) return PD_NOT_CONVERGED;
         if (r->migration.on && pdi_advance_grow(ctx, r)) norm = pdi_advance_residual(ctx, r);
         if (!r->linear) share = pdi_krylov_forcing(norm / before);

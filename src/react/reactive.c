@@ -12,7 +12,6 @@
 
 /* Basis vectors of the linear solver. */
 #define PDI_REACTIVE_BASIS 20
-#define PDI_REACTIVE_TOLERANCE 1e-10
 #define PDI_REACTIVE_STEPS 60
 /* Share of the ions of the richest fluid that water without any has of them, with migration: without, nothing conducts
  * and the potential is no number. */

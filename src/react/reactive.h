@@ -157,6 +157,8 @@ PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
 #ifdef PDI_INTERNAL
 /* Share of the largest total down to which one that dies out is followed. */
 #define PDI_REACTIVE_TRACE 1e-12
+/* Tolerance of the equations of a step where none is given. */
+#define PDI_REACTIVE_TOLERANCE 1e-10
 /* Sizes of totals [components] are no smaller than that; 0 stays. */
 PDI_FN void pdi_reactive_trace(const pd_reactive *reactive, double *size);
 /* Arrays of a pd_reactive that steps carry on, and those that are lent for a step. */
