@@ -94,6 +94,16 @@ PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
     return size;
 }
 
+PDI_FN void pdi_balance_still(pd_potential *p)
+{
+    for (int32_t n = 0; n < p->contacts.count; n++) {
+        const pd_contact *c = &p->contacts.list[n];
+        double size = fabs(pdi_potential_drop(p, c)) + fabs(p->level[p->pocket[c->node]]);
+        double off = pdi_max(PDI_BALANCE_ROUNDING * DBL_EPSILON * size, p->desc.tolerance * PDI_POTENTIAL_SMALL);
+        if (fabs(p->current[n]) <= p->slope[n] * off) p->current[n] = 0.0;
+    }
+}
+
 /* Slope of the energy at the share s of the step. */
 static double pdi_balance_slope(const pd_ctx *ctx, pd_potential *p, double start, double bend, double s)
 {

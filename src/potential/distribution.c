@@ -264,7 +264,10 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
             return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "the current of %s is not finite after %d steps of "
                             "Newton's method; expected a curve that gives numbers", pdi_distribution_wrong(p, name),
                             result->newton);
-        if (size.lack <= most) return PD_OK;
+        if (size.lack <= most) {
+            pdi_balance_still(p);
+            return PD_OK;
+        }
         result->worst = pdi_distribution_worst(p);
         if (result->newton >= p->desc.max_newton) return PD_NOT_CONVERGED;
         PDI_TRY(pdi_poll(ctx, "potential: Newton", result->newton));
