@@ -334,11 +334,13 @@ static void pdi_content_expose(pd_dissolve *d, int32_t j)
     }
 }
 
-/* 1 when node j has to leave the solid: down to the lead with a layer behind it that stays, or empty. */
+/* 1 when node j has to leave the solid: down to the lead with a layer behind it that stays, or empty. Without a rate
+ * nothing tells which layer is behind, and metal at rest stays as it is. */
 static int pdi_content_spent(const pd_dissolve *d, int32_t j)
 {
     double left = pdi_metal_left(d, j);
     if (left <= PDI_CONTENT_EMPTY) return 1;
+    if (!(d->rate[j] > 0.0)) return 0;
     for (int k = 0; k < d->paths.stencil->count && left <= d->lead; k++)
         if (pdi_content_same(d, j, k) && pdi_content_share(d, j, k, PDI_CONTENT_BEHIND) > 0.0 &&
             pdi_metal_left(d, pdi_entry_far(&d->paths, j, k)) > d->lead)
