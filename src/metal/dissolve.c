@@ -26,6 +26,8 @@
 #define PDI_DISSOLVE_RTOL 1e-3
 /* Slope of a rising law in the equations, over all else that a node exchanges. */
 #define PDI_DISSOLVE_RISE 0.5
+/* Metals whose laws touch 0 at concentrations within this share of each other touch it together. */
+#define PDI_DISSOLVE_SAME 1e-9
 
 /* ---- build ---- */
 
@@ -253,6 +255,28 @@ static const pdi_beside *pdi_dissolve_like(const pd_dissolve *d, const pdi_metal
     return known < c || known > c ? NULL : like;
 }
 
+/* Where the laws of all metals beside a node touch 0; 0: nowhere. A law is looked at once, and where it depends on more
+ * than the concentration that is held against it as it is at the node. */
+static double pdi_dissolve_touch(pd_dissolve *d, const pdi_beside *beside, const pdi_law *law, int alone)
+{
+    const pdi_metal_beside *portion = pdi_metal_portion(d, beside);
+    pdi_law one = *law;
+    double touch = -1.0;
+    int n = 0;
+    one.touch = 0.0;
+    for (int m = 0; m < d->kinds && n < law->metals; m++) {
+        pdi_metal_kind *kind = &d->kind[m];
+        if (!((beside->weight > 0.0 ? portion[m].weight : portion[m].enters) > 0.0)) continue;
+        one.metals = 1;
+        one.metal[0] = law->metal[n++];
+        if (kind->touch < 0.0 && pdi_law_rate(&one, 0.0) > 0.0) kind->touch = pdi_law_touch_point(&one);
+        if (!(kind->touch > 0.0) || (touch > 0.0 && fabs(touch - kind->touch) > PDI_DISSOLVE_SAME * touch)) return 0.0;
+        touch = pdi_max(touch, kind->touch);
+    }
+    one = *law;
+    return touch > 0.0 && (alone || pdi_law_touches(&one, touch)) ? touch : 0.0;
+}
+
 /* The first line of the law at a node beside metal. */
 static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside *beside)
 {
@@ -261,18 +285,20 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside 
     pdi_metal_kind *alone = pdi_dissolve_alone(d, beside);
     const pdi_beside *like = pdi_dissolve_like(d, alone, c);
     if (like) {
+        beside->touch = like->touch;
         beside->point = like->point;
         beside->before = like->before;
         return PD_OK;
     }
     pdi_interface_law(d, beside, &law);
-    if (alone && alone->touch < 0.0) alone->touch = law.touch = pdi_law_touch_point(&law);
+    beside->touch = law.touch = pdi_dissolve_touch(d, beside, &law, alone != NULL);
     if (alone && !(c >= alone->from && c < alone->to)) {
         alone->from = c;
         alone->to = pdi_min(pdi_law_end(&law, c, law.top), law.limit);
         if (law.touch > c) alone->to = pdi_min(alone->to, law.touch);
     }
-    double from = alone ? alone->from : HUGE_VAL, to = alone ? alone->to : 0.0;
+    double from = alone ? alone->from : c, to = alone ? alone->to : 0.0;
+    if (!alone && law.touch > c) to = pdi_min(pdi_law_end(&law, c, law.touch), law.touch);
     if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), from, to, c, &beside->point))
         return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
     beside->before = pdi_interface_line(d, beside);
@@ -723,6 +749,7 @@ static pd_status pdi_dissolve_store(pd_ctx *ctx, void *self, pd_archive *archive
     pd_dissolve *d = (pd_dissolve *)self;
     if (archive->reading) d->reached = d->tilted = 0; /* films may be read */
     PDI_TRY(pdi_transport_store(ctx, d->transport, archive));
+    for (int m = 0; m < d->kinds; m++) PDI_TRY(PDI_KEEP(ctx, archive, "where a law touches 0", &d->kind[m].touch, 1));
     return pdi_owner_store(ctx, pdi_dissolve_list, d, archive);
 }
 

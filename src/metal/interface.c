@@ -245,7 +245,7 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
         law->metals++;
     }
     if (!law->metals) law->top = d->kind[0].solid; /* a law of nothing */
-    if (d->kinds == 1 && d->kind[0].touch > 0.0) law->touch = d->kind[0].touch;
+    law->touch = beside->touch;
     law->at.t = d->time;
     law->moment = d->moment;
     law->part = d->part;

@@ -144,6 +144,16 @@ PDI_FN double pdi_law_touch_point(pdi_law *law)
     return 0.0;
 }
 
+PDI_FN int pdi_law_touches(pdi_law *law, double c)
+{
+    double had = law->touch, around, at;
+    law->touch = 0.0;
+    around = pdi_min(pdi_law_rate(law, c * (1.0 - PDI_LAW_GROWTH)), pdi_law_rate(law, c * (1.0 + PDI_LAW_GROWTH)));
+    at = pdi_law_rate(law, c);
+    law->touch = had;
+    return at >= 0.0 && at < PDI_LAW_NOTHING * around;
+}
+
 /* The end above c as far as `limit`. What is seen on the way is kept: the law is positive from `from` to `seen`. */
 static double pdi_law_point_end(pdi_law *law, pdi_law_point *p, double c, double limit)
 {

@@ -78,6 +78,8 @@ PDI_FN double pdi_law_end(pdi_law *law, double c, double limit);
 /* Smallest concentration up to the top where a positive law falls to 0 and rises again; 0: there is none. Dips
  * narrower than 6 % of a concentration may be missed. */
 PDI_FN double pdi_law_touch_point(pdi_law *law);
+/* 1: the law touches 0 at c. */
+PDI_FN int pdi_law_touches(pdi_law *law, double c);
 /* First line, at c >= 0, for a law that is known to be positive between `from` and its end (HUGE_VAL, 0: not known). 0:
  * it is not finite at law->at.c. */
 PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, double c, pdi_law_point *point);

@@ -151,7 +151,7 @@ typedef struct pdi_metal_kind {
     pd_metal law;
     double ratio;    /* [-] ln(Cs/Csat), of a drive by difference */
     double from, to; /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
-    double touch;    /* [mol/m3] and touches 0 here; 0: nowhere; below 0: not looked for yet */
+    double touch;    /* [mol/m3] a law touches 0 here, where it was looked for; 0: nowhere; below 0: not looked for yet */
     int32_t like;    /* place in `beside` of a node that this metal is alone at and whose line is known; -1: none */
 } pdi_metal_kind;
 
@@ -178,6 +178,7 @@ typedef struct pdi_beside {
     double links;          /* sum of what the bonds through here count */
     /* where it arrives */
     double weight;         /* [mol/m4] share of `enters` */
+    double touch;          /* [mol/m3] the laws of all its metals touch 0 here, now; 0: nowhere */
     double given;          /* [mol/m3/s] what pieces of metal give that do not last the step (eq. 6.6b) */
     double film;           /* [mol/m3] sum of weight times the film */
     double flux;           /* [mol/m4] sum of weight times f Cs/Cs of the first metal */

@@ -112,7 +112,7 @@ static void pdi_reach_gather(const pd_dissolve *d, pdi_beside *beside)
 {
     int32_t i = beside->node;
     pdi_metal_beside *portion = pdi_metal_portion(d, beside);
-    beside->enters = 0.0;
+    beside->enters = beside->touch = 0.0;
     for (int m = 0; m < d->kinds; m++) portion[m].enters = portion[m].stock = 0.0;
     if (pdi_metal_passive(d, i)) return;
     for (int k = 0; k < d->paths.stencil->count; k++) {
