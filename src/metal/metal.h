@@ -151,7 +151,7 @@ typedef struct pdi_metal_kind {
     pd_metal law;
     double ratio;    /* [-] ln(Cs/Csat), of a drive by difference */
     double from, to; /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
-    double touch;    /* [mol/m3] a law touches 0 here, where it was looked for; 0: nowhere; below 0: not looked for yet */
+    double touch;    /* [mol/m3] a law touches 0 here, where it was looked at; 0: nowhere; below 0: not looked at yet */
     int32_t like;    /* place in `beside` of a node that this metal is alone at and whose line is known; -1: none */
 } pdi_metal_kind;
 
