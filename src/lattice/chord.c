@@ -26,12 +26,18 @@ PDI_FN double pdi_chord_level(const pd_grid *grid, const double *x)
     return grid->wall < 0 ? level : pdi_max(level, -pd_shape_distance(grid->shapes, grid->wall, x));
 }
 
+PDI_FN double pdi_chord_slack(const pd_grid *grid)
+{
+    double slack = PDI_CHORD_ROUNDING * grid->h[0];
+    for (int d = 0; d < PD_DIM; d++)
+        slack = pdi_max(slack, PDI_CHORD_DIGITS * pdi_max(fabs(grid->lo[d]), fabs(grid->hi[d])));
+    return slack;
+}
+
 PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *xi)
 {
     int last = grid->solid > grid->wall ? grid->solid : grid->wall;
-    double slack = PDI_CHORD_ROUNDING * grid->h[0], at[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++)
-        slack = pdi_max(slack, PDI_CHORD_DIGITS * pdi_max(fabs(grid->lo[d]), fabs(grid->hi[d])));
+    double slack = pdi_chord_slack(grid), at[PD_DIM];
     for (double from = 0.0; from < 1.0;) {
         double to = pdi_min(pdi_shape_crossing(grid->shapes, last, x, xi, from), 1.0);
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + 0.5 * (from + to) * xi[d];

@@ -49,6 +49,7 @@ PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i, int metal)
 PDI_FN double pdi_interface_fastest(const pd_dissolve *d, int32_t i)
 {
     double fastest = 0.0;
+    if (d->slot[i] < 0 || !(d->beside[d->slot[i]].enters > 0.0)) return (double)NAN;
     for (int m = 0; m < d->kinds; m++) fastest = pdi_max(fastest, pdi_interface_speed(d, i, m));
     return fastest;
 }

@@ -122,7 +122,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
     case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
     case PD_FIELD_RATE:
-        return fluid && m->dissolve.slot[i] >= 0 ? pdi_interface_fastest(&m->dissolve, i) : (double)NAN;
+        return fluid ? pdi_interface_fastest(&m->dissolve, i) : (double)NAN;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
     case PD_FIELD_DAMAGE: return pdi_dissolve_damage(&m->dissolve, i);
     case PD_FIELD_U:
