@@ -46,10 +46,19 @@ PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i, int metal)
     return d->slot[i] < 0 ? 0.0 : pdi_metal_portion(d, &d->beside[d->slot[i]])[metal].mean;
 }
 
+/* 1: metal entered at node i in the last step, and some of it is left. */
+static int pdi_interface_enters(const pd_dissolve *d, int32_t i)
+{
+    if (d->slot[i] < 0 || !(d->beside[d->slot[i]].enters > 0.0)) return 0;
+    for (int k = 0; k < d->paths.stencil->count; k++)
+        if (d->grid->kind[pdi_entry_far(&d->paths, i, k)] == PD_SOLID) return 1;
+    return 0;
+}
+
 PDI_FN double pdi_interface_fastest(const pd_dissolve *d, int32_t i)
 {
     double fastest = 0.0;
-    if (d->slot[i] < 0 || !(d->beside[d->slot[i]].enters > 0.0)) return (double)NAN;
+    if (!pdi_interface_enters(d, i)) return (double)NAN;
     for (int m = 0; m < d->kinds; m++) fastest = pdi_max(fastest, pdi_interface_speed(d, i, m));
     return fastest;
 }

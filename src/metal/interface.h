@@ -23,7 +23,7 @@ PDI_FN double pdi_interface_diffusivity(const pd_dissolve *dissolve, int32_t i);
 PDI_FN void pdi_interface_means(pd_dissolve *dissolve);
 /* Speed [m/s] of a metal beside node i; 0: there is none. */
 PDI_FN double pdi_interface_speed(const pd_dissolve *dissolve, int32_t i, int metal);
-/* That of the fastest one; NaN: no metal enters there. */
+/* That of the fastest one; NaN: no metal enters there, or what entered is used up. */
 PDI_FN double pdi_interface_fastest(const pd_dissolve *dissolve, int32_t i);
 /* The law beside a node. A drive by difference is part of it. */
 PDI_FN void pdi_interface_law(const pd_dissolve *dissolve, const pdi_beside *beside, pdi_law *law);
