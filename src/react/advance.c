@@ -658,21 +658,80 @@ static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
     return status < 0 ? status : PD_OK;
 }
 
-/* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that neither react nor migrate
- * keep the bounds of the start, of inlets and of held walls, where sources and metal let them. */
-static int pdi_advance_keeps(const pd_reactive *r, double stage)
+/* Where the most of each component is owed after a stage [s], and how much, over what there is of it. */
+static void pdi_advance_owed(const pd_reactive *r, double stage, double *owed, int32_t *worst)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double most[PD_SPECIES_MOST];
+    for (int k = 0; k < s->count; k++) {
+        most[k] = owed[k] = 0.0;
+        worst[k] = -1;
+        for (int32_t i = 0; i < (int32_t)total; i++) {
+            double lacks = r->spent[k * total + i] ? -stage * r->weight[k] * r->work[k * total + i] : 0.0;
+            most[k] = pdi_max(most[k], fabs(r->total[k * total + i]));
+            if (!(lacks > owed[k])) continue;
+            owed[k] = lacks;
+            worst[k] = i;
+        }
+    }
+    pdi_reactive_trace(r, most);
+    for (int k = 0; k < s->count; k++) owed[k] = owed[k] > 0.0 ? owed[k] / most[k] : 0.0;
+}
+
+/* 1: where a component is spent next to nothing is owed after a stage [s]. */
+static int pdi_advance_pays(const pd_reactive *r, double stage)
+{
+    double owed[PD_SPECIES_MOST];
+    int32_t worst[PD_SPECIES_MOST];
+    pdi_advance_owed(r, stage, owed, worst);
+    for (int k = 0; k < r->components.count; k++)
+        if (owed[k] > PDI_ADVANCE_SLACK) return 0;
+    return 1;
+}
+
+/* [mol/m3/s] of component k that sources and metal take up at node i. */
+static double pdi_advance_sink(const pd_reactive *r, int k, int32_t i)
+{
+    const pd_etch *metal = r->surface;
+    double source[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
+    pdi_reactive_get(r, r->source, i, source);
+    pdi_components_totals(&r->components, source, gain);
+    if (!metal || metal->slot[i] < 0) return -gain[k];
+    for (int32_t p = metal->slot[i]; p < metal->count && metal->node[p] == i; p++)
+        gain[k] += pdi_etch_gives(metal, p, k, metal->weight[p] > 0.0 ? *pdi_etch_speed(metal, p) : 0.0,
+                                  metal->electrode ? metal->flow[p] : 0.0);
+    return -gain[k];
+}
+
+/* 1: sources and metal took more of a component in a step [s] than there is of it. What transport is off by, the next
+ * step makes good: only what they took is owed for ever. r->short_of and short_at say where. */
+static int pdi_advance_exceeds(pd_reactive *r, double dt)
+{
+    double owed[PD_SPECIES_MOST];
+    int32_t worst[PD_SPECIES_MOST];
+    pdi_advance_owed(r, dt, owed, worst);
+    r->short_of = 0;
+    for (int k = 0; k < r->components.count && !r->short_of; k++) {
+        if (!(owed[k] > PDI_ADVANCE_SLACK)) continue;
+        int64_t at = k * (int64_t)r->grid->total + worst[k];
+        double lacks = -dt * r->weight[k] * r->work[at], before = pdi_max(-r->carry[at], 0.0), now = lacks - before;
+        double least = PDI_ADVANCE_SLACK / owed[k] * lacks; /* what is next to nothing */
+        if (before > least && !(now > least)) continue;     /* transport owed it before */
+        if (!(dt * pdi_advance_sink(r, k, worst[k]) > 0.5 * now)) continue;
+        r->short_of = 1 + k;
+        r->short_at = worst[k];
+    }
+    return r->short_of;
+}
+
+/* 1: solutes that neither react nor migrate keep the bounds of the start, of inlets and of held walls, where sources and
+ * metal let them. */
+static int pdi_advance_keeps(const pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     int ports = pdi_boundary_any(r->grid);
-    for (int k = 0; k < s->count; k++) {
-        double most = 0.0, owed = 0.0;
-        for (int64_t at = k * total; at < (k + 1) * total; at++) {
-            most = pdi_max(most, fabs(r->total[at]));
-            if (r->spent[at]) owed = pdi_max(owed, -stage * r->weight[k] * r->work[at]);
-        }
-        if (owed > PDI_ADVANCE_SLACK * most) return 0;
-    }
     for (int k = s->joined; k < s->count && !r->migration.on; k++) {
         int n = s->master[k], reacts = 0;
         pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL};
@@ -713,7 +772,7 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     status = pdi_advance_newton(ctx, r, rest, result);
     if (status == PD_OK) status = pdi_advance_error(ctx, r, dt, result);
-    if (status == PD_OK && !pdi_advance_keeps(r, rest)) status = PD_NOT_CONVERGED;
+    if (status == PD_OK && (!pdi_advance_pays(r, rest) || !pdi_advance_keeps(r))) status = PD_NOT_CONVERGED;
     if (status != PD_OK) {
         if (r->surface) pdi_etch_begin(r->surface);
         memcpy(r->in, in, sizeof in);
@@ -762,6 +821,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     }
     PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
+    if (status == PD_OK && !r->migration.on && pdi_advance_exceeds(r, dt)) status = PD_RETRY;
     if (status != PD_OK) return status;
     pdi_advance_owe(r, dt);
     pdi_advance_pass(r, dt);

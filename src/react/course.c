@@ -573,6 +573,19 @@ static int pdi_course_drained(const pd_course *a, const pd_step *s, int *solute,
     return found;
 }
 
+/* The last step would take more of a component than there is. */
+static pd_status pdi_course_short(pd_ctx *ctx, const pd_course *a, double t)
+{
+    const pd_reactive *r = a->reactive;
+    int solute = r->components.master[r->short_of - 1], n = 0;
+    char place[PDI_GRID_PLACE];
+    while (n + 1 < a->desc.species_count && r->components.place[n] != solute) n++;
+    const char *name = a->desc.species ? a->desc.species[n].name : "a species";
+    return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "at t = %g s more %s is taken up beside %s m than is there: expected "
+                    "a rate or current that falls to 0 with it, such as one with the factor [%s]/(1 mM)", t, name,
+                    pdi_grid_place(r->grid, r->short_at, place), name);
+}
+
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_course *a = (const pd_course *)self;
@@ -595,6 +608,7 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                         a->desc.surface->share ? ", or a factor leaves metal without a current that balances" : "");
     if (a->desc.drained && pdi_course_drained(a, s, &solute, &node))
         return a->desc.drained(ctx, a->desc.feeder, node, solute, s->time);
+    if (a->reactive->short_of) return pdi_course_short(ctx, a, s->time);
     if (a->reactive->migration.on && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "no step of %g s was found at t = %g s for ions that migrate: "
                         "fluid with next to none beside fluid with many conducts too little, expected some "

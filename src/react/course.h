@@ -24,6 +24,9 @@ typedef struct pd_course_desc {
     /* `feed` takes up more of a solute at a node than is there, at time t [s]: fails with a message that says who does;
      * NULL: nobody says */
     pd_status (*drained)(pd_ctx *ctx, void *user, int32_t node, int solute, double t);
+    const pd_species *species; /* [species_count] names for messages, those that `reactive` was built of; NULL: none.
+                                * Borrowed */
+    int species_count;
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
     pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: also
                           * weighs them for each step of the species, or writes `ahead` where there is no `surface` */

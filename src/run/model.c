@@ -297,6 +297,8 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
     desc.shed = u->metal[pdi_setup_attacked(u) > 0 ? pdi_setup_attacked(u) : 0].shed;
     desc.coat = m->surfaces ? &m->surfaces->coat : NULL;
+    desc.species = u->electrolyte.species;
+    desc.species_count = u->electrolyte.count;
     if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
         PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL, &m->course, &m->cell,
                                  &m->electrodes, m->surfaces, &m->attack));
