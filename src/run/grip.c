@@ -54,13 +54,14 @@ static int pdi_grip_free(const pd_grips *g, int k, int32_t i, int d)
     return first >= 0 && next >= 0 && !s->held[(int64_t)first * PD_DIM + d] && !s->held[(int64_t)next * PD_DIM + d];
 }
 
-/* A side moves its face by the strain of free rows: there have to be some. */
+/* A side moves its face by the strain of free rows: there have to be some, and what it holds depends on them. */
 static pd_status pdi_grip_leads(pd_ctx *ctx, const pd_grips *g, int k)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
-    const pd_structure *s = g->structure;
+    pd_structure *s = g->structure;
     for (int d = 0; d < PD_DIM && grip->side >= 0 && !pdi_structure_moves(s); d++) {
         int found = !grip->moves[d];
+        if (grip->moves[d]) s->rest.desc.depends = 1;
         for (int32_t i = 0; i < s->count && !found; i++)
             found = pdi_grip_row(g, i, grip->side) == 0 && pdi_grip_free(g, k, i, d);
         if (!found)

@@ -340,7 +340,9 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
     pdi_equilibrium_blocks(q);
     q->size = pdi_max(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
     *target = q->size * rtol;
-    return pdi_equilibrium_rest(q, u, norm);
+    PDI_TRY(pdi_equilibrium_rest(q, u, norm));
+    *target = pdi_max(*target, q->desc->forcing * *norm);
+    return PD_OK;
 }
 
 static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)

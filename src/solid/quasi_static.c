@@ -10,8 +10,8 @@
 #define PDI_QUASI_STATIC_NEW 1e-7
 /* Most times that what is held is asked for again, since it may depend on the balance. */
 #define PDI_QUASI_STATIC_AGAIN 60
-/* Least part of its way that what is held moves in a round, and one over the most. */
-#define PDI_QUASI_STATIC_RELAX 0.1
+/* What is not in balance falls by this factor in a round, while what is held is not known. */
+#define PDI_QUASI_STATIC_FORCING 0.1
 /* Bonds that a motion about a hinge turns by less than this share of the fastest ones stand still. */
 #define PDI_QUASI_STATIC_TURN 0.1
 /* Most halvings of a step. */
@@ -24,7 +24,7 @@ PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, quasi_static, load, quasi_static->n, "N/m3");
     PDI_STATE(owner, quasi_static, force, quasi_static->n, "N/m3");
     PDI_ARRAY(owner, quasi_static, start, 2 * quasi_static->n, "1");
-    PDI_ARRAY(owner, quasi_static, asked, 4 * quasi_static->n, "1");
+    PDI_ARRAY(owner, quasi_static, asked, 3 * quasi_static->n, "1");
     PDI_ARRAY(owner, quasi_static, before, 3 * quasi_static->n, "1");
     PDI_OWN(owner, PDI_OWNED_STATE, quasi_static, off, quasi_static->n / PD_DIM, "1");
     PDI_VALUE(owner, quasi_static, time, "s");
@@ -198,8 +198,9 @@ static void pdi_quasi_static_work(pd_quasi_static *q)
     q->work += pdi_sum_total(&all);
 }
 
-/* The balance, without what turns about hinges. The forces are those before. */
-static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double t)
+/* The balance, without what turns about hinges, as well as `forcing` of pd_equilibrium_desc says. The forces are those
+ * before. */
+static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double t, double forcing)
 {
     pd_status status = PD_ERR_DIVERGED;
     for (int turns = 1; turns;) {
@@ -208,6 +209,7 @@ static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double 
         memset(&desc, 0, sizeof desc);
         desc.held = q->desc.held;
         desc.rtol = q->desc.rtol;
+        desc.forcing = forcing;
         desc.swing = q->force;
         status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
         q->iterations += result.iterations;
@@ -257,7 +259,7 @@ static int pdi_quasi_static_others(const pd_ctx *ctx, const pd_quasi_static *q, 
  * has to move, and u stays. The loads are the new ones. */
 static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, double t, double part, int *differs)
 {
-    double *u = q->asked + 2 * q->n, *load = q->asked + 3 * q->n;
+    double *u = q->asked + q->n, *load = q->asked + 2 * q->n;
     memcpy(u, q->u, (size_t)q->n * sizeof *u);
     memcpy(load, q->load, (size_t)q->n * sizeof *load);
     PDI_TRY(pdi_quasi_static_load(ctx, q, t, part));
@@ -267,39 +269,65 @@ static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, doubl
     return PD_OK;
 }
 
-/* What is held moves by a part of what it asks for, which follows from what it asked for before and after the last move
- * (Aitken; Kuettler and Wall 2008). */
-static void pdi_quasi_static_move(pd_quasi_static *q, int moved)
+/* What is held moves to where it asks to be, or where the rounds before say that it will. */
+static pd_status pdi_quasi_static_move(pd_ctx *ctx, pd_quasi_static *q, int first)
 {
-    double *now = q->asked, *was = q->asked + q->n, along = 0.0, square = 0.0;
-    for (int64_t k = 0; k < q->n; k++) {
-        double change = now[k] - was[k];
-        along += was[k] * change;
-        square += change * change;
+    double *x, *step;
+    int64_t n = 0;
+    if (first) {
+        for (int64_t k = 0; k < q->n; k++) q->u[k] += q->asked[k];
+        return PD_OK;
     }
-    q->relax = moved && square > 0.0 ? -q->relax * along / square : 1.0;
-    if (!(q->relax > PDI_QUASI_STATIC_RELAX)) q->relax = PDI_QUASI_STATIC_RELAX;
-    if (!(q->relax < 1.0 / PDI_QUASI_STATIC_RELAX)) q->relax = 1.0 / PDI_QUASI_STATIC_RELAX;
-    memcpy(was, now, (size_t)q->n * sizeof *was);
-    for (int64_t k = 0; k < q->n; k++) q->u[k] += q->relax * now[k];
+    if (!q->mix.n) {
+        for (int64_t k = 0; k < q->n; k++) q->mix.n += pdi_quasi_static_held(q, k);
+        PDI_TRY(pdi_owner_build(ctx, pdi_anderson_list, &q->mix));
+    }
+    x = q->asked + q->n; /* the rest of `asked` is free until loads are asked for again */
+    step = q->asked + 2 * q->n;
+    for (int64_t k = 0; k < q->n; k++) {
+        if (!pdi_quasi_static_held(q, k)) continue;
+        x[n] = q->u[k];
+        step[n++] = q->asked[k];
+    }
+    pdi_anderson_next(&q->mix, x, step);
+    n = 0;
+    for (int64_t k = 0; k < q->n; k++)
+        if (pdi_quasi_static_held(q, k)) q->u[k] = x[n++];
+    return PD_OK;
 }
 
-/* The balance with the loads at that part of the step, where what is held may depend on the balance. The material
- * starts from its last state in each round: what it would do on the way leaves no trace. */
-static pd_status pdi_quasi_static_rest(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+/* Nothing is known of rounds. */
+static void pdi_quasi_static_forget(pd_ctx *ctx, pd_quasi_static *q)
 {
-    int differs = 1, moved = 0;
+    pdi_owner_free(ctx, pdi_anderson_list, &q->mix);
+    memset(&q->mix, 0, sizeof q->mix);
+}
+
+/* Rounds of pdi_quasi_static_rest. */
+static pd_status pdi_quasi_static_rounds(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+{
+    int differs = 1, exact = 0;
     for (int again = 0; again < PDI_QUASI_STATIC_AGAIN; again++) {
         PDI_TRY(pdi_quasi_static_differs(ctx, q, t, part, &differs));
-        if (again && !differs) return PD_OK;
-        if (differs) pdi_quasi_static_move(q, moved++);
+        if (exact && !differs) return PD_OK;
+        if (differs) PDI_TRY(pdi_quasi_static_move(ctx, q, again == 0));
+        exact = !q->desc.depends || (again && !differs);
         PDI_TRY(pdi_quasi_static_part(ctx, q, t));
-        pd_status status = pdi_quasi_static_solve(ctx, q, t);
+        pd_status status = pdi_quasi_static_solve(ctx, q, t, exact ? 0.0 : PDI_QUASI_STATIC_FORCING);
         if (status != PD_OK) return status;
     }
     return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "what holds the body at %g s depends on how it moves, and does "
                     "not come to rest in %d rounds, as where the %s material beside it flows without end", t,
                     PDI_QUASI_STATIC_AGAIN, q->solid.name);
+}
+
+/* The balance with the loads at that part of the step, where what is held may depend on the balance: both are found in
+ * turns. The material starts from its last state in each round: what it would do on the way leaves no trace. */
+static pd_status pdi_quasi_static_rest(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+{
+    pd_status status = pdi_quasi_static_rounds(ctx, q, t, part);
+    pdi_quasi_static_forget(ctx, q);
+    return status;
 }
 
 /* The balance at that part of the step, bonds that break, and again until none does. PD_RETRY: not found; u, load and
@@ -399,6 +427,6 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 #undef PDI_QUASI_STATIC_EAGER
 #undef PDI_QUASI_STATIC_NEW
 #undef PDI_QUASI_STATIC_AGAIN
-#undef PDI_QUASI_STATIC_RELAX
+#undef PDI_QUASI_STATIC_FORCING
 #undef PDI_QUASI_STATIC_TURN
 #undef PDI_QUASI_STATIC_HALVINGS

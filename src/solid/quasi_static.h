@@ -9,6 +9,7 @@
 #define PD_QUASI_STATIC_H
 #include "solid/criterion.h"
 #include "solid/equilibrium.h"
+#include "solve/anderson.h"
 #include "solve/process.h"
 
 /* Loads at time t [s]: load [count][PD_DIM] [N/m3], and into u [count][PD_DIM] [m], which holds the last balance, the
@@ -19,6 +20,8 @@ typedef struct pd_quasi_static_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
     pd_load_fn load;
     void *user;
+    int depends;           /* 1: what is held depends on the balance. It is asked for again until it stays in any case; a
+                            * balance is then found only as well as what is held is known */
     pd_criterion_desc criterion; /* by which bonds break; zero: none does */
     double eager;          /* [-] as of pd_criterion_break, in each round; -1: 0.5 */
     double rtol;           /* [-] as of pd_equilibrium_desc */
@@ -33,8 +36,8 @@ typedef struct pd_quasi_static {
     double *load;          /* [n] [N/m3] */
     double *force;         /* [n] [N/m3] of the bonds, at u */
     double *start;         /* [2][n] [m], [N/m3] u and load at the start of a step */
-    double *asked;         /* [4][n] [m] by how much what is held has to move, now and in the round before; u, load */
-    double relax;          /* [-] part of that which it moves */
+    double *asked;         /* [3][n] [m] by how much what is held has to move; u, load */
+    pd_anderson mix;      /* how what is held moves, by its components; empty between balances */
     double *before;        /* [3][n] [m], [N/m3] u, load and force before a move */
     uint8_t *off;          /* [count] 1: of a piece that has come off */
     double time;           /* [s] of the balance */
