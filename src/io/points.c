@@ -16,6 +16,7 @@ void pd_points_free(pd_ctx *ctx, pd_points *p)
     PDI_DELETE(ctx, p->room, p->volume);
     PDI_DELETE(ctx, p->room, p->tag);
     PDI_DELETE(ctx, (int64_t)p->room * PD_DIM, p->surface);
+    PDI_DELETE(ctx, p->faces * PD_DIM * PD_DIM, p->face);
     memset(p, 0, sizeof *p);
 }
 
@@ -40,8 +41,20 @@ static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t room)
         memcpy(larger.tag, p->tag, (size_t)p->count * sizeof *p->tag);
         memcpy(larger.surface, p->surface, (size_t)p->count * PD_DIM * sizeof *p->surface);
     }
+    larger.faces = p->faces;
+    larger.face = p->face;
+    larger.seams = p->seams;
+    larger.twins = p->twins;
+    p->face = NULL;
     pd_points_free(ctx, p);
     *p = larger;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_points_face(pd_ctx *ctx, pd_points *p, int64_t faces)
+{
+    PDI_TRY(PDI_NEW(ctx, "points", faces * PD_DIM * PD_DIM, p->face));
+    p->faces = faces;
     return PD_OK;
 }
 

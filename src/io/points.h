@@ -17,6 +17,11 @@ typedef struct pd_points {
                        * cells at their nodes so that a pressure has the moment that it has on the faces; points of
                        * tables: 0. Under a stress P a point bears the load P surface/volume [N/m3], under a pressure p
                        * -p surface/volume */
+    int64_t faces;    /* those faces: points, segments, triangles (two for a quadrilateral); tables: 0 */
+    double *face;     /* [faces][PD_DIM][PD_DIM] [m] their corners, as of pd_body_desc */
+    int64_t seams;    /* of these faces those of two cells at one place which have nodes of their own: parts that touch
+                       * there are not joined */
+    int64_t twins;    /* nodes of the surface at the place of another one */
 } pd_points;
 
 #define pd_points_free PD_NAME(pd_points_free)
@@ -26,6 +31,8 @@ PD_API void pd_points_free(pd_ctx *ctx, pd_points *points);
 #ifdef PDI_INTERNAL
 /* Append a point. PD_ERR_SIZE: more than int32 counts. */
 PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *points, const double *position, double volume, int32_t tag);
+/* Room for that many faces. */
+PDI_FN pd_status pdi_points_face(pd_ctx *ctx, pd_points *points, int64_t faces);
 /* Arrays as long as the points are many. */
 PDI_FN pd_status pdi_points_finish(pd_ctx *ctx, pd_points *points);
 

@@ -1,6 +1,7 @@
 /* skin: see skin.h */
 #include "io/skin.h"
 #include "core/vec.h"
+#include "lattice/weld.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -92,19 +93,30 @@ static void pdi_skin_sort(int64_t *node)
         }
 }
 
-/* Outward: away from the middle of the corners. A cell may be turned or mirrored. */
-static void pdi_skin_turn(pdi_cell_form form, const double *const *corner, const double *const *x, int corners,
-                          double *area)
+/* 1: the area of a face points away from the middle of the cell, else -1. A cell may be turned or mirrored. */
+static int8_t pdi_skin_sense(pdi_cell_form form, const double *const *corner, const double *const *x, int corners)
 {
-    double along = 0.0;
+    double along = 0.0, area[3] = {1.0, 0.0, 0.0};
     int all = pdi_points_corners(form);
+    pdi_skin_area(corners, x, area);
     for (int d = 0; d < PD_DIM; d++) {
         double middle = 0.0, at = 0.0;
         for (int k = 0; k < all; k++) middle += (corner[k][d] - x[0][d]) / all;
         for (int k = 0; k < corners; k++) at += (x[k][d] - x[0][d]) / corners;
         along += area[d] * (at - middle);
     }
-    for (int d = 0; d < PD_DIM && along < 0.0; d++) area[d] = -area[d];
+    return along < 0.0 ? -1 : 1;
+}
+
+/* Outward area [of the file's unit to the power of PD_DIM - 1] and centroid [the file's unit] of a face. */
+static void pdi_skin_measure(const pdi_skin_face *face, double *area, double *middle)
+{
+    const double *x[4];
+    for (int k = 0; k < 4; k++) x[k] = face->x[k < face->corners ? k : 0];
+    area[0] = 1.0;
+    pdi_skin_area(face->corners, x, area);
+    pdi_skin_middle(face->corners, x, middle);
+    for (int d = 0; d < PD_DIM; d++) area[d] *= face->sense;
 }
 
 PDI_FN pd_status pdi_skin_add(pd_ctx *ctx, pdi_skin *s, pdi_cell_form form, const int64_t *node,
@@ -123,10 +135,10 @@ PDI_FN pd_status pdi_skin_add(pd_ctx *ctx, pdi_skin *s, pdi_cell_form form, cons
             x[corners++] = corner[f->corner[k][c]];
         }
         face->cell = cell;
-        face->area[0] = 1.0;
-        pdi_skin_area(corners, x, face->area);
-        pdi_skin_middle(corners, x, face->middle);
-        pdi_skin_turn(form, corner, x, corners, face->area);
+        face->part = s->part;
+        face->corners = (int8_t)corners;
+        for (int c = 0; c < corners; c++) memcpy(face->x[c], x[c], sizeof face->x[c]);
+        face->sense = pdi_skin_sense(form, corner, x, corners);
         pdi_skin_sort(face->node);
     }
     return PD_OK;
@@ -246,13 +258,15 @@ static void pdi_skin_give(const pdi_skin_face *face, const pdi_skin_link *link, 
                           double size, pd_points *points)
 {
     pdi_skin_part s;
-    double normal[PD_DIM], longest = 0.0, area = pdi_vec_norm(face->area), depth = 0.0;
+    double whole[PD_DIM], middle[PD_DIM], normal[PD_DIM], longest = 0.0, depth = 0.0;
+    pdi_skin_measure(face, whole, middle);
+    double area = pdi_vec_norm(whole);
     s.cells = area > 0.0 ? pdi_skin_around(face, link, links, s.cell) : 0;
-    for (int d = 0; d < PD_DIM; d++) normal[d] = area > 0.0 ? face->area[d] / area : 0.0;
+    for (int d = 0; d < PD_DIM; d++) normal[d] = area > 0.0 ? whole[d] / area : 0.0;
     for (int k = 0; k < s.cells; k++) {
         double *along = s.along + k * PD_DIM, below = 0.0;
         for (int d = 0; d < PD_DIM; d++) {
-            along[d] = points->position[(int64_t)s.cell[k] * PD_DIM + d] - scale * face->middle[d];
+            along[d] = points->position[(int64_t)s.cell[k] * PD_DIM + d] - scale * middle[d];
             below -= along[d] * normal[d];
         }
         for (int d = 0; d < PD_DIM; d++) along[d] += below * normal[d];
@@ -264,25 +278,158 @@ static void pdi_skin_give(const pdi_skin_face *face, const pdi_skin_link *link, 
     if (s.cells) pdi_skin_shares(normal, &s);
     for (int k = 0; k < s.cells; k++)
         for (int d = 0; d < PD_DIM; d++)
-            points->surface[(int64_t)s.cell[k] * PD_DIM + d] += s.share[k] * size * face->area[d];
+            points->surface[(int64_t)s.cell[k] * PD_DIM + d] += s.share[k] * size * whole[d];
+}
+
+/* Faces that one cell alone has come first: how many. */
+static int64_t pdi_skin_single(pdi_skin *s)
+{
+    int64_t count = 0;
+    if (s->count) qsort(s->face, (size_t)s->count, sizeof *s->face, pdi_skin_compare);
+    for (int64_t k = 0, next; k < s->count; k = next) {
+        for (next = k + 1; next < s->count && !memcmp(s->face[next].node, s->face[k].node, sizeof s->face->node);) next++;
+        if (next == k + 1) s->face[count++] = s->face[k];
+    }
+    return count;
+}
+
+/* ---- nodes at one place ---- */
+
+/* A face of the surface by its places. */
+typedef struct pdi_skin_place {
+    int32_t vertex[4]; /* ascending; INT32_MAX behind the last one */
+    int64_t face;
+} pdi_skin_place;
+
+static int pdi_skin_compare_places(const void *a, const void *b)
+{
+    const pdi_skin_place *p = (const pdi_skin_place *)a, *q = (const pdi_skin_place *)b;
+    for (int k = 0; k < 4; k++)
+        if (p->vertex[k] != q->vertex[k]) return p->vertex[k] > q->vertex[k] ? 1 : -1;
+    return (p->face > q->face) - (p->face < q->face);
+}
+
+static int pdi_skin_compare_numbers(const void *a, const void *b)
+{
+    int64_t p = *(const int64_t *)a, q = *(const int64_t *)b;
+    return (p > q) - (p < q);
+}
+
+/* How many numbers there are. */
+static int64_t pdi_skin_distinct(int64_t *number, int64_t n)
+{
+    int64_t count = 0;
+    if (n) qsort(number, (size_t)n, sizeof *number, pdi_skin_compare_numbers);
+    for (int64_t k = 0; k < n; k++) count += k == 0 || number[k] != number[k - 1];
+    return count;
+}
+
+/* The vertex of each corner of the first `count` faces, 4 a face: corners at one place have the same one. */
+static pd_status pdi_skin_vertices(pd_ctx *ctx, const pdi_skin *s, int64_t count, double *corner, int32_t *vertex)
+{
+    int32_t *root = NULL, joined = 0, n = (int32_t)(4 * count);
+    for (int64_t k = 0; k < n; k++) /* the first one stands for corners that a face does not have */
+        for (int d = 0; d < PD_DIM; d++)
+            corner[3 * k + d] = s->face[k / 4].x[k % 4 < s->face[k / 4].corners ? k % 4 : 0][d];
+    PDI_TRY(pdi_weld_exact(ctx, corner, n, vertex));
+    PDI_TRY(PDI_NEW(ctx, "skin", n, root));
+    pd_status status = pdi_weld_near(ctx, corner, n, vertex, root, &joined);
+    PDI_DELETE(ctx, n, root);
+    return status;
+}
+
+/* Faces at one place, in order: those of two parts are shared, others are seams. at [2][4 count]: nodes of these, and
+ * their places. Returns how many numbers each has. */
+static int64_t pdi_skin_pairs(const pdi_skin *s, const pdi_skin_place *place, int64_t count, uint8_t *shared,
+                              int64_t *at, pd_points *points)
+{
+    int64_t n = 0;
+    for (int64_t k = 0, next; k < count; k = next) {
+        for (next = k + 1; next < count && !memcmp(place[next].vertex, place[k].vertex, sizeof place->vertex);) next++;
+        if (next == k + 1) continue;
+        int parts = next == k + 2 && s->face[place[k].face].part != s->face[place[k + 1].face].part;
+        for (int64_t m = k; m < next; m++) {
+            const pdi_skin_face *face = &s->face[place[m].face];
+            shared[place[m].face] = (uint8_t)parts;
+            points->seams += !parts;
+            for (int c = 0; c < face->corners && !parts; c++) {
+                at[n] = face->node[c];
+                at[4 * count + n++] = place[m].vertex[c];
+            }
+        }
+    }
+    return n;
+}
+
+/* Marks what parts share of the first `count` faces, and counts seams. */
+static pd_status pdi_skin_match(pd_ctx *ctx, const pdi_skin *s, int64_t count, uint8_t *shared, pd_points *points)
+{
+    pdi_skin_place *place = NULL;
+    double *corner = NULL;
+    int32_t *vertex = NULL;
+    int64_t *at = NULL;
+    if (count == 0 || 4 * count > INT32_MAX) return PD_OK;
+    pd_status status = PDI_NEW(ctx, "skin", count, place);
+    if (status == PD_OK) status = PDI_NEW(ctx, "skin", 12 * count, corner);
+    if (status == PD_OK) status = PDI_NEW(ctx, "skin", 4 * count, vertex);
+    if (status == PD_OK) status = PDI_NEW(ctx, "skin", 8 * count, at);
+    if (status == PD_OK) status = pdi_skin_vertices(ctx, s, count, corner, vertex);
+    for (int64_t k = 0; k < count && status == PD_OK; k++) {
+        place[k].face = k;
+        for (int c = 0; c < 4; c++) {
+            int to = c;
+            int32_t own = c < s->face[k].corners ? vertex[4 * k + c] : INT32_MAX;
+            for (; to > 0 && place[k].vertex[to - 1] > own; to--) place[k].vertex[to] = place[k].vertex[to - 1];
+            place[k].vertex[to] = own;
+        }
+    }
+    if (status == PD_OK) {
+        qsort(place, (size_t)count, sizeof *place, pdi_skin_compare_places);
+        int64_t n = pdi_skin_pairs(s, place, count, shared, at, points);
+        points->twins = pdi_skin_distinct(at, n) - pdi_skin_distinct(at + 4 * count, n);
+    }
+    PDI_DELETE(ctx, 8 * count, at);
+    PDI_DELETE(ctx, 4 * count, vertex);
+    PDI_DELETE(ctx, 12 * count, corner);
+    PDI_DELETE(ctx, count, place);
+    return status;
+}
+
+/* ---- surface ---- */
+
+/* The faces that are left, as simplices. */
+static pd_status pdi_skin_faces(pd_ctx *ctx, const pdi_skin *s, int64_t count, const uint8_t *shared, double scale,
+                                pd_points *points)
+{
+    int64_t faces = 0;
+    for (int64_t k = 0; k < count; k++) faces += shared[k] ? 0 : s->face[k].corners == 4 ? 2 : 1;
+    PDI_TRY(pdi_points_face(ctx, points, faces));
+    double *to = points->face;
+    for (int64_t k = 0; k < count; k++)
+        for (int t = 0; t < (shared[k] ? 0 : s->face[k].corners == 4 ? 2 : 1); t++)
+            for (int c = 0; c < PD_DIM; c++)
+                for (int d = 0; d < PD_DIM; d++) *to++ = scale * s->face[k].x[c ? c + t : 0][d];
+    return PD_OK;
 }
 
 PDI_FN pd_status pdi_skin_close(pd_ctx *ctx, pdi_skin *s, double scale, pd_points *points)
 {
     double size = 1.0;
-    int64_t links = 0;
+    int64_t links = 0, rooms = 4 * s->count;
     pdi_skin_link *link = NULL;
+    uint8_t *shared = NULL;
     for (int d = 1; d < PD_DIM; d++) size *= scale;
-    PDI_TRY(PDI_NEW(ctx, "skin", 4 * s->count, link));
+    PDI_TRY(PDI_NEW(ctx, "skin", rooms, link));
     pdi_skin_links(s, link, &links);
-    if (s->count) qsort(s->face, (size_t)s->count, sizeof *s->face, pdi_skin_compare);
-    for (int64_t k = 0, next; k < s->count; k = next) {
-        const pdi_skin_face *face = &s->face[k];
-        for (next = k + 1; next < s->count && !memcmp(s->face[next].node, face->node, sizeof face->node);) next++;
-        if (next == k + 1) pdi_skin_give(face, link, links, scale, size, points);
-    }
-    PDI_DELETE(ctx, 4 * s->count, link);
-    return PD_OK;
+    int64_t count = pdi_skin_single(s);
+    pd_status status = PDI_NEW(ctx, "skin", count, shared);
+    if (status == PD_OK) status = pdi_skin_match(ctx, s, count, shared, points);
+    if (status == PD_OK) status = pdi_skin_faces(ctx, s, count, shared, scale, points);
+    for (int64_t k = 0; k < count && status == PD_OK; k++)
+        if (!shared[k]) pdi_skin_give(&s->face[k], link, links, scale, size, points);
+    PDI_DELETE(ctx, count, shared);
+    PDI_DELETE(ctx, rooms, link);
+    return status;
 }
 
 PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *s)

@@ -616,6 +616,7 @@ static pd_status pdi_vtu_file(pdi_vtu *v)
         if (pdi_vtu_is(tag.name, "Piece") && piece) {
             pd_status status = pdi_vtu_piece(v, piece);
             v->before += v->points;
+            v->skin.part++;
             pdi_vtu_forget(v);
             PDI_TRY(status);
             piece = NULL;

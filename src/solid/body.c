@@ -1,6 +1,7 @@
 /* body: see body.h */
 #include "solid/body.h"
 #include "core/par.h"
+#include "solid/visibility.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -449,7 +450,7 @@ static int pdi_body_joins(const pd_body *body, const pd_body_desc *desc, int32_t
     return desc->joined(desc->user, f->to, i, xi);
 }
 
-/* lost [bonds]: 1 for those that leave the body. Returns how many do. */
+/* lost [bonds]: 1 for those that leave the body, and what else is lost. Returns how many are lost now. */
 static int64_t pdi_body_leave(const pd_ctx *ctx, const pd_body *body, const pd_body_desc *desc, uint8_t *lost)
 {
     int64_t all = 0;
@@ -458,7 +459,7 @@ static int64_t pdi_body_leave(const pd_ctx *ctx, const pd_body *body, const pd_b
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-            lost[pdi_walk_bond(&f)] = (uint8_t)!pdi_body_joins(body, desc, i, &f);
+            if (!lost[pdi_walk_bond(&f)]) lost[pdi_walk_bond(&f)] = (uint8_t)!pdi_body_joins(body, desc, i, &f);
     for (int64_t k = 0; k < body->bonds; k++) all += lost[k];
     return all;
 }
@@ -531,14 +532,33 @@ static pd_status pdi_body_shorten(pd_ctx *ctx, pd_body *body, const uint8_t *los
     return pdi_body_repeats(body) ? PDI_GROW(ctx, "body", bonds, left, body->image) : PD_OK;
 }
 
+/* As pdi_body_leave, by faces of the surface. */
+static pd_status pdi_body_cross(pd_ctx *ctx, const pd_body *body, const pd_body_desc *desc, uint8_t *lost,
+                                int64_t *count)
+{
+    pdi_visibility visibility;
+    pd_body_desc by = *desc;
+    memset(&visibility, 0, sizeof visibility);
+    visibility.position = body->position;
+    visibility.face = desc->face;
+    visibility.faces = desc->faces;
+    by.joined = pdi_visibility_joined;
+    by.user = &visibility;
+    pd_status status = pdi_visibility_build(ctx, pdi_body_reach(body), &visibility);
+    if (status == PD_OK) *count = pdi_body_leave(ctx, body, &by, lost);
+    pdi_visibility_free(ctx, &visibility);
+    return status;
+}
+
 static pd_status pdi_body_part(pd_ctx *ctx, pd_body *body, const pd_body_desc *desc)
 {
-    int64_t bonds = body->bonds;
+    int64_t bonds = body->bonds, count = 0;
     uint8_t *lost = NULL;
-    if (!desc->joined || !bonds) return PD_OK;
+    if ((!desc->joined && !desc->faces) || !bonds) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "body", bonds, lost));
-    pd_status status = PD_OK;
-    if (pdi_body_leave(ctx, body, desc, lost)) {
+    pd_status status = desc->faces ? pdi_body_cross(ctx, body, desc, lost, &count) : PD_OK;
+    if (status == PD_OK && desc->joined) count = pdi_body_leave(ctx, body, desc, lost);
+    if (status == PD_OK && count) {
         status = body->lattice ? pdi_body_lists(ctx, body, lost) : pdi_body_shorten(ctx, body, lost);
         if (status == PD_OK) pdi_body_renumber(body, lost);
     }
@@ -577,7 +597,7 @@ PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const
     double square = 0.0;
     for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
     double r = sqrt(square), inside = body->horizon + 0.5 * body->spacing - r;
-    double part = inside < body->spacing ? inside / body->spacing : 1.0;
+    double part = body->spacing > 0.0 && inside < body->spacing ? inside / body->spacing : 1.0;
     if (body->rim == PD_RIM_EXACT) part = pdi_body_exact(body, xi);
     else if (body->spacing > 0.0 && !(inside > 0.0)) return 0.0;
     if (influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
@@ -703,6 +723,9 @@ static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
                             "places and positive volumes", (int)i, desc->position[(int64_t)i * PD_DIM],
                             desc->volume[i]);
     }
+    if (desc->faces < 0 || (desc->faces && !desc->face) || (desc->faces && desc->period[PD_DIM - 1] > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "%g faces%s, expected some or none, and none of a body that "
+                        "repeats", (double)desc->faces, desc->face ? "" : " without corners");
     return pdi_body_check_period(ctx, desc);
 }
 

@@ -10,8 +10,8 @@
  * has their families, one after another. Bonds have numbers in that order, and a bit each that says whether the bond is
  * broken.
  *
- * A bond may leave the body: across a gap, a notch or a slot its ends are not joined. `joined` tells which bonds do not
- * leave it; others are no bonds, and no family has them. Places whose family lacks some have a list of their own, as
+ * A bond may leave the body: across a gap, a notch or a slot its ends are not joined. The faces of its surface tell which
+ * bonds leave it, or `joined` which do not; others are no bonds, and no family has them. Places whose family lacks some have a list of their own, as
  * long as that of a whole place.
  *
  * With a period a family has images of points, too: its own as well, where the period is shorter than the horizon. An
@@ -48,8 +48,11 @@ typedef struct pd_body_desc {
     double spacing;         /* [m] of a lattice: parts of cells at the rim count; 0: points count wholly or not */
     pd_rim rim;             /* of a lattice */
     double period[PD_DIM];  /* [m] by which the points repeat; zero along the last axis: they do not */
-    pd_joined_fn joined;    /* NULL: no bond leaves the body */
+    pd_joined_fn joined;    /* NULL: no bond leaves the body but by its faces */
     void *user;
+    int64_t faces;          /* of the surface; 0: it is not known */
+    const double *face;     /* [faces][PD_DIM][PD_DIM] [m] their corners: points, segments, triangles, such as those of
+                             * pd_points. Bonds that cross one leave the body. Not with a period */
 } pd_body_desc;
 
 typedef struct pd_body {
@@ -98,8 +101,8 @@ typedef struct pd_walk {
 #define pd_body_family PD_NAME(pd_body_family)
 #define pd_body_break PD_NAME(pd_body_break)
 
-/* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place or a volume that is not finite or not positive,
- * a period within which the points do not lie, or of less than a hundredth of the horizon. PD_ERR_GEOMETRY: two points
+/* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place, a face or a volume that is not finite or not
+ * positive, faces with a period, a period within which the points do not lie, or of less than a hundredth of the horizon. PD_ERR_GEOMETRY: two points
  * at one place (the message names both). */
 PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
 PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 PD_ACCURACY_LEAST = 1e-06
 PD_ACCURACY_MOST = 0.5
+PD_ANDERSON_KEPT = 12
 PD_ARENA_IDLE = 16
 PD_BAND_MOST = 32
 PD_COAT_AROUND = 2
@@ -787,6 +788,18 @@ def declare(dim):
         ('residual0', c_double),
         ('residual', c_double),
         ('converged', c_int),
+    ]
+
+    class pd_anderson(Structure):
+        pass
+    pd_anderson._fields_ = [
+        ('n', c_int64),
+        ('count', c_int),
+        ('known', c_int),
+        ('x', POINTER(c_double)),
+        ('step', POINTER(c_double)),
+        ('turn', POINTER(c_double)),
+        ('way', POINTER(c_double)),
     ]
 
     class pd_smoother_level(Structure):
@@ -2087,6 +2100,8 @@ def declare(dim):
         ('period', c_double * dim),
         ('joined', pd_joined_fn),
         ('user', c_void_p),
+        ('faces', c_int64),
+        ('face', POINTER(c_double)),
     ]
 
     class pd_body(Structure):
@@ -2353,6 +2368,7 @@ def declare(dim):
     pd_equilibrium_desc._fields_ = [
         ('held', POINTER(c_uint8)),
         ('rtol', c_double),
+        ('forcing', c_double),
         ('max_iterations', c_int),
         ('swing', POINTER(c_double)),
     ]
@@ -2406,6 +2422,7 @@ def declare(dim):
         ('held', POINTER(c_uint8)),
         ('load', pd_load_fn),
         ('user', c_void_p),
+        ('depends', c_int),
         ('criterion', pd_criterion_desc),
         ('eager', c_double),
         ('rtol', c_double),
@@ -2423,7 +2440,7 @@ def declare(dim):
         ('force', POINTER(c_double)),
         ('start', POINTER(c_double)),
         ('asked', POINTER(c_double)),
-        ('relax', c_double),
+        ('mix', pd_anderson),
         ('before', POINTER(c_double)),
         ('off', POINTER(c_uint8)),
         ('time', c_double),
@@ -3379,6 +3396,10 @@ def declare(dim):
         ('volume', POINTER(c_double)),
         ('tag', POINTER(c_int32)),
         ('surface', POINTER(c_double)),
+        ('faces', c_int64),
+        ('face', POINTER(c_double)),
+        ('seams', c_int64),
+        ('twins', c_int64),
     ]
 
     class pd_dims(Structure):

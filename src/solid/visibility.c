@@ -1,0 +1,246 @@
+/* visibility: see visibility.h */
+#include "solid/visibility.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* Rounding of places along a bond and in a face, over their lengths. */
+#define PDI_VISIBILITY_ROUNDING 1e-9
+/* How far lines beside a bond are off it, over its length, and how many they are. */
+#define PDI_VISIBILITY_ASIDE 1e-5
+#define PDI_VISIBILITY_LINES 8
+/* Angle of the first of them: no face has a reason to lie along it. */
+#define PDI_VISIBILITY_ANGLE 0.3
+/* Bins, and entries of bins, over the faces. */
+#define PDI_VISIBILITY_BINS 8
+#define PDI_VISIBILITY_ENTRIES 64
+
+enum { PDI_VISIBILITY_FACE = PD_DIM * PD_DIM };
+
+/* How a line meets a face. */
+enum { PDI_VISIBILITY_APART = 0, PDI_VISIBILITY_TOUCHES, PDI_VISIBILITY_CROSSES };
+
+static void pdi_visibility_list(pdi_owner *owner, void *object)
+{
+    pdi_visibility *visibility = (pdi_visibility *)object;
+    PDI_ARRAY(owner, visibility, first, visibility->bins + 1, "1");
+    PDI_ARRAY(owner, visibility, entry, visibility->entries, "1");
+}
+
+/* ---- bins ---- */
+
+/* Bins from *from to *to along each axis that the box of some places [count][PD_DIM] reaches into. How many in all. */
+static double pdi_visibility_range(const pdi_visibility *v, const double *x, int count, int32_t *from, int32_t *to)
+{
+    double all = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double low = x[d], high = x[d];
+        for (int k = 1; k < count; k++) {
+            low = pdi_min(low, x[k * PD_DIM + d]);
+            high = pdi_max(high, x[k * PD_DIM + d]);
+        }
+        /* Rounding takes no bin away. */
+        double first = floor((low - v->lo[d]) / v->width - PDI_VISIBILITY_ROUNDING);
+        double last = floor((high - v->lo[d]) / v->width + PDI_VISIBILITY_ROUNDING);
+        from[d] = first < 0.0 ? 0 : first < v->n[d] ? (int32_t)first : v->n[d];
+        to[d] = last < 0.0 ? -1 : last < v->n[d] ? (int32_t)last : v->n[d] - 1;
+        all *= to[d] >= from[d] ? (double)(to[d] - from[d] + 1) : 0.0;
+    }
+    return all;
+}
+
+/* On to the next bin of a range, axis 0 fastest. 0: there is none. */
+static int pdi_visibility_next(const int32_t *from, const int32_t *to, int32_t *at)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (at[d]++ < to[d]) return 1;
+        at[d] = from[d];
+    }
+    return 0;
+}
+
+static int64_t pdi_visibility_bin(const pdi_visibility *v, const int32_t *at)
+{
+    int64_t k = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) k = k * v->n[d] + at[d];
+    return k;
+}
+
+/* Width of the bins, as it is wanted or larger. */
+static void pdi_visibility_divide(pdi_visibility *v, const double *hi, double width)
+{
+    for (;; width *= 2.0) {
+        double bins = 1.0, entries = 0.0;
+        v->width = width;
+        for (int d = 0; d < PD_DIM; d++) {
+            double n = floor((hi[d] - v->lo[d]) / width) + 1.0;
+            bins *= n;
+            v->n[d] = n < 1e9 ? (int32_t)n : 1000000000;
+        }
+        if (bins > PDI_VISIBILITY_BINS * (double)v->faces + 1.0) continue;
+        for (int64_t k = 0; k < v->faces; k++) {
+            int32_t from[PD_DIM], to[PD_DIM];
+            entries += pdi_visibility_range(v, v->face + k * PDI_VISIBILITY_FACE, PD_DIM, from, to);
+        }
+        if (entries > PDI_VISIBILITY_ENTRIES * (double)v->faces && bins > 1.0) continue;
+        v->bins = (int64_t)bins;
+        v->entries = (int64_t)entries;
+        return;
+    }
+}
+
+static void pdi_visibility_fill(pdi_visibility *v)
+{
+    for (int way = 0; way < 2; way++) {
+        for (int64_t k = v->faces - 1; k >= 0; k--) {
+            int32_t from[PD_DIM], to[PD_DIM], at[PD_DIM];
+            pdi_visibility_range(v, v->face + k * PDI_VISIBILITY_FACE, PD_DIM, from, to);
+            memcpy(at, from, sizeof at);
+            do {
+                int64_t bin = pdi_visibility_bin(v, at);
+                if (way == 0) v->first[bin]++;
+                else v->entry[--v->first[bin]] = (int32_t)k;
+            } while (pdi_visibility_next(from, to, at));
+        }
+        for (int64_t b = 0; b < v->bins && way == 0; b++) v->first[b + 1] += v->first[b];
+    }
+    v->first[v->bins] = v->entries;
+}
+
+PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double reach, pdi_visibility *v)
+{
+    double hi[PD_DIM];
+    if (v->faces > INT32_MAX / 2)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "%g faces of the surface, too many", (double)v->faces);
+    for (int d = 0; d < PD_DIM; d++) {
+        v->lo[d] = HUGE_VAL;
+        hi[d] = -HUGE_VAL;
+    }
+    for (int64_t k = 0; k < v->faces * PDI_VISIBILITY_FACE; k++) {
+        if (!(fabs(v->face[k]) < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "face %.0f of the surface has a corner at %g m, expected a "
+                            "finite place", (double)(k / PDI_VISIBILITY_FACE), v->face[k]);
+        v->lo[k % PD_DIM] = pdi_min(v->lo[k % PD_DIM], v->face[k]);
+        hi[k % PD_DIM] = pdi_max(hi[k % PD_DIM], v->face[k]);
+    }
+    if (v->faces) pdi_visibility_divide(v, hi, reach);
+    PDI_TRY(pdi_owner_build(ctx, pdi_visibility_list, v));
+    if (v->faces) pdi_visibility_fill(v);
+    return PD_OK;
+}
+
+PDI_FN void pdi_visibility_free(pd_ctx *ctx, pdi_visibility *v)
+{
+    pdi_owner_free(ctx, pdi_visibility_list, v);
+    memset(v, 0, sizeof *v);
+}
+
+/* ---- lines ---- */
+
+/* How a place between 0 and 1 lies. */
+static int pdi_visibility_between(double s)
+{
+    if (!(s > -PDI_VISIBILITY_ROUNDING) || !(s < 1.0 + PDI_VISIBILITY_ROUNDING)) return PDI_VISIBILITY_APART;
+    return s > PDI_VISIBILITY_ROUNDING && s < 1.0 - PDI_VISIBILITY_ROUNDING ? PDI_VISIBILITY_CROSSES
+                                                                            : PDI_VISIBILITY_TOUCHES;
+}
+
+static void pdi_visibility_cross(const double *a, const double *b, double *c)
+{
+    for (int d = 0; d < 3; d++) c[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
+}
+
+/* How the line x + t xi meets a face: t, and the shares of the corners of the face, are between 0 and 1. A line in the
+ * plane of a face runs along it. */
+static int pdi_visibility_meets(const double *x, const double *xi, const double *face)
+{
+    double side[2][3] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, from[3] = {0.0, 0.0, 0.0}, way[3] = {0.0, 0.0, 0.0};
+    double turn[3], normal[3], share[3], most = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        for (int k = 1; k < PD_DIM; k++) side[k - 1][d] = face[k * PD_DIM + d] - face[d];
+        from[d] = x[d] - face[d];
+        way[d] = xi[d];
+    }
+    if (PD_DIM == 1) return pdi_visibility_between(-from[0] / way[0]);
+    if (PD_DIM == 2) side[1][2] = 1.0; /* the segment is as wide as can be across the plane */
+    pdi_visibility_cross(side[0], side[1], normal);
+    double fall = -(way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2]);
+    for (int d = 0; d < 3; d++) most += fabs(way[d] * normal[d]);
+    if (!(fabs(fall) > PDI_VISIBILITY_ROUNDING * most)) return PDI_VISIBILITY_APART;
+    int least = pdi_visibility_between((from[0] * normal[0] + from[1] * normal[1] + from[2] * normal[2]) / fall);
+    pdi_visibility_cross(from, way, turn);
+    share[1] = (side[1][0] * turn[0] + side[1][1] * turn[1] + side[1][2] * turn[2]) / fall;
+    share[2] = -(side[0][0] * turn[0] + side[0][1] * turn[1] + side[0][2] * turn[2]) / fall;
+    if (PD_DIM == 2) share[2] = 0.0;
+    share[0] = 1.0 - share[1] - share[2];
+    for (int k = 0; k < PD_DIM; k++) {
+        int how = pdi_visibility_between(share[k]);
+        least = how < least ? how : least;
+    }
+    return least;
+}
+
+/* The strongest way in which the line x + t xi meets faces. */
+static int pdi_visibility_line(const pdi_visibility *v, const double *x, const double *xi)
+{
+    double ends[2 * PD_DIM];
+    int32_t from[PD_DIM], to[PD_DIM], at[PD_DIM];
+    int most = PDI_VISIBILITY_APART;
+    for (int d = 0; d < PD_DIM; d++) {
+        ends[d] = x[d];
+        ends[PD_DIM + d] = x[d] + xi[d];
+    }
+    if (!(pdi_visibility_range(v, ends, 2, from, to) > 0.0)) return most;
+    memcpy(at, from, sizeof at);
+    do {
+        int64_t bin = pdi_visibility_bin(v, at);
+        for (int64_t k = v->first[bin]; k < v->first[bin + 1] && most < PDI_VISIBILITY_CROSSES; k++) {
+            int how = pdi_visibility_meets(x, xi, v->face + v->entry[k] * (int64_t)PDI_VISIBILITY_FACE);
+            most = how > most ? how : most;
+        }
+    } while (most < PDI_VISIBILITY_CROSSES && pdi_visibility_next(from, to, at));
+    return most;
+}
+
+/* Directions across xi: two in 3D, one in 2D. All have the length of xi. */
+static void pdi_visibility_across(const double *xi, double across[2][3])
+{
+    double way[3] = {0.0, 0.0, 0.0}, axis[3] = {0.0, 0.0, 0.0}, length, size;
+    int least = PD_DIM == 2 ? 2 : 0;
+    memcpy(way, xi, PD_DIM * sizeof *xi);
+    for (int d = 1; d < 3 && PD_DIM == 3; d++) least = fabs(way[d]) < fabs(way[least]) ? d : least;
+    axis[least] = 1.0;
+    length = sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
+    pdi_visibility_cross(way, axis, across[0]);
+    pdi_visibility_cross(way, across[0], across[1]);
+    for (int k = 0; k < 2; k++) {
+        size = sqrt(across[k][0] * across[k][0] + across[k][1] * across[k][1] + across[k][2] * across[k][2]);
+        for (int d = 0; d < 3; d++) across[k][d] *= length / size;
+    }
+}
+
+PDI_FN int pdi_visibility_joined(void *user, int32_t i, int32_t j, const double *xi)
+{
+    const pdi_visibility *v = (const pdi_visibility *)user;
+    const double *x = v->position + (int64_t)i * PD_DIM;
+    double across[2][3], beside[PD_DIM];
+    int how = pdi_visibility_line(v, x, xi);
+    (void)j;
+    if (how != PDI_VISIBILITY_TOUCHES || PD_DIM == 1) return how == PDI_VISIBILITY_APART;
+    pdi_visibility_across(xi, across);
+    for (int k = 0; k < PDI_VISIBILITY_LINES; k++) {
+        double angle = PDI_VISIBILITY_ANGLE + 2.0 * PDI_PI * k / PDI_VISIBILITY_LINES;
+        double first = PD_DIM == 2 ? (k % 2 ? -1.0 : 1.0) : cos(angle), second = PD_DIM == 2 ? 0.0 : sin(angle);
+        for (int d = 0; d < PD_DIM; d++)
+            beside[d] = x[d] + PDI_VISIBILITY_ASIDE * (first * across[0][d] + second * across[1][d]);
+        if (pdi_visibility_line(v, beside, xi) == PDI_VISIBILITY_APART) return 1;
+    }
+    return 0;
+}
+
+#undef PDI_VISIBILITY_ROUNDING
+#undef PDI_VISIBILITY_ASIDE
+#undef PDI_VISIBILITY_LINES
+#undef PDI_VISIBILITY_ANGLE
+#undef PDI_VISIBILITY_BINS
+#undef PDI_VISIBILITY_ENTRIES

@@ -1,0 +1,32 @@
+/* visibility: which bonds the surface of a body crosses.
+ *
+ * The surface is given by faces: points in 1D, segments in 2D, triangles in 3D. A bond whose straight line crosses one
+ * of them leaves the body (the visibility criterion: Belytschko, Lu and Gu 1994). One that only touches a corner or an
+ * edge stays where lines beside it cross no face, so it passes a corner that points into the body, and is stopped by
+ * faces that meet at an edge. Faces are found by bins about as wide as a bond.
+ */
+#ifndef PD_VISIBILITY_H
+#define PD_VISIBILITY_H
+#include "core/owner.h"
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_visibility {
+    const double *position; /* [points][PD_DIM] [m] borrowed, as `face` */
+    const double *face;     /* [faces][PD_DIM][PD_DIM] [m] corners */
+    int64_t faces;
+    double lo[PD_DIM], width; /* [m] of the bins */
+    int32_t n[PD_DIM];
+    int64_t bins, entries;
+    int64_t *first;         /* [bins + 1] begin of each bin in entry */
+    int32_t *entry;         /* [entries] faces that reach into a bin */
+} pdi_visibility;
+
+/* Bins about `reach` [m] wide, or wider. position, face and faces are set. PD_ERR_ARGUMENT: too many faces, or a corner
+ * that is not finite. */
+PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double reach, pdi_visibility *visibility);
+/* A pd_joined_fn; user is the pdi_visibility. */
+PDI_FN int pdi_visibility_joined(void *user, int32_t i, int32_t j, const double *xi);
+PDI_FN void pdi_visibility_free(pd_ctx *ctx, pdi_visibility *visibility);
+#endif
+
+#endif
