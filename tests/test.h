@@ -3,13 +3,14 @@
  *   TEST(square_of_two) { CHECK_NEAR(2.0 * 2.0, 4.0, 0.0); }
  *   TEST_MAIN(ENTRY(square_of_two) SLOW_ENTRY(another))
  *
- * The program runs every test, or those named as arguments (--list prints the names), prints one line for each
- * failing check and ends with "N passed, N failed" (and ", N skipped"), N counting tests. It exits 1 when a test
- * failed and 2 on an unknown name. A test that made no check fails. Every CHECK is an expression, 1 when it held:
- * `if (!CHECK_OK(&ctx, pd_stencil_build(...))) return;`. A SLOW_ENTRY runs when it is named or PD_TEST_ALL=1 stands in
- * the environment, as in `make test-all`; SLOW_ENTRY_IF(PD_DIM == 3, name) is slow in 3D. A comment `dims: 1 2 3` in
- * the first five lines of the file says for which PD_DIM the Makefile builds it (without: 2), and `slow: 3` which of
- * them `make test` leaves out. --times prints the seconds of processor time of every test.
+ * The program runs every test, or those named as arguments (--list prints the names, "(slow)" behind those of
+ * SLOW_ENTRY), prints one line for each failing check and ends with "N passed, N failed" (and ", N skipped"), N
+ * counting tests. It exits 1 when a test failed and 2 on an unknown name. A test that made no check fails. Every CHECK
+ * is an expression, 1 when it held: `if (!CHECK_OK(&ctx, pd_stencil_build(...))) return;`. A SLOW_ENTRY runs when it is
+ * named or PD_TEST_ALL=1 stands in the environment, as in `make test-all`; SLOW_ENTRY_IF(PD_DIM == 3, name) is slow in
+ * 3D. A comment `dims: 1 2 3` in the first five lines of the file says for which PD_DIM the Makefile builds it
+ * (without: 2), and `slow: 3` which of them `make test` leaves out. --times prints the seconds of processor time of
+ * every test.
  */
 #ifndef PD_TEST_H
 #define PD_TEST_H
@@ -156,7 +157,7 @@ static inline int test_run(const test_entry *table, int count, int argc, char **
         }
     }
     for (int t = 0; t < count; t++) {
-        if (list) printf("%s\n", table[t].name);
+        if (list) printf("%s%s\n", table[t].name, table[t].slow ? " (slow)" : "");
         if (list) continue;
         if (!test_selected(&table[t], all && all[0] == '1', argc - first, argv + first)) {
             left += argc == first;

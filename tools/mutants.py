@@ -2,29 +2,45 @@
 """Small faults in src/ at random, and whether a test sees them: `make mutants`, MUTANTS=100 SEED=number.
 
 A fault is another operator, sign, bound, index, constant or order of arguments, a comparison turned round, or a
-statement that is left out. The source with it is compiled in $(BUILD)/mutants, never in the checkout, and linked to libraries that the test
-programs there share. Where the object code is the same in every dimension the fault has no effect. The tests run from
-the nearest to the farthest in the graph of includes, then the shell tests that run scenes, until one fails or --seconds
-of processor time have passed. A test that fails without a fault, too, counts for nothing.
+statement that is left out. The source with it is compiled in $(BUILD)/mutants, never in the checkout, and linked to a
+library that the test programs there load in place of the sound one. Where the object code is the same in every
+dimension the fault has no effect.
+
+A map says which lines each test executes: the sources are built once more in $(BUILD)/mutants/cover, with a call at the
+begin of each block of code (-fsanitize-coverage=trace-pc of gcc and clang). A test is one entry of a test program, one
+scene of tests/scenes or a shell script that runs scenes. The map is kept; after a change tests whose text differs run
+anew, and with other sources all do, unless --old-map says that lines are to be found again by their text.
+
+A fault is met by the tests that execute its line, cheap and near ones first, until one fails or --seconds of processor
+time have passed. A line that no test executes has no test to run. A test that fails without a fault, too, counts for
+nothing. Limits are processor time.
 
 Printed are faults that no test has seen, and last a line "N mutants, N built, N with an effect, N killed, N survived".
-The status is 0. The same seed and sources give the same faults.
+The status is 0. The same seed and sources give the same faults. --unseen prints the lines that no test executes.
 """
 import argparse
+import array
+import bisect
 import collections
-import json
+import difflib
+import hashlib
 import math
 import os
+import pickle
 import random
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
 import time
+import zlib
 
 DIMS = (1, 2, 3)
 SHELL = 2  # distance of shell tests, whose scenes go through most modules
+MEMORY = 8 << 30  # [bytes] that a test may have
+WAIT = 20.0  # times its processor time, and a minute, may a test take by the clock: it may wait for ever
 
 # ---- faults ----
 
@@ -184,16 +200,68 @@ class Graph:
 
 # ---- building and running ----
 
+# Marks the begin of blocks in the file $MUTANTS_SEEN.DIM, which all processes of a test share.
+TRACE = r'''
+#define _XOPEN_SOURCE 700
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <unistd.h>
+extern const char __ehdr_start[] __attribute__((visibility("hidden")));
+extern const char etext[] __attribute__((visibility("hidden")));
+static unsigned char *seen;
+void __sanitizer_cov_trace_pc(void);
+void __sanitizer_cov_trace_pc(void)
+{
+    if (seen) seen[(const char *)__builtin_return_address(0) - __ehdr_start] = 1;
+}
+__attribute__((constructor)) static void begin(void)
+{
+    char path[4096];
+    size_t size = (size_t)(etext - __ehdr_start) + 64;
+    if (!getenv("MUTANTS_SEEN")) return;
+    snprintf(path, sizeof path, "%s.%d", getenv("MUTANTS_SEEN"), PD_DIM);
+    int f = open(path, O_RDWR | O_CREAT, 0600);
+    if (f < 0 || ftruncate(f, (off_t)size)) exit(99);
+    void *at = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_SHARED, f, 0);
+    close(f);
+    if (at != MAP_FAILED) seen = at;
+}
+'''
+
+Test = collections.namedtuple('Test', 'path dim entry')  # dim 0: a script; entry: of a program, or a scene, or ''
+
+
+def name_of(test):
+    return ' '.join([test.path] + (['%dD' % test.dim] if test.dim else []) + ([test.entry] if test.entry else []))
+
+
 def marked(path, word, default):
     head = ''.join(open(path).readlines()[:5])
     m = re.search(word + r': *([1-3][1-3 ]*)', head)
     return [int(k) for k in m.group(1).split()] if m else default
 
 
-def spent():
-    """Seconds of processor time of all that has been run."""
-    use = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return use.ru_utime + use.ru_stime
+def digest(paths):
+    h = hashlib.sha1()
+    for p in paths:
+        h.update(open(p, 'rb').read())
+    return h.hexdigest()
+
+
+def spent_in(session):
+    """Seconds of processor time of the processes of a session that live, and of those that they have waited for."""
+    total = 0
+    for name in os.listdir('/proc') if os.path.isdir('/proc') else ():
+        if name.isdigit():
+            try:
+                f = open('/proc/%s/stat' % name).read().rsplit(')', 1)[1].split()
+            except (OSError, IndexError):
+                continue
+            if int(f[3]) == session:
+                total += sum(int(k) for k in f[11:15])
+    return total / os.sysconf('SC_CLK_TCK')
 
 
 class Machine:
@@ -202,47 +270,62 @@ class Machine:
         self.cc = os.environ.get('CC', 'cc').split()
         self.dev = [f for f in os.environ.get('DEV', '-std=c99 -O2 -fPIC -DPDI_SPLIT').split() if not f.startswith('-W')]
         self.dev_test = os.environ.get('DEV_TEST', '-std=c99 -O1').split()
-        self.plain = {}  # test -> it passes without a fault
-        os.makedirs(self.dir, exist_ok=True)
-        times = os.path.join(self.dir, 'times.json')
-        self.times = json.load(open(times)) if os.path.exists(times) else {}  # name of a test -> seconds, for the order
+        self.traced = [f for f in self.dev if not re.match(r'-(O|g)', f)] + [
+            '-Og', '-g1', '-fsanitize-coverage=trace-pc'] + ([] if 'clang' in self.cc[0] else ['-fno-reorder-blocks'])
+        self.plain, self.built = {}, {}  # test -> it passes without a fault; test program -> its path, or None
+        for name in ('cover', 'fault', 'plain', 'programs', 'tmp'):
+            os.makedirs(os.path.join(self.dir, name), exist_ok=True)
 
     def call(self, command, limit=None, **more):
-        """Status, seconds of processor time and output; status -1: it took longer than `limit` seconds, or ten times
-        that by the clock."""
+        """Status, seconds of processor time and output; status -1: it took longer than `limit` seconds of it, or WAIT
+        times that by the clock."""
         env = dict(os.environ, OMP_NUM_THREADS='1', OMP_WAIT_POLICY='passive', **more)
-        begin = spent()
-        p = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=env,
-                             start_new_session=True, preexec_fn=(lambda: resource.setrlimit(
-                                 resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 2))) if limit else None)
+
+        def bound():
+            resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            if limit:
+                resource.setrlimit(resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 2))
+
+        begin, clock = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+        path = os.path.join(self.dir, 'output')
+        with open(path, 'wb') as f:
+            p = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=f, stderr=subprocess.STDOUT, env=env,
+                                 start_new_session=True, preexec_fn=bound)
+        ended = False
+        while not ended:
+            try:
+                p.wait(timeout=1.0)
+                break
+            except subprocess.TimeoutExpired:
+                ended = bool(limit) and (spent_in(p.pid) > limit or time.monotonic() - clock > 60.0 + WAIT * limit)
         try:
-            out = p.communicate(timeout=10.0 * limit if limit else None)[0]
-        except subprocess.TimeoutExpired:
-            os.killpg(p.pid, 9)
-            p.communicate()
-            return -1, spent() - begin, ''
-        return -1 if p.returncode == -signal.SIGXCPU else p.returncode, spent() - begin, out.decode(errors='replace')
+            os.killpg(p.pid, 9)  # what it has left
+        except OSError:
+            pass
+        p.wait()
+        end = resource.getrusage(resource.RUSAGE_CHILDREN)
+        took = end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime
+        status = -1 if ended or p.returncode == -signal.SIGXCPU else p.returncode
+        return status, took, open(path, 'rb').read(1 << 20).decode(errors='replace')
+
+    def link(self, to, d, objects):
+        path = os.path.join(self.dir, to, 'libpdcorr%dd.so' % d)
+        flags = [f for f in self.dev if f.startswith(('-fopenmp', '-fsanitize'))]
+        status, _, out = self.call(self.cc + ['-shared', '-Wl,-Bsymbolic-functions,-soname,libpdcorr%dd.so' % d] + flags +
+                                   ([] if to == 'cover' else ['-Wl,-S']) + objects + ['-o', path + '.new', '-lm'])
+        if status:
+            sys.exit('mutants: ' + out)
+        os.replace(path + '.new', path)
+        return path
 
     def objects(self, d):
         return [os.path.join(self.a.build, 'obj%dd' % d, s[:-2] + '.o') for s in self.a.sources]
 
-    def library(self, d):
-        return os.path.join(self.dir, 'libpdcorr%dd.so' % d)
-
-    def link(self, d, swap=None):
-        objects = self.objects(d)
-        if swap:
-            objects = [swap[1] if o == swap[0] else o for o in objects]
-        new = self.library(d) + '.new'
-        flags = [f for f in self.dev if f.startswith(('-fopenmp', '-fsanitize'))]
-        name = '-Wl,-soname,' + os.path.basename(self.library(d))  # found from any folder
-        status, _, out = self.call(self.cc + ['-shared', name] + flags + objects + ['-o', new, '-lm'])
-        if status:
-            sys.exit('mutants: ' + out)
-        os.replace(new, self.library(d))
-
-    def compile(self, source, d, to):
-        status, _, out = self.call(self.cc + self.dev + ['-DPD_DIM=%d' % d, '-Isrc', '-c', source, '-o', to])
+    def compile(self, source, d, to, flags=None):
+        # asserts hold the name of the source
+        name = '-fmacro-prefix-map=%s=src' % os.path.join(self.dir, 'source')
+        status, _, out = self.call(self.cc + (flags or self.dev) + [name, '-DPD_DIM=%d' % d, '-Isrc', '-c', source, '-o', to])
         return status == 0, out
 
     def same(self, one, two):
@@ -255,101 +338,347 @@ class Machine:
             stripped.append(open(to, 'rb').read())
         return stripped[0] == stripped[1]
 
-    def program(self, test):
-        """The program of a test, built once."""
-        path, d = test
-        to = os.path.join(self.dir, os.path.basename(path)[:-2] + '_%dd' % d)
-        if 'hard/' in path:
-            to += '_hard'
-        if not os.path.exists(to) or os.path.getmtime(to) < os.path.getmtime(path):
+    def program(self, path, d):
+        """The program of a test, built once; None: it does not build."""
+        if (path, d) in self.built:
+            return self.built[path, d]
+        to = os.path.join(self.dir, path[:-2].replace('/', '_') + '_%dd' % d)
+        sources = [path]
+        if path == METAMORPHIC:
+            sources = sorted(os.path.join(os.path.dirname(path), n) for n in os.listdir(os.path.dirname(path)) if n.endswith('.c'))
+        note, now = to + '.of', digest(needed(sources) + [self.shared[d]])
+        if not os.path.exists(to) or not os.path.exists(note) or open(note).read() != now:
             more = ['-I.', '-DPDCORR_LINKED'] if path.startswith('drivers') else ['-DPDI_SPLIT', '-Isrc']
-            status, _, out = self.call(self.cc + self.dev_test + ['-DPD_DIM=%d' % d, '-Itests', '-Itests/hard'] + more +
-                                       [path, '-o', to, self.library(d), '-Wl,-rpath,' + os.path.abspath(self.dir), '-lm'])
+            status, _, out = self.call(
+                self.cc + self.dev_test + ['-DPD_DIM=%d' % d, '-Itests', '-Itests/hard'] + more + sources +
+                ['-o', to, self.shared[d], '-Wl,--enable-new-dtags', '-lm'])
             if status:
                 print('mutants: %s does not build: %s' % (to, out.strip()[:300]))
-                return None
+                to = None
+            else:
+                open(note, 'w').write(now)
+        self.built[path, d] = to
         return to
 
-    def command(self, test):
-        path, d = test
-        if path.endswith('.sh'):
-            return ['sh', path]
-        program = self.program(test)
-        return [program] if program else None
+    def run(self, test, limit, library, **more):
+        if test.dim:
+            command = [self.program(test.path, test.dim)] + test.entry.split()
+        else:
+            command = ['sh', test.path]
+            if test.entry:
+                more['SCENES'] = test.entry
+        where = ':'.join(os.path.abspath(os.path.join(self.dir, l)) for l in (library, 'plain'))
+        tmp = os.path.abspath(os.path.join(self.dir, 'tmp'))
+        result = self.call(command, limit, PROGRAMS=os.path.join(self.dir, 'programs'), BUILD=self.a.build,
+                           LD_LIBRARY_PATH=where, TMPDIR=tmp, **more)
+        for name in os.listdir(tmp):
+            shutil.rmtree(os.path.join(tmp, name), ignore_errors=True)
+        return result
 
-    def run(self, test, limit):
-        return self.call(self.command(test), limit, PROGRAMS=os.path.join(self.dir, 'programs'), BUILD=self.a.build)
-
-    def sound(self, test):
-        """It passes without a fault; the libraries are then those without one."""
+    def sound(self, test, limit):
+        """It passes without a fault."""
         if test not in self.plain:
-            for d in DIMS:
-                self.link(d)
-            fine = self.command(test) is not None
-            status, took, _ = self.run(test, self.a.longest) if fine else (1, 0.0, '')
+            status, _, _ = self.run(test, limit, 'plain')
             self.plain[test] = status == 0
             if status:
-                print('mutants: %s %s without a fault and is not used' %
-                      (name_of(test), 'takes more than %g s' % self.a.longest if status == -1 else 'fails'))
+                print('mutants: %s fails without a fault and is not used' % name_of(test))
         return self.plain[test]
 
-    def remember(self, test, took):
-        self.times[name_of(test)] = round(took, 2)
-        json.dump(self.times, open(os.path.join(self.dir, 'times.json'), 'w'))
+    def prepare(self):
+        """Libraries without a fault, and programs of scenes."""
+        self.shared = {d: self.link('plain', d, self.objects(d)) for d in DIMS}
+        for d in DIMS if os.path.exists('drivers/scene.c') else ():
+            built = self.program('drivers/scene.c', d)
+            to = os.path.join(self.dir, 'programs', 'pd%dd' % d)
+            if built and not os.path.exists(to):
+                os.symlink(os.path.abspath(built), to)
 
 
-def name_of(test):
-    return '%s %dD' % test if test[1] else test[0]
+# ---- tests ----
+
+METAMORPHIC = 'tests/metamorphic/main.c'
 
 
-def all_tests(root):
-    c, shell = [], []
+def needed(sources):
+    """The sources and what they include from tests/ and cases/."""
+    found = list(sources)
+    for path in found:
+        for name in included(path):
+            for near in (os.path.join(os.path.dirname(path), name), os.path.join('tests', name), os.path.join('tests/hard', name)):
+                if os.path.exists(near) and near not in found:
+                    found.append(near)
+    return found
+
+
+def all_tests(m):
+    """Test -> digest of its text."""
+    tests = {}
     for folder in ('tests', 'tests/hard'):
-        for name in sorted(os.listdir(os.path.join(root, folder))) if os.path.isdir(os.path.join(root, folder)) else ():
+        for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else ():
             path = os.path.join(folder, name)
             if re.match(r'test_\w+\.c$', name):
-                slow = marked(path, 'slow', [])
-                c += [(path, d) for d in marked(path, 'dims', [2]) if d not in slow]
-            elif name.endswith('.sh') and folder == 'tests':
+                text = digest(needed([path]))
+                for d in marked(path, 'dims', [2]):
+                    if d in marked(path, 'slow', []) or not m.program(path, d):
+                        continue
+                    status, _, out = m.call([m.program(path, d), '--list'], LD_LIBRARY_PATH=os.path.abspath(os.path.join(m.dir, 'plain')))
+                    entries = [e for e in out.splitlines() if not e.endswith(' (slow)')] if status == 0 else []
+                    tests.update({Test(path, d, e): text for e in entries or ['']})
+            elif name == 'scene_figures.sh':
+                for scene in sorted(os.listdir('tests/scenes')):
+                    scene = os.path.join('tests/scenes', scene)
+                    if scene.endswith('.scene'):
+                        tests[Test(path, 0, scene)] = digest([path, scene])
+            elif name.endswith('.sh') and folder == 'tests' and name != 'mutants.sh':
                 text = open(path).read()
                 if '$programs/' in text and 'slow: yes' not in text and not re.search(r'\$CC|chromedriver|valgrind', text):
-                    shell.append((path, 0))
-    return c, shell
+                    tests[Test(path, 0, '')] = digest([path])
+    for d in DIMS if os.path.exists(METAMORPHIC) else ():
+        if m.program(METAMORPHIC, d):
+            here = os.path.dirname(METAMORPHIC)
+            tests[Test(METAMORPHIC, d, '--quick')] = digest(needed(sorted(os.path.join(here, n) for n in os.listdir(here))))
+    return tests
 
 
-def judge(m, graph, module, changed, tests, originals):
-    """The test that sees the fault, or None; what it said, seconds spent and tests run."""
-    c, shell = tests
-    near = [(graph.distance(t[0], module), t) for t in c if t[1] in changed]
+# ---- which lines a test executes ----
 
-    def place(n):  # quick tests first, and 2D
-        return 2 * n[0] + math.log2(1.0 + m.times.get(name_of(n[1]), 1.0)), abs(n[1][1] - 2), n[1]
 
-    near += [(SHELL, t) for t in shell]
-    order = [t for _, t in sorted((n for n in near if n[0] is not None), key=place)]
-    total, used, linked = 0.0, 0, False
-    for test in order:
-        known = m.times.get(name_of(test))
+class Map:
+    """`tests`: name -> {'text', 'seconds', 'passes', 'lines'}, lines those of self.lines by number, compressed."""
+
+    def __init__(self, m):
+        self.m, self.path = m, os.path.join(m.dir, 'map')
+        self.tests, self.sources, self.ids, self.lines, self.code = {}, {}, {}, [], set()
+        if os.path.exists(self.path):
+            self.tests, self.sources, self.lines, self.code = pickle.load(open(self.path, 'rb'))
+            self.ids = {l: k for k, l in enumerate(self.lines)}
+
+    def save(self):
+        pickle.dump((self.tests, self.sources, self.lines, self.code), open(self.path + '.new', 'wb'))
+        os.replace(self.path + '.new', self.path)
+
+    def number(self, line):
+        if line not in self.ids:
+            self.ids[line] = len(self.lines)
+            self.lines.append(line)
+        return self.ids[line]
+
+    def build(self):
+        """Libraries that mark what they execute. blocks[d]: addresses of blocks -> numbers of their lines."""
+        m = self.m
+        trace = os.path.join(m.dir, 'cover', 'trace.c')
+        open(trace, 'w').write(TRACE)
+        self.blocks = {}
+        for d in DIMS:
+            objects = []
+            for s in m.a.sources:
+                o = os.path.join(m.dir, 'cover', 'obj%dd' % d, s[:-2] + '.o')
+                os.makedirs(os.path.dirname(o), exist_ok=True)
+                original = os.path.join(m.a.build, 'obj%dd' % d, s[:-2] + '.o')  # made again with any header
+                if not os.path.exists(o) or os.path.getmtime(o) < os.path.getmtime(original):
+                    fine, out = m.compile(os.path.join('src', s), d, o, m.traced)
+                    if not fine:
+                        sys.exit('mutants: ' + out)
+                objects.append(o)
+            o = os.path.join(m.dir, 'cover', 'trace%d.o' % d)
+            fine, out = m.compile(trace, d, o, ['-O2', '-fPIC'])
+            if not fine:
+                sys.exit('mutants: ' + out)
+            self.blocks[d] = self.table(m.link('cover', d, objects + [o]))
+
+    def table(self, library):
+        # rows of a block: from its call, in a function's first block from the function's begin
+        bounds, marks, begin, call = [], {}, None, None
+        out = subprocess.run(['objdump', '-d', '--no-show-raw-insn', library], stdout=subprocess.PIPE, check=True).stdout
+        for line in out.decode(errors='replace').splitlines():
+            if line.endswith('>:'):
+                begin = int(line.split()[0], 16)
+                bounds.append(begin)
+            elif line.startswith(' '):
+                at = int(line[:line.index(':')], 16)
+                if call is not None:
+                    marks[call] = at
+                call = None
+                if '<__sanitizer_cov_trace_pc' in line and 'call' in line:
+                    call = at if begin is None else begin
+                    bounds.append(call)
+                    begin = None
+        lines, unit = collections.defaultdict(set), ''
+        bounds = sorted(set(bounds))
+        out = subprocess.run(['readelf', '--debug-dump=decodedline', '-W', library], stdout=subprocess.PIPE, check=True,
+                             stderr=subprocess.DEVNULL).stdout
+        for line in out.decode(errors='replace').splitlines():
+            f = line.split()
+            if line.startswith('CU: '):
+                unit = os.path.relpath(line[4:].rstrip(':').lstrip('./'), 'src')
+            elif len(f) >= 3 and f[0] == os.path.basename(unit) and f[1].isdigit() and f[2].startswith('0x'):
+                at = bisect.bisect_right(bounds, int(f[2], 16)) - 1
+                n = self.number((unit, int(f[1])))
+                self.code.add(n)
+                if at >= 0:
+                    lines[bounds[at]].add(n)
+        return {marks[at]: n for at, n in lines.items() if at in marks}
+
+    def trace(self, test, text):
+        m, seen = self.m, os.path.abspath(os.path.join(self.m.dir, 'seen'))
+        status, took, out = m.run(test, m.a.longest, 'cover', MUTANTS_SEEN=seen)
+        found = {}
+        for d in DIMS:
+            path = '%s.%d' % (seen, d)
+            if os.path.exists(path):
+                numbers = set()
+                data = open(path, 'rb').read()
+                for run in re.finditer(b'\x01', data):
+                    numbers.update(self.blocks[d].get(run.start(), ()))
+                found[d] = zlib.compress(array.array('I', sorted(numbers)).tobytes(), 1)
+                os.remove(path)
+        self.tests[name_of(test)] = {'text': text, 'seconds': took, 'passes': status in (0, -1), 'lines': found}
+        if status:
+            print('mutants: %s' % name_of(test), 'takes more than %g s: lines that it executes later are not known' %
+                  m.a.longest if status == -1 else 'fails without a fault and is not used')
+            sys.stdout.flush()
+
+    def renew(self, tests):
+        """Runs the tests that the map does not have."""
+        now = {s: open(os.path.join('src', s)).read() for s in self.m.a.sources}
+        if self.sources != now and self.tests and self.m.a.old_map:
+            self.move(now)
+        elif self.sources != now:
+            self.tests, self.ids, self.lines, self.code = {}, {}, [], set()
+        self.sources = now
+        wanted = {name_of(t) for t in tests}
+        self.tests = {n: t for n, t in self.tests.items() if n in wanted}
+        missing = [t for t, text in tests.items() if self.tests.get(name_of(t), {}).get('text') != text]
+        if not missing:
+            return
+        begin, saved = time.monotonic(), time.monotonic()
+        self.build()
+        print('mutants: the map of which lines are executed: %d of %d tests to run' % (len(missing), len(tests)))
+        sys.stdout.flush()
+        for test in sorted(missing, key=lambda t: not t.dim):
+            self.trace(test, tests[test])
+            if time.monotonic() - saved > 60.0:
+                saved = time.monotonic()
+                self.save()
+        self.save()
+        print('mutants: they took %.0f s of processor time and %.0f s' % (
+            sum(self.tests[name_of(t)]['seconds'] for t in missing), time.monotonic() - begin))
+
+    def move(self, now):
+        """Lines of changed sources are those of the same text; a new line is executed where the one before it is."""
+        follow = {}
+        for s, text in now.items():
+            old = self.sources.get(s)
+            if old is None or old == text:
+                continue
+            match = difflib.SequenceMatcher(None, old.split('\n'), text.split('\n'), False)
+            for what, a, b, c, e in match.get_opcodes():
+                for k in range(c, e):
+                    from_ = a + min(k - c, max(b - a - 1, 0)) if what != 'insert' else a - 1
+                    follow.setdefault((s, from_ + 1), []).append((s, k + 1))
+            for n, line in enumerate(self.lines):
+                if line[0] == s:
+                    follow.setdefault(line, [])
+        if not follow:
+            return
+        to = [[self.number(l) for l in follow.get(line, [line])] for line in list(self.lines)]
+        for t in self.tests.values():
+            for d, packed in t['lines'].items():
+                numbers = array.array('I')
+                numbers.frombytes(zlib.decompress(packed))
+                t['lines'][d] = zlib.compress(array.array('I', sorted({x for n in numbers for x in to[n]})).tobytes(), 1)
+        self.code = {x for n in self.code for x in to[n]}
+
+    def spread(self, tests):
+        """self.by[d][line number]: the tests that execute the line; self.full: lines that have code."""
+        self.by = {d: collections.defaultdict(list) for d in DIMS}
+        for test in tests:
+            t = self.tests[name_of(test)]
+            for d, packed in t['lines'].items() if t['passes'] else ():
+                numbers = array.array('I')
+                numbers.frombytes(zlib.decompress(packed))
+                for n in numbers:
+                    self.by[d][n].append(test)
+        self.full = collections.defaultdict(list)
+        for n in self.code:
+            self.full[self.lines[n][0]].append(self.lines[n][1])
+        for lines in self.full.values():
+            lines.sort()
+
+    def meeting(self, source, line):
+        """{test: dimensions} of the tests that execute a line, or the one before it that has code."""
+        k = bisect.bisect_right(self.full[source], line) - 1
+        if k < 0:
+            return {}
+        n, found = self.ids[source, self.full[source][k]], {}
+        for d in DIMS:
+            for test in self.by[d].get(n, ()):
+                found.setdefault(test, []).append(d)
+        return found
+
+    def unseen(self):
+        """(source, line) that have code and that no test executes."""
+        seen = set().union(*(self.by[d] for d in DIMS))
+        return sorted(self.lines[n] for n in self.code - seen)
+
+
+# ---- a fault ----
+
+
+class Fault:
+    """A source with a fault: its objects, compiled where they are asked for."""
+
+    def __init__(self, m, path, text, changed):
+        self.m, self.path, self.state = m, path, {}
+        self.source = os.path.join(m.dir, 'source', path)
+        os.makedirs(os.path.dirname(self.source), exist_ok=True)
+        open(self.source, 'w').write(changed)
+        for d in DIMS:
+            library = os.path.join(m.dir, 'fault', 'libpdcorr%dd.so' % d)
+            if os.path.exists(library):
+                os.remove(library)
+
+    def effect(self, d):
+        """'' where it does not build, 'none', or 'some'; in the last case the library with it is there."""
+        if d in self.state:
+            return self.state[d]
+        m, to = self.m, os.path.join(self.m.dir, 'mutant%dd.o' % d)
+        original = os.path.join(m.a.build, 'obj%dd' % d, self.path[:-2] + '.o')
+        if not m.compile(self.source, d, to)[0]:
+            self.state[d] = ''
+        elif m.same(original, to):
+            self.state[d] = 'none'
+        else:
+            self.state[d] = 'some'
+            m.link('fault', d, [to if o == original else o for o in m.objects(d)])
+        return self.state[d]
+
+
+def judge(m, graph, fault, line, known):
+    """The test that sees the fault, or None; what it said, seconds spent, tests run, tests that execute the line."""
+    met = known.meeting(fault.path, line)
+
+    def place(test):  # cheap and near ones first
+        far = graph.distance(test.path, fault.path[:-2]) if test.dim and test.path != METAMORPHIC else SHELL
+        return math.log2(0.02 + known.tests[name_of(test)]['seconds']) + min(SHELL if far is None else far, SHELL), name_of(test)
+
+    total, used = 0.0, 0
+    for test in sorted(met, key=place):
         if total > m.a.seconds:
             break
-        if m.plain.get(test) is False or (known or 0.0) > m.a.longest or m.command(test) is None:
+        effects = [fault.effect(d) for d in met[test]]
+        if '' in effects:
+            break
+        if 'some' not in effects or m.plain.get(test) is False:
             continue
-        if not linked:
-            for d in changed:
-                m.link(d, originals[d])
-            linked = True
-        limit = m.a.longest if known is None else 5.0 + 5.0 * known
-        status, took, out = m.run(test, limit)
+        limit = 5.0 + 5.0 * known.tests[name_of(test)]['seconds']
+        status, took, out = m.run(test, limit, 'fault')
         total += took
         used += 1
-        if not status:
-            m.remember(test, took)
-            continue
-        linked = linked and test in m.plain
-        if m.sound(test):
-            said = [line for line in out.splitlines() if not line.startswith('note') and re.search(r': \w+: |^failed: |assert|ERROR', line)]
-            return name_of(test), (said or ['no end' if status == -1 else 'status %d' % status])[0].strip(), total, used
-    return None, '', total, used
+        if status and m.sound(test, limit):
+            said = [l for l in out.splitlines() if not l.startswith('note') and re.search(r': \w+: |^failed: |assert|ERROR', l)]
+            return test, (said or ['no end' if status == -1 else 'status %d' % status])[0].strip(), total, used, len(met)
+    return None, '', total, used, len(met)
 
 
 def main():
@@ -357,11 +686,13 @@ def main():
     p.add_argument('--seed', type=int, help='of the faults; without: by the clock')
     p.add_argument('--count', type=int, default=100, help='faults with an effect')
     p.add_argument('--seconds', type=float, default=300, help='of processor time in tests for a fault, after which it has survived')
-    p.add_argument('--longest', type=float, default=120, help='a test that takes more of them is not used')
+    p.add_argument('--longest', type=float, default=60, help='a test is followed for so many of them')
     p.add_argument('--only', default='', help='folders or files below src, with commas between them')
     p.add_argument('--at', help='FILE:LINE: the faults of a line below src, one after the other')
     p.add_argument('--build', default='build')
     p.add_argument('--list', action='store_true', help='print the faults and stop')
+    p.add_argument('--unseen', action='store_true', help='print the lines that no test executes and stop')
+    p.add_argument('--old-map', action='store_true', help='after a change of sources, find the lines of the old map by their text')
     a = p.parse_args()
     if a.seed is None:
         a.seed = int(time.time()) % 1000000
@@ -384,24 +715,26 @@ def main():
                  if text.count('\n', 0, place[0]) + 1 == line]
         a.count = len(queue)
     print('mutants: seed %d, %d faults to draw from' % (a.seed, sum(len(f) for s in sources.values() for f in s[1].values())))
-    m, graph, tests = Machine(a), Graph('.'), all_tests('.')
+    begin = spent()
     if not a.list:
-        os.makedirs(os.path.join(m.dir, 'programs'), exist_ok=True)
-        for d in DIMS:
-            m.link(d)
-            if os.path.exists('drivers/scene.c'):
-                built = m.program(('drivers/scene.c', d))
-                to = os.path.join(m.dir, 'programs', 'pd%dd' % d)
-                if built and not os.path.exists(to):
-                    os.symlink(os.path.abspath(built), to)
+        m, graph = Machine(a), Graph('.')
+        m.prepare()
+        tests, known = all_tests(m), Map(m)
+        known.renew(tests)
+        known.spread(tests)
+    if a.unseen:
+        for s, line in known.unseen():
+            if s in sources:
+                print('src/%s:%d: %s' % (s, line, sources[s][0].split('\n')[line - 1].strip()))
+        return
     drawn = built = effect = killed = survived = 0
     room = sum(len(f) for s in sources.values() for f in s[1].values())
     while (drawn if a.list or a.at else effect) < a.count and drawn < room:
         path, text, (x, y, new), kind = queue[drawn] if queue is not None else draw(sources, rng, seen)
         drawn += 1
         line = text.count('\n', 0, x) + 1
-        changed_text = text[:x] + new + text[y:]
-        old, now = (t.split('\n')[line - 1].strip() for t in (text, changed_text))
+        changed = text[:x] + new + text[y:]
+        old, now = (t.split('\n')[line - 1].strip() for t in (text, changed))
         head = 'src/%s:%d: %s' % (path, line, kind)
         diff = '%s\n    - %s\n    + %s' % (head, old, now)
         if '\n' in text[x:y]:
@@ -409,36 +742,37 @@ def main():
         if a.list:
             print(diff)
             continue
-        source = os.path.join(m.dir, 'source', path)
-        os.makedirs(os.path.dirname(source), exist_ok=True)
-        open(source, 'w').write(changed_text)
-        swaps, fine = {}, True
-        for d in DIMS:
-            to = os.path.join(m.dir, 'mutant%dd.o' % d)
-            original = os.path.join(a.build, 'obj%dd' % d, path[:-2] + '.o')
-            fine = fine and m.compile(source, d, to)[0]
-            plain = os.path.join(m.dir, 'plain%dd.o' % d)
-            # asserts hold the name of the source: compare with the original compiled from there, too
-            open(source, 'w').write(text)
-            if fine and m.compile(source, d, plain)[0] and not m.same(plain, to):
-                swaps[d] = (original, to)
-            open(source, 'w').write(changed_text)
-        if not fine:
+        fault = Fault(m, path, text, changed)
+        test, said, took, used, meet = judge(m, graph, fault, line, known)
+        if not test:
+            for d in DIMS:
+                if '' not in fault.state.values() and 'some' not in fault.state.values():
+                    fault.effect(d)
+        if '' in fault.state.values():
             continue
         built += 1
-        if not swaps:
+        if 'some' not in fault.state.values():
             print('%s: no effect' % head)
             continue
         effect += 1
-        test, said, took, used = judge(m, graph, path[:-2], sorted(swaps), tests, swaps)
         if test:
             killed += 1
-            print('%s: killed after %.0f s by test %d, %s: %s' % (head, took, used, test, said[:160]))
+            print('%s: killed after %.0f s by test %d of %d, %s: %s' % (head, took, used, meet, name_of(test), said[:160]))
+        elif not meet:
+            survived += 1
+            print('SURVIVED, since no test executes the line: %s' % diff)
         else:
             survived += 1
-            print('SURVIVED %d tests in %.0f s: %s' % (used, took, diff))
+            print('SURVIVED %d of %d tests in %.0f s: %s' % (used, meet, took, diff))
         sys.stdout.flush()
+    if not a.list:
+        print('mutants: %.0f s of processor time' % (spent() - begin))
     print('%d mutants, %d built, %d with an effect, %d killed, %d survived' % (drawn, built, effect, killed, survived))
+
+
+def spent():
+    use = [resource.getrusage(k) for k in (resource.RUSAGE_CHILDREN, resource.RUSAGE_SELF)]
+    return sum(u.ru_utime + u.ru_stime for u in use)
 
 
 if __name__ == '__main__':
