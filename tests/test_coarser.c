@@ -3,6 +3,7 @@
  * dims: 2 */
 #include "run/accuracy.h"
 #include "run/estimate.h"
+#include "scene/scene.h"
 #include "test.h"
 #include <stdlib.h>
 
@@ -170,6 +171,74 @@ TEST(wanted_spacing)
     pd_setup_free(&ctx, &u);
 }
 
+/* Diffusion into a slab, with figures of the second order, and one that no lattice changes. */
+static const char slab_text[] =
+    "[grid] h = 1 um  threads = 1  box = 0 um .. 32 um, 0 um .. 8 um\n[side x-] C = 1 mol/m3\n[side x+] C = 0 mol/m3\n"
+    "[side y-] flow = mirror\n[side y+] flow = mirror\n[transport] D = 1e-9 m2/s\n[run] until = 0.05 s\n"
+    "[probe near] at = 4 um, 4 um  fields = C\n[probe far] at = 20 um, 4 um  fields = C\n[plane p] at = x 8 um\n"
+    "[total sum]\n";
+
+static int run_figures(pd_ctx *ctx, const char *h, pd_setup *u, pd_figures *f)
+{
+    pd_run_desc desc;
+    pd_run_result result;
+    memset(&desc, 0, sizeof desc);
+    memset(f, 0, sizeof *f);
+    desc.dry = 1;
+    desc.figures = f;
+    if (!CHECK_OK(ctx, pd_scene_parse(ctx, "a.scene", slab_text, &h, 1, u))) return 0;
+    return CHECK_OK(ctx, pd_run(ctx, u, &desc, &result));
+}
+
+/* An estimate holds the figures of runs at 2 h and 4 h, and orders and errors are those of the extrapolation. */
+TEST(estimates)
+{
+    static const char *const h[] = {"grid.h=1 um", "grid.h=2 um", "grid.h=4 um"};
+    pd_ctx ctx;
+    pd_setup u[3];
+    pd_figures f[3];
+    pd_estimate e;
+    pd_run_desc desc;
+    pd_ctx_init(&ctx);
+    memset(&desc, 0, sizeof desc);
+    for (int k = 0; k < 3; k++)
+        if (!run_figures(&ctx, h[k], &u[k], &f[k])) return;
+    if (CHECK_OK(&ctx, pd_estimate_run(&ctx, &u[0], &desc, &f[0], &e))) {
+        int worst = -1, observed = 0;
+        CHECK_INT(e.count, f[0].count);
+        CHECK_INT(e.coarser_runs, 2);
+        for (int k = 0; k < e.count; k++) {
+            const pd_estimated *a = &e.list[k];
+            double near_step = f[1].list[k].value - f[0].list[k].value;
+            double far_step = f[2].list[k].value - f[1].list[k].value;
+            double order = log2(far_step / near_step), most = 0.0;
+            int believed = order >= 0.5 && order <= 3.0 && fabs(near_step) > 1e-9 * fabs(a->figure.value);
+            CHECK_STR(a->figure.key, f[0].list[k].key);
+            CHECK_REL(a->coarser[0], f[1].list[k].value, 1e-12);
+            CHECK_REL(a->coarser[1], f[2].list[k].value, 1e-12);
+            CHECK_INT(a->assumed, !believed);
+            observed += believed;
+            if (!believed) order = 2.0;
+            if (!believed) near_step = fmax(fabs(near_step), fabs(far_step) / 4.0);
+            CHECK_REL(a->order, order, 1e-9);
+            CHECK_REL(a->error, fabs(near_step) / (exp2(order) - 1.0) / fabs(a->figure.value), 1e-9);
+            for (int j = 0; j < e.count; j++)
+                if (f[0].list[j].key[0] == a->figure.key[0] && strcmp(f[0].list[j].unit, a->figure.unit) == 0)
+                    most = fmax(most, fabs(f[0].list[j].value));
+            CHECK_INT(a->minor, fabs(a->figure.value) < 0.1 * most);
+            if (!a->minor && (worst < 0 || a->error > e.list[worst].error)) worst = k;
+        }
+        CHECK(observed >= 2);
+        CHECK_INT(e.worst, worst);
+        pd_estimate_free(&ctx, &e);
+    }
+    for (int k = 0; k < 3; k++) {
+        pd_figures_free(&ctx, &f[k]);
+        pd_setup_free(&ctx, &u[k]);
+    }
+    CHECK_INT(ctx.in_use, 0);
+}
+
 /* What the scene sets stays; what it leaves open follows the wanted accuracy. */
 TEST(picked_settings)
 {
@@ -199,4 +268,4 @@ TEST(picked_settings)
 }
 
 TEST_MAIN(ENTRY(corners_are_held) ENTRY(thin_parts_are_refused) ENTRY(faces_lie_on_planes) ENTRY(planes_and_rates)
-          ENTRY(wanted_spacing) ENTRY(picked_settings))
+          ENTRY(estimates) ENTRY(wanted_spacing) ENTRY(picked_settings))

@@ -13,7 +13,8 @@
     "[species H2] D = 4.5e-9 m2/s  initial = 1 mol/m3\n[species H2O]\n[run] until = 1 ms\n"
 #define WATER "[species H+] D = 9.31e-9 m2/s\n[reaction water] equation = H2O = H+ + OH-  log10_K = -14\n"
 #define ELECTRODE(law, curve) \
-    "[potential]\n[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-\ncurrent = 1 A/m2*" law "*10^((E + 0.6 V)/(60 mV))\n" \
+    "[potential]\n[dissolve] charge = 2  reaction = Fe = Fe2+ + 2 e-\n" \
+    "current = 1 A/m2*" law "*10^((E + 0.6 V)/(60 mV))\n" \
     "[electrode iron] shape = iron  curve = expression  reaction = 2 H2O + 2 e- = H2 + 2 OH-\n" \
     "i = -1 A/m2*" curve "*10^(-(E + 0.4 V)/(120 mV))\n"
 

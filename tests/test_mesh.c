@@ -615,6 +615,7 @@ TEST(bad_vtk)
     changed("UnstructuredGrid", "ImageData", "UnstructuredGrid");
     changed("NumberOfPoints='2'", "NumberOfPoints='3'", "expected a number of an array");
     changed("NumberOfPoints='2'", "NumberOfPoints='1'", "more than its 3 numbers");
+    changed("NumberOfPoints='2'", "NumberOfPoints='4'", "more than it can hold"); /* in the 5 bytes of `2 0.5` */
     changed("NumberOfPoints='2'", "NumberOfPoints='2000000000'", "more than it can hold");
     changed("NumberOfPoints='2'", "NumberOfPoints='-2'", "found '-2'");
     changed("NumberOfPoints='2'", "", "a tag without NumberOfPoints");

@@ -419,7 +419,7 @@ def all_tests(m):
             if re.match(r'test_\w+\.c$', name):
                 text = digest(needed([path]))
                 for d in marked(path, 'dims', [2]):
-                    if d in marked(path, 'slow', []) or not m.program(path, d):
+                    if m.a.dims and str(d) not in m.a.dims or d in marked(path, 'slow', []) or not m.program(path, d):
                         continue
                     status, _, out = m.call([m.program(path, d), '--list'], LD_LIBRARY_PATH=os.path.abspath(os.path.join(m.dir, 'plain')))
                     entries = [e for e in out.splitlines() if not e.endswith(' (slow)')] if status == 0 else []
@@ -434,7 +434,7 @@ def all_tests(m):
                 if '$programs/' in text and 'slow: yes' not in text and not re.search(r'\$CC|chromedriver|valgrind', text):
                     tests[Test(path, 0, '')] = digest([path])
     for d in DIMS if os.path.exists(METAMORPHIC) else ():
-        if m.program(METAMORPHIC, d):
+        if (not m.a.dims or str(d) in m.a.dims) and m.program(METAMORPHIC, d):
             here = os.path.dirname(METAMORPHIC)
             tests[Test(METAMORPHIC, d, '--quick')] = digest(needed(sorted(os.path.join(here, n) for n in os.listdir(here))))
     return tests
@@ -547,7 +547,8 @@ class Map:
             self.tests, self.ids, self.lines, self.code = {}, {}, [], set()
         self.sources = now
         wanted = {name_of(t) for t in tests}
-        self.tests = {n: t for n, t in self.tests.items() if n in wanted}
+        if not self.m.a.dims:
+            self.tests = {n: t for n, t in self.tests.items() if n in wanted}
         missing = [t for t, text in tests.items() if self.tests.get(name_of(t), {}).get('text') != text]
         if not missing:
             return
@@ -555,7 +556,7 @@ class Map:
         self.build()
         print('mutants: the map of which lines are executed: %d of %d tests to run' % (len(missing), len(tests)))
         sys.stdout.flush()
-        for test in sorted(missing, key=lambda t: not t.dim):
+        for test in sorted(missing, key=lambda t: (t.dim == 3, not t.dim)):
             self.trace(test, tests[test])
             if time.monotonic() - saved > 60.0:
                 saved = time.monotonic()
@@ -688,6 +689,7 @@ def main():
     p.add_argument('--seconds', type=float, default=300, help='of processor time in tests for a fault, after which it has survived')
     p.add_argument('--longest', type=float, default=60, help='a test is followed for so many of them')
     p.add_argument('--only', default='', help='folders or files below src, with commas between them')
+    p.add_argument('--dims', default='', help='of the test programs that are used, such as 1,2')
     p.add_argument('--at', help='FILE:LINE: the faults of a line below src, one after the other')
     p.add_argument('--build', default='build')
     p.add_argument('--list', action='store_true', help='print the faults and stop')
