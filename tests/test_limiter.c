@@ -1,4 +1,4 @@
-/* limiter: the order of limited fluxes, of implicit and of explicit steps.
+/* limiter: the order of limited fluxes, of implicit and of explicit steps; gradients beside walls, derivatives.
  * dims: 1 2 3 */
 #include "fixture.h"
 #include "transport/explicit.h"
@@ -108,4 +108,101 @@ TEST(sixth_order_in_explicit_steps)
     }
 }
 
-TEST_MAIN(ENTRY(third_order_in_a_uniform_stream) ENTRY(sixth_order_in_explicit_steps))
+/* A field around a ball, with the arrays of a step; 0: not built. */
+static int ball_build(scene *s, double m, double (*field)(const double *x))
+{
+    int cells = PD_DIM == 3 ? 12 : 24;
+    scene_box(s, m, 1.0 / cells, cells, cells, cells);
+    s->shapes[0].type = PD_SHAPE_BALL;
+    for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.5 + 0.3 / cells;
+    s->shapes[0].r = 0.2;
+    s->grid_desc.solid = s->shapes;
+    s->with = WITH_TRANSPORT | WITH_FLOW;
+    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = s->flow_desc.length = 1.0;
+    if (!scene_build(s)) return 0;
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&s->grid, i, x);
+        s->transport.c[i] = field(x);
+    }
+    pdi_flow_prepare(&s->ctx, &s->flow);
+    return CHECK_OK(&s->ctx, pdi_transport_hold(&s->ctx, &s->transport)) &&
+           CHECK_OK(&s->ctx, pdi_flux_refresh(&s->ctx, &s->transport.flux));
+}
+
+static double linear(const double *x)
+{
+    double sum = 2.0;
+    for (int d = 0; d < PD_DIM; d++) sum += (1.0 - 0.7 * d) * x[d];
+    return sum;
+}
+
+/* The gradient of a linear field is exact where families are cut by walls and sides, too (eq. 3.5). */
+TEST(gradient_beside_walls)
+{
+    for (int m = 1; m <= 3; m++) {
+        scene *s = &test_scene;
+        const pd_limiter *l = &s->transport.limiter;
+        double worst = 0.0;
+        int cut = 0;
+        if (!ball_build(s, m, linear)) return;
+        pdi_limiter_update(&s->ctx, &s->transport.limiter, s->transport.c, 0.0);
+        for (int32_t i = 0; i < s->grid.total; i++) {
+            if (s->grid.kind[i] != PD_FLUID) continue;
+            double off = 0.0;
+            for (int d = 0; d < PD_DIM; d++)
+                off = fmax(off, fabs(l->slope[d * (int64_t)s->grid.total + i] - (1.0 - 0.7 * d)));
+            worst = fmax(worst, off);
+            cut += pdi_limiter_cut(l, i);
+        }
+        CHECK_LE(worst, 1e-12);
+        CHECK(cut > 0);
+        CHECK_OK(&s->ctx, pdi_transport_release(&s->ctx, &s->transport, PD_OK));
+        scene_free(s);
+    }
+}
+
+static double wave(const double *x)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += sin(5.0 * x[d] + 1.3 * d);
+    return sum;
+}
+
+/* Derivatives of factor and gradient against differences. */
+TEST(derivatives)
+{
+    for (int m = 1; m <= 3; m++) {
+        scene *s = &test_scene;
+        pd_limiter *l = &s->transport.limiter;
+        uint32_t random = 5;
+        double stride = 1e-6, worst[2] = {0.0, 0.0};
+        if (!ball_build(s, m, wave)) return;
+        int64_t total = s->grid.total;
+        double *x = (double *)calloc((size_t)(total * (4 + 3 * PD_DIM)), sizeof *x);
+        double *factor_by = x + total, *slope_by = x + 2 * total, *up = slope_by + PD_DIM * total;
+        if (!CHECK(x != NULL)) return;
+        for (int32_t i = 0; i < total; i++) x[i] = random_share(&random) - 0.5;
+        pdi_limiter_derive(&s->ctx, l, s->transport.c, x, 0.0, factor_by, slope_by);
+        for (int way = 1; way >= -1; way -= 2) {
+            for (int32_t i = 0; i < total; i++) s->transport.c[i] += way * stride * x[i];
+            pdi_limiter_update(&s->ctx, l, s->transport.c, 0.0);
+            for (int32_t i = 0; i < total; i++) s->transport.c[i] -= way * stride * x[i];
+            for (int32_t i = 0; i < total; i++) up[i] += way * l->factor[i] / (2.0 * stride);
+            for (int64_t i = 0; i < PD_DIM * total; i++) up[total + i] += way * l->slope[i] / (2.0 * stride);
+        }
+        for (int32_t i = 0; i < total; i++) {
+            if (s->grid.kind[i] != PD_FLUID) continue;
+            worst[0] = fmax(worst[0], fabs(factor_by[i] - up[i]));
+            for (int d = 0; d < PD_DIM; d++)
+                worst[1] = fmax(worst[1], fabs(slope_by[d * total + i] - up[(1 + d) * total + i]));
+        }
+        CHECK_LE(worst[0], 1e-6);
+        CHECK_LE(worst[1], 1e-6);
+        free(x);
+        CHECK_OK(&s->ctx, pdi_transport_release(&s->ctx, &s->transport, PD_OK));
+        scene_free(s);
+    }
+}
+
+TEST_MAIN(ENTRY(gradient_beside_walls) ENTRY(derivatives) ENTRY(third_order_in_a_uniform_stream) ENTRY(sixth_order_in_explicit_steps))
