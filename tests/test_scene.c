@@ -626,13 +626,45 @@ TEST(refusals)
     CHECK(strstr(ctx.message, "side x-: found no wall beside the opening") != NULL);
     leave(&ctx, &u);
 }
+/* What depends on time is refused in a scene without time, whatever key it is behind. */
+TEST(functions_of_time_at_rest)
+{
+#define GROWS "*(1 + t/(1 s))"
+#define FLOWS "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n[flow] rho = 1 g/cm3  mu = 1 mPa s  speed = 1 mm/s\n"
+#define CARRIES CHANNEL "[transport] D = 1e-9 m2/s  time = steady\n"
+#define LOADED "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n" BLOCK "[solid] E = 200 GPa  nu = 0.3  plane = stress\n"
+    static const char *const rows[][2] = {
+        {CHANNEL "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s" GROWS "\n", "a.scene:4: mean: "},
+        {CHANNEL "[side x-] flow = inlet  profile = uniform  flow_rate = 1 mL/min" GROWS "\n", "a.scene:4: flow_rate: "},
+        {CHANNEL "[side x-] flow = inlet  profile = expression  vx = 1 mm/s" GROWS "  vy = 0 m/s\n", "a.scene:4: vx: "},
+        {CHANNEL "[side x-] flow = inlet  profile = expression  vx = 1 mm/s  vy = 0 m/s" GROWS "\n", "a.scene:4: vy: "},
+        {CARRIES "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s  C = 1 mol/m3" GROWS "\n", "a.scene:5: C: "},
+        {CARRIES "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n[side y-] C = 1 mol/m3" GROWS "\n",
+         "a.scene:6: C: "},
+        {CARRIES "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n"
+         "[shape w] box = 50 um .. 90 um, 0 um .. 30 um  kind = wall  C = 1 mol/m3" GROWS "\n", "a.scene:6: C: "},
+        {FLOWS "[side y+] velocity = 1 mm/s" GROWS ", 0 m/s\n", "a.scene:3: velocity: "},
+        {CHANNEL "  force = 0 m/s2, 1 m/s2" GROWS "\n[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n",
+         "force: "},
+        {LOADED "[side x-] ux = 0 um\n[side x+] ux = 1 um" GROWS "\n", "a.scene:5: ux: "},
+        {LOADED "[side x-] ux = 0 um\n[side y-] uy = 1 um" GROWS "\n", "a.scene:5: uy: "},
+        {LOADED "[side x-] ux = 0 um  uy = 0 um\n[side y-] traction = 0 Pa, 1 MPa" GROWS "\n", "a.scene:5: traction: "},
+        {LOADED "[side x-] ux = 0 um  uy = 0 um\n[side y-] pressure = 1 MPa" GROWS "\n", "a.scene:5: pressure: "},
+        {LOADED "  force = 0 N/m3, 1 N/m3" GROWS "\n[side x-] ux = 0 um  uy = 0 um\n", "force: "}};
+    for (int k = 0; k < (int)(sizeof rows / sizeof rows[0]); k++) {
+        char part[160];
+        snprintf(part, sizeof part, "%sfound a function of t in a scene that is steady", rows[k][1]);
+        refused(rows[k][0], part);
+    }
+}
 TEST_MAIN(ENTRY(every_key) ENTRY(shapes_and_operations) ENTRY(overrides_replace_values) ENTRY(law_per_layer)
           ENTRY(masks) ENTRY(parabola_between_walls) ENTRY(flow_rate_and_direction) ENTRY(expression_profile)
           ENTRY(flow_without_progress)
           ENTRY(sides_and_motion)
           ENTRY(absent_physics_costs_nothing) ENTRY(grain_factor) ENTRY(files_of_a_run) ENTRY(stop_and_check)
           ENTRY(flow_alone) ENTRY(walls_and_media) ENTRY(watching_a_flow)
-          ENTRY(watching_bodies) ENTRY(watching_a_transfer) ENTRY(refusals))
+          ENTRY(watching_bodies) ENTRY(watching_a_transfer) ENTRY(functions_of_time_at_rest)
+          ENTRY(refusals))
 #elif PD_DIM == 3
 #define TUBE \
     "[grid] h = 10 um  box = 0 .. 80 um, -40 um .. 40 um, -40 um .. 40 um\n" \
