@@ -9,6 +9,7 @@ double draw_fraction(draw *g) { return random_share(&g->state); }
 double draw_between(draw *g, double low, double high) { return random_between(&g->state, low, high); }
 double draw_decade(draw *g, double low, double high) { return exp(draw_between(g, log(low), log(high))); }
 int draw_chance(draw *g, double chance) { return draw_fraction(g) < chance; }
+int draw_exact(const draw *g) { return g->of == CLASS_EXACT || g->of == CLASS_RING; }
 int draw_whole(draw *g, int low, int high) { return low + (int)(draw_fraction(g) * (high - low + 1)); }
 
 /* ---- shapes ---- */
@@ -38,7 +39,10 @@ static void draw_body(draw *g, int s, const double *low, const double *high)
                 a[d] = x->low[d] + x->h[d] * mid;
         }
         if ((x->has & HAS_AXIS) && draw_chance(g, 0.7)) a[1] = 0.0;
-        scene_point(x, s, "ball", a);
+        if (PD_DIM == 3 && draw_chance(g, 0.3)) {
+            scene_axis(x, s, "cylinder", draw_whole(g, 0, 2));
+            scene_point(x, s, "centre", a);
+        } else scene_point(x, s, "ball", a);
         scene_key(x, s, "radius", "%q", r, UNIT_LENGTH);
         return;
     }
@@ -59,46 +63,128 @@ static void draw_body(draw *g, int s, const double *low, const double *high)
     scene_box(x, s, "box", a, b);
 }
 
+/* Faces of boxes that touch or overlap lie on the lattice. */
+static void draw_two_boxes(draw *g, int s, const double *low, const double *high)
+{
+    scene *x = g->x;
+    double a[2][3], b[2][3];
+    int axis = draw_whole(g, 0, PD_DIM - 1), touch = draw_chance(g, 0.5);
+    for (int k = 0; k < 2; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double room = high[d] - low[d], from = floor(low[d] + room * draw_between(g, 0.0, 0.3)),
+                   to = ceil(high[d] - room * draw_between(g, 0.0, 0.3)), mid = floor(0.5 * (from + to));
+            if (d == axis && k == 0) to = mid + 1.0;
+            if (d == axis && k == 1) from = touch ? (b[0][d] - x->low[d]) / x->h[d] : mid;
+            if (to - from < 1.0) to = from + 1.0;
+            if ((x->has & HAS_AXIS) && d == 1 && draw_chance(g, 0.7)) from = 0.0;
+            a[k][d] = x->low[d] + from * x->h[d];
+            b[k][d] = x->low[d] + to * x->h[d];
+        }
+    a[1][axis] = touch ? b[0][axis] : a[1][axis];
+    for (int k = 0; k < 2; k++) scene_box(x, s + k, "box", a[k], b[k]);
+}
+
+/* A slanted face. */
+static void draw_half_space(draw *g, int s, const double *low, const double *high)
+{
+    scene *x = g->x;
+    double at[3], normal[3];
+    for (int d = 0; d < PD_DIM; d++) {
+        at[d] = x->low[d] + x->h[d] * (low[d] + (high[d] - low[d]) * draw_between(g, 0.4, 0.7));
+        normal[d] = draw_between(g, 0.1, 1.0) * (draw_chance(g, 0.5) ? -1.0 : 1.0);
+    }
+    scene_key(x, s, "half_space", "yes");
+    scene_point(x, s, "point", at);
+    scene_direction(x, s, "normal", normal);
+}
+
+/* Voxels of the box, of one cell or two, in which some balls are. */
+static void draw_voxels(draw *g, const double *low, const double *high)
+{
+    scene *x = g->x;
+    voxels *v = &x->mask;
+    int coarse = draw_chance(g, 0.3), balls = draw_whole(g, 1, 3), size[3] = {1, 1, 1}, at[3];
+    double mid[3][3], radius[3];
+    for (int d = 0; d < 3; d++) v->n[d] = 1;
+    for (int d = 0; d < PD_DIM; d++) size[d] = coarse && x->cells[d] % 2 == 0 ? 2 : 1;
+    for (int d = 0; d < PD_DIM; d++) v->n[d] = x->cells[d] / size[d];
+    for (int k = 0; k < balls; k++) {
+        double least = 1e9;
+        for (int d = 0; d < PD_DIM; d++) {
+            mid[k][d] = draw_between(g, low[d] + 1.0, high[d] - 1.0);
+            if (high[d] - low[d] < least) least = high[d] - low[d];
+        }
+        radius[k] = least * draw_between(g, 0.2, 0.5);
+    }
+    for (at[2] = 0; at[2] < v->n[2]; at[2]++)
+        for (at[1] = 0; at[1] < v->n[1]; at[1]++)
+            for (at[0] = 0; at[0] < v->n[0]; at[0]++) {
+                int in = 0, may = 1;
+                double p[3];
+                for (int d = 0; d < PD_DIM; d++) {
+                    p[d] = (at[d] + 0.5) * size[d];
+                    may = may && p[d] > low[d] && p[d] < high[d];
+                }
+                for (int k = 0; k < balls; k++) {
+                    double r2 = 0.0;
+                    for (int d = 0; d < PD_DIM; d++) r2 += (p[d] - mid[k][d]) * (p[d] - mid[k][d]);
+                    if (r2 < radius[k] * radius[k]) in = 1;
+                }
+                v->inside[(at[2] * v->n[1] + at[1]) * v->n[0] + at[0]] = (unsigned char)(in && may);
+            }
+}
+
 static void draw_solid(draw *g, const char *name, const char *material, const double *low, const double *high)
 {
     scene *x = g->x;
     char a[24], b[24];
-    int s;
-    if (PD_DIM > 1 && draw_chance(g, 0.25)) {
-        int join = draw_chance(g, 0.75);
+    int s, how = PD_DIM == 1 ? 0 : draw_whole(g, 0, 19), count = 1;
+    for (int d = 0; d < PD_DIM; d++) count *= x->cells[d];
+    int fits = count <= SCENE_VOXELS / 2 && !x->mask.n[0];
+    if (fits && (how == 9 || how == 10 || (PD_DIM == 1 && draw_chance(g, 0.1)))) {
+        draw_voxels(g, low, high);
+        s = scene_section(x, "shape", name);
+        scene_voxels(x, s, draw_chance(g, 0.5));
+    } else if (how < 8 && PD_DIM > 1) {
+        static const char *const operations[] = {"union", "union", "union", "union", "union", "difference",
+                                                 "intersect", "intersect"};
         snprintf(a, sizeof a, "%s_a", name);
         snprintf(b, sizeof b, "%s_b", name);
-        draw_body(g, scene_section(x, "shape", a), low, high);
-        draw_body(g, scene_section(x, "shape", b), low, high);
-        s = scene_section(x, "shape", name);
-        if (!join) { /* leave something */
-            entry *first = scene_find(x, s - 2, "box");
+        s = scene_section(x, "shape", a);
+        scene_section(x, "shape", b);
+        if (how < 3) draw_two_boxes(g, s, low, high);
+        else {
+            draw_body(g, s, low, high);
+            if (how == 7) draw_half_space(g, s + 1, low, high);
+            else draw_body(g, s + 1, low, high);
+        }
+        entry *first = scene_find(x, s, "box");
+        if (how >= 5 && how < 7) /* something is left */
             for (int d = 0; d < PD_DIM && first; d++) {
                 first->low[d] = x->low[d] + low[d] * x->h[d];
                 first->high[d] = x->low[d] + high[d] * x->h[d];
             }
-            if (!first) join = 1;
-        }
-        scene_key(x, s, join ? "union" : "difference", "%s, %s", a, b);
+        s = scene_section(x, "shape", name);
+        scene_key(x, s, (how == 5 || how == 6) && !first ? "union" : operations[how], "%s, %s", a, b);
     } else {
         s = scene_section(x, "shape", name);
         draw_body(g, s, low, high);
     }
     scene_key(x, s, "kind", "solid");
     scene_key(x, s, "material", "%s", material);
+    if (x->has & HAS_GRAINS) scene_key(x, s, "grains", "%q", g->grain * x->h[0], UNIT_LENGTH);
 }
 
-/* A bar from side to side, with a hole now and then. */
+/* A bar from side to side, with a hole now and then; a loose one ends in the fluid. */
 static void draw_bar(draw *g)
 {
     scene *x = g->x;
     double a[3], b[3];
-    int axis = draw_whole(g, 0, PD_DIM - 1), hole = PD_DIM > 1 && draw_chance(g, 0.4);
-    g->holds = axis;
+    int axis = g->holds, hole = PD_DIM > 1 && draw_chance(g, 0.4);
     for (int d = 0; d < PD_DIM; d++) {
         double n = x->cells[d], p = floor(draw_between(g, 0.0, 0.3) * n), q = ceil(draw_between(g, 0.7, 1.0) * n);
         a[d] = x->low[d] + x->h[d] * (d == axis ? 0.0 : p);
-        b[d] = x->low[d] + x->h[d] * (d == axis ? n : q);
+        b[d] = x->low[d] + x->h[d] * (d == axis ? (g->loose ? floor(0.75 * n) : n) : q);
     }
     int s = scene_section(x, "shape", hole ? "m0_a" : "m0");
     scene_box(x, s, "box", a, b);
@@ -114,6 +200,7 @@ static void draw_bar(draw *g)
     }
     scene_key(x, s, "kind", "solid");
     scene_key(x, s, "material", "mg4ag");
+    if (x->has & HAS_GRAINS) scene_key(x, s, "grains", "%q", g->grain * x->h[0], UNIT_LENGTH);
     g->metals = 1;
 }
 
@@ -188,26 +275,45 @@ void generate_shapes(draw *g)
 void generate_sides(draw *g)
 {
     scene *x = g->x;
+    int last = -1, found = 0; /* a side that holds species */
+    int needs = (x->has & HAS_CHEMISTRY) != 0 || ((x->has & HAS_STEADY) && (x->has & HAS_TRANSPORT));
+    for (int d = 0; d < PD_DIM; d++) {
+        int held = (x->has & HAS_SOLID) && d == g->holds && !g->loose;
+        if (d == g->flow_axis || held) continue;
+        last = d;
+    }
     for (int d = 0; d < PD_DIM; d++) {
         if (d == g->flow_axis) continue;
         int solid = (x->has & HAS_SOLID) != 0;
-        g->periodic[d] = !solid && draw_chance(g, 0.2) && !(d == 1 && (x->has & HAS_AXIS));
+        g->periodic[d] = !solid && draw_chance(g, 0.2) && !(d == 1 && ((x->has & HAS_AXIS) || g->of == CLASS_RING)) &&
+                         !(needs && d == last && g->flow_axis < 0);
         for (int plus = 0; plus < 2; plus++) {
             if (d == 1 && !plus && (x->has & HAS_AXIS)) continue;
             if (g->periodic[d]) {
                 scene_key(x, scene_side(x, d, plus), "flow", "periodic");
                 continue;
             }
-            if (solid && d == g->holds) continue;
-            if (draw_chance(g, 0.35) && !((x->has & HAS_AXIS) && (x->has & HAS_FLOW) && d == 1)) {
+            if (solid && d == g->holds && !(g->loose && plus)) continue;
+            int held = needs && !found && d == last && plus; /* the last one that may */
+            if (!held && draw_chance(g, 0.35) && !((x->has & HAS_AXIS) && d == 1) && !(x->has & HAS_CRACK) &&
+                g->of != CLASS_RING) {
                 scene_key(x, scene_side(x, d, plus), "flow", "mirror");
                 continue;
             }
-            if ((x->has & HAS_CHEMISTRY) && draw_chance(g, 0.35)) {
+            if ((x->has & HAS_FLOW) && PD_DIM > 1 && !(x->has & HAS_AXIS) && !g->given && draw_chance(g, 0.15)) {
+                int s = scene_side(x, d, plus);
+                for (int k = 0; k < PD_DIM; k++)
+                    scene_vector(x, s, "velocity", k, "%q",
+                                 k == d ? 0.0 : draw_between(g, -1.0, 1.0) * g->D / x->h[k], UNIT_SPEED);
+            }
+            if ((x->has & HAS_CHEMISTRY) && (held || draw_chance(g, 0.35))) {
                 scene_key(x, scene_side(x, d, plus), "species", "inlet");
+                found = 1;
             } else if ((x->has & HAS_CORRODE) && !(x->has & HAS_FLOW) && draw_chance(g, 0.4)) {
                 scene_key(x, scene_side(x, d, plus), "flow", "open");
-            } else if ((x->has & HAS_TRANSPORT) && !(x->has & (HAS_CHEMISTRY | HAS_CORRODE)) && draw_chance(g, 0.4)) {
+            } else if ((x->has & HAS_TRANSPORT) && !(x->has & (HAS_CHEMISTRY | HAS_CORRODE)) &&
+                       (held || draw_chance(g, 0.4))) {
+                found++;
                 int s = scene_side(x, d, plus);
                 double C = draw_between(g, 0.0, 800.0);
                 if (draw_chance(g, 0.6) || (x->has & HAS_STEADY)) scene_key(x, s, "C", "%q", C, UNIT_CONCENTRATION);
@@ -257,7 +363,7 @@ void generate_flow(draw *g)
     scene_key(x, in, "flow", "inlet");
     scene_key(x, out, "flow", "outlet");
     int other = (axis + 1) % PD_DIM;
-    if (PD_DIM == 2 && g->of != CLASS_LATTICE && draw_chance(g, 0.4) && !g->periodic[other])
+    if (PD_DIM == 2 && g->of < CLASS_LATTICE && draw_chance(g, 0.4) && !g->periodic[other])
         scene_key(x, in, "profile", "parabola");
     else if (PD_DIM > 1 && draw_chance(g, 0.3)) {
         scene_key(x, in, "profile", "expression");
@@ -268,14 +374,17 @@ void generate_flow(draw *g)
     if (strcmp(x->pool[e->first[0]].text, "expression") != 0) {
         if (in_time && draw_chance(g, 0.5))
             scene_key(x, in, "mean", "%q*(1 + 0.4*sin(t/%q))", speed, UNIT_SPEED, x->time, UNIT_TIME);
+        else if (PD_DIM == 3 && draw_chance(g, 0.3))
+            scene_key(x, in, "flow_rate", "%q", speed * 10.0 * x->h[0] * x->h[0], UNIT_FLOW_RATE);
         else scene_key(x, in, "mean", "%q", speed, UNIT_SPEED);
     }
+    if (draw_chance(g, 0.15)) scene_key(x, out, "p", "%q", 5.0 * mu * speed / x->h[axis], UNIT_PRESSURE);
     if ((x->has & HAS_TRANSPORT) && !(x->has & HAS_CHEMISTRY) && draw_chance(g, 0.7))
         scene_key(x, in, "C", "%q", draw_between(g, 0.0, 400.0), UNIT_CONCENTRATION);
     if (in_time && draw_chance(g, 0.6)) {
         scene_key(x, s, "time", "implicit");
         x->has |= HAS_FLOW_IN_TIME;
-        if (g->of == CLASS_EXACT) scene_key(x, s, "rtol", "0.1");
+        if (draw_exact(g)) scene_key(x, s, "rtol", "0.1");
     } else scene_key(x, s, "steady", g->of != CLASS_TOLERANCE ? "1e-10" : "1e-6");
     if (draw_chance(g, 0.15))
         scene_vector(x, s, "force", 0, "%q", 0.1 * speed * mu / (rho * g->length * g->length), UNIT_ACCELERATION);
@@ -370,13 +479,22 @@ void generate_metal(draw *g)
         if (draw_chance(g, 0.5)) scene_key(x, s, "m", "%i", draw_whole(g, 2, 3));
     } else {
         if (draw_chance(g, 0.25)) scene_key(x, s, "threshold", "%g", draw_between(g, 0.05, 0.4));
-        if (draw_chance(g, 0.4)) scene_key(x, s, "m", "%i", draw_whole(g, 2, 4));
+        if (draw_chance(g, 0.4)) {
+            int m = draw_whole(g, 2, 4);
+            scene_key(x, s, "m", "%i", m < (int)ceil(g->m) ? (int)ceil(g->m) : m);
+        }
+    }
+    if ((x->has & HAS_GRAINS) && draw_chance(g, 0.7)) scene_key(x, s, "gb_factor", "%g", draw_between(g, 1.5, 8.0));
+    if (x->has & HAS_RANDOM) {
+        scene_key(x, s, "breaking", "stochastic");
+        scene_key(x, s, "seed", "%i", draw_whole(g, 1, 1000));
     }
 }
 
 /* ---- all ---- */
 
 static const double D_OF_IONS = 1.5e-9; /* [m2/s] */
+static const double WAVES = 5000.0;     /* [m/s] speed of sound in the metal */
 
 static void draw_grid(draw *g, int equal)
 {
@@ -386,6 +504,10 @@ static void draw_grid(draw *g, int equal)
     for (int d = 0; d < PD_DIM; d++) {
         x->cells[d] = draw_whole(g, low[PD_DIM - 1], high[PD_DIM - 1]);
         x->h[d] = h;
+    }
+    if (x->has & HAS_SOLID) { /* rows that the sides hold, and some between */
+        int least = g->loose ? (8 * g->solid_m + 20) / 3 : 4 * g->solid_m + 4;
+        if (x->cells[g->holds] < least) x->cells[g->holds] = least;
     }
     if (!equal)
         for (int d = 1; d < PD_DIM; d++) x->h[d] = h * draw_between(g, 0.6, 1.7);
@@ -408,40 +530,56 @@ static void write_grid(draw *g)
     else scene_key(x, s, "h", "%q", x->h[0], UNIT_LENGTH);
     if ((x->has & HAS_FLOW) || PD_DIM == 3) m = m > 2.0 ? 2.0 : m;
     if (PD_DIM == 3 && (x->has & HAS_CHEMISTRY)) m = 1.0;
-    if (draw_chance(g, 0.8)) scene_key(x, s, "m", "%g", m);
+    g->m = 1.0;
+    if (draw_chance(g, 0.8)) {
+        scene_key(x, s, "m", "%g", m);
+        g->m = m;
+    }
     scene_box(x, s, "box", x->low, high);
     if (x->has & HAS_AXIS) scene_key(x, s, "geometry", "axisymmetric");
 }
 
-/* Which physics a scene has. */
+/* Metal alone: at rest, with cracks, in motion. */
+static uint32_t draw_metal_alone(draw *g)
+{
+    uint32_t has = HAS_SOLID | (draw_chance(g, 0.35) ? HAS_MOTION : HAS_STEADY);
+    if (draw_chance(g, 0.4)) has |= HAS_CRACK;
+    if (draw_chance(g, has & HAS_MOTION ? 0.6 : 0.2)) has |= HAS_SPRINGS;
+    return has;
+}
+
+/* Which physics a scene has: three of them in more than half of the scenes. */
 static uint32_t draw_physics(draw *g)
 {
     double kind = draw_fraction(g);
     uint32_t has = 0;
-    if (kind < 0.08) return HAS_POTENTIAL | HAS_STEADY;
-    if (kind < 0.14) return HAS_SOLID | HAS_STEADY | (draw_chance(g, 0.3) ? HAS_CRACK : 0);
-    if (kind < 0.17 + 0.01 * PD_DIM) return HAS_GAS;
-    if (kind < 0.23 && PD_DIM > 1) return HAS_FLOW | HAS_STEADY;
-    if (kind < 0.30)
-        return HAS_TRANSPORT | HAS_STEADY | (PD_DIM > 1 && draw_chance(g, 0.6) ? HAS_FLOW : 0) |
-               (draw_chance(g, 0.4) ? HAS_MEDIUM : 0);
-    if (kind < 0.40) {
+    if (kind < 0.05) return HAS_POTENTIAL | HAS_STEADY;
+    if (kind < 0.12) return draw_metal_alone(g);
+    if (kind < 0.15) return HAS_GAS;
+    if (kind < 0.19 && PD_DIM > 1) return HAS_FLOW | HAS_STEADY;
+    if (kind < 0.24)
+        return HAS_TRANSPORT | HAS_STEADY | (PD_DIM > 1 && draw_chance(g, 0.7) ? HAS_FLOW : 0) |
+               (draw_chance(g, 0.5) ? HAS_MEDIUM : 0);
+    if (kind < 0.33) {
         has = HAS_CORRODE;
-        if (PD_DIM > 1 && draw_chance(g, 0.4)) has |= HAS_FLOW | HAS_TRANSPORT;
-        if (draw_chance(g, 0.3)) has |= HAS_SOLID;
+        if (PD_DIM > 1 && draw_chance(g, 0.45)) has |= HAS_FLOW | HAS_TRANSPORT;
+        if (draw_chance(g, 0.4)) has |= HAS_SOLID;
+        if (draw_chance(g, 0.35)) has |= HAS_GRAINS;
+        if (draw_chance(g, 0.15) && !(has & HAS_SOLID)) has |= HAS_RANDOM;
         return has;
     }
     has = HAS_TRANSPORT;
-    if (draw_chance(g, 0.85)) has |= HAS_DISSOLVE;
-    if (draw_chance(g, 0.35) && PD_DIM > 1) has |= HAS_FLOW;
-    if (draw_chance(g, 0.5)) {
+    if (draw_chance(g, 0.93)) has |= HAS_DISSOLVE;
+    if (draw_chance(g, 0.4) && PD_DIM > 1) has |= HAS_FLOW;
+    if (draw_chance(g, PD_DIM == 1 ? 0.65 : 0.55)) {
         has |= HAS_CHEMISTRY;
-        if (draw_chance(g, 0.35)) has |= HAS_MINERAL;
+        if (draw_chance(g, 0.45)) has |= HAS_MINERAL;
         if ((has & HAS_DISSOLVE) && draw_chance(g, 0.3)) has |= HAS_STATE;
         if (draw_chance(g, 0.35)) has |= HAS_MIGRATION;
-    } else if (draw_chance(g, 0.3)) has |= HAS_MEDIUM;
+    } else if (draw_chance(g, 0.35)) has |= HAS_MEDIUM;
     if ((has & HAS_DISSOLVE) && draw_chance(g, 0.35)) has |= HAS_POTENTIAL;
-    if ((has & HAS_DISSOLVE) && draw_chance(g, 0.2)) has |= HAS_SOLID;
+    if ((has & HAS_DISSOLVE) && draw_chance(g, 0.25)) has |= HAS_SOLID;
+    if ((has & HAS_DISSOLVE) && draw_chance(g, 0.15)) has |= HAS_GRAINS;
     return has;
 }
 
@@ -451,6 +589,7 @@ static void write_run(draw *g)
     if (!(x->until > 0.0)) return;
     int s = scene_section(x, "run", "");
     scene_key(x, s, "until", "%q", x->until, UNIT_TIME);
+    if (x->has & HAS_MOTION) return; /* its steps are those that are stable */
     if (g->of != CLASS_TOLERANCE) {
         scene_key(x, s, "rtol", "0.1");
         scene_key(x, s, "max_step", "%q", x->until / draw_whole(g, 4, 9), UNIT_TIME);
@@ -469,6 +608,10 @@ static void write_watches(draw *g)
     scene *x = g->x;
     double at[3];
     if (x->has & HAS_GAS) return;
+    if (x->has & HAS_MOTION) {
+        scene_section(x, "total", "all");
+        return;
+    }
     if (draw_chance(g, 0.7)) scene_section(x, "total", "all");
     if ((x->has & (HAS_TRANSPORT | HAS_FLOW)) && draw_chance(g, 0.4)) {
         int axis = draw_whole(g, 0, PD_DIM - 1);
@@ -488,6 +631,7 @@ static void write_watches(draw *g)
         for (int d = 0; d < PD_DIM; d++) at[d] = x->low[d] + draw_between(g, 0.05, 0.95) * x->cells[d] * x->h[d];
         int bare = !(x->has & (HAS_TRANSPORT | HAS_CORRODE | HAS_FLOW));
         if (bare && draw_chance(g, 0.9)) return;
+        if (!bare && draw_chance(g, 0.5)) return; /* it may stand in a wall, which is refused */
         int s = scene_section(x, "probe", "here");
         scene_point(x, s, "at", at);
         if (bare && draw_chance(g, 0.5)) scene_key(x, s, "fields", "%s", x->has & HAS_POTENTIAL ? "phi" : "u");
@@ -504,24 +648,37 @@ void generate_scene(uint32_t seed, scene_class of, double through, scene *x)
     g.of = of;
     x->first_order = seed % 2;
     g.through = through;
-    g.holds = g.flow_axis = -1;
+    g.grain = draw_between(&g, 2.5, 5.0);
+    g.flow_axis = -1;
     x->has = draw_physics(&g);
     /* Speeds of fronts and bonds of metal are those of their lattice at any h: not what two lattices have in common. */
-    const uint32_t of_lattice =
-        HAS_DISSOLVE | HAS_CORRODE | HAS_SOLID | HAS_STATE | HAS_MINERAL | HAS_MIGRATION | HAS_CRACK;
+    const uint32_t of_lattice = HAS_DISSOLVE | HAS_CORRODE | HAS_SOLID | HAS_STATE | HAS_MINERAL | HAS_MIGRATION |
+                                HAS_CRACK | HAS_GRAINS | HAS_RANDOM | HAS_MOTION | HAS_SPRINGS;
     if (of == CLASS_LATTICE) x->has &= ~of_lattice;
     if (of == CLASS_LATTICE && !(x->has & (HAS_POTENTIAL | HAS_TRANSPORT | HAS_GAS | HAS_FLOW))) x->has = HAS_TRANSPORT;
     if (of == CLASS_LATTICE && (x->has & HAS_POTENTIAL)) x->has = HAS_POTENTIAL | HAS_STEADY;
-    if (PD_DIM == 2 && of != CLASS_LATTICE && !(x->has & (HAS_SOLID | HAS_GAS)) && draw_chance(&g, 0.12))
+    if (of == CLASS_RING && (x->has & (HAS_GAS | HAS_GRAINS | HAS_RANDOM))) x->has = HAS_TRANSPORT | HAS_DISSOLVE;
+    if (PD_DIM == 2 && of < CLASS_LATTICE && !(x->has & (HAS_SOLID | HAS_GAS)) && draw_chance(&g, 0.12))
         x->has |= HAS_AXIS;
-    draw_grid(&g, (x->has & (HAS_SOLID | HAS_CORRODE)) || draw_chance(&g, 0.7));
+    if (x->has & HAS_SOLID) {
+        int wet = (x->has & (HAS_TRANSPORT | HAS_CORRODE)) != 0;
+        g.holds = draw_whole(&g, 0, PD_DIM - 1);
+        if (of == CLASS_RING) g.holds = 0;
+        g.loose = (PD_DIM == 1 && wet) || draw_chance(&g, 0.3);
+        g.solid_m = x->has & HAS_SPRINGS ? 3 : draw_whole(&g, 2, PD_DIM == 3 ? 2 : 3);
+    }
+    draw_grid(&g, (x->has & (HAS_SOLID | HAS_CORRODE | HAS_GRAINS)) || draw_chance(&g, 0.7));
     g.D = x->has & HAS_CHEMISTRY ? D_OF_IONS : draw_decade(&g, 1e-11, 1e-8);
     x->D = g.D;
     x->time = g.length * g.length / g.D * draw_decade(&g, 0.3, 3.0);
+    if (x->has & HAS_MOTION) x->time = x->cells[g.holds] * x->h[0] / WAVES;
     if (!(x->has & HAS_STEADY)) x->until = x->time * draw_decade(&g, 0.3, 3.0);
     x->grid = scene_section(x, "grid", "");
     write_grid(&g);
-    if (x->has & HAS_FLOW) g.flow_axis = x->has & HAS_AXIS ? 0 : draw_whole(&g, 0, PD_DIM - 1);
+    if (x->has & HAS_FLOW) {
+        g.flow_axis = (x->has & HAS_AXIS) || of == CLASS_RING ? 0 : draw_whole(&g, 0, PD_DIM - 1);
+        if (x->has & HAS_SOLID) g.flow_axis = PD_DIM > 1 ? (g.holds + 1) % PD_DIM : -1;
+    }
     if (x->has & HAS_GAS) {
         generate_gas(&g);
         return;

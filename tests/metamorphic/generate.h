@@ -6,7 +6,8 @@
 typedef enum scene_class {
     CLASS_EXACT = 0, /* prescribed steps, tolerances at their end */
     CLASS_TOLERANCE, /* default steps */
-    CLASS_LATTICE
+    CLASS_LATTICE,
+    CLASS_RING /* prescribed steps; what may stand around an axis */
 } scene_class;
 
 /* through: share of bodies whose faces go through nodes, where rounding may say which cells are theirs. */
@@ -23,12 +24,18 @@ typedef struct draw {
     int flow_axis; /* -1: none */
     int given;     /* 1: the flow is given, and nothing stands in it */
     int periodic[3];
+    double m;       /* [-] horizon of the fluid */
+    int solid_m;    /* of the solid; 0: as it is without the key */
+    double grain;   /* [-] diameter of grains over h */
+    int loose;      /* 1: the bar ends in the fluid */
     double D;       /* [m2/s] */
     double length;  /* [m] a few cells */
     double through; /* [-] share of bodies with faces through nodes */
     char fields[256];
 } draw;
 
+/* 1: steps are prescribed and tolerances at their end. */
+int draw_exact(const draw *g);
 double draw_fraction(draw *g);
 double draw_between(draw *g, double low, double high);
 double draw_decade(draw *g, double low, double high);

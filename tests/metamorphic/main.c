@@ -254,8 +254,9 @@ static void one(const options *all, uint32_t seed, tally *s)
     s->failed += a.outcome == OUTCOME_FAILED;
     if (a.seconds > s->longest) s->longest = a.seconds;
     if (o->show)
-        printf("# seed %u %s: %s, %s, %lld steps, %.2f s %s\n", seed, transform_names[kind],
-               f.found ? "finding" : "agrees", outcome_names[a.outcome], (long long)a.steps, a.seconds, a.message);
+        printf("# seed %u %s: %s, %s, %s, %d physics, %lld steps, %.2f s %s\n", seed, transform_names[kind],
+               f.found ? "finding" : "agrees", outcome_names[a.outcome], a.changes ? "changed" : "unchanged",
+               scene_physics(&x), (long long)a.steps, a.seconds, a.message);
     if (f.found) {
         pair_compare p = {o};
         if (o->shrink > 0.0 && !o->sanitize && strcmp(f.kind, "hang") != 0)

@@ -126,42 +126,121 @@ void generate_potential(draw *g)
         else if (k && draw_chance(g, 0.3)) scene_key(x, s, "connected", "m0");
         if (ions) scene_key(x, s, "reaction", k ? "2 H2O + 2 e- = H2(g) + 2 OH-" : "Mg = Mg2+ + 2 e-");
     }
+    int held = 0;
     for (int d = 0; d < PD_DIM && !migrates; d++)
         for (int plus = 0; plus < 2; plus++) {
-            if (d == g->flow_axis || g->periodic[d] || (d == 1 && !plus && (x->has & HAS_AXIS))) continue;
-            int side = scene_side(x, d, plus);
-            if (draw_chance(g, 0.3) && !scene_find(x, side, "flow") && !scene_find(x, side, "species"))
+            if (g->periodic[d] || (d == 1 && !plus && (x->has & HAS_AXIS))) continue;
+            if ((x->has & HAS_SOLID) && d == g->holds && !(g->loose && plus)) continue;
+            int side = scene_side(x, d, plus), needs = !held && d == PD_DIM - 1 && plus && g->metals < 2;
+            entry *flow = scene_find(x, side, "flow");
+            int may = !flow || (strcmp(x->pool[flow->first[0]].text, "inlet") == 0 && !(x->has & HAS_CHEMISTRY));
+            if ((needs || draw_chance(g, 0.3)) && may && !scene_find(x, side, "species") && ++held)
                 scene_key(x, side, "potential", "%q", draw_between(g, -0.6, 0.1), UNIT_VOLT);
         }
+}
+
+/* From a free side of the bar into it, between two rows of nodes or across them. */
+static void draw_cut(draw *g)
+{
+    scene *x = g->x;
+    int axis = g->holds, across = (axis + 1) % PD_DIM, s = scene_section(x, "cut", "c"), slanted = draw_chance(g, 0.4);
+    double n = x->cells[axis], place = floor(n * draw_between(g, 0.35, 0.65)), at[3] = {0.0, 0.0, 0.0};
+    double depth = x->cells[across] * draw_between(g, 0.35, 0.6);
+    at[axis] = x->low[axis] + place * x->h[axis];
+    if (PD_DIM == 1) {
+        scene_corner(x, s, "points", at);
+        return;
+    }
+    double tilt = slanted ? draw_between(g, -1.3, 1.3) * x->h[axis] : 0.0;
+    int third = 3 - axis - across;
+    for (int k = 0; k < (PD_DIM == 2 ? 2 : 4); k++) {
+        int deep = k == 1 || k == 2, far = k >= 2;
+        at[axis] = x->low[axis] + place * x->h[axis] + (deep ? tilt : 0.0);
+        at[across] = x->low[across] + (deep ? depth * x->h[across] : 0.0);
+        if (PD_DIM == 3) at[third] = x->low[third] + (far ? x->cells[third] * x->h[third] : 0.0);
+        scene_corner(x, s, "points", at);
+    }
+}
+
+/* A ball of metal that is held where it is, or moved. */
+static void draw_grip(draw *g, const char *name, double place, double size)
+{
+    scene *x = g->x;
+    int axis = g->holds, s = scene_section(x, "shape", name);
+    double at[3];
+    for (int d = 0; d < PD_DIM; d++)
+        at[d] = x->low[d] + x->h[d] * (d == axis ? place * x->cells[axis] : floor(0.5 * x->cells[d]) + 0.37);
+    scene_point(x, s, "ball", at);
+    scene_key(x, s, "radius", "%q", 1.8 * x->h[0], UNIT_LENGTH);
+    scene_key(x, s, "kind", "grip");
+    for (int d = 0; d < PD_DIM; d++)
+        if (d == axis || draw_chance(g, 0.6))
+            scene_component(x, s, "u", d, "%q", d == axis || draw_chance(g, 0.5) ? size * draw_between(g, 0.3, 1.0) : 0.0,
+                            UNIT_LENGTH);
+}
+
+/* What pulls at the end of a bar. */
+static void draw_load(draw *g, int alone)
+{
+    scene *x = g->x;
+    int axis = g->holds, high = g->loose ? -1 : scene_side(x, axis, 1), shear = PD_DIM > 1 ? (axis + 1) % PD_DIM : axis;
+    double length = x->cells[axis] * x->h[axis], stretch = draw_between(g, -1e-3, 2e-3) * length;
+    int how = g->loose ? 3 + draw_whole(g, 0, 1) : draw_whole(g, 0, 3), in_time = !alone || (x->has & HAS_MOTION) != 0;
+    if (how == 0) {
+        if (in_time && draw_chance(g, 0.5))
+            scene_component(x, high, "u", axis, "%q*t/%q", stretch, UNIT_LENGTH, x->until, UNIT_TIME);
+        else scene_component(x, high, "u", axis, "%q", stretch, UNIT_LENGTH);
+        if (PD_DIM > 1 && draw_chance(g, 0.5)) scene_component(x, high, "u", shear, "%q", 0.01 * x->h[axis], UNIT_LENGTH);
+    } else if (how == 1) {
+        for (int d = 0; d < PD_DIM; d++)
+            scene_vector(x, high, "traction", d, "%q",
+                         d == axis || draw_chance(g, 0.4) ? draw_between(g, -1e7, 5e7) : 0.0, UNIT_PRESSURE);
+    } else if (how == 2) {
+        if (PD_DIM > 1 && draw_chance(g, 0.5))
+            scene_key(x, high, "pressure", "%q*(1 + 0.5*sin(0.3*%p))", draw_between(g, -2e7, 2e7), UNIT_PRESSURE, shear);
+        else scene_key(x, high, "pressure", "%q", draw_between(g, -2e7, 2e7), UNIT_PRESSURE);
+    } else if (how == 3) draw_grip(g, "pulls", g->loose ? 0.7 : 0.8, stretch);
+    else {
+        int s = -1;
+        for (int k = 0; k < x->sections; k++)
+            if (strcmp(x->part[k].name, "solid") == 0) s = k;
+        for (int d = 0; d < PD_DIM; d++)
+            scene_vector(x, s, "force", d, "%q*(1 + 0.2*sin(0.4*%p))", draw_between(g, -1e7, 2e7) / length, UNIT_FORCE,
+                         axis);
+    }
 }
 
 void generate_solid(draw *g)
 {
     scene *x = g->x;
-    int s = scene_section(x, "solid", ""), alone = (x->has & HAS_STEADY) != 0, axis = g->holds;
-    static const char *const materials[] = {"correspondence", "ordinary", "springs", "neo_hookean", "hencky"};
-    int material = alone ? draw_whole(g, 0, 4) : draw_whole(g, 0, 1);
+    int s = scene_section(x, "solid", ""), alone = !(x->has & (HAS_TRANSPORT | HAS_CORRODE)), axis = g->holds;
+    static const char *const materials[] = {"correspondence", "ordinary", "neo_hookean", "hencky", "springs"};
+    int springs = (x->has & HAS_SPRINGS) != 0, rests = alone && !(x->has & HAS_MOTION);
+    int material = springs ? 4 : rests ? draw_whole(g, 0, 3) : draw_whole(g, 0, 1);
     double E = 45e9;
     scene_key(x, s, "E", "%q", E, UNIT_PRESSURE);
-    if (PD_DIM > 1 && material != 2) scene_key(x, s, "nu", "%g", draw_between(g, 0.1, 0.4));
-    else if (PD_DIM > 1) scene_key(x, s, "nu", PD_DIM == 2 && draw_chance(g, 0.0) ? "1/3" : "0.25");
+    int stress = PD_DIM == 2 && draw_chance(g, 0.3) && g->of != CLASS_RING && !(x->has & HAS_AXIS);
+    if (PD_DIM > 1 && !springs) scene_key(x, s, "nu", "%g", draw_between(g, 0.1, 0.4));
+    else if (PD_DIM > 1) scene_key(x, s, "nu", stress ? "1/3" : "0.25");
     scene_key(x, s, "material", "%s", materials[material]);
-    if (draw_chance(g, 0.5)) scene_key(x, s, "m", "%i", draw_whole(g, 2, PD_DIM == 3 ? 2 : 3));
-    if (PD_DIM == 2 && material != 2 && draw_chance(g, 0.3)) scene_key(x, s, "plane", "stress");
-    scene_key(x, s, "rtol", g->of == CLASS_EXACT ? "1e-12" : "1e-8");
-    int low = scene_side(x, axis, 0), high = scene_side(x, axis, 1), shear = PD_DIM > 1 ? (axis + 1) % PD_DIM : axis;
-    for (int d = 0; d < PD_DIM; d++) scene_component(x, low, "u", d, "%q", 0.0, UNIT_LENGTH);
-    if (draw_chance(g, 0.5)) {
-        scene_component(x, high, "u", axis, "%q", draw_between(g, -1e-3, 2e-3) * x->cells[axis] * x->h[axis],
-                        UNIT_LENGTH);
-        if (PD_DIM > 1 && draw_chance(g, 0.5))
-            scene_component(x, high, "u", shear, "%q", 0.01 * x->h[axis], UNIT_LENGTH);
-    } else
-        for (int d = 0; d < PD_DIM; d++)
-            scene_vector(x, high, "traction", d, "%q",
-                         d == axis || draw_chance(g, 0.4) ? draw_between(g, -1e7, 5e7) : 0.0, UNIT_PRESSURE);
-    if (!alone && material != 2 && draw_chance(g, 0.5))
-        scene_key(x, s, "speed_factor", "exp(sigma_h/%q)", 1e8, UNIT_PRESSURE);
+    if (g->solid_m != (springs ? 3 : 2) || draw_chance(g, 0.5)) scene_key(x, s, "m", "%i", g->solid_m);
+    if (stress) scene_key(x, s, "plane", "stress");
+    if (x->has & HAS_MOTION) {
+        scene_key(x, s, "motion", "yes");
+        scene_key(x, s, "density", "%q", 1800.0, UNIT_DENSITY);
+    } else scene_key(x, s, "rtol", draw_exact(g) ? "1e-12" : "1e-8");
+    if (draw_chance(g, 0.2)) scene_key(x, s, "influence", draw_chance(g, 0.5) ? "inverse" : "linear");
+    if (rests && material == 0 && draw_chance(g, 0.2) && PD_DIM > 1 && !stress) { /* it flows */
+        scene_key(x, s, "yield", "%q", draw_between(g, 1e7, 1e8), UNIT_PRESSURE);
+        scene_key(x, s, "hardening", "%q", 1e9, UNIT_PRESSURE);
+    }
+    if (draw_chance(g, 0.85)) {
+        int low = scene_side(x, axis, 0);
+        for (int d = 0; d < PD_DIM; d++) scene_component(x, low, "u", d, "%q", 0.0, UNIT_LENGTH);
+    } else draw_grip(g, "holds", 0.1, 0.0);
+    draw_load(g, alone);
+    if (x->has & HAS_CRACK) draw_cut(g);
+    if (!alone && draw_chance(g, 0.5)) scene_key(x, s, "speed_factor", "exp(sigma_h/%q)", 1e8, UNIT_PRESSURE);
 }
 
 void generate_gas(draw *g)

@@ -1,12 +1,14 @@
 /* scene: see scene.h */
 #include "scene.h"
 #include "../random.h"
+#include "io/png.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 const char *const axis_names[3] = {"x", "y", "z"};
+char scene_folder[256] = ".";
 
 typedef struct unit_text {
     const char *text;
@@ -41,6 +43,7 @@ static const struct unit_row {
     {{{3, 0, 0, -1, 0, 0}}, {{"m3/mol", 1.0}, {"cm3/mol", 1e-6}, {NULL, 0.0}}},
     {{{3, 0, -1, -1, 0, 0}}, {{"m3/mol/s", 1.0}, {"L/mol/s", 1e-3}, {NULL, 0.0}}},
     {{{0, 0, 0, 0, 0, 1}}, {{"K", 1.0}, {NULL, 0.0}}},
+    {{{3, 0, -1, 0, 0, 0}}, {{"m3/s", 1.0}, {"mm3/s", 1e-9}, {"L/min", 1e-3 / 60.0}, {NULL, 0.0}}},
 };
 
 dimension unit_dimension(unit of)
@@ -223,6 +226,34 @@ void scene_axis(scene *x, int s, const char *key, int axis)
     e->axis = axis;
 }
 
+void scene_corner(scene *x, int s, const char *key, const double *at)
+{
+    entry *e = scene_find(x, s, key);
+    if (!e) e = scene_entry(x, s, key, ENTRY_CORNERS);
+    if (e->corners == SCENE_CORNERS) {
+        x->full = 1;
+        return;
+    }
+    for (int d = 0; d < PD_DIM; d++) e->corner[e->corners][d] = at[d];
+    e->corners++;
+}
+
+void scene_direction(scene *x, int s, const char *key, const double *along)
+{
+    entry *e = scene_entry(x, s, key, ENTRY_DIRECTION);
+    for (int d = 0; d < PD_DIM; d++) e->low[d] = along[d];
+}
+
+void scene_voxels(scene *x, int s, int image)
+{
+    entry *e = scene_entry(x, s, "raw", ENTRY_VOXELS);
+    e->image = image;
+    for (int d = 0; d < PD_DIM; d++) {
+        e->low[d] = x->low[d];
+        e->high[d] = x->low[d] + x->cells[d] * x->h[d];
+    }
+}
+
 entry *scene_find(scene *x, int s, const char *key)
 {
     for (int k = 0; k < x->entries; k++)
@@ -311,7 +342,7 @@ static void put_signed(writer *w, const scene *x, const entry *e, int part, int 
 static void put_layer(writer *w, const scene *x, const entry *e)
 {
     int grid = e->section == x->grid;
-    if (e->kind == ENTRY_VECTOR) put(w, ", 0");
+    if (e->kind == ENTRY_VECTOR || e->kind == ENTRY_DIRECTION) put(w, ", 0");
     if (e->kind != ENTRY_SIZES && e->kind != ENTRY_POINT && e->kind != ENTRY_BOX) return;
     put(w, ", ");
     if (e->kind == ENTRY_SIZES) put_number(w, x->h[0], UNIT_LENGTH);
@@ -323,8 +354,66 @@ static void put_layer(writer *w, const scene *x, const entry *e)
     }
 }
 
+static void write_image(const voxels *v, const char *path)
+{
+    pd_ctx ctx;
+    uint8_t pixel[SCENE_VOXELS];
+    pd_image image = {v->n[0], v->n[1], 1, pixel};
+    pd_ctx_init(&ctx);
+    for (int row = 0; row < v->n[1]; row++) /* the first one on top */
+        for (int k = 0; k < v->n[0]; k++)
+            pixel[row * v->n[0] + k] = v->inside[(v->n[1] - 1 - row) * v->n[0] + k] ? 255 : 0;
+    if (pdi_png_write(&ctx, path, &image) < 0) fprintf(stderr, "metamorphic: %s\n", ctx.message);
+}
+
+/* The file, its name by what is in it, and the keys that name it; what it holds stands in a comment. */
+static void put_voxels(writer *w, const scene *x, const entry *e)
+{
+    const voxels *v = &x->mask;
+    int count = 1, image = PD_DIM == 2 && e->image && !x->layer;
+    uint32_t name = 2166136261u;
+    char path[320];
+    for (int d = 0; d < PD_DIM; d++) count *= v->n[d];
+    for (int k = 0; k < count; k++) name = (name ^ v->inside[k]) * 16777619u;
+    snprintf(path, sizeof path, "%s/%08x_%d.%s", scene_folder, (unsigned)name, v->n[0], image ? "png" : "raw");
+    put(w, "# ");
+    for (int k = 0; k < count; k++) put(w, "%d%s", v->inside[k], (k + 1) % v->n[0] ? "" : k + 1 < count ? " " : "\n");
+    if (image) write_image(v, path);
+    else {
+        FILE *file = fopen(path, "wb");
+        if (!file || fwrite(v->inside, 1, (size_t)count, file) != (size_t)count || fclose(file) != 0)
+            fprintf(stderr, "metamorphic: cannot write %s\n", path);
+    }
+    put(w, "%s = %s\n", image ? "mask" : "raw", path);
+    if (!image) {
+        put(w, "size = ");
+        for (int d = 0; d < PD_DIM; d++) put(w, "%s%d", d ? ", " : "", v->n[d]);
+        put(w, "%s\n", x->layer ? ", 1" : "");
+    }
+    put(w, "corner = ");
+    for (int d = 0; d < PD_DIM; d++) {
+        put(w, "%s", d ? ", " : "");
+        put_number(w, e->low[d], UNIT_LENGTH);
+    }
+    if (x->layer) put(w, ", 0 m");
+    put(w, "\ncell = ");
+    for (int d = 0; d < PD_DIM; d++) {
+        put(w, "%s", d ? ", " : "");
+        put_number(w, (e->high[d] - e->low[d]) / v->n[d], UNIT_LENGTH);
+    }
+    if (x->layer) {
+        put(w, ", ");
+        put_number(w, x->h[0], UNIT_LENGTH);
+    }
+    put(w, "\n");
+}
+
 static void put_entry(writer *w, const scene *x, const entry *e)
 {
+    if (e->kind == ENTRY_VOXELS) {
+        put_voxels(w, x, e);
+        return;
+    }
     if (x->layer && strcmp(e->key, "ball") == 0) {
         put(w, "cylinder = z   centre = ");
         put_number(w, e->low[0], UNIT_LENGTH);
@@ -357,8 +446,15 @@ static void put_entry(writer *w, const scene *x, const entry *e)
             put_number(w, e->high[d], UNIT_LENGTH);
         }
     }
+    for (int k = 0; k < e->corners; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            put(w, "%s", k || d ? ", " : "");
+            put_number(w, e->corner[k][d], UNIT_LENGTH);
+        }
+    for (int d = 0; d < PD_DIM && e->kind == ENTRY_DIRECTION; d++) put(w, "%s%.17g", d ? ", " : "", e->low[d]);
     if (x->layer) put_layer(w, x, e);
     put(w, "\n");
+    if (x->ring && e->section == x->grid && strcmp(e->key, "box") == 0) put(w, "geometry = axisymmetric\n");
 }
 
 size_t scene_write(const scene *x, char *text, size_t size)

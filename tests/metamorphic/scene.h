@@ -34,6 +34,7 @@ typedef enum unit {
     UNIT_MOLAR_VOLUME,
     UNIT_SECOND_ORDER, /* m3/mol/s */
     UNIT_TEMPERATURE,
+    UNIT_FLOW_RATE,
     UNIT_COUNT
 } unit;
 
@@ -61,10 +62,20 @@ typedef enum entry_kind {
     ENTRY_POINT,
     ENTRY_BOX,
     ENTRY_PLANE, /* an axis and a place on it */
-    ENTRY_AXIS   /* the letter of an axis */
+    ENTRY_AXIS,  /* the letter of an axis */
+    ENTRY_CORNERS,   /* places one after another */
+    ENTRY_DIRECTION, /* plain numbers */
+    ENTRY_VOXELS     /* a file that is written beside the scene: raw or, in 2D, a PNG */
 } entry_kind;
 
-enum { SCENE_TOKENS = 2400, SCENE_ENTRIES = 400, SCENE_SECTIONS = 64, SCENE_NAME = 24 };
+enum {
+    SCENE_TOKENS = 2400,
+    SCENE_ENTRIES = 400,
+    SCENE_SECTIONS = 64,
+    SCENE_NAME = 24,
+    SCENE_CORNERS = 4,
+    SCENE_VOXELS = 1024
+};
 
 typedef struct entry {
     char key[24];
@@ -77,8 +88,17 @@ typedef struct entry {
     double plane; /* [m] */
     int first[3], count[3]; /* tokens of each expression */
     int rotated[3];         /* vector: sign of each */
-    double low[3], high[3]; /* point: low; plane: low[0] */
+    double low[3], high[3]; /* point, direction: low; plane: low[0]; voxels: the box that they fill */
+    int corners;
+    double corner[SCENE_CORNERS][3];
+    int image; /* voxels: a PNG where there can be one */
 } entry;
+
+/* The voxels of a scene fill its box, so that a mirror side is an end of them. x fastest. */
+typedef struct voxels {
+    int n[3];
+    unsigned char inside[SCENE_VOXELS];
+} voxels;
 
 typedef struct section {
     char name[16], label[SCENE_NAME];
@@ -107,7 +127,8 @@ enum {
     HAS_AXIS = 65536,
     HAS_CRACK = 131072,
     HAS_LIMITED = 262144,
-    HAS_FLOW_IN_TIME = 524288
+    HAS_FLOW_IN_TIME = 524288,
+    HAS_SPRINGS = 1048576
 };
 
 typedef struct scene {
@@ -126,10 +147,14 @@ typedef struct scene {
     double rtol;     /* [-] of its steps, by tolerance; 0: they are prescribed */
     int first_order; /* of the steps of species, whose order may hang on rounding */
     int layer;       /* 1: written as one layer in 3D, between mirrors */
+    int ring;        /* 1: written as a ring around the x axis */
+    voxels mask;
     int full;        /* something did not fit */
 } scene;
 
 extern const char *const axis_names[3];
+/* Where files lie that scenes name. */
+extern char scene_folder[256];
 
 void scene_begin(scene *x);
 /* A new section. */
@@ -147,6 +172,11 @@ void scene_point(scene *x, int s, const char *key, const double *at);
 void scene_box(scene *x, int s, const char *key, const double *low, const double *high);
 void scene_plane(scene *x, int s, const char *key, int axis, double at);
 void scene_axis(scene *x, int s, const char *key, int axis);
+/* A corner more; the first one makes the key. */
+void scene_corner(scene *x, int s, const char *key, const double *at);
+void scene_direction(scene *x, int s, const char *key, const double *along);
+/* Those of x->mask. */
+void scene_voxels(scene *x, int s, int image);
 entry *scene_find(scene *x, int s, const char *key);
 int scene_physics(const scene *x);
 /* Exponents of a unit of the table, and of [m^e ...] as figures and fields write it; 0: not known. */

@@ -7,7 +7,7 @@
 
 const char *const transform_names[TRANSFORM_COUNT] = {"mirror", "rotate",  "shift", "lengths7", "lengths1e-3",
                                                       "times3", "units",   "order", "half",     "threads",
-                                                      "resume", "tighter", "layer"};
+                                                      "resume", "tighter", "layer", "ring"};
 
 int transform_bits(transform_kind kind) { return kind == TRANSFORM_THREADS || kind == TRANSFORM_RESUME; }
 
@@ -64,6 +64,8 @@ int transform_draw(transform_kind kind, const scene *x, uint32_t *state, transfo
     case TRANSFORM_LENGTHS_MILLI: t->length = 1e-3; return !places_count(x);
     case TRANSFORM_TIMES_3: t->time = 3.0; return 1;
     case TRANSFORM_HALF:
+        for (int k = 0; k < x->entries; k++) /* its image is not on the other side of the plane alone */
+            if (strcmp(x->list[k].key, "half_space") == 0) return 0;
         for (int d = 0; d < axes; d++)
             if (mirror_side(x, d, 0)) {
                 t->unfold = d;
@@ -72,6 +74,7 @@ int transform_draw(transform_kind kind, const scene *x, uint32_t *state, transfo
         return 0;
     case TRANSFORM_RESUME: return x->until > 0.0;
     case TRANSFORM_LAYER: return PD_DIM == 2;
+    case TRANSFORM_RING: return PD_DIM == 2;
     case TRANSFORM_TIGHTER: return x->until > 0.0 && !(x->has & HAS_GAS);
     default: return 1;
     }
@@ -126,12 +129,29 @@ static void rotate_entry(const transform *t, entry *e)
         }
         if (e->kind == ENTRY_SIZES) e->low[b] = t->length * old.low[d];
         if (e->kind == ENTRY_POINT) e->low[b] = place(t, d, old.low[d]);
-        if (e->kind == ENTRY_BOX) {
+        if (e->kind == ENTRY_DIRECTION) e->low[b] = t->sign[d] * old.low[d];
+        for (int k = 0; k < e->corners; k++) e->corner[k][b] = place(t, d, old.corner[k][d]);
+        if (e->kind == ENTRY_BOX || e->kind == ENTRY_VOXELS) {
             double p = place(t, d, old.low[d]), q = place(t, d, old.high[d]);
             e->low[b] = p < q ? p : q;
             e->high[b] = p < q ? q : p;
         }
     }
+}
+
+static void rotate_voxels(const transform *t, voxels *v)
+{
+    voxels old = *v;
+    int at[3], to[3] = {0, 0, 0};
+    for (int d = 0; d < PD_DIM; d++) v->n[t->to[d]] = old.n[d];
+    for (int d = PD_DIM; d < 3; d++) v->n[d] = old.n[d] = 1;
+    for (at[2] = 0; at[2] < old.n[2]; at[2]++)
+        for (at[1] = 0; at[1] < old.n[1]; at[1]++)
+            for (at[0] = 0; at[0] < old.n[0]; at[0]++) {
+                for (int d = 0; d < PD_DIM; d++) to[t->to[d]] = t->sign[d] > 0 ? at[d] : old.n[d] - 1 - at[d];
+                v->inside[(to[2] * v->n[1] + to[1]) * v->n[0] + to[0]] =
+                    old.inside[(at[2] * old.n[1] + at[1]) * old.n[0] + at[0]];
+            }
 }
 
 /* ---- the order of sections ---- */
@@ -193,14 +213,23 @@ static void mirror_copy(scene *y, int from, int to, int axis, double plane, int 
             e->low[axis] = 2.0 * plane - (e->kind == ENTRY_BOX ? high : low);
             e->high[axis] = 2.0 * plane - low;
         }
+        if (e->kind == ENTRY_DIRECTION) e->low[axis] = -e->low[axis];
     }
+}
+
+/* 1: a key that says where a shape is, without the operations. */
+static int of_geometry(const char *key)
+{
+    static const char *const keys[] = {"box", "ball", "radius", "cylinder", "centre", "half_space", "point", "normal"};
+    for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++)
+        if (strcmp(key, keys[k]) == 0) return 1;
+    return 0;
 }
 
 static int copies(const scene *y, int s)
 {
     for (int k = 0; k < y->entries; k++)
-        if (y->list[k].section == s && (strcmp(y->list[k].key, "box") == 0 || strcmp(y->list[k].key, "ball") == 0))
-            return 1;
+        if (y->list[k].section == s && of_geometry(y->list[k].key)) return 1;
     return 0;
 }
 
@@ -237,15 +266,33 @@ static void unfold_shape(scene *y, int s, int axis, double plane)
     scene_key(y, whole, "union", "%s, %s", a, b);
     for (int k = 0; k < y->entries; k++) {
         entry *q = &y->list[k];
-        int geometry = strcmp(q->key, "ball") == 0 || strcmp(q->key, "box") == 0 || strcmp(q->key, "radius") == 0;
+        int geometry = of_geometry(q->key);
         if (q->section == s && !geometry) q->section = whole; /* kind, material */
         else if (q->section == image && !geometry) q->key[0] = '\0';
     }
 }
 
+/* The voxels and their image below them. */
+static void unfold_voxels(voxels *v, int axis)
+{
+    voxels old = *v;
+    int at[3];
+    for (int d = PD_DIM; d < 3; d++) v->n[d] = old.n[d] = 1;
+    v->n[axis] *= 2;
+    for (at[2] = 0; at[2] < v->n[2]; at[2]++)
+        for (at[1] = 0; at[1] < v->n[1]; at[1]++)
+            for (at[0] = 0; at[0] < v->n[0]; at[0]++) {
+                int from[3] = {at[0], at[1], at[2]}, n = old.n[axis];
+                from[axis] = at[axis] < n ? n - 1 - at[axis] : at[axis] - n;
+                v->inside[(at[2] * v->n[1] + at[1]) * v->n[0] + at[0]] =
+                    old.inside[(from[2] * old.n[1] + from[1]) * old.n[0] + from[0]];
+            }
+}
+
 static void unfold(scene *y, int axis)
 {
     double plane = y->low[axis];
+    if (y->mask.n[0]) unfold_voxels(&y->mask, axis);
     for (int s = 0; s < y->sections; s++)
         if (strcmp(y->part[s].name, "shape") == 0 && copies(y, s)) {
             int before = y->sections;
@@ -273,7 +320,8 @@ static void unfold(scene *y, int axis)
             e->odd = axis + 1;
             e->plane = plane;
         }
-        if (e->kind == ENTRY_BOX && strcmp(of, "shape") != 0 && e->low[axis] <= plane + 1e-9 * y->h[axis])
+        if (e->kind == ENTRY_VOXELS ||
+            (e->kind == ENTRY_BOX && strcmp(of, "shape") != 0 && e->low[axis] <= plane + 1e-9 * y->h[axis]))
             e->low[axis] = 2.0 * plane - e->high[axis];
     }
     for (int k = 0; k < y->tokens; k++)
@@ -299,6 +347,7 @@ void transform_scene(const scene *x, const transform *t, scene *y)
     *y = *x;
     if (t->unfold >= 0) unfold(y, t->unfold);
     rotate_tokens(t, y);
+    if (y->mask.n[0]) rotate_voxels(t, &y->mask);
     for (int k = 0; k < y->entries; k++) rotate_entry(t, &y->list[k]);
     for (int s = 0; s < y->sections; s++) {
         int axis = y->part[s].axis;
@@ -320,6 +369,7 @@ void transform_scene(const scene *x, const transform *t, scene *y)
     if (t->kind == TRANSFORM_ORDER) reorder(y, t->seed);
     if (t->kind == TRANSFORM_TIGHTER) tighten_steps(y);
     if (t->kind == TRANSFORM_LAYER) y->layer = 1;
+    if (t->kind == TRANSFORM_RING) y->ring = 1;
 }
 
 void transform_refine(const scene *x, int by, scene *y)

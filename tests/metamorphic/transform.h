@@ -17,6 +17,7 @@ typedef enum transform_kind {
     TRANSFORM_RESUME,
     TRANSFORM_TIGHTER, /* of the class by tolerance: a tenth of rtol */
     TRANSFORM_LAYER,   /* of the class by lattice: one layer in 3D against 2D */
+    TRANSFORM_RING,    /* of the class by lattice: a ring far from its axis against the plane */
     TRANSFORM_COUNT
 } transform_kind;
 
