@@ -40,26 +40,35 @@ static double factor_of(const transform *t, const char *unit_name)
     return transform_factor(t, &d);
 }
 
-/* A size that values of this unit have in the scene: currents that are 0 in balance are not compared by their rounding.
- */
-static double scale_of(const scene *x, const char *unit_name)
+/* Solvers balance each component to 1e-13 (record) and the potential to 1e-12 of the amounts that meet there: twenty
+ * steps of two runs leave this share of the largest amount. What is smaller is the rest of a difference and has no figure
+ * of its own. */
+#define CANCELS 4e-12
+/* [mol/m3] Rounding of the content of metal, 7e4 mol/m3, over a hundred steps. */
+#define METAL_ROUNDING 1e-9
+/* [Pa] Rounding of strains, 2e-15, times a modulus of 45 GPa. */
+#define STRESS_ROUNDING 1e-4
+
+/* What values of this unit are wrong by at least, whatever their own size: by rounding of what they are differences
+ * of. */
+static double floor_of(const scene *x, const char *unit_name, double tolerance)
 {
     dimension d = dimension_of(unit_name);
-    double size = x->current;
+    double size = CANCELS * x->current;
     int of_force = d.e[1] == 1.0 && d.e[2] == -2.0 && d.e[4] == 0.0;
-    if (of_force && x->has & HAS_SOLID) { /* stresses, energies and forces of a load of 0.1 MPa */
-        double load = 1e5;
+    if (of_force && x->has & HAS_SOLID) { /* stresses, energies and forces */
+        double load = STRESS_ROUNDING;
         for (int k = -1; k < (int)d.e[0]; k++) load *= x->h[0];
         return load;
     }
-    if (of_force && d.e[0] == -1.0) return x->pressure;
+    if (of_force && d.e[0] == -1.0) return tolerance * x->pressure; /* a flow is known to its residual */
     if (d.e[4] == 1.0 && d.e[1] == 0.0 && (d.e[2] == 0.0 || d.e[2] == 1.0)) {
         if (d.e[2] == 1.0) size *= x->time; /* charges */
         for (int k = -2; k < (int)d.e[0]; k++) size *= x->h[0];
         return size;
     }
-    if (d.e[0] == 1.0 && d.e[2] == -1.0 && d.e[1] == 0.0) return 1e-3 * x->h[0] / x->time;
-    return d.e[1] == 1.0 && d.e[4] == -1.0 && d.e[2] == -3.0 ? 0.01 : 0.0; /* volts */
+    if (d.e[0] == 1.0 && d.e[2] == -1.0 && d.e[1] == 0.0) return 1e-3 * tolerance * x->h[0] / x->time;
+    return d.e[1] == 1.0 && d.e[4] == -1.0 && d.e[2] == -3.0 ? CANCELS : 0.0; /* volts */
 }
 
 /* What the fluid has dissolved, where a scene dissolves next to nothing. */
@@ -68,9 +77,6 @@ static int is_dissolved(const char *key)
     return strcmp(key, "C") == 0 || strcmp(key, "C_max") == 0 || strcmp(key, "C_min") == 0 ||
            strcmp(key, "C_mean") == 0 || strcmp(key, "C_bulk") == 0;
 }
-
-/* A solid of which there is nothing at hand is as far from saturation as rounding says. */
-#define SI_OF_NOTHING -12.0
 
 /* ---- names under a turn ---- */
 
@@ -165,8 +171,7 @@ static const run_field *find_field(const record *r, const char *name)
     return NULL;
 }
 
-/* The largest value of any field of the same unit: what is nothing but rounding of another one has no scale of its own.
- */
+/* The largest value of any field of the same unit. */
 static double size_of_kin(const record *r, const run_field *f)
 {
     double most = 0.0;
@@ -178,6 +183,27 @@ static double size_of_kin(const record *r, const run_field *f)
         if (size > most) most = size;
     }
     return most;
+}
+
+/* Relative error of H+ and OH- in a cell by what is left of differences: their total is H+ - OH-, of which an error e is
+ * one of e/(H+ + OH-) of both. */
+static double water_error(const record *r, int64_t cell)
+{
+    const run_field *acid = find_field(r, "H+"), *base = find_field(r, "OH-");
+    if (!acid || !base) return 0.0;
+    double sum = fabs(acid->data[cell]) + fabs(base->data[cell]);
+    return sum > 0.0 ? CANCELS * size_of_kin(r, acid) / sum : 0.0;
+}
+
+/* By how much logarithms of activities and of their products may be wrong in a cell: of next to no ion nothing is
+ * known. */
+static double logarithm_error(const record *r, int of_product, int64_t cell)
+{
+    const run_field *metal = of_product ? find_field(r, "Mg2+") : NULL;
+    double error = 2.0 * water_error(r, cell);
+    if (!metal) return error;
+    double c = metal->data[cell], rest = CANCELS * size_of_kin(r, metal);
+    return c > rest ? error + rest / c : HUGE_VAL;
 }
 
 static int64_t image_cell(const transform *t, const record *a, const record *b, int64_t cell)
@@ -206,19 +232,21 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
         report(f, "missing", p->name, 0.0, 1.0, 1e-30, "the field is not there");
         return;
     }
-    double factor = factor_of(t, p->label), scale = size_of(p->data, p->components * a->cells);
+    double factor = factor_of(t, p->label), own = size_of(p->data, p->components * a->cells);
     if (strcmp(p->name, "density") == 0 &&
         !(x->has & HAS_GAS)) { /* that of a material does not follow, that of a flow does */
         if ((x->has & HAS_FLOW) && factor != 1.0) return;
         factor = 1.0;
     }
-    double kin = (strstr(p->label, "mol/m3") ? 1e-2 : 1e-6) * size_of_kin(a, p),
-           other = size_of(q->data, q->components * b->cells) / factor;
-    if (other > scale) scale = other;
-    if (kin > scale) scale = kin;
-    if (scale_of(x, p->label) > scale) scale = scale_of(x, p->label);
-    if (is_dissolved(p->name) && scale < 1.0) scale = 1.0;
-    if ((saturation || strcmp(p->name, "pH") == 0) && scale < 1.0) scale = 1.0; /* logarithms */
+    int logs = saturation || strcmp(p->name, "pH") == 0, of_ions = logs || strstr(p->label, "mol/m3") != NULL;
+    double other = size_of(q->data, q->components * b->cells) / factor;
+    if (other > own) own = other;
+    if (logs && own < 1.0) own = 1.0;
+    double least = floor_of(x, p->label, tolerance), kin = CANCELS * size_of_kin(a, p);
+    if (kin > least) least = kin;
+    if (is_dissolved(p->name) && METAL_ROUNDING > least) least = METAL_ROUNDING;
+    /* the scale on which the tolerance leaves that much */
+    double scale = tolerance > 0.0 && least > tolerance * own ? least / tolerance : own;
     if (!(scale > 0.0)) scale = 1.0;
     int vector = strcmp(p->name, "v") == 0 || strstr(p->name, "(vector)") != NULL;
     for (int c = 0; c < p->components; c++) {
@@ -227,9 +255,11 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
         for (int64_t k = 0; k < a->cells; k++) {
             int64_t j = image_cell(t, a, b, k);
             double u = p->data[c * a->cells + k], v = s * q->data[to * b->cells + j] / factor;
-            if (saturation && u < SI_OF_NOTHING) u = SI_OF_NOTHING;
-            if (saturation && v < SI_OF_NOTHING) v = SI_OF_NOTHING;
             if (agrees(u, v, scale, tolerance)) continue;
+            if (of_ions && tolerance > 0.0) {
+                double error = logs ? logarithm_error(a, saturation, k) : 2.0 * water_error(a, k) * fabs(u);
+                if (isinf(error) || fabs(u - v) <= tolerance * scale + error) continue;
+            }
             int64_t at[3] = {k % a->n[0], k / a->n[0] % a->n[1], k / a->n[0] / a->n[1]};
             snprintf(detail, sizeof detail, "component %d at cell %d, %d, %d", c, (int)at[0], (int)at[1], (int)at[2]);
             report(f, "field", p->name, u, v, scale, detail);
@@ -258,7 +288,7 @@ static double least_figure(const scene *x, const record *a, const run_figure *p)
     double around = x->has & HAS_AXIS ? 2 : PD_DIM - 1, face = pow(x->h[0], around), c = 1.0;
     double speed = flow ? size_of(flow->data, PD_DIM * a->cells) : 0.0;
     for (int k = 0; k < a->fields; k++) {
-        double most = strstr(a->field[k].label, "mol/m3") ? size_of(a->field[k].data, a->cells) : 0.0;
+        double most = strcmp(a->field[k].name, "C") == 0 ? size_of(a->field[k].data, a->cells) : 0.0;
         if (most > c) c = most;
     }
     double passes = 1e-3 * c * (x->D / x->h[0] + speed);
@@ -277,9 +307,15 @@ static int of_nothing(const scene *x, const record *a, const run_figure *p)
     if (strcmp(p->key, "layer") == 0 || strcmp(p->key, "Sh") == 0) by = record_figure(a, p->section, p->name, "flux");
     if (strcmp(p->key, "faraday") == 0) { /* of metal that passes next to no charge */
         by = record_figure(a, p->section, p->name, "charge");
-        return by && fabs(by->value) < 1e-6 * scale_of(x, by->unit);
+        return by && fabs(by->value) < 1e6 * floor_of(x, by->unit, CANCELS);
     }
     return by && fabs(by->value) < 1e-3 * least_figure(x, a, by);
+}
+
+/* fx, mz, ux, vy, cx_p */
+static int is_component(const char *key)
+{
+    return strchr("fmcvu", key[0]) && is_axis(key[1]) && (key[2] == '\0' || key[2] == '_');
 }
 
 static void compare_figure(const scene *x, const transform *t, const record *a, const record *b, const run_figure *p,
@@ -303,26 +339,30 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
         report(f, "missing", name, p->value, 0.0, 1e-30, "the figure is not there");
         return;
     }
-    for (int k = 0; k < a->figures; k++) {
+    double least = floor_of(x, p->unit, tolerance), like = 0.0;
+    for (int k = 0; k < a->figures; k++) { /* components of a vector have one scale; what else has the unit may cancel */
         const run_figure *g = &a->figure[k];
-        int like = strcmp(g->section, p->section) == 0 && strcmp(g->unit, p->unit) == 0 && p->unit[0] != '-';
         double size = fabs(g->value);
-        if (isfinite(size) && like && 1e-3 * size > scale) scale = 1e-3 * size;
+        if (!isfinite(size) || strcmp(g->section, p->section) != 0 || strcmp(g->unit, p->unit) != 0 || p->unit[0] == '-')
+            continue;
+        if (is_component(p->key) && is_component(g->key) && strcmp(g->name, p->name) == 0 && g->key[0] == p->key[0] &&
+            size > scale)
+            scale = size;
+        if (size > like) like = size;
     }
+    if (CANCELS * like > least) least = CANCELS * like;
     if (strcmp(p->key, "parted") == 0 && q->value < 0.0) factor = 1.0; /* -1: never */
     double v = sign * q->value / factor;
     if (isfinite(p->value) && fabs(p->value) > scale) scale = fabs(p->value);
     if (isfinite(v) && fabs(v) > scale) scale = fabs(v);
-    int of_whole = strcmp(p->key, "volume_loss") == 0 || strcmp(p->key, "flux") == 0 || strcmp(p->key, "flux_max") == 0;
-    if (t->kind == TRANSFORM_TIGHTER) of_whole = 0;
-    if (t->kind == TRANSFORM_TIGHTER && strcmp(p->unit, "-") == 0 && scale < 1e-3)
-        scale = 1e-3;            /* a loss of a thousandth */
-    if (of_whole && scale < 1.0) /* shares of the whole */
-        scale = 1.0;
-    if (scale_of(x, p->unit) > scale) scale = scale_of(x, p->unit);
-    double least = least_figure(x, a, p);
-    if (least > scale) scale = least;
-    if (is_dissolved(p->key) && scale < 1.0) scale = 1.0;
+    if (t->kind == TRANSFORM_TIGHTER && strcmp(p->unit, "-") == 0 && scale < 1e-3) scale = 1e-3; /* a loss of a thousandth */
+    if (strncmp(p->key, "flux", 4) == 0 && scale < 1.0 && strcmp(p->section, "result") == 0)
+        scale = 1.0; /* what balances lack, over what passes */
+    if (strcmp(p->key, "volume_loss") == 0 && CANCELS > least) least = CANCELS;
+    double passes = tolerance * least_figure(x, a, p);
+    if (passes > least) least = passes;
+    if (is_dissolved(p->key) && METAL_ROUNDING > least) least = METAL_ROUNDING;
+    if (tolerance > 0.0 && least > tolerance * scale) scale = least / tolerance;
     if (!(scale > 0.0)) scale = 1.0;
     if (strcmp(p->key, "front") == 0 && tolerance > 0.0) tolerance = 1e-6; /* distances are single floats there */
     if (!agrees(p->value, v, scale, tolerance)) report(f, "figure", name, p->value, v, scale, p->unit);
@@ -347,12 +387,31 @@ static int compare_outcomes(const record *a, const record *b, finding *f)
     return a->outcome != OUTCOME_DONE;
 }
 
+static const run_file *find_file(const record *r, const char *name)
+{
+    for (int k = 0; k < r->files; k++)
+        if (strcmp(r->file[k].name, name) == 0) return &r->file[k];
+    return NULL;
+}
+
 void compare_records(const scene *x, const transform *t, const record *a, const record *b, double tolerance, finding *f)
 {
     memset(f, 0, sizeof *f);
     if (compare_outcomes(a, b, f)) return;
     for (int k = 0; k < a->fields; k++) compare_field(x, t, a, b, &a->field[k], tolerance, f);
     for (int k = 0; k < a->figures; k++) compare_figure(x, t, a, b, &a->figure[k], tolerance, f);
+    if (tolerance > 0.0) return;
+    if (strcmp(a->line, b->line) != 0) {
+        char lines[1100];
+        snprintf(lines, sizeof lines, "%s | %s", a->line, b->line);
+        report(f, "file", "result line", 0.0, 1.0, 1e-9, lines);
+    }
+    for (int k = 0; k < a->files || k < b->files; k++) {
+        const run_file *p = k < a->files ? &a->file[k] : &b->file[k], *q = find_file(k < a->files ? b : a, p->name);
+        if (!q) report(f, "file", p->name, (double)p->size, 0.0, 1.0, "is not there");
+        else if (p->size != q->size || p->sum != q->sum)
+            report(f, "file", p->name, (double)p->size, (double)q->size, 1e-9, "other bytes; sizes");
+    }
 }
 
 /* What steps may get wrong by their tolerance: amounts, not what single cells show at an instant. */
@@ -388,8 +447,9 @@ double compare_layer(const scene *x, const record *a, const record *b, finding *
         const run_field *p = &a->field[k], *q = find_field(b, p->name);
         int64_t count = p->components * a->cells, of = 0;
         if (strchr(p->name, '(') || strcmp(p->name, "SI") == 0 || !strchr(p->label, '[') || !q) continue;
-        double kin = 1e-2 * size_of_kin(a, p), sum = 0.0;
-        double scale = fmax(fmax(size_of(p->data, count), kin), scale_of(x, p->label));
+        /* ions that are 1e-6 of the others are what their equilibria leave */
+        double kin = 1e-6 * size_of_kin(a, p), sum = 0.0;
+        double scale = fmax(fmax(size_of(p->data, count), kin), 1e9 * floor_of(x, p->label, CANCELS));
         for (int64_t i = 0; i < count && scale > 0.0; i++) {
             double apart = (p->data[i] - q->data[i]) / scale;
             if (isnan(p->data[i]) && isnan(q->data[i])) continue;

@@ -6,20 +6,20 @@
 
 typedef struct finding {
     int found;
-    char kind[24]; /* "outcome", "crash", "hang", "field", "figure", "missing" */
+    char kind[24]; /* "outcome", "crash", "hang", "field", "figure", "file", "missing" */
     char name[96]; /* of the field or run_figure */
     char detail[1200];
     char others[400];   /* what else differs */
     double a, b, scale; /* the values, and what they are compared with */
 } finding;
 
-/* tolerance: [-] of the scale of a field; 0: bits. */
 /* Two records of one scene with different steps, the second one's smaller: amounts and losses, and fields where no
  * metal goes. */
 void compare_steps(const scene *x, const transform *t, const record *a, const record *b, double tolerance, finding *f);
 /* A scene in 2D and one layer of it in 3D: the largest difference of a field over its scale. f: where an outcome
  * differs. */
 double compare_layer(const scene *x, const record *a, const record *b, finding *f);
+/* tolerance: [-] of the own scale of each field and figure; 0: bits, and files byte by byte. */
 void compare_records(const scene *x, const transform *t, const record *a, const record *b, double tolerance,
                      finding *f);
 

@@ -1,12 +1,12 @@
 /* metamorphic: random scenes and what must be the same of them when they are rotated, mirrored, shifted, rescaled.
  *
  *   metamorphic_2d [--seed N] [--pairs N] [--seconds S] [--class exact|tolerance|lattice] [--only TRANSFORM] [--show]
- *                  [--sanitize] [--limit S] [--through SHARE] [--shrink S]
- *                  [--with PHYSICS]... [--holding TEXT]
+ *                  [--sanitize] [--limit S] [--through SHARE] [--shrink S] [--jobs N] [--with PHYSICS]...
+ *                  [--holding TEXT]
  *
  * --with, --holding: scenes that have all of these physics, and the text, such as union; --closed: without the seeds of
- * open findings; --through: share of bodies with faces through nodes; --limit: of a run;
- * --shrink: time for the smallest scene that shows a finding, 0: as it was found.
+ * open findings; --through: share of bodies with faces through nodes; --limit: of a run, in seconds of the processor;
+ * --shrink: the same for the smallest scene that shows a finding, 0: as it was found; --jobs: processes side by side.
  */
 #define _XOPEN_SOURCE 700
 #include "generate.h"
@@ -20,6 +20,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -27,7 +31,7 @@ enum { TEXT = 65536 };
 
 typedef struct options {
     uint32_t seed;
-    int pairs, show, sanitize, quick, blind, closed, only;
+    int pairs, show, sanitize, quick, blind, closed, only, jobs;
     double seconds, limit, through, shrink;
     scene_class of;
     uint32_t with;                /* scenes that have all of it */
@@ -63,11 +67,47 @@ static const uint32_t open_seeds[] = {
 #endif
 };
 
+enum { FINDINGS = 2000 };
+
+typedef struct found_at {
+    uint32_t seed;
+    int transform;
+    char kind[24], name[48];
+} found_at;
+
+/* What all processes add to, one at a time. */
 typedef struct tally {
+    int next; /* pair that nobody has begun */
     int pairs, ran, changed, several, refused, failed, findings;
     int by_transform[TRANSFORM_COUNT], found[TRANSFORM_COUNT];
     double longest;
+    found_at at[FINDINGS];
 } tally;
+
+/* The tally is a file of the folder for scratch; its lock is that of the tally and of what is printed. */
+typedef struct board {
+    int file;
+    tally *sum;
+} board;
+
+static void board_lock(const board *b)
+{
+    struct flock all;
+    memset(&all, 0, sizeof all);
+    all.l_type = F_WRLCK;
+    all.l_whence = SEEK_SET;
+    while (fcntl(b->file, F_SETLKW, &all) != 0) continue;
+}
+
+static void board_unlock(const board *b)
+{
+    struct flock all;
+    memset(&all, 0, sizeof all);
+    all.l_type = F_UNLCK;
+    all.l_whence = SEEK_SET;
+    fflush(stdout);
+    fcntl(b->file, F_SETLK, &all);
+}
 
 static int is_open(uint32_t seed)
 {
@@ -107,13 +147,14 @@ static void run_pair(const options *o, const scene *x, const transform *t, recor
 {
     static char text[TEXT];
     static scene y;
-    run_options r = {1, 0, o->of == CLASS_EXACT ? 1 + x->first_order : 0, o->limit, o->folder, NULL};
+    run_options r = {1, t->kind == TRANSFORM_RESUME, 0, o->of == CLASS_EXACT ? 1 + x->first_order : 0,
+                     o->limit, o->folder, NULL};
     write_text(x, text);
     record_run(text, &r, a);
     transform_scene(x, t, &y);
     write_text(&y, text);
     if (t->kind == TRANSFORM_THREADS) r.threads = 2;
-    if (t->kind == TRANSFORM_RESUME) r.resume = 1;
+    if (t->kind == TRANSFORM_RESUME) r.resume = 1 + (int)(t->seed % 4);
     record_run(text, &r, b);
     if (t->kind == TRANSFORM_TIGHTER) compare_steps(x, t, a, b, 10.0 * x->rtol, f);
     else compare_records(x, t, a, b, tolerance_of(x, t), f);
@@ -134,7 +175,7 @@ static void run_pair(const options *o, const scene *x, const transform *t, recor
 static void run_alone(const options *o, const scene *x, record *a, finding *f)
 {
     static char text[TEXT];
-    run_options r = {1, 0, 0, o->limit, o->folder, NULL};
+    run_options r = {1, 0, 0, 0, o->limit, o->folder, NULL};
     memset(f, 0, sizeof *f);
     write_text(x, text);
     record_run(text, &r, a);
@@ -155,7 +196,7 @@ static void run_layer(const options *o, const scene *x, const transform *t, reco
     static char text[TEXT];
     static scene y, fine;
     double apart[2];
-    run_options here = {1, 0, 1, 4.0 * o->limit, o->folder, NULL}, there = here;
+    run_options here = {1, 0, 0, 1, 4.0 * o->limit, o->folder, NULL}, there = here;
     there.program = o->other;
     for (int level = 0; level < 2; level++) {
         if (level) {
@@ -178,6 +219,41 @@ static void run_layer(const options *o, const scene *x, const transform *t, reco
              apart[1], FINER);
 }
 
+#define RADIUS 1000.0 /* of a ring, over the height of its section */
+
+/* A ring at two radii, one ten times the other, against the plane: what differs is in proportion to their inverse. */
+static void run_ring(const options *o, const scene *x, const transform *t, record *a, record *b, finding *f)
+{
+    static char text[TEXT];
+    static scene y;
+    double apart[2];
+    run_options r = {1, 0, 0, 1 + x->first_order, o->limit, o->folder, NULL};
+    write_text(x, text);
+    record_run(text, &r, a);
+    for (int level = 0; level < 2; level++) {
+        transform far = *t;
+        far.offset[1] = (level ? 10.0 : 1.0) * RADIUS * x->cells[1] * x->h[1];
+        if (level) record_free(b);
+        transform_scene(x, &far, &y);
+        write_text(&y, text);
+        record_run(text, &r, b);
+        apart[level] = compare_layer(x, a, b, f);
+        if (f->found || apart[level] < 1e-6) return;
+    }
+    if (apart[1] * FALLS < apart[0]) return;
+    f->found = 1;
+    snprintf(f->kind, sizeof f->kind, "lattice");
+    snprintf(f->detail, sizeof f->detail, "plane and ring are %.3g apart with a radius of %g heights, %.3g with ten times it",
+             apart[0], RADIUS, apart[1]);
+}
+
+static void run_any(const options *o, const scene *x, const transform *t, record *a, record *b, finding *f)
+{
+    if (t->kind == TRANSFORM_LAYER) run_layer(o, x, t, a, b, f);
+    else if (t->kind == TRANSFORM_RING) run_ring(o, x, t, a, b, f);
+    else run_pair(o, x, t, a, b, f);
+}
+
 typedef struct pair_compare {
     const options *o;
 } pair_compare;
@@ -186,8 +262,7 @@ static void compare_again(void *user, const scene *x, const transform *t, findin
 {
     record a, b;
     const options *o = ((const pair_compare *)user)->o;
-    if (t->kind == TRANSFORM_LAYER) run_layer(o, x, t, &a, &b, f);
-    else run_pair(o, x, t, &a, &b, f);
+    run_any(o, x, t, &a, &b, f);
     record_free(&a);
     record_free(&b);
 }
@@ -208,8 +283,9 @@ static void print_finding(const options *o, uint32_t seed, const scene *x, const
     fflush(stdout);
 }
 
-static void one(const options *all, uint32_t seed, tally *s)
+static void one(const options *all, uint32_t seed, const board *together)
 {
+    tally *s = together->sum;
     options own = *all, *o = &own;
     static scene x;
     static char text[TEXT];
@@ -219,17 +295,21 @@ static void one(const options *all, uint32_t seed, tally *s)
     uint32_t state = seed ^ 0x5bd1e995u;
     if (o->mixed && o->only < 0 && seed % 5 == 0) own.of = CLASS_TOLERANCE;
     if (o->mixed && !o->quick && o->only < 0 && o->other[0] && seed % 10 == 7) own.of = CLASS_LATTICE;
+    if (o->mixed && PD_DIM == 2 && o->only < 0 && seed % 10 == 3) own.of = CLASS_RING;
+    if (o->only == TRANSFORM_LAYER) own.of = CLASS_LATTICE;
+    if (o->only == TRANSFORM_RING) own.of = CLASS_RING;
+    if (o->only == TRANSFORM_TIGHTER) own.of = CLASS_TOLERANCE;
     generate_scene(seed, o->of, o->through, &x);
     if ((x.has & o->with) != o->with) return;
     if (o->holding) {
         write_text(&x, text);
         if (!strstr(text, o->holding)) return;
     }
-    int kind = o->only >= 0 ? o->only : (int)(random_share(&state) * TRANSFORM_LAYER);
+    int kind = o->only >= 0 ? o->only : (int)(random_share(&state) * TRANSFORM_TIGHTER);
     if (o->sanitize) kind = TRANSFORM_UNITS;
     if (o->of == CLASS_TOLERANCE && !o->sanitize) kind = TRANSFORM_TIGHTER;
     else if (o->of == CLASS_LATTICE) kind = TRANSFORM_LAYER;
-    else if (kind >= TRANSFORM_TIGHTER) kind = TRANSFORM_MIRROR;
+    else if (o->of == CLASS_RING) kind = TRANSFORM_RING;
     for (int k = 0; !transform_draw((transform_kind)kind, &x, &state, &t); k++) {
         if (o->only >= 0 || k > 50) return;
         kind = (int)(random_share(&state) * TRANSFORM_TIGHTER);
@@ -238,13 +318,22 @@ static void one(const options *all, uint32_t seed, tally *s)
             generate_scene(seed, o->of, o->through, &x);
         }
     }
+    if (o->sanitize) run_alone(o, &x, &a, &f);
+    else run_any(o, &x, &t, &a, &b, &f);
+    static scene found;
+    found = x;
+    if (f.found && o->shrink > 0.0 && !o->sanitize && strcmp(f.kind, "hang") != 0) {
+        pair_compare p = {o};
+        shrink_scene(compare_again, &p, &t, o->shrink, &found, &f);
+    }
+    board_lock(together);
     if (o->show) {
         write_text(&x, text);
         printf("# seed %u\n%s", seed, text);
+        printf("# seed %u %s: %s, %s, %s, %d physics, %lld steps, %.2f s %s\n", seed, transform_names[kind],
+               f.found ? "finding" : "agrees", outcome_names[a.outcome], a.changes ? "changed" : "unchanged",
+               scene_physics(&x), (long long)a.steps, a.seconds, a.message);
     }
-    if (o->sanitize) run_alone(o, &x, &a, &f);
-    else if (t.kind == TRANSFORM_LAYER) run_layer(o, &x, &t, &a, &b, &f);
-    else run_pair(o, &x, &t, &a, &b, &f);
     s->pairs++;
     s->by_transform[kind]++;
     s->ran += a.outcome == OUTCOME_DONE;
@@ -253,20 +342,94 @@ static void one(const options *all, uint32_t seed, tally *s)
     s->refused += a.outcome == OUTCOME_REFUSED;
     s->failed += a.outcome == OUTCOME_FAILED;
     if (a.seconds > s->longest) s->longest = a.seconds;
-    if (o->show)
-        printf("# seed %u %s: %s, %s, %s, %d physics, %lld steps, %.2f s %s\n", seed, transform_names[kind],
-               f.found ? "finding" : "agrees", outcome_names[a.outcome], a.changes ? "changed" : "unchanged",
-               scene_physics(&x), (long long)a.steps, a.seconds, a.message);
     if (f.found) {
-        pair_compare p = {o};
-        if (o->shrink > 0.0 && !o->sanitize && strcmp(f.kind, "hang") != 0)
-            shrink_scene(compare_again, &p, &t, o->shrink, &x, &f);
+        if (s->findings < FINDINGS) {
+            found_at *at = &s->at[s->findings];
+            at->seed = seed;
+            at->transform = kind;
+            snprintf(at->kind, sizeof at->kind, "%s", f.kind);
+            snprintf(at->name, sizeof at->name, "%.47s", f.name);
+        }
         s->findings++;
         s->found[kind]++;
-        print_finding(o, seed, &x, &t, &f);
+        print_finding(o, seed, &found, &t, &f);
     }
+    board_unlock(together);
     record_free(&a);
     if (!o->sanitize) record_free(&b);
+}
+
+/* Pairs that nobody has begun, one after another. */
+static void work(const options *o, double begin, const board *b)
+{
+    for (;;) {
+        board_lock(b);
+        int k = b->sum->next++;
+        board_unlock(b);
+        if (k >= o->pairs || (o->seconds > 0.0 && now() - begin > o->seconds)) return;
+        if (o->closed && is_open(o->seed + (uint32_t)k)) continue;
+        one(o, o->quick ? quick_seeds[k] : o->seed + (uint32_t)k, b);
+    }
+}
+
+/* Each process has a folder of its own. How many of them did not come to their end. */
+static int work_together(const options *o, double begin, const board *b)
+{
+    for (int k = 0; k < o->jobs; k++) {
+        fflush(stdout);
+        pid_t child = fork();
+        if (child != 0) continue;
+        options own = *o;
+        snprintf(own.folder, sizeof own.folder, "%.240s/%d", o->folder, k);
+        if (mkdir(own.folder, 0777) != 0) _exit(2);
+        snprintf(scene_folder, sizeof scene_folder, "%s", own.folder);
+        work(&own, begin, b);
+        fflush(stdout);
+        _exit(0);
+    }
+    int status, lost = 0;
+    while (wait(&status) > 0) lost += !WIFEXITED(status) || WEXITSTATUS(status) != 0;
+    return lost;
+}
+
+static int open_board(const char *folder, board *b)
+{
+    char path[300];
+    snprintf(path, sizeof path, "%s/tally", folder);
+    b->file = open(path, O_RDWR | O_CREAT | O_TRUNC, 0666);
+    if (b->file < 0 || ftruncate(b->file, (off_t)sizeof(tally)) != 0) return 0;
+    void *p = mmap(NULL, sizeof(tally), PROT_READ | PROT_WRITE, MAP_SHARED, b->file, 0);
+    if (p == MAP_FAILED) return 0;
+    b->sum = (tally *)p;
+    return 1;
+}
+
+/* By transform, and within by what differs, with the seeds. */
+static void print_summary(const options *o, const tally *s)
+{
+    printf("%d %s, %d ran, %d (%.0f %%) changed something, %d (%.0f %%) with three physics or more, %d refused, %d failed, "
+           "longest %.2f s\n",
+           s->pairs, o->sanitize ? "scenes" : "pairs", s->ran, s->changed, 100.0 * s->changed / fmax(s->pairs, 1),
+           s->several, 100.0 * s->several / fmax(s->pairs, 1), s->refused, s->failed, s->longest);
+    int listed = s->findings < FINDINGS ? s->findings : FINDINGS;
+    for (int k = 0; k < TRANSFORM_COUNT; k++) {
+        if (!s->by_transform[k]) continue;
+        printf("%s %d of %d\n", o->sanitize ? "alone" : transform_names[k], s->found[k], s->by_transform[k]);
+        for (int i = 0; i < listed; i++) {
+            const found_at *p = &s->at[i];
+            int first = p->transform == k;
+            for (int j = 0; j < i && first; j++)
+                first = s->at[j].transform != k || strcmp(s->at[j].kind, p->kind) != 0 ||
+                        strcmp(s->at[j].name, p->name) != 0;
+            if (!first) continue;
+            printf("    %s %s:", p->kind, p->name);
+            for (int j = i; j < listed; j++)
+                if (s->at[j].transform == k && strcmp(s->at[j].kind, p->kind) == 0 &&
+                    strcmp(s->at[j].name, p->name) == 0)
+                    printf(" %u", s->at[j].seed);
+            printf("\n");
+        }
+    }
 }
 
 static void remove_folder(const char *folder)
@@ -275,8 +438,9 @@ static void remove_folder(const char *folder)
     struct dirent *e;
     DIR *d = opendir(folder);
     while (d && (e = readdir(d)) != NULL) {
+        if (strcmp(e->d_name, ".") == 0 || strcmp(e->d_name, "..") == 0) continue;
         snprintf(path, sizeof path, "%s/%.255s", folder, e->d_name);
-        unlink(path);
+        if (unlink(path) != 0) remove_folder(path);
     }
     if (d) closedir(d);
     rmdir(folder);
@@ -294,7 +458,7 @@ static int serve(const char *path)
     static char text[TEXT];
     FILE *file = fopen(path, "r");
     size_t size = file ? fread(text, 1, sizeof text - 1, file) : 0;
-    run_options r = {1, 0, 1, 60.0, ".", NULL};
+    run_options r = {1, 0, 0, 1, 60.0, ".", NULL};
     if (!file || !size) return usage(path);
     fclose(file);
     record_serve(text, &r, 1);
@@ -313,14 +477,14 @@ static void find_other(const char *program, char *path, size_t size)
 int main(int argc, char **argv)
 {
     options o;
-    tally s;
+    board b;
     double begin = now();
     if (!getenv("OMP_WAIT_POLICY")) { /* threads sleep at barriers: runs share the cores with others */
         setenv("OMP_WAIT_POLICY", "passive", 1);
         execv("/proc/self/exe", argv);
     }
     memset(&o, 0, sizeof o);
-    memset(&s, 0, sizeof s);
+    o.jobs = 1;
     o.seed = 1;
     o.pairs = 100;
     o.only = -1;
@@ -338,6 +502,7 @@ int main(int argc, char **argv)
         else if (strcmp(a, "--closed") == 0) o.closed = 1;
         else if (k++, strcmp(a, "--seed") == 0) o.seed = (uint32_t)strtoul(v, NULL, 10);
         else if (strcmp(a, "--pairs") == 0) o.pairs = atoi(v);
+        else if (strcmp(a, "--jobs") == 0) o.jobs = atoi(v);
         else if (strcmp(a, "--seconds") == 0) o.seconds = atof(v);
         else if (strcmp(a, "--limit") == 0) o.limit = atof(v);
         else if (strcmp(a, "--shrink") == 0) o.shrink = atof(v);
@@ -360,19 +525,16 @@ int main(int argc, char **argv)
     }
     const char *scratch = getenv("TMPDIR");
     snprintf(o.folder, sizeof o.folder, "%s/metamorphic.XXXXXX", scratch && scratch[0] ? scratch : P_tmpdir);
-    if (!mkdtemp(o.folder)) return usage("no folder for scratch files");
+    if (!mkdtemp(o.folder) || !open_board(o.folder, &b)) return usage("no folder for scratch files");
+    snprintf(scene_folder, sizeof scene_folder, "%s", o.folder);
     if (o.quick) o.pairs = (int)(sizeof quick_seeds / sizeof quick_seeds[0]);
-    for (int k = 0; k < o.pairs; k++) {
-        if (o.seconds > 0.0 && now() - begin > o.seconds) break;
-        if (o.closed && is_open(o.seed + (uint32_t)k)) continue;
-        one(&o, o.quick ? quick_seeds[k] : o.seed + (uint32_t)k, &s);
-    }
-    printf(
-        "%d %s, %d ran, %d changed something, %d with three physics or more, %d refused, %d failed, longest %.2f s\n",
-        s.pairs, o.sanitize ? "scenes" : "pairs", s.ran, s.changed, s.several, s.refused, s.failed, s.longest);
-    for (int k = 0; k < TRANSFORM_COUNT; k++)
-        if (s.by_transform[k]) printf("%s %d of %d\n", transform_names[k], s.found[k], s.by_transform[k]);
+    int lost = 0;
+    if (o.jobs > 1) lost = work_together(&o, begin, &b);
+    else work(&o, begin, &b);
+    print_summary(&o, b.sum);
+    int findings = b.sum->findings + lost;
+    if (lost) printf("%d processes were lost\n", lost);
+    printf("%d passed, %d failed\n", b.sum->pairs - findings, findings);
     remove_folder(o.folder);
-    printf("%d passed, %d failed\n", s.pairs - s.findings, s.findings);
-    return s.findings > 0;
+    return findings > 0;
 }

@@ -3,6 +3,7 @@
 #include "record.h"
 #include "run/run.h"
 #include "scene/scene.h"
+#include <dirent.h>
 #include <math.h>
 #include <poll.h>
 #include <signal.h>
@@ -14,7 +15,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define WALL 20.0 /* wall time over processor time, at most: the cores are shared */
+#define ASLEEP 60.0 /* [s] a process that takes no processor time for so long is stuck */
 
 const char *const outcome_names[] = {"done", "failed", "refused", "crashed", "hung"};
 
@@ -31,7 +32,6 @@ typedef struct collector {
     record *r;
     record start; /* fields of the first instant */
     int stop_at;
-    int stopped;
     int tight;
 } collector;
 
@@ -156,6 +156,16 @@ static void tighten(pd_model *model, int first_order)
     if (first_order) model->reactive.desc.order = 1;
 }
 
+static void forget(record *r)
+{
+    for (int k = 0; k < r->fields; k++) free(r->field[k].data);
+    free(r->field);
+    free(r->figure);
+    r->field = NULL;
+    r->figure = NULL;
+    r->fields = r->figures = 0;
+}
+
 static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
 {
     collector *c = (collector *)user;
@@ -167,14 +177,13 @@ static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
     if (at->when == PD_WHEN_STEP) {
         if (c->stop_at && at->steps >= c->stop_at) {
             c->stop_at = 0;
-            c->stopped = 1;
             return 1;
         }
         return 0;
     }
-    if (c->stopped) return 0;
     pd_figures figures;
     memset(&figures, 0, sizeof figures);
+    forget(c->r); /* of the run that was stopped */
     collect_fields(ctx, at, c->r);
     collect_first(&c->start, c->r);
     if (pd_instant_figures(ctx, at, &figures) >= 0) {
@@ -225,6 +234,51 @@ static void collect_result(const pd_run_result *result, int axisymmetric, record
     result_figure(r, "steps", "-", (double)result->steps);
 }
 
+static void clear_folder(const char *folder)
+{
+    char path[600];
+    struct dirent *e;
+    DIR *d = opendir(folder);
+    while (d && (e = readdir(d)) != NULL) {
+        snprintf(path, sizeof path, "%s/%.250s", folder, e->d_name);
+        unlink(path);
+    }
+    if (d) closedir(d);
+    rmdir(folder);
+}
+
+enum { FILES = 400 };
+
+static void sum_bytes(run_file *f, const unsigned char *bytes, size_t count)
+{
+    for (size_t k = 0; k < count; k++) f->sum = (f->sum ^ bytes[k]) * 1099511628211u;
+    f->size += (int64_t)count;
+}
+
+/* Sums of what a run has written, and its result line, in which no time of the processor stands. */
+static void collect_files(const char *folder, const pd_run_result *result, record *r)
+{
+    static unsigned char bytes[65536];
+    char path[600];
+    struct dirent *e;
+    DIR *d = opendir(folder);
+    r->file = (run_file *)need(FILES * sizeof(run_file));
+    pd_run_line(result, r->line, sizeof r->line);
+    char *memory = strstr(r->line, " bytes_per_node="); /* the largest of a process: of two parts it is another one */
+    if (memory) *memory = '\0';
+    while (d && (e = readdir(d)) != NULL && r->files < FILES) {
+        if (e->d_name[0] == '.') continue;
+        snprintf(path, sizeof path, "%s/%.250s", folder, e->d_name);
+        FILE *file = fopen(path, "rb");
+        if (!file) continue;
+        run_file *f = &r->file[r->files++];
+        snprintf(f->name, sizeof f->name, "%.79s", e->d_name);
+        for (size_t n; (n = fread(bytes, 1, sizeof bytes, file)) > 0;) sum_bytes(f, bytes, n);
+        fclose(file);
+    }
+    if (d) closedir(d);
+}
+
 static void run_here(const char *text, const run_options *o, record *r)
 {
     pd_ctx ctx;
@@ -232,6 +286,7 @@ static void run_here(const char *text, const run_options *o, record *r)
     pd_run_desc desc;
     pd_run_result result;
     collector c;
+    char folder[320];
     memset(&c, 0, sizeof c);
     memset(&desc, 0, sizeof desc);
     c.r = r;
@@ -244,17 +299,18 @@ static void run_here(const char *text, const run_options *o, record *r)
         snprintf(r->message, sizeof r->message, "%s", ctx.message);
         return;
     }
-    desc.dry = !o->resume;
-    desc.folder = o->folder;
+    snprintf(folder, sizeof folder, "%s/files", o->folder);
+    if (o->files) clear_folder(folder);
+    desc.dry = !o->files;
+    desc.folder = o->files ? folder : o->folder;
     desc.observe = observe;
     desc.observe_user = &c;
-    desc.checkpoints = o->resume;
+    desc.checkpoints = o->files;
     desc.checkpoint_every = 1e9;
-    if (o->resume) c.stop_at = 3;
+    c.stop_at = o->resume;
     status = pd_run(&ctx, &setup, &desc, &result);
     if (status >= 0 && result.stopped) {
         desc.resume = 1;
-        c.stopped = 0;
         pd_setup_free(&ctx, &setup);
         status = pd_scene_parse(&ctx, "scene", text, NULL, 0, &setup);
         if (status >= 0) status = pd_run(&ctx, &setup, &desc, &result);
@@ -262,6 +318,8 @@ static void run_here(const char *text, const run_options *o, record *r)
     r->outcome = status >= 0 ? OUTCOME_DONE : result.bad_input ? OUTCOME_REFUSED : OUTCOME_FAILED;
     if (status < 0) snprintf(r->message, sizeof r->message, "%s", ctx.message);
     if (status >= 0) collect_result(&result, setup.axisymmetric != 0, r);
+    if (status >= 0 && o->files) collect_files(folder, &result, r);
+    if (o->files) clear_folder(folder);
     pd_setup_free(&ctx, &setup);
 }
 
@@ -282,24 +340,40 @@ static void record_send(int to, const record *r)
 {
     send(to, r, sizeof *r);
     if (r->figures) send(to, r->figure, (size_t)r->figures * sizeof *r->figure);
+    if (r->files) send(to, r->file, (size_t)r->files * sizeof *r->file);
     for (int k = 0; k < r->fields; k++) {
         send(to, &r->field[k], sizeof r->field[k]);
         send(to, r->field[k].data, (size_t)(r->field[k].components * r->cells) * sizeof(double));
     }
 }
 
-/* All that comes until the other side closes; 0: time is over. */
-static int receive_all(int from, double limit, char **data, size_t *size)
+/* [s] of the processor that a process has had. */
+static double processor_time(pid_t process)
+{
+    clockid_t clock;
+    struct timespec t;
+    if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &t) != 0) return 0.0;
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* All that comes until the other side closes; 0: the process is stuck. Its processor time is limited elsewhere, so that
+ * a machine with much other work ends none. */
+static int receive_all(int from, pid_t process, char **data, size_t *size)
 {
     size_t room = 1 << 16;
-    double end = seconds_now() + limit;
+    double had = 0.0, since = seconds_now();
     *data = (char *)need(room);
     *size = 0;
     for (;;) {
         struct pollfd p = {from, POLLIN, 0};
-        double left = end - seconds_now();
-        if (left <= 0.0) return 0;
-        if (poll(&p, 1, (int)(1000.0 * left) + 1) <= 0) continue;
+        if (poll(&p, 1, 1000) <= 0) {
+            double has = processor_time(process);
+            if (has > had) since = seconds_now();
+            had = has;
+            if (seconds_now() - since > ASLEEP) return 0;
+            continue;
+        }
+        since = seconds_now();
         if (*size == room) {
             room *= 2;
             *data = (char *)realloc(*data, room);
@@ -309,6 +383,16 @@ static int receive_all(int from, double limit, char **data, size_t *size)
         if (n <= 0) return 1;
         *size += (size_t)n;
     }
+}
+
+double processor_seconds(void)
+{
+    struct rusage own, others;
+    getrusage(RUSAGE_SELF, &own);
+    getrusage(RUSAGE_CHILDREN, &others);
+    return (double)(own.ru_utime.tv_sec + own.ru_stime.tv_sec + others.ru_utime.tv_sec + others.ru_stime.tv_sec) +
+           1e-6 * (double)(own.ru_utime.tv_usec + own.ru_stime.tv_usec + others.ru_utime.tv_usec +
+                           others.ru_stime.tv_usec);
 }
 
 static int take(const char **from, const char *end, void *to, size_t bytes)
@@ -328,8 +412,10 @@ static int record_unpack(const char *data, size_t size, record *r)
     *r = head;
     r->fields = 0;
     r->figure = (run_figure *)need((size_t)head.figures * sizeof(run_figure));
+    r->file = (run_file *)need((size_t)head.files * sizeof(run_file));
     r->field = (run_field *)need((size_t)head.fields * sizeof(run_field));
     if (!take(&data, end, r->figure, (size_t)head.figures * sizeof(run_figure))) return 0;
+    if (!take(&data, end, r->file, (size_t)head.files * sizeof(run_file))) return 0;
     for (int k = 0; k < head.fields; k++) {
         run_field *f = &r->field[k];
         if (!take(&data, end, f, sizeof *f)) return 0;
@@ -383,7 +469,7 @@ void record_run(const char *text, const run_options *o, record *r)
     fflush(stdout);
     fflush(stderr);
     if (pipe(ends) != 0) exit(9);
-    double begin = seconds_now();
+    double begin = processor_seconds();
     pid_t child = fork();
     if (child < 0) exit(9);
     if (child == 0) {
@@ -398,7 +484,7 @@ void record_run(const char *text, const run_options *o, record *r)
         _exit(0);
     }
     close(ends[1]);
-    int came = receive_all(ends[0], WALL * o->limit, &data, &size);
+    int came = receive_all(ends[0], child, &data, &size);
     if (!came) kill(child, SIGKILL);
     close(ends[0]);
     waitpid(child, &status, 0);
@@ -412,14 +498,13 @@ void record_run(const char *text, const run_options *o, record *r)
                  WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status));
         last_words(said, r->message, sizeof r->message);
     }
-    r->seconds = seconds_now() - begin;
+    r->seconds = processor_seconds() - begin;
 }
 
 void record_free(record *r)
 {
-    for (int k = 0; k < r->fields; k++) free(r->field[k].data);
-    free(r->field);
-    free(r->figure);
+    forget(r);
+    free(r->file);
     memset(r, 0, sizeof *r);
 }
 

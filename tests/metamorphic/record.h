@@ -30,21 +30,31 @@ typedef struct run_field {
     double *data; /* [components][cells] x fastest */
 } run_field;
 
+/* A file of the output. */
+typedef struct run_file {
+    char name[80];
+    int64_t size;
+    uint64_t sum; /* of its bytes */
+} run_file;
+
 typedef struct record {
     int outcome;
     char message[768];
+    char line[512]; /* the result line, with files */
     int32_t n[3];
     int64_t cells, steps;
-    double time, seconds;
+    double time, seconds; /* [s] of the scene, of the processor */
     int32_t changes; /* 1: something is not as it was at the start */
-    int32_t figures, fields;
+    int32_t figures, fields, files;
     run_figure *figure; /* [figures] */
     run_field *field;   /* [fields] */
+    run_file *file;     /* [files] where they were asked for */
 } record;
 
 typedef struct run_options {
     int threads;
-    int resume;          /* 1: stop after some steps, go on from the checkpoint */
+    int files;           /* 1: write files and keep their sums */
+    int resume;          /* with files: stop after so many steps, go on from the checkpoint; 0: do not */
     int tight;           /* 1: solvers at their end; 2: steps of species of first order, too */
     double limit;        /* [s] of processor time */
     const char *folder;  /* scratch */
@@ -56,6 +66,8 @@ void record_run(const char *text, const run_options *o, record *r);
 /* Run the text in this process and write its record to a file descriptor, for the program of another dimension. */
 void record_serve(const char *text, const run_options *o, int to);
 void record_free(record *r);
+/* [s] of the processor that this process and those that it has waited for have had. */
+double processor_seconds(void);
 const run_figure *record_figure(const record *r, const char *section, const char *name, const char *key);
 
 #endif

@@ -1,25 +1,16 @@
 /* shrink: see shrink.h */
-#define _POSIX_C_SOURCE 200809L
 #include "shrink.h"
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 typedef struct shrinker {
     compare_pair_fn compare;
     void *user;
     const transform *t;
-    double end; /* [s] clock */
+    double end; /* [s] of the processor */
     scene *x;
     finding *f;
 } shrinker;
-
-static double clock_now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static int of_values(const finding *f) { return strcmp(f->kind, "field") == 0 || strcmp(f->kind, "figure") == 0; }
 
@@ -45,7 +36,7 @@ static int same(const finding *a, const finding *b)
 static int accept(shrinker *s, const scene *candidate)
 {
     finding f;
-    if (clock_now() > s->end || !transform_holds(s->t, candidate)) return 0;
+    if (processor_seconds() > s->end || !transform_holds(s->t, candidate)) return 0;
     s->compare(s->user, candidate, s->t, &f);
     if (!same(s->f, &f)) return 0;
     *s->x = *candidate;
@@ -145,8 +136,8 @@ static int with_less_time(shrinker *s)
 
 void shrink_scene(compare_pair_fn compare, void *user, const transform *t, double limit, scene *x, finding *f)
 {
-    shrinker s = {compare, user, t, clock_now() + limit, x, f};
-    for (int round = 0; round < 4 && clock_now() < s.end; round++) {
+    shrinker s = {compare, user, t, processor_seconds() + limit, x, f};
+    for (int round = 0; round < 4 && processor_seconds() < s.end; round++) {
         int done = without_sections(&s);
         done |= with_less_time(&s);
         done |= with_fewer_cells(&s);
