@@ -204,33 +204,35 @@ sanitized-logs: $(TEST_LOGS)
 quick-logs: $(QUICK_LOGS)
 
 # Random scenes, turned, mirrored, shifted, rescaled, in other units and orders: what must be the same of them. Half of the
-# pairs are in 2D. `make metamorphic PAIRS=10000 SEED=7` is a long run. CLOSED=1 leaves out the seeds whose findings are
-# open. The sanitized ones run by themselves, in two halves.
+# pairs are in 2D. `make metamorphic PAIRS=10000 SEED=7` is a long run on all cores. CLOSED=1 leaves out the seeds whose
+# findings are open. Each dimension has its processes side by side, unless make has a -j.
 PAIRS ?= 200
 SCENES ?= 200
 SEED ?= 1
-SANITIZED_DIMS ?= $(DIMS)
-METAMORPHIC_RUNS := $(DIMS:%=metamorphic-run-%)
-SANITIZED_RUNS := $(foreach k,$(SANITIZED_DIMS),metamorphic-sanitized-run-$k-0 metamorphic-sanitized-run-$k-1)
+METAMORPHIC_RUNS := $(addprefix metamorphic-run-,2 3 1)
+SANITIZED_RUNS := $(addprefix metamorphic-sanitized-run-,2 3 1)
+PAIR_JOBS = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),1,$(shell env -u OMP_NUM_THREADS nproc 2> /dev/null || echo 2))
 quarters_1 = 1
 quarters_2 = 2
 quarters_3 = 1
 
 .PHONY: metamorphic metamorphic-sanitized metamorphic-programs $(METAMORPHIC_RUNS) $(SANITIZED_RUNS)
-metamorphic: $(METAMORPHIC_RUNS) ## random scenes against their images: PAIRS (200) pairs from SEED (1) on
+metamorphic: ## random scenes against their images: PAIRS (200) pairs from SEED (1) on
+	+@$(MAKE) -k --no-print-directory $(METAMORPHIC_RUNS)
 
 metamorphic-run-2: $(BUILD)/metamorphic_3d
 $(METAMORPHIC_RUNS): metamorphic-run-%: $(BUILD)/metamorphic_%d
-	$< --seed $(SEED) --pairs $$(( $(PAIRS) * $(quarters_$*) / 4 )) $(if $(CLOSED),--closed --limit 60)
+	$< --seed $(SEED) --pairs $$(( $(PAIRS) * $(quarters_$*) / 4 )) --jobs $(PAIR_JOBS) $(if $(CLOSED),--closed --limit 60)
 
-metamorphic-sanitized: $(SANITIZED_RUNS) ## SCENES (200) random scenes under the address and undefined-behaviour sanitizers
+metamorphic-sanitized: metamorphic-programs ## SCENES (200) random scenes under the address and undefined-behaviour sanitizers
+	+@$(MAKE) -k --no-print-directory $(SANITIZED_RUNS)
 
-$(SANITIZED_RUNS): metamorphic-sanitized-run-%: metamorphic-programs
-	$(BUILD)/sanitize/metamorphic_$(firstword $(subst -, ,$*))d --sanitize --limit 120 \
-	    --pairs $$(( $(SCENES) / $(words $(SANITIZED_RUNS)) )) --seed $$(( $(SEED) + 500000 * $(lastword $(subst -, ,$*)) ))
+$(SANITIZED_RUNS): metamorphic-sanitized-run-%:
+	$(BUILD)/sanitize/metamorphic_$*d --sanitize --limit 120 --jobs $(PAIR_JOBS) --seed $$(( $(SEED) + 500000 )) \
+	    --pairs $$(( $(SCENES) * $(quarters_$*) / 4 ))
 
 metamorphic-programs:
-	$(SANITIZED) $(SANITIZED_DIMS:%=$(BUILD)/sanitize/metamorphic_%d)
+	$(SANITIZED) $(DIMS:%=$(BUILD)/sanitize/metamorphic_%d)
 
 # One fuzzer after the other, FUZZ_TIME seconds each, in 2D; seeds come from the examples. What ends one lies in
 # build/fuzz/; give it back to the program to see it again.

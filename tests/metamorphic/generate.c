@@ -658,6 +658,11 @@ void generate_scene(uint32_t seed, scene_class of, double through, scene *x)
     if (of == CLASS_LATTICE && !(x->has & (HAS_POTENTIAL | HAS_TRANSPORT | HAS_GAS | HAS_FLOW))) x->has = HAS_TRANSPORT;
     if (of == CLASS_LATTICE && (x->has & HAS_POTENTIAL)) x->has = HAS_POTENTIAL | HAS_STEADY;
     if (of == CLASS_RING && (x->has & (HAS_GAS | HAS_GRAINS | HAS_RANDOM))) x->has = HAS_TRANSPORT | HAS_DISSOLVE;
+    if (of == CLASS_RING && (x->has & HAS_SOLID)) /* it is refused around an axis */
+        x->has = x->has & (HAS_TRANSPORT | HAS_CORRODE)
+                     ? x->has & ~(uint32_t)HAS_SOLID
+                     : (uint32_t)(HAS_TRANSPORT | HAS_DISSOLVE | HAS_CHEMISTRY | HAS_MINERAL);
+    if (of == CLASS_RING && (x->has & HAS_FLOW)) x->has &= ~of_lattice; /* the flow is that of the lattice, too */
     if (PD_DIM == 2 && of < CLASS_LATTICE && !(x->has & (HAS_SOLID | HAS_GAS)) && draw_chance(&g, 0.12))
         x->has |= HAS_AXIS;
     if (x->has & HAS_SOLID) {
