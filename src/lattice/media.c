@@ -408,14 +408,13 @@ static pd_status pdi_media_rows(pd_ctx *ctx, pd_media *m)
 {
     double longest = 0.0;
     for (int k = 0; k < m->stencil->count; k++) longest = pdi_max(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
-    longest += 2.0 * PDI_MEDIA_TOUCH * m->smallest;
     for (int32_t i = 0; i < m->grid->total; i++) {
         double x[PD_DIM];
         m->near[i] = -1;
         if (!pdi_media_takes(m->grid, i)) continue;
         pd_grid_position(m->grid, i, x);
         pdi_grid_fold_position(m->grid, x);
-        if (fabs(m->level(m->user, x)) <= longest + pdi_shape_tie(m->grid->h, x)) m->near[i] = m->rows++;
+        if (fabs(m->level(m->user, x)) <= longest + 2.0 * pdi_shape_tie(m->grid->h, x)) m->near[i] = m->rows++;
     }
     if (m->rows == 0) return PD_OK;
     PDI_TRY(pdi_owner_build(ctx, pdi_media_row_list, m));
