@@ -44,6 +44,8 @@ static double factor_of(const transform *t, const char *unit_name)
  * steps of two runs leave this share of the largest amount. What is smaller is the rest of a difference and has no figure
  * of its own. */
 #define CANCELS 4e-12
+/* [V] RT/F: potentials of ions are differences of logarithms of concentrations times it. */
+#define THERMAL_VOLTAGE 0.0257
 /* [mol/m3] Rounding of the content of metal, 7e4 mol/m3, over a hundred steps. */
 #define METAL_ROUNDING 1e-9
 /* [Pa] Rounding of strains, 2e-15, times a modulus of 45 GPa. */
@@ -68,7 +70,8 @@ static double floor_of(const scene *x, const char *unit_name, double tolerance)
         return size;
     }
     if (d.e[0] == 1.0 && d.e[2] == -1.0 && d.e[1] == 0.0) return 1e-3 * tolerance * x->h[0] / x->time;
-    return d.e[1] == 1.0 && d.e[4] == -1.0 && d.e[2] == -3.0 ? CANCELS : 0.0; /* volts */
+    int of_volts = d.e[1] == 1.0 && d.e[4] == -1.0 && d.e[2] == -3.0;
+    return of_volts ? CANCELS + tolerance * THERMAL_VOLTAGE : 0.0;
 }
 
 /* What the fluid has dissolved, where a scene dissolves next to nothing. */
