@@ -228,8 +228,8 @@ metamorphic-sanitized: metamorphic-programs ## SCENES (200) random scenes under 
 	+@$(MAKE) -k --no-print-directory $(SANITIZED_RUNS)
 
 $(SANITIZED_RUNS): metamorphic-sanitized-run-%:
-	$(BUILD)/sanitize/metamorphic_$*d --sanitize --limit 120 --jobs $(PAIR_JOBS) --seed $$(( $(SEED) + 500000 )) \
-	    --pairs $$(( $(SCENES) * $(quarters_$*) / 4 ))
+	$(BUILD)/sanitize/metamorphic_$*d --sanitize --limit 60 --jobs $(PAIR_JOBS) --seed $$(( $(SEED) + 500000 )) \
+	    --pairs $$(( $(SCENES) * $(quarters_$*) / 4 )) $(if $(CLOSED),--closed)
 
 metamorphic-programs:
 	$(SANITIZED) $(DIMS:%=$(BUILD)/sanitize/metamorphic_%d)
