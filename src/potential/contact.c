@@ -30,17 +30,30 @@ static int32_t pdi_contact_home(const pd_grid *grid, int32_t at, int *flip)
     return grid->kind[at] == PD_FLUID || grid->kind[at] == PD_SOLID ? at : pdi_grid_image(grid, at, flip);
 }
 
-/* Normal of the cells around metal node j, towards the fluid. 0: there is none. */
-static int pdi_contact_cells(const pdi_contact_walk *w, int32_t j, double *normal)
+/* 1: metal node j is one cell thick along an axis: fluid is at both faces. */
+static int pdi_contact_thin(const pd_grid *grid, int32_t j, int axis)
+{
+    int fluid = 0, flip;
+    for (int side = -1; side < 2; side += 2)
+        fluid += grid->kind[pdi_contact_home(grid, j + side * (int32_t)grid->stride[axis], &flip)] == PD_FLUID;
+    return fluid == 2;
+}
+
+/* Normal of the cells around metal node j, towards the fluid. Where it is one cell thick, the fluid behind it, as seen
+ * along `from` [m], has another surface. 0: there is none. */
+static int pdi_contact_cells(const pdi_contact_walk *w, int32_t j, const double *from, double *normal)
 {
     const pd_grid *grid = w->bonds->grid;
     const pd_stencil *s = w->metal->wide;
+    int thin[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) normal[d] = 0.0;
+    for (int d = 0; d < PD_DIM; d++) thin[d] = pdi_contact_thin(grid, j, d);
     for (int k = 0; k < s->count; k++) {
         int32_t at = j;
-        int flip;
+        int flip, behind = 0;
         for (int d = 0; d < PD_DIM; d++) at += s->offset[k * PD_DIM + d] * grid->stride[d];
-        if (grid->kind[pdi_contact_home(grid, at, &flip)] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) behind |= thin[d] && s->offset[k * PD_DIM + d] * from[d] > 0.0;
+        if (behind || grid->kind[pdi_contact_home(grid, at, &flip)] != PD_FLUID) continue;
         for (int d = 0; d < PD_DIM; d++) normal[d] += s->lap[k] * s->xi[k * PD_DIM + d];
     }
     double length = pdi_vec_norm(normal);
@@ -93,14 +106,15 @@ static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int32_t j,
     return 1;
 }
 
-/* The surface before a closed cell on a bond, whose home is metal j: where the cells say it lies, h_N/2 off the last
+/* The surface before a closed cell on bond k, whose home is metal j: where the cells say it lies, h_N/2 off the last
  * fluid on the way. `last` [m]: that fluid, from the node. */
-static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int flip, const double *last, double *normal,
+static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int k, int flip, const double *last, double *normal,
                              double *way)
 {
     const double *h = w->bonds->grid->h;
-    double thick = 0.0, along = 0.0;
-    if (!pdi_contact_cells(w, j, normal)) return 0;
+    double thick = 0.0, along = 0.0, from[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) from[d] = w->bonds->stencil->xi[k * PD_DIM + d] * (flip >> d & 1 ? -1.0 : 1.0);
+    if (!pdi_contact_cells(w, j, from, normal)) return 0;
     for (int d = 0; d < PD_DIM; d++) {
         if (flip >> d & 1) normal[d] = -normal[d];
         thick = pdi_max(thick, fabs(normal[d]) * h[d]);
@@ -138,7 +152,7 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
             double normal[PD_DIM], way;
             if (grid->kind[j] != PD_SOLID) continue;
             if ((whole && pdi_contact_smooth(w, row, j, k, normal, &way)) ||
-                pdi_contact_rough(w, j, flip, last, normal, &way))
+                pdi_contact_rough(w, j, k, flip, last, normal, &way))
                 pdi_contact_add(w, i, j, k, 1.0 / cells, normal, way);
         }
         return;

@@ -192,6 +192,14 @@ static pd_status pdi_distribution_check_values(pd_ctx *ctx, const pd_potential *
     return PD_OK;
 }
 
+/* 1: nothing drives a current: no metal is there, and all sides that hold a potential hold the same. */
+static int pdi_distribution_rests(const pd_potential *p)
+{
+    int rests = p->contacts.count == 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) rests = rests && (!p->desc.held[s] || !(p->desc.hold[s] > p->origin));
+    return rests;
+}
+
 static pd_status pdi_distribution_begin(pd_ctx *ctx, pd_potential *p)
 {
     PDI_TRY(pdi_distribution_check_values(ctx, p));
@@ -205,9 +213,11 @@ static pd_status pdi_distribution_begin(pd_ctx *ctx, pd_potential *p)
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (p->desc.held[s]) p->origin = pdi_min(p->origin, p->desc.hold[s]);
     if (!(p->origin < HUGE_VAL)) p->origin = 0.0;
+    int rests = pdi_distribution_rests(p);
     for (int32_t i = 0; i < p->grid->total; i++) {
         p->level[i] = p->fixed[i] ? p->origin : 0.0;
         if (p->pocket[i] >= 0 && p->fixed[p->pocket[i]]) p->phi[i] -= p->origin;
+        if (rests) p->phi[i] = 0.0; /* no other field is a share of what flows */
     }
     pdi_circuit_raise(p);
     if (p->diffusion.wall_rate) pdi_diffusion_renew(&p->diffusion);
