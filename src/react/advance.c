@@ -847,6 +847,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     if (status != PD_OK) {
         pdi_advance_back(ctx, r, 0);
     } else if (r->migration.on) {
+        pdi_levels_apart(r);
         double by = pdi_migration_level(&r->migration);
         if (r->surface && r->surface->electrode) pdi_levels_shift(r->surface, -by);
     }

@@ -279,6 +279,25 @@ PDI_FN int pdi_levels_tie(const pd_etch *s)
     return 0;
 }
 
+PDI_FN void pdi_levels_apart(pd_reactive *r)
+{
+    pd_migration *m = &r->migration;
+    const pd_etch *s = r->surface;
+    double most = 0.0;
+    if (!m->on) return;
+    memset(m->idle, 0, (size_t)r->grid->total);
+    if (m->tied || !s || !s->electrode) return;
+    pdi_migration_pockets(m);
+    for (int32_t i = 0; i < r->grid->total; i++) m->size[i] = 0.0;
+    for (int32_t p = 0; p < s->count; p++) {
+        double *size = &m->size[m->pocket[s->node[p]]];
+        *size += fabs(pdi_levels_place(s, p, *pdi_etch_speed(s, p), 0.0)) + fabs(pdi_levels_place(s, p, 0.0, s->flow[p]));
+        most = pdi_max(most, *size);
+    }
+    for (int32_t i = 0; i < r->grid->total; i++)
+        m->idle[i] = r->grid->kind[i] == PD_FLUID && m->size[m->pocket[i]] < PDI_LEVELS_SLACK * most;
+}
+
 PDI_FN void pdi_levels_shift(pd_etch *s, double by)
 {
     for (int n = 0; n < s->desc.electrodes.circuits; n++) s->level[n] += by;

@@ -48,7 +48,8 @@ double pd_reactive_ph(const pd_reactive *r, int32_t node)
 
 double pd_reactive_potential(const pd_reactive *r, int32_t node)
 {
-    return r->migration.on ? r->migration.psi[node] * r->migration.volt : (double)NAN;
+    if (!r->migration.on || r->migration.idle[node]) return (double)NAN;
+    return r->migration.psi[node] * r->migration.volt;
 }
 
 double pd_reactive_neutrality(const pd_reactive *r)

@@ -148,7 +148,7 @@ PD_API double pd_reactive_saturation(const pd_reactive *reactive, int index, int
 /* Share of the cell of a node that minerals take, 0 to 1. */
 PD_API double pd_reactive_film(const pd_reactive *reactive, int32_t node);
 /* [V] diffusion potential at a fluid node after a step, against inlets and held walls; where there are none, against
- * its mean. NaN: without migration. */
+ * its mean. NaN: without migration, and in fluid that no current enters beside electrodes that carry one way only. */
 PD_API double pd_reactive_potential(const pd_reactive *reactive, int32_t node);
 /* [-] Largest charge of a node over the largest sum of |z| c. */
 PD_API double pd_reactive_neutrality(const pd_reactive *reactive);

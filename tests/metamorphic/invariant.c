@@ -35,10 +35,10 @@ static double value_of(const record *r, const char *section_name, const char *na
     return g ? g->value : NAN;
 }
 
-/* 1: fluid may be without a value of it, without a solid or off surfaces. */
+/* 1: fluid may be without a value of it, without a solid, off surfaces, or where no current enters. */
 static int has_blanks(const char *name)
 {
-    static const char *const names[] = {"SI", "theta", "rate", "i"};
+    static const char *const names[] = {"SI", "theta", "rate", "i", "phi", "potential"};
     for (size_t k = 0; k < sizeof names / sizeof names[0]; k++)
         if (strcmp(name, names[k]) == 0) return 1;
     return 0;
