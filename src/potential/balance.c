@@ -172,19 +172,22 @@ PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
     }
     for (int32_t i = 0; i < p->grid->total; i++) {
         if (p->grid->kind[i] != PD_FLUID) continue;
-        double gain = pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0);
-        pdi_sum_add(&through, pdi_grid_circumference(p->grid, i) * gain);
+        double around = pdi_grid_circumference(p->grid, i), gain = pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0);
+        double rate = p->diffusion.wall_rate ? p->diffusion.wall_rate[i] : 0.0;
+        pdi_sum_add(&through, around * gain);
+        pdi_sum_add(&size, around * (fabs(gain) + rate * PDI_POTENTIAL_SMALL));
     }
     for (int32_t n = 0; n < p->boundary.count; n++)
         for (int k = 0; k < p->bonds->stencil->count; k++) {
             int64_t slot = (int64_t)n * p->bonds->stencil->count + k;
             int32_t i = p->boundary.node[n], far = p->boundary.far[slot];
             if (p->grid->kind[far] != PD_INLET) continue;
-            pdi_sum_add(&through, pdi_grid_circumference(p->grid, i) * p->flux.boundary_bond[slot] *
-                        (p->phi[far] - p->phi[i]));
+            double rate = pdi_grid_circumference(p->grid, i) * p->flux.boundary_bond[slot];
+            double drop = p->phi[far] - p->phi[i];
+            pdi_sum_add(&through, rate * drop);
+            pdi_sum_add(&size, rate * (fabs(drop) + PDI_POTENTIAL_SMALL));
         }
     pdi_sum_add(&all, pdi_sum_total(&through));
-    pdi_sum_add(&size, fabs(pdi_sum_total(&through)));
     result->through = volume * pdi_sum_total(&through);
     result->anodic = volume * pdi_sum_total(&anodic);
     double sizes = pdi_sum_total(&size);

@@ -92,7 +92,7 @@ typedef struct pd_potential {
 typedef struct pd_potential_result {
     int newton, krylov;  /* iterations */
     double residual;     /* [-] what balances lack, over the currents (Euclidean norms) */
-    double imbalance;    /* [-] sum of all currents, over the sum of their sizes */
+    double imbalance;    /* [-] sum of all currents, over the sum of their sizes and of what 0.1 mV drives */
     double through;      /* [A] (per m in planar 2D) from held sides into the electrolyte */
     double anodic;       /* [A] (per m in planar 2D) sum of the currents that leave metal */
     int worst;           /* PD_NOT_CONVERGED: an electrode where balances lack most */

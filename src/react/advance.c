@@ -725,8 +725,8 @@ static int pdi_advance_exceeds(pd_reactive *r, double dt)
     return r->short_of;
 }
 
-/* 1: solutes that neither react nor migrate keep the bounds of the start, of inlets and of held walls, where sources and
- * metal let them. */
+/* 1: solutes that neither react nor migrate keep the bounds of the start, of inlets and of held walls, where sources
+ * and metal let them. */
 static int pdi_advance_keeps(const pd_reactive *r)
 {
     const pd_components *s = &r->components;

@@ -291,7 +291,8 @@ PDI_FN void pdi_levels_apart(pd_reactive *r)
     for (int32_t i = 0; i < r->grid->total; i++) m->size[i] = 0.0;
     for (int32_t p = 0; p < s->count; p++) {
         double *size = &m->size[m->pocket[s->node[p]]];
-        *size += fabs(pdi_levels_place(s, p, *pdi_etch_speed(s, p), 0.0)) + fabs(pdi_levels_place(s, p, 0.0, s->flow[p]));
+        *size += fabs(pdi_levels_place(s, p, *pdi_etch_speed(s, p), 0.0));
+        *size += fabs(pdi_levels_place(s, p, 0.0, s->flow[p]));
         most = pdi_max(most, *size);
     }
     for (int32_t i = 0; i < r->grid->total; i++)

@@ -24,8 +24,8 @@ typedef struct pd_migration {
     double share;           /* [-] of the change of psi that a step of Newton takes */
     double pace[PD_SPECIES_MOST]; /* [-] of components: factors of the preconditioner's answers */
     double *psi;            /* [total] [-] */
-    uint8_t *idle;          /* [total] 1: fluid that hangs together and that no current enters, since what metal is around
-                             * it carries current one way only: psi has no value there, but for that current */
+    uint8_t *idle;          /* [total] 1: fluid that no current enters, since the metal around it carries one way only:
+                             * psi has no value there */
     /* lent for a step: */
     double *begin, *base;   /* [total] [-] psi at the start of the step, and before a step of Newton */
     double *move;           /* [total] [-] change of psi */

@@ -281,7 +281,8 @@ PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
     double anodic = 0.0, extra = PDI_POLARISE_FARADAY * s->extra;
     *off = 0.0;
     for (int n = 0; n < s->desc.electrodes.circuits; n++) {
-        double sum = 0.0, size = 0.0, wanted = s->desc.electrodes.circuit[n].value + extra;
+        double sum = 0.0, wanted = s->desc.electrodes.circuit[n].value + extra;
+        double size = PDI_POLARISE_FARADAY * fabs(s->conduct[n]) * PDI_POTENTIAL_SMALL; /* less is none */
         for (int32_t k = 0; k < s->count; k++) {
             if (pdi_etch_circuit(s, k) != n) continue;
             double each, leaves;

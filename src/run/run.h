@@ -67,7 +67,7 @@ typedef struct pd_run_result {
     double change;        /* [-] of that field in the last step of its solver, over the largest value */
     double defect;        /* [-] what its balances lack, over what passes */
     int has_potential;
-    double current_balance; /* [-] sum of all currents, over the sum of their sizes */
+    double current_balance; /* [-] sum of all currents, over the sum of their sizes and of what 0.1 mV drives */
     double current;       /* [A] per m in planar 2D, per m2 in 1D: what leaves metal, and enters it elsewhere */
     int64_t evaluations, steps, unknowns;
     int64_t unsolved;     /* steps in which the linear solver of transport missed its tolerance */
