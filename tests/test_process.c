@@ -170,6 +170,13 @@ TEST(one_process)
     CHECK(y.time == 2.0);
     CHECK_LE(y.shortest, 1e-14);
     CHECK_INT(pd_process_run(&ctx, p, 1.0), PD_ERR_ARGUMENT);
+    /* steps that time counts, but no end of a run: 1e11 of them */
+    y.good = 0.0;
+    y.step = 1e-11;
+    CHECK_INT(pd_process_run(&ctx, p, 3.0), PD_ERR_STATE);
+    CHECK(strstr(ctx.message, "toy: the last 1000 steps led on by ") != NULL);
+    CHECK_LE(y.time, 2.0 + 1001e-11);
+    CHECK_OK(&ctx, pd_process_run(&ctx, p, y.time + 3e-8)); /* 3000 of them are few */
     p.time = NULL;
     CHECK_INT(pd_process_run(&ctx, p, 3.0), PD_ERR_ARGUMENT);
 }

@@ -199,6 +199,7 @@ static pd_status pdi_couple_longest(pd_ctx *ctx, const pd_couple *c, pd_step *s)
 static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p, int once, pd_step *s)
 {
     pd_status worst = PD_OK;
+    pdi_pace pace = {s->time, 0};
     double limit = s->limit;
     do {
         s->limit = limit;
@@ -208,6 +209,7 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p,
         pdi_couple_seen(c, (int)(p - c->process));
         PDI_TRY(pdi_couple_changed(ctx, c, s->turned, s->turned_count));
         s->time = s->end;
+        if (!once) PDI_TRY(pdi_process_pace(ctx, p->name, &pace, s->time, limit));
     } while (!once && !s->ends && s->time < limit);
     if (p->finish) PDI_TRY(p->finish(ctx, p->self, s->end));
     return worst;
@@ -302,6 +304,9 @@ pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, p
         PDI_TRY(pd_couple_start(ctx, c));
         if (observer && observer(user, c)) return PD_OK;
     }
+    pdi_pace pace = {c->time, 0};
+    int n = 0; /* the process whose steps the run makes */
+    while (n + 1 < c->count && !c->process[n].attempt) n++;
     while (c->time < t_end) {
         double limit = t_end;
         if (every > 0.0) {
@@ -309,6 +314,7 @@ pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, p
             if (limit > t_end * (1.0 - 1e-12)) limit = t_end;
         }
         PDI_TRY(pd_couple_step(ctx, c, limit));
+        PDI_TRY(pdi_process_pace(ctx, c->count ? c->process[n].name : "couple", &pace, c->time, t_end));
         if (observer && observer(user, c)) break;
     }
     return c->unsolved ? PD_NOT_CONVERGED : PD_OK;

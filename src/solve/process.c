@@ -6,6 +6,11 @@
 /* Attempts at one step at most. */
 #define PDI_PROCESS_TRIALS 1000
 
+/* Steps that are looked at together, and how many to the end are too many: of the smallest scene, of microseconds each,
+ * they take hours, of a thousand nodes a year. */
+#define PDI_PROCESS_STEPS 1000
+#define PDI_PROCESS_MOST 1e10
+
 PDI_FN double pdi_process_even(double left, double dt) { return left / ceil(left / dt * (1.0 - 1e-12)); }
 
 PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *s)
@@ -21,6 +26,18 @@ static pd_status pdi_process_stuck(pd_ctx *ctx, const pd_process *p, const pd_st
     if (p->stuck) return p->stuck(ctx, p->self, s);
     return pdi_fail(ctx, PD_ERR_STATE, p->name, "steps of %g s do not lead on from t = %g s to %g s, after %d attempts "
                     "that were not good enough", s->dt, s->time, s->limit, s->trial);
+}
+
+PDI_FN pd_status pdi_process_pace(pd_ctx *ctx, const char *name, pdi_pace *pace, double time, double end)
+{
+    if (++pace->steps < PDI_PROCESS_STEPS) return PD_OK;
+    double by = time - pace->from;
+    pace->steps = 0;
+    pace->from = time;
+    if (!(by * (PDI_PROCESS_MOST / PDI_PROCESS_STEPS) < end - time)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, name, "the last %d steps led on by %g s, to t = %g s: so the end at %g s is more "
+                    "than %g steps away; expected a shorter run, or laws and values that let steps be longer",
+                    PDI_PROCESS_STEPS, by, time, end, PDI_PROCESS_MOST);
 }
 
 /* Say what is tried, before the caller is asked whether to go on. */
@@ -77,14 +94,18 @@ pd_status pd_process_run(pd_ctx *ctx, pd_process p, double t_end)
     if (!p.time || !(t_end >= *p.time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, p.name, "a run from %g s to %g s", p.time ? *p.time : (double)NAN, t_end);
     memset(&s, 0, sizeof s);
+    pdi_pace pace = {*p.time, 0};
     for (s.time = *p.time; s.time < t_end; s.time = s.end) {
         s.limit = t_end;
         pd_status status = pdi_process_step(ctx, &p, &s);
         if (status < 0) return status;
         if (status > 0) worst = status;
+        PDI_TRY(pdi_process_pace(ctx, p.name, &pace, s.end, t_end));
     }
     if (p.finish) PDI_TRY(p.finish(ctx, p.self, t_end));
     return worst;
 }
 
 #undef PDI_PROCESS_TRIALS
+#undef PDI_PROCESS_STEPS
+#undef PDI_PROCESS_MOST

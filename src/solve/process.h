@@ -108,6 +108,13 @@ typedef struct pd_process {
 PD_API pd_status pd_process_run(pd_ctx *ctx, pd_process process, double t_end);
 
 #ifdef PDI_INTERNAL
+/* Steps and the time [s] since which they count. Zero but for the time at first. */
+typedef struct pdi_pace {
+    double from;
+    int steps;
+} pdi_pace;
+/* After each step that stands, at its end: PD_ERR_STATE: at this pace `end` [s] is not reached in 1e10 steps. */
+PDI_FN pd_status pdi_process_pace(pd_ctx *ctx, const char *name, pdi_pace *pace, double time, double end);
 /* Equal steps of at most dt [s] over `left` [s]: the length of one. */
 PDI_FN double pdi_process_even(double left, double dt);
 /* A `longest`: max_step of the run. */
