@@ -2,8 +2,8 @@
  *
  * Two points that lie side by side, in cells that share a face, are on two faces where no bond joins them. These
  * overlap by what is left of the distance of the points when the gap between them is closed. Others overlap when they
- * come nearer than a cell. What intact bonds are shortened by is no overlap. A point that has lost all bonds is no face:
- * nothing says where it is.
+ * come nearer than a cell. What intact bonds are shortened by is no overlap. A point that has lost all bonds is no
+ * face: nothing says where it is.
  */
 #ifndef PD_OVERLAP_H
 #define PD_OVERLAP_H

@@ -582,7 +582,8 @@ static pd_status pdi_course_short(pd_ctx *ctx, const pd_course *a, double t)
     while (n + 1 < a->desc.species_count && r->components.place[n] != solute) n++;
     const char *name = a->desc.species ? a->desc.species[n].name : "a species";
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "at t = %g s more %s is taken up beside %s m than is there: "
-                    "expected a rate or current that falls to 0 with it, such as one with the factor [%s]/(1 mM)", t, name,
+                    "expected a rate or current that falls to 0 with it, such as one with the factor [%s]/(1 mM)", t,
+                    name,
                     pdi_grid_place(r->grid, r->short_at, place), name);
 }
 

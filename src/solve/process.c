@@ -35,8 +35,8 @@ PDI_FN pd_status pdi_process_pace(pd_ctx *ctx, const char *name, pdi_pace *pace,
     pace->steps = 0;
     pace->from = time;
     if (!(by * (PDI_PROCESS_MOST / PDI_PROCESS_STEPS) < end - time)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_STATE, name, "the last %d steps led on by %g s, to t = %g s: so the end at %g s is more "
-                    "than %g steps away; expected a shorter run, or laws and values that let steps be longer",
+    return pdi_fail(ctx, PD_ERR_STATE, name, "the last %d steps led on by %g s, to t = %g s: so the end at %g s is "
+                    "more than %g steps away; expected a shorter run, or laws and values that let steps be longer",
                     PDI_PROCESS_STEPS, by, time, end, PDI_PROCESS_MOST);
 }
 
