@@ -42,6 +42,8 @@
 #define PDI_LAYER_LIFT_STRIDE 1e-6
 /* Share of the sum of |z| c that is no charge. */
 #define PDI_LAYER_NEUTRAL 4e-16
+/* Share of what comes to a surface: down to that, what is left there is found as what comes less what goes. */
+#define PDI_LAYER_SPENT 1e-4
 
 /* ---- the surface of a node ---- */
 
@@ -58,6 +60,8 @@ typedef struct pdi_layer_work {
     double at[PD_SPECIES_MOST];       /* [mol/m3] times `scale`: at the surface, the last that was found */
     double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
     double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
+    double down[PD_SPECIES_MOST];     /* [-] of that, times `scale`, is `at` */
+    double into[PD_SPECIES_MOST];     /* [mol/m3] of components: totals of `at` */
     double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
     double sweep;                     /* [-] what the surface moves, of what diffuses through the film */
     int electrode;                    /* -1: none */
@@ -155,38 +159,104 @@ static double pdi_layer_curve(const pdi_layer_work *w, const double *c, double p
 
 /* ---- the film of a node with migration ---- */
 
-/* Charge of the surface over the sum of |z| c, where metal dissolves at v and the surface has `lift`: it falls with
- * that. NaN: no equilibrium was found. */
+/* Charge of the surface whose totals are w->into, over the sum of |z| c. NaN: no equilibrium was found. */
+static double pdi_layer_charged(const pd_components *film, pdi_layer_work *w)
+{
+    double charge = 0.0, size = 0.0;
+    if (pdi_components_solve(film, w->into, w->at) != PD_OK) return NAN;
+    for (int n = 0; n < film->solutes; n++) {
+        w->surface[n] = w->at[n] / (w->s->scale[n] * w->down[n]);
+        charge += film->charge[n] * w->surface[n];
+        size += fabs((double)film->charge[n]) * w->surface[n];
+    }
+    return size > DBL_MIN ? charge / size : 0.0;
+}
+
+/* The same where metal dissolves at v and the surface has `lift`: it falls with that. */
 static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v, double lift)
 {
     const pd_etch *s = w->s;
-    double down[PD_SPECIES_MOST], up[PD_SPECIES_MOST], flows[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+    double up[PD_SPECIES_MOST];
     w->thick = w->still + w->creep * v;
     w->sweep = s->surface ? w->thick * v / s->desc.solid : 0.0;
     for (int n = 0; n < film->solutes; n++) {
         double z = film->charge[n] * lift;
-        down[n] = pdi_layer_share(-z) + w->sweep / s->scale[n];
+        w->down[n] = pdi_layer_share(-z) + w->sweep / s->scale[n];
         up[n] = s->scale[n] * pdi_layer_share(z) * w->c[n];
     }
     for (int n = 0; n < film->solutes && film->joined; n++) {
-        film->ln_k[n] = w->ln_k[n] + log(down[n]);
-        for (int k = 0; k < film->joined; k++) film->ln_k[n] -= film->m[k][n] * log(down[film->master[k]]);
+        film->ln_k[n] = w->ln_k[n] + log(w->down[n]);
+        for (int k = 0; k < film->joined; k++) film->ln_k[n] -= film->m[k][n] * log(w->down[film->master[k]]);
     }
     for (int k = 0; k < film->joined; k++) film->ln_k[film->master[k]] = 0.0;
-    pdi_components_totals(film, up, flows);
+    pdi_components_totals(film, up, w->into);
     if (w->electrode >= 0 && !w->reads) w->flow = pdi_layer_curve(w, w->c, w->psi + lift);
     for (int k = 0; k < film->count; k++) {
-        flows[k] += w->kind->gain[k] * w->thick * v;
-        if (w->electrode >= 0) flows[k] += s->part_gain[w->electrode * film->count + k] * w->way * w->flow;
+        w->into[k] += w->kind->gain[k] * w->thick * v;
+        if (w->electrode >= 0) w->into[k] += s->part_gain[w->electrode * film->count + k] * w->way * w->flow;
     }
-    if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
+    double charge = pdi_layer_charged(film, w);
+    if (charge == charge) w->lift = lift;
+    return charge;
+}
+
+/* The component whose ion alone an electrode gives or takes; -1: there are several. */
+static int pdi_layer_ion(const pd_components *film, const pdi_layer_work *w)
+{
+    int ion = -1;
+    for (int k = 0; k < film->count; k++) {
+        double part = w->s->part_gain[w->electrode * film->count + k];
+        if (!(fabs(part) > 0.0) || !film->charge[film->master[k]]) continue;
+        if (ion >= 0) return -1;
+        ion = k;
+    }
+    return ion;
+}
+
+/* Where an electrode takes nearly all of an ion that reaches it, what is left is the small difference of what comes and
+ * goes, and only rounding of that. The other ions, whose amounts need no such difference, tell how much of it makes the
+ * surface neutral. */
+static void pdi_layer_rest(const pd_components *film, pdi_layer_work *w)
+{
+    double size = 0.0, come = 0.0;
+    int ion = w->electrode >= 0 && w->reads ? pdi_layer_ion(film, w) : -1;
+    if (ion < 0 || !(fabs(w->lift) < PDI_LAYER_LIFT)) return;
     for (int n = 0; n < film->solutes; n++) {
-        w->surface[n] = w->at[n] / (s->scale[n] * down[n]);
-        charge += film->charge[n] * w->surface[n];
-        size += fabs((double)film->charge[n]) * w->surface[n];
+        double z = film->charge[n];
+        size += fabs(z) * w->surface[n];
+        come = pdi_max(come, fabs(z) * pdi_layer_share(z * w->lift) * w->c[n] / w->down[n]);
     }
-    w->lift = lift;
-    return size > DBL_MIN ? charge / size : 0.0;
+    if (!(size < PDI_LAYER_SPENT * come)) return;
+    int own = film->master[ion];
+    double sign = film->charge[own] > 0 ? 1.0 : -1.0, stride = 0.0, others = 0.0, a, of, b, there;
+    for (int n = 0; n < film->solutes; n++) {
+        stride += fabs(film->m[ion][n]) * w->at[n];
+        if (n != own) others += film->charge[n] * w->surface[n];
+    }
+    if (ion >= film->joined) {
+        w->into[ion] = pdi_max(-others / film->charge[own], 0.0) * w->s->scale[own] * w->down[own];
+        pdi_layer_charged(film, w);
+        return;
+    }
+    b = w->into[ion];
+    there = pdi_layer_charged(film, w);
+    a = b;
+    of = there;
+    for (int step = 0; step < PDI_LAYER_STEPS && there * of > 0.0; step++, stride *= 2.0) {
+        a = b;
+        of = there;
+        b = a - (of > 0.0 ? sign : -sign) * stride;
+        w->into[ion] = b;
+        there = pdi_layer_charged(film, w);
+    }
+    pdi_bracket s = {a, of, b, there, 0, 0};
+    double x;
+    while (of * there < 0.0 && fabs(there) > PDI_LAYER_NEUTRAL && pdi_bracket_next(&s, &x)) {
+        w->into[ion] = x;
+        there = pdi_layer_charged(film, w);
+        if (!(there == there)) return;
+        pdi_bracket_take(&s, x, there);
+    }
 }
 
 /* From `a`, with the charge *of, by growing strides to a lift `b` on the other side of neutrality. */
@@ -221,6 +291,7 @@ static int pdi_layer_lift(pd_components *film, pdi_layer_work *w, double v)
         if (fabs(g) <= PDI_LAYER_NEUTRAL) break;
         pdi_bracket_take(&s, x, g);
     }
+    pdi_layer_rest(film, w);
     return of == of && there == there;
 }
 

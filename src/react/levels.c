@@ -200,22 +200,31 @@ static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double e
         if (pdi_etch_circuit(s, p) == circuit) s->flow[p] = NAN;
 }
 
-PDI_FN int pdi_levels_roots(const pd_ctx *ctx, pd_etch *s, int circuit, double far, int points, double *root, int most)
+PDI_FN int pdi_levels_roots(const pd_ctx *ctx, pd_etch *s, int circuit, const pdi_levels_trials *trials, double *root,
+                            int most)
 {
-    double wanted = s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY, from = s->level[circuit] - far;
-    double last = 0.0, at = 0.0, size;
+    double wanted = s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY, e = trials->from;
+    double last = 0.0, at = 0.0, until = -HUGE_VAL, size, least, highest;
     int found = 0;
-    for (int k = 0; k <= points; k++) {
-        double e = from + 2.0 * far * k / points;
+    pdi_levels_fluid(s, circuit, &least, &highest);
+    while (e <= trials->to) {
         s->level[circuit] = e;
         for (int32_t p = 0; p < s->count; p++) /* a guess that is no number is none */
             if (pdi_etch_circuit(s, p) == circuit && !(fabs(s->flow[p]) < HUGE_VAL)) s->flow[p] = 0.0;
         pdi_layer_solve(ctx, s, circuit, 0);
         double off = pdi_levels_charge(s, circuit, &size) - wanted;
+        double tried = e, beyond = trials->high + highest + trials->coarse;
+        int near = e < until || (e + trials->coarse > trials->low + least && e < beyond);
+        e += near ? trials->fine : trials->coarse;
         if (!(fabs(off) > PDI_LEVELS_SLACK * (size + fabs(wanted)))) continue; /* rounding, or no surface was found */
-        if (last * off < 0.0 && found++ < most) root[found - 1] = at + (e - at) * (last / (last - off));
+        if (last * off < 0.0 && tried - at > 2.0 * trials->fine && tried > until) { /* once more in small steps */
+            until = tried;
+            e = at + trials->fine;
+            continue;
+        }
+        if (last * off < 0.0 && found++ < most) root[found - 1] = at + (tried - at) * (last / (last - off));
         last = off;
-        at = e;
+        at = tried;
     }
     return found;
 }

@@ -11,10 +11,15 @@
 /* Potentials of circuits, and the speeds and flows of all places. Where a circuit has none, they are NaN and
  * etch->lost says which it is. */
 PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *etch);
-/* Potentials within `far` [V] of that of a circuit at which its metal gives its current, by `points` trials from low to
- * high: how many, the first `most` of them into root. Its potential, speeds and flows are lost. */
-PDI_FN int pdi_levels_roots(const pd_ctx *ctx, pd_etch *etch, int circuit, double far, int points, double *root,
-                            int most);
+/* Potentials [V] from `from` to `to` at which a circuit is tried: in steps of `fine` where the drop to the fluid beside
+ * its metal may be one from low to high, else of `coarse`. */
+typedef struct pdi_levels_trials {
+    double from, to, low, high, fine, coarse;
+} pdi_levels_trials;
+/* Potentials of a circuit at which its metal gives its current, by those trials: how many, the first `most` of them
+ * into root. Its potential, speeds and flows are lost. */
+PDI_FN int pdi_levels_roots(const pd_ctx *ctx, pd_etch *etch, int circuit, const pdi_levels_trials *trials,
+                            double *root, int most);
 /* After derivatives: how the currents of circuits follow their potentials. */
 PDI_FN void pdi_levels_derive(pd_etch *etch);
 /* Changes of speeds and flows [count] get those by the potentials of circuits that float. */

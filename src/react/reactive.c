@@ -418,8 +418,9 @@ static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
     kd->restart = PDI_REACTIVE_BASIS;
     kd->most = 10 * PDI_REACTIVE_BASIS;
     kd->flexible = 1;
-    /* psi in water beside salt is below the rounding of floats: its unknown is a charge */
-    kd->compressed = r->migration.on ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE;
+    /* below the rounding of floats: psi in water beside salt, whose unknown is a charge; and what fast reactions leave
+     * of amounts that they bring to rest */
+    kd->compressed = r->migration.on || r->components.kinetics ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE;
     kd->zero_guess = 1;
 }
 

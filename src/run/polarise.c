@@ -14,9 +14,10 @@
 #define PDI_POLARISE_TRIALS 1600
 #define PDI_POLARISE_WIDE 4.0
 #define PDI_POLARISE_SLACK 1e-12
-/* [V] How far other potentials of a circuit are looked for, in so many steps. */
+/* [V] How far other potentials of a circuit are looked for, and in which steps: where a law may fall, and elsewhere. */
 #define PDI_POLARISE_FAR 2.0
-#define PDI_POLARISE_ROOTS 800
+#define PDI_POLARISE_FINE 0.005
+#define PDI_POLARISE_COARSE 0.1
 
 static double pdi_polarise_curve(void *user, int electrode, double share, const double *c, double ph, double drop,
                                  double t)
@@ -41,33 +42,57 @@ static double pdi_polarise_given(void *user, int circuit, double t)
     return pdi_electrodes_given(p->map, circuit, t);
 }
 
-/* 1: an expression falls somewhere as its variable number `of`, a potential, rises: all others are the same number. */
-static int pdi_polarise_drops(const pd_expr *law, int of)
+/* A law that falls somewhere as its variable number `of`, a potential, rises, for these values of all others. What is
+ * below `least` counts as that. */
+static void pdi_polarise_drops(const pd_expr *law, int of, double *vars, double least, pd_polarise *p)
 {
-    static const double others[] = {1e-3, 1.0, 1e3};
-    double vars[PD_EXPR_VARS];
-    for (int n = 0; n < 3; n++) {
-        double last = -HUGE_VAL;
-        for (int k = 0; k < PD_EXPR_VARS; k++) vars[k] = others[n];
-        for (int k = 0; k <= PDI_POLARISE_TRIALS; k++) {
-            vars[of] = PDI_POLARISE_WIDE * (2.0 * k / PDI_POLARISE_TRIALS - 1.0);
-            double i = pdi_expr_eval(law, vars);
-            if (i < last - PDI_POLARISE_SLACK * fabs(last)) return 1;
-            last = i;
+    double last = -HUGE_VAL, stride = 2.0 * PDI_POLARISE_WIDE / PDI_POLARISE_TRIALS;
+    for (int k = 0; k <= PDI_POLARISE_TRIALS; k++) {
+        vars[of] = stride * k - PDI_POLARISE_WIDE;
+        double i = pdi_max(pdi_expr_eval(law, vars), least);
+        if (i < last - PDI_POLARISE_SLACK * fabs(last)) {
+            p->low = p->falls ? pdi_min(p->low, vars[of] - stride) : vars[of] - stride;
+            p->high = p->falls ? pdi_max(p->high, vars[of]) : vars[of];
+            p->falls = 1;
         }
+        last = i;
     }
-    return 0;
 }
 
-static int pdi_polarise_falls(const pd_setup *u)
+/* The n-th of three values that a state has: both its bounds and the middle, or where it has none a number of any
+ * size. */
+static double pdi_polarise_state(const pd_setup_state *state, int n)
 {
-    for (int m = 0; m < u->metals && u->has_dissolve; m++) {
-        const pd_expr *rate = &u->metal[m].rate;
-        if ((rate->uses >> PDI_SETUP_SURFACE & 1u) && pdi_polarise_drops(rate, PDI_SETUP_SURFACE)) return 1;
+    static const double any[] = {1e-3, 1.0, 1e3};
+    if (!(state->high - state->low < HUGE_VAL)) return pdi_min(pdi_max(any[n], state->low), state->high);
+    return state->low + 0.5 * n * (state->high - state->low);
+}
+
+/* Where laws of metal or curves fall, for species, pH and states as they may be. Metal does not dissolve at a negative
+ * rate. */
+static void pdi_polarise_falls(pd_polarise *p)
+{
+    const pd_setup *u = p->setup;
+    static const double concentration[] = {1e-3, 1.0, 1e3}, ph[] = {2.0, 7.0, 12.0};
+    double vars[PD_EXPR_VARS];
+    for (int trial = 0; trial < 9; trial++) { /* states beside each concentration */
+        int n = trial % 3;
+        for (int k = 0; k < PD_EXPR_VARS; k++) vars[k] = concentration[n];
+        for (int m = 0; m < u->metals && u->has_dissolve; m++) {
+            const pd_setup_metal *metal = &u->metal[m];
+            if (!(metal->rate.uses >> PDI_SETUP_SURFACE & 1u)) continue;
+            for (int d = 0; d < PD_DIM; d++) vars[2 + d] = u->lo[d] + 0.5 * n * (u->hi[d] - u->lo[d]);
+            vars[PDI_SETUP_PH] = ph[n];
+            for (int k = 0; k < u->states; k++)
+                vars[PDI_SETUP_PH + 1 + metal->species + k] = pdi_polarise_state(&u->state[k], trial / 3);
+            pdi_polarise_drops(&metal->rate, PDI_SETUP_SURFACE, vars, 0.0, p);
+        }
+        for (int k = 0; k < PD_EXPR_VARS; k++) vars[k] = concentration[n];
+        vars[1] = ph[n];
+        for (int e = 0; e < u->potential.electrodes && trial < 3; e++)
+            if (u->potential.electrode[e].reads)
+                pdi_polarise_drops(&u->potential.electrode[e].law, 0, vars, -HUGE_VAL, p);
     }
-    for (int e = 0; e < u->potential.electrodes; e++)
-        if (u->potential.electrode[e].reads && pdi_polarise_drops(&u->potential.electrode[e].law, 0)) return 1;
-    return 0;
 }
 
 PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_electrode_map *map, pd_cell *cell,
@@ -100,7 +125,7 @@ PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_elect
     electrodes->circuit = p->circuit;
     electrodes->circuits = map->circuits;
     for (int e = 0; e < count; e++) electrodes->shares |= setup->potential.electrode[e].shares;
-    p->falls = pdi_polarise_falls(setup);
+    pdi_polarise_falls(p);
     return PD_OK;
 }
 
@@ -132,7 +157,9 @@ PDI_FN pd_status pdi_polarise_unique(pd_ctx *ctx, pd_polarise *p)
         double level = s->level[n];
         circuit = n;
         if (s->desc.electrodes.circuit[n].holds) continue;
-        found = pdi_levels_roots(ctx, s, n, PDI_POLARISE_FAR, PDI_POLARISE_ROOTS, root, 4);
+        pdi_levels_trials trials = {level - PDI_POLARISE_FAR, level + PDI_POLARISE_FAR, p->low, p->high,
+                                    PDI_POLARISE_FINE, PDI_POLARISE_COARSE};
+        found = pdi_levels_roots(ctx, s, n, &trials, root, 4);
         s->level[n] = level;
     }
     memcpy(s->speed, p->former, (size_t)(s->kinds * total) * sizeof *p->former);
@@ -320,4 +347,5 @@ PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p)
 #undef PDI_POLARISE_WIDE
 #undef PDI_POLARISE_SLACK
 #undef PDI_POLARISE_FAR
-#undef PDI_POLARISE_ROOTS
+#undef PDI_POLARISE_FINE
+#undef PDI_POLARISE_COARSE

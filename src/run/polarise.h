@@ -16,7 +16,8 @@ typedef struct pd_polarise {
     double *part;                                  /* [electrodes][species] [-] see pd_etch_electrodes */
     uint32_t reads[PD_SETUP_ELECTRODES];
     pd_etch_circuit circuit[PD_SETUP_ELECTRODES];
-    int falls;                                     /* 1: a law of metal or a curve falls somewhere as E rises */
+    int falls;                                     /* 1: a law of metal or a curve falls somewhere as E rises, */
+    double low, high;                              /* [V] between these, where all of them do */
     double *former;                                /* [kinds + 1][total] [m/s], [mol/m2/s] with `falls`; else NULL */
     int64_t formers;                               /* of them */
 } pd_polarise;
