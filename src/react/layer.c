@@ -8,6 +8,7 @@
 #include "react/layer.h"
 #include "core/bracket.h"
 #include "core/par.h"
+#include "solve/eliminate.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -200,17 +201,14 @@ static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v,
     return charge;
 }
 
-/* The component whose ion alone an electrode gives or takes; -1: there are several. */
+/* The component whose ion alone an electrode gives or takes; -1: there are several, or the curve reads none. */
 static int pdi_layer_ion(const pd_components *film, const pdi_layer_work *w)
 {
-    int ion = -1;
-    for (int k = 0; k < film->count; k++) {
-        double part = w->s->part_gain[w->electrode * film->count + k];
-        if (!(fabs(part) > 0.0) || !film->charge[film->master[k]]) continue;
-        if (ion >= 0) return -1;
-        ion = k;
-    }
-    return ion;
+    int ion = -1, ions = 0, first = w->electrode * film->count;
+    if (w->electrode < 0 || !w->reads) return -1;
+    for (int k = 0; k < film->count; k++)
+        if (fabs(w->s->part_gain[first + k]) > 0.0 && film->charge[film->master[k]] && ++ions) ion = k;
+    return ions == 1 ? ion : -1;
 }
 
 /* Where an electrode takes nearly all of an ion that reaches it, what is left is the small difference of what comes and
@@ -218,21 +216,17 @@ static int pdi_layer_ion(const pd_components *film, const pdi_layer_work *w)
  * surface neutral. */
 static void pdi_layer_rest(const pd_components *film, pdi_layer_work *w)
 {
-    double size = 0.0, come = 0.0;
-    int ion = w->electrode >= 0 && w->reads ? pdi_layer_ion(film, w) : -1;
+    double size = 0.0, come = 0.0, stride = 0.0, others = 0.0, a, of, b, there;
+    int ion = pdi_layer_ion(film, w), own = ion < 0 ? -1 : film->master[ion];
     if (ion < 0 || !(fabs(w->lift) < PDI_LAYER_LIFT)) return;
     for (int n = 0; n < film->solutes; n++) {
         double z = film->charge[n];
         size += fabs(z) * w->surface[n];
         come = pdi_max(come, fabs(z) * pdi_layer_share(z * w->lift) * w->c[n] / w->down[n]);
+        stride += fabs(film->m[ion][n]) * w->at[n];
+        if (n != own) others += z * w->surface[n];
     }
     if (!(size < PDI_LAYER_SPENT * come)) return;
-    int own = film->master[ion];
-    double sign = film->charge[own] > 0 ? 1.0 : -1.0, stride = 0.0, others = 0.0, a, of, b, there;
-    for (int n = 0; n < film->solutes; n++) {
-        stride += fabs(film->m[ion][n]) * w->at[n];
-        if (n != own) others += film->charge[n] * w->surface[n];
-    }
     if (ion >= film->joined) {
         w->into[ion] = pdi_max(-others / film->charge[own], 0.0) * w->s->scale[own] * w->down[own];
         pdi_layer_charged(film, w);
@@ -240,15 +234,14 @@ static void pdi_layer_rest(const pd_components *film, pdi_layer_work *w)
     }
     b = w->into[ion];
     there = pdi_layer_charged(film, w);
-    a = b;
-    of = there;
-    for (int step = 0; step < PDI_LAYER_STEPS && there * of > 0.0; step++, stride *= 2.0) {
+    if (!(fabs(there) > PDI_LAYER_NEUTRAL)) return;
+    do {
         a = b;
         of = there;
-        b = a - (of > 0.0 ? sign : -sign) * stride;
-        w->into[ion] = b;
+        w->into[ion] = b = (of > 0.0) == (film->charge[own] > 0) ? a - stride : a + stride;
         there = pdi_layer_charged(film, w);
-    }
+        stride *= 2.0;
+    } while (there * of > 0.0 && stride < HUGE_VAL);
     pdi_bracket s = {a, of, b, there, 0, 0};
     double x;
     while (of * there < 0.0 && fabs(there) > PDI_LAYER_NEUTRAL && pdi_bracket_next(&s, &x)) {
@@ -587,27 +580,6 @@ static void pdi_layer_gradient(const pdi_layer_work *w, double *by, double *lift
 
 typedef double pdi_layer_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 3];
 
-/* Gauss and Jordan: the columns behind the first `rows` become the solution. What is singular stays 0. */
-static void pdi_layer_linear(int rows, int columns, pdi_layer_table a)
-{
-    for (int p = 0; p < rows; p++) {
-        int best = p;
-        for (int i = p + 1; i < rows; i++)
-            if (fabs(a[i][p]) > fabs(a[best][p])) best = i;
-        for (int j = 0; j < columns; j++) {
-            double swap = a[p][j];
-            a[p][j] = a[best][j];
-            a[best][j] = swap;
-        }
-        double factor = fabs(a[p][p]) > DBL_MIN ? 1.0 / a[p][p] : 0.0;
-        for (int j = 0; j < columns; j++) a[p][j] *= factor;
-        for (int i = 0; i < rows; i++) {
-            double share = a[i][p];
-            for (int j = 0; j < columns && i != p; j++) a[i][j] -= share * a[p][j];
-        }
-    }
-}
-
 /* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
  * (one more), and, on the right, the speed and the flow (two more) and the totals of the node (those of components). */
 static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *w, const float *own, pdi_layer_table a)
@@ -682,7 +654,7 @@ static void pdi_layer_tangent(const pd_components *film, const pdi_layer_work *w
     pdi_components_derive(films ? film : of, w->surface, own);
     if (films) {
         pdi_layer_balances(film, w, own, a);
-        pdi_layer_linear(count + 1, 2 * count + 3, a);
+        pdi_eliminate(count + 1, 2 * count + 3, 2 * PD_SPECIES_MOST + 3, a[0]);
     }
     if (goes) {
         pdi_layer_gradient(w, gradient, &t->lift);
