@@ -64,6 +64,7 @@ static double pdi_measure_area(const pd_paths *paths, const pd_transport *t, con
         int all, gives = dissolve && pdi_path_metal(paths, node, pdi_path_closed_group(paths, node, k), &all);
         if (!gives && t->desc.held) {
             pdi_bond_meet(paths, node, k, x);
+            pdi_grid_fold_images(t->grid, x);
             gives = t->desc.held(t->desc.user, x) >= 0.0;
         }
         if (gives) sum += s->area[k] * s->volume * pdi_grid_around(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);

@@ -152,13 +152,21 @@ PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i)
     return flipped;
 }
 
-PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x)
+PDI_FN int pdi_grid_fold_images(const pd_grid *grid, double *x)
 {
-    double at[PD_DIM];
+    double at[PD_DIM], tie = pdi_shape_tie(grid->h, x);
+    int flip = 0;
     memcpy(at, x, sizeof at);
     pdi_grid_fold_position(grid, at);
-    for (int d = 0; d < PD_DIM; d++)
-        if (!pdi_grid_port(grid->side[2 * d + (x[d] > grid->hi[d])])) x[d] = at[d];
+    for (int d = 0; d < PD_DIM; d++) {
+        pd_side side = grid->side[2 * d + (x[d] > grid->hi[d])];
+        if (pdi_grid_port(side) || (x[d] >= grid->lo[d] - tie && x[d] <= grid->hi[d] + tie)) continue;
+        int once = grid->side[2 * d] == PD_SIDE_WALL || grid->side[2 * d + 1] == PD_SIDE_WALL;
+        double boxes = floor((x[d] - grid->lo[d]) / (grid->hi[d] - grid->lo[d]));
+        if (side == PD_SIDE_MIRROR && (once || fabs(fmod(boxes, 2.0)) > 0.5)) flip |= 1 << d;
+        x[d] = at[d];
+    }
+    return flip;
 }
 
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)

@@ -138,8 +138,8 @@ PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x);
  * HUGE_VAL: nowhere. A part of the line is judged by its middle, and one that lies on the surface belongs to the shape:
  * faces that two bodies of a union share are none. Not for voxel masks. */
 PDI_FN double pdi_grid_enter(const pd_grid *grid, int shape, const double *x, const double *xi, double limit);
-/* Through periodic and mirror sides only. */
-PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x);
+/* Through periodic and mirror sides only; what lies on them stays. Bit d of what it returns: axis d is mirrored. */
+PDI_FN int pdi_grid_fold_images(const pd_grid *grid, double *x);
 /* 1 for sides that fluid passes. */
 static inline int pdi_grid_port(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
 /* A solid node turns fluid: its kind, the counts, and the ghosts that stand for it or lie in front of it. */

@@ -1,6 +1,7 @@
 /* wall: see wall.h */
 #include "run/wall.h"
 #include <math.h>
+#include <string.h>
 
 /* Distance in cells at which a point lies on a side: rounding. */
 #define PDI_WALL_NEAR 1e-6
@@ -32,15 +33,21 @@ PDI_FN void pdi_wall_velocity(void *user, const double *x, double *v)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     const pd_setup *u = inlet->setup;
-    int met = 0;
+    int met = 0, flip;
+    double at[PD_DIM];
+    memcpy(at, x, sizeof at);
+    flip = pdi_grid_fold_images(inlet->grid, at);
     for (int d = 0; d < PD_DIM; d++) v[d] = 0.0;
     for (int s = 0; s < 2 * PD_DIM; s++) {
-        if (!pdi_wall_on(u, s, x)) continue;
+        if (!pdi_wall_on(u, s, at)) continue;
         met++;
         for (int d = 0; d < PD_DIM && u->side[s].slides; d++)
-            v[d] += pdi_setup_eval(&u->side[s].slide[d], x, inlet->time);
+            v[d] += pdi_setup_eval(&u->side[s].slide[d], at, inlet->time);
     }
-    for (int d = 0; d < PD_DIM && met > 1; d++) v[d] /= met;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (met > 1) v[d] /= met;
+        if (flip >> d & 1) v[d] = -v[d];
+    }
 }
 
 /* What a wall holds: below zero where the expression has no value, which none may hold. */

@@ -276,8 +276,11 @@ static void pdi_diffusion_ghosts(pd_diffusion *d)
 static double pdi_diffusion_meet(const pd_diffusion *d, int32_t r, int k, double *x, double *t, double *conduct)
 {
     int32_t i = d->bonds->node[r];
+    double home[PD_DIM];
     *t = pdi_bond_meet(&d->bonds->paths, i, k, x);
-    double c = d->desc.held(d->desc.user, x);
+    memcpy(home, x, sizeof home);
+    pdi_grid_fold_images(d->bonds->grid, home);
+    double c = d->desc.held(d->desc.user, home);
     *conduct = 0.0;
     if (!(c >= 0.0)) return c;
     *conduct = pdi_bond_lap(d->bonds, i)[k] / *t;
