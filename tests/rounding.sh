@@ -204,4 +204,181 @@ scene fits << 'END'
 END
 silent 2 fits 'whole cells'
 silent 2 fits 'passes through'
+
+# What follows compares one direction with its image. Bodies of a union that touch: the face that they share is no
+# surface, so that a bond ends where it enters the first of them.
+sed 's/<a>/7.1448627867478045e-05 m/g; s/<b>/-0.00028579451146991218 m/g; s/<c>/-0.00014289725573495609 m/g
+    s/<d>/0.00021434588360243407 m/g; s/<e>/-7.1448627867478045e-05 m/g; s/<f>/0.00028579451146991218 m/g
+    s/<g>/-0.00026586604176627964 m/g; s/<h>/-0.00017135744788665747 m/g; s/<i>/8.7277962393596156e-06 m/g
+    s/<j>/0.00013569312018821652 m/g; s/<k>/-0.00014289725573495612 m/g; s/<l>/0.00021434588360243412 m/g
+    s/<m>/0.00014289725573495606 m/g' << 'END' | scene touch
+[grid] h = <a> m = 2
+    box = <b> .. <c>, 0 m .. <d>, <e> .. <f>
+[shape m0] box = <g> .. <h>, 0 m .. <a>, <i> .. <j> kind = solid
+[shape m1] box = <b> .. <k>, <a> .. <l>, <a> .. <m> kind = solid
+[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[side x+] flow = inlet profile = uniform mean = 2.6e-07 m/s
+[side x-] flow = outlet
+[transport] D = 1.9e-11 m2/s
+[run] until = 0.01 s
+[output] fields = none
+[total all]
+END
+sed 's/<a>/7.1448627867478045e-05 m/g; s/<b>/-0.00028579451146991218 m/g; s/<c>/-0.00014289725573495609 m/g
+    s/<d>/0.00021434588360243407 m/g; s/<e>/-0.00026586604176627964 m/g; s/<f>/-0.00017135744788665747 m/g
+    s/<g>/-0.00013569312018821652 m/g; s/<h>/-8.7277962393596156e-06 m/g; s/<i>/-0.00014289725573495612 m/g
+    s/<j>/0.00021434588360243412 m/g; s/<k>/-0.00014289725573495606 m/g; s/<l>/-7.1448627867478045e-05 m/g' << 'END' | scene touch_mirrored
+[grid] h = <a> m = 2
+    box = <b> .. <c>, 0 m .. <d>, <b> .. <a>
+[shape m0] box = <e> .. <f>, 0 m .. <a>, <g> .. <h> kind = solid
+[shape m1] box = <b> .. <i>, <a> .. <j>, <k> .. <l> kind = solid
+[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[side x+] flow = inlet profile = uniform mean = 2.6e-07 m/s
+[side x-] flow = outlet
+[transport] D = 1.9e-11 m2/s
+[run] until = 0.01 s
+[output] fields = none
+[total all]
+END
+alike 3 touch touch_mirrored 1e-7 energy mx
+
+# The corner of a body lies on a node beside a mirror side: bonds that touch it there end there. Against the whole.
+scene corner_node << 'END'
+[grid] h = 0.000392741719323221 m m = 1.5
+    box = 0.0019637085966161048 m .. 0.0027491920352625465 m, 0.003141933754585768 m .. 0.0039274171932322096 m
+[shape m1] box = 0.0021600794562777153 m .. 0.0025528211756009364 m, 0 m .. 0.0033383046142473785 m kind = solid
+[side y-] flow = mirror
+[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[side x+] flow = inlet profile = uniform mean = 5.4e-08 m/s
+[side x-] flow = outlet
+[transport] D = 1.4e-11 m2/s
+[run] until = 0.8 s
+[output] fields = none
+[total all]
+END
+sed 's/<a>/0.000392741719323221 m/g; s/<b>/0.0019637085966161048 m/g; s/<c>/0.0027491920352625465 m/g
+    s/<d>/0.0023564503159393263 m/g; s/<e>/0.0039274171932322096 m/g; s/<f>/0.0021600794562777153 m/g
+    s/<g>/0.0025528211756009364 m/g; s/<h>/0.0029455628949241575 m/g; s/<i>/0.0033383046142473785 m/g' << 'END' | scene corner_whole
+[grid] h = <a> m = 1.5
+    box = <b> .. <c>, <d> .. <e>
+[shape m1] box = <f> .. <g>, <h> .. <i> kind = solid
+[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[side x+] flow = inlet profile = uniform mean = 5.4e-08 m/s
+[side x-] flow = outlet
+[transport] D = 1.4e-11 m2/s
+[run] until = 0.8 s
+[output] fields = none
+[total all]
+END
+alike 2 corner_node corner_whole 1e-7 energy@2 mx@2
+
+# A medium whose middle is a node, on unequal spacings and in two units: no normal is made of what has cancelled.
+sed 's/<a>/5.0605948543910817e-05 m/g; s/<b>/5.6063901004537216e-05 m/g; s/<c>/7.3655493402499195e-05 m/g
+    s/<d>/0.00010121189708782163 m/g; s/<e>/0.00025302974271955415 m/g; s/<f>/0.00011212780200907443 m/g
+    s/<g>/0.00022425560401814884 m/g; s/<h>/0.00022096648020749758 m/g; s/<i>/0.00015181784563173244 m/g
+    s/<j>/0.00030363569126346489 m/g; s/<k>/0.00028031950502268606 m/g; s/<l>/0.00036837726701249597 m/g' << 'END' | scene medium
+[grid] h = <a>, <b>, <c> m = 2
+    box = <d> .. <e>, <f> .. <g>, <c> .. <h>
+[shape med] box = <i> .. <j>, <b> .. <k>, <c> .. <l> kind = medium D = 3.5482534021771373e-11 m2/s
+[side x+] C = 486 mol/m3*(1 + 0.9*sin(0.470537*y/(<b>)))
+[transport] D = 2.8650976762964223e-11 m2/s
+[run] until = 300 s max_step = 30 s
+[output] fields = none
+[total all]
+END
+sed 's/<a>/0.00035424163980737574 m/g; s/<b>/0.00039244730703176051 m/g; s/<c>/0.00051558845381749442 m/g
+    s/<d>/0.00070848327961475148 m/g; s/<e>/0.001771208199036879 m/g; s/<f>/0.00078489461406352102 m/g
+    s/<g>/0.0015697892281270418 m/g; s/<h>/0.001546765361452483 m/g; s/<i>/0.0010627249194221271 m/g
+    s/<j>/0.0021254498388442542 m/g; s/<k>/0.0019622365351588023 m/g; s/<l>/0.0025786408690124718 m/g' << 'END' | scene medium_7
+[grid] h = <a>, <b>, <c> m = 2
+    box = <d> .. <e>, <f> .. <g>, <c> .. <h>
+[shape med] box = <i> .. <j>, <b> .. <k>, <c> .. <l> kind = medium D = 1.7386441670667974e-09 m2/s
+[side x+] C = 486 mol/m3*(1 + 0.9*sin(0.470537*y/(<b>)))
+[transport] D = 1.403897861385247e-09 m2/s
+[run] until = 300 s max_step = 30 s
+[output] fields = none
+[total all]
+END
+alike 3 medium medium_7 1e-8 C_max C_min dissolved@343
+
+# The edge of a medium beside a periodic side and a wall, mirrored: what a wall cuts is made up for by its own image.
+scene edge << 'END'
+[grid] h = 6.4428970591 um, 8.2798628322 um, 4.0673375256 um m = 2
+    box = -12.8857941182 um .. 0 um, -8.2798628322 um .. 8.2798628322 um, -8.1346750512 um .. 0 um
+[shape med] kind = medium D = 4.1e-12 m2/s
+    box = -7.8561020237 um .. 17.2820830766 um, -10.554887832 um .. 20.699657081 um, -5.8773460716 um .. 7.3215750926 um
+[side x-] flow = periodic
+[side x+] flow = periodic
+[transport] D = 2.9e-11 m2/s initial = 498 mol/m3*(1 + 0.8*sin(0.9*y/(8.2798628322 um)))
+[run] until = 0.5 s max_step = 0.05 s
+[output] fields = none
+[total all]
+END
+scene edge_mirrored << 'END'
+[grid] h = 6.4428970591 um, 8.2798628322 um, 4.0673375256 um m = 2
+    box = 0 um .. 12.8857941182 um, -8.2798628322 um .. 8.2798628322 um, -8.1346750512 um .. 0 um
+[shape med] kind = medium D = 4.1e-12 m2/s
+    box = -17.2820830766 um .. 7.8561020237 um, -10.554887832 um .. 20.699657081 um, -5.8773460716 um .. 7.3215750926 um
+[side x-] flow = periodic
+[side x+] flow = periodic
+[transport] D = 2.9e-11 m2/s initial = 498 mol/m3*(1 + 0.8*sin(0.9*y/(8.2798628322 um)))
+[run] until = 0.5 s max_step = 0.05 s
+[output] fields = none
+[total all]
+END
+alike 3 edge edge_mirrored 1e-8 C_max C_min
+
+# Bonds that run along the corner of an electrode on a node, turned.
+scene run_along << 'END'
+[grid] h = 0.35 mm box = 0.35 mm .. 3.15 mm, 0.35 mm .. 2.8 mm
+[shape m0] box = 0.525 mm .. 1.75 mm, 0.525 mm .. 1.925 mm kind = solid
+[shape m1] box = 2.1 mm .. 3.15 mm, 0.35 mm .. 2.8 mm kind = solid
+[potential] conductivity = 0.39 S/m
+[electrode m0] shape = m0 curve = linear E0 = 0 V resistance = 2.3e-4 ohm m2 potential = 0 V
+[electrode m1] shape = m1 curve = linear E0 = 0 V resistance = 2.3e-4 ohm m2 potential = 1 V
+[output] fields = none
+END
+scene run_along_turned << 'END'
+[grid] h = 0.35 mm box = 0.35 mm .. 2.8 mm, -3.15 mm .. -0.35 mm
+[shape m0] box = 0.525 mm .. 1.925 mm, -1.75 mm .. -0.525 mm kind = solid
+[shape m1] box = 0.35 mm .. 2.8 mm, -3.15 mm .. -2.1 mm kind = solid
+[potential] conductivity = 0.39 S/m
+[electrode m0] shape = m0 curve = linear E0 = 0 V resistance = 2.3e-4 ohm m2 potential = 0 V
+[electrode m1] shape = m1 curve = linear E0 = 0 V resistance = 2.3e-4 ohm m2 potential = 1 V
+[output] fields = none
+END
+alike 2 run_along run_along_turned 1e-8 current electrode=m0:area electrode=m1:area
+
+# The largest deviation of the flux, for a stream towards + and towards -: a body with an oblique surface.
+scene stream << 'END'
+[grid] h = 1 um box = 0 um .. 24 um, 0 um .. 9 um
+[shape w] ball = 7 um, 3.2 um radius = 2.7 um kind = wall
+[flow] rho = 1000 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[side x-] flow = inlet profile = uniform mean = 1e-4 m/s
+[side x+] flow = outlet
+[run] until = 1 ms
+[output] fields = none
+END
+sed 's/side x-/side low/; s/side x+/side x-/; s/side low/side x+/; s/7 um, 3.2/17 um, 3.2/' "$dir/stream.scene" | scene stream_back
+alike 2 stream stream_back 1e-6 flux_max
+
+# A side that holds what depends on the place meets a mirror side: behind that its places are those before it.
+scene held << 'END'
+[grid] h = 1 um m = 3 box = 0 um .. 8 um, 0 um .. 6 um
+[side x+] C = 1 mol/m3*(1 + y/(2 um))
+[side y-] flow = mirror
+[transport] D = 1e-9 m2/s
+[run] until = 10 ms max_step = 1 ms
+[output] fields = none
+[total all]
+END
+scene held_whole << 'END'
+[grid] h = 1 um m = 3 box = 0 um .. 8 um, -6 um .. 6 um
+[side x+] C = 1 mol/m3*(1 + abs(y)/(2 um))
+[transport] D = 1e-9 m2/s
+[run] until = 10 ms max_step = 1 ms
+[output] fields = none
+[total all]
+END
+alike 2 held held_whole 1e-7 C_max C_min dissolved@2
 score

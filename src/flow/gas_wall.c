@@ -180,7 +180,7 @@ static void pdi_gas_wall_row(const pd_bonds *bonds, int32_t r, pdi_gas_wall_plac
     for (int k = 0; k < s->count && PD_DIM > 1; k++) {
         double x[PD_DIM], n[PD_DIM];
         if (pdi_bond_open(bonds, r, k) || !pdi_gas_wall_plane(bonds, r, k, x, n)) continue;
-        pdi_gas_wall_place(w, face, x, n, PDI_GAS_WALL_NOTHING * bonds->grid->h[0]);
+        pdi_gas_wall_place(w, face, x, n, PDI_GAS_WALL_NOTHING * pdi_vec_least(bonds->grid->h));
     }
     if (w->count > 1) walls = pdi_gas_wall_corner(w, wall);
     if (walls && !pdi_gas_wall_part(w, wall, walls, face)) walls = 0;

@@ -4,11 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Beyond the surface by less than this is on it, over the spacing and over the largest coordinate of the box: faces of
- * shapes that touch differ by the rounding of their coordinates. */
-#define PDI_CHORD_ROUNDING 1e-8
-#define PDI_CHORD_DIGITS 3.6e-15
-
 PDI_FN int pdi_chord_convex(const pd_grid *grid)
 {
     return grid->solid >= 0 && grid->wall < 0 && pdi_shape_convex(grid->shapes, grid->solid);
@@ -26,22 +21,14 @@ PDI_FN double pdi_chord_level(const pd_grid *grid, const double *x)
     return grid->wall < 0 ? level : pdi_max(level, -pd_shape_distance(grid->shapes, grid->wall, x));
 }
 
-PDI_FN double pdi_chord_slack(const pd_grid *grid)
-{
-    double slack = PDI_CHORD_ROUNDING * grid->h[0];
-    for (int d = 0; d < PD_DIM; d++)
-        slack = pdi_max(slack, PDI_CHORD_DIGITS * pdi_max(fabs(grid->lo[d]), fabs(grid->hi[d])));
-    return slack;
-}
-
 PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *xi)
 {
     int last = grid->solid > grid->wall ? grid->solid : grid->wall;
-    double slack = pdi_chord_slack(grid), at[PD_DIM];
+    double at[PD_DIM];
     for (double from = 0.0; from < 1.0;) {
         double to = pdi_min(pdi_shape_crossing(grid->shapes, last, x, xi, from), 1.0);
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + 0.5 * (from + to) * xi[d];
-        if (pdi_chord_level(grid, at) > slack) return 0;
+        if (pdi_chord_level(grid, at) > pdi_shape_tie(grid->h, at)) return 0;
         from = to;
     }
     return 1;
@@ -128,5 +115,3 @@ PDI_FN int pdi_chord_stairs(const int *from, const int *step, pdi_chord_fn metal
     return 0;
 }
 
-#undef PDI_CHORD_ROUNDING
-#undef PDI_CHORD_DIGITS

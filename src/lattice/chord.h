@@ -22,9 +22,7 @@ PDI_FN int pdi_chord_smooth(const pd_grid *grid);
 /* Signed distance [m] of place x from the smooth surface of the metal of the start, negative inside, or a bound of it.
  */
 PDI_FN double pdi_chord_level(const pd_grid *grid, const double *x);
-/* [m] A place that is outside by no more than this is on the surface, and belongs to the metal. */
-PDI_FN double pdi_chord_slack(const pd_grid *grid);
-/* 1: the line x + t xi, 0 <= t <= 1, stays within the smooth surface. */
+/* 1: the line x + t xi, 0 <= t <= 1, stays within the smooth surface, or on it. */
 PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *xi);
 /* 1: `metal` says so of all cells of one of the staircases between cell from[] and the one step[] cells on. */
 typedef int (*pdi_chord_fn)(const void *self, const int *cell);

@@ -39,7 +39,7 @@ static int pdi_reconstruct_below(const pd_bonds *bonds, int32_t r, const pdi_bon
     int at = PD_DIM;
     if (!pdi_surface_rise(bonds, end->cell, end->x, PDI_RECONSTRUCT_NEAR, &distance, normal)) return 0;
     for (int a = 0; a < PD_DIM; a++) foot[a] = end->x[a] - distance * normal[a];
-    if (!(fabs(pdi_bond_smooth(bonds, end->cell, foot)) < PDI_RECONSTRUCT_NEAR * h[0])) return 0;
+    if (!(fabs(pdi_bond_smooth(bonds, end->cell, foot)) < PDI_RECONSTRUCT_NEAR * pdi_vec_least(h))) return 0;
     pd_grid_position(bonds->grid, bonds->node[r], x);
     for (int a = 0; a < PD_DIM; a++) {
         term[a] = (foot[a] - x[a]) / h[a];
@@ -134,7 +134,7 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
             double a = pdi_bond_lap(bonds, bonds->node[r])[k] + (excess ? share * excess[k] : 0.0);
             pdi_bond_find_end(bonds, r, k, &end);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) far[c] += a * term[c];
-            if (end.t > 1.0) continue; /* the line grazes the surface, and meets it far behind */
+            if (end.t > 1.0 + 1e-9) continue; /* the line grazes the surface, and meets it far behind */
             weight /= end.t * end.t;
             if (!end.grazes || !pdi_reconstruct_below(bonds, r, &end, term)) pdi_reconstruct_terms(s, k, end.t, term);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) wall[c] += weight * term[c];

@@ -10,7 +10,7 @@
 static uint8_t pdi_depletion_piece(const pd_setup *u, const double *x)
 {
     for (int k = u->pieces; k-- > 0;)
-        if (pd_shape_distance(u->shape, u->piece[k].shape, x) <= 0.0) return (uint8_t)k;
+        if (pdi_shape_has(u->shape, u->piece[k].shape, u->h, x)) return (uint8_t)k;
     return PDI_DEPLETION_NONE;
 }
 

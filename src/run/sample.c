@@ -227,7 +227,7 @@ static double pdi_sample_medium(const pd_model *m, const double *x)
 {
     if (m->setup->medium < 0) return 0.0;
     double level = pdi_grid_level(&m->grid, m->setup->medium, x);
-    return fabs(level) > PDI_SAMPLE_NEAR * m->grid.h[0] ? level : 0.0;
+    return fabs(level) > PDI_SAMPLE_NEAR * pdi_vec_least(m->grid.h) ? level : 0.0;
 }
 
 /* 1 when the normal is known: that of one face, or of a smooth surface. At edges of cells it is not. */
@@ -235,7 +235,7 @@ static int pdi_sample_sure(const pd_model *m, const double *place, const double 
 {
     for (int d = 0; d < PD_DIM; d++)
         if (fabs(normal[d]) > 1.0 - PDI_SAMPLE_NEAR) return 1;
-    return fabs(pdi_bond_smooth(&m->bonds, closed, place)) < PDI_SAMPLE_OFF * m->grid.h[0];
+    return fabs(pdi_bond_smooth(&m->bonds, closed, place)) < PDI_SAMPLE_OFF * pdi_vec_least(m->grid.h);
 }
 
 /* What a surface says: its velocity, the concentration that it holds or that nothing passes it. Metal that dissolves
@@ -342,7 +342,7 @@ static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
     for (int k = 0; k < cells; k++)
         if (m->grid.kind[node[k]] == PD_FLUID) node[fluid++] = node[k];
     if (fluid || !m->bonds.grid) return fluid;
-    if (!(pdi_bond_smooth(&m->bonds, own, x) >= -PDI_SAMPLE_NEAR * m->grid.h[0])) return 0;
+    if (!(pdi_bond_smooth(&m->bonds, own, x) >= -PDI_SAMPLE_NEAR * pdi_vec_least(m->grid.h))) return 0;
     pdi_grid_index(&m->grid, own, i);
     for (int k = 0; k < PDI_SAMPLE_BLOCK; k++) {
         double square = 0.0, place[PD_DIM];
