@@ -227,7 +227,8 @@ END
 sed 's/<a>/7.1448627867478045e-05 m/g; s/<b>/-0.00028579451146991218 m/g; s/<c>/-0.00014289725573495609 m/g
     s/<d>/0.00021434588360243407 m/g; s/<e>/-0.00026586604176627964 m/g; s/<f>/-0.00017135744788665747 m/g
     s/<g>/-0.00013569312018821652 m/g; s/<h>/-8.7277962393596156e-06 m/g; s/<i>/-0.00014289725573495612 m/g
-    s/<j>/0.00021434588360243412 m/g; s/<k>/-0.00014289725573495606 m/g; s/<l>/-7.1448627867478045e-05 m/g' << 'END' | scene touch_mirrored
+    s/<j>/0.00021434588360243412 m/g; s/<k>/-0.00014289725573495606 m/g
+    s/<l>/-7.1448627867478045e-05 m/g' << 'END' | scene touch_mirrored
 [grid] h = <a> m = 2
     box = <b> .. <c>, 0 m .. <d>, <b> .. <a>
 [shape m0] box = <e> .. <f>, 0 m .. <a>, <g> .. <h> kind = solid
@@ -258,7 +259,8 @@ scene corner_node << 'END'
 END
 sed 's/<a>/0.000392741719323221 m/g; s/<b>/0.0019637085966161048 m/g; s/<c>/0.0027491920352625465 m/g
     s/<d>/0.0023564503159393263 m/g; s/<e>/0.0039274171932322096 m/g; s/<f>/0.0021600794562777153 m/g
-    s/<g>/0.0025528211756009364 m/g; s/<h>/0.0029455628949241575 m/g; s/<i>/0.0033383046142473785 m/g' << 'END' | scene corner_whole
+    s/<g>/0.0025528211756009364 m/g; s/<h>/0.0029455628949241575 m/g
+    s/<i>/0.0033383046142473785 m/g' << 'END' | scene corner_whole
 [grid] h = <a> m = 1.5
     box = <b> .. <c>, <d> .. <e>
 [shape m1] box = <f> .. <g>, <h> .. <i> kind = solid
@@ -276,7 +278,8 @@ alike 2 corner_node corner_whole 1e-7 energy@2 mx@2
 sed 's/<a>/5.0605948543910817e-05 m/g; s/<b>/5.6063901004537216e-05 m/g; s/<c>/7.3655493402499195e-05 m/g
     s/<d>/0.00010121189708782163 m/g; s/<e>/0.00025302974271955415 m/g; s/<f>/0.00011212780200907443 m/g
     s/<g>/0.00022425560401814884 m/g; s/<h>/0.00022096648020749758 m/g; s/<i>/0.00015181784563173244 m/g
-    s/<j>/0.00030363569126346489 m/g; s/<k>/0.00028031950502268606 m/g; s/<l>/0.00036837726701249597 m/g' << 'END' | scene medium
+    s/<j>/0.00030363569126346489 m/g; s/<k>/0.00028031950502268606 m/g
+    s/<l>/0.00036837726701249597 m/g' << 'END' | scene medium
 [grid] h = <a>, <b>, <c> m = 2
     box = <d> .. <e>, <f> .. <g>, <c> .. <h>
 [shape med] box = <i> .. <j>, <b> .. <k>, <c> .. <l> kind = medium D = 3.5482534021771373e-11 m2/s
@@ -289,7 +292,8 @@ END
 sed 's/<a>/0.00035424163980737574 m/g; s/<b>/0.00039244730703176051 m/g; s/<c>/0.00051558845381749442 m/g
     s/<d>/0.00070848327961475148 m/g; s/<e>/0.001771208199036879 m/g; s/<f>/0.00078489461406352102 m/g
     s/<g>/0.0015697892281270418 m/g; s/<h>/0.001546765361452483 m/g; s/<i>/0.0010627249194221271 m/g
-    s/<j>/0.0021254498388442542 m/g; s/<k>/0.0019622365351588023 m/g; s/<l>/0.0025786408690124718 m/g' << 'END' | scene medium_7
+    s/<j>/0.0021254498388442542 m/g; s/<k>/0.0019622365351588023 m/g
+    s/<l>/0.0025786408690124718 m/g' << 'END' | scene medium_7
 [grid] h = <a>, <b>, <c> m = 2
     box = <d> .. <e>, <f> .. <g>, <c> .. <h>
 [shape med] box = <i> .. <j>, <b> .. <k>, <c> .. <l> kind = medium D = 1.7386441670667974e-09 m2/s
@@ -359,7 +363,8 @@ scene stream << 'END'
 [run] until = 1 ms
 [output] fields = none
 END
-sed 's/side x-/side low/; s/side x+/side x-/; s/side low/side x+/; s/7 um, 3.2/17 um, 3.2/' "$dir/stream.scene" | scene stream_back
+sed 's/side x-/side low/; s/side x+/side x-/; s/side low/side x+/; s/7 um, 3.2/17 um, 3.2/' "$dir/stream.scene" |
+    scene stream_back
 alike 2 stream stream_back 1e-6 flux_max
 
 # A side that holds what depends on the place meets a mirror side: behind that its places are those before it.
