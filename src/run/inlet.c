@@ -9,6 +9,7 @@ typedef struct pdi_inlet_layer {
     int64_t open, solid;
     int lo, hi;     /* 2D: first and last open index along the side */
     double velocity; /* [m/s] mean inward velocity of the expression */
+    double size;     /* [m/s] mean of its size */
 } pdi_inlet_layer;
 
 /* i: the first node in front of a side. Returns the face of a cell there [m^(d-1)]. */
@@ -33,6 +34,8 @@ static int pdi_inlet_next(const pd_grid *grid, int axis, int *i)
     return 0;
 }
 
+/* Mean of an expression over the mean of its size that is rounding. */
+#define PDI_INLET_ENTERS 1e-12
 /* Samples along an axis of a cell that a wall crosses. */
 #define PDI_INLET_SAMPLES 32
 
@@ -46,7 +49,7 @@ static void pdi_inlet_expression(const pd_setup_side *side, const double *x, dou
 static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, double t, int side, pdi_inlet_layer *layer)
 {
     int i[PD_DIM], axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0;
-    double sum = 0.0, weight = 0.0;
+    double sum = 0.0, size = 0.0, weight = 0.0;
     memset(layer, 0, sizeof *layer);
     pdi_inlet_first(grid, side, i);
     do {
@@ -63,9 +66,12 @@ static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, double t,
         x[axis] = side % 2 ? grid->hi[axis] : grid->lo[axis];
         pdi_inlet_expression(&setup->side[side], x, t, u);
         sum += pdi_inlet_sign(side) * u[axis] * pdi_grid_circumference(grid, node);
+        size += fabs(u[axis]) * pdi_grid_circumference(grid, node);
         weight += pdi_grid_circumference(grid, node);
     } while (pdi_inlet_next(grid, axis, i));
-    if (weight > 0.0) layer->velocity = sum / weight;
+    if (!(weight > 0.0)) return;
+    layer->velocity = sum / weight;
+    layer->size = size / weight;
 }
 
 /* Where the wall begins between the open node at s and the closed one `step` further, along axis `along`. */
@@ -325,7 +331,11 @@ static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_gri
         inlet->fill[side] = inlet->fill[side] > 0.0 ? opening / inlet->fill[side] : 1.0;
         inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean;
         if (s->stream.uses) inlet->mean[side] = pdi_inlet_mean(inlet, side);
-        if (s->profile == PD_PROFILE_EXPRESSION) inlet->mean[side] = layer.velocity;
+        if (s->profile == PD_PROFILE_EXPRESSION && !s->scaled) inlet->mean[side] = layer.velocity;
+        if (s->scaled && !(layer.velocity > PDI_INLET_ENTERS * layer.size))
+            return pdi_inlet_refuse(ctx, side, "the expression that a mean scales does not enter in the mean over the "
+                                    "opening, expected one that does");
+        if (s->scaled) inlet->scale[side] = inlet->fill[side] / layer.velocity;
         if (inlet->first < 0) inlet->first = side;
         inlet->inlets++;
     }
@@ -387,7 +397,9 @@ PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u)
         if (beyond <= 0.0) continue;
         const pd_setup_side *s = &setup->side[side];
         if (s->profile == PD_PROFILE_EXPRESSION) {
+            double scale = s->scaled ? inlet->scale[side] * pdi_inlet_mean(inlet, side) : 1.0;
             pdi_inlet_expression(s, x, inlet->time, u);
+            for (int d = 0; d < PD_DIM; d++) u[d] *= scale;
             return;
         }
         u[axis] = pdi_inlet_sign(side) * (s->stream.uses ? pdi_inlet_mean(inlet, side) : inlet->mean[side]);

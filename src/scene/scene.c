@@ -158,9 +158,16 @@ static pd_status pdi_scene_inlet(pdi_reader *s, int section, pd_setup_side *side
     int profile;
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
     side->profile = (pd_profile)(profile + PD_PROFILE_UNIFORM);
-    if (side->profile != PD_PROFILE_EXPRESSION) return pdi_scene_speed(s, section, side);
-    for (int d = 0; d < PD_DIM; d++)
+    side->scaled = side->profile == PD_PROFILE_EXPRESSION && (pdi_text_has(s->ctx, s->text, section, "mean") ||
+                                                              pdi_text_has(s->ctx, s->text, section, "flow_rate"));
+    if (side->profile != PD_PROFILE_EXPRESSION || side->scaled) PDI_TRY(pdi_scene_speed(s, section, side));
+    if (side->profile != PD_PROFILE_EXPRESSION) return PD_OK;
+    for (int d = 0; d < PD_DIM; d++) {
         PDI_TRY(pdi_scene_expr(s, section, keys[d], "m/s", "0", &side->velocity[d]));
+        if (side->scaled && pdi_setup_timed(&side->velocity[d]))
+            return pdi_text_refuse(s->ctx, s->text, section, keys[d], "found a function of t that 'mean' or 'flow_rate' "
+                                   "scales, expected one of the place alone: let 'mean' depend on t");
+    }
     for (int d = 0; d < PD_DIM; d++)
         if (pdi_text_has(s->ctx, s->text, section, keys[d])) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "profile",

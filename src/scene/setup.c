@@ -120,8 +120,9 @@ static pd_status pdi_setup_side_function(pd_ctx *ctx, pd_setup *u, const char *k
     const char *name = key + 3;
     int inlet = side->kind == PD_SIDE_INLET && side->profile != PD_PROFILE_REST;
     if (strcmp(name, "mean") == 0) {
-        if (!inlet || side->profile == PD_PROFILE_EXPRESSION)
-            return pdi_setup_no_function(ctx, key, "expected an inlet with profile = uniform or parabola");
+        if (!inlet || (side->profile == PD_PROFILE_EXPRESSION && !side->scaled))
+            return pdi_setup_no_function(ctx, key, "expected an inlet with profile = uniform or parabola, or with "
+                                         "'mean' beside an expression");
         side->flow_rate = 0.0;
         *expr = &side->stream;
         return PD_OK;
@@ -129,8 +130,8 @@ static pd_status pdi_setup_side_function(pd_ctx *ctx, pd_setup *u, const char *k
     for (int d = 0; d < PD_DIM; d++) {
         if (name[0] != 'v' || name[1] != "xyz"[d] || name[2]) continue;
         *expr = &side->velocity[d];
-        if (inlet && side->profile == PD_PROFILE_EXPRESSION) return PD_OK;
-        return pdi_setup_no_function(ctx, key, "expected an inlet with profile = expression");
+        if (inlet && side->profile == PD_PROFILE_EXPRESSION && !side->scaled) return PD_OK;
+        return pdi_setup_no_function(ctx, key, "expected an inlet with profile = expression, without 'mean'");
     }
     if (strcmp(name, "C") != 0)
         return pdi_setup_no_function(ctx, key, "expected C, mean or vx, vy, vz behind the side");

@@ -96,7 +96,8 @@ typedef enum pd_profile {
 typedef struct pd_setup_side {
     pd_side kind;
     pd_profile profile;
-    double mean;              /* [m/s] speed into the box; unread with flow_rate or an expression */
+    double mean;              /* [m/s] speed into the box; unread with flow_rate, or an expression that is not scaled */
+    int scaled;               /* 1: an expression is scaled to mean or flow_rate */
     double flow_rate;         /* [m3/s] 0: mean holds; any positive one with `stream`. Planar 2D: through a tube as wide
                                * as the open part of the side */
     pd_expr stream;           /* of t; mean or flow_rate, when they change in time */
