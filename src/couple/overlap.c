@@ -137,6 +137,7 @@ PDI_FN void pdi_overlap_look(pd_overlap *s, const double *u)
         s->next[i] = s->bin[own];
         s->bin[own] = i;
     }
+    s->most = pdi_max(s->most, s->crack);
 }
 
 /* ---- build ---- */

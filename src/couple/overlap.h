@@ -23,6 +23,7 @@ typedef struct pd_overlap {
     int32_t *bin;         /* [bins] the last point that came to it, -1: none */
     int32_t *next;        /* [count with bins] the one before it */
     double crack;         /* [m] largest overlap of faces of one piece, at the last look; 0: none */
+    double most;          /* [m] the same of all looks */
     double pieces;        /* [m] that of two pieces which were apart at the start; 0: none */
     int32_t first, other; /* points of these */
 } pd_overlap;

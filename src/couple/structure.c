@@ -10,7 +10,7 @@
  * and flow by as much as the metal is long. */
 #define PDI_STRUCTURE_STRAIN 0.2
 #define PDI_STRUCTURE_SLIP 1.0
-/* Steps of a motion between looks for parts that meet. A wave passes a cell in a step, and parts are slower. */
+/* Steps of a motion between looks for faces that meet. A wave passes a cell in a step, and parts are slower. */
 #define PDI_STRUCTURE_LOOK 16
 
 enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
@@ -30,6 +30,7 @@ PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, structure, across, PD_DIM == 2 ? structure->count : 0, "Pa");
     PDI_ARRAY(owner, structure, density, all, "J/m3");
     PDI_ARRAY(owner, structure, factor, structure->desc.pace ? structure->total : 0, "1");
+    PDI_VALUE(owner, structure, overlap.most, "m");
     if (!pdi_structure_moves(structure)) return;
     PDI_STATE(owner, structure, load, all * PD_DIM, "N/m3");
     PDI_ARRAY(owner, structure, target, all * PD_DIM, "m");
@@ -577,7 +578,7 @@ static pd_status pdi_structure_accept(pd_ctx *ctx, void *self, pd_step *step)
     pd_structure *s = (pd_structure *)self;
     pd_process motion = pd_verlet_process(&s->motion);
     PDI_TRY(motion.accept(ctx, motion.self, step));
-    int look = s->overlap.parts > 1 && s->motion.steps % PDI_STRUCTURE_LOOK == 0;
+    int look = s->overlap.bins && s->motion.steps % PDI_STRUCTURE_LOOK == 0;
     return look ? pdi_structure_touch(ctx, s, step->end) : PD_OK;
 }
 

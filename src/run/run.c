@@ -307,13 +307,13 @@ static pd_status pdi_run_march(pdi_run *r)
     return PD_OK;
 }
 
-/* Faces that overlap at the end: what follows of them is known to be wrong. */
+/* Faces that have overlapped: what follows of them is known to be wrong. */
 static void pdi_run_overlap(const pdi_run *r)
 {
     char line[320];
-    double depth = r->model.structure.overlap.crack;
+    double depth = r->model.structure.overlap.most;
     if (!r->desc->print || !(depth > 0.0)) return;
-    snprintf(line, sizeof line, "solid: faces of a crack or of a gap overlap by up to %.3g m, as if they were not "
+    snprintf(line, sizeof line, "solid: faces of a crack or of a gap overlapped by up to %.3g m, as if they were not "
              "there: no contact is computed, so displacements, stresses and J are not those of faces that touch",
              depth);
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
