@@ -25,6 +25,13 @@ static void pdi_thickness_pass(const pd_grid *grid, uint8_t *mark, int d, int lo
     }
 }
 
+/* Marks of cells from `low` before to `high` behind marked ones along all axes, of metal alone. */
+static void pdi_thickness_spread(const pd_grid *grid, uint8_t *mark, int low, int high, uint8_t *line)
+{
+    for (int d = 0; d < PD_DIM; d++) pdi_thickness_pass(grid, mark, d, high, low, 0, line);
+    for (int32_t node = 0; node < grid->total; node++) mark[node] = mark[node] && grid->kind[node] == PD_SOLID;
+}
+
 PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int cells, double *share)
 {
     uint8_t *mark = NULL, *line = NULL;
@@ -39,10 +46,9 @@ PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int ce
         pdi_grid_index(grid, node, at);
         mark[node] = grid->kind[node] == PD_SOLID && pdi_grid_inside(grid, at);
     }
-    for (int all = 1; all >= 0 && status == PD_OK; all--)
-        for (int d = 0; d < PD_DIM; d++)
-            if (all) pdi_thickness_pass(grid, mark, d, low, high, 1, line);
-            else pdi_thickness_pass(grid, mark, d, high + cells, low + cells, 0, line);
+    for (int d = 0; d < PD_DIM && status == PD_OK; d++) pdi_thickness_pass(grid, mark, d, low, high, 1, line);
+    if (status == PD_OK) pdi_thickness_spread(grid, mark, low, high, line);
+    for (int k = 0; k < cells && status == PD_OK; k++) pdi_thickness_spread(grid, mark, 1, 1, line);
     for (int32_t node = 0; node < grid->total && status == PD_OK; node++) {
         int at[PD_DIM];
         pdi_grid_index(grid, node, at);
