@@ -56,8 +56,8 @@ int main(int argc, char **argv)
     family.faces = points.faces; /* bonds do not cross the surface of the mesh */
     family.face = points.face;
     if (points.twins)
-        printf("note: %.0f nodes lie where others do: parts that touch there are not joined. Merge the nodes of the mesh "
-               "if they are one body.\n", (double)points.twins);
+        printf("note: %.0f nodes lie where others do: parts that touch there are not joined. Merge the nodes of the "
+               "mesh if they are one body.\n", (double)points.twins);
     must(pd_body_build(&ctx, &family, &body));
     memset(&metal, 0, sizeof metal);
     metal.young = YOUNG;

@@ -153,7 +153,8 @@ static int64_t bonds_between(const pd_points *points, const pd_body *body)
 /* Two blocks 0.6 cells apart, with a horizon of three cells. One moves, and the other feels nothing. */
 TEST(gap)
 {
-    const double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0}, from[3] = {1.075, 0.0, 0.0}, to[3] = {2.075, 1.0, 1.0};
+    const double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0};
+    const double from[3] = {1.075, 0.0, 0.0}, to[3] = {2.075, 1.0, 1.0};
     for (int faces = 0; faces < 2; faces++) {
         block_mesh mesh = {0};
         pd_ctx ctx;
@@ -262,7 +263,7 @@ TEST(touching)
 TEST(corners)
 {
     enum { side = 6 };
-    double position[side * side * (PD_DIM == 3 ? side : 1) * PD_DIM], volume[side * side * side], face[4 * 2 * 2 * PD_DIM * PD_DIM];
+    double position[side * side * side * PD_DIM], volume[side * side * side], face[4 * PD_DIM * PD_DIM];
     int32_t count = 0;
     pd_body_desc desc;
     pd_body body, whole;

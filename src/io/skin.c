@@ -287,7 +287,8 @@ static int64_t pdi_skin_single(pdi_skin *s)
     int64_t count = 0;
     if (s->count) qsort(s->face, (size_t)s->count, sizeof *s->face, pdi_skin_compare);
     for (int64_t k = 0, next; k < s->count; k = next) {
-        for (next = k + 1; next < s->count && !memcmp(s->face[next].node, s->face[k].node, sizeof s->face->node);) next++;
+        next = k + 1;
+        while (next < s->count && !memcmp(s->face[next].node, s->face[k].node, sizeof s->face->node)) next++;
         if (next == k + 1) s->face[count++] = s->face[k];
     }
     return count;

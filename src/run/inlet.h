@@ -13,8 +13,8 @@ typedef struct pd_inlet {
     double area[2 * PD_DIM];    /* [m2] that a flow_rate goes through */
     double fill[2 * PD_DIM];    /* [-] area of the opening over that of the open faces of cells, which a uniform speed
                                  * makes up for */
-    double scale[2 * PD_DIM];   /* [-] of an expression that has a mean: the flow through the faces of cells over it is the
-                                 * area of the opening. Others: 0 */
+    double scale[2 * PD_DIM];   /* [s/m] times the mean it scales an expression, so that the area of the opening times
+                                 * the mean passes the faces of cells; 0 without a mean */
     double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
     double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
     double inner[2 * PD_DIM];   /* [m] axisymmetric, across the axis: least radius of the open part, 0: a tube */
@@ -26,7 +26,8 @@ typedef struct pd_inlet {
 
 #ifdef PDI_INTERNAL
 /* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where
- * nothing develops (solid in the opening, no walls), an expression with a mean that does not enter. setup and grid are borrowed; nothing is allocated. */
+ * nothing develops (solid in the opening, no walls), an expression with a mean that does not enter. setup and grid are
+ * borrowed; nothing is allocated. */
 PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
 PDI_FN void pdi_inlet_free(pd_ctx *ctx, pd_inlet *inlet);
 /* Cells of the layer inside a side. */

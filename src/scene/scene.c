@@ -165,8 +165,8 @@ static pd_status pdi_scene_inlet(pdi_reader *s, int section, pd_setup_side *side
     for (int d = 0; d < PD_DIM; d++) {
         PDI_TRY(pdi_scene_expr(s, section, keys[d], "m/s", "0", &side->velocity[d]));
         if (side->scaled && pdi_setup_timed(&side->velocity[d]))
-            return pdi_text_refuse(s->ctx, s->text, section, keys[d], "found a function of t that 'mean' or 'flow_rate' "
-                                   "scales, expected one of the place alone: let 'mean' depend on t");
+            return pdi_text_refuse(s->ctx, s->text, section, keys[d], "found a function of t that 'mean' or "
+                                   "'flow_rate' scales, expected one of the place alone: let 'mean' depend on t");
     }
     for (int d = 0; d < PD_DIM; d++)
         if (pdi_text_has(s->ctx, s->text, section, keys[d])) return PD_OK;

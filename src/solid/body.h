@@ -10,9 +10,9 @@
  * has their families, one after another. Bonds have numbers in that order, and a bit each that says whether the bond is
  * broken.
  *
- * A bond may leave the body: across a gap, a notch or a slot its ends are not joined. The faces of its surface tell which
- * bonds leave it, or `joined` which do not; others are no bonds, and no family has them. Places whose family lacks some have a list of their own, as
- * long as that of a whole place.
+ * A bond may leave the body: across a gap, a notch or a slot its ends are not joined. The faces of its surface tell
+ * which bonds leave it, or `joined` which do not. A bond that leaves it is none, and no family has it. Places whose family
+ * lacks some have a list of their own, as long as that of a whole place.
  *
  * With a period a family has images of points, too: its own as well, where the period is shorter than the horizon. An
  * image moves as its point does. A family is sorted by images first, and all families are stored.
@@ -102,8 +102,8 @@ typedef struct pd_walk {
 #define pd_body_break PD_NAME(pd_body_break)
 
 /* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place, a face or a volume that is not finite or not
- * positive, faces with a period, a period within which the points do not lie, or of less than a hundredth of the horizon. PD_ERR_GEOMETRY: two points
- * at one place (the message names both). */
+ * positive, faces with a period, a period within which the points do not lie, or of less than a hundredth of the
+ * horizon. PD_ERR_GEOMETRY: two points at one place (the message names both). */
 PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
 PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
 /* The points that point i has bonds with, into to, and which of these bonds are broken, into broken; both

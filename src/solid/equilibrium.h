@@ -16,8 +16,8 @@ typedef struct pd_equilibrium_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement stays as it is; NULL: all are free. Borrowed */
     double rtol;           /* [-] of the forces of free points, over the loads and the forces of what is held; 0:
                             * 1e-10 */
-    double forcing;        /* [-] the forces of free points need not fall below this share of what they are with the guess;
-                            * 0: they fall to rtol */
+    double forcing;        /* [-] the forces of free points need not fall below this share of what they are with the
+                            * guess; 0: they fall to rtol */
     int max_iterations;    /* 0: 10000 */
     double *swing;         /* [count][PD_DIM] [-] with PD_ERR_DIVERGED, of a linear material: a motion that bonds do
                             * not resist and along which the loads work; 0: none was found. NULL: unwanted. Borrowed */

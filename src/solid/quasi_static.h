@@ -20,8 +20,8 @@ typedef struct pd_quasi_static_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
     pd_load_fn load;
     void *user;
-    int depends;           /* 1: what is held depends on the balance. It is asked for again until it stays in any case; a
-                            * balance is then found only as well as what is held is known */
+    int depends;           /* 1: what is held depends on the balance. It is asked for again until it stays in any case;
+                            * a balance is then found only as well as what is held is known */
     pd_criterion_desc criterion; /* by which bonds break; zero: none does */
     double eager;          /* [-] as of pd_criterion_break, in each round; -1: 0.5 */
     double rtol;           /* [-] as of pd_equilibrium_desc */

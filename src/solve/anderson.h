@@ -14,10 +14,10 @@ typedef struct pd_anderson {
     int64_t n;      /* of a vector */
     int count;      /* changes that are kept */
     int known;      /* 1: there is a last place */
-    double *x;      /* [n] the last place */
-    double *step;   /* [n] the step there */
-    double *turn;   /* [KEPT][n] changes of steps, orthogonal and of length 1 */
-    double *way;    /* [KEPT][n] changes of places with them */
+    double *x;      /* [n] [unit of x] the last place */
+    double *step;   /* [n] [unit of x] the step there */
+    double *turn;   /* [KEPT][n] [-] changes of steps, orthogonal and of length 1 */
+    double *way;    /* [KEPT][n] [-] changes of places with them */
 } pd_anderson;
 
 #ifdef PDI_INTERNAL
