@@ -11,8 +11,8 @@
  * broken.
  *
  * A bond may leave the body: across a gap, a notch or a slot its ends are not joined. The faces of its surface tell
- * which bonds leave it, or `joined` which do not. A bond that leaves it is none, and no family has it. Places whose family
- * lacks some have a list of their own, as long as that of a whole place.
+ * which bonds leave it, or `joined` which do not. A bond that leaves it is none, and no family has it. Places whose
+ * family lacks some have a list of their own, as long as that of a whole place.
  *
  * With a period a family has images of points, too: its own as well, where the period is shorter than the horizon. An
  * image moves as its point does. A family is sorted by images first, and all families are stored.
