@@ -250,9 +250,9 @@ def digest(paths):
     return h.hexdigest()
 
 
-def spent_in(session):
-    """Seconds of processor time of the processes of a session that live, and of those that they have waited for."""
-    total = 0
+def living(session):
+    """(process, seconds of processor time of it and of those that it has waited for) of a session."""
+    found = []
     for name in os.listdir('/proc') if os.path.isdir('/proc') else ():
         if name.isdigit():
             try:
@@ -260,8 +260,17 @@ def spent_in(session):
             except (OSError, IndexError):
                 continue
             if int(f[3]) == session:
-                total += sum(int(k) for k in f[11:15])
-    return total / os.sysconf('SC_CLK_TCK')
+                found.append((int(name), sum(int(k) for k in f[11:15]) / os.sysconf('SC_CLK_TCK')))
+    return found
+
+
+def end(session):
+    """Ends all its processes: `timeout` gives those that it starts a group of their own."""
+    for process in [session] + [n for n, _ in living(session)]:
+        try:
+            os.kill(process, signal.SIGKILL)
+        except OSError:
+            pass
 
 
 class Machine:
@@ -298,15 +307,15 @@ class Machine:
                 p.wait(timeout=1.0)
                 break
             except subprocess.TimeoutExpired:
-                ended = bool(limit) and (spent_in(p.pid) > limit or time.monotonic() - clock > 60.0 + WAIT * limit)
-        try:
-            os.killpg(p.pid, 9)  # what it has left
-        except OSError:
-            pass
-        p.wait()
+                ended = bool(limit) and (sum(s for _, s in living(p.pid)) > limit or
+                                         time.monotonic() - clock > 60.0 + WAIT * limit)
+        if ended:
+            end(p.pid)
+            p.wait()
         end = resource.getrusage(resource.RUSAGE_CHILDREN)
         took = end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime
         status = -1 if ended or p.returncode == -signal.SIGXCPU else p.returncode
+        took = max(took, limit) if status == -1 else took  # the processes of one that is ended are not counted
         return status, took, open(path, 'rb').read(1 << 20).decode(errors='replace')
 
     def link(self, to, d, objects):
