@@ -355,6 +355,7 @@ TEST(refused)
         {ON "[surface q] initial = 1  of = a  rate = r/s\n[surface r] of = b  initial = 1  rate = 0\n",
          "does not carry"},
         {ON "[surface q] initial = 1  of = a  rate = 0\n[electrode b] factor = q\n", "does not carry"},
+        {ON "[surface q] initial = 1  of = b  rate = 0\n[electrode a] factor = q\n", "does not carry"},
         {ON "[surface q] initial = 1 m  rate = 0\n[electrode b] factor = q\n", "expected a plain number"},
         {ON "[electrode b] factor = 2\n", "without states of surfaces"},
         {ON "[surface q] initial = 1  rate = 0\n[electrode b] factor = q*[Na+]/(1 mM)\n",
