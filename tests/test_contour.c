@@ -121,6 +121,41 @@ TEST(a_saddle_is_decided_by_its_mean)
         }
 }
 
-TEST_MAIN(ENTRY(a_linear_field_has_straight_lines) ENTRY(a_paraboloid_has_circles)
+/* The quarter of the first of four cells has the corners 1, -1, (c - 5)/4, -1: for c = 10 the mean of these is above 0,
+ * and the lines cut off the corners -1, for c = 6 below, and they cut off the others. */
+static double pieces[8][4];
+static int piece_count;
+static void keep(void *user, const double *a, const double *b)
+{
+    (void)user;
+    if (fmin(a[0], b[0]) > 1 || fmin(a[1], b[1]) > 1 || fmax(a[0], b[0]) > 1 + 1e-12 || fmax(a[1], b[1]) > 1 + 1e-12 ||
+        fmin(a[0], b[0]) < 0.5 - 1e-12 || fmin(a[1], b[1]) < 0.5 - 1e-12 || piece_count == 8)
+        return; /* of another quarter */
+    for (int d = 0; d < 2; d++) pieces[piece_count][d] = a[d], pieces[piece_count][2 + d] = b[d];
+    piece_count++;
+}
+
+TEST(a_saddle_in_a_quarter)
+{
+    for (int low = 0; low < 2; low++) {
+        double value[4] = {1, -3, -3, low ? 6 : 10}, mean = (value[3] - 5) / 4, far = 0.5 + 0.5 / (1 + mean);
+        double ends[4][2] = {{0.75, 0.5}, {1, far}, {far, 1}, {0.5, 0.75}};
+        pdi_contour c = {2, 2, value};
+        int met = 0;
+        piece_count = 0;
+        pdi_contour_lines(&c, 0, keep, NULL);
+        CHECK_INT(piece_count, 2);
+        for (int n = 0; n < piece_count; n++)
+            for (int k = 0; k < 2; k++) {
+                const double *a = ends[low ? (2 * k + 3) % 4 : 2 * k], *b = ends[low ? (2 * k + 4) % 4 : 2 * k + 1];
+                const double *p = pieces[n];
+                met += fmin(hypot(p[0] - a[0], p[1] - a[1]) + hypot(p[2] - b[0], p[3] - b[1]),
+                            hypot(p[0] - b[0], p[1] - b[1]) + hypot(p[2] - a[0], p[3] - a[1])) < 1e-12;
+            }
+        CHECK_INT(met, 2);
+    }
+}
+
+TEST_MAIN(ENTRY(a_saddle_in_a_quarter) ENTRY(a_linear_field_has_straight_lines) ENTRY(a_paraboloid_has_circles)
           ENTRY(lines_do_not_enter_blanked_cells) ENTRY(a_lone_cell_has_no_line)
           ENTRY(a_saddle_is_decided_by_its_mean))

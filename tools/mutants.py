@@ -332,9 +332,9 @@ class Machine:
         return [os.path.join(self.a.build, 'obj%dd' % d, s[:-2] + '.o') for s in self.a.sources]
 
     def compile(self, source, d, to, flags=None):
-        # asserts hold the name of the source
+        # asserts hold the name of the source; without notes for debuggers the code is the same
         name = '-fmacro-prefix-map=%s=src' % os.path.join(self.dir, 'source')
-        status, _, out = self.call(self.cc + (flags or self.dev) + [name, '-DPD_DIM=%d' % d, '-Isrc', '-c', source, '-o', to])
+        status, _, out = self.call(self.cc + (flags or [f for f in self.dev if not f.startswith('-g')]) + [name, '-DPD_DIM=%d' % d, '-Isrc', '-c', source, '-o', to])
         return status == 0, out
 
     def same(self, one, two):
