@@ -261,6 +261,21 @@ TEST(picked_settings)
         CHECK_REL(u.fraction, 0.025, 1e-12);
         CHECK(strstr(text, "the scene sets fraction (of rtol) = 0.025") != NULL);
     }
+    /* a flow in time, and transport that metal does not drive */
+    u.has_dissolve = 0;
+    u.motion = PD_MOTION_IMPLICIT;
+    u.given = 0;
+    if (CHECK_OK(&ctx, pd_accuracy_apply(&ctx, 0.01, &u, text, sizeof text))) {
+        CHECK_STR(text, "accuracy 1 %: picked flow.rtol = 0.005, run.rtol = 0.005, limiter = 0.001");
+        CHECK_REL(u.flow_rtol, 0.005, 1e-12);
+        CHECK_REL(u.rtol, 0.005, 1e-12);
+        CHECK_REL(u.limiter, 0.001, 1e-12);
+    }
+    u.given = 1u << PD_KNOB_FLOW_RTOL;
+    u.settle = 1;
+    u.advection = PD_ADVECTION_UPWIND;
+    if (CHECK_OK(&ctx, pd_accuracy_apply(&ctx, 0.5, &u, text, sizeof text)))
+        CHECK_STR(text, "accuracy 50 %: picked nothing; the scene sets flow.rtol = 0.005");
     CHECK(pd_accuracy_apply(&ctx, 0.0, &u, text, sizeof text) == PD_ERR_ARGUMENT);
     CHECK(pd_accuracy_apply(&ctx, 0.6, &u, text, sizeof text) == PD_ERR_ARGUMENT);
     CHECK(pd_accuracy_apply(&ctx, (double)NAN, &u, text, sizeof text) == PD_ERR_ARGUMENT);

@@ -588,17 +588,28 @@ TEST(watching_a_transfer)
     CHECK_REL(held, u.metal[0].solid_c * 200e-6 * 50e-6, 1e-9);
     CHECK(access(path_of("transfer/transfer_a_density_000003_t3600.0s.png"), R_OK) == 0);
     leave(&ctx, &u);
-    if (!CHECK_OK(&ctx, load(&ctx, "[grid] h = 10 um  box = 0 .. 100 um, 0 .. 100 um\n[side x-] flow = mirror\n"
-                             "[side x+] flow = mirror\n[side y-] C = 2 mol/m3\n[side y+] C = 1 mol/m3\n"
-                             "[transport] D = 1e-9 m2/s  time = steady\n"
-                             "[transfer a] box = 0 .. 100 um, 0 .. 50 um  along = x  length = 100 um\n"
-                             "             surface = 2 mol/m3  fluid = 1.5 mol/m3\n", NULL, 0, &u))) return;
+#define HELD \
+    "[grid] h = 10 um  box = 0 .. 100 um, 0 .. 100 um\n[side x-] flow = mirror\n" \
+    "[side x+] flow = mirror\n[side y-] C = 2 mol/m3\n[side y+] C = 1 mol/m3\n" \
+    "[transport] D = 1e-9 m2/s  time = steady\n" \
+    "[transfer a] box = 0 .. 100 um, 0 .. 50 um  along = x  length = 100 um\n" \
+    "             surface = 2 mol/m3  fluid = 1.5 mol/m3"
+    if (!CHECK_OK(&ctx, load(&ctx, HELD "\n", NULL, 0, &u))) return;
     CHECK_OK(&ctx, run(&ctx, &u, path_of("held"), 0, &l, &r));
     CHECK_REL(last_of(&ctx, "held/transfer_a.csv", "Sh [-]"), 2.0, 5e-11);
     CHECK_REL(last_of(&ctx, "held/transfer_a.csv", "area [m]"), 100e-6, 1e-9);
     CHECK_REL(last_of(&ctx, "held/transfer_a.csv", "density [mol/m2/s]"), 1e-5, 1e-10);
     CHECK_REL(last_of(&ctx, "held/transfer_a.csv", "layer [m]"), 50e-6, 1e-10);
     CHECK_REL(last_of(&ctx, "held/transfer_a_000000_t0.0s.csv", "Sh [-]"), 2.0, 5e-11);
+    leave(&ctx, &u);
+    /* the same flux through an area that is given, a quarter of that */
+    if (!CHECK_OK(&ctx, load(&ctx, HELD "  area = 25 um\n", NULL, 0, &u))) return;
+    CHECK_OK(&ctx, run(&ctx, &u, path_of("given"), 0, &l, &r));
+    CHECK_REL(last_of(&ctx, "given/transfer_a.csv", "area [m]"), 25e-6, 1e-12);
+    CHECK_REL(last_of(&ctx, "given/transfer_a.csv", "flux [mol/m/s]"), 1e-9, 1e-10);
+    CHECK_REL(last_of(&ctx, "given/transfer_a.csv", "density [mol/m2/s]"), 4e-5, 1e-10);
+    CHECK_REL(last_of(&ctx, "given/transfer_a.csv", "Sh [-]"), 8.0, 1e-10);
+    CHECK_REL(last_of(&ctx, "given/transfer_a.csv", "layer [m]"), 12.5e-6, 1e-10);
     leave(&ctx, &u);
 }
 
