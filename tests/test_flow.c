@@ -304,6 +304,43 @@ TEST(threads_change_no_bit)
 
 /* ---- building and changing ---- */
 
+/* What is known beforehand of surfaces depends on the shape alone: in lengths of another size it is the same. */
+TEST(surfaces_of_any_size)
+{
+    static double first[3][4096];
+    static const double size[] = {1e-6, 1.0};
+    for (int m = 1; m <= 2; m++)
+        for (int k = 0; k < 2; k++) {
+            scene *s = &test_scene;
+            double h = size[k], worst[3] = {0.0, 0.0, 0.0}, most[3] = {0.0, 0.0, 0.0};
+            scene_box(s, m, h, 16, 16, 16);
+            s->shapes[0].type = PD_SHAPE_BALL;
+            for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 8.3 * h;
+            s->shapes[0].r = 4.2 * h;
+            s->grid_desc.wall = s->shapes;
+            s->with = WITH_FLOW;
+            s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = 1.0;
+            s->flow_desc.length = h;
+            if (!scene_build(s)) return;
+            if (!CHECK_OK(&s->ctx, pdi_flow_patch(&s->ctx, &s->flow))) return;
+            const pd_reconstruct *of = &s->flow.slopes;
+            int terms = PD_DIM * (PD_DIM + 3) / 2, misses = of->wide ? 0 : PD_DIM * PDI_RECONSTRUCT_BENDS;
+            CHECK(of->count > 10);
+            const double *list[3] = {of->drag, of->bend, of->miss}, unit[3] = {h * h, 1.0, 1.0 / h};
+            int64_t length[3] = {of->count, (int64_t)of->count * terms, (int64_t)of->count * misses};
+            for (int n = 0; n < 3; n++)
+                for (int64_t i = 0; i < length[n] && i < 4096; i++) {
+                    double value = list[n][i] * unit[n];
+                    if (k == 0) first[n][i] = value;
+                    worst[n] = fmax(worst[n], fabs(value - first[n][i]));
+                    most[n] = fmax(most[n], fabs(value));
+                }
+            for (int n = 0; n < 3; n++) CHECK_LE(worst[n], 1e-9 * most[n]);
+            CHECK(most[0] > 0.0 && most[1] > 0.0 && (m > 1 || most[2] > 0.0));
+            scene_free(s);
+        }
+}
+
 static void not_finite(void *user, const double *x, double *u)
 {
     parabola(user, x, u);
@@ -409,5 +446,5 @@ TEST(memory_faults)
 #define OF_DIM
 #endif
 
-TEST_MAIN(ENTRY(hydrostatics) OF_DIM ENTRY(sections_balance) ENTRY(linearisation) ENTRY(threads_change_no_bit)
+TEST_MAIN(ENTRY(hydrostatics) OF_DIM ENTRY(sections_balance) ENTRY(linearisation) ENTRY(surfaces_of_any_size) ENTRY(threads_change_no_bit)
           ENTRY(bad_input) ENTRY(update_of_dissolved_nodes) ENTRY(memory_faults))

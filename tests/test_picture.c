@@ -115,6 +115,27 @@ TEST(ticks_are_round_numbers)
     CHECK_STR(axis.label[0], "10\xE2\x81\xBB\xE2\x81\xB6");
     CHECK_STR(axis.label[axis.count - 1], "10\xE2\x81\xBB\xC2\xB2");
     CHECK_NEAR(pdi_ticks_place(&axis, 1e-4), 0.5, 1e-12);
+    axis.lo = 1e-3; /* plain numbers from 1e-3 to 1e5, and powers beyond one of them */
+    axis.hi = 1e5;
+    pdi_ticks_ticks(8, &axis);
+    CHECK_STR(axis.label[0], "0.001");
+    CHECK_STR(axis.label[axis.count - 1], "100000");
+    axis.lo = 1e-4;
+    axis.hi = 1.0;
+    pdi_ticks_ticks(8, &axis);
+    CHECK_STR(axis.label[axis.count - 1], "10\xE2\x81\xB0");
+    axis.lo = 1.0;
+    axis.hi = 1e6;
+    pdi_ticks_ticks(8, &axis);
+    CHECK_STR(axis.label[0], "10\xE2\x81\xB0");
+    axis.hi = 20.0;
+    pdi_ticks_ticks(8, &axis); /* two decades: 1, 2, 5 are named, the others are not */
+    CHECK_INT(axis.count, 11);
+    for (int k = 0; k < axis.count; k++) {
+        static const char *const names[] = {"1", "2", "", "", "5", "", "", "", "", "10", "20"};
+        CHECK_STR(axis.label[k], names[k]);
+        CHECK_REL(axis.at[k], k < 9 ? k + 1.0 : 10.0 * (k - 8), 1e-12);
+    }
     axis.lo = 1e-300;
     axis.hi = 1e300;
     CHECK_NEAR(pdi_ticks_place(&axis, 1.0), 0.5, 1e-12);

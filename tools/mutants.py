@@ -264,7 +264,7 @@ def living(session):
     return found
 
 
-def end(session):
+def stop(session):
     """Ends all its processes: `timeout` gives those that it starts a group of their own."""
     for process in [session] + [n for n, _ in living(session)]:
         try:
@@ -310,7 +310,7 @@ class Machine:
                 ended = bool(limit) and (sum(s for _, s in living(p.pid)) > limit or
                                          time.monotonic() - clock > 60.0 + WAIT * limit)
         if ended:
-            end(p.pid)
+            stop(p.pid)
             p.wait()
         end = resource.getrusage(resource.RUSAGE_CHILDREN)
         took = end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime
@@ -428,7 +428,9 @@ def all_tests(m):
             if re.match(r'test_\w+\.c$', name):
                 text = digest(needed([path]))
                 for d in marked(path, 'dims', [2]):
-                    if m.a.dims and str(d) not in m.a.dims or d in marked(path, 'slow', []) or not m.program(path, d):
+                    if m.a.dims and str(d) not in m.a.dims or d in marked(path, 'slow', []):
+                        continue
+                    if not re.search(m.a.tests.split(' ')[0], path) or not m.program(path, d):
                         continue
                     status, _, out = m.call([m.program(path, d), '--list'], LD_LIBRARY_PATH=os.path.abspath(os.path.join(m.dir, 'plain')))
                     entries = [e for e in out.splitlines() if not e.endswith(' (slow)')] if status == 0 else []
@@ -446,7 +448,7 @@ def all_tests(m):
         if (not m.a.dims or str(d) in m.a.dims) and m.program(METAMORPHIC, d):
             here = os.path.dirname(METAMORPHIC)
             tests[Test(METAMORPHIC, d, '--quick')] = digest(needed(sorted(os.path.join(here, n) for n in os.listdir(here))))
-    return tests
+    return {t: text for t, text in tests.items() if re.search(m.a.tests, name_of(t))}
 
 
 # ---- which lines a test executes ----
@@ -556,7 +558,7 @@ class Map:
             self.tests, self.ids, self.lines, self.code = {}, {}, [], set()
         self.sources = now
         wanted = {name_of(t) for t in tests}
-        if not self.m.a.dims:
+        if not self.m.a.dims and not self.m.a.tests:
             self.tests = {n: t for n, t in self.tests.items() if n in wanted}
         missing = [t for t, text in tests.items() if self.tests.get(name_of(t), {}).get('text') != text]
         if not missing or self.m.a.as_is:
@@ -699,6 +701,7 @@ def main():
     p.add_argument('--longest', type=float, default=60, help='a test is followed for so many of them')
     p.add_argument('--only', default='', help='folders or files below src, with commas between them')
     p.add_argument('--dims', default='', help='of the test programs that are used, such as 1,2')
+    p.add_argument('--tests', default='', help='use those alone whose name has this regular expression')
     p.add_argument('--at', help='FILE:LINE: the faults of a line below src, one after the other')
     p.add_argument('--build', default='build')
     p.add_argument('--list', action='store_true', help='print the faults and stop')

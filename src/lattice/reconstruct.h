@@ -17,14 +17,14 @@ typedef struct pd_reconstruct {
     int32_t count, capacity; /* rows beside smooth surfaces */
     int32_t *row;            /* [capacity] */
     uint8_t *fits;           /* [capacity] 1: the bonds determine the fit of a velocity */
-    double *bend;            /* [capacity][terms] [1/m2] the sum over cut bonds of (3.4b) from the same moments */
+    double *bend;            /* [capacity][terms] [-] the sum over cut bonds of (3.4b) from the same moments */
     double *drag;            /* [capacity] [1/m2] what it takes from the velocity of the node, for the surface */
-    double *term;            /* [bonds of the stencil][terms] [-] weighted terms of the far ends of all rows */
+    double *term;            /* [bonds of the stencil][terms] [1/m2] weighted terms of the far ends of all rows */
     int32_t wide;            /* capacity, or 0: families of the nearest neighbours */
     double *miss;            /* [capacity - wide][PD_DIM][second derivatives] [m] what friction has too much (3.4c) for
                               * each second derivative of the pressure over mu */
     uint8_t *known;          /* [wide] 1: the bonds determine the fit of a scalar */
-    double *slope;           /* [wide][PD_DIM][terms] [1/m] its gradient from the sums of terms times differences */
+    double *slope;           /* [wide][PD_DIM][terms] [m] its gradient from the sums of terms times differences */
     int32_t rows;
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
 } pd_reconstruct;
