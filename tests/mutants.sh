@@ -73,4 +73,15 @@ echo 'programs=$PWD/$PROGRAMS; cd /; "$programs/pd2d"' > tests/scene.sh
 $python "$tool" --at core/sum.c:16 > log 2>&1
 check "a shell test sees it" grep -q 'killed .*tests/scene.sh: status 1' log
 check "the sources are as they were" diff -r src before
+# the map: lines that no test executes, tests that are chosen, and sources that have changed since
+$python "$tool" --unseen --tests test_sum > log 2>&1
+check "lines that no test executes are listed" grep -q '^src/core/sum.c:16: return a \* b;$' log
+check "lines that a test executes are not" sh -c '! grep -q "sum.c:8:" log'
+$python "$tool" --at core/sum.c:16 --tests test_sum > log 2>&1
+check "a line that no test executes is named" grep -q '^SURVIVED, since no test executes the line: src/core/sum.c:16' log
+sed 's/int sum_of(const/\n&/' before/core/sum.c > src/core/sum.c
+for d in 1 2 3; do $CC $DEV -DPD_DIM=$d -Isrc -c src/core/sum.c -o build/obj${d}d/core/sum.o; done
+$python "$tool" --at core/sum.c:9 --old-map > log 2>&1
+check "an old map finds lines by their text" \
+    sh -c 'grep -q ", 0 survived$" log && ! grep -q "tests to run" log && grep -q "killed .*test_sum" log'
 score

@@ -446,5 +446,6 @@ TEST(memory_faults)
 #define OF_DIM
 #endif
 
-TEST_MAIN(ENTRY(hydrostatics) OF_DIM ENTRY(sections_balance) ENTRY(linearisation) ENTRY(surfaces_of_any_size) ENTRY(threads_change_no_bit)
+TEST_MAIN(ENTRY(hydrostatics) OF_DIM ENTRY(sections_balance) ENTRY(linearisation) ENTRY(threads_change_no_bit)
+          ENTRY(surfaces_of_any_size)
           ENTRY(bad_input) ENTRY(update_of_dissolved_nodes) ENTRY(memory_faults))

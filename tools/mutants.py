@@ -266,7 +266,7 @@ def living(session):
 
 def stop(session):
     """Ends all its processes: `timeout` gives those that it starts a group of their own."""
-    for process in [session] + [n for n, _ in living(session)]:
+    for process, _ in living(session):
         try:
             os.kill(process, signal.SIGKILL)
         except OSError:
@@ -309,9 +309,8 @@ class Machine:
             except subprocess.TimeoutExpired:
                 ended = bool(limit) and (sum(s for _, s in living(p.pid)) > limit or
                                          time.monotonic() - clock > 60.0 + WAIT * limit)
-        if ended:
-            stop(p.pid)
-            p.wait()
+        stop(p.pid)  # what it has left, too
+        p.wait()
         end = resource.getrusage(resource.RUSAGE_CHILDREN)
         took = end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime
         status = -1 if ended or p.returncode == -signal.SIGXCPU else p.returncode
