@@ -174,12 +174,9 @@ static void pdi_steady_apply(void *user, const double *x, double *y)
 /* Coefficients of pressures pass through `compact`, and on to a multigrid. */
 static pd_status pdi_steady_pressure(pd_ctx *ctx, pd_steady *s, const pd_media *media, double mass, pd_multigrid *mg)
 {
-    pdi_compact_faces pressure;
+    const pdi_compact_faces pressure = {0, 0, 1, NULL}; /* outlets hold it */
     pdi_compact_convection resting;
     pd_compact *c = &s->compact;
-    pressure.closed = pressure.inlet = 0;
-    pressure.outlet = 1;
-    pressure.walls = NULL;
     resting.spread = resting.u = NULL;
     pdi_compact_fill(ctx, 1.0, media, &resting, mass, &pressure, c);
     return pdi_multigrid_setup(ctx, mg, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
@@ -197,11 +194,8 @@ static pd_status pdi_steady_potentials(pd_ctx *ctx, pd_steady *s)
 /* One multigrid after the other. */
 static pd_status pdi_steady_fill_all(pd_ctx *ctx, pd_steady *s)
 {
-    pdi_compact_faces velocity;
+    const pdi_compact_faces velocity = {1, 1, 0, s->flow->bonds}; /* outlets alone let it free */
     pdi_compact_convection moving;
-    velocity.closed = velocity.inlet = 1;
-    velocity.outlet = 0;
-    velocity.walls = s->flow->bonds;
     moving.u = s->flow->u;
     moving.spread = NULL;
     pd_compact *c = &s->compact;

@@ -203,7 +203,7 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
                                      const pdi_migration_surface *surface)
 {
     const pd_grid *grid = m->flux->bonds->grid;
-    pdi_compact_faces faces;
+    const pdi_compact_faces faces = {0, 1, 0, NULL}; /* inlets hold a value */
     pdi_compact_convection still;
     double most = 0.0, ratio = HUGE_VAL;
     for (int32_t i = 0; i < grid->total; i++) {
@@ -219,9 +219,6 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
     for (int n = 0; n < m->components->solutes; n++)
         if (m->charge[n] != 0.0 && m->ratio[n] > 0.0) ratio = pdi_min(ratio, m->ratio[n]);
     memset(&still, 0, sizeof still);
-    faces.closed = faces.outlet = 0;
-    faces.inlet = 1;
-    faces.walls = NULL;
     pdi_compact_fill(ctx, m->flux->diffusion->desc.diffusivity, NULL, &still, 0.0, &faces, &m->compact);
     pdi_migration_faces(m, c, PDI_MIGRATION_LEAST * most * (ratio < HUGE_VAL ? ratio : 1.0));
     for (int32_t p = 0; p < surface->count; p++) {

@@ -73,13 +73,10 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
 {
     const pd_flux *flux = v->flux;
     const pd_diffusion *d = flux->diffusion;
-    pdi_compact_faces faces;
+    const pdi_compact_faces faces = {0, 1, 0, NULL}; /* inlets hold a value */
     pdi_compact_convection convection;
     double spread[PD_DIM * PD_DIM];
     pd_compact *c = &v->compact;
-    faces.closed = faces.outlet = 0;
-    faces.inlet = 1;
-    faces.walls = NULL;
     pdi_compact_upwind(flux->bonds->stencil, v->spread, spread);
     convection.u = flux->flow ? flux->flow->u : NULL;
     convection.spread = spread;
