@@ -373,9 +373,35 @@ TEST(masks)
     CHECK(strstr(ctx.message, "it is black or transparent everywhere") != NULL);
 }
 
+/* Colours with opacity, and colours of which one is clear; keys have 16 bits a sample. */
+TEST(colours_with_opacity)
+{
+    static const uint8_t rgba[] = {0, 10, 20, 30, 255, 40, 50, 60, 0};
+    static const uint8_t rgb[] = {0, 10, 20, 30, 10, 20, 31, 1, 10, 20, 30, 10, 20, 31};
+    static const uint8_t keyed[] = {10, 20, 30, 0, 10, 20, 31, 255};
+    pd_ctx ctx;
+    pd_image image;
+    start(&ctx);
+    compose(&ctx, 2, 1, 8, 6, 0, 0, rgba, sizeof rgba);
+    if (!CHECK_OK(&ctx, pdi_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
+    CHECK_INT(image.channels, 4);
+    CHECK(memcmp(image.pixels, rgba + 1, 8) == 0);
+    pdi_image_free(&ctx, &image);
+    compose_with(&ctx, 2, 2, 8, 2, 0, 0, "\0\x0A\0\x14\0\x1E", 6, rgb, sizeof rgb); /* the second row: left added */
+    if (!CHECK_OK(&ctx, pdi_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
+    CHECK_INT(image.channels, 4);
+    CHECK(image.width == 2 && image.height == 2);
+    for (int k = 0; k < 8; k++) CHECK_INT(image.pixels[k], keyed[k]);
+    CHECK_INT(image.pixels[11], 0);
+    CHECK_INT(image.pixels[12], 20);
+    CHECK_INT(image.pixels[14], 61);
+    CHECK_INT(image.pixels[15], 255);
+    pdi_image_free(&ctx, &image);
+    CHECK_INT(ctx.in_use, 0);
+}
+
 TEST(few_bits_and_palettes_are_expanded)
 {
-    /* Rows of 10 pixels: filter byte, then bits from the left. */
     /* Rows of 10 pixels: filter byte, then bits from the left. The second row adds the one above: A0, 40 + C0 = 00. */
     static const uint8_t rows[] = {0, 0xA0, 0x40, 2, 0x00, 0xC0};
     static const char *const expected[2] = {"1010000001", "1010000000"};
@@ -473,5 +499,6 @@ TEST_MAIN(ENTRY(checksums_have_their_published_values) ENTRY(a_stream_of_zlib_is
           ENTRY(pieces_of_a_stream_come_back_whatever_the_threads)
           ENTRY(the_checksum_is_that_of_its_definition) ENTRY(damaged_streams_are_refused_as_by_zlib)
           ENTRY(images_come_back) ENTRY(an_image_that_cannot_be_written_is_refused)
-          ENTRY(gray_is_luminance_times_opacity) ENTRY(masks) ENTRY(few_bits_and_palettes_are_expanded)
+          ENTRY(gray_is_luminance_times_opacity) ENTRY(masks) ENTRY(colours_with_opacity)
+          ENTRY(few_bits_and_palettes_are_expanded)
           ENTRY(what_is_not_supported_is_said) ENTRY(cut_and_damaged_files_are_refused))
