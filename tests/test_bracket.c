@@ -59,6 +59,22 @@ TEST(order)
     CHECK_LE(s.steps - begun, 12);
 }
 
+static double bent(double x, double at) { return expm1(5.0 * (x - at)); }
+static double bent_back(double x, double at) { return -expm1(-5.0 * (x - at)); }
+
+/* Whichever end stays, and whichever of both is `a`, the rule gains as much. */
+TEST(either_end)
+{
+    static const function all[] = {bent, bent_back};
+    for (int k = 0; k < 4; k++) {
+        double from = k < 2 ? 0.0 : 1.0, x = from;
+        pdi_bracket s = {from, all[k % 2](from, 0.4), 1.0 - from, all[k % 2](1.0 - from, 0.4), 0, 0};
+        while (pdi_bracket_next(&s, &x) && fabs(x - 0.4) > 1e-14) pdi_bracket_take(&s, x, all[k % 2](x, 0.4));
+        CHECK_NEAR(x, 0.4, 1e-14);
+        CHECK_LE(s.steps, 14);
+    }
+}
+
 /* A root of seventh order, where false positions gain little: no worse than four halvings a bit of the bracket. */
 TEST(flat_root)
 {
@@ -86,4 +102,4 @@ TEST(ends)
     CHECK(pdi_bracket_next(&zero, &x) && x > 0.0 && x < 1.0);
 }
 
-TEST_MAIN(ENTRY(finds_the_last_number) ENTRY(order) ENTRY(flat_root) ENTRY(ends))
+TEST_MAIN(ENTRY(finds_the_last_number) ENTRY(order) ENTRY(either_end) ENTRY(flat_root) ENTRY(ends))

@@ -47,11 +47,13 @@ static body_case *block(int n, double m, double spacing, double stir)
     return CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body)) ? c : NULL;
 }
 
+static double young = 45e9; /* [Pa] */
+
 static int elastic(body_case *c, double nu, pd_plane plane, pd_influence influence)
 {
     pd_elastic_desc desc;
     memset(&desc, 0, sizeof desc);
-    desc.young = 45e9;
+    desc.young = young;
     desc.poisson = nu;
     desc.plane = plane;
     desc.influence = influence;
@@ -66,6 +68,26 @@ static void end(body_case *c)
 }
 
 static int cells(void) { return PD_DIM == 1 ? 40 : PD_DIM == 2 ? 20 : 10; }
+
+/* The longest step of motion grows with the root of the density over the modulus, whatever they are. */
+TEST(limit)
+{
+    double first = 0.0;
+    for (int k = 0; k < 3; k++) {
+        body_case *c = block(8, 2.5, 1.0, 0.2);
+        young = 45e9 * pow(1e-20, k);
+        int built = c && elastic(c, 0.3, PD_PLANE_STRAIN, (pd_influence)0);
+        young = 45e9;
+        if (!built) return;
+        pd_solid solid = pd_elastic_solid(&c->elastic);
+        double step = solid.limit(solid.self, 7900.0) * pow(1e-10, k);
+        if (k == 0) first = step;
+        CHECK(first > 0.0 && first < 1e-3 / 8.0 / sqrt(45e9 / 7900.0)); /* sound passes a cell */
+        CHECK_REL(step, first, 1e-9);
+        CHECK_REL(solid.limit(solid.self, 4.0 * 7900.0) * pow(1e-10, k), 2.0 * first, 1e-9);
+        end(c);
+    }
+}
 
 /* u = G x. */
 static void linear(const body_case *c, const double *g, double *u)
@@ -384,5 +406,5 @@ TEST(bad_input)
 }
 
 TEST_MAIN(ENTRY(families) ENTRY(patch) ENTRY(divergence) ENTRY(cut) ENTRY(balance) ENTRY(rigid)
-              ENTRY(no_pattern_without_energy) ENTRY(order_and_threads) ENTRY(bands)
+              ENTRY(no_pattern_without_energy) ENTRY(order_and_threads) ENTRY(limit) ENTRY(bands)
               ENTRY(bad_input))
