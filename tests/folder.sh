@@ -81,6 +81,16 @@ ln victim strange/pdcorr.lock
 stranger "a second name of a file as lock" "$alien"
 cp victim strange/pdcorr.lock
 stranger "a text as lock" "$alien"
+for text in 'x1\n' '1x\n' '1\0002\n' 1234567890123456789012345678901234567890; do
+    # shellcheck disable=SC2059
+    printf "$text" > strange/pdcorr.lock
+    stranger "'$text' as lock" "$alien"
+done
+printf '12345\n' > strange/pdcorr.lock
+pd pin.scene --out strange --quiet --check
+verdict "the lock of a run that was killed is taken: $(cat stderr)"
+rm -rf strange
+mkdir strange
 mkfifo strange/pdcorr.lock
 stranger "a pipe as lock" "$alien"
 mkfifo strange/pdcorr.files
