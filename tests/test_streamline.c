@@ -150,6 +150,30 @@ TEST(a_rotation_has_closed_circles)
     pdi_streamlines_free(&ctx, &f.lines);
 }
 
+/* Lines and arrows follow the flow on paper: cells of half the height, drawn as high, of a flow half as fast there,
+ * look the same. */
+TEST(flat_cells)
+{
+    static flow square, flat;
+    pd_ctx ctx;
+    int64_t points = 0;
+    pd_ctx_init(&ctx);
+    start(&square, rotating);
+    start(&flat, rotating);
+    flat.stream.cell[1] = 0.5;
+    for (int k = 0; k < N * N; k++) flat.u[1][k] *= 0.5;
+    if (!CHECK_OK(&ctx, pdi_streamlines_find(&ctx, &square.stream, &square.lines))) return;
+    if (!CHECK_OK(&ctx, pdi_streamlines_find(&ctx, &flat.stream, &flat.lines))) return;
+    CHECK_INT(flat.lines.count, square.lines.count);
+    for (int64_t k = 0; k < square.lines.count && k < flat.lines.count; k++) {
+        CHECK_INT(flat.lines.line[k].count, square.lines.line[k].count);
+        points += square.lines.line[k].count;
+    }
+    CHECK(memcmp(flat.lines.at, square.lines.at, (size_t)points * 2 * sizeof *flat.lines.at) == 0);
+    pdi_streamlines_free(&ctx, &square.lines);
+    pdi_streamlines_free(&ctx, &flat.lines);
+}
+
 /* Lines spiral into a sink: none comes nearer than 10 pixels to itself or another one. */
 static void spiral(const double *x, double *u)
 {
@@ -354,6 +378,6 @@ TEST(arrows_are_as_long_as_the_flow_is_fast)
 }
 
 TEST_MAIN(ENTRY(a_uniform_flow_has_straight_lines) ENTRY(a_rotation_has_closed_circles)
-          ENTRY(spirals_keep_their_distance) ENTRY(no_line_enters_a_solid) ENTRY(fluid_at_rest_has_no_lines)
+          ENTRY(flat_cells) ENTRY(spirals_keep_their_distance) ENTRY(no_line_enters_a_solid) ENTRY(fluid_at_rest_has_no_lines)
           ENTRY(mirrored_lines_keep_half_the_distance) ENTRY(the_scale_arrow_is_a_round_number)
           ENTRY(arrows_are_as_long_as_the_flow_is_fast))
