@@ -33,7 +33,7 @@ static void close_model(void)
 }
 
 /* Up to t [s]: amounts balance, and so do the currents, in a cell or among ions, which stay neutral. */
-static int run_to(double t)
+static inline int run_to(double t)
 {
     double off;
     int done = CHECK_OK(&ctx, pd_couple_run(&ctx, &model.couple, t, 0.0, NULL, NULL));
