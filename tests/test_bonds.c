@@ -330,16 +330,16 @@ static double runaway_law(void *user, const pd_rate_at *at)
 }
 
 /* A closed pocket, well mixed, of which no node of metal turns: L dC/dt = v(C) (Cs - Csat), so that
- * C = Csat/50 (exp(g t) - 1) with g = 50 v0 (Cs - Csat)/(L Csat). Implicit steps are of first order in time: the error
- * goes with the root of rtol. A step of 20/g is longer than the growth of the law; with the ones that take its place
- * the fluid ends saturated. */
+ * C = Csat/50 (exp(g t) - 1) with g = 50 v0 (Cs - Csat)/(L Csat). Implicit steps are of first order in time, and so many
+ * are taken that the error goes with rtol. A step of 20/g is longer than the growth of the law; with the ones that take
+ * its place the fluid ends saturated: g dt/2 of 5 rtol makes 100 steps of a growth by e, of which there are ln 51. */
 TEST(law_that_runs_away)
 {
     double error[2], t, g;
     for (int run = 0; run < 3; run++) {
         scene *s = scene_start(30, 1, 1);
         s->couple_desc.fraction = 1.0;
-        s->desc.rtol = run == 1 ? 1e-6 : 1e-4;
+        s->desc.rtol = run == 1 ? 1e-4 : 1e-3;
         half_space(s, 20.0 * H);
         s->desc.activation = 0;
         s->transport_desc.diffusivity = 1e-5;
@@ -359,14 +359,14 @@ TEST(law_that_runs_away)
         } else {
             if (!scene_count(s, 20.0 / g)) return;
             NOTE("%d steps, %d rounds to saturation and on", (int)s->couple.steps, (int)rounds_taken);
-            CHECK(s->couple.steps < 400);
+            CHECK(s->couple.steps < 500);
             /* rounding of the exchanges over the longest step: 1e-14 dt D sum a = 3e-5 */
             CHECK_REL(pd_transport_stock(&s->ctx, &s->transport), 20.0 * H * CSAT, 1e-6);
             CHECK_LE(s->couple.ledger[0].relative, 1e-14);
         }
         scene_free(s);
     }
-    CHECK_LE(fabs(error[0]), 0.1);
+    CHECK_LE(fabs(error[0]), 0.02);
     CHECK_LE(fabs(error[1]), 0.13 * fabs(error[0]));
 }
 #endif

@@ -146,7 +146,7 @@ static int run_to(scene *s, double end, double high)
     double loss = 0.0, above = 1e-9 * CSAT;
     for (int steps = 0; s->couple.time < end; steps++) {
         double before = s->couple.time;
-        if (!CHECK(steps < 3000) || !CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end))) return 0;
+        if (!CHECK(steps < 10000) || !CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end))) return 0;
         CHECK_LE(s->couple.ledger[0].relative, 1e-12);
         CHECK(pd_couple_volume_loss(&s->couple) >= loss - 1e-15);
         loss = pd_couple_volume_loss(&s->couple);

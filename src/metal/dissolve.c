@@ -3,6 +3,7 @@
 #include "core/par.h"
 #include "metal/content.h"
 #include "metal/damage.h"
+#include "metal/error.h"
 #include "metal/moments.h"
 #include "metal/tilt.h"
 #include "transport/amount.h"
@@ -16,13 +17,7 @@
 #define PDI_DISSOLVE_CLOSE 1e-10
 /* Bonds: a speed is near, too, when a step of it changes less than this share of the concentration. */
 #define PDI_DISSOLVE_MARGIN 3e-9
-/* Steps by the error in time: the share of the longest one that is taken, how much longer or shorter the next one may
- * be, and the loss of a node over the tolerance that is faint. */
-#define PDI_DISSOLVE_SAFE 0.9
-#define PDI_DISSOLVE_LONGER 10.0
-#define PDI_DISSOLVE_FAINT 1e-3
-/* Bonds: how much longer the next step may be, and the default of rtol. */
-#define PDI_DISSOLVE_GROWTH 1.5
+/* Bonds: the default of rtol. */
 #define PDI_DISSOLVE_RTOL 1e-3
 /* Slope of a rising law in the equations, over all else that a node exchanges. */
 #define PDI_DISSOLVE_RISE 0.5
@@ -116,6 +111,8 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     if (stochastic) PDI_ARRAY(owner, dissolve, last, total, "mol/m3");
     PDI_VALUE(owner, dissolve, next_dt, "s");
     PDI_VALUE(owner, dissolve, last_dt, "s");
+    PDI_VALUE(owner, dissolve, lean, "mol");
+    PDI_VALUE(owner, dissolve, last_speed, "mol/s");
     PDI_VALUE(owner, dissolve, turned, "1");
     PDI_VALUE(owner, dissolve, out, "mol");
     PDI_VALUE(owner, dissolve, in, "mol");
@@ -453,70 +450,13 @@ static int pdi_dissolve_moderate(pd_dissolve *d, double lost, double dt)
     return 0;
 }
 
-/* Bonds: the next step from the error in time of the fluid, half of what it has moved otherwise than before, over Csat,
- * root mean square (eq. 6.12), and from what a node has lost. A step after one in which nodes turned is not judged:
- * fields bend there. */
-static void pdi_dissolve_foresee(pd_dissolve *d, double lost, double dt)
-{
-    const pd_transport *t = d->transport;
-    pdi_sum sum = {0.0, 0.0};
-    int64_t nodes = 0;
-    double ratio = d->last_dt > 0.0 ? dt / d->last_dt : 0.0;
-    d->next_dt = HUGE_VAL;
-    for (int32_t i = 0; i < d->grid->total && d->moved; i++) {
-        if (d->grid->kind[i] != PD_FLUID) continue;
-        double moved = t->c[i] - t->old[i], error = 0.5 * (moved - ratio * d->moved[i]) / d->desc.saturation;
-        pdi_sum_add(&sum, error * error);
-        d->moved[i] = moved;
-        nodes++;
-    }
-    double error = nodes && !d->turned ? sqrt(pdi_sum_total(&sum) / (double)nodes) : 0.0;
-    if (d->moved)
-        d->next_dt = dt * pdi_min(PDI_DISSOLVE_GROWTH, error > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(d->desc.rtol / error)
-                                                                 : PDI_DISSOLVE_GROWTH);
-    if (lost > 0.0) d->next_dt = pdi_min(d->next_dt, 0.5 * dt * d->most / lost);
-    d->last_dt = dt;
-}
-
-/* 1: the metal lost is right in time. A step takes the speed at its end; half of the range of speeds on the way is its
- * error, which goes with the square of the step. What is faint against a cell is right. */
-static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
-{
-    const pd_transport *t = d->transport;
-    pdi_sum gone = {0.0, 0.0}, error = {0.0, 0.0};
-    for (int32_t k = 0; k < d->beside_count && d->rtol > 0.0; k++) {
-        pdi_beside *beside = &d->beside[k];
-        pdi_law law;
-        if (!(beside->weight > 0.0)) continue; /* it gets nothing */
-        pdi_interface_law(d, beside, &law);
-        double speed = pdi_interface_line(d, beside);
-        double amount = dt * beside->weight * pdi_grid_circumference(d->grid, beside->node);
-        double slowest = pdi_law_slowest(&law, &beside->point, t->old[beside->node], t->c[beside->node]);
-        double fast = pdi_max(speed, beside->before), slow = pdi_min(pdi_min(speed, beside->before), slowest);
-        pdi_sum_add(&gone, amount * speed);
-        pdi_sum_add(&error, 0.5 * amount * (fast - slow));
-    }
-    double volume = d->paths.stencil->volume, off = pdi_sum_total(&error) * volume;
-    double right = d->rtol * (d->lost + pdi_sum_total(&gone) * volume);
-    double factor = off > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(right / off) : HUGE_VAL;
-    int faint = lost <= PDI_DISSOLVE_FAINT * d->rtol;
-    d->next_dt = dt * (faint ? PDI_DISSOLVE_LONGER : factor);
-    if (!(d->rtol > 0.0) || factor > PDI_DISSOLVE_LONGER) d->next_dt = HUGE_VAL;
-    if (!(d->rtol > 0.0) || off <= right || faint) return 1;
-    d->retry_dt = dt * pdi_max(factor, 1.0 / PDI_DISSOLVE_LONGER);
-    return 0;
-}
-
 /* 1: the step stands. */
 static int pdi_dissolve_stands(pd_dissolve *d, double dt)
 {
     double lost = 0.0;
     for (int32_t f = 0; f < d->front_count; f++)
         if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = pdi_max(lost, dt * pdi_dissolve_pace(d, f));
-    if (!pdi_dissolve_moderate(d, lost, dt)) return 0;
-    if (!pdi_metal_bonds(d)) return pdi_dissolve_accurate(d, lost, dt);
-    pdi_dissolve_foresee(d, lost, dt);
-    return 1;
+    return pdi_dissolve_moderate(d, lost, dt) && pdi_error_stands(d, lost, dt);
 }
 
 /* Law and transport of a step together. */
@@ -575,7 +515,8 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, 
         return status;
     }
     PDI_TRY(pdi_transport_begin(ctx, t, dt));
-    pd_status status = pdi_dissolve_solve(ctx, d, dt, result);
+    pd_status status = pdi_error_held(ctx, d, dt);
+    if (status >= 0) status = pdi_dissolve_solve(ctx, d, dt, result);
     if (status >= 0 && status != PD_RETRY) pdi_dissolve_final_speeds(ctx, d, dt);
     t->pinned_count = 0;
     t->rough = 0;
@@ -640,7 +581,7 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_dissolve *d = (pd_dissolve *)self;
     d->most = PDI_DISSOLVE_EXCESS * s->fraction;
-    d->rtol = s->rtol;
+    d->rtol = pdi_metal_bonds(d) ? d->desc.rtol : s->rtol;
     d->lost = s->lost;
     d->time = s->time;
     d->moments = 0;
@@ -648,6 +589,7 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
     PDI_TRY(pdi_dissolve_prepare(ctx, d));
     double fastest = pdi_dissolve_fastest(ctx, d);
     if (fastest > 0.0) s->dt = pdi_min(s->dt, s->fraction / fastest);
+    pdi_error_begin(d, s->dt);
     s->dt = pdi_min(s->dt, d->next_dt);
     PDI_TRY(pdi_process_longest(ctx, self, s));
     if (d->desc.lags && !d->desc.found) s->dt = pdi_dissolve_shortened(d, s);
@@ -715,6 +657,7 @@ static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
     pd_dissolve *d = (pd_dissolve *)self;
     d->out += s->dt * d->transport->outflow;
     d->in += s->dt * d->transport->inflow;
+    pdi_error_end(d, s->dt);
     for (int32_t k = 0; k < d->beside_count && d->shed; k++) pdi_dissolve_shed(d, &d->beside[k], s->dt);
     PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
     d->moments = 0;

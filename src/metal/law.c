@@ -183,8 +183,7 @@ static double pdi_law_between(pdi_law *law, double resist, double c, double a, d
     return s.b;
 }
 
-/* V(c), at least 0. NaN or infinite: so is the law, at law->at.c. */
-static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
+PDI_FN double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
 {
     double a = 0.0, above = pdi_law_rate(law, c), b = above, resist = p->resist;
     if (!pdi_law_finite(above)) return above;

@@ -70,6 +70,8 @@ typedef struct pdi_law_point {
 /* v [m/s] of metal m alone at concentration c, as it is; that of the law. */
 PDI_FN double pdi_law_own(pdi_law *law, int m, double c);
 PDI_FN double pdi_law_rate(pdi_law *law, double c);
+/* V(c) [m/s], at least 0. NaN or infinite: so is the law, at law->at.c. */
+PDI_FN double pdi_law_at(pdi_law *law, pdi_law_point *point, double c);
 /* Between which speeds [m/s], of at least 0, the law at c stays from time a to b [s]. */
 PDI_FN void pdi_law_bounds(pdi_law *law, double c, double a, double b, double *least, double *most);
 /* Smallest concentration from c to `limit` at which the law is not positive; HUGE_VAL: there is none. Zones narrower

@@ -58,6 +58,8 @@ typedef struct pd_dissolve_desc {
     pd_at_fn found;       /* the fluid beside metal is known, for laws at that time; they are asked afterwards. NULL:
                            * nobody wants to know */
     void *found_user;
+    int follows;          /* 1: laws hold for a step, and follow what moves behind the metal: steps are as long as that
+                           * is right */
     pd_metal_model model;
     /* ---- bonds: */
     double saturation;    /* [mol/m3] Csat, 0 < Csat < Cs: fluid at or above it takes no metal, metal turns there */
@@ -107,7 +109,10 @@ typedef struct pd_dissolve {
     double rtol;              /* [-] set like time: error in time of the metal lost, over all that is lost; 0: any */
     double lost;              /* [mol] set like time: lost before the step */
     double retry_dt;          /* [s] after PD_RETRY: the step to try next */
+    double last_dt;           /* [s] of the last step; 0: none */
     double next_dt;           /* [s] longest step that the error in time of the last one proposes; HUGE_VAL: any */
+    double lean, step_lean;   /* [mol] what steps have taken too little by their estimates; the step at hand */
+    double last_speed;        /* [mol/s] with `follows`: at the end of the last step, by the law that it went by */
     int rounds;               /* linear systems in the last step */
     int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`, and with bonds of an exposed
                                * node in `reach`; -1: it has none */
@@ -131,7 +136,6 @@ typedef struct pd_dissolve {
     uint16_t *links;          /* [total] mechanical bonds of solid nodes at the start; NULL: not stochastic */
     double *last;             /* [total] [mol/m3] content at which the last of them breaks; NULL: not stochastic */
     double *moved;            /* [total] [mol/m3] change of fluid nodes in the last step; NULL: surface, activation */
-    double last_dt;           /* [s] of that step; 0: none */
     int32_t turned;           /* nodes that turned in it: fields bend there, which is no error in time */
     double *shed;             /* [total] [mol/m3] what fluid nodes have got from metal since it was emptied by its user;
                                * [kinds][total] where each metal is kept for itself; NULL: nobody asks */

@@ -676,7 +676,7 @@ static void pdi_advance_owed(const pd_reactive *r, double stage, double *owed, i
         }
     }
     pdi_reactive_trace(r, most);
-    for (int k = 0; k < s->count; k++) owed[k] = owed[k] > 0.0 ? owed[k] / most[k] : 0.0;
+    for (int k = 0; k < s->count; k++) owed[k] = owed[k] > PDI_ADVANCE_NONE ? owed[k] / most[k] : 0.0;
 }
 
 /* 1: where a component is spent next to nothing is owed after a stage [s]. */
@@ -743,6 +743,8 @@ static int pdi_advance_keeps(const pd_reactive *r)
         if (r->diffusion.wall_rate && r->wall[n] == r->wall[n]) pdi_bounds_take(r->wall[n], &bounds);
         pdi_etch_bounds(r, n, &bounds);
         pdi_bounds_widen(r->grid, r->c + n * total, PDI_ADVANCE_SLACK, &bounds);
+        bounds.low -= PDI_ADVANCE_NONE;
+        bounds.high += PDI_ADVANCE_NONE;
         if (!pdi_bounds_keep(r->grid, r->c + n * total, NULL, &bounds)) return 0;
     }
     return 1;

@@ -500,6 +500,8 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.uniform = metal[0].uniform;
     desc.timeless = metal[0].timeless;
     desc.bounds = metal[0].bounds;
+    for (int k = 0; k < u->metals; k++)
+        desc.follows |= u->has_potential && !u->migrates && pdi_setup_electric(&u->metal[k]);
     if (pdi_model_faraday(u, &desc)) {
         desc.found = pdi_model_match;
         desc.found_user = m;

@@ -485,6 +485,15 @@ static double pdi_transport_given(const pd_ctx *ctx, pd_transport *t)
     return sqrt(pdi_par_dot(ctx, t->grid->total, given, given));
 }
 
+PDI_FN pd_status pdi_transport_first(pd_ctx *ctx, pd_transport *t, double dt)
+{
+    t->dt = dt;
+    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
+    pdi_transport_right_side(ctx, t);
+    pdi_transport_residual(ctx, t, t->work);
+    return PD_OK;
+}
+
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, int bounded, pd_transport_result *result)
 {
     int32_t total = t->grid->total;

@@ -167,6 +167,8 @@ PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *transport, pd_
  * carry stays. */
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
                                      pd_transport_result *result);
+/* work: that of the field that a step of dt [s] begins with, before its first stage: what nodes gain. */
+PDI_FN pd_status pdi_transport_first(pd_ctx *ctx, pd_transport *transport, double dt);
 /* A step of one stage, or of several from the same start with other sources: begin, stages, end with the status of the
  * last one, always after a begin. A negative one and PD_RETRY put c back. */
 PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *transport, double dt);

@@ -1,0 +1,208 @@
+/* error: see error.h */
+#include "metal/error.h"
+#include <math.h>
+
+/* The share of the longest step that is taken, how much longer or shorter the next one may be, and the loss of a node
+ * over the tolerance that is faint. */
+#define PDI_ERROR_SAFE 0.9
+#define PDI_ERROR_LONGER 10.0
+#define PDI_ERROR_FAINT 1e-3
+/* What the errors of all steps may sum up to, over the tolerance of the metal lost. */
+#ifndef PDI_ERROR_SUM
+#define PDI_ERROR_SUM 5.0
+#endif
+/* Bonds: how much longer the next step may be. */
+#define PDI_ERROR_GROWTH 1.5
+
+/* Of a step [mol]. */
+typedef struct pdi_error_step {
+    double gone;  /* metal */
+    double off;   /* errors of its places, as if they were alike */
+    double lean;  /* what it took too little */
+    double aside; /* and what more it may have taken, where speeds leave the way between both ends */
+} pdi_error_step;
+
+/* How far the concentration [mol/m3] at a node leaves the way between both ends of a step whose law is a mean over its
+ * time, were nothing carried away: what comes earlier or later than by the mean. *least [m/s]: of the law in the step. */
+static double pdi_error_swing(const pdi_beside *beside, const pdi_law *law, double c, double dt,
+                              double *least)
+{
+    pdi_law at = *law;
+    double mean = 0.0, came = 0.0, most = 0.0;
+    *least = HUGE_VAL;
+    for (int pass = 0; pass < 2; pass++)
+        for (int k = 0; k < law->moments; k++) {
+            at.moments = 0;
+            at.at.t = law->moment[k];
+            double v = pdi_max(pdi_law_rate(&at, c), 0.0);
+            if (!pass) mean += law->part[k] * v;
+            if (!pass) *least = pdi_min(*least, v);
+            if (pass) came += law->part[k] * (v - mean);
+            if (pass) most = pdi_max(most, fabs(came));
+        }
+    return beside->weight * dt * most;
+}
+
+/* The least and the largest speed that a place has in the step. */
+static void pdi_error_range(const pd_dissolve *d, pdi_beside *beside, double dt, double *slow, double *fast)
+{
+    const pd_transport *t = d->transport;
+    double speed = pdi_interface_line(d, beside), c = t->c[beside->node];
+    double start = d->desc.activation ? c : t->old[beside->node], least;
+    pdi_law law;
+    pdi_interface_law(d, beside, &law);
+    *fast = pdi_max(speed, beside->before);
+    *slow = pdi_min(speed, beside->before);
+    if (d->desc.activation) return;
+    *slow = pdi_min(*slow, pdi_law_slowest(&law, &beside->point, start, c));
+    if (!law.moments) return;
+    double lowest = pdi_max(pdi_min(start, c), 0.0), swing = pdi_error_swing(beside, &law, lowest, dt, &least);
+    if (beside->point.pinned) { /* the salt layer lasts while the law gives what the fluid takes */
+        *slow = pdi_min(*slow, least);
+        return;
+    }
+    double v = pdi_law_at(&law, &beside->point, pdi_max(start, c) + swing);
+    *slow = pdi_min(*slow, pdi_max(v, 0.0));
+}
+
+static void pdi_error_look(pd_dissolve *d, double dt, pdi_error_step *step)
+{
+    pdi_sum gone = {0.0, 0.0}, off = {0.0, 0.0}, lean = {0.0, 0.0}, aside = {0.0, 0.0};
+    double volume = d->paths.stencil->volume;
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        pdi_beside *beside = &d->beside[k];
+        double slow, fast, speed;
+        if (!(beside->weight > 0.0)) continue; /* it gets nothing */
+        double amount = dt * beside->weight * pdi_grid_circumference(d->grid, beside->node);
+        speed = pdi_interface_line(d, beside);
+        pdi_error_range(d, beside, dt, &slow, &fast);
+        pdi_sum_add(&gone, amount * speed);
+        pdi_sum_add(&off, 0.5 * amount * (fast - slow));
+        pdi_sum_add(&lean, 0.5 * amount * (beside->before - speed));
+        pdi_sum_add(&aside, 0.5 * amount * (fast - slow - fabs(beside->before - speed)));
+    }
+    step->gone = pdi_sum_total(&gone) * volume;
+    step->off = pdi_sum_total(&off) * volume;
+    step->lean = pdi_sum_total(&lean) * volume;
+    step->aside = pdi_sum_total(&aside) * volume;
+}
+
+/* By how much longer a step may be, by its own error and by the sum of all steps. Both go with its square. */
+static double pdi_error_longer(const pd_dissolve *d, const pdi_error_step *step)
+{
+    double all = d->rtol * (d->lost + step->gone), size = fabs(step->lean) + step->aside, factor = HUGE_VAL;
+    if (step->off > 0.0 && !pdi_metal_bonds(d)) factor = PDI_ERROR_SAFE * sqrt(all / step->off);
+    double left = PDI_ERROR_SUM * all - (step->lean > 0.0 ? d->lean : -d->lean);
+    if (!(size > 0.0)) return factor;
+    double rate = PDI_ERROR_SUM * d->rtol * step->gone / size, sum = left > 0.0 ? sqrt(left / size) : 0.0;
+    return pdi_min(factor, PDI_ERROR_SAFE * pdi_max(rate, sum));
+}
+
+/* 1: the metal lost is right in time. What is faint against a cell is right. */
+static int pdi_error_accurate(pd_dissolve *d, double lost, double dt)
+{
+    pdi_error_step step;
+    d->next_dt = HUGE_VAL;
+    if (!(d->rtol > 0.0)) return 1;
+    pdi_error_look(d, dt, &step);
+    d->step_lean = step.lean;
+    double factor = pdi_error_longer(d, &step);
+    int faint = lost <= PDI_ERROR_FAINT * d->rtol;
+    if (factor <= PDI_ERROR_LONGER) d->next_dt = dt * (faint ? PDI_ERROR_LONGER : factor);
+    if (factor >= PDI_ERROR_SAFE || faint) return 1;
+    d->retry_dt = dt * pdi_max(factor, 1.0 / PDI_ERROR_LONGER);
+    return 0;
+}
+
+/* Bonds: the next step from the error in time of the fluid, half of what it has moved otherwise than before, over Csat,
+ * root mean square (eq. 6.12), and from what a node has lost. A step after one in which nodes turned is not judged:
+ * fields bend there. 0: the error is too large, and no step before has foreseen it: it is the first one, or the law
+ * bends in it. */
+static int pdi_error_foresee(pd_dissolve *d, double lost, double dt)
+{
+    const pd_transport *t = d->transport;
+    pdi_sum sum = {0.0, 0.0};
+    int64_t nodes = 0;
+    double ratio = d->last_dt > 0.0 ? dt / d->last_dt : 0.0, next = HUGE_VAL;
+    for (int32_t i = 0; i < d->grid->total && d->moved; i++) {
+        if (d->grid->kind[i] != PD_FLUID) continue;
+        double moved = t->c[i] - t->old[i], error = 0.5 * (moved - ratio * d->moved[i]) / d->desc.saturation;
+        pdi_sum_add(&sum, error * error);
+        nodes++;
+    }
+    double error = nodes && !d->turned ? sqrt(pdi_sum_total(&sum) / (double)nodes) : 0.0;
+    if (d->moved && (d->moments || !(d->last_dt > 0.0)) && error > d->desc.rtol) {
+        d->retry_dt = dt * pdi_max(PDI_ERROR_SAFE * sqrt(d->desc.rtol / error), 1.0 / PDI_ERROR_LONGER);
+        return 0;
+    }
+    for (int32_t i = 0; i < d->grid->total && d->moved; i++)
+        if (d->grid->kind[i] == PD_FLUID) d->moved[i] = t->c[i] - t->old[i];
+    if (d->moved)
+        next = dt * pdi_min(PDI_ERROR_GROWTH, error > 0.0 ? PDI_ERROR_SAFE * sqrt(d->desc.rtol / error)
+                                                          : PDI_ERROR_GROWTH);
+    if (lost > 0.0) next = pdi_min(next, 0.5 * dt * d->most / lost);
+    d->next_dt = pdi_min(d->next_dt, next);
+    return 1;
+}
+
+PDI_FN int pdi_error_stands(pd_dissolve *d, double lost, double dt)
+{
+    int judged = !pdi_metal_bonds(d) || !d->turned;
+    d->next_dt = HUGE_VAL;
+    d->step_lean = 0.0;
+    if (judged && !pdi_error_accurate(d, lost, dt)) return 0;
+    return !pdi_metal_bonds(d) || pdi_error_foresee(d, lost, dt);
+}
+
+/* Metal [mol/s] by the speeds at the start of a step, or by those of now. */
+static double pdi_error_speed(const pd_dissolve *d, int start)
+{
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        double speed = start ? beside->before : pdi_interface_line(d, beside);
+        if (beside->weight > 0.0)
+            pdi_sum_add(&sum, beside->weight * pdi_grid_circumference(d->grid, beside->node) * speed);
+    }
+    return pdi_sum_total(&sum) * d->paths.stencil->volume;
+}
+
+PDI_FN void pdi_error_begin(pd_dissolve *d, double longest)
+{
+    if (!d->desc.follows || !(d->rtol > 0.0)) return;
+    double next = d->rtol * longest;
+    if (d->last_dt > 0.0) {
+        pdi_error_step last;
+        last.gone = d->last_dt * d->last_speed;
+        last.lean = d->turned ? 0.0 : 0.5 * d->last_dt * (pdi_error_speed(d, 1) - d->last_speed);
+        last.off = fabs(last.lean);
+        last.aside = 0.0;
+        d->lean += last.lean;
+        next = d->last_dt * pdi_min(pdi_error_longer(d, &last), PDI_ERROR_LONGER);
+    }
+    d->next_dt = pdi_min(d->next_dt, next);
+}
+
+PDI_FN void pdi_error_end(pd_dissolve *d, double dt)
+{
+    d->lean += d->step_lean;
+    if (d->desc.follows) d->last_speed = pdi_error_speed(d, 0);
+    d->last_dt = dt;
+}
+
+PDI_FN pd_status pdi_error_held(pd_ctx *ctx, pd_dissolve *d, double dt)
+{
+    pd_transport *t = d->transport;
+    int held = 0;
+    for (int32_t k = 0; k < d->beside_count; k++) held |= d->beside[k].weight > 0.0 && d->beside[k].point.pinned;
+    if (!held) return PD_OK;
+    PDI_TRY(pdi_transport_first(ctx, t, dt));
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        pdi_beside *beside = &d->beside[k];
+        const pdi_law_point *p = &beside->point;
+        if (!(beside->weight > 0.0) || !p->pinned) continue;
+        double need = -t->work[beside->node] / beside->weight;
+        beside->before = pdi_min(pdi_max(need, p->behind), p->ahead);
+    }
+    return PD_OK;
+}

@@ -1,0 +1,23 @@
+/* error: how wrong a step of dissolving metal is in time, whether it stands, and how long the next one may be.
+ *
+ * A step takes the speed at its end. Half of what the speed changes on the way is the error of a step, which goes with
+ * the square of its length. It is held against all metal that is lost, and the sum of all steps is, too (theory: 6.2).
+ */
+#ifndef PD_ERROR_H
+#define PD_ERROR_H
+#include "metal/interface.h"
+
+#ifdef PDI_INTERNAL
+/* A step begins: what else moves has changed the law since the last one ended. `longest` [s]: what else allows. */
+PDI_FN void pdi_error_begin(pd_dissolve *dissolve, double longest);
+/* Nodes that are held at a jump begin with the speed that the fluid takes there. Transport has begun a step of dt [s].
+ */
+PDI_FN pd_status pdi_error_held(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
+/* 1: the step of dt [s] stands, and `next_dt` follows from it. 0: it is taken again, with `retry_dt`. `lost` [-]: the
+ * most that a node loses, of its content. */
+PDI_FN int pdi_error_stands(pd_dissolve *dissolve, double lost, double dt);
+/* The step that stands is over; its speeds are settled. */
+PDI_FN void pdi_error_end(pd_dissolve *dissolve, double dt);
+#endif
+
+#endif
