@@ -330,9 +330,9 @@ static double runaway_law(void *user, const pd_rate_at *at)
 }
 
 /* A closed pocket, well mixed, of which no node of metal turns: L dC/dt = v(C) (Cs - Csat), so that
- * C = Csat/50 (exp(g t) - 1) with g = 50 v0 (Cs - Csat)/(L Csat). Implicit steps are of first order in time, and so many
- * are taken that the error goes with rtol. A step of 20/g is longer than the growth of the law; with the ones that take
- * its place the fluid ends saturated: g dt/2 of 5 rtol makes 100 steps of a growth by e, of which there are ln 51. */
+ * C = Csat/50 (exp(g t) - 1) with g = 50 v0 (Cs - Csat)/(L Csat). Implicit steps are of first order in time, and so
+ * many are taken that the error goes with rtol. A step of 20/g is longer than the growth of the law; with the ones that
+ * take its place the fluid ends saturated: g dt/2 of 5 rtol makes 100 steps of a growth by e, and there are ln 51. */
 TEST(law_that_runs_away)
 {
     double error[2], t, g;

@@ -8,9 +8,7 @@
 #define PDI_ERROR_LONGER 10.0
 #define PDI_ERROR_FAINT 1e-3
 /* What the errors of all steps may sum up to, over the tolerance of the metal lost. */
-#ifndef PDI_ERROR_SUM
 #define PDI_ERROR_SUM 5.0
-#endif
 /* Bonds: how much longer the next step may be. */
 #define PDI_ERROR_GROWTH 1.5
 
@@ -23,7 +21,7 @@ typedef struct pdi_error_step {
 } pdi_error_step;
 
 /* How far the concentration [mol/m3] at a node leaves the way between both ends of a step whose law is a mean over its
- * time, were nothing carried away: what comes earlier or later than by the mean. *least [m/s]: of the law in the step. */
+ * time, were nothing carried away: what comes earlier or later than by the mean. *least [m/s]: of the law meanwhile. */
 static double pdi_error_swing(const pdi_beside *beside, const pdi_law *law, double c, double dt,
                               double *least)
 {
@@ -206,3 +204,9 @@ PDI_FN pd_status pdi_error_held(pd_ctx *ctx, pd_dissolve *d, double dt)
     }
     return PD_OK;
 }
+
+#undef PDI_ERROR_SAFE
+#undef PDI_ERROR_LONGER
+#undef PDI_ERROR_FAINT
+#undef PDI_ERROR_SUM
+#undef PDI_ERROR_GROWTH

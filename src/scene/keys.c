@@ -318,8 +318,9 @@ static const pd_key pdi_keys_of_run[] = {
     {"until", "s", "-",
      PDI_SAYS("end; required with `[transport]` and `[corrode]`")},
     {"rtol", "-", "4e-3; without dissolution and with `[corrode]` 1e-3",
-     PDI_SAYS("aim for the error of the volume loss, up to 0.1; sets `fraction = 25 rtol`. Without dissolution: "
-              "error of a step of the transport against the largest concentration; with `[corrode]` over `Csat`")},
+     PDI_SAYS("aim for the error of the volume loss, up to 0.1: errors in time sum up to at most five times it; sets "
+              "`fraction = 25 rtol`. Without dissolution: error of a step of the transport against the largest "
+              "concentration; with `[corrode]` of the concentration over `Csat`, too")},
     {"fraction", "-", "25 rtol; with `[corrode]` 0.2, `activation` 0.1, `drive = difference` 0.01",
      PDI_SAYS("largest share of its content that a node loses in a step, up to 1; overrides `rtol`")},
     {"max_step", "s", "0",

@@ -498,11 +498,8 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
 {
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
-    t->dt = dt;
-    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
-    pdi_transport_right_side(ctx, t);
+    PDI_TRY(pdi_transport_first(ctx, t, dt));
     PDI_TRY(pdi_inverse_setup(ctx, &t->inverse, 1.0 / dt, t->pinned, t->pinned_count));
-    pdi_transport_residual(ctx, t, t->work);
     pdi_transport_pin(t, t->work);
     double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = pdi_max(pdi_transport_given(ctx, t), first);
     double atol = t->desc.tolerance * size;

@@ -321,6 +321,13 @@ static int is_component(const char *key)
     return strchr("fmcvu", key[0]) && is_axis(key[1]) && (key[2] == '\0' || key[2] == '_');
 }
 
+/* Metal lost [as the solid]: steps are right to a share of that, however little is left. */
+static double lost_of(const record *a, double solid)
+{
+    const run_figure *loss = record_figure(a, "scene", "", "volume_loss");
+    return loss && loss->value < 1.0 ? solid * loss->value / (1.0 - loss->value) : 0.0;
+}
+
 static void compare_figure(const scene *x, const transform *t, const record *a, const record *b, const run_figure *p,
                            double tolerance, finding *f)
 {
@@ -359,6 +366,7 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (isfinite(p->value) && fabs(p->value) > scale) scale = fabs(p->value);
     if (isfinite(v) && fabs(v) > scale) scale = fabs(v);
     if (t->kind == TRANSFORM_TIGHTER && strcmp(p->unit, "-") == 0 && scale < 1e-3) scale = 1e-3; /* a loss of a thousandth */
+    if (t->kind == TRANSFORM_TIGHTER && strcmp(p->key, "solid") == 0) scale += lost_of(a, p->value);
     if (strncmp(p->key, "flux", 4) == 0 && scale < 1.0 && strcmp(p->section, "result") == 0)
         scale = 1.0; /* what balances lack, over what passes */
     if (strcmp(p->key, "volume_loss") == 0 && CANCELS > least) least = CANCELS;
