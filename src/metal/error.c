@@ -9,7 +9,7 @@
 #define PDI_ERROR_FAINT 1e-3
 /* What the errors of all steps may sum up to, over the tolerance of the metal lost. */
 #define PDI_ERROR_SUM 5.0
-/* Bonds: how much longer the next step may be. */
+/* Steps that are foreseen and not taken again: how much longer the next one may be. */
 #define PDI_ERROR_GROWTH 1.5
 
 /* Of a step [mol]. */
@@ -176,7 +176,7 @@ PDI_FN void pdi_error_begin(pd_dissolve *d, double longest)
         last.off = fabs(last.lean);
         last.aside = 0.0;
         d->lean += last.lean;
-        next = d->last_dt * pdi_min(pdi_error_longer(d, &last), PDI_ERROR_LONGER);
+        next = d->last_dt * pdi_min(pdi_error_longer(d, &last), PDI_ERROR_GROWTH);
     }
     d->next_dt = pdi_min(d->next_dt, next);
 }
