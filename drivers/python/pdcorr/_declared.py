@@ -950,6 +950,8 @@ def declare(dim):
         ('element', POINTER(pd_element)),
         ('elements', c_int),
         ('inner', c_int),
+        ('until', CFUNCTYPE(c_double, c_void_p, c_double, c_double, c_int)),
+        ('until_user', c_void_p),
         ('steps', POINTER(c_int64)),
         ('start', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_double)),
         ('at', pd_at_fn),
@@ -1721,11 +1723,13 @@ def declare(dim):
         ('share', c_double),
         ('pace', c_double * 32),
         ('psi', POINTER(c_double)),
+        ('idle', POINTER(c_uint8)),
         ('begin', POINTER(c_double)),
         ('base', POINTER(c_double)),
         ('move', POINTER(c_double)),
         ('size', POINTER(c_double)),
         ('current', POINTER(c_double)),
+        ('pocket', POINTER(c_int32)),
         ('compact', pd_compact),
         ('mg', pd_multigrid),
     ]
@@ -1833,6 +1837,8 @@ def declare(dim):
         ('slots', c_int),
         ('weight', c_double * 32),
         ('dt', c_double),
+        ('short_of', c_int),
+        ('short_at', c_int32),
         ('swept', POINTER(c_double)),
         ('surface', c_void_p),
     ]
@@ -2032,6 +2038,8 @@ def declare(dim):
         ('feed', CFUNCTYPE(None, c_void_p, POINTER(c_double))),
         ('feeder', c_void_p),
         ('drained', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_int32, c_int, c_double)),
+        ('species', POINTER(pd_species)),
+        ('species_count', c_int),
         ('surface', POINTER(pd_etch)),
         ('find', pd_at_fn),
         ('open', pd_at_fn),
@@ -2734,6 +2742,7 @@ def declare(dim):
         ('lags', c_int),
         ('found', pd_at_fn),
         ('found_user', c_void_p),
+        ('follows', c_int),
         ('model', c_int),
         ('saturation', c_double),
         ('rtol', c_double),
@@ -2781,7 +2790,11 @@ def declare(dim):
         ('rtol', c_double),
         ('lost', c_double),
         ('retry_dt', c_double),
+        ('last_dt', c_double),
         ('next_dt', c_double),
+        ('lean', c_double),
+        ('step_lean', c_double),
+        ('last_speed', c_double),
         ('rounds', c_int),
         ('slot', POINTER(c_int32)),
         ('beside', c_void_p),
@@ -2804,7 +2817,6 @@ def declare(dim):
         ('links', POINTER(c_uint16)),
         ('last', POINTER(c_double)),
         ('moved', POINTER(c_double)),
-        ('last_dt', c_double),
         ('turned', c_int32),
         ('shed', POINTER(c_double)),
         ('rinsed', c_double),
@@ -4009,6 +4021,8 @@ def declare(dim):
         ('reads', c_uint32 * 16),
         ('circuit', pd_etch_circuit * 16),
         ('falls', c_int),
+        ('low', c_double),
+        ('high', c_double),
         ('former', POINTER(c_double)),
         ('formers', c_int64),
     ]
@@ -4070,6 +4084,14 @@ def declare(dim):
         ('capacity', c_int32),
     ]
 
+    class pd_timed(Structure):
+        pass
+    pd_timed._fields_ = [
+        ('setup', POINTER(pd_setup)),
+        ('attack', POINTER(pd_attack)),
+        ('surfaces', POINTER(pd_surfaces)),
+    ]
+
     class pd_model_law(Structure):
         pass
     pd_model_law._fields_ = [
@@ -4100,6 +4122,7 @@ def declare(dim):
         ('two_stage', pd_two_stage),
         ('reactive', pd_reactive),
         ('vary', pd_vary),
+        ('timed', pd_timed),
         ('fresh', POINTER(c_uint8)),
         ('bare', POINTER(c_double)),
         ('course', pd_course),
