@@ -599,6 +599,23 @@ TEST(bad_gmsh)
     refused("a.msh", HEAD4 "$PartitionedEntities\n", "a partitioned mesh");
 }
 
+/* Cells whose volume is no number of use, by the unit of length. */
+TEST(lengths_out_of_range)
+{
+    static const double unit[] = {1e-170, PD_DIM == 1 ? 9e99 : 1e60};
+    for (int k = PD_DIM == 1; k < 2; k++) {
+        pd_ctx ctx;
+        pd_points points;
+        pd_ctx_init(&ctx);
+        page.size = 0;
+        say(HEAD2 "$Nodes\n4\n1 0 0 0\n2 100 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n"
+            "$Elements\n1\n1 " TYPE " 2 1 1 " CELL "\n$EndElements\n");
+        CHECK(pd_points_read(&ctx, put("a.msh", page.text, page.size), unit[k], &points) < 0);
+        if (!CHECK(strstr(ctx.message, "a cell whose volume is out of range") != NULL)) NOTE("%s", ctx.message);
+        CHECK_INT(ctx.in_use, 0);
+    }
+}
+
 /* The cloud with `old` replaced. */
 static void changed(const char *old, const char *by, const char *part)
 {
@@ -720,4 +737,4 @@ TEST(damaged_vtk)
 #define RING
 #endif
 TEST_MAIN(ENTRY(cubes) ENTRY(bodies) RING CURVED VTK ENTRY(point_data) ENTRY(tables) ENTRY(bad_tables) ENTRY(bad_gmsh)
-              ENTRY(bad_vtk) ENTRY(damaged))
+              ENTRY(lengths_out_of_range) ENTRY(bad_vtk) ENTRY(damaged))

@@ -105,4 +105,48 @@ TEST(stairs_over_the_sides)
     }
 }
 
-TEST_MAIN(ENTRY(stairs_over_the_sides) ENTRY(stairs_keep_their_own_bounds))
+#if PD_DIM > 1
+/* Stairs that are shifted from row to row, between mirrors, and the same beside their images in a periodic box: bonds
+ * that cross a mirror bring as much. */
+TEST(stairs_beside_mirrors)
+{
+    static double first[CELLS * 4];
+    for (int whole = 0; whole < 2; whole++) {
+        scene *s = &test_scene;
+        double most = 0.0;
+        scene_box(s, 1.0, 1.0 / CELLS, CELLS, whole ? 8 : 4, 4);
+        for (int d = 0; d < 2 * PD_DIM; d++) s->grid_desc.side[d] = PD_SIDE_PERIODIC;
+        if (!whole) s->grid_desc.side[2] = s->grid_desc.side[3] = PD_SIDE_MIRROR;
+        s->with = WITH_TRANSPORT | WITH_FLOW;
+        s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.length = 1.0;
+        s->flow_desc.speed = SPEED;
+        if (!scene_build(s)) return;
+        for (int32_t i = 0; i < s->grid.total; i++) {
+            int at[3];
+            pdi_grid_index(&s->grid, i, at);
+            s->flow.u[i] = SPEED;
+            int row = at[1] < 4 ? at[1] : 7 - at[1];
+            if (s->grid.kind[i] == PD_FLUID) s->transport.c[i] = stairs((at[0] + 5 * row) % CELLS);
+        }
+        pdi_flow_prepare(&s->ctx, &s->flow);
+        for (int k = 0; k < 12; k++)
+            CHECK_OK(&s->ctx, pd_transport_explicit(&s->ctx, &s->transport, 0.2 / (CELLS * SPEED)));
+        for (int j = 0; j < 4; j++)
+            for (int i = 0; i < CELLS; i++) {
+                int at[3] = {0, 0, 1};
+                at[0] = i;
+                at[1] = j;
+                double value = s->transport.c[pd_grid_node(&s->grid, at)];
+                if (whole) most = fmax(most, fabs(value - first[j * CELLS + i]));
+                first[j * CELLS + i] = value;
+            }
+        CHECK_LE(most, 1e-13);
+        scene_free(s);
+    }
+}
+#define MIRRORS ENTRY(stairs_beside_mirrors)
+#else
+#define MIRRORS
+#endif
+
+TEST_MAIN(MIRRORS ENTRY(stairs_over_the_sides) ENTRY(stairs_keep_their_own_bounds))

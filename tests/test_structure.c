@@ -276,6 +276,25 @@ TEST(thinning)
     end(c);
 }
 
+/* A bar of which half is behind a plane of symmetry gets thinner, and bears what is left of it. */
+TEST(thinning_beside_a_mirror)
+{
+    double force[PD_DIM], strain = 0.02e-6 / LENGTH;
+    scene_case *c = run(0, LATTICE "[solid] E = 200 GPa  nu = 0.3  " PLANE "\n[side x-] ux = 0 um\n"
+                        "[side y-] flow = mirror\n" AROUND "[side x+] ux = 0.02 um\n" CORRODE);
+    if (!c) return;
+    double left = 1.0 - pd_couple_volume_loss(&c->model.couple);
+    CHECK(left < 0.85 && left > 0.75);
+    CHECK(c->model.grid.solid_count < c->model.couple.solid_nodes_start);
+    for (int k = 0; k < c->setup.metal_body.grips; k++) {
+        if (c->setup.metal_body.grip[k].side != 1) continue;
+        pdi_grip_reaction(&c->model.grips, k, force);
+        NOTE("%.4f of the metal bears %.5g N", left, force[0]);
+        CHECK_REL(force[0], 200e9 * strain * left * 10e-6 * DEPTH, 1e-3);
+    }
+    end(c);
+}
+
 /* What a scene gets wrong has one message. */
 TEST(refused)
 {
@@ -307,5 +326,5 @@ TEST(refused)
 }
 
 TEST_MAIN(ENTRY(faces_move) ENTRY(traction) ENTRY(large_strains) ENTRY(ordinary) ENTRY(fields) ENTRY(strength)
-          ENTRY(dissolution_alone) ENTRY(gutman) ENTRY(thinning) ENTRY(torn)
+          ENTRY(dissolution_alone) ENTRY(gutman) ENTRY(thinning) ENTRY(thinning_beside_a_mirror) ENTRY(torn)
           ENTRY(refused))
