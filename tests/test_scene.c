@@ -115,6 +115,8 @@ TEST(overrides_replace_values)
 #define NARROW "[grid] h = 4 um  box = 0 .. 200 um, 0 .. 100 um\n[side x+] flow = outlet\n" \
     "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n"
 #define STILL "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n[transport] D = 1e-9 m2/s\n[run] until = 1 s\n"
+#define STREAM CHANNEL "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n" \
+    "[transport] D = 1e-9 m2/s  time = steady\n"
 #define BLOCK "[shape b] box = 0 .. 50 um, 0 .. 50 um  kind = solid\n"
 
 /* A rate per layer of h is the speed rate * h. */
@@ -630,6 +632,15 @@ TEST(refusals)
     refused(CHANNEL "[side x-] flow = inlet  profile = parabola  mean = 1 m/s  flow_rate = 1 mL/min\n",
             "a.scene:4: flow_rate: found beside 'mean'");
     refused(CHANNEL "[side x-] flow = inlet  profile = expression\n", "a.scene:4: profile: found 'expression' without");
+    /* a pressure counts from any level, a concentration does not; two sides have one of each */
+#define BOX_OF "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n[flow] rho = 1 g/cm3  mu = 1 mPa s\n" \
+    "[transport] D = 1e-9 m2/s  time = steady\n[side x-] flow = inlet  profile = uniform  mean = 1 mm/s"
+    refused(BOX_OF "  C = -1 mol/m3\n[side x+] flow = outlet\n", "a.scene:4: C: found -1 mol/m3");
+    refused(BOX_OF "\n[side x+] flow = outlet  p = 1 Pa\n[side y+] flow = outlet  p = 2 Pa\n",
+            "p: found 2, another side has 1, expected one value");
+    if (!CHECK_OK(&ctx, load(&ctx, BOX_OF "\n[side x+] flow = outlet  p = -2 Pa\n", NULL, 0, &u))) return;
+    CHECK_NEAR(u.p_out, -2.0, 0.0);
+    leave(&ctx, &u);
     /* nothing develops between mirrors */
     if (!CHECK_OK(&ctx, load(&ctx, CHANNEL "[side y-] flow = mirror\n[side y+] flow = mirror\n"
                              "[side x-] flow = inlet  profile = parabola  mean = 1 m/s\n", NULL, 0, &u))) return;
@@ -637,8 +648,6 @@ TEST(refusals)
     CHECK(strstr(ctx.message, "side x-: found no wall beside the opening") != NULL);
     leave(&ctx, &u);
 }
-#define STREAM CHANNEL "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n" \
-    "[transport] D = 1e-9 m2/s  time = steady\n"
 #define DRAWN STREAM "[output] images = C, v, p, kind  "
 
 /* Keys of pictures: their values, and what is refused of them. */

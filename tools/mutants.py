@@ -13,7 +13,8 @@ anew, and with other sources all do, unless --old-map says that lines are to be 
 
 A fault is met by the tests that execute its line, cheap and near ones first, until one fails or --seconds of processor
 time have passed. A line that no test executes has no test to run. A test that fails without a fault, too, counts for
-nothing. Limits are processor time.
+nothing. Limits are processor time. What no test sees is compiled once more with the address and undefined-behaviour
+sanitizers, as CI runs them: a fault that leaves an array counts as seen.
 
 Printed are faults that no test has seen, and last a line "N mutants, N built, N with an effect, N killed, N survived".
 The status is 0. The same seed and sources give the same faults. --unseen prints the lines that no test executes.
@@ -234,6 +235,8 @@ __attribute__((constructor)) static void begin(void)
 }
 '''
 
+SANITIZED = ['-fsanitize=address,undefined', '-fsanitize-undefined-trap-on-error', '-fno-sanitize-recover=all']
+
 Test = collections.namedtuple('Test', 'path dim entry')  # dim 0: a script; entry: of a program, or a scene, or ''
 
 
@@ -286,16 +289,20 @@ class Machine:
         self.traced = [f for f in self.dev if not re.match(r'-(O|g)', f)] + [
             '-Og', '-g1', '-fsanitize-coverage=trace-pc'] + ([] if 'clang' in self.cc[0] else ['-fno-reorder-blocks'])
         self.plain, self.built = {}, {}  # test -> it passes without a fault; test program -> its path, or None
-        for name in ('cover', 'fault', 'plain', 'programs', 'tmp'):
+        found = [subprocess.run(self.cc + ['-print-file-name=' + name], stdout=subprocess.PIPE).stdout.decode().strip()
+                 for name in ('libasan.so', 'libclang_rt.asan-x86_64.so')]
+        self.asan = next((os.path.realpath(f) for f in found if os.path.isabs(f)), None)
+        for name in ('cover', 'fault', 'plain', 'watched', 'programs', 'tmp'):
             os.makedirs(os.path.join(self.dir, name), exist_ok=True)
 
-    def call(self, command, limit=None, **more):
+    def call(self, command, limit=None, room=MEMORY, **more):
         """Status, seconds of processor time and output; status -1: it took longer than `limit` seconds of it, or WAIT
         times that by the clock."""
         env = dict(os.environ, OMP_NUM_THREADS='1', OMP_WAIT_POLICY='passive', **more)
 
         def bound():
-            resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+            if room:
+                resource.setrlimit(resource.RLIMIT_AS, (room, room))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
             if limit:
                 resource.setrlimit(resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 2))
@@ -386,6 +393,11 @@ class Machine:
         for name in os.listdir(tmp):
             shutil.rmtree(os.path.join(tmp, name), ignore_errors=True)
         return result
+
+    def watched(self, test, limit, library):
+        """The same under the runtime of the address sanitizer, which needs all addresses."""
+        return self.run(test, limit, library, room=None, LD_PRELOAD=self.asan,
+                        ASAN_OPTIONS='detect_leaks=0:detect_odr_violation=0:verify_asan_link_order=0')
 
     def sound(self, test, limit):
         """It passes without a fault."""
@@ -669,6 +681,40 @@ class Fault:
         return self.state[d]
 
 
+    def watch(self, d):
+        """Libraries where the sanitizers see what this source does, with the fault and without."""
+        m = self.m
+        for library, source in (('fault', self.source), ('watched', os.path.join('src', self.path))):
+            to = os.path.join(m.dir, 'watched%dd.o' % d)
+            original = os.path.join(m.a.build, 'obj%dd' % d, self.path[:-2] + '.o')
+            if not m.compile(source, d, to, [f for f in m.dev if not f.startswith('-g')] + SANITIZED)[0]:
+                return False
+            m.link(library, d, [to if o == original else o for o in m.objects(d)])
+        return True
+
+
+def watch(m, fault, line, known):
+    """As judge, of a fault that no test sees by itself: the sanitizers say whether it leaves an array."""
+    total, used, ready = 0.0, 0, {}
+    met = {t: d for t, d in known.meeting(fault.path, line).items() if t.dim and t.path != METAMORPHIC}
+    for test in sorted(met, key=lambda t: known.tests[name_of(t)]['seconds']):
+        d = test.dim
+        if total > 0.25 * m.a.seconds or not m.asan:
+            break
+        if fault.state.get(d) != 'some' or m.plain.get(test) is False:
+            continue
+        if d not in ready:
+            ready[d] = fault.watch(d)
+        limit = 10.0 + 20.0 * known.tests[name_of(test)]['seconds']
+        status, took, out = m.watched(test, limit, 'fault') if ready[d] else (0, 0.0, '')
+        total += took
+        used += 1
+        if status and m.watched(test, limit, 'watched')[0] == 0:
+            said = re.findall(r'AddressSanitizer: [^\n]*', out)
+            return test, (said or ['status %d' % status])[0], total, used
+    return None, '', total, used
+
+
 def judge(m, graph, fault, line, known):
     """The test that sees the fault, or None; what it said, seconds spent, tests run, tests that execute the line."""
     met = known.meeting(fault.path, line)
@@ -745,7 +791,7 @@ def main():
             if s in sources:
                 print('src/%s:%d: %s' % (s, line, sources[s][0].split('\n')[line - 1].strip()))
         return
-    drawn = built = effect = killed = survived = 0
+    drawn = built = effect = killed = survived = watched = 0
     room = sum(len(f) for s in sources.values() for f in s[1].values())
     while (drawn if a.list or a.at else effect) < a.count and drawn < room:
         path, text, (x, y, new), kind = queue[drawn] if queue is not None else draw(sources, rng, seen)
@@ -773,7 +819,16 @@ def main():
             print('%s: no effect' % head)
             continue
         effect += 1
-        if test:
+        by_itself = test
+        if not test and meet:
+            test, said, more, used = watch(m, fault, line, known)
+            took += more
+            watched += test is not None
+        if test and not by_itself:
+            killed += 1
+            print('%s: killed after %.0f s under the address sanitizer by test %d of %d, %s: %s' % (
+                head, took, used, meet, name_of(test), said[:160]))
+        elif test:
             killed += 1
             print('%s: killed after %.0f s by test %d of %d, %s: %s' % (head, took, used, meet, name_of(test), said[:160]))
         elif not meet:
@@ -784,7 +839,7 @@ def main():
             print('SURVIVED %d of %d tests in %.0f s: %s' % (used, meet, took, diff))
         sys.stdout.flush()
     if not a.list:
-        print('mutants: %.0f s of processor time' % (spent() - begin))
+        print('mutants: %.0f s of processor time; %d of the killed by sanitizers' % (spent() - begin, watched))
     print('%d mutants, %d built, %d with an effect, %d killed, %d survived' % (drawn, built, effect, killed, survived))
 
 
