@@ -304,18 +304,24 @@ TEST(threads_change_no_bit)
 
 /* ---- building and changing ---- */
 
-/* What is known beforehand of surfaces depends on the shape alone: in lengths of another size it is the same. */
+/* What is known beforehand of surfaces depends on the shape alone: in lengths of another size it is the same, and so it
+ * is in a box that begins below 0. */
 TEST(surfaces_of_any_size)
 {
     static double first[3][4096];
-    static const double size[] = {1e-6, 1.0};
+    static const double size[] = {1e-6, 1.0, 1.0};
     for (int m = 1; m <= 2; m++)
-        for (int k = 0; k < 2; k++) {
+        for (int k = 0; k < 3; k++) {
             scene *s = &test_scene;
             double h = size[k], worst[3] = {0.0, 0.0, 0.0}, most[3] = {0.0, 0.0, 0.0};
             scene_box(s, m, h, 16, 16, 16);
             s->shapes[0].type = PD_SHAPE_BALL;
-            for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 8.3 * h;
+            for (int d = 0; d < PD_DIM; d++) {
+                double shift = k == 2 ? -5.0 : 0.0;
+                s->grid_desc.lo[d] += shift;
+                s->grid_desc.hi[d] += shift;
+                s->shapes[0].a[d] = 8.3 * h + shift;
+            }
             s->shapes[0].r = 4.2 * h;
             s->grid_desc.wall = s->shapes;
             s->with = WITH_FLOW;

@@ -114,7 +114,11 @@ static int ball_build(scene *s, double m, double (*field)(const double *x))
     int cells = PD_DIM == 3 ? 12 : 24;
     scene_box(s, m, 1.0 / cells, cells, cells, cells);
     s->shapes[0].type = PD_SHAPE_BALL;
-    for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.5 + 0.3 / cells;
+    for (int d = 0; d < PD_DIM; d++) { /* a box that begins below 0 */
+        s->grid_desc.lo[d] -= 0.25;
+        s->grid_desc.hi[d] -= 0.25;
+        s->shapes[0].a[d] = 0.25 + 0.3 / cells;
+    }
     s->shapes[0].r = 0.2;
     s->grid_desc.solid = s->shapes;
     s->with = WITH_TRANSPORT | WITH_FLOW;
