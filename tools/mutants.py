@@ -633,14 +633,15 @@ class Map:
             lines.sort()
 
     def meeting(self, source, line):
-        """{test: dimensions} of the tests that execute a line, or the one before it that has code."""
+        """{test: dimensions} of the tests that execute a line, or the one before it that has code; of what stands
+        before all code, those that execute any of it."""
         k = bisect.bisect_right(self.full[source], line) - 1
-        if k < 0:
-            return {}
-        n, found = self.ids[source, self.full[source][k]], {}
-        for d in DIMS:
-            for test in self.by[d].get(n, ()):
-                found.setdefault(test, []).append(d)
+        found = {}
+        for l in self.full[source][k:k + 1] if k >= 0 else self.full[source]:
+            for d in DIMS:
+                for test in self.by[d].get(self.ids[source, l], ()):
+                    if d not in found.setdefault(test, []):
+                        found[test].append(d)
         return found
 
     def unseen(self):
