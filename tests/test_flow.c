@@ -3,6 +3,7 @@
 #include "flow/jacobian.h"
 #include "fault.h"
 #include "fixture.h"
+#include "lattice/surface.h"
 #include <stdlib.h>
 
 #define RHO 1000.0
@@ -347,6 +348,42 @@ TEST(surfaces_of_any_size)
         }
 }
 
+/* The straight way from a node, and one cell on, meets a side of the box, wherever that begins, or it does not. */
+TEST(sides_as_surfaces)
+{
+    for (int below = 0; below < 2; below++)
+        for (int side = 0; side < 2 * PD_DIM; side++) {
+            scene *s = &test_scene;
+            double x[PD_DIM], to[PD_DIM], place[PD_DIM], normal[PD_DIM], sign = side % 2 ? 1.0 : -1.0;
+            int at[3] = {3, 3, 3}, d = side / 2, e = (d + 1) % PD_DIM;
+            int32_t closed;
+            scene_box(s, 1.0, 0.5, 8, 8, 8);
+            for (int a = 0; a < PD_DIM && below; a++) {
+                s->grid_desc.lo[a] -= 2.5;
+                s->grid_desc.hi[a] -= 2.5;
+            }
+            if (!scene_build(s)) return;
+            at[d] = side % 2 ? 6 : 1; /* three quarters of a length unit from it */
+            int32_t node = pd_grid_node(&s->grid, at);
+            pd_grid_position(&s->grid, node, x);
+            memcpy(to, x, sizeof to);
+            to[d] += sign * 0.6;
+            to[e] += 0.2;
+            if (CHECK_INT(pdi_surface_meet(&s->bonds, node, to, place, normal, &closed), 1))
+                for (int a = 0; a < PD_DIM; a++) {
+                    double wanted = a == d ? x[d] + sign * 0.75 : a == e ? x[e] + 0.25 : x[a];
+                    CHECK_NEAR(place[a], wanted, 1e-12);
+                    CHECK_NEAR(normal[a], a == d ? -sign : 0.0, 0.0);
+                }
+            to[d] = x[d] + sign * 0.8; /* beyond it */
+            CHECK_INT(pdi_surface_meet(&s->bonds, node, to, place, normal, &closed), -1);
+            to[d] = x[d] + sign * 0.2; /* a cell on is still before it */
+            to[e] = x[e];
+            CHECK_INT(pdi_surface_meet(&s->bonds, node, to, place, normal, &closed), 0);
+            scene_free(s);
+        }
+}
+
 static void not_finite(void *user, const double *x, double *u)
 {
     parabola(user, x, u);
@@ -453,5 +490,5 @@ TEST(memory_faults)
 #endif
 
 TEST_MAIN(ENTRY(hydrostatics) OF_DIM ENTRY(sections_balance) ENTRY(linearisation) ENTRY(threads_change_no_bit)
-          ENTRY(surfaces_of_any_size)
+          ENTRY(surfaces_of_any_size) ENTRY(sides_as_surfaces)
           ENTRY(bad_input) ENTRY(update_of_dissolved_nodes) ENTRY(memory_faults))
