@@ -78,9 +78,12 @@ $python "$tool" --unseen --tests test_sum > log 2>&1
 check "lines that no test executes are listed" grep -q '^src/core/sum.c:16: return a \* b;$' log
 check "lines that a test executes are not" sh -c '! grep -q "sum.c:8:" log'
 $python "$tool" --at core/sum.c:16 --tests test_sum > log 2>&1
-check "a line that no test executes is named" grep -q '^SURVIVED, since no test executes the line: src/core/sum.c:16' log
+check "a line that no test executes is named" \
+    grep -q '^SURVIVED, since no test executes the line: src/core/sum.c:16' log
 sed 's/int sum_of(const/\n&/' before/core/sum.c > src/core/sum.c
-for d in 1 2 3; do $CC $DEV -DPD_DIM=$d -Isrc -c src/core/sum.c -o build/obj${d}d/core/sum.o; done
+for d in 1 2 3; do # shellcheck disable=SC2086
+    $CC $DEV -DPD_DIM=$d -Isrc -c src/core/sum.c -o build/obj${d}d/core/sum.o
+done
 $python "$tool" --at core/sum.c:9 --old-map > log 2>&1
 check "an old map finds lines by their text" \
     sh -c 'grep -q ", 0 survived$" log && ! grep -q "tests to run" log && grep -q "killed .*test_sum" log'

@@ -209,4 +209,5 @@ TEST(derivatives)
     }
 }
 
-TEST_MAIN(ENTRY(gradient_beside_walls) ENTRY(derivatives) ENTRY(third_order_in_a_uniform_stream) ENTRY(sixth_order_in_explicit_steps))
+TEST_MAIN(ENTRY(gradient_beside_walls) ENTRY(derivatives) ENTRY(third_order_in_a_uniform_stream)
+          ENTRY(sixth_order_in_explicit_steps))

@@ -252,7 +252,8 @@ TEST(refusals)
     refused(SLAB_V "[measured a] file = a.csv\n", "found 1 columns");
     put_text("a.csv", "time [h],solid [mol]\n1,1\n");
     unwatched(SLAB_V "[measured a] file = a.csv\n", "the values of a are an amount [mol], expected a plain number");
-    unwatched(SLAB_V "[total all]\n[measured a] file = a.csv  of = total.al.solid\n", "a.scene:10: measured: found of = total.al.solid");
+    unwatched(SLAB_V "[total all]\n[measured a] file = a.csv  of = total.al.solid\n",
+              "a.scene:10: measured: found of = total.al.solid");
     unwatched(SLAB_V "[measured a] file = a.csv  of = probe.p.C\n", "the run watches: volume_loss");
 }
 

@@ -115,27 +115,6 @@ TEST(ticks_are_round_numbers)
     CHECK_STR(axis.label[0], "10\xE2\x81\xBB\xE2\x81\xB6");
     CHECK_STR(axis.label[axis.count - 1], "10\xE2\x81\xBB\xC2\xB2");
     CHECK_NEAR(pdi_ticks_place(&axis, 1e-4), 0.5, 1e-12);
-    axis.lo = 1e-3; /* plain numbers from 1e-3 to 1e5, and powers beyond one of them */
-    axis.hi = 1e5;
-    pdi_ticks_ticks(8, &axis);
-    CHECK_STR(axis.label[0], "0.001");
-    CHECK_STR(axis.label[axis.count - 1], "100000");
-    axis.lo = 1e-4;
-    axis.hi = 1.0;
-    pdi_ticks_ticks(8, &axis);
-    CHECK_STR(axis.label[axis.count - 1], "10\xE2\x81\xB0");
-    axis.lo = 1.0;
-    axis.hi = 1e6;
-    pdi_ticks_ticks(8, &axis);
-    CHECK_STR(axis.label[0], "10\xE2\x81\xB0");
-    axis.hi = 20.0;
-    pdi_ticks_ticks(8, &axis); /* two decades: 1, 2, 5 are named, the others are not */
-    CHECK_INT(axis.count, 11);
-    for (int k = 0; k < axis.count; k++) {
-        static const char *const names[] = {"1", "2", "", "", "5", "", "", "", "", "10", "20"};
-        CHECK_STR(axis.label[k], names[k]);
-        CHECK_REL(axis.at[k], k < 9 ? k + 1.0 : 10.0 * (k - 8), 1e-12);
-    }
     axis.lo = 1e-300;
     axis.hi = 1e300;
     CHECK_NEAR(pdi_ticks_place(&axis, 1.0), 0.5, 1e-12);
@@ -766,72 +745,6 @@ TEST(contours_stand_at_their_place)
     CHECK_INT(ctx.in_use, 0);
 }
 
-/* What follows `before` in the drawing; "" where that is not there. */
-static const char *drawn_behind(const pdi_svg *svg, size_t before)
-{
-    static char text[2048];
-    size_t size = svg->text.size - before < sizeof text ? svg->text.size - before : sizeof text - 1;
-    memcpy(text, (const char *)svg->text.data + before, size);
-    text[size] = '\0';
-    return text;
-}
-
-/* Every sort of thing that a drawing of vectors has. */
-TEST(vectors)
-{
-    pd_ctx ctx;
-    pdi_svg svg;
-    pdi_canvas canvas;
-    pd_ctx_init(&ctx);
-    if (!CHECK_OK(&ctx, pdi_canvas_vectors(&ctx, 200, 100, &svg, &canvas))) return;
-    const char *head = drawn_behind(&svg, 0);
-    CHECK(strstr(head, "version=\"1.1\" width=\"200\" height=\"100\" viewBox=\"0 0 200 100\"") != NULL);
-    CHECK(strstr(head, "<rect x=\"0\" y=\"0\" width=\"200\" height=\"100\" fill=\"#ffffff\"/>\n") != NULL);
-    size_t at = svg.text.size;
-    pdi_canvas_fill(&canvas, 10, 20, 30, 50, 0x123456u);
-    CHECK_STR(drawn_behind(&svg, at), "<rect x=\"10\" y=\"20\" width=\"20\" height=\"30\" fill=\"#123456\"/>\n");
-    at = svg.text.size;
-    pdi_canvas_frame(&canvas, 10, 20, 30, 50, 0x00ff7fu); /* a line of one pixel around it */
-    CHECK_STR(drawn_behind(&svg, at), "<rect x=\"9.50\" y=\"19.50\" width=\"21.00\" height=\"31.00\" stroke=\"#00ff7f\""
-              " fill=\"none\"/>\n");
-    at = svg.text.size;
-    pdi_canvas_line(&canvas, 1.0, 2.25, 3.5, 4.125, 1.5, 0x000001u);
-    CHECK_STR(drawn_behind(&svg, at), "<line x1=\"1.00\" y1=\"2.25\" x2=\"3.50\" y2=\"4.13\" stroke-width=\"1.50\""
-              " stroke=\"#000001\" stroke-linecap=\"round\"/>\n");
-    at = svg.text.size;
-    pdi_svg_path(&svg); /* strokes that meet are one */
-    pdi_svg_stroke(&svg, 1.0, 2.0, 3.0, 4.0);
-    pdi_svg_stroke(&svg, 3.0, 4.0, -5.0, 6.0);
-    pdi_svg_stroke(&svg, 3.0, 6.0, 7.0, 8.0);
-    pdi_svg_stroke(&svg, 7.0, 9.0, 1.0, 1.0);
-    pdi_svg_path_end(&svg, 2.0, 0xabcdefu);
-    CHECK_STR(drawn_behind(&svg, at), "<path d=\"M1.00 2.00L3.00 4.00L-5.00 6.00M3.00 6.00L7.00 8.00M7.00 9.00L1.00 "
-              "1.00\" fill=\"none\" stroke-width=\"2.00\" stroke=\"#abcdef\" stroke-linecap=\"round\""
-              " stroke-linejoin=\"round\"/>\n");
-    at = svg.text.size;
-    pdi_svg_text(&svg, 3.0, 4.0, "middle", 1, 1, 0x102030u, "a<b>&\xC2\xB5\xE2\x82\xAC\xF0\x9D\x84\x9E\x01\xC3");
-    CHECK_STR(drawn_behind(&svg, at), "<text x=\"-4.00\" y=\"3.00\" fill=\"#102030\" transform=\"rotate(-90)\""
-              " font-weight=\"bold\" text-anchor=\"middle\">a&lt;b&gt;&amp;\xC2\xB5\xE2\x82\xAC\xF0\x9D\x84\x9E?"
-              "?</text>\n");
-    at = svg.text.size;
-    pdi_svg_text(&svg, 3.0, 4.0, "start", 0, 0, 0u,
-                 "\xE0\x80\x80\xED\xA0\x80\xEF\xBF\xBF\xF0\x80\x80\x80\xF4\x90\x80\x80\x7F");
-    CHECK_STR(drawn_behind(&svg, at), "<text x=\"3.00\" y=\"4.00\" fill=\"#000000\" text-anchor=\"start\">"
-              "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "</text>\n");
-    /* one for each byte that is no letter of XML */
-    at = svg.text.size;
-    pdi_svg_text(&svg, 3.0, 4.0, "start", 0, 0, 0u, "");
-    pdi_svg_rectangle(&svg, 1, 1, 0, 5, 0u);
-    pdi_svg_rectangle(&svg, 1, 1, 5, 0, 0u);
-    CHECK_STR(drawn_behind(&svg, at), "");
-    pdi_svg_line(&svg, 1e9, -1e9, 0.004, -0.006, 1.0, 0u); /* no larger than a reader takes */
-    CHECK_STR(drawn_behind(&svg, at), "<line x1=\"1000000.00\" y1=\"-1000000.00\" x2=\"0.00\" y2=\"-0.01\""
-              " stroke-width=\"1.00\" stroke=\"#000000\" stroke-linecap=\"round\"/>\n");
-    CHECK_OK(&ctx, svg.status);
-    pdi_svg_free(&svg);
-    CHECK_INT(ctx.in_use, 0);
-}
-
 TEST(every_failing_allocation_is_reported)
 {
     double values[6] = {1, 2, 3, 4, 5, 6}, velocity[12] = {1, 1, 1, 1, 1, 1};
@@ -877,5 +790,5 @@ TEST_MAIN(ENTRY(colours_are_ordered_by_lightness) ENTRY(ranges_of_nothing_less_t
           ENTRY(a_picture_with_wrong_arguments_is_refused) ENTRY(a_curve_passes_through_its_points)
           ENTRY(points_have_their_spread) ENTRY(a_plot_copes_with_what_cannot_be_shown)
           ENTRY(a_legend_names_what_is_drawn)
-          ENTRY(films_of_one_size) ENTRY(contours_stand_at_their_place) ENTRY(vectors)
+          ENTRY(films_of_one_size) ENTRY(contours_stand_at_their_place)
           ENTRY(every_failing_allocation_is_reported))
