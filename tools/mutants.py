@@ -536,8 +536,8 @@ class Map:
         for line in out.decode(errors='replace').splitlines():
             f = line.split()
             if line.startswith('CU: '):
-                unit = os.path.relpath(line[4:].rstrip(':').lstrip('./'), 'src')
-            elif len(f) >= 3 and f[0] == os.path.basename(unit) and f[1].isdigit() and f[2].startswith('0x'):
+                unit = os.path.relpath(line[4:].rstrip(':'), 'src')
+            elif len(f) >= 3 and os.path.basename(f[0]) == os.path.basename(unit) and f[1].isdigit() and f[2].startswith('0x'):
                 at = bisect.bisect_right(bounds, int(f[2], 16)) - 1
                 n = self.number((unit, int(f[1])))
                 self.code.add(n)
