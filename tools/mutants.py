@@ -751,7 +751,7 @@ def main():
     p.add_argument('--longest', type=float, default=60, help='a test is followed for so many of them')
     p.add_argument('--only', default='', help='folders or files below src, with commas between them')
     p.add_argument('--dims', default='', help='of the test programs that are used, such as 1,2')
-    p.add_argument('--tests', default='', help='use those alone whose name has this regular expression')
+    p.add_argument('--tests', default='', help='use those alone whose name (FILE DIM ENTRY) has this regular expression, up to its first blank in FILE')
     p.add_argument('--at', help='FILE:LINE: the faults of a line below src, one after the other')
     p.add_argument('--build', default='build')
     p.add_argument('--list', action='store_true', help='print the faults and stop')
