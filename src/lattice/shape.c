@@ -203,7 +203,9 @@ static double pdi_shape_crossing_one(const pd_shape *s, const double *x, const d
         if (fabs(pdi_vec_dot(xi, s->b)) > 0.0)
             best = pdi_shape_next(pdi_vec_dot(off, s->b) / pdi_vec_dot(xi, s->b), after, best);
         return best;
+#if PD_DIM == 3
     case PD_SHAPE_FACETS: return pdi_facets_crossing(s->facets, x, xi, after);
+#endif
     default: return HUGE_VAL;
     }
 }
