@@ -751,7 +751,7 @@ static const char *const parts[] = {"owner", "jacobian", "spectrum", "boundary",
                                     "fingerprint", "compact", "limiter", "inverse", "band", "springs", "path",
                                     "bond_weights", "images", "components", "shell", "shade", "sight", "electrolyte",
                                     "attack", "mineral", "cell", "electrodes", "gas_wall", "mirrored", "overlap",
-                                    "polarise", "coat", "surfaces"};
+                                    "polarise", "coat", "surfaces", "visibility"};
 
 /* How many functions `pd_status pd_X_build(` or `pd_status pdi_X_build(` a header has; each must be tried. */
 static int builds_of(const char *path)
