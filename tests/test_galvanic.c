@@ -262,8 +262,8 @@ TEST(free_disc)
     }
     double left = 1.0 - MG_SPEED * 2.0 * 2.0 * 86400.0 / 0.2e-3;
     CHECK_REL(1.0 - loss[0], left * left, 0.02);
-    CHECK_NEAR(loss[1], loss[0], 1e-9);
-    CHECK_NEAR(loss[2], loss[0], 1e-9);
+    CHECK_NEAR(loss[1], loss[0], 3e-5); /* steps that follow a potential are others */
+    CHECK_NEAR(loss[2], loss[1], 1e-9);
 }
 #endif
 
