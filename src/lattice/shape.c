@@ -131,7 +131,7 @@ static double pdi_shape_level(const pd_shape *shapes, int index, const pdi_shape
     case PD_SHAPE_CYLINDER: return pdi_shape_cylinder(s, x);
     case PD_SHAPE_HALF_SPACE: return frame ? pdi_shape_half_space_framed(s, frame, x) : pdi_shape_half_space(s, x);
     case PD_SHAPE_VOXELS: return pdi_shape_voxels(s, x);
-    case PD_SHAPE_FACETS: return pdi_facets_distance(s->facets, x);
+    case PD_SHAPE_FACETS: return PD_DIM == 3 ? pdi_facets_distance(s->facets, x) : HUGE_VAL;
     case PD_SHAPE_COMPLEMENT: return -pdi_shape_level(shapes, s->child[0], frame, x);
     case PD_SHAPE_UNION:
     case PD_SHAPE_INTERSECT:
@@ -203,9 +203,7 @@ static double pdi_shape_crossing_one(const pd_shape *s, const double *x, const d
         if (fabs(pdi_vec_dot(xi, s->b)) > 0.0)
             best = pdi_shape_next(pdi_vec_dot(off, s->b) / pdi_vec_dot(xi, s->b), after, best);
         return best;
-#if PD_DIM == 3
-    case PD_SHAPE_FACETS: return pdi_facets_crossing(s->facets, x, xi, after);
-#endif
+    case PD_SHAPE_FACETS: return PD_DIM == 3 ? pdi_facets_crossing(s->facets, x, xi, after) : HUGE_VAL;
     default: return HUGE_VAL;
     }
 }
