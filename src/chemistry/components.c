@@ -471,7 +471,8 @@ static double pdi_components_power(double c, double n, double *by)
     return n == 2.0 ? c * c : pow(c, n);
 }
 
-PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kinetic, const double *c, double *by)
+PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kinetic, const double *c, double *by,
+                                   double *size)
 {
     double product[2], power[PD_SPECIES_MOST], slope[PD_SPECIES_MOST];
     product[0] = kinetic->forward;
@@ -490,6 +491,7 @@ PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kin
             if (j != i && kinetic->nu[j] != 0.0 && (kinetic->nu[j] > 0.0) == way) rest *= power[j];
         by[i] = rest;
     }
+    if (size) *size = fabs(product[0]) + fabs(product[1]);
     return product[0] - product[1];
 }
 

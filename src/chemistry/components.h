@@ -54,9 +54,10 @@ static inline int pdi_components_columns(const pd_components *components)
 {
     return components->joined + (components->debye > 0.0);
 }
-/* Speed [mol/m3/s] of a kinetic reaction; by [solutes] may be NULL: its derivatives [1/s]. */
+/* Speed [mol/m3/s] of a kinetic reaction. by [solutes], its derivatives [1/s], and size, the sum of both of its ways,
+ * may be NULL. */
 PDI_FN double pdi_components_speed(const pd_components *components, const pd_kinetic *kinetic, const double *c,
-                                   double *by);
+                                   double *by, double *size);
 /* ln gamma of a charge of 1. */
 PDI_FN double pdi_components_activity(const pd_components *components, const double *c);
 #endif

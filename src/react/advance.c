@@ -32,6 +32,10 @@
 #define PDI_ADVANCE_HALVINGS 10
 /* Halvings of the correction of one node whose totals would have no equilibrium, or that loses a mineral or is full. */
 #define PDI_ADVANCE_CUTS 20
+/* Steps for the extent of a reaction at a node, sweeps over all of its reactions, and changes of totals that are none. */
+#define PDI_ADVANCE_EXTENTS 100
+#define PDI_ADVANCE_SWEEPS 30
+#define PDI_ADVANCE_SWEPT 1e-12
 /* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
  * factor, since the next one finds the potential in the ions that have come. */
 #define PDI_ADVANCE_LIFT 3.0
@@ -87,7 +91,7 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
     }
     for (int k = 0; k < s->count; k++) lack[k] = lack[k] / r->dt + gain[k];
     for (int n = 0; n < s->kinetics; n++) {
-        double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL);
+        double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL, NULL);
         for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * speed;
     }
     const pd_etch *metal = r->surface;
@@ -144,6 +148,20 @@ static double pdi_advance_charge(const pd_reactive *r, int k, int32_t i)
     return PDI_ADVANCE_CHARGE / PDI_ADVANCE_ROUND * size / z;
 }
 
+/* [mol/m3/s] of component k that kinetic reactions make and take at node i: what is left of that has its rounding. */
+static double pdi_advance_turnover(const pd_reactive *r, int k, int32_t i)
+{
+    const pd_components *s = &r->components;
+    double c[PD_SPECIES_MOST], sum = 0.0, both;
+    if (s->kinetics) pdi_reactive_get(r, r->c, i, c);
+    for (int n = 0; n < s->kinetics; n++) {
+        if (s->kinetic[n].gain[k] == 0.0) continue;
+        pdi_components_speed(s, &s->kinetic[n], c, NULL, &both);
+        sum += fabs(s->kinetic[n].gain[k]) * both;
+    }
+    return sum;
+}
+
 /* Rounding [mol/m3/s] of the balances of component k, as a norm; *held: of what is there over the step, its square. */
 static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, double *held)
 {
@@ -157,6 +175,7 @@ static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, dou
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
         size[i] = (sum + pdi_advance_charge(r, k, i)) * (round / r->dt + met * r->rates[i]);
+        size[i] += pdi_advance_turnover(r, k, i) * round;
         for (int m = 0; m < r->minerals.count; m++)
             size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] * round / r->dt;
         *held += sum / r->dt * (sum / r->dt);
@@ -208,6 +227,79 @@ static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
     return PD_OK;
 }
 
+/* A kinetic reaction of a node, and what its speed is linear in at the start of a correction. */
+typedef struct pdi_advance_reaction {
+    const pd_components *s;
+    const pd_kinetic *kinetic;
+    double dt, extent; /* [s], [mol/m3] by the correction */
+} pdi_advance_reaction;
+
+/* What the reaction lacks where it goes on by `more` [mol/m3] from the totals `sum`, and c there. NaN: none is. */
+static double pdi_advance_excess(const pdi_advance_reaction *of, const double *sum, double more, double *c)
+{
+    double total[PD_SPECIES_MOST];
+    for (int k = 0; k < of->s->count; k++) total[k] = sum[k] + of->kinetic->gain[k] * more;
+    if (pdi_components_solve(of->s, total, c) != PD_OK) return (double)NAN;
+    return of->extent + more - of->dt * pdi_components_speed(of->s, of->kinetic, c, NULL, NULL);
+}
+
+/* How much farther than by the correction it goes [mol/m3]. A reaction slows down as it goes on: what it lacks rises at
+ * least as fast as its extent, so that its zero lies within that of the start. Regula falsi with the weight of
+ * Illinois, and halving. */
+static double pdi_advance_extent(const pdi_advance_reaction *of, const double *sum, double *c)
+{
+    double from = 0.0, low = pdi_advance_excess(of, sum, from, c), to = -low, high, more = 0.0;
+    if (low == 0.0 || low != low) return 0.0;
+    high = pdi_advance_excess(of, sum, to, c);
+    for (int step = 0; step < PDI_ADVANCE_EXTENTS && high == high; step++) {
+        if (high == 0.0 || high * low > 0.0) return to;
+        more = step % 3 == 2 ? 0.5 * (from + to) : to - high * (to - from) / (high - low);
+        if (more == from || more == to) return more;
+        double at = pdi_advance_excess(of, sum, more, c);
+        if (at * high < 0.0) {
+            from = to;
+            low = high;
+        } else {
+            low *= 0.5;
+        }
+        to = more;
+        high = at;
+    }
+    return high == high ? to : 0.0;
+}
+
+/* Totals of node i of `base` moved by a share of the correction: what reactions do by it they do at the speeds of what
+ * comes, not by the derivatives of what was there. Those are far off where a species is used up. */
+static void pdi_advance_react(const pd_reactive *r, int32_t i, double share, double *sum)
+{
+    const pd_components *s = &r->components;
+    const float *row = r->by + (int64_t)i * r->slots + s->live * pdi_components_columns(s);
+    const double *delta = r->work + s->count * (int64_t)r->grid->total;
+    double base[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
+    pdi_advance_reaction of[PD_REACTION_MOST];
+    pdi_reactive_get(r, r->base, i, base);
+    for (int n = 0; n < s->kinetics; n++, row += s->count) {
+        double rise = 0.0;
+        for (int k = 0; k < s->count; k++) rise += (double)row[k] * r->weight[k] * delta[k * (int64_t)r->grid->total + i];
+        of[n].s = s;
+        of[n].kinetic = &s->kinetic[n];
+        of[n].dt = r->dt;
+        of[n].extent = r->dt * (pdi_components_speed(s, &s->kinetic[n], base, NULL, NULL) + share * rise);
+    }
+    for (int sweep = 0, moved = 1; sweep < PDI_ADVANCE_SWEEPS && moved; sweep++) {
+        moved = 0;
+        for (int n = 0; n < s->kinetics; n++) {
+            double more = pdi_advance_extent(&of[n], sum, c);
+            of[n].extent += more;
+            for (int k = 0; k < s->count; k++) {
+                double by = s->kinetic[n].gain[k] * more;
+                moved = moved || (s->kinetics > 1 && fabs(by) > PDI_ADVANCE_SWEPT * fabs(sum[k]));
+                sum[k] += by;
+            }
+        }
+    }
+}
+
 /* c: what belongs to the totals of node i of `base` moved by a share of the correction. PD_NOT_CONVERGED: there is no
  * equilibrium. */
 static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share, double *c)
@@ -226,8 +318,9 @@ static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share,
         pdi_reactive_solids(r, r->solid_base, i, n);
         if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) != PD_OK) return PD_NOT_CONVERGED;
         for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
-    } else if (pdi_components_solve(s, sum, c) != PD_OK) {
-        return PD_NOT_CONVERGED;
+    } else {
+        if (s->kinetics) pdi_advance_react(r, i, share, sum);
+        if (pdi_components_solve(s, sum, c) != PD_OK) return PD_NOT_CONVERGED;
     }
     if (!r->migration.on) return PD_OK;
     r->migration.psi[i] = r->migration.base[i] + share * r->migration.share * r->migration.move[i];

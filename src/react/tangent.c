@@ -131,7 +131,7 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
         }
         for (int n = 0; n < s->kinetics; n++, row += s->count) {
             double rate = 0.0;
-            pdi_components_speed(s, &s->kinetic[n], c, slope);
+            pdi_components_speed(s, &s->kinetic[n], c, slope, NULL);
             for (int k = 0; k < s->count; k++) {
                 double sum = 0.0;
                 memset(one, 0, sizeof one);

@@ -2,10 +2,11 @@
  *
  *   metamorphic_2d [--seed N] [--pairs N] [--seconds S] [--class exact|tolerance|lattice] [--only TRANSFORM] [--show]
  *                  [--sanitize] [--limit S] [--through SHARE] [--shrink S] [--jobs N] [--with PHYSICS]...
- *                  [--holding TEXT]
+ *                  [--holding TEXT] [--extreme]
  *
- * --with, --holding: scenes that have all of these physics, and the text, such as union; --closed: without the seeds of
- * open findings; --through: share of bodies with faces through nodes; --limit: of a run, in seconds of the processor;
+ * --extreme: scenes with numbers far from all scales, which end with an answer or a message (extreme.h); --with,
+ * --holding: scenes that have all of these physics, and the text, such as union; --closed: without the seeds of open
+ * findings; --through: share of bodies with faces through nodes; --limit: of a run, in seconds of the processor;
  * --shrink: the same for the smallest scene that shows a finding, 0: as it was found; --jobs: processes side by side.
  */
 #define _XOPEN_SOURCE 700
@@ -14,6 +15,7 @@
 #include "compare.h"
 #include "shrink.h"
 #include "invariant.h"
+#include "extreme.h"
 #include "../random.h"
 #include <dirent.h>
 #include <math.h>
@@ -31,7 +33,7 @@ enum { TEXT = 65536 };
 
 typedef struct options {
     uint32_t seed;
-    int pairs, show, sanitize, quick, blind, closed, only, jobs;
+    int pairs, show, sanitize, extreme, quick, blind, closed, only, jobs;
     double seconds, limit, through, shrink;
     scene_class of;
     uint32_t with;                /* scenes that have all of it */
@@ -179,6 +181,10 @@ static void run_alone(const options *o, const scene *x, record *a, finding *f)
     memset(f, 0, sizeof *f);
     write_text(x, text);
     record_run(text, &r, a);
+    if (o->extreme) {
+        extreme_check(x, a, f);
+        return;
+    }
     if (a->outcome != OUTCOME_CRASHED && a->outcome != OUTCOME_HUNG) return;
     f->found = 1;
     f->scale = 1.0;
@@ -299,7 +305,7 @@ static void one(const options *all, uint32_t seed, const board *together)
     finding f;
     transform t;
     uint32_t state = seed ^ 0x5bd1e995u;
-    if (o->mixed && o->only < 0 && seed % 5 == 0) own.of = CLASS_TOLERANCE;
+    if ((o->mixed || o->extreme) && o->only < 0 && seed % 5 == 0) own.of = CLASS_TOLERANCE;
     if (o->mixed && !o->quick && o->only < 0 && o->other[0] && seed % 10 == 7) own.of = CLASS_LATTICE;
     if (o->mixed && PD_DIM == 2 && o->only < 0 && seed % 10 == 3) own.of = CLASS_RING;
     if (o->only == TRANSFORM_LAYER) own.of = CLASS_LATTICE;
@@ -323,6 +329,11 @@ static void one(const options *all, uint32_t seed, const board *together)
             own.of = CLASS_EXACT;
             generate_scene(seed, o->of, o->through, &x);
         }
+    }
+    if (o->extreme) {
+        static scene moderate;
+        moderate = x;
+        extreme_scene(&moderate, seed, &x);
     }
     if (o->sanitize) run_alone(o, &x, &a, &f);
     else run_any(o, &x, &t, &a, &b, &f);
@@ -503,6 +514,7 @@ int main(int argc, char **argv)
         const char *a = argv[k], *v = k + 1 < argc ? argv[k + 1] : "";
         if (strcmp(a, "--show") == 0) o.show = 1;
         else if (strcmp(a, "--sanitize") == 0) o.sanitize = 1;
+        else if (strcmp(a, "--extreme") == 0) o.extreme = o.sanitize = 1, o.limit = 10.0, o.mixed = 0;
         else if (strcmp(a, "--blind") == 0) o.blind = 1;
         else if (strcmp(a, "--quick") == 0) o.quick = 1;
         else if (strcmp(a, "--closed") == 0) o.closed = 1;
