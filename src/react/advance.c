@@ -32,7 +32,7 @@
 #define PDI_ADVANCE_HALVINGS 10
 /* Halvings of the correction of one node whose totals would have no equilibrium, or that loses a mineral or is full. */
 #define PDI_ADVANCE_CUTS 20
-/* Steps for the extent of a reaction at a node, sweeps over all of its reactions, and changes of totals that are none. */
+/* Steps for the extent of a reaction at a node, sweeps over its reactions, and changes of totals that are none. */
 #define PDI_ADVANCE_EXTENTS 100
 #define PDI_ADVANCE_SWEEPS 30
 #define PDI_ADVANCE_SWEPT 1e-12
@@ -148,7 +148,7 @@ static double pdi_advance_charge(const pd_reactive *r, int k, int32_t i)
     return PDI_ADVANCE_CHARGE / PDI_ADVANCE_ROUND * size / z;
 }
 
-/* [mol/m3/s] of component k that kinetic reactions make and take at node i: what is left of that has its rounding. */
+/* [mol/m3/s] of component k that kinetic reactions make and take at node i: their difference has that rounding. */
 static double pdi_advance_turnover(const pd_reactive *r, int k, int32_t i)
 {
     const pd_components *s = &r->components;
@@ -227,35 +227,50 @@ static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
     return PD_OK;
 }
 
-/* A kinetic reaction of a node, and what its speed is linear in at the start of a correction. */
+/* A kinetic reaction of node i. */
 typedef struct pdi_advance_reaction {
-    const pd_components *s;
+    const pd_reactive *r;
+    int32_t i;
     const pd_kinetic *kinetic;
-    double dt, extent; /* [s], [mol/m3] by the correction */
+    double extent; /* [mol/m3] by the correction */
 } pdi_advance_reaction;
 
-/* What the reaction lacks where it goes on by `more` [mol/m3] from the totals `sum`, and c there. NaN: none is. */
-static double pdi_advance_excess(const pdi_advance_reaction *of, const double *sum, double more, double *c)
+/* What belongs to the totals `sum` of node i with what minerals are in `base`: c, and amounts n of minerals.
+ * PD_NOT_CONVERGED: there is no equilibrium. */
+static pd_status pdi_advance_local(const pd_reactive *r, int32_t i, const double *sum, double *c, double *n)
 {
-    double total[PD_SPECIES_MOST];
-    for (int k = 0; k < of->s->count; k++) total[k] = sum[k] + of->kinetic->gain[k] * more;
-    if (pdi_components_solve(of->s, total, c) != PD_OK) return (double)NAN;
-    return of->extent + more - of->dt * pdi_components_speed(of->s, of->kinetic, c, NULL, NULL);
+    double first[PD_MINERAL_MOST];
+    pd_mineral_start start;
+    pdi_reactive_get(r, r->base, i, c);
+    if (!r->minerals.count) return pdi_components_solve(&r->components, sum, c);
+    pdi_tangent_law(r, i, first, &start);
+    pdi_reactive_solids(r, r->solid_base, i, n);
+    return pdi_mineral_solve(&r->components, &r->minerals, &start, sum, c, n);
+}
+
+/* What the reaction lacks where it goes on by `more` [mol/m3] from the totals `sum`. NaN: there is no equilibrium. */
+static double pdi_advance_excess(const pdi_advance_reaction *of, const double *sum, double more)
+{
+    const pd_components *s = &of->r->components;
+    double total[PD_SPECIES_MOST], c[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
+    for (int k = 0; k < s->count; k++) total[k] = sum[k] + of->kinetic->gain[k] * more;
+    if (pdi_advance_local(of->r, of->i, total, c, n) != PD_OK) return (double)NAN;
+    return of->extent + more - of->r->dt * pdi_components_speed(s, of->kinetic, c, NULL, NULL);
 }
 
 /* How much farther than by the correction it goes [mol/m3]. A reaction slows down as it goes on: what it lacks rises at
  * least as fast as its extent, so that its zero lies within that of the start. Regula falsi with the weight of
  * Illinois, and halving. */
-static double pdi_advance_extent(const pdi_advance_reaction *of, const double *sum, double *c)
+static double pdi_advance_extent(const pdi_advance_reaction *of, const double *sum)
 {
-    double from = 0.0, low = pdi_advance_excess(of, sum, from, c), to = -low, high, more = 0.0;
+    double from = 0.0, low = pdi_advance_excess(of, sum, from), to = -low, high, more = 0.0;
     if (low == 0.0 || low != low) return 0.0;
-    high = pdi_advance_excess(of, sum, to, c);
+    high = pdi_advance_excess(of, sum, to);
     for (int step = 0; step < PDI_ADVANCE_EXTENTS && high == high; step++) {
         if (high == 0.0 || high * low > 0.0) return to;
         more = step % 3 == 2 ? 0.5 * (from + to) : to - high * (to - from) / (high - low);
         if (more == from || more == to) return more;
-        double at = pdi_advance_excess(of, sum, more, c);
+        double at = pdi_advance_excess(of, sum, more);
         if (at * high < 0.0) {
             from = to;
             low = high;
@@ -274,22 +289,23 @@ static void pdi_advance_react(const pd_reactive *r, int32_t i, double share, dou
 {
     const pd_components *s = &r->components;
     const float *row = r->by + (int64_t)i * r->slots + s->live * pdi_components_columns(s);
-    const double *delta = r->work + s->count * (int64_t)r->grid->total;
-    double base[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
+    int64_t total = r->grid->total;
+    const double *delta = r->work + s->count * total;
+    double base[PD_SPECIES_MOST];
     pdi_advance_reaction of[PD_REACTION_MOST];
     pdi_reactive_get(r, r->base, i, base);
     for (int n = 0; n < s->kinetics; n++, row += s->count) {
         double rise = 0.0;
-        for (int k = 0; k < s->count; k++) rise += (double)row[k] * r->weight[k] * delta[k * (int64_t)r->grid->total + i];
-        of[n].s = s;
+        for (int k = 0; k < s->count; k++) rise += (double)row[k] * r->weight[k] * delta[k * total + i];
+        of[n].r = r;
+        of[n].i = i;
         of[n].kinetic = &s->kinetic[n];
-        of[n].dt = r->dt;
         of[n].extent = r->dt * (pdi_components_speed(s, &s->kinetic[n], base, NULL, NULL) + share * rise);
     }
     for (int sweep = 0, moved = 1; sweep < PDI_ADVANCE_SWEEPS && moved; sweep++) {
         moved = 0;
         for (int n = 0; n < s->kinetics; n++) {
-            double more = pdi_advance_extent(&of[n], sum, c);
+            double more = pdi_advance_extent(&of[n], sum);
             of[n].extent += more;
             for (int k = 0; k < s->count; k++) {
                 double by = s->kinetic[n].gain[k] * more;
@@ -307,21 +323,13 @@ static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share,
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     const double *delta = r->work + s->count * total;
-    double sum[PD_SPECIES_MOST];
+    double sum[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
     pdi_reactive_get(r, r->base, i, c);
     pdi_components_totals(s, c, sum);
     for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
-    if (r->minerals.count) {
-        double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
-        pd_mineral_start start;
-        pdi_tangent_law(r, i, first, &start);
-        pdi_reactive_solids(r, r->solid_base, i, n);
-        if (pdi_mineral_solve(s, &r->minerals, &start, sum, c, n) != PD_OK) return PD_NOT_CONVERGED;
-        for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
-    } else {
-        if (s->kinetics) pdi_advance_react(r, i, share, sum);
-        if (pdi_components_solve(s, sum, c) != PD_OK) return PD_NOT_CONVERGED;
-    }
+    if (s->kinetics && share > 0.0) pdi_advance_react(r, i, share, sum);
+    if (pdi_advance_local(r, i, sum, c, n) != PD_OK) return PD_NOT_CONVERGED;
+    for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
     if (!r->migration.on) return PD_OK;
     r->migration.psi[i] = r->migration.base[i] + share * r->migration.share * r->migration.move[i];
     return pdi_advance_neutral(r, c);

@@ -177,7 +177,7 @@ static void run_pair(const options *o, const scene *x, const transform *t, recor
 static void run_alone(const options *o, const scene *x, record *a, finding *f)
 {
     static char text[TEXT];
-    run_options r = {1, 0, 0, 0, o->limit, o->folder, NULL};
+    run_options r = {1, 0, 0, o->extreme ? 1 : 0, o->limit, o->folder, NULL};
     memset(f, 0, sizeof *f);
     write_text(x, text);
     record_run(text, &r, a);
