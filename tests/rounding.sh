@@ -386,4 +386,140 @@ scene held_whole << 'END'
 [total all]
 END
 alike 2 held held_whole 1e-7 C_max C_min dissolved@2
+# Steady flow. What passes the surface of a body in sum is nothing, whichever of its rows comes first.
+scene low_ball << 'END'
+[grid] h = 1 um box = 0 um .. 24 um, 0 um .. 9 um
+[shape b] ball = 12 um, 3 um radius = 2.7 um kind = wall
+[flow] rho = 1e-3 kg/m3 mu = 0.001 Pa s steady = 1e-10
+[side x-] flow = inlet profile = uniform mean = 1e-3 m/s
+[side x+] flow = outlet
+[output] fields = v, p
+[force f] box = 8 um .. 16 um, 0 um .. 8 um balance = no
+[probe p] at = 10 um, 6.5 um fields = v, p
+END
+sed 's/side x-/side x~/; s/side x+/side x-/; s/side x~/side x+/; s/at = 10 um/at = 14 um/' "$dir/low_ball.scene" |
+    scene low_ball_mirrored
+alike 2 low_ball low_ball_mirrored 1e-8 probes.csv:2@-1 probes.csv:3 probes.csv:4 force_f.csv:2@-1 force_f.csv:3
+
+# Fourth order reads nothing behind the ghosts of an outlet, one cell behind a wall.
+scene behind << 'END'
+[grid] h = 1 um box = 0 um .. 16 um, 0 um .. 9 um
+[shape b] box = 12 um .. 15 um, 3 um .. 5 um kind = wall
+[flow] rho = 1000 kg/m3 mu = 1 mPa s steady = 1e-10 order = 4
+[side x-] flow = inlet profile = uniform mean = 1 mm/s
+[side x+] flow = outlet
+[output] fields = none
+[probe p] at = 10.5 um, 6.5 um fields = v, p
+END
+sed 's/12 um .. 15 um/1 um .. 4 um/; s/at = 10.5 um/at = 5.5 um/
+    s/side x-/side x~/; s/side x+/side x-/; s/side x~/side x+/' "$dir/behind.scene" | scene behind_mirrored
+alike 2 behind behind_mirrored 1e-8 probes.csv:2@-1 probes.csv:3 probes.csv:4
+
+# A ball that the opening of an inlet touches between two nodes does not end it.
+scene opening << 'END'
+[grid] m = 3 h = 1 um box = 7 um .. 18 um, 7 um .. 13 um
+[shape s0] ball = 15.5 um, 11 um radius = 2 um kind = wall
+[shape s1] ball = 14 um, 10.5 um radius = 1.5 um kind = solid
+[shape s2] ball = 16.5 um, 12.5 um radius = 1.5 um kind = wall
+[flow] rho = 1000 kg/m3 mu = 1 mPa s steady = 1e-10
+[side x+] flow = inlet profile = uniform mean = 1 mm/s
+[side x-] flow = outlet
+[side y+] flow = mirror
+[output] fields = none
+[probe p] at = 9.5 um, 8.5 um fields = v, p
+END
+scene opening_mirrored << 'END'
+[grid] m = 3 h = 1 um box = 7 um .. 18 um, 7 um .. 13 um
+[shape s0] ball = 9.5 um, 11 um radius = 2 um kind = wall
+[shape s1] ball = 11 um, 10.5 um radius = 1.5 um kind = solid
+[shape s2] ball = 8.5 um, 12.5 um radius = 1.5 um kind = wall
+[flow] rho = 1000 kg/m3 mu = 1 mPa s steady = 1e-10
+[side x-] flow = inlet profile = uniform mean = 1 mm/s
+[side x+] flow = outlet
+[side y+] flow = mirror
+[output] fields = none
+[probe p] at = 15.5 um, 8.5 um fields = v, p
+END
+alike 2 opening opening_mirrored 1e-8 probes.csv:2@-1 probes.csv:3 probes.csv:4
+
+# Bonds that touch a ball half way to a node on another.
+scene tangent << 'END'
+[grid] h = 1 um, 2 um box = -3 um .. 8 um, 0 um .. 18 um
+[shape s0a] ball = 5 um, 8 um radius = 3 um
+[shape s0b] ball = 5.5 um, 13 um radius = 2 um
+[shape s0] union = s0a, s0b kind = solid
+[shape s1] box = 6.5 um .. 10 um, 10 um .. 18 um kind = wall
+[shape s2] ball = 3.5 um, 0.5 um radius = 3.5 um kind = wall
+[flow] rho = 1000 kg/m3 mu = 1 mPa s steady = 1e-10 order = 4
+[side y+] flow = inlet profile = uniform mean = 1 mm/s
+[side y-] flow = outlet
+[output] fields = none
+[probe p] at = 4.5 um, 11 um fields = v, p
+END
+scene tangent_mirrored << 'END'
+[grid] h = 1 um, 2 um box = -3 um .. 8 um, 0 um .. 18 um
+[shape s0a] ball = 5 um, 10 um radius = 3 um
+[shape s0b] ball = 5.5 um, 5 um radius = 2 um
+[shape s0] union = s0a, s0b kind = solid
+[shape s1] box = 6.5 um .. 10 um, 0 um .. 8 um kind = wall
+[shape s2] ball = 3.5 um, 17.5 um radius = 3.5 um kind = wall
+[flow] rho = 1000 kg/m3 mu = 1 mPa s steady = 1e-10 order = 4
+[side y-] flow = inlet profile = uniform mean = 1 mm/s
+[side y+] flow = outlet
+[output] fields = none
+[probe p] at = 4.5 um, 7 um fields = v, p
+END
+alike 2 tangent tangent_mirrored 1e-7 probes.csv:2 probes.csv:3@-1 probes.csv:4
+
+# What a node knows does not depend on which axis is the first: gradients in gaps of one cell, fits in wide families.
+scene gap_cell << 'END'
+[grid] h = 2 um, 0.5 um box = 0 um .. 22 um, 7 um .. 10 um
+[shape s0] ball = 11.6 um, 9.3 um radius = 0.6 um kind = wall
+[shape s1a] ball = 10.8 um, 9.8 um radius = 1.1 um
+[shape s1b] box = 5.2 um .. 8.1 um, 8.8 um .. 9.6 um
+[shape s1] union = s1a, s1b kind = wall
+[shape s2] box = 12 um .. 19.9 um, 8.4 um .. 9.7 um kind = wall
+[flow] rho = 100000 kg/m3 mu = 1 mPa s steady = 1e-10
+[side y+] flow = inlet profile = uniform mean = 1 mm/s
+[side y-] flow = outlet
+[output] fields = none
+[probe p] at = 19 um, 9.75 um fields = v, p
+END
+scene gap_cell_turned << 'END'
+[grid] h = 0.5 um, 2 um box = 7 um .. 10 um, 0 um .. 22 um
+[shape s0] ball = 7.7 um, 11.6 um radius = 0.6 um kind = wall
+[shape s1a] ball = 7.2 um, 10.8 um radius = 1.1 um
+[shape s1b] box = 7.4 um .. 8.2 um, 5.2 um .. 8.1 um
+[shape s1] union = s1a, s1b kind = wall
+[shape s2] box = 7.3 um .. 8.6 um, 12 um .. 19.9 um kind = wall
+[flow] rho = 100000 kg/m3 mu = 1 mPa s steady = 1e-10
+[side x-] flow = inlet profile = uniform mean = 1 mm/s
+[side x+] flow = outlet
+[output] fields = none
+[probe p] at = 7.25 um, 19 um fields = v, p
+END
+alike 2 gap_cell gap_cell_turned 1e-7 probes.csv:4
+scene wide << 'END'
+[grid] m = 2 h = 1 um, 2 um box = 0 um .. 14 um, -3 um .. 9 um
+[shape s0] ball = 9.4 um, -1.3 um radius = 3.9 um kind = wall
+[shape s1] ball = 4.8 um, 6.4 um radius = 2.7 um kind = wall
+[shape s2] box = 7.9 um .. 12.5 um, 3 um .. 6 um kind = wall
+[flow] rho = 0.001 kg/m3 mu = 1 mPa s steady = 1e-9
+[side x+] flow = inlet profile = uniform mean = 1 mm/s
+[side x-] flow = outlet
+[output] fields = none
+[probe p] at = 7.5 um, 6 um fields = v, p
+END
+scene wide_turned << 'END'
+[grid] m = 2 h = 2 um, 1 um box = -3 um .. 9 um, 0 um .. 14 um
+[shape s0] ball = -1.3 um, 4.6 um radius = 3.9 um kind = wall
+[shape s1] ball = 6.4 um, 9.2 um radius = 2.7 um kind = wall
+[shape s2] box = 3 um .. 6 um, 1.5 um .. 6.1 um kind = wall
+[flow] rho = 0.001 kg/m3 mu = 1 mPa s steady = 1e-9
+[side y-] flow = inlet profile = uniform mean = 1 mm/s
+[side y+] flow = outlet
+[output] fields = none
+[probe p] at = 6 um, 6.5 um fields = v, p
+END
+alike 2 wide wide_turned 1e-6 probes.csv:4
 score

@@ -69,10 +69,14 @@ PDI_FN double pdi_vec_invert(const double *a, double *inverse)
         work[i] = a[i];
         rhs[i] = i % (PD_DIM + 1) == 0 ? 1.0 : 0.0;
     }
-    double pivot = pdi_vec_eliminate(work, rhs, PD_DIM);
-    if (pivot > 0.0)
-        for (int i = 0; i < PD_DIM * PD_DIM; i++) inverse[i] = rhs[i];
-    return pivot;
+    if (!(pdi_vec_eliminate(work, rhs, PD_DIM) > 0.0)) return 0.0;
+    double largest = 0.0, opposite = 0.0;
+    for (int i = 0; i < PD_DIM * PD_DIM; i++) {
+        largest = pdi_max(largest, fabs(a[i]));
+        opposite = pdi_max(opposite, fabs(rhs[i]));
+        inverse[i] = rhs[i];
+    }
+    return 1.0 / (largest * opposite);
 }
 
 PDI_FN int pdi_vec_factor(int n, int stride, const double *least, double *a)
@@ -84,6 +88,18 @@ PDI_FN int pdi_vec_factor(int n, int stride, const double *least, double *a)
             if (r == c && !(sum > least[r])) return 0;
             a[r * stride + c] = r == c ? sqrt(sum) : sum / a[c * stride + c];
         }
+    return 1;
+}
+
+PDI_FN int pdi_vec_factor_any(int n, int stride, const double *least, double *a)
+{
+    double column[PDI_VEC_ROWS];
+    if (!pdi_vec_factor(n, stride, least, a)) return 0;
+    for (int r = 0; r < n; r++) { /* the last pivot is 1 over the element of the inverse */
+        for (int c = 0; c < n; c++) column[c] = c == r ? 1.0 : 0.0;
+        pdi_vec_substitute(n, stride, a, column);
+        if (!(column[r] * least[r] < 1.0)) return 0;
+    }
     return 1;
 }
 

@@ -21,11 +21,16 @@ PDI_FN double pdi_vec_least(const double *a);
 /* Solve the dense PD_DIM x PD_DIM system a x = b (row-major, pivoted). Returns the smallest pivot ratio; 0: singular,
  * x then untouched. */
 PDI_FN double pdi_vec_solve(const double *a, const double *b, double *x);
-/* Row-major inverse. Same return value as pdi_vec_solve. */
+/* Row-major inverse. Returns 1 over the largest element of a times the largest one of the inverse, whichever axis is the
+ * first; 0: singular, inverse then untouched. */
 PDI_FN double pdi_vec_invert(const double *a, double *inverse);
 /* Cholesky's factor L of a symmetric matrix of n rows, `stride` apart: the lower triangle goes in and L comes out. 0:
  * pivot k is not above least[k]. */
 PDI_FN int pdi_vec_factor(int n, int stride, const double *least, double *a);
+/* The same. 0 also where pivot k is not above least[k] when row k is the last one: the order of the rows does not
+ * matter. n at most PDI_VEC_ROWS. */
+#define PDI_VEC_ROWS 16
+PDI_FN int pdi_vec_factor_any(int n, int stride, const double *least, double *a);
 /* x = (L L^T)^-1 x with such a factor. */
 PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x);
 #endif

@@ -34,10 +34,10 @@ static double pdi_overlap_gap(const pd_overlap *s, const double *x, const double
 {
     const pd_grid *grid = s->grid;
     int last = grid->solid > grid->wall ? grid->solid : grid->wall;
-    double gap = 0.0, at[PD_DIM];
+    double gap = 0.0, at[PD_DIM], touch = pdi_shape_tie(grid->h, x);
     if (!pdi_chord_smooth(grid)) return 0.0;
     for (double from = 0.0; from < 1.0;) {
-        double to = pdi_min(pdi_shape_crossing(grid->shapes, last, x, xi, from), 1.0);
+        double to = pdi_min(pdi_shape_crossing(grid->shapes, last, x, xi, from, touch), 1.0);
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + 0.5 * (from + to) * xi[d];
         if (pdi_chord_level(grid, at) > pdi_shape_tie(grid->h, at)) gap += to - from;
         from = to;

@@ -137,23 +137,30 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
 }
 
 PDI_COLD_BEGIN
-/* The patches that row r joins get the lower of their numbers; 1: one changed. */
-static int pdi_flow_join(pd_flow *flow, int32_t r)
+/* The first row of the patch that row r belongs to. Links get shorter. */
+static int32_t pdi_flow_first(int32_t *patch, int32_t r)
+{
+    while (patch[r] != r) {
+        patch[r] = patch[patch[r]];
+        r = patch[r];
+    }
+    return r;
+}
+
+/* Row r and the rows that its open bonds lead to are of one patch. */
+static void pdi_flow_join(pd_flow *flow, int32_t r)
 {
     const pd_bonds *bonds = flow->bonds;
-    int32_t least = flow->patch[r];
-    for (int pass = 0; pass < 2; pass++)
-        for (int k = 0; k < bonds->stencil->count; k++) {
-            int32_t j = bonds->node[r] + bonds->paths.shift[k];
-            if (!pdi_bond_open(bonds, r, k) || !pdi_grid_open(flow->grid->kind[j])) continue;
-            int32_t other = bonds->row[pdi_grid_image(flow->grid, j, NULL)];
-            if (other < 0 || flow->patch[other] < 0) continue;
-            if (pass && flow->patch[other] > least) flow->patch[other] = least;
-            least = flow->patch[other] < least ? flow->patch[other] : least;
-        }
-    int changed = least < flow->patch[r];
-    flow->patch[r] = least;
-    return changed;
+    int32_t *patch = flow->patch;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        int32_t j = bonds->node[r] + bonds->paths.shift[k];
+        if (!pdi_bond_open(bonds, r, k) || !pdi_grid_open(flow->grid->kind[j])) continue;
+        int32_t other = bonds->row[pdi_grid_image(flow->grid, j, NULL)];
+        if (other < 0 || patch[other] < 0) continue;
+        int32_t one = pdi_flow_first(patch, r), two = pdi_flow_first(patch, other);
+        if (one < two) patch[two] = one;
+        else patch[one] = two;
+    }
 }
 
 static void pdi_flow_rim_list(pdi_owner *owner, void *object)
@@ -167,7 +174,6 @@ static void pdi_flow_rim_list(pdi_owner *owner, void *object)
 PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_bonds *bonds = flow->bonds;
-    int changed = 1;
     if (flow->sharp.bonds) pdi_sharp_update(&flow->sharp);
     flow->even = 0;
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
@@ -178,11 +184,10 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     if (flow->rim < bonds->capacity)
         PDI_TRY(pdi_owner_renew(ctx, pdi_flow_rim_list, flow, &flow->rim, bonds->capacity));
     for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;
-    while (changed) {
-        changed = 0;
-        for (int32_t r = 0; r < bonds->rows; r++)
-            if (flow->patch[r] >= 0) changed = pdi_flow_join(flow, r) || changed;
-    }
+    for (int32_t r = 0; r < bonds->rows; r++)
+        if (flow->patch[r] >= 0) pdi_flow_join(flow, r);
+    for (int32_t r = 0; r < bonds->rows; r++)
+        if (flow->patch[r] >= 0) flow->patch[r] = pdi_flow_first(flow->patch, r);
     return PD_OK;
 }
 PDI_COLD_END

@@ -28,7 +28,7 @@ static int pdi_force_owned(const pdi_force_query *q, const pdi_bond_end *end)
     if (q->shape == PD_FORCE_ALL) return 1;
     if (end->side || q->shape == PD_FORCE_SIDES) return end->side && q->shape == PD_FORCE_SIDES;
     pd_grid_position(q->flow->grid, end->cell, x);
-    return pdi_grid_level(q->flow->grid, q->shape, x) <= 0.0;
+    return pdi_grid_level(q->flow->grid, q->shape, x) <= pdi_shape_tie(q->flow->grid->h, x);
 }
 
 /* 1 when this holds and the bond meets the surface between lo and hi. Behind a periodic side the surface goes on. */
@@ -244,7 +244,7 @@ static double pdi_force_cut(const pd_grid *grid, int shape, int32_t node)
     for (int d = 0; d < PD_DIM; d++) reach += grid->h[d];
     pd_grid_position(grid, node, x);
     double distance = pdi_grid_level(grid, shape, x);
-    if (fabs(distance) > reach || fluid != (distance > 0.0)) return 0.0;
+    if (fabs(distance) > reach || fluid != (distance > pdi_shape_tie(grid->h, x))) return 0.0;
     return pdi_force_outside(grid, shape, x) - (double)fluid;
 }
 
@@ -428,7 +428,7 @@ static int pdi_force_lean(const pdi_force_sight *sight, const pd_flow *flow, dou
         right[a] *= unit[a];
         for (int b = 0; b < terms; b++) moment[a * terms + b] *= unit[a] * unit[b];
     }
-    if (!pdi_vec_factor(terms, terms, least, moment)) return 0;
+    if (!pdi_vec_factor_any(terms, terms, least, moment)) return 0;
     pdi_vec_substitute(terms, terms, moment, right);
     *slope = flow->nu * 2.0 * right[0] * unit[0] / (h * h);
     double push[PD_DIM];

@@ -56,7 +56,8 @@ static double pdi_sharp_beside(const pd_sharp *sharp, pd_velocity_fn wall, void 
         double sign = side ? 1.0 : -1.0;
         int32_t to = side ? grid->stride[d] : -grid->stride[d];
         if (pdi_sharp_open(sharp, node + to)) {
-            for (int k = 1; k <= 2 && pdi_sharp_open(sharp, node + k * to); k++) {
+            int most = grid->kind[node + to] == PD_FLUID ? 2 : 1; /* behind a ghost may be no node */
+            for (int k = 1; k <= most && pdi_sharp_open(sharp, node + k * to); k++) {
                 place[count] = k * sign;
                 value[count++] = f[k * to];
             }
@@ -159,7 +160,8 @@ static double pdi_sharp_held_bend(const pd_sharp *sharp, const double *f, int32_
     int32_t stride = grid->stride[b];
     int below = grid->kind[node - stride] == PD_INLET, above = grid->kind[node + stride] == PD_INLET;
     if (below == above) return below ? f[node - stride] - 2.0 * f[node] + f[node + stride] : 0.0;
-    int32_t to = above ? stride : -stride;
+    int32_t to = above ? stride : -stride, at = pdi_grid_along(grid, node + to, b);
+    if (at < 0 || at >= grid->n[b]) return 0.0; /* the last layer of ghosts may end there */
     return grid->kind[node + 2 * to] == PD_INLET ? f[node] - 2.0 * f[node + to] + f[node + 2 * to] : 0.0;
 }
 
@@ -243,7 +245,7 @@ static double pdi_sharp_pressed(const pd_sharp *sharp, const double *p, int32_t 
     if (below && above) return p[i - stride] - 2.0 * p[i] + p[i + stride];
     if (below == above) return 0.0;
     int32_t to = above ? stride : -stride;
-    if (!pdi_sharp_presses(sharp, i + 2 * to)) return 0.0;
+    if (sharp->bonds->grid->kind[i + to] != PD_FLUID || !pdi_sharp_presses(sharp, i + 2 * to)) return 0.0;
     double next = p[i] - 2.0 * p[i + to] + p[i + 2 * to];
     if (sharp->bonds->grid->kind[i + 2 * to] != PD_FLUID || !pdi_sharp_presses(sharp, i + 3 * to)) return next;
     return 2.0 * next - (p[i + to] - 2.0 * p[i + 2 * to] + p[i + 3 * to]);

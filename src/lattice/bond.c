@@ -9,8 +9,9 @@
 /* A surface point closer to the node than this fraction of the bond is moved away: the node then lies on the wall
  * within 1e-3 of a bond, and a/t stays representable against its neighbours. */
 #define PDI_BOND_MIN_T 1e-3
-/* A surface that bends more than this over one cell is an edge; less than that, flat but for rounding. */
-#define PDI_BOND_SHARP 0.5
+/* A surface that bends more than this over one cell is an edge; less than the next, flat but for rounding. A radius of
+ * two cells bends by one half: more than the rounding of differences lies between. */
+#define PDI_BOND_SHARP (0.5 * (1.0 + 1e-5))
 #define PDI_BOND_FLAT 1e-5
 /* A blocked bond whose line grazes the surface is extended up to this many times its length: the chord that it lies on
  * grows with the square root of the radius. */

@@ -24,9 +24,9 @@ PDI_FN double pdi_chord_level(const pd_grid *grid, const double *x)
 PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *xi)
 {
     int last = grid->solid > grid->wall ? grid->solid : grid->wall;
-    double at[PD_DIM];
+    double at[PD_DIM], touch = pdi_shape_tie(grid->h, x);
     for (double from = 0.0; from < 1.0;) {
-        double to = pdi_min(pdi_shape_crossing(grid->shapes, last, x, xi, from), 1.0);
+        double to = pdi_min(pdi_shape_crossing(grid->shapes, last, x, xi, from, touch), 1.0);
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + 0.5 * (from + to) * xi[d];
         if (pdi_chord_level(grid, at) > pdi_shape_tie(grid->h, at)) return 0;
         from = to;

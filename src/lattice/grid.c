@@ -304,12 +304,12 @@ PDI_FN double pdi_grid_enter(const pd_grid *grid, int shape, const double *x, co
     l.x = x;
     l.xi = xi;
     for (l.from = 0.0; l.from < end; l.from = l.to) {
-        double whole[PD_DIM];
+        double whole[PD_DIM], touch = pdi_shape_tie(grid->h, x);
         pdi_grid_straight(&l, end);
         for (int d = 0; d < PD_DIM; d++) whole[d] = l.to * l.eta[d];
         for (double from = l.from / l.to, to; from < 1.0; from = to) { /* shares of l.to */
             double tie, middle;
-            to = pdi_min(pdi_shape_crossing(grid->shapes, shape, l.y, whole, from), 1.0);
+            to = pdi_min(pdi_shape_crossing(grid->shapes, shape, l.y, whole, from, touch), 1.0);
             middle = 0.5 * (from + to) * l.to;
             if ((to - from) * l.to > slack && pdi_grid_line_level(&l, shape, middle, &tie) <= tie)
                 return pdi_min(pdi_grid_sign_change(&l, shape, from * l.to, middle), limit);

@@ -64,7 +64,7 @@ static int pdi_reconstruct_factor(pdi_reconstruct_moments *m)
         for (int b = 0; b < PDI_RECONSTRUCT_TERMS; b++)
             m->sum[a * PDI_RECONSTRUCT_TERMS + b] *= m->unit[a] * m->unit[b];
     }
-    return pdi_vec_factor(PDI_RECONSTRUCT_TERMS, PDI_RECONSTRUCT_TERMS, least, m->sum);
+    return pdi_vec_factor_any(PDI_RECONSTRUCT_TERMS, PDI_RECONSTRUCT_TERMS, least, m->sum);
 }
 
 /* x = M^-1 y */

@@ -169,7 +169,8 @@ PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shap
 static double pdi_shape_next(double t, double after, double best) { return t > after && t < best ? t : best; }
 
 /* Where the line meets a sphere or a cylinder around `centre`; axis `along` (-1: none) does not count. */
-static double pdi_shape_crossing_round(const pd_shape *s, int along, const double *x, const double *xi, double after)
+static double pdi_shape_crossing_round(const pd_shape *s, int along, const double *x, const double *xi, double after,
+                                       double tie)
 {
     double square = 0.0, middle = 0.0, out = -s->r * s->r;
     for (int d = 0; d < PD_DIM; d++) {
@@ -180,12 +181,14 @@ static double pdi_shape_crossing_round(const pd_shape *s, int along, const doubl
         out += off * off;
     }
     double under = middle * middle - square * out;
-    if (!(square > 0.0) || !(under >= 0.0)) return HUGE_VAL;
+    if (!(square > 0.0)) return HUGE_VAL;
+    if (fabs(under) <= 2.0 * s->r * tie * square) return pdi_shape_next(-middle / square, after, HUGE_VAL);
+    if (!(under > 0.0)) return HUGE_VAL;
     double first = pdi_shape_next((-middle - sqrt(under)) / square, after, HUGE_VAL);
     return pdi_shape_next((-middle + sqrt(under)) / square, after, first);
 }
 
-static double pdi_shape_crossing_one(const pd_shape *s, const double *x, const double *xi, double after)
+static double pdi_shape_crossing_one(const pd_shape *s, const double *x, const double *xi, double after, double tie)
 {
     double best = HUGE_VAL, off[PD_DIM];
     switch (s->type) {
@@ -196,8 +199,8 @@ static double pdi_shape_crossing_one(const pd_shape *s, const double *x, const d
             best = pdi_shape_next((s->b[d] - x[d]) / xi[d], after, best);
         }
         return best;
-    case PD_SHAPE_BALL: return pdi_shape_crossing_round(s, -1, x, xi, after);
-    case PD_SHAPE_CYLINDER: return pdi_shape_crossing_round(s, PD_DIM > 1 ? s->axis : -1, x, xi, after);
+    case PD_SHAPE_BALL: return pdi_shape_crossing_round(s, -1, x, xi, after, tie);
+    case PD_SHAPE_CYLINDER: return pdi_shape_crossing_round(s, PD_DIM > 1 ? s->axis : -1, x, xi, after, tie);
     case PD_SHAPE_HALF_SPACE:
         for (int d = 0; d < PD_DIM; d++) off[d] = s->a[d] - x[d];
         if (fabs(pdi_vec_dot(xi, s->b)) > 0.0)
@@ -208,11 +211,12 @@ static double pdi_shape_crossing_one(const pd_shape *s, const double *x, const d
     }
 }
 
-PDI_FN double pdi_shape_crossing(const pd_shape *shapes, int index, const double *x, const double *xi, double after)
+PDI_FN double pdi_shape_crossing(const pd_shape *shapes, int index, const double *x, const double *xi, double after,
+                                 double tie)
 {
     double best = HUGE_VAL;
     for (int k = 0; k <= index; k++)
-        best = pdi_shape_next(pdi_shape_crossing_one(&shapes[k], x, xi, after), after, best);
+        best = pdi_shape_next(pdi_shape_crossing_one(&shapes[k], x, xi, after, tie), after, best);
     return best <= 1.0 ? best : HUGE_VAL;
 }
 

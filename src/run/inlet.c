@@ -85,6 +85,13 @@ static double pdi_inlet_edge(const pd_grid *grid, int side, int s, int step)
     if (s + step < 0 || s + step >= grid->n[along]) return step < 0 ? grid->lo[along] : grid->hi[along];
     a = x[along];
     b = a + step * grid->h[along];
+    i[along] = s + step;
+    if (grid->kind[pd_grid_node(grid, i)] != PD_WALL) return 0.5 * (a + b);
+    if (grid->wall >= 0 && pdi_shape_exact(grid->shapes, grid->wall)) {
+        double way[PD_DIM];
+        for (int d = 0; d < PD_DIM; d++) way[d] = d == along ? b - a : 0.0;
+        return a + pdi_min(pdi_grid_enter(grid, grid->wall, x, way, 1.0), 1.0) * (b - a);
+    }
     for (int k = 0; k < 60 && grid->wall >= 0; k++) {
         x[along] = 0.5 * (a + b);
         if (pd_shape_distance(grid->shapes, grid->wall, x) > 0.0) a = x[along];
@@ -167,7 +174,8 @@ static double pdi_inlet_part(const pd_grid *grid, int axis, const double *x, int
             if (d == PD_DIM - 1 && grid->circumference) around = fabs(at[d] / x[d]);
         }
         all += around;
-        if (pd_shape_distance(grid->shapes, grid->wall, at) > 0.0) open += around;
+        double distance = pd_shape_distance(grid->shapes, grid->wall, at), tie = pdi_shape_tie(grid->h, at);
+        open += distance > tie ? around : distance >= -tie ? 0.5 * around : 0.0; /* on a face: one half */
         for (int d = 0; d < PD_DIM && !more; d++) {
             if (d == axis) continue;
             more = ++i[d] < PDI_INLET_SAMPLES;
