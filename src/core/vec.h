@@ -21,8 +21,8 @@ PDI_FN double pdi_vec_least(const double *a);
 /* Solve the dense PD_DIM x PD_DIM system a x = b (row-major, pivoted). Returns the smallest pivot ratio; 0: singular,
  * x then untouched. */
 PDI_FN double pdi_vec_solve(const double *a, const double *b, double *x);
-/* Row-major inverse. Returns 1 over the largest element of a times the largest one of the inverse, whichever axis is the
- * first; 0: singular, inverse then untouched. */
+/* Row-major inverse. Returns 1 over the largest element of a times the largest one of the inverse, whichever axis is
+ * the first; 0: singular, inverse then untouched. */
 PDI_FN double pdi_vec_invert(const double *a, double *inverse);
 /* Cholesky's factor L of a symmetric matrix of n rows, `stride` apart: the lower triangle goes in and L comes out. 0:
  * pivot k is not above least[k]. */

@@ -67,8 +67,8 @@ typedef struct pdi_shape_frame {
  * is at least the distance between two planes from them. */
 PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x);
 /* Where the straight line x + t xi meets a face of one of the shapes 0 .. index next: the least t > after, at most 1;
- * HUGE_VAL: nowhere. Between two such places it is on one side of each shape's surface. A ball or cylinder that it comes
- * as near to as `tie` [m], or enters no deeper, it touches at one place. Not for voxel masks. */
+ * HUGE_VAL: nowhere. Between two such places it is on one side of each shape's surface. A ball or cylinder that it
+ * comes as near to as `tie` [m], or enters no deeper, it touches at one place. Not for voxel masks. */
 PDI_FN double pdi_shape_crossing(const pd_shape *shapes, int index, const double *x, const double *xi, double after,
                                  double tie);
 /* 1 when the shape is convex, as its type and those of its children say. */
