@@ -10,7 +10,7 @@
 #define PDI_QUASI_STATIC_NEW 1e-7
 /* Most times that what is held is asked for again, since it may depend on the balance. */
 #define PDI_QUASI_STATIC_AGAIN 60
-/* What is not in balance falls by this factor in a round, while what is held is not known. */
+/* Share of a change of strain that a round may leave while what is held is not known. */
 #define PDI_QUASI_STATIC_FORCING 0.1
 /* Bonds that a motion about a hinge turns by less than this share of the fastest ones stand still. */
 #define PDI_QUASI_STATIC_TURN 0.1
@@ -303,17 +303,33 @@ static void pdi_quasi_static_forget(pd_ctx *ctx, pd_quasi_static *q)
     memset(&q->mix, 0, sizeof q->mix);
 }
 
-/* Rounds of pdi_quasi_static_rest. */
+/* As well as the balance of a round has to be found while what is held is not known. Rows that move by the strain e put
+ * forces E e/h out of balance, on as many components as are held. Forces f that are left along a bar of n points change
+ * the strain by the sum of f h/E, which is at most sqrt(n) of their norm: they are less than that share of e. Of metal that flows they say less: it is soft, and has no derivative where it
+ * begins. */
+static double pdi_quasi_static_forcing(const pd_quasi_static *q)
+{
+    int64_t held = 0;
+    for (int64_t k = 0; k < q->n; k++) held += pdi_quasi_static_held(q, k);
+    return q->desc.depends && !q->solid.dissipated ? PDI_QUASI_STATIC_FORCING * sqrt((double)held / (double)q->n) : 0.0;
+}
+
+/* Rounds of pdi_quasi_static_rest. When what is held is known, or the search for it goes astray, balances are found as
+ * well as they are asked for. */
 static pd_status pdi_quasi_static_rounds(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
-    int differs = 1, exact = 0;
+    double forcing = pdi_quasi_static_forcing(q);
+    int differs = 1;
     for (int again = 0; again < PDI_QUASI_STATIC_AGAIN; again++) {
         PDI_TRY(pdi_quasi_static_differs(ctx, q, t, part, &differs));
-        if (exact && !differs) return PD_OK;
+        if (again && !differs && !(forcing > 0.0)) return PD_OK;
         if (differs) PDI_TRY(pdi_quasi_static_move(ctx, q, again == 0));
-        exact = !q->desc.depends || (again && !differs);
+        if (again && (!differs || q->mix.part < 1.0) && forcing > 0.0) {
+            forcing = 0.0;
+            pdi_anderson_forget(&q->mix);
+        }
         PDI_TRY(pdi_quasi_static_part(ctx, q, t));
-        pd_status status = pdi_quasi_static_solve(ctx, q, t, exact ? 0.0 : PDI_QUASI_STATIC_FORCING);
+        pd_status status = pdi_quasi_static_solve(ctx, q, t, forcing);
         if (status != PD_OK) return status;
     }
     return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "what holds the body at %g s depends on how it moves, and does "

@@ -11,6 +11,8 @@ PDI_FN void pdi_anderson_list(pdi_owner *owner, void *object)
     pd_anderson *anderson = (pd_anderson *)object;
     PDI_ARRAY(owner, anderson, x, anderson->n, "");
     PDI_ARRAY(owner, anderson, step, anderson->n, "");
+    PDI_ARRAY(owner, anderson, best, anderson->n, "");
+    PDI_ARRAY(owner, anderson, shortest, anderson->n, "");
     PDI_ARRAY(owner, anderson, turn, anderson->n * PD_ANDERSON_KEPT, "1");
     PDI_ARRAY(owner, anderson, way, anderson->n * PD_ANDERSON_KEPT, "1");
 }
@@ -22,38 +24,84 @@ static double pdi_anderson_dot(const pd_anderson *a, const double *x, const doub
     return sum;
 }
 
-/* Keeps the change from the last place to this one. */
+/* Keeps the change from the last place to this one. Where the kept ones leave nothing of it, the map is not what they
+ * say of it: they are dropped for this one. */
 static void pdi_anderson_keep(pd_anderson *a, const double *x, const double *step)
 {
     if (a->count == PD_ANDERSON_KEPT) a->count = 0;
-    double *turn = a->turn + a->count * a->n, *way = a->way + a->count * a->n;
-    for (int64_t k = 0; k < a->n; k++) {
-        turn[k] = step[k] - a->step[k];
-        way[k] = x[k] - a->x[k];
-    }
-    double whole = sqrt(pdi_anderson_dot(a, turn, turn));
-    for (int j = 0; j < a->count; j++) {
-        double part = pdi_anderson_dot(a, a->turn + j * a->n, turn);
+    for (;;) {
+        double *turn = a->turn + a->count * a->n, *way = a->way + a->count * a->n;
         for (int64_t k = 0; k < a->n; k++) {
-            turn[k] -= part * a->turn[j * a->n + k];
-            way[k] -= part * a->way[j * a->n + k];
+            turn[k] = step[k] - a->step[k];
+            way[k] = x[k] - a->x[k];
         }
+        double whole = sqrt(pdi_anderson_dot(a, turn, turn));
+        for (int j = 0; j < a->count; j++) {
+            double part = pdi_anderson_dot(a, a->turn + j * a->n, turn);
+            for (int64_t k = 0; k < a->n; k++) {
+                turn[k] -= part * a->turn[j * a->n + k];
+                way[k] -= part * a->way[j * a->n + k];
+            }
+        }
+        double left = sqrt(pdi_anderson_dot(a, turn, turn));
+        if (left > PDI_ANDERSON_NEW * whole) {
+            for (int64_t k = 0; k < a->n; k++) {
+                turn[k] /= left;
+                way[k] /= left;
+            }
+            a->count++;
+            return;
+        }
+        if (!a->count) return;
+        a->count = 0;
     }
-    double left = sqrt(pdi_anderson_dot(a, turn, turn));
-    if (!(left > PDI_ANDERSON_NEW * whole)) return;
-    for (int64_t k = 0; k < a->n; k++) {
-        turn[k] /= left;
-        way[k] /= left;
+}
+
+/* The place becomes the last one. */
+static void pdi_anderson_last(pd_anderson *a, const double *x, const double *step, double size)
+{
+    memcpy(a->x, x, (size_t)a->n * sizeof *x);
+    memcpy(a->step, step, (size_t)a->n * sizeof *step);
+    a->size = size;
+    a->known = 1;
+}
+
+/* 1: steps have grown twice in turn beyond the least. The place is then that of the least step. */
+static int pdi_anderson_astray(pd_anderson *a, double *x, double *step, double size)
+{
+    if (!a->known || size <= a->least) {
+        memcpy(a->best, x, (size_t)a->n * sizeof *x);
+        memcpy(a->shortest, step, (size_t)a->n * sizeof *step);
+        a->least = size;
+        a->grown = 0;
+        return 0;
     }
-    a->count++;
+    a->grown = size > a->size ? a->grown + 1 : 0;
+    if (a->grown < 2) return 0;
+    memcpy(x, a->best, (size_t)a->n * sizeof *x);
+    memcpy(step, a->shortest, (size_t)a->n * sizeof *step);
+    a->grown = 0;
+    return 1;
+}
+
+PDI_FN void pdi_anderson_forget(pd_anderson *a)
+{
+    a->count = a->known = a->grown = 0;
+    a->part = 1.0;
 }
 
 PDI_FN void pdi_anderson_next(pd_anderson *a, double *x, double *step)
 {
-    if (a->known) pdi_anderson_keep(a, x, step);
-    memcpy(a->x, x, (size_t)a->n * sizeof *x);
-    memcpy(a->step, step, (size_t)a->n * sizeof *step);
-    a->known = 1;
+    double size = sqrt(pdi_anderson_dot(a, step, step));
+    if (!a->known) pdi_anderson_forget(a);
+    if (pdi_anderson_astray(a, x, step, size)) {
+        size = a->least;
+        a->part *= 0.5;
+        a->count = 0;
+    } else if (a->known) {
+        pdi_anderson_keep(a, x, step);
+    }
+    pdi_anderson_last(a, x, step, size);
     for (int j = 0; j < a->count; j++) {
         double part = pdi_anderson_dot(a, a->turn + j * a->n, step);
         for (int64_t k = 0; k < a->n; k++) {
@@ -61,7 +109,7 @@ PDI_FN void pdi_anderson_next(pd_anderson *a, double *x, double *step)
             x[k] -= part * a->way[j * a->n + k];
         }
     }
-    for (int64_t k = 0; k < a->n; k++) x[k] += step[k];
+    for (int64_t k = 0; k < a->n; k++) x[k] += a->part * step[k];
 }
 
 #undef PDI_ANDERSON_NEW
