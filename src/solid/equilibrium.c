@@ -336,7 +336,7 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
         return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
                         "state of the %s material: take shorter steps", q->solid->name);
     if (status < 0) return status;
-    double rtol = q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10;
+    double rtol = q->desc->rtol > 0.0 ? q->desc->rtol : PD_EQUILIBRIUM_RTOL;
     pdi_equilibrium_blocks(q);
     q->size = pdi_max(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
     *target = q->size * rtol;

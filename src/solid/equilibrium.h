@@ -12,10 +12,13 @@
 #include "solid/solid.h"
 #include "solve/krylov.h"
 
+/* Default of rtol. */
+#define PD_EQUILIBRIUM_RTOL 1e-10
+
 typedef struct pd_equilibrium_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement stays as it is; NULL: all are free. Borrowed */
     double rtol;           /* [-] of the forces of free points, over the loads and the forces of what is held; 0:
-                            * 1e-10 */
+                            * PD_EQUILIBRIUM_RTOL */
     double forcing;        /* [-] the forces of free points need not fall below this share of what they are with the
                             * guess; 0: they fall to rtol */
     int max_iterations;    /* 0: 10000 */

@@ -6,8 +6,6 @@
 
 /* Default of `eager`. */
 #define PDI_QUASI_STATIC_EAGER 0.5
-/* Displacements and loads are new when they change by more than this share of the largest. */
-#define PDI_QUASI_STATIC_NEW 1e-7
 /* Most times that what is held is asked for again, since it may depend on the balance. */
 #define PDI_QUASI_STATIC_AGAIN 60
 /* Share of a change of strain that a round may leave while what is held is not known. */
@@ -245,10 +243,10 @@ static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double 
     return PD_OK;
 }
 
-/* 1: the entries of a and b differ. */
+/* 1: entries of a and b differ by more than rtol of the largest: a balance is no finer. */
 static int pdi_quasi_static_others(const pd_ctx *ctx, const pd_quasi_static *q, const double *a, const double *b)
 {
-    double near = pdi_max(PDI_QUASI_STATIC_NEW, q->desc.rtol);
+    double near = q->desc.rtol > 0.0 ? q->desc.rtol : PD_EQUILIBRIUM_RTOL;
     near *= pdi_max(pdi_par_max_abs(ctx, q->n, a), pdi_par_max_abs(ctx, q->n, b));
     for (int64_t k = 0; k < q->n; k++)
         if (fabs(a[k] - b[k]) > near) return 1;
@@ -441,7 +439,6 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 }
 
 #undef PDI_QUASI_STATIC_EAGER
-#undef PDI_QUASI_STATIC_NEW
 #undef PDI_QUASI_STATIC_AGAIN
 #undef PDI_QUASI_STATIC_FORCING
 #undef PDI_QUASI_STATIC_TURN
