@@ -303,8 +303,8 @@ static void pdi_quasi_static_forget(pd_ctx *ctx, pd_quasi_static *q)
 
 /* As well as the balance of a round has to be found while what is held is not known. Rows that move by the strain e put
  * forces E e/h out of balance, on as many components as are held. Forces f that are left along a bar of n points change
- * the strain by the sum of f h/E, which is at most sqrt(n) of their norm: they are less than that share of e. Of metal that flows they say less: it is soft, and has no derivative where it
- * begins. */
+ * the strain by the sum of f h/E, which is at most sqrt(n) of their norm: they are less than that share of e. Metal
+ * that flows is soft, and has no derivative where it begins to: its balances are found whole. */
 static double pdi_quasi_static_forcing(const pd_quasi_static *q)
 {
     int64_t held = 0;

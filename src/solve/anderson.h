@@ -2,9 +2,9 @@
  *
  * The next place is the one where the step is least in the plane through the last places, plus what is left of the step
  * there (Anderson 1965; Walker and Ni 2011). Of a linear map it is that of GMRES. Changes of steps are kept orthogonal,
- * and those of places with them (Eirola and Nevanlinna 1989); when there is no room for more, all are dropped. Maps that
- * bend, as of metal that begins to flow, may lead away: where steps grow twice in turn beyond the least one, the search
- * goes on from its place, without what was kept and by half as much of the step.
+ * and those of places with them (Eirola and Nevanlinna 1989); when there is no room for more, all are dropped. Maps
+ * that bend, as of metal that begins to flow, may lead away: where steps grow twice in turn beyond the least one, the
+ * search goes on from its place, without what was kept and by half as much of the step.
  */
 #ifndef PD_ANDERSON_H
 #define PD_ANDERSON_H
