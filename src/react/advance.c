@@ -6,6 +6,7 @@
  */
 #include "react/advance.h"
 #include "react/levels.h"
+#include "react/loops.h"
 #include "react/tangent.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
@@ -913,6 +914,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
     pdi_advance_pores(ctx, r, dt);
     if (r->migration.on) PDI_TRY(pdi_levels_sources(ctx, r, dt));
+    pdi_loops_find(r);
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
     pdi_advance_start(ctx, r);
     if (r->desc.order == 2) {
@@ -950,9 +952,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     if (status != PD_OK) {
         pdi_advance_back(ctx, r, 0);
     } else if (r->migration.on) {
-        pdi_levels_apart(r);
-        double by = pdi_migration_level(&r->migration);
-        if (r->surface && r->surface->electrode) pdi_levels_shift(r->surface, -by);
+        pdi_loops_level(r);
     }
     if (r->surface) r->surface->half = 0.0;
     pdi_krylov_trim(ctx, &r->krylov);

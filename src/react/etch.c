@@ -25,6 +25,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
     if (s->metal) s->metal[s->count] = 0;
     s->ahead[s->count] = s->passed[s->count] = 0.0;
     s->piece[s->count] = -1;
+    if (s->open) s->open[s->count] = 0;
     if (s->electrode) {
         s->electrode[s->count] = -1;
         s->area[s->count] = s->way[s->count] = s->gave[s->count] = 0.0;
@@ -361,8 +362,14 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, piece, total, "1");
     PDI_ARRAY(owner, etch, has, 3 * total, "mol/m3");
     PDI_ARRAY(owner, etch, by, etch->reactive->components.count * total, "m4/mol/s");
-    if (etch->reactive->migration.on) PDI_ARRAY(owner, etch, drive, total, "m/s");
     const pd_etch_electrodes *of = &etch->desc.electrodes;
+    if (etch->reactive->migration.on) {
+        PDI_ARRAY(owner, etch, drive, total, "m/s");
+        PDI_ARRAY(owner, etch, open, total, "1");
+        PDI_ARRAY(owner, etch, ways, total, "1");
+        PDI_ARRAY(owner, etch, way_of, total + of->circuits + 1, "1");
+        PDI_ARRAY(owner, etch, joined, total + of->circuits + 1, "1");
+    }
     if (etch->desc.solid > 0.0 && etch->reactive->migration.on) {
         PDI_ARRAY(owner, etch, surface, etch->reactive->components.count * total, "mol/m3");
         PDI_ARRAY(owner, etch, sweep, etch->reactive->components.count * total, "mol/m3");

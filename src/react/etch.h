@@ -94,6 +94,10 @@ typedef struct pd_etch {
     double time;                  /* [s] of the law */
     double half;                  /* [s] of the step at hand */
     double from, span;            /* [s] start and length of that for the law and curves; span 0: `time` holds */
+    /* with migration: */
+    uint8_t *open;                /* [total] of places: 1: it lies on no closed loop of current, and carries none */
+    uint8_t *ways, *way_of;       /* [total], [total + circuits + 1] work of loops */
+    int32_t *joined;              /* [total + circuits + 1] what loops of current join: nodes, circuits, and ground */
     /* with `solid`: */
     double *surface;              /* [components][total] [mol/m3] of places: totals at the surface */
     double *sweep;                /* [components][total] [mol/m3] of places: what fills what the step at hand leaves */

@@ -45,6 +45,8 @@
 #define PDI_LAYER_NEUTRAL 4e-16
 /* Share of what comes to a surface: down to that, what is left there is found as what comes less what goes. */
 #define PDI_LAYER_SPENT 1e-4
+/* Charge that comes with one of a metal: less is none. */
+#define PDI_LAYER_CHARGED 1e-9
 
 /* ---- the surface of a node ---- */
 
@@ -92,7 +94,7 @@ static void pdi_layer_enter_electrode(const pd_etch *s, int32_t place, pdi_layer
     w->guess = s->flow[place];
     if (s->share) w->share = s->share[place];
     if (of->reads) w->reads = of->reads[w->electrode];
-    if (!(s->area[place] > 0.0)) w->electrode = -1;
+    if (!(s->area[place] > 0.0) || s->open[place]) w->electrode = -1;
 }
 
 /* A node beside that metal; place -1: it has none. */
@@ -718,6 +720,17 @@ PDI_FN double pdi_layer_at(const pd_etch *s, int metal, int32_t node, int32_t pl
     return pdi_layer_find(&film, &w, guess);
 }
 
+PDI_FN void pdi_layer_bare(const pd_etch *s, int32_t p, double drop, double *speed, double *flow)
+{
+    pd_components film = s->film;
+    pdi_layer_work w;
+    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, 0.0, &film, &w);
+    w.level = w.psi * s->reactive->migration.volt + drop;
+    *speed = pdi_etch_of(s, p)->law.law && s->weight[p] > 0.0 ? pdi_layer_number(&w, w.c, w.psi) : 0.0;
+    if (*speed < 0.0) *speed = 0.0;
+    *flow = w.electrode >= 0 ? pdi_layer_curve(&w, w.c, w.psi) : 0.0;
+}
+
 PDI_FN int pdi_layer_surface(const pd_etch *s, int32_t p, double *c, double *psi)
 {
     pd_components film = s->film;
@@ -766,12 +779,19 @@ static void pdi_layer_note(pd_etch *s, int32_t p, const pdi_layer_work *w)
     for (int k = 0; k < r->components.count; k++) s->surface[k * (int64_t)r->grid->total + p] = sum[k];
 }
 
+/* 1: metal that would give a charge, where no current passes. */
+static int pdi_layer_open(const pd_etch *s, int32_t p)
+{
+    return s->open && s->open[p] && fabs(pdi_etch_of(s, p)->charge) > PDI_LAYER_CHARGED;
+}
+
 /* A place whose metal dissolves, with its derivatives or without. */
 static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
 {
     pd_components film = s->film;
     pdi_layer_work w;
-    int count = film.count, goes = pdi_etch_of(s, p)->law.law && s->weight[p] > 0.0;
+    int count = film.count, has = pdi_etch_of(s, p)->law.law && s->weight[p] > 0.0, goes = has && !pdi_layer_open(s, p);
+    if (has && !goes) *pdi_etch_speed(s, p) = 0.0;
     double *v = pdi_etch_speed(s, p), still = 0.0, drive[2];
     if (!goes) v = &still;
     pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);

@@ -15,6 +15,8 @@ PDI_FN int pdi_layer_surface(const pd_etch *etch, int32_t place, double *c, doub
 /* What the law of a place reads at its surface, with its speed and flow as they are: c [solutes] [mol/m3], pH and phi
  * [V] of pd_etch_fn. 0: no surface was found. */
 PDI_FN int pdi_layer_reads(const pd_etch *etch, int32_t place, double *c, double *ph, double *phi);
+/* Speed [m/s] and flow [mol/m2/s] of a place for what its node holds, at the drop [V] from metal to fluid. */
+PDI_FN void pdi_layer_bare(const pd_etch *etch, int32_t place, double drop, double *speed, double *flow);
 /* The speeds of all places (of a circuit; -1: of all), for potentials of metal as they are; `derive`: and how they
  * follow the totals. */
 PDI_FN void pdi_layer_solve(const pd_ctx *ctx, pd_etch *etch, int circuit, int derive);

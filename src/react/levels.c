@@ -135,6 +135,18 @@ static int pdi_levels_there(const pd_etch *s, int circuit)
     return 0;
 }
 
+/* 1: it is there, and no place of it lies on a loop of current. */
+static int pdi_levels_open(const pd_etch *s, int circuit)
+{
+    int some = 0;
+    for (int32_t p = 0; p < s->count; p++) {
+        if (pdi_etch_circuit(s, p) != circuit) continue;
+        if (!s->open[p]) return 0;
+        some = 1;
+    }
+    return some;
+}
+
 /* What the sum is still off by goes by the slopes found last: it is exact to rounding. */
 static void pdi_levels_close(pd_etch *s, int circuit, double wanted)
 {
@@ -244,6 +256,9 @@ PDI_FN void pdi_levels_solve(const pd_ctx *ctx, pd_etch *s)
         if (circuit->holds) {
             s->level[n] = circuit->value;
             pdi_layer_solve(ctx, s, n, 0);
+        } else if (pdi_levels_open(s, n)) {
+            s->idle |= (uint32_t)1 << n;
+            pdi_layer_solve(ctx, s, n, 0);
         } else if (pdi_levels_there(s, n)) {
             pdi_levels_find(ctx, s, n, extra);
             extra = 0.0;
@@ -286,31 +301,6 @@ PDI_FN int pdi_levels_tie(const pd_etch *s)
     for (int n = 0; n < s->desc.electrodes.circuits; n++)
         if (s->desc.electrodes.circuit[n].holds && pdi_levels_there(s, n)) return 1;
     return 0;
-}
-
-PDI_FN void pdi_levels_apart(pd_reactive *r)
-{
-    pd_migration *m = &r->migration;
-    const pd_etch *s = r->surface;
-    double most = 0.0;
-    if (!m->on) return;
-    memset(m->idle, 0, (size_t)r->grid->total);
-    if (m->tied || !s || !s->electrode) return;
-    pdi_migration_pockets(m);
-    for (int32_t i = 0; i < r->grid->total; i++) m->size[i] = 0.0;
-    for (int32_t p = 0; p < s->count; p++) {
-        double *size = &m->size[m->pocket[s->node[p]]];
-        *size += fabs(pdi_levels_place(s, p, *pdi_etch_speed(s, p), 0.0));
-        *size += fabs(pdi_levels_place(s, p, 0.0, s->flow[p]));
-        most = pdi_max(most, *size);
-    }
-    for (int32_t i = 0; i < r->grid->total; i++)
-        m->idle[i] = r->grid->kind[i] == PD_FLUID && m->size[m->pocket[i]] < PDI_LEVELS_SLACK * most;
-}
-
-PDI_FN void pdi_levels_shift(pd_etch *s, double by)
-{
-    for (int n = 0; n < s->desc.electrodes.circuits; n++) s->level[n] += by;
 }
 
 PDI_FN int pdi_levels_free(const pd_etch *s)

@@ -30,10 +30,6 @@ PDI_FN int pdi_levels_tie(const pd_etch *etch);
 PDI_FN void pdi_levels_ties(pd_reactive *reactive);
 /* Circuits that are there whose potential follows from their currents. */
 PDI_FN int pdi_levels_free(const pd_etch *etch);
-/* Fluid that no current enters: reactive->migration.idle. */
-PDI_FN void pdi_levels_apart(pd_reactive *reactive);
-/* All potentials change by `by` [V]. */
-PDI_FN void pdi_levels_shift(pd_etch *etch, double by);
 /* [mol/s] charge that a speed [m/s] and a flow [mol/m2/s] bring at a place. */
 PDI_FN double pdi_levels_place(const pd_etch *etch, int32_t place, double speed, double flow);
 /* [mol/s] charge that leaves the metal of a circuit, and *size, the sum of its sizes. */

@@ -72,7 +72,6 @@ PDI_FN void pdi_migration_work_list(pdi_owner *owner, pd_migration *migration)
     PDI_ARRAY(owner, migration, move, total, "1");
     PDI_ARRAY(owner, migration, size, total, "mol/m3");
     PDI_ARRAY(owner, migration, current, total, "mol/m3/s");
-    PDI_RAW(owner, migration, pocket, total, "1");
     pdi_compact_list(owner, &migration->compact);
     pdi_compact_face_list(owner, &migration->compact);
     pdi_multigrid_list(owner, &migration->mg);
@@ -300,39 +299,17 @@ PDI_FN void pdi_migration_tie(pd_migration *m)
         m->tied = grid->kind[m->flux->boundary->far[p]] == PD_INLET;
 }
 
-static int32_t pdi_migration_root(int32_t *pocket, int32_t i)
-{
-    while (pocket[i] != i) i = pocket[i] = pocket[pocket[i]];
-    return i;
-}
-
-PDI_FN void pdi_migration_pockets(pd_migration *m)
-{
-    const pd_grid *grid = m->flux->bonds->grid;
-    for (int32_t i = 0; i < grid->total; i++) m->pocket[i] = i;
-    for (int32_t i = 0; i < grid->total; i++)
-        for (int d = 0; d < PD_DIM && grid->kind[i] == PD_FLUID; d++) {
-            int32_t j = pdi_grid_image(grid, i + (int32_t)grid->stride[d], NULL);
-            if (j < 0 || grid->kind[j] != PD_FLUID) continue;
-            int32_t a = pdi_migration_root(m->pocket, i), b = pdi_migration_root(m->pocket, j);
-            if (a < b) m->pocket[b] = a;
-            else m->pocket[a] = b;
-        }
-    for (int32_t i = 0; i < grid->total; i++) m->pocket[i] = pdi_migration_root(m->pocket, i);
-}
-
-PDI_FN double pdi_migration_level(pd_migration *m)
+PDI_FN void pdi_migration_level(pd_migration *m)
 {
     const pd_grid *grid = m->flux->bonds->grid;
     pdi_sum sum = {0.0, 0.0};
     int32_t count = 0;
-    if (m->tied) return 0.0;
+    if (m->tied) return;
     for (int32_t i = 0; i < grid->total; i++) {
-        if (grid->kind[i] != PD_FLUID || m->idle[i]) continue;
+        if (grid->kind[i] != PD_FLUID) continue;
         pdi_sum_add(&sum, m->psi[i]);
         count++;
     }
     for (int32_t i = 0; i < grid->total && count; i++)
         if (grid->kind[i] == PD_FLUID) m->psi[i] -= pdi_sum_total(&sum) / count;
-    return count ? m->volt * pdi_sum_total(&sum) / count : 0.0;
 }

@@ -24,14 +24,12 @@ typedef struct pd_migration {
     double share;           /* [-] of the change of psi that a step of Newton takes */
     double pace[PD_SPECIES_MOST]; /* [-] of components: factors of the preconditioner's answers */
     double *psi;            /* [total] [-] */
-    uint8_t *idle;          /* [total] 1: fluid that no current enters, since the metal around it carries one way only:
-                             * psi has no value there */
+    uint8_t *idle;          /* [total] 1: fluid that no loop of current passes: psi has no value there */
     /* lent for a step: */
     double *begin, *base;   /* [total] [-] psi at the start of the step, and before a step of Newton */
     double *move;           /* [total] [-] change of psi */
     double *size;           /* [total] [mol/m3] sum of z^2 c, at least a small share of the largest */
     double *current;        /* [total] [mol/m3/s] work */
-    int32_t *pocket;        /* [total] of fluid that hangs together by faces: one of its nodes */
     pd_compact compact;
     pd_multigrid mg;
 } pd_migration;
@@ -78,10 +76,8 @@ PDI_FN void pdi_migration_inlets(pd_migration *migration, double phi);
 PDI_FN double pdi_migration_pace(pd_migration *migration, double dt);
 /* Find out whether it is tied. */
 PDI_FN void pdi_migration_tie(pd_migration *migration);
-/* What hangs together by faces: `pocket`. */
-PDI_FN void pdi_migration_pockets(pd_migration *migration);
-/* Where it is not tied the mean of psi becomes 0, of fluid that is not idle. Returns what it was [V]. */
-PDI_FN double pdi_migration_level(pd_migration *migration);
+/* Where it is not tied the mean of psi becomes 0. */
+PDI_FN void pdi_migration_level(pd_migration *migration);
 #endif
 
 #endif

@@ -2,6 +2,7 @@
 #include "run/attack.h"
 #include "react/layer.h"
 #include "react/levels.h"
+#include "react/loops.h"
 #include "metal/content.h"
 #include "metal/interface.h"
 #include <math.h>
@@ -365,6 +366,7 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
     PDI_TRY(pdi_attack_shares(ctx, a));
     s->odd = 0;
     s->alone = s->electrode && a->course->steps > 0 && pdi_polarise_gone(&a->polarise);
+    pdi_loops_find(s->reactive);
     pdi_levels_solve(ctx, s);
     pdi_etch_note(s);
     if (s->lost && s->odd) {
