@@ -60,8 +60,8 @@ static double pdi_loops_charge(const pd_etch *s, int32_t p, double drop)
 static int pdi_loops_ways(const pd_etch *s, int32_t p)
 {
     double out = pdi_loops_charge(s, p, PDI_LOOPS_FAR), in = pdi_loops_charge(s, p, -PDI_LOOPS_FAR);
-    if (out > 0.0 && fabs(in) <= PDI_LOOPS_SLACK * out) return PDI_LOOPS_OUT;
-    if (in < 0.0 && fabs(out) <= -PDI_LOOPS_SLACK * in) return PDI_LOOPS_IN;
+    if (out > 0.0 && in >= 0.0 && in <= PDI_LOOPS_SLACK * out) return PDI_LOOPS_OUT;
+    if (in < 0.0 && out <= 0.0 && out >= PDI_LOOPS_SLACK * in) return PDI_LOOPS_IN;
     if (fabs(out) > 0.0 || fabs(in) > 0.0 || out != out || in != in) return PDI_LOOPS_OUT | PDI_LOOPS_IN;
     int reads = s->electrode && s->electrode[p] >= 0 && s->desc.electrodes.reads &&
                 s->desc.electrodes.reads[s->electrode[p]];
