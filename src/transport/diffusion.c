@@ -92,10 +92,12 @@ typedef struct pdi_diffusion_cuts {
     double normal[PD_DIM];  /* of the metal, from it; 0: there is none */
 } pdi_diffusion_cuts;
 
+/* The normal takes the weights of the plane lattice: those of rings are larger outwards, and what is left of two faces
+ * across a gap would count as a direction at any radius. */
 static void pdi_diffusion_count(const pd_diffusion *d, int32_t r, const uint8_t *held, pdi_diffusion_cuts *cuts)
 {
     const pd_bonds *bonds = d->bonds;
-    const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+    const double *lap = pdi_bond_lap(bonds, bonds->node[r]), *even = bonds->stencil->lap;
     double whole = 0.0;
     memset(cuts, 0, sizeof *cuts);
     for (int k = 0; k < bonds->stencil->count; k++) {
@@ -105,8 +107,8 @@ static void pdi_diffusion_count(const pd_diffusion *d, int32_t r, const uint8_t 
         pdi_diffusion_offset(d, k, xi);
         pdi_diffusion_pack(xi, packed);
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) (metal ? cuts->metal : cuts->walls)[t] += lap[k] * packed[t];
-        for (int a = 0; a < PD_DIM && metal; a++) cuts->normal[a] -= lap[k] * xi[a];
-        if (metal) whole += lap[k] * pdi_vec_norm(xi);
+        for (int a = 0; a < PD_DIM && metal; a++) cuts->normal[a] -= even[k] * xi[a];
+        if (metal) whole += even[k] * pdi_vec_norm(xi);
     }
     double length = pdi_vec_norm(cuts->normal);
     int cancels = !(length > PDI_DIFFUSION_NONE * whole);
