@@ -482,3 +482,13 @@ size_t scene_write(const scene *x, char *text, size_t size)
     if (x->layer) put(&w, "[side z-]\nflow = mirror\n[side z+]\nflow = mirror\n");
     return w.used + 1 < size && !x->full ? w.used : 0;
 }
+
+void scene_shorten(scene *x, double share)
+{
+    x->until *= share;
+    for (int j = 0; j < x->entries; j++) {
+        entry *e = &x->list[j];
+        if ((strcmp(e->key, "until") == 0 || strcmp(e->key, "every") == 0) && e->count[0] == 1)
+            x->pool[e->first[0]].value *= share;
+    }
+}

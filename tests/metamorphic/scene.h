@@ -179,6 +179,8 @@ void scene_direction(scene *x, int s, const char *key, const double *along);
 void scene_voxels(scene *x, int s, int image);
 entry *scene_find(scene *x, int s, const char *key);
 int scene_physics(const scene *x);
+/* It ends after this share of its time. */
+void scene_shorten(scene *x, double share);
 /* Exponents of a unit of the table, and of [m^e ...] as figures and fields write it; 0: not known. */
 dimension unit_dimension(unit of);
 

@@ -122,12 +122,7 @@ static int with_less_time(shrinker *s)
     int done = 0;
     for (int k = 0; k < 4; k++) {
         y = *s->x;
-        y.until *= 0.5;
-        for (int j = 0; j < y.entries; j++) {
-            entry *e = &y.list[j];
-            if ((strcmp(e->key, "until") == 0 || strcmp(e->key, "every") == 0) && e->count[0] == 1)
-                y.pool[e->first[0]].value *= 0.5;
-        }
+        scene_shorten(&y, 0.5);
         if (!(y.until > 0.0) || !accept(s, &y)) break;
         done = 1;
     }
