@@ -135,6 +135,33 @@ scene gap << 'END'
 END
 sed 's/ mm/ cm/g; s/1e-7 ohm/1e-6 ohm/' "$dir/gap.scene" | scene gap_10
 alike 2 gap gap_10 1e-7 current electrode=m1:least@0.1 electrode=m1:most@0.1
+
+# A gap one cell wide between two pieces of metal, in a plane and in a ring far from its axis: what differs is in
+# proportion to the cell over the radius, 1e-5.
+scene gap_plane << 'END'
+[grid] h = 1 um box = 0 um .. 10 um, 0 um .. 10 um
+[shape m0] box = 2 um .. 7 um, 0 um .. 5 um kind = solid
+[shape m1] box = 5 um .. 9 um, 6 um .. 9 um kind = solid
+[potential] conductivity = 2 S/m
+[electrode m0] shape = m0 curve = linear resistance = 1e-6 ohm m2 E0 = -0.3 V potential = -0.2 V
+[electrode m1] shape = m1 curve = linear resistance = 1e-6 ohm m2 E0 = 0.1 V potential = 0.1 V
+[side x+] potential = -0.5 V
+[side y+] potential = -0.3 V
+[output] fields = none
+END
+scene gap_ring << 'END'
+[grid] h = 1 um box = 0 um .. 10 um, 100000 um .. 100010 um geometry = axisymmetric
+[shape m0] box = 2 um .. 7 um, 100000 um .. 100005 um kind = solid
+[shape m1] box = 5 um .. 9 um, 100006 um .. 100009 um kind = solid
+[potential] conductivity = 2 S/m
+[electrode m0] shape = m0 curve = linear resistance = 1e-6 ohm m2 E0 = -0.3 V potential = -0.2 V
+[electrode m1] shape = m1 curve = linear resistance = 1e-6 ohm m2 E0 = 0.1 V potential = 0.1 V
+[side x+] potential = -0.5 V
+[side y+] potential = -0.3 V
+[output] fields = none
+END
+alike 2 gap_plane gap_ring 2e-4 electrode=m0:density electrode=m1:density electrode=m0:most
+
 scene side << 'END'
 [grid] h = 0.1 mm box = 0 mm .. 1.3 mm, 0 mm .. 1 mm
 [shape m0] box = 0 mm .. 0.7 mm, 0.1 mm .. 0.7 mm kind = solid material = mg4ag
