@@ -348,4 +348,44 @@ TEST(materials)
     }
 }
 
-TEST_MAIN(ENTRY(families) ENTRY(bonds_that_leave) ENTRY(bytes) ENTRY(no_table) ENTRY(bits) ENTRY(materials))
+/* A bond weighs as much as its ends have bonds. */
+static double by_families(const void *self, int32_t i, const pd_walk *bond)
+{
+    const pd_body *body = (const pd_body *)self;
+    return (double)(body->row[i + 1] - body->row[i] + body->row[bond->to + 1] - body->row[bond->to]);
+}
+
+/* Weights that differ beside surfaces: deeper points share those of a whole family, and have no lists. */
+TEST(weights_of_the_inside)
+{
+    pair_case *c = make(1e-3, 1.0, PD_RIM_LINEAR, 0, 0);
+    pd_bond_weights weights;
+    int64_t longest = 0;
+    int inside = 0, deep = 1;
+    if (!c) return;
+    end(c);
+    c->desc.count--;
+    if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body[0]))) return;
+    const pd_body *body = &c->body[0];
+    CHECK(body->lattice);
+    CHECK_OK(&c->ctx, pdi_bond_weights_build(&c->ctx, body, &weights));
+    CHECK_OK(&c->ctx, pdi_bond_weights_find(&c->ctx, &weights, by_families, body));
+    for (int32_t i = 0; i < body->count; i++)
+        if (body->row[i + 1] - body->row[i] > longest) longest = body->row[i + 1] - body->row[i];
+    for (int32_t i = 0; i < body->count; i++) {
+        int whole = 1;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            double weight = by_families(body, i, &f);
+            CHECK_NEAR(pdi_bond_weights_of(&weights, i, &f), weight, 0.0);
+            whole = whole && weight >= 2.0 * (double)longest;
+        }
+        inside += whole;
+        CHECK(weights.begin != NULL && (weights.begin[i] < 0) == whole);
+    }
+    for (int d = 0; d < PD_DIM; d++) deep *= side(d) - 4;
+    CHECK_INT(inside, deep);
+    pdi_bond_weights_free(&c->ctx, &weights);
+    end(c);
+}
+
+TEST_MAIN(ENTRY(weights_of_the_inside) ENTRY(families) ENTRY(bonds_that_leave) ENTRY(bytes) ENTRY(no_table) ENTRY(bits) ENTRY(materials))

@@ -23,6 +23,33 @@ static void end(solid_case *c, pd_finite *f)
     CHECK_INT(c->ctx.in_use, 0);
 }
 
+/* The moduli of each point are those of the law, and `stiff` times as large. */
+TEST(moduli_of_points)
+{
+    for (int way = 0; way < 6; way++)
+        for (int graded = 0; graded < 2; graded++) {
+            pd_finite f;
+            pd_finite_desc d = desc_of(way);
+            pdi_finite_moduli m = moduli(&d);
+            solid_case *c = solid_block(CELLS / 2, 1.5, 1.0, 0.0);
+            static double stiff[MOST];
+            if (!c) return;
+            for (int32_t i = 0; i < c->body.count; i++) {
+                stiff[i] = 1.0 + 0.25 * (i % 3);
+                v[i] = w[i] = -1.0;
+            }
+            d.stiff = graded ? stiff : NULL;
+            pd_solid solid = build(c, &d, &f);
+            solid.moduli(&c->ctx, solid.self, v, w);
+            for (int32_t i = 0; i < c->body.count; i++) {
+                double factor = graded ? stiff[i] : 1.0;
+                CHECK_REL(w[i], factor * m.mu, 1e-14);
+                CHECK_REL(v[i], factor * pdi_finite_law_lambda(&m), 1e-14);
+            }
+            end(c, &f);
+        }
+}
+
 /* ---- uniform fields ---- */
 
 /* A uniform gradient of any size in a body of any shape: the stress is that of the law at every point, and the loads of
@@ -764,7 +791,7 @@ TEST(bad_input)
     end(c, &f);
 }
 
-TEST_MAIN(ENTRY(patch) ENTRY(rigid) ENTRY(balance) ENTRY(work) ENTRY(checkerboard) ENTRY(limit) ENTRY(blocks)
+TEST_MAIN(ENTRY(moduli_of_points) ENTRY(patch) ENTRY(rigid) ENTRY(balance) ENTRY(work) ENTRY(checkerboard) ENTRY(limit) ENTRY(blocks)
               ENTRY(order_and_threads) ENTRY(heterogeneous) ENTRY(uniaxial) ENTRY(bar_of_metal)
               SLOW_ENTRY_IF(PD_DIM == 2, beam) ENTRY(loose)
               SLOW_ENTRY_IF(PD_DIM == 3, rubber_parts)

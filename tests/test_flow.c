@@ -384,6 +384,37 @@ TEST(sides_as_surfaces)
         }
 }
 
+/* The surface of a point is the nearest one, along the axis where it is farther: a ball that is 0.24 or 0.56 from it, or
+ * the side that the way from the node meets 0.5 and 0.1 behind it. */
+TEST(nearest_of_surfaces)
+{
+    for (int side = 0; side < 2; side++) {
+        scene *s = &test_scene;
+        double x[PD_DIM], to[PD_DIM], place[PD_DIM], normal[PD_DIM], away = side ? 0.7 : 0.3;
+        const double towards[3] = {0.6, -0.8, 0.0}; /* from the middle of the ball */
+        int at[3] = {6, 4, 4};
+        int32_t closed;
+        scene_box(s, 1.0, 1.0, 8, 9, 9);
+        for (int d = 0; d < PD_DIM; d++) {
+            x[d] = at[d] + 0.5;
+            to[d] = x[d] + (d == 0 ? 1.0 : d == 1 ? 0.2 : 0.0);
+            s->shapes[0].a[d] = to[d] - (1.0 + away) * towards[d];
+        }
+        s->shapes[0].type = PD_SHAPE_BALL;
+        s->shapes[0].r = 1.0;
+        s->grid_desc.solid = &s->shapes[0];
+        if (!scene_build(s)) return;
+        int32_t node = pd_grid_node(&s->grid, at);
+        CHECK_INT(pdi_surface_meet(&s->bonds, node, to, place, normal, &closed), 1);
+        for (int d = 0; d < PD_DIM; d++) {
+            double met = d == 0 ? 8.0 : d == 1 ? x[1] + 0.3 : x[d];
+            CHECK_NEAR(place[d], side ? met : to[d] - away * towards[d], 1e-7);
+            CHECK_NEAR(normal[d], side ? (d ? 0.0 : -1.0) : towards[d], 1e-5);
+        }
+        scene_free(s);
+    }
+}
+
 static void not_finite(void *user, const double *x, double *u)
 {
     parabola(user, x, u);
@@ -490,5 +521,5 @@ TEST(memory_faults)
 #endif
 
 TEST_MAIN(ENTRY(hydrostatics) OF_DIM ENTRY(sections_balance) ENTRY(linearisation) ENTRY(threads_change_no_bit)
-          ENTRY(surfaces_of_any_size) ENTRY(sides_as_surfaces)
+          ENTRY(surfaces_of_any_size) ENTRY(sides_as_surfaces) ENTRY(nearest_of_surfaces)
           ENTRY(bad_input) ENTRY(update_of_dissolved_nodes) ENTRY(memory_faults))

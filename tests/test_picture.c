@@ -155,6 +155,33 @@ TEST(units_are_printed)
 }
 
 /* What is not negative is not drawn with negative numbers on its axis: zero everywhere, one value, or some. */
+/* The colour of a number has the hue that is the number times the golden angle and one of three lightnesses of OKLab,
+ * as near as 8 bits are, wherever sRGB ends. Matrices: those of Ottosson (2020) from linear sRGB. */
+TEST(hues_of_labels)
+{
+    static const double cone[3][3] = {{0.4122214708, 0.5363325363, 0.0514459929},
+                                      {0.2119034982, 0.6806995451, 0.1073969566},
+                                      {0.0883024619, 0.2817188376, 0.6299787005}};
+    static const double lab[3][3] = {{0.2104542553, 0.7936177850, -0.0040720468},
+                                     {1.9779984951, -2.4285922050, 0.4505937099},
+                                     {0.0259040371, 0.7827717662, -0.8086757660}};
+    for (int number = 0; number < 400; number++) {
+        uint32_t colour = pdi_colour_label(number);
+        double f[3] = {0.0, 0.0, 0.0}, c[3] = {0.0, 0.0, 0.0};
+        for (int k = 0; k < 3; k++) {
+            double x = (colour >> (16 - 8 * k) & 255) / 255.0;
+            x = x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
+            for (int j = 0; j < 3; j++) f[j] += cone[j][k] * x;
+        }
+        for (int j = 0; j < 3; j++)
+            for (int k = 0; k < 3; k++) c[j] += lab[j][k] * cbrt(f[k]);
+        double turn = atan2(c[2], c[1]) * 180.0 / 3.14159265358979323846 - 137.50776405003785 * number;
+        CHECK_NEAR(c[0], 0.58 + 0.12 * (number % 3), 3e-3);
+        CHECK_NEAR(turn - 360.0 * floor(turn / 360.0 + 0.5), 0.0, 1.5);
+        CHECK(hypot(c[1], c[2]) > 0.05 && hypot(c[1], c[2]) < 0.118);
+    }
+}
+
 TEST(ranges_of_nothing_less_than_zero)
 {
     static const double ends[][2] = {{0, 0}, {0, 1e-310}, {1e-310, 1e-310}, {3, 3}, {0.001, 30}, {1e-290, 1e-290}};
@@ -783,7 +810,7 @@ TEST(every_failing_allocation_is_reported)
     remove(DIRECTORY);
 }
 
-TEST_MAIN(ENTRY(colours_are_ordered_by_lightness) ENTRY(ranges_of_nothing_less_than_zero)
+TEST_MAIN(ENTRY(colours_are_ordered_by_lightness) ENTRY(hues_of_labels) ENTRY(ranges_of_nothing_less_than_zero)
           ENTRY(ticks_are_round_numbers) ENTRY(units_are_printed) ENTRY(a_picture_shows_every_cell_in_its_place)
           ENTRY(pictures_of_any_shape_have_a_sensible_size) ENTRY(logarithmic_colours) ENTRY(smooth_cells)
           ENTRY(legends_of_labels) ENTRY(extreme_values_have_a_picture)

@@ -353,6 +353,12 @@ TEST(unused_keys_and_sections)
     CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:1: found the unknown key 'k' in the lines before the first section", "no key there");
     leave(&ctx, &text);
+    /* a name of one letter is a name */
+    CHECK_OK(&ctx, load(&ctx, "[grid] y = 1", &text));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "grid", NULL), "x", "m", "1 m", &value));
+    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
+    check_message(&ctx, "pin.scene:1: found the unknown key 'y' in [grid]", "expected one of x");
+    leave(&ctx, &text);
 }
 
 TEST(sections_in_order)

@@ -40,15 +40,28 @@ static int32_t pdi_bond_weights_learn(const pd_bond_weights *w, pdi_bond_weights
     return found;
 }
 
-/* Weights of kinds, of the longest family before others: those of a whole one, where there is one. */
+/* Bonds of a point and of those that it has bonds with. */
+static int64_t pdi_bond_weights_around(const pd_body *body, int32_t i)
+{
+    int64_t bonds = body->row[i + 1] - body->row[i];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) bonds += body->row[f.to + 1] - body->row[f.to];
+    return bonds;
+}
+
+/* Weights of kinds, of a point whose family is whole, and those of its family, where there is one: a weight may know
+ * both ends of a bond. */
 static void pdi_bond_weights_share(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
 {
     const pd_body *body = w->body;
-    int32_t longest = 0, known;
+    int32_t inside = 0, known;
+    int64_t most = -1;
     for (int32_t k = 0; k < body->kinds; k++) w->whole[k] = (float)HUGE_VAL;
-    for (int32_t i = 1; i < body->count; i++)
-        if (body->row[i + 1] - body->row[i] > body->row[longest + 1] - body->row[longest]) longest = i;
-    known = pdi_bond_weights_learn(w, weigh, self, longest);
+    for (int32_t i = 0; i < body->count; i++) {
+        int64_t around = pdi_bond_weights_around(body, i);
+        if (around > most) inside = i;
+        most = around > most ? around : most;
+    }
+    known = pdi_bond_weights_learn(w, weigh, self, inside);
     for (int32_t i = 0; i < body->count && known < body->kinds; i++) known += pdi_bond_weights_learn(w, weigh, self, i);
 }
 
