@@ -66,8 +66,7 @@ static inline double pdi_migrate_expm1(double x)
     return power * (r + s * (low + f * (middle + f * high))) + (power - 1.0);
 }
 
-/* by: the derivatives, too. */
-PDI_INLINE pdi_migrate_shares pdi_migrate_of(double w, int by)
+PDI_INLINE pdi_migrate_shares pdi_migrate_of(double w)
 {
     pdi_migrate_shares s;
     double x = fabs(w), little = x < PDI_MIGRATE_SMALL ? w : 0.0, even = pdi_migrate_even(little);
@@ -76,8 +75,6 @@ PDI_INLINE pdi_migrate_shares pdi_migrate_of(double w, int by)
     low = much < PDI_MIGRATE_LARGE ? low : 0.0; /* B(x) */
     s.near = x < PDI_MIGRATE_SMALL ? even - 0.5 * w : w > 0.0 ? low : low + x;
     s.far = x < PDI_MIGRATE_SMALL ? even + 0.5 * w : w > 0.0 ? low + x : low;
-    s.near_by = s.far_by = 0.0;
-    if (!by) return s;
     double even_by = pdi_migrate_even_by(little), low_by = low * (1.0 - low - much) / much; /* B'(x) */
     s.near_by = x < PDI_MIGRATE_SMALL ? even_by - 0.5 : w > 0.0 ? low_by : -1.0 - low_by;
     s.far_by = x < PDI_MIGRATE_SMALL ? even_by + 0.5 : w > 0.0 ? 1.0 + low_by : -low_by;
@@ -99,7 +96,7 @@ static inline double pdi_migrate_drift(double bond, double flux, double rise)
 PDI_INLINE double pdi_migrate_bond(double bond, double flux, double w, double near, double far, int by,
                                    double move_near, double move_far, double lift)
 {
-    pdi_migrate_shares s = pdi_migrate_of(w, by);
+    pdi_migrate_shares s = pdi_migrate_of(w);
     double from = by ? move_near : near, to = by ? move_far : far, along = s.near * from - s.far * to;
     if (by) along += (s.near_by * near - s.far_by * far) * lift;
     double conducted = bond * along, carried = flux * (flux > 0.0 ? from : to);
@@ -113,7 +110,7 @@ PDI_FN double pdi_migrate_leave(double bond, double flux, double rise, double ne
 
 PDI_FN double pdi_migrate_conduct(double rise, double near, double far)
 {
-    pdi_migrate_shares s = pdi_migrate_of(rise, 1);
+    pdi_migrate_shares s = pdi_migrate_of(rise);
     return s.far_by * far - s.near_by * near;
 }
 
