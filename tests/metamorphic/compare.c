@@ -174,6 +174,36 @@ static const run_field *find_field(const record *r, const char *name)
     return NULL;
 }
 
+/* [-] [Pa] Of what sides hold: rounds end when it changes by less than this share of the largest displacement
+ * (solid/quasi_static). A row that is held follows the strain of free rows, so strains are wrong by twice that over h,
+ * and stresses by twice as much times the largest modulus of waves, of nu = 0.4. */
+#define HELD 1e-7
+#define WAVE_MODULUS 9.7e10
+
+/* 1: a side of the scene moves what is at rest. */
+static int holds_side(const scene *x)
+{
+    int found = 0;
+    for (int k = 0; k < x->entries && (x->has & HAS_SOLID) && !(x->has & HAS_MOTION); k++)
+        found = found || (x->list[k].kind == ENTRY_COMPONENT && strcmp(x->list[k].key, "u") == 0 &&
+                          strcmp(x->part[x->list[k].section].name, "side") == 0);
+    return found;
+}
+
+/* What a side leaves unknown of displacements, or of stresses, energies and forces. */
+static double floor_of_held(const scene *x, const record *a, const char *unit_name)
+{
+    const run_field *u = holds_side(x) ? find_field(a, "u(vector)") : NULL;
+    dimension d = dimension_of(unit_name);
+    double moved = u ? HELD * size_of(u->data, u->components * a->cells) : 0.0;
+    double stress = 2.0 * WAVE_MODULUS * moved / x->h[0];
+    if (d.e[1] == 1.0 && d.e[2] == -2.0 && d.e[4] == 0.0) {
+        for (int k = -1; k < (int)d.e[0]; k++) stress *= x->h[0];
+        return stress;
+    }
+    return d.e[0] == 1.0 && d.e[1] == 0.0 && d.e[2] == 0.0 && d.e[3] == 0.0 ? moved : 0.0;
+}
+
 /* The largest value of any field of the same unit. */
 static double size_of_kin(const record *r, const run_field *f)
 {
@@ -247,6 +277,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
     if (logs && own < 1.0) own = 1.0;
     double least = floor_of(x, p->label, tolerance), kin = CANCELS * size_of_kin(a, p);
     if (kin > least) least = kin;
+    if (tolerance > 0.0) least = fmax(least, floor_of_held(x, a, p->label));
     if (is_dissolved(p->name) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     /* the scale on which the tolerance leaves that much */
     double scale = tolerance > 0.0 && least > tolerance * own ? least / tolerance : own;
@@ -321,6 +352,13 @@ static int is_component(const char *key)
     return strchr("fmcvu", key[0]) && is_axis(key[1]) && (key[2] == '\0' || key[2] == '_');
 }
 
+/* A probe is a mean of the values of a field about it: it is as right as the field. */
+static double size_of_probed(const record *a, const run_figure *p)
+{
+    const run_field *field = strcmp(p->section, "probe") == 0 ? find_field(a, p->key) : NULL;
+    return field ? size_of(field->data, field->components * a->cells) : 0.0;
+}
+
 /* Metal lost [as the solid]: steps are right to a share of that, however little is left. */
 static double lost_of(const record *a, double solid)
 {
@@ -365,6 +403,7 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     double v = sign * q->value / factor;
     if (isfinite(p->value) && fabs(p->value) > scale) scale = fabs(p->value);
     if (isfinite(v) && fabs(v) > scale) scale = fabs(v);
+    scale = fmax(scale, size_of_probed(a, p));
     if (t->kind == TRANSFORM_TIGHTER && strcmp(p->unit, "-") == 0 && scale < 1e-3) scale = 1e-3; /* a loss of a thousandth */
     if (t->kind == TRANSFORM_TIGHTER && strcmp(p->key, "solid") == 0) scale += lost_of(a, p->value);
     if (strncmp(p->key, "flux", 4) == 0 && scale < 1.0 && strcmp(p->section, "result") == 0)
@@ -372,6 +411,7 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (strcmp(p->key, "volume_loss") == 0 && CANCELS > least) least = CANCELS;
     double passes = tolerance * least_figure(x, a, p);
     if (passes > least) least = passes;
+    if (tolerance > 0.0) least = fmax(least, floor_of_held(x, a, p->unit));
     if (is_dissolved(p->key) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     if (tolerance > 0.0 && least > tolerance * scale) scale = least / tolerance;
     if (!(scale > 0.0)) scale = 1.0;
