@@ -176,7 +176,7 @@ static const run_field *find_field(const record *r, const char *name)
 
 /* [-] [Pa] Of what sides hold: rounds end when it changes by less than this share of the largest displacement
  * (solid/quasi_static). A row that is held follows the strain of free rows, so strains are wrong by twice that over h,
- * and stresses by twice as much times the largest modulus of waves, of nu = 0.4. */
+ * displacements by as much along the body, and stresses by as much times the largest modulus of waves, of nu = 0.4. */
 #define HELD 1e-7
 #define WAVE_MODULUS 9.7e10
 
@@ -196,12 +196,13 @@ static double floor_of_held(const scene *x, const record *a, const char *unit_na
     const run_field *u = holds_side(x) ? find_field(a, "u(vector)") : NULL;
     dimension d = dimension_of(unit_name);
     double moved = u ? HELD * size_of(u->data, u->components * a->cells) : 0.0;
-    double stress = 2.0 * WAVE_MODULUS * moved / x->h[0];
+    double strain = 2.0 * moved / x->h[0], stress = WAVE_MODULUS * strain, length = 0.0;
+    for (int k = 0; k < PD_DIM; k++) length = fmax(length, x->cells[k] * x->h[k]);
     if (d.e[1] == 1.0 && d.e[2] == -2.0 && d.e[4] == 0.0) {
         for (int k = -1; k < (int)d.e[0]; k++) stress *= x->h[0];
         return stress;
     }
-    return d.e[0] == 1.0 && d.e[1] == 0.0 && d.e[2] == 0.0 && d.e[3] == 0.0 ? moved : 0.0;
+    return d.e[0] == 1.0 && d.e[1] == 0.0 && d.e[2] == 0.0 && d.e[3] == 0.0 ? strain * length : 0.0;
 }
 
 /* The largest value of any field of the same unit. */
