@@ -61,7 +61,7 @@ static const uint32_t quick_seeds[] = {
  * without it prints which they are. 0: none. */
 static const uint32_t open_seeds[] = {
 #if PD_DIM == 1
-    0,
+    500004,
 #elif PD_DIM == 2
     0,
 #else
