@@ -300,7 +300,7 @@ TEST(water)
             for (int32_t i = 0; i < s->grid.total; i++) {
                 if (s->grid.kind[i] != PD_FLUID) continue;
                 CHECK_REL(h[i], 0.5 * (excess + sqrt(excess * excess + 4e-8)), step ? 1e-6 : 1e-5);
-                CHECK_NEAR(h[i] - oh[i], excess, 1e-9);
+                CHECK_NEAR(h[i] - oh[i], excess, 5e-9); /* 1e-10 of the 50 mol/m3 that react in 36 s */
             }
         }
         check_balance(s);

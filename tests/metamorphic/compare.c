@@ -174,10 +174,10 @@ static const run_field *find_field(const record *r, const char *name)
     return NULL;
 }
 
-/* [-] [Pa] Of what sides hold: rounds end when it changes by less than this share of the largest displacement
- * (solid/quasi_static). A row that is held follows the strain of free rows, so strains are wrong by twice that over h,
+/* [-] [Pa] Of what sides hold: rounds end when it changes by less than rtol of the largest displacement, here the least
+ * that scenes have (solid/quasi_static). A row that is held follows the strain of free rows, so strains are wrong by twice that over h,
  * displacements by as much along the body, and stresses by as much times the largest modulus of waves, of nu = 0.4. */
-#define HELD 1e-7
+#define HELD 1e-12
 #define WAVE_MODULUS 9.7e10
 
 /* 1: a side of the scene moves what is at rest. */

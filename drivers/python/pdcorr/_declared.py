@@ -16,6 +16,7 @@ PD_COUPLE_PROCESSES = 8
 PD_CSV_COLUMNS = 256
 PD_CSV_FILE_LIMIT = 536870912
 PD_ELECTRODES = 256
+PD_EQUILIBRIUM_RTOL = 1e-10
 PD_EXPR_CODE = 1024
 PD_EXPR_LENGTH = 4096
 PD_EXPR_NESTING = 64
@@ -798,6 +799,12 @@ def declare(dim):
         ('known', c_int),
         ('x', POINTER(c_double)),
         ('step', POINTER(c_double)),
+        ('grown', c_int),
+        ('size', c_double),
+        ('least', c_double),
+        ('part', c_double),
+        ('best', POINTER(c_double)),
+        ('shortest', POINTER(c_double)),
         ('turn', POINTER(c_double)),
         ('way', POINTER(c_double)),
     ]
@@ -1729,7 +1736,6 @@ def declare(dim):
         ('move', POINTER(c_double)),
         ('size', POINTER(c_double)),
         ('current', POINTER(c_double)),
-        ('pocket', POINTER(c_int32)),
         ('compact', pd_compact),
         ('mg', pd_multigrid),
     ]
@@ -1921,6 +1927,10 @@ def declare(dim):
         ('half', c_double),
         ('from', c_double),
         ('span', c_double),
+        ('open', POINTER(c_uint8)),
+        ('ways', POINTER(c_uint8)),
+        ('way_of', POINTER(c_uint8)),
+        ('joined', POINTER(c_int32)),
         ('surface', POINTER(c_double)),
         ('sweep', POINTER(c_double)),
         ('swept', POINTER(c_double)),
