@@ -388,4 +388,5 @@ TEST(weights_of_the_inside)
     end(c);
 }
 
-TEST_MAIN(ENTRY(weights_of_the_inside) ENTRY(families) ENTRY(bonds_that_leave) ENTRY(bytes) ENTRY(no_table) ENTRY(bits) ENTRY(materials))
+TEST_MAIN(ENTRY(weights_of_the_inside) ENTRY(families) ENTRY(bonds_that_leave) ENTRY(bytes)
+              ENTRY(no_table) ENTRY(bits) ENTRY(materials))

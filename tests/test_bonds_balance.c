@@ -104,7 +104,8 @@ TEST(kept_and_anew)
             }
             s->transport_desc.diffusivity = 1e-11;
             if (!scene_build(s) || !CHECK(s->grid.total <= MOST)) return;
-            for (int k = 0; (k < (PD_DIM == 3 ? 100 : 200) || here < enough) && k < 2000 && s->grid.solid_count > 0; k++) {
+            int steps = PD_DIM == 3 ? 100 : 200;
+            for (int k = 0; (k < steps || here < enough) && k < 2000 && s->grid.solid_count > 0; k++) {
                 if (run) s->dissolve.reached = 0;
                 if (!scene_step(s, 1e6 * (k + 1.0))) return;
                 here += s->dissolve.changed_count;

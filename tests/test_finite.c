@@ -791,7 +791,8 @@ TEST(bad_input)
     end(c, &f);
 }
 
-TEST_MAIN(ENTRY(moduli_of_points) ENTRY(patch) ENTRY(rigid) ENTRY(balance) ENTRY(work) ENTRY(checkerboard) ENTRY(limit) ENTRY(blocks)
+TEST_MAIN(ENTRY(moduli_of_points) ENTRY(patch) ENTRY(rigid) ENTRY(balance) ENTRY(work) ENTRY(checkerboard)
+              ENTRY(limit) ENTRY(blocks)
               ENTRY(order_and_threads) ENTRY(heterogeneous) ENTRY(uniaxial) ENTRY(bar_of_metal)
               SLOW_ENTRY_IF(PD_DIM == 2, beam) ENTRY(loose)
               SLOW_ENTRY_IF(PD_DIM == 3, rubber_parts)

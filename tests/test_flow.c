@@ -384,8 +384,8 @@ TEST(sides_as_surfaces)
         }
 }
 
-/* The surface of a point is the nearest one, along the axis where it is farther: a ball that is 0.24 or 0.56 from it, or
- * the side that the way from the node meets 0.5 and 0.1 behind it. */
+/* The surface of a point is the nearest one, along the axis where it is farther: a ball that is 0.24 or 0.56 from it,
+ * or the side that the way from the node meets 0.5 and 0.1 behind it. */
 TEST(nearest_of_surfaces)
 {
     for (int side = 0; side < 2; side++) {

@@ -4,6 +4,7 @@
  * registers. All terms of a bond are taken in one pass. Rows blank out their closed bonds.
  */
 #include "flow/flow.h"
+#include "core/sets.h"
 #include "core/par.h"
 #include "lattice/op.h"
 #include "flow/inflow.h"
@@ -137,16 +138,6 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
 }
 
 PDI_COLD_BEGIN
-/* The first row of the patch that row r belongs to. Links get shorter. */
-static int32_t pdi_flow_first(int32_t *patch, int32_t r)
-{
-    while (patch[r] != r) {
-        patch[r] = patch[patch[r]];
-        r = patch[r];
-    }
-    return r;
-}
-
 /* Row r and the rows that its open bonds lead to are of one patch. */
 static void pdi_flow_join(pd_flow *flow, int32_t r)
 {
@@ -157,9 +148,7 @@ static void pdi_flow_join(pd_flow *flow, int32_t r)
         if (!pdi_bond_open(bonds, r, k) || !pdi_grid_open(flow->grid->kind[j])) continue;
         int32_t other = bonds->row[pdi_grid_image(flow->grid, j, NULL)];
         if (other < 0 || patch[other] < 0) continue;
-        int32_t one = pdi_flow_first(patch, r), two = pdi_flow_first(patch, other);
-        if (one < two) patch[two] = one;
-        else patch[one] = two;
+        pdi_sets_unite(patch, r, other);
     }
 }
 
@@ -187,7 +176,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     for (int32_t r = 0; r < bonds->rows; r++)
         if (flow->patch[r] >= 0) pdi_flow_join(flow, r);
     for (int32_t r = 0; r < bonds->rows; r++)
-        if (flow->patch[r] >= 0) flow->patch[r] = pdi_flow_first(flow->patch, r);
+        if (flow->patch[r] >= 0) flow->patch[r] = pdi_sets_root(flow->patch, r);
     return PD_OK;
 }
 PDI_COLD_END

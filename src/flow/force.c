@@ -383,7 +383,8 @@ static int pdi_force_rise(const pdi_force_sight *sight, const double *x, double 
     for (int d = 0; d < PD_DIM; d++) at[d] = x[d] - sight->place[d];
     *distance = pdi_vec_dot(at, normal);
     if (!pdi_grid_inside(bonds->grid, i)) return 1;
-    if (!(fabs(pdi_bond_smooth(bonds, sight->closed, sight->place)) < PDI_FORCE_STEP * pdi_vec_least(bonds->grid->h))) return 0;
+    double level = pdi_bond_smooth(bonds, sight->closed, sight->place);
+    if (!(fabs(level) < PDI_FORCE_STEP * pdi_vec_least(bonds->grid->h))) return 0;
     return pdi_surface_rise(bonds, sight->closed, x, PDI_FORCE_STEP, distance, normal);
 }
 

@@ -286,7 +286,8 @@ static double pdi_grid_line_level(const pdi_grid_line *l, int shape, double t, d
 /* The line is outside at `from` and inside at `to`: the place between them where no face is known. */
 static double pdi_grid_sign_change(const pdi_grid_line *l, int shape, double from, double to)
 {
-    double low = pdi_grid_line_level(l, shape, from, NULL), high = pdi_grid_line_level(l, shape, to, NULL), t = to, f = low;
+    double low = pdi_grid_line_level(l, shape, from, NULL), high = pdi_grid_line_level(l, shape, to, NULL);
+    double t = to, f = low;
     if (!(low > PDI_GRID_SLACK * pdi_vec_least(l->grid->h)) || !(high < 0.0)) return from;
     pdi_bracket s = {from, low, to, high, 0, 0};
     while (fabs(f) > 1e-12 * (low - high) && pdi_bracket_next(&s, &t)) {

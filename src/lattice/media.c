@@ -220,8 +220,8 @@ typedef struct pdi_media_lift {
     double x[PD_DIM]; /* [m2/s] */
 } pdi_media_lift;
 
-/* Axis along the normal of the surface near node i, to rounding. -1: the surface lies at an angle. Where two parts of it
- * are as near on both sides of the node, slopes cancel, and the axis is that along which the distance changes. */
+/* Axis along the normal of the surface near node i, to rounding. -1: the surface lies at an angle. Where two parts of
+ * it are as near on both sides of the node, slopes cancel, and the axis is that along which the distance changes. */
 static int pdi_media_axis(const pd_media *m, int32_t i)
 {
     double slope[PD_DIM], change[PD_DIM], length = 0.0, changes = 0.0;

@@ -5,7 +5,9 @@
  * linear systems are solved by GMRES with the derivatives dc/dT of each node.
  */
 #include "react/advance.h"
+#include "react/extents.h"
 #include "react/levels.h"
+#include "react/positivity.h"
 #include "react/loops.h"
 #include "react/tangent.h"
 #include "core/par.h"
@@ -33,10 +35,6 @@
 #define PDI_ADVANCE_HALVINGS 10
 /* Halvings of the correction of one node whose totals would have no equilibrium, or that loses a mineral or is full. */
 #define PDI_ADVANCE_CUTS 20
-/* Steps for the extent of a reaction at a node, sweeps over its reactions, and changes of totals that are none. */
-#define PDI_ADVANCE_EXTENTS 100
-#define PDI_ADVANCE_SWEEPS 30
-#define PDI_ADVANCE_SWEPT 1e-12
 /* With migration: psi moves at most by this in a step of Newton that raises the residual, and it may raise it by this
  * factor, since the next one finds the potential in the ions that have come. */
 #define PDI_ADVANCE_LIFT 3.0
@@ -46,10 +44,6 @@
 #define PDI_ADVANCE_PARTS 8
 #define PDI_ADVANCE_PARTS_STEEP 18
 #define PDI_ADVANCE_SHORTER 8.0
-/* [mol/m3] that is nothing. */
-#define PDI_ADVANCE_NONE 1e-150
-/* Share of the largest value by which a field may leave its bounds. */
-#define PDI_ADVANCE_SLACK 1e-9
 /* Share of a residual that the linear solver leaves at least: its basis has single precision. */
 #define PDI_ADVANCE_SINGLE 1e-5
 /* An estimate above this is damped, and what the linear solver may leave of that. */
@@ -109,7 +103,7 @@ static int pdi_advance_absent(const pd_reactive *r, int k, int32_t i)
     const pd_components *s = &r->components;
     double sum = 0.0;
     for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[(int64_t)n * r->grid->total + i];
-    return !(sum > PDI_ADVANCE_NONE);
+    return !(sum > PDI_POSITIVITY_NONE);
 }
 
 /* work = what the balances lack over their weights; the norm of what can be met. */
@@ -228,95 +222,6 @@ static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
     return PD_OK;
 }
 
-/* A kinetic reaction of node i. */
-typedef struct pdi_advance_reaction {
-    const pd_reactive *r;
-    int32_t i;
-    const pd_kinetic *kinetic;
-    double extent; /* [mol/m3] by the correction */
-} pdi_advance_reaction;
-
-/* What belongs to the totals `sum` of node i with what minerals are in `base`: c, and amounts n of minerals.
- * PD_NOT_CONVERGED: there is no equilibrium. */
-static pd_status pdi_advance_local(const pd_reactive *r, int32_t i, const double *sum, double *c, double *n)
-{
-    double first[PD_MINERAL_MOST];
-    pd_mineral_start start;
-    pdi_reactive_get(r, r->base, i, c);
-    if (!r->minerals.count) return pdi_components_solve(&r->components, sum, c);
-    pdi_tangent_law(r, i, first, &start);
-    pdi_reactive_solids(r, r->solid_base, i, n);
-    return pdi_mineral_solve(&r->components, &r->minerals, &start, sum, c, n);
-}
-
-/* What the reaction lacks where it goes on by `more` [mol/m3] from the totals `sum`. NaN: there is no equilibrium. */
-static double pdi_advance_excess(const pdi_advance_reaction *of, const double *sum, double more)
-{
-    const pd_components *s = &of->r->components;
-    double total[PD_SPECIES_MOST], c[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
-    for (int k = 0; k < s->count; k++) total[k] = sum[k] + of->kinetic->gain[k] * more;
-    if (pdi_advance_local(of->r, of->i, total, c, n) != PD_OK) return (double)NAN;
-    return of->extent + more - of->r->dt * pdi_components_speed(s, of->kinetic, c, NULL, NULL);
-}
-
-/* How much farther than by the correction it goes [mol/m3]. A reaction slows down as it goes on: what it lacks rises at
- * least as fast as its extent, so that its zero lies within that of the start. Regula falsi with the weight of
- * Illinois, and halving. */
-static double pdi_advance_extent(const pdi_advance_reaction *of, const double *sum)
-{
-    double from = 0.0, low = pdi_advance_excess(of, sum, from), to = -low, high, more = 0.0;
-    if (low == 0.0 || low != low) return 0.0;
-    high = pdi_advance_excess(of, sum, to);
-    for (int step = 0; step < PDI_ADVANCE_EXTENTS && high == high; step++) {
-        if (high == 0.0 || high * low > 0.0) return to;
-        more = step % 3 == 2 ? 0.5 * (from + to) : to - high * (to - from) / (high - low);
-        if (more == from || more == to) return more;
-        double at = pdi_advance_excess(of, sum, more);
-        if (at * high < 0.0) {
-            from = to;
-            low = high;
-        } else {
-            low *= 0.5;
-        }
-        to = more;
-        high = at;
-    }
-    return high == high ? to : 0.0;
-}
-
-/* Totals of node i of `base` moved by a share of the correction: what reactions do by it they do at the speeds of what
- * comes, not by the derivatives of what was there. Those are far off where a species is used up. */
-static void pdi_advance_react(const pd_reactive *r, int32_t i, double share, double *sum)
-{
-    const pd_components *s = &r->components;
-    const float *row = r->by + (int64_t)i * r->slots + s->live * pdi_components_columns(s);
-    int64_t total = r->grid->total;
-    const double *delta = r->work + s->count * total;
-    double base[PD_SPECIES_MOST];
-    pdi_advance_reaction of[PD_REACTION_MOST];
-    pdi_reactive_get(r, r->base, i, base);
-    for (int n = 0; n < s->kinetics; n++, row += s->count) {
-        double rise = 0.0;
-        for (int k = 0; k < s->count; k++) rise += (double)row[k] * r->weight[k] * delta[k * total + i];
-        of[n].r = r;
-        of[n].i = i;
-        of[n].kinetic = &s->kinetic[n];
-        of[n].extent = r->dt * (pdi_components_speed(s, &s->kinetic[n], base, NULL, NULL) + share * rise);
-    }
-    for (int sweep = 0, moved = 1; sweep < PDI_ADVANCE_SWEEPS && moved; sweep++) {
-        moved = 0;
-        for (int n = 0; n < s->kinetics; n++) {
-            double more = pdi_advance_extent(&of[n], sum);
-            of[n].extent += more;
-            for (int k = 0; k < s->count; k++) {
-                double by = s->kinetic[n].gain[k] * more;
-                moved = moved || (s->kinetics > 1 && fabs(by) > PDI_ADVANCE_SWEPT * fabs(sum[k]));
-                sum[k] += by;
-            }
-        }
-    }
-}
-
 /* c: what belongs to the totals of node i of `base` moved by a share of the correction. PD_NOT_CONVERGED: there is no
  * equilibrium. */
 static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share, double *c)
@@ -328,8 +233,8 @@ static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share,
     pdi_reactive_get(r, r->base, i, c);
     pdi_components_totals(s, c, sum);
     for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
-    if (s->kinetics && share > 0.0) pdi_advance_react(r, i, share, sum);
-    if (pdi_advance_local(r, i, sum, c, n) != PD_OK) return PD_NOT_CONVERGED;
+    if (s->kinetics && share > 0.0) pdi_extents_react(r, i, share, sum);
+    if (pdi_extents_equilibrium(r, i, sum, c, n) != PD_OK) return PD_NOT_CONVERGED;
     for (int k = 0; k < r->minerals.count; k++) r->solid[k * total + i] = n[k];
     if (!r->migration.on) return PD_OK;
     r->migration.psi[i] = r->migration.base[i] + share * r->migration.share * r->migration.move[i];
@@ -579,7 +484,7 @@ static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
     for (int k = 0; k < r->components.count && r->minerals.count; k++) {
         pdi_bounds of = {0.0, 0.0};
         pdi_bounds_take_all(r->grid, PD_FLUID, r->total + k * total, &of);
-        size[k] = PDI_ADVANCE_SLACK * pdi_max(of.high, -of.low);
+        size[k] = PDI_POSITIVITY_SLACK * pdi_max(of.high, -of.low);
     }
     for (int32_t i = 0; i < (int32_t)total && r->minerals.count; i++) {
         pd_mineral_start start;
@@ -760,98 +665,6 @@ static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
     return status < 0 ? status : PD_OK;
 }
 
-/* Where the most of each component is owed after a stage [s], and how much, over what there is of it. */
-static void pdi_advance_owed(const pd_reactive *r, double stage, double *owed, int32_t *worst)
-{
-    const pd_components *s = &r->components;
-    int64_t total = r->grid->total;
-    double most[PD_SPECIES_MOST];
-    for (int k = 0; k < s->count; k++) {
-        most[k] = owed[k] = 0.0;
-        worst[k] = -1;
-        for (int32_t i = 0; i < (int32_t)total; i++) {
-            double lacks = r->spent[k * total + i] ? -stage * r->weight[k] * r->work[k * total + i] : 0.0;
-            most[k] = pdi_max(most[k], fabs(r->total[k * total + i]));
-            if (!(lacks > owed[k])) continue;
-            owed[k] = lacks;
-            worst[k] = i;
-        }
-    }
-    pdi_reactive_trace(r, most);
-    for (int k = 0; k < s->count; k++) owed[k] = owed[k] > PDI_ADVANCE_NONE ? owed[k] / most[k] : 0.0;
-}
-
-/* 1: where a component is spent next to nothing is owed after a stage [s]. */
-static int pdi_advance_pays(const pd_reactive *r, double stage)
-{
-    double owed[PD_SPECIES_MOST];
-    int32_t worst[PD_SPECIES_MOST];
-    pdi_advance_owed(r, stage, owed, worst);
-    for (int k = 0; k < r->components.count; k++)
-        if (owed[k] > PDI_ADVANCE_SLACK) return 0;
-    return 1;
-}
-
-/* [mol/m3/s] of component k that sources and metal take up at node i. */
-static double pdi_advance_sink(const pd_reactive *r, int k, int32_t i)
-{
-    const pd_etch *metal = r->surface;
-    double source[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
-    pdi_reactive_get(r, r->source, i, source);
-    pdi_components_totals(&r->components, source, gain);
-    if (!metal || metal->slot[i] < 0) return -gain[k];
-    for (int32_t p = metal->slot[i]; p < metal->count && metal->node[p] == i; p++)
-        gain[k] += pdi_etch_gives(metal, p, k, metal->weight[p] > 0.0 ? *pdi_etch_speed(metal, p) : 0.0,
-                                  metal->electrode ? metal->flow[p] : 0.0);
-    return -gain[k];
-}
-
-/* 1: sources and metal took more of a component in a step [s] than there is of it. What transport is off by, the next
- * step makes good: only what they took is owed for ever. r->short_of and short_at say where. */
-static int pdi_advance_exceeds(pd_reactive *r, double dt)
-{
-    double owed[PD_SPECIES_MOST];
-    int32_t worst[PD_SPECIES_MOST];
-    pdi_advance_owed(r, dt, owed, worst);
-    r->short_of = 0;
-    for (int k = 0; k < r->components.count && !r->short_of; k++) {
-        if (!(owed[k] > PDI_ADVANCE_SLACK)) continue;
-        int64_t at = k * (int64_t)r->grid->total + worst[k];
-        double lacks = -dt * r->weight[k] * r->work[at], before = pdi_max(-r->carry[at], 0.0), now = lacks - before;
-        double least = PDI_ADVANCE_SLACK / owed[k] * lacks; /* what is next to nothing */
-        if (before > least && !(now > least)) continue;     /* transport owed it before */
-        if (!(dt * pdi_advance_sink(r, k, worst[k]) > 0.5 * now)) continue;
-        r->short_of = 1 + k;
-        r->short_at = worst[k];
-    }
-    return r->short_of;
-}
-
-/* 1: solutes that neither react nor migrate keep the bounds of the start, of inlets and of held walls, where sources
- * and metal let them. */
-static int pdi_advance_keeps(const pd_reactive *r)
-{
-    const pd_components *s = &r->components;
-    int64_t total = r->grid->total;
-    int ports = pdi_boundary_any(r->grid);
-    for (int k = s->joined; k < s->count && !r->migration.on; k++) {
-        int n = s->master[k], reacts = 0;
-        pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL};
-        for (int e = 0; e < s->kinetics; e++) reacts = reacts || s->kinetic[e].nu[n] != 0.0;
-        for (int e = 0; e < r->minerals.count; e++) reacts = reacts || r->minerals.nu[e][n] != 0.0;
-        if (reacts) continue;
-        pdi_bounds_take_all(r->grid, PD_FLUID, r->begin + n * total, &bounds);
-        if (ports) pdi_bounds_take(r->inlet[n], &bounds);
-        if (r->diffusion.wall_rate && r->wall[n] == r->wall[n]) pdi_bounds_take(r->wall[n], &bounds);
-        pdi_etch_bounds(r, n, &bounds);
-        pdi_bounds_widen(r->grid, r->c + n * total, PDI_ADVANCE_SLACK, &bounds);
-        bounds.low -= PDI_ADVANCE_NONE;
-        bounds.high += PDI_ADVANCE_NONE;
-        if (!pdi_bounds_keep(r->grid, r->c + n * total, NULL, &bounds)) return 0;
-    }
-    return 1;
-}
-
 /* What passes in dt [s] at the present state. */
 static void pdi_advance_pass(pd_reactive *r, double dt)
 {
@@ -876,7 +689,7 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     status = pdi_advance_newton(ctx, r, rest, result);
     if (status == PD_OK) status = pdi_advance_error(ctx, r, dt, result);
-    if (status == PD_OK && (!pdi_advance_pays(r, rest) || !pdi_advance_keeps(r))) status = PD_NOT_CONVERGED;
+    if (status == PD_OK && (!pdi_positivity_holds(r, rest) || !pdi_positivity_bounded(r))) status = PD_NOT_CONVERGED;
     if (status != PD_OK) {
         if (r->surface) pdi_etch_begin(r->surface);
         memcpy(r->in, in, sizeof in);
@@ -926,7 +739,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     }
     PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
-    if (status == PD_OK && !r->migration.on && pdi_advance_exceeds(r, dt)) status = PD_RETRY;
+    if (status == PD_OK && !r->migration.on && pdi_positivity_exceeded(r, dt)) status = PD_RETRY;
     if (status != PD_OK) return status;
     pdi_advance_owe(r, dt);
     pdi_advance_pass(r, dt);

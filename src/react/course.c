@@ -1,6 +1,7 @@
 /* course: see course.h */
 #include "react/course.h"
 #include "react/levels.h"
+#include "react/positivity.h"
 #include "react/reclaim.h"
 #include "core/owner.h"
 #include "core/par.h"
@@ -537,42 +538,6 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-/* The node beside an electrode with the fewest ions, and how many [mol/m3] it has. */
-static int32_t pdi_course_fewest(const pd_etch *s, double *ions)
-{
-    int32_t least = s->node[0];
-    *ions = HUGE_VAL;
-    for (int32_t p = 0; p < s->count; p++) {
-        double c[PD_SPECIES_MOST], sum = 0.0;
-        if (s->electrode[p] < 0) continue;
-        pdi_reactive_get(s->reactive, s->reactive->c, s->node[p], c);
-        for (int n = 0; n < s->reactive->components.solutes; n++)
-            if (s->reactive->components.charge[n]) sum += c[n];
-        if (sum < *ions) least = s->node[p];
-        *ions = pdi_min(*ions, sum);
-    }
-    return least;
-}
-
-/* A source that takes up what a node has within steps as short as that: its solute and node. 0: there is none. */
-static int pdi_course_drained(const pd_course *a, const pd_step *s, int *solute, int32_t *node)
-{
-    const pd_reactive *r = a->reactive;
-    double soonest = PDI_COURSE_DRAINED * s->dt;
-    int found = 0;
-    for (int n = 0; n < r->components.solutes && a->desc.feed; n++)
-        for (int32_t i = 0; i < r->grid->total; i++) {
-            int64_t at = n * (int64_t)r->grid->total + i;
-            if (r->grid->kind[i] != PD_FLUID || !(r->source[at] < 0.0)) continue;
-            if (!(r->c[at] < -soonest * r->source[at])) continue;
-            soonest = pdi_max(r->c[at], 0.0) / -r->source[at];
-            *solute = n;
-            *node = i;
-            found = 1;
-        }
-    return found;
-}
-
 /* The last step would take more of a component than there is. */
 static pd_status pdi_course_short(pd_ctx *ctx, const pd_course *a, double t)
 {
@@ -593,7 +558,7 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
     const pd_etch *metal = a->desc.surface;
     double ions = 0.0;
     int solute;
-    int32_t node, least = metal && metal->electrode ? pdi_course_fewest(metal, &ions) : 0;
+    int32_t node, least = metal && metal->electrode ? pdi_positivity_fewest(metal, &ions) : 0;
     char place[PDI_GRID_PLACE];
     if (metal && metal->odd && !(s->error < HUGE_VAL))
         return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the law of metal is no number beside %s m after t = %g s, "
@@ -607,7 +572,8 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                         "to 0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s", s->dt, s->time,
                         pdi_grid_place(metal->reactive->grid, least, place), ions,
                         a->desc.surface->share ? ", or a factor leaves metal without a current that balances" : "");
-    if (a->desc.drained && pdi_course_drained(a, s, &solute, &node))
+    if (a->desc.drained && a->desc.feed &&
+        pdi_positivity_drained(a->reactive, PDI_COURSE_DRAINED * s->dt, &solute, &node))
         return a->desc.drained(ctx, a->desc.feeder, node, solute, s->time);
     if (a->reactive->short_of) return pdi_course_short(ctx, a, s->time);
     if (a->reactive->migration.on && !(s->error < HUGE_VAL))

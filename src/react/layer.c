@@ -6,6 +6,7 @@
  * same holds for the shares of exponential fluxes (migrate.h), and the potential of the surface makes it neutral.
  */
 #include "react/layer.h"
+#include "react/terms.h"
 #include "core/bracket.h"
 #include "core/par.h"
 #include "solve/eliminate.h"
@@ -34,7 +35,6 @@
 /* Steps of Newton's method for speed and flow of an electrode, and the share of them that counts as found. */
 #define PDI_LAYER_NEWTON 12
 #define PDI_LAYER_MET 1e-12
-#define PDI_LAYER_FARADAY 96485.33212 /* [C/mol] */
 /* Bit of what curves read: pH. */
 #define PDI_LAYER_PH ((uint32_t)1 << 31)
 /* F phi/(R T): most of the surface over the node, first stride to it, and the change by which a slope is found. */
@@ -50,120 +50,14 @@
 
 /* ---- the surface of a node ---- */
 
-/* A node and its film. */
-typedef struct pdi_layer_work {
-    const pd_etch *s;
-    const pdi_etch_kind *kind;        /* its metal */
-    int32_t node;
-    double thick;
-    double still, creep;              /* of metal that does not move, and [mol s2/m5] what its speed adds */
-    double davies;                    /* ln gamma of a charge of 1 */
-    double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
-    double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
-    double at[PD_SPECIES_MOST];       /* [mol/m3] times `scale`: at the surface, the last that was found */
-    double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
-    double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
-    double down[PD_SPECIES_MOST];     /* [-] of that, times `scale`, is `at` */
-    double into[PD_SPECIES_MOST];     /* [mol/m3] of components: totals of `at` */
-    double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
-    double sweep;                     /* [-] what the surface moves, of what diffuses through the film */
-    int electrode;                    /* -1: none */
-    double level;                     /* [V] of the metal */
-    double way;                       /* [s/m] through the film of the electrode */
-    double flow, guess;               /* [mol/m2/s] of the electrode */
-    double share;                     /* [-] of its curve */
-    uint32_t reads;                   /* what its curve reads */
-    int odd, odds;                    /* 1: the law is no number where it was asked last, or somewhere before */
-} pdi_layer_work;
-
 /* z/(exp(z) - 1) and its derivative. */
 static double pdi_layer_share(double z) { return pdi_migrate_leave(1.0, 0.0, z, 1.0, 0.0); }
 static double pdi_layer_share_by(double z) { return -pdi_migrate_conduct(z, 1.0, 0.0); }
 
-/* The electrode of a place. */
-static void pdi_layer_enter_electrode(const pd_etch *s, int32_t place, pdi_layer_work *w)
-{
-    const pd_etch_electrodes *of = &s->desc.electrodes;
-    w->electrode = s->electrode && place >= 0 ? s->electrode[place] : -1;
-    w->level = w->way = w->flow = w->guess = 0.0;
-    w->share = 1.0;
-    w->reads = 0;
-    if (w->electrode < 0) return;
-    w->level = s->level[of->member[w->electrode]];
-    w->way = s->area[place] > 0.0 ? s->way[place] : 0.0;
-    w->guess = s->flow[place];
-    if (s->share) w->share = s->share[place];
-    if (of->reads) w->reads = of->reads[w->electrode];
-    if (!(s->area[place] > 0.0) || s->open[place]) w->electrode = -1;
-}
-
-/* A node beside that metal; place -1: it has none. */
-static void pdi_layer_enter(const pd_etch *s, int metal, int32_t node, int32_t place, double thick,
-                            pd_components *film, pdi_layer_work *w)
-{
-    const pd_components *of = &s->reactive->components;
-    w->s = s;
-    w->kind = &s->kind[metal];
-    w->node = node;
-    w->thick = w->still = thick;
-    w->creep = 0.0;
-    if (s->surface && place >= 0 && thick > 0.0) {
-        double rise = s->desc.solid / s->reactive->diffusion.desc.diffusivity;
-        w->thick = w->still = thick + rise * s->passed[place];
-        w->creep = rise * s->half;
-    }
-    pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
-    w->davies = pdi_components_activity(of, w->c);
-    for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
-    w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
-    w->lift = w->sweep = 0.0;
-    w->odd = w->odds = 0;
-    memcpy(w->surface, w->c, sizeof w->surface);
-    pdi_layer_enter_electrode(s, place, w);
-    if (!(thick + w->way > 0.0)) return;
-    pdi_etch_activities(of, &s->film, w->davies, film);
-    memcpy(w->ln_k, film->ln_k, sizeof w->ln_k);
-    pdi_components_totals(of, w->at, w->flows);
-}
-
-/* pH and phi of a law for the concentrations c, where F phi/(R T) is psi. */
-static void pdi_layer_read(const pdi_layer_work *w, const double *c, double psi, double *ph, double *phi)
-{
-    const pd_reactive *r = w->s->reactive;
-    *ph = *phi = NAN;
-    if (r->proton >= 0) *ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
-    if (r->migration.on) *phi = psi * r->migration.volt - w->level;
-}
-
-/* The law for the concentrations c, where F phi/(R T) is psi. */
-static double pdi_layer_number(const pdi_layer_work *w, const double *c, double psi)
-{
-    double ph, phi;
-    pdi_layer_read(w, c, psi, &ph, &phi);
-    return w->kind->law.law(w->kind->law.user, w->node, c, ph, phi, w->s->time);
-}
-
-/* The same; what is negative, or no number, counts as 0. */
-static double pdi_layer_law(const pdi_layer_work *w, const double *c, double psi)
-{
-    return pdi_max(pdi_layer_number(w, c, psi), 0.0);
-}
-
-/* The flow of the electrode there. */
-static double pdi_layer_curve(const pdi_layer_work *w, const double *c, double psi)
-{
-    const pd_reactive *r = w->s->reactive;
-    const pd_etch_electrodes *of = &w->s->desc.electrodes;
-    double ph = NAN;
-    if (r->proton >= 0) ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
-    double drop = w->level - psi * r->migration.volt;
-    return of->curve(of->user, w->electrode, w->share, c, ph, drop, w->s->time) / PDI_LAYER_FARADAY;
-}
-
 /* ---- the film of a node with migration ---- */
 
 /* Charge of the surface whose totals are w->into, over the sum of |z| c. NaN: no equilibrium was found. */
-static double pdi_layer_charged(const pd_components *film, pdi_layer_work *w)
+static double pdi_layer_charged(const pd_components *film, pdi_terms *w)
 {
     double charge = 0.0, size = 0.0;
     if (pdi_components_solve(film, w->into, w->at) != PD_OK) return NAN;
@@ -176,7 +70,7 @@ static double pdi_layer_charged(const pd_components *film, pdi_layer_work *w)
 }
 
 /* The same where metal dissolves at v and the surface has `lift`: it falls with that. */
-static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v, double lift)
+static double pdi_layer_charge(pd_components *film, pdi_terms *w, double v, double lift)
 {
     const pd_etch *s = w->s;
     double up[PD_SPECIES_MOST];
@@ -193,7 +87,7 @@ static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v,
     }
     for (int k = 0; k < film->joined; k++) film->ln_k[film->master[k]] = 0.0;
     pdi_components_totals(film, up, w->into);
-    if (w->electrode >= 0 && !w->reads) w->flow = pdi_layer_curve(w, w->c, w->psi + lift);
+    if (w->electrode >= 0 && !w->reads) w->flow = pdi_terms_curve(w, w->c, w->psi + lift);
     for (int k = 0; k < film->count; k++) {
         w->into[k] += w->kind->gain[k] * w->thick * v;
         if (w->electrode >= 0) w->into[k] += s->part_gain[w->electrode * film->count + k] * w->way * w->flow;
@@ -204,7 +98,7 @@ static double pdi_layer_charge(pd_components *film, pdi_layer_work *w, double v,
 }
 
 /* The component whose ion alone an electrode gives or takes; -1: there are several, or the curve reads none. */
-static int pdi_layer_ion(const pd_components *film, const pdi_layer_work *w)
+static int pdi_layer_ion(const pd_components *film, const pdi_terms *w)
 {
     int ion = -1, ions = 0, first = w->electrode * film->count;
     if (w->electrode < 0 || !w->reads) return -1;
@@ -216,7 +110,7 @@ static int pdi_layer_ion(const pd_components *film, const pdi_layer_work *w)
 /* Where an electrode takes nearly all of an ion that reaches it, what is left is the small difference of what comes and
  * goes, and only rounding of that. The other ions, whose amounts need no such difference, tell how much of it makes the
  * surface neutral. */
-static void pdi_layer_rest(const pd_components *film, pdi_layer_work *w)
+static void pdi_layer_rest(const pd_components *film, pdi_terms *w)
 {
     double size = 0.0, come = 0.0, stride = 0.0, others = 0.0, a, of, b, there;
     int ion = pdi_layer_ion(film, w), own = ion < 0 ? -1 : film->master[ion];
@@ -255,7 +149,7 @@ static void pdi_layer_rest(const pd_components *film, pdi_layer_work *w)
 }
 
 /* From `a`, with the charge *of, by growing strides to a lift `b` on the other side of neutrality. */
-static double pdi_layer_across(pd_components *film, pdi_layer_work *w, double v, double *a, double *of, double *there)
+static double pdi_layer_across(pd_components *film, pdi_terms *w, double v, double *a, double *of, double *there)
 {
     double stride = *of > 0.0 ? PDI_LAYER_LIFT_FIRST : -PDI_LAYER_LIFT_FIRST, b = *a;
     *there = *of;
@@ -272,7 +166,7 @@ static double pdi_layer_across(pd_components *film, pdi_layer_work *w, double v,
 
 /* The lift that makes the surface neutral where metal dissolves at v. Fluid without ions of one sign
  * lifts it as far as it goes. 0: no equilibrium was found. */
-static int pdi_layer_lift(pd_components *film, pdi_layer_work *w, double v)
+static int pdi_layer_lift(pd_components *film, pdi_terms *w, double v)
 {
     double a = w->lift, of = pdi_layer_charge(film, w, v, a), there;
     if (fabs(of) <= PDI_LAYER_NEUTRAL) return 1;
@@ -292,11 +186,11 @@ static int pdi_layer_lift(pd_components *film, pdi_layer_work *w, double v)
 
 /* What the curve gives beyond the flow f, where metal dissolves at v: it falls with f. Where f takes more than there
  * is, the surface has none of it. */
-static double pdi_layer_excess(pd_components *film, pdi_layer_work *w, double v, double f)
+static double pdi_layer_excess(pd_components *film, pdi_terms *w, double v, double f)
 {
     w->flow = f;
     if (!pdi_layer_lift(film, w, v)) return f < 0.0 ? HUGE_VAL : -HUGE_VAL;
-    return pdi_layer_curve(w, w->surface, w->psi + w->lift) - f;
+    return pdi_terms_curve(w, w->surface, w->psi + w->lift) - f;
 }
 
 /* Between a bracket [a, b] of a flow that is not 0. */
@@ -308,7 +202,7 @@ static double pdi_layer_middle(double a, double b)
 
 /* The flow of a curve that reads the species, where metal dissolves at v: between none and what the curve gives without
  * it; the guess first. 0: no surface was found. */
-static int pdi_layer_flow(pd_components *film, pdi_layer_work *w, double v)
+static int pdi_layer_flow(pd_components *film, pdi_terms *w, double v)
 {
     double a = 0.0, of = pdi_layer_excess(film, w, v, 0.0), b = of, there = 0.0, f = w->guess;
     if (!(fabs(of) < HUGE_VAL)) return 0;
@@ -341,22 +235,22 @@ static int pdi_layer_flow(pd_components *film, pdi_layer_work *w, double v)
 }
 
 /* With migration: the surface where metal dissolves at v. 0: none was found. */
-static int pdi_layer_settle(pd_components *film, pdi_layer_work *w, double v)
+static int pdi_layer_settle(pd_components *film, pdi_terms *w, double v)
 {
     return w->electrode >= 0 && w->reads ? pdi_layer_flow(film, w, v) : pdi_layer_lift(film, w, v);
 }
 
 /* The same in a search, which ends with no speed where it is no number. */
-static double pdi_layer_asked(pdi_layer_work *w, const double *c, double psi)
+static double pdi_layer_asked(pdi_terms *w, const double *c, double psi)
 {
-    double v = pdi_layer_number(w, c, psi);
+    double v = pdi_terms_number(w, c, psi);
     w->odd = !(v == v);
     w->odds |= w->odd;
     return pdi_max(v, 0.0);
 }
 
 /* The law at the surface, where metal dissolves at v [m/s]. */
-static double pdi_layer_given(pd_components *film, pdi_layer_work *w, double v)
+static double pdi_layer_given(pd_components *film, pdi_terms *w, double v)
 {
     const pd_etch *s = w->s;
     double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
@@ -371,7 +265,7 @@ static double pdi_layer_given(pd_components *film, pdi_layer_work *w, double v)
 
 /* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
  * differences; of a law that overflows *above is infinite. 0: the law is no number, or beyond all bounds. */
-static int pdi_layer_bracket(pd_components *film, pdi_layer_work *w, double guess, double first, double *a,
+static int pdi_layer_bracket(pd_components *film, pdi_terms *w, double guess, double first, double *a,
                                double *above, double *b, double *below)
 {
     double factor = PDI_LAYER_BRACKET, v = guess > 0.0 ? guess : pdi_min(first, PDI_LAYER_FAST);
@@ -409,7 +303,7 @@ static int pdi_layer_bracket(pd_components *film, pdi_layer_work *w, double gues
 }
 
 /* The speed of a node; NaN: the law is no number there, or no surface was found. */
-static double pdi_layer_find(pd_components *film, pdi_layer_work *w, double guess)
+static double pdi_layer_find(pd_components *film, pdi_terms *w, double guess)
 {
     double a, b = 0.0, above, below = 0.0, first = pdi_layer_given(film, w, 0.0);
     if (!(first == first)) return NAN;
@@ -430,7 +324,7 @@ static double pdi_layer_find(pd_components *film, pdi_layer_work *w, double gues
 }
 
 /* Change of the law with concentrations that change by `along`, per unit of it. Both sides of a jump count. */
-static double pdi_layer_slope(const pdi_layer_work *w, const double *c, const double *along)
+static double pdi_layer_slope(const pdi_terms *w, const double *c, const double *along)
 {
     const pd_etch *s = w->s;
     double least = HUGE_VAL, up[PD_SPECIES_MOST], down[PD_SPECIES_MOST];
@@ -444,12 +338,12 @@ static double pdi_layer_slope(const pdi_layer_work *w, const double *c, const do
         up[n] = pdi_max(c[n] + stride * along[n], 0.0);
         down[n] = pdi_max(c[n] - stride * along[n], 0.0);
     }
-    double change = (pdi_layer_law(w, up, 0.0) - pdi_layer_law(w, down, 0.0)) / (2.0 * stride);
+    double change = (pdi_terms_law(w, up, 0.0) - pdi_terms_law(w, down, 0.0)) / (2.0 * stride);
     return fabs(change) < HUGE_VAL ? change : 0.0;
 }
 
 /* How the law at the surface follows what diffuses: slope [components] [m4/mol/s]. */
-static void pdi_layer_slopes(const pd_components *system, const pdi_layer_work *w, const double *scale,
+static void pdi_layer_slopes(const pd_components *system, const pdi_terms *w, const double *scale,
                                const double *at, double *slope)
 {
     float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
@@ -466,7 +360,7 @@ static void pdi_layer_slopes(const pd_components *system, const pdi_layer_work *
 }
 
 /* How the speed of a node follows its totals. */
-static void pdi_layer_derive(const pd_components *film, const pdi_layer_work *w, float *by)
+static void pdi_layer_derive(const pd_components *film, const pdi_terms *w, float *by)
 {
     const pd_etch *s = w->s;
     const pd_components *of = &s->reactive->components;
@@ -497,7 +391,7 @@ static void pdi_layer_derive(const pd_components *film, const pdi_layer_work *w,
 /* ---- how the speed of a node follows, with migration ---- */
 
 /* Changes of the curve of the electrode with each solute that it reads, and with F phi/(R T): *lift. */
-static void pdi_layer_bend(const pdi_layer_work *w, double *by, double *lift)
+static void pdi_layer_bend(const pdi_terms *w, double *by, double *lift)
 {
     const pd_etch *s = w->s;
     double c[PD_SPECIES_MOST], psi = w->psi + w->lift, stride = PDI_LAYER_LIFT_STRIDE;
@@ -507,28 +401,28 @@ static void pdi_layer_bend(const pdi_layer_work *w, double *by, double *lift)
         if (!(w->reads >> n & 1u) && !((w->reads & PDI_LAYER_PH) && n == s->reactive->proton)) continue;
         double from = c[n], step = PDI_LAYER_STRIDE * pdi_max(from, PDI_LAYER_NOTHING);
         c[n] = from + step;
-        by[n] = pdi_layer_curve(w, c, psi);
+        by[n] = pdi_terms_curve(w, c, psi);
         c[n] = from - step;
-        by[n] = (by[n] - pdi_layer_curve(w, c, psi)) / (2.0 * step);
+        by[n] = (by[n] - pdi_terms_curve(w, c, psi)) / (2.0 * step);
         c[n] = from;
         if (!(fabs(by[n]) < HUGE_VAL)) by[n] = 0.0;
     }
-    *lift = (pdi_layer_curve(w, c, psi + stride) - pdi_layer_curve(w, c, psi - stride)) / (2.0 * stride);
+    *lift = (pdi_terms_curve(w, c, psi + stride) - pdi_terms_curve(w, c, psi - stride)) / (2.0 * stride);
     if (!(fabs(*lift) < HUGE_VAL)) *lift = 0.0;
 }
 
 /* The law at the surface with a change of one concentration. */
-static double pdi_layer_moved(const pdi_layer_work *w, double *c, int n, double change)
+static double pdi_layer_moved(const pdi_terms *w, double *c, int n, double change)
 {
     double from = c[n];
     c[n] = pdi_max(from + change, 0.0);
-    double v = pdi_layer_law(w, c, w->psi + w->lift);
+    double v = pdi_terms_law(w, c, w->psi + w->lift);
     c[n] = from;
     return v;
 }
 
 /* The law jumps with solutes m and n, by `step` of m: the change of n that undoes it, in the sense of `sign`. */
-static double pdi_layer_undone(const pdi_layer_work *w, double *c, int m, double step, int n, double sign)
+static double pdi_layer_undone(const pdi_terms *w, double *c, int m, double step, int n, double sign)
 {
     double from = c[m], level = 0.5 * (pdi_layer_moved(w, c, m, step) + pdi_layer_moved(w, c, m, -step));
     double low = 0.0, high = PDI_LAYER_STRIDE * PDI_LAYER_STRIDE * pdi_max(c[n], PDI_LAYER_NOTHING);
@@ -550,7 +444,7 @@ static double pdi_layer_undone(const pdi_layer_work *w, double *c, int m, double
 
 /* Changes of the law with each solute that it reads, and with F phi/(R T): *lift. Where it jumps, both sides count, and
  * the changes are in the ratios that keep to the jump. */
-static void pdi_layer_gradient(const pdi_layer_work *w, double *by, double *lift)
+static void pdi_layer_gradient(const pdi_terms *w, double *by, double *lift)
 {
     const pd_etch *s = w->s;
     double c[PD_SPECIES_MOST], stride[PD_SPECIES_MOST], psi = w->psi + w->lift;
@@ -576,7 +470,7 @@ static void pdi_layer_gradient(const pdi_layer_work *w, double *by, double *lift
     }
     *lift = 0.0;
     if (!s->desc.reads_phi) return;
-    *lift = pdi_layer_law(w, c, psi + PDI_LAYER_LIFT_STRIDE) - pdi_layer_law(w, c, psi - PDI_LAYER_LIFT_STRIDE);
+    *lift = pdi_terms_law(w, c, psi + PDI_LAYER_LIFT_STRIDE) - pdi_terms_law(w, c, psi - PDI_LAYER_LIFT_STRIDE);
     *lift = fabs(*lift) < HUGE_VAL ? *lift / (2.0 * PDI_LAYER_LIFT_STRIDE) : 0.0;
 }
 
@@ -584,7 +478,7 @@ typedef double pdi_layer_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 3];
 
 /* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
  * (one more), and, on the right, the speed and the flow (two more) and the totals of the node (those of components). */
-static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *w, const float *own, pdi_layer_table a)
+static void pdi_layer_balances(const pd_components *film, const pdi_terms *w, const float *own, pdi_layer_table a)
 {
     const pd_etch *s = w->s;
     const pd_components *of = &s->reactive->components;
@@ -625,7 +519,7 @@ static void pdi_layer_balances(const pd_components *film, const pdi_layer_work *
 }
 
 /* How a rate at the surface follows what changes there: the speed, the flow, then the totals. */
-static void pdi_layer_chain(const pd_components *film, const pdi_layer_work *w, const float *own, pdi_layer_table a,
+static void pdi_layer_chain(const pd_components *film, const pdi_terms *w, const float *own, pdi_layer_table a,
                            const double *gradient, double lift, double *slope)
 {
     const pd_components *of = &w->s->reactive->components;
@@ -645,7 +539,7 @@ typedef struct pdi_layer_slopes_of {
     double lift, bend;
 } pdi_layer_slopes_of;
 
-static void pdi_layer_tangent(const pd_components *film, const pdi_layer_work *w, int goes, pdi_layer_slopes_of *t)
+static void pdi_layer_tangent(const pd_components *film, const pdi_terms *w, int goes, pdi_layer_slopes_of *t)
 {
     const pd_components *of = &w->s->reactive->components;
     double gradient[PD_SPECIES_MOST];
@@ -668,7 +562,7 @@ static void pdi_layer_tangent(const pd_components *film, const pdi_layer_work *w
 }
 
 /* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], [1]. */
-static void pdi_layer_derive_charged(const pd_components *film, const pdi_layer_work *w, float *by, float *flow_by,
+static void pdi_layer_derive_charged(const pd_components *film, const pdi_terms *w, float *by, float *flow_by,
                                     double drive[2])
 {
     pdi_layer_slopes_of t;
@@ -684,7 +578,7 @@ static void pdi_layer_derive_charged(const pd_components *film, const pdi_layer_
 }
 
 /* Speed and flow of an electrode by Newton's method from guesses. 0: it does not get there, and they are searched. */
-static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, double *speed)
+static int pdi_layer_newton(pd_components *film, pdi_terms *w, int goes, double *speed)
 {
     double v = goes ? pdi_max(*speed, 0.0) : 0.0, f = w->guess;
     for (int step = 0; step < PDI_LAYER_NEWTON; step++) {
@@ -692,7 +586,7 @@ static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, do
         if (w->reads) w->flow = f;
         if (!pdi_layer_lift(film, w, v)) return 0;
         double law = goes ? pdi_layer_asked(w, w->surface, w->psi + w->lift) : 0.0;
-        double curve = w->reads ? pdi_layer_curve(w, w->surface, w->psi + w->lift) : w->flow;
+        double curve = w->reads ? pdi_terms_curve(w, w->surface, w->psi + w->lift) : w->flow;
         f = w->flow;
         if (w->odd || !(fabs(law - v) < HUGE_VAL) || !(fabs(curve - f) < HUGE_VAL)) return 0;
         int met = fabs(law - v) <= PDI_LAYER_MET * law && fabs(curve - f) <= PDI_LAYER_MET * fabs(f);
@@ -715,28 +609,28 @@ static int pdi_layer_newton(pd_components *film, pdi_layer_work *w, int goes, do
 PDI_FN double pdi_layer_at(const pd_etch *s, int metal, int32_t node, int32_t place, double thick, double guess)
 {
     pd_components film = s->film;
-    pdi_layer_work w;
-    pdi_layer_enter(s, metal, node, place, thick, &film, &w);
+    pdi_terms w;
+    pdi_terms_enter(s, metal, node, place, thick, &film, &w);
     return pdi_layer_find(&film, &w, guess);
 }
 
 PDI_FN void pdi_layer_bare(const pd_etch *s, int32_t p, double drop, double *speed, double *flow)
 {
     pd_components film = s->film;
-    pdi_layer_work w;
-    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, 0.0, &film, &w);
+    pdi_terms w;
+    pdi_terms_enter(s, pdi_etch_which(s, p), s->node[p], p, 0.0, &film, &w);
     w.level = w.psi * s->reactive->migration.volt + drop;
-    *speed = pdi_etch_of(s, p)->law.law && s->weight[p] > 0.0 ? pdi_layer_number(&w, w.c, w.psi) : 0.0;
+    *speed = pdi_etch_of(s, p)->law.law && s->weight[p] > 0.0 ? pdi_terms_number(&w, w.c, w.psi) : 0.0;
     if (*speed < 0.0) *speed = 0.0;
-    *flow = w.electrode >= 0 ? pdi_layer_curve(&w, w.c, w.psi) : 0.0;
+    *flow = w.electrode >= 0 ? pdi_terms_curve(&w, w.c, w.psi) : 0.0;
 }
 
 PDI_FN int pdi_layer_surface(const pd_etch *s, int32_t p, double *c, double *psi)
 {
     pd_components film = s->film;
-    pdi_layer_work w;
+    pdi_terms w;
     double speed = pdi_etch_of(s, p)->law.law && s->weight[p] > 0.0 ? *pdi_etch_speed(s, p) : 0.0;
-    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
+    pdi_terms_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
     w.flow = w.guess;
     if (w.thick + w.way > 0.0 && !pdi_layer_lift(&film, &w, speed)) return 0;
     memcpy(c, w.surface, (size_t)film.solutes * sizeof *c);
@@ -747,9 +641,9 @@ PDI_FN int pdi_layer_surface(const pd_etch *s, int32_t p, double *c, double *psi
 PDI_FN int pdi_layer_reads(const pd_etch *s, int32_t p, double *c, double *ph, double *phi)
 {
     pd_components film = s->film;
-    pdi_layer_work w;
+    pdi_terms w;
     double flows[PD_SPECIES_MOST], speed = s->weight[p] > 0.0 ? *pdi_etch_speed(s, p) : 0.0;
-    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
+    pdi_terms_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
     w.flow = w.guess;
     memcpy(c, w.c, (size_t)film.solutes * sizeof *c);
     if (w.thick + w.way > 0.0 && s->reactive->migration.on) {
@@ -760,14 +654,14 @@ PDI_FN int pdi_layer_reads(const pd_etch *s, int32_t p, double *c, double *ph, d
         if (pdi_components_solve(&film, flows, w.at) != PD_OK) return 0;
         for (int n = 0; n < film.solutes; n++) c[n] = w.at[n] / s->scale[n];
     }
-    pdi_layer_read(&w, c, w.psi + w.lift, ph, phi);
+    pdi_terms_read(&w, c, w.psi + w.lift, ph, phi);
     return 1;
 }
 
 /* ---- all places ---- */
 
 /* What is at the surface fills what metal leaves there; it is neutral. */
-static void pdi_layer_note(pd_etch *s, int32_t p, const pdi_layer_work *w)
+static void pdi_layer_note(pd_etch *s, int32_t p, const pdi_terms *w)
 {
     const pd_reactive *r = s->reactive;
     double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
@@ -789,12 +683,12 @@ static int pdi_layer_open(const pd_etch *s, int32_t p)
 static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
 {
     pd_components film = s->film;
-    pdi_layer_work w;
+    pdi_terms w;
     int count = film.count, has = pdi_etch_of(s, p)->law.law && s->weight[p] > 0.0, goes = has && !pdi_layer_open(s, p);
     if (has && !goes) *pdi_etch_speed(s, p) = 0.0;
     double *v = pdi_etch_speed(s, p), still = 0.0, drive[2];
     if (!goes) v = &still;
-    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
+    pdi_terms_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
     if (!derive) {
         if (w.electrode >= 0 && pdi_layer_newton(&film, &w, goes, v)) {
             s->flow[p] = w.flow;
@@ -827,8 +721,8 @@ static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
 static int pdi_layer_odd(const pd_etch *s, int32_t p)
 {
     pd_components film = s->film;
-    pdi_layer_work w;
-    pdi_layer_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
+    pdi_terms w;
+    pdi_terms_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
     pdi_layer_find(&film, &w, 0.0);
     return w.odd;
 }

@@ -1,8 +1,8 @@
 /* loops: which metal lies on a closed loop of current among ions that migrate (theory: 5c.5).
  *
  * Current leaves the metal of a circuit, passes a pocket of fluid and enters metal, or it passes a side that holds a
- * potential. A surface that carries current one way only, into or out of a pocket or circuit that has no way back, carries
- * none: there the drop of potential has no end. Its speed and flow are 0. What loops do not join to a given
+ * potential. A surface that carries current one way only, into or out of a pocket or circuit that has no way back,
+ * carries none: there the drop of potential has no end. Its speed and flow are 0. What loops do not join to a given
  * potential has a zero of its own: the mean of its fluid.
  */
 #ifndef PD_LOOPS_H

@@ -1,5 +1,6 @@
 /* scaffold: see scaffold.h */
 #include "solid/scaffold.h"
+#include "core/sets.h"
 #include "core/par.h"
 #include "core/vec.h"
 #include <math.h>
@@ -62,21 +63,6 @@ static void pdi_scaffold_links(pdi_owner *owner, void *object)
 
 /* ---- sets that unite ---- */
 
-/* The least member of the set of a. */
-static int32_t pdi_scaffold_root(int32_t *set, int32_t a)
-{
-    while (set[a] != a) a = set[a] = set[set[a]];
-    return a;
-}
-
-static void pdi_scaffold_unite(int32_t *set, int32_t a, int32_t b)
-{
-    a = pdi_scaffold_root(set, a);
-    b = pdi_scaffold_root(set, b);
-    if (a < b) set[b] = a;
-    else set[a] = b;
-}
-
 /* Numbers the sets of n members in order, in place. How many. */
 static int32_t pdi_scaffold_number(int32_t *set, int32_t n)
 {
@@ -113,10 +99,10 @@ static pd_status pdi_scaffold_divide(pd_ctx *ctx, pd_scaffold *s)
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
             if (f.to <= i || pdi_walk_broken(&f)) continue;
             pdi_scaffold_box(s, f.to, far);
-            if (pdi_scaffold_same(own, far)) pdi_scaffold_unite(s->part, i, f.to);
+            if (pdi_scaffold_same(own, far)) pdi_sets_unite(s->part, i, f.to);
         }
     }
-    for (int32_t i = 0; i < body->count; i++) s->part[i] = pdi_scaffold_root(s->part, i);
+    for (int32_t i = 0; i < body->count; i++) s->part[i] = pdi_sets_root(s->part, i);
     level->parts = pdi_scaffold_number(s->part, body->count);
     PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_part_list, s));
     PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_parts, level));
@@ -139,7 +125,7 @@ static void pdi_scaffold_join(const pd_scaffold_level *level, int32_t p, int32_t
             shared = shared && (at == 0 || at == 1);
             b |= (at & 1) << d;
         }
-        if (shared) pdi_scaffold_unite(set, p * PDI_SCAFFOLD_CORNERS + a, q * PDI_SCAFFOLD_CORNERS + b);
+        if (shared) pdi_sets_unite(set, p * PDI_SCAFFOLD_CORNERS + a, q * PDI_SCAFFOLD_CORNERS + b);
     }
 }
 
@@ -161,7 +147,7 @@ static void pdi_scaffold_bind(const pd_scaffold *s, int32_t *seen, int32_t *set)
 static pd_status pdi_scaffold_nodal(pd_ctx *ctx, pd_scaffold_level *level, int32_t *set)
 {
     int32_t corners = level->parts * PDI_SCAFFOLD_CORNERS, colour[PDI_SCAFFOLD_CORNERS + 1] = {0};
-    for (int32_t k = 0; k < corners; k++) set[k] = pdi_scaffold_root(set, k);
+    for (int32_t k = 0; k < corners; k++) set[k] = pdi_sets_root(set, k);
     for (int way = 0; way < 2; way++) {
         for (int32_t k = 0; k < corners; k++) {
             int bits = 0;
@@ -199,9 +185,9 @@ static pd_status pdi_scaffold_gather(pd_ctx *ctx, pd_scaffold_level *level, pd_s
                 int32_t p = level->corner[k] / PDI_SCAFFOLD_CORNERS, q = level->corner[m] / PDI_SCAFFOLD_CORNERS;
                 int same = 1;
                 for (int d = 0; d < PD_DIM; d++) same = same && box[p * PD_DIM + d] / 2 == box[q * PD_DIM + d] / 2;
-                if (same) pdi_scaffold_unite(set, p, q);
+                if (same) pdi_sets_unite(set, p, q);
             }
-    for (int32_t p = 0; p < level->parts; p++) set[p] = pdi_scaffold_root(set, p);
+    for (int32_t p = 0; p < level->parts; p++) set[p] = pdi_sets_root(set, p);
     next->parts = pdi_scaffold_number(set, level->parts);
     PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_parts, next));
     for (int32_t p = 0; p < level->parts; p++)

@@ -41,8 +41,8 @@ static double factor_of(const transform *t, const char *unit_name)
 }
 
 /* Solvers balance each component to 1e-13 (record) and the potential to 1e-12 of the amounts that meet there: twenty
- * steps of two runs leave this share of the largest amount. What is smaller is the rest of a difference and has no figure
- * of its own. */
+ * steps of two runs leave this share of the largest amount. What is smaller is the rest of a difference and has no
+ * figure of its own. */
 #define CANCELS 4e-12
 /* [V] RT/F: potentials of ions are differences of logarithms of concentrations times it. */
 #define THERMAL_VOLTAGE 0.0257
@@ -175,8 +175,9 @@ static const run_field *find_field(const record *r, const char *name)
 }
 
 /* [-] [Pa] Of what sides hold: rounds end when it changes by less than rtol of the largest displacement, here the least
- * that scenes have (solid/quasi_static). A row that is held follows the strain of free rows, so strains are wrong by twice that over h,
- * displacements by as much along the body, and stresses by as much times the largest modulus of waves, of nu = 0.4. */
+ * that scenes have (solid/quasi_static). A row that is held follows the strain of free rows, so strains are wrong by
+ * twice that over h, displacements by as much along the body, and stresses by as much times the largest modulus of
+ * waves, of nu = 0.4. */
 #define HELD 1e-12
 #define WAVE_MODULUS 9.7e10
 
@@ -219,8 +220,8 @@ static double size_of_kin(const record *r, const run_field *f)
     return most;
 }
 
-/* Relative error of H+ and OH- in a cell by what is left of differences: their total is H+ - OH-, of which an error e is
- * one of e/(H+ + OH-) of both. */
+/* Relative error of H+ and OH- in a cell by what is left of differences: their total is H+ - OH-, of which an error e
+ * is one of e/(H+ + OH-) of both. */
 static double water_error(const record *r, int64_t cell)
 {
     const run_field *acid = find_field(r, "H+"), *base = find_field(r, "OH-");
@@ -306,8 +307,9 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
  * not. */
 static double factor_of_half(const run_figure *g)
 {
-    static const char *const whole[] = {"volume", "energy",  "dissolved", "solid", "area", "flow",   "species",
-                                        "flux",   "current", "anodic",    "gas",   "work", "stored", "kinetic", "charge"};
+    static const char *const whole[] = {"volume", "energy",  "dissolved", "solid", "area",   "flow",    "species",
+                                        "flux",   "current", "anodic",    "gas",   "work",   "stored",  "kinetic",
+                                        "charge"};
     for (size_t k = 0; k < sizeof whole / sizeof whole[0]; k++)
         if (strcmp(g->key, whole[k]) == 0) return 2.0;
     if (strcmp(g->section, "total") == 0 && (strncmp(g->key, "sum_", 4) == 0 || strcmp(g->unit, "mol") == 0 ||
@@ -389,11 +391,12 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
         return;
     }
     double least = floor_of(x, p->unit, tolerance), like = 0.0;
-    for (int k = 0; k < a->figures; k++) { /* components of a vector have one scale; what else has the unit may cancel */
+    /* components of a vector have one scale; what else has the unit may cancel */
+    for (int k = 0; k < a->figures; k++) {
         const run_figure *g = &a->figure[k];
         double size = fabs(g->value);
-        if (!isfinite(size) || strcmp(g->section, p->section) != 0 || strcmp(g->unit, p->unit) != 0 || p->unit[0] == '-')
-            continue;
+        if (!isfinite(size) || strcmp(g->section, p->section) != 0) continue;
+        if (strcmp(g->unit, p->unit) != 0 || p->unit[0] == '-') continue;
         if (is_component(p->key) && is_component(g->key) && strcmp(g->name, p->name) == 0 && g->key[0] == p->key[0] &&
             size > scale)
             scale = size;
@@ -405,7 +408,8 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (isfinite(p->value) && fabs(p->value) > scale) scale = fabs(p->value);
     if (isfinite(v) && fabs(v) > scale) scale = fabs(v);
     scale = fmax(scale, size_of_probed(a, p));
-    if (t->kind == TRANSFORM_TIGHTER && strcmp(p->unit, "-") == 0 && scale < 1e-3) scale = 1e-3; /* a loss of a thousandth */
+    if (t->kind == TRANSFORM_TIGHTER && strcmp(p->unit, "-") == 0 && scale < 1e-3)
+        scale = 1e-3; /* a loss of a thousandth */
     if (t->kind == TRANSFORM_TIGHTER && strcmp(p->key, "solid") == 0) scale += lost_of(a, p->value);
     if (strncmp(p->key, "flux", 4) == 0 && scale < 1.0 && strcmp(p->section, "result") == 0)
         scale = 1.0; /* what balances lack, over what passes */

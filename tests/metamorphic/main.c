@@ -57,8 +57,8 @@ static const uint32_t quick_seeds[] = {
 #endif
 };
 
-/* Seeds of CI whose findings are open, which --closed leaves out: pairs from 1 on, sanitized scenes from 500001 on. A run
- * without it prints which they are. 0: none. */
+/* Seeds of CI whose findings are open, which --closed leaves out: pairs from 1 on, sanitized scenes from 500001 on. A
+ * run without it prints which they are. 0: none. */
 static const uint32_t open_seeds[] = {
 #if PD_DIM == 1
     500004,
@@ -459,8 +459,8 @@ static int open_board(const char *folder, board *b)
 /* By transform, and within by what differs, with the seeds. */
 static void print_summary(const options *o, const tally *s)
 {
-    printf("%d %s, %d ran, %d (%.0f %%) changed something, %d (%.0f %%) with three physics or more, %d refused, %d failed, "
-           "longest %.2f s\n",
+    printf("%d %s, %d ran, %d (%.0f %%) changed something, %d (%.0f %%) with three physics or more, %d refused, "
+           "%d failed, longest %.2f s\n",
            s->pairs, o->sanitize ? "scenes" : "pairs", s->ran, s->changed, 100.0 * s->changed / fmax(s->pairs, 1),
            s->several, 100.0 * s->several / fmax(s->pairs, 1), s->refused, s->failed, s->longest);
     int listed = s->findings < FINDINGS ? s->findings : FINDINGS;

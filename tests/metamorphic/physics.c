@@ -175,8 +175,8 @@ static void draw_grip(draw *g, const char *name, double place, double size)
     scene_key(x, s, "kind", "grip");
     for (int d = 0; d < PD_DIM; d++)
         if (d == axis || draw_chance(g, 0.6))
-            scene_component(x, s, "u", d, "%q", d == axis || draw_chance(g, 0.5) ? size * draw_between(g, 0.3, 1.0) : 0.0,
-                            UNIT_LENGTH);
+            scene_component(x, s, "u", d, "%q",
+                            d == axis || draw_chance(g, 0.5) ? size * draw_between(g, 0.3, 1.0) : 0.0, UNIT_LENGTH);
 }
 
 /* What pulls at the end of a bar. */
@@ -190,14 +190,16 @@ static void draw_load(draw *g, int alone)
         if (in_time && draw_chance(g, 0.5))
             scene_component(x, high, "u", axis, "%q*t/%q", stretch, UNIT_LENGTH, x->until, UNIT_TIME);
         else scene_component(x, high, "u", axis, "%q", stretch, UNIT_LENGTH);
-        if (PD_DIM > 1 && draw_chance(g, 0.5)) scene_component(x, high, "u", shear, "%q", 0.01 * x->h[axis], UNIT_LENGTH);
+        if (PD_DIM > 1 && draw_chance(g, 0.5))
+            scene_component(x, high, "u", shear, "%q", 0.01 * x->h[axis], UNIT_LENGTH);
     } else if (how == 1) {
         for (int d = 0; d < PD_DIM; d++)
             scene_vector(x, high, "traction", d, "%q",
                          d == axis || draw_chance(g, 0.4) ? draw_between(g, -1e7, 5e7) : 0.0, UNIT_PRESSURE);
     } else if (how == 2) {
         if (PD_DIM > 1 && draw_chance(g, 0.5))
-            scene_key(x, high, "pressure", "%q*(1 + 0.5*sin(0.3*%p))", draw_between(g, -2e7, 2e7), UNIT_PRESSURE, shear);
+            scene_key(x, high, "pressure", "%q*(1 + 0.5*sin(0.3*%p))", draw_between(g, -2e7, 2e7), UNIT_PRESSURE,
+                      shear);
         else scene_key(x, high, "pressure", "%q", draw_between(g, -2e7, 2e7), UNIT_PRESSURE);
     } else if (how == 3) draw_grip(g, "pulls", g->loose ? 0.7 : 0.8, stretch);
     else {

@@ -1,0 +1,98 @@
+/* extents: see extents.h */
+#include "react/extents.h"
+#include "react/tangent.h"
+#include <math.h>
+
+/* Steps for the extent of a reaction at a node, sweeps over its reactions, and changes of totals that are none. */
+#define PDI_EXTENTS_STEPS 100
+#define PDI_EXTENTS_SWEEPS 30
+#define PDI_EXTENTS_SWEPT 1e-12
+
+/* A kinetic reaction of node i. */
+typedef struct pdi_extents_reaction {
+    const pd_reactive *r;
+    int32_t i;
+    const pd_kinetic *kinetic;
+    double extent; /* [mol/m3] by the correction */
+} pdi_extents_reaction;
+
+PDI_FN pd_status pdi_extents_equilibrium(const pd_reactive *r, int32_t i, const double *sum, double *c, double *n)
+{
+    double first[PD_MINERAL_MOST];
+    pd_mineral_start start;
+    pdi_reactive_get(r, r->base, i, c);
+    if (!r->minerals.count) return pdi_components_solve(&r->components, sum, c);
+    pdi_tangent_law(r, i, first, &start);
+    pdi_reactive_solids(r, r->solid_base, i, n);
+    return pdi_mineral_solve(&r->components, &r->minerals, &start, sum, c, n);
+}
+
+/* What the reaction lacks where it goes on by `more` [mol/m3] from the totals `sum`. NaN: there is no equilibrium. */
+static double pdi_extents_excess(const pdi_extents_reaction *of, const double *sum, double more)
+{
+    const pd_components *s = &of->r->components;
+    double total[PD_SPECIES_MOST], c[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
+    for (int k = 0; k < s->count; k++) total[k] = sum[k] + of->kinetic->gain[k] * more;
+    if (pdi_extents_equilibrium(of->r, of->i, total, c, n) != PD_OK) return (double)NAN;
+    return of->extent + more - of->r->dt * pdi_components_speed(s, of->kinetic, c, NULL, NULL);
+}
+
+/* How much farther than by the correction it goes [mol/m3]. A reaction slows down as it goes on: what it lacks rises at
+ * least as fast as its extent, so that its zero lies within that of the start. Regula falsi with the weight of
+ * Illinois, and halving. */
+static double pdi_extents_find(const pdi_extents_reaction *of, const double *sum)
+{
+    double from = 0.0, low = pdi_extents_excess(of, sum, from), to = -low, high, more = 0.0;
+    if (low == 0.0 || low != low) return 0.0;
+    high = pdi_extents_excess(of, sum, to);
+    for (int step = 0; step < PDI_EXTENTS_STEPS && high == high; step++) {
+        if (high == 0.0 || high * low > 0.0) return to;
+        more = step % 3 == 2 ? 0.5 * (from + to) : to - high * (to - from) / (high - low);
+        if (more == from || more == to) return more;
+        double at = pdi_extents_excess(of, sum, more);
+        if (at * high < 0.0) {
+            from = to;
+            low = high;
+        } else {
+            low *= 0.5;
+        }
+        to = more;
+        high = at;
+    }
+    return high == high ? to : 0.0;
+}
+
+PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, double *sum)
+{
+    const pd_components *s = &r->components;
+    const float *row = r->by + (int64_t)i * r->slots + s->live * pdi_components_columns(s);
+    int64_t total = r->grid->total;
+    const double *delta = r->work + s->count * total;
+    double base[PD_SPECIES_MOST];
+    pdi_extents_reaction of[PD_REACTION_MOST];
+    pdi_reactive_get(r, r->base, i, base);
+    for (int n = 0; n < s->kinetics; n++, row += s->count) {
+        double rise = 0.0;
+        for (int k = 0; k < s->count; k++) rise += (double)row[k] * r->weight[k] * delta[k * total + i];
+        of[n].r = r;
+        of[n].i = i;
+        of[n].kinetic = &s->kinetic[n];
+        of[n].extent = r->dt * (pdi_components_speed(s, &s->kinetic[n], base, NULL, NULL) + share * rise);
+    }
+    for (int sweep = 0, moved = 1; sweep < PDI_EXTENTS_SWEEPS && moved; sweep++) {
+        moved = 0;
+        for (int n = 0; n < s->kinetics; n++) {
+            double more = pdi_extents_find(&of[n], sum);
+            of[n].extent += more;
+            for (int k = 0; k < s->count; k++) {
+                double by = s->kinetic[n].gain[k] * more;
+                moved = moved || (s->kinetics > 1 && fabs(by) > PDI_EXTENTS_SWEPT * fabs(sum[k]));
+                sum[k] += by;
+            }
+        }
+    }
+}
+
+#undef PDI_EXTENTS_STEPS
+#undef PDI_EXTENTS_SWEEPS
+#undef PDI_EXTENTS_SWEPT

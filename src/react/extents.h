@@ -1,0 +1,16 @@
+/* extents: how far kinetic reactions go at a node in a step, by the balance of that node (theory: 5c). */
+#ifndef PD_EXTENTS_H
+#define PD_EXTENTS_H
+#include "react/reactive.h"
+
+#ifdef PDI_INTERNAL
+/* What belongs to the totals `sum` of node i with what minerals are in `base`: c, and amounts n of minerals.
+ * PD_NOT_CONVERGED: there is no equilibrium. */
+PDI_FN pd_status pdi_extents_equilibrium(const pd_reactive *reactive, int32_t i, const double *sum, double *c,
+                                         double *n);
+/* Totals of node i of `base` moved by a share of the correction: what reactions do by it they do at the speeds of what
+ * comes, not by the derivatives of what was there. Those are far off where a species is used up. */
+PDI_FN void pdi_extents_react(const pd_reactive *reactive, int32_t i, double share, double *sum);
+#endif
+
+#endif
