@@ -52,8 +52,7 @@ PDI_FN void pdi_terms_enter(const pd_etch *s, int metal, int32_t node, int32_t p
     pdi_components_totals(of, w->at, w->flows);
 }
 
-/* pH and phi of a law for the concentrations c, where F phi/(R T) is psi. */
-static void pdi_terms_read(const pdi_terms *w, const double *c, double psi, double *ph, double *phi)
+PDI_FN void pdi_terms_read(const pdi_terms *w, const double *c, double psi, double *ph, double *phi)
 {
     const pd_reactive *r = w->s->reactive;
     *ph = *phi = NAN;

@@ -34,6 +34,8 @@ typedef struct pdi_terms {
 /* A node beside that metal; place -1: it has none. */
 PDI_FN void pdi_terms_enter(const pd_etch *s, int metal, int32_t node, int32_t place, double thick,
                             pd_components *film, pdi_terms *w);
+/* pH and phi of a law for the concentrations c, where F phi/(R T) is psi. */
+PDI_FN void pdi_terms_read(const pdi_terms *w, const double *c, double psi, double *ph, double *phi);
 /* The law for the concentrations c, where F phi/(R T) is psi. */
 PDI_FN double pdi_terms_number(const pdi_terms *w, const double *c, double psi);
 /* The same; what is negative, or no number, counts as 0. */
