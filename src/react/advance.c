@@ -191,6 +191,23 @@ static int pdi_advance_grow(const pd_ctx *ctx, pd_reactive *r)
     return grown;
 }
 
+/* work: what the balances lack beside kinetic reactions. At first these may be any number of times as fast as what is
+ * there at the end: amounts that they only turn over are in the rounding. */
+static void pdi_advance_lack_at_rest(pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    for (int32_t i = 0; i < (int32_t)total && s->kinetics; i++) {
+        double c[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        for (int n = 0; n < s->kinetics; n++) {
+            double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL, NULL);
+            for (int k = 0; k < s->count; k++) r->work[k * total + i] -= s->kinetic[n].gain[k] * speed;
+        }
+    }
+}
+
 /* Weights of the balances: what is there over the step, or what they lack at first, or the rounding of both. */
 static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
 {
@@ -198,6 +215,7 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
     int64_t total = r->grid->total;
     for (int k = 0; k < s->count; k++) r->weight[k] = 1.0;
     pdi_advance_residual(ctx, r);
+    pdi_advance_lack_at_rest(r);
     for (int k = 0; k < s->count; k++) {
         double *work = r->work + k * total, held;
         double first = sqrt(pdi_par_dot(ctx, total, work, work)), rounding = pdi_advance_rounding(ctx, r, k, &held);

@@ -1,10 +1,10 @@
 /* extents: see extents.h */
 #include "react/extents.h"
 #include "react/tangent.h"
+#include "core/bracket.h"
 #include <math.h>
 
-/* Steps for the extent of a reaction at a node, sweeps over its reactions, and changes of totals that are none. */
-#define PDI_EXTENTS_STEPS 100
+/* Sweeps over the reactions of a node, and changes of totals that are none. */
 #define PDI_EXTENTS_SWEEPS 30
 #define PDI_EXTENTS_SWEPT 1e-12
 
@@ -38,28 +38,21 @@ static double pdi_extents_excess(const pdi_extents_reaction *of, const double *s
 }
 
 /* How much farther than by the correction it goes [mol/m3]. A reaction slows down as it goes on: what it lacks rises at
- * least as fast as its extent, so that its zero lies within that of the start. Regula falsi with the weight of
- * Illinois, and halving. */
+ * least as fast as its extent, so that its zero lies within that of the start. */
 static double pdi_extents_find(const pdi_extents_reaction *of, const double *sum)
 {
-    double from = 0.0, low = pdi_extents_excess(of, sum, from), to = -low, high, more = 0.0;
+    double low = pdi_extents_excess(of, sum, 0.0), more = -low, at;
     if (low == 0.0 || low != low) return 0.0;
-    high = pdi_extents_excess(of, sum, to);
-    for (int step = 0; step < PDI_EXTENTS_STEPS && high == high; step++) {
-        if (high == 0.0 || high * low > 0.0) return to;
-        more = step % 3 == 2 ? 0.5 * (from + to) : to - high * (to - from) / (high - low);
-        if (more == from || more == to) return more;
-        double at = pdi_extents_excess(of, sum, more);
-        if (at * high < 0.0) {
-            from = to;
-            low = high;
-        } else {
-            low *= 0.5;
-        }
-        to = more;
-        high = at;
+    pdi_bracket s = {0.0, low, more, pdi_extents_excess(of, sum, more), 0, 0};
+    if (s.at_b != s.at_b) return 0.0;
+    if (!(s.at_b * low < 0.0)) return more;
+    while (pdi_bracket_next(&s, &more)) {
+        at = pdi_extents_excess(of, sum, more);
+        if (at != at) return 0.0;
+        if (at == 0.0) return more;
+        pdi_bracket_take(&s, more, at);
     }
-    return high == high ? to : 0.0;
+    return s.b;
 }
 
 PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, double *sum)
@@ -93,6 +86,5 @@ PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, dou
     }
 }
 
-#undef PDI_EXTENTS_STEPS
 #undef PDI_EXTENTS_SWEEPS
 #undef PDI_EXTENTS_SWEPT
