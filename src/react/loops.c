@@ -80,14 +80,14 @@ static void pdi_loops_pockets(pd_etch *s)
     }
 }
 
-/* Circuits of a given potential or current. */
-static void pdi_loops_circuits(pd_etch *s)
+/* Circuits of a given potential; `currents`: or of a given current. */
+static void pdi_loops_circuits(pd_etch *s, int currents)
 {
     const pd_etch_electrodes *of = &s->desc.electrodes;
     for (int n = 0; n < of->circuits; n++) {
         double value = of->given ? of->given(of->user, n, s->time) : of->circuit[n].value;
         double later = of->given && s->span > 0.0 ? of->given(of->user, n, s->from + s->span) : value;
-        if (of->circuit[n].holds || fabs(value) > 0.0 || fabs(later) > 0.0)
+        if (of->circuit[n].holds || (currents && (fabs(value) > 0.0 || fabs(later) > 0.0)))
             pdi_sets_unite(s->joined, (int32_t)s->reactive->grid->total + n, pdi_loops_ground(s));
     }
 }
@@ -152,13 +152,25 @@ static void pdi_loops_idle(pd_etch *s)
     }
 }
 
+static void pdi_loops_begin(pd_etch *s, int currents)
+{
+    for (int32_t i = 0; i <= pdi_loops_ground(s); i++) s->joined[i] = i;
+    pdi_loops_pockets(s);
+    pdi_loops_circuits(s, currents);
+}
+
+/* Surfaces that carry current join metal and fluid. */
+static void pdi_loops_close(pd_etch *s)
+{
+    for (int32_t p = 0; p < s->count; p++)
+        if (!s->open[p] && s->ways[p]) pdi_sets_unite(s->joined, s->node[p], pdi_loops_metal(s, p));
+}
+
 PDI_FN void pdi_loops_find(pd_reactive *r)
 {
     pd_etch *s = r->surface;
     if (!r->migration.on || !s) return;
-    for (int32_t i = 0; i <= pdi_loops_ground(s); i++) s->joined[i] = i;
-    pdi_loops_pockets(s);
-    pdi_loops_circuits(s);
+    pdi_loops_begin(s, 1);
     for (int32_t p = 0; p < s->count; p++) {
         s->open[p] = 0;
         s->ways[p] = (uint8_t)pdi_loops_ways(s, p);
@@ -167,9 +179,10 @@ PDI_FN void pdi_loops_find(pd_reactive *r)
     }
     pdi_loops_prune(s);
     pdi_loops_alone(s);
-    for (int32_t p = 0; p < s->count; p++)
-        if (!s->open[p] && s->ways[p]) pdi_sets_unite(s->joined, s->node[p], pdi_loops_metal(s, p));
+    pdi_loops_close(s);
     pdi_loops_idle(s);
+    pdi_loops_begin(s, 0); /* a given current holds no potential */
+    pdi_loops_close(s);
 }
 
 PDI_FN void pdi_loops_level(pd_reactive *r)
