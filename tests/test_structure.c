@@ -204,7 +204,8 @@ TEST(strength)
 /* Mechanics beside dissolution changes no bit of it, unless its stress is asked for. */
 TEST(dissolution_alone)
 {
-    scene_case *alone = run(0, LATTICE CORRODE), *loaded = run(1, LATTICE SOLID "[side x+] ux = 0.02 um\n" CORRODE);
+    scene_case *alone = run(0, LATTICE CORRODE), *loaded = run(1, LATTICE SOLID
+                     "[side x+] ux = 0.02 um\n[solid]\nrtol = 1e-9\n" CORRODE);
     if (!alone || !loaded) return;
     size_t size = (size_t)alone->model.grid.total * sizeof(double);
     CHECK(alone->model.grid.solid_count < alone->model.couple.solid_nodes_start);
