@@ -209,8 +209,9 @@ quick-logs: $(QUICK_LOGS)
 PAIRS ?= 200
 SCENES ?= 200
 SEED ?= 1
+SANITIZED_DIMS ?= 2 3 1
 METAMORPHIC_RUNS := $(addprefix metamorphic-run-,2 3 1)
-SANITIZED_RUNS := $(addprefix metamorphic-sanitized-run-,2 3 1)
+SANITIZED_RUNS := $(addprefix metamorphic-sanitized-run-,$(SANITIZED_DIMS))
 PAIR_JOBS = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),1,$(shell env -u OMP_NUM_THREADS nproc 2> /dev/null || echo 2))
 quarters_1 = 1
 quarters_2 = 2
@@ -232,7 +233,7 @@ $(SANITIZED_RUNS): metamorphic-sanitized-run-%:
 	    --pairs $$(( $(SCENES) * $(quarters_$*) / 4 )) $(if $(CLOSED),--closed)
 
 metamorphic-programs:
-	$(SANITIZED) $(DIMS:%=$(BUILD)/sanitize/metamorphic_%d)
+	$(SANITIZED) $(SANITIZED_DIMS:%=$(BUILD)/sanitize/metamorphic_%d)
 
 # One fuzzer after the other, FUZZ_TIME seconds each, in 2D; seeds come from the examples. What ends one lies in
 # build/fuzz/; give it back to the program to see it again.
