@@ -63,7 +63,7 @@ static const uint32_t open_seeds[] = {
 #if PD_DIM == 1
     47, 500004,
 #elif PD_DIM == 2
-    15, 55, 87,
+    15, 55, 87, 500055,
 #else
     6, 7, 8, 12, 15, 21, 25, 36, 43, 47,
 #endif
