@@ -116,19 +116,6 @@ static void pdi_relief_pixels(const pdi_relief *r, const pdi_relief_layout *l, i
         }
 }
 
-/* Ends of edge k of the box along axis d, on the paper. */
-static void pdi_relief_edge(const pd_shade *s, int d, int k, double *a, double *b)
-{
-    int e = (d + 1) % 3, g = (d + 2) % 3;
-    double x[3];
-    x[e] = k & 1 ? s->hi[e] : s->lo[e];
-    x[g] = k & 2 ? s->hi[g] : s->lo[g];
-    x[d] = s->lo[d];
-    pdi_shade_project(s, x, a);
-    x[d] = s->hi[d];
-    pdi_shade_project(s, x, b);
-}
-
 /* The letter of an axis stands outside, beside an edge of the outline: of x and y the lower one, of z the left one. */
 static void pdi_relief_axis(const pd_shade *s, const pdi_relief_layout *l, int d, pdi_canvas *canvas)
 {
@@ -138,14 +125,14 @@ static void pdi_relief_axis(const pd_shade *s, const pdi_relief_layout *l, int d
     for (int k = 0; k < 4; k++) {
         double first = k & 1 ? s->eye[e] : -s->eye[e], second = k & 2 ? s->eye[g] : -s->eye[g];
         if ((first > 0.0) == (second > 0.0)) continue; /* both faces are seen, or none */
-        pdi_relief_edge(s, d, k, a, b);
+        pdi_shade_ends(s, d, k, a, b);
         double place = d == 2 ? -(a[0] + b[0]) : a[1] + b[1];
         if (!(place > best) || !(pdi_canvas_length(b[0] - a[0], b[1] - a[1]) > 1.0)) continue;
         best = place;
         edge = k;
     }
     if (edge < 0) return;
-    pdi_relief_edge(s, d, edge, a, b);
+    pdi_shade_ends(s, d, edge, a, b);
     for (int c = 0; c < 2; c++) at[c] = 0.5 * (a[c] + b[c]);
     out[0] = b[1] - a[1];
     out[1] = a[0] - b[0];

@@ -175,6 +175,18 @@ static void pdi_shade_faces(const pd_shade *s, const pdi_shell *shell, int label
 
 /* ---- edges of the box ---- */
 
+PDI_FN void pdi_shade_ends(const pd_shade *s, int d, int k, double *a, double *b)
+{
+    int e = (d + 1) % 3, g = (d + 2) % 3;
+    double x[3];
+    x[e] = k & 1 ? s->hi[e] : s->lo[e];
+    x[g] = k & 2 ? s->hi[g] : s->lo[g];
+    x[d] = s->lo[d];
+    pdi_shade_project(s, x, a);
+    x[d] = s->hi[d];
+    pdi_shade_project(s, x, b);
+}
+
 /* The pixels whose sample lies on the edge from a to b and that no face hides. */
 static void pdi_shade_edge(pd_shade *s, const pdi_shade_sample *p, const double *a, const double *b)
 {
@@ -204,14 +216,9 @@ static void pdi_shade_edges(pd_shade *s, const pdi_shade_sample *p)
     for (int d = 0; d < 3; d++)
         for (int k = 0; k < 4; k++) {
             int e = (d + 1) % 3, g = (d + 2) % 3;
-            double x[3], a[3], b[3];
+            double a[3], b[3];
             if ((k & 1 ? s->eye[e] : -s->eye[e]) > 0.0 && (k & 2 ? s->eye[g] : -s->eye[g]) > 0.0) continue;
-            x[e] = k & 1 ? s->hi[e] : s->lo[e];
-            x[g] = k & 2 ? s->hi[g] : s->lo[g];
-            x[d] = s->lo[d];
-            pdi_shade_project(s, x, a);
-            x[d] = s->hi[d];
-            pdi_shade_project(s, x, b);
+            pdi_shade_ends(s, d, k, a, b);
             pdi_shade_edge(s, p, a, b);
         }
 }

@@ -34,6 +34,8 @@ PDI_FN void pdi_shade_size(const double *lo, const double *hi, const double *way
 PDI_FN pd_status pdi_shade_draw(pd_ctx *ctx, const pdi_shell *shell, int labels, pd_shade *shade);
 /* Where a place stands on the paper [pixel], y down, and how near it is [m]. */
 PDI_FN void pdi_shade_project(const pd_shade *shade, const double *x, double *at);
+/* Ends [3] of edge k, 0 to 3, of the box along axis d, projected. */
+PDI_FN void pdi_shade_ends(const pd_shade *shade, int d, int k, double *a, double *b);
 /* Light from 0 to 1 of a surface with this unit normal. */
 PDI_FN double pdi_shade_light(const pd_shade *shade, const double *normal);
 #endif

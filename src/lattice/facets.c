@@ -4,6 +4,7 @@
  */
 #include "lattice/facets.h"
 #include "lattice/weld.h"
+#include "core/sets.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -129,7 +130,7 @@ static void pdi_facets_pairs(pdi_facets_work *w, const pdi_facets_edge *edge, in
         int32_t forth = 0;
         for (next = k; next < count && edge[next].low == edge[k].low && edge[next].high == edge[k].high; next++) {
             forth += edge[next].sense;
-            pdi_weld_join(w->root, edge[k].at / 3, edge[next].at / 3);
+            pdi_sets_unite(w->root, edge[k].at / 3, edge[next].at / 3);
         }
         if (2 * forth == next - k) continue;
         if (!w->open++) {
@@ -139,7 +140,7 @@ static void pdi_facets_pairs(pdi_facets_work *w, const pdi_facets_edge *edge, in
         }
     }
     for (int32_t k = 0; k < w->count; k++)
-        if (w->part[k] >= 0) w->part[k] = pdi_weld_root(w->root, k);
+        if (w->part[k] >= 0) w->part[k] = pdi_sets_root(w->root, k);
 }
 
 static pd_status pdi_facets_edges(pd_ctx *ctx, pdi_facets_work *w)

@@ -1,5 +1,6 @@
 /* weld: see weld.h */
 #include "lattice/weld.h"
+#include "core/sets.h"
 #include <stdlib.h>
 
 typedef struct pdi_weld_vertex {
@@ -27,20 +28,6 @@ static int pdi_weld_compare_cubes(const void *a, const void *b)
     for (int d = 0; d < 3; d++)
         if (p->index[d] != q->index[d]) return p->index[d] < q->index[d] ? -1 : 1;
     return (p->at > q->at) - (p->at < q->at);
-}
-
-PDI_FN int32_t pdi_weld_root(int32_t *root, int32_t k)
-{
-    while (root[k] != k) k = root[k] = root[root[k]];
-    return k;
-}
-
-PDI_FN void pdi_weld_join(int32_t *root, int32_t a, int32_t b)
-{
-    a = pdi_weld_root(root, a);
-    b = pdi_weld_root(root, b);
-    if (a < b) root[b] = a;
-    else root[a] = b;
 }
 
 PDI_FN pd_status pdi_weld_exact(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex)
@@ -97,7 +84,7 @@ static void pdi_weld_gather(const double *corner, const pdi_weld_cube *cube, int
                 double off = corner[3 * (int64_t)cube[o].at + d] - x[d];
                 square += off * off;
             }
-            if (o > k && square <= near * near) pdi_weld_join(root, cube[k].at, cube[o].at);
+            if (o > k && square <= near * near) pdi_sets_unite(root, cube[k].at, cube[o].at);
         }
     }
 }
@@ -128,7 +115,7 @@ PDI_FN pd_status pdi_weld_near(pd_ctx *ctx, const double *corner, int32_t n, int
     qsort(cube, (size_t)count, sizeof *cube, pdi_weld_compare_cubes);
     for (int32_t k = 0; k < count; k++) pdi_weld_gather(corner, cube, count, k, near, root);
     for (int32_t k = 0; k < n; k++) {
-        int32_t to = pdi_weld_root(root, vertex[k]);
+        int32_t to = pdi_sets_root(root, vertex[k]);
         *joined += to != vertex[k];
         vertex[k] = to;
     }

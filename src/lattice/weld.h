@@ -10,9 +10,6 @@
 /* Vertices of a surface that is open without it are the same within this share of its largest extent. */
 #define PDI_WELD_NEAR 3e-6
 
-/* The first of what is joined with k; root [..]: each its own before the first join. */
-PDI_FN int32_t pdi_weld_root(int32_t *root, int32_t k);
-PDI_FN void pdi_weld_join(int32_t *root, int32_t a, int32_t b);
 /* Corners corner [n][3] [m] at the same places are one vertex: vertex [n]. */
 PDI_FN pd_status pdi_weld_exact(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex);
 /* Vertices that lie side by side are one: files round coordinates. root [n]: work. *joined grows by the corners that

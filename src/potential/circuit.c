@@ -1,6 +1,7 @@
 /* circuit: see circuit.h */
 #include "potential/circuit.h"
 #include "core/par.h"
+#include "core/sets.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -39,19 +40,6 @@ PDI_FN int pdi_circuit_side(const pd_grid *grid, int32_t ghost)
     return 0;
 }
 
-static int32_t pdi_circuit_root(int32_t *part, int32_t i)
-{
-    while (part[i] != i) i = part[i] = part[part[i]];
-    return i;
-}
-
-static void pdi_circuit_join(int32_t *part, int32_t a, int32_t b)
-{
-    a = pdi_circuit_root(part, a);
-    b = pdi_circuit_root(part, b);
-    part[a < b ? b : a] = a < b ? a : b;
-}
-
 static int pdi_circuit_holds(const pd_potential *p, int32_t node)
 {
     if (p->diffusion.wall_rate && p->diffusion.wall_rate[node] > 0.0) return 1;
@@ -75,11 +63,11 @@ static void pdi_circuit_pockets(pd_potential *p)
             int32_t far = i + bonds->paths.shift[k];
             if (!pdi_flux_open(&p->flux, i, k)) continue;
             if (p->grid->kind[far] == PD_IMAGE) far = pdi_grid_image(p->grid, far, NULL);
-            if (p->grid->kind[far] == PD_FLUID) pdi_circuit_join(p->part, i, far);
+            if (p->grid->kind[far] == PD_FLUID) pdi_sets_unite(p->part, i, far);
         }
     }
     for (int32_t i = 0; i < total; i++)
-        p->pocket[i] = p->grid->kind[i] == PD_FLUID ? pdi_circuit_root(p->part, i) : -1;
+        p->pocket[i] = p->grid->kind[i] == PD_FLUID ? pdi_sets_root(p->part, i) : -1;
     for (int32_t i = 0; i < total; i++) p->fixed[i] = 0;
     for (int32_t i = 0; i < total; i++)
         if (p->pocket[i] >= 0 && pdi_circuit_holds(p, i)) p->fixed[p->pocket[i]] = 1;
@@ -142,13 +130,13 @@ static void pdi_circuit_parts(pd_potential *p)
 {
     int32_t total = p->grid->total, ground = total + p->desc.circuits;
     for (int32_t c = 0; c < p->contacts.count; c++)
-        pdi_circuit_join(p->part, p->contacts.list[c].node,
+        pdi_sets_unite(p->part, p->contacts.list[c].node,
                            total + pdi_potential_circuit(p, p->contacts.list[c].electrode));
     for (int n = 0; n < p->desc.circuits; n++)
-        if (p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL) pdi_circuit_join(p->part, total + n, ground);
+        if (p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL) pdi_sets_unite(p->part, total + n, ground);
     for (int32_t i = 0; i < total; i++)
-        if (p->fixed[i]) pdi_circuit_join(p->part, i, ground);
-    for (int32_t i = 0; i <= ground; i++) p->part[i] = pdi_circuit_root(p->part, i);
+        if (p->fixed[i]) pdi_sets_unite(p->part, i, ground);
+    for (int32_t i = 0; i <= ground; i++) p->part[i] = pdi_sets_root(p->part, i);
     for (int32_t i = 0; i <= ground; i++) p->wet[i] = 0;
     for (int32_t i = total; i <= ground; i++) p->wet[p->part[i]] = 1;
     p->floating = 0;
