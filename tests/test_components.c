@@ -155,7 +155,7 @@ TEST(speeds)
 {
     mixture v;
     pd_components s;
-    double all[4] = {0.3, 0.7, 0.2, 5.0}, by[4];
+    double all[4] = {0.3, 0.7, 0.2, 5.0}, by[4], size;
     mix_begin(&v);
     mix_species(&v, "Aa", "Na", 1e-9);
     mix_species(&v, "Bb", "K", 1e-9);
@@ -165,7 +165,9 @@ TEST(speeds)
     build(&v, PD_ACTIVITY_IDEAL, &s);
     CHECK_INT(s.count, 3);
     CHECK_INT(s.kinetics, 1);
-    CHECK_REL(pdi_components_speed(&s, &s.kinetic[0], all, by), pd_reaction_speed(&v.r[0], v.s, 4, all), 1e-14);
+    CHECK_REL(pdi_components_speed(&s, &s.kinetic[0], all, by, &size), pd_reaction_speed(&v.r[0], v.s, 4, all), 1e-14);
+    /* k of L2/mol2/s is 1e-6 of m6/mol2/s; K = 1000 L2/mol2. */
+    CHECK_REL(size, 7e-6 * 0.3 * 0.49 + 7.0 / 1000.0 * 0.2, 1e-13);
     for (int i = 0; i < 3; i++) {
         double x = all[i], step = 1e-5;
         all[i] = x + step;
