@@ -8,6 +8,7 @@
 #   # expect: E absent                     no result line has the figure
 #   # expect: probes.csv:2 = nan           it has no value
 #   # expect: says TEXT                    a line of what the program said holds TEXT
+#   # expect: silent TEXT                  none does
 #   # expect: status 2                     of the program; without: 0
 #
 # A scene may be run more than once. Expectations belong to the run above them. The values are closed forms or
@@ -35,6 +36,7 @@ near() {
 expect() {
     case $1 in
     says\ *) grep -qF -- "${1#says }" "$dir/log" ;;
+    silent\ *) ! grep -qF -- "${1#silent }" "$dir/log" ;;
     *\ absent) [ -z "$(figure "${1% absent}")" ] ;;
     *\ =\ nan) [ "$(figure "${1% = *}")" = nan ] ;;
     *\ =\ *)

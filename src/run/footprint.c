@@ -448,6 +448,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     double *bytes = &b->bytes[PD_PART_DISSOLVE];
     pd_dissolve d;
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
+    if (u->metals > 1) *bytes = b->nodes;
     if (!u->has_dissolve) return;
     /* fluid within a horizon of metal, which has at least the surface of a cube */
     double shell = pdi_min(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
@@ -463,7 +464,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.desc.sheds = u->sheds ? 1 + (pdi_setup_apart(u) > 1) : 0;
     d.desc.stochastic = u->stochastic;
     d.desc.repassivation = u->repassivation;
-    *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_reach_beside_list, &d);
+    *bytes += pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_reach_beside_list, &d);
     if (u->has_corrode) {
         /* metal within a horizon of fluid; there is room for more */
         double layers = pdi_min(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
@@ -472,7 +473,6 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
         *bytes += pdi_footprint_list(plan, pdi_reach_list, &d);
     }
     if (u->passive >= 0) *bytes += b->nodes;
-    if (u->metals > 1) *bytes += b->nodes;
 }
 
 /* [byte] of what a balance of a body takes while it is found. */

@@ -395,7 +395,6 @@ static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
 static pd_status pdi_model_metals(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
-    if (u->metals == 1) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->metal));
     for (int32_t i = 0; i < m->grid.total; i++) {
         double x[PD_DIM];
@@ -613,7 +612,7 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
                               pdi_model_structure, pdi_model_species, pdi_model_metals, pdi_model_dissolve,
                               pdi_model_surfaces, pdi_model_cell, pdi_model_course};
     const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_chemistry,
-                          u->has_dissolve || u->has_potential, u->has_dissolve, u->states > 0, u->has_potential,
+                          u->metals > 1, u->has_dissolve, u->states > 0, u->has_potential,
                           u->has_chemistry};
     for (size_t k = 0; k < sizeof part / sizeof part[0]; k++) {
         size_t before = ctx->in_use;
