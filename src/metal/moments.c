@@ -1,17 +1,8 @@
 /* moments: see moments.h */
 #include "metal/moments.h"
+#include "solve/quadrature.h"
 #include <math.h>
 
-/* What a law does within a step may cost this share of the tolerance of what the step takes, and this share of a node.
- */
-#define PDI_MOMENTS_COST 0.1
-#define PDI_MOMENTS_FAINT 1e-4
-/* Pieces with a jump, each of which may cost that over their number. */
-#define PDI_MOMENTS_JUMPS 16.0
-/* Bounds are wider than the values between them by what an expression says twice: this often is still seen. */
-#define PDI_MOMENTS_WIDE 4.0
-/* A shorter piece, over the step, is a jump whatever its bounds. */
-#define PDI_MOMENTS_SHORT 1e-12
 /* The tolerance where none is given. */
 #define PDI_MOMENTS_RTOL 1e-3
 
@@ -49,49 +40,32 @@ static void pdi_moments_look(const pd_dissolve *d, const pdi_beside *beside, dou
     if (pdi_metal_bonds(d)) node->share = dt * d->kernel.total;
 }
 
-static double pdi_moments_at(pdi_moments_node *node, double t)
+static double pdi_moments_at(void *user, double t)
 {
+    pdi_moments_node *node = (pdi_moments_node *)user;
     node->law.at.t = t;
     return pdi_max(pdi_law_rate(&node->law, node->c), 0.0);
 }
 
-/* Both instants of a piece: Gauss' rule. */
-static double pdi_moments_instant(const pdi_moments_piece *piece, int second)
+static void pdi_moments_bounds(void *user, double from, double to, double *least, double *most)
 {
-    double half = 0.5 * (piece->to - piece->from);
-    return piece->from + half + (second ? half : -half) / sqrt(3.0);
-}
-
-/* 1: the rule of the piece, its middle alone or both instants, gives the mean at the node, and bounds leave room for
- * nothing else. `part` [-]: of the step. */
-static int pdi_moments_fits(const pd_dissolve *d, pdi_moments_node *node, const pdi_moments_piece *piece, double part,
-                            int middle)
-{
-    double rtol = d->rtol > 0.0 ? d->rtol : PDI_MOMENTS_RTOL, least, most;
-    double v[3], rule, first = pdi_moments_at(node, piece->from), last = pdi_moments_at(node, piece->to);
-    v[0] = pdi_moments_at(node, pdi_moments_instant(piece, 0));
-    v[1] = pdi_moments_at(node, 0.5 * (piece->from + piece->to));
-    v[2] = pdi_moments_at(node, pdi_moments_instant(piece, 1));
-    rule = middle ? v[1] : 0.5 * (v[0] + v[2]);
-    double mean = (first + 4.0 * v[1] + last) / 6.0, error = fabs(mean - rule);
-    double low = pdi_min(pdi_min(first, last), v[1]), high = pdi_max(pdi_max(first, last), v[1]);
-    double room = rtol * (PDI_MOMENTS_COST * node->share * mean + PDI_MOMENTS_FAINT);
-    pdi_law_bounds(&node->law, node->c, piece->from, piece->to, &least, &most);
-    double unseen = pdi_max(most - least - PDI_MOMENTS_WIDE * (high - low), 0.0);
-    if (node->share * pdi_max(error, unseen) <= room) return 1;
-    if (part < PDI_MOMENTS_SHORT) return 1;
-    return part * node->share * (most - least) <= room / PDI_MOMENTS_JUMPS;
+    pdi_moments_node *node = (pdi_moments_node *)user;
+    pdi_law_bounds(&node->law, node->c, from, to, least, most);
 }
 
 /* 1: at all nodes. */
 static int pdi_moments_all(const pd_dissolve *d, const pdi_moments_piece *piece, double dt, int middle)
 {
-    double part = (piece->to - piece->from) / dt;
+    double part = (piece->to - piece->from) / dt, mean;
     for (int32_t n = 0; n < d->beside_count; n++) {
         pdi_moments_node node;
+        pdi_quadrature law = {pdi_moments_at, pdi_moments_bounds, NULL, 0.0, 1.0, PDI_MOMENTS_RTOL};
         if (!pdi_moments_timed(d, &d->beside[n])) continue;
         pdi_moments_look(d, &d->beside[n], dt, &node);
-        if (!pdi_moments_fits(d, &node, piece, part, middle)) return 0;
+        law.user = &node;
+        law.share = node.share;
+        if (d->rtol > 0.0) law.rtol = d->rtol;
+        if (pdi_quadrature_judge(&law, piece->from, piece->to, part, middle, &mean) == PDI_QUADRATURE_DIVIDE) return 0;
     }
     return 1;
 }
@@ -140,7 +114,7 @@ PDI_FN double pdi_moments_find(pd_dissolve *d, double t, double dt, double *take
                 continue;
             }
             for (int k = 0; k < 2; k++) {
-                d->moment[d->moments] = pdi_moments_instant(&piece, k);
+                d->moment[d->moments] = pdi_quadrature_instant(piece.from, piece.to, k);
                 d->part[d->moments++] = 0.5 * (piece.to - piece.from) / dt;
             }
         }
@@ -148,9 +122,4 @@ PDI_FN double pdi_moments_find(pd_dissolve *d, double t, double dt, double *take
     return 1.0;
 }
 
-#undef PDI_MOMENTS_COST
-#undef PDI_MOMENTS_FAINT
-#undef PDI_MOMENTS_JUMPS
-#undef PDI_MOMENTS_WIDE
-#undef PDI_MOMENTS_SHORT
 #undef PDI_MOMENTS_RTOL

@@ -2,23 +2,20 @@
 #include "run/timed.h"
 #include "react/layer.h"
 #include "scene/range.h"
+#include "solve/quadrature.h"
 #include "solve/sdirk.h"
 #include <math.h>
 #include <string.h>
 
-/* What a law does within a step may cost this share of the tolerance of what the step takes, and this share of a size:
- * of a cell of metal, of a state, of a factor of 1. */
+/* The rule of the stages may miss this share of the tolerance of what the step takes, and this share of a size: of a
+ * cell of metal, of a state, of a factor of 1. */
 #define PDI_TIMED_COST 0.1
 #define PDI_TIMED_FAINT 1e-4
-/* Pieces with a jump, each of which may cost that over their number. */
-#define PDI_TIMED_JUMPS 16.0
-/* Bounds are wider than the values between them by what an expression says twice: this often is still seen. */
-#define PDI_TIMED_WIDE 4.0
-/* A shorter piece, over the step, is a jump whatever its bounds. */
-#define PDI_TIMED_SHORT 1e-12
 /* Pieces of a step, and those that wait to be looked at. */
 #define PDI_TIMED_MOST 1024
 #define PDI_TIMED_WAIT 62
+/* A jump lies within a piece of this share of the step, before which the step ends. */
+#define PDI_TIMED_SHORT 1e-12
 /* Halvings of a step at most, and ends that are tried for all places. */
 #define PDI_TIMED_HALVINGS 50
 #define PDI_TIMED_TRIALS 60
@@ -38,37 +35,20 @@ typedef struct pdi_timed_law {
     double rtol;  /* [-] */
 } pdi_timed_law;
 
-static double pdi_timed_at(pdi_timed_law *law, double t)
+static double pdi_timed_at(void *user, double t)
 {
+    pdi_timed_law *law = (pdi_timed_law *)user;
     law->vars[law->clock] = t;
     return pdi_max(law->scale * pdi_expr_eval(law->expr, law->vars), law->least);
 }
 
-static void pdi_timed_bounds(const pdi_timed_law *law, double from, double to, double *least, double *most)
+static void pdi_timed_bounds(void *user, double from, double to, double *least, double *most)
 {
+    const pdi_timed_law *law = (const pdi_timed_law *)user;
     pdi_range range = pdi_range_of(law->expr, law->vars, law->clock, from, to);
     double one = law->scale * range.low, two = law->scale * range.high;
     *least = pdi_max(pdi_min(one, two), law->least);
     *most = pdi_max(pdi_max(one, two), law->least);
-}
-
-/* Mean of the law over a piece of a step of dt [s] by Gauss' rule. 1: it is right, and bounds leave room for nothing
- * else. *jump: 1: it jumps there, by next to no amount. */
-static int pdi_timed_mean(pdi_timed_law *law, double from, double to, double dt, double *mean, int *jump)
-{
-    double middle = 0.5 * (from + to), half = 0.5 * (to - from) / sqrt(3.0), least, most;
-    double first = pdi_timed_at(law, from), last = pdi_timed_at(law, to * (1.0 - PDI_TIMED_BEFORE));
-    double centre = pdi_timed_at(law, middle);
-    double low = pdi_min(pdi_min(first, last), centre), high = pdi_max(pdi_max(first, last), centre);
-    *mean = 0.5 * (pdi_timed_at(law, middle - half) + pdi_timed_at(law, middle + half));
-    pdi_timed_bounds(law, from, to, &least, &most);
-    double error = fabs((first + 4.0 * centre + last) / 6.0 - *mean);
-    double unseen = pdi_max(most - least - PDI_TIMED_WIDE * (high - low), 0.0);
-    double room = law->rtol * (PDI_TIMED_COST * fabs(*mean) * dt + PDI_TIMED_FAINT * law->size);
-    *jump = 0;
-    if (dt * pdi_max(error, unseen) <= room) return 1;
-    *jump = to - from < PDI_TIMED_SHORT * dt || (to - from) * (most - least) <= room / PDI_TIMED_JUMPS;
-    return *jump;
 }
 
 /* Integral [unit of the law times s] of the law from t over dt [s], and that of its size. *jump: where it jumps first
@@ -76,18 +56,20 @@ static int pdi_timed_mean(pdi_timed_law *law, double from, double to, double dt,
 static double pdi_timed_integral(pdi_timed_law *law, double t, double dt, double *sum, double *size, double *jump)
 {
     double waiting[PDI_TIMED_WAIT + 2], from = t, mean;
-    int count = 1, jumps;
+    int count = 1;
+    pdi_quadrature of = {pdi_timed_at, pdi_timed_bounds, law, dt, law->size, law->rtol};
     waiting[0] = t + dt;
     *sum = *size = 0.0;
     *jump = HUGE_VAL;
     for (int piece = 0; piece < PDI_TIMED_MOST && count > 0; piece++) {
         double to = waiting[count - 1], middle = 0.5 * (from + to);
-        int divides = count <= PDI_TIMED_WAIT && middle > from && middle < to;
-        if (!pdi_timed_mean(law, from, to, dt, &mean, &jumps) && divides) {
+        int divides = count <= PDI_TIMED_WAIT && middle > from && middle < to && to - from >= PDI_TIMED_SHORT * dt;
+        pdi_quadrature_piece found = pdi_quadrature_judge(&of, from, to, (to - from) / dt, 0, &mean);
+        if (found == PDI_QUADRATURE_DIVIDE && divides) {
             waiting[count++] = middle;
             continue;
         }
-        if (jumps && from > t) *jump = pdi_min(*jump, from);
+        if (found != PDI_QUADRATURE_FITS && from > t) *jump = pdi_min(*jump, from);
         *sum += (to - from) * mean;
         *size += (to - from) * fabs(mean);
         from = to;
@@ -219,11 +201,9 @@ PDI_FN void pdi_timed_build(const pd_setup *setup, const pd_attack *attack, cons
 
 #undef PDI_TIMED_COST
 #undef PDI_TIMED_FAINT
-#undef PDI_TIMED_JUMPS
-#undef PDI_TIMED_WIDE
-#undef PDI_TIMED_SHORT
 #undef PDI_TIMED_MOST
 #undef PDI_TIMED_WAIT
+#undef PDI_TIMED_SHORT
 #undef PDI_TIMED_HALVINGS
 #undef PDI_TIMED_TRIALS
 #undef PDI_TIMED_BEFORE
