@@ -95,8 +95,10 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
         l->imbalance = (l->solid + l->dissolved + l->carry - l->start) + (l->out - l->in);
         /* what has passed may be many times the metal, and its sums are solved to a share of it */
         double scale = pdi_max(l->solid_start > 0.0 ? l->solid_start : l->start, pdi_max(fabs(l->in), fabs(l->out)));
-        l->relative = scale > 0.0 ? fabs(l->imbalance) / scale : 0.0;
-        double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out) + fabs(l->dissolved));
+        /* below DBL_MIN numbers have lost their digits */
+        l->relative = fabs(l->imbalance) > DBL_MIN ? fabs(l->imbalance) / scale : 0.0;
+        double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out) + fabs(l->dissolved)) +
+                          DBL_MIN;
         if (!(fabs(l->imbalance) <= c->desc.ledger_tolerance * scale + rounding))
             return pdi_fail(ctx, PD_ERR_LEDGER, "couple",
                             "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g %s of %s misses the start "
