@@ -5,6 +5,9 @@
 
 #ifdef PDI_INTERNAL
 #define PDI_PI 3.14159265358979323846
+/* Faraday's constant [C/mol] and the gas constant [J/mol/K], exact (CODATA 2018). */
+#define PDI_FARADAY 96485.33212331001
+#define PDI_GAS 8.31446261815324
 
 #if PD_DIM == 1
 #define PDI_SYM 1

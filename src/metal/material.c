@@ -1,8 +1,7 @@
 /* material: see material.h */
 #include "metal/material.h"
+#include "core/vec.h"
 #include <string.h>
-
-#define PDI_MATERIAL_FARADAY 96485.33212 /* [C/mol] */
 
 /* name, density, molar mass, charge */
 static const pd_material pdi_material_list[] = {{"mg4ag", 1738.0, 0.024305, 2.0},
@@ -24,5 +23,5 @@ double pd_material_concentration(const pd_material *material) { return material-
 
 double pd_material_speed(const pd_material *material, double current)
 {
-    return current / (material->charge * PDI_MATERIAL_FARADAY * pd_material_concentration(material));
+    return current / (material->charge * PDI_FARADAY * pd_material_concentration(material));
 }

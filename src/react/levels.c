@@ -4,12 +4,12 @@
  * out of their rows: a change of rank one for each circuit, which GMRES meets in a step or two.
  */
 #include "react/levels.h"
+#include "core/vec.h"
 #include "react/layer.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#define PDI_LEVELS_FARADAY 96485.33212 /* [C/mol] */
 #define PDI_LEVELS_STEPS 200
 /* [V] First stride of a search, and the farthest potential beyond those of the fluid beside the metal. */
 #define PDI_LEVELS_STRIDE 0.05
@@ -181,7 +181,7 @@ static int pdi_levels_idle(const pd_ctx *ctx, pd_etch *s, pdi_levels_search *q, 
 
 static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double extra)
 {
-    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY + extra, -HUGE_VAL,
+    pdi_levels_search q = {circuit, s->desc.electrodes.circuit[circuit].value / PDI_FARADAY + extra, -HUGE_VAL,
                            HUGE_VAL, -HUGE_VAL, HUGE_VAL, 0.0};
     double e = s->level[circuit], stride = PDI_LEVELS_STRIDE, slope = s->conduct[circuit], least, most;
     pdi_levels_fluid(s, circuit, &least, &most);
@@ -215,7 +215,7 @@ static void pdi_levels_find(const pd_ctx *ctx, pd_etch *s, int circuit, double e
 PDI_FN int pdi_levels_roots(const pd_ctx *ctx, pd_etch *s, int circuit, const pdi_levels_trials *trials, double *root,
                             int most)
 {
-    double wanted = s->desc.electrodes.circuit[circuit].value / PDI_LEVELS_FARADAY, e = trials->from;
+    double wanted = s->desc.electrodes.circuit[circuit].value / PDI_FARADAY, e = trials->from;
     double last = 0.0, at = 0.0, until = -HUGE_VAL, size, least, highest;
     int found = 0;
     pdi_levels_fluid(s, circuit, &least, &highest);

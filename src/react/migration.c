@@ -1,13 +1,11 @@
 /* migration: see migration.h */
 #include "react/migration.h"
 #include "core/par.h"
+#include "core/vec.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-/* [J/mol/K], [C/mol] */
-#define PDI_MIGRATION_GAS 8.314462618
-#define PDI_MIGRATION_FARADAY 96485.33212
 /* Share of the largest sum of z^2 c that psi is scaled with at least, and that the preconditioner conducts with. */
 #define PDI_MIGRATION_LEAST 1e-12
 /* Steps of Newton for lambda, and the longest. */
@@ -47,7 +45,7 @@ PDI_FN pd_status pdi_migration_begin(pd_ctx *ctx, double temperature, const doub
     if (!(temperature > 0.0) || !(temperature < 1e4))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the temperature is %g K, expected a positive one for "
                         "migration", temperature);
-    m->volt = PDI_MIGRATION_GAS * temperature / PDI_MIGRATION_FARADAY;
+    m->volt = PDI_GAS * temperature / PDI_FARADAY;
     m->ratio = ratio;
     m->wall = wall;
     for (int n = 0; n < m->components->solutes; n++) m->charge[n] = m->components->charge[n];

@@ -1,10 +1,9 @@
 /* terms: see terms.h */
 #include "react/terms.h"
+#include "core/vec.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
-
-#define PDI_TERMS_FARADAY 96485.33212 /* [C/mol] */
 
 /* The electrode of a place. */
 static void pdi_terms_enter_electrode(const pd_etch *s, int32_t place, pdi_terms *w)
@@ -22,7 +21,6 @@ static void pdi_terms_enter_electrode(const pd_etch *s, int32_t place, pdi_terms
     if (of->reads) w->reads = of->reads[w->electrode];
     if (!(s->area[place] > 0.0) || s->open[place]) w->electrode = -1;
 }
-
 
 PDI_FN void pdi_terms_enter(const pd_etch *s, int metal, int32_t node, int32_t place, double thick,
                             pd_components *film, pdi_terms *w)
@@ -79,7 +77,5 @@ PDI_FN double pdi_terms_curve(const pdi_terms *w, const double *c, double psi)
     double ph = NAN;
     if (r->proton >= 0) ph = 3.0 - (log(pdi_max(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
     double drop = w->level - psi * r->migration.volt;
-    return of->curve(of->user, w->electrode, w->share, c, ph, drop, w->s->time) / PDI_TERMS_FARADAY;
+    return of->curve(of->user, w->electrode, w->share, c, ph, drop, w->s->time) / PDI_FARADAY;
 }
-
-#undef PDI_TERMS_FARADAY

@@ -1,10 +1,8 @@
 /* electrodes: see electrodes.h */
 #include "run/electrodes.h"
+#include "core/vec.h"
 #include <math.h>
 #include <string.h>
-
-#define PDI_ELECTRODES_GAS 8.314462618   /* [J/mol/K] */
-#define PDI_ELECTRODES_FARADAY 96485.33212 /* [C/mol] */
 
 /* Electrode of a solid node; -1: none. */
 static int pdi_electrodes_which(void *user, int32_t node)
@@ -35,7 +33,7 @@ static void pdi_electrodes_conduct(void *user, double *field)
 {
     const pd_electrode_map *m = (const pd_electrode_map *)user;
     const pd_electrolyte *e = &m->setup->electrolyte;
-    double factor = PDI_ELECTRODES_FARADAY * PDI_ELECTRODES_FARADAY / (PDI_ELECTRODES_GAS * e->temperature);
+    double factor = PDI_FARADAY * PDI_FARADAY / (PDI_GAS * e->temperature);
     for (int32_t i = 0; i < m->grid->total; i++) field[i] = 0.0;
     for (int k = 0; k < e->count; k++) {
         const pd_species *s = &e->species[k];
@@ -61,7 +59,7 @@ PDI_FN void pdi_electrodes_feed(void *user, double *source)
     for (int32_t k = 0; k < p->contacts.count; k++) {
         const pd_contact *contact = &p->contacts.list[k];
         const pd_setup_electrode *e = &m->setup->potential.electrode[contact->electrode];
-        double electrons = contact->area * p->current[k] / PDI_ELECTRODES_FARADAY;
+        double electrons = contact->area * p->current[k] / PDI_FARADAY;
         for (int n = 0; n < m->setup->electrolyte.count && e->reacts; n++) {
             int place = m->species->components.place[n];
             if (place >= 0) source[place * total + contact->node] += e->shed[n] * electrons;
@@ -217,6 +215,3 @@ PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const 
     PDI_TRY(pdi_electrodes_circuits(ctx, m, wire));
     return pdi_electrodes_cell(ctx, m, bonds, across, dissolve, cell);
 }
-
-#undef PDI_ELECTRODES_GAS
-#undef PDI_ELECTRODES_FARADAY

@@ -69,7 +69,6 @@ typedef struct pd_model {
 } pd_model;
 
 #ifdef PDI_INTERNAL
-#define PDI_MODEL_GAS 8.314462618      /* [J/mol/K] */
 #define PDI_MODEL_ATMOSPHERE 101325.0 /* [Pa] */
 /* 1: the node has turned fluid, and nothing that dissolves in it has made a step since: what it holds is no value of
  * the field. */

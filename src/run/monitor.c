@@ -1,6 +1,7 @@
 /* monitor: see monitor.h */
 #include "run/monitor.h"
 #include "flow/force.h"
+#include "core/vec.h"
 #include "couple/measure.h"
 #include "solid/crack.h"
 #include "io/plot.h"
@@ -10,7 +11,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_MONITOR_FARADAY 96485.33212 /* [C/mol] */
 /* Two numbers that differ by this share of them are the same one. */
 #define PDI_MONITOR_SAME 1e-9
 
@@ -376,7 +376,7 @@ static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "charge", pdi_monitor_unit_charge[pdi_monitor_extent(model->setup)], e.charge);
     double charge = pdi_monitor_dissolves(model, m->desc->index);
     if (!(charge > 0.0)) return;
-    charge *= PDI_MONITOR_FARADAY;
+    charge *= PDI_FARADAY;
     int known = e.passed > PDI_MONITOR_SAME * charge * model->cell.stock[m->desc->index]; /* less is rounding */
     pdi_monitor_put(m, "faraday", "-", known ? charge * e.lost / e.passed : (double)NAN);
 }
@@ -740,5 +740,4 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     memset(all, 0, sizeof *all);
 }
 
-#undef PDI_MONITOR_FARADAY
 #undef PDI_MONITOR_SAME

@@ -1,11 +1,11 @@
 /* polarise: see polarise.h */
 #include "run/polarise.h"
+#include "core/vec.h"
 #include "react/layer.h"
 #include "react/levels.h"
 #include <math.h>
 #include <string.h>
 
-#define PDI_POLARISE_FARADAY 96485.33212 /* [C/mol] */
 /* Bit of what curves read: pH. */
 #define PDI_POLARISE_PH ((uint32_t)1 << 31)
 /* [cells] Metal is looked for this far from a fluid node. */
@@ -213,8 +213,8 @@ static double pdi_polarise_place(const pd_etch *s, int32_t k, double *size, doub
     double charge = 0.0, volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, s->node[k]);
     for (int n = 0; n < r->components.solutes; n++)
         charge += r->components.charge[n] * s->part[s->electrode[k] * r->components.solutes + n];
-    double law = PDI_POLARISE_FARADAY * volume * pdi_etch_of(s, k)->charge * s->gave[k];
-    double curve = PDI_POLARISE_FARADAY * volume * charge * s->area[k] * s->flow[k];
+    double law = PDI_FARADAY * volume * pdi_etch_of(s, k)->charge * s->gave[k];
+    double curve = PDI_FARADAY * volume * charge * s->area[k] * s->flow[k];
     *size = fabs(law) + fabs(curve);
     *anodic = pdi_max(law, 0.0) + pdi_max(curve, 0.0);
     return law + curve;
@@ -287,8 +287,8 @@ PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_
     }
     now->met = p->cell->met[electrode];
     pdi_polarise_met(p, electrode, &now->met);
-    now->charge = PDI_POLARISE_FARADAY * s->charge[2 * electrode];
-    now->passed = PDI_POLARISE_FARADAY * s->charge[2 * electrode + 1];
+    now->charge = PDI_FARADAY * s->charge[2 * electrode];
+    now->passed = PDI_FARADAY * s->charge[2 * electrode + 1];
 }
 
 PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node)
@@ -305,11 +305,11 @@ PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node)
 PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off)
 {
     const pd_etch *s = p->etch;
-    double anodic = 0.0, extra = PDI_POLARISE_FARADAY * s->extra;
+    double anodic = 0.0, extra = PDI_FARADAY * s->extra;
     *off = 0.0;
     for (int n = 0; n < s->desc.electrodes.circuits; n++) {
         double sum = 0.0, wanted = s->desc.electrodes.circuit[n].value + extra;
-        double size = PDI_POLARISE_FARADAY * fabs(s->conduct[n]) * PDI_POTENTIAL_SMALL; /* less is none */
+        double size = PDI_FARADAY * fabs(s->conduct[n]) * PDI_POTENTIAL_SMALL; /* less is none */
         for (int32_t k = 0; k < s->count; k++) {
             if (pdi_etch_circuit(s, k) != n) continue;
             double each, leaves;
@@ -340,7 +340,6 @@ PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p)
     return PD_ERR_STATE;
 }
 
-#undef PDI_POLARISE_FARADAY
 #undef PDI_POLARISE_PH
 #undef PDI_POLARISE_AROUND
 #undef PDI_POLARISE_TRIALS

@@ -1,6 +1,7 @@
 /* run: see run.h */
 #include "run/run.h"
 #include "core/par.h"
+#include "core/vec.h"
 #include "io/store.h"
 #include "io/folder.h"
 #include "io/progress.h"
@@ -401,7 +402,7 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->front = r->observables.front;
     result->sheds = r->setup->sheds && r->setup->gas[0];
     result->gas = pdi_run_gas(r);
-    result->gas_volume = result->gas * PDI_MODEL_GAS * r->setup->electrolyte.temperature / PDI_MODEL_ATMOSPHERE;
+    result->gas_volume = result->gas * PDI_GAS * r->setup->electrolyte.temperature / PDI_MODEL_ATMOSPHERE;
     result->has_potential = r->setup->has_potential;
     result->current_balance = m->cell.result.imbalance;
     result->current = m->cell.result.anodic;

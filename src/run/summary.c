@@ -1,5 +1,6 @@
 /* summary: see summary.h */
 #include "run/summary.h"
+#include "core/vec.h"
 #include "run/footprint.h"
 #include <math.h>
 #include <stdarg.h>
@@ -166,7 +167,7 @@ static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
     snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
              u->metals > 1 ? metal->material.name : "", u->metals > 1 ? ": " : "", speed,
              metal->rate.uses > 1 ? ", t = 0 and the origin" : "", v * 1e3 * 31557600.0,
-             v * metal->solid_c * z * 96485.33212, z, metal->solid_c);
+             v * metal->solid_c * z * PDI_FARADAY, z, metal->solid_c);
 }
 
 static void pdi_summary_dissolve(const pdi_summary *s)

@@ -1,11 +1,10 @@
 /* surfaces: see surfaces.h */
 #include "run/surfaces.h"
+#include "core/vec.h"
 #include "react/layer.h"
 #include "react/levels.h"
 #include <math.h>
 #include <string.h>
-
-#define PDI_SURFACES_FARADAY 96485.33212 /* [C/mol] */
 
 /* The contacts that states go with. */
 static const pd_contacts *pdi_surfaces_contacts(const pd_surfaces *s)
@@ -99,7 +98,7 @@ static void pdi_surfaces_film(void *user, int32_t node, double *flows)
     const pd_potential *p = &s->cell->potential;
     for (int32_t n = s->cell->first[node]; n >= 0 && n < p->contacts.count && p->contacts.list[n].node == node; n++) {
         const pd_contact *c = &p->contacts.list[n];
-        double electrons = p->current[n] / PDI_SURFACES_FARADAY * c->way / r->diffusion.desc.diffusivity;
+        double electrons = p->current[n] / PDI_FARADAY * c->way / r->diffusion.desc.diffusivity;
         if (!pdi_surfaces_bits(s, c->electrode)) continue;
         for (int k = 0; k < count; k++) flows[k] += s->gain[c->electrode][k] * electrons;
     }
@@ -124,7 +123,7 @@ static int pdi_surfaces_ions(void *user, int32_t node, double *c, double *around
         whole += area;
         for (int n = 0; n < count; n++) sum[n] += area * at[n];
         if (e < 0) continue;
-        around[0] += PDI_SURFACES_FARADAY * pdi_levels_place(etch, p, speed, etch->flow[p]) / volume;
+        around[0] += PDI_FARADAY * pdi_levels_place(etch, p, speed, etch->flow[p]) / volume;
         around[1] += area * (etch->level[etch->desc.electrodes.member[e]] - psi * r->migration.volt);
     }
     pdi_reactive_get(r, r->c, node, c);
@@ -265,5 +264,3 @@ PDI_FN pd_status pdi_surfaces_share(pd_ctx *ctx, const pd_surfaces *s, pd_contac
         PDI_TRY(pdi_surfaces_factor(ctx, s, contact[n].electrode, contact[n].node, t, &contact[n].share));
     return PD_OK;
 }
-
-#undef PDI_SURFACES_FARADAY

@@ -1,6 +1,7 @@
 /* expr: see expr.h. Recursive descent that emits the code directly; an operation whose operands are all constants is
  * folded at once, so that a constant expression is one instruction. */
 #include "scene/expr.h"
+#include "core/vec.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -20,7 +21,7 @@ static const pdi_expr_function pdi_expr_functions[] = {
 };
 
 static const pd_expr_symbol pdi_expr_builtin[] = {
-    {"pi", "", 3.14159265358979323846}, {"R", "J/mol/K", 8.31446261815324}, {"F", "C/mol", 96485.3321233100}};
+    {"pi", "", PDI_PI}, {"R", "J/mol/K", PDI_GAS}, {"F", "C/mol", PDI_FARADAY}};
 
 #define PDI_EXPR_BUILTINS 3 /* pi, R, F */
 

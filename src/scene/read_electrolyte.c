@@ -1,5 +1,6 @@
 /* read_electrolyte: see read_electrolyte.h */
 #include "scene/read_electrolyte.h"
+#include "core/vec.h"
 #include "scene/include.h"
 #include "scene/override.h"
 #include "scene/syntax.h"
@@ -9,7 +10,6 @@
 
 #define PDI_READ_ELECTROLYTE_WATER 55.34e3 /* [mol/m3] of water at 25 C: 997.05 kg/m3 over 18.015 g/mol */
 #define PDI_READ_ELECTROLYTE_LITRES 1e3    /* in a m3 */
-#define PDI_READ_ELECTROLYTE_GAS 8.314462618 /* [J/mol/K] */
 #define PDI_READ_ELECTROLYTE_TABLES 298.15   /* [K] of constants in tables */
 #define PDI_READ_ELECTROLYTE_COLD 273.0      /* [K] water is fluid between these */
 #define PDI_READ_ELECTROLYTE_HOT 373.2
@@ -57,7 +57,7 @@ static pd_status pdi_read_electrolyte_temperature(pdi_read_electrolyte *s, pdi_r
 /* Factor from 25 C to the temperature with an energy of activation [J/mol], by Arrhenius. */
 static double pdi_read_electrolyte_arrhenius(const pdi_read_electrolyte *s, double energy)
 {
-    return exp(energy / PDI_READ_ELECTROLYTE_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / s->e->temperature));
+    return exp(energy / PDI_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / s->e->temperature));
 }
 
 /* log10 of the viscosity of water over that at 20 C: Kestin, Sokolov and Wakeham 1978. t: [C]. */
@@ -218,7 +218,7 @@ static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section,
     if (isnan(desc->k))
         return pdi_text_refuse(s->ctx, s->text, section, "enthalpy", "found without a constant, expected K or log10_K");
     PDI_TRY(pdi_text_number(s->ctx, s->text, section, "enthalpy", "J/mol", NULL, enthalpy));
-    double more = *enthalpy / PDI_READ_ELECTROLYTE_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / e->temperature);
+    double more = *enthalpy / PDI_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / e->temperature);
     if (strcmp(desc->k_unit, "log10") == 0) desc->k += more / log(10.0);
     else desc->k *= exp(more);
     return PD_OK;
