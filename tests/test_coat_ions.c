@@ -5,7 +5,7 @@
 #include "continued_model.h"
 #include "../cases/film.h"
 
-#define FARADAY 96485.33212
+#define FARADAY 96485.33212331001
 #if PD_DIM == 1
 #define BOX(h, x) "[grid] h = " h "  box = 0 .. " x "  threads = 1\n"
 #define SPAN

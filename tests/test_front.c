@@ -113,7 +113,7 @@ TEST(trial_of_the_crevice_paper)
     double speed = k * h[0] * sum / ratio;
     CHECK_REL(k / (ratio * s.front.micro), speed, 1e-12);
     CHECK_REL(speed, 0.808822 * 2.0 * k * 4e-6 / ratio, 1e-5);
-    double current = 2.0 * 96485.33212 * 140e3 * speed; /* [A/m2] for two electrons */
+    double current = 2.0 * 96485.33212331001 * 140e3 * speed; /* [A/m2] for two electrons */
     NOTE("%.0f A/m2 for z = 2; the paper prints 22200", current);
     CHECK(current > 2.1e3 && current < 2.6e3);
     release(&s);

@@ -201,7 +201,7 @@ TEST(keys_of_each_metal)
     CHECK_REL(u.metal[0].solid_c, 8960.0 / 0.063546, 1e-12);
     CHECK_REL(u.metal[1].solid_c, 100e3, 1e-15);
     CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &c),
-              1e4 / (2.0 * 96485.33212 * u.metal[0].solid_c), 1e-12);
+              1e4 / (2.0 * 96485.33212331001 * u.metal[0].solid_c), 1e-12);
     CHECK_REL(u.metal[1].rate_scale * pdi_expr_eval(&u.metal[1].rate, &c), 1e-6 * 2.0 * 2.5, 1e-12);
     CHECK_REL(u.metal[1].material.charge, 2.5, 1e-15);
     if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m))) { /* a metal that is named later lies on top */

@@ -113,6 +113,7 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, dissolve, last_dt, "s");
     PDI_VALUE(owner, dissolve, lean, "mol");
     PDI_VALUE(owner, dissolve, last_speed, "mol/s");
+    PDI_VALUE(owner, dissolve, drift, "mol/s");
     PDI_VALUE(owner, dissolve, turned, "1");
     PDI_VALUE(owner, dissolve, out, "mol");
     PDI_VALUE(owner, dissolve, in, "mol");
@@ -547,6 +548,8 @@ PDI_FN double pdi_dissolve_damage(const pd_dissolve *d, int32_t i)
 
 /* A node may lose this many times the share that steps are chosen for, where the law speeds up. */
 #define PDI_DISSOLVE_EXCESS 2.0
+/* Share of the longest step by which its first time lies behind its start. */
+#define PDI_DISSOLVE_BEHIND 1e-9
 /* A step that is below this share of the wanted one has failed. */
 #define PDI_DISSOLVE_SHORTEST 1e-9
 
@@ -587,6 +590,11 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
     d->moments = 0;
     d->longest = 0.0;
     PDI_TRY(pdi_dissolve_prepare(ctx, d));
+    pdi_error_judge(d);
+    if (d->desc.driven) { /* behind a jump of what is given, at which the last step has ended */
+        d->time += PDI_DISSOLVE_BEHIND * s->dt;
+        PDI_TRY(pdi_dissolve_prepare(ctx, d));
+    }
     double fastest = pdi_dissolve_fastest(ctx, d);
     if (fastest > 0.0) s->dt = pdi_min(s->dt, s->fraction / fastest);
     pdi_error_begin(d, s->dt);
@@ -615,6 +623,7 @@ static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (!d->uniform || d->longest > 0.0) { /* what changes in time is taken at the middle of the step */
         d->time = s->time + 0.5 * s->dt;
         PDI_TRY(pdi_dissolve_prepare(ctx, d));
+        pdi_error_middle(d);
     }
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, end));
     PDI_TRY(pdi_transport_at(ctx, d->transport, end));

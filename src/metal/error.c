@@ -165,20 +165,41 @@ static double pdi_error_speed(const pd_dissolve *d, int start)
     return pdi_sum_total(&sum) * d->paths.stencil->volume;
 }
 
+/* Metal [mol] that is faint against a cell. */
+static double pdi_error_none(const pd_dissolve *d)
+{
+    return PDI_ERROR_FAINT * d->rtol * d->kind[0].supply * d->paths.stencil->volume;
+}
+
+PDI_FN void pdi_error_judge(pd_dissolve *d)
+{
+    pdi_error_step last;
+    d->faint = 1;
+    d->foreseen = 0.0;
+    if (!d->desc.follows || !(d->rtol > 0.0) || !(d->last_dt > 0.0)) return;
+    last.gone = d->last_dt * d->last_speed;
+    last.lean = d->turned ? 0.0 : 0.5 * d->last_dt * (pdi_error_speed(d, 1) - d->last_speed - d->drift);
+    last.off = fabs(last.lean);
+    last.aside = 0.0;
+    d->lean += last.lean;
+    d->faint = last.off <= pdi_error_none(d);
+    d->foreseen = d->last_dt * (d->faint ? PDI_ERROR_LONGER : pdi_min(pdi_error_longer(d, &last), PDI_ERROR_GROWTH));
+}
+
 PDI_FN void pdi_error_begin(pd_dissolve *d, double longest)
 {
     if (!d->desc.follows || !(d->rtol > 0.0)) return;
-    double next = d->rtol * longest;
-    if (d->last_dt > 0.0) {
-        pdi_error_step last;
-        last.gone = d->last_dt * d->last_speed;
-        last.lean = d->turned ? 0.0 : 0.5 * d->last_dt * (pdi_error_speed(d, 1) - d->last_speed);
-        last.off = fabs(last.lean);
-        last.aside = 0.0;
-        d->lean += last.lean;
-        next = d->last_dt * pdi_min(pdi_error_longer(d, &last), PDI_ERROR_GROWTH);
-    }
-    d->next_dt = pdi_min(d->next_dt, next);
+    d->first_speed = pdi_error_speed(d, 1);
+    d->drift = 0.0;
+    double none = d->rtol * longest; /* a step that loses next to nothing, whatever the last one did */
+    if (!d->faint && d->first_speed > 0.0) none = pdi_min(none, pdi_error_none(d) / d->first_speed);
+    d->foreseen = pdi_max(d->foreseen, none);
+    d->next_dt = pdi_min(d->next_dt, d->foreseen);
+}
+
+PDI_FN void pdi_error_middle(pd_dissolve *d)
+{
+    if (d->desc.follows) d->drift = pdi_error_speed(d, 1) - d->first_speed;
 }
 
 PDI_FN void pdi_error_end(pd_dissolve *d, double dt)

@@ -8,8 +8,13 @@
 #include "metal/interface.h"
 
 #ifdef PDI_INTERNAL
-/* A step begins: what else moves has changed the law since the last one ended. `longest` [s]: what else allows. */
+/* The last step is over: what else moves has changed the law since. What the law changed from the start of that step
+ * to its middle, where it was taken, it may change again until its end. */
+PDI_FN void pdi_error_judge(pd_dissolve *dissolve);
+/* A step begins. `longest` [s]: what else allows. */
 PDI_FN void pdi_error_begin(pd_dissolve *dissolve, double longest);
+/* The law is that of the middle of the step. */
+PDI_FN void pdi_error_middle(pd_dissolve *dissolve);
 /* Nodes that are held at a jump begin with the speed that the fluid takes there. Transport has begun a step of dt [s].
  */
 PDI_FN pd_status pdi_error_held(pd_ctx *ctx, pd_dissolve *dissolve, double dt);

@@ -60,6 +60,7 @@ typedef struct pd_dissolve_desc {
     void *found_user;
     int follows;          /* 1: laws hold for a step, and follow what moves behind the metal: steps are as long as that
                            * is right */
+    int driven;           /* 1: what they follow is found anew at the middle of a step, by `found` */
     pd_metal_model model;
     /* ---- bonds: */
     double saturation;    /* [mol/m3] Csat, 0 < Csat < Cs: fluid at or above it takes no metal, metal turns there */
@@ -113,6 +114,10 @@ typedef struct pd_dissolve {
     double next_dt;           /* [s] longest step that the error in time of the last one proposes; HUGE_VAL: any */
     double lean, step_lean;   /* [mol] what steps have taken too little by their estimates; the step at hand */
     double last_speed;        /* [mol/s] with `follows`: at the end of the last step, by the law that it went by */
+    double first_speed;       /* [mol/s] at its start */
+    double foreseen;          /* [s] how long the next step may be by the last one */
+    int faint;                /* 1: whose error was none beside a cell, or there was no step */
+    double drift;             /* [mol/s] what laws of its middle give more there */
     int rounds;               /* linear systems in the last step */
     int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`, and with bonds of an exposed
                                * node in `reach`; -1: it has none */

@@ -22,6 +22,7 @@ typedef struct pd_cell_desc {
     void *user;
     uint32_t reads; /* bit k: the law of metal k of dissolve reads E - phi */
     const char *const *name; /* [electrodes] borrowed; NULL: numbers stand for them in messages */
+    int timed;  /* 1: given values, or shares, depend on time: a step goes by those of its middle */
     int apart;  /* 1: potential and currents are found elsewhere: contacts and circuits alone are those of now */
 } pd_cell_desc;
 

@@ -28,6 +28,16 @@ PDI_FN double pdi_electrodes_given(void *user, int circuit, double t)
     return pdi_setup_eval(&m->setup->potential.electrode[m->given[circuit]].given, x, t);
 }
 
+PDI_FN int pdi_electrodes_timed(const pd_setup *setup)
+{
+    int timed = 0;
+    for (int k = 0; k < setup->potential.electrodes; k++) {
+        const pd_setup_electrode *e = &setup->potential.electrode[k];
+        timed |= ((e->holds || e->gives) && pdi_setup_timed(&e->given)) || (e->shares && pdi_setup_timed(&e->share));
+    }
+    return timed;
+}
+
 /* kappa = F^2/(R T) sum z^2 D c (theory: eq. 6b.7) */
 static void pdi_electrodes_conduct(void *user, double *field)
 {
@@ -179,6 +189,7 @@ static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_
     desc.electrode = curve;
     desc.circuit = m->circuit;
     desc.which = pdi_electrodes_which;
+    desc.timed = pdi_electrodes_timed(m->setup);
     desc.given = pdi_electrodes_given;
     desc.user = m;
     desc.potential.conductivity = p->conductivity;

@@ -449,11 +449,13 @@ static int pdi_model_faraday(const pd_setup *u, const pd_dissolve_desc *desc)
     return sees && u->has_potential && !u->migrates && !desc->factor && desc->drive == PD_DRIVE_CONSTANT;
 }
 
+/* Currents for the laws of metal at time t. */
 static pd_status pdi_model_match(pd_ctx *ctx, void *user, double t)
 {
     pd_model *m = (pd_model *)user;
-    (void)ctx, (void)t;
-    if (m->cell.grid) pdi_cell_match(&m->cell);
+    if (!m->cell.grid) return PD_OK;
+    if (m->cell.desc.timed) PDI_TRY(pdi_cell_bring(ctx, &m->cell, t));
+    if (pdi_model_faraday(m->setup, &m->dissolve.desc)) pdi_cell_match(&m->cell);
     return PD_OK;
 }
 
@@ -501,7 +503,8 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.bounds = metal[0].bounds;
     for (int k = 0; k < u->metals; k++)
         desc.follows |= u->has_potential && !u->migrates && pdi_setup_electric(&u->metal[k]);
-    if (pdi_model_faraday(u, &desc)) {
+    desc.driven = desc.follows && pdi_electrodes_timed(u);
+    if (desc.follows) {
         desc.found = pdi_model_match;
         desc.found_user = m;
     }

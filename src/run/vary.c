@@ -1,5 +1,7 @@
 /* vary: see vary.h */
 #include "run/vary.h"
+#include "core/vec.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -7,6 +9,20 @@
 #define PDI_VARY_PLACES 3
 /* A value that leaves the range of both ends by less than this share of its size is seen. */
 #define PDI_VARY_SEEN 0.05
+/* A value below this share of the largest to come is none. */
+#define PDI_VARY_NONE 1e-6
+/* A quarter of a part that changes by more than this share of what the part does holds a jump, or what is as steep. */
+#define PDI_VARY_STEEP 0.75
+/* Share of a step within which a jump lies at its start. */
+#define PDI_VARY_BEGINS 1e-9
+/* What the middle of a step may miss of the mean of a value, over rtol. */
+#define PDI_VARY_MEAN 5.0
+/* A value below this share of the largest to come is faint in its mean over a step; a potential below this [V], too,
+ * by which currents grow e-fold. */
+#define PDI_VARY_FAINT 0.25
+#define PDI_VARY_VOLT 0.025
+/* The tolerance where none is given. */
+#define PDI_VARY_RTOL 1e-3
 /* Parts of a step that are looked at, at most, and halvings of it. */
 #define PDI_VARY_PARTS 2000
 #define PDI_VARY_HALVINGS 40
@@ -76,13 +92,23 @@ static void pdi_vary_all(const pd_setup *u, pd_vary *vary)
     for (int k = 0; k < u->wall_count; k++) pdi_vary_take(u, &u->walls[k].held, -1, vary);
     for (int d = 0; d < PD_DIM; d++) pdi_vary_take(u, &u->body[d], -1, vary);
     for (int k = 0; k < u->metals; k++) pdi_vary_take(u, &u->metal[k].potential, -1, vary);
-    for (int k = 0; k < u->potential.electrodes; k++) pdi_vary_take(u, &u->potential.electrode[k].given, -1, vary);
+    for (int k = 0; k < u->potential.electrodes; k++) {
+        const pd_setup_electrode *e = &u->potential.electrode[k];
+        int32_t first = vary->count;
+        pdi_vary_take(u, &e->given, -1, vary);
+        for (int32_t n = first; n < vary->count && vary->value; n++) {
+            vary->value[n].middle = u->has_dissolve;
+            vary->value[n].faint = e->holds ? PDI_VARY_VOLT : 0.0;
+        }
+    }
     pdi_vary_body(u, vary);
 }
 
 PDI_FN pd_status pdi_vary_build(pd_ctx *ctx, const pd_setup *setup, pd_vary *vary)
 {
     memset(vary, 0, sizeof *vary);
+    vary->last = setup->until;
+    vary->rtol = setup->rtol > 0.0 ? setup->rtol : PDI_VARY_RTOL;
     pdi_vary_all(setup, vary);
     vary->capacity = vary->count;
     if (!vary->count) return PD_OK;
@@ -106,30 +132,88 @@ static pdi_range pdi_vary_range(const pd_vary_value *value, double a, double b)
     return pdi_range_of(value->expr, vars, PD_DIM, a, b);
 }
 
-/* The end of the first part of a step in which the value leaves what its ends show; `end`: it does not. */
-static double pdi_vary_first(const pd_vary_value *value, double t, double end)
+/* What both ends of a step show. */
+typedef struct pdi_vary_ends {
+    double low, high, room; /* values beyond both by `room` are still seen */
+} pdi_vary_ends;
+
+static pdi_vary_ends pdi_vary_shown(const pd_vary_value *value, double t, double end, double most)
+{
+    pdi_range first = pdi_vary_range(value, t, t), last = pdi_vary_range(value, end, end);
+    pdi_vary_ends e;
+    e.low = first.low < last.low ? first.low : last.low;
+    e.high = first.high > last.high ? first.high : last.high;
+    e.room = PDI_VARY_SEEN * pdi_max(pdi_max(fabs(e.low), fabs(e.high)), most);
+    e.room = pdi_max(e.room, DBL_MIN); /* below, values have lost their digits, and jump */
+    return e;
+}
+
+/* A jump that lies before lies at the start of the step. */
+static double pdi_vary_begins(double t, double end)
+{
+    return t + PDI_VARY_BEGINS * (end - t) + 8.0 * DBL_EPSILON * fabs(t);
+}
+
+/* 1: no quarter of a part changes by nearly as much as the part: the value does not jump there. */
+static int pdi_vary_smooth(const pd_vary_value *value, double from, double to, double width)
+{
+    double quarter = 0.25 * (to - from);
+    for (int k = 0; k < 4; k++) {
+        pdi_range range = pdi_vary_range(value, from + k * quarter, from + (k + 1) * quarter);
+        if (range.high - range.low > PDI_VARY_STEEP * width) return 0;
+    }
+    return 1;
+}
+
+/* Where the value leaves what the ends of a step show, or jumps, just before it does; `end`: it does not. A jump at the
+ * start of the step is behind it. `most`: the largest value to come. */
+static double pdi_vary_first(const pd_vary_value *value, double most, double t, double end)
 {
     double stack[PDI_VARY_HALVINGS + 2], from = t, shortest = ldexp(end - t, -PDI_VARY_HALVINGS);
-    pdi_range first = pdi_vary_range(value, t, t), last = pdi_vary_range(value, end, end);
-    double low = first.low < last.low ? first.low : last.low, high = first.high > last.high ? first.high : last.high;
-    double room = PDI_VARY_SEEN * (fabs(low) > fabs(high) ? fabs(low) : fabs(high));
+    pdi_vary_ends ends = pdi_vary_shown(value, t, end, PDI_VARY_NONE * most);
+    double begins = pdi_vary_begins(t, end);
     int top = 0;
-    if (!(low > -HUGE_VAL) || !(high < HUGE_VAL)) return end; /* who asks for that value will say so */
+    if (!(ends.low > -HUGE_VAL) || !(ends.high < HUGE_VAL)) return end; /* who asks for that value will say so */
     stack[top++] = end;
     for (int part = 0; part < PDI_VARY_PARTS && top > 0; part++) {
         double to = stack[top - 1], middle = 0.5 * (from + to);
         pdi_range range = pdi_vary_range(value, from, to);
-        double size = fabs(range.low) > fabs(range.high) ? fabs(range.low) : fabs(range.high);
-        double more = size < HUGE_VAL && PDI_VARY_SEEN * size > room ? PDI_VARY_SEEN * size : room;
-        if (range.low >= low - more && range.high <= high + more) {
+        double size = pdi_max(fabs(range.low), fabs(range.high));
+        double more = size < HUGE_VAL ? pdi_max(PDI_VARY_SEEN * size, ends.room) : ends.room;
+        int seen = range.low >= ends.low - more && range.high <= ends.high + more;
+        int last = top > PDI_VARY_HALVINGS || to - from <= shortest || !(middle > from) || !(middle < to);
+        if (seen && (range.high - range.low <= more || pdi_vary_smooth(value, from, to, range.high - range.low))) {
             from = to;
             top--;
-            continue;
+        } else if (!last) {
+            stack[top++] = middle;
+        } else if (from > begins) {
+            return from;
+        } else {
+            ends = pdi_vary_shown(value, to, end, PDI_VARY_NONE * most);
+            from = to;
+            top--;
         }
-        if (top > PDI_VARY_HALVINGS || to - from <= shortest || !(middle > from) || !(middle < to)) return to;
-        stack[top++] = middle;
     }
     return top > 0 && from > t ? from : top > 0 ? 0.5 * (t + end) : end;
+}
+
+static double pdi_vary_at(const pd_vary_value *value, double t) { return pdi_vary_range(value, t, t).low; }
+
+/* Where a step ends by whose middle a value is taken: Simpson's rule says the same mean. */
+static double pdi_vary_mean(const pd_vary *vary, const pd_vary_value *value, double most, double t, double end)
+{
+    double begins = pdi_vary_begins(t, end);
+    for (int k = 0; value->middle && k < PDI_VARY_HALVINGS && begins < end; k++) {
+        double middle = pdi_vary_at(value, 0.5 * (t + end));
+        double last = pdi_vary_at(value, end * (1.0 - DBL_EPSILON));
+        double simpson = (pdi_vary_at(value, begins) + 4.0 * middle + last) / 6.0;
+        double room = PDI_VARY_MEAN * vary->rtol * pdi_max(fabs(simpson), pdi_max(PDI_VARY_FAINT * most, value->faint));
+        if (!(fabs(simpson - middle) > room)) return end;
+        end = 0.5 * (t + end);
+        begins = pdi_vary_begins(t, end);
+    }
+    return end;
 }
 
 PDI_FN double pdi_vary_until(void *user, double t, double end)
@@ -137,7 +221,13 @@ PDI_FN double pdi_vary_until(void *user, double t, double end)
     const pd_vary *vary = (const pd_vary *)user;
     for (int trial = 0; trial < PDI_VARY_TRIALS; trial++) {
         double earlier = end;
-        for (int32_t k = 0; k < vary->count; k++) earlier = pdi_vary_first(&vary->value[k], t, earlier);
+        for (int32_t k = 0; k < vary->count; k++) {
+            pdi_range all = pdi_vary_range(&vary->value[k], t, pdi_max(end, vary->last));
+            double most = pdi_max(fabs(all.low), fabs(all.high));
+            if (!(most < HUGE_VAL)) most = 0.0;
+            earlier = pdi_vary_first(&vary->value[k], most, t, earlier);
+            earlier = pdi_vary_mean(vary, &vary->value[k], most, t, earlier);
+        }
         if (!(earlier < end) || !(earlier > t)) return end;
         end = earlier;
     }
@@ -146,6 +236,13 @@ PDI_FN double pdi_vary_until(void *user, double t, double end)
 
 #undef PDI_VARY_PLACES
 #undef PDI_VARY_SEEN
+#undef PDI_VARY_STEEP
+#undef PDI_VARY_BEGINS
+#undef PDI_VARY_MEAN
+#undef PDI_VARY_NONE
+#undef PDI_VARY_FAINT
+#undef PDI_VARY_VOLT
+#undef PDI_VARY_RTOL
 #undef PDI_VARY_PARTS
 #undef PDI_VARY_HALVINGS
 #undef PDI_VARY_TRIALS

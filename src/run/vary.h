@@ -1,7 +1,7 @@
 /* vary: values of a scene that depend on time, and how far a step may go without passing over what they do.
  *
- * A step sees such a value at its beginning and its end. Bounds by interval arithmetic say whether the value leaves the
- * range between both on the way. Where it does, the step ends there.
+ * A step sees such a value at its beginning, its middle and its end. Bounds by interval arithmetic say whether the
+ * value leaves the range between both ends on the way, or jumps. Where it does, the step ends there.
  */
 #ifndef PD_VARY_H
 #define PD_VARY_H
@@ -13,12 +13,16 @@
 typedef struct pd_vary_value {
     const pd_expr *expr;
     double x[PD_DIM]; /* [m] */
+    int middle;       /* 1: steps go by the value of their middle */
+    double faint;     /* [V], [A]: what is smaller counts as that in their tolerance */
 } pd_vary_value;
 
 /* All of them; zero: nothing depends on time. */
 typedef struct pd_vary {
     pd_vary_value *value; /* [capacity] */
     int32_t count, capacity;
+    double last; /* [s] end of the run */
+    double rtol; /* [-] */
 } pd_vary;
 
 #ifdef PDI_INTERNAL
