@@ -476,16 +476,25 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
 }
 
 /* [byte] of what a balance of a body takes while it is found. */
-static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, double m)
+static double pdi_footprint_balance(const pd_setup *u, pdi_footprint_plan *plan, pd_structure *s)
 {
     pd_solid solid = pdi_structure_table(s);
+    pd_extrapolation follows;
+    pd_equilibrium_desc desc;
     pdi_equilibrium q;
-    pd_krylov_desc kd;
+    double m = u->metal_body.m;
     memset(&q, 0, sizeof q);
-    memset(&kd, 0, sizeof kd);
+    memset(&desc, 0, sizeof desc);
+    follows.count = 0;
+    for (int k = 0; k < u->metal_body.grips; k++)
+        for (int d = 0; d < PD_DIM && u->metal_body.grip[k].side >= 0; d++)
+            follows.count += u->metal_body.grip[k].moves[d];
+    desc.extrapolation = &follows;
     q.solid = &solid;
-    q.n = kd.n = s->rest.n;
-    kd.method = PD_KRYLOV_CG;
+    q.desc = &desc;
+    q.n = s->rest.n;
+    pd_krylov_desc kd = pdi_equilibrium_krylov(follows.count > 0);
+    kd.n = q.n;
     return pdi_footprint_krylov(plan, &kd) + pdi_footprint_list(plan, pdi_equilibrium_list, &q) +
            (solid.moduli ? plan->times * pdi_scaffold_bytes(s->count, m + 0.5) : 0.0);
 }
@@ -582,7 +591,7 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     *bytes += pdi_footprint_material(plan, &s);
     *bytes += pdi_structure_moves(&s) ? pdi_footprint_list(plan, pdi_verlet_list, &s.motion)
                                       : pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);
-    if (!pdi_structure_moves(&s)) b->balance = pdi_footprint_balance(plan, &s, u->metal_body.m);
+    if (!pdi_structure_moves(&s)) b->balance = pdi_footprint_balance(u, plan, &s);
 }
 
 /* Pixels of a field of `cells`, `wanted` of them; largest: beyond, cells are merged. */

@@ -46,7 +46,7 @@ static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
 }
 
 /* 1: the two rows behind those that side `side` holds along axis d are free on the line of point i. */
-static int pdi_grip_free(const pd_grips *g, int k, int32_t i, int d)
+static int pdi_grip_follows(const pd_grips *g, int k, int32_t i, int d)
 {
     const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side;
@@ -54,22 +54,33 @@ static int pdi_grip_free(const pd_grips *g, int k, int32_t i, int d)
     return first >= 0 && next >= 0 && !s->held[(int64_t)first * PD_DIM + d] && !s->held[(int64_t)next * PD_DIM + d];
 }
 
-/* A side moves its face by the strain of free rows: there have to be some, and what it holds depends on them. */
+/* A side moves its face by the strain of free rows: there have to be some. */
 static pd_status pdi_grip_leads(pd_ctx *ctx, const pd_grips *g, int k)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
-    pd_structure *s = g->structure;
+    const pd_structure *s = g->structure;
     for (int d = 0; d < PD_DIM && grip->side >= 0 && !pdi_structure_moves(s); d++) {
         int found = !grip->moves[d];
-        if (grip->moves[d]) s->rest.desc.depends = 1;
         for (int32_t i = 0; i < s->count && !found; i++)
-            found = pdi_grip_row(g, i, grip->side) == 0 && pdi_grip_free(g, k, i, d);
+            found = pdi_grip_row(g, i, grip->side) == 0 && pdi_grip_follows(g, k, i, d);
         if (!found)
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "the side %s holds %d rows of nodes, two horizons, and no "
                             "line of metal has two more that are free behind them: choose a smaller h, or a grip",
                             pdi_setup_side_name(grip->side), g->rows[k]);
     }
     return PD_OK;
+}
+
+PDI_FN void pdi_grip_list(pdi_owner *owner, void *object)
+{
+    pd_grips *grips = (pd_grips *)object;
+    PDI_ARRAY(owner, grips, extrapolation.row, grips->led, "");
+}
+
+PDI_FN void pdi_grip_free(pd_ctx *ctx, pd_grips *g)
+{
+    pdi_owner_free(ctx, pdi_grip_list, g);
+    memset(g, 0, sizeof *g);
 }
 
 PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
@@ -88,6 +99,8 @@ PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure 
             held += grip->side < 0 || pdi_grip_row(g, i, grip->side) == 0;
             for (int d = 0; d < PD_DIM; d++)
                 if (grip->moves[d]) structure->held[(int64_t)i * PD_DIM + d] = 1;
+            for (int d = 0; d < PD_DIM && grip->side >= 0 && !pdi_structure_moves(structure); d++)
+                g->led += grip->moves[d];
         }
         g->area[k] = face * held;
         if (held) continue;
@@ -97,7 +110,8 @@ PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure 
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
     }
     for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_leads(ctx, g, k));
-    return PD_OK;
+    structure->rest.desc.extrapolation = &g->extrapolation;
+    return pdi_owner_build(ctx, pdi_grip_list, g);
 }
 
 static pd_status pdi_grip_finite(pd_ctx *ctx, const pd_setup_grip *grip, double value, const double *x, double t)
@@ -111,33 +125,55 @@ static pd_status pdi_grip_finite(pd_ctx *ctx, const pd_setup_grip *grip, double 
                     x[0], t);
 }
 
-/* By how much point i, which side `side` holds, moves more than the face along axis d. */
-static double pdi_grip_beyond(const pd_grips *g, int k, int32_t i, int d, const double *u)
+/* Point i, which side `side` of grip k holds, follows free rows along axis d. */
+static void pdi_grip_extrapolate(const pd_grips *g, int k, int32_t i, int d, pd_extrapolation *all)
 {
     int side = g->setup->metal_body.grip[k].side;
-    if (pdi_structure_moves(g->structure) || !pdi_grip_free(g, k, i, d)) return 0.0;
-    int32_t first = pdi_grip_inner(g, i, side, g->rows[k]), next = pdi_grip_inner(g, i, side, g->rows[k] + 1);
-    return (pdi_grip_row(g, i, side) + 0.5) * (u[(int64_t)next * PD_DIM + d] - u[(int64_t)first * PD_DIM + d]);
+    if (pdi_structure_moves(g->structure) || !pdi_grip_follows(g, k, i, d)) return;
+    pd_extrapolated *row = all->row + all->count++;
+    row->at = (int64_t)i * PD_DIM + d;
+    row->first = (int64_t)pdi_grip_inner(g, i, side, g->rows[k]) * PD_DIM + d;
+    row->next = (int64_t)pdi_grip_inner(g, i, side, g->rows[k] + 1) * PD_DIM + d;
+    row->part = pdi_grip_row(g, i, side) + 0.5;
 }
 
-/* Displacements of what grip k holds. */
-static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, double t, double *u)
+/* Displacements that grip k gives point i. */
+static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, int32_t i, double t, double *u)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
-    const pd_structure *s = g->structure;
-    for (int32_t i = 0; i < s->count; i++) {
-        double x[PD_DIM];
-        if (!pdi_grip_holds(g, k, i)) continue;
-        pd_grid_position(s->grid, s->node[i], x);
-        if (grip->side >= 0)
-            x[grip->side / 2] = grip->side % 2 ? g->setup->hi[grip->side / 2] : g->setup->lo[grip->side / 2];
-        for (int d = 0; d < PD_DIM; d++) {
-            if (!grip->moves[d]) continue;
-            double value = pdi_setup_eval(&grip->move[d], x, t);
-            PDI_TRY(pdi_grip_finite(ctx, grip, value, x, t));
-            if (fabs(value) < PDI_GRIP_NONE) value = 0.0;
-            u[(int64_t)i * PD_DIM + d] = value + (grip->side >= 0 ? pdi_grip_beyond(g, k, i, d, u) : 0.0);
+    double x[PD_DIM];
+    pd_grid_position(g->structure->grid, g->structure->node[i], x);
+    if (grip->side >= 0)
+        x[grip->side / 2] = grip->side % 2 ? g->setup->hi[grip->side / 2] : g->setup->lo[grip->side / 2];
+    for (int d = 0; d < PD_DIM; d++) {
+        if (!grip->moves[d]) continue;
+        double value = pdi_setup_eval(&grip->move[d], x, t);
+        PDI_TRY(pdi_grip_finite(ctx, grip, value, x, t));
+        u[(int64_t)i * PD_DIM + d] = fabs(value) < PDI_GRIP_NONE ? 0.0 : value;
+    }
+    return PD_OK;
+}
+
+/* Displacements of all that is held, and what follows free rows. The last grip of a point along an axis holds it. */
+static pd_status pdi_grip_moves(pd_ctx *ctx, pd_grips *g, double t, double *u)
+{
+    const pd_setup_body *b = &g->setup->metal_body;
+    g->extrapolation.count = 0;
+    for (int32_t i = 0; i < g->structure->count; i++) {
+        int last[PD_DIM];
+        for (int d = 0; d < PD_DIM; d++) last[d] = -1;
+        for (int k = 0; k < b->grips; k++) {
+            if (!pdi_grip_holds(g, k, i)) continue;
+            PDI_TRY(pdi_grip_move(ctx, g, k, i, t, u));
+            for (int d = 0; d < PD_DIM; d++)
+                if (b->grip[k].moves[d]) last[d] = k;
         }
+        for (int d = 0; d < PD_DIM; d++)
+            if (last[d] >= 0 && b->grip[last[d]].side >= 0) pdi_grip_extrapolate(g, last[d], i, d, &g->extrapolation);
+    }
+    for (int64_t k = 0; k < g->extrapolation.count; k++) {
+        const pd_extrapolated *row = g->extrapolation.row + k;
+        u[row->at] += row->part * (u[row->next] - u[row->first]);
     }
     return PD_OK;
 }
@@ -182,10 +218,10 @@ static pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *g, int k, double t, 
 
 PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, double *load)
 {
-    const pd_grips *g = (const pd_grips *)user;
+    pd_grips *g = (pd_grips *)user;
     const pd_setup_body *b = &g->setup->metal_body;
     const pd_structure *s = g->structure;
-    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_move(ctx, g, k, t, u));
+    PDI_TRY(pdi_grip_moves(ctx, g, t, u));
     for (int k = 0; k < b->grips; k++)
         if (b->grip[k].pulls || b->grip[k].presses) PDI_TRY(pdi_grip_pull(ctx, g, k, t, load));
     for (int32_t i = 0; i < s->count && b->weighs; i++) {

@@ -9,12 +9,16 @@ typedef struct pd_grips {
     pd_structure *structure;
     int rows[PD_SETUP_GRIPS];    /* of nodes beside a side that it holds */
     double area[PD_SETUP_GRIPS]; /* [m^(d-1)] of metal on a side at the start */
+    int64_t led;                 /* components of points that sides hold */
+    pd_extrapolation extrapolation; /* [led] room of how they follow free rows, as of the last load */
 } pd_grips;
 
 #ifdef PDI_INTERNAL
-/* Find what the grips of the setup hold, and say so in structure->held. PD_ERR_GEOMETRY: a grip that touches no metal.
- * All is borrowed. */
+/* Find what the grips of the setup hold, and say so in structure->held and structure->rest. PD_ERR_GEOMETRY: a grip that
+ * touches no metal. All is borrowed. */
 PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *grips);
+PDI_FN void pdi_grip_free(pd_ctx *ctx, pd_grips *grips);
+PDI_FN void pdi_grip_list(pdi_owner *owner, void *grips);
 /* A pd_load_fn; user is the pd_grips. A side moves its face. It holds the rows of nodes beside it as far as bonds feel
  * that the body ends there; they move with the face and by the strain of the first rows that are free. A traction acts
  * on the metal that the side had at the start: the load stays as metal goes. PD_ERR_STATE: a value is not finite, or

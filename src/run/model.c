@@ -729,6 +729,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_dissolve_free(ctx, &m->dissolve);
     pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);
+    pdi_grip_free(ctx, &m->grips);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     PDI_DELETE(ctx, m->grid.total, m->bare);
     PDI_DELETE(ctx, m->grid.total, m->fresh);

@@ -16,6 +16,9 @@
 #define PDI_EQUILIBRIUM_TRIALS 12
 /* Weight of the blocks beside the coarse picture. Both see waves about as long as a bond. */
 #define PDI_EQUILIBRIUM_SHARE 0.6
+/* Vectors of the basis of GMRES at first, and at most. */
+#define PDI_EQUILIBRIUM_BASIS 20
+#define PDI_EQUILIBRIUM_LONGEST 170
 /* A step may go so far that its work turns to this part of what it was, against it. */
 #define PDI_EQUILIBRIUM_BEYOND 0.8
 
@@ -31,6 +34,7 @@ PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, equilibrium, diagonal, equilibrium->n, "N/m");
     PDI_ARRAY(owner, equilibrium, rest, equilibrium->n, "N");
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
+    PDI_ARRAY(owner, equilibrium, whole, pdi_equilibrium_follows(equilibrium) ? equilibrium->n : 0, "m");
     PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, lambda, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
     PDI_ARRAY(owner, equilibrium, mu, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
@@ -45,18 +49,39 @@ static void pdi_equilibrium_apply(void *user, const double *x, double *y)
     for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
 }
 
-PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u, double *norm)
+/* What is extrapolated moves with the free part of x [m]. */
+static void pdi_equilibrium_follow(const pdi_equilibrium *q, double *x)
+{
+    for (int64_t k = 0; pdi_equilibrium_follows(q) && k < q->desc->extrapolation->count; k++) {
+        const pd_extrapolated *row = q->desc->extrapolation->row + k;
+        x[row->at] = row->part * (x[row->next] - x[row->first]);
+    }
+}
+
+/* The same along the free part of x, with what is extrapolated. */
+static void pdi_equilibrium_apply_whole(void *user, const double *x, double *y)
+{
+    const pdi_equilibrium *q = (const pdi_equilibrium *)user;
+    pdi_par_copy(q->ctx, q->n, x, q->whole);
+    pdi_equilibrium_follow(q, q->whole);
+    pdi_equilibrium_apply(user, q->whole, y);
+}
+
+PDI_FN pd_status pdi_equilibrium_rest(pdi_equilibrium *q, const double *u, double *norm)
 {
     const double *volume = q->solid->body->volume;
-    double sum = 0.0;
+    double sum = 0.0, pull = 0.0;
     pd_status status = q->solid->force(q->ctx, q->solid->self, u, q->rest);
     if (status != PD_OK) return status;
     for (int64_t k = 0; k < q->n; k++) {
-        double given = q->rest[k] + (q->load ? q->load[k] : 0.0);
-        q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : volume[k / PD_DIM] * given;
+        double bonds = volume[k / PD_DIM] * q->rest[k], load = q->load ? volume[k / PD_DIM] * q->load[k] : 0.0;
+        int held = pdi_equilibrium_held(q, k);
+        q->rest[k] = held ? 0.0 : bonds + load;
+        pull += held ? bonds * bonds : 0.0;
         sum += q->rest[k] * q->rest[k];
     }
     *norm = sqrt(sum);
+    q->pull = sqrt(pull);
     return PD_OK;
 }
 
@@ -76,13 +101,18 @@ PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
         if (pdi_equilibrium_held(q, k)) y[k] = 0.0;
 }
 
-/* The coarse picture, with the diagonals of blocks as the springs of what is held. */
+/* The coarse picture, with the diagonals of blocks as the springs of what is held. What is extrapolated follows the
+ * strain in the picture, too: only points that lie less than a spacing from the place that is given have springs. */
 static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
 {
     if (!q->scaffold.levels) return;
     q->solid->moduli(q->ctx, q->solid->self, q->lambda, q->mu);
     for (int64_t k = 0; k < q->n; k++)
         q->step[k] = pdi_equilibrium_held(q, k) && !(q->solid->follows && q->solid->follows[k]) ? q->diagonal[k] : 0.0;
+    for (int64_t k = 0; pdi_equilibrium_follows(q) && k < q->desc->extrapolation->count; k++) {
+        const pd_extrapolated *row = q->desc->extrapolation->row + k;
+        if (!(row->part < 1.0)) q->step[row->at] = 0.0;
+    }
     pdi_scaffold_fill(q->ctx, (pd_scaffold *)&q->scaffold, q->lambda, q->mu, q->step);
 }
 
@@ -198,7 +228,7 @@ static pd_status pdi_equilibrium_even(pdi_equilibrium *q, const pd_rigid *rigid)
     return PD_OK;
 }
 
-/* The size of the problem [N]: the loads, and what is held as it pulls on points that have not moved. */
+/* A first size of the problem [N]: the loads, and what is held as it pulls on points that have not moved. */
 static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
 {
     const double *volume = q->solid->body->volume;
@@ -208,6 +238,19 @@ static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
     for (int64_t k = 0; k < q->n; k++) {
         double load = q->load && !pdi_equilibrium_held(q, k) ? volume[k / PD_DIM] * q->load[k] : 0.0;
         size += (load - q->rest[k]) * (load - q->rest[k]);
+    }
+    return sqrt(size);
+}
+
+/* The size that a balance has [N]: the loads, and the forces on what is held. A motion of the whole body adds nothing
+ * to it, and in a long body it is less than the first size by its length in points. */
+static double pdi_equilibrium_found(const pdi_equilibrium *q)
+{
+    const double *volume = q->solid->body->volume;
+    double size = q->pull * q->pull;
+    for (int64_t k = 0; k < q->n && q->load; k++) {
+        double load = pdi_equilibrium_held(q, k) ? 0.0 : volume[k / PD_DIM] * q->load[k];
+        size += load * load;
     }
     return sqrt(size);
 }
@@ -236,22 +279,71 @@ static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
     return PDI_EQUILIBRIUM_DIGITS * sqrt(sum);
 }
 
-/* The linear step of what is not in balance, down to `target` [N]. */
-static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
+PDI_FN pd_krylov_desc pdi_equilibrium_krylov(int follows)
+{
+    pd_krylov_desc kd;
+    memset(&kd, 0, sizeof kd);
+    kd.of = "solid";
+    kd.method = follows ? PD_KRYLOV_GMRES : PD_KRYLOV_CG;
+    kd.components = 1;
+    kd.zero_guess = 1;
+    kd.restart = PDI_EQUILIBRIUM_BASIS;
+    kd.most = PDI_EQUILIBRIUM_LONGEST;
+    return kd;
+}
+
+static pd_status pdi_equilibrium_solver(const pdi_equilibrium *q, int follows, pd_krylov *krylov)
+{
+    pd_krylov_desc kd = pdi_equilibrium_krylov(follows);
+    kd.n = q->n;
+    kd.rtol = DBL_MIN; /* the target is all */
+    kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
+    return pdi_krylov_build(q->ctx, &kd, krylov);
+}
+
+/* The linear step of what is not in balance, down to `target` [N]. `follows`: of what is extrapolated, too. */
+static pd_status pdi_equilibrium_steps(pdi_equilibrium *q, pd_krylov *krylov, int follows, double target,
+                                       pd_equilibrium_result *result)
 {
     pd_krylov_result linear;
-    int moves = q->moves && q->scaffold.levels;
-    q->krylov.desc.atol = target;
-    q->krylov.desc.diagonal = q->solid->linear ? q->diagonal : NULL;
-    if (moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_even));
-    pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
-                                        q->rest, q->step, &linear);
+    krylov->desc.atol = target;
+    krylov->desc.diagonal = q->solid->linear ? q->diagonal : NULL;
+    pd_status status = pdi_krylov_solve(q->ctx, krylov, follows ? pdi_equilibrium_apply_whole : pdi_equilibrium_apply,
+                                        pdi_equilibrium_precondition, q, q->rest, q->step, &linear);
     result->iterations += linear.iterations;
     result->residual = linear.residual;
-    if (status == PD_ERR_DIVERGED && q->solid->linear && !pdi_equilibrium_swings(q, q->krylov.work + q->n))
-        status = pdi_fail(q->ctx, PD_NOT_CONVERGED, "equilibrium", "a direction without stiffness after %d iterations: "
-                          "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
+    if (follows || status != PD_ERR_DIVERGED || !q->solid->linear) return status;
+    if (pdi_equilibrium_swings(q, krylov->work + q->n)) return status;
+    return pdi_fail(q->ctx, PD_NOT_CONVERGED, "equilibrium", "a direction without stiffness after %d iterations: "
+                    "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
+}
+
+/* GMRES sees no direction without stiffness: where it ends without a step of a linear material, conjugate gradients
+ * look for one, with all that is held at rest. */
+static pd_status pdi_equilibrium_hinge(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
+{
+    pd_equilibrium_result found = *result;
+    pd_krylov krylov;
+    double *step = q->step;
+    q->step = q->whole; /* the step of GMRES stays */
+    pd_status status = pdi_equilibrium_solver(q, 0, &krylov);
+    if (status == PD_OK) status = pdi_equilibrium_steps(q, &krylov, 0, target, &found);
+    q->step = step;
+    pdi_krylov_free(q->ctx, &krylov);
+    result->iterations = found.iterations;
+    return status == PD_OK ? PD_NOT_CONVERGED : status;
+}
+
+/* The linear step. */
+static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
+{
+    int moves = q->moves && q->scaffold.levels, follows = pdi_equilibrium_follows(q);
+    if (moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_even));
+    pd_status status = pdi_equilibrium_steps(q, &q->krylov, follows, target, result);
+    if (follows && q->solid->linear && (status == PD_NOT_CONVERGED || status == PD_ERR_DIVERGED))
+        status = pdi_equilibrium_hinge(q, target, result);
     if (status >= 0 && moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_rests));
+    pdi_equilibrium_follow(q, q->step);
     return status;
 }
 
@@ -266,7 +358,7 @@ static double pdi_equilibrium_gain(const pdi_equilibrium *q)
 /* The part of the step after which what is not in balance works no more along it, or little against it: energy falls up
  * to there (Crisfield 1991, ch. 9.2). Metal that begins to flow has no derivative, so norms are no measure. PD_RETRY:
  * there is none. */
-static pd_status pdi_equilibrium_search(const pdi_equilibrium *q, double *u, double target, double *norm)
+static pd_status pdi_equilibrium_search(pdi_equilibrium *q, double *u, double target, double *norm)
 {
     double part = 1.0, gain = pdi_equilibrium_gain(q);
     for (int k = 0; k < PDI_EQUILIBRIUM_TRIALS && gain > 0.0; k++) {
@@ -325,6 +417,28 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
     return norm > target ? PD_RETRY : PD_OK;
 }
 
+static double pdi_equilibrium_rtol(const pdi_equilibrium *q)
+{
+    return q->desc->rtol > 0.0 ? q->desc->rtol : PD_EQUILIBRIUM_RTOL;
+}
+
+/* 1: the balance at u is not as well found as the size that it has asks for. `norm` is what is not in balance there,
+ * and `target` is what it has to be. */
+static pd_status pdi_equilibrium_again(pdi_equilibrium *q, const double *u, double *norm, double *target, int *again)
+{
+    double rtol = pdi_equilibrium_rtol(q);
+    PDI_TRY(pdi_equilibrium_rest(q, u, norm));
+    double size = pdi_equilibrium_found(q);
+    *again = *norm > rtol * size;
+    if (!*again) return PD_OK;
+    size = pdi_max(size, pdi_equilibrium_digits(q, u) / rtol);
+    PDI_TRY(pdi_equilibrium_rest(q, u, norm));
+    *again = size < q->size && *norm > rtol * size;
+    if (*again) q->size = size;
+    *target = rtol * q->size;
+    return PD_OK;
+}
+
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, double *norm, double *target)
 {
     PDI_TRY(pdi_equilibrium_finite(q, q->load, "load"));
@@ -336,34 +450,26 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
         return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
                         "state of the %s material: take shorter steps", q->solid->name);
     if (status < 0) return status;
-    double rtol = q->desc->rtol > 0.0 ? q->desc->rtol : PD_EQUILIBRIUM_RTOL;
     pdi_equilibrium_blocks(q);
-    q->size = pdi_max(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
-    *target = q->size * rtol;
-    PDI_TRY(pdi_equilibrium_rest(q, u, norm));
-    *target = pdi_max(*target, q->desc->forcing * *norm);
-    return PD_OK;
+    q->size = pdi_max(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / pdi_equilibrium_rtol(q));
+    *target = q->size * pdi_equilibrium_rtol(q);
+    return pdi_equilibrium_rest(q, u, norm);
 }
 
 static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
 {
     double norm, target;
-    pd_krylov_desc kd;
-    pd_status status;
+    pd_status status = PD_OK;
     if (q->desc->swing) memset(q->desc->swing, 0, (size_t)q->n * sizeof *q->desc->swing);
     PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
     if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
-    memset(&kd, 0, sizeof kd);
-    kd.method = PD_KRYLOV_CG;
-    kd.of = "solid";
-    kd.n = q->n;
-    kd.components = 1;
-    kd.zero_guess = 1;
-    kd.rtol = DBL_MIN; /* the target is all */
-    kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
-    PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
-    status = q->solid->linear ? pdi_equilibrium_once(q, u, target, result)
-                              : pdi_equilibrium_newton(q, u, target, norm, result);
+    PDI_TRY(pdi_equilibrium_solver(q, pdi_equilibrium_follows(q), &q->krylov));
+    for (int again = 1; again;) {
+        status = q->solid->linear ? pdi_equilibrium_once(q, u, target, result)
+                                  : pdi_equilibrium_newton(q, u, target, norm, result);
+        again = 0;
+        if (status == PD_OK) PDI_TRY(pdi_equilibrium_again(q, u, &norm, &target, &again));
+    }
     if (status == PD_ERR_DIVERGED)
         return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "
                         "loads turn it: hold it, or balance their moments");
@@ -394,4 +500,6 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #undef PDI_EQUILIBRIUM_STEPS
 #undef PDI_EQUILIBRIUM_TRIALS
 #undef PDI_EQUILIBRIUM_SHARE
+#undef PDI_EQUILIBRIUM_BASIS
+#undef PDI_EQUILIBRIUM_LONGEST
 #undef PDI_EQUILIBRIUM_BEYOND

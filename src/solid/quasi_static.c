@@ -8,8 +8,6 @@
 #define PDI_QUASI_STATIC_EAGER 0.5
 /* Most times that what is held is asked for again, since it may depend on the balance. */
 #define PDI_QUASI_STATIC_AGAIN 60
-/* Share of a change of strain that a round may leave while what is held is not known. */
-#define PDI_QUASI_STATIC_FORCING 0.1
 /* Bonds that a motion about a hinge turns by less than this share of the fastest ones stand still. */
 #define PDI_QUASI_STATIC_TURN 0.1
 /* Most halvings of a step. */
@@ -79,6 +77,18 @@ static void pdi_quasi_static_keep(pd_quasi_static *q)
     memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
 }
 
+/* What is given moves that part of the way from the start of a step: what is extrapolated from the free points follows
+ * them as a whole. */
+static void pdi_quasi_static_extrapolate(pd_quasi_static *q, double part)
+{
+    const pd_extrapolation *all = q->desc.extrapolation;
+    for (int64_t k = 0; all && part < 1.0 && k < all->count; k++) {
+        const pd_extrapolated *row = all->row + k;
+        double now = q->u[row->next] - q->u[row->first], was = q->start[row->next] - q->start[row->first];
+        q->u[row->at] += (1.0 - part) * row->part * (now - was);
+    }
+}
+
 /* The loads and what is held, that part of the way from the start of the step to time t. What has come off has no
  * loads. */
 static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
@@ -91,6 +101,7 @@ static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t
         if (part < 1.0) q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
         if (pdi_quasi_static_held(q, k)) q->u[k] = *start + part * (q->u[k] - *start);
     }
+    pdi_quasi_static_extrapolate(q, part);
     return PD_OK;
 }
 
@@ -196,9 +207,8 @@ static void pdi_quasi_static_work(pd_quasi_static *q)
     q->work += pdi_sum_total(&all);
 }
 
-/* The balance, without what turns about hinges, as well as `forcing` of pd_equilibrium_desc says. The forces are those
- * before. */
-static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double t, double forcing)
+/* The balance, without what turns about hinges. The forces are those before. */
+static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     pd_status status = PD_ERR_DIVERGED;
     for (int turns = 1; turns;) {
@@ -206,8 +216,8 @@ static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double 
         pd_equilibrium_result result;
         memset(&desc, 0, sizeof desc);
         desc.held = q->desc.held;
+        desc.extrapolation = q->desc.extrapolation;
         desc.rtol = q->desc.rtol;
-        desc.forcing = forcing;
         desc.swing = q->force;
         status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
         q->iterations += result.iterations;
@@ -301,33 +311,16 @@ static void pdi_quasi_static_forget(pd_ctx *ctx, pd_quasi_static *q)
     memset(&q->mix, 0, sizeof q->mix);
 }
 
-/* As well as the balance of a round has to be found while what is held is not known. Rows that move by the strain e put
- * forces E e/h out of balance, on as many components as are held. Forces f that are left along a bar of n points change
- * the strain by the sum of f h/E, which is at most sqrt(n) of their norm: they are less than that share of e. Metal
- * that flows is soft, and has no derivative where it begins to: its balances are found whole. */
-static double pdi_quasi_static_forcing(const pd_quasi_static *q)
-{
-    int64_t held = 0;
-    for (int64_t k = 0; k < q->n; k++) held += pdi_quasi_static_held(q, k);
-    return q->desc.depends && !q->solid.dissipated ? PDI_QUASI_STATIC_FORCING * sqrt((double)held / (double)q->n) : 0.0;
-}
-
-/* Rounds of pdi_quasi_static_rest. When what is held is known, or the search for it goes astray, balances are found as
- * well as they are asked for. */
+/* Rounds of pdi_quasi_static_rest. */
 static pd_status pdi_quasi_static_rounds(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
-    double forcing = pdi_quasi_static_forcing(q);
     int differs = 1;
     for (int again = 0; again < PDI_QUASI_STATIC_AGAIN; again++) {
         PDI_TRY(pdi_quasi_static_differs(ctx, q, t, part, &differs));
-        if (again && !differs && !(forcing > 0.0)) return PD_OK;
+        if (again && !differs) return PD_OK;
         if (differs) PDI_TRY(pdi_quasi_static_move(ctx, q, again == 0));
-        if (again && (!differs || q->mix.part < 1.0) && forcing > 0.0) {
-            forcing = 0.0;
-            pdi_anderson_forget(&q->mix);
-        }
         PDI_TRY(pdi_quasi_static_part(ctx, q, t));
-        pd_status status = pdi_quasi_static_solve(ctx, q, t, forcing);
+        pd_status status = pdi_quasi_static_solve(ctx, q, t);
         if (status != PD_OK) return status;
     }
     return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "what holds the body at %g s depends on how it moves, and does "
@@ -440,6 +433,5 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 
 #undef PDI_QUASI_STATIC_EAGER
 #undef PDI_QUASI_STATIC_AGAIN
-#undef PDI_QUASI_STATIC_FORCING
 #undef PDI_QUASI_STATIC_TURN
 #undef PDI_QUASI_STATIC_HALVINGS

@@ -20,8 +20,9 @@ typedef struct pd_quasi_static_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
     pd_load_fn load;
     void *user;
-    int depends;           /* 1: what is held depends on the balance. It is asked for again until it stays in any case;
-                            * a balance is then found only as well as what is held is known */
+    const pd_extrapolation *extrapolation; /* how what is held follows what is free, as of the last call of load; NULL:
+                            * it does not. What depends on the balance in any other way is asked for again until it
+                            * stays. Borrowed */
     pd_criterion_desc criterion; /* by which bonds break; zero: none does */
     double eager;          /* [-] as of pd_criterion_break, in each round; -1: 0.5 */
     double rtol;           /* [-] as of pd_equilibrium_desc */
