@@ -375,6 +375,14 @@ static pd_status pdi_equilibrium_search(pdi_equilibrium *q, double *u, double ta
     return PD_RETRY;
 }
 
+/* What a solver could not do is no fault. */
+static pd_status pdi_equilibrium_forgive(const pdi_equilibrium *q)
+{
+    q->ctx->status = PD_OK;
+    q->ctx->message[0] = '\0';
+    return PD_OK;
+}
+
 /* The one step of a linear material. It is found to rounding at least where displacements are so large that no more is
  * to be had. */
 static pd_status pdi_equilibrium_once(pdi_equilibrium *q, double *u, double target, pd_equilibrium_result *result)
@@ -387,9 +395,7 @@ static pd_status pdi_equilibrium_once(pdi_equilibrium *q, double *u, double targ
     double digits = status == PD_OK ? 0.0 : pdi_equilibrium_digits(q, u);
     if (status == PD_OK || !(result->residual <= digits)) return status;
     q->size *= digits / target;
-    q->ctx->status = PD_OK;
-    q->ctx->message[0] = '\0';
-    return PD_OK;
+    return pdi_equilibrium_forgive(q);
 }
 
 /* Newton's method (Eisenstat and Walker 1996). */
@@ -431,7 +437,7 @@ static pd_status pdi_equilibrium_again(pdi_equilibrium *q, const double *u, doub
     double size = pdi_equilibrium_found(q);
     *again = *norm > rtol * size;
     if (!*again) return PD_OK;
-    size = pdi_max(size, pdi_equilibrium_digits(q, u) / rtol);
+    size = pdi_max(size, pdi_max(q->digits, pdi_equilibrium_digits(q, u)) / rtol);
     PDI_TRY(pdi_equilibrium_rest(q, u, norm));
     *again = size < q->size && *norm > rtol * size;
     if (*again) q->size = size;
@@ -451,7 +457,8 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
                         "state of the %s material: take shorter steps", q->solid->name);
     if (status < 0) return status;
     pdi_equilibrium_blocks(q);
-    q->size = pdi_max(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / pdi_equilibrium_rtol(q));
+    q->digits = pdi_equilibrium_digits(q, u);
+    q->size = pdi_max(pdi_equilibrium_size(q, u), q->digits / pdi_equilibrium_rtol(q));
     *target = q->size * pdi_equilibrium_rtol(q);
     return pdi_equilibrium_rest(q, u, norm);
 }
@@ -464,11 +471,17 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
     if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
     PDI_TRY(pdi_equilibrium_solver(q, pdi_equilibrium_follows(q), &q->krylov));
+    double first = target;
     for (int again = 1; again;) {
         status = q->solid->linear ? pdi_equilibrium_once(q, u, target, result)
                                   : pdi_equilibrium_newton(q, u, target, norm, result);
         again = 0;
         if (status == PD_OK) PDI_TRY(pdi_equilibrium_again(q, u, &norm, &target, &again));
+    }
+    /* rounding may end it before: large strains have the digits of 1, and parts may hang on few bonds */
+    if ((status == PD_RETRY || status == PD_NOT_CONVERGED) && target < first && result->residual <= first) {
+        status = pdi_equilibrium_forgive(q);
+        q->size = first / pdi_equilibrium_rtol(q);
     }
     if (status == PD_ERR_DIVERGED)
         return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "

@@ -66,6 +66,7 @@ typedef struct pdi_equilibrium {
     const double *load;
     int64_t n;     /* components of all points */
     double size;   /* [N] of the problem, which residuals are over */
+    double digits; /* [N] that are rounding at the guess, which what is added to it does not undo */
     double pull;   /* [N] norm of the forces of bonds on what is held, as of the last rest */
     double *diagonal; /* [n] [N/m] of the blocks */
     double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
