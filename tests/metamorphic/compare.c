@@ -109,6 +109,12 @@ static void rotate_stress(const transform *t, char *name, double *sign)
         if (strcmp(p, pairs[k][1]) == 0) memcpy(p, pairs[k][0], 3);
 }
 
+/* The axis along which a figure is a place, as of the tip of a crack; -1: it is none. */
+static int axis_of_place(const run_figure *f)
+{
+    return strcmp(f->section, "cut") == 0 && is_axis(f->key[0]) && !f->key[1] ? f->key[0] - 'x' : -1;
+}
+
 /* The figure of the second record that belongs to one of the first. */
 static void rotate_figure(const transform *t, const scene *x, run_figure *f, double *sign)
 {
@@ -117,6 +123,7 @@ static void rotate_figure(const transform *t, const scene *x, run_figure *f, dou
     *sign = 1.0;
     if (boxed && strchr("fmcvu", f->key[0]) && is_axis(f->key[1]) && (f->key[2] == '\0' || f->key[2] == '_'))
         rotate_letter(t, &f->key[1], sign);
+    if (axis_of_place(f) >= 0) rotate_letter(t, &f->key[0], sign);
     rotate_stress(t, f->key, sign);
     if (strcmp(f->section, "plane") == 0 &&
         (strcmp(f->key, "flow") == 0 || strcmp(f->key, "species") == 0 || strcmp(f->key, "speed") == 0)) {
@@ -309,7 +316,7 @@ static double factor_of_half(const run_figure *g)
 {
     static const char *const whole[] = {"volume", "energy",  "dissolved", "solid", "area",   "flow",    "species",
                                         "flux",   "current", "anodic",    "gas",   "work",   "stored",  "kinetic",
-                                        "charge"};
+                                        "charge", "taken",   "released"};
     for (size_t k = 0; k < sizeof whole / sizeof whole[0]; k++)
         if (strcmp(g->key, whole[k]) == 0) return 2.0;
     if (strcmp(g->section, "total") == 0 && (strncmp(g->key, "sum_", 4) == 0 || strcmp(g->unit, "mol") == 0 ||
@@ -405,6 +412,11 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (CANCELS * like > least) least = CANCELS * like;
     if (strcmp(p->key, "parted") == 0 && q->value < 0.0) factor = 1.0; /* -1: never */
     double v = sign * q->value / factor;
+    int along = axis_of_place(p);
+    if (along >= 0) { /* a place follows the shift, too, and is known as well as the box */
+        v -= sign * t->offset[along];
+        scale = x->cells[along] * x->h[along];
+    }
     if (isfinite(p->value) && fabs(p->value) > scale) scale = fabs(p->value);
     if (isfinite(v) && fabs(v) > scale) scale = fabs(v);
     scale = fmax(scale, size_of_probed(a, p));
