@@ -212,6 +212,12 @@ static inline double pdi_ordinary_pull(const pd_ordinary *o, const pdi_ordinary_
            pdi_ordinary_carry(o, bond, j, q + (int64_t)j * PDI_SYM, x);
 }
 
+/* Images behind planes of symmetry have no forces of their own. */
+static void pdi_ordinary_clear(const pd_body *body, double *force)
+{
+    memset(force + (int64_t)body->own * PD_DIM, 0, (size_t)(body->count - body->own) * PD_DIM * sizeof *force);
+}
+
 /* Forces of the displacements u, of any size or small. */
 static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u, double *force)
 {
@@ -221,8 +227,9 @@ static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
         pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_SYM);
+    pdi_ordinary_clear(body, force);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
+    for (int32_t i = 0; i < body->own; i++) {
         pdi_ordinary_bond bond;
         double sum[PD_DIM] = {0.0};
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
@@ -252,8 +259,9 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
         pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
+    pdi_ordinary_clear(body, df);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
+    for (int32_t i = 0; i < body->own; i++) {
         pdi_ordinary_bond bond;
         double sum[PD_DIM] = {0.0}, eta[PD_DIM];
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {

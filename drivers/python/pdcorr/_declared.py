@@ -2381,12 +2381,28 @@ def declare(dim):
         ('factor', c_double),
     ]
 
+    class pd_extrapolated(Structure):
+        pass
+    pd_extrapolated._fields_ = [
+        ('at', c_int64),
+        ('first', c_int64),
+        ('next', c_int64),
+        ('part', c_double),
+    ]
+
+    class pd_extrapolation(Structure):
+        pass
+    pd_extrapolation._fields_ = [
+        ('count', c_int64),
+        ('row', POINTER(pd_extrapolated)),
+    ]
+
     class pd_equilibrium_desc(Structure):
         pass
     pd_equilibrium_desc._fields_ = [
         ('held', POINTER(c_uint8)),
+        ('extrapolation', POINTER(pd_extrapolation)),
         ('rtol', c_double),
-        ('forcing', c_double),
         ('max_iterations', c_int),
         ('swing', POINTER(c_double)),
     ]
@@ -2440,7 +2456,7 @@ def declare(dim):
         ('held', POINTER(c_uint8)),
         ('load', pd_load_fn),
         ('user', c_void_p),
-        ('depends', c_int),
+        ('extrapolation', POINTER(pd_extrapolation)),
         ('criterion', pd_criterion_desc),
         ('eager', c_double),
         ('rtol', c_double),
@@ -3974,6 +3990,8 @@ def declare(dim):
         ('structure', POINTER(pd_structure)),
         ('rows', c_int * 16),
         ('area', c_double * 16),
+        ('led', c_int64),
+        ('extrapolation', pd_extrapolation),
     ]
 
     class pd_surfaces(Structure):
