@@ -226,7 +226,7 @@ static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_SYM);
+        if (o->felt[i]) pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_SYM);
     pdi_ordinary_clear(body, force);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->own; i++) {
@@ -258,7 +258,7 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
+        if (o->felt[i]) pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
     pdi_ordinary_clear(body, df);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->own; i++) {
@@ -555,6 +555,7 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
 {
     pd_ordinary *ordinary = (pd_ordinary *)object;
     int64_t count = ordinary->body ? ordinary->body->count : 0;
+    PDI_ARRAY(owner, ordinary, felt, count, "1");
     PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, bound, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, law, count * PDI_STRAIN_PACK, "Pa/m^(2d+4)");
@@ -562,6 +563,15 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, ordinary, at, count * PD_DIM, "m");
     PDI_ARRAY(owner, ordinary, state, count * PDI_SYM, "");
     PDI_ARRAY(owner, ordinary, change, count * PDI_SYM, "");
+}
+
+/* The families of points and of all that they have bonds with. */
+static void pdi_ordinary_feel(const pd_ordinary *o)
+{
+    for (int32_t i = 0; i < o->body->own; i++) {
+        o->felt[i] = 1;
+        for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) o->felt[f.to] = 1;
+    }
 }
 
 static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *o)
@@ -584,6 +594,7 @@ static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary
     if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
     if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
     PDI_TRY(pdi_owner_build(ctx, pdi_ordinary_list, o));
+    pdi_ordinary_feel(o);
     PDI_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
     PDI_TRY(pdi_ordinary_calibrate(ctx, o));
     return pdi_ordinary_update(ctx, o);

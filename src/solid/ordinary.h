@@ -47,6 +47,7 @@ typedef struct pd_ordinary {
     double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
     double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
     pd_bond_weights weights; /* w */
+    uint8_t *felt;      /* [count] 1: forces of points, and not of images alone, depend on the family */
     double *alpha;      /* [count] [Pa/m^(d+2)] */
     double *bound;      /* [count] [Pa/m^(d+2)] most energy of a family, over sum w V_j e^2/2 */
     int64_t lost;       /* bonds that loose points have lost */
