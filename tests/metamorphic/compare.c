@@ -181,29 +181,28 @@ static const run_field *find_field(const record *r, const char *name)
     return NULL;
 }
 
-/* [-] [Pa] Of what sides hold: rounds end when it changes by less than rtol of the largest displacement, here the least
- * that scenes have (solid/quasi_static). A row that is held follows the strain of free rows, so strains are wrong by
- * twice that over h, displacements by as much along the body, and stresses by as much times the largest modulus of
- * waves, of nu = 0.4. */
+/* [-] [Pa] Of what is held: a balance leaves forces of rtol, here the least that scenes have, of those that displacements
+ * from cell to cell would have (solid/equilibrium), also those of a step before, of a body that its metal holds no more.
+ * Strains are wrong by twice that over h, displacements by as much along the body, and stresses by as much times the
+ * largest modulus of waves, of nu = 0.4. */
 #define HELD 1e-12
 #define WAVE_MODULUS 9.7e10
 
-/* 1: a side of the scene moves what is at rest. */
-static int holds_side(const scene *x)
+/* 1: a side or a grip of the scene holds what is at rest. */
+static int holds(const scene *x)
 {
     int found = 0;
     for (int k = 0; k < x->entries && (x->has & HAS_SOLID) && !(x->has & HAS_MOTION); k++)
-        found = found || (x->list[k].kind == ENTRY_COMPONENT && strcmp(x->list[k].key, "u") == 0 &&
-                          strcmp(x->part[x->list[k].section].name, "side") == 0);
+        found = found || (x->list[k].kind == ENTRY_COMPONENT && strcmp(x->list[k].key, "u") == 0);
     return found;
 }
 
-/* What a side leaves unknown of displacements, or of stresses, energies and forces. */
+/* What a balance leaves unknown of displacements, or of stresses, energies and forces. */
 static double floor_of_held(const scene *x, const record *a, const char *unit_name)
 {
-    const run_field *u = holds_side(x) ? find_field(a, "u(vector)") : NULL;
+    const run_field *u = holds(x) ? find_field(a, "u(vector)") : NULL;
     dimension d = dimension_of(unit_name);
-    double moved = u ? HELD * size_of(u->data, u->components * a->cells) : 0.0;
+    double moved = u ? HELD * fmax(x->moved, size_of(u->data, u->components * a->cells)) : 0.0;
     double strain = 2.0 * moved / x->h[0], stress = WAVE_MODULUS * strain, length = 0.0;
     for (int k = 0; k < PD_DIM; k++) length = fmax(length, x->cells[k] * x->h[k]);
     if (d.e[1] == 1.0 && d.e[2] == -2.0 && d.e[4] == 0.0) {

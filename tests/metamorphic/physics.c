@@ -173,6 +173,7 @@ static void draw_grip(draw *g, const char *name, double place, double size)
     scene_point(x, s, "ball", at);
     scene_key(x, s, "radius", "%q", 1.8 * x->h[0], UNIT_LENGTH);
     scene_key(x, s, "kind", "grip");
+    x->moved = fmax(x->moved, fabs(size));
     for (int d = 0; d < PD_DIM; d++)
         if (d == axis || draw_chance(g, 0.6))
             scene_component(x, s, "u", d, "%q",
@@ -187,6 +188,7 @@ static void draw_load(draw *g, int alone)
     double length = x->cells[axis] * x->h[axis], stretch = draw_between(g, -1e-3, 2e-3) * length;
     int how = g->loose ? 3 + draw_whole(g, 0, 1) : draw_whole(g, 0, 3), in_time = !alone || (x->has & HAS_MOTION) != 0;
     if (how == 0) {
+        x->moved = fmax(x->moved, fmax(fabs(stretch), 0.01 * x->h[axis]));
         if (in_time && draw_chance(g, 0.5))
             scene_component(x, high, "u", axis, "%q*t/%q", stretch, UNIT_LENGTH, x->until, UNIT_TIME);
         else scene_component(x, high, "u", axis, "%q", stretch, UNIT_LENGTH);

@@ -137,6 +137,7 @@ typedef struct scene {
     double until, time; /* [s] 0: no run; a time scale of the scene */
     double D, pressure; /* [m2/s] [Pa] of its species, of its flow; 0: none */
     double current;     /* [A/m2] a scale of what its curves pass; 0: none */
+    double moved;       /* [m] by which its sides and grips move metal, at most; 0: by nothing */
     uint32_t has;
     int grid; /* section */
     token pool[SCENE_TOKENS];
