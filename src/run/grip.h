@@ -14,8 +14,8 @@ typedef struct pd_grips {
 } pd_grips;
 
 #ifdef PDI_INTERNAL
-/* Find what the grips of the setup hold, and say so in structure->held and structure->rest. PD_ERR_GEOMETRY: a grip that
- * touches no metal. All is borrowed. */
+/* Find what the grips of the setup hold, and say so in structure->held and structure->rest. PD_ERR_GEOMETRY: a grip
+ * that touches no metal. All is borrowed. */
 PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *grips);
 PDI_FN void pdi_grip_free(pd_ctx *ctx, pd_grips *grips);
 PDI_FN void pdi_grip_list(pdi_owner *owner, void *grips);

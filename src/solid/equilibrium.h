@@ -2,9 +2,9 @@
  *
  * Newton's method with conjugate gradients: forces are the derivative of an energy, so their derivative is symmetric. A
  * linear material takes one step. Where what is held follows what is free, the derivative is not symmetric, and GMRES
- * takes the place of conjugate gradients. The preconditioner adds a coarse picture of the body to the block of each point, so
- * finer cells take no more iterations. A piece that nothing holds may move as a whole; then the loads have to balance,
- * and of all displacements those without a mean motion are found.
+ * takes the place of conjugate gradients. The preconditioner adds a coarse picture of the body to the block of each
+ * point, so finer cells take no more iterations. A piece that nothing holds may move as a whole; then the loads have to
+ * balance, and of all displacements those without a mean motion are found.
  */
 #ifndef PD_EQUILIBRIUM_H
 #define PD_EQUILIBRIUM_H
@@ -32,8 +32,8 @@ typedef struct pd_equilibrium_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement stays as it is, or is extrapolated; NULL: all are
                             * free. Borrowed */
     const pd_extrapolation *extrapolation; /* of what is held; NULL: it stays. Borrowed */
-    double rtol;           /* [-] of the forces of free points, over the loads and the forces on what is held in balance;
-                            * 0: PD_EQUILIBRIUM_RTOL. Rounding of the displacements counts as balance */
+    double rtol;           /* [-] of the forces of free points, over the loads and the forces on what is held in
+                            * balance; 0: PD_EQUILIBRIUM_RTOL. Rounding of the displacements counts as balance */
     int max_iterations;    /* 0: 10000 */
     double *swing;         /* [count][PD_DIM] [-] with PD_ERR_DIVERGED, of a linear material: a motion that bonds do
                             * not resist and along which the loads work; 0: none was found. NULL: unwanted. Borrowed */
@@ -47,10 +47,9 @@ typedef struct pd_equilibrium_result {
 
 #define pd_equilibrium_solve PD_NAME(pd_equilibrium_solve)
 
-/* u [count][PD_DIM] [m]: values of what is held, as they belong to the guess where they are extrapolated, and a guess of
- * the rest; the displacements. load [count][PD_DIM]
- * [N/m3], in the directions of the body as it was; NULL: none. PD_NOT_CONVERGED: a linear material, u is the best of
- * all.
+/* u [count][PD_DIM] [m]: values of what is held, as they belong to the guess where they are extrapolated, and a guess
+ * of the rest; the displacements. load [count][PD_DIM] [N/m3], in the directions of the body as it was; NULL: none.
+ * PD_NOT_CONVERGED: a linear material, u is the best of all.
  * PD_RETRY: Newton's method found no balance: a shorter step from a state in balance may. PD_ERR_STATE: a load or
  * displacement is not finite, a piece that is not held along an axis has loads along it that do not balance, or the
  * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body, or a part of it about a hinge. */
