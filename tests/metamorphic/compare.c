@@ -182,8 +182,8 @@ static const run_field *find_field(const record *r, const char *name)
 }
 
 /* [-] [Pa] Of what is held: a balance leaves forces of rtol, here the least that scenes have, of those that
- * displacements from cell to cell would have (solid/equilibrium), also those of a step before, where a grip has lost its
- * metal. Strains are wrong by twice that over h, displacements by as much along the body, and stresses by as much
+ * displacements from cell to cell would have (solid/equilibrium), also those of a step before, where a grip has lost
+ * its metal. Strains are wrong by twice that over h, displacements by as much along the body, and stresses by as much
  * times the largest modulus of waves, of nu = 0.4. */
 #define HELD 1e-12
 #define WAVE_MODULUS 9.7e10
