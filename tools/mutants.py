@@ -86,7 +86,7 @@ NAME = r'[A-Za-z_]\w*(?:(?:->|\.)\w+)*(?:\[[\w +*-]*\])?'
 SWAP = {'<': '<=', '<=': '<', '>': '>=', '>=': '>', '==': '!=', '!=': '==', '&&': '||', '||': '&&', '+': '-', '-': '+',
         '*': '/', '/': '*', '+=': '-=', '-=': '+='}
 
-COMMUTE = re.compile(r'\b(pdi_vec_dot|hypot|fmin|fmax)\($')  # the order of their arguments changes no bit
+COMMUTE = re.compile(r'\b(pdi_vec_dot|hypot|fmin|fmax|pdi_min|pdi_max)\($')  # the order of their arguments changes no bit
 
 TURNED = {'<': '>=', '<=': '>', '>': '<=', '>=': '<', '==': '!=', '!=': '=='}  # at a single value no number is met
 
@@ -365,7 +365,7 @@ class Machine:
         sources = [path]
         if path == METAMORPHIC:
             sources = sorted(os.path.join(os.path.dirname(path), n) for n in os.listdir(os.path.dirname(path)) if n.endswith('.c'))
-        note, now = to + '.of', digest(needed(sources) + [self.shared[d]])
+        note, now = to + '.of', digest(needed(sources) + self.headers)
         if not os.path.exists(to) or not os.path.exists(note) or open(note).read() != now:
             more = ['-I.', '-DPDCORR_LINKED'] if path.startswith('drivers') else ['-DPDI_SPLIT', '-Isrc']
             status, _, out = self.call(
@@ -411,6 +411,8 @@ class Machine:
     def prepare(self):
         """Libraries without a fault, and programs of scenes."""
         self.shared = {d: self.link('plain', d, self.objects(d)) for d in DIMS}
+        self.headers = sorted(os.path.join(f, n) for f, _, names in os.walk('src') for n in names if n.endswith('.h'))
+        self.headers += [n for n in ('pdcorr.h',) if os.path.exists(n)]
         for d in DIMS if os.path.exists('drivers/scene.c') else ():
             built = self.program('drivers/scene.c', d)
             to = os.path.join(self.dir, 'programs', 'pd%dd' % d)

@@ -504,8 +504,7 @@ static pd_status pdi_grid_rings(pd_ctx *ctx, pd_grid *grid)
     return PD_OK;
 }
 
-/* 1: metal looks behind its sides for what they repeat. */
-static int pdi_grid_repeats(const pd_grid *grid)
+PDI_FN int pdi_grid_repeats(const pd_grid *grid)
 {
     int images = 0;
     for (int s = 0; s < 2 * PD_DIM; s++) images = images || grid->side[s] >= PD_SIDE_PERIODIC;

@@ -81,6 +81,8 @@ PD_API void pd_grid_position(const pd_grid *grid, int32_t node, double *x);
 /* Node of cell index i[] of the box (ghosts: -ghost .. n+ghost-1). */
 PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
 #ifdef PDI_INTERNAL
+/* 1: metal looks behind its sides for what they repeat. */
+PDI_FN int pdi_grid_repeats(const pd_grid *grid);
 /* Number of nodes of one kind inside the box. */
 PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind);
 

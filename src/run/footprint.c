@@ -212,8 +212,9 @@ static double pdi_footprint_krylov(pdi_footprint_plan *plan, const pd_krylov_des
 static void pdi_footprint_lattice(int surfaces, pdi_footprint_plan *plan, pd_footprint *b)
 {
     b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM); /* kinds; the stencil */
+    if (pdi_grid_repeats(&plan->grid)) b->bytes[PD_PART_GRID] += 4.0 * b->nodes; /* what nodes repeat */
     if (surfaces) b->bytes[PD_PART_GRID] += plan->across.count * (70.0 + 12.0 * PD_DIM);
-    b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 9.0 * (b->nodes - b->cells); /* rows of nodes; ghosts */
+    b->bytes[PD_PART_GRID] += 8.0 * b->nodes + 10.0 * (b->nodes - b->cells); /* rows of nodes, versions; ghosts */
     b->bytes[PD_PART_GRID] += pdi_footprint_list(plan, pdi_bond_row_list, &plan->bonds);
 }
 
