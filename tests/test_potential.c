@@ -254,6 +254,49 @@ TEST(any_reference)
     CHECK_NEAR(metal[1], metal[0] - 7.0, 1e-11);
 }
 
+/* With all signs turned round, of potentials and of currents, everything is the same but for signs, in the same
+ * iterations: those of a potential far from zero, too, whose rounding decides what is solved. */
+TEST(other_polarity)
+{
+    for (int k = 0; k < 6; k++) {
+        static double phi[2][CELLS];
+        double far = 40.0 * (k % 3 - 1), current[2] = {0.0, 0.0}, anodic[2] = {0.0, 0.0}, level[2] = {0.0, 0.0};
+        int newton[2] = {0, 0}, krylov[2] = {0, 0};
+        int32_t total = 0;
+        for (int other = 0; other < 2; other++) {
+            double sign = other ? -1.0 : 1.0;
+            pd_electrode_term a = other ? tafel(1.0, 0.9 - far, 0.05, 0.03) : tafel(1.0, -0.9 + far, 0.03, 0.05);
+            pd_electrode_term b = other ? tafel(2.0, 0.1 - far, 0.06, 0.02) : tafel(2.0, -0.1 + far, 0.02, 0.06);
+            if (k >= 3) a = b = linear(1e-5, 0.0);
+            plates(1.0, 1e-4, 12, 3.0, 9.0);
+            begin(0.5);
+            electrode(0, &a, 1, 0.0);
+            electrode(1, &b, 1, 1e-5);
+            X.member[1] = k < 3 ? 0 : 1;
+            circuit(0, k < 3 ? PD_CIRCUIT_CURRENT : PD_CIRCUIT_POTENTIAL, k < 3 ? 0.0 : sign * 1e3 * far);
+            if (k >= 3) circuit(1, PD_CIRCUIT_POTENTIAL, 0.0);
+            X.desc.tolerance = 1e-16;
+            if (!ready(is_right) || !solve()) return;
+            total = S.grid.total;
+            for (int32_t i = 0; i < total; i++) phi[other][i] = sign * X.p.phi[i];
+            current[other] = sign * X.p.total[0];
+            level[other] = sign * X.p.metal[0];
+            anodic[other] = X.r.anodic;
+            newton[other] = X.r.newton;
+            krylov[other] = X.r.krylov;
+            done();
+        }
+        double off = 0.0;
+        for (int32_t i = 0; i < total; i++) off = fmax(off, fabs(phi[1][i] - phi[0][i]));
+        CHECK_NEAR(off, 0.0, 0.0);
+        CHECK_NEAR(level[1], level[0], 0.0);
+        CHECK_NEAR(current[1], current[0], 0.0);
+        CHECK_REL(anodic[1], anodic[0], 1e-12); /* the currents that enter metal, in the other run */
+        CHECK_INT(newton[1], newton[0]);
+        CHECK_INT(krylov[1], krylov[0]);
+    }
+}
+
 /* Metal recedes: cells turn fluid, and those behind them have lost a part. The gap is what is left, exactly. */
 TEST(receding)
 {
@@ -461,6 +504,6 @@ TEST(bipolar)
 #define PIECES
 #endif
 
-TEST_MAIN(ENTRY(plates_anywhere) ENTRY(held_sides_and_layers) ENTRY(mixed_potentials) ENTRY(limiting_currents)
+TEST_MAIN(ENTRY(plates_anywhere) ENTRY(held_sides_and_layers) ENTRY(mixed_potentials) ENTRY(limiting_currents) ENTRY(other_polarity)
           ENTRY(far_starts) ENTRY(high_voltage) ENTRY(scales) ENTRY(any_reference) ENTRY(receding)
           ENTRY(refusals) PIECES)

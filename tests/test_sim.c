@@ -195,6 +195,55 @@ TEST(an_observer)
     CHECK_INT(ctx.in_use, 0);
 }
 
+/* Every field of a probe's table once, in the order of the table, with its unit. */
+static int watch_probe(void *user, pd_ctx *ctx, const pd_instant *at)
+{
+    static const char *const key[] = {"volume_loss", "vx", "vy",
+#if PD_DIM == 3
+                                      "vz",
+#endif
+                                      "p", "C", "kind", "grain", "rate", "density"};
+    static const char *const unit[] = {"-", "m/s", "m/s",
+#if PD_DIM == 3
+                                       "m/s",
+#endif
+                                       "Pa", "mol/m3", "-", "-", "m/s", "kg/m3"};
+    pd_figures figures;
+    int *looks = (int *)user;
+    memset(&figures, 0, sizeof figures);
+    if (!CHECK_OK(ctx, pd_instant_figures(ctx, at, &figures))) return 1;
+    if (CHECK_INT(figures.count, sizeof key / sizeof key[0]))
+        for (int k = 0; k < figures.count; k++) {
+            CHECK_STR(figures.list[k].section, k ? "probe" : "scene");
+            CHECK_STR(figures.list[k].name, k ? "a" : "");
+            CHECK_STR(figures.list[k].key, key[k]);
+            CHECK_STR(figures.list[k].unit, unit[k]);
+            CHECK_INT(figures.list[k].monitor, -1);
+        }
+    pd_figures_free(ctx, &figures);
+    ++*looks;
+    return 1;
+}
+
+TEST(figures_of_a_probe)
+{
+    pd_ctx ctx;
+    pd_setup setup;
+    pd_run_desc desc;
+    pd_run_result result;
+    int looks = 0;
+    memset(&desc, 0, sizeof desc);
+    if (!CHECK_OK(&ctx, load(&ctx, PIN_SCENE "[probe a] at = 41 um" ZERO "  fields = density, C, v, kind, p, rate, grain\n",
+                             NULL, 0, &setup)))
+        return;
+    desc.dry = 1;
+    desc.observe = watch_probe;
+    desc.observe_user = &looks;
+    CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result));
+    CHECK(looks > 0);
+    leave(&ctx, &setup);
+}
+
 /* C, t, x, y, z */
 static double law(void *user, const double *vars)
 {
@@ -396,6 +445,6 @@ TEST(functions_that_are_refused)
     CHECK_INT(ctx.in_use, 0);
 }
 
-TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused) ENTRY(an_observer)
+TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused) ENTRY(an_observer) ENTRY(figures_of_a_probe)
               ENTRY(functions_of_the_caller) ENTRY(functions_tell_their_breaks) ENTRY(a_law_of_grains)
               SLOW_ENTRY_IF(PD_DIM == 3, functions_of_an_inlet) ENTRY(functions_that_are_refused))

@@ -288,6 +288,7 @@ class Machine:
         self.dev_test = os.environ.get('DEV_TEST', '-std=c99 -O1').split()
         self.traced = [f for f in self.dev if not re.match(r'-(O|g)', f)] + [
             '-Og', '-g1', '-fsanitize-coverage=trace-pc'] + ([] if 'clang' in self.cc[0] else ['-fno-reorder-blocks'])
+        self.sanitizing = [f for f in self.dev if not re.match(r'-(O|g)', f)] + ['-O1'] + SANITIZED
         self.plain, self.built = {}, {}  # test -> it passes without a fault; test program -> its path, or None
         found = [subprocess.run(self.cc + ['-print-file-name=' + name], stdout=subprocess.PIPE).stdout.decode().strip()
                  for name in ('libasan.so', 'libclang_rt.asan-x86_64.so')]
@@ -346,6 +347,22 @@ class Machine:
         name = '-fmacro-prefix-map=%s=src' % os.path.join(self.dir, 'source')
         status, _, out = self.call(self.cc + (flags or [f for f in self.dev if not f.startswith('-g')]) + [name, '-DPD_DIM=%d' % d, '-Isrc', '-c', source, '-o', to])
         return status == 0, out
+
+    def sanitized(self, d):
+        """Objects of all sources with sanitizers, kept, and a library of them."""
+        objects, renewed = [], False
+        for s in self.a.sources:
+            o = os.path.join(self.dir, 'watched', 'obj%dd' % d, s[:-2] + '.o')
+            os.makedirs(os.path.dirname(o), exist_ok=True)
+            original = os.path.join(self.a.build, 'obj%dd' % d, s[:-2] + '.o')  # made again with any header
+            if not os.path.exists(o) or os.path.getmtime(o) < os.path.getmtime(original):
+                if not self.compile(os.path.join('src', s), d, o, self.sanitizing)[0]:
+                    return []
+                renewed = True
+            objects.append(o)
+        if renewed or not os.path.exists(os.path.join(self.dir, 'watched', 'libpdcorr%dd.so' % d)):
+            self.link('watched', d, objects)
+        return objects
 
     def same(self, one, two):
         """The same code and data, whatever their notes for debuggers say."""
@@ -423,6 +440,7 @@ class Machine:
 # ---- tests ----
 
 METAMORPHIC = 'tests/metamorphic/main.c'
+PAIRS = {1: 50, 2: 100, 3: 50}  # those of CI, from seed 1 on
 
 
 def needed(sources):
@@ -464,7 +482,10 @@ def all_tests(m):
     for d in DIMS if os.path.exists(METAMORPHIC) else ():
         if (not m.a.dims or str(d) in m.a.dims) and m.program(METAMORPHIC, d):
             here = os.path.dirname(METAMORPHIC)
-            tests[Test(METAMORPHIC, d, '--quick')] = digest(needed(sorted(os.path.join(here, n) for n in os.listdir(here))))
+            text = digest(needed(sorted(os.path.join(here, n) for n in os.listdir(here))))
+            tests[Test(METAMORPHIC, d, '--quick')] = text
+            for seed in range(1, PAIRS[d] + 1):
+                tests[Test(METAMORPHIC, d, '--seed %d --pairs 1 --closed' % seed)] = text
     return {t: text for t, text in tests.items() if re.search(m.a.tests, name_of(t))}
 
 
@@ -685,14 +706,14 @@ class Fault:
 
 
     def watch(self, d):
-        """Libraries where the sanitizers see what this source does, with the fault and without."""
-        m = self.m
-        for library, source in (('fault', self.source), ('watched', os.path.join('src', self.path))):
-            to = os.path.join(m.dir, 'watched%dd.o' % d)
-            original = os.path.join(m.a.build, 'obj%dd' % d, self.path[:-2] + '.o')
-            if not m.compile(source, d, to, [f for f in m.dev if not f.startswith('-g')] + SANITIZED)[0]:
-                return False
-            m.link(library, d, [to if o == original else o for o in m.objects(d)])
+        """Libraries where the sanitizers see what all sources do, with the fault and without: arrays of one source are
+        lent to others."""
+        m, to = self.m, os.path.join(self.m.dir, 'watched%dd.o' % d)
+        objects = m.sanitized(d)
+        own = os.path.join(m.dir, 'watched', 'obj%dd' % d, self.path[:-2] + '.o')
+        if not objects or not m.compile(self.source, d, to, m.sanitizing)[0]:
+            return False
+        m.link('fault', d, [to if o == own else o for o in objects])
         return True
 
 
@@ -700,7 +721,8 @@ def watch(m, fault, line, known):
     """As judge, of a fault that no test sees by itself: the sanitizers say whether it leaves an array."""
     total, used, ready = 0.0, 0, {}
     met = {t: d for t, d in known.meeting(fault.path, line).items() if t.dim and t.path != METAMORPHIC}
-    for test in sorted(met, key=lambda t: known.tests[name_of(t)]['seconds']):
+    dims = [d for d in (2, 3, 1) if fault.state.get(d) == 'some' and any(t.dim == d for t in met)][:1]  # it costs a build
+    for test in sorted((t for t in met if t.dim in dims), key=lambda t: known.tests[name_of(t)]['seconds']):
         d = test.dim
         if total > 0.25 * m.a.seconds or not m.asan:
             break
