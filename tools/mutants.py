@@ -434,6 +434,8 @@ class Machine:
             built = self.program('drivers/scene.c', d)
             to = os.path.join(self.dir, 'programs', 'pd%dd' % d)
             if built and not os.path.exists(to):
+                if os.path.islink(to):
+                    os.remove(to)  # of a folder that has moved
                 os.symlink(os.path.abspath(built), to)
 
 
