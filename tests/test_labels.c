@@ -46,8 +46,8 @@ static int picture(const char *text, const char *name)
         P.count++;
     }
     const char *image = strstr(P.all, "<image ");
-    return CHECK(image != NULL) && CHECK_INT(sscanf(image, "<image x=\"%lf\" y=\"%lf\" width=\"%lf\" height=\"%lf\"", &P.left,
-                                                    &P.top, &P.width, &P.height), 4);
+    return CHECK(image != NULL) && CHECK_INT(sscanf(image, "<image x=\"%lf\" y=\"%lf\" width=\"%lf\" height=\"%lf\"",
+                                                    &P.left, &P.top, &P.width, &P.height), 4);
 }
 
 static const label *label_of(const char *text)
@@ -66,7 +66,8 @@ static int number_of(const char *text, double *value)
     return end != text && *end == '\0';
 }
 
-/* Labels below the image: x of lo + (hi - lo) (x - left)/width. Labels left of it: likewise up. At least `least` of each. */
+/* Labels below the image stand for lo + (hi - lo) (x - left)/width, those left of it likewise up; at least `least` of
+ * each. */
 static void axes(double lo0, double hi0, double lo1, double hi1, int least)
 {
     int halves = lo1 < 0.0; /* distances from an axis in the middle */
@@ -96,7 +97,8 @@ static void bar(double lo, double hi, int logarithm, int least)
     for (int k = 0; k < P.count; k++) {
         double value, share;
         const label *l = &P.label[k];
-        if (l->x < P.left + P.width + 20.0 || l->y < P.top || l->y > bottom + 9.0 || !number_of(l->text, &value)) continue;
+        if (l->x < P.left + P.width + 20.0 || l->y < P.top || l->y > bottom + 9.0) continue;
+        if (!number_of(l->text, &value)) continue;
         share = logarithm ? log(value / lo) / log(hi / lo) : (value - lo) / (hi - lo);
         CHECK(share > -1e-6 && share < 1.0 + 1e-6);
         CHECK_NEAR(l->y - 7.0, bottom - share * P.height, 1.5);
@@ -115,7 +117,8 @@ static void bar(double lo, double hi, int logarithm, int least)
 #define FIELD \
     "[grid] h = 1 mm, 0.5 mm, 2 mm  box = -10 mm .. 30 mm, 5 mm .. 25 mm, 0 .. 8 mm\n" \
     "[transport] D = 1e-12 m2/s  initial = (1 + (x + 10 mm) / 1 mm + 2 * (y - 5 mm) / 0.5 mm) * 1 mol/m3\n" \
-    "[run] until = 0.2 s\n[output] every = 0.1 s  fields = none  images = C  format = svg  width = 400  slice = z 4 mm  "
+    "[run] until = 0.2 s\n" \
+    "[output] every = 0.1 s  fields = none  images = C  format = svg  width = 400  slice = z 4 mm  "
 #endif
 
 /* 40 and 40 cells: from 1 + 0.5 + 1 to 1 + 39.5 + 79. */
@@ -183,14 +186,16 @@ TEST(slices)
         char text[600];
         int right = axis == 0 ? 1 : 0, up = axis == 2 ? 1 : 2;
         snprintf(text, sizeof text, "[grid] h = 2 mm  box = -10 mm .. 30 mm, 5 mm .. 25 mm, 0 .. 12 mm\n"
-                 "[transport] D = 1e-12 m2/s  initial = ((x + 10 mm) / 2 mm + 30 * (y - 5 mm) / 2 mm + 500 * z / 2 mm) * "
-                 "1 mol/m3\n[run] until = 1e-3 s\n"
-                 "[output] every = 1e-3 s  fields = none  images = C  format = svg  width = 400  %s", slice[axis]);
+                 "[transport] D = 1e-12 m2/s\n"
+                 "initial = ((x + 10 mm) / 2 mm + 30 * (y - 5 mm) / 2 mm + 500 * z / 2 mm) * 1 mol/m3\n"
+                 "[run] until = 1e-3 s\n[output] every = 1e-3 s  fields = none  images = C  format = svg  width = 400  %s",
+                 slice[axis]);
         if (!picture(text, "C_000000_t0.0s.svg")) return;
         axes(lo[right], hi[right], lo[up], hi[up], 3);
         static const double rise[3] = {1.0, 30.0, 500.0}, at[3] = {11.5, 1.5, 1.5};
         double from = rise[axis] * at[axis] + 0.5 * (rise[right] + rise[up]);
-        double to = from + rise[right] * ((hi[right] - lo[right]) / 2.0 - 1.0) + rise[up] * ((hi[up] - lo[up]) / 2.0 - 1.0);
+        double across = (hi[right] - lo[right]) / 2.0 - 1.0, above = (hi[up] - lo[up]) / 2.0 - 1.0;
+        double to = from + rise[right] * across + rise[up] * above;
         bar(from, to, 0, 2);
         CHECK(label_of(right ? "y [mm]" : "x [mm]") && label_of(up == 1 ? "y [mm]" : "z [mm]"));
     }

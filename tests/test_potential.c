@@ -504,6 +504,6 @@ TEST(bipolar)
 #define PIECES
 #endif
 
-TEST_MAIN(ENTRY(plates_anywhere) ENTRY(held_sides_and_layers) ENTRY(mixed_potentials) ENTRY(limiting_currents) ENTRY(other_polarity)
-          ENTRY(far_starts) ENTRY(high_voltage) ENTRY(scales) ENTRY(any_reference) ENTRY(receding)
+TEST_MAIN(ENTRY(plates_anywhere) ENTRY(held_sides_and_layers) ENTRY(mixed_potentials) ENTRY(limiting_currents)
+          ENTRY(other_polarity) ENTRY(far_starts) ENTRY(high_voltage) ENTRY(scales) ENTRY(any_reference) ENTRY(receding)
           ENTRY(refusals) PIECES)

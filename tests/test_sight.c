@@ -126,7 +126,8 @@ TEST(faces_in_the_sides)
         for (int a = 0; a < cells[0] && k; a++)
             for (int b = 0; b < cells[1]; b++) {
                 int cell[3] = {a, b, 0};
-                double x[3] = {(low[0] + (a + 0.5) * size[0]) * 1e-6, (low[1] + (b + 0.5) * size[1]) * 1e-6, low[2] * 1e-6};
+                double x[3] = {(low[0] + (a + 0.5) * size[0]) * 1e-6, (low[1] + (b + 0.5) * size[1]) * 1e-6,
+                               low[2] * 1e-6};
                 CHECK_NEAR((double)shade.value[pixel(&shade, x)], model.grain.id[pd_grid_node(&model.grid, cell)], 0.0);
                 seen++;
             }

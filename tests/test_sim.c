@@ -233,9 +233,9 @@ TEST(figures_of_a_probe)
     pd_run_result result;
     int looks = 0;
     memset(&desc, 0, sizeof desc);
-    if (!CHECK_OK(&ctx, load(&ctx, PIN_SCENE "[probe a] at = 41 um" ZERO "  fields = density, C, v, kind, p, rate, grain\n",
-                             NULL, 0, &setup)))
-        return;
+    static const char *const text =
+        PIN_SCENE "[probe a] at = 41 um" ZERO "  fields = density, C, v, kind, p, rate, grain\n";
+    if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &setup))) return;
     desc.dry = 1;
     desc.observe = watch_probe;
     desc.observe_user = &looks;

@@ -8,13 +8,13 @@ dimension the fault has no effect.
 
 A map says which lines each test executes: the sources are built once more in $(BUILD)/mutants/cover, with a call at the
 begin of each block of code (-fsanitize-coverage=trace-pc of gcc and clang). A test is one entry of a test program, one
-scene of tests/scenes or a shell script that runs scenes. The map is kept; after a change tests whose text differs run
+scene of tests/scenes, a pair of random scenes or a shell script that runs scenes. The map is kept; after a change tests whose text differs run
 anew, and with other sources all do, unless --old-map says that lines are to be found again by their text.
 
 A fault is met by the tests that execute its line, cheap and near ones first, until one fails or --seconds of processor
 time have passed. A line that no test executes has no test to run. A test that fails without a fault, too, counts for
-nothing. Limits are processor time. What no test sees is compiled once more with the address and undefined-behaviour
-sanitizers, as CI runs them: a fault that leaves an array counts as seen.
+nothing. Limits are processor time. What no test sees runs once more with the address and undefined-behaviour sanitizers
+in all sources, as CI runs them, in one dimension: a fault that leaves an array counts as seen.
 
 Printed are faults that no test has seen, and last a line "N mutants, N built, N with an effect, N killed, N survived".
 The status is 0. The same seed and sources give the same faults. --unseen prints the lines that no test executes.
