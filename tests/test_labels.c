@@ -188,7 +188,8 @@ TEST(slices)
         snprintf(text, sizeof text, "[grid] h = 2 mm  box = -10 mm .. 30 mm, 5 mm .. 25 mm, 0 .. 12 mm\n"
                  "[transport] D = 1e-12 m2/s\n"
                  "initial = ((x + 10 mm) / 2 mm + 30 * (y - 5 mm) / 2 mm + 500 * z / 2 mm) * 1 mM\n"
-                 "[run] until = 1e-3 s\n[output] every = 1e-3 s  fields = none  images = C  format = svg  width = 400  %s",
+                 "[run] until = 1e-3 s\n"
+                 "[output] every = 1e-3 s  fields = none  images = C  format = svg  width = 400  %s",
                  slice[axis]);
         if (!picture(text, "C_000000_t0.0s.svg")) return;
         axes(lo[right], hi[right], lo[up], hi[up], 3);
