@@ -54,8 +54,7 @@ static const label *label_of(const char *text)
 {
     for (int k = 0; k < P.count; k++)
         if (strcmp(P.label[k].text, text) == 0) return &P.label[k];
-    CHECK(!"the label is there");
-    NOTE("no label %s", text);
+    CHECK_STR("no label", text);
     return NULL;
 }
 
