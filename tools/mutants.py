@@ -8,8 +8,9 @@ dimension the fault has no effect.
 
 A map says which lines each test executes: the sources are built once more in $(BUILD)/mutants/cover, with a call at the
 begin of each block of code (-fsanitize-coverage=trace-pc of gcc and clang). A test is one entry of a test program, one
-scene of tests/scenes, a pair of random scenes or a shell script that runs scenes. The map is kept; after a change tests whose text differs run
-anew, and with other sources all do, unless --old-map says that lines are to be found again by their text.
+scene of tests/scenes, a pair of random scenes of CI or a shell script that runs scenes. The map is kept; after a change
+tests whose text differs run anew, and with other sources all do, unless --old-map says that lines are to be found again
+by their text.
 
 A fault is met by the tests that execute its line, cheap and near ones first, until one fails or --seconds of processor
 time have passed. A line that no test executes has no test to run. A test that fails without a fault, too, counts for
@@ -405,7 +406,7 @@ class Machine:
                 more['SCENES'] = test.entry
         where = ':'.join(os.path.abspath(os.path.join(self.dir, l)) for l in (library, 'plain'))
         tmp = os.path.abspath(os.path.join(self.dir, 'tmp'))
-        result = self.call(command, limit, PROGRAMS=os.path.join(self.dir, 'programs'), BUILD=self.a.build,
+        result = self.call(command, limit, PROGRAMS=os.path.join(self.dir, 'programs'), BUILD=os.path.join(self.dir, 'home'),
                            LD_LIBRARY_PATH=where, TMPDIR=tmp, **more)
         for name in os.listdir(tmp):
             shutil.rmtree(os.path.join(tmp, name), ignore_errors=True)
@@ -437,6 +438,17 @@ class Machine:
                 if os.path.islink(to):
                     os.remove(to)  # of a folder that has moved
                 os.symlink(os.path.abspath(built), to)
+        # shell tests find programs in the build folder, too: those of here, and the others
+        home = os.path.join(self.dir, 'home')
+        shutil.rmtree(home, ignore_errors=True)
+        os.makedirs(home)
+        for name in os.listdir(self.a.build):
+            own = os.path.join(self.dir, 'programs', name)
+            os.symlink(os.path.abspath(own if os.path.exists(own) else os.path.join(self.a.build, name)),
+                       os.path.join(home, name))
+        for name in os.listdir(os.path.join(self.dir, 'programs')):
+            if not os.path.lexists(os.path.join(home, name)):
+                os.symlink(os.path.abspath(os.path.join(self.dir, 'programs', name)), os.path.join(home, name))
 
 
 # ---- tests ----
