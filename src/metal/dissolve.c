@@ -451,13 +451,13 @@ static int pdi_dissolve_moderate(pd_dissolve *d, double lost, double dt)
     return 0;
 }
 
-/* 1: the step stands. */
-static int pdi_dissolve_stands(pd_dissolve *d, double dt)
+/* PD_OK: the step stands; PD_RETRY: it does not. */
+static pd_status pdi_dissolve_stands(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
 {
     double lost = 0.0;
     for (int32_t f = 0; f < d->front_count; f++)
         if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = pdi_max(lost, dt * pdi_dissolve_pace(d, f));
-    return pdi_dissolve_moderate(d, lost, dt) && pdi_error_stands(d, lost, dt);
+    return pdi_dissolve_moderate(d, lost, dt) ? pdi_error_stands(ctx, d, lost, dt, result) : PD_RETRY;
 }
 
 /* Law and transport of a step together. */
@@ -479,7 +479,8 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
         pdi_dissolve_rates(ctx, d);
         /* less metal leaves less in the fluid, so others give more: each round finds new pieces, or is the last one */
         if (pdi_content_spare(d, dt)) continue;
-        return pdi_dissolve_stands(d, dt) ? status : PD_RETRY;
+        pd_status stands = pdi_dissolve_stands(ctx, d, dt, result);
+        return stands == PD_OK ? status : stands;
     }
     d->retry_dt = 0.5 * dt;
     return PD_RETRY;

@@ -1,5 +1,6 @@
 /* error: see error.h */
 #include "metal/error.h"
+#include "core/par.h"
 #include <math.h>
 
 /* The share of the longest step that is taken, how much longer or shorter the next one may be, and the loss of a node
@@ -11,6 +12,8 @@
 #define PDI_ERROR_SUM 5.0
 /* Steps that are foreseen and not taken again: how much longer the next one may be. */
 #define PDI_ERROR_GROWTH 1.5
+/* Share of it that the equations of errors leave undone. */
+#define PDI_ERROR_DAMPED 1e-3
 
 /* Of a step [mol]. */
 typedef struct pdi_error_step {
@@ -85,6 +88,61 @@ static void pdi_error_look(pd_dissolve *d, double dt, pdi_error_step *step)
     step->aside = pdi_sum_total(&aside) * volume;
 }
 
+/* The right-hand side [mol/m3/s] of the errors of the step at the nodes of the fluid: half of what changes on the way.
+ * Nodes held at a jump are right; what they would get is left in `late`. */
+static void pdi_error_right(pd_ctx *ctx, pd_dissolve *d, double dt)
+{
+    pd_transport *t = d->transport;
+    int32_t total = d->grid->total;
+    double *right = t->work, *back = t->work + total;
+    int nt = pdi_par_threads(ctx, (int64_t)total * 2);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++) back[i] = d->grid->kind[i] == PD_FLUID ? t->old[i] - t->c[i] : 0.0;
+    pdi_transport_operator(ctx, t, back, right);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < total; i++)
+        right[i] = d->grid->kind[i] == PD_FLUID ? 0.5 * ((1.0 / dt + t->absorb[i]) * back[i] - right[i]) : 0.0;
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        pdi_beside *beside = &d->beside[k];
+        if (!(beside->weight > 0.0)) continue;
+        beside->late = right[beside->node];
+        right[beside->node] += 0.5 * beside->weight * (beside->before - pdi_interface_line(d, beside));
+        if (beside->point.pinned) right[beside->node] = 0.0;
+    }
+}
+
+/* The errors of the step with what the fluid makes of them until its end (the matrix of the step): a law that ends or
+ * falls soon leaves what the fluid takes, whatever it began with. Fluxes that are limited are left as they are. */
+static pd_status pdi_error_damp(pd_ctx *ctx, pd_dissolve *d, double dt, pdi_error_step *step,
+                                pd_transport_result *result)
+{
+    pd_transport *t = d->transport;
+    pdi_sum off = {0.0, 0.0}, lean = {0.0, 0.0};
+    double *error = t->work + d->grid->total, volume = d->paths.stencil->volume;
+    if (d->desc.activation || pdi_transport_limits(t)) return PD_OK;
+    pdi_error_right(ctx, d, dt);
+    pd_status status = pdi_transport_refine(ctx, t, PDI_ERROR_DAMPED, result);
+    if (status == PD_OK) {
+        pdi_transport_operator(ctx, t, error, t->work);
+        for (int32_t k = 0; k < d->beside_count; k++) {
+            const pdi_beside *beside = &d->beside[k];
+            int32_t i = beside->node;
+            if (!(beside->weight > 0.0)) continue;
+            double late = 0.5 * beside->weight * (beside->before - pdi_interface_line(d, beside)) -
+                          t->absorb[i] * error[i];
+            if (beside->point.pinned) late = t->work[i] - beside->late;
+            late *= dt * pdi_grid_circumference(d->grid, i);
+            pdi_sum_add(&lean, late);
+            pdi_sum_add(&off, fabs(late));
+        }
+        step->lean = pdi_sum_total(&lean) * volume;
+        step->off = pdi_sum_total(&off) * volume + step->aside;
+    }
+    if (t->pinned_count) pdi_transport_residual(ctx, t, t->work); /* as it was */
+    return status < 0 ? status : PD_OK;
+}
+
 /* By how much longer a step may be, by its own error and by the sum of all steps. Both go with its square. */
 static double pdi_error_longer(const pd_dissolve *d, const pdi_error_step *step)
 {
@@ -96,20 +154,24 @@ static double pdi_error_longer(const pd_dissolve *d, const pdi_error_step *step)
     return pdi_min(factor, PDI_ERROR_SAFE * pdi_max(rate, sum));
 }
 
-/* 1: the metal lost is right in time. What is faint against a cell is right. */
-static int pdi_error_accurate(pd_dissolve *d, double lost, double dt)
+/* PD_OK: the metal lost is right in time. What is faint against a cell is right. */
+static pd_status pdi_error_accurate(pd_ctx *ctx, pd_dissolve *d, double lost, double dt, pd_transport_result *result)
 {
     pdi_error_step step;
     d->next_dt = HUGE_VAL;
-    if (!(d->rtol > 0.0)) return 1;
+    if (!(d->rtol > 0.0)) return PD_OK;
     pdi_error_look(d, dt, &step);
-    d->step_lean = step.lean;
     double factor = pdi_error_longer(d, &step);
+    if (factor < PDI_ERROR_LONGER) {
+        PDI_TRY(pdi_error_damp(ctx, d, dt, &step, result));
+        factor = pdi_error_longer(d, &step);
+    }
+    d->step_lean = step.lean;
     int faint = lost <= PDI_ERROR_FAINT * d->rtol;
     if (factor <= PDI_ERROR_LONGER) d->next_dt = dt * (faint ? PDI_ERROR_LONGER : factor);
-    if (factor >= PDI_ERROR_SAFE || faint) return 1;
+    if (factor >= PDI_ERROR_SAFE || faint) return PD_OK;
     d->retry_dt = dt * pdi_max(factor, 1.0 / PDI_ERROR_LONGER);
-    return 0;
+    return PD_RETRY;
 }
 
 /* Bonds: the next step from the error in time of the fluid, half of what it has moved otherwise than before, over Csat,
@@ -143,13 +205,15 @@ static int pdi_error_foresee(pd_dissolve *d, double lost, double dt)
     return 1;
 }
 
-PDI_FN int pdi_error_stands(pd_dissolve *d, double lost, double dt)
+PDI_FN pd_status pdi_error_stands(pd_ctx *ctx, pd_dissolve *d, double lost, double dt, pd_transport_result *result)
 {
+    pd_status status = PD_OK;
     int judged = !pdi_metal_bonds(d) || !d->turned;
     d->next_dt = HUGE_VAL;
     d->step_lean = 0.0;
-    if (judged && !pdi_error_accurate(d, lost, dt)) return 0;
-    return !pdi_metal_bonds(d) || pdi_error_foresee(d, lost, dt);
+    if (judged) status = pdi_error_accurate(ctx, d, lost, dt, result);
+    if (status != PD_OK || !pdi_metal_bonds(d)) return status;
+    return pdi_error_foresee(d, lost, dt) ? PD_OK : PD_RETRY;
 }
 
 /* Metal [mol/s] by the speeds at the start of a step, or by those of now. */
@@ -231,3 +295,4 @@ PDI_FN pd_status pdi_error_held(pd_ctx *ctx, pd_dissolve *d, double dt)
 #undef PDI_ERROR_FAINT
 #undef PDI_ERROR_SUM
 #undef PDI_ERROR_GROWTH
+#undef PDI_ERROR_DAMPED

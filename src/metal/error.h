@@ -18,9 +18,10 @@ PDI_FN void pdi_error_middle(pd_dissolve *dissolve);
 /* Nodes that are held at a jump begin with the speed that the fluid takes there. Transport has begun a step of dt [s].
  */
 PDI_FN pd_status pdi_error_held(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
-/* 1: the step of dt [s] stands, and `next_dt` follows from it. 0: it is taken again, with `retry_dt`. `lost` [-]: the
- * most that a node loses, of its content. */
-PDI_FN int pdi_error_stands(pd_dissolve *dissolve, double lost, double dt);
+/* PD_OK: the step of dt [s] stands, and `next_dt` follows from it. PD_RETRY: it is taken again, with `retry_dt`. `lost`
+ * [-]: the most that a node loses, of its content. */
+PDI_FN pd_status pdi_error_stands(pd_ctx *ctx, pd_dissolve *dissolve, double lost, double dt,
+                                  pd_transport_result *result);
 /* The step that stands is over; its speeds are settled. */
 PDI_FN void pdi_error_end(pd_dissolve *dissolve, double dt);
 #endif

@@ -192,6 +192,7 @@ typedef struct pdi_beside {
     double film;           /* [mol/m3] sum of weight times the film */
     double flux;           /* [mol/m4] sum of weight times f Cs/Cs of the first metal */
     double before;         /* [m/s] speed at the start of the step */
+    double late;           /* [mol/m3/s] half of what transport brings more at the start of a step than at its end */
     int fresh;             /* 1: bonds: not there when the rates were found */
     pdi_law_point point;
 } pdi_beside;
