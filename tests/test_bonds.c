@@ -224,8 +224,8 @@ TEST(pencil_electrode)
 }
 
 /* Either drive is of first order: the rate is so fast that diffusion alone decides the depth. Fluid at Csat begins one
- * cell early, which is worth h/(2 lambda sqrt(D t)) = h/25 um of the depth at 10 s at most. Steps
- * whose errors are small against that. */
+ * cell early, which is worth h/(2 lambda sqrt(D t)) = h/25 um of the depth at 10 s at most. Errors of steps are small
+ * against that. */
 TEST(pencil_by_either_drive)
 {
     for (int m = 1; m <= (PD_DIM == 1 ? 3 : 1); m += 2)

@@ -112,15 +112,16 @@ static void pdi_error_right(pd_ctx *ctx, pd_dissolve *d, double dt)
     }
 }
 
-/* The errors of the step with what the fluid makes of them until its end (the matrix of the step): a law that ends or
- * falls soon leaves what the fluid takes, whatever it began with. Fluxes that are limited are left as they are. */
+/* Bonds: the error of the step with what the fluid makes of it until its end (by the matrix of the step). Where a law
+ * ends or falls within the step, metal gives what the fluid takes, whatever the law began with. Fluxes that are limited
+ * are left as they are; so is a surface rate, whose fluid is right for no other reason. */
 static pd_status pdi_error_damp(pd_ctx *ctx, pd_dissolve *d, double dt, pdi_error_step *step,
                                 pd_transport_result *result)
 {
     pd_transport *t = d->transport;
-    pdi_sum off = {0.0, 0.0}, lean = {0.0, 0.0};
-    double *error = t->work + d->grid->total, volume = d->paths.stencil->volume;
-    if (d->desc.activation || pdi_transport_limits(t)) return PD_OK;
+    pdi_sum lean = {0.0, 0.0};
+    double *error = t->work + d->grid->total;
+    if (!pdi_metal_bonds(d) || d->desc.activation || pdi_transport_limits(t)) return PD_OK;
     pdi_error_right(ctx, d, dt);
     pd_status status = pdi_transport_refine(ctx, t, PDI_ERROR_DAMPED, result);
     if (status == PD_OK) {
@@ -132,12 +133,9 @@ static pd_status pdi_error_damp(pd_ctx *ctx, pd_dissolve *d, double dt, pdi_erro
             double late = 0.5 * beside->weight * (beside->before - pdi_interface_line(d, beside)) -
                           t->absorb[i] * error[i];
             if (beside->point.pinned) late = t->work[i] - beside->late;
-            late *= dt * pdi_grid_circumference(d->grid, i);
-            pdi_sum_add(&lean, late);
-            pdi_sum_add(&off, fabs(late));
+            pdi_sum_add(&lean, dt * late * pdi_grid_circumference(d->grid, i));
         }
-        step->lean = pdi_sum_total(&lean) * volume;
-        step->off = pdi_sum_total(&off) * volume + step->aside;
+        step->lean = pdi_sum_total(&lean) * d->paths.stencil->volume;
     }
     if (t->pinned_count) pdi_transport_residual(ctx, t, t->work); /* as it was */
     return status < 0 ? status : PD_OK;
