@@ -83,7 +83,8 @@ TEST(current_is_a_speed)
     if (!CHECK_OK(&ctx, load(&ctx, FLAT "[corrode] current = 5 A/cm2 * (1 - C/Csat)  Cs = 143 mol/L  Csat = 5 mol/L\n"
                              "D = 1e-9 m2/s\n" END, NULL, 0, &u)))
         return;
-    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &c), 2.5e4 / (2.19 * 96485.33212331001 * 143e3), 1e-12);
+    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &c),
+              2.5e4 / (2.19 * 96485.33212331001 * 143e3), 1e-12);
     leave(&ctx, &u);
 }
 
