@@ -78,10 +78,9 @@ PDI_COLD_END
 static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, double c, const double *target)
 {
     pd_steady_result result;
-    int again = c > PDI_SDIRK_GAMMA;
     PDI_TRY(pdi_flow_at(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
     pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_SDIRK_GAMMA * dt), target, im->desc.tolerance,
-                                        again, &result);
+                                        &result);
     im->evaluations += result.evaluations;
     return status;
 }
@@ -100,7 +99,7 @@ static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
     pdi_par_copy(ctx, split, flow->u, im->start);
     pdi_par_copy(ctx, total, flow->p, im->start + split);
     flow->stabilisation = PDI_IMPLICIT_IMPULSE / rate;
-    pd_status status = pdi_steady_stage(ctx, im->steady, rate, im->start, im->desc.tolerance, 0, &result);
+    pd_status status = pdi_steady_stage(ctx, im->steady, rate, im->start, im->desc.tolerance, &result);
     flow->stabilisation = steady;
     im->evaluations += result.evaluations;
     pdi_par_copy(ctx, total, im->start + split, flow->p);
@@ -295,7 +294,7 @@ static pd_status pdi_implicit_balance(pd_ctx *ctx, pd_implicit *im)
     if (status != PD_OK) return status;
     pdi_par_copy(ctx, split, flow->u, im->start);
     pdi_par_copy(ctx, total, flow->p, im->start + split);
-    status = pdi_steady_stage(ctx, im->steady, 1.0 / im->desc.first, im->start, im->desc.tolerance, 0, &result);
+    status = pdi_steady_stage(ctx, im->steady, 1.0 / im->desc.first, im->start, im->desc.tolerance, &result);
     im->evaluations += result.evaluations;
     if (status == PD_OK) return PD_OK;
     pdi_par_copy(ctx, split, im->start, flow->u);

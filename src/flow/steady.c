@@ -239,7 +239,10 @@ static pd_status pdi_steady_lent(pd_ctx *ctx, pd_steady *s, pd_status (*fill)(pd
 static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
 {
     s->shift = shift;
-    return pdi_steady_lent(ctx, s, pdi_steady_fill);
+    s->prepared = 0;
+    PDI_TRY(pdi_steady_lent(ctx, s, pdi_steady_fill));
+    s->prepared = 1;
+    return PD_OK;
 }
 
 /* Largest residuals of s->residual: against the tolerance, and for reports. */
@@ -490,6 +493,7 @@ PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
         s->mg_u.fields = s->jacobian.along; /* cycles and products take turns */
         s->poisson = 0;
+        s->prepared = 0;
         for (int k = 0, count = pdi_steady_multigrids(s, mg); k < count; k++) pdi_multigrid_open(mg[k]);
     }
     s->held++;
@@ -716,8 +720,14 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
     return pdi_steady_release(ctx, s, pdi_steady_find(ctx, s, result));
 }
 
+/* 1: the preconditioner is set up for the rate of the stage. A stage that begins within its tolerance sets up none. */
+static int pdi_steady_is_prepared(const pd_steady *s)
+{
+    return s->prepared && !(s->shift < s->rate) && !(s->shift > s->rate);
+}
+
 /* A stage with the rate and the target in s. */
-static pd_status pdi_steady_find_stage(pd_ctx *ctx, pd_steady *s, double tolerance, int again, pd_steady_result *result)
+static pd_status pdi_steady_find_stage(pd_ctx *ctx, pd_steady *s, double tolerance, pd_steady_result *result)
 {
     const pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
@@ -734,9 +744,8 @@ static pd_status pdi_steady_find_stage(pd_ctx *ctx, pd_steady *s, double toleran
         before = norm;
         double forcing = pdi_min(PDI_STEADY_STAGE_FORCING, pdi_max(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
         pdi_jacobian_freeze(ctx, &s->jacobian);
-        if (!again) status = pdi_steady_setup(ctx, s, s->rate);
+        if (!pdi_steady_is_prepared(s)) status = pdi_steady_setup(ctx, s, s->rate);
         if (status < 0) break;
-        again = 1;
         status = pdi_steady_newton(ctx, s, forcing, result, &effort);
         if (status < 0) break;
     }
@@ -745,14 +754,14 @@ static pd_status pdi_steady_find_stage(pd_ctx *ctx, pd_steady *s, double toleran
 }
 
 PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
-                                  int again, pd_steady_result *result)
+                                  pd_steady_result *result)
 {
     memset(result, 0, sizeof *result);
     PDI_TRY(pdi_flow_patch(ctx, s->flow));
     PDI_TRY(pdi_steady_hold(ctx, s));
     s->rate = rate;
     s->target = target;
-    pd_status status = pdi_steady_find_stage(ctx, s, tolerance, again, result);
+    pd_status status = pdi_steady_find_stage(ctx, s, tolerance, result);
     s->rate = 0.0;
     s->target = NULL;
     return pdi_steady_release(ctx, s, status);

@@ -42,6 +42,7 @@ typedef struct pd_steady {
     double *potential;                  /* [total] [m2/s] of the flow, after a solve */
     int32_t worst;                      /* the node with the largest residual of the last solve */
     double uneven;                      /* [m^d/s] most that sections of the flow differ by, after a solve */
+    int prepared;                       /* 1: the preconditioner is set up for `shift`, since the solve is held */
     double shift;                       /* [1/s] 1 over the pseudo time step */
     double rate;                        /* [1/s] rate (u - target) joins the momentum residual; 0: steady */
     const double *target;               /* [PD_DIM][total] [m/s] */
@@ -88,10 +89,10 @@ PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_archive *ar
 /* Make ready for pdi_steady_stage, once: room in the arena, and `more` [byte] for whoever takes the steps. */
 PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *steady, size_t more);
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
- * velocity against the reference speed, and of the continuity residual. again: 1 when the preconditioner of the last
- * stage is as good for this one, and was held since. PD_RETRY: not reached, flow holds no solution. */
+ * velocity against the reference speed, and of the continuity residual. A preconditioner of the same rate that was held
+ * since serves again. PD_RETRY: not reached, flow holds no solution. */
 PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target, double tolerance,
-                                  int again, pd_steady_result *result);
+                                  pd_steady_result *result);
 #endif
 
 #endif
