@@ -384,6 +384,32 @@ TEST(derivatives)
     }
 }
 
+/* A volume that has just become fluid: water is no equilibrium, so that it holds no H+, and the acid that brucite lacks
+ * makes none of it where there is no Mg2+. */
+TEST(empty_volume)
+{
+    mixture v;
+    pd_mineral of;
+    double c[PD_SPECIES_MOST] = {0.0}, total[PD_SPECIES_MOST], n = 0.0, before = 0.0;
+    pd_mineral_start start;
+    memset(&v, 0, sizeof v);
+    memset(&of, 0, sizeof of);
+    pd_ctx_init(&v.ctx);
+    mix_species(&v, "H2O", NULL, 55344.0);
+    mix_species(&v, "H+", NULL, 0.0);
+    int hydroxide = mix_species(&v, "OH-", NULL, 0.0), metal = mix_species(&v, "Mg2+", NULL, 0.0);
+    of.species = mix_species(&v, "Mg(OH)2(s)", NULL, 0.0);
+    mix_reaction(&v, "Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O", 16.84, 0.0, NULL);
+    if (!build(&v, PD_ACTIVITY_IDEAL, &of, 1)) return;
+    c[test_system.place[hydroxide]] = c[test_system.place[metal]] = 1e-200;
+    start.dt = 1.0;
+    start.start = &before;
+    pdi_mineral_begin(&test_system, &test_minerals, &n, c, &start);
+    pdi_components_totals(&test_system, c, total);
+    CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);
+    CHECK_NEAR(n, 0.0, 1e-200);
+}
+
 TEST(refusals)
 {
     mixture v;
@@ -416,5 +442,5 @@ TEST(refusals)
     CHECK(strstr(v.ctx.message, "no solid") != NULL);
 }
 
-TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(laws) ENTRY(limits) ENTRY(stage_beyond) ENTRY(two_fill_a_room)
-          ENTRY(unlike_rooms) ENTRY(any_order_of_three) ENTRY(derivatives) ENTRY(refusals))
+TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(laws) ENTRY(limits) ENTRY(stage_beyond) ENTRY(empty_volume)
+          ENTRY(two_fill_a_room) ENTRY(unlike_rooms) ENTRY(any_order_of_three) ENTRY(derivatives) ENTRY(refusals))

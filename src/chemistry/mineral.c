@@ -135,10 +135,15 @@ PDI_FN double pdi_mineral_fraction(const pd_minerals *m, const double *n)
 
 PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *at)
 {
-    double sum = m->square[s] * pdi_components_activity(c, at) - m->ln_k[s];
-    for (int i = 0; i < c->solutes; i++)
-        if (m->nu[s][i] != 0.0) sum += m->nu[s][i] * log(pdi_max(at[i], PDI_MINERAL_LEAST));
-    return sum;
+    double sum = m->square[s] * pdi_components_activity(c, at) - m->ln_k[s], more = 0.0;
+    int lacks = 0;
+    for (int i = 0; i < c->solutes; i++) {
+        double size = m->nu[s][i] != 0.0 ? m->nu[s][i] * log(pdi_max(at[i], PDI_MINERAL_LEAST)) : 0.0;
+        lacks |= m->nu[s][i] > 0.0 && !(at[i] > 1.01 * PDI_MINERAL_LEAST);
+        if (m->nu[s][i] < 0.0) more += size;
+        else sum += size;
+    }
+    return sum + (lacks ? pdi_min(more, 0.0) : more); /* no acid makes a mineral of ions that are not there */
 }
 
 PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n, const double *at,
