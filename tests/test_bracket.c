@@ -75,6 +75,19 @@ TEST(either_end)
     }
 }
 
+static double between(double x, double at) { return (x - at) - 1e-20; }
+
+/* A root between two numbers, of which the first step finds one: the other end comes as near in a few steps. */
+TEST(beside_a_root)
+{
+    for (int k = 0; k < 4; k++) {
+        double at = k % 2 ? 0.3 : -0.3, from = at - 0.7, to = at + 5.0;
+        int steps = k < 2 ? search(between, at, from, to) : search(between, at, to, from);
+        CHECK(steps >= 0);
+        CHECK_LE(steps, 16);
+    }
+}
+
 /* A root of seventh order, where false positions gain little: no worse than four halvings a bit of the bracket. */
 TEST(flat_root)
 {
@@ -102,4 +115,4 @@ TEST(ends)
     CHECK(pdi_bracket_next(&zero, &x) && x > 0.0 && x < 1.0);
 }
 
-TEST_MAIN(ENTRY(finds_the_last_number) ENTRY(order) ENTRY(either_end) ENTRY(flat_root) ENTRY(ends))
+TEST_MAIN(ENTRY(finds_the_last_number) ENTRY(order) ENTRY(either_end) ENTRY(beside_a_root) ENTRY(flat_root) ENTRY(ends))

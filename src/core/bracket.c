@@ -12,13 +12,21 @@ PDI_FN double pdi_bracket_share(const pdi_bracket *s)
     return s->at_a / (s->at_a - s->at_b);
 }
 
+/* The line meets an end within rounding: so near to it lies the zero, or it is searched farther off in each step. */
+static double pdi_bracket_near(const pdi_bracket *s, double end)
+{
+    return ldexp(DBL_EPSILON * fabs(end), s->steps);
+}
+
 PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x)
 {
     double low = pdi_min(s->a, s->b), high = pdi_max(s->a, s->b);
     if (s->steps >= PDI_BRACKET_STEPS) return 0;
     int half = s->steps % PDI_BRACKET_MIDDLE == PDI_BRACKET_MIDDLE - 1;
-    *x = half ? s->a : s->a + (s->b - s->a) * s->at_a / (s->at_a - s->at_b); /* the product first: ratios stay exact */
-    if (!(*x > low) || !(*x < high)) *x = low + 0.5 * (high - low);
+    *x = s->a + (s->b - s->a) * s->at_a / (s->at_a - s->at_b); /* the product first: ratios stay exact */
+    if (*x <= low) *x = low + pdi_bracket_near(s, low);
+    else if (*x >= high) *x = high - pdi_bracket_near(s, high);
+    if (half || !(*x > low) || !(*x < high)) *x = low + 0.5 * (high - low);
     return *x > low && *x < high;
 }
 

@@ -2,7 +2,8 @@
  *
  * The straight line between both ends says where to ask next. Where one end stays for a second time, its value is
  * halved: without that a curved function moves one end only. Each fourth place is the middle, so that the bracket of
- * a function with a jump is halved too. Order 1.44 at a simple root. The caller asks the function:
+ * a function with a jump is halved too. A line that meets an end within rounding asks beside that end, twice as far off
+ * with each step. Order 1.44 at a simple root. The caller asks the function:
  *     pdi_bracket s = {a, f(a), b, f(b), 0, 0};
  *     while (s.b - s.a > tolerance && pdi_bracket_next(&s, &x)) pdi_bracket_take(&s, x, f(x));
  * Source: Dowell and Jarratt 1971 (the Illinois rule).

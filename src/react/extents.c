@@ -2,6 +2,7 @@
 #include "react/extents.h"
 #include "react/tangent.h"
 #include "core/bracket.h"
+#include <float.h>
 #include <math.h>
 
 /* Sweeps over the reactions of a node, and changes of totals that are none. */
@@ -37,6 +38,17 @@ static double pdi_extents_excess(const pdi_extents_reaction *of, const double *s
     return of->extent + more - of->r->dt * pdi_components_speed(s, of->kinetic, c, NULL, NULL);
 }
 
+/* Extents that differ by less make the same totals, but for their rounding [mol/m3]. */
+static double pdi_extents_rounding(const pdi_extents_reaction *of, const double *sum, double more)
+{
+    double least = HUGE_VAL;
+    for (int k = 0; k < of->r->components.count; k++) {
+        double gain = fabs(of->kinetic->gain[k]);
+        if (gain > 0.0) least = pdi_min(least, pdi_max(fabs(sum[k]) / gain, fabs(more)));
+    }
+    return least < HUGE_VAL ? 0.5 * DBL_EPSILON * least : 0.0;
+}
+
 /* How much farther than by the correction it goes [mol/m3]. A reaction slows down as it goes on: what it lacks rises at
  * least as fast as its extent, so that its zero lies within that of the start. */
 static double pdi_extents_find(const pdi_extents_reaction *of, const double *sum)
@@ -46,7 +58,7 @@ static double pdi_extents_find(const pdi_extents_reaction *of, const double *sum
     pdi_bracket s = {0.0, low, more, pdi_extents_excess(of, sum, more), 0, 0};
     if (s.at_b != s.at_b) return 0.0;
     if (!(s.at_b * low < 0.0)) return more;
-    while (pdi_bracket_next(&s, &more)) {
+    while (fabs(s.b - s.a) > pdi_extents_rounding(of, sum, s.b) && pdi_bracket_next(&s, &more)) {
         at = pdi_extents_excess(of, sum, more);
         if (at != at) return 0.0;
         if (at == 0.0) return more;
