@@ -143,6 +143,22 @@ static double pdi_advance_charge(const pd_reactive *r, int k, int32_t i)
     return PDI_ADVANCE_CHARGE / PDI_ADVANCE_ROUND * size / z;
 }
 
+/* Minerals hold this many times what is dissolved of the components of a kinetic reaction at node i, with
+ * concentrations c: the rounding of that is one of the concentrations. */
+static double pdi_advance_held(const pd_reactive *r, const pd_kinetic *kinetic, int32_t i, const double *c)
+{
+    const pd_components *s = &r->components;
+    double most = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        double held = 0.0, dissolved = c[s->master[k]];
+        if (kinetic->gain[k] == 0.0 || !(dissolved > 0.0)) continue;
+        for (int m = 0; m < r->minerals.count; m++)
+            held += fabs(r->minerals.gain[m][k]) * r->solid[m * (int64_t)r->grid->total + i];
+        most = pdi_max(most, held / dissolved);
+    }
+    return most;
+}
+
 /* [mol/m3/s] of component k that kinetic reactions make and take at node i: their difference has that rounding. */
 static double pdi_advance_turnover(const pd_reactive *r, int k, int32_t i)
 {
@@ -152,7 +168,7 @@ static double pdi_advance_turnover(const pd_reactive *r, int k, int32_t i)
     for (int n = 0; n < s->kinetics; n++) {
         if (s->kinetic[n].gain[k] == 0.0) continue;
         pdi_components_speed(s, &s->kinetic[n], c, NULL, &both);
-        sum += fabs(s->kinetic[n].gain[k]) * both;
+        sum += fabs(s->kinetic[n].gain[k]) * both * (1.0 + pdi_advance_held(r, &s->kinetic[n], i, c));
     }
     return sum;
 }
@@ -364,13 +380,15 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
         if (status == PD_ERR_DIVERGED && r->migration.on) return PD_NOT_CONVERGED; /* where there are next to no ions */
         if (status < 0) return status;
-        double before = norm, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
+        double before = norm, asked = share, rise = r->migration.on ? PDI_ADVANCE_JUMP : PDI_ADVANCE_RISE;
         int falls = pdi_advance_shorten(ctx, r, step < PDI_ADVANCE_FREE ? rise : 1.0, &norm);
         if (norm <= near && norm > PDI_ADVANCE_STALL * before) break;
         if (!falls) return PD_NOT_CONVERGED;
         if (r->migration.on && pdi_advance_grow(ctx, r)) norm = pdi_advance_residual(ctx, r);
         if (!r->linear) share = pdi_krylov_forcing(norm / before);
         result->newton++;
+        /* the linear solver has found no step, and is asked for no less in the next one */
+        if (status != PD_OK && !(norm < before) && !(norm > before) && !(share > asked)) return PD_NOT_CONVERGED;
     }
     result->residual = norm / goal;
     return PD_OK;

@@ -10,6 +10,9 @@
  * one that is taken for all of it. */
 #define PDI_TANGENT_LEAST 1e-7
 #define PDI_TANGENT_MOST 0.99
+/* What a node exchanges in a step, over what it holds, up to which each node by itself is near to the solution: the
+ * square root of it is about the number of iterations. */
+#define PDI_TANGENT_EXCHANGE 100.0
 
 PDI_FN int pdi_tangent_threads(const pd_ctx *ctx, const pd_reactive *r)
 {
@@ -423,6 +426,77 @@ static void pdi_tangent_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
     }
 }
 
+/* The balances of one node by its own totals: row k of column n at matrix[k count + n]. What it gets from others is not
+ * in it. */
+static void pdi_tangent_block(const pd_reactive *r, int32_t i, double *matrix)
+{
+    const pd_components *s = &r->components;
+    const float *by = r->by + (int64_t)i * r->slots, *rows = by + s->live * pdi_components_columns(s);
+    int count = s->count;
+    for (int n = 0; n < count; n++) {
+        double along[PD_SPECIES_MOST] = {0.0}, c[PD_SPECIES_MOST];
+        along[n] = r->weight[n];
+        pdi_tangent_fix(r, by, along);
+        pdi_components_follow(s, by, along, c);
+        for (int k = 0; k < count; k++) {
+            double sum = k == n ? r->weight[k] / r->dt : 0.0;
+            for (int m = 0; m < s->solutes; m++) sum += s->m[k][m] * r->rates[i] * r->ratio[m] * c[m];
+            for (int q = 0; q < s->kinetics; q++)
+                sum -= s->kinetic[q].gain[k] * (double)rows[q * count + n] * r->weight[n];
+            matrix[k * count + n] = sum / r->weight[k];
+        }
+    }
+}
+
+/* Gauss elimination with the largest pivot of a column; x becomes the solution. */
+static void pdi_tangent_eliminate(int count, double *a, double *x)
+{
+    for (int n = 0; n < count; n++) {
+        int most = n;
+        for (int k = n + 1; k < count; k++)
+            if (fabs(a[k * count + n]) > fabs(a[most * count + n])) most = k;
+        if (!(fabs(a[most * count + n]) > 0.0)) continue;
+        for (int m = n; m < count; m++) {
+            double keep = a[n * count + m];
+            a[n * count + m] = a[most * count + m];
+            a[most * count + m] = keep;
+        }
+        double keep = x[n];
+        x[n] = x[most];
+        x[most] = keep;
+        for (int k = n + 1; k < count; k++) {
+            double factor = a[k * count + n] / a[n * count + n];
+            for (int m = n; m < count; m++) a[k * count + m] -= factor * a[n * count + m];
+            x[k] -= factor * x[n];
+        }
+    }
+    for (int n = count - 1; n >= 0; n--) {
+        for (int m = n + 1; m < count; m++) x[n] -= a[n * count + m] * x[m];
+        x[n] = fabs(a[n * count + n]) > 0.0 ? x[n] / a[n * count + n] : 0.0;
+    }
+}
+
+/* y near J^-1 x: each node by itself. */
+static void pdi_tangent_precondition_nodes(void *user, const double *x, double *y)
+{
+    pdi_tangent_user *u = (pdi_tangent_user *)user;
+    pd_reactive *r = u->r;
+    int64_t total = r->grid->total;
+    int count = r->components.count, nt = pdi_tangent_threads(u->ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double matrix[PD_SPECIES_MOST * PD_SPECIES_MOST], b[PD_SPECIES_MOST];
+        for (int k = 0; k < count; k++) b[k] = r->grid->kind[i] == PD_FLUID ? x[k * total + i] : 0.0;
+        if (r->grid->kind[i] == PD_FLUID) {
+            pdi_tangent_block(r, i, matrix);
+            pdi_tangent_eliminate(count, matrix, b);
+        }
+        for (int k = 0; k < count; k++) y[k * total + i] = b[k];
+    }
+    pdi_tangent_spend(r, y);
+}
+
 /* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
  * rate; the charge, by the conductivity. */
 static void pdi_tangent_precondition(void *user, const double *x, double *y)
@@ -472,18 +546,31 @@ static void pdi_tangent_resolve(pd_reactive *r)
     }
 }
 
+/* 1: nodes by themselves are nearer to J^-1 than components by themselves: fast reactions and minerals tie the
+ * components of a node, and a step exchanges little beside that. With migration psi ties the nodes. */
+static int pdi_tangent_by_nodes(const pd_reactive *r)
+{
+    double rate = 0.0, ratio = 0.0;
+    if (!r->components.kinetics || !r->minerals.count || r->migration.on) return 0;
+    for (int32_t i = 0; i < (int32_t)r->grid->total; i++)
+        if (r->grid->kind[i] == PD_FLUID) rate = pdi_max(rate, r->rates[i]);
+    for (int n = 0; n < r->components.solutes; n++) ratio = pdi_max(ratio, r->ratio[n]);
+    return ratio * rate * r->dt <= PDI_TANGENT_EXCHANGE;
+}
+
 PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share, double goal, int *iterations)
 {
     pdi_tangent_user user;
     pd_krylov_result linear;
     pd_arena *arena = pdi_reactive_arena(r);
+    pd_apply_fn near = pdi_tangent_by_nodes(r) ? pdi_tangent_precondition_nodes : pdi_tangent_precondition;
     user.ctx = ctx;
     user.r = r;
     r->krylov.desc.rtol = share;
     r->krylov.desc.atol = goal;
     pdi_tangent_spend(r, r->work);
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &r->krylov));
-    pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_tangent_apply, pdi_tangent_precondition, &user, r->work,
+    pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_tangent_apply, near, &user, r->work,
                                         r->work + r->components.count * (int64_t)r->grid->total, &linear);
     *iterations += linear.iterations;
     if (r->migration.on) pdi_tangent_resolve(r);
