@@ -52,6 +52,7 @@ static const uint32_t quick_seeds[] = {
 #elif PD_DIM == 2
     60001, 60002, 60003, 60004, 60005, 60006, 60008, 60009, 60010, 60012, 60013, 60015, 60016, 60018, 60019, 60020,
     60021, 60022, 60024, 60025, 60029, 60031, 60034, 60035, 60036, 60039, 60040, 60041,
+    300122, 300231, /* a ring within a horizon of the outer side; flow in time that comes to rest */
 #else
     60001, 60004, 60006, 60008, 60009, 60010, 60017, 60019, 60021, 60023, 60028, 60031, 60032,
 #endif
@@ -61,7 +62,7 @@ static const uint32_t quick_seeds[] = {
  * run without it prints which they are. 0: none. */
 static const uint32_t open_seeds[] = {
 #if PD_DIM == 1
-    47, 500004,
+    47,
 #elif PD_DIM == 2
     15, 55, 87, 500055,
 #else
