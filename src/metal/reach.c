@@ -107,8 +107,8 @@ static void pdi_reach_join_all(pd_dissolve *d, int32_t j)
 }
 
 /* c(n) of bond k of fluid node i as metal j at its far end has it, over the volume of i. Around the axis a bond counts
- * with the circumference in its middle. Behind the mirror of a side both ends see another one. That of the metal counts,
- * by which it loses. */
+ * with the circumference in its middle. Behind the mirror of a side both ends see another one. That of the metal
+ * counts, by which it loses. */
 static double pdi_reach_area(const pd_dissolve *d, int32_t i, int k, int32_t j)
 {
     int flip;

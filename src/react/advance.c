@@ -143,36 +143,6 @@ static double pdi_advance_charge(const pd_reactive *r, int k, int32_t i)
     return PDI_ADVANCE_CHARGE / PDI_ADVANCE_ROUND * size / z;
 }
 
-/* Minerals hold this many times what is dissolved of the components of a kinetic reaction at node i, with
- * concentrations c: the rounding of that is one of the concentrations. */
-static double pdi_advance_held(const pd_reactive *r, const pd_kinetic *kinetic, int32_t i, const double *c)
-{
-    const pd_components *s = &r->components;
-    double most = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        double held = 0.0, dissolved = c[s->master[k]];
-        if (kinetic->gain[k] == 0.0 || !(dissolved > 0.0)) continue;
-        for (int m = 0; m < r->minerals.count; m++)
-            held += fabs(r->minerals.gain[m][k]) * r->solid[m * (int64_t)r->grid->total + i];
-        most = pdi_max(most, held / dissolved);
-    }
-    return most;
-}
-
-/* [mol/m3/s] of component k that kinetic reactions make and take at node i: their difference has that rounding. */
-static double pdi_advance_turnover(const pd_reactive *r, int k, int32_t i)
-{
-    const pd_components *s = &r->components;
-    double c[PD_SPECIES_MOST], sum = 0.0, both;
-    if (s->kinetics) pdi_reactive_get(r, r->c, i, c);
-    for (int n = 0; n < s->kinetics; n++) {
-        if (s->kinetic[n].gain[k] == 0.0) continue;
-        pdi_components_speed(s, &s->kinetic[n], c, NULL, &both);
-        sum += fabs(s->kinetic[n].gain[k]) * both * (1.0 + pdi_advance_held(r, &s->kinetic[n], i, c));
-    }
-    return sum;
-}
-
 /* Rounding [mol/m3/s] of the balances of component k, as a norm; *held: of what is there over the step, its square. */
 static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, double *held)
 {
@@ -186,7 +156,7 @@ static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, dou
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
         size[i] = (sum + pdi_advance_charge(r, k, i)) * (round / r->dt + met * r->rates[i]);
-        size[i] += pdi_advance_turnover(r, k, i) * round;
+        size[i] += pdi_extents_turnover(r, k, i) * round;
         for (int m = 0; m < r->minerals.count; m++)
             size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] * round / r->dt;
         *held += sum / r->dt * (sum / r->dt);

@@ -11,6 +11,8 @@ PDI_FN pd_status pdi_extents_equilibrium(const pd_reactive *reactive, int32_t i,
 /* Totals of node i of `base` moved by a share of the correction: what reactions do by it they do at the speeds of what
  * comes, not by the derivatives of what was there. Those are far off where a species is used up. */
 PDI_FN void pdi_extents_react(const pd_reactive *reactive, int32_t i, double share, double *sum);
+/* [mol/m3/s] of component k that kinetic reactions make and take at node i: their difference has that rounding. */
+PDI_FN double pdi_extents_turnover(const pd_reactive *reactive, int k, int32_t i);
 #endif
 
 #endif
