@@ -318,7 +318,7 @@ static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *tu
     status = pdi_arena_return(ctx, arena, pdi_implicit_work_list, im, status);
     if (pdi_is_final(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
     pdi_flow_prepare(ctx, im->flow);
-    return PD_OK;
+    return pdi_steady_even(ctx, im->steady); /* fluxes through the families that are new */
 }
 
 static pd_status pdi_implicit_store(pd_ctx *ctx, void *self, pd_archive *archive)

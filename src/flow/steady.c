@@ -611,7 +611,11 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
 PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *s)
 {
     pd_steady_result result;
-    if (!s->flow->even) return PD_OK;
+    if (!s->flow->even) { /* that of surfaces that have dissolved takes off what is not there */
+        if (s->flow->potential) pdi_par_zero(ctx, s->flow->grid->total, s->potential);
+        s->flow->potential = NULL;
+        return PD_OK;
+    }
     memset(&result, 0, sizeof result);
     PDI_TRY(pdi_steady_hold(ctx, s));
     pdi_steady_residual(ctx, s, &result);
