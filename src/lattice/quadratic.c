@@ -5,10 +5,13 @@
 
 /* [cells^2] Added to squared distances: the weight of a datum at the place itself is finite. */
 #define PDI_QUADRATIC_NEAR 1e-6
-/* Weight of a zero for each second derivative, for those that no datum gives: above the rounding of heavy rows. */
+/* Weight of a zero for each second derivative, for those that no datum gives. */
 #define PDI_QUADRATIC_FAINT 1e-5
 /* Weight of a zero for each slope. */
 #define PDI_QUADRATIC_FAINTER 1e-10
+/* [-] of a column: what the elimination leaves of it by rounding. An entry e of a row with the misfit r would give a
+ * derivative of e r/FAINT^2, so rounding of 1e-16 one of 1e-6 r. */
+#define PDI_QUADRATIC_ROUNDING 1e-11
 
 PDI_FN void pdi_quadratic_start(pdi_quadratic *fit, const double *x, const double *h)
 {
@@ -82,40 +85,68 @@ static void pdi_quadratic_sort(pdi_quadratic *fit)
         }
 }
 
-/* Householder's reflection that clears column c below row c. */
-static void pdi_quadratic_reflect(pdi_quadratic *fit, int c)
+static double pdi_quadratic_norm(const pdi_quadratic *fit, int top, int c)
 {
-    double norm = 0.0, vector[PDI_QUADRATIC_ROWS + PDI_QUADRATIC_TERMS], square = 0.0;
-    for (int r = c; r < fit->rows; r++) norm += fit->row[r][c] * fit->row[r][c];
-    norm = sqrt(norm);
-    for (int r = c; r < fit->rows; r++) {
+    double square = 0.0;
+    for (int r = top; r < fit->rows; r++) square += fit->row[r][c] * fit->row[r][c];
+    return sqrt(square);
+}
+
+/* Householder's reflection that clears column c below row `top`. */
+static void pdi_quadratic_reflect(pdi_quadratic *fit, int top, int c)
+{
+    double norm = pdi_quadratic_norm(fit, top, c), vector[PDI_QUADRATIC_ROWS + PDI_QUADRATIC_TERMS], square = 0.0;
+    for (int r = top; r < fit->rows; r++) {
         vector[r] = fit->row[r][c];
-        if (r == c) vector[r] += vector[r] > 0.0 ? norm : -norm;
+        if (r == top) vector[r] += vector[r] > 0.0 ? norm : -norm;
         square += vector[r] * vector[r];
     }
-    for (int k = c; k <= PDI_QUADRATIC_TERMS && square > 0.0; k++) {
+    for (int k = 0; k <= PDI_QUADRATIC_TERMS && square > 0.0; k++) {
         double dot = 0.0;
-        for (int r = c; r < fit->rows; r++) dot += vector[r] * fit->row[r][k];
-        for (int r = c; r < fit->rows; r++) fit->row[r][k] -= 2.0 * dot / square * vector[r];
+        for (int r = top; r < fit->rows; r++) dot += vector[r] * fit->row[r][k];
+        for (int r = top; r < fit->rows; r++) fit->row[r][k] -= 2.0 * dot / square * vector[r];
     }
+    for (int r = top + 1; r < fit->rows; r++) fit->row[r][c] = 0.0;
+}
+
+/* As many rows as the data determine terms, whose columns come first in `order`. What the data miss by is left out.
+ * Second derivatives that are not determined come next, then such slopes: lighter rows never reach heavier ones. */
+static void pdi_quadratic_reduce(pdi_quadratic *fit, int *order)
+{
+    int top = 0, rest = 0, free[PDI_QUADRATIC_TERMS];
+    for (int c = 0; c < PDI_QUADRATIC_TERMS; c++) {
+        double least = PDI_QUADRATIC_ROUNDING * pdi_quadratic_norm(fit, 0, c);
+        free[c] = !(pdi_quadratic_norm(fit, top, c) > least);
+        if (!free[c]) {
+            order[top] = c;
+            pdi_quadratic_reflect(fit, top++, c);
+        }
+        for (int r = top; r < fit->rows; r++) fit->row[r][c] = 0.0;
+    }
+    fit->rows = top;
+    for (int slopes = 0; slopes < 2; slopes++)
+        for (int c = 0; c < PDI_QUADRATIC_TERMS; c++)
+            if (free[c] && (c <= PD_DIM) == slopes) order[top + rest++] = c;
 }
 
 PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
 {
     double x[PDI_QUADRATIC_TERMS];
+    int order[PDI_QUADRATIC_TERMS];
     if (fit->rows == 0) return (double)NAN;
+    pdi_quadratic_sort(fit);
+    pdi_quadratic_reduce(fit, order);
     for (int c = 1; c < PDI_QUADRATIC_TERMS; c++) {
-        double *row = fit->row[fit->rows];
+        double *row = fit->row[fit->rows++];
         memset(row, 0, sizeof fit->row[0]);
         row[c] = c > PD_DIM ? PDI_QUADRATIC_FAINT : PDI_QUADRATIC_FAINTER;
-        fit->weight[fit->rows++] = row[c];
     }
-    pdi_quadratic_sort(fit);
-    for (int c = 0; c < PDI_QUADRATIC_TERMS; c++) pdi_quadratic_reflect(fit, c);
-    for (int c = PDI_QUADRATIC_TERMS - 1; c >= 0; c--) {
-        x[c] = fit->row[c][PDI_QUADRATIC_TERMS];
-        for (int k = c + 1; k < PDI_QUADRATIC_TERMS; k++) x[c] -= fit->row[c][k] * x[k];
-        x[c] = fabs(fit->row[c][c]) > 0.0 ? x[c] / fit->row[c][c] : 0.0;
+    for (int n = 0; n < PDI_QUADRATIC_TERMS; n++) pdi_quadratic_reflect(fit, n, order[n]);
+    for (int n = PDI_QUADRATIC_TERMS - 1; n >= 0; n--) {
+        double *row = fit->row[n], pivot = row[order[n]];
+        x[order[n]] = row[PDI_QUADRATIC_TERMS];
+        for (int k = n + 1; k < PDI_QUADRATIC_TERMS; k++) x[order[n]] -= row[order[k]] * x[order[k]];
+        x[order[n]] = fabs(pivot) > 0.0 ? x[order[n]] / pivot : 0.0;
     }
     return x[0];
 }
@@ -123,3 +154,4 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
 #undef PDI_QUADRATIC_NEAR
 #undef PDI_QUADRATIC_FAINT
 #undef PDI_QUADRATIC_FAINTER
+#undef PDI_QUADRATIC_ROUNDING
