@@ -1,5 +1,6 @@
 /* read_shapes: see read_shapes.h */
 #include "scene/read_shapes.h"
+#include "scene/reader.h"
 #include "io/png.h"
 #include "io/stl.h"
 #include "scene/named_files.h"
@@ -343,14 +344,15 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes *s)
     if (grain.spread < 0.0)
         return pdi_text_refuse(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
                                grain.spread);
-    if (!(grain.boundary_width >= 0.0) || grain.boundary_width > grain.size)
+    if (!(grain.boundary_width >= 0.0) ||
+        (grain.boundary_width > grain.size && !pdi_reader_repeats(grain.boundary_width, grain.size)))
         return pdi_text_refuse(s->ctx, s->text, s->section, "boundary_width",
                                "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
     grain.seed = (uint64_t)seed;
     const pd_grain_desc *first = &s->setup->grain;
-    double change = fabs(grain.size - first->size) + fabs(grain.spread - first->spread) +
-                    fabs(grain.boundary_width - first->boundary_width);
-    if (s->grains++ && (change > 0.0 || grain.seed != first->seed))
+    int same = pdi_reader_repeats(grain.size, first->size) && pdi_reader_repeats(grain.spread, first->spread) &&
+               pdi_reader_repeats(grain.boundary_width, first->boundary_width) && grain.seed == first->seed;
+    if (s->grains++ && !same)
         return pdi_text_refuse(s->ctx, s->text, s->section, "grains",
                                "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
@@ -389,7 +391,7 @@ static pd_status pdi_read_shapes_medium(pdi_read_shapes *s, int index)
     PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
     if (!(value >= 0.0))
         return pdi_text_refuse(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
-    if (u->medium >= 0 && fabs(value - u->medium_diffusivity) > 0.0)
+    if (u->medium >= 0 && !pdi_reader_repeats(value, u->medium_diffusivity))
         return pdi_text_refuse(s->ctx, s->text, s->section, "D", "found another diffusivity than in a medium above,"
                                " expected the same for all");
     u->medium_diffusivity = value;

@@ -1,5 +1,9 @@
 /* reader: see reader.h */
 #include "scene/reader.h"
+#include <math.h>
+
+/* [-] A value in another unit is rounded by its digits and its factor, by a few parts in 1e16. */
+#define PDI_READER_ROUNDING 1e-12
 
 PDI_FN pd_status pdi_reader_within(pdi_reader *s, int section, const char *key, const char *unit, const char *fallback,
                                   double low, double high, int low_open, double *value)
@@ -38,3 +42,10 @@ PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section)
                                pdi_expr_eval(initial, NULL));
     return PD_OK;
 }
+
+PDI_FN int pdi_reader_repeats(double a, double b)
+{
+    return fabs(a - b) <= PDI_READER_ROUNDING * pdi_max(fabs(a), fabs(b));
+}
+
+#undef PDI_READER_ROUNDING

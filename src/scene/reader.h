@@ -22,6 +22,8 @@ PDI_FN pd_status pdi_reader_positive(pdi_reader *s, int section, const char *key
                                      const char *fallback, double *value);
 PDI_FN pd_status pdi_reader_not_negative(pdi_reader *s, int section, const char *key, const char *unit,
                                          const char *fallback, double *value);
+/* 1: both are one value, to what their units round. */
+PDI_FN int pdi_reader_repeats(double a, double b);
 /* The concentration at the start, key `initial` of a section. */
 PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section);
 #endif

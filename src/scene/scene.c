@@ -180,7 +180,7 @@ static pd_status pdi_scene_same(pdi_reader *s, int section, const char *key, con
     double found;
     PDI_TRY(pdi_reader_within(s, section, key, unit, "0", key[0] == 'p' ? -PDI_READER_HUGE : 0.0, PDI_READER_HUGE, 0,
                              &found));
-    if (*seen && fabs(found - *value) > 0.0)
+    if (*seen && !pdi_reader_repeats(found, *value))
         return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
                                found, *value);
     *seen = 1;
