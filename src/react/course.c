@@ -167,6 +167,16 @@ static void pdi_course_count(pd_course *a, int m, const pdi_sum *sum)
     if (a->each) a->each[m] += amount;
 }
 
+PDI_FN double pdi_course_lost(const pd_course *a, int metal)
+{
+    const pd_reactive *r = a->reactive;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++)
+        if (r->grid->kind[i] == PD_FLUID)
+            pdi_sum_add(&sum, a->desc.fed[metal * r->grid->total + i] * pdi_grid_circumference(r->grid, i));
+    return (a->each ? a->each[metal] : a->taken) + pdi_sum_total(&sum) * r->bonds->stencil->volume;
+}
+
 /* What a step of dt [s] has taken of it. */
 static void pdi_course_taken(pd_course *a, double dt, int all)
 {

@@ -94,6 +94,8 @@ PD_API void pd_course_free(pd_ctx *ctx, pd_course *course);
 #ifdef PDI_INTERNAL
 /* Arrays of a pd_course. */
 PDI_FN void pdi_course_list(pdi_owner *owner, void *object);
+/* [mol] of a metal that is lost: what is in the species, and what the next step brings there. */
+PDI_FN double pdi_course_lost(const pd_course *course, int metal);
 #endif
 
 #endif

@@ -378,8 +378,9 @@ static double pdi_run_gas(const pdi_run *r)
     const pd_course *course = &r->model.course;
     int goes = pdi_setup_attacked(u);
     double gas = 0.0;
-    if (!course->each) return u->metal[goes > 0 ? goes : 0].gas_shed * course->taken;
-    for (int m = 0; m < u->metals; m++) gas += u->metal[m].gas_shed * course->each[m];
+    if (!course->reactive) return 0.0;
+    if (!course->each) return u->metal[goes > 0 ? goes : 0].gas_shed * pdi_course_lost(course, 0);
+    for (int m = 0; m < u->metals; m++) gas += u->metal[m].gas_shed * pdi_course_lost(course, m);
     return gas;
 }
 
