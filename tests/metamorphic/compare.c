@@ -361,10 +361,12 @@ static int is_component(const char *key)
     return strchr("fmcvu", key[0]) && is_axis(key[1]) && (key[2] == '\0' || key[2] == '_');
 }
 
-/* A probe is a mean of the values of a field about it: it is as right as the field. */
+/* A probe is a mean of the values of a field about it, C_min, C_max and means are values of C: they are as right as the
+ * field. */
 static double size_of_probed(const record *a, const run_figure *p)
 {
-    const run_field *field = strcmp(p->section, "probe") == 0 ? find_field(a, p->key) : NULL;
+    int of_c = strncmp(p->key, "C_", 2) == 0;
+    const run_field *field = of_c || strcmp(p->section, "probe") == 0 ? find_field(a, of_c ? "C" : p->key) : NULL;
     return field ? size_of(field->data, field->components * a->cells) : 0.0;
 }
 
