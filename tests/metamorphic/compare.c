@@ -226,6 +226,16 @@ static double size_of_kin(const record *r, const run_field *f)
     return most;
 }
 
+/* [A/m2] What the balances of ions in a node leave of a current that is a difference: on metal before fluid that no
+ * current leaves, all that passes is the rest of two reactions. */
+static double current_error(const scene *x, const record *r)
+{
+    const double faraday = 96485.0;
+    const run_field *ions = x->has & HAS_MIGRATION ? find_field(r, "Na+") : NULL;
+    if (!ions || !r->steps) return 0.0;
+    return CANCELS * faraday * size_of_kin(r, ions) * x->h[0] * (double)r->steps / r->time;
+}
+
 /* Relative error of H+ and OH- in a cell by what is left of differences: their total is H+ - OH-, of which an error e
  * is one of e/(H+ + OH-) of both. */
 static double water_error(const record *r, int64_t cell)
@@ -287,6 +297,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
     if (kin > least) least = kin;
     if (tolerance > 0.0) least = fmax(least, floor_of_held(x, a, p->label));
     if (is_dissolved(p->name) && METAL_ROUNDING > least) least = METAL_ROUNDING;
+    if (strcmp(p->name, "i") == 0) least = fmax(least, current_error(x, a));
     /* the scale on which the tolerance leaves that much */
     double scale = tolerance > 0.0 && least > tolerance * own ? least / tolerance : own;
     if (!(scale > 0.0)) scale = 1.0;
@@ -432,6 +443,8 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (passes > least) least = passes;
     if (tolerance > 0.0) least = fmax(least, floor_of_held(x, a, p->unit));
     if (is_dissolved(p->key) && METAL_ROUNDING > least) least = METAL_ROUNDING;
+    if (strcmp(p->section, "electrode") == 0 && (strcmp(p->key, "least") == 0 || strcmp(p->key, "most") == 0))
+        least = fmax(least, current_error(x, a));
     if (tolerance > 0.0 && least > tolerance * scale) scale = least / tolerance;
     if (!(scale > 0.0)) scale = 1.0;
     if (strcmp(p->key, "front") == 0 && tolerance > 0.0) tolerance = 1e-6; /* distances are single floats there */
