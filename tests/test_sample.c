@@ -381,8 +381,8 @@ TEST(probe_in_a_wall)
 }
 
 #if PD_DIM > 1
-/* Of a line of nodes along x the fit knows nothing across it: what it does not know is zero, whatever the data miss each
- * other by. Two values lie at each node, one above and one below what holds, which is a quadratic in x. */
+/* Of a line of nodes along x the fit knows nothing across it: what it does not know is zero, whatever the data miss
+ * each other by. Two values lie at each node, one above and one below what holds, which is a quadratic in x. */
 TEST(what_no_datum_gives)
 {
     uint32_t state = 3;

@@ -113,11 +113,11 @@ static void pdi_quadratic_reflect(pdi_quadratic *fit, int top, int c)
  * Second derivatives that are not determined come next, then such slopes: lighter rows never reach heavier ones. */
 static void pdi_quadratic_reduce(pdi_quadratic *fit, int *order)
 {
-    int top = 0, rest = 0, free[PDI_QUADRATIC_TERMS];
+    int top = 0, rest = 0, unknown[PDI_QUADRATIC_TERMS];
     for (int c = 0; c < PDI_QUADRATIC_TERMS; c++) {
         double least = PDI_QUADRATIC_ROUNDING * pdi_quadratic_norm(fit, 0, c);
-        free[c] = !(pdi_quadratic_norm(fit, top, c) > least);
-        if (!free[c]) {
+        unknown[c] = !(pdi_quadratic_norm(fit, top, c) > least);
+        if (!unknown[c]) {
             order[top] = c;
             pdi_quadratic_reflect(fit, top++, c);
         }
@@ -126,7 +126,7 @@ static void pdi_quadratic_reduce(pdi_quadratic *fit, int *order)
     fit->rows = top;
     for (int slopes = 0; slopes < 2; slopes++)
         for (int c = 0; c < PDI_QUADRATIC_TERMS; c++)
-            if (free[c] && (c <= PD_DIM) == slopes) order[top + rest++] = c;
+            if (unknown[c] && (c <= PD_DIM) == slopes) order[top + rest++] = c;
 }
 
 PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
