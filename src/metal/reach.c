@@ -106,20 +106,8 @@ static void pdi_reach_join_all(pd_dissolve *d, int32_t j)
     while (pdi_reach_next(&reach)) pdi_reach_join(d, pdi_entry_far(&d->paths, j, reach.bond));
 }
 
-/* c(n) of bond k of fluid node i as metal j at its far end has it, over the volume of i. Around the axis a bond counts
- * with the circumference in its middle. Behind the mirror of a side both ends see another one. That of the metal
- * counts, by which it loses. */
-static double pdi_reach_area(const pd_dissolve *d, int32_t i, int k, int32_t j)
-{
-    int flip;
-    if (PD_DIM != 2 || !d->grid->circumference) return d->weight[k];
-    pdi_grid_image(d->grid, i + d->paths.shift[k], &flip);
-    double half = 0.5 * d->paths.stencil->xi[k * PD_DIM + PD_DIM - 1];
-    double middle = pdi_grid_around(d->grid, j, flip >> (PD_DIM - 1) & 1 ? half : -half);
-    return d->weight[k] * (middle / pdi_grid_circumference(d->grid, i));
-}
-
-/* What enters at a node beside metal, by its own bonds. */
+/* What enters at a node beside metal, by its own bonds: c(n) at both ends of a bond is the same number but for their
+ * circumferences, and behind sides of rings. */
 static void pdi_reach_gather(const pd_dissolve *d, pdi_beside *beside)
 {
     int32_t i = beside->node;
@@ -130,7 +118,7 @@ static void pdi_reach_gather(const pd_dissolve *d, pdi_beside *beside)
     for (int k = 0; k < d->paths.stencil->count; k++) {
         int32_t j = pdi_entry_far(&d->paths, i, k);
         if (d->grid->kind[j] != PD_SOLID || !pdi_entry_free(&d->paths, i, k)) continue;
-        double weight = pdi_metal_supply(d, j) * pdi_metal_gives(d, j) * pdi_reach_area(d, i, k, j);
+        double weight = pdi_metal_supply(d, j) * pdi_metal_gives(d, j) * pdi_metal_area_beside(d, i, k, j);
         pdi_metal_beside *own = &portion[pdi_metal_of(d, j)];
         beside->enters += weight;
         own->enters += weight;
