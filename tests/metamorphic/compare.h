@@ -16,9 +16,21 @@ typedef struct finding {
 /* Two records of one scene with different steps, the second one's smaller: amounts and losses, and fields where no
  * metal goes. */
 void compare_steps(const scene *x, const transform *t, const record *a, const record *b, double tolerance, finding *f);
-/* A scene in 2D and one layer of it in 3D: the largest difference of a field over its scale. f: where an outcome
- * differs. */
-double compare_layer(const scene *x, const record *a, const record *b, finding *f);
+enum { APART_FIELDS = 64 };
+
+/* How far fields of two lattices are apart, over their own sizes. */
+typedef struct apart {
+    int count;
+    char name[APART_FIELDS][48];
+    double value[APART_FIELDS];
+} apart;
+
+/* A scene in 2D and one layer of it in 3D, or a ring: the largest of `of`. f: where an outcome differs. */
+double compare_layer(const scene *x, const record *a, const record *b, apart *of, finding *f);
+/* A field that is `least` or more apart and has not fallen by `factor`. a, fine: records of the first lattice with h and
+ * with a part of it, for bodies which lattices cut otherwise with each h; NULL: of order in h. */
+void compare_falls(const apart *before, const apart *now, double factor, double least, const record *a,
+                   const record *fine, finding *f);
 /* tolerance: [-] of the own scale of each field and figure; 0: bits, and files byte by byte. */
 void compare_records(const scene *x, const transform *t, const record *a, const record *b, double tolerance,
                      finding *f);
