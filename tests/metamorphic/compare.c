@@ -595,9 +595,9 @@ static double own_error(const run_field *p, const record *a, const record *fine)
     return own > 0.0 ? mean_of_roots(sum, known) / mean_of_roots(own, known) : 0.0;
 }
 
-/* Of what is left of an error of first order when h is a quarter, a third of what it changed by: where it is ten times as
- * large as their difference, two lattices are the same within it. */
-#define WITHIN (0.1 / 3.0)
+/* An error of first order changes by three times of what is left of it when h is a quarter. Two lattices that differ by a
+ * quarter of that are the same within what each of them is wrong by. */
+#define WITHIN (0.25 / 3.0)
 
 void compare_falls(const apart *before, const apart *now, double factor, double least, const record *a,
                    const record *fine, finding *f)
