@@ -64,7 +64,7 @@ static const uint32_t open_seeds[] = {
 #if PD_DIM == 1
     47,
 #elif PD_DIM == 2
-    15, 55, 87, 500055,
+    15, 55, 500055,
 #else
     6, 7, 8, 12, 15, 21, 25, 36, 43, 47,
 #endif
