@@ -382,8 +382,8 @@ static double size_of_probed(const record *a, const run_figure *p)
     return field ? size_of(field->data, field->components * a->cells) : 0.0;
 }
 
-/* A step goes by the surface at its start, and takes 25 rtol of a cell at most (fraction): where the surface shrinks, all
- * steps take too much by half of that of the cells that it lost, of all at the surface at most. Over 10 rtol, which
+/* A step goes by the surface at its start, and takes 25 rtol of a cell at most (fraction): where the surface shrinks,
+ * all steps take too much by half of that of the cells that it lost, of all at the surface at most. Over 10 rtol, which
  * pairs are held to. */
 #define FRONT (0.5 * 25.0 / 10.0)
 
@@ -564,11 +564,11 @@ void compare_steps(const scene *x, const transform *t, const record *a, const re
         if (of_amount(x, &a->figure[k])) compare_figure(x, t, a, b, &a->figure[k], tolerance, f);
 }
 
-/* Of the square roots of sizes the mean, squared. Beside the ends of inlets, edges of electrodes and corners of bodies a
- * field of two lattices differs by what no h lets fall: next to a jump of the speed of an inlet at the distance r, the
- * pressure is 1/r and differs by h/r^2, whose mean square has no order, and whose mean has h log(1/h). The mean of roots
- * is that of r^-1 sqrt(h), so this is of the order h, as in all of the field but near that place: h there, h^(4/3) of a
- * corner of 270 degrees. */
+/* Of the square roots of sizes the mean, squared. Beside the ends of inlets, edges of electrodes and corners of bodies
+ * a field of two lattices differs by what no h lets fall: at the distance r from a jump of the speed of an inlet the
+ * pressure is 1/r and differs by h/r^2, whose mean square has no order, and whose mean has h log(1/h). The mean of
+ * roots is that of sqrt(h)/r, so this is of the order h, as in all of the field but near that place: h there, h^(4/3)
+ * of a corner of 270 degrees. */
 static double mean_of_roots(double sum, int64_t count)
 {
     double mean = count ? sum / (double)count : 0.0;
@@ -605,7 +605,7 @@ double compare_layer(const scene *x, const record *a, const record *b, apart *of
     return worst;
 }
 
-/* How far a field is from that of a finer lattice, in means over the cells that a cell is made of, over its own size. */
+/* How far a field is from that of a finer lattice, in means over the cells of a cell, over its own size. */
 static double own_error(const run_field *p, const record *a, const record *fine)
 {
     const run_field *q = find_field(fine, p->name);
@@ -630,8 +630,8 @@ static double own_error(const run_field *p, const record *a, const record *fine)
     return own > 0.0 ? mean_of_roots(sum, known) / mean_of_roots(own, known) : 0.0;
 }
 
-/* An error of first order changes by three times of what is left of it when h is a quarter. Two lattices that differ by a
- * quarter of that are the same within what each of them is wrong by. */
+/* An error of first order changes by three times of what is left of it when h is a quarter. Two lattices that differ by
+ * a quarter of that are the same within what each of them is wrong by. */
 #define WITHIN (0.25 / 3.0)
 
 void compare_falls(const apart *before, const apart *now, double factor, double least, const record *a,

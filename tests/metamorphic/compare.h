@@ -27,8 +27,8 @@ typedef struct apart {
 
 /* A scene in 2D and one layer of it in 3D, or a ring: the largest of `of`. f: where an outcome differs. */
 double compare_layer(const scene *x, const record *a, const record *b, apart *of, finding *f);
-/* A field that is `least` or more apart and has not fallen by `factor`. a, fine: records of the first lattice with h and
- * with a part of it, for scenes with bodies, which each h cuts otherwise; NULL: all falls. */
+/* A field that is `least` or more apart and has not fallen by `factor`. a, fine: records of the first lattice with h
+ * and with a part of it, for scenes with bodies, which each h cuts otherwise; NULL: all falls. */
 void compare_falls(const apart *before, const apart *now, double factor, double least, const record *a,
                    const record *fine, finding *f);
 /* tolerance: [-] of the own scale of each field and figure; 0: bits, and files byte by byte. */

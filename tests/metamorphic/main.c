@@ -231,8 +231,8 @@ static void run_alone(const options *o, const scene *x, record *a, finding *f)
 enum { FINER = 4 };
 #define FALLS 2.5 /* a difference of first order falls to a quarter */
 
-/* 1: there are bodies. Which cells are theirs, and how they cut bonds, has no order in h where their faces are not those
- * of cells. The difference of two lattices goes with that, and may be larger with h/4 than by luck with h. */
+/* 1: there are bodies. Which cells are theirs, and how they cut bonds, has no order in h where their faces are not
+ * those of cells. The difference of two lattices goes with that, and may be larger with h/4 than by luck with h. */
 static int has_bodies(const scene *x)
 {
     for (int s = 0; s < x->sections; s++)
@@ -286,7 +286,8 @@ static void run_layer(const options *o, const scene *x, const transform *t, reco
         levels++;
         if (!goes || pair[levels - 1].worst < 1e-9) break;
         if (levels == 2)
-            compare_falls(&pair[0].apart, &pair[1].apart, FALLS, 1e-5, has_bodies(x) ? &pair[0].a : NULL, &pair[1].a, f);
+            compare_falls(&pair[0].apart, &pair[1].apart, FALLS, 1e-5, has_bodies(x) ? &pair[0].a : NULL, &pair[1].a,
+                          f);
     }
     say_falls("h/4", f);
     *a = pair[0].a;
