@@ -1170,6 +1170,7 @@ def declare(dim):
         ('potential', POINTER(c_double)),
         ('worst', c_int32),
         ('uneven', c_double),
+        ('prepared', c_int),
         ('shift', c_double),
         ('rate', c_double),
         ('target', POINTER(c_double)),
@@ -2607,6 +2608,7 @@ def declare(dim):
         ('bulk', c_double),
         ('rate', c_double),
         ('weights', pd_bond_weights),
+        ('felt', POINTER(c_uint8)),
         ('alpha', POINTER(c_double)),
         ('bound', POINTER(c_double)),
         ('lost', c_int64),
@@ -2769,6 +2771,7 @@ def declare(dim):
         ('found', pd_at_fn),
         ('found_user', c_void_p),
         ('follows', c_int),
+        ('driven', c_int),
         ('model', c_int),
         ('saturation', c_double),
         ('rtol', c_double),
@@ -2821,6 +2824,10 @@ def declare(dim):
         ('lean', c_double),
         ('step_lean', c_double),
         ('last_speed', c_double),
+        ('first_speed', c_double),
+        ('foreseen', c_double),
+        ('faint', c_int),
+        ('drift', c_double),
         ('rounds', c_int),
         ('slot', POINTER(c_int32)),
         ('beside', c_void_p),
@@ -3011,6 +3018,7 @@ def declare(dim):
         ('user', c_void_p),
         ('reads', c_uint32),
         ('name', POINTER(c_char_p)),
+        ('timed', c_int),
         ('apart', c_int),
     ]
 
@@ -4102,6 +4110,8 @@ def declare(dim):
     pd_vary_value._fields_ = [
         ('expr', POINTER(pd_expr)),
         ('x', c_double * dim),
+        ('middle', c_int),
+        ('faint', c_double),
     ]
 
     class pd_vary(Structure):
@@ -4110,6 +4120,8 @@ def declare(dim):
         ('value', POINTER(pd_vary_value)),
         ('count', c_int32),
         ('capacity', c_int32),
+        ('last', c_double),
+        ('rtol', c_double),
     ]
 
     class pd_timed(Structure):
