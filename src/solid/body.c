@@ -674,6 +674,14 @@ PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i)
     return bonds;
 }
 
+PDI_FN void pdi_body_felt(const pd_body *body, uint8_t *felt)
+{
+    for (int32_t i = 0; i < body->own; i++) {
+        felt[i] = 1;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) felt[f.to] = 1;
+    }
+}
+
 PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece)
 {
     int32_t count = 1;

@@ -86,6 +86,7 @@ PDI_FN void pdi_elastic_list(pdi_owner *owner, void *object)
 {
     pd_elastic *elastic = (pd_elastic *)object;
     int64_t count = elastic->body ? elastic->body->count : 0;
+    PDI_ARRAY(owner, elastic, felt, count, "1");
     PDI_ARRAY(owner, elastic, shape, count * PDI_ELASTIC_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, elastic, mean, count * PDI_ELASTIC_TENSOR, "1");
     PDI_ARRAY(owner, elastic, fourth, count * PDI_ELASTIC_FOURTH, "1");
@@ -236,6 +237,7 @@ static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_d
     e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
     PDI_TRY(pdi_owner_build(ctx, pdi_plastic_list, &e->plastic));
+    pdi_body_felt(body, e->felt);
     PDI_TRY(pdi_bond_weights_build(ctx, body, &e->weights));
     PDI_TRY(pdi_bond_weights_plain(ctx, &e->weights, desc->influence));
     PDI_TRY(pdi_band_build(ctx, body, &e->weights, e->plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, &e->band));
@@ -326,6 +328,14 @@ static void pdi_elastic_offer(const pd_elastic *e, const pdi_band_sums *sums, in
     }
 }
 
+/* 1: forces of points, and not of images alone, depend on the families of band k. */
+static int pdi_elastic_band_felt(const pd_elastic *e, int32_t k)
+{
+    for (int32_t i = e->band.first[k]; i < e->band.first[k + 1]; i++)
+        if (e->felt[i]) return 1;
+    return 0;
+}
+
 /* What the families know of displacements u before bonds pull. bends 1: u is a change, and metal flows as its
  * derivative says. */
 static void pdi_elastic_gather(const pd_ctx *ctx, const pd_elastic *e, const double *u, int bends)
@@ -336,6 +346,7 @@ static void pdi_elastic_gather(const pd_ctx *ctx, const pd_elastic *e, const dou
     PDI_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < e->band.bands; k++) {
         pdi_band_sums sums;
+        if (!pdi_elastic_band_felt(e, k)) continue;
         int32_t count = pdi_band_collect(&e->band, k, &sums);
         for (int32_t n = 0; n < count; n++) {
             double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
@@ -353,7 +364,8 @@ static void pdi_elastic_scatter(const pd_ctx *ctx, const pd_elastic *e, double *
     int nt = pdi_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < e->band.bands; k++) pdi_band_force(&e->band, k, e->lambda, e->mu, force);
+    for (int32_t k = 0; k < e->band.bands; k++)
+        if (e->band.first[k] < e->body->own) pdi_band_force(&e->band, k, e->lambda, e->mu, force);
 }
 
 void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)

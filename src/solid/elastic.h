@@ -37,6 +37,7 @@ typedef struct pd_elastic {
     pd_body *body;
     double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
     pd_bond_weights weights; /* w */
+    uint8_t *felt;     /* [count] 1: forces of points, and not of images alone, depend on the family */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
     double *fourth;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */
@@ -63,7 +64,7 @@ PD_API pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_d
  * traction t = P n on it is the load -P edge, and a uniform stress in a body of any shape is in balance to rounding
  * (theory: eq. 8.5). PD_ERR_GEOMETRY: the bonds of a point do not span all directions (the message names it). */
 PD_API pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *elastic);
-/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Where the metal flows, the
+/* force [count][PD_DIM] [N/m3], of images behind planes of symmetry not defined, of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Where the metal flows, the
  * plastic strain is that of a step from the last state to u (theory, 8.1). */
 PD_API void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3). */

@@ -56,6 +56,7 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     int64_t count = finite->body ? finite->body->count : 0, bonds = finite->body ? finite->body->bonds : 0;
     int64_t sites = pdi_finite_own(finite) ? bonds : count;
     PDI_ARRAY(owner, finite, back, bonds, "1");
+    PDI_ARRAY(owner, finite, felt, count, "1");
     PDI_ARRAY(owner, finite, shape, count * PDI_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, finite, total, count, "m^d");
     PDI_ARRAY(owner, finite, edge, count * PD_DIM, "1/m");
@@ -135,12 +136,13 @@ static void pdi_finite_gather(const pd_finite *f, int32_t i, double *force)
     }
 }
 
-static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, double *force)
+/* Of all points, or of those that are no images. */
+static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, int32_t count, double *force)
 {
     int nt = pdi_par_threads(ctx, f->body->bonds * 10);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < f->body->count; i++) pdi_finite_gather(f, i, force + (int64_t)i * PD_DIM);
+    for (int32_t i = 0; i < count; i++) pdi_finite_gather(f, i, force + (int64_t)i * PD_DIM);
 }
 
 /* Tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
@@ -176,7 +178,7 @@ static pd_status pdi_finite_update(pd_ctx *ctx, void *self)
                         "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                         "for its horizon", (double)pdi_body_intact(body, flat), (int)flat,
                         body->position[(int64_t)flat * PD_DIM]);
-    pdi_finite_gather_all(ctx, f, f->edge);
+    pdi_finite_gather_all(ctx, f, body->count, f->edge);
     return PD_OK;
 }
 
@@ -205,6 +207,7 @@ static pd_status pdi_finite_make(pd_ctx *ctx, pd_body *body, const pd_finite_des
     f->mu = moduli.mu;
     f->spring = pdi_finite_spring(f);
     PDI_TRY(pdi_owner_build(ctx, pdi_finite_list, f));
+    pdi_body_felt(body, f->felt);
     PDI_TRY(pdi_bond_weights_build(ctx, body, &f->weights));
     PDI_TRY(pdi_bond_weights_plain(ctx, &f->weights, desc->influence));
     pdi_finite_backs(ctx, f);
@@ -365,6 +368,8 @@ static int32_t pdi_finite_pulls(const pd_ctx *ctx, const pd_finite *f, const dou
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < f->body->count; i++) {
+        f->work[i] = 0.0;
+        if (!f->felt[i]) continue;
         if (!du) pdi_finite_gradient(f, f->u, i, f->gradient + (int64_t)i * PDI_TENSOR);
         int good = pdi_finite_own(f) ? pdi_finite_pull_own(f, &m, du, i) : pdi_finite_pull_plain(f, &m, du, i);
         f->work[i] = good ? 0.0 : 1.0;
@@ -383,7 +388,7 @@ static pd_status pdi_finite_force(pd_ctx *ctx, void *self, const double *u, doub
     if (folded >= 0)
         return pdi_fail(ctx, PD_RETRY, "finite", "the family of point %d at x = %g m is turned inside out", (int)folded,
                         f->body->position[(int64_t)folded * PD_DIM]);
-    pdi_finite_gather_all(ctx, f, force);
+    pdi_finite_gather_all(ctx, f, f->body->own, force);
     return PD_OK;
 }
 
@@ -392,7 +397,7 @@ static void pdi_finite_tangent(const pd_ctx *ctx, void *self, const double *du, 
     pd_finite *f = (pd_finite *)self;
     pdi_finite_pulls(ctx, f, du);
     f->known = 1;
-    pdi_finite_gather_all(ctx, f, df);
+    pdi_finite_gather_all(ctx, f, f->body->own, df);
 }
 
 /* Adds share (mu g^2 1 + (lambda + mu) g g^T) to a block. */

@@ -40,6 +40,7 @@ typedef struct pd_finite {
     double lambda, mu; /* [Pa] of small strains: stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
     double spring;     /* [Pa/m^(d+2)] of PD_FINITE_SILLING */
     pd_bond_weights weights; /* w */
+    uint8_t *felt;     /* [count] 1: forces of points, and not of images alone, depend on the family */
     int32_t *back;     /* [bonds] place of the same bond in the family of its other end */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *total;     /* [count] [m^d] sum w V_j */

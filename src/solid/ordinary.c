@@ -565,15 +565,6 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, ordinary, change, count * PDI_SYM, "");
 }
 
-/* The families of points and of all that they have bonds with. */
-static void pdi_ordinary_feel(const pd_ordinary *o)
-{
-    for (int32_t i = 0; i < o->body->own; i++) {
-        o->felt[i] = 1;
-        for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) o->felt[f.to] = 1;
-    }
-}
-
 static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *o)
 {
     double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
@@ -594,7 +585,7 @@ static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary
     if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
     if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
     PDI_TRY(pdi_owner_build(ctx, pdi_ordinary_list, o));
-    pdi_ordinary_feel(o);
+    pdi_body_felt(body, o->felt);
     PDI_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
     PDI_TRY(pdi_ordinary_calibrate(ctx, o));
     return pdi_ordinary_update(ctx, o);

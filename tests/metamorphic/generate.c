@@ -500,9 +500,11 @@ static void draw_grid(draw *g, int equal)
 {
     static const int low[3] = {12, 8, 5}, high[3] = {36, 16, 7};
     scene *x = g->x;
+    /* A solid in 3D takes most of the time of a scene: bonds and iterations of each step. */
+    int small = PD_DIM == 3 && (x->has & HAS_SOLID), most = small ? low[PD_DIM - 1] : high[PD_DIM - 1];
     double h = draw_decade(g, 1e-6, 4e-4);
     for (int d = 0; d < PD_DIM; d++) {
-        x->cells[d] = draw_whole(g, low[PD_DIM - 1], high[PD_DIM - 1]);
+        x->cells[d] = draw_whole(g, low[PD_DIM - 1], most);
         x->h[d] = h;
     }
     if (x->has & HAS_SOLID) { /* rows that the sides hold, and some between */
