@@ -108,7 +108,7 @@ TEST(constants)
  * enthalpy. */
 TEST(temperature_of_rates)
 {
-    double by = 1.0 / 298.15 - 1.0 / 310.15, arrhenius = exp(20e3 / 8.314462618 * by);
+    double by = 1.0 / 298.15 - 1.0 / 310.15, arrhenius = exp(20e3 / 8.31446261815324 * by);
     pd_ctx ctx;
     if (!parse(&ctx, "[chemistry] temperature = 310.15 K  diffusion = viscosity\n[species H+] D = 9.31e-9 m2/s\n"
                      "[species OH-] D = 5e-9 m2/s * T/(310.15 K)  activation = 20 kJ/mol\n"
@@ -118,7 +118,7 @@ TEST(temperature_of_rates)
     CHECK_REL(e.species[0].diffusivity, 9.31e-9 * 0.8902 / 0.6913 * 310.15 / 298.15, 3e-4);
     CHECK_REL(e.species[1].diffusivity, 5e-9 * arrhenius, 1e-12);
     CHECK_REL(e.reaction[0].forward, 1e-3 * arrhenius, 1e-12);
-    CHECK_REL(e.reaction[0].backward, 1e-11 * exp(75.91e3 / 8.314462618 * by), 1e-9);
+    CHECK_REL(e.reaction[0].backward, 1e-11 * exp(75.91e3 / 8.31446261815324 * by), 1e-9);
 }
 
 /* Of water at 37 C: pKw 13.61 to 13.63 in tables. A constant without an enthalpy stays; a rate back follows. */

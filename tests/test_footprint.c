@@ -116,7 +116,9 @@ static const part_of part_table[] = {
     {"examples/scenes/intergranular_2d.scene", BIT(TRANSPORT), 1e-9},
     {"examples/scenes/intergranular_2d.scene", BIT(GRAIN), 1e-3},
     {"examples/scenes/mg_disc_brucite_2d.scene", BIT(TRANSPORT) | BIT(CHEMISTRY), 2e-3},
-    {"examples/scenes/mg_disc_brucite_2d.scene", BIT(GRID) | BIT(DISSOLVE), 0.06},
+    {"examples/scenes/mg_disc_brucite_2d.scene", BIT(GRID), 0.06},
+    /* nodes beside the metal: room for 1.25 times those of a square of its area, whose rim is 2/sqrt(pi) of a disc's */
+    {"examples/scenes/mg_disc_brucite_2d.scene", BIT(DISSOLVE), 0.25},
     {"examples/scenes/mg_disc_ph_2d.scene", BIT(FLOW) | BIT(CHEMISTRY), 5e-3},
     {"examples/scenes/pit_304_potential_2d.scene", BIT(TRANSPORT) | BIT(CHEMISTRY), 0.01},
     {"examples/scenes/plate_hole_2d.scene", BIT(GRID) | BIT(SOLID), 0.02},

@@ -105,7 +105,7 @@ TEST(species)
         "[species Na+] D = 1.33e-9 m2/s  initial = 145 mM\n[species Cl-] D = 2.03e-9 m2/s  initial = 145 mM\n";
     if (!open_model(text, NULL, 0)) return;
     if (run_to(0.0)) {
-        double kappa = FARADAY * FARADAY / (8.314462618 * 298.15) * (1.33e-9 + 2.03e-9) * 145.0;
+        double kappa = FARADAY * FARADAY / (8.31446261815324 * 298.15) * (1.33e-9 + 2.03e-9) * 145.0;
         CHECK_NEAR(kappa, 1.83, 2e-3);
         CHECK_REL(electrode(0).current, DEEP * 0.1 * kappa / 2e-3, 1e-9);
     }

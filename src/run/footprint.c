@@ -449,7 +449,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     double *bytes = &b->bytes[PD_PART_DISSOLVE];
     pd_dissolve d;
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
-    if (u->metals > 1) *bytes = b->nodes;
+    if (u->metals > 1) *bytes += b->nodes;
     if (!u->has_dissolve) return;
     /* fluid within a horizon of metal, which has at least the surface of a cube */
     double shell = pdi_min(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
@@ -569,6 +569,21 @@ static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *pla
     body->places = body->lattice ? (int64_t)places : body->bonds;
 }
 
+/* [byte] of how points that sides hold follow free rows: two horizons of metal at each side. */
+static double pdi_footprint_led(const pd_setup *u, const pdi_footprint_plan *plan)
+{
+    double rows = 2.0 * (ceil(u->metal_body.m + 0.5) - 1.0), led = 0.0;
+    pd_grips grips;
+    memset(&grips, 0, sizeof grips);
+    for (int k = 0; k < u->metal_body.grips; k++) {
+        const pd_setup_grip *grip = &u->metal_body.grip[k];
+        for (int d = 0; d < PD_DIM && grip->side >= 0; d++)
+            if (grip->moves[d]) led += (double)plan->grid.solid_count * pdi_min(1.0, rows / plan->grid.n[grip->side / 2]);
+    }
+    grips.led = (int64_t)led;
+    return pdi_footprint_list(plan, pdi_grip_list, &grips);
+}
+
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];
@@ -587,6 +602,7 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     s.rest.n = (int64_t)s.count * PD_DIM;
     if (u->metal_body.paces) s.desc.pace = pdi_grip_pace;
     *bytes = pdi_footprint_list(plan, pdi_structure_list, &s) + pdi_footprint_list(plan, pdi_body_list, &s.body);
+    if (!pdi_structure_moves(&s)) *bytes += pdi_footprint_led(u, plan);
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_body_table_list, &s.body);
     *bytes += pdi_footprint_material(plan, &s);
