@@ -112,6 +112,7 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, dissolve, next_dt, "s");
     PDI_VALUE(owner, dissolve, last_dt, "s");
     PDI_VALUE(owner, dissolve, lean, "mol");
+    PDI_VALUE(owner, dissolve, stray, "mol");
     PDI_VALUE(owner, dissolve, last_speed, "mol/s");
     PDI_VALUE(owner, dissolve, drift, "mol/s");
     PDI_VALUE(owner, dissolve, turned, "1");

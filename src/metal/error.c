@@ -15,6 +15,9 @@
 /* Share of it that the equations of errors leave undone. */
 #define PDI_ERROR_DAMPED 1e-3
 
+/* Halvings of the largest concentration between which laws are looked at. */
+#define PDI_ERROR_HALVINGS 40
+
 /* Of a step [mol]. */
 typedef struct pdi_error_step {
     double gone;  /* metal */
@@ -141,6 +144,119 @@ static pd_status pdi_error_damp(pd_ctx *ctx, pd_dissolve *d, double dt, pdi_erro
     return status < 0 ? status : PD_OK;
 }
 
+/* The laws beside metal, each by what it moves. */
+typedef struct pdi_error_laws {
+    double slope; /* [m3/mol] how steep they are, over the largest speed */
+    int rises;    /* 1: some rise with the concentration */
+} pdi_error_laws;
+
+/* From the largest concentration down to what is beside the metal, and on to where the law moves metal. */
+static void pdi_error_law(pdi_law *law, double low, double top, double weight, pdi_error_laws *laws, double *largest)
+{
+    double most = 0.0, steepest = 0.0, last = 0.0;
+    for (int k = 0; k <= PDI_ERROR_HALVINGS; k++) {
+        double c = ldexp(top, -k), v = pdi_max(pdi_law_rate(law, c), 0.0);
+        if (k) steepest = pdi_max(steepest, fabs(v - last) / c); /* c below the one before */
+        if (k && last > v) laws->rises = 1;
+        most = pdi_max(most, v);
+        last = v;
+        if (c < low && most > 0.0) break;
+    }
+    laws->slope += weight * steepest;
+    *largest += weight * most;
+}
+
+static pdi_error_laws pdi_error_survey(const pd_dissolve *d)
+{
+    const pd_transport *t = d->transport;
+    pdi_error_laws laws = {0.0, 0};
+    double largest = 0.0, top = 0.0, low = HUGE_VAL;
+    for (int32_t i = 0; i < d->grid->total; i++)
+        if (d->grid->kind[i] == PD_FLUID) top = pdi_max(top, pdi_max(t->old[i], t->c[i]));
+    for (int32_t k = 0; k < d->beside_count; k++)
+        if (d->beside[k].weight > 0.0)
+            low = pdi_min(low, pdi_min(t->old[d->beside[k].node], t->c[d->beside[k].node]));
+    for (int32_t k = 0; k < d->beside_count && top > 0.0; k++) {
+        pdi_law law;
+        if (!(d->beside[k].weight > 0.0)) continue;
+        pdi_interface_law(d, &d->beside[k], &law);
+        pdi_error_law(&law, low, top, d->beside[k].weight, &laws, &largest);
+        if (d->uniform && d->kinds == 1) break; /* it is the law of all */
+    }
+    laws.slope = largest > 0.0 ? laws.slope / largest : 0.0;
+    return laws;
+}
+
+/* The error [mol/m3] of the fluid in t->work + total, or `scale` times what is in t->work: its mean beside metal, or
+ * over all fluid, root mean square, whichever is larger; *amount [mol]: of all of it, whatever its sign. */
+static double pdi_error_field(const pd_dissolve *d, const double *error, double scale, double *amount)
+{
+    pdi_sum all = {0.0, 0.0}, square = {0.0, 0.0}, near = {0.0, 0.0}, weight = {0.0, 0.0}, space = {0.0, 0.0};
+    for (int32_t i = 0; i < d->grid->total; i++) {
+        if (d->grid->kind[i] != PD_FLUID) continue;
+        double size = scale * fabs(error[i]), around = pdi_grid_circumference(d->grid, i);
+        pdi_sum_add(&all, size * around);
+        pdi_sum_add(&square, size * size * around);
+        pdi_sum_add(&space, around);
+    }
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        if (!(beside->weight > 0.0)) continue;
+        double share = beside->weight * pdi_grid_circumference(d->grid, beside->node);
+        pdi_sum_add(&near, share * scale * fabs(error[beside->node]));
+        pdi_sum_add(&weight, share);
+    }
+    *amount = pdi_sum_total(&all) * d->paths.stencil->volume;
+    double fluid = sqrt(pdi_sum_total(&square) / pdi_sum_total(&space));
+    return pdi_max(pdi_sum_total(&near) / pdi_sum_total(&weight), fluid);
+}
+
+/* By how much longer a step may be, so that what it misses of the fluid changes no loss. Where laws fall, a loss is off by
+ * at most the amount that is missed. Else, or where that is more than the loss may be off, speeds are off by at most
+ * their slope times what is missed. */
+static double pdi_error_stray_longer(const pd_dissolve *d, const pdi_error_step *step, const pdi_error_laws *laws,
+                                     double size, double amount, double dt)
+{
+    double all = d->rtol * (d->lost + step->gone), factor = 0.0;
+    if (!(amount > 0.0) || !(laws->slope > 0.0)) return HUGE_VAL;
+    size = pdi_max(size - 2.0 * dt * pdi_krylov_least(), 0.0) * laws->slope;
+    factor = size > 0.0 ? sqrt(d->rtol / size) : HUGE_VAL;
+    if (!laws->rises) {
+        double left = pdi_max(PDI_ERROR_SUM * all - d->stray, 0.0);
+        factor = pdi_max(factor, pdi_max(PDI_ERROR_SUM * d->rtol * step->gone / amount, sqrt(left / amount)));
+    }
+    return PDI_ERROR_SAFE * factor;
+}
+
+/* Surface: the error in time of the fluid, dt/2 (f' - f), and where it would shorten the next step what the fluid leaves of
+ * it (eq. 6.2f). A step after one in which nodes turned is not judged: fields bend there. *longer: how much longer the
+ * step may be. */
+static pd_status pdi_error_stray(pd_ctx *ctx, pd_dissolve *d, double dt, const pdi_error_step *step, double *longer,
+                                 pd_transport_result *result)
+{
+    pd_transport *t = d->transport;
+    double amount, size;
+    pd_status status = PD_OK;
+    d->step_stray = 0.0;
+    *longer = HUGE_VAL;
+    if (d->turned || !d->beside_count) return PD_OK;
+    pdi_error_laws laws = pdi_error_survey(d);
+    if (!(laws.slope > 0.0)) return PD_OK;
+    pdi_error_right(ctx, d, dt);
+    size = pdi_error_field(d, t->work, dt, &amount);
+    *longer = pdi_error_stray_longer(d, step, &laws, size, amount, dt);
+    if (*longer < PDI_ERROR_LONGER && !pdi_transport_limits(t)) {
+        status = pdi_transport_refine(ctx, t, PDI_ERROR_DAMPED, result);
+        if (status == PD_OK) {
+            size = pdi_error_field(d, t->work + d->grid->total, 1.0, &amount);
+            *longer = pdi_error_stray_longer(d, step, &laws, size, amount, dt);
+        }
+    }
+    d->step_stray = amount;
+    if (t->pinned_count) pdi_transport_residual(ctx, t, t->work); /* as it was */
+    return status < 0 ? status : PD_OK;
+}
+
 /* By how much longer a step may be, by its own error and by the sum of all steps. Both go with its square. */
 static double pdi_error_longer(const pd_dissolve *d, const pdi_error_step *step)
 {
@@ -159,15 +275,18 @@ static pd_status pdi_error_accurate(pd_ctx *ctx, pd_dissolve *d, double lost, do
     d->next_dt = HUGE_VAL;
     if (!(d->rtol > 0.0)) return PD_OK;
     pdi_error_look(d, dt, &step);
-    double factor = pdi_error_longer(d, &step);
+    double factor = pdi_error_longer(d, &step), fluid = HUGE_VAL;
+    if (!pdi_metal_bonds(d)) PDI_TRY(pdi_error_stray(ctx, d, dt, &step, &fluid, result));
     if (factor < PDI_ERROR_LONGER) {
         PDI_TRY(pdi_error_damp(ctx, d, dt, &step, result));
         factor = pdi_error_longer(d, &step);
     }
     d->step_lean = step.lean;
     int faint = lost <= PDI_ERROR_FAINT * d->rtol;
-    if (factor <= PDI_ERROR_LONGER) d->next_dt = dt * (faint ? PDI_ERROR_LONGER : factor);
-    if (factor >= PDI_ERROR_SAFE || faint) return PD_OK;
+    factor = faint && factor <= PDI_ERROR_LONGER ? PDI_ERROR_LONGER : factor;
+    factor = pdi_min(factor, fluid);
+    if (factor <= PDI_ERROR_LONGER) d->next_dt = dt * factor;
+    if (factor >= PDI_ERROR_SAFE) return PD_OK;
     d->retry_dt = dt * pdi_max(factor, 1.0 / PDI_ERROR_LONGER);
     return PD_RETRY;
 }
@@ -208,7 +327,7 @@ PDI_FN pd_status pdi_error_stands(pd_ctx *ctx, pd_dissolve *d, double lost, doub
     pd_status status = PD_OK;
     int judged = !pdi_metal_bonds(d) || !d->turned;
     d->next_dt = HUGE_VAL;
-    d->step_lean = 0.0;
+    d->step_lean = d->step_stray = 0.0;
     if (judged) status = pdi_error_accurate(ctx, d, lost, dt, result);
     if (status != PD_OK || !pdi_metal_bonds(d)) return status;
     return pdi_error_foresee(d, lost, dt) ? PD_OK : PD_RETRY;
@@ -267,6 +386,7 @@ PDI_FN void pdi_error_middle(pd_dissolve *d)
 PDI_FN void pdi_error_end(pd_dissolve *d, double dt)
 {
     d->lean += d->step_lean;
+    d->stray += d->step_stray;
     if (d->desc.follows) d->last_speed = pdi_error_speed(d, 0);
     d->last_dt = dt;
 }
@@ -294,3 +414,4 @@ PDI_FN pd_status pdi_error_held(pd_ctx *ctx, pd_dissolve *d, double dt)
 #undef PDI_ERROR_SUM
 #undef PDI_ERROR_GROWTH
 #undef PDI_ERROR_DAMPED
+#undef PDI_ERROR_HALVINGS

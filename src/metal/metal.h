@@ -113,6 +113,7 @@ typedef struct pd_dissolve {
     double last_dt;           /* [s] of the last step; 0: none */
     double next_dt;           /* [s] longest step that the error in time of the last one proposes; HUGE_VAL: any */
     double lean, step_lean;   /* [mol] what steps have taken too little by their estimates; the step at hand */
+    double stray, step_stray; /* [mol] what steps have missed of the fluid, whatever its sign; the step at hand */
     double last_speed;        /* [mol/s] with `follows`: at the end of the last step, by the law that it went by */
     double first_speed;       /* [mol/s] at its start */
     double foreseen;          /* [s] how long the next step may be by the last one */
