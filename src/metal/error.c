@@ -187,8 +187,8 @@ static pdi_error_laws pdi_error_survey(const pd_dissolve *d)
     return laws;
 }
 
-/* The error [mol/m3] of the fluid in t->work + total, or `scale` times what is in t->work: its mean beside metal, or
- * over all fluid, root mean square, whichever is larger; *amount [mol]: of all of it, whatever its sign. */
+/* `scale` times an error of the fluid [mol/m3]: its mean beside metal, or over all fluid, root mean square, the larger
+ * one; *amount [mol]: of all of it, whatever its sign. */
 static double pdi_error_field(const pd_dissolve *d, const double *error, double scale, double *amount)
 {
     pdi_sum all = {0.0, 0.0}, square = {0.0, 0.0}, near = {0.0, 0.0}, weight = {0.0, 0.0}, space = {0.0, 0.0};
@@ -211,13 +211,12 @@ static double pdi_error_field(const pd_dissolve *d, const double *error, double 
     return pdi_max(pdi_sum_total(&near) / pdi_sum_total(&weight), fluid);
 }
 
-/* By how much longer a step may be, so that what it misses of the fluid changes no loss. Where laws fall, a loss is off by
- * at most the amount that is missed. Else, or where that is more than the loss may be off, speeds are off by at most
- * their slope times what is missed. */
+/* By how much longer a step may be, by what it misses of the fluid. Where laws fall, the loss is off by at most the
+ * amount that is missed. Where that is too much, speeds are off by at most their slope times what is missed. */
 static double pdi_error_stray_longer(const pd_dissolve *d, const pdi_error_step *step, const pdi_error_laws *laws,
                                      double size, double amount, double dt)
 {
-    double all = d->rtol * (d->lost + step->gone), factor = 0.0;
+    double all = d->rtol * (d->lost + step->gone), factor;
     if (!(amount > 0.0) || !(laws->slope > 0.0)) return HUGE_VAL;
     size = pdi_max(size - 2.0 * dt * pdi_krylov_least(), 0.0) * laws->slope;
     factor = size > 0.0 ? sqrt(d->rtol / size) : HUGE_VAL;
@@ -228,16 +227,16 @@ static double pdi_error_stray_longer(const pd_dissolve *d, const pdi_error_step 
     return PDI_ERROR_SAFE * factor;
 }
 
-/* Surface: the error in time of the fluid, dt/2 (f' - f), and where it would shorten the next step what the fluid leaves of
- * it (eq. 6.2f). A step after one in which nodes turned is not judged: fields bend there. *longer: how much longer the
- * step may be. */
+/* Surface: the error in time of the fluid at the end of a step, dt/2 (f' - f), and where it would shorten the next step
+ * what the matrix of the step leaves of it, twice: of a mode that decays by z in the step that is z^2/(1 + z)^3/2 (eq.
+ * 6.2g). Limited fluxes count as upwind ones. A step after one in which nodes turned is not judged: fields bend there.
+ * *longer: how much longer the step may be. */
 static pd_status pdi_error_stray(pd_ctx *ctx, pd_dissolve *d, double dt, const pdi_error_step *step, double *longer,
                                  pd_transport_result *result)
 {
     pd_transport *t = d->transport;
-    double amount, size;
+    double *error = t->work + d->grid->total, amount, size;
     pd_status status = PD_OK;
-    d->step_stray = 0.0;
     *longer = HUGE_VAL;
     if (d->turned || !d->beside_count) return PD_OK;
     pdi_error_laws laws = pdi_error_survey(d);
@@ -245,12 +244,13 @@ static pd_status pdi_error_stray(pd_ctx *ctx, pd_dissolve *d, double dt, const p
     pdi_error_right(ctx, d, dt);
     size = pdi_error_field(d, t->work, dt, &amount);
     *longer = pdi_error_stray_longer(d, step, &laws, size, amount, dt);
-    if (*longer < PDI_ERROR_LONGER && !pdi_transport_limits(t)) {
+    for (int pass = 0; pass < 2 && *longer < PDI_ERROR_LONGER; pass++) {
+        for (int32_t i = 0; i < d->grid->total && pass; i++)
+            t->work[i] = d->grid->kind[i] == PD_FLUID ? error[i] / dt : 0.0;
         status = pdi_transport_refine(ctx, t, PDI_ERROR_DAMPED, result);
-        if (status == PD_OK) {
-            size = pdi_error_field(d, t->work + d->grid->total, 1.0, &amount);
-            *longer = pdi_error_stray_longer(d, step, &laws, size, amount, dt);
-        }
+        if (status != PD_OK) break;
+        size = pdi_error_field(d, error, 1.0, &amount);
+        *longer = pdi_error_stray_longer(d, step, &laws, size, amount, dt);
     }
     d->step_stray = amount;
     if (t->pinned_count) pdi_transport_residual(ctx, t, t->work); /* as it was */
