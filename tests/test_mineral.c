@@ -356,7 +356,7 @@ TEST(derivatives)
     of[1].rate = 1e-3;
     if (!build(&v, PD_ACTIVITY_DAVIES, of, 3)) return;
     double c[PD_SPECIES_MOST] = {0.0}, n[3] = {1.0, 2.0, 1.5}, first[3] = {1.0, 2.0, 1.5}, total[PD_SPECIES_MOST];
-    float by[3 * PD_SPECIES_MOST];
+    double by[3 * PD_SPECIES_MOST];
     pd_mineral_start start;
     start.dt = 10.0;
     start.start = first;
@@ -380,7 +380,7 @@ TEST(derivatives)
             CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, moved, at, ends[side]), PD_OK);
         }
         for (int s = 0; s < 3; s++)
-            CHECK_NEAR((double)by[s * test_system.count + k], (ends[1][s] - ends[0][s]) / (2.0 * step), 1e-5);
+            CHECK_NEAR(by[s * test_system.count + k], (ends[1][s] - ends[0][s]) / (2.0 * step), 1e-5);
     }
 }
 

@@ -195,7 +195,8 @@ typedef struct pdi_mineral_work {
     const pd_mineral_start *start;
     double base[PD_MINERAL_MOST];   /* [mol/m3] amounts that `total` belongs to */
     double total[PD_SPECIES_MOST];  /* [mol/m3] dissolved with these */
-    double n[PD_MINERAL_MOST], at[PD_SPECIES_MOST];
+    double grown[PD_MINERAL_MOST];  /* [mol/m3] amounts above `base`: beside much of a mineral they are far smaller */
+    double n[PD_MINERAL_MOST], at[PD_SPECIES_MOST]; /* n: base + grown, but for its rounding */
     double guess[PD_SPECIES_MOST];  /* [mol/m3] to begin from anew */
     int failed;                     /* 1: the last amounts have no concentrations */
     int left;                       /* equilibria that may still be solved */
@@ -210,23 +211,30 @@ static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, cons
     return off;
 }
 
-/* The same of the concentrations that belong to it; it falls with n. */
-static double pdi_mineral_off(pdi_mineral_work *w, int s, double n)
+/* Mineral s has grown by so much. */
+static void pdi_mineral_set(pdi_mineral_work *w, int s, double grown)
+{
+    w->grown[s] = grown;
+    w->n[s] = pdi_max(w->base[s] + grown, 0.0);
+}
+
+/* The law with the concentrations that belong to a growth of mineral s; it falls with that. */
+static double pdi_mineral_off(pdi_mineral_work *w, int s, double grown)
 {
     double total[PD_SPECIES_MOST];
     w->left--;
-    w->n[s] = n;
+    pdi_mineral_set(w, s, grown);
     for (int k = 0; k < w->c->count; k++) {
         total[k] = w->total[k];
-        for (int t = 0; t < w->m->count; t++) total[k] -= w->m->gain[t][k] * (w->n[t] - w->base[t]);
+        for (int t = 0; t < w->m->count; t++) total[k] -= w->m->gain[t][k] * w->grown[t];
     }
     w->failed = pdi_components_solve(w->c, total, w->at) != PD_OK;
     if (w->failed) memcpy(w->at, w->guess, sizeof w->at);
     if (w->failed) return PDI_MINERAL_LOST;
-    return pdi_mineral_law(w->c, w->m, w->start, s, w->at, n);
+    return pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s]);
 }
 
-/* Most of mineral s that the totals hold, and that has room in the volume; HUGE_VAL: no component bounds it. */
+/* Most that mineral s grows by what totals hold, and by its room in the volume; HUGE_VAL: no component bounds it. */
 static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *most, double *room)
 {
     double taken = 0.0;
@@ -238,27 +246,27 @@ static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *most, d
         if (signs || !(w->m->gain[s][k] > 0.0)) continue;
         for (int t = 0; t < w->m->count; t++) {
             if (w->m->gain[t][k] < 0.0) signs = 1;
-            if (t != s) there -= w->m->gain[t][k] * (w->n[t] - w->base[t]);
+            if (t != s) there -= w->m->gain[t][k] * w->grown[t];
         }
-        if (!signs) *most = pdi_min(*most, w->base[s] + there / w->m->gain[s][k]);
+        if (!signs) *most = pdi_min(*most, there / w->m->gain[s][k]);
     }
     for (int t = 0; t < w->m->count; t++)
         if (t != s) taken += w->m->of[t].volume * w->n[t];
-    *room = w->start->limited ? w->start->limit[s] : HUGE_VAL;
+    *room = w->start->limited ? w->start->limit[s] - w->base[s] : HUGE_VAL;
     if (!(w->m->of[s].volume > 0.0) || w->start->limited) return;
     *room = pdi_max((1.0 - w->m->of[s].porosity - taken) / w->m->of[s].volume, 0.0);
-    *room = pdi_max(*room, w->start->initial[s]); /* what is there stays */
+    *room = pdi_max(*room, w->start->initial[s]) - w->base[s]; /* what is there stays */
 }
 
-/* A bracket of the amount of mineral s above `low`, where its law is off by a positive f[0]. 0: up to `room` it is. */
+/* A bracket of the growth of mineral s above x[0], where its law is off by a positive f[0]. 0: up to `room` it is. */
 static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
 {
     double rate = w->start->rate[s] * w->start->dt, size = 0.0;
-    double law = w->start->start[s] + rate * expm1(pdi_min(w->m->of[s].exponent *
+    double law = w->start->start[s] - w->base[s] + rate * expm1(pdi_min(w->m->of[s].exponent *
                                                         pdi_mineral_index(w->c, w->m, s, w->at), 700.0));
     double top = pdi_min(pdi_min(room, most), law > x[0] ? law : HUGE_VAL);
     for (int k = 0; k < w->c->count; k++) size = pdi_max(size, fabs(w->total[k]));
-    for (double step = PDI_MINERAL_FIRST * (size + x[0]);; step *= 4.0) {
+    for (double step = PDI_MINERAL_FIRST * (size + w->base[s] + x[0]);; step *= 4.0) {
         x[1] = top < HUGE_VAL ? top : pdi_min(x[0] + step, room);
         f[1] = pdi_mineral_off(w, s, x[1]);
         if (!(f[1] > 0.0)) return 1;
@@ -274,11 +282,11 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
 {
     double rate = w->start->rate[s] * w->start->dt, start = w->start->start[s], most, room, x[2], f[2];
     if (!(rate > 0.0)) {
-        w->n[s] = pdi_max(start, 0.0);
+        pdi_mineral_set(w, s, pdi_max(start, 0.0) - w->base[s]);
         return;
     }
     pdi_mineral_bounds(w, s, &most, &room);
-    x[0] = rate < HUGE_VAL ? pdi_min(pdi_max(start - rate, 0.0), room) : 0.0;
+    x[0] = rate < HUGE_VAL ? pdi_min(pdi_max(start - rate, 0.0) - w->base[s], room) : -w->base[s];
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
     if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
@@ -286,7 +294,7 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
     double next;
     while (w->left > 0 && pdi_bracket_next(&b, &next)) {
         if (most < HUGE_VAL) {
-            double far = log(most - b.a), near = log(pdi_max(most - b.b, DBL_EPSILON * most));
+            double far = log(most - b.a), near = log(pdi_max(most - b.b, DBL_EPSILON * fabs(most)));
             double bent = most - exp(far + pdi_bracket_share(&b) * (near - far));
             if (bent > b.a && bent < b.b) next = bent;
         }
@@ -397,17 +405,17 @@ static int pdi_mineral_active(const pd_components *c, const pd_minerals *m, cons
 }
 
 PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                               const double *at, const double *n, float *by)
+                               const double *at, const double *n, double *by)
 {
     double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
     int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, at, n, active);
-    for (int k = 0; k < m->count * c->count; k++) by[k] = 0.0f;
+    for (int k = 0; k < m->count * c->count; k++) by[k] = 0.0;
     if (!count) return;
     pdi_mineral_matrix(c, m, start, at, n, active, count, a, slope);
     pdi_mineral_eliminate(count, c->count, a, slope);
     for (int p = 0; p < count; p++)
-        for (int k = 0; k < c->count; k++) by[active[p] * c->count + k] = (float)slope[p][k];
+        for (int k = 0; k < c->count; k++) by[active[p] * c->count + k] = slope[p][k];
 }
 
 PDI_FN void pdi_mineral_damp(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
@@ -432,7 +440,7 @@ PDI_FN void pdi_mineral_damp(const pd_components *c, const pd_minerals *m, const
  * an amount could mend. */
 static double pdi_mineral_distance(pdi_mineral_work *w, double *off)
 {
-    double worst = 0.0, first = pdi_mineral_off(w, 0, w->n[0]);
+    double worst = 0.0, first = pdi_mineral_off(w, 0, w->grown[0]);
     if (w->failed) return HUGE_VAL;
     for (int s = 0; s < w->m->count; s++) {
         double rate = w->start->rate[s] * w->start->dt;
@@ -476,7 +484,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     const pd_minerals *m = w->m;
     double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST], off[PD_MINERAL_MOST];
-    double from[PD_MINERAL_MOST], most, room;
+    double from[PD_MINERAL_MOST], had[PD_MINERAL_MOST], most, room;
     int active[PD_MINERAL_MOST], count = 0;
     *worst = pdi_mineral_distance(w, off);
     for (int s = 0; s < m->count; s++)
@@ -486,11 +494,14 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     pdi_mineral_matrix(c, m, w->start, w->at, w->n, active, count, a, slope);
     for (int p = 0; p < count; p++) slope[p][0] = off[active[p]];
     pdi_mineral_changes(w, active, count, a, slope);
-    memcpy(from, w->n, sizeof from);
+    memcpy(from, w->grown, sizeof from);
+    memcpy(had, w->n, sizeof had);
     for (double share = 1.0; share > PDI_MINERAL_SHORTEST; share *= 0.25) {
         for (int p = 0; p < count; p++) {
             pdi_mineral_bounds(w, active[p], &most, &room);
-            w->n[active[p]] = pdi_min(pdi_max(from[active[p]] + share * slope[p][0], 0.0), room);
+            double change = share * slope[p][0], least = -w->base[active[p]];
+            double grown = had[active[p]] + change > 0.0 ? pdi_max(from[active[p]] + change, least) : least;
+            pdi_mineral_set(w, active[p], pdi_min(grown, room));
         }
         double now = pdi_mineral_distance(w, off);
         if (now < (*worst > PDI_MINERAL_NEAR ? PDI_MINERAL_BETTER : PDI_MINERAL_HALF) * *worst) {
@@ -498,8 +509,8 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
             return 1;
         }
     }
-    memcpy(w->n, from, sizeof from);
-    pdi_mineral_off(w, 0, w->n[0]);
+    for (int s = 0; s < m->count; s++) pdi_mineral_set(w, s, from[s]);
+    pdi_mineral_off(w, 0, from[0]);
     return 0;
 }
 
@@ -521,21 +532,22 @@ static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, 
     for (int k = 0; k < c->count; k++) size = pdi_max(size, fabs(total[k]));
     for (int s = 0; s < m->count; s++) {
         w.base[s] = w.n[s] = n[s];
+        w.grown[s] = 0.0;
         size = pdi_max(size, n[s]);
     }
     for (int s = 0; s < m->count; s++) { /* a guess may be more than has room */
         double most, room;
         pdi_mineral_bounds(&w, s, &most, &room);
-        w.n[s] = pdi_min(w.n[s], room);
+        if (room < 0.0) pdi_mineral_set(&w, s, room);
     }
     for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
         double moved = 0.0, worst;
         while (pdi_mineral_newton(&w, &worst)) {}
         if (!(worst > PDI_MINERAL_NEAR) || w.left <= 0) break;
         for (int s = 0; s < m->count; s++) {
-            double before = w.n[s];
+            double before = w.grown[s];
             pdi_mineral_one(&w, s);
-            moved = pdi_max(moved, fabs(w.n[s] - before));
+            moved = pdi_max(moved, fabs(w.grown[s] - before));
         }
         if (!(moved > PDI_MINERAL_ROUND * DBL_EPSILON * size)) break;
     }

@@ -70,7 +70,7 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
                                     const pd_mineral_start *start, const double *total, double *at, double *n);
 /* by [count][components of the system]: change of n with totals, dissolved and in minerals together. */
 PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m,
-                               const pd_mineral_start *start, const double *at, const double *n, float *by);
+                               const pd_mineral_start *start, const double *at, const double *n, double *by);
 /* off [count] [mol/m3], by which laws would ask for more at given totals, becomes by how much n follows. */
 PDI_FN void pdi_mineral_damp(const pd_components *c, const pd_minerals *m,
                              const pd_mineral_start *start, const double *at, const double *n, double *off);

@@ -98,22 +98,6 @@ PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, dou
     }
 }
 
-/* Minerals hold this many times what is dissolved of the components of a kinetic reaction at node i, with
- * concentrations c: the rounding of that is one of the concentrations. */
-static double pdi_extents_held(const pd_reactive *r, const pd_kinetic *kinetic, int32_t i, const double *c)
-{
-    const pd_components *s = &r->components;
-    double most = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        double held = 0.0, dissolved = c[s->master[k]];
-        if (kinetic->gain[k] == 0.0 || !(dissolved > 0.0)) continue;
-        for (int m = 0; m < r->minerals.count; m++)
-            held += fabs(r->minerals.gain[m][k]) * r->solid[m * (int64_t)r->grid->total + i];
-        most = pdi_max(most, held / dissolved);
-    }
-    return most;
-}
-
 PDI_FN double pdi_extents_turnover(const pd_reactive *r, int k, int32_t i)
 {
     const pd_components *s = &r->components;
@@ -122,7 +106,7 @@ PDI_FN double pdi_extents_turnover(const pd_reactive *r, int k, int32_t i)
     for (int n = 0; n < s->kinetics; n++) {
         if (s->kinetic[n].gain[k] == 0.0) continue;
         pdi_components_speed(s, &s->kinetic[n], c, NULL, &both);
-        sum += fabs(s->kinetic[n].gain[k]) * both * (1.0 + pdi_extents_held(r, &s->kinetic[n], i, c));
+        sum += fabs(s->kinetic[n].gain[k]) * both;
     }
     return sum;
 }

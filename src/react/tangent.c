@@ -121,6 +121,7 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double c[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
+        double taken[PD_MINERAL_MOST * PD_SPECIES_MOST];
         float *by = r->by + (int64_t)i * r->slots, *row = by + tables;
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
@@ -130,7 +131,8 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             pd_mineral_start start;
             pdi_tangent_law(r, i, first, &start);
             pdi_reactive_solids(r, r->solid, i, n);
-            pdi_mineral_derive(s, &r->minerals, &start, c, n, by + pdi_tangent_place(r));
+            pdi_mineral_derive(s, &r->minerals, &start, c, n, taken);
+            for (int k = 0; k < r->minerals.count * s->count; k++) by[pdi_tangent_place(r) + k] = (float)taken[k];
         }
         for (int n = 0; n < s->kinetics; n++, row += s->count) {
             double rate = 0.0;
@@ -139,7 +141,9 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
                 double sum = 0.0;
                 memset(one, 0, sizeof one);
                 one[k] = 1.0;
-                pdi_tangent_fix(r, by, one);
+                /* of ions that reach a mineral next to nothing may stay dissolved: single precision has none of it */
+                for (int m = 0; m < r->minerals.count; m++)
+                    for (int q = 0; q < s->count; q++) one[q] -= r->minerals.gain[m][q] * taken[m * s->count + k];
                 pdi_components_follow(s, by, one, along);
                 for (int m = 0; m < s->solutes; m++) sum += slope[m] * along[m];
                 row[k] = (float)sum;
