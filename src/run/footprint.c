@@ -577,8 +577,9 @@ static double pdi_footprint_led(const pd_setup *u, const pdi_footprint_plan *pla
     memset(&grips, 0, sizeof grips);
     for (int k = 0; k < u->metal_body.grips; k++) {
         const pd_setup_grip *grip = &u->metal_body.grip[k];
-        for (int d = 0; d < PD_DIM && grip->side >= 0; d++)
-            if (grip->moves[d]) led += (double)plan->grid.solid_count * pdi_min(1.0, rows / plan->grid.n[grip->side / 2]);
+        double share = grip->side >= 0 ? pdi_min(1.0, rows / plan->grid.n[grip->side / 2]) : 0.0;
+        for (int d = 0; d < PD_DIM; d++)
+            if (grip->moves[d]) led += (double)plan->grid.solid_count * share;
     }
     grips.led = (int64_t)led;
     return pdi_footprint_list(plan, pdi_grip_list, &grips);
