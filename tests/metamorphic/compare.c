@@ -449,7 +449,7 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
         report(f, "missing", name, p->value, 0.0, 1e-30, "the figure is not there");
         return;
     }
-    double least = floor_of(x, p->unit, tolerance), like = 0.0;
+    double least = floor_of(x, p->unit, tolerance), like = 0.0, amounts = 0.0;
     /* components of a vector have one scale; what else has the unit may cancel */
     for (int k = 0; k < a->figures; k++) {
         const run_figure *g = &a->figure[k];
@@ -460,7 +460,10 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
             size > scale)
             scale = size;
         if (size > like) like = size;
+        if (strncmp(g->key, "sum_", 4) != 0) amounts += size;
     }
+    /* the charge is what is left of those of all ions, which have one or two charges each */
+    if (strcmp(p->key, "sum_charge") == 0) like = fmax(like, 2.0 * amounts);
     if (CANCELS * like > least) least = CANCELS * like;
     if (strcmp(p->key, "parted") == 0 && q->value < 0.0) factor = 1.0; /* -1: never */
     double v = sign * q->value / factor;

@@ -66,7 +66,7 @@ static const uint32_t open_seeds[] = {
 #elif PD_DIM == 2
     15, 55, 500055,
 #else
-    6, 7, 8, 12, 15, 21, 25, 36, 43, 47,
+    7, 25, 43,
 #endif
 };
 
