@@ -197,8 +197,8 @@ PDI_FN int pdi_body_whole(const pd_body *body);
 /* Entries of the table of a lattice of n[PD_DIM] places whose bonds take so many steps along an axis; those before the
  * first place, too. */
 PDI_FN double pdi_body_places(const double *n, double steps);
-/* felt [count]: 1: the family of a point that is no image, or of one that has a bond with such a point. Forces of points
- * that are no images depend on these families alone. */
+/* felt [count]: 1: the family of a point that is no image, or of one that has a bond with such a point; 0 before the
+ * call. Forces of points that are no images depend on these families alone. */
 PDI_FN void pdi_body_felt(const pd_body *body, uint8_t *felt);
 /* The points that bonds join to point i, into piece[0 ..] [count]; seen [count] marks them. Returns how many. */
 PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);

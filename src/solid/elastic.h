@@ -64,8 +64,9 @@ PD_API pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_d
  * traction t = P n on it is the load -P edge, and a uniform stress in a body of any shape is in balance to rounding
  * (theory: eq. 8.5). PD_ERR_GEOMETRY: the bonds of a point do not span all directions (the message names it). */
 PD_API pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *elastic);
-/* force [count][PD_DIM] [N/m3], of images behind planes of symmetry not defined, of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Where the metal flows, the
- * plastic strain is that of a step from the last state to u (theory, 8.1). */
+/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Those of images behind planes
+ * of symmetry are left as they are, at least in part. Where the metal flows, the plastic strain is that of a step from
+ * the last state to u (theory, 8.1). */
 PD_API void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3). */
 PD_API double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
