@@ -66,7 +66,7 @@ static const uint32_t open_seeds[] = {
 #elif PD_DIM == 2
     15, 55, 500055,
 #else
-    7, 25, 43,
+    7, 15, 25, 43,
 #endif
 };
 
