@@ -202,12 +202,12 @@ typedef struct pdi_mineral_work {
     int left;                       /* equilibria that may still be solved */
 } pdi_mineral_work;
 
-/* ln Omega of mineral s less that of its law with the amount n. */
+/* ln Omega of mineral s less that of its law with an amount that is by `over` above that of the start. */
 static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
-                              const double *at, double n)
+                              const double *at, double over)
 {
     double rate = start->rate[s] * start->dt, off = pdi_mineral_index(c, m, s, at);
-    if (rate < HUGE_VAL) off -= log1p(pdi_max((n - start->start[s]) / rate, -1.0)) / m->of[s].exponent;
+    if (rate < HUGE_VAL) off -= log1p(pdi_max(over / rate, -1.0)) / m->of[s].exponent;
     return off;
 }
 
@@ -216,6 +216,12 @@ static void pdi_mineral_set(pdi_mineral_work *w, int s, double grown)
 {
     w->grown[s] = grown;
     w->n[s] = pdi_max(w->base[s] + grown, 0.0);
+}
+
+/* Its amount above that of the start of the step. */
+static double pdi_mineral_over(const pdi_mineral_work *w, int s)
+{
+    return w->n[s] > 0.0 ? w->grown[s] + (w->base[s] - w->start->start[s]) : -w->start->start[s];
 }
 
 /* The law with the concentrations that belong to a growth of mineral s; it falls with that. */
@@ -231,7 +237,7 @@ static double pdi_mineral_off(pdi_mineral_work *w, int s, double grown)
     w->failed = pdi_components_solve(w->c, total, w->at) != PD_OK;
     if (w->failed) memcpy(w->at, w->guess, sizeof w->at);
     if (w->failed) return PDI_MINERAL_LOST;
-    return pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s]);
+    return pdi_mineral_law(w->c, w->m, w->start, s, w->at, pdi_mineral_over(w, s));
 }
 
 /* Most that mineral s grows by what totals hold, and by its room in the volume; HUGE_VAL: no component bounds it. */
@@ -286,7 +292,7 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
         return;
     }
     pdi_mineral_bounds(w, s, &most, &room);
-    x[0] = rate < HUGE_VAL ? pdi_min(pdi_max(start - rate, 0.0) - w->base[s], room) : -w->base[s];
+    x[0] = start > rate ? pdi_min((start - w->base[s]) - rate, room) : pdi_min(-w->base[s], room);
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
     if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
@@ -335,7 +341,7 @@ static int pdi_mineral_full(const pd_components *c, const pd_minerals *m, const 
     double full = start->limited ? start->limit[s] : 1.0 - m->of[s].porosity;
     double found = start->limited ? n[s] : pdi_mineral_fraction(m, n);
     if (!(m->of[s].volume > 0.0) || found < full * (1.0 - PDI_MINERAL_FULL)) return 0;
-    return pdi_mineral_law(c, m, start, s, at, n[s]) > PDI_MINERAL_FULL;
+    return pdi_mineral_law(c, m, start, s, at, n[s] - start->start[s]) > PDI_MINERAL_FULL;
 }
 
 /* Gauss and Jordan for count equations with `columns` right-hand sides; the matrix is positive definite but for
@@ -444,7 +450,7 @@ static double pdi_mineral_distance(pdi_mineral_work *w, double *off)
     if (w->failed) return HUGE_VAL;
     for (int s = 0; s < w->m->count; s++) {
         double rate = w->start->rate[s] * w->start->dt;
-        off[s] = s ? pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s]) : first;
+        off[s] = s ? pdi_mineral_law(w->c, w->m, w->start, s, w->at, pdi_mineral_over(w, s)) : first;
         if (!(rate > 0.0) || (off[s] > 0.0 && pdi_mineral_full(w->c, w->m, w->start, s, w->at, w->n))) continue;
         if (w->n[s] > 0.0 || off[s] > 0.0) worst = pdi_max(worst, fabs(off[s]));
     }
