@@ -3,6 +3,7 @@
 #include "react/layer.h"
 #include "react/levels.h"
 #include "core/par.h"
+#include "solve/eliminate.h"
 #include <math.h>
 #include <string.h>
 
@@ -430,8 +431,8 @@ static void pdi_tangent_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
     }
 }
 
-/* The balances of one node by its own totals: row k of column n at matrix[k count + n]. What it gets from others is not
- * in it. */
+/* The balances of one node by its own totals: row k of column n at matrix[k (count + 1) + n]. What it gets from others
+ * is not in it. */
 static void pdi_tangent_block(const pd_reactive *r, int32_t i, double *matrix)
 {
     const pd_components *s = &r->components;
@@ -447,36 +448,8 @@ static void pdi_tangent_block(const pd_reactive *r, int32_t i, double *matrix)
             for (int m = 0; m < s->solutes; m++) sum += s->m[k][m] * r->rates[i] * r->ratio[m] * c[m];
             for (int q = 0; q < s->kinetics; q++)
                 sum -= s->kinetic[q].gain[k] * (double)rows[q * count + n] * r->weight[n];
-            matrix[k * count + n] = sum / r->weight[k];
+            matrix[k * (count + 1) + n] = sum / r->weight[k];
         }
-    }
-}
-
-/* Gauss elimination with the largest pivot of a column; x becomes the solution. */
-static void pdi_tangent_eliminate(int count, double *a, double *x)
-{
-    for (int n = 0; n < count; n++) {
-        int most = n;
-        for (int k = n + 1; k < count; k++)
-            if (fabs(a[k * count + n]) > fabs(a[most * count + n])) most = k;
-        if (!(fabs(a[most * count + n]) > 0.0)) continue;
-        for (int m = n; m < count; m++) {
-            double keep = a[n * count + m];
-            a[n * count + m] = a[most * count + m];
-            a[most * count + m] = keep;
-        }
-        double keep = x[n];
-        x[n] = x[most];
-        x[most] = keep;
-        for (int k = n + 1; k < count; k++) {
-            double factor = a[k * count + n] / a[n * count + n];
-            for (int m = n; m < count; m++) a[k * count + m] -= factor * a[n * count + m];
-            x[k] -= factor * x[n];
-        }
-    }
-    for (int n = count - 1; n >= 0; n--) {
-        for (int m = n + 1; m < count; m++) x[n] -= a[n * count + m] * x[m];
-        x[n] = fabs(a[n * count + n]) > 0.0 ? x[n] / a[n * count + n] : 0.0;
     }
 }
 
@@ -490,13 +463,14 @@ static void pdi_tangent_precondition_nodes(void *user, const double *x, double *
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double matrix[PD_SPECIES_MOST * PD_SPECIES_MOST], b[PD_SPECIES_MOST];
-        for (int k = 0; k < count; k++) b[k] = r->grid->kind[i] == PD_FLUID ? x[k * total + i] : 0.0;
-        if (r->grid->kind[i] == PD_FLUID) {
+        double matrix[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)]; /* and the right-hand side */
+        int fluid = r->grid->kind[i] == PD_FLUID;
+        if (fluid) {
             pdi_tangent_block(r, i, matrix);
-            pdi_tangent_eliminate(count, matrix, b);
+            for (int k = 0; k < count; k++) matrix[k * (count + 1) + count] = x[k * total + i];
+            pdi_eliminate(count, count + 1, count + 1, matrix);
         }
-        for (int k = 0; k < count; k++) y[k * total + i] = b[k];
+        for (int k = 0; k < count; k++) y[k * total + i] = fluid ? matrix[k * (count + 1) + count] : 0.0;
     }
     pdi_tangent_spend(r, y);
 }

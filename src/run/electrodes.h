@@ -31,9 +31,9 @@ PDI_FN pd_status pdi_electrodes_build(pd_ctx *ctx, const pd_setup *setup, const 
                                       const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
                                       const pd_dissolve *dissolve, const pd_surfaces *surfaces,
                                       pd_electrode_map *electrodes, pd_cell *cell);
-/* Value of a circuit at time t [s], of a pd_electrode_map. */
 /* 1: given values or shares depend on time. */
 PDI_FN int pdi_electrodes_timed(const pd_setup *setup);
+/* Value of a circuit at time t [s], of a pd_electrode_map. */
 PDI_FN double pdi_electrodes_given(void *user, int circuit, double t);
 /* A `feed` of a course, of a pd_electrode_map with species and cell: by Faraday's law, of the potential found last. */
 PDI_FN void pdi_electrodes_feed(void *user, double *source);
