@@ -126,7 +126,7 @@ static void pdi_quadratic_reduce(pdi_quadratic *fit, int *order)
     fit->rows = top;
     for (int slopes = 0; slopes < 2; slopes++)
         for (int c = 0; c < PDI_QUADRATIC_TERMS; c++)
-            if (unknown[c] && (c <= PD_DIM) == slopes) order[top + rest++] = c;
+            if ((c <= PD_DIM) == slopes && unknown[c]) order[top + rest++] = c;
 }
 
 PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
