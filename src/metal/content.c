@@ -381,12 +381,19 @@ static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
     return pdi_entry_free(&d->paths, i, k) ? at : -1;
 }
 
-/* Node i is below its end. It takes what it lacks from the metal in its reach, in proportion to the weights. No metal
- * gives more than it has above its end. What is still lacking is shared again, until it is covered or no metal has any.
- * Metal that is drained turns, too. */
+/* What node i holds at least as it turns [mol/m3]. Above saturation nothing dissolves into it, so the metal behind gives
+ * nothing of what a step takes below its random end. Under activation control it does. */
+static double pdi_content_least(const pd_dissolve *d, int32_t i)
+{
+    return d->desc.activation ? pdi_metal_end(d, i) : d->kind[pdi_metal_of(d, i)].end;
+}
+
+/* Node i is below what it holds at least. It takes what it lacks from the metal in its reach, in proportion to the
+ * weights. No metal gives more than it has above its end. What is still lacking is shared again, until it is covered or
+ * no metal has any. Metal that is drained turns, too. */
 static void pdi_content_take(pd_dissolve *d, int32_t i)
 {
-    double *c = d->transport->c, lacks = pdi_metal_end(d, i) - c[i];
+    double *c = d->transport->c, lacks = pdi_content_least(d, i) - c[i];
     int again = 1;
     while (lacks > 0.0 && again) {
         double sum = 0.0, given = 0.0, share = lacks;
@@ -462,16 +469,22 @@ static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
         double take = dt * pdi_metal_supply(d, i);
         if (c[i] - 0.5 * take * d->rate[i] <= pdi_metal_end(d, i)) d->piece[candidates++] = i;
     }
-    for (int32_t n = 0; n < candidates; n++)
-        if (c[d->piece[n]] > pdi_metal_end(d, d->piece[n])) pdi_content_give_up(d, d->piece[n], dt);
-    for (int32_t n = 0; n < candidates; n++)
-        if (c[d->piece[n]] <= pdi_metal_end(d, d->piece[n])) pdi_content_note(d, d->piece[n]);
+    for (int32_t n = 0; n < candidates; n++) {
+        int32_t i = d->piece[n];
+        if (c[i] > pdi_metal_end(d, i) && !(pdi_metal_end(d, i) > pdi_content_least(d, i)))
+            pdi_content_give_up(d, i, dt);
+    }
+    for (int32_t n = 0; n < candidates; n++) {
+        int32_t i = d->piece[n];
+        if (c[i] <= pdi_metal_end(d, i) || pdi_metal_end(d, i) > pdi_content_least(d, i)) pdi_content_note(d, i);
+    }
     for (int32_t n = 0; n < d->changed_count; n++) pdi_content_take(d, d->changed[n]); /* the list may grow */
     for (int32_t n = 0; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
     for (int32_t n = 0; n < d->changed_count; n++) {
         int32_t i = d->changed[n];
-        double rest = c[i] - pdi_metal_end(d, i);
-        c[i] = pdi_metal_end(d, i);
+        double least = pdi_content_least(d, i), rest = c[i] - least;
+        if (rest > 0.0 && pdi_metal_end(d, i) > least) continue;
+        c[i] = least;
         if (fabs(rest) > 0.0) PDI_TRY(pdi_content_hand_over(ctx, d, i, rest));
     }
     return PD_OK;
