@@ -381,8 +381,8 @@ static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
     return pdi_entry_free(&d->paths, i, k) ? at : -1;
 }
 
-/* What node i holds at least as it turns [mol/m3]. Above saturation nothing dissolves into it, so the metal behind gives
- * nothing of what a step takes below its random end. Under activation control it does. */
+/* What node i holds at least as it turns [mol/m3]. Above saturation nothing dissolves into it, so the metal behind
+ * gives nothing of what a step takes below its random end. Under activation control it does. */
 static double pdi_content_least(const pd_dissolve *d, int32_t i)
 {
     return d->desc.activation ? pdi_metal_end(d, i) : d->kind[pdi_metal_of(d, i)].end;

@@ -36,9 +36,7 @@ static double pdi_error_swing(const pdi_beside *beside, const pdi_law *law, doub
     *least = HUGE_VAL;
     for (int pass = 0; pass < 2; pass++)
         for (int k = 0; k < law->moments; k++) {
-            at.moments = 0;
-            at.at.t = law->moment[k];
-            double v = pdi_max(pdi_law_rate(&at, c), 0.0);
+            double v = pdi_law_at_instant(&at, &beside->point, law->moment[k], c);
             if (!pass) mean += law->part[k] * v;
             if (!pass) *least = pdi_min(*least, v);
             if (pass) came += law->part[k] * (v - mean);

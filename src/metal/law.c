@@ -183,7 +183,8 @@ static double pdi_law_between(pdi_law *law, double resist, double c, double a, d
     return s.b;
 }
 
-PDI_FN double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
+/* V(c) of one instant, or of any law without a film. */
+static double pdi_law_behind(pdi_law *law, pdi_law_point *p, double c)
 {
     double a = 0.0, above = pdi_law_rate(law, c), b = above, resist = p->resist;
     if (!pdi_law_finite(above)) return above;
@@ -204,6 +205,27 @@ PDI_FN double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
         if (c + reach > law->top) return b; /* no surface is richer than the metal */
     }
     return b;
+}
+
+PDI_FN double pdi_law_at_instant(pdi_law *law, const pdi_law_point *p, double t, double c)
+{
+    pdi_law one = *law;
+    pdi_law_point point = *p;
+    one.moments = 0;
+    one.at.t = t;
+    point.from = point.seen = c; /* it may end elsewhere than the mean */
+    point.end = HUGE_VAL;
+    double v = pdi_law_behind(&one, &point, c);
+    law->at = one.at;
+    return v;
+}
+
+PDI_FN double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
+{
+    double mean = 0.0;
+    if (!law->moments || !(p->resist > 0.0)) return pdi_law_behind(law, p, c);
+    for (int k = 0; k < law->moments; k++) mean += law->part[k] * pdi_law_at_instant(law, p, law->moment[k], c);
+    return mean;
 }
 
 /* A slope is taken from a difference. This is the widest one over the concentration. */

@@ -70,8 +70,11 @@ typedef struct pdi_law_point {
 /* v [m/s] of metal m alone at concentration c, as it is; that of the law. */
 PDI_FN double pdi_law_own(pdi_law *law, int m, double c);
 PDI_FN double pdi_law_rate(pdi_law *law, double c);
-/* V(c) [m/s], at least 0. NaN or infinite: so is the law, at law->at.c. */
+/* V(c) [m/s], at least 0. NaN or infinite: so is the law, at law->at.c. Of several instants it is the mean of their V:
+ * the film follows the law at once, so V of the mean law would be too large. */
 PDI_FN double pdi_law_at(pdi_law *law, pdi_law_point *point, double c);
+/* The same at the time t [s]. */
+PDI_FN double pdi_law_at_instant(pdi_law *law, const pdi_law_point *point, double t, double c);
 /* Between which speeds [m/s], of at least 0, the law at c stays from time a to b [s]. */
 PDI_FN void pdi_law_bounds(pdi_law *law, double c, double a, double b, double *least, double *most);
 /* Smallest concentration from c to `limit` at which the law is not positive; HUGE_VAL: there is none. Zones narrower

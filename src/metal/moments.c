@@ -13,6 +13,7 @@ typedef struct pdi_moments_piece {
 /* A law at a node. */
 typedef struct pdi_moments_node {
     pdi_law law;
+    pdi_law_point film; /* what the surface is behind */
     double c;     /* [mol/m3] */
     double share; /* [-] of a node's content that it takes in the step, per speed [s/m] */
 } pdi_moments_node;
@@ -33,6 +34,7 @@ static void pdi_moments_look(const pd_dissolve *d, const pdi_beside *beside, dou
 {
     pdi_interface_law(d, beside, &node->law);
     node->law.moments = 0;
+    node->film.resist = pdi_interface_resist(d, beside);
     node->c = pdi_max(d->transport->c[beside->node], 0.0);
     node->share = 0.0;
     for (int m = 0; m < d->kinds; m++)
@@ -47,13 +49,20 @@ static double pdi_moments_at(void *user, double t)
     return pdi_max(pdi_law_rate(&node->law, node->c), 0.0);
 }
 
+/* Behind the film. */
+static double pdi_moments_behind(void *user, double t)
+{
+    pdi_moments_node *node = (pdi_moments_node *)user;
+    return pdi_law_at_instant(&node->law, &node->film, t, node->c);
+}
+
 static void pdi_moments_bounds(void *user, double from, double to, double *least, double *most)
 {
     pdi_moments_node *node = (pdi_moments_node *)user;
     pdi_law_bounds(&node->law, node->c, from, to, least, most);
 }
 
-/* 1: at all nodes. */
+/* 1: instants give the integral at all nodes, of the law and of its speed behind the film. */
 static int pdi_moments_all(const pd_dissolve *d, const pdi_moments_piece *piece, double dt, int middle)
 {
     double part = (piece->to - piece->from) / dt, mean;
@@ -65,6 +74,10 @@ static int pdi_moments_all(const pd_dissolve *d, const pdi_moments_piece *piece,
         law.user = &node;
         law.share = node.share;
         if (d->rtol > 0.0) law.rtol = d->rtol;
+        if (pdi_quadrature_judge(&law, piece->from, piece->to, part, middle, &mean) == PDI_QUADRATURE_DIVIDE) return 0;
+        if (!(node.film.resist > 0.0)) continue;
+        law.value = pdi_moments_behind;
+        law.bounds = NULL;
         if (pdi_quadrature_judge(&law, piece->from, piece->to, part, middle, &mean) == PDI_QUADRATURE_DIVIDE) return 0;
     }
     return 1;

@@ -45,7 +45,7 @@ static int pdi_quadrature_narrows(const pdi_quadrature *q, double from, double t
 PDI_FN pdi_quadrature_piece pdi_quadrature_judge(const pdi_quadrature *q, double from, double to, double part,
                                                  int middle, double *mean)
 {
-    double half = 0.5 * (from + to), least, most;
+    double half = 0.5 * (from + to), least = 0.0, most = 0.0;
     double first = q->value(q->user, from), last = q->value(q->user, to * (1.0 - PDI_QUADRATURE_BEFORE));
     double centre = q->value(q->user, half), simpson = (first + 4.0 * centre + last) / 6.0;
     double low = pdi_min(pdi_min(first, last), centre), high = pdi_max(pdi_max(first, last), centre);
@@ -53,7 +53,7 @@ PDI_FN pdi_quadrature_piece pdi_quadrature_judge(const pdi_quadrature *q, double
     *mean = middle ? centre : gauss;
     if (!(fabs(first) + fabs(centre) + fabs(last) + fabs(gauss) < HUGE_VAL))
         return PDI_QUADRATURE_FITS; /* who asks for that value will say so */
-    q->bounds(q->user, from, to, &least, &most);
+    if (q->bounds) q->bounds(q->user, from, to, &least, &most);
     double room = q->rtol * (PDI_QUADRATURE_COST * q->share * pdi_min(fabs(simpson), fabs(*mean)) +
                              PDI_QUADRATURE_FAINT * q->size);
     double error = pdi_max(fabs(simpson - *mean), most - least - PDI_QUADRATURE_WIDE * (high - low));

@@ -16,7 +16,7 @@ typedef void (*pdi_quadrature_bounds)(void *user, double from, double to, double
 /* A function of time in a step. */
 typedef struct pdi_quadrature {
     pdi_quadrature_value value;
-    pdi_quadrature_bounds bounds;
+    pdi_quadrature_bounds bounds; /* NULL: by its values alone */
     void *user;
     double share; /* what the step takes for a value of 1 */
     double size;  /* what it is taken from, in the unit of share */
