@@ -213,7 +213,9 @@ PDI_FN double pdi_law_at_instant(pdi_law *law, const pdi_law_point *p, double t,
     pdi_law_point point = *p;
     one.moments = 0;
     one.at.t = t;
-    point.from = point.seen = c; /* it may end elsewhere than the mean */
+    if (c < law->touch) one.limit = pdi_min(one.limit, law->touch);
+    if (c < p->end) one.limit = pdi_min(one.limit, p->end); /* it ends there or earlier */
+    point.from = point.seen = c;
     point.end = HUGE_VAL;
     double v = pdi_law_behind(&one, &point, c);
     law->at = one.at;

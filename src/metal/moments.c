@@ -2,6 +2,7 @@
 #include "metal/moments.h"
 #include "solve/quadrature.h"
 #include <math.h>
+#include <string.h>
 
 /* The tolerance where none is given. */
 #define PDI_MOMENTS_RTOL 1e-3
@@ -34,7 +35,9 @@ static void pdi_moments_look(const pd_dissolve *d, const pdi_beside *beside, dou
 {
     pdi_interface_law(d, beside, &node->law);
     node->law.moments = 0;
+    memset(&node->film, 0, sizeof node->film);
     node->film.resist = pdi_interface_resist(d, beside);
+    node->film.end = HUGE_VAL;
     node->c = pdi_max(d->transport->c[beside->node], 0.0);
     node->share = 0.0;
     for (int m = 0; m < d->kinds; m++)
