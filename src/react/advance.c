@@ -89,12 +89,7 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
         double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL, NULL);
         for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * speed;
     }
-    const pd_etch *metal = r->surface;
-    if (!metal || metal->slot[i] < 0) return;
-    for (int32_t p = metal->slot[i]; p < metal->count && metal->node[p] == i; p++)
-        for (int k = 0; k < s->count; k++)
-            lack[k] += pdi_etch_gives(metal, p, k, metal->weight[p] > 0.0 ? *pdi_etch_speed(metal, p) : 0.0,
-                                      metal->electrode ? metal->flow[p] : 0.0);
+    if (r->surface) pdi_etch_gain(r->surface, i, lack);
 }
 
 /* 1: no solute of component k is at node i. */

@@ -57,6 +57,7 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, course, dt, "s");
     PDI_VALUE(owner, course, error, "1");
     PDI_VALUE(owner, course, taken, "mol");
+    if (course->desc.fed) PDI_ARRAY(owner, course, due, pdi_course_metals(course) * total, "mol/m3");
     if (pdi_course_metals(course) > 1) PDI_STATE(owner, course, each, pdi_course_metals(course), "mol");
     PDI_VALUE(owner, course, bent, "1");
     if (r->migration.on) {
@@ -107,17 +108,33 @@ pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *des
 
 /* ---- metal ---- */
 
-/* [mol/m3/s] of a metal at a node: what empties `fed` in what is left of the step of the run, and what comes anew. */
-static double pdi_course_given(const pd_course *a, int m, int32_t i)
-{
-    if (a->reactive->grid->kind[i] != PD_FLUID) return 0.0;
-    return a->desc.fed[m * a->reactive->grid->total + i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
-}
-
 /* [solutes] of each with one of metal m. */
 static const double *pdi_course_shed(const pd_course *a, int m)
 {
     return m && a->desc.surface ? a->desc.surface->kind[m].shed : a->shed;
+}
+
+/* What the species of the step of the run get of `fed`. Where they have got more than the metal lost, which minerals
+ * may hold, they give back what they have: the rest stays for later. */
+static void pdi_course_due(pd_course *a, int m)
+{
+    const pd_reactive *r = a->reactive;
+    double shed[PD_SPECIES_MOST], *due = a->due + m * r->grid->total;
+    const double *fed = a->desc.fed + m * r->grid->total;
+    memcpy(shed, pdi_course_shed(a, m), sizeof shed);
+    if (a->desc.surface) pdi_etch_whole(a->desc.surface, shed);
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        due[i] = fed[i];
+        if (fed[i] < 0.0 && r->grid->kind[i] == PD_FLUID)
+            due[i] = pdi_max(fed[i], -pdi_reclaim_most(r, shed, i, a->left));
+    }
+}
+
+/* [mol/m3/s] of a metal at a node: what is due in what is left of the step of the run, and what comes anew. */
+static double pdi_course_given(const pd_course *a, int m, int32_t i)
+{
+    if (a->reactive->grid->kind[i] != PD_FLUID) return 0.0;
+    return a->due[m * a->reactive->grid->total + i] / a->left + (a->ahead ? a->ahead[i] : 0.0);
 }
 
 /* Sources of metal m that come after its steps; the charge of all [mol/m3/s]. More than the law gave comes with the
@@ -185,10 +202,11 @@ static void pdi_course_taken(pd_course *a, double dt, int all)
     for (int m = 0; m < pdi_course_metals(a) && a->desc.fed; m++) {
         pdi_sum sum = {0.0, 0.0};
         double *fed = a->desc.fed + m * r->grid->total;
+        const double *due = a->due + m * r->grid->total;
         for (int32_t i = 0; i < r->grid->total; i++) {
             if (r->grid->kind[i] != PD_FLUID) continue;
-            pdi_sum_add(&sum, share * fed[i] * pdi_grid_circumference(r->grid, i));
-            fed[i] = all ? 0.0 : fed[i] * (1.0 - share);
+            pdi_sum_add(&sum, share * due[i] * pdi_grid_circumference(r->grid, i));
+            fed[i] = (fed[i] - due[i]) + (all ? 0.0 : due[i] * (1.0 - share));
             if (a->ahead) a->came[i] += dt * a->ahead[i];
         }
         pdi_course_count(a, m, &sum);
@@ -460,6 +478,7 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     pdi_course_keep(ctx, a, 0);
     if (a->psi && a->desc.coat->desc.surface && !a->settled) PDI_TRY(pdi_course_still(ctx, a, s->time));
     if (a->desc.coat) PDI_TRY(pdi_coat_begin(ctx, a->desc.coat, s->time));
+    for (int m = 0; m < pdi_course_metals(a) && a->desc.fed; m++) pdi_course_due(a, m);
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
     return PD_OK;

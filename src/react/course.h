@@ -59,6 +59,7 @@ typedef struct pd_course {
     double dt;              /* [s] that is tried next; 0: not known yet */
     double error;           /* [-] estimated error of the last step */
     double left;            /* [s] of the step of the run */
+    double *due;            /* [metals][total] [mol/m3] of `fed` that comes in what is left of it; NULL: none dissolves */
     double taken;           /* [mol] of metal that is in the species */
     double *each;           /* [metals] [mol] of each of them; NULL: there is one */
     /* metal that minerals cover: */

@@ -232,6 +232,14 @@ static inline double pdi_etch_gives(const pd_etch *s, int32_t place, int k, doub
         sum += s->part_gain[s->electrode[place] * s->reactive->components.count + k] * s->area[place] * flow;
     return sum;
 }
+/* Adds to gain [components] [mol/m3/s] what metal and electrodes give node i at the present speeds and flows. */
+static inline void pdi_etch_gain(const pd_etch *s, int32_t i, double *gain)
+{
+    for (int32_t p = s->slot[i]; p >= 0 && p < s->count && s->node[p] == i; p++)
+        for (int k = 0; k < s->reactive->components.count; k++)
+            gain[k] += pdi_etch_gives(s, p, k, s->weight[p] > 0.0 ? *pdi_etch_speed(s, p) : 0.0,
+                                      s->electrode ? s->flow[p] : 0.0);
+}
 #endif
 
 #endif

@@ -37,14 +37,10 @@ PDI_FN int pdi_positivity_holds(const pd_reactive *r, double stage)
 /* [mol/m3/s] of component k that sources and metal take up at node i. */
 static double pdi_positivity_sink(const pd_reactive *r, int k, int32_t i)
 {
-    const pd_etch *metal = r->surface;
     double source[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
     pdi_reactive_get(r, r->source, i, source);
     pdi_components_totals(&r->components, source, gain);
-    if (!metal || metal->slot[i] < 0) return -gain[k];
-    for (int32_t p = metal->slot[i]; p < metal->count && metal->node[p] == i; p++)
-        gain[k] += pdi_etch_gives(metal, p, k, metal->weight[p] > 0.0 ? *pdi_etch_speed(metal, p) : 0.0,
-                                  metal->electrode ? metal->flow[p] : 0.0);
+    if (r->surface) pdi_etch_gain(r->surface, i, gain);
     return -gain[k];
 }
 

@@ -13,18 +13,26 @@ static int pdi_reclaim_bounded(const pd_components *of, int k)
     return 1;
 }
 
-/* [mol/m3] of metal that a share of what node i holds would be; with each comes gain [components] of totals. */
-static double pdi_reclaim_held(const pd_reactive *r, const double *gain, int32_t i)
+/* [mol/m3] of metal that a share of what node i holds would be, and that comes [components] would be; with each comes
+ * gain [components] of totals. HUGE_VAL: nothing bounds it. */
+static double pdi_reclaim_there(const pd_reactive *r, const double *gain, int32_t i, const double *comes)
 {
     const pd_components *of = &r->components;
     double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], most = HUGE_VAL;
     pdi_reactive_get(r, r->c, i, c);
     pdi_components_totals(of, c, sum);
     for (int k = 0; k < of->count; k++) {
-        double there = sum[k] + r->carry[(int64_t)k * r->grid->total + i];
+        double there = PDI_RECLAIM_SHARE * (sum[k] + r->carry[(int64_t)k * r->grid->total + i]) + comes[k];
         if (gain[k] > 0.0 && pdi_reclaim_bounded(of, k)) most = pdi_min(most, pdi_max(there, 0.0) / gain[k]);
     }
-    return most < HUGE_VAL ? PDI_RECLAIM_SHARE * most : 0.0;
+    return most;
+}
+
+static double pdi_reclaim_held(const pd_reactive *r, const double *gain, int32_t i)
+{
+    const double nothing[PD_SPECIES_MOST] = {0.0};
+    double most = pdi_reclaim_there(r, gain, i, nothing);
+    return most < HUGE_VAL ? most : 0.0;
 }
 
 PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount)
@@ -47,6 +55,15 @@ PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount
     }
     for (int n = 0; n < of->solutes; n++) r->in[n] -= taken * r->bonds->stencil->volume * shed[n];
     return taken;
+}
+
+PDI_FN double pdi_reclaim_most(const pd_reactive *r, const double *shed, int32_t i, double dt)
+{
+    double gain[PD_SPECIES_MOST], comes[PD_SPECIES_MOST] = {0.0};
+    pdi_components_totals(&r->components, shed, gain);
+    if (r->surface) pdi_etch_gain(r->surface, i, comes);
+    for (int k = 0; k < r->components.count; k++) comes[k] = dt * pdi_max(comes[k], 0.0);
+    return pdi_reclaim_there(r, gain, i, comes);
 }
 
 #undef PDI_RECLAIM_SHARE

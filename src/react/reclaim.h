@@ -6,12 +6,15 @@
  */
 #ifndef PD_RECLAIM_H
 #define PD_RECLAIM_H
-#include "react/reactive.h"
+#include "react/etch.h"
 
 #ifdef PDI_INTERNAL
 /* Takes back `amount` [mol/m3 of cells] of metal with shed [solutes] each, or as much as there is. Returns that. The
  * next step begins without it. */
 PDI_FN double pdi_reclaim_take(pd_reactive *reactive, const double *shed, double amount);
+/* [mol/m3] of metal with shed [solutes] each that node i can give back in dt [s]: a share of what it holds, and what
+ * metal gives it in that time at the present speeds. HUGE_VAL: nothing bounds it. */
+PDI_FN double pdi_reclaim_most(const pd_reactive *reactive, const double *shed, int32_t i, double dt);
 #endif
 
 #endif

@@ -321,9 +321,10 @@ static const pd_key pdi_keys_of_run[] = {
      PDI_SAYS("aim for the error of the volume loss, up to 0.1: errors in time of the law sum up to at most "
               "five times it, those of fluid whose law has not started go with its root (theory: eq. 6.2g); "
               "sets `fraction = 25 rtol`. A step goes by the surface at its start: bodies of few cells that "
-              "shrink lose too much by up to half of `fraction` of the cells at their surface. Without "
-              "dissolution: error of a step of the transport against the largest concentration; with "
-              "`[corrode]` of the concentration over `Csat`, too")},
+              "shrink lose too much by up to half of `fraction` of the cells at their surface. What a stream "
+              "has carried off of the dissolved metal has no tolerance of its own where the law hardly reads "
+              "it: `max_step` holds it. Without dissolution: error of a step of the transport against the "
+              "largest concentration; with `[corrode]` of the concentration over `Csat`, too")},
     {"fraction", "-", "25 rtol; with `[corrode]` 0.2, `activation` 0.1, `drive = difference` 0.01",
      PDI_SAYS("largest share of its content that a node loses in a step, up to 1; overrides `rtol`")},
     {"max_step", "s", "0",

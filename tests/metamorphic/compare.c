@@ -547,10 +547,11 @@ void compare_records(const scene *x, const transform *t, const record *a, const 
 /* What steps may get wrong by their tolerance: amounts, not what single cells show at an instant. */
 static int of_amount(const scene *x, const run_figure *p)
 {
-    int dissolves = (x->has & (HAS_DISSOLVE | HAS_CORRODE)) && !(x->has & HAS_CHEMISTRY);
+    int metal = (x->has & (HAS_DISSOLVE | HAS_CORRODE)) != 0, dissolves = metal && !(x->has & HAS_CHEMISTRY);
     if (strcmp(p->key, "volume_loss") == 0 || strcmp(p->key, "gas") == 0) return 1;
     if (strcmp(p->section, "total") != 0) return 0;
     if (dissolves) return strcmp(p->key, "solid") == 0; /* what is in the fluid, no tolerance is of */
+    if (metal && strcmp(p->key, "dissolved") == 0) return 0; /* nor of the metal in the fluid beside species */
     return strncmp(p->unit, "mol", 3) == 0 && strncmp(p->key, "C_", 2) != 0 && strcmp(p->key, "sum_charge") != 0;
 }
 
