@@ -344,10 +344,12 @@ static double pdi_error_speed(const pd_dissolve *d, int start)
     return pdi_sum_total(&sum) * d->paths.stencil->volume;
 }
 
-/* Metal [mol] that is faint against a cell. */
+/* Metal [mol] that is faint against a cell of any metal. */
 static double pdi_error_none(const pd_dissolve *d)
 {
-    return PDI_ERROR_FAINT * d->rtol * d->kind[0].supply * d->paths.stencil->volume;
+    double least = d->kind[0].supply;
+    for (int m = 1; m < d->kinds; m++) least = pdi_min(least, d->kind[m].supply);
+    return PDI_ERROR_FAINT * d->rtol * least * d->paths.stencil->volume;
 }
 
 PDI_FN void pdi_error_judge(pd_dissolve *d)
