@@ -502,22 +502,63 @@ typedef struct pdi_components_reactions {
     int rows;
     double nu[PD_REACTION_MOST][PD_SPECIES_MOST], ln_k[PD_REACTION_MOST];
     int made[PD_REACTION_MOST]; /* solute; -1: none */
+    const char *name[PD_REACTION_MOST];
 } pdi_components_reactions;
 
-/* The solute that row r makes: one that few others have, and with a number of 1. -1: the row is empty. */
-static int pdi_components_choose(const pd_components *s, const pdi_components_reactions *e, int r)
+/* What is told of a solute that a row could make. */
+typedef struct pdi_components_choice {
+    int row, solute, beside, rank;
+    double cost, ln_k;
+} pdi_components_choice;
+
+/* 1: a is made rather than b. One that few rows have, and with a number of 1; of these one that stands alone on its
+ * side of the reaction; then names decide, so that the order of species and of reactions does not. */
+static int pdi_components_rather(const pdi_components_choice *a, const pdi_components_choice *b)
 {
-    int best = -1;
-    double least = HUGE_VAL;
-    for (int i = 0; i < s->solutes; i++) {
-        if (!(fabs(e->nu[r][i]) > PDI_COMPONENTS_ZERO)) continue;
-        double cost = fabs(fabs(e->nu[r][i]) - 1.0);
-        for (int k = 0; k < e->rows; k++) cost += fabs(e->nu[k][i]) > PDI_COMPONENTS_ZERO ? 1.0 : 0.0;
-        if (cost > least) continue;
-        best = i;
-        least = cost;
+    if (b->row < 0 || a->cost < b->cost || a->cost > b->cost) return b->row < 0 || a->cost < b->cost;
+    if (a->beside != b->beside) return a->beside < b->beside;
+    if (a->rank != b->rank) return a->rank > b->rank;
+    return fabs(a->ln_k) < fabs(b->ln_k);
+}
+
+/* Solutes of row r on the side of solute i, but for that. */
+static int pdi_components_beside(const pd_components *s, const pdi_components_reactions *e, int r, int i)
+{
+    int count = -1;
+    for (int j = 0; j < s->solutes; j++)
+        if (fabs(e->nu[r][j]) > PDI_COMPONENTS_ZERO && (e->nu[r][j] > 0.0) == (e->nu[r][i] > 0.0)) count++;
+    return count;
+}
+
+/* The row that makes a solute next, and that solute; row -1: those that are left are empty. */
+static pdi_components_choice pdi_components_choose(const pd_components *s, const pdi_components_reactions *e,
+                                                   const int *rank)
+{
+    pdi_components_choice best = {-1, -1, 0, 0, 0.0, 0.0};
+    for (int r = 0; r < e->rows; r++) {
+        for (int i = 0; i < s->solutes && e->made[r] < 0; i++) {
+            if (!(fabs(e->nu[r][i]) > PDI_COMPONENTS_ZERO)) continue;
+            pdi_components_choice now = {r, i, pdi_components_beside(s, e, r, i), rank[i],
+                                         fabs(fabs(e->nu[r][i]) - 1.0), e->ln_k[r] / e->nu[r][i]};
+            for (int k = 0; k < e->rows; k++) now.cost += fabs(e->nu[k][i]) > PDI_COMPONENTS_ZERO ? 1.0 : 0.0;
+            if (pdi_components_rather(&now, &best)) best = now;
+        }
     }
     return best;
+}
+
+/* rank [solutes]: place of their names in the alphabet. */
+static void pdi_components_rank(const pd_species *species, int count, const pd_components *s, int *rank)
+{
+    for (int i = 0; i < count; i++) {
+        int before = 0;
+        if (s->place[i] < 0) continue;
+        for (int j = 0; j < count; j++) {
+            int sign = s->place[j] < 0 ? 1 : strcmp(species[j].name, species[i].name);
+            before += sign < 0 || (sign == 0 && j < i);
+        }
+        rank[s->place[i]] = before;
+    }
 }
 
 static void pdi_components_eliminate(const pd_components *s, pdi_components_reactions *e, int r)
@@ -588,6 +629,7 @@ static pd_status pdi_components_reaction(pd_ctx *ctx, const pd_species *species,
     }
     memcpy(e->nu[e->rows], nu, sizeof nu);
     e->ln_k[e->rows] = reaction->ln_k;
+    e->name[e->rows] = reaction->name;
     e->made[e->rows++] = -1;
     return PD_OK;
 }
@@ -596,6 +638,7 @@ static pd_status pdi_components_fill(pd_ctx *ctx, const pd_species *species, int
                                      int reaction_count, pd_components *s)
 {
     pdi_components_reactions e;
+    int rank[PD_SPECIES_MOST];
     memset(&e, 0, sizeof e);
     if (count < 1 || count > PD_SPECIES_MOST || reaction_count < 0 || reaction_count > PD_REACTION_MOST)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%d species and %d reactions, expected 1 to %d species and "
@@ -612,13 +655,17 @@ static pd_status pdi_components_fill(pd_ctx *ctx, const pd_species *species, int
     if (!s->solutes) return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "there is no solute");
     for (int r = 0; r < reaction_count; r++)
         PDI_TRY(pdi_components_reaction(ctx, species, count, &reactions[r], &e, s));
-    for (int r = 0; r < e.rows; r++) {
-        e.made[r] = pdi_components_choose(s, &e, r);
-        if (e.made[r] >= 0) pdi_components_eliminate(s, &e, r);
-        else if (fabs(e.ln_k[r]) > PDI_COMPONENTS_ZERO)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' is the sum of others, and its K is not the "
-                            "product of theirs: leave one out", reactions[r].name);
+    pdi_components_rank(species, count, s, rank);
+    for (;;) {
+        pdi_components_choice next = pdi_components_choose(s, &e, rank);
+        if (next.row < 0) break;
+        e.made[next.row] = next.solute;
+        pdi_components_eliminate(s, &e, next.row);
     }
+    for (int r = 0; r < e.rows; r++)
+        if (e.made[r] < 0 && fabs(e.ln_k[r]) > PDI_COMPONENTS_ZERO)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' is the sum of others, and its K is not the "
+                            "product of theirs: leave one out", e.name[r]);
     pdi_components_order(&e, s);
     for (int r = 0; r < s->kinetics; r++) pdi_components_totals(s, s->kinetic[r].nu, s->kinetic[r].gain);
     return PD_OK;
