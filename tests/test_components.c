@@ -179,6 +179,32 @@ TEST(speeds)
     }
 }
 
+/* 1: solute i is a component. */
+static int is_master(const pd_components *s, int i)
+{
+    for (int k = 0; k < s->count; k++)
+        if (s->master[k] == i) return 1;
+    return 0;
+}
+
+/* Species and reactions the other way round have the same components: sizes of totals, and so steps, go by them. */
+TEST(order)
+{
+    mixture v, w;
+    pd_components s, t;
+    mix_body_fluid(&v);
+    w = v;
+    for (int i = 0; i < v.species; i++) w.s[i] = v.s[v.species - 1 - i];
+    for (int r = 0; r < v.reactions; r++) {
+        w.r[r] = v.r[v.reactions - 1 - r];
+        for (int i = 0; i < v.species; i++) w.r[r].nu[i] = v.r[v.reactions - 1 - r].nu[v.species - 1 - i];
+    }
+    build(&v, PD_ACTIVITY_IDEAL, &s);
+    build(&w, PD_ACTIVITY_IDEAL, &t);
+    for (int i = 0; i < v.species; i++)
+        if (s.place[i] >= 0) CHECK_INT(is_master(&s, s.place[i]), is_master(&t, t.place[v.species - 1 - i]));
+}
+
 TEST(refused)
 {
     mixture v;
@@ -193,4 +219,4 @@ TEST(refused)
 }
 
 TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(front) ENTRY(derivatives_ideal) ENTRY(derivatives_davies)
-          ENTRY(acid_from_lye) ENTRY(speeds) ENTRY(refused))
+          ENTRY(acid_from_lye) ENTRY(speeds) ENTRY(order) ENTRY(refused))

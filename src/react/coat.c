@@ -196,24 +196,35 @@ typedef struct pdi_coat_work {
     int32_t node;
     double from;                  /* [s] columns go from `first` there by `slope` */
     const double *first, *slope;
+    int foreseen;                 /* 1: nothing is known of their ends */
     double around[PD_COAT_AROUND];
     double fixed[PD_COAT_MOST];   /* states that the place does not carry */
     int states, of[PD_COAT_MOST]; /* those that it does */
 } pdi_coat_work;
 
+/* Column k after a time. A line between two ends keeps their bounds. What is foreseen of a concentration that falls would
+ * pass zero: it begins as the line and comes to rest at zero, without a bend where steps would end by rounding. */
+static double pdi_coat_column(const pdi_coat_work *w, int k, double time)
+{
+    int64_t at = k * w->s->reactive->grid->total + w->node;
+    double first = w->first[at], change = time * w->slope[at];
+    if (w->s->solute[k] < 0) return first + change;
+    if (w->foreseen && change < 0.0 && first > 0.0) return first / (1.0 - change / first);
+    return first + change < 0.0 ? 0.0 : first + change; /* no number stays none */
+}
+
 /* What they read at time t. */
 static void pdi_coat_read(const pdi_coat_work *w, double t, double *c, double *around, pd_coat_at *at)
 {
     const pd_coat *s = w->s;
-    int64_t total = s->reactive->grid->total;
     double davies = 0.0;
     memset(c, 0, PD_SPECIES_MOST * sizeof *c);
     memcpy(around, w->around, sizeof w->around);
     for (int k = 0; k < s->columns; k++) {
-        double value = w->first[k * total + w->node] + (t - w->from) * w->slope[k * total + w->node];
+        double value = pdi_coat_column(w, k, t - w->from);
         if (s->solute[k] < -1) around[-2 - s->solute[k]] = value;
         else if (s->solute[k] < 0) davies = value;
-        else c[s->solute[k]] = value < 0.0 ? 0.0 : value; /* what goes on in a line may pass zero */
+        else c[s->solute[k]] = value;
     }
     at->node = w->node;
     at->c = c;
@@ -300,6 +311,7 @@ static pd_status pdi_coat_move(pd_ctx *ctx, pd_coat *s, const double *first, con
         w.from = t;
         w.first = first;
         w.slope = slope;
+        w.foreseen = slope == s->slope;
         s->off[p] = pdi_coat_solve(s, p, &w, dt, s->start, to);
     }
     for (int32_t p = 0; p < s->count; p++)
