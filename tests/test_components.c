@@ -179,6 +179,45 @@ TEST(speeds)
     }
 }
 
+/* Broensted and Bjerrum: at the concentrations whose activities give K nothing happens; which way the reaction is
+ * written does not matter; the derivatives are those of differences. */
+TEST(speeds_among_ions)
+{
+    mixture v;
+    pd_components s;
+    double all[5] = {40.0, 0.3, 0.0, 100.0, 180.0}, by[5], strength, davies, slope, speed[2];
+    mix_begin(&v);
+    mix_species(&v, "Mg2+", NULL, 1e-9);
+    mix_species(&v, "OH-", NULL, 1e-9);
+    mix_species(&v, "MgOH+", NULL, 1e-9);
+    mix_species(&v, "Na+", NULL, 1e-9);
+    mix_species(&v, "Cl-", NULL, 1e-9);
+    mix_reaction(&v, "Mg2+ + OH- = MgOH+", 2.6, 5.0, "L/mol/s");
+    mix_reaction(&v, "MgOH+ = Mg2+ + OH-", -2.6, 5.0 * pow(10.0, -2.6), "1/s");
+    build(&v, PD_ACTIVITY_DAVIES, &s);
+    CHECK_INT(s.kinetics, 2);
+    /* ln gamma z^2: 4 and 1 on one side, 1 on the other; a_p/(a_m a_o) = K */
+    for (int k = 0; k < 100; k++) {
+        strength = 0.5 * (4.0 * all[0] + all[1] + all[2] + all[3] + all[4]);
+        davies = pdi_activity_davies(s.debye, strength, &slope);
+        all[2] = pow(10.0, 2.6) * 1e-3 * all[0] * all[1] * exp(4.0 * davies);
+    }
+    for (int r = 0; r < 2; r++)
+        CHECK_NEAR(pdi_components_speed(&s, &s.kinetic[r], all, NULL, NULL), 0.0, 1e-12 * all[2]);
+    all[2] *= 3.0;
+    for (int r = 0; r < 2; r++) speed[r] = pdi_components_speed(&s, &s.kinetic[r], all, by, NULL);
+    CHECK_REL(speed[0], -speed[1], 1e-12);
+    for (int i = 0; i < 5; i++) {
+        double x = all[i], step = 1e-5;
+        all[i] = x + step;
+        double high = pdi_components_speed(&s, &s.kinetic[1], all, NULL, NULL);
+        all[i] = x - step;
+        double low = pdi_components_speed(&s, &s.kinetic[1], all, NULL, NULL);
+        all[i] = x;
+        CHECK_NEAR(by[i], (high - low) / (2.0 * step), 1e-7 * fabs(speed[1]));
+    }
+}
+
 /* 1: solute i is a component. */
 static int is_master(const pd_components *s, int i)
 {
@@ -219,4 +258,5 @@ TEST(refused)
 }
 
 TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(front) ENTRY(derivatives_ideal) ENTRY(derivatives_davies)
-          ENTRY(acid_from_lye) ENTRY(speeds) ENTRY(order) ENTRY(refused))
+          ENTRY(acid_from_lye) ENTRY(speeds) ENTRY(speeds_among_ions)
+          ENTRY(order) ENTRY(refused))

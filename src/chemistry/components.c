@@ -74,11 +74,33 @@ static double pdi_components_others(const pd_components *s, const double *total)
     return sum;
 }
 
+/* ln gamma of a charge of 1, and its derivative by the ionic strength [m3/mol]. */
+static double pdi_components_davies(const pd_components *s, const double *c, double *slope)
+{
+    double strength = 0.0;
+    *slope = 0.0;
+    if (!(s->debye > 0.0)) return 0.0;
+    for (int i = 0; i < s->solutes; i++) strength += 0.5 * pdi_components_square(s->charge[i]) * pdi_max(c[i], 0.0);
+    return pdi_activity_davies(s->debye, strength, slope);
+}
+
 PDI_FN double pdi_components_activity(const pd_components *s, const double *c)
 {
-    double slope, strength = 0.0;
-    for (int i = 0; i < s->solutes; i++) strength += 0.5 * pdi_components_square(s->charge[i]) * pdi_max(c[i], 0.0);
-    return s->debye > 0.0 ? pdi_activity_davies(s->debye, strength, &slope) : 0.0;
+    double slope;
+    return pdi_components_davies(s, c, &slope);
+}
+
+/* Broensted and Bjerrum: the complex that both ways pass has the sum of the charges of either side. */
+static void pdi_components_salt(const pd_components *s, pd_kinetic *kinetic)
+{
+    double charge = 0.0;
+    kinetic->salt[0] = kinetic->salt[1] = 0.0;
+    for (int i = 0; i < s->solutes; i++) {
+        if (kinetic->nu[i] < 0.0) charge -= kinetic->nu[i] * s->charge[i];
+        kinetic->salt[kinetic->nu[i] > 0.0] += fabs(kinetic->nu[i]) * pdi_components_square(s->charge[i]);
+    }
+    kinetic->salt[0] -= charge * charge;
+    kinetic->salt[1] -= charge * charge;
 }
 
 /* Gauss and Jordan: from the most frequent member on, those that no others make are the heads. */
@@ -474,9 +496,10 @@ static double pdi_components_power(double c, double n, double *by)
 PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kinetic, const double *c, double *by,
                                    double *size)
 {
-    double product[2], power[PD_SPECIES_MOST], slope[PD_SPECIES_MOST];
-    product[0] = kinetic->forward;
-    product[1] = kinetic->backward;
+    double product[2], constant[2], power[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], bends;
+    double davies = pdi_components_davies(s, c, &bends);
+    product[0] = constant[0] = kinetic->forward * exp(kinetic->salt[0] * davies);
+    product[1] = constant[1] = kinetic->backward * exp(kinetic->salt[1] * davies);
     for (int i = 0; i < s->solutes; i++) {
         if (kinetic->nu[i] == 0.0) continue;
         power[i] = pdi_components_power(c[i], fabs(kinetic->nu[i]), &slope[i]);
@@ -484,12 +507,13 @@ PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kin
     }
     for (int i = 0; i < s->solutes && by; i++) {
         int way = kinetic->nu[i] > 0.0;
-        by[i] = 0.0;
+        by[i] = 0.5 * pdi_components_square(s->charge[i]) * bends *
+                (kinetic->salt[0] * product[0] - kinetic->salt[1] * product[1]);
         if (kinetic->nu[i] == 0.0) continue;
-        double rest = (way ? -kinetic->backward : kinetic->forward) * slope[i];
+        double rest = (way ? -constant[1] : constant[0]) * slope[i];
         for (int j = 0; j < s->solutes; j++)
             if (j != i && kinetic->nu[j] != 0.0 && (kinetic->nu[j] > 0.0) == way) rest *= power[j];
-        by[i] = rest;
+        by[i] += rest;
     }
     if (size) *size = fabs(product[0]) + fabs(product[1]);
     return product[0] - product[1];
@@ -625,6 +649,7 @@ static pd_status pdi_components_reaction(pd_ctx *ctx, const pd_species *species,
         kinetic->forward = reaction->forward;
         kinetic->backward = reaction->backward;
         memcpy(kinetic->nu, nu, sizeof nu);
+        pdi_components_salt(s, kinetic);
         return PD_OK;
     }
     memcpy(e->nu[e->rows], nu, sizeof nu);

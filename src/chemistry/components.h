@@ -10,9 +10,10 @@
 #include "chemistry/activity.h"
 #include "chemistry/reaction.h"
 
-/* A reaction at finite rate, by mass action. */
+/* A reaction at finite rate, by mass action with rate constants of infinite dilution. */
 typedef struct pd_kinetic {
     double forward, backward;     /* [unit of a rate: mol/m3/s over concentrations in mol/m3] */
+    double salt[2];               /* [-] squares of charges of what each way begins with, less that of the complex */
     double nu[PD_SPECIES_MOST];   /* [-] of solutes */
     double gain[PD_SPECIES_MOST]; /* [-] of totals */
 } pd_kinetic;
@@ -54,8 +55,8 @@ static inline int pdi_components_columns(const pd_components *components)
 {
     return components->joined + (components->debye > 0.0);
 }
-/* Speed [mol/m3/s] of a kinetic reaction. by [solutes], its derivatives [1/s], and size, the sum of both of its ways,
- * may be NULL. */
+/* Speed [mol/m3/s] of a kinetic reaction (theory: eq. 5b.3), 0 where activities give K. by [solutes], its derivatives
+ * [1/s], and size, the sum of both of its ways, may be NULL. */
 PDI_FN double pdi_components_speed(const pd_components *components, const pd_kinetic *kinetic, const double *c,
                                    double *by, double *size);
 /* ln gamma of a charge of 1. */

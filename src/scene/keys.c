@@ -544,7 +544,7 @@ static const pd_key pdi_keys_of_reaction[] = {
      PDI_SAYS("of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
               "van 't Hoff's equation (theory: eq. 5b.12)")},
     {"forward", "of the reaction", "none: the reaction is in equilibrium",
-     PDI_SAYS("rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`")},
+     PDI_SAYS("rate constant from left to right at infinite dilution, with its unit, for example `1.4e11 L/mol/s`")},
     {"backward", "of the reaction", "`forward` over K",
      PDI_SAYS("from right to left")},
     {"activation", "J/mol", "none: rates hold as they are written",

@@ -1385,6 +1385,7 @@ def declare(dim):
     pd_kinetic._fields_ = [
         ('forward', c_double),
         ('backward', c_double),
+        ('salt', c_double * 2),
         ('nu', c_double * 32),
         ('gain', c_double * 32),
     ]
@@ -2081,6 +2082,7 @@ def declare(dim):
         ('dt', c_double),
         ('error', c_double),
         ('left', c_double),
+        ('due', POINTER(c_double)),
         ('taken', c_double),
         ('each', POINTER(c_double)),
         ('share', POINTER(c_double)),
