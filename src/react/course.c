@@ -23,6 +23,8 @@
 #define PDI_COURSE_WINDOW 0.1
 /* Share of the longest step of the run that the first one is when minerals cover metal. */
 #define PDI_COURSE_FIRST 1e-3
+/* An error that falls by less, as a step is made shorter, is that of a jump. */
+#define PDI_COURSE_JUMP 0.9
 /* Steps after which a node has nothing left of what a source takes: then that is why they are so short. */
 #define PDI_COURSE_DRAINED 1e6
 
@@ -369,6 +371,18 @@ static double pdi_course_covering(pd_course *a, const pd_step *s)
     return part > 0.0 ? pdi_max(off, 1.0 / (part * part)) : HUGE_VAL;
 }
 
+/* The error of shares of the step that is tried, over what may be. Where it does not fall with the step it is a jump, as
+ * of a mineral that forms at once: what metal gives is wrong by it for so long alone, and no more than in the first step
+ * that was tried is right. */
+static double pdi_course_jump(pd_course *a, const pd_step *s)
+{
+    double error = pdi_course_covering(a, s);
+    if (!s->trial) a->tried = s->dt;
+    int jump = s->trial && error > 1.0 && error > PDI_COURSE_JUMP * a->jump && error * s->dt <= a->tried;
+    a->jump = error;
+    return jump ? 1.0 : error;
+}
+
 /* A step of species stands. 1: another one like it would be too much for the step of the run. */
 static int pdi_course_full(pd_course *a, const pd_step *s)
 {
@@ -530,7 +544,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (status == PD_RETRY) s->error = HUGE_VAL;
     if (status != PD_OK) return status;
     a->euler += result.euler;
-    double covering = a->desc.bare ? pdi_course_covering(a, s) : 0.0;
+    double covering = a->desc.bare ? pdi_course_jump(a, s) : 0.0;
     if (a->desc.coat) status = pdi_course_coat(ctx, a, s, &covering);
     if (status != PD_OK) return status;
     if (covering > 1.0) {

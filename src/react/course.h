@@ -71,6 +71,7 @@ typedef struct pd_course {
                              * gives nothing */
     double *came;           /* [total] [mol/m3] of it, in the step of the run; NULL: it gives nothing */
     double begin, span;     /* [s] start of the step of the run, length of one that is tried next; 0: not known yet */
+    double tried, jump;     /* [s] first step that was tried; [-] error of shares of the last one that was */
     double covered;         /* [-] error of shares in the step of the run, over what it may be */
     int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */

@@ -453,25 +453,29 @@ static void pdi_tangent_block(const pd_reactive *r, int32_t i, double *matrix)
     }
 }
 
-/* y near J^-1 x: each node by itself. */
+/* y near J^-1 x: each node by itself, a law that is stiffer than its node before. */
 static void pdi_tangent_precondition_nodes(void *user, const double *x, double *y)
 {
     pdi_tangent_user *u = (pdi_tangent_user *)user;
     pd_reactive *r = u->r;
     int64_t total = r->grid->total;
     int count = r->components.count, nt = pdi_tangent_threads(u->ctx, r);
+    double *rest = r->move;
     (void)nt;
+    pdi_par_copy(u->ctx, count * total, x, rest);
+    if (r->surface) pdi_tangent_split_metal(r, rest);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double matrix[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)]; /* and the right-hand side */
         int fluid = r->grid->kind[i] == PD_FLUID;
         if (fluid) {
             pdi_tangent_block(r, i, matrix);
-            for (int k = 0; k < count; k++) matrix[k * (count + 1) + count] = x[k * total + i];
+            for (int k = 0; k < count; k++) matrix[k * (count + 1) + count] = rest[k * total + i];
             pdi_eliminate(count, count + 1, count + 1, matrix);
         }
         for (int k = 0; k < count; k++) y[k * total + i] = fluid ? matrix[k * (count + 1) + count] : 0.0;
     }
+    if (r->surface) pdi_tangent_join_metal(r, y);
     pdi_tangent_spend(r, y);
 }
 
