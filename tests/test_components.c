@@ -218,6 +218,30 @@ TEST(speeds_among_ions)
     }
 }
 
+/* Water alone holds H+ and OH-, whether they come at once, at finite rate, or by a reaction that is written backwards. */
+TEST(water)
+{
+    const char *text[3] = {"H2O = H+ + OH-", "H+ + OH- = H2O", "H2O = H+ + OH-"};
+    for (int k = 0; k < 3; k++) {
+        mixture v;
+        pd_components s;
+        double c[PD_SPECIES_MOST];
+        mix_begin(&v);
+        mix_species(&v, "H+", NULL, 1e-9);
+        mix_species(&v, "OH-", NULL, 1e-9);
+        mix_species(&v, "Mg2+", NULL, 1e-9);
+        mix_species(&v, "MgOH+", NULL, 1e-9);
+        mix_species(&v, "H2O", NULL, 0.0);
+        mix_reaction(&v, text[k], k == 1 ? 14.0 : -14.0, k ? 7.0 : 0.0, k == 1 ? "L/mol/s" : k ? "mol/L/s" : NULL);
+        mix_reaction(&v, "Mg2+ + OH- = MgOH+", 2.6, 0.0, NULL);
+        build(&v, PD_ACTIVITY_DAVIES, &s);
+        CHECK_INT(pdi_components_water(&s, c), PD_OK);
+        CHECK_REL(c[0], 1e-4, 1e-3); /* the activities of 1e-7 mol/L */
+        CHECK_REL(c[1], 1e-4, 1e-3);
+        CHECK_NEAR(c[2] + c[3], 0.0, 1e-12);
+    }
+}
+
 /* 1: solute i is a component. */
 static int is_master(const pd_components *s, int i)
 {
@@ -258,5 +282,5 @@ TEST(refused)
 }
 
 TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(front) ENTRY(derivatives_ideal) ENTRY(derivatives_davies)
-          ENTRY(acid_from_lye) ENTRY(speeds) ENTRY(speeds_among_ions)
+          ENTRY(acid_from_lye) ENTRY(speeds) ENTRY(speeds_among_ions) ENTRY(water)
           ENTRY(order) ENTRY(refused))

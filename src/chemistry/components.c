@@ -519,6 +519,38 @@ PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kin
     return product[0] - product[1];
 }
 
+/* Extent [mol/m3] of a kinetic reaction that makes solutes of the solvent alone, where both ways are as fast; 0: it needs
+ * others, or does not stop. */
+static double pdi_components_dissociation(const pd_components *s, const pd_kinetic *kinetic)
+{
+    double order[2] = {0.0, 0.0}, product[2];
+    product[0] = kinetic->forward;
+    product[1] = kinetic->backward;
+    for (int i = 0; i < s->solutes; i++) {
+        double n = fabs(kinetic->nu[i]);
+        if (!(n > 0.0)) continue;
+        order[kinetic->nu[i] > 0.0] += n;
+        product[kinetic->nu[i] > 0.0] *= pow(n, n);
+    }
+    int way = order[1] > 0.0;
+    if (order[!way] > 0.0 || !(order[way] > 0.0) || !(product[way] > 0.0)) return 0.0;
+    double extent = pow(product[!way] / product[way], 1.0 / order[way]);
+    return way ? extent : -extent;
+}
+
+PDI_FN pd_status pdi_components_water(const pd_components *s, double *c)
+{
+    double total[PD_SPECIES_MOST] = {0.0};
+    for (int i = 0; i < PD_SPECIES_MOST; i++) c[i] = 1.0; /* from nothing no equilibrium is found */
+    for (int r = 0; r < s->kinetics; r++) {
+        double extent = pdi_components_dissociation(s, &s->kinetic[r]);
+        for (int k = 0; k < s->count; k++) total[k] += s->kinetic[r].gain[k] * extent;
+    }
+    pd_status status = pdi_components_solve(s, total, c);
+    if (status != PD_OK) memset(c, 0, PD_SPECIES_MOST * sizeof *c);
+    return status;
+}
+
 /* ---- the system ---- */
 
 /* Rows of reactions in equilibrium among solutes, reduced. */

@@ -59,6 +59,9 @@ static inline int pdi_components_columns(const pd_components *components)
  * [1/s], and size, the sum of both of its ways, may be NULL. */
 PDI_FN double pdi_components_speed(const pd_components *components, const pd_kinetic *kinetic, const double *c,
                                    double *by, double *size);
+/* c [PD_SPECIES_MOST] [mol/m3] of the solvent alone: its own reactions, at finite rate or not, are in equilibrium.
+ * PD_NOT_CONVERGED: c is 0. */
+PDI_FN pd_status pdi_components_water(const pd_components *components, double *c);
 /* ln gamma of a charge of 1. */
 PDI_FN double pdi_components_activity(const pd_components *components, const double *c);
 #endif

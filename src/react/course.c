@@ -739,9 +739,8 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
     pd_reactive *r = a->reactive;
     double c[PD_SPECIES_MOST], none[PD_SPECIES_MOST];
     memset(none, 0, sizeof none);
-    memset(c, 0, sizeof c);
     PDI_TRY(pd_reactive_update(ctx, r));
-    pdi_components_solve(&r->components, none, c);
+    pdi_components_water(&r->components, c);
     for (int32_t k = 0; k < count; k++) {
         pdi_reactive_put(r, c, turned[k], r->c);
         for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;

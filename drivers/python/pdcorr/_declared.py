@@ -2094,6 +2094,8 @@ def declare(dim):
         ('came', POINTER(c_double)),
         ('begin', c_double),
         ('span', c_double),
+        ('tried', c_double),
+        ('jump', c_double),
         ('covered', c_double),
         ('begun', c_int),
         ('bent', c_int),
