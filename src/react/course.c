@@ -540,6 +540,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     a->newton += result.newton;
     if (status == PD_RETRY || result.parts) pdi_course_fails(a, s->time);
     a->error = result.error;
+    a->residual = pdi_max(a->residual, result.residual * a->reactive->desc.tolerance);
     s->error = result.error / a->desc.rtol;
     if (status == PD_RETRY) s->error = HUGE_VAL;
     if (status != PD_OK) return status;

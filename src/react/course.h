@@ -58,6 +58,7 @@ typedef struct pd_course {
     double time;            /* [s] */
     double dt;              /* [s] that is tried next; 0: not known yet */
     double error;           /* [-] estimated error of the last step */
+    double residual;        /* [-] largest that a step has left of a balance, over its terms */
     double left;            /* [s] of the step of the run */
     double *due;            /* [metals][total] [mol/m3] of `fed` that comes in what is left of it; NULL: none dissolves */
     double taken;           /* [mol] of metal that is in the species */

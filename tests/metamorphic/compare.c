@@ -213,6 +213,17 @@ static double floor_of_held(const scene *x, const record *a, const char *unit_na
     return d.e[0] == 1.0 && d.e[1] == 0.0 && d.e[2] == 0.0 && d.e[3] == 0.0 ? strain * length : 0.0;
 }
 
+/* [-] Each step leaves that of the balances of species which rounding does not let fall, and that of states of surfaces
+ * to which their own equations are solved, in each of its two stages. What follows from them amplifies it by less. */
+#define FOLLOWS 10.0
+#define STATES 1e-8
+static double left_of_steps(const scene *x, const record *a, const record *b)
+{
+    double left = fmax(a->residual, b->residual);
+    if (x->has & HAS_STATE) left = fmax(left, STATES);
+    return 2.0 * FOLLOWS * (double)a->steps * left;
+}
+
 /* The largest value of any field of the same unit. */
 static double size_of_kin(const record *r, const run_field *f)
 {
@@ -235,6 +246,24 @@ static double current_error(const scene *x, const record *r)
     const run_field *ions = x->has & HAS_MIGRATION ? find_field(r, "Na+") : NULL;
     if (!ions || !r->steps) return 0.0;
     return CANCELS * faraday * size_of_kin(r, ions) * x->h[0] * (double)r->steps / r->time;
+}
+
+/* [V] The same of potentials: they take what is left of the current from curves that rise by their current over this
+ * voltage, the largest slope of a curve. What electrodes carry is the least that one does. */
+#define CURVE_VOLTAGE 0.065
+static double volts_error(const scene *x, const record *r, const char *unit_name)
+{
+    dimension d = dimension_of(unit_name);
+    double least = HUGE_VAL, most = 0.0;
+    if (!(x->has & HAS_MIGRATION) || !(d.e[1] == 1.0 && d.e[4] == -1.0 && d.e[2] == -3.0)) return 0.0;
+    for (int k = 0; k < r->figures; k++) {
+        const run_figure *f = &r->figure[k];
+        if (strcmp(f->section, "electrode") != 0) continue;
+        if (strcmp(f->key, "least") == 0 || strcmp(f->key, "most") == 0) most = fmax(most, fabs(f->value));
+        if (strcmp(f->key, "least") == 0 && fabs(f->value) > 0.0) least = fmin(least, fabs(f->value));
+    }
+    if (!(least < HUGE_VAL)) least = most;
+    return least > 0.0 ? CURVE_VOLTAGE * current_error(x, r) / least : 0.0;
 }
 
 /* Relative error of H+ and OH- in a cell by what is left of differences: their total is H+ - OH-, of which an error e
@@ -296,9 +325,10 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
     if (logs && own < 1.0) own = 1.0;
     double least = floor_of(x, p->label, tolerance), kin = CANCELS * size_of_kin(a, p);
     if (kin > least) least = kin;
-    if (tolerance > 0.0) least = fmax(least, floor_of_held(x, a, p->label));
+    if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->label), own * left_of_steps(x, a, b)));
     if (is_dissolved(p->name) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     if (strcmp(p->name, "i") == 0) least = fmax(least, current_error(x, a));
+    least = fmax(least, volts_error(x, a, p->label));
     /* the scale on which the tolerance leaves that much */
     double scale = tolerance > 0.0 && least > tolerance * own ? least / tolerance : own;
     if (!(scale > 0.0)) scale = 1.0;
@@ -488,10 +518,11 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (strcmp(p->key, "volume_loss") == 0 && CANCELS > least) least = CANCELS;
     double passes = tolerance * least_figure(x, a, p);
     if (passes > least) least = passes;
-    if (tolerance > 0.0) least = fmax(least, floor_of_held(x, a, p->unit));
+    if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->unit), scale * left_of_steps(x, a, b)));
     if (is_dissolved(p->key) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     if (strcmp(p->section, "electrode") == 0 && (strcmp(p->key, "least") == 0 || strcmp(p->key, "most") == 0))
         least = fmax(least, current_error(x, a));
+    least = fmax(least, volts_error(x, a, p->unit));
     if (tolerance > 0.0 && least > tolerance * scale) scale = least / tolerance;
     if (!(scale > 0.0)) scale = 1.0;
     if (strcmp(p->key, "front") == 0 && tolerance > 0.0) tolerance = 1e-6; /* distances are single floats there */

@@ -153,6 +153,8 @@ static void tighten(pd_model *model, int first_order)
     model->transport.desc.limiter_tolerance = 1e-13;
     model->reactive.desc.tolerance = 1e-13;
     model->two_stage.desc.rtol = 1e300; /* steps as prescribed: estimates are solved to a tenth of their residual */
+    model->course.desc.rtol = 1e300;
+    if (model->course.desc.coat) model->course.desc.coat->desc.rtol = 1e300;
     if (first_order) model->reactive.desc.order = 1;
 }
 
@@ -183,6 +185,7 @@ static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
     }
     pd_figures figures;
     memset(&figures, 0, sizeof figures);
+    c->r->residual = at->own->course.residual;
     forget(c->r); /* of the run that was stopped */
     collect_fields(ctx, at, c->r);
     collect_first(&c->start, c->r);

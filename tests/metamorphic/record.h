@@ -44,6 +44,7 @@ typedef struct record {
     int32_t n[3];
     int64_t cells, steps;
     double time, seconds; /* [s] of the scene, of the processor */
+    double residual;      /* [-] largest that steps of species have left of a balance */
     int32_t changes; /* 1: something is not as it was at the start */
     int32_t figures, fields, files;
     run_figure *figure; /* [figures] */
