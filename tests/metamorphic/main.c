@@ -49,7 +49,8 @@ static const uint32_t quick_seeds[] = {
     60001, 60002, 60003, 60004, 60005, 60006, 60007, 60008, 60009, 60010, 60011, 60012, 60013, 60014, 60015, 60016,
     60017, 60018, 60019, 60020, 60021, 60022, 60023, 60024, 60025, 60027, 60028, 60029, 60030, 60031, 60032, 60033,
     60034, 60036, 60037, 6, 22, 78, 81, /* stresses of bodies that sides hold, by their rtol */
-    60975, 60994, /* what species give back to metal; two metals and a complex in any order */
+    60691, 60975, 60994, /* a state whose ion is foreseen to run out; what species give back to metal;
+                         * two metals and a complex in any order */
 #elif PD_DIM == 2
     60001, 60002, 60003, 60004, 60005, 60006, 60008, 60009, 60010, 60012, 60013, 60015, 60016, 60018, 60019, 60020,
     60021, 60022, 60024, 60025, 60029, 60031, 60034, 60035, 60036, 60039, 60040, 60041,
