@@ -347,6 +347,36 @@ TEST(stage_beyond)
     }
 }
 
+/* Brucite that grows gives two H+ each. A lack of H+ is made good by growth alone: by as much as there is room for, and
+ * what is beyond its room takes H+. */
+TEST(full_lacks_acid)
+{
+    mixture v;
+    pd_mineral of;
+    pd_mineral_start start;
+    mix_begin(&v);
+    mix_species(&v, "H2O", NULL, 0.0);
+    int acid = mix_species(&v, "H+", NULL, 0.0);
+    mix_species(&v, "Mg2+", NULL, 0.0);
+    memset(&of, 0, sizeof of);
+    of.species = mix_species(&v, "Mg(OH)2(s)", NULL, 0.0);
+    of.volume = 1e-3;
+    of.porosity = 0.25;
+    mix_reaction(&v, "Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O", 16.84, 0.0, NULL);
+    if (!build(&v, PD_ACTIVITY_IDEAL, &of, 1)) return;
+    for (int k = 0; k < 4; k++) {
+        double c[2] = {100.0, 100.0}, total[2] = {100.0, 100.0}, before = k < 2 ? 740.0 : 760.0, from = before;
+        if (k == 1) from = 751.0; /* beyond the room of 750 */
+        total[test_system.place[acid]] = k ? -1.0 : -19.0;
+        if (k == 1) total[test_system.place[acid]] = 1.0;
+        start.dt = 1.0;
+        start.start = &from;
+        pdi_mineral_begin(&test_system, &test_minerals, &before, c, &start);
+        if (k == 3) total[test_system.place[acid]] = 0.0;
+        CHECK_INT(pdi_mineral_lacks(&test_system, &test_minerals, &start, total), k == 1 || k == 2);
+    }
+}
+
 /* Derivatives of amounts with totals against differences, of kinetic minerals and of those in equilibrium. */
 TEST(derivatives)
 {
@@ -442,5 +472,6 @@ TEST(refusals)
     CHECK(strstr(v.ctx.message, "no solid") != NULL);
 }
 
-TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(laws) ENTRY(limits) ENTRY(stage_beyond) ENTRY(empty_volume)
-          ENTRY(two_fill_a_room) ENTRY(unlike_rooms) ENTRY(any_order_of_three) ENTRY(derivatives) ENTRY(refusals))
+TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(laws) ENTRY(limits) ENTRY(stage_beyond) ENTRY(full_lacks_acid)
+          ENTRY(empty_volume) ENTRY(two_fill_a_room) ENTRY(unlike_rooms) ENTRY(any_order_of_three) ENTRY(derivatives)
+          ENTRY(refusals))

@@ -159,6 +159,25 @@ PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, cons
     }
 }
 
+/* [mol/m3] of mineral s that dissolves in the step at most, by its law. */
+static double pdi_mineral_most_gone(const pd_mineral_start *start, int s)
+{
+    double rate = start->rate[s] < HUGE_VAL ? start->rate[s] * start->dt : HUGE_VAL;
+    return start->start[s] - pdi_max(start->start[s] - rate, 0.0);
+}
+
+/* [mol/m3] by which it grows in the step at most, by its law and by the room that the others leave, which what was
+ * there before does not need; negative: there is too much of it. */
+static double pdi_mineral_most_grown(const pd_minerals *m, const pd_mineral_start *start, int s)
+{
+    double rate = start->rate[s] < HUGE_VAL ? start->rate[s] * start->dt : HUGE_VAL;
+    double room = 1.0 - m->of[s].porosity - m->of[s].volume * start->start[s];
+    for (int q = 0; q < m->count; q++)
+        if (q != s) room -= m->of[q].volume * (start->start[q] - pdi_mineral_most_gone(start, q));
+    if (!(m->of[s].volume > 0.0)) return rate;
+    return pdi_min(rate, pdi_max(room / m->of[s].volume, start->initial[s] - start->start[s]));
+}
+
 PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                              const double *total)
 {
@@ -166,10 +185,10 @@ PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const
         double most = total[k];
         int signs = 0;
         for (int i = 0; i < c->solutes; i++) signs |= c->m[k][i] < 0.0;
-        for (int s = 0; s < m->count; s++) {
-            signs |= m->gain[s][k] < 0.0;
-            double rate = start->rate[s] < HUGE_VAL ? start->rate[s] * start->dt : HUGE_VAL;
-            most += m->gain[s][k] * (start->start[s] - pdi_max(start->start[s] - rate, 0.0));
+        for (int s = 0; s < m->count && !signs; s++) {
+            double gain = m->gain[s][k];
+            if (gain > 0.0) most += gain * pdi_mineral_most_gone(start, s);
+            if (gain < 0.0) most -= gain * pdi_mineral_most_grown(m, start, s);
         }
         if (!signs && most < 0.0) return 1;
     }

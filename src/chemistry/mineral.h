@@ -59,7 +59,7 @@ PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, in
 PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n,
                                const double *at, pd_mineral_start *start);
 /* 1: no concentrations have the totals that are dissolved when amounts are start->start, however fast minerals dissolve
- * by their laws in the step. */
+ * or grow by their laws and into the room that there is in the step. */
 PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                              const double *total);
 /* 1: a mineral of `had` [count] [mol/m3] is gone in `has`, or one has no more room. */

@@ -49,6 +49,8 @@
 /* An estimate above this is damped, and what the linear solver may leave of that. */
 #define PDI_ADVANCE_SMALL 1e-5
 #define PDI_ADVANCE_DAMPED 0.1
+/* Sweeps over kinetic reactions of a node: the derivatives have single precision, and each makes good what that misses. */
+#define PDI_ADVANCE_SWEEPS 3
 
 /* What passes in the first stage is passed so often again before the second one begins (eq. 5.9). */
 #define PDI_ADVANCE_BEYOND ((1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA)
@@ -101,6 +103,15 @@ static int pdi_advance_absent(const pd_reactive *r, int k, int32_t i)
     return !(sum > PDI_POSITIVITY_NONE);
 }
 
+/* [mol/m3/s] Rounding of the balance of component k at node i by what minerals hold of it and reactions turn over. */
+static double pdi_advance_round(const pd_reactive *r, int k, int32_t i)
+{
+    double size = pdi_extents_turnover(r, k, i);
+    for (int m = 0; m < r->minerals.count; m++)
+        size += fabs(r->minerals.gain[m][k]) * r->solid[m * (int64_t)r->grid->total + i] / r->dt;
+    return PDI_ADVANCE_ROUND * DBL_EPSILON * size;
+}
+
 /* work = what the balances lack over their weights; the norm of what can be met. */
 static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
 {
@@ -120,7 +131,8 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
         for (int k = 0; k < count; k++) {
             int64_t at = k * total + i;
             work[at] = lack[k] / r->weight[k] - work[at];
-            r->spent[at] = work[at] < 0.0 && pdi_advance_absent(r, k, i);
+            r->spent[at] = work[at] < 0.0 && pdi_advance_absent(r, k, i) &&
+                           -work[at] * r->weight[k] > pdi_advance_round(r, k, i);
             r->move[at] = r->spent[at] ? 0.0 : work[at];
         }
     }
@@ -151,9 +163,7 @@ static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, dou
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
         size[i] = (sum + pdi_advance_charge(r, k, i)) * (round / r->dt + met * r->rates[i]);
-        size[i] += pdi_extents_turnover(r, k, i) * round;
-        for (int m = 0; m < r->minerals.count; m++)
-            size[i] += fabs(r->minerals.gain[m][k]) * r->solid[m * total + i] * round / r->dt;
+        size[i] += pdi_advance_round(r, k, i);
         *held += sum / r->dt * (sum / r->dt);
     }
     return sqrt(pdi_par_dot(ctx, total, size, size));
@@ -627,7 +637,59 @@ static double pdi_advance_largest(const pd_reactive *r, const double *field, dou
     return worst;
 }
 
-/* Differences of minerals become what their laws leave of them, and the totals get what leaves otherwise by that. */
+/* Change of the concentrations of node i with its dissolved totals, and with all totals by x, of which minerals take
+ * their part. */
+static void pdi_advance_left(const pd_reactive *r, int32_t i, const double *dissolved, const double *x, double *left)
+{
+    const pd_components *s = &r->components;
+    const float *by = r->by + (int64_t)i * r->slots;
+    double sum[PD_SPECIES_MOST], taken[PD_MINERAL_MOST];
+    pdi_tangent_taken(r, by, x, taken);
+    for (int k = 0; k < s->count; k++) {
+        sum[k] = dissolved[k] + x[k];
+        for (int m = 0; m < r->minerals.count; m++) sum[k] -= r->minerals.gain[m][k] * taken[m];
+    }
+    pdi_components_follow(s, by, sum, left);
+}
+
+/* [mol/m3/s] by which kinetic reaction n of node i at c is faster with a change of concentrations. */
+static double pdi_advance_faster(const pd_reactive *r, int n, const double *c, const double *change)
+{
+    double slope[PD_SPECIES_MOST], speed = 0.0;
+    pdi_components_speed(&r->components, &r->components.kinetic[n], c, slope, NULL);
+    for (int m = 0; m < r->components.solutes; m++) speed += slope[m] * change[m];
+    return speed;
+}
+
+/* What the difference `off` of minerals changes at node i by itself: kinetic reactions work on what it leaves dissolved
+ * while the stage lasts, so that next to nothing is left beside a fast one. x [components]: totals by that; left: of
+ * concentrations; lack [components] [mol/m3/s]: what of it is not in balance. */
+static void pdi_advance_relax(const pd_reactive *r, int32_t i, const double *c, const double *off, double *x,
+                              double *left, double *lack)
+{
+    const pd_components *s = &r->components;
+    double extent[PD_REACTION_MOST] = {0.0}, dissolved[PD_SPECIES_MOST] = {0.0};
+    for (int k = 0; k < s->count; k++) {
+        x[k] = lack[k] = 0.0;
+        for (int m = 0; m < r->minerals.count; m++) dissolved[k] -= r->minerals.gain[m][k] * off[m];
+    }
+    for (int sweep = 0; sweep < PDI_ADVANCE_SWEEPS; sweep++)
+        for (int n = 0; n < s->kinetics; n++) {
+            pdi_advance_left(r, i, dissolved, x, left);
+            double more = pdi_advance_faster(r, n, c, left) - extent[n] / r->dt;
+            more /= 1.0 / r->dt + r->filter[n].absorb[i];
+            extent[n] += more;
+            for (int k = 0; k < s->count; k++) x[k] += s->kinetic[n].gain[k] * more;
+        }
+    pdi_advance_left(r, i, dissolved, x, left);
+    for (int n = 0; n < s->kinetics; n++) {
+        double more = pdi_advance_faster(r, n, c, left) - extent[n] / r->dt;
+        for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * more;
+    }
+}
+
+/* Differences of minerals become what their laws leave of them, and the totals get what leaves or reacts otherwise by
+ * that. */
 static void pdi_advance_damp_solids(pd_ctx *ctx, pd_reactive *r)
 {
     const pd_components *s = &r->components;
@@ -636,8 +698,8 @@ static void pdi_advance_damp_solids(pd_ctx *ctx, pd_reactive *r)
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST] = {0.0}, n[PD_MINERAL_MOST], off[PD_MINERAL_MOST];
-        double first[PD_MINERAL_MOST];
+        double c[PD_SPECIES_MOST], x[PD_SPECIES_MOST], left[PD_SPECIES_MOST], lack[PD_SPECIES_MOST];
+        double n[PD_MINERAL_MOST], off[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
         pd_mineral_start start;
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
@@ -645,18 +707,38 @@ static void pdi_advance_damp_solids(pd_ctx *ctx, pd_reactive *r)
         pdi_reactive_solids(r, r->solid, i, n);
         pdi_reactive_solids(r, r->solid_slope, i, off);
         pdi_mineral_damp(s, &r->minerals, &start, c, n, off);
-        for (int m = 0; m < r->minerals.count; m++) {
-            r->solid_slope[m * total + i] = off[m];
-            for (int k = 0; k < s->count; k++) along[k] += r->minerals.gain[m][k] * off[m];
-        }
-        pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
-        pdi_reactive_put(r, c, i, r->move);
+        for (int m = 0; m < r->minerals.count; m++) r->solid_slope[m * total + i] = off[m];
+        pdi_advance_relax(r, i, c, off, x, left, lack);
+        for (int k = 0; k < s->count; k++)
+            if (!r->spent[k * total + i]) r->work[k * total + i] += lack[k] / r->weight[k];
+        for (int m = 0; m < s->solutes; m++) left[m] = -left[m];
+        pdi_reactive_put(r, left, i, r->move);
     }
     pdi_tangent_images(r, r->move);
     if (r->migration.on) pdi_par_zero(ctx, total, r->migration.move);
     pdi_tangent_leave(ctx, r, r->move, r->closed, r->work + size);
     for (int64_t at = 0; at < size; at++)
         if (r->grid->kind[at % total] == PD_FLUID && !r->spent[at]) r->work[at] += r->work[size + at];
+}
+
+/* The totals by which the matrix answers get those that nodes have found by themselves. */
+static void pdi_advance_relaxed(const pd_ctx *ctx, pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double *found = r->work + s->count * total;
+    int nt = pdi_tangent_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], x[PD_SPECIES_MOST], left[PD_SPECIES_MOST], lack[PD_SPECIES_MOST];
+        double off[PD_MINERAL_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_reactive_solids(r, r->solid_slope, i, off);
+        pdi_advance_relax(r, i, c, off, x, left, lack);
+        for (int k = 0; k < s->count; k++) found[k * total + i] += x[k] / r->weight[k];
+    }
 }
 
 /* The estimate with the differences that the matrix of the stage leaves, where that is less: beside much solid the
@@ -673,6 +755,7 @@ static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *siz
     }
     pd_status status = pdi_tangent_direction(ctx, r, PDI_ADVANCE_DAMPED, 0.0, &result->krylov);
     if (status == PD_ERR_DIVERGED) return PD_NOT_CONVERGED;
+    if (status == PD_OK && r->minerals.count && r->components.kinetics) pdi_advance_relaxed(ctx, r);
     if (status == PD_OK)
         result->error = pdi_min(result->error, pdi_max(spent, pdi_advance_largest(r, r->work + count, 1.0,
                                                                             r->minerals.count > 0, size)));
