@@ -387,9 +387,9 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
         course.desc.surface = &etch;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
     }
+    course.desc.fed = u->sheds ? &mark : NULL;
     if (u->cover > 0.0 && u->minerals && u->has_dissolve) {
         course.desc.bare = &mark;
-        course.desc.fed = u->sheds ? &mark : NULL;
         b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
     }
     *bytes += pdi_footprint_states(u, plan, &r);
