@@ -49,8 +49,6 @@
 /* An estimate above this is damped, and what the linear solver may leave of that. */
 #define PDI_ADVANCE_SMALL 1e-5
 #define PDI_ADVANCE_DAMPED 0.1
-/* Sweeps over kinetic reactions of a node: the derivatives have single precision, and each makes good what that misses. */
-#define PDI_ADVANCE_SWEEPS 3
 
 /* What passes in the first stage is passed so often again before the second one begins (eq. 5.9). */
 #define PDI_ADVANCE_BEYOND ((1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA)
@@ -103,15 +101,6 @@ static int pdi_advance_absent(const pd_reactive *r, int k, int32_t i)
     return !(sum > PDI_POSITIVITY_NONE);
 }
 
-/* [mol/m3/s] Rounding of the balance of component k at node i by what minerals hold of it and reactions turn over. */
-static double pdi_advance_round(const pd_reactive *r, int k, int32_t i)
-{
-    double size = pdi_extents_turnover(r, k, i);
-    for (int m = 0; m < r->minerals.count; m++)
-        size += fabs(r->minerals.gain[m][k]) * r->solid[m * (int64_t)r->grid->total + i] / r->dt;
-    return PDI_ADVANCE_ROUND * DBL_EPSILON * size;
-}
-
 /* work = what the balances lack over their weights; the norm of what can be met. */
 static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
 {
@@ -132,7 +121,7 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
             int64_t at = k * total + i;
             work[at] = lack[k] / r->weight[k] - work[at];
             r->spent[at] = work[at] < 0.0 && pdi_advance_absent(r, k, i) &&
-                           -work[at] * r->weight[k] > pdi_advance_round(r, k, i);
+                           -work[at] * r->weight[k] > PDI_ADVANCE_ROUND * DBL_EPSILON * pdi_extents_turnover(r, k, i);
             r->move[at] = r->spent[at] ? 0.0 : work[at];
         }
     }
@@ -163,7 +152,7 @@ static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, dou
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
         size[i] = (sum + pdi_advance_charge(r, k, i)) * (round / r->dt + met * r->rates[i]);
-        size[i] += pdi_advance_round(r, k, i);
+        size[i] += pdi_extents_turnover(r, k, i) * round;
         *held += sum / r->dt * (sum / r->dt);
     }
     return sqrt(pdi_par_dot(ctx, total, size, size));
@@ -637,57 +626,6 @@ static double pdi_advance_largest(const pd_reactive *r, const double *field, dou
     return worst;
 }
 
-/* Change of the concentrations of node i with its dissolved totals, and with all totals by x, of which minerals take
- * their part. */
-static void pdi_advance_left(const pd_reactive *r, int32_t i, const double *dissolved, const double *x, double *left)
-{
-    const pd_components *s = &r->components;
-    const float *by = r->by + (int64_t)i * r->slots;
-    double sum[PD_SPECIES_MOST], taken[PD_MINERAL_MOST];
-    pdi_tangent_taken(r, by, x, taken);
-    for (int k = 0; k < s->count; k++) {
-        sum[k] = dissolved[k] + x[k];
-        for (int m = 0; m < r->minerals.count; m++) sum[k] -= r->minerals.gain[m][k] * taken[m];
-    }
-    pdi_components_follow(s, by, sum, left);
-}
-
-/* [mol/m3/s] by which kinetic reaction n of node i at c is faster with a change of concentrations. */
-static double pdi_advance_faster(const pd_reactive *r, int n, const double *c, const double *change)
-{
-    double slope[PD_SPECIES_MOST], speed = 0.0;
-    pdi_components_speed(&r->components, &r->components.kinetic[n], c, slope, NULL);
-    for (int m = 0; m < r->components.solutes; m++) speed += slope[m] * change[m];
-    return speed;
-}
-
-/* What the difference `off` of minerals changes at node i by itself: kinetic reactions work on what it leaves dissolved
- * while the stage lasts, so that next to nothing is left beside a fast one. x [components]: totals by that; left: of
- * concentrations; lack [components] [mol/m3/s]: what of it is not in balance. */
-static void pdi_advance_relax(const pd_reactive *r, int32_t i, const double *c, const double *off, double *x,
-                              double *left, double *lack)
-{
-    const pd_components *s = &r->components;
-    double extent[PD_REACTION_MOST] = {0.0}, dissolved[PD_SPECIES_MOST] = {0.0};
-    for (int k = 0; k < s->count; k++) {
-        x[k] = lack[k] = 0.0;
-        for (int m = 0; m < r->minerals.count; m++) dissolved[k] -= r->minerals.gain[m][k] * off[m];
-    }
-    for (int sweep = 0; sweep < PDI_ADVANCE_SWEEPS; sweep++)
-        for (int n = 0; n < s->kinetics; n++) {
-            pdi_advance_left(r, i, dissolved, x, left);
-            double more = pdi_advance_faster(r, n, c, left) - extent[n] / r->dt;
-            more /= 1.0 / r->dt + r->filter[n].absorb[i];
-            extent[n] += more;
-            for (int k = 0; k < s->count; k++) x[k] += s->kinetic[n].gain[k] * more;
-        }
-    pdi_advance_left(r, i, dissolved, x, left);
-    for (int n = 0; n < s->kinetics; n++) {
-        double more = pdi_advance_faster(r, n, c, left) - extent[n] / r->dt;
-        for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * more;
-    }
-}
-
 /* Differences of minerals become what their laws leave of them, and the totals get what leaves or reacts otherwise by
  * that. */
 static void pdi_advance_damp_solids(pd_ctx *ctx, pd_reactive *r)
@@ -708,7 +646,7 @@ static void pdi_advance_damp_solids(pd_ctx *ctx, pd_reactive *r)
         pdi_reactive_solids(r, r->solid_slope, i, off);
         pdi_mineral_damp(s, &r->minerals, &start, c, n, off);
         for (int m = 0; m < r->minerals.count; m++) r->solid_slope[m * total + i] = off[m];
-        pdi_advance_relax(r, i, c, off, x, left, lack);
+        pdi_extents_relax(r, i, c, off, x, left, lack);
         for (int k = 0; k < s->count; k++)
             if (!r->spent[k * total + i]) r->work[k * total + i] += lack[k] / r->weight[k];
         for (int m = 0; m < s->solutes; m++) left[m] = -left[m];
@@ -736,7 +674,7 @@ static void pdi_advance_relaxed(const pd_ctx *ctx, pd_reactive *r)
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_reactive_solids(r, r->solid_slope, i, off);
-        pdi_advance_relax(r, i, c, off, x, left, lack);
+        pdi_extents_relax(r, i, c, off, x, left, lack);
         for (int k = 0; k < s->count; k++) found[k * total + i] += x[k] / r->weight[k];
     }
 }

@@ -202,8 +202,8 @@ typedef struct pdi_coat_work {
     int states, of[PD_COAT_MOST]; /* those that it does */
 } pdi_coat_work;
 
-/* Column k after a time. A line between two ends keeps their bounds. What is foreseen of a concentration that falls would
- * pass zero: it begins as the line and comes to rest at zero, without a bend where steps would end by rounding. */
+/* Column k after a time. A line between two ends keeps their bounds. What is foreseen of a concentration that falls
+ * would pass zero: it begins as the line and comes to rest at zero, without a bend where rounding would end steps. */
 static double pdi_coat_column(const pdi_coat_work *w, int k, double time)
 {
     int64_t at = k * w->s->reactive->grid->total + w->node;

@@ -116,20 +116,12 @@ static const double *pdi_course_shed(const pd_course *a, int m)
     return m && a->desc.surface ? a->desc.surface->kind[m].shed : a->shed;
 }
 
-/* What the species of the step of the run get of `fed`. Where they have got more than the metal lost, which minerals
- * may hold, they give back what they have: the rest stays for later. */
-static void pdi_course_due(pd_course *a, int m)
+/* What the species of the step of the run get of `fed`. */
+static void pdi_course_due(pd_course *a)
 {
-    const pd_reactive *r = a->reactive;
-    double shed[PD_SPECIES_MOST], *due = a->due + m * r->grid->total;
-    const double *fed = a->desc.fed + m * r->grid->total;
-    memcpy(shed, pdi_course_shed(a, m), sizeof shed);
-    if (a->desc.surface) pdi_etch_whole(a->desc.surface, shed);
-    for (int32_t i = 0; i < r->grid->total; i++) {
-        due[i] = fed[i];
-        if (fed[i] < 0.0 && r->grid->kind[i] == PD_FLUID)
-            due[i] = pdi_max(fed[i], -pdi_reclaim_most(r, shed, i, a->left));
-    }
+    int64_t total = a->reactive->grid->total;
+    for (int m = 0; m < pdi_course_metals(a) && a->desc.fed; m++)
+        pdi_reclaim_due(a->reactive, pdi_course_shed(a, m), a->left, a->desc.fed + m * total, a->due + m * total);
 }
 
 /* [mol/m3/s] of a metal at a node: what is due in what is left of the step of the run, and what comes anew. */
@@ -492,7 +484,7 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     pdi_course_keep(ctx, a, 0);
     if (a->psi && a->desc.coat->desc.surface && !a->settled) PDI_TRY(pdi_course_still(ctx, a, s->time));
     if (a->desc.coat) PDI_TRY(pdi_coat_begin(ctx, a->desc.coat, s->time));
-    for (int m = 0; m < pdi_course_metals(a) && a->desc.fed; m++) pdi_course_due(a, m);
+    pdi_course_due(a);
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
     return PD_OK;
@@ -592,8 +584,7 @@ static pd_status pdi_course_short(pd_ctx *ctx, const pd_course *a, double t)
     const char *name = a->desc.species ? a->desc.species[n].name : "a species";
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "at t = %g s more %s is taken up beside %s m than is there: "
                     "expected a rate or current that falls to 0 with it, such as one with the factor [%s]/(1 mM)", t,
-                    name,
-                    pdi_grid_place(r->grid, r->short_at, place), name);
+                    name, pdi_grid_place(r->grid, r->short_at, place), name);
 }
 
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)

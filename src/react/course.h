@@ -60,7 +60,7 @@ typedef struct pd_course {
     double error;           /* [-] estimated error of the last step */
     double residual;        /* [-] largest that a step has left of a balance, over its terms */
     double left;            /* [s] of the step of the run */
-    double *due;            /* [metals][total] [mol/m3] of `fed` that comes in what is left of it; NULL: none dissolves */
+    double *due;            /* [metals][total] [mol/m3] of `fed` that comes in that time; NULL: none is */
     double taken;           /* [mol] of metal that is in the species */
     double *each;           /* [metals] [mol] of each of them; NULL: there is one */
     /* metal that minerals cover: */

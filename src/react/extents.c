@@ -8,6 +8,8 @@
 /* Sweeps over the reactions of a node, and changes of totals that are none. */
 #define PDI_EXTENTS_SWEEPS 30
 #define PDI_EXTENTS_SWEPT 1e-12
+/* Sweeps with derivatives, which have single precision: each makes good what that misses. */
+#define PDI_EXTENTS_LINEAR 3
 
 /* A kinetic reaction of node i. */
 typedef struct pdi_extents_reaction {
@@ -108,8 +110,59 @@ PDI_FN double pdi_extents_turnover(const pd_reactive *r, int k, int32_t i)
         pdi_components_speed(s, &s->kinetic[n], c, NULL, &both);
         sum += fabs(s->kinetic[n].gain[k]) * both;
     }
+    for (int m = 0; m < r->minerals.count; m++)
+        sum += fabs(r->minerals.gain[m][k]) * r->solid[m * (int64_t)r->grid->total + i] / r->dt;
     return sum;
+}
+
+/* Change of the concentrations of node i with its dissolved totals, and with all totals by x, of which minerals take
+ * their part. */
+static void pdi_extents_left(const pd_reactive *r, int32_t i, const double *dissolved, const double *x, double *left)
+{
+    const pd_components *s = &r->components;
+    const float *by = r->by + (int64_t)i * r->slots;
+    double sum[PD_SPECIES_MOST], taken[PD_MINERAL_MOST];
+    pdi_tangent_taken(r, by, x, taken);
+    for (int k = 0; k < s->count; k++) {
+        sum[k] = dissolved[k] + x[k];
+        for (int m = 0; m < r->minerals.count; m++) sum[k] -= r->minerals.gain[m][k] * taken[m];
+    }
+    pdi_components_follow(s, by, sum, left);
+}
+
+/* [mol/m3/s] by which kinetic reaction n of node i at c is faster with a change of concentrations. */
+static double pdi_extents_faster(const pd_reactive *r, int n, const double *c, const double *change)
+{
+    double slope[PD_SPECIES_MOST], speed = 0.0;
+    pdi_components_speed(&r->components, &r->components.kinetic[n], c, slope, NULL);
+    for (int m = 0; m < r->components.solutes; m++) speed += slope[m] * change[m];
+    return speed;
+}
+
+PDI_FN void pdi_extents_relax(const pd_reactive *r, int32_t i, const double *c, const double *off, double *x,
+                              double *left, double *lack)
+{
+    const pd_components *s = &r->components;
+    double extent[PD_REACTION_MOST] = {0.0}, dissolved[PD_SPECIES_MOST] = {0.0};
+    for (int k = 0; k < s->count; k++) {
+        x[k] = lack[k] = 0.0;
+        for (int m = 0; m < r->minerals.count; m++) dissolved[k] -= r->minerals.gain[m][k] * off[m];
+    }
+    for (int sweep = 0; sweep < PDI_EXTENTS_LINEAR; sweep++)
+        for (int n = 0; n < s->kinetics; n++) {
+            pdi_extents_left(r, i, dissolved, x, left);
+            double more = pdi_extents_faster(r, n, c, left) - extent[n] / r->dt;
+            more /= 1.0 / r->dt + r->filter[n].absorb[i];
+            extent[n] += more;
+            for (int k = 0; k < s->count; k++) x[k] += s->kinetic[n].gain[k] * more;
+        }
+    pdi_extents_left(r, i, dissolved, x, left);
+    for (int n = 0; n < s->kinetics; n++) {
+        double more = pdi_extents_faster(r, n, c, left) - extent[n] / r->dt;
+        for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * more;
+    }
 }
 
 #undef PDI_EXTENTS_SWEEPS
 #undef PDI_EXTENTS_SWEPT
+#undef PDI_EXTENTS_LINEAR

@@ -1,6 +1,7 @@
 /* reclaim: see reclaim.h */
 #include "react/reclaim.h"
 #include <math.h>
+#include <string.h>
 
 /* Share of what a node holds that it gives back at most. */
 #define PDI_RECLAIM_SHARE 0.5
@@ -57,13 +58,20 @@ PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount
     return taken;
 }
 
-PDI_FN double pdi_reclaim_most(const pd_reactive *r, const double *shed, int32_t i, double dt)
+PDI_FN void pdi_reclaim_due(const pd_reactive *r, const double *shed, double dt, const double *owed, double *due)
 {
-    double gain[PD_SPECIES_MOST], comes[PD_SPECIES_MOST] = {0.0};
-    pdi_components_totals(&r->components, shed, gain);
-    if (r->surface) pdi_etch_gain(r->surface, i, comes);
-    for (int k = 0; k < r->components.count; k++) comes[k] = dt * pdi_max(comes[k], 0.0);
-    return pdi_reclaim_there(r, gain, i, comes);
+    double gain[PD_SPECIES_MOST], whole[PD_SPECIES_MOST];
+    memcpy(whole, shed, (size_t)r->components.solutes * sizeof *shed);
+    if (r->surface) pdi_etch_whole(r->surface, whole);
+    pdi_components_totals(&r->components, whole, gain);
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        double comes[PD_SPECIES_MOST] = {0.0};
+        due[i] = owed[i];
+        if (!(owed[i] < 0.0) || r->grid->kind[i] != PD_FLUID) continue;
+        if (r->surface) pdi_etch_gain(r->surface, i, comes);
+        for (int k = 0; k < r->components.count; k++) comes[k] = dt * pdi_max(comes[k], 0.0);
+        due[i] = pdi_max(owed[i], -pdi_reclaim_there(r, gain, i, comes));
+    }
 }
 
 #undef PDI_RECLAIM_SHARE

@@ -12,9 +12,12 @@
 /* Takes back `amount` [mol/m3 of cells] of metal with shed [solutes] each, or as much as there is. Returns that. The
  * next step begins without it. */
 PDI_FN double pdi_reclaim_take(pd_reactive *reactive, const double *shed, double amount);
-/* [mol/m3] of metal with shed [solutes] each that node i can give back in dt [s]: a share of what it holds, and what
- * metal gives it in that time at the present speeds. HUGE_VAL: nothing bounds it. */
-PDI_FN double pdi_reclaim_most(const pd_reactive *reactive, const double *shed, int32_t i, double dt);
+/* due [total] [mol/m3]: what of owed [total], metal with shed [solutes] each that fluid nodes have to get in dt [s],
+ * they get. Where it is negative a node gives back no more than a share of what it has dissolved, and what metal gives
+ * it in that time at the present speeds, with the reactions that take its electrons: minerals may hold the rest, which
+ * stays for later. */
+PDI_FN void pdi_reclaim_due(const pd_reactive *reactive, const double *shed, double dt, const double *owed,
+                            double *due);
 #endif
 
 #endif
