@@ -96,6 +96,8 @@ static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
     if (status == PD_OK) pdi_sites_joined(ctx, &s->sites, &desc);
     if (status == PD_OK) status = pd_body_build(ctx, &desc, &s->body);
     s->body.own = s->count;
+    s->body.of = s->mirrored.of;
+    s->body.flip = s->mirrored.flip;
     memset(s->density, 0, (size_t)all * sizeof *s->density);
     PDI_DELETE(ctx, all, volume);
     PDI_DELETE(ctx, (int64_t)all * PD_DIM, position);

@@ -59,6 +59,8 @@ typedef struct pd_body {
     int32_t count;
     int32_t own;       /* points whose energy is that of the body: all, but images behind planes of symmetry, which come
                         * last */
+    const int32_t *of;   /* [count - own] borrowed: the point that an image stands for; NULL without images */
+    const uint8_t *flip; /* [count - own] borrowed: bit d: it is a reflection along axis d */
     double horizon;    /* [m] */
     double spacing;    /* [m] */
     pd_rim rim;

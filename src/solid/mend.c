@@ -147,7 +147,39 @@ static void pdi_mend_step(const pdi_mend *o, const double *share, int32_t i, int
     for (int k = 0; k < all; k++) change[k] = part * gap[k] + PDI_MEND_AGAIN * change[k];
 }
 
-/* Points whose families are not whole, into cut [count]. Returns how many. */
+/* Signs of the moments of a family under a reflection: bit d of flip turns n_d. */
+static void pdi_mend_signs(int flip, double *sign)
+{
+    double *product = sign + PD_DIM, *third = product + PD_MEND_PRODUCTS, n[PD_DIM], all = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        n[d] = flip >> d & 1 ? -1.0 : 1.0;
+        all *= n[d];
+        sign[d] = 1.0;
+    }
+    for (int d = 1; d < PD_DIM; d++)
+        for (int e = 0; e < d; e++) *product++ = n[d] * n[e];
+    for (int d = 0; d < PD_DIM && PD_DIM > 1; d++) {
+        *third++ = n[d];
+        if (PD_DIM == 3) *third++ = n[d];
+    }
+    if (PD_DIM == 3) *third = all;
+}
+
+/* Shares of images are those of their points, reflected. */
+static void pdi_mend_reflect(const pd_ctx *ctx, const pd_body *body, double *share)
+{
+    int nt = pdi_par_threads(ctx, ((int64_t)body->count - body->own) * PD_MEND_MOMENTS);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = body->own; i < body->count; i++) {
+        const double *own = share + (int64_t)body->of[i - body->own] * PD_MEND_MOMENTS;
+        double *image = share + (int64_t)i * PD_MEND_MOMENTS, sign[PD_MEND_MOMENTS];
+        pdi_mend_signs(body->flip[i - body->own], sign);
+        for (int k = 0; k < PD_MEND_MOMENTS; k++) image[k] = sign[k] * own[k];
+    }
+}
+
+/* Points that are no images and whose families are not whole, into cut [own]. Returns how many. */
 static int32_t pdi_mend_cut(const pd_ctx *ctx, const pdi_mend *o, const double *share, int32_t *cut)
 {
     const pd_body *body = o->springs->body;
@@ -155,13 +187,13 @@ static int32_t pdi_mend_cut(const pd_ctx *ctx, const pdi_mend *o, const double *
     int32_t found = 0;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
+    for (int32_t i = 0; i < body->own; i++) {
         double gap[PD_MEND_MOMENTS], most = 0.0;
         pdi_mend_gap(o, share, i, gap, NULL);
         for (int k = 0; k < PD_MEND_MOMENTS; k++) most = pdi_max(most, fabs(gap[k]));
         cut[i] = most > PDI_MEND_WHOLE;
     }
-    for (int32_t i = 0; i < body->count; i++)
+    for (int32_t i = 0; i < body->own; i++)
         if (cut[i]) cut[found++] = i;
     return found;
 }
@@ -181,6 +213,7 @@ static void pdi_mend_settle(const pd_ctx *ctx, const pdi_mend *o, const int32_t 
                           change + (int64_t)p * all);
         for (int32_t p = 0; p < cuts; p++)
             for (int k = 0; k < all; k++) share[(int64_t)cut[p] * all + k] += change[(int64_t)p * all + k];
+        pdi_mend_reflect(ctx, body, share);
         if (!(pdi_par_max_abs(ctx, (int64_t)cuts * all, change) > PDI_MEND_END)) break;
     }
     for (int64_t k = 0; k < (int64_t)body->count * all; k++) share[k] = pdi_mend_round(share[k], PDI_MEND_COARSE);
@@ -188,11 +221,11 @@ static void pdi_mend_settle(const pd_ctx *ctx, const pdi_mend *o, const int32_t 
 
 PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *o, double *share)
 {
-    int32_t count = o->springs->body->count, *cut = NULL;
+    int32_t count = o->springs->body->count, own = o->springs->body->own, *cut = NULL;
     double *change = NULL;
     float *factor = NULL;
     pdi_par_zero(ctx, (int64_t)count * PD_MEND_MOMENTS, share);
-    PDI_TRY(PDI_NEW(ctx, "mend", count, cut));
+    PDI_TRY(PDI_NEW(ctx, "mend", own, cut));
     int32_t cuts = pdi_mend_cut(ctx, o, share, cut);
     int64_t room = (int64_t)(cuts > 0 ? cuts : 1) * PD_MEND_MOMENTS, wide = room / PD_MEND_MOMENTS * PDI_MEND_PACKED;
     pd_status status = PDI_NEW(ctx, "mend", room, change);
@@ -203,7 +236,7 @@ PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *o, double *share)
     }
     PDI_DELETE(ctx, wide, factor);
     PDI_DELETE(ctx, room, change);
-    PDI_DELETE(ctx, count, cut);
+    PDI_DELETE(ctx, own, cut);
     return status;
 }
 

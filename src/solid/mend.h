@@ -6,7 +6,8 @@
  * a bounded exponential of the shares of both ends, and a whole family has none (theory: eq. 8.8a to 8.8d).
  *
  * Sums take terms rounded to a grid, so that they are exact: they do not depend on the order, and a body and its mirror
- * image get the same bits.
+ * image get the same bits. Shares depend on those of all points around, however far: images behind planes of symmetry
+ * take those of their points.
  */
 #ifndef PD_MEND_H
 #define PD_MEND_H
@@ -25,7 +26,8 @@ typedef struct pdi_mend {
     double length;             /* [m] root of sum w r V over sum w/r V of a whole family */
 } pdi_mend;
 
-/* share [count][PD_MEND_MOMENTS], zero where families are whole. One sweep over the bonds of the others at a time. */
+/* share [count][PD_MEND_MOMENTS], zero where families are whole. A sweep at a time over the bonds of the others that
+ * are no images. */
 PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *mend, double *share);
 /* Factor of a bond along xi whose ends have these shares, between 1/8 and 8; 1: no shares. Both ends get the same
  * bits. */
