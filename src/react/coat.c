@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Error of the equations of a place, in each of their steps. */
+/* Error of the equations of a place in each of their steps, where the caller gives none. */
 #define PDI_COAT_TOLERANCE 1e-8
 /* So often a step is made shorter before a rate that is not finite is refused. */
 #define PDI_COAT_TRIALS 6
@@ -52,6 +52,7 @@ PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *r, const pd_coat_desc 
 {
     memset(s, 0, sizeof *s);
     s->desc = *desc;
+    if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = PDI_COAT_TOLERANCE;
     s->reactive = r;
     s->anew = 1;
     pdi_coat_columns(s);
@@ -275,7 +276,7 @@ static int pdi_coat_solve(const pd_coat *s, int32_t p, pdi_coat_work *w, double 
     stiff.low = low;
     stiff.high = high;
     stiff.size = size;
-    stiff.tolerance = PDI_COAT_TOLERANCE;
+    stiff.tolerance = s->desc.tolerance;
     pd_stiff_end end = pdi_stiff_solve(&stiff, w->from, w->from + dt, y, &which);
     for (int k = 0; k < w->states; k++) to[w->of[k] * total + i] = y[k];
     if (end == PD_STIFF_NOT_FINITE) return 1 + w->of[which];

@@ -30,6 +30,8 @@ typedef struct pd_coat_desc {
     double low[PD_COAT_MOST], high[PD_COAT_MOST];  /* [unit of each] rates out of them are 0 there; infinite: none */
     const char *name[PD_COAT_MOST];                /* for messages */
     double rtol;                                   /* [-] error of a step over the largest that each state has been */
+    double tolerance;                              /* [-] error of the equations of a place in each of their own steps;
+                                                    * 0: 1e-8 */
     uint32_t reads;                                /* bit n: rates depend on solute n, */
     int reads_ph;                                  /* 1: on pH */
     uint32_t reads_around;                         /* with `surface`, bit n: on value n around */

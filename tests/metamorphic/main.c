@@ -138,15 +138,14 @@ static void write_text(const scene *x, char *text)
 }
 
 /* Where a solver stops earlier than the others, and no key of the scene or of the model makes it go on, pairs agree as
- * far as it goes: states of surfaces are found to 1e-8 (react/coat); a steady flow to 1e-10 of scales of its residuals,
- * which refuse less; a flow in time to a share of its rtol; a steady field in a stream to a balance of 1e-6
- * (transport/settle). */
+ * far as it goes: a steady flow to 1e-10 of scales of its residuals, which refuse less; a flow in time to a share of its
+ * rtol; a steady field in a stream to a balance of 1e-6 (transport/settle). */
 static double tolerance_of(const scene *x, const transform *t)
 {
     if (transform_bits(t->kind)) return 0.0;
     if ((x->has & HAS_FLOW_IN_TIME) || ((x->has & HAS_STEADY) && (x->has & HAS_TRANSPORT) && (x->has & HAS_FLOW)))
         return 1e-5;
-    return x->has & (HAS_STATE | HAS_FLOW) ? 1e-7 : 1e-9;
+    return x->has & HAS_FLOW ? 1e-7 : 1e-9;
 }
 
 /* Steps of first order: a tenth of rtol takes ten times the steps, and a hundredth a hundred times. */
