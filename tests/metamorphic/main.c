@@ -67,7 +67,7 @@ static const uint32_t open_seeds[] = {
 #if PD_DIM == 1
     0,
 #elif PD_DIM == 2
-    500055,
+    0,
 #else
     7, 15, 25, 43,
 #endif
