@@ -138,8 +138,8 @@ static void write_text(const scene *x, char *text)
 }
 
 /* Where a solver stops earlier than the others, and no key of the scene or of the model makes it go on, pairs agree as
- * far as it goes: a steady flow to 1e-10 of scales of its residuals, which refuse less; a flow in time to a share of its
- * rtol; a steady field in a stream to a balance of 1e-6 (transport/settle). */
+ * far as it goes: a steady flow to 1e-10 of scales of its residuals, which refuse less; a flow in time to a share of
+ * its rtol; a steady field in a stream to a balance of 1e-6 (transport/settle). */
 static double tolerance_of(const scene *x, const transform *t)
 {
     if (transform_bits(t->kind)) return 0.0;
