@@ -213,15 +213,12 @@ static double floor_of_held(const scene *x, const record *a, const char *unit_na
     return d.e[0] == 1.0 && d.e[1] == 0.0 && d.e[2] == 0.0 && d.e[3] == 0.0 ? strain * length : 0.0;
 }
 
-/* [-] Each step leaves that of the balances of species which rounding does not let fall, and that of states of surfaces
- * to which their own equations are solved, in each of its two stages. What follows from them amplifies it by less. */
+/* [-] Each step leaves that of the balances of species which rounding does not let fall, in each of its two stages. What
+ * follows from them amplifies it by less. */
 #define FOLLOWS 10.0
-#define STATES 1e-8
-static double left_of_steps(const scene *x, const record *a, const record *b)
+static double left_of_steps(const record *a, const record *b)
 {
-    double left = fmax(a->residual, b->residual);
-    if (x->has & HAS_STATE) left = fmax(left, STATES);
-    return 2.0 * FOLLOWS * (double)a->steps * left;
+    return 2.0 * FOLLOWS * (double)a->steps * fmax(a->residual, b->residual);
 }
 
 /* The largest value of any field of the same unit. */
@@ -325,7 +322,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
     if (logs && own < 1.0) own = 1.0;
     double least = floor_of(x, p->label, tolerance), kin = CANCELS * size_of_kin(a, p);
     if (kin > least) least = kin;
-    if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->label), own * left_of_steps(x, a, b)));
+    if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->label), own * left_of_steps(a, b)));
     if (is_dissolved(p->name) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     if (strcmp(p->name, "i") == 0) least = fmax(least, current_error(x, a));
     least = fmax(least, volts_error(x, a, p->label));
@@ -518,7 +515,7 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (strcmp(p->key, "volume_loss") == 0 && CANCELS > least) least = CANCELS;
     double passes = tolerance * least_figure(x, a, p);
     if (passes > least) least = passes;
-    if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->unit), scale * left_of_steps(x, a, b)));
+    if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->unit), scale * left_of_steps(a, b)));
     if (is_dissolved(p->key) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     if (strcmp(p->section, "electrode") == 0 && (strcmp(p->key, "least") == 0 || strcmp(p->key, "most") == 0))
         least = fmax(least, current_error(x, a));
