@@ -24,7 +24,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MAX_MODULES 256
+#define MAX_MODULES 320
 #define MAX_CUTS 8
 #define NAME_SIZE 48
 #define PATH_SIZE 1024

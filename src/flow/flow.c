@@ -303,7 +303,8 @@ static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     if (count == whole && row < 0) pdi_flow_whole(flow, t, i, whole, &own, &sums);
     else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, &own, &sums);
     else pdi_flow_few(flow, t, i, row, count, &own, &sums);
-    for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * flow->stabilisation * sums.stabiliser[b];
+    double weight = pdi_flow_weight(flow);
+    for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * weight * sums.stabiliser[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
         double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
@@ -403,6 +404,7 @@ PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc
     t.force = flow->force;
     t.wall_motion = flow->wall_motion;
     pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
+    if (flow->impulse) pdi_par_axpy(ctx, flow->grid->total, 1.0, flow->impulse_flux, rc);
     pdi_flow_push(ctx, flow, ru);
     pdi_flow_bend(ctx, flow, flow->u, flow->p, flow->grad, 1, ru);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, 1.0, rc);
@@ -419,10 +421,9 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
     double flux = share * pdi_flow_convected(g, w + i, total, w + j, total);
     if (flow->potential) flux -= a * (flow->potential[j] - flow->potential[i]);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
-    double step = flow->p[j] - flow->p[i];
-    double stabiliser =
-        pdi_flow_stabiliser(s->xi + k * PD_DIM, step, flow->grad + i, total, flow->grad + j, total);
-    return flux - flow->stabilisation * a * (0.5 * stabiliser);
+    const double *p = flow->impulse ? flow->impulse : flow->p, *grad = flow->impulse ? flow->impulse_grad : flow->grad;
+    double stabiliser = pdi_flow_stabiliser(s->xi + k * PD_DIM, p[j] - p[i], grad + i, total, grad + j, total);
+    return flux - (flow->impulse ? 1.0 : flow->stabilisation) * a * (0.5 * stabiliser);
 }
 
 static double pdi_flow_section_bond(const void *user, int32_t i, int k)

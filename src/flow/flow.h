@@ -50,6 +50,11 @@ typedef struct pd_flow {
     double speed, length;   /* [m/s] [m] scales U and L of the problem (eq. 4.5b), which solvers work with */
     double reference_speed, reference_length; /* [m/s] [m] for reports alone */
     double stabilisation;   /* [s] weight of the pressure flux (eq. 4.4) */
+    double *impulse;        /* [total] [m2/s] what the pressure flux of a flow in time is made of (eq. 4.15c); NULL:
+                             * that is stabilisation times p. Borrowed from the solver, as the next two */
+    double *impulse_grad;   /* [PD_DIM][total] [m/s] its gradient */
+    double *impulse_flux;   /* [total] [1/s] what nodes lose by the part of it that is known */
+    double now;             /* [s] weight of the present pressure in the rest: a stage is being solved */
     pd_velocity_fn inlet;
     void *inlet_user;
     int developed;
@@ -143,6 +148,8 @@ typedef struct pdi_flow_terms {
  * are given. bend: second differences of v, which then is sharpened (eq. 4.6c); NULL: second order. */
 PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *bend,
                                double *advecting);
+/* [s] weight of the present pressure in the pressure flux. */
+static inline double pdi_flow_weight(const pd_flow *flow) { return flow->impulse ? flow->now : flow->stabilisation; }
 /* From here on inlets hold their velocity on the side. */
 PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow);
 /* Ghosts of a velocity, or of a step of one (held 0). */

@@ -1,5 +1,6 @@
 /* implicit: see implicit.h */
 #include "flow/implicit.h"
+#include "flow/impulse.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
 #include <math.h>
@@ -22,8 +23,11 @@ PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
 {
     pd_implicit *implicit = (pd_implicit *)object;
     int64_t total = implicit->flow ? implicit->flow->grid->total : 0;
-    PDI_ARRAY(owner, implicit, start, (PD_DIM + 1) * total, "");
+    PDI_ARRAY(owner, implicit, start, (PD_DIM + 2) * total, "");
     PDI_STATE(owner, implicit, target, PD_DIM * total, "m/s");
+    PDI_STATE(owner, implicit, impulse, total, "m2/s");
+    PDI_ARRAY(owner, implicit, impulse_grad, PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, implicit, impulse_flux, total, "1/s");
     PDI_VALUE(owner, implicit, time, "s");
     PDI_VALUE(owner, implicit, dt, "s");
     PDI_VALUE(owner, implicit, error, "1");
@@ -62,7 +66,11 @@ static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
     im->flow = flow;
     im->steady = steady;
     PDI_TRY(pdi_steady_timed(ctx, steady, pdi_implicit_room(im)));
-    return pdi_owner_build(ctx, pdi_implicit_list, im);
+    PDI_TRY(pdi_owner_build(ctx, pdi_implicit_list, im));
+    flow->impulse = im->impulse;
+    flow->impulse_grad = im->impulse_grad;
+    flow->impulse_flux = im->impulse_flux;
+    return PD_OK;
 }
 
 pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
@@ -74,39 +82,71 @@ pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const
 }
 PDI_COLD_END
 
-/* The stage at the share c of the step. */
-static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, double c, const double *target)
+/* Velocity, pressure and impulse from the flow into `start`. */
+static void pdi_implicit_keep(const pd_ctx *ctx, pd_implicit *im)
+{
+    int64_t total = im->flow->grid->total, split = PD_DIM * total;
+    pdi_par_copy(ctx, split, im->flow->u, im->start);
+    pdi_par_copy(ctx, total, im->flow->p, im->start + split);
+    pdi_par_copy(ctx, total, im->impulse, im->start + split + total);
+}
+
+/* And back. */
+static void pdi_implicit_restore(const pd_ctx *ctx, pd_implicit *im)
+{
+    int64_t total = im->flow->grid->total, split = PD_DIM * total;
+    pdi_par_copy(ctx, split, im->start, im->flow->u);
+    pdi_par_copy(ctx, total, im->start + split, im->flow->p);
+    pdi_par_copy(ctx, total, im->start + split + total, im->impulse);
+    pdi_impulse_set(ctx, im->flow, 1.0, 0.0);
+}
+
+/* Solve a stage of `rate` [1/s] from `target` and the impulse in flow. share [-]: of that impulse in the one at its
+ * end, weight [s]: of the pressure. */
+static pd_status pdi_implicit_solve(pd_ctx *ctx, pd_implicit *im, double rate, const double *target, double share,
+                                    double weight)
 {
     pd_steady_result result;
-    PDI_TRY(pdi_flow_at(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
-    pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_SDIRK_GAMMA * dt), target, im->desc.tolerance,
-                                        &result);
+    pd_flow *flow = im->flow;
+    pdi_impulse_set(ctx, flow, share, weight);
+    pd_status status = pdi_steady_stage(ctx, im->steady, rate, target, im->desc.tolerance, &result);
     im->evaluations += result.evaluations;
+    if (status == PD_OK) pdi_impulse_move(flow, share, weight);
     return status;
 }
 
+/* The same of a step in time: dI/dt = p - I/tau for the impulse I (eq. 4.15c). */
+static pd_status pdi_implicit_relax(pd_ctx *ctx, pd_implicit *im, double rate, const double *target)
+{
+    double tau = im->flow->stabilisation, weight = tau / (1.0 + tau * rate);
+    return pdi_implicit_solve(ctx, im, rate, target, weight * rate, weight);
+}
+
+/* The stage at the share c of the step. */
+static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, double c, const double *target)
+{
+    PDI_TRY(pdi_flow_at(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
+    return pdi_implicit_relax(ctx, im, 1.0 / (PDI_SDIRK_GAMMA * dt), target);
+}
+
 /* A start that breaks continuity or what inlets hold becomes the nearest field that does not: u + G q = u0 with q the
- * impulse of the pressure, by a stage so short that friction and convection are below its tolerance. The pressure flux
- * counts as little beside q as it does beside the pressure of a long step: with its weight in time an impulse would
- * drown continuity. */
+ * impulse of the pressure, by a stage so short that friction and convection are below its tolerance. The impulse that
+ * the pressure flux is made of starts with a small share of it (eq. 4.15b). */
 static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
 {
     pd_flow *flow = im->flow;
-    pd_steady_result result;
-    int64_t total = flow->grid->total, split = PD_DIM * total;
-    double steady = flow->stabilisation, rate = 1.0 / (im->desc.tolerance * steady);
+    int64_t total = flow->grid->total;
+    double rate = 1.0 / (im->desc.tolerance * flow->stabilisation);
     if (!im->fresh && (im->steps > 0 || im->projected)) return PD_OK;
-    pdi_par_copy(ctx, split, flow->u, im->start);
-    pdi_par_copy(ctx, total, flow->p, im->start + split);
-    flow->stabilisation = PDI_IMPLICIT_IMPULSE / rate;
-    pd_status status = pdi_steady_stage(ctx, im->steady, rate, im->start, im->desc.tolerance, &result);
-    flow->stabilisation = steady;
-    im->evaluations += result.evaluations;
-    pdi_par_copy(ctx, total, im->start + split, flow->p);
-    if (status == PD_OK) {
-        im->projected = 1;
-        im->fresh = 0;
-    } else pdi_par_copy(ctx, split, im->start, flow->u);
+    pdi_implicit_keep(ctx, im);
+    pd_status status = pdi_implicit_solve(ctx, im, rate, im->start, 0.0, PDI_IMPLICIT_IMPULSE / rate);
+    if (status != PD_OK) {
+        pdi_implicit_restore(ctx, im);
+        return status;
+    }
+    pdi_par_copy(ctx, total, im->start + PD_DIM * total, flow->p);
+    im->projected = 1;
+    im->fresh = 0;
     return status;
 }
 
@@ -140,7 +180,7 @@ static void pdi_implicit_extrapolate(const pd_ctx *ctx, pd_implicit *im, double 
 static pd_status pdi_implicit_stages(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_flow *flow = im->flow;
-    int64_t split = PD_DIM * (int64_t)flow->grid->total;
+    int64_t total = flow->grid->total, split = PD_DIM * total;
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
     pd_status status = pdi_implicit_stage(ctx, im, dt, PDI_SDIRK_GAMMA, im->start);
     if (status != PD_OK) return status;
@@ -149,6 +189,8 @@ static pd_status pdi_implicit_stages(pd_ctx *ctx, pd_implicit *im, double dt)
     pdi_par_copy(ctx, split, im->start, im->target);
     pdi_par_axpy(ctx, split, ratio, im->slope, im->target);
     pdi_par_axpy(ctx, split, ratio, im->slope, flow->u); /* a first guess */
+    pdi_par_axpy(ctx, total, ratio - 1.0, im->impulse, im->impulse);
+    pdi_par_axpy(ctx, total, 1.0 - ratio, im->start + split + total, im->impulse);
     status = pdi_implicit_stage(ctx, im, dt, 1.0, im->target);
     if (status == PD_OK) im->error = pdi_implicit_error(im);
     return status;
@@ -157,16 +199,15 @@ static pd_status pdi_implicit_stages(pd_ctx *ctx, pd_implicit *im, double dt)
 /* A step with all that is lent for it. */
 static pd_status pdi_implicit_take(pd_ctx *ctx, pd_implicit *im, double dt)
 {
-    pd_flow *flow = im->flow;
-    int64_t total = flow->grid->total, split = PD_DIM * total;
     pd_status status = pdi_implicit_project(ctx, im);
-    pdi_par_copy(ctx, split, flow->u, im->start);
-    pdi_par_copy(ctx, total, flow->p, im->start + split);
+    pdi_implicit_keep(ctx, im);
     pdi_implicit_extrapolate(ctx, im, dt);
     if (status == PD_OK) status = pdi_implicit_stages(ctx, im, dt);
-    if (status == PD_OK) return PD_OK;
-    pdi_par_copy(ctx, split, im->start, flow->u);
-    pdi_par_copy(ctx, total, im->start + split, flow->p);
+    if (status == PD_OK) {
+        pdi_impulse_set(ctx, im->flow, 1.0, 0.0);
+        return PD_OK;
+    }
+    pdi_implicit_restore(ctx, im);
     if (pdi_is_final(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
     pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
     return PD_RETRY;
@@ -193,9 +234,7 @@ PDI_COLD_BEGIN
 /* The last step was too coarse: back to its start. */
 static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
 {
-    int64_t total = im->flow->grid->total, split = PD_DIM * total;
-    pdi_par_copy(ctx, split, im->start, im->flow->u);
-    pdi_par_copy(ctx, total, im->start + split, im->flow->p);
+    pdi_implicit_restore(ctx, im);
     im->last = 0.0;
     im->time -= dt;
     im->steps--;
@@ -287,18 +326,12 @@ static pd_status pdi_implicit_finish(pd_ctx *ctx, void *self, double t)
 /* The projection, and by a stage as short as the first step the pressure that goes with it. */
 static pd_status pdi_implicit_balance(pd_ctx *ctx, pd_implicit *im)
 {
-    pd_steady_result result;
-    pd_flow *flow = im->flow;
-    int64_t total = flow->grid->total, split = PD_DIM * total;
     pd_status status = pdi_implicit_project(ctx, im);
     if (status != PD_OK) return status;
-    pdi_par_copy(ctx, split, flow->u, im->start);
-    pdi_par_copy(ctx, total, flow->p, im->start + split);
-    status = pdi_steady_stage(ctx, im->steady, 1.0 / im->desc.first, im->start, im->desc.tolerance, &result);
-    im->evaluations += result.evaluations;
-    if (status == PD_OK) return PD_OK;
-    pdi_par_copy(ctx, split, im->start, flow->u);
-    pdi_par_copy(ctx, total, im->start + split, flow->p);
+    pdi_implicit_keep(ctx, im);
+    status = pdi_implicit_relax(ctx, im, 1.0 / im->desc.first, im->start);
+    if (status == PD_OK) pdi_impulse_set(ctx, im->flow, 1.0, 0.0);
+    else pdi_implicit_restore(ctx, im);
     return status;
 }
 
@@ -326,7 +359,9 @@ static pd_status pdi_implicit_store(pd_ctx *ctx, void *self, pd_archive *archive
     pd_implicit *im = (pd_implicit *)self;
     PDI_TRY(pdi_flow_store(ctx, im->flow, archive));
     PDI_TRY(pdi_steady_store(ctx, im->steady, archive));
-    return pdi_owner_store(ctx, pdi_implicit_list, im, archive);
+    PDI_TRY(pdi_owner_store(ctx, pdi_implicit_list, im, archive));
+    if (archive->reading) pdi_impulse_set(ctx, im->flow, 1.0, 0.0);
+    return PD_OK;
 }
 
 pd_process pd_implicit_process(pd_implicit *im)
@@ -353,6 +388,7 @@ pd_process pd_implicit_process(pd_implicit *im)
 
 void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
 {
+    if (im->flow) im->flow->impulse = im->flow->impulse_grad = im->flow->impulse_flux = NULL;
     pdi_owner_free(ctx, pdi_implicit_list, im);
     memset(im, 0, sizeof *im);
 }

@@ -21,7 +21,10 @@ typedef struct pd_implicit {
     pd_implicit_desc desc; /* defaults filled in */
     pd_flow *flow;         /* its u and p are the state */
     pd_steady *steady;     /* solves the stages */
-    double *start;         /* [PD_DIM+1][total] [m/s], [m2/s2] state at the start of the step */
+    double *start;         /* [PD_DIM+2][total] [m/s], [m2/s2], [m2/s] state at the start of the step */
+    double *impulse;       /* [total] [m2/s] which the pressure flux is made of (eq. 4.15c) */
+    double *impulse_grad;  /* [PD_DIM][total] [m/s] and its gradient: the flow borrows both, and the next one */
+    double *impulse_flux;  /* [total] [1/s] */
     double *target;        /* [PD_DIM][total] [m/s] u* of the second stage, kept for the next step */
     double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage; lent for a step */
     double time;           /* [s] */

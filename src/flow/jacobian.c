@@ -175,7 +175,7 @@ static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t c
     memset(&sums, 0, sizeof sums);
     if (count == whole) pdi_jacobian_sum(q, i, row, whole, &sums);
     else pdi_jacobian_few(q, i, row, count, &sums);
-    double weight = 0.5 * flow->stabilisation * rate * rate;
+    double weight = 0.5 * pdi_flow_weight(flow) * rate * rate;
     for (int b = 0; b < count; b++)
         w->yc[i + b] = rate * (double)sums.flux[b] - weight * (double)sums.stabiliser[b];
     for (int d = 0; d < PD_DIM; d++) {

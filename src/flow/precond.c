@@ -183,17 +183,10 @@ static double pdi_precond_shortest(const pd_stencil *stencil)
     return sum;
 }
 
-PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift)
-{
-    double longer = flow->stabilisation * shift - 1.0;
-    return longer > 0.0 ? flow->bonds->stencil->lap_sum / longer : 0.0;
-}
-
 /* Of a residual that is smooth: the friction, and where cells convect more, a share of what their pressure flux has
- * for it [m2/s]. */
-static double pdi_precond_smooth(const pd_flow *flow)
+ * for it [m2/s]. rate [1/s]: half the diagonal of momentum (eq. 4.5). */
+static double pdi_precond_smooth(const pd_flow *flow, double rate)
 {
-    double rate = 1.0 / flow->stabilisation;
     for (int d = 0; d < PD_DIM; d++) rate -= flow->nu / (flow->grid->h[d] * flow->grid->h[d]);
     return flow->nu + PDI_PRECOND_ROUGH * pdi_max(rate, 0.0) / flow->bonds->stencil->lap_sum;
 }
@@ -204,9 +197,10 @@ static void pdi_precond_rub(const pd_ctx *ctx, const pd_flow *flow, const pdi_pr
 {
     const pd_grid *grid = flow->grid;
     const double *alternate = precond->grad;
-    double smooth = precond->damped ? flow->nu : pdi_precond_smooth(flow); /* the pressure flux is in there */
-    double shortest = 1.0 / (flow->stabilisation * pdi_precond_shortest(flow->bonds->stencil));
-    double more = precond->damped ? 0.0 : shortest - smooth;
+    /* one over the weight of the pressure flux; the shift of a stage, which is part of it, is in q */
+    double rate = 1.0 / pdi_flow_weight(flow) - (flow->now > 0.0 ? precond->shift : 0.0);
+    double smooth = pdi_precond_smooth(flow, rate);
+    double more = rate / pdi_precond_shortest(flow->bonds->stencil) - smooth;
     int nt = pdi_par_threads(ctx, grid->total * 4);
     (void)nt;
     pdi_par_copy(ctx, grid->total, r, precond->convected);
@@ -233,18 +227,7 @@ static void pdi_precond_convected(pd_ctx *ctx, const pd_flow *flow, const pdi_pr
 PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, const double *r, double *q,
                               double *dp)
 {
-    const pd_grid *grid = flow->grid;
-    if (precond->damped) {
-        pdi_multigrid_cycle(ctx, precond->damped, q, dp);
-        pdi_par_zero(ctx, grid->total, q);
-        pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, precond->shift), dp, q);
-    }
     pdi_precond_convected(ctx, flow, precond, q, dp);
     pdi_multigrid_cycle(ctx, precond->seep, r, q);
-    if (precond->damped) {
-        pdi_multigrid_cycle(ctx, precond->damped, q, precond->grad);
-        pdi_par_zero(ctx, grid->total, q);
-        pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, precond->shift), precond->grad, q);
-    }
     pdi_precond_rub(ctx, flow, precond, r, q, dp);
 }

@@ -11,7 +11,6 @@
 typedef struct pdi_precond {
     pd_multigrid *poisson;    /* one cycle of it stands for the inverse of -lap */
     pd_multigrid *seep;       /* one cycle of it stands for the inverse of -div(mobility grad) */
-    pd_multigrid *damped;     /* one cycle stands for the inverse of pdi_precond_damping - lap; NULL: none */
     double shift;             /* [1/s] of the momentum balance */
     double *grad, *convected; /* [PD_DIM][total] */
 } pdi_precond;
@@ -19,9 +18,6 @@ typedef struct pdi_precond {
 /* mobility [total] [s]: about the velocity of the fluid over a uniform pressure gradient. It is one over the sum of
  * `shift` [1/s] and the drag of the walls (theory: eq. 4.9b). 0 outside of the fluid. */
 PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility);
-
-/* What steps in time shorter than the weight tau of the pressure flux put beside -lap [1/m2]; 0: the step is longer. */
-PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift);
 
 /* dp = S^-1 r, with the velocity in flow. q [total]: a cycle of `poisson` for r, then work, its ghosts too. All arrays
  * are over the nodes of the grid, r and dp mean something at fluid nodes only. */

@@ -1,5 +1,6 @@
 /* steady: see steady.h */
 #include "flow/steady.h"
+#include "flow/impulse.h"
 #include "core/par.h"
 #include "lattice/op.h"
 #include <math.h>
@@ -111,7 +112,6 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
     pdi_precond precond;
     precond.poisson = &s->mg_p;
     precond.seep = &s->mg_seep;
-    precond.damped = s->damped ? &s->mg_d : NULL;
     precond.shift = s->shift;
     precond.grad = s->advecting; /* both are written later */
     precond.convected = flow->grad;
@@ -172,13 +172,13 @@ static void pdi_steady_apply(void *user, const double *x, double *y)
 }
 
 /* Coefficients of pressures pass through `compact`, and on to a multigrid. */
-static pd_status pdi_steady_pressure(pd_ctx *ctx, pd_steady *s, const pd_media *media, double mass, pd_multigrid *mg)
+static pd_status pdi_steady_pressure(pd_ctx *ctx, pd_steady *s, const pd_media *media, pd_multigrid *mg)
 {
     const pdi_compact_faces pressure = {0, 0, 1, NULL}; /* outlets hold it */
     pdi_compact_convection resting;
     pd_compact *c = &s->compact;
     resting.spread = resting.u = NULL;
-    pdi_compact_fill(ctx, 1.0, media, &resting, mass, &pressure, c);
+    pdi_compact_fill(ctx, 1.0, media, &resting, 0.0, &pressure, c);
     return pdi_multigrid_setup(ctx, mg, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
 }
 
@@ -186,7 +186,7 @@ static pd_status pdi_steady_pressure(pd_ctx *ctx, pd_steady *s, const pd_media *
 static pd_status pdi_steady_potentials(pd_ctx *ctx, pd_steady *s)
 {
     if (s->poisson == s->flow->bonds->version) return PD_OK;
-    PDI_TRY(pdi_steady_pressure(ctx, s, NULL, 0.0, &s->mg_p));
+    PDI_TRY(pdi_steady_pressure(ctx, s, NULL, &s->mg_p));
     s->poisson = s->flow->bonds->version;
     return PD_OK;
 }
@@ -204,14 +204,11 @@ static pd_status pdi_steady_fill_all(pd_ctx *ctx, pd_steady *s)
     seep.at = s->advecting;
     pdi_precond_mobility(ctx, s->flow, s->shift, seep.at);
     pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
-    PDI_TRY(pdi_steady_pressure(ctx, s, &seep, 0.0, &s->mg_seep));
+    PDI_TRY(pdi_steady_pressure(ctx, s, &seep, &s->mg_seep));
     pdi_compact_fill(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, c);
     PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conduct,
                                 (const float *const *)c->flux, c->wall, c->mass));
-    PDI_TRY(pdi_steady_potentials(ctx, s));
-    double damping = pdi_precond_damping(s->flow, s->shift);
-    s->damped = s->timed && damping > 0.0;
-    return s->damped ? pdi_steady_pressure(ctx, s, NULL, damping, &s->mg_d) : PD_OK;
+    return pdi_steady_potentials(ctx, s);
 }
 
 static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
@@ -340,7 +337,6 @@ static void pdi_steady_work_list(pdi_owner *owner, void *object)
     pdi_multigrid_list(owner, &steady->mg_u);
     pdi_multigrid_list(owner, &steady->mg_p);
     pdi_multigrid_list(owner, &steady->mg_seep);
-    if (steady->timed) pdi_multigrid_list(owner, &steady->mg_d);
 }
 
 PDI_FN pd_arena *pdi_steady_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own; }
@@ -398,7 +394,6 @@ PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
     md.host = &s->mg_u;
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_p));
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_seep));
-    if (s->timed) PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_d));
     s->jacobian.flow = s->flow;
     PDI_TRY(pdi_krylov_plan(ctx, &kd, &s->krylov));
     pdi_steady_even_krylov(s, &kd);
@@ -459,13 +454,8 @@ PDI_COLD_END
 
 PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
 {
-    pd_multigrid_desc md;
     pd_krylov_desc kd;
     if (s->timed) return PD_OK;
-    pdi_steady_multigrid(s, &md);
-    md.symmetric = 1;
-    md.host = &s->mg_u;
-    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
     pdi_steady_krylov(s, &kd);
     pdi_krylov_free(ctx, &s->krylov);
@@ -475,26 +465,17 @@ PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
 
 /* ---- what is lent ---- */
 
-/* The multigrids, of which mg_d may not be there. */
-static int pdi_steady_multigrids(pd_steady *s, pd_multigrid *mg[4])
-{
-    mg[0] = &s->mg_u;
-    mg[1] = &s->mg_p;
-    mg[2] = &s->mg_seep;
-    mg[3] = &s->mg_d;
-    return s->timed ? 4 : 3;
-}
-
 PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
 {
-    pd_multigrid *mg[4];
     if (!s->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
         s->mg_u.fields = s->jacobian.along; /* cycles and products take turns */
         s->poisson = 0;
         s->prepared = 0;
-        for (int k = 0, count = pdi_steady_multigrids(s, mg); k < count; k++) pdi_multigrid_open(mg[k]);
+        pdi_multigrid_open(&s->mg_u);
+        pdi_multigrid_open(&s->mg_p);
+        pdi_multigrid_open(&s->mg_seep);
     }
     s->held++;
     return PD_OK;
@@ -515,10 +496,11 @@ static int32_t pdi_steady_find_worst(const pd_steady *s)
 
 PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *s, pd_status status)
 {
-    pd_multigrid *mg[4];
     if (--s->held) return status;
     s->worst = pdi_steady_find_worst(s);
-    for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_close(mg[k]);
+    pdi_multigrid_close(&s->mg_seep);
+    pdi_multigrid_close(&s->mg_p);
+    pdi_multigrid_close(&s->mg_u);
     if (s->flow->order != 4) s->advecting = NULL;
     s->mg_u.fields = NULL;
     if (status < 0) pdi_flow_prepare(ctx, s->flow); /* its advecting velocity and gradient were work */
@@ -718,10 +700,18 @@ static pd_status pdi_steady_find(pd_ctx *ctx, pd_steady *s, pd_steady_result *re
 
 pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
+    pd_flow *flow = s->flow;
+    double *impulse = flow->impulse;
     memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_flow_patch(ctx, s->flow));
+    PDI_TRY(pdi_flow_patch(ctx, flow));
     PDI_TRY(pdi_steady_hold(ctx, s));
-    return pdi_steady_release(ctx, s, pdi_steady_find(ctx, s, result));
+    flow->impulse = NULL;
+    pd_status status = pdi_steady_release(ctx, s, pdi_steady_find(ctx, s, result));
+    flow->impulse = impulse;
+    if (!impulse) return status;
+    pdi_impulse_move(flow, 0.0, flow->stabilisation);
+    pdi_impulse_set(ctx, flow, 1.0, 0.0);
+    return status;
 }
 
 /* 1: the preconditioner is set up for the rate of the stage. A stage that begins within its tolerance sets up none. */
@@ -787,7 +777,6 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pdi_multigrid_free(ctx, &s->mg_u);
     pdi_multigrid_free(ctx, &s->mg_p);
     pdi_multigrid_free(ctx, &s->mg_seep);
-    pdi_multigrid_free(ctx, &s->mg_d);
     pdi_krylov_free(ctx, &s->krylov);
     pdi_krylov_free(ctx, &s->even);
     pdi_jacobian_free(ctx, &s->jacobian);

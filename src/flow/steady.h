@@ -28,8 +28,7 @@ typedef struct pd_steady {
     int held;                           /* solves, one within the other, for which is lent what has `lent` below */
     pd_compact compact;                 /* in a setup */
     pd_multigrid mg_u, mg_p, mg_seep;   /* lent */
-    pd_multigrid mg_d;                  /* of short steps in time, see precond.h; lent */
-    int timed, damped;                  /* it is built; it is in use */
+    int timed;                          /* 1: ready for stages of steps in time */
     int boxed;                          /* 1: fluid alone fills a closed box: corrections are projected (eq. 4.9d) */
     uint32_t poisson;                   /* version of the bonds that mg_p is set up for; 0: it is not */
     pd_krylov krylov;                   /* of Newton's steps */

@@ -90,14 +90,15 @@ static void pdi_flux_stream_share(const pd_flux *t)
 {
     const pd_flow *f = t->flow;
     int64_t total = f->grid->total;
-    double *q = t->stream + PD_DIM * total;
+    double *q = t->stream + PD_DIM * total, weight = f->impulse ? 1.0 : f->stabilisation;
+    const double *p = f->impulse ? f->impulse : f->p, *grad = f->impulse ? f->impulse_grad : f->grad;
     PDI_FOR
     for (int64_t i = 0; i < total; i++) {
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = d * total + i;
-            t->stream[at] = f->advecting[at] + 0.5 * f->stabilisation * t->ratio[d] * f->grad[at];
+            t->stream[at] = f->advecting[at] + 0.5 * weight * t->ratio[d] * grad[at];
         }
-        q[i] = f->stabilisation * f->p[i] + (f->potential ? f->potential[i] : 0.0);
+        q[i] = weight * p[i] + (f->potential ? f->potential[i] : 0.0);
     }
 }
 
@@ -112,8 +113,8 @@ static void pdi_flux_uneven(const pd_flux *t, int32_t i, int k, int count, doubl
 {
     const pd_flow *f = t->flow;
     const pd_stencil *s = f->bonds->stencil;
-    const double *grad = f->grad + i, *far = grad + f->bonds->paths.shift[k];
-    double part = 0.5 * f->stabilisation * pdi_bond_lap(f->bonds, i)[k];
+    const double *grad = (f->impulse ? f->impulse_grad : f->grad) + i, *far = grad + f->bonds->paths.shift[k];
+    double part = 0.5 * (f->impulse ? 1.0 : f->stabilisation) * pdi_bond_lap(f->bonds, i)[k];
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * f->grid->total;
         for (int b = 0; b < count; b++) flux[b] += part * s->xi[k * PD_DIM + d] * (grad[at + b] + far[at + b]);
