@@ -6,6 +6,7 @@
  * the last bit.
  */
 #include "flow/gas.h"
+#include "flow/gas_opening.h"
 #include "flow/gas_wall.h"
 #include "core/par.h"
 #include "lattice/op.h"
@@ -78,7 +79,6 @@ static int pdi_gas_convert(const pd_gas *gas, int32_t i)
 }
 
 static int pdi_gas_has_state(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
-static int pdi_gas_behind(uint8_t kind) { return kind == PD_OUTLET || kind == PD_INLET; }
 
 /* Primitive states of fluid nodes and inlets. Returns the first node that is not admissible, or -1. */
 static int32_t pdi_gas_convert_all(const pd_ctx *ctx, const pd_gas *gas)
@@ -96,18 +96,6 @@ static int32_t pdi_gas_convert_all(const pd_ctx *ctx, const pd_gas *gas)
     return bad;
 }
 
-/* Axes along which a ghost is a mirror image, and the components of the velocity that change their sign there: those
- * of the axes with mirror sides. Behind an outlet the state is even, which lets pass what comes. */
-static void pdi_gas_ghost_signs(const pd_ghosts *g, int32_t k, int *flip, int *odd)
-{
-    int i[PD_DIM];
-    *flip = *odd = g->odd[k];
-    if (k < g->images) return;
-    pdi_grid_index(g->grid, g->node[k], i);
-    *odd = pdi_grid_fold(g->grid, i);
-    (void)pdi_grid_image(g->grid, g->node[k], flip);
-}
-
 /* Ghosts of the primitive states, and of their gradients when they are there. */
 PDI_ONCE static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
 {
@@ -116,7 +104,7 @@ PDI_ONCE static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
     for (int32_t k = 0; k < g->count; k++) {
         int32_t to = g->node[k], from = g->source[k];
         int flip, odd;
-        pdi_gas_ghost_signs(g, k, &flip, &odd);
+        pdi_gas_opening_signs(g, k, &flip, &odd);
         for (int c = 0; c < PD_GAS_FIELDS; c++) {
             int sign = c >= PDI_GAS_V && c < PDI_GAS_P ? odd >> (c - PDI_GAS_V) & 1 : 0;
             double *q = gas->primitive + c * total;
@@ -175,9 +163,11 @@ static void pdi_gas_fill(const pd_ctx *ctx, const pd_gas *gas)
     (void)nt;
     pdi_gas_ghosts(gas, 0);
     if (!gas->slope) return;
+    pdi_gas_opening_extend(gas->bonds, PD_GAS_FIELDS, PDI_GAS_V, gas->primitive);
     for (int c = 0; c < PD_GAS_FIELDS; c++)
         pd_op_gradient(ctx, gas->bonds, gas->primitive + c * total, gas->slope + (int64_t)c * PD_DIM * total);
     pdi_gas_sweep(ctx, gas, pdi_gas_room_lanes);
+    pdi_gas_ghosts(gas, 0);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++)
         for (int c = 0; c < PD_GAS_FIELDS && kind[i] == PD_FLUID; c += PDI_GAS_P)
@@ -348,35 +338,65 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
 }
 
-PDI_COLD_BEGIN
-/* Mass and energy [kg/s], [J/s] (1D: per m2; 2D: per m) that bonds carry out through open sides and in, by the states
- * and slopes of the rates: out [2], in [2]. */
-static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
+/* ---- open sides ---- */
+
+/* Adds twice the sum of g times the fluxes of the bonds of node i through open sides. */
+static void pdi_gas_bonds_through(const pd_gas *gas, int32_t i, double (*sum)[PDI_PIECE])
 {
-    const pd_bonds *bonds = gas->bonds;
-    const pd_stencil *s = bonds->stencil;
-    const double *p = gas->primitive + (int64_t)PDI_GAS_P * gas->grid->total;
-    out[0] = out[1] = in[0] = in[1] = 0.0;
-    for (int32_t o = 0; o < gas->opens; o++) {
-        double sum[PD_GAS_FIELDS][PDI_PIECE] = {{0.0}}, n[PD_DIM];
-        int32_t i = gas->open[o], row = bonds->row[i];
+    const double *p = gas->primitive + PDI_GAS_P * (int64_t)gas->grid->total + i;
+    pdi_gas_face face;
+    for (int k = 0; k < gas->bonds->stencil->count; k++) {
+        double n[PD_DIM];
+        if (!pdi_gas_opening_passed(gas->bonds, i, k)) continue;
+        double weight = pdi_gas_wall_bond(gas->bonds->stencil, k, n);
+        pdi_gas_reconstruct(gas, i, k, 1, NULL, &face);
+        pdi_gas_waves(gas, n, 1, &face);
+        pdi_gas_hllc(gas, n, weight, p, 1, NULL, &face, sum);
+    }
+}
+
+/* Twice the flux of the faces of node i on open sides, between its state there and the one beyond (eq. 4.24b). */
+static void pdi_gas_faces_through(const pd_gas *gas, int32_t i, const pdi_gas_opening *t,
+                                  double (*sum)[PDI_PIECE])
+{
+    int64_t total = gas->grid->total;
+    for (int side = 0; side < 2 * PD_DIM; side++) {
+        double size = pdi_vec_norm(t->area[side]), n[PD_DIM];
+        int32_t beyond = t->beyond[side] < 0 ? i : t->beyond[side];
         pdi_gas_face face;
-        for (int k = 0; k < s->count; k++) {
-            if (!pdi_gas_behind(gas->grid->kind[i + bonds->paths.shift[k]]) ||
-                (row >= 0 && !pdi_bond_open(bonds, row, k)))
-                continue;
-            double weight = pdi_gas_wall_bond(s, k, n);
-            pdi_gas_reconstruct(gas, i, k, 1, NULL, &face);
-            pdi_gas_waves(gas, n, 1, &face);
-            pdi_gas_hllc(gas, n, weight, p + i, 1, NULL, &face, sum);
+        if (!(size > 0.0)) continue;
+        for (int d = 0; d < PD_DIM; d++) n[d] = t->area[side][d] / size;
+        for (int c = 0; c < PD_GAS_FIELDS; c++) {
+            face.left[c][0] = gas->primitive[c * total + i];
+            face.right[c][0] = gas->primitive[c * total + beyond];
+            for (int d = 0; d < PD_DIM && gas->slope && (PD_DIM > 1 || beyond != i); d++)
+                face.left[c][0] += t->middle[side] / size * n[d] * gas->slope[((int64_t)c * PD_DIM + d) * total + i];
         }
+        pdi_gas_waves(gas, n, 1, &face);
+        pdi_gas_hllc(gas, n, 2.0 * size, gas->primitive + PDI_GAS_P * total + i, 1, NULL, &face, sum);
+    }
+}
+
+/* Faces of open sides in the rates, in the place of bonds. passes [4]: mass and energy [kg/s], [J/s] (1D: per m2; 2D:
+ * per m) that go out, and that come in. */
+static void pdi_gas_open(const pd_gas *gas, double *passes)
+{
+    int64_t total = gas->grid->total;
+    for (int k = 0; k < 4; k++) passes[k] = 0.0;
+    for (int32_t o = 0; o < gas->opens; o++) {
+        double sum[PD_GAS_FIELDS][PDI_PIECE] = {{0.0}}, bonds[PD_GAS_FIELDS][PDI_PIECE] = {{0.0}};
+        int32_t i = gas->open[o];
+        pdi_gas_opening t;
+        pdi_gas_opening_find(gas->bonds, i, &t);
+        pdi_gas_bonds_through(gas, i, bonds);
+        pdi_gas_faces_through(gas, i, &t, sum);
+        for (int c = 0; c < PD_GAS_FIELDS; c++) gas->rate[c * total + i] += bonds[c][0] - sum[c][0];
         for (int k = 0; k < 2; k++) {
-            double passes = sum[k ? PDI_GAS_P : 0][0] * s->volume;
-            *(passes > 0.0 ? out + k : in + k) += fabs(passes);
+            double passing = sum[k ? PDI_GAS_P : 0][0] * gas->bonds->stencil->volume;
+            passes[passing > 0.0 ? k : 2 + k] += fabs(passing);
         }
     }
 }
-PDI_COLD_END
 
 /* Sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
 static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
@@ -508,12 +528,12 @@ static int pdi_gas_advance(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *
     pdi_gas_fill(ctx, gas);
     for (int round = 0;; round++) {
         pdi_gas_sweep(ctx, gas, pdi_gas_rate_lanes);
+        pdi_gas_open(gas, passes);
         found = pdi_gas_flag(ctx, gas, g, lost);
         if (found <= 0 || !gas->slope || round == PDI_GAS_ROUNDS) break;
         pdi_gas_flatten(gas);
     }
     if (found != 0) return 0;
-    pdi_gas_passing(gas, passes, passes + 2);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++) {
         double u[PD_GAS_FIELDS];
@@ -664,7 +684,7 @@ static pd_status pdi_gas_find_open(pd_ctx *ctx, pd_gas *gas)
             int open = 0;
             if (gas->grid->kind[i] != PD_FLUID) continue;
             for (int k = 0; k < bonds->stencil->count && !open; k++)
-                open = pdi_gas_behind(gas->grid->kind[i + bonds->paths.shift[k]]);
+                open = pdi_gas_opening_behind(gas->grid->kind[i + bonds->paths.shift[k]]);
             if (open && fill) gas->open[found] = i;
             found += open;
         }

@@ -60,8 +60,8 @@ typedef struct pd_gas {
 #define pd_gas_process PD_NAME(pd_gas_process)
 #define pd_gas_free PD_NAME(pd_gas_free)
 
-/* Grid and bonds are borrowed and must not change. Sides: periodic, mirror, wall; outlets let pass what comes (zero
- * gradient); inlets hold the state that the caller gives their ghosts (a far field: waves leave through them too).
+/* Grid and bonds are borrowed and must not change. Sides: periodic, mirror, wall; outlets let pass what comes; inlets
+ * hold the state that the caller gives their ghosts (a far field: waves leave through them too; theory: eq. 4.24b).
  * PD_ERR_ARGUMENT: gamma not above 1, cfl negative, an initial density or pressure not positive and finite. */
 PD_API pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
                               pd_gas *gas);
