@@ -218,7 +218,8 @@ TEST(speeds_among_ions)
     }
 }
 
-/* Water alone holds H+ and OH-, whether they come at once, at finite rate, or by a reaction that is written backwards. */
+/* Water alone holds H+ and OH-, whether they come at once, at finite rate, or by a reaction that is written
+ * backwards. */
 TEST(water)
 {
     const char *text[3] = {"H2O = H+ + OH-", "H+ + OH- = H2O", "H2O = H+ + OH-"};

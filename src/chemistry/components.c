@@ -519,8 +519,8 @@ PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kin
     return product[0] - product[1];
 }
 
-/* Extent [mol/m3] of a kinetic reaction that makes solutes of the solvent alone, where both ways are as fast; 0: it needs
- * others, or does not stop. */
+/* Extent [mol/m3] of a kinetic reaction that makes solutes of the solvent alone, where both ways are as fast; 0: it
+ * needs others, or does not stop. */
 static double pdi_components_dissociation(const pd_components *s, const pd_kinetic *kinetic)
 {
     double order[2] = {0.0, 0.0}, product[2];

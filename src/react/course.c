@@ -363,9 +363,9 @@ static double pdi_course_covering(pd_course *a, const pd_step *s)
     return part > 0.0 ? pdi_max(off, 1.0 / (part * part)) : HUGE_VAL;
 }
 
-/* The error of shares of the step that is tried, over what may be. Where it does not fall with the step it is a jump, as
- * of a mineral that forms at once: what metal gives is wrong by it for so long alone, and no more than in the first step
- * that was tried is right. */
+/* The error of shares of the step that is tried, over what may be. Where it does not fall with the step it is a jump,
+ * as of a mineral that forms at once: what metal gives is wrong by it for so long alone, and may be so as much as in
+ * the first step that was tried. */
 static double pdi_course_jump(pd_course *a, const pd_step *s)
 {
     double error = pdi_course_covering(a, s);

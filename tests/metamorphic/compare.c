@@ -213,8 +213,8 @@ static double floor_of_held(const scene *x, const record *a, const char *unit_na
     return d.e[0] == 1.0 && d.e[1] == 0.0 && d.e[2] == 0.0 && d.e[3] == 0.0 ? strain * length : 0.0;
 }
 
-/* [-] Each step leaves that of the balances of species which rounding does not let fall, in each of its two stages. What
- * follows from them amplifies it by less. */
+/* [-] Each step leaves that of the balances of species which rounding does not let fall, in each of its two stages.
+ * What follows from them amplifies it by less. */
 #define FOLLOWS 10.0
 static double left_of_steps(const record *a, const record *b)
 {
