@@ -515,7 +515,7 @@ static void pdi_gas_flatten(pd_gas *gas)
     pdi_gas_ghosts(gas, 1);
 }
 
-/* 1: done; passes [4]: what went out and in meanwhile, as pdi_gas_passing has it. 0: *lost is a node whose density or
+/* 1: done; passes [4]: what went out and in meanwhile, as the faces have it. 0: *lost is a node whose density or
  * pressure would turn non-positive; the state is that before the stage. */
 static int pdi_gas_advance(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *g, int32_t *lost, double *passes)
 {

@@ -317,35 +317,6 @@ static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, d
     return 0;
 }
 
-/* 1: node i of a field holds no solute. */
-static int pdi_advance_empty(const pd_reactive *r, const double *field, int32_t i)
-{
-    double sum = 0.0;
-    for (int n = 0; n < r->components.solutes; n++) sum += fabs(field[(int64_t)n * r->grid->total + i]);
-    return !(sum > 0.0);
-}
-
-/* Fluid without any solute, as a node that has just turned: the search begins with the mean of the fluid around it at
- * the start, since powers of concentrations have no slope at 0. */
-static void pdi_advance_guess(pd_reactive *r)
-{
-    int64_t total = r->grid->total;
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double mean[PD_SPECIES_MOST] = {0.0};
-        int count = 0;
-        if (r->grid->kind[i] != PD_FLUID || !pdi_advance_empty(r, r->c, i)) continue;
-        for (int k = 0; k < r->bonds->stencil->count; k++) {
-            int32_t far = i + r->bonds->paths.shift[k];
-            if (!pdi_flux_open(&r->flux, i, k)) continue;
-            if (r->grid->kind[far] == PD_IMAGE) far = pdi_grid_image(r->grid, far, NULL);
-            if (far < 0 || r->grid->kind[far] != PD_FLUID || pdi_advance_empty(r, r->begin, far)) continue;
-            for (int n = 0; n < r->components.solutes; n++) mean[n] += r->begin[n * total + far];
-            count++;
-        }
-        for (int n = 0; n < r->components.solutes && count; n++) r->c[n * total + i] = mean[n] / count;
-    }
-}
-
 /* (T - T_old)/dt + what leaves = sources and reactions, from the present c. PD_NOT_CONVERGED: no solution was found. */
 static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
@@ -355,7 +326,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     r->dt = dt;
     if (r->surface && r->surface->electrode)
         r->surface->extra = r->migration.tied ? 0.0 : -(r->surface->owed / dt + r->surface->sourced);
-    pdi_advance_guess(r);
+    pdi_reactive_guess(r);
     if (r->minerals.count) { /* each node meets the laws of its minerals before nodes exchange anything */
         int64_t size = r->components.count * (int64_t)r->grid->total;
         for (int k = 0; k < r->components.count; k++) r->weight[k] = 1.0;

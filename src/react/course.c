@@ -2,6 +2,7 @@
 #include "react/course.h"
 #include "react/levels.h"
 #include "react/positivity.h"
+#include "react/bare.h"
 #include "react/reclaim.h"
 #include "core/owner.h"
 #include "core/par.h"
@@ -265,56 +266,6 @@ static void pdi_course_reclaim(pd_course *a, int m)
 
 /* ---- metal that minerals cover ---- */
 
-/* [m] Thickness of minerals in the cells beside a metal node, as a layer over its faces; -1: none are beside it. */
-static double pdi_course_beside(const pd_course *a, int32_t j)
-{
-    const pd_grid *grid = a->reactive->grid;
-    double thick = 0.0;
-    int faces = 0;
-    for (int side = 0; side < 2 * PD_DIM; side++) {
-        int64_t i = j + (side % 2 ? 1 : -1) * (int64_t)grid->stride[side / 2];
-        if (i < 0 || i >= grid->total || grid->kind[i] != PD_FLUID) continue;
-        thick += pd_reactive_film(a->reactive, (int32_t)i) * grid->h[side / 2];
-        faces++;
-    }
-    return faces ? thick / faces : -1.0;
-}
-
-/* [m] What lies on metal next to one below it; `thick` holds it where it is known, -1: none is. */
-static double pdi_course_above(const pd_grid *grid, const double *thick, int32_t j)
-{
-    double sum = 0.0;
-    int faces = 0;
-    for (int side = 0; side < 2 * PD_DIM; side++) {
-        int64_t i = j + (side % 2 ? 1 : -1) * (int64_t)grid->stride[side / 2];
-        if (i < 0 || i >= grid->total || grid->kind[i] != PD_SOLID || !(thick[i] >= 0.0)) continue;
-        sum += thick[i];
-        faces++;
-    }
-    return faces ? sum / faces : -1.0;
-}
-
-/* One layer of metal more gets the thickness of what lies above it. Those of this call are kept as -2 - thickness. */
-static void pdi_course_deeper(const pd_grid *grid, double *thick)
-{
-    for (int32_t j = 0; j < grid->total; j++) {
-        double above = grid->kind[j] == PD_SOLID && thick[j] < 0.0 ? pdi_course_above(grid, thick, j) : -1.0;
-        if (above >= 0.0) thick[j] = -2.0 - above;
-    }
-    for (int32_t j = 0; j < grid->total; j++)
-        if (thick[j] <= -2.0) thick[j] = -2.0 - thick[j];
-}
-
-/* Of metal under a film d thick exp(-d/cover) is bare: at the surface, and as deep below it as metal dissolves. -1:
- * what is not metal, or lies deeper. */
-static void pdi_course_shares(const pd_course *a, double *share)
-{
-    const pd_grid *grid = a->reactive->grid;
-    for (int32_t j = 0; j < grid->total; j++) share[j] = grid->kind[j] == PD_SOLID ? pdi_course_beside(a, j) : -1.0;
-    for (int layer = 0; layer < a->desc.layers; layer++) pdi_course_deeper(grid, share);
-    for (int32_t j = 0; j < grid->total; j++) share[j] = share[j] < 0.0 ? -1.0 : exp(-share[j] / a->desc.cover);
-}
-
 /* What the metal knows: the share x + by y. */
 static void pdi_course_bare(pd_course *a, const double *x, double by, const double *y)
 {
@@ -329,7 +280,7 @@ static void pdi_course_bare(pd_course *a, const double *x, double by, const doub
 static void pdi_course_uncover(pd_course *a)
 {
     size_t size = (size_t)a->reactive->grid->total * sizeof *a->first;
-    pdi_course_shares(a, a->share);
+    pdi_bare_shares(a->reactive, a->desc.cover, a->desc.layers, a->share);
     memcpy(a->first, a->share, size);
     memset(a->mean, 0, size);
     pdi_course_bare(a, a->share, 0.0, a->rate);
@@ -356,7 +307,7 @@ static double pdi_course_load(const pd_course *a, const pd_step *s, double *off)
 static double pdi_course_covering(pd_course *a, const pd_step *s)
 {
     double off;
-    pdi_course_shares(a, a->share);
+    pdi_bare_shares(a->reactive, a->desc.cover, a->desc.layers, a->share);
     double load = pdi_course_load(a, s, &off);
     if (load <= 1.0) return off;
     double part = (1.0 - sqrt(a->covered)) / (sqrt(load) - sqrt(a->covered));
@@ -399,7 +350,7 @@ static void pdi_course_covered(pd_course *a, double end)
 /* Nodes have turned: what is bare of the metal around them has no past. */
 static void pdi_course_turned(pd_course *a)
 {
-    pdi_course_shares(a, a->now);
+    pdi_bare_shares(a->reactive, a->desc.cover, a->desc.layers, a->now);
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
         if (!(a->now[j] < a->share[j]) && !(a->now[j] > a->share[j])) continue;
         a->share[j] = a->first[j] = a->mean[j] = a->now[j];

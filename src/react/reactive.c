@@ -160,6 +160,33 @@ void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *r, int row, pd_react
     b->relative = size > 0.0 ? fabs(b->imbalance) / size : 0.0;
 }
 
+/* 1: node i of a field holds no solute. */
+static int pdi_reactive_empty(const pd_reactive *r, const double *field, int32_t i)
+{
+    double sum = 0.0;
+    for (int n = 0; n < r->components.solutes; n++) sum += fabs(field[(int64_t)n * r->grid->total + i]);
+    return !(sum > 0.0);
+}
+
+PDI_FN void pdi_reactive_guess(pd_reactive *r)
+{
+    int64_t total = r->grid->total;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double mean[PD_SPECIES_MOST] = {0.0};
+        int count = 0;
+        if (r->grid->kind[i] != PD_FLUID || !pdi_reactive_empty(r, r->c, i)) continue;
+        for (int k = 0; k < r->bonds->stencil->count; k++) {
+            int32_t far = i + r->bonds->paths.shift[k];
+            if (!pdi_flux_open(&r->flux, i, k)) continue;
+            if (r->grid->kind[far] == PD_IMAGE) far = pdi_grid_image(r->grid, far, NULL);
+            if (far < 0 || r->grid->kind[far] != PD_FLUID || pdi_reactive_empty(r, r->begin, far)) continue;
+            for (int n = 0; n < r->components.solutes; n++) mean[n] += r->begin[n * total + far];
+            count++;
+        }
+        for (int n = 0; n < r->components.solutes && count; n++) r->c[n * total + i] = mean[n] / count;
+    }
+}
+
 PDI_FN void pdi_reactive_trace(const pd_reactive *r, double *size)
 {
     double most = 0.0;

@@ -178,6 +178,9 @@ PDI_FN size_t pdi_reactive_room(pd_reactive *reactive);
 PDI_FN double pdi_reactive_part(const pd_reactive *reactive, int row, int species);
 /* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
 PDI_FN void pdi_reactive_pass(pd_reactive *reactive, double dt);
+/* Fluid without any solute, as a node that has just turned: the search begins with the mean of the fluid around it at
+ * the start, since powers of concentrations have no slope at 0. */
+PDI_FN void pdi_reactive_guess(pd_reactive *reactive);
 /* The amounts of minerals of a node. */
 static inline void pdi_reactive_solids(const pd_reactive *reactive, const double *field, int32_t i, double *n)
 {
