@@ -1,5 +1,10 @@
+# n, or x:y: cells a diameter on a lattice that fits the cylinder, or cells along and across the channel.
 . "$CASE/../pdcorr.sh"
-pd 2 "grid.h=$(calc "0.1 / $1") m" << 'EOF'
+case $1 in
+*:*) h="2.2 m / ${1%:*}, 0.41 m / ${1#*:}" ;;
+*) h="0.1 m / $1" ;;
+esac
+pd 2 "grid.h=$h" << 'EOF'
 [grid]      h = 5 mm   m = 1   box = 0 .. 2.2 m, 0 .. 0.41 m
 [shape c]   ball = 0.2 m, 0.2 m   radius = 0.05 m   kind = wall
 [side x-]   flow = inlet   profile = parabola   mean = 0.2 m/s
