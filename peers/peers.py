@@ -221,7 +221,8 @@ def draw(case, rows, path):
     import matplotlib.pyplot as plt
     plt.rcParams.update({"svg.hashsalt": "pdcorr", "font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
     keys = [k for k in case.figures if case.figures[k].get("error") != "cost"] or list(case.figures)
-    fig, axes = plt.subplots(len(keys), 2, figsize=(9.0, 3.1 * len(keys) + 0.6), squeeze=False, sharey="row")
+    height = 3.1 * len(keys) + 0.6
+    fig, axes = plt.subplots(len(keys), 2, figsize=(9.0, height), squeeze=False, sharey="row")
     runs = [r for r in case.runs if any(row["run"] == r for row in rows)]
     colours = {"pdcorr": "#c0392b", "freefem": "#2c6fbb", "openfoam": "#27834a", "lammps": "#8e44ad",
                "calculix": "#b8860b", "phreeqc": "#16808a", "octave": "#555555"}
@@ -245,7 +246,7 @@ def draw(case, rows, path):
     handles, labels = axes[0][0].get_legend_handles_labels()
     fig.suptitle(case.head["title"], x=0.02, ha="left", fontsize=11)
     fig.legend(handles, labels, loc="lower center", ncol=min(4, max(1, len(labels))), frameon=False)
-    fig.tight_layout(rect=(0, 0.04 + 0.02 * ((len(labels) - 1) // 4), 1, 0.99))
+    fig.tight_layout(rect=(0, (0.13 + 0.2 * ((len(labels) + 3) // 4)) / height, 1, 0.99))
     fig.savefig(path, metadata={"Date": None} if path.endswith("svg") else {"Software": None}, dpi=110)
     plt.close(fig)
 
