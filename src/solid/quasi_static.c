@@ -177,16 +177,24 @@ static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double
     return sqrt(most);
 }
 
+/* 1: a motion turns bonds of point i; most [1/m]: the most that it turns any. */
+static int pdi_quasi_static_turned(const pd_quasi_static *q, int32_t i, const double *motion, double most)
+{
+    return pdi_quasi_static_turn(q->solid.body, i, motion) > PDI_QUASI_STATIC_TURN * most;
+}
+
 /* What loads turn about a hinge comes off: such a motion turns bonds on one side of the hinge, and leaves those on the
- * other. How many points. */
+ * other. A body that turns as a whole has no hinge, and stays. How many points. */
 static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *motion, double t)
 {
     const pd_body *body = q->solid.body;
     double most = 0.0;
-    int32_t count = 0;
+    int32_t count = 0, rests = 0;
     for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, pdi_quasi_static_turn(body, i, motion));
-    for (int32_t i = 0; i < body->count && most > 0.0; i++) {
-        if (q->off[i] || !(pdi_quasi_static_turn(body, i, motion) > PDI_QUASI_STATIC_TURN * most)) continue;
+    for (int32_t i = 0; i < body->count && most > 0.0; i++)
+        rests += q->off[i] || (pdi_body_intact(body, i) && !pdi_quasi_static_turned(q, i, motion, most));
+    for (int32_t i = 0; i < body->count && rests; i++) {
+        if (q->off[i] || !pdi_quasi_static_turned(q, i, motion, most)) continue;
         pdi_quasi_static_lose(q, i, t);
         count++;
     }
