@@ -14,7 +14,7 @@ was measured is kept in OUT/CASE.csv; --report draws docs/peers.md and its pictu
 case.ini:
     [case]            title, about; losses: why pdcorr is behind and what would mend it; skip: why a code is left out
     [figure KEY]      label; exact: value of the reference; source: where it comes from; error: relative (default),
-                      absolute, or cost (the value is a cost, there is no reference); unit
+                      absolute, cost (the value is a cost, there is no reference) or none (it is listed alone); unit
     [run NAME]        file; n: resolutions; label: what an expert of the code chose
 """
 import argparse, configparser, csv, math, os, re, shutil, signal, subprocess, sys, tempfile, time
@@ -57,10 +57,10 @@ class Case:
                 sys.exit("%s: [run %s]: there is no file %s" % (name, run, of["file"]))
 
     def error(self, key, value):
-        """|error| of a figure; a cost is its own error."""
+        """|error| of a figure; without a reference it is the value."""
         figure = self.figures[key]
         how, exact = figure.get("error", "relative"), float(figure.get("exact", "nan"))
-        if how == "cost":
+        if how in ("cost", "none"):
             return value
         return abs(value - exact) if how == "absolute" else abs(value / exact - 1.0)
 
@@ -191,7 +191,7 @@ def verdict(case, rows, key, code):
     def best(of):
         return frontier([p for run in case.runs if case.runs[run]["code"] == of for p in curve(case, rows, run, key)])
     ours, theirs = best("pdcorr"), best(code)
-    if not ours or not theirs:
+    if not ours or not theirs or case.figures[key].get("error") == "none":
         return ""
     if case.figures[key].get("error") == "cost":
         ratio = min(e for _, e in theirs) / min(e for _, e in ours)
@@ -220,7 +220,8 @@ def draw(case, rows, path):
     matplotlib.use("svg" if path.endswith("svg") else "agg")
     import matplotlib.pyplot as plt
     plt.rcParams.update({"svg.hashsalt": "pdcorr", "font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
-    keys = [k for k in case.figures if case.figures[k].get("error") != "cost"] or list(case.figures)
+    keys = [k for k in case.figures if case.figures[k].get("error") not in ("cost", "none")] or \
+        [k for k in case.figures if case.figures[k].get("error") == "cost"]
     height = 3.1 * len(keys) + 0.6
     fig, axes = plt.subplots(len(keys), 2, figsize=(9.0, height), squeeze=False, sharey="row")
     runs = [r for r in case.runs if any(row["run"] == r for row in rows)]
@@ -276,14 +277,15 @@ def report(cases, o):
         if case.head.get("losses"):
             lines += ["", "Where pdcorr is behind: " + case.head["losses"]]
         lines += ["", "| code | settings | n | time [s] | memory [MB] | " +
-                  " | ".join("%s, error" % of.get("label", k) if of.get("error") != "cost" else
+                  " | ".join("%s, error" % of.get("label", k) if of.get("error") not in ("cost", "none") else
                              "%s [%s]" % (of.get("label", k), of.get("unit", "")) for k, of in case.figures.items()) + " |",
                   "|---|---|" + "---:|" * (3 + len(case.figures))]
         for r in rows:
             lines.append("| %s | %s | %s | %s | %s | %s |" % (
                 r["run"], case.runs[r["run"]].get("label", ""), r["n"], "%.3g" % float(r["cpu_s"]),
                 "%.3g" % float(r["memory_MB"]),
-                " | ".join("%.2g" % case.error(k, float(r[k])) for k in case.figures)))
+                " | ".join(("%.4g" if of.get("error") == "none" else "%.2g") % case.error(k, float(r[k]))
+                           for k, of in case.figures.items())))
     head = ["# Beside other codes", "",
             "What does a figure cost here, and what does it cost with a code that a user would take instead? `make peers` "
             "runs both on one machine, on one thread, in turns, and draws error against processor time and memory. "

@@ -1,0 +1,16 @@
+. "$CASE/../pdcorr.sh"
+h=$(calc "40 / $1")
+pd 2 << EOF
+[grid]        h = $h mm   box = 0 mm .. 100 mm, 0 mm .. 40 mm
+[shape plate] box = 0 mm .. 100 mm, 0 mm .. 40 mm   kind = solid
+[cut notch]   points = 0 mm, 20 mm, 50 mm, 20 mm
+[side y-]     traction = 0 MPa, -14 MPa
+[side y+]     traction = 0 MPa, 14 MPa
+[solid]       material = springs   m = 3   E = 72 GPa   plane = stress   toughness = 135 J/m2
+              motion = yes   density = 2440 kg/m3
+[run]         until = 34 us   max_step = $(calc "0.1 * $h") us
+[output]      every = 0.5 us   fields = none   images = none
+EOF
+bonds=$("$PD/pd2d" case.scene --check | sed -n 's/.* \([0-9]*\) bonds;.*/\1/p')
+awk -F, 'NR > 1 { print $1, $2 }' out/cut_notch.csv | sh "$CASE/speed.sh"
+echo "peer cost=$(calc "1e9 * $(value cpu_s dim=2) / $bonds / (340 / $h)")"
