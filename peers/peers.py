@@ -36,7 +36,7 @@ CODES = {
     "octave": ("Octave", "octave", "octave", ["octave", "--no-gui", "--quiet", "{file}", "{n}"],
                "dpkg-query -W -f '${Version}' octave"),
 }
-PACKAGES = "freefem++ openfoam lammps calculix-ccx octave python3-matplotlib python3-numpy"
+PACKAGES = "freefem++ openfoam lammps calculix-ccx octave time python3-matplotlib python3-numpy"
 
 
 class Case:
@@ -79,8 +79,11 @@ def measure(case, run, n, build, limit):
     of = case.runs[run]
     words = [w.format(file=os.path.join(case.folder, of["file"]), n=n) for w in CODES[of["code"]][3]]
     env = dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", PD=build, CASE=case.folder)
-    with tempfile.TemporaryDirectory(prefix="peers_") as folder:
+    with tempfile.TemporaryDirectory(prefix="peers_") as folder, tempfile.NamedTemporaryFile("r") as largest:
         log = os.path.join(folder, "peers.log")
+        # The system counts the memory of this process as that of its children: a small process in between has less.
+        if os.path.isfile("/usr/bin/time"):
+            words = ["/usr/bin/time", "-q", "-o", largest.name, "-f", "%M"] + words
         with open(log, "w") as out:
             child = subprocess.Popen(words, cwd=folder, env=env, stdout=out, stderr=subprocess.STDOUT,
                                      stdin=subprocess.DEVNULL, start_new_session=True)
@@ -95,6 +98,7 @@ def measure(case, run, n, build, limit):
             child.returncode = status
         with open(log, errors="replace") as f:
             text = f.read()
+        memory = float(largest.read() or usage.ru_maxrss) / 1024.0
     found = {}
     for line in re.findall(r"^\s*peer (.*)$", text, re.M):
         for word in line.split():
@@ -104,7 +108,7 @@ def measure(case, run, n, build, limit):
     if status or missing:
         tail = "\n".join(text.strip().splitlines()[-12:])
         return None, "status %d, figures missing: %s\n%s" % (status, ", ".join(missing) or "none", tail)
-    return (usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0, found), ""
+    return (usage.ru_utime + usage.ru_stime, memory, found), ""
 
 
 def run_case(case, o):
