@@ -15,8 +15,11 @@
 #define PDI_COURSE_SHRINK 0.1
 /* So often a step without an estimate is made shorter before it stands. */
 #define PDI_COURSE_TRIALS 6
-/* Times of diffusion through the box after which fields are steady. */
+/* Times of diffusion through the box after which fields are steady. A closed box keeps its amounts by what changes in a
+ * step alone, which counts the less the longer the step is: fields come near in short ones first. */
 #define PDI_COURSE_LATE 1e6
+#define PDI_COURSE_SOON 1.0
+#define PDI_COURSE_LATER 100.0
 /* Of the time of diffusion across a cell: a step in which ions stay where they are. */
 #define PDI_COURSE_STILL 1e-6
 /* So many steps without a solution within this share of the time end a run with migration: it gets no further. */
@@ -603,7 +606,7 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-/* Steady fields: one step beyond all time scales. The balance begins with them. */
+/* Steady fields: steps, the last one beyond all time scales. The balance begins with them. */
 static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
 {
     pd_reactive *r = a->reactive;
@@ -611,14 +614,17 @@ static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
     double square = 0.0, d = r->diffusion.desc.diffusivity;
     for (int axis = 0; axis < PD_DIM; axis++) square = pdi_max(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
     if (a->desc.surface) PDI_TRY(a->desc.find(ctx, a->desc.user, 0.0));
-    pd_status status = pd_reactive_step(ctx, r, PDI_COURSE_LATE * square / d, &result);
-    if (a->desc.surface && status == PD_OK) pdi_etch_accept(a->desc.surface);
+    pd_status status = PD_OK;
+    for (double late = PDI_COURSE_SOON; late < 1.5 * PDI_COURSE_LATE; late *= PDI_COURSE_LATER) {
+        status = pd_reactive_step(ctx, r, late * square / d, &result);
+        if (a->desc.surface && status == PD_OK) pdi_etch_accept(a->desc.surface);
+        a->krylov += result.krylov;
+        a->newton += result.newton;
+        if (status < 0) return status;
+    }
     for (int e = 0; a->desc.surface && e < 2 * a->desc.surface->desc.electrodes.count; e++)
         a->desc.surface->charge[e] = 0.0; /* no time has passed */
-    a->krylov += result.krylov;
-    a->newton += result.newton;
     if (status == PD_OK) return pd_reactive_begin(ctx, r);
-    if (status < 0) return status;
     return pdi_fail(ctx, PD_ERR_DIVERGED, "chemistry", "no steady concentrations were found in %d steps of Newton, "
                     "expected time = implicit, which follows them to there", result.newton);
 }
