@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Error against processor time and memory, beside other codes.
 
-    peers.py [--only CASE]... [--code CODE]... [--build DIR] [--out DIR] [--repeat N] [--limit S] [--report] [--list]
+    peers.py [--only CASE]... [--code CODE]... [--build DIR] [--out DIR] [--repeat N] [--limit S] [--report] [--list] [--check]
 
 A case is a folder with a case.ini and one input file for each code. A code that is not installed is named and passed
 over. Each file runs in an empty folder, on one thread, with a resolution as its argument, and prints lines
@@ -9,7 +9,8 @@ over. Each file runs in an empty folder, on one thread, with a resolution as its
     peer KEY=VALUE KEY=VALUE ...
 
 whose keys are the figures of the case. Runs of one resolution take turns, --repeat times; the least time counts. What
-was measured is kept in OUT/CASE.csv; --report draws docs/peers.md and its pictures from there without a run.
+was measured is kept in OUT/CASE.csv; --report draws docs/peers.md and its pictures from there without a run. --check
+runs pdcorr alone, at the first resolution of each case, and compares with what is kept.
 
 case.ini:
     [case]            title, about; losses: why pdcorr is behind and what would mend it; skip: why a code is left out
@@ -153,6 +154,29 @@ def run_case(case, o):
         for key in sorted((k for k in kept if k in order), key=order.get):
             w.writerow(kept[key])
     os.replace(path + ".new", path)
+    return failed
+
+
+def check(cases, o):
+    """Each run of pdcorr at its first resolution gives the figures that are kept; costs are not compared."""
+    passed = failed = 0
+    for case in cases:
+        rows = read_rows(case, o.out)
+        for run, of in case.runs.items():
+            kept = [r for r in rows if r["run"] == run and r["n"] == of["n"].split()[0]]
+            if of["code"] != "pdcorr" or (o.only and case.name not in o.only):
+                continue
+            got, why = measure(case, run, of["n"].split()[0], o.build, o.limit)
+            far = [] if got is None or not kept else [
+                "%s: %.10g, kept %s" % (k, got[2][k], kept[0][k]) for k in case.figures
+                if case.figures[k].get("error") != "cost" and
+                abs(got[2][k] - float(kept[0][k])) > 1e-6 * abs(float(kept[0][k]))]
+            if got is None or not kept or far:
+                print("failed: %s, %s: %s" % (case.name, run, why or ", ".join(far) or "nothing is kept"))
+                failed += 1
+            else:
+                passed += 1
+    print("%d passed, %d failed" % (passed, failed))
     return failed
 
 
@@ -316,6 +340,7 @@ def main():
     p.add_argument("--limit", type=float, default=600.0)
     p.add_argument("--report", action="store_true")
     p.add_argument("--list", action="store_true")
+    p.add_argument("--check", action="store_true")
     o = p.parse_args()
     o.build = os.path.abspath(o.build)
     names = sorted(d for d in os.listdir(HERE) if os.path.isfile(os.path.join(HERE, d, "case.ini")))
@@ -327,6 +352,8 @@ def main():
         for case in cases:
             print("%-20s %-60s %s" % (case.name, case.head["title"], ", ".join(case.runs)))
         return 0
+    if o.check:
+        return 1 if check(cases, o) else 0
     failed = 0
     if not o.report:
         absent = [CODES[c][0] for c in CODES if not installed(c)]
