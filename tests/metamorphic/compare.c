@@ -245,14 +245,11 @@ static double current_error(const scene *x, const record *r)
     return CANCELS * faraday * size_of_kin(r, ions) * x->h[0] * (double)r->steps / r->time;
 }
 
-/* [V] The same of potentials: they take what is left of the current from curves that rise by their current over this
- * voltage, the largest slope of a curve. What electrodes carry is the least that one does. */
-#define CURVE_VOLTAGE 0.065
-static double volts_error(const scene *x, const record *r, const char *unit_name)
+/* [-] The same over the least current that an electrode carries. */
+static double current_share(const scene *x, const record *r)
 {
-    dimension d = dimension_of(unit_name);
     double least = HUGE_VAL, most = 0.0;
-    if (!(x->has & HAS_MIGRATION) || !(d.e[1] == 1.0 && d.e[4] == -1.0 && d.e[2] == -3.0)) return 0.0;
+    if (!(x->has & HAS_MIGRATION)) return 0.0;
     for (int k = 0; k < r->figures; k++) {
         const run_figure *f = &r->figure[k];
         if (strcmp(f->section, "electrode") != 0) continue;
@@ -260,7 +257,17 @@ static double volts_error(const scene *x, const record *r, const char *unit_name
         if (strcmp(f->key, "least") == 0 && fabs(f->value) > 0.0) least = fmin(least, fabs(f->value));
     }
     if (!(least < HUGE_VAL)) least = most;
-    return least > 0.0 ? CURVE_VOLTAGE * current_error(x, r) / least : 0.0;
+    return least > 0.0 ? current_error(x, r) / least : 0.0;
+}
+
+/* [V] Potentials take what is left of the current from curves that rise by their current over this voltage, the largest
+ * slope of a curve. States of surfaces, other currents and charges follow it by the same share of themselves. */
+#define CURVE_VOLTAGE 0.065
+static double follows_current(const scene *x, const record *r, const char *unit_name, int of_state, double own)
+{
+    dimension d = dimension_of(unit_name);
+    if (of_state || (d.e[4] == 1.0 && d.e[1] == 0.0)) return own * current_share(x, r);
+    return d.e[1] == 1.0 && d.e[4] == -1.0 && d.e[2] == -3.0 ? CURVE_VOLTAGE * current_share(x, r) : 0.0;
 }
 
 /* Relative error of H+ and OH- in a cell by what is left of differences: their total is H+ - OH-, of which an error e
@@ -325,7 +332,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
     if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->label), own * left_of_steps(a, b)));
     if (is_dissolved(p->name) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     if (strcmp(p->name, "i") == 0) least = fmax(least, current_error(x, a));
-    least = fmax(least, volts_error(x, a, p->label));
+    least = fmax(least, follows_current(x, a, p->label, strcmp(p->name, "theta") == 0, own));
     /* the scale on which the tolerance leaves that much */
     double scale = tolerance > 0.0 && least > tolerance * own ? least / tolerance : own;
     if (!(scale > 0.0)) scale = 1.0;
@@ -519,7 +526,7 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (is_dissolved(p->key) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     if (strcmp(p->section, "electrode") == 0 && (strcmp(p->key, "least") == 0 || strcmp(p->key, "most") == 0))
         least = fmax(least, current_error(x, a));
-    least = fmax(least, volts_error(x, a, p->unit));
+    least = fmax(least, follows_current(x, a, p->unit, strcmp(p->section, "surface") == 0, scale));
     if (tolerance > 0.0 && least > tolerance * scale) scale = least / tolerance;
     if (!(scale > 0.0)) scale = 1.0;
     if (strcmp(p->key, "front") == 0 && tolerance > 0.0) tolerance = 1e-6; /* distances are single floats there */
