@@ -30,7 +30,8 @@ seconds() {
     times > before
     lmp -in in.cube -var n "$1" -var style "$2" -var steps "$3" -log none > out || { tail -3 out; exit 1; }
     times > after
-    used=$(cat before after | tr ms '  ' | awk '{ t = 60 * $1 + $2 + 60 * $3 + $4 } FNR == 2 { a = t } FNR == 4 { print t - a }')
+    used=$(cat before after | tr ms '  ' |
+        awk '{ t = 60 * $1 + $2 + 60 * $3 + $4 } FNR == 2 { a = t } FNR == 4 { print t - a }')
 }
 
 for name in spring ordinary; do

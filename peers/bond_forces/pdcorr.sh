@@ -23,7 +23,8 @@ cost() {
     name=$1 few=$2 many=$3
     shift 3
     step=$(calc "($(seconds "$many" "$@") - $(seconds "$few" "$@")) / ($many - $few)")
-    bonds=$("$PD/pd3d" case.scene --check "grid.box=$box" "shape.b.box=$box" "$@" | sed -n 's/.* \([0-9]*\) bonds;.*/\1/p')
+    bonds=$("$PD/pd3d" case.scene --check "grid.box=$box" "shape.b.box=$box" "$@" |
+        sed -n 's/.* \([0-9]*\) bonds;.*/\1/p')
     echo "peer ${name}_step=$(calc "1e3 * $step") ${name}_bond=$(calc "1e9 * $step / $bonds")"
 }
 cost spring 20 80

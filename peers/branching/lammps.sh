@@ -1,5 +1,5 @@
-# A plate of peridynamic points; horizon 3.015 h; no bonds across the notch, whose lips do not touch either. The modulus of
-# bonds and their stretch are those of plane stress (Bobaru and Zhang 2015).
+# A plate of peridynamic points; horizon 3.015 h; no bonds across the notch, whose lips do not touch either. The modulus
+# of bonds and their stretch are those of plane stress (Bobaru and Zhang 2015).
 cat > in.plate << 'EOF'
 units           si
 dimension       2
