@@ -5,16 +5,16 @@ cat > cube.scene << 'EOF'
 [side x-]   traction = -1 MPa, 0 Pa, 0 Pa
 [side x+]   traction = 1 MPa, 0 Pa, 0 Pa
 [solid]     material = springs   E = 72 GPa   m = 3   motion = yes   density = 2440 kg/m3
-[run]       until = 1 us   max_step = 0.05 us
+[run]       until = 1 us
 [output]    every = 1 s   fields = none   images = none
 EOF
 box="0 .. $1 mm, 0 .. $1 mm, 0 .. $1 mm"
 
-# seconds STEPS KEY=VALUE...: processor time of a run.
+# seconds STEPS KEY=VALUE...: processor time of a run, of steps as long as it takes by itself.
 seconds() {
     steps=$1
     shift
-    pd 3 "grid.box=$box" "shape.b.box=$box" "run.until=$(calc "$steps * 0.05") us" "$@" < cube.scene
+    pd 3 "grid.box=$box" "shape.b.box=$box" "run.until=$(calc "($steps - 0.01) * $length") s" "$@" < cube.scene
     value cpu_s dim=3
 }
 
@@ -22,9 +22,10 @@ seconds() {
 cost() {
     name=$1 few=$2 many=$3
     shift 3
+    "$PD/pd3d" cube.scene --check "grid.box=$box" "shape.b.box=$box" "$@" > summary
+    length=$(sed -n 's/.* steps of \(.*\) s$/\1/p' summary)
+    bonds=$(sed -n 's/.* \([0-9]*\) bonds;.*/\1/p' summary)
     step=$(calc "($(seconds "$many" "$@") - $(seconds "$few" "$@")) / ($many - $few)")
-    bonds=$("$PD/pd3d" case.scene --check "grid.box=$box" "shape.b.box=$box" "$@" |
-        sed -n 's/.* \([0-9]*\) bonds;.*/\1/p')
     echo "peer ${name}_step=$(calc "1e3 * $step") ${name}_bond=$(calc "1e9 * $step / $bonds")"
 }
 cost spring 20 80

@@ -40,7 +40,7 @@ fix             down bottom addforce 0 -${edge} 0
 compute         damage all damage/atom
 variable        place atom (c_damage>0.15)*(y>0.01)*(y<0.03)*x
 compute         tip all reduce max v_place
-variable        dt equal 1e-4*${h}
+variable        dt equal ${h}/6000
 timestep        ${dt}
 variable        every equal round(0.5e-6/${dt})
 variable        steps equal round(34e-6/${dt})
@@ -55,4 +55,4 @@ times > after
 awk '/^ *Step/ { on = 1; next } /^Loop/ { on = 0 } on { print $2, $3 }' log | sh "$CASE/speed.sh"
 bonds=$(sed -n 's/.*total # of bonds = //p' out)
 cat before after | tr ms '  ' | awk -v bonds="$bonds" -v n="$1" '{ t = 60 * $1 + $2 + 60 * $3 + $4 }
-    FNR == 2 { a = t } FNR == 4 { printf "peer cost=%.6g\n", 1e9 * (t - a) / (bonds / 2) / (340 * n / 40) }'
+    FNR == 2 { a = t } FNR == 4 { printf "peer cost=%.6g\n", 1e9 * (t - a) / (bonds / 2) / (204 * n / 40) }'
