@@ -115,7 +115,7 @@ run: $(BUILD)/pd2d ## run the scene of the measured magnesium wire into out/
 	@echo "measured and computed: out/mg_wire/volume_loss.png"; ls out/mg_wire/*_t12743.28s.png
 
 .PHONY: peers
-peers: $(foreach k,$(DIMS),$(BUILD)/pd$(k)d) ## run peers/ beside other codes, as far as they are installed, and write docs/peers.md; needs python3-matplotlib
+peers: $(foreach k,$(DIMS),$(BUILD)/pd$(k)d) ## run peers/ beside other codes, as far as they are installed, and draw the report; needs python3-matplotlib
 	/usr/bin/python3 peers/peers.py --build $(BUILD)
 
 report: validation bench stability ## write docs/validation.md, docs/performance.md and docs/stability.md

@@ -4,6 +4,7 @@
 #include "solve/multigrid.h"
 #include "random.h"
 #include "test.h"
+#include "multigrid_build.h"
 #include <stdlib.h>
 
 #define PI 3.14159265358979323846
@@ -139,7 +140,7 @@ static inline pd_status build(problem *p)
     desc.first = p->first;
     desc.symmetric = !p->flow && !(p->general & 1);
     desc.contrast = p->general >> 1;
-    return pdi_multigrid_build(&p->ctx, &desc, &p->mg);
+    return multigrid_build(&p->ctx, &desc, &p->mg);
 }
 
 static inline pd_status setup(problem *p)

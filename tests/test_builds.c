@@ -24,6 +24,7 @@
 #include "solid/ordinary.h"
 #include "solid/scaffold.h"
 #include "solid/verlet.h"
+#include "multigrid_build.h"
 #include <stddef.h>
 
 #if PD_DIM == 1
@@ -274,7 +275,7 @@ INNER(multigrid, pd_multigrid)
         d.stride[k] = k == 0 ? 1 : 8 * d.stride[k - 1];
     }
     d.contrast = 1;
-    return pdi_multigrid_build(ctx, &d, o);
+    return multigrid_build(ctx, &d, o);
 }
 
 INNER(front, pd_front)
@@ -695,7 +696,7 @@ static const entry builds[] = {
     ROW(etch, pd_etch, 1, 1) ROW(electrode, pd_electrode, 1, 1) ROW(potential, pd_potential, 1, 1)
 };
 #undef ROW
-enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 6 };
+enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 7 };
 
 static int all_zero(const void *object, size_t size)
 {

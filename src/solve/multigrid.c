@@ -180,16 +180,6 @@ PDI_FN void pdi_multigrid_close(pd_multigrid *mg)
     pdi_multigrid_leave(mg);
 }
 
-PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
-{
-    pd_status status = pdi_multigrid_plan(ctx, desc, mg);
-    if (status == PD_OK && !desc->arena) status = pdi_owner_build(ctx, pdi_multigrid_mark_list, mg);
-    if (status == PD_OK && !desc->arena) status = pdi_owner_build(ctx, pdi_multigrid_list, mg);
-    if (status < 0) pdi_multigrid_free(ctx, mg);
-    if (status == PD_OK && !desc->arena) pdi_multigrid_open(mg);
-    return status;
-}
-
 PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
     pdi_multigrid_wake(mg);

@@ -55,8 +55,6 @@ typedef struct pd_multigrid {
 } pd_multigrid;
 
 #ifdef PDI_INTERNAL
-/* Allocate the finest level. PD_ERR_ARGUMENT: n or stride not positive. PD_ERR_SIZE: more than 2^31 - 1 cells. */
-PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
 PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
 /* Take the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest:
  * active: 1 for cells that take part; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c
