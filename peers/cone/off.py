@@ -11,4 +11,4 @@ for k, v in enumerate(c):
     x, y = (k % n + 0.5) / n, (k // n + 0.5) / n
     cone = max(1.0 - math.hypot(x - 0.5, y - 0.25) / 0.15, 0.0)
     off, size = off + abs(v - cone), size + cone
-print("peer l1=%.8g peak=%.8g least=%.8g" % (off / size, max(c), min(0.0, min(c))))
+print("peer l1=%.8g peak=%.8g" % (off / size, max(c)))
