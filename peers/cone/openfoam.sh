@@ -2,7 +2,8 @@
 . "$CASE/../openfoam.sh"
 n=$1
 dictionary system/controlDict << END
-application scalarTransportFoam; startFrom startTime; startTime 0; stopAt endTime; endTime 1; deltaT $(awk "BEGIN { printf \"%.12g\", 1 / (8 * $n) }");
+application scalarTransportFoam; startFrom startTime; startTime 0; stopAt endTime; endTime 1;
+deltaT $(awk "BEGIN { printf \"%.12g\", 1 / (8 * $n) }");
 writeControl timeStep; writeInterval $((8 * n)); writePrecision 10; writeFormat ascii; runTimeModifiable false;
 END
 dictionary system/fvSchemes << 'END'

@@ -1,7 +1,8 @@
 # One dissolved substance and a wall that holds none of it; n cells across the channel. Four electrons a molecule of O2.
 . "$CASE/../pdcorr.sh"
-pd 2 "grid.h=1 mm / $1" "grid.box=-1 mm .. 4 mm, -4 mm / $1 .. 1 mm" "shape.left.box=-1 mm .. 0 mm, -4 mm / $1 .. 0 mm" \
-    "shape.right.box=2 mm .. 4 mm, -4 mm / $1 .. 0 mm" "shape.metal.box=0 mm .. 2 mm, -4 mm / $1 .. 0 mm" << 'END'
+pd 2 "grid.h=1 mm / $1" "grid.box=-1 mm .. 4 mm, -4 mm / $1 .. 1 mm" \
+    "shape.left.box=-1 mm .. 0 mm, -4 mm / $1 .. 0 mm" "shape.right.box=2 mm .. 4 mm, -4 mm / $1 .. 0 mm" \
+    "shape.metal.box=0 mm .. 2 mm, -4 mm / $1 .. 0 mm" << 'END'
 [grid]        h = 50 um   box = -1 mm .. 4 mm, -0.2 mm .. 1 mm
 [side x-]     flow = inlet   profile = parabola   mean = 10 mm/s   C = 0.2 mol/m3
 [side x+]     flow = outlet

@@ -1,7 +1,9 @@
-# Species and metal that dissolves; n cells across the channel. The current is that of the metal lost from 1 to 2 min, two electrons an atom.
+# Species and metal that dissolves; n cells across the channel. The current is that of the metal lost from 1 to 2 min,
+# two electrons an atom.
 . "$CASE/../pdcorr.sh"
-pd 2 "grid.h=1 mm / $1" "grid.box=-1 mm .. 4 mm, -4 mm / $1 .. 1 mm" "shape.left.box=-1 mm .. 0 mm, -4 mm / $1 .. 0 mm" \
-    "shape.right.box=2 mm .. 4 mm, -4 mm / $1 .. 0 mm" "shape.metal.box=0 mm .. 2 mm, -4 mm / $1 .. 0 mm" << 'END'
+pd 2 "grid.h=1 mm / $1" "grid.box=-1 mm .. 4 mm, -4 mm / $1 .. 1 mm" \
+    "shape.left.box=-1 mm .. 0 mm, -4 mm / $1 .. 0 mm" "shape.right.box=2 mm .. 4 mm, -4 mm / $1 .. 0 mm" \
+    "shape.metal.box=0 mm .. 2 mm, -4 mm / $1 .. 0 mm" << 'END'
 [grid]        h = 50 um   box = -1 mm .. 4 mm, -0.2 mm .. 1 mm
 [side x-]     flow = inlet   profile = parabola   mean = 10 mm/s
 [side x+]     flow = outlet
