@@ -6,6 +6,7 @@
 
 typedef struct finding {
     int found;
+    int other_steps; /* 1: not compared, see compare_records */
     char kind[24]; /* "outcome", "crash", "hang", "field", "figure", "file", "missing" */
     char name[96]; /* of the field or run_figure */
     char detail[1200];

@@ -84,7 +84,7 @@ typedef struct found_at {
 /* What all processes add to, one at a time. */
 typedef struct tally {
     int next; /* pair that nobody has begun */
-    int pairs, ran, changed, several, refused, failed, findings;
+    int pairs, ran, changed, several, refused, failed, other_steps, findings;
     int by_transform[TRANSFORM_COUNT], found[TRANSFORM_COUNT];
     double longest;
     found_at at[FINDINGS];
@@ -207,7 +207,9 @@ static void run_pair(const options *o, const scene *x, const transform *t, recor
     if (t->kind == TRANSFORM_RESUME) r.resume = 1 + (int)(t->seed % 4);
     record_run(text, &r, b);
     compare_records(x, t, a, b, tolerance_of(x, t), f);
+    int other_steps = f->other_steps;
     if (!f->found && !o->blind) check_record(x, a, f);
+    f->other_steps = other_steps;
 }
 
 /* Nothing to compare: whether it crashes or hangs. */
@@ -424,6 +426,7 @@ static void one(const options *all, uint32_t seed, const board *together)
     s->several += scene_physics(&x) >= 3;
     s->refused += a.outcome == OUTCOME_REFUSED;
     s->failed += a.outcome == OUTCOME_FAILED;
+    s->other_steps += !f.found && f.other_steps;
     if (a.seconds > s->longest) s->longest = a.seconds;
     if (f.found) {
         if (s->findings < FINDINGS) {
@@ -491,9 +494,9 @@ static int open_board(const char *folder, board *b)
 static void print_summary(const options *o, const tally *s)
 {
     printf("%d %s, %d ran, %d (%.0f %%) changed something, %d (%.0f %%) with three physics or more, %d refused, "
-           "%d failed, longest %.2f s\n",
+           "%d failed, %d of other steps, longest %.2f s\n",
            s->pairs, o->sanitize ? "scenes" : "pairs", s->ran, s->changed, 100.0 * s->changed / fmax(s->pairs, 1),
-           s->several, 100.0 * s->several / fmax(s->pairs, 1), s->refused, s->failed, s->longest);
+           s->several, 100.0 * s->several / fmax(s->pairs, 1), s->refused, s->failed, s->other_steps, s->longest);
     int listed = s->findings < FINDINGS ? s->findings : FINDINGS;
     for (int k = 0; k < TRANSFORM_COUNT; k++) {
         if (!s->by_transform[k]) continue;

@@ -187,6 +187,8 @@ static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
     pd_figures figures;
     memset(&figures, 0, sizeof figures);
     c->r->residual = at->own->course.residual;
+    c->r->species_steps = at->own->course.steps;
+    c->r->species_euler = at->own->course.euler;
     forget(c->r); /* of the run that was stopped */
     collect_fields(ctx, at, c->r);
     collect_first(&c->start, c->r);

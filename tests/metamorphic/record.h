@@ -45,6 +45,7 @@ typedef struct record {
     int64_t cells, steps;
     double time, seconds; /* [s] of the scene, of the processor */
     double residual;      /* [-] largest that steps of species have left of a balance */
+    int64_t species_steps, species_euler; /* steps of species, and those of first order for want of a second one */
     int32_t changes; /* 1: something is not as it was at the start */
     int32_t figures, fields, files;
     run_figure *figure; /* [figures] */
