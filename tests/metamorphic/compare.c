@@ -461,6 +461,17 @@ static double given_by_metal(const scene *x, const record *a, const run_figure *
     return solid && strcmp(p->unit, solid->unit) == 0 ? lost_of(x, a, solid->value) : 0.0;
 }
 
+/* [as the amount] What the fluid of a box holds at the largest concentration of a species, or of any where the figure is
+ * of several: the errors of steps are a share of the largest concentration. */
+static double held_by_fluid(const scene *x, const record *a, const run_figure *p)
+{
+    const run_figure *volume = strcmp(p->section, "total") == 0 ? record_figure(a, "total", p->name, "volume") : NULL;
+    const run_field *own = find_field(a, p->key), *any = find_field(a, "Na+");
+    if (!volume || !(x->has & HAS_CHEMISTRY) || strncmp(p->unit, "mol", 3) != 0) return 0.0;
+    if (own) return volume->value * size_of(own->data, own->components * a->cells);
+    return any ? volume->value * size_of_kin(a, any) : 0.0;
+}
+
 static void compare_figure(const scene *x, const transform *t, const record *a, const record *b, const run_figure *p,
                            double tolerance, finding *f)
 {
@@ -513,7 +524,7 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
         scale = 1e-3; /* a loss of a thousandth */
     if (t->kind == TRANSFORM_TIGHTER && strcmp(p->key, "volume_loss") == 0) scale += FRONT * share_of_front(x, a);
     if (t->kind == TRANSFORM_TIGHTER && strcmp(p->key, "solid") == 0) scale += lost_of(x, a, p->value);
-    if (t->kind == TRANSFORM_TIGHTER) scale = fmax(scale, given_by_metal(x, a, p));
+    if (t->kind == TRANSFORM_TIGHTER) scale = fmax(scale, fmax(given_by_metal(x, a, p), held_by_fluid(x, a, p)));
     const run_figure *loss = strcmp(p->key, "gas") == 0 ? record_figure(a, "scene", "", "volume_loss") : NULL;
     if (t->kind == TRANSFORM_TIGHTER && loss && loss->value > 0.0)
         scale *= 1.0 + FRONT * share_of_front(x, a) / loss->value;
