@@ -461,8 +461,8 @@ static double given_by_metal(const scene *x, const record *a, const run_figure *
     return solid && strcmp(p->unit, solid->unit) == 0 ? lost_of(x, a, solid->value) : 0.0;
 }
 
-/* [as the amount] What the fluid of a box holds at the largest concentration of a species, or of any where the figure is
- * of several: the errors of steps are a share of the largest concentration. */
+/* [as the amount] What the fluid of a box holds at the largest concentration of a species, or of any where the figure
+ * is of several: the errors of steps are a share of the largest concentration. */
 static double held_by_fluid(const scene *x, const record *a, const run_figure *p)
 {
     const run_figure *volume = strcmp(p->section, "total") == 0 ? record_figure(a, "total", p->name, "volume") : NULL;
