@@ -54,7 +54,7 @@ LOGS = $(BUILD)/logs
 TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log) $(HARD_TESTS:$(BUILD)/%=$(LOGS)/%.log)
 SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
 # The longest first, so that all cores end together.
-LONGEST = test_embed web ways examples validate install openmp windows scenes bench wasi site python_examples png_reader walk \
+LONGEST = test_embed web ways examples validate install openmp windows scenes bench wasi site python_examples peers png_reader walk \
           python checkpoint
 LONGEST_LOGS := $(filter $(SCRIPT_LOGS),$(LONGEST:%=$(LOGS)/%.log))
 METAMORPHIC_LOGS := $(DIMS:%=$(LOGS)/metamorphic_%d.log)

@@ -1,7 +1,10 @@
 #!/usr/bin/python3
 """Error against processor time and memory, beside other codes.
 
-    peers.py [--only CASE]... [--code CODE]... [--build DIR] [--out DIR] [--repeat N] [--limit S] [--report] [--list] [--check]
+    peers.py [--only CASE]... [--code CODE]... [--build DIR] [--out DIR] [--repeat N] [--limit S]
+    peers.py --report [--out DIR] [--docs DIR]
+    peers.py --check [--only CASE]... [--build DIR] [--out DIR]
+    peers.py --list
 
 A case is a folder with a case.ini and one input file for each code. A code that is not installed is named and passed
 over. Each file runs in an empty folder, on one thread, with a resolution as its argument, and prints lines
@@ -9,8 +12,9 @@ over. Each file runs in an empty folder, on one thread, with a resolution as its
     peer KEY=VALUE KEY=VALUE ...
 
 whose keys are the figures of the case. Runs of one resolution take turns, --repeat times; the least time counts. What
-was measured is kept in OUT/CASE.csv; --report draws docs/peers.md and its pictures from there without a run. --check
-runs pdcorr alone, at the first resolution of each case, and compares with what is kept.
+was measured is kept in OUT/CASE.csv, with what in OUT/machine.csv; --report writes DOCS/peers.md and its pictures from
+there without a run, and leaves out cases that have no rows. --check runs pdcorr alone, at the first resolution of each
+case, and compares with what is kept.
 
 case.ini:
     [case]            title, about; losses: why pdcorr is behind and what would mend it; skip: why a code is left out
@@ -33,7 +37,8 @@ CODES = {
     "lammps": ("LAMMPS", "lmp", "lammps", ["sh", "{file}", "{n}"], "dpkg-query -W -f '${Version}' lammps"),
     "calculix": ("CalculiX", "ccx", "calculix-ccx", ["/usr/bin/python3", "{file}", "{n}"],
                  "dpkg-query -W -f '${Version}' calculix-ccx"),
-    "phreeqc": ("PHREEQC", "phreeqc", None, ["sh", "{file}", "{n}"], None),
+    "phreeqc": ("PHREEQC", "phreeqc", None, ["sh", "{file}", "{n}"],
+                "strings -n 5 $(command -v phreeqc) | grep -m 1 -x '3[.][0-9][0-9.]*'"),
     "octave": ("Octave", "octave", "octave", ["octave", "--no-gui", "--quiet", "{file}", "{n}"],
                "dpkg-query -W -f '${Version}' octave"),
 }
@@ -73,6 +78,36 @@ def installed(code):
 def version(code):
     how = CODES[code][4]
     return subprocess.run(how, shell=True, capture_output=True, text=True).stdout.strip() if how else ""
+
+
+def machine(o):
+    """What runs are made with: the processor and the versions of the codes."""
+    found = {}
+    with open("/proc/cpuinfo", errors="replace") as f:
+        name = re.search(r"^model name\s*: (.*)$", f.read(), re.M)
+    if name:
+        found["processor"] = name.group(1)
+    program = os.path.join(o.build, "pd2d")
+    if os.path.isfile(program):
+        found["pdcorr"] = subprocess.run([program, "--version"], capture_output=True, text=True).stdout.split()[-1]
+    for code in CODES:
+        if installed(code) and version(code):
+            found[CODES[code][0]] = version(code)
+    return found
+
+
+def read_machine(out):
+    path = os.path.join(out, "machine.csv")
+    if not os.path.isfile(path):
+        return {}
+    with open(path, newline="") as f:
+        return dict(row for row in csv.reader(f) if len(row) == 2)
+
+
+def write_machine(o):
+    kept = {**read_machine(o.out), **machine(o)}
+    with open(os.path.join(o.out, "machine.csv"), "w", newline="") as f:
+        csv.writer(f, lineterminator="\n").writerows(kept.items())
 
 
 def measure(case, run, n, build, limit):
@@ -149,7 +184,7 @@ def run_case(case, o):
     os.makedirs(o.out, exist_ok=True)
     order = {(run, n): k for k, (run, n) in enumerate((r, m) for r, of in case.runs.items() for m in of["n"].split())}
     with open(path + ".new", "w", newline="") as f:
-        w = csv.DictWriter(f, ["run", "n", "cpu_s", "memory_MB"] + list(case.figures))
+        w = csv.DictWriter(f, ["run", "n", "cpu_s", "memory_MB"] + list(case.figures), lineterminator="\n")
         w.writeheader()
         for key in sorted((k for k in kept if k in order), key=order.get):
             w.writerow(kept[key])
@@ -214,120 +249,202 @@ def cost_at(front, error):
             return math.exp(math.log(c0) + t * math.log(c1 / c0))
 
 
+EQUAL = 1.05 # factors below it are noise of the clock
+
+
+def times(low, high):
+    """Factors from low to high by which pdcorr is ahead (above 1) or behind, in words."""
+    def side(ratio):
+        return "ahead" if ratio >= EQUAL else "**behind**" if ratio <= 1.0 / EQUAL else "equal"
+
+    def factor(ratio):
+        return "%.2g" % max(ratio, 1.0 / ratio)
+
+    if side(low) == side(high):
+        if side(low) == "equal":
+            return "equal"
+        both = list(dict.fromkeys(sorted((factor(low), factor(high)), key=float)))
+        return "%s times %s" % (" to ".join(both), side(low))
+    return " to ".join("equal" if side(r) == "equal" else "%s times %s" % (factor(r), side(r)) for r in (low, high))
+
+
 def verdict(case, rows, key, code):
-    """Best of pdcorr beside the best of another code: how many times less time at equal error, as text."""
+    """Best of pdcorr beside the best of another code at equal error: least and largest factor by which pdcorr is ahead,
+    0 or infinity where one of them alone reaches an error, and words."""
     def best(of):
         return frontier([p for run in case.runs if case.runs[run]["code"] == of for p in curve(case, rows, run, key)])
     ours, theirs = best("pdcorr"), best(code)
     if not ours or not theirs or case.figures[key].get("error") == "none":
-        return ""
+        return None
     if case.figures[key].get("error") == "cost":
         ratio = min(e for _, e in theirs) / min(e for _, e in ours)
-        return "%.2g times %s" % (max(ratio, 1.0 / ratio), "ahead" if ratio >= 1.0 else "**behind**")
-    ratios = []
-    for _, error in ours:
-        if cost_at(theirs, error) and error <= theirs[0][1]:
-            ratios.append(cost_at(theirs, error) / cost_at(ours, error))
-    for _, error in theirs:
-        if cost_at(ours, error) and error <= ours[0][1]:
-            ratios.append(cost_at(theirs, error) / cost_at(ours, error))
+        return ratio, ratio, times(ratio, ratio)
+    ratios = [cost_at(theirs, error) / cost_at(ours, error) for _, error in ours + theirs
+              if error <= min(ours[0][1], theirs[0][1]) and error >= max(ours[-1][1], theirs[-1][1])]
     if not ratios:
-        return "%s is the more exact at every point" % ("pdcorr" if ours[0][1] < theirs[-1][1] else CODES[code][0])
+        if ours[0][1] < theirs[-1][1]:
+            return math.inf, math.inf, "pdcorr errs less at every point"
+        return 0.0, 0.0, "**behind**: %s errs less at every point" % CODES[code][0]
     low, high = min(ratios), max(ratios)
-    text = " to ".join(dict.fromkeys("%.2g times %s" % (max(r, 1.0 / r), "ahead" if r >= 1.0 else "**behind**")
-                                     for r in (low, high)))
+    text = times(low, high)
     if theirs[-1][1] < ours[-1][1]:
-        text += "; below %.2g only %s" % (ours[-1][1], CODES[code][0])
-    elif ours[-1][1] < theirs[-1][1]:
-        text += "; below %.2g only pdcorr" % theirs[-1][1]
-    return text
+        return low, high, text + "; %s alone reaches %.2g" % (CODES[code][0], theirs[-1][1])
+    if ours[-1][1] < theirs[-1][1]:
+        text += "; pdcorr alone reaches %.2g" % ours[-1][1]
+    return low, high, text
+
+
+COLOURS = {"pdcorr": "#c0392b", "freefem": "#2c6fbb", "openfoam": "#27834a", "lammps": "#8e44ad",
+           "calculix": "#b8860b", "phreeqc": "#16808a", "octave": "#555555"}
 
 
 def draw(case, rows, path):
+    """A row of pictures a figure: error against time and against memory. A case that has costs alone: each against n."""
     import matplotlib
-    matplotlib.use("svg" if path.endswith("svg") else "agg")
+    matplotlib.use("agg")
     import matplotlib.pyplot as plt
-    plt.rcParams.update({"svg.hashsalt": "pdcorr", "font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
-    keys = [k for k in case.figures if case.figures[k].get("error") not in ("cost", "none")] or \
-        [k for k in case.figures if case.figures[k].get("error") == "cost"]
-    height = 3.1 * len(keys) + 0.6
-    fig, axes = plt.subplots(len(keys), 2, figsize=(9.0, height), squeeze=False, sharey="row")
-    runs = [r for r in case.runs if any(row["run"] == r for row in rows)]
-    colours = {"pdcorr": "#c0392b", "freefem": "#2c6fbb", "openfoam": "#27834a", "lammps": "#8e44ad",
-               "calculix": "#b8860b", "phreeqc": "#16808a", "octave": "#555555"}
+    from matplotlib.ticker import LogFormatter
+    plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
+    keys = [k for k, of in case.figures.items() if of.get("error") not in ("cost", "none")]
+    costs = [k for k, of in case.figures.items() if of.get("error") == "cost"]
+    if keys:
+        panels = [(key, cost) for key in keys for cost in (("cpu_s", "processor time [s]"), ("memory_MB", "memory [MB]"))]
+    else:
+        panels = [(key, ("n", "n")) for key in costs]
+    down = (len(panels) + 1) // 2
+    height = 2.7 * down + 0.8
+    fig, axes = plt.subplots(down, 2, figsize=(9.0, height), squeeze=False, sharey="row" if keys else False)
     marks, styles = "osD^v", ["-", "--", ":", "-."]
-    for i, key in enumerate(keys):
-        of = case.figures[key]
-        for j, (cost, label) in enumerate((("cpu_s", "processor time [s]"), ("memory_MB", "memory [MB]"))):
-            ax, seen = axes[i][j], {}
-            for run in runs:
-                code = case.runs[run]["code"]
-                k = seen[code] = seen.get(code, -1) + 1
+    for ax, (key, (cost, label)) in zip(axes.flat, panels):
+        of, seen, largest, least = case.figures[key], {}, 0.0, math.inf
+        for run in case.runs:
+            if cost == "n":
+                points = [(float(r["n"].split(":")[0]), float(r[key])) for r in rows if r["run"] == run]
+            else:
                 points = curve(case, rows, run, key, cost)
-                ax.loglog([c for c, _ in points], [max(e, 1e-16) for _, e in points], styles[k % 4], marker=marks[k % 5],
-                          ms=4.5, lw=1.4, color=colours[code], label=run if code != "pdcorr" else run)
-            ax.set_xlabel(label)
-            ax.grid(True, which="major", color="0.9", lw=0.7)
-            if j == 0:
-                how = of.get("error", "relative")
-                ax.set_ylabel("%s\n%s" % (of.get("label", key), {"cost": of.get("unit", ""), "relative": "relative error",
-                                                                 "absolute": "error " + of.get("unit", "")}[how]))
+            if not points:
+                continue
+            code = case.runs[run]["code"]
+            k = seen[code] = seen.get(code, -1) + 1
+            values = [max(e, 1e-16) for _, e in points]
+            largest, least = max([largest] + values), min([least] + values)
+            ax.plot([c for c, _ in points], values, styles[k % 4], marker=marks[k % 5], ms=4.5, lw=1.4,
+                    color=COLOURS[code], label=name_of(case, run))
+        ax.set_xlabel(label)
+        ax.grid(True, which="major", color="0.9", lw=0.7)
+        name, unit = of.get("label", key), " [%s]" % of["unit"] if of.get("unit") else ""
+        if cost == "n":
+            ax.set_title(name + unit, fontsize=9, loc="left")
+            if largest > 10.0 * least:
+                ax.set_yscale("log")
+                ax.yaxis.set_major_formatter(LogFormatter())
+            else:
+                ax.set_ylim(0.0, 1.1 * largest)
+            continue
+        ax.set_xscale("log")
+        ax.set_yscale("log")
+        for which in (ax.xaxis.set_major_formatter, ax.xaxis.set_minor_formatter):
+            which(LogFormatter(minor_thresholds=(1.2, 0.5)))
+        if cost == "cpu_s":
+            absolute = of.get("error") == "absolute"
+            ax.set_ylabel("%s\n%s" % (name, "error" + unit if absolute else "relative error"))
+    for ax in list(axes.flat)[len(panels):]:
+        ax.set_visible(False)
     handles, labels = axes[0][0].get_legend_handles_labels()
+    lines = (len(labels) + 3) // 4
     fig.suptitle(case.head["title"], x=0.02, ha="left", fontsize=11)
     fig.legend(handles, labels, loc="lower center", ncol=min(4, max(1, len(labels))), frameon=False)
-    fig.tight_layout(rect=(0, (0.13 + 0.2 * ((len(labels) + 3) // 4)) / height, 1, 0.99))
-    fig.savefig(path, metadata={"Date": None} if path.endswith("svg") else {"Software": None}, dpi=110)
+    fig.tight_layout(rect=(0, (0.13 + 0.2 * lines) / height, 1, 1.0))
+    fig.savefig(path, metadata={"Software": None}, dpi=100)
     plt.close(fig)
 
 
+def name_of(case, run):
+    """A run as readers see it: the code, and what is special."""
+    code = case.runs[run]["code"]
+    return " ".join([CODES[code][0]] + [w for w in run.split() if w != code])
+
+
+def summary(measured):
+    """The tables of all cases: where pdcorr is behind, the worst first, then where it is ahead."""
+    table = []
+    for case, rows in measured:
+        for code in dict.fromkeys(of["code"] for of in case.runs.values() if of["code"] != "pdcorr"):
+            for key, of in case.figures.items():
+                found = verdict(case, rows, key, code)
+                if found:
+                    table.append(found[:2] + ("| [%s](#%s): %s | %s | %s |" % (
+                        case.head["title"], case.name, of.get("label", key), CODES[code][0], found[2]),))
+    table.sort(key=lambda row: row[:2])
+    parts = (("Behind", [r for r in table if r[1] <= 1.0 / EQUAL]),
+             ("Behind at some errors", [r for r in table if r[0] <= 1.0 / EQUAL < r[1]]),
+             ("Ahead or equal", [r for r in table if r[0] > 1.0 / EQUAL]))
+    lines = ["%d comparisons at equal error, by processor time: pdcorr is behind in %d, behind at some errors in %d, ahead "
+             "or equal in %d." % ((len(table),) + tuple(len(part) for _, part in parts))]
+    for title, part in parts:
+        if part:
+            lines += ["", "## " + title, "", "| figure | beside | pdcorr |", "|---|---|---|"] + [r[2] for r in part]
+    return lines
+
+
+def section(case, rows):
+    """A case: what it is, its picture, figures, settings, why pdcorr is behind, all rows."""
+    lines = ["", '<a id="%s"></a>' % case.name, "", "## " + case.head["title"], "", case.head.get("about", ""), "",
+             "![%s](img/peers/%s.png)" % (case.head["title"], case.name), "", "Figures:", ""]
+    for key, of in case.figures.items():
+        unit = " " + of["unit"] if of.get("unit") else ""
+        if of.get("error") in ("cost", "none"):
+            lines.append("- %s%s" % (of.get("label", key), unit and "," + unit))
+        else:
+            lines.append("- %s; reference %s%s: %s" % (of.get("label", key), of["exact"], unit, of.get("source", "")))
+    lines += ["", "Settings:", ""]
+    for run, of in case.runs.items():
+        if any(r["run"] == run for r in rows):
+            path = os.path.relpath(os.path.join(case.folder, of["file"]), os.path.join(ROOT, "docs"))
+            lines.append("- %s: %s ([`%s`](%s))" % (name_of(case, run), of.get("label", "n"), os.path.basename(path), path))
+    if case.head.get("losses"):
+        lines += ["", "Where pdcorr is behind: " + case.head["losses"]]
+    heads = ["%s%s" % (of.get("label", key), ", error" if of.get("error") not in ("cost", "none") else
+                       " [%s]" % of["unit"] if of.get("unit") else "") for key, of in case.figures.items()]
+    lines += ["", "| code | n | time [s] | memory [MB] | " + " | ".join(heads) + " |",
+              "|---|---|" + "---:|" * (2 + len(heads))]
+    for r in rows:
+        values = [("%.2g" if of.get("error") not in ("cost", "none") else "%.4g") % case.error(key, float(r[key]))
+                  for key, of in case.figures.items()]
+        lines.append("| %s | %s | %.3g | %.3g | %s |" % (name_of(case, r["run"]), r["n"].replace(":", ", "),
+                                                        float(r["cpu_s"]), float(r["memory_MB"]), " | ".join(values)))
+    return lines
+
+
 def report(cases, o):
-    """docs/peers.md: losses first, then a section a case with its picture and all rows."""
-    lines, table, losses = [], [], []
-    versions = ["%s %s" % (CODES[c][0], version(c)) for c in CODES if CODES[c][4] and installed(c)]
-    for case in cases:
-        rows = read_rows(case, o.out)
-        if not rows:
-            continue
-        draw(case, rows, os.path.join(ROOT, "docs", "img", "peers_%s.png" % case.name))
-        codes = list(dict.fromkeys(of["code"] for of in case.runs.values() if of["code"] != "pdcorr"))
-        lines += ["", "## " + case.head["title"], "", case.head.get("about", ""), "",
-                  "![%s](img/peers_%s.png)" % (case.head["title"], case.name), ""]
-        for key, of in case.figures.items():
-            label = of.get("label", key)
-            source = " Reference: %s%s, %s." % (of["exact"], " " + of["unit"] if of.get("unit") else "",
-                                               of.get("source", "")) if of.get("exact") else ""
-            for code in codes:
-                text = verdict(case, rows, key, code)
-                if text:
-                    table.append(("behind" in text or "only " + CODES[code][0] in text or
-                                  CODES[code][0] + " is the more" in text, case, label, CODES[code][0], text))
-            lines += ["- %s.%s" % (label, source)]
-        if case.head.get("losses"):
-            lines += ["", "Where pdcorr is behind: " + case.head["losses"]]
-        lines += ["", "| code | settings | n | time [s] | memory [MB] | " +
-                  " | ".join("%s, error" % of.get("label", k) if of.get("error") not in ("cost", "none") else
-                             "%s [%s]" % (of.get("label", k), of.get("unit", "")) for k, of in case.figures.items()) + " |",
-                  "|---|---|" + "---:|" * (3 + len(case.figures))]
-        for r in rows:
-            lines.append("| %s | %s | %s | %s | %s | %s |" % (
-                r["run"], case.runs[r["run"]].get("label", ""), r["n"], "%.3g" % float(r["cpu_s"]),
-                "%.3g" % float(r["memory_MB"]),
-                " | ".join(("%.4g" if of.get("error") == "none" else "%.2g") % case.error(k, float(r[k]))
-                           for k, of in case.figures.items())))
-    head = ["# Beside other codes", "",
-            "What does a figure cost here, and what does it cost with a code that a user would take instead? `make peers` "
-            "runs both on one machine, on one thread, in turns, and draws error against processor time and memory. "
-            "References are closed forms, published values, or finer than every point drawn.", "",
-            "Input files, settings included, are in [peers](../peers): a folder a case, a file a code.", "",
-            "Versions: " + "; ".join(versions) + ".", "",
-            "| case | figure | beside | at equal error, by processor time |", "|---|---|---|---|"]
-    for bad in (True, False):
-        for is_bad, case, label, code, text in table:
-            if is_bad == bad:
-                anchor = re.sub(r"[^a-z0-9 -]", "", case.head["title"].lower()).replace(" ", "-")
-                head.append("| [%s](#%s) | %s | %s | %s |" % (case.head["title"], anchor, label, code, text))
-    with open(os.path.join(ROOT, "docs", "peers.md"), "w") as f:
-        f.write("\n".join(head + lines) + "\n")
+    """DOCS/peers.md: losses first, then a section a case with its picture and all rows."""
+    measured = [(case, read_rows(case, o.out)) for case in cases]
+    measured = [(case, rows) for case, rows in measured if rows]
+    if not measured:
+        sys.exit("%s has no rows: nothing to report" % o.out)
+    pictures = os.path.join(o.docs, "img", "peers")
+    os.makedirs(pictures, exist_ok=True)
+    for name in os.listdir(pictures):
+        if name.endswith(".png") and name[:-4] not in [case.name for case, _ in measured]:
+            os.remove(os.path.join(pictures, name))
+    for case, rows in measured:
+        draw(case, rows, os.path.join(pictures, case.name + ".png"))
+    used = {CODES[of["code"]][0] for case, rows in measured for run, of in case.runs.items()
+            if any(r["run"] == run for r in rows)}
+    made = {name: what for name, what in read_machine(o.out).items() if name in used | {"processor"}}
+    lines = ["# Beside other codes", "",
+             "What does a figure cost here, and what does it cost with a code that a user would take instead? `make peers` "
+             "runs both on one machine, on one thread, in turns, and draws error against processor time and memory. "
+             "References are closed forms, published values, or finer than every point drawn. Input files, settings "
+             "included, are in [peers](../peers): a folder a case, a file a code.", ""]
+    if made:
+        lines += ["Measured on: %s. Versions: %s." % (made.pop("processor", "an unknown processor"),
+                                                      ", ".join("%s %s" % item for item in made.items())), ""]
+    lines += summary(measured)
+    for case, rows in measured:
+        lines += section(case, rows)
+    with open(os.path.join(o.docs, "peers.md"), "w") as f:
+        f.write("\n".join(lines) + "\n")
 
 
 def main():
@@ -336,6 +453,7 @@ def main():
     p.add_argument("--code", action="append", default=[])
     p.add_argument("--build", default=os.path.join(ROOT, "build"))
     p.add_argument("--out", default=os.path.join(HERE, "measured"))
+    p.add_argument("--docs", default=os.path.join(ROOT, "docs"))
     p.add_argument("--repeat", type=int, default=2)
     p.add_argument("--limit", type=float, default=600.0)
     p.add_argument("--report", action="store_true")
@@ -363,6 +481,7 @@ def main():
         for case in cases:
             if not o.only or case.name in o.only:
                 failed += run_case(case, o)
+        write_machine(o)
     report(cases, o)
     return 1 if failed else 0
 

@@ -25,7 +25,7 @@ CONTENTS = [
                "tutorials/browser", "tutorials/program", "gallery"]),
     ("Use", ["guide", "keys", "api"]),
     ("Understand", ["theory", "cracks", "crevice", "decisions", "architecture", "constants"]),
-    ("Reports", ["validation", "performance", "stability", "Validation, all figures <details/validation>",
+    ("Reports", ["validation", "performance", "stability", "peers", "Validation, all figures <details/validation>",
                  "Mechanics, all figures <details/mechanics>", "Performance, all figures <details/performance>",
                  "Stability, all figures <details/stability>"]),
     ("Project", ["contributing", "conduct", "security", "changes"]),
@@ -78,7 +78,7 @@ class Site:
             self.copied.add(relative)
             return "FILES/" + str(relative)
         for item in sorted(path.iterdir()):
-            if item.is_file() and item.suffix in (".py", ".scene", ".c", ".h", ".sh"):
+            if item.is_file() and item.suffix in (".py", ".scene", ".c", ".h", ".sh", ".ini"):
                 self.copied.add(item.relative_to(ROOT))
         return f"FILES/{relative}/index.html"
 
