@@ -111,7 +111,7 @@ def write_machine(o):
 
 
 def measure(case, run, n, build, limit):
-    """One run: seconds of the processor, largest resident memory in MB, and what was printed; None and why on failure."""
+    """One run: seconds of the processor, largest resident memory in MB, what was printed; None and why on failure."""
     of = case.runs[run]
     words = [w.format(file=os.path.join(case.folder, of["file"]), n=n) for w in CODES[of["code"]][3]]
     env = dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", PD=build, CASE=case.folder)
@@ -299,7 +299,7 @@ COLOURS = {"pdcorr": "#c0392b", "freefem": "#2c6fbb", "openfoam": "#27834a", "la
 
 
 def draw(case, rows, path):
-    """A row of pictures a figure: error against time and against memory. A case that has costs alone: each against n."""
+    """A row of pictures a figure: error against time and against memory. A case of costs alone: each against n."""
     import matplotlib
     matplotlib.use("agg")
     import matplotlib.pyplot as plt
@@ -308,7 +308,8 @@ def draw(case, rows, path):
     keys = [k for k, of in case.figures.items() if of.get("error") not in ("cost", "none")]
     costs = [k for k, of in case.figures.items() if of.get("error") == "cost"]
     if keys:
-        panels = [(key, cost) for key in keys for cost in (("cpu_s", "processor time [s]"), ("memory_MB", "memory [MB]"))]
+        sides = (("cpu_s", "processor time [s]"), ("memory_MB", "memory [MB]"))
+        panels = [(key, side) for key in keys for side in sides]
     else:
         panels = [(key, ("n", "n")) for key in costs]
     down = (len(panels) + 1) // 2
@@ -379,8 +380,8 @@ def summary(measured):
     parts = (("Behind", [r for r in table if r[1] <= 1.0 / EQUAL]),
              ("Behind at some errors", [r for r in table if r[0] <= 1.0 / EQUAL < r[1]]),
              ("Ahead or equal", [r for r in table if r[0] > 1.0 / EQUAL]))
-    lines = ["%d comparisons at equal error, by processor time: pdcorr is behind in %d, behind at some errors in %d, ahead "
-             "or equal in %d." % ((len(table),) + tuple(len(part) for _, part in parts))]
+    lines = ["%d comparisons at equal error, by processor time: pdcorr is behind in %d, behind at some errors in %d, "
+             "ahead or equal in %d." % ((len(table),) + tuple(len(part) for _, part in parts))]
     for title, part in parts:
         if part:
             lines += ["", "## " + title, "", "| figure | beside | pdcorr |", "|---|---|---|"] + [r[2] for r in part]
@@ -401,7 +402,8 @@ def section(case, rows):
     for run, of in case.runs.items():
         if any(r["run"] == run for r in rows):
             path = os.path.relpath(os.path.join(case.folder, of["file"]), os.path.join(ROOT, "docs"))
-            lines.append("- %s: %s ([`%s`](%s))" % (name_of(case, run), of.get("label", "n"), os.path.basename(path), path))
+            lines.append("- %s: %s ([`%s`](%s))" % (name_of(case, run), of.get("label", "n"), os.path.basename(path),
+                                                    path))
     if case.head.get("losses"):
         lines += ["", "Where pdcorr is behind: " + case.head["losses"]]
     heads = ["%s%s" % (of.get("label", key), ", error" if of.get("error") not in ("cost", "none") else
@@ -433,9 +435,9 @@ def report(cases, o):
             if any(r["run"] == run for r in rows)}
     made = {name: what for name, what in read_machine(o.out).items() if name in used | {"processor"}}
     lines = ["# Beside other codes", "",
-             "What does a figure cost here, and what does it cost with a code that a user would take instead? `make peers` "
-             "runs both on one machine, on one thread, in turns, and draws error against processor time and memory. "
-             "References are closed forms, published values, or finer than every point drawn. Input files, settings "
+             "What does a figure cost here, and what does it cost with a code that a user would take instead? "
+             "`make peers` runs both on one machine, on one thread, in turns, and draws error against processor time and "
+             "memory. References are closed forms, published values, or finer than every point drawn. Input files, settings "
              "included, are in [peers](../peers): a folder a case, a file a code.", ""]
     if made:
         lines += ["Measured on: %s. Versions: %s." % (made.pop("processor", "an unknown processor"),

@@ -1,5 +1,5 @@
-# One half; the other is its mirror image. C is what the acid has turned into, 10 mol/m3 less the acid, so that a rate of
-# k times the acid is k (Csat - C). The content is so large that the cylinder stays as it is. n cells a radius of 0.1 mm.
+# One half; the other is its mirror image. C is what the acid has turned into, 10 mol/m3 less the acid: a rate of k
+# times the acid is k (Csat - C). The content is so large that the cylinder stays as it is. n cells a radius.
 . "$CASE/../pdcorr.sh"
 pd 2 "grid.h=0.1 mm / $1" << 'END'
 [grid]       h = 0.1 mm / 8   box = 0 .. 1 mm, 0 .. 0.25 mm
