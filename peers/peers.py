@@ -304,6 +304,11 @@ def draw(case, rows, path):
     matplotlib.use("agg")
     import matplotlib.pyplot as plt
     from matplotlib.ticker import LogFormatter
+
+    class Plain(LogFormatter):
+        def __call__(self, x, pos=None):
+            return "%g" % x if super().__call__(x, pos) else ""
+
     plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
     keys = [k for k, of in case.figures.items() if of.get("error") not in ("cost", "none")]
     costs = [k for k, of in case.figures.items() if of.get("error") == "cost"]
@@ -338,14 +343,14 @@ def draw(case, rows, path):
             ax.set_title(name + unit, fontsize=9, loc="left")
             if largest > 10.0 * least:
                 ax.set_yscale("log")
-                ax.yaxis.set_major_formatter(LogFormatter())
+                ax.yaxis.set_major_formatter(Plain())
             else:
                 ax.set_ylim(0.0, 1.1 * largest)
             continue
         ax.set_xscale("log")
         ax.set_yscale("log")
         for which in (ax.xaxis.set_major_formatter, ax.xaxis.set_minor_formatter):
-            which(LogFormatter(minor_thresholds=(1.2, 0.5)))
+            which(Plain(minor_thresholds=(1.2, 0.5)))
         if cost == "cpu_s":
             absolute = of.get("error") == "absolute"
             ax.set_ylabel("%s\n%s" % (name, "error" + unit if absolute else "relative error"))
