@@ -258,7 +258,7 @@ def times(low, high):
         return "ahead" if ratio >= EQUAL else "**behind**" if ratio <= 1.0 / EQUAL else "equal"
 
     def factor(ratio):
-        return "%.2g" % max(ratio, 1.0 / ratio)
+        return "%g" % float("%.2g" % max(ratio, 1.0 / ratio))
 
     if side(low) == side(high):
         if side(low) == "equal":
