@@ -1,6 +1,7 @@
 /* ordinary: see ordinary.h */
 #include "solid/ordinary.h"
 #include "core/par.h"
+#include "solid/extension.h"
 #include "solid/strain.h"
 #include "solid/weigh.h"
 #include <math.h>
@@ -222,23 +223,26 @@ static void pdi_ordinary_clear(const pd_body *body, double *force)
 static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u, double *force)
 {
     const pd_body *body = o->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    const pd_band *band = &o->band;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
     (void)nt;
+    pdi_band_move(ctx, band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++)
-        if (o->felt[i]) pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_SYM);
-    pdi_ordinary_clear(body, force);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->own; i++) {
-        pdi_ordinary_bond bond;
-        double sum[PD_DIM] = {0.0};
-        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-            if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
-            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, f.to, o->state, bond.extension);
-            for (int d = 0; d < PD_DIM; d++) sum[d] += t * bond.y[d];
+    for (int32_t k = 0; k < band->bands; k++) {
+        double shape[PDI_SYM][PD_BAND_MOST];
+        int32_t count = pdi_extension_shape(band, k, linear, shape);
+        for (int32_t n = 0; n < count; n++) {
+            int64_t i = band->first[k] + n;
+            double sum[PDI_SYM], *q = o->state + i * PDI_SYM;
+            for (int p = 0; p < PDI_SYM; p++) sum[p] = shape[p][n];
+            pdi_strain_times(o->law + i * PDI_STRAIN_PACK, sum, q);
+            pdi_extension_offer(band, (int32_t)i, o->alpha[i], q);
         }
-        for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
     }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < band->bands; k++)
+        if (band->first[k] < body->own) pdi_extension_force(band, k, linear, force);
+    pdi_ordinary_clear(body, force);
 }
 
 static pd_status pdi_ordinary_force(pd_ctx *ctx, void *self, const double *u, double *force)
@@ -532,6 +536,7 @@ static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary *o = (pd_ordinary *)self;
     PDI_TRY(pdi_ordinary_settle(ctx, o));
+    PDI_TRY(pdi_band_find(ctx, &o->band));
     PDI_TRY(pdi_ordinary_surfaces(ctx, o));
     PDI_TRY(pdi_ordinary_soften(ctx, o));
     pdi_ordinary_rates(ctx, o);
@@ -588,6 +593,7 @@ static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary
     pdi_body_felt(body, o->felt);
     PDI_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
     PDI_TRY(pdi_ordinary_calibrate(ctx, o));
+    PDI_TRY(pdi_band_build(ctx, body, &o->weights, PDI_EXTENSION_FIELDS, &o->band));
     return pdi_ordinary_update(ctx, o);
 }
 
@@ -623,6 +629,7 @@ pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
 
 void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 {
+    pdi_band_free(ctx, &ordinary->band);
     pdi_bond_weights_free(ctx, &ordinary->weights);
     pdi_owner_free(ctx, pdi_ordinary_list, ordinary);
     memset(ordinary, 0, sizeof *ordinary);

@@ -14,6 +14,7 @@
  */
 #ifndef PD_ORDINARY_H
 #define PD_ORDINARY_H
+#include "solid/band.h"
 #include "solid/elastic.h"
 #include "solid/solid.h"
 
@@ -47,6 +48,7 @@ typedef struct pd_ordinary {
     double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
     double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
     pd_bond_weights weights; /* w */
+    pd_band band;       /* of the points, for forces */
     uint8_t *felt;      /* [count] 1: forces of points, and not of images alone, depend on the family */
     double *alpha;      /* [count] [Pa/m^(d+2)] */
     double *bound;      /* [count] [Pa/m^(d+2)] most energy of a family, over sum w V_j e^2/2 */
