@@ -219,8 +219,9 @@ static void pdi_ordinary_clear(const pd_body *body, double *force)
     memset(force + (int64_t)body->own * PD_DIM, 0, (size_t)(body->count - body->own) * PD_DIM * sizeof *force);
 }
 
-/* Forces of the displacements u, of any size or small. */
-static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u, double *force)
+/* Forces of the displacements u, of any size or small; state: as of pd_ordinary. */
+static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u, double *state,
+                             double *force)
 {
     const pd_body *body = o->body;
     const pd_band *band = &o->band;
@@ -233,7 +234,7 @@ static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear
         int32_t count = pdi_extension_shape(band, k, linear, shape);
         for (int32_t n = 0; n < count; n++) {
             int64_t i = band->first[k] + n;
-            double sum[PDI_SYM], *q = o->state + i * PDI_SYM;
+            double sum[PDI_SYM], *q = state + i * PDI_SYM;
             for (int p = 0; p < PDI_SYM; p++) sum[p] = shape[p][n];
             pdi_strain_times(o->law + i * PDI_STRAIN_PACK, sum, q);
             pdi_extension_offer(band, (int32_t)i, o->alpha[i], q);
@@ -250,19 +251,19 @@ static pd_status pdi_ordinary_force(pd_ctx *ctx, void *self, const double *u, do
     const pd_ordinary *o = (const pd_ordinary *)self;
     int64_t n = (int64_t)o->body->count * PD_DIM;
     pdi_par_copy(ctx, n, u, o->at);
-    pdi_ordinary_run(ctx, o, o->desc.linear, u, force);
+    pdi_ordinary_run(ctx, o, o->desc.linear, u, o->state, force);
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
 
-static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+/* Change of the forces of displacements of any size along du. */
+static void pdi_ordinary_bend(const pd_ctx *ctx, const pd_ordinary *o, const double *du, double *df)
 {
-    const pd_ordinary *o = (const pd_ordinary *)self;
     const pd_body *body = o->body;
-    int linear = o->desc.linear, nt = pdi_par_threads(ctx, body->bonds * 80);
+    int nt = pdi_par_threads(ctx, body->bonds * 80);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        if (o->felt[i]) pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
+        if (o->felt[i]) pdi_ordinary_state(o, 0, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
     pdi_ordinary_clear(body, df);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->own; i++) {
@@ -270,16 +271,23 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
         double sum[PD_DIM] = {0.0}, eta[PD_DIM];
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
             int32_t j = f.to;
-            if (!pdi_ordinary_look(o, linear, o->at, i, &f, &bond)) continue;
+            if (!pdi_ordinary_look(o, 0, o->at, i, &f, &bond)) continue;
             for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
             double along = pdi_vec_dot(bond.y, eta);
-            double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along), turn = 0.0;
-            if (!linear) turn = pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length;
+            double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along);
+            double turn = pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length;
             for (int d = 0; d < PD_DIM; d++)
                 sum[d] += bond.weight * (t * bond.y[d] + turn * (eta[d] - along * bond.y[d]));
         }
         for (int d = 0; d < PD_DIM; d++) df[(int64_t)i * PD_DIM + d] = sum[d];
     }
+}
+
+static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    if (o->desc.linear) pdi_ordinary_run(ctx, o, 1, du, o->change, df);
+    else pdi_ordinary_bend(ctx, o, du, df);
 }
 
 /* What the bonds of point i carry when it alone moves: exact, but for what compressed bonds gain by turning. */
@@ -432,7 +440,7 @@ static void pdi_ordinary_probe(const pd_ctx *ctx, const pd_ordinary *o, int b, i
             const double *x = o->body->position + i * PD_DIM;
             u[i * PD_DIM + p] = ((p == b ? x[c] : 0.0) + (p == c ? x[b] : 0.0) - trace * x[p]) / (2.0 * o->mu);
         }
-    pdi_ordinary_run(ctx, o, 1, u, force);
+    pdi_ordinary_run(ctx, o, 1, u, o->state, force);
 }
 
 /* The vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28). */
