@@ -16,11 +16,15 @@ enum {
     PDI_EXTENSION_FIELDS = PDI_EXTENSION_STATE + PDI_SYM
 };
 
-/* A of the points of band k, as vectors of strain.h, for displacements of any size or small ones (linear 1). Returns
- * how many points the band has. */
-PDI_FN int32_t pdi_extension_shape(const pd_band *band, int32_t k, int linear, double (*shape)[PD_BAND_MOST]);
+/* A of the points of band k, as vectors of strain.h, for displacements of any size or small ones (linear 1), and
+ * sum w V e^2 [PD_BAND_MOST], or NULL. Returns how many points the band has. */
+PDI_FN int32_t pdi_extension_shape(const pd_band *band, int32_t k, int linear, double (*shape)[PD_BAND_MOST],
+                                   double *square);
 /* Fields of point i for the force: alpha, and Q as a vector of strain.h. */
 PDI_FN void pdi_extension_offer(const pd_band *band, int32_t i, double alpha, const double *q);
+/* Stress of the families of band k over the volume that they had, sum w V t y y^T/|y| with what the family of a point
+ * has of t: its diagonal and then what lies off it. */
+PDI_FN void pdi_extension_stress(const pd_band *band, int32_t k, int linear, double (*stress)[PD_BAND_MOST]);
 /* force [count][PD_DIM] [N/m3] of the points of band k. */
 PDI_FN void pdi_extension_force(const pd_band *band, int32_t k, int linear, double *force);
 #endif

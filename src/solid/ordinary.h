@@ -57,7 +57,7 @@ typedef struct pd_ordinary {
     double *edge;       /* [count][PD_DIM] [1/m] as of pd_elastic_update, best fit: exact in sum over a layer */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces */
     double *state;      /* [count][tensor] [Pa/m^(d+2)] Q of the last forces: L A, A = sum w V_j e r n n */
-    double *change;     /* [count][tensor] [Pa/m^(d+2)] that of the last tangent */
+    double *change;     /* [count][tensor] [Pa/m^(d+2)] that of a tangent, an energy or a stress */
 } pd_ordinary;
 
 #define pd_ordinary_build PD_NAME(pd_ordinary_build)
