@@ -1,8 +1,8 @@
 /* extension: the two sums over bonds that forces along bonds need, for many points at a time.
  *
- * The first one is the shape A = sum w V e r n n of the extensions e of a family, the second one the force of bonds that
- * the tensors Q of both of their families pull: t = r n.(Q_i + Q_j) n + (alpha_i + alpha_j) e along Y (theory: 8.9).
- * Both know a bond by xi, r^2 and the change of its square: no length is needed.
+ * The first one is the shape A = sum w V e r n n of the extensions e of a family, the second one the force of bonds
+ * that the tensors Q of both of their families pull: t = r n.(Q_i + Q_j) n + (alpha_i + alpha_j) e along Y (theory:
+ * 8.9). Both know a bond by xi, r^2 and the change of its square: no length is needed.
  */
 #ifndef PD_EXTENSION_H
 #define PD_EXTENSION_H
