@@ -1,7 +1,6 @@
-/* A multigrid that has its arrays for itself. */
+/* A multigrid that has its arrays for itself, for tests and benchmarks; after solve/multigrid.h or pdcorr.h. */
 #ifndef MULTIGRID_BUILD_H
 #define MULTIGRID_BUILD_H
-#include "solve/multigrid.h"
 
 /* Allocate the finest level. PD_ERR_ARGUMENT: n or stride not positive. PD_ERR_SIZE: more than 2^31 - 1 cells. */
 static pd_status multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)

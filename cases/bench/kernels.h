@@ -1,6 +1,7 @@
 /* kernels: cases about the speed of single operators. */
 #ifndef BENCH_KERNELS_H
 #define BENCH_KERNELS_H
+#include "../../tests/multigrid_build.h"
 
 enum { KERNELS = 12 };
 
@@ -155,7 +156,7 @@ static pd_status kernels_multigrid(kernels *k)
     PDI_TRY(pdi_owner_build(k->ctx, pdi_compact_list, &k->compact));
     PDI_TRY(pdi_owner_build(k->ctx, pdi_compact_face_list, &k->compact));
     pdi_compact_fill(k->ctx, 1.0, NULL, &resting, 1.0, &faces, &k->compact);
-    PDI_TRY(pdi_multigrid_build(k->ctx, &desc, &k->pressure));
+    PDI_TRY(multigrid_build(k->ctx, &desc, &k->pressure));
     return pdi_multigrid_setup(k->ctx, &k->pressure, k->compact.active, (const float *const *)k->compact.conduct, NULL,
                                k->compact.wall, k->compact.mass);
 }
