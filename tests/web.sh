@@ -15,7 +15,7 @@ if [ "$failed" != 0 ]; then
     score
     exit 1
 fi
-most=1100000 # rooms of physics and of what a user is told are a tenth more than a million
+most=1110000 # rooms of physics and of what a user is told are a ninth more than a million
 command -v wasm-opt > /dev/null || most=1230000
 for dim in 1 2 3; do
     size=$(wc -c < "$build/web/pdcorr${dim}d.wasm")
