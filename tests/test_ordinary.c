@@ -3,7 +3,10 @@
 #include "ordinary_case.h"
 #include "solid/equilibrium.h"
 #include "solid/ordinary.h"
+#include "solid/stretch.h"
+#include <float.h>
 #include <math.h>
+#include <stdlib.h>
 
 static pd_ordinary material;
 static const char *const methods[4] = {"position", "none", "energy", "volume"};
@@ -234,6 +237,17 @@ TEST(methods)
     }
 }
 #endif
+
+/* 1 - r/|Y| has all digits on both sides of the end of its series, and the stretch that follows from it, too. */
+TEST(lengths)
+{
+    for (int k = -600; k <= 2000; k++) {
+        double e = k % 2 ? k / 1000.0 : ldexp(1.0 + k / 2000.0, -6 - abs(k) % 40), p = pdi_stretch_pull(e);
+        long double root = sqrtl(1.0L + e), pull = e / (root * (1.0L + root)), stretch = e / (1.0L + root);
+        CHECK(fabsl(p - pull) <= 4.0L * DBL_EPSILON * fabsl(pull));
+        CHECK(fabsl(p * (1.0 + e) * (1.0 - p) - stretch) <= 12.0L * DBL_EPSILON * fabsl(stretch));
+    }
+}
 
 /* A box whose rim, two horizons wide, is stretched by a fifth along all axes: Newton's method finds that the inside is,
  * too, and the stress of all points, at free surfaces as inside, is the closed form over the deformed area. */
@@ -632,12 +646,14 @@ TEST(threads)
 }
 
 #if PD_DIM == 1
-TEST_MAIN(ENTRY(uniform) ENTRY(stretched) ENTRY(rotation) ENTRY(derivative) ENTRY(blocks) ENTRY(step) ENTRY(threads))
+TEST_MAIN(ENTRY(lengths) ENTRY(uniform) ENTRY(stretched) ENTRY(rotation) ENTRY(derivative) ENTRY(blocks) ENTRY(step)
+          ENTRY(threads))
 #elif PD_DIM == 2
-TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(uniform) ENTRY(methods) ENTRY(stretched) ENTRY(rotation)
+TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(lengths) ENTRY(uniform) ENTRY(methods) ENTRY(stretched) ENTRY(rotation)
           ENTRY(derivative) ENTRY(blocks) ENTRY(step) ENTRY(broken) ENTRY(parts) ENTRY(refused)
           ENTRY(lame_ring) ENTRY(threads))
 #else
-TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(uniform) ENTRY(stretched) ENTRY(rotation) ENTRY(derivative)
-          ENTRY(blocks) ENTRY(step) ENTRY(broken) ENTRY(parts) ENTRY(refused) ENTRY(lame_ring) ENTRY(threads))
+TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(lengths) ENTRY(uniform) ENTRY(stretched) ENTRY(rotation)
+          ENTRY(derivative) ENTRY(blocks) ENTRY(step) ENTRY(broken) ENTRY(parts) ENTRY(refused)
+          ENTRY(lame_ring) ENTRY(threads))
 #endif

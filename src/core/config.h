@@ -129,12 +129,17 @@
 #define PDI_COLD_END
 #endif
 
-/* PDI_INLINE: bodies of inner loops that pay only with the constants of their callers. */
 #if defined(__GNUC__) || defined(__clang__)
 #define PD_PRINTF_LIKE(f, a) __attribute__((format(printf, f, a)))
-#define PDI_INLINE static inline __attribute__((always_inline))
 #else
 #define PD_PRINTF_LIKE(f, a)
+#endif
+
+/* PDI_INLINE: bodies of inner loops that pay only with the constants of their callers. A compiler that does not
+ * optimise sees no constants: there a copy for each caller would cost its time alone. */
+#ifdef __OPTIMIZE__
+#define PDI_INLINE static inline __attribute__((always_inline))
+#else
 #define PDI_INLINE static inline
 #endif
 

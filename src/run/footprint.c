@@ -11,6 +11,7 @@
 #include "run/inlet.h"
 #include "run/surfaces.h"
 #include "run/wall.h"
+#include "solid/extension.h"
 #include "transport/two_stage.h"
 #include "react/course.h"
 #include "potential/cell.h"
@@ -545,7 +546,8 @@ static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structur
                pdi_footprint_weights(plan, s, pdi_footprint_rim(plan, s->desc.m, PD_DIM)) +
                pdi_footprint_list(plan, pdi_microelastic_list, &s->springs);
     case PD_STRUCTURE_ORDINARY:
-        return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary) + pdi_footprint_weights(plan, s, 0.0);
+        return pdi_footprint_bands(plan, s, PDI_EXTENSION_FIELDS, 0.0) +
+               pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary) + pdi_footprint_weights(plan, s, 0.0);
     case PD_STRUCTURE_NEO_HOOKEAN:
     case PD_STRUCTURE_HENCKY:
         return pdi_footprint_list(plan, pdi_finite_list, &s->finite) + pdi_footprint_weights(plan, s, 0.0);

@@ -204,12 +204,6 @@ PDI_FN void pdi_band_move(const pd_ctx *ctx, const pd_band *band, const double *
 /* 1: point n has the bond. All of them have it where `lanes` has all bits. */
 static inline double pdi_band_has(uint32_t lanes, int n) { return (double)(int32_t)(lanes >> n & 1u); }
 
-/* By how much an image is off its point [m]. */
-static void pdi_band_shift(const pd_body *body, int32_t image, double *shift)
-{
-    for (int d = 0; d < PD_DIM; d++) shift[d] = image * body->period[d];
-}
-
 /* A bond of count points: by how much its far end is shifted [m], or NULL, w, and the fields of both of its ends.
  * Inlined with constants for `shift`, `lanes` or `count`. */
 PDI_INLINE void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,

@@ -75,6 +75,11 @@ static inline double *pdi_band_field(const pd_band *band, int field)
 {
     return band->field + PD_BAND_MOST + field * band->stride;
 }
+/* By how much an image is off its point [m]. */
+static inline void pdi_band_shift(const pd_body *body, int32_t image, double *shift)
+{
+    for (int d = 0; d < PD_DIM; d++) shift[d] = image * body->period[d];
+}
 #endif
 
 #endif

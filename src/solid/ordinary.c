@@ -1,6 +1,7 @@
 /* ordinary: see ordinary.h */
 #include "solid/ordinary.h"
 #include "core/par.h"
+#include "solid/extension.h"
 #include "solid/strain.h"
 #include "solid/weigh.h"
 #include <math.h>
@@ -175,13 +176,12 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
 
 /* ---- forces ---- */
 
-/* to = Q = L sum w V_j x r n n of point i; x: extensions, or their derivative along du. Returns the energy density of
- * extensions. */
-static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u, const double *du, int32_t i,
-                                 double *to)
+/* to = Q = L sum w V_j x r n n of point i; x: extensions, or their derivative along du. */
+static void pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u, const double *du, int32_t i,
+                               double *to)
 {
     pdi_ordinary_bond bond;
-    double sum[PDI_SYM] = {0.0}, square = 0.0;
+    double sum[PDI_SYM] = {0.0};
     for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
         if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
         double x = bond.extension;
@@ -190,11 +190,9 @@ static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double 
             x = 0.0;
             for (int d = 0; d < PD_DIM; d++) x += bond.y[d] * (far[d] - own[d]);
         }
-        square += bond.weight * x * x;
         for (int p = 0; p < PDI_SYM; p++) sum[p] += bond.weight * x / bond.r * bond.dyad[p];
     }
     pdi_strain_times(o->law + (int64_t)i * PDI_STRAIN_PACK, sum, to);
-    return 0.5 * (o->alpha[i] * square + pdi_strain_dot(sum, to));
 }
 
 /* Force of a bond over w by the family of point i, whose Q it is, when it is stretched by x. */
@@ -218,27 +216,38 @@ static void pdi_ordinary_clear(const pd_body *body, double *force)
     memset(force + (int64_t)body->own * PD_DIM, 0, (size_t)(body->count - body->own) * PD_DIM * sizeof *force);
 }
 
-/* Forces of the displacements u, of any size or small. */
-static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u, double *force)
+/* state = Q [count][tensor] of the families of band k, and energy [PD_BAND_MOST] their energy densities, or NULL. Both
+ * sums of bonds take displacements from the band. */
+static int32_t pdi_ordinary_band(const pd_ordinary *o, int32_t k, int linear, double *state, double *energy)
+{
+    double shape[PDI_SYM][PD_BAND_MOST];
+    int32_t count = pdi_extension_shape(&o->band, k, linear, shape, energy);
+    for (int32_t n = 0; n < count; n++) {
+        int64_t i = o->band.first[k] + n;
+        double sum[PDI_SYM], *q = state + i * PDI_SYM;
+        for (int p = 0; p < PDI_SYM; p++) sum[p] = shape[p][n];
+        pdi_strain_times(o->law + i * PDI_STRAIN_PACK, sum, q);
+        pdi_extension_offer(&o->band, (int32_t)i, o->alpha[i], q);
+        if (energy) energy[n] = 0.5 * (o->alpha[i] * energy[n] + pdi_strain_dot(sum, q));
+    }
+    return count;
+}
+
+/* Forces of the displacements u, of any size or small; state: as of pd_ordinary. */
+static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u, double *state,
+                             double *force)
 {
     const pd_body *body = o->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    const pd_band *band = &o->band;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
     (void)nt;
+    pdi_band_move(ctx, band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++)
-        if (o->felt[i]) pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_SYM);
+    for (int32_t k = 0; k < band->bands; k++) pdi_ordinary_band(o, k, linear, state, NULL);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < band->bands; k++)
+        if (band->first[k] < body->own) pdi_extension_force(band, k, linear, force);
     pdi_ordinary_clear(body, force);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->own; i++) {
-        pdi_ordinary_bond bond;
-        double sum[PD_DIM] = {0.0};
-        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-            if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
-            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, f.to, o->state, bond.extension);
-            for (int d = 0; d < PD_DIM; d++) sum[d] += t * bond.y[d];
-        }
-        for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
-    }
 }
 
 static pd_status pdi_ordinary_force(pd_ctx *ctx, void *self, const double *u, double *force)
@@ -246,19 +255,19 @@ static pd_status pdi_ordinary_force(pd_ctx *ctx, void *self, const double *u, do
     const pd_ordinary *o = (const pd_ordinary *)self;
     int64_t n = (int64_t)o->body->count * PD_DIM;
     pdi_par_copy(ctx, n, u, o->at);
-    pdi_ordinary_run(ctx, o, o->desc.linear, u, force);
+    pdi_ordinary_run(ctx, o, o->desc.linear, u, o->state, force);
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
 
-static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+/* Change of the forces of displacements of any size along du. */
+static void pdi_ordinary_bend(const pd_ctx *ctx, const pd_ordinary *o, const double *du, double *df)
 {
-    const pd_ordinary *o = (const pd_ordinary *)self;
     const pd_body *body = o->body;
-    int linear = o->desc.linear, nt = pdi_par_threads(ctx, body->bonds * 80);
+    int nt = pdi_par_threads(ctx, body->bonds * 80);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        if (o->felt[i]) pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
+        if (o->felt[i]) pdi_ordinary_state(o, 0, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
     pdi_ordinary_clear(body, df);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->own; i++) {
@@ -266,16 +275,23 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
         double sum[PD_DIM] = {0.0}, eta[PD_DIM];
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
             int32_t j = f.to;
-            if (!pdi_ordinary_look(o, linear, o->at, i, &f, &bond)) continue;
+            if (!pdi_ordinary_look(o, 0, o->at, i, &f, &bond)) continue;
             for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
             double along = pdi_vec_dot(bond.y, eta);
-            double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along), turn = 0.0;
-            if (!linear) turn = pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length;
+            double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along);
+            double turn = pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length;
             for (int d = 0; d < PD_DIM; d++)
                 sum[d] += bond.weight * (t * bond.y[d] + turn * (eta[d] - along * bond.y[d]));
         }
         for (int d = 0; d < PD_DIM; d++) df[(int64_t)i * PD_DIM + d] = sum[d];
     }
+}
+
+static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    if (o->desc.linear) pdi_ordinary_run(ctx, o, 1, du, o->change, df);
+    else pdi_ordinary_bend(ctx, o, du, df);
 }
 
 /* What the bonds of point i carry when it alone moves: exact, but for what compressed bonds gain by turning. */
@@ -324,27 +340,31 @@ static void pdi_ordinary_blocks(const pd_ctx *ctx, void *self, double *block)
 
 /* ---- energy and stress ---- */
 
+static void pdi_ordinary_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int nt = pdi_par_threads(ctx, o->body->bonds * 10);
+    (void)nt;
+    pdi_band_move(ctx, &o->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < o->band.bands; k++) {
+        double energy[PD_BAND_MOST];
+        int32_t count = pdi_ordinary_band(o, k, o->desc.linear, o->change, energy);
+        for (int32_t n = 0; n < count; n++) density[o->band.first[k] + n] = energy[n];
+    }
+}
+
 static double pdi_ordinary_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
     pdi_sum all = {0.0, 0.0};
-    double q[PDI_SYM];
-    (void)ctx;
-    for (int32_t i = 0; i < o->body->count; i++)
-        pdi_sum_add(&all, o->body->volume[i] * pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q));
-    return pdi_sum_total(&all);
-}
-
-static void pdi_ordinary_density(const pd_ctx *ctx, void *self, const double *u, double *density)
-{
-    const pd_ordinary *o = (const pd_ordinary *)self;
-    int nt = pdi_par_threads(ctx, o->body->bonds * 50);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < o->body->count; i++) {
-        double q[PDI_SYM];
-        density[i] = pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
+    pdi_band_move(ctx, &o->band, u);
+    for (int32_t k = 0; k < o->band.bands; k++) {
+        double energy[PD_BAND_MOST];
+        int32_t count = pdi_ordinary_band(o, k, o->desc.linear, o->change, energy);
+        for (int32_t n = 0; n < count; n++) pdi_sum_add(&all, o->body->volume[o->band.first[k] + n] * energy[n]);
     }
+    return pdi_sum_total(&all);
 }
 
 static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
@@ -394,27 +414,25 @@ static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t 
     return swell;
 }
 
-static void pdi_ordinary_stress_of(const pd_ordinary *o, const double *u, int32_t i, double *stress)
-{
-    double q[PDI_SYM], swell = o->desc.linear ? 1.0 : pdi_ordinary_swell(o, u, i);
-    pdi_ordinary_bond bond;
-    for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] = 0.0;
-    pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
-    for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
-        if (!pdi_ordinary_look(o, o->desc.linear, u, i, &f, &bond)) continue;
-        double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension) * bond.weight * bond.length / swell;
-        for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] += t * bond.y[p / PD_DIM] * bond.y[p % PD_DIM];
-    }
-}
-
 static void pdi_ordinary_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
-    int nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    int linear = o->desc.linear, nt = pdi_par_threads(ctx, o->body->bonds * 20);
     (void)nt;
+    pdi_band_move(ctx, &o->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < o->body->count; i++)
-        pdi_ordinary_stress_of(o, u, i, stress + (int64_t)i * PD_DIM * PD_DIM);
+    for (int32_t k = 0; k < o->band.bands; k++) {
+        double sum[PDI_SYM][PD_BAND_MOST];
+        int32_t count = pdi_ordinary_band(o, k, linear, o->change, NULL);
+        pdi_extension_stress(&o->band, k, linear, sum);
+        for (int32_t n = 0; n < count; n++) {
+            int32_t i = o->band.first[k] + n;
+            double *to = stress + (int64_t)i * PD_DIM * PD_DIM, swell = linear ? 1.0 : pdi_ordinary_swell(o, u, i);
+            for (int p = 0; p < PD_DIM; p++)
+                for (int q = 0; q < PD_DIM; q++)
+                    to[p * PD_DIM + q] = sum[p > q ? pdi_strain_place(p, q) : pdi_strain_place(q, p)][n] / swell;
+        }
+    }
 }
 
 /* ---- update and build ---- */
@@ -428,7 +446,7 @@ static void pdi_ordinary_probe(const pd_ctx *ctx, const pd_ordinary *o, int b, i
             const double *x = o->body->position + i * PD_DIM;
             u[i * PD_DIM + p] = ((p == b ? x[c] : 0.0) + (p == c ? x[b] : 0.0) - trace * x[p]) / (2.0 * o->mu);
         }
-    pdi_ordinary_run(ctx, o, 1, u, force);
+    pdi_ordinary_run(ctx, o, 1, u, o->state, force);
 }
 
 /* The vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28). */
@@ -532,6 +550,7 @@ static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary *o = (pd_ordinary *)self;
     PDI_TRY(pdi_ordinary_settle(ctx, o));
+    PDI_TRY(pdi_band_find(ctx, &o->band));
     PDI_TRY(pdi_ordinary_surfaces(ctx, o));
     PDI_TRY(pdi_ordinary_soften(ctx, o));
     pdi_ordinary_rates(ctx, o);
@@ -588,6 +607,7 @@ static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary
     pdi_body_felt(body, o->felt);
     PDI_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
     PDI_TRY(pdi_ordinary_calibrate(ctx, o));
+    PDI_TRY(pdi_band_build(ctx, body, &o->weights, PDI_EXTENSION_FIELDS, &o->band));
     return pdi_ordinary_update(ctx, o);
 }
 
@@ -623,6 +643,7 @@ pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
 
 void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 {
+    pdi_band_free(ctx, &ordinary->band);
     pdi_bond_weights_free(ctx, &ordinary->weights);
     pdi_owner_free(ctx, pdi_ordinary_list, ordinary);
     memset(ordinary, 0, sizeof *ordinary);

@@ -14,6 +14,7 @@
  */
 #ifndef PD_ORDINARY_H
 #define PD_ORDINARY_H
+#include "solid/band.h"
 #include "solid/elastic.h"
 #include "solid/solid.h"
 
@@ -47,6 +48,7 @@ typedef struct pd_ordinary {
     double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
     double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
     pd_bond_weights weights; /* w */
+    pd_band band;       /* of the points, for forces */
     uint8_t *felt;      /* [count] 1: forces of points, and not of images alone, depend on the family */
     double *alpha;      /* [count] [Pa/m^(d+2)] */
     double *bound;      /* [count] [Pa/m^(d+2)] most energy of a family, over sum w V_j e^2/2 */
@@ -55,7 +57,7 @@ typedef struct pd_ordinary {
     double *edge;       /* [count][PD_DIM] [1/m] as of pd_elastic_update, best fit: exact in sum over a layer */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces */
     double *state;      /* [count][tensor] [Pa/m^(d+2)] Q of the last forces: L A, A = sum w V_j e r n n */
-    double *change;     /* [count][tensor] [Pa/m^(d+2)] that of the last tangent */
+    double *change;     /* [count][tensor] [Pa/m^(d+2)] that of a tangent, an energy or a stress */
 } pd_ordinary;
 
 #define pd_ordinary_build PD_NAME(pd_ordinary_build)

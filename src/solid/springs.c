@@ -1,6 +1,7 @@
 /* springs: see springs.h */
 #include "solid/springs.h"
 #include "core/par.h"
+#include "solid/stretch.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,8 +13,6 @@
 #define PDI_SPRINGS_ROUNDING 1e-9
 /* Longest bond of a lattice, in spacings along an axis. */
 #define PDI_SPRINGS_REACH 200
-/* Up to this |e| the nine terms of the series have all digits. */
-#define PDI_SPRINGS_SMALL (1.0 / 64.0)
 /* Doubles of a vector. */
 #define PDI_SPRINGS_VECTOR 8
 
@@ -198,28 +197,6 @@ PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
 
 /* ---- forces ---- */
 
-/* 1 - r/|Y| = e phi(e) of e = (|Y|^2 - r^2)/r^2, phi = 1/(sqrt(1 + e) (1 + sqrt(1 + e))): the series
- * of phi. */
-PDI_INLINE double pdi_springs_series(double e)
-{
-    double sum = 12155.0 / 65536.0;
-    sum = sum * e - 6435.0 / 32768.0;
-    sum = sum * e + 429.0 / 2048.0;
-    sum = sum * e - 231.0 / 1024.0;
-    sum = sum * e + 63.0 / 256.0;
-    sum = sum * e - 35.0 / 128.0;
-    sum = sum * e + 5.0 / 16.0;
-    sum = sum * e - 3.0 / 8.0;
-    return sum * e + 0.5;
-}
-
-static inline double pdi_springs_pull(double e)
-{
-    if (fabs(e) <= PDI_SPRINGS_SMALL) return e * pdi_springs_series(e);
-    double root = sqrt(1.0 + e);
-    return e / (root * (1.0 + root));
-}
-
 /* Sums of a band. */
 typedef struct pdi_springs_sums {
     double part[PD_SPRINGS_PARTS][PD_DIM][PD_BAND_MOST]; /* sum w V (1/r - 1/|Y|) Y of each part of the family */
@@ -246,7 +223,7 @@ PDI_INLINE void pdi_springs_add(const double *PD_RESTRICT own, const double *PD_
         if (lanes != PDI_SPRINGS_ALL) e = (lanes >> n & 1u) ? e : 0.0;
         high[n] = e > high[n] ? e : high[n];
         low[n] = e < low[n] ? e : low[n];
-        double share = weight * far[PDI_BAND_VOLUME * total + n] * (e * pdi_springs_series(e));
+        double share = weight * far[PDI_BAND_VOLUME * total + n] * (e * pdi_stretch_series(e));
         for (int d = 0; d < PD_DIM; d++) sum[d][n] += share * y[d];
     }
 }
@@ -322,7 +299,7 @@ static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *sweep, 
             broken++;
             continue;
         }
-        double share = weight * far[PDI_BAND_VOLUME * total] * pdi_springs_pull(e);
+        double share = weight * far[PDI_BAND_VOLUME * total] * pdi_stretch_pull(e);
         for (int d = 0; d < PD_DIM; d++) sums->part[kind.part][d][n] += share * y[d];
     }
     return broken;
@@ -356,13 +333,13 @@ static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, i
     int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
     int whole = (count + PDI_SPRINGS_VECTOR - 1) / PDI_SPRINGS_VECTOR * PDI_SPRINGS_VECTOR;
     if (count == 1) whole = 1;
-    double top = pdi_min(sweep->most * (2.0 + sweep->most), PDI_SPRINGS_SMALL);
+    double top = pdi_min(sweep->most * (2.0 + sweep->most), PDI_STRETCH_SMALL);
     int64_t broken = 0;
     pdi_springs_sums sums;
     pdi_springs_zero(whole, &sums);
     if (s->lattice) {
         pdi_springs_collect(s, k, whole, &sums);
-        while (n < count && sums.high[n] <= top && sums.low[n] >= -PDI_SPRINGS_SMALL) n++;
+        while (n < count && sums.high[n] <= top && sums.low[n] >= -PDI_STRETCH_SMALL) n++;
         if (n < count) pdi_springs_zero(whole, &sums);
     }
     for (n = n < count ? 0 : count; n < count; n++) broken += pdi_springs_point(s, sweep, k, n, &sums, released);
@@ -398,6 +375,5 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_swe
 
 #undef PDI_SPRINGS_ROUNDING
 #undef PDI_SPRINGS_REACH
-#undef PDI_SPRINGS_SMALL
 #undef PDI_SPRINGS_VECTOR
 #undef PDI_SPRINGS_ALL

@@ -11,6 +11,9 @@
 #define PDI_STRAIN_PACK (PDI_SYM * (PDI_SYM + 1) / 2)
 #define PDI_STRAIN_ROOT2 1.41421356237309504880
 
+/* Where a tensor has its entry of row p and column q <= p. */
+PDI_INLINE int pdi_strain_place(int p, int q) { return p == q ? p : PD_DIM + p * (p - 1) / 2 + q; }
+
 /* x x^T. */
 static inline void pdi_strain_dyad(const double *x, double *v)
 {

@@ -2622,6 +2622,7 @@ def declare(dim):
         ('bulk', c_double),
         ('rate', c_double),
         ('weights', pd_bond_weights),
+        ('band', pd_band),
         ('felt', POINTER(c_uint8)),
         ('alpha', POINTER(c_double)),
         ('bound', POINTER(c_double)),

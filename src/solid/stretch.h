@@ -1,0 +1,38 @@
+/* stretch: what the length of a bond does to its force, by e = (|Y|^2 - r^2)/r^2, with the digits of e and no length.
+ *
+ * 1 - r/|Y| = e phi(e), phi = 1/(sqrt(1 + e) (1 + sqrt(1 + e))). With p = 1 - r/|Y| the stretch is
+ * (|Y| - r)/r = p (1 + e)(1 - p).
+ */
+#ifndef PD_STRETCH_H
+#define PD_STRETCH_H
+#include "core/base.h"
+#include <math.h>
+
+#ifdef PDI_INTERNAL
+/* Up to this |e| the nine terms of the series have all digits. */
+#define PDI_STRETCH_SMALL (1.0 / 64.0)
+
+/* phi by its series. */
+PDI_INLINE double pdi_stretch_series(double e)
+{
+    double sum = 12155.0 / 65536.0;
+    sum = sum * e - 6435.0 / 32768.0;
+    sum = sum * e + 429.0 / 2048.0;
+    sum = sum * e - 231.0 / 1024.0;
+    sum = sum * e + 63.0 / 256.0;
+    sum = sum * e - 35.0 / 128.0;
+    sum = sum * e + 5.0 / 16.0;
+    sum = sum * e - 3.0 / 8.0;
+    return sum * e + 0.5;
+}
+
+/* 1 - r/|Y| of any e. */
+static inline double pdi_stretch_pull(double e)
+{
+    if (fabs(e) <= PDI_STRETCH_SMALL) return e * pdi_stretch_series(e);
+    double root = sqrt(1.0 + e);
+    return e / (root * (1.0 + root));
+}
+#endif
+
+#endif
