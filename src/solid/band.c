@@ -206,7 +206,7 @@ static inline double pdi_band_has(uint32_t lanes, int n) { return (double)(int32
 
 /* A bond of count points: by how much its far end is shifted [m], or NULL, w, and the fields of both of its ends.
  * Inlined with constants for `shift`, `lanes` or `count`. */
-PDI_INLINE void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
+PDI_SHARED void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
                              const double *shift, double w, uint32_t lanes, int count,
                              pdi_band_sums *PD_RESTRICT sums)
 {
@@ -263,7 +263,7 @@ PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *s
 }
 
 /* The force of a bond on count points. T_i - T_j of eq. 8.4 has the tensors of both families in sums. */
-PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
+PDI_SHARED void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
                               const double *shift, double w, uint32_t lanes, double lambda, double mu, int flows,
                               int count, double (*PD_RESTRICT force)[PD_BAND_MOST])
 {

@@ -104,7 +104,7 @@ PDI_SHARED void pdi_extension_pull(const double *PD_RESTRICT own, const double *
 }
 
 /* One of both for a bond. Inlined with constants for what tells them apart, for `shift`, `lanes` or `count`. */
-PDI_INLINE void pdi_extension_of(const double *own, const double *far, int64_t total, const double *shift, double w,
+PDI_SHARED void pdi_extension_of(const double *own, const double *far, int64_t total, const double *shift, double w,
                                  uint32_t lanes, int what, int way, int count, pdi_extension_loop *loop)
 {
     if (what == PDI_EXTENSION_SHAPE || what == PDI_EXTENSION_ENERGY)
@@ -148,7 +148,7 @@ PDI_SHARED void pdi_extension_bonds(const pd_band *band, int32_t k, int what, in
 }
 
 /* The sums of band k. Inlined with a constant for `what`. */
-PDI_INLINE void pdi_extension_sum(const pd_band *band, int32_t k, int linear, int what, pdi_extension_loop *loop)
+PDI_SHARED void pdi_extension_sum(const pd_band *band, int32_t k, int linear, int what, pdi_extension_loop *loop)
 {
     int32_t count = band->first[k + 1] - band->first[k], n = 0;
     if (linear) {

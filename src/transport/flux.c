@@ -319,7 +319,7 @@ PDI_FN int32_t pdi_flux_bonds(const pd_flux *t, int32_t i, int32_t row, int32_t 
 }
 
 /* Compiled for whole blocks, for shorter ones and for single nodes beside inlets and outlets. */
-PDI_INLINE void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
+PDI_SHARED void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_flux *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
@@ -359,7 +359,7 @@ static inline void pdi_flux_share(const double *pass, int32_t far, const double 
     for (int b = 0; b < count; b++) share[b] = bond[b] * pdi_media_harmonic(pass[b], pass[b + far]);
 }
 
-PDI_INLINE void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i, int32_t row, int32_t place, int count)
+PDI_SHARED void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_flux *t = s->t;
     const pdi_flux_fields *f = s->f;
@@ -420,7 +420,7 @@ static inline double pdi_flux_rate_of(double flux, double least, double room, in
     return itself ? (flux > 0.0 ? flux : 0.0) : pdi_flux_rate(flux, least, room);
 }
 
-PDI_INLINE void pdi_flux_rates_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
+PDI_SHARED void pdi_flux_rates_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_flux *t = s->t;
     const double *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
@@ -488,7 +488,7 @@ PDI_INLINE void pdi_flux_upwinds(const pdi_flux_pair *p, const double *xi, const
 enum { PDI_FLUX_VALUES, PDI_FLUX_ALONG, PDI_FLUX_KEPT, PDI_FLUX_KEEP };
 
 /* Compiled for each of them, too. */
-PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count,
+PDI_SHARED void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count,
                                     int what)
 {
     const pd_flux *t = s->t;

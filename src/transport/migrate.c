@@ -93,7 +93,7 @@ static inline double pdi_migrate_drift(double bond, double flux, double rise)
 }
 
 /* What leaves through a bond with w; by: the derivative along the changes of both ends and of the rise. */
-PDI_INLINE double pdi_migrate_bond(double bond, double flux, double w, double near, double far, int by,
+PDI_SHARED double pdi_migrate_bond(double bond, double flux, double w, double near, double far, int by,
                                    double move_near, double move_far, double lift)
 {
     pdi_migrate_shares s = pdi_migrate_of(w);
