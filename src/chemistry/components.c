@@ -498,8 +498,10 @@ PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kin
 {
     double product[2], constant[2], power[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], bends;
     double davies = pdi_components_davies(s, c, &bends);
-    product[0] = constant[0] = kinetic->forward * exp(kinetic->salt[0] * davies);
-    product[1] = constant[1] = kinetic->backward * exp(kinetic->salt[1] * davies);
+    constant[0] = kinetic->forward;
+    constant[1] = kinetic->backward;
+    for (int way = 0; way < 2 && s->debye > 0.0; way++) constant[way] *= exp(kinetic->salt[way] * davies);
+    memcpy(product, constant, sizeof product);
     for (int i = 0; i < s->solutes; i++) {
         if (kinetic->nu[i] == 0.0) continue;
         power[i] = pdi_components_power(c[i], fabs(kinetic->nu[i]), &slope[i]);

@@ -459,6 +459,12 @@ static void pdi_content_give_up(pd_dissolve *d, int32_t i, double dt)
     c[i] = end + pdi_max(left, 0.0);
 }
 
+/* 1: a node that turns keeps what it holds above saturation: random breaking ends above it. */
+static int pdi_content_keeps(const pd_dissolve *d, int32_t i)
+{
+    return pdi_metal_end(d, i) > pdi_content_least(d, i);
+}
+
 static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     double *c = d->transport->c;
@@ -471,19 +477,18 @@ static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
     }
     for (int32_t n = 0; n < candidates; n++) {
         int32_t i = d->piece[n];
-        if (c[i] > pdi_metal_end(d, i) && !(pdi_metal_end(d, i) > pdi_content_least(d, i)))
-            pdi_content_give_up(d, i, dt);
+        if (c[i] > pdi_metal_end(d, i) && !pdi_content_keeps(d, i)) pdi_content_give_up(d, i, dt);
     }
     for (int32_t n = 0; n < candidates; n++) {
         int32_t i = d->piece[n];
-        if (c[i] <= pdi_metal_end(d, i) || pdi_metal_end(d, i) > pdi_content_least(d, i)) pdi_content_note(d, i);
+        if (c[i] <= pdi_metal_end(d, i) || pdi_content_keeps(d, i)) pdi_content_note(d, i);
     }
     for (int32_t n = 0; n < d->changed_count; n++) pdi_content_take(d, d->changed[n]); /* the list may grow */
     for (int32_t n = 0; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
     for (int32_t n = 0; n < d->changed_count; n++) {
         int32_t i = d->changed[n];
         double least = pdi_content_least(d, i), rest = c[i] - least;
-        if (rest > 0.0 && pdi_metal_end(d, i) > least) continue;
+        if (rest > 0.0 && pdi_content_keeps(d, i)) continue;
         c[i] = least;
         if (fabs(rest) > 0.0) PDI_TRY(pdi_content_hand_over(ctx, d, i, rest));
     }

@@ -41,6 +41,8 @@
 #define PDI_LAYER_LIFT 60.0
 #define PDI_LAYER_LIFT_FIRST 0.01
 #define PDI_LAYER_LIFT_STRIDE 1e-6
+/* Change of ln gamma by which its effect is found. */
+#define PDI_LAYER_SALT_STRIDE 1e-6
 /* Share of the sum of |z| c that is no charge. */
 #define PDI_LAYER_NEUTRAL 4e-16
 /* Share of what comes to a surface: down to that, what is left there is found as what comes less what goes. */
@@ -359,16 +361,69 @@ static void pdi_layer_slopes(const pd_components *system, const pdi_terms *w, co
     }
 }
 
-/* How the speed of a node follows its totals. */
-static void pdi_layer_derive(const pd_components *film, const pdi_terms *w, float *by)
+/* ---- how law and curve follow the ionic strength of the node ---- */
+
+/* Law and curve at the surface, with another ln gamma of a charge of 1. 0: no surface was found. */
+static int pdi_layer_salted(const pdi_terms *of, double v, double davies, double *law, double *curve)
+{
+    const pd_etch *s = of->s;
+    pd_components film = s->film;
+    pdi_terms w = *of;
+    w.davies = davies;
+    *law = *curve = 0.0;
+    if (w.thick + w.way > 0.0) {
+        pdi_etch_activities(&s->reactive->components, &s->film, davies, &film);
+        memcpy(w.ln_k, film.ln_k, sizeof w.ln_k);
+    }
+    if (!s->drive) {
+        if (w.kind->law.law) *law = pdi_layer_given(&film, &w, v);
+        return fabs(*law) < HUGE_VAL;
+    }
+    if (w.thick + w.way > 0.0 && !pdi_layer_lift(&film, &w, v)) return 0;
+    if (w.kind->law.law) *law = pdi_terms_law(&w, w.surface, w.psi + w.lift);
+    if (w.electrode >= 0) *curve = pdi_terms_curve(&w, w.surface, w.psi + w.lift);
+    return fabs(*law) < HUGE_VAL && fabs(*curve) < HUGE_VAL;
+}
+
+/* Changes of law and curve at the surface with the totals of the node, by its coefficients of activity alone. */
+static void pdi_layer_salt(const pdi_terms *w, double v, double *law, double *curve)
+{
+    const pd_components *of = &w->s->reactive->components;
+    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], slope, strength = 0.0;
+    double high[2], low[2];
+    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    for (int k = 0; k < of->count; k++) law[k] = curve[k] = 0.0;
+    if (!(of->debye > 0.0) || (!w->s->drive && !w->kind->law.reads && !w->kind->law.reads_ph)) return;
+    for (int n = 0; n < of->solutes; n++) strength += 0.5 * of->charge[n] * of->charge[n] * w->c[n];
+    pdi_activity_davies(of->debye, strength, &slope);
+    if (!pdi_layer_salted(w, v, w->davies + PDI_LAYER_SALT_STRIDE, &high[0], &high[1]) ||
+        !pdi_layer_salted(w, v, w->davies - PDI_LAYER_SALT_STRIDE, &low[0], &low[1]))
+        return;
+    pdi_components_derive(of, w->c, table);
+    for (int k = 0; k < of->count; k++) {
+        double ions = 0.0;
+        memset(one, 0, sizeof one);
+        one[k] = 1.0;
+        pdi_components_follow(of, table, one, along);
+        for (int n = 0; n < of->solutes; n++) ions += 0.5 * of->charge[n] * of->charge[n] * along[n];
+        ions *= slope / (2.0 * PDI_LAYER_SALT_STRIDE);
+        law[k] = (high[0] - low[0]) * ions;
+        curve[k] = (high[1] - low[1]) * ions;
+    }
+}
+
+/* How the speed v of a node follows its totals. */
+static void pdi_layer_derive(const pd_components *film, const pdi_terms *w, double v, float *by)
 {
     const pd_etch *s = w->s;
     const pd_components *of = &s->reactive->components;
     double slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], flows[PD_SPECIES_MOST];
+    double salt[PD_SPECIES_MOST], none[PD_SPECIES_MOST];
     float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    pdi_layer_salt(w, v, salt, none);
     if (!(w->thick > 0.0)) {
         pdi_layer_slopes(of, w, NULL, w->c, slope);
-        for (int k = 0; k < of->count; k++) by[k] = (float)slope[k];
+        for (int k = 0; k < of->count; k++) by[k] = (float)(slope[k] + salt[k]);
         return;
     }
     double back = 1.0;
@@ -377,7 +432,7 @@ static void pdi_layer_derive(const pd_components *film, const pdi_terms *w, floa
     back = pdi_max(back, PDI_LAYER_RISE);
     pdi_components_derive(of, w->c, table);
     for (int k = 0; k < of->count; k++) {
-        double sum = 0.0;
+        double sum = salt[k];
         memset(one, 0, sizeof one);
         one[k] = 1.0;
         pdi_components_follow(of, table, one, along);
@@ -562,11 +617,17 @@ static void pdi_layer_tangent(const pd_components *film, const pdi_terms *w, int
 }
 
 /* How the speed of a node and the flow of its electrode follow its totals, and F phi/(R T) there: drive[0], [1]. */
-static void pdi_layer_derive_charged(const pd_components *film, const pdi_terms *w, float *by, float *flow_by,
-                                    double drive[2])
+static void pdi_layer_derive_charged(const pd_components *film, const pdi_terms *w, double v, float *by,
+                                     float *flow_by, double drive[2])
 {
     pdi_layer_slopes_of t;
+    double law[PD_SPECIES_MOST], curve[PD_SPECIES_MOST];
     pdi_layer_tangent(film, w, by != NULL, &t);
+    pdi_layer_salt(w, v, law, curve);
+    for (int k = 0; k < film->count; k++) {
+        if (by) t.law[2 + k] += law[k];
+        t.curve[2 + k] += curve[k];
+    }
     double one = pdi_max(1.0 - t.law[0], PDI_LAYER_RISE), two = pdi_max(1.0 - t.curve[1], PDI_LAYER_RISE);
     double back = pdi_max(one * two - t.law[1] * t.curve[0], PDI_LAYER_RISE * one * two);
     for (int k = 0; k < film->count; k++) {
@@ -707,12 +768,12 @@ static void pdi_layer_place(pd_etch *s, int32_t p, int derive)
     if (w.electrode >= 0) pdi_layer_lift(&film, &w, *v);
     else if (goes) pdi_layer_given(&film, &w, *v);
     if (!s->drive) {
-        pdi_layer_derive(&film, &w, s->by + (int64_t)p * count);
+        pdi_layer_derive(&film, &w, *v, s->by + (int64_t)p * count);
         return;
     }
     if (!goes) memset(s->by + (int64_t)p * count, 0, (size_t)count * sizeof *s->by);
-    pdi_layer_derive_charged(&film, &w, goes ? s->by + (int64_t)p * count : NULL,
-                            s->electrode ? s->flow_by + (int64_t)p * count : NULL, drive);
+    pdi_layer_derive_charged(&film, &w, *v, goes ? s->by + (int64_t)p * count : NULL,
+                             s->electrode ? s->flow_by + (int64_t)p * count : NULL, drive);
     s->drive[p] = (float)drive[0];
     if (s->electrode) s->flow_drive[p] = (float)drive[1];
 }
