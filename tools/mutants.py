@@ -14,7 +14,7 @@ by their text.
 
 A fault is met by the tests that execute its line, cheap and near ones first, until one fails or --seconds of processor
 time have passed. A line that no test executes has no test to run. A test that fails without a fault, too, counts for
-nothing. Limits are processor time. What no test sees runs once more with the address and undefined-behaviour sanitizers
+nothing. Limits are processor time. --jobs tests and faults are looked at side by side, one for each core. What no test sees runs once more with the address and undefined-behaviour sanitizers
 in all sources, as CI runs them, in one dimension: a fault that leaves an array counts as seen.
 
 Printed are faults that no test has seen, and last a line "N mutants, N built, N with an effect, N killed, N survived".
@@ -24,9 +24,12 @@ import argparse
 import array
 import bisect
 import collections
+import contextlib
 import difflib
+import fcntl
 import hashlib
 import math
+import multiprocessing
 import os
 import pickle
 import random
@@ -294,8 +297,41 @@ class Machine:
         found = [subprocess.run(self.cc + ['-print-file-name=' + name], stdout=subprocess.PIPE).stdout.decode().strip()
                  for name in ('libasan.so', 'libclang_rt.asan-x86_64.so')]
         self.asan = next((os.path.realpath(f) for f in found if os.path.isabs(f)), None)
-        for name in ('cover', 'fault', 'plain', 'watched', 'programs', 'tmp'):
+        for name in ('cover', 'plain', 'watched', 'programs'):
             os.makedirs(os.path.join(self.dir, name), exist_ok=True)
+        self.take_job(0)
+
+    def take_job(self, k):
+        """What this process writes is in a folder of its own."""
+        self.job = 'job%d' % k
+        for name in ('fault', 'source', 'tmp'):
+            os.makedirs(self.own(name), exist_ok=True)
+
+    def own(self, name):
+        return os.path.join(self.dir, self.job, name)
+
+    @contextlib.contextmanager
+    def alone(self):
+        """No other process is in the same place."""
+        with open(os.path.join(self.dir, 'lock'), 'w') as f:
+            fcntl.flock(f, fcntl.LOCK_EX)
+            yield
+
+    @contextlib.contextmanager
+    def jobs(self):
+        """Processes side by side, each with a folder of its own."""
+        fork, numbers = multiprocessing.get_context('fork'), multiprocessing.get_context('fork').SimpleQueue()
+        for k in range(self.a.jobs):
+            numbers.put(k)
+        pool = fork.Pool(self.a.jobs, lambda: self.take_job(numbers.get()))
+        try:
+            yield pool
+            pool.close()
+        except BaseException:
+            pool.terminate()
+            raise
+        finally:
+            pool.join()
 
     def call(self, command, limit=None, room=MEMORY, **more):
         """Status, seconds of processor time and output; status -1: it took longer than `limit` seconds of it, or WAIT
@@ -310,7 +346,7 @@ class Machine:
                 resource.setrlimit(resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 2))
 
         begin, clock = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
-        path = os.path.join(self.dir, 'output')
+        path = self.own('output')
         with open(path, 'wb') as f:
             p = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=f, stderr=subprocess.STDOUT, env=env,
                                  start_new_session=True, preexec_fn=bound)
@@ -345,7 +381,7 @@ class Machine:
 
     def compile(self, source, d, to, flags=None):
         # asserts hold the name of the source; without notes for debuggers the code is the same
-        name = '-fmacro-prefix-map=%s=src' % os.path.join(self.dir, 'source')
+        name = '-fmacro-prefix-map=%s=src' % self.own('source')
         status, _, out = self.call(self.cc + (flags or [f for f in self.dev if not f.startswith('-g')]) + [name, '-DPD_DIM=%d' % d, '-Isrc', '-c', source, '-o', to])
         return status == 0, out
 
@@ -369,7 +405,7 @@ class Machine:
         """The same code and data, whatever their notes for debuggers say."""
         stripped = []
         for k, path in enumerate((one, two)):
-            to = os.path.join(self.dir, 'same%d.o' % k)
+            to = self.own('same%d.o' % k)
             if subprocess.call(['objcopy', '-g', '--remove-section=.comment', path, to]):
                 return False
             stripped.append(open(to, 'rb').read())
@@ -405,7 +441,7 @@ class Machine:
             if test.entry:
                 more['SCENES'] = test.entry
         where = ':'.join(os.path.abspath(os.path.join(self.dir, l)) for l in (library, 'plain'))
-        tmp = os.path.abspath(os.path.join(self.dir, 'tmp'))
+        tmp = os.path.abspath(self.own('tmp'))
         result = self.call(command, limit, PROGRAMS=os.path.join(self.dir, 'programs'), BUILD=os.path.join(self.dir, 'home'),
                            LD_LIBRARY_PATH=where, TMPDIR=tmp, **more)
         for name in os.listdir(tmp):
@@ -583,7 +619,7 @@ class Map:
         return {marks[at]: n for at, n in lines.items() if at in marks}
 
     def trace(self, test, text):
-        m, seen = self.m, os.path.abspath(os.path.join(self.m.dir, 'seen'))
+        m, seen = self.m, os.path.abspath(self.m.own('seen'))
         status, took, out = m.run(test, m.a.longest, 'cover', MUTANTS_SEEN=seen)
         found = {}
         for d in DIMS:
@@ -595,11 +631,11 @@ class Map:
                     numbers.update(self.blocks[d].get(run.start(), ()))
                 found[d] = zlib.compress(array.array('I', sorted(numbers)).tobytes(), 1)
                 os.remove(path)
-        self.tests[name_of(test)] = {'text': text, 'seconds': took, 'passes': status in (0, -1), 'lines': found}
         if status:
             print('mutants: %s' % name_of(test), 'takes more than %g s: lines that it executes later are not known' %
                   m.a.longest if status == -1 else 'fails without a fault and is not used')
             sys.stdout.flush()
+        return name_of(test), {'text': text, 'seconds': took, 'passes': status in (0, -1), 'lines': found}
 
     def renew(self, tests):
         """Runs the tests that the map does not have."""
@@ -619,11 +655,14 @@ class Map:
         self.build()
         print('mutants: the map of which lines are executed: %d of %d tests to run' % (len(missing), len(tests)))
         sys.stdout.flush()
-        for test in sorted(missing, key=lambda t: (t.dim == 3, not t.dim)):
-            self.trace(test, tests[test])
-            if time.monotonic() - saved > 60.0:
-                saved = time.monotonic()
-                self.save()
+        share(trace=self.trace)
+        with self.m.jobs() as pool:
+            order = sorted(missing, key=lambda t: (t.dim == 3, not t.dim))
+            for name, found in pool.imap_unordered(shared, [('trace', test, tests[test]) for test in order]):
+                self.tests[name] = found
+                if time.monotonic() - saved > 60.0:
+                    saved = time.monotonic()
+                    self.save()
         self.save()
         print('mutants: they took %.0f s of processor time and %.0f s' % (
             sum(self.tests[name_of(t)]['seconds'] for t in missing), time.monotonic() - begin))
@@ -695,11 +734,11 @@ class Fault:
 
     def __init__(self, m, path, text, changed):
         self.m, self.path, self.state = m, path, {}
-        self.source = os.path.join(m.dir, 'source', path)
+        self.source = os.path.join(m.own('source'), path)
         os.makedirs(os.path.dirname(self.source), exist_ok=True)
         open(self.source, 'w').write(changed)
         for d in DIMS:
-            library = os.path.join(m.dir, 'fault', 'libpdcorr%dd.so' % d)
+            library = os.path.join(m.own('fault'), 'libpdcorr%dd.so' % d)
             if os.path.exists(library):
                 os.remove(library)
 
@@ -707,7 +746,7 @@ class Fault:
         """'' where it does not build, 'none', or 'some'; in the last case the library with it is there."""
         if d in self.state:
             return self.state[d]
-        m, to = self.m, os.path.join(self.m.dir, 'mutant%dd.o' % d)
+        m, to = self.m, self.m.own('mutant%dd.o' % d)
         original = os.path.join(m.a.build, 'obj%dd' % d, self.path[:-2] + '.o')
         if not m.compile(self.source, d, to)[0]:
             self.state[d] = ''
@@ -715,19 +754,20 @@ class Fault:
             self.state[d] = 'none'
         else:
             self.state[d] = 'some'
-            m.link('fault', d, [to if o == original else o for o in m.objects(d)])
+            m.link(m.job + '/fault', d, [to if o == original else o for o in m.objects(d)])
         return self.state[d]
 
 
     def watch(self, d):
         """Libraries where the sanitizers see what all sources do, with the fault and without: arrays of one source are
         lent to others."""
-        m, to = self.m, os.path.join(self.m.dir, 'watched%dd.o' % d)
-        objects = m.sanitized(d)
+        m, to = self.m, self.m.own('watched%dd.o' % d)
+        with m.alone():
+            objects = m.sanitized(d)
         own = os.path.join(m.dir, 'watched', 'obj%dd' % d, self.path[:-2] + '.o')
         if not objects or not m.compile(self.source, d, to, m.sanitizing)[0]:
             return False
-        m.link('fault', d, [to if o == own else o for o in objects])
+        m.link(m.job + '/fault', d, [to if o == own else o for o in objects])
         return True
 
 
@@ -745,7 +785,7 @@ def watch(m, fault, line, known):
         if d not in ready:
             ready[d] = fault.watch(d)
         limit = 10.0 + 20.0 * known.tests[name_of(test)]['seconds']
-        status, took, out = m.watched(test, limit, 'fault') if ready[d] else (0, 0.0, '')
+        status, took, out = m.watched(test, limit, m.job + '/fault') if ready[d] else (0, 0.0, '')
         total += took
         used += 1
         if status and m.watched(test, limit, 'watched')[0] == 0:
@@ -772,13 +812,50 @@ def judge(m, graph, fault, line, known):
         if 'some' not in effects or m.plain.get(test) is False:
             continue
         limit = 5.0 + 5.0 * known.tests[name_of(test)]['seconds']
-        status, took, out = m.run(test, limit, 'fault')
+        status, took, out = m.run(test, limit, m.job + '/fault')
         total += took
         used += 1
         if status and m.sound(test, limit):
             said = [l for l in out.splitlines() if not l.startswith('note') and re.search(r': \w+: |^failed: |assert|ERROR', l)]
             return test, (said or ['no end' if status == -1 else 'status %d' % status])[0].strip(), total, used, len(met)
     return None, '', total, used, len(met)
+
+
+def weigh(m, graph, known, path, text, changed, line, head, diff):
+    """What a fault counts as, and what is printed of it."""
+    fault = Fault(m, path, text, changed)
+    test, said, took, used, meet = judge(m, graph, fault, line, known)
+    if not test:
+        for d in DIMS:
+            if '' not in fault.state.values() and 'some' not in fault.state.values():
+                fault.effect(d)
+    if '' in fault.state.values():
+        return (), ''
+    if 'some' not in fault.state.values():
+        return ('built',), '%s: no effect' % head
+    seen_by = ''
+    if not test and meet:
+        test, said, more, used = watch(m, fault, line, known)
+        took += more
+        seen_by = ' under the address sanitizer'
+    if test:
+        return ('built', 'effect', 'killed') + (('watched',) if seen_by else ()), '%s: killed after %.0f s%s by test %d of %d, %s: %s' % (
+            head, took, seen_by, used, meet, name_of(test), said[:160])
+    return ('built', 'effect', 'survived'), ('SURVIVED %d of %d tests in %.0f s: %s' % (used, meet, took, diff) if meet else
+                                             'SURVIVED, since no test executes the line: %s' % diff)
+
+
+# ---- side by side ----
+
+SHARED = {}  # functions of this process, which those that it forks call by name
+
+
+def share(**functions):
+    SHARED.update(functions)
+
+
+def shared(call):
+    return SHARED[call[0]](*call[1:])
 
 
 def main():
@@ -791,6 +868,7 @@ def main():
     p.add_argument('--dims', default='', help='of the test programs that are used, such as 1,2')
     p.add_argument('--tests', default='', help='use those alone whose name (FILE DIM ENTRY) has this regular expression, up to its first blank in FILE')
     p.add_argument('--at', help='FILE:LINE: the faults of a line below src, one after the other')
+    p.add_argument('--jobs', type=int, default=len(os.sched_getaffinity(0)), help='processes side by side')
     p.add_argument('--build', default='build')
     p.add_argument('--list', action='store_true', help='print the faults and stop')
     p.add_argument('--unseen', action='store_true', help='print the lines that no test executes and stop')
@@ -830,9 +908,14 @@ def main():
             if s in sources:
                 print('src/%s:%d: %s' % (s, line, sources[s][0].split('\n')[line - 1].strip()))
         return
-    drawn = built = effect = killed = survived = watched = 0
     room = sum(len(f) for s in sources.values() for f in s[1].values())
-    while (drawn if a.list or a.at else effect) < a.count and drawn < room:
+    drawn, wanted = 0, a.count
+
+    def next_fault():
+        """(path, text, changed text, line, head, what is printed), or None."""
+        nonlocal drawn
+        if drawn >= (wanted if a.list or a.at else room):
+            return None
         path, text, (x, y, new), kind = queue[drawn] if queue is not None else draw(sources, rng, seen)
         drawn += 1
         line = text.count('\n', 0, x) + 1
@@ -842,44 +925,34 @@ def main():
         diff = '%s\n    - %s\n    + %s' % (head, old, now)
         if '\n' in text[x:y]:
             diff += ' ... (the statement is left out)'
-        if a.list:
-            print(diff)
-            continue
-        fault = Fault(m, path, text, changed)
-        test, said, took, used, meet = judge(m, graph, fault, line, known)
-        if not test:
-            for d in DIMS:
-                if '' not in fault.state.values() and 'some' not in fault.state.values():
-                    fault.effect(d)
-        if '' in fault.state.values():
-            continue
-        built += 1
-        if 'some' not in fault.state.values():
-            print('%s: no effect' % head)
-            continue
-        effect += 1
-        by_itself = test
-        if not test and meet:
-            test, said, more, used = watch(m, fault, line, known)
-            took += more
-            watched += test is not None
-        if test and not by_itself:
-            killed += 1
-            print('%s: killed after %.0f s under the address sanitizer by test %d of %d, %s: %s' % (
-                head, took, used, meet, name_of(test), said[:160]))
-        elif test:
-            killed += 1
-            print('%s: killed after %.0f s by test %d of %d, %s: %s' % (head, took, used, meet, name_of(test), said[:160]))
-        elif not meet:
-            survived += 1
-            print('SURVIVED, since no test executes the line: %s' % diff)
-        else:
-            survived += 1
-            print('SURVIVED %d of %d tests in %.0f s: %s' % (used, meet, took, diff))
-        sys.stdout.flush()
-    if not a.list:
-        print('mutants: %.0f s of processor time; %d of the killed by sanitizers' % (spent() - begin, watched))
-    print('%d mutants, %d built, %d with an effect, %d killed, %d survived' % (drawn, built, effect, killed, survived))
+        return path, text, changed, line, head, diff
+
+    if a.list:
+        for fault in iter(next_fault, None):
+            print(fault[-1])
+        print('%d mutants, 0 built, 0 with an effect, 0 killed, 0 survived' % drawn)
+        return
+    sum_of = collections.Counter()
+    share(weigh=lambda *fault: weigh(m, graph, known, *fault))
+    with m.jobs() as pool:
+        pending = collections.deque()
+        while sum_of['effect'] < wanted:
+            while len(pending) < a.jobs:
+                fault = next_fault()
+                if not fault:
+                    break
+                pending.append(pool.apply_async(shared, (('weigh',) + fault,)))
+            if not pending:
+                break
+            counts, text = pending.popleft().get()
+            sum_of.update(counts)
+            if text:
+                print(text)
+                sys.stdout.flush()
+        drawn -= len(pending)
+    print('mutants: %.0f s of processor time; %d of the killed by sanitizers' % (spent() - begin, sum_of['watched']))
+    print('%d mutants, %d built, %d with an effect, %d killed, %d survived' % (
+        drawn, sum_of['built'], sum_of['effect'], sum_of['killed'], sum_of['survived']))
 
 
 def spent():
