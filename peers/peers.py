@@ -2,7 +2,7 @@
 """Error against processor time and memory, beside other codes.
 
     peers.py [--only CASE]... [--code CODE]... [--build DIR] [--out DIR] [--repeat N] [--limit S]
-    peers.py --report [--out DIR] [--docs DIR]
+    peers.py --report [--out DIR] [--docs DIR] [--readme FILE]
     peers.py --check [--only CASE]... [--build DIR] [--out DIR]
     peers.py --list
 
@@ -13,11 +13,13 @@ over. Each file runs in an empty folder, on one thread, with a resolution as its
 
 whose keys are the figures of the case. Runs of one resolution take turns, --repeat times; the least time counts. What
 was measured is kept in OUT/CASE.csv, with what in OUT/machine.csv; --report writes DOCS/peers.md and its pictures from
-there without a run, and leaves out cases that have no rows. --check runs pdcorr alone, at the first resolution of each
+there without a run, and leaves out cases that have no rows; what README.md has between two comments
+<!-- peers --> are the figures that cases name for it. --check runs pdcorr alone, at the first resolution of each
 case, and compares with what is kept.
 
 case.ini:
-    [case]            title, about; losses: why pdcorr is behind and what would mend it; skip: why a code is left out
+    [case]            title, about; losses: why pdcorr is behind and what would mend it; skip: why a code is left out;
+                      readme: figures of the table in README.md
     [figure KEY]      label; exact: value of the reference; source: where it comes from; error: relative (default),
                       absolute, cost (the value is a cost, there is no reference) or none (it is listed alone); unit
     [run NAME]        file; n: resolutions; label: what an expert of the code chose
@@ -393,6 +395,25 @@ def summary(measured):
     return lines
 
 
+def readme(measured, path):
+    """The figures that cases name for it, between two comments of that file."""
+    lines = ["| case | figure | beside | pdcorr at equal error, by processor time |", "|---|---|---|---|"]
+    for case, rows in measured:
+        for key in case.head.get("readme", "").split():
+            for code in dict.fromkeys(of["code"] for of in case.runs.values() if of["code"] != "pdcorr"):
+                found = verdict(case, rows, key, code)
+                if found:
+                    lines.append("| [%s](docs/peers.md#%s) | %s | %s | %s |" % (
+                        case.head["title"], case.name, case.figures[key].get("label", key), CODES[code][0], found[2]))
+    mark = "<!-- peers -->"
+    with open(path) as f:
+        parts = f.read().split(mark)
+    if len(parts) != 3:
+        sys.exit("%s: expected two comments %s, found %d" % (path, mark, len(parts) - 1))
+    with open(path, "w") as f:
+        f.write(mark.join([parts[0], "\n\n" + "\n".join(lines) + "\n\n", parts[2]]))
+
+
 def section(case, rows):
     """A case: what it is, its picture, figures, settings, why pdcorr is behind, all rows."""
     lines = ["", '<a id="%s"></a>' % case.name, "", "## " + case.head["title"], "", case.head.get("about", ""), "",
@@ -452,6 +473,7 @@ def report(cases, o):
         lines += section(case, rows)
     with open(os.path.join(o.docs, "peers.md"), "w") as f:
         f.write("\n".join(lines) + "\n")
+    readme(measured, o.readme)
 
 
 def main():
@@ -461,6 +483,7 @@ def main():
     p.add_argument("--build", default=os.path.join(ROOT, "build"))
     p.add_argument("--out", default=os.path.join(HERE, "measured"))
     p.add_argument("--docs", default=os.path.join(ROOT, "docs"))
+    p.add_argument("--readme", default=os.path.join(ROOT, "README.md"))
     p.add_argument("--repeat", type=int, default=2)
     p.add_argument("--limit", type=float, default=600.0)
     p.add_argument("--report", action="store_true")

@@ -24,8 +24,11 @@ right=$(sed -n 's/^\([0-9]*\) passed.*/\1/p' "$dir/log")
 passed=$((passed + ${right:-0}))
 verdict "figures of pdcorr are those that are kept; make peers measures them anew" $status
 
-$python peers/peers.py --report --docs "$dir/docs" > "$dir/log" 2>&1
+cp README.md "$dir/README.md"
+$python peers/peers.py --report --docs "$dir/docs" --readme "$dir/README.md" > "$dir/log" 2>&1
 verdict "the report is made"
+diff "$dir/README.md" README.md > "$dir/log" 2>&1
+verdict "the table of README.md is made of peers/measured, too"
 diff "$dir/docs/peers.md" docs/peers.md > "$dir/log" 2>&1
 verdict "docs/peers.md is made of peers/measured; peers/peers.py --report makes it"
 for picture in "$dir"/docs/img/peers/*.png; do

@@ -25,7 +25,7 @@ CONTENTS = [
                "tutorials/browser", "tutorials/program", "gallery"]),
     ("Use", ["guide", "keys", "api"]),
     ("Understand", ["theory", "cracks", "crevice", "decisions", "architecture", "constants"]),
-    ("Reports", ["validation", "performance", "stability", "Validation, all figures <details/validation>",
+    ("Reports", ["validation", "performance", "stability", "peers", "Validation, all figures <details/validation>",
                  "Mechanics, all figures <details/mechanics>", "Performance, all figures <details/performance>",
                  "Stability, all figures <details/stability>"]),
     ("Project", ["contributing", "conduct", "security", "changes"]),
