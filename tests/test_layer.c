@@ -6,8 +6,10 @@
 
 #define IRON(activity, sodium, chloride, migration) \
     "[grid] h = 5 um  threads = 1  box = 0 um .. 60 um\n[transport] D = 1e-9 m2/s\n" \
-    "[shape iron] kind = solid  material = steel304  box = 0 um .. 20 um\n[chemistry] activity = " activity migration "\n" \
-    "[species Fe2+] D = 0.72e-9 m2/s  initial = 20 mol/m3\n[species Na+] D = 1.33e-9 m2/s  initial = " sodium " mol/m3\n" \
+    "[shape iron] kind = solid  material = steel304  box = 0 um .. 20 um\n[chemistry] activity = " \
+    activity migration "\n" \
+    "[species Fe2+] D = 0.72e-9 m2/s  initial = 20 mol/m3\n" \
+    "[species Na+] D = 1.33e-9 m2/s  initial = " sodium " mol/m3\n" \
     "[species Cl-] D = 2.03e-9 m2/s  initial = " chloride " mol/m3\n[species FeCl+] D = 1e-9 m2/s\n" \
     "[reaction pair] equation = Fe2+ + Cl- = FeCl+  log10_K = 0.5\n[species OH-] D = 5.27e-9 m2/s\n" \
     "[species H2] D = 4.5e-9 m2/s  initial = 1 mol/m3\n[species H2O]\n[run] until = 1 ms\n"

@@ -371,10 +371,8 @@ static int pdi_layer_salted(const pdi_terms *of, double v, double davies, double
     pdi_terms w = *of;
     w.davies = davies;
     *law = *curve = 0.0;
-    if (w.thick + w.way > 0.0) {
-        pdi_etch_activities(&s->reactive->components, &s->film, davies, &film);
-        memcpy(w.ln_k, film.ln_k, sizeof w.ln_k);
-    }
+    if (w.thick + w.way > 0.0) pdi_etch_activities(&s->reactive->components, &s->film, davies, &film);
+    memcpy(w.ln_k, film.ln_k, sizeof w.ln_k);
     if (!s->drive) {
         if (w.kind->law.law) *law = pdi_layer_given(&film, &w, v);
         return fabs(*law) < HUGE_VAL;
@@ -389,8 +387,7 @@ static int pdi_layer_salted(const pdi_terms *of, double v, double davies, double
 static void pdi_layer_salt(const pdi_terms *w, double v, double *law, double *curve)
 {
     const pd_components *of = &w->s->reactive->components;
-    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], slope, strength = 0.0;
-    double high[2], low[2];
+    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], slope, strength = 0.0, high[2], low[2];
     float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
     for (int k = 0; k < of->count; k++) law[k] = curve[k] = 0.0;
     if (!(of->debye > 0.0) || (!w->s->drive && !w->kind->law.reads && !w->kind->law.reads_ph)) return;
