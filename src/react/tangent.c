@@ -113,6 +113,48 @@ static pd_status pdi_tangent_migration(pd_ctx *ctx, pd_reactive *r)
     return pdi_migration_setup(ctx, &r->migration, r->c, &surface);
 }
 
+/* taken [minerals][components]: what minerals of node i take of changes of totals. */
+static void pdi_tangent_minerals(const pd_reactive *r, int32_t i, const double *c, double *taken)
+{
+    double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
+    pd_mineral_start start;
+    pdi_tangent_law(r, i, first, &start);
+    pdi_reactive_solids(r, r->solid, i, n);
+    pdi_mineral_derive(&r->components, &r->minerals, &start, c, n, taken);
+}
+
+/* By the totals before minerals take of them, of a row by those that they leave. What is left of an ion may be next to
+ * nothing of what comes: single precision has it in the product alone. */
+static void pdi_tangent_before(const pd_reactive *r, const double *taken, float *row)
+{
+    int count = r->components.count;
+    double by[PD_SPECIES_MOST];
+    for (int k = 0; k < count; k++) {
+        by[k] = 0.0;
+        for (int q = 0; q < count; q++) {
+            double left = q == k;
+            for (int m = 0; m < r->minerals.count; m++) left -= r->minerals.gain[m][q] * taken[m * count + k];
+            by[k] += (double)row[q] * left;
+        }
+    }
+    for (int k = 0; k < count; k++) row[k] = (float)by[k];
+}
+
+/* How places follow the totals of their nodes. */
+static void pdi_tangent_surface(pd_ctx *ctx, pd_reactive *r)
+{
+    pd_etch *metal = r->surface;
+    pdi_layer_solve(ctx, metal, -1, 1);
+    for (int32_t p = 0; p < metal->count && r->minerals.count; p++) {
+        double c[PD_SPECIES_MOST], taken[PD_MINERAL_MOST * PD_SPECIES_MOST];
+        pdi_reactive_get(r, r->c, metal->node[p], c);
+        pdi_tangent_minerals(r, metal->node[p], c, taken);
+        pdi_tangent_before(r, taken, metal->by + (int64_t)p * r->components.count);
+        if (metal->electrode) pdi_tangent_before(r, taken, metal->flow_by + (int64_t)p * r->components.count);
+    }
+    if (metal->electrode) pdi_levels_derive(metal);
+}
+
 PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
 {
     const pd_components *s = &r->components;
@@ -128,11 +170,7 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_derive(s, c, by);
         if (r->minerals.count) {
-            double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
-            pd_mineral_start start;
-            pdi_tangent_law(r, i, first, &start);
-            pdi_reactive_solids(r, r->solid, i, n);
-            pdi_mineral_derive(s, &r->minerals, &start, c, n, taken);
+            pdi_tangent_minerals(r, i, c, taken);
             for (int k = 0; k < r->minerals.count * s->count; k++) by[pdi_tangent_place(r) + k] = (float)taken[k];
         }
         for (int n = 0; n < s->kinetics; n++, row += s->count) {
@@ -155,8 +193,7 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
         for (int n = s->kinetics; n < r->filters; n++)
             r->filter[n].absorb[i] = pdi_tangent_absorb(r, i, r->filter[n].mineral);
     }
-    if (r->surface) pdi_layer_solve(ctx, r->surface, -1, 1);
-    if (r->surface && r->surface->electrode) pdi_levels_derive(r->surface);
+    if (r->surface) pdi_tangent_surface(ctx, r);
     if (r->migration.on) PDI_TRY(pdi_tangent_migration(ctx, r));
     for (int n = 0; n < r->filters; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
@@ -185,13 +222,12 @@ static void pdi_tangent_part(const pd_reactive *r, int32_t i, double *x)
 }
 
 /* Change of the speed of metal at place p with the change x of totals (and psi) of its node, and *flow, that of its
- * electrode; x loses what minerals take. */
+ * electrode. */
 static double pdi_tangent_metal(const pd_reactive *r, int32_t p, double *x, double *flow)
 {
     const pd_etch *metal = r->surface;
     int32_t i = metal->node[p];
     pdi_tangent_part(r, i, x);
-    pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, x);
     double sum = pdi_etch_follow(metal, p, x);
     *flow = 0.0;
     if (metal->electrode)
