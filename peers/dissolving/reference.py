@@ -1,13 +1,18 @@
 #!/usr/bin/python3
-"""Reference of the disc that dissolves: the problem along the radius by Chebyshev collocation and Radau IIA of order 5.
+"""Reference of the disc that dissolves, and with the argument 2 of the sphere: the problem along the radius by
+Chebyshev collocation and Radau IIA of order 5.
 
 Lengths in 50 um, times in s, C over its saturation. r = a + (R - a) s maps a(t) < r < R onto 0 < s < 1, so that
-    dC/dt = D (C'' + C'/r) + C' (1 - s) da/dt,   da/dt = -k (1 - C(a)),   -D C'(a) = (q - C(a)) k (1 - C(a)),   C(R) = 0
-with q the content of the metal over the saturation. The start has a layer that grows as the root of the time: steps
-are equal in that root. Prints the share lost with more and more nodes and steps.
+    dC/dt = D (C'' + p C'/r) + C' (1 - s) da/dt,   da/dt = -k (1 - C(a)),   -D C'(a) = (q - C(a)) k (1 - C(a)),
+    C(R) = 0
+with p = 1 (disc) or 2 (sphere) and q the content of the metal over the saturation. The start has a layer that grows as
+the root of the time: steps are equal in that root. Prints the share lost with more and more nodes and steps.
 """
+import sys
+
 import numpy as np
 
+P = int(sys.argv[1]) if len(sys.argv) > 1 else 1
 D, K, Q, R, END = 1e-9 / 2.5e-9, 0.2, 10.0, 3.0, 10.0
 ROOT = np.sqrt(6.0)
 C = np.array([(4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0, 1.0])
@@ -35,7 +40,7 @@ def loss(nodes, steps):
         c, a = np.append(y[:-1], 0.0), y[-1]
         slope = d @ c / (R - a)
         speed = K * (1.0 - c[0])
-        f = D * (d @ slope / (R - a) + slope / (a + (R - a) * s)) - slope * (1.0 - s) * speed
+        f = D * (d @ slope / (R - a) + P * slope / (a + (R - a) * s)) - slope * (1.0 - s) * speed
         f[0] = D * slope[0] + (Q - c[0]) * speed
         return np.append(f[:-1], -speed)
 
@@ -68,7 +73,7 @@ def loss(nodes, steps):
         else:
             raise SystemExit("Newton's method has not converged")
         y = stage[2]
-    return 1.0 - y[-1] ** 2
+    return 1.0 - y[-1] ** (P + 1)
 
 
 for nodes, steps in ((16, 20), (24, 40), (32, 80), (40, 120)):

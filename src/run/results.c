@@ -9,6 +9,8 @@
 #define PDI_RESULTS_LAYER 2.0
 /* Cell Peclet number v h/D at which upwinding spreads species as much as they diffuse. */
 #define PDI_RESULTS_PECLET 2.0
+/* [mol/L] Ionic strength to which Davies' equation holds (theory: 5b.2). */
+#define PDI_RESULTS_IONIC 0.5
 
 /* Share of Faraday's law by which metal lost may differ from it without a word. */
 #define PDI_RESULTS_EXACT 0.01
@@ -75,11 +77,33 @@ static void pdi_results_spread(const pd_model *model, pd_print_fn print, void *u
     print(user, PD_PRINT_NOTE, text);
 }
 
+/* Davies' equation is left: its last term grows with the ionic strength without end. */
+static void pdi_results_ionic(const pd_model *model, pd_print_fn print, void *user)
+{
+    const pd_reactive *r = &model->reactive;
+    const pd_components *s = &r->components;
+    double most = 0.0;
+    char text[320];
+    if (!model->setup->has_chemistry || !(s->debye > 0.0)) return;
+    for (int32_t i = 0; i < model->grid.total; i++) {
+        double strength = 0.0;
+        if (model->grid.kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < s->solutes; n++)
+            strength += 0.5e-3 * s->charge[n] * s->charge[n] * r->c[n * (int64_t)model->grid.total + i];
+        most = pdi_max(most, strength);
+    }
+    if (!(most > PDI_RESULTS_IONIC)) return;
+    snprintf(text, sizeof text, "chemistry: the ionic strength is up to %.3g mol/L: Davies' equation holds to %g, and pH, "
+             "equilibria and rates that read activities are extrapolated", most, PDI_RESULTS_IONIC);
+    print(user, PD_PRINT_NOTE, text);
+}
+
 PDI_FN void pdi_results_print(const pd_monitors *all, pd_print_fn print, void *user)
 {
     char text[1024];
     if (!print) return;
     pdi_results_spread(all->model, print, user);
+    pdi_results_ionic(all->model, print, user);
     for (int k = 0; k < all->model->setup->monitors; k++) {
         const pd_monitor *m = &all->monitor[k];
         if (m->count == 0) continue;
@@ -99,4 +123,5 @@ PDI_FN void pdi_results_print(const pd_monitors *all, pd_print_fn print, void *u
 
 #undef PDI_RESULTS_LAYER
 #undef PDI_RESULTS_PECLET
+#undef PDI_RESULTS_IONIC
 #undef PDI_RESULTS_EXACT
