@@ -93,8 +93,8 @@ static void pdi_results_ionic(const pd_model *model, pd_print_fn print, void *us
         most = pdi_max(most, strength);
     }
     if (!(most > PDI_RESULTS_IONIC)) return;
-    snprintf(text, sizeof text, "chemistry: the ionic strength is up to %.3g mol/L: Davies' equation holds to %g, and pH, "
-             "equilibria and rates that read activities are extrapolated", most, PDI_RESULTS_IONIC);
+    snprintf(text, sizeof text, "chemistry: the ionic strength is up to %.3g mol/L: Davies' equation holds to %g, and "
+             "pH, equilibria and rates that read activities are extrapolated", most, PDI_RESULTS_IONIC);
     print(user, PD_PRINT_NOTE, text);
 }
 
