@@ -914,7 +914,7 @@ def main():
     def next_fault():
         """(path, text, changed text, line, head, what is printed), or None."""
         nonlocal drawn
-        if drawn >= (wanted if a.list or a.at else room):
+        if drawn >= (min(wanted, room) if a.list or a.at else room):
             return None
         path, text, (x, y, new), kind = queue[drawn] if queue is not None else draw(sources, rng, seen)
         drawn += 1
