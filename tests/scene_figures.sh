@@ -34,17 +34,25 @@ near() {
 
 # expect TEXT: one expectation of the last run.
 expect() {
+    found=
     case $1 in
     says\ *) grep -qF -- "${1#says }" "$dir/log" ;;
     silent\ *) ! grep -qF -- "${1#silent }" "$dir/log" ;;
-    *\ absent) [ -z "$(figure "${1% absent}")" ] ;;
-    *\ =\ nan) [ "$(figure "${1% = *}")" = nan ] ;;
+    *\ absent)
+        found=$(figure "${1% absent}")
+        [ -z "$found" ]
+        ;;
+    *\ =\ nan)
+        found=$(figure "${1% = *}")
+        [ "$found" = nan ]
+        ;;
     *\ =\ *)
+        found=$(figure "${1% = *}")
         # shellcheck disable=SC2046
-        near "$(figure "${1% = *}")" $(echo "${1##* = }" | sed 's/+-//') ;;
+        near "$found" $(echo "${1##* = }" | sed 's/+-//') ;;
     *) false ;;
     esac
-    verdict "$name: expected $1; found '$(figure "${1% = *}")'" $?
+    verdict "$name: expected $1; found '$found'" $?
 }
 
 # end_of_run: the status of the last run is what its expectations say.
