@@ -74,14 +74,17 @@ static double pdi_components_others(const pd_components *s, const double *total)
     return sum;
 }
 
-/* ln gamma of a charge of 1, and its derivative by the ionic strength [m3/mol]. */
-static double pdi_components_davies(const pd_components *s, const double *c, double *slope)
+PDI_FN double pdi_components_strength(const pd_components *s, const double *c)
 {
     double strength = 0.0;
-    *slope = 0.0;
-    if (!(s->debye > 0.0)) return 0.0;
     for (int i = 0; i < s->solutes; i++) strength += 0.5 * pdi_components_square(s->charge[i]) * pdi_max(c[i], 0.0);
-    return pdi_activity_davies(s->debye, strength, slope);
+    return strength;
+}
+
+PDI_FN double pdi_components_davies(const pd_components *s, const double *c, double *slope)
+{
+    *slope = 0.0;
+    return s->debye > 0.0 ? pdi_activity_davies(s->debye, pdi_components_strength(s, c), slope) : 0.0;
 }
 
 PDI_FN double pdi_components_activity(const pd_components *s, const double *c)

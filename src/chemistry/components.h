@@ -62,6 +62,10 @@ PDI_FN double pdi_components_speed(const pd_components *components, const pd_kin
 /* c [PD_SPECIES_MOST] [mol/m3] of the solvent alone: its own reactions, at finite rate or not, are in equilibrium.
  * PD_NOT_CONVERGED: c is 0. */
 PDI_FN pd_status pdi_components_water(const pd_components *components, double *c);
+/* Ionic strength [mol/m3]. */
+PDI_FN double pdi_components_strength(const pd_components *components, const double *c);
+/* ln gamma of a charge of 1, and its derivative by the ionic strength [m3/mol]. */
+PDI_FN double pdi_components_davies(const pd_components *components, const double *c, double *slope);
 /* ln gamma of a charge of 1. */
 PDI_FN double pdi_components_activity(const pd_components *components, const double *c);
 #endif

@@ -387,12 +387,11 @@ static int pdi_layer_salted(const pdi_terms *of, double v, double davies, double
 static void pdi_layer_salt(const pdi_terms *w, double v, double *law, double *curve)
 {
     const pd_components *of = &w->s->reactive->components;
-    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], slope, strength = 0.0, high[2], low[2];
+    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], slope, high[2], low[2];
     float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
     for (int k = 0; k < of->count; k++) law[k] = curve[k] = 0.0;
     if (!(of->debye > 0.0) || (!w->s->drive && !w->kind->law.reads && !w->kind->law.reads_ph)) return;
-    for (int n = 0; n < of->solutes; n++) strength += 0.5 * of->charge[n] * of->charge[n] * w->c[n];
-    pdi_activity_davies(of->debye, strength, &slope);
+    pdi_components_davies(of, w->c, &slope);
     if (!pdi_layer_salted(w, v, w->davies + PDI_LAYER_SALT_STRIDE, &high[0], &high[1]) ||
         !pdi_layer_salted(w, v, w->davies - PDI_LAYER_SALT_STRIDE, &low[0], &low[1]))
         return;

@@ -123,19 +123,26 @@ static void pdi_tangent_minerals(const pd_reactive *r, int32_t i, const double *
     pdi_mineral_derive(&r->components, &r->minerals, &start, c, n, taken);
 }
 
+/* left [components]: what minerals leave of one of total k. */
+static void pdi_tangent_left(const pd_reactive *r, const double *taken, int k, double *left)
+{
+    int count = r->components.count;
+    memset(left, 0, PD_SPECIES_MOST * sizeof *left);
+    left[k] = 1.0;
+    for (int m = 0; m < r->minerals.count; m++)
+        for (int q = 0; q < count; q++) left[q] -= r->minerals.gain[m][q] * taken[m * count + k];
+}
+
 /* By the totals before minerals take of them, of a row by those that they leave. What is left of an ion may be next to
  * nothing of what comes: single precision has it in the product alone. */
 static void pdi_tangent_before(const pd_reactive *r, const double *taken, float *row)
 {
     int count = r->components.count;
-    double by[PD_SPECIES_MOST];
+    double by[PD_SPECIES_MOST], left[PD_SPECIES_MOST];
     for (int k = 0; k < count; k++) {
+        pdi_tangent_left(r, taken, k, left);
         by[k] = 0.0;
-        for (int q = 0; q < count; q++) {
-            double left = q == k;
-            for (int m = 0; m < r->minerals.count; m++) left -= r->minerals.gain[m][q] * taken[m * count + k];
-            by[k] += (double)row[q] * left;
-        }
+        for (int q = 0; q < count; q++) by[k] += (double)row[q] * left[q];
     }
     for (int k = 0; k < count; k++) row[k] = (float)by[k];
 }
@@ -144,8 +151,12 @@ static void pdi_tangent_before(const pd_reactive *r, const double *taken, float 
 static void pdi_tangent_surface(pd_ctx *ctx, pd_reactive *r)
 {
     pd_etch *metal = r->surface;
+    int32_t places = r->minerals.count ? metal->count : 0;
+    int nt = pdi_tangent_threads(ctx, r);
+    (void)nt;
     pdi_layer_solve(ctx, metal, -1, 1);
-    for (int32_t p = 0; p < metal->count && r->minerals.count; p++) {
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < places; p++) {
         double c[PD_SPECIES_MOST], taken[PD_MINERAL_MOST * PD_SPECIES_MOST];
         pdi_reactive_get(r, r->c, metal->node[p], c);
         pdi_tangent_minerals(r, metal->node[p], c, taken);
@@ -178,11 +189,8 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
             pdi_components_speed(s, &s->kinetic[n], c, slope, NULL);
             for (int k = 0; k < s->count; k++) {
                 double sum = 0.0;
-                memset(one, 0, sizeof one);
-                one[k] = 1.0;
                 /* of ions that reach a mineral next to nothing may stay dissolved: single precision has none of it */
-                for (int m = 0; m < r->minerals.count; m++)
-                    for (int q = 0; q < s->count; q++) one[q] -= r->minerals.gain[m][q] * taken[m * s->count + k];
+                pdi_tangent_left(r, taken, k, one);
                 pdi_components_follow(s, by, one, along);
                 for (int m = 0; m < s->solutes; m++) sum += slope[m] * along[m];
                 row[k] = (float)sum;

@@ -86,11 +86,10 @@ static void pdi_results_ionic(const pd_model *model, pd_print_fn print, void *us
     char text[320];
     if (!model->setup->has_chemistry || !(s->debye > 0.0)) return;
     for (int32_t i = 0; i < model->grid.total; i++) {
-        double strength = 0.0;
+        double c[PD_SPECIES_MOST];
         if (model->grid.kind[i] != PD_FLUID) continue;
-        for (int n = 0; n < s->solutes; n++)
-            strength += 0.5e-3 * s->charge[n] * s->charge[n] * r->c[n * (int64_t)model->grid.total + i];
-        most = pdi_max(most, strength);
+        pdi_reactive_get(r, r->c, i, c);
+        most = pdi_max(most, 1e-3 * pdi_components_strength(s, c));
     }
     if (!(most > PDI_RESULTS_IONIC)) return;
     snprintf(text, sizeof text, "chemistry: the ionic strength is up to %.3g mol/L: Davies' equation holds to %g, and "

@@ -4,13 +4,9 @@
 #include <math.h>
 #include <string.h>
 
-/* Doubles in a line of a cache, lines after which addresses meet again in it, and lines by which fields are apart. */
-#define PDI_BAND_LINE 8
+/* Lines after which addresses meet again in a cache, and lines by which fields are apart. */
 #define PDI_BAND_LINES 64
 #define PDI_BAND_APART 5
-
-/* Bits of a bond that all points of the longest band have. */
-#define PDI_BAND_ALL UINT32_MAX
 
 /* Base of the steps of a bond along the axes: those of three axes fit into 32 bits. */
 #define PDI_BAND_STEPS 1024
@@ -232,12 +228,9 @@ PDI_SHARED void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RES
     }
 }
 
-/* Points of a band of count ones with those that fill the last vector. */
-static int pdi_band_whole(int32_t count) { return (count + PDI_BAND_LINE - 1) / PDI_BAND_LINE * PDI_BAND_LINE; }
-
 PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *sums)
 {
-    int32_t i = band->first[k], count = band->first[k + 1] - i, whole = count > 1 ? pdi_band_whole(count) : 1;
+    int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);
     const double *own = pdi_band_field(band, 0) + i;
     double shift[PD_DIM];
     for (int p = 0; p < PDI_BAND_TENSOR; p++)
@@ -345,8 +338,6 @@ PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double
         for (int d = 0; d < PD_DIM; d++) force[((int64_t)i + n) * PD_DIM + d] = sum[d][n];
 }
 
-#undef PDI_BAND_LINE
-#undef PDI_BAND_ALL
 #undef PDI_BAND_STEPS
 #undef PDI_BAND_LINES
 #undef PDI_BAND_APART

@@ -37,6 +37,11 @@ typedef struct pd_band {
 } pd_band;
 
 #ifdef PDI_INTERNAL
+/* Doubles in a line of a cache. */
+#define PDI_BAND_LINE 8
+/* Bits of a bond that all points of the longest band have. */
+#define PDI_BAND_ALL UINT32_MAX
+
 enum {
     PDI_BAND_TENSOR = PD_DIM * PD_DIM,
     PDI_BAND_PLACE = 0,                              /* x [m] */
@@ -74,6 +79,11 @@ PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double
 static inline double *pdi_band_field(const pd_band *band, int field)
 {
     return band->field + PD_BAND_MOST + field * band->stride;
+}
+/* Points of a band of count ones with those that fill the last line. */
+static inline int pdi_band_whole(int32_t count)
+{
+    return count > 1 ? (count + PDI_BAND_LINE - 1) / PDI_BAND_LINE * PDI_BAND_LINE : 1;
 }
 /* By how much an image is off its point [m]. */
 static inline void pdi_band_shift(const pd_body *body, int32_t image, double *shift)

@@ -4,9 +4,6 @@
 #include "solid/stretch.h"
 #include <math.h>
 
-/* Bits of a bond that all points of the longest band have. */
-#define PDI_EXTENSION_ALL UINT32_MAX
-
 /* Which bonds a loop takes. */
 enum {
     PDI_EXTENSION_LINEAR, /* under small displacements */
@@ -50,7 +47,7 @@ PDI_INLINE void pdi_extension_look(const double *PD_RESTRICT own, const double *
     }
     bond->over = 1.0 / bond->square;
     double e = more * bond->over;
-    if (lanes != PDI_EXTENSION_ALL) e = (lanes >> n & 1u) ? e : 0.0;
+    if (lanes != PDI_BAND_ALL) e = (lanes >> n & 1u) ? e : 0.0;
     bond->stretch = e;
     bond->part = 1.0;
     if (way == PDI_EXTENSION_LINEAR) return;
@@ -95,7 +92,7 @@ PDI_SHARED void pdi_extension_pull(const double *PD_RESTRICT own, const double *
             carried += line * bond.xi[p];
         }
         double share = w * far[PDI_BAND_VOLUME * total + n] * (carried * bond.over + alpha * bond.stretch) * bond.part;
-        if (lanes != PDI_EXTENSION_ALL) share = (lanes >> n & 1u) ? share : 0.0;
+        if (lanes != PDI_BAND_ALL) share = (lanes >> n & 1u) ? share : 0.0;
         for (int p = 0; p < PD_DIM && !stress; p++) sum[p][n] += share * bond.y[p];
         for (int p = 0; p < PD_DIM && stress; p++)
             for (int q = 0; q < PD_DIM; q++)
@@ -115,14 +112,11 @@ PDI_SHARED void pdi_extension_of(const double *own, const double *far, int64_t t
                            loop->sum);
 }
 
-/* Points of a band of count ones with those that fill the last vector. */
-static int pdi_extension_whole(int32_t count) { return count > 1 ? (count + 7) / 8 * 8 : 1; }
-
 /* All bonds of band k. Inlined with constants for `what` and `way`. */
 PDI_SHARED void pdi_extension_bonds(const pd_band *band, int32_t k, int what, int way, pdi_extension_loop *loop)
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i;
-    int whole = pdi_extension_whole(count);
+    int whole = pdi_band_whole(count);
     int64_t total = band->stride;
     const double *own = pdi_band_field(band, 0) + i;
     double shift[PD_DIM];
@@ -132,7 +126,7 @@ PDI_SHARED void pdi_extension_bonds(const pd_band *band, int32_t k, int what, in
     for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
         double w = pdi_bond_weights_intact(band->weights, i, &f);
         pdi_band_shift(band->body, pdi_walk_image(&f), shift);
-        if (w > 0.0) pdi_extension_of(own, own + (f.to - i), total, shift, w, PDI_EXTENSION_ALL, what, way, 1, loop);
+        if (w > 0.0) pdi_extension_of(own, own + (f.to - i), total, shift, w, PDI_BAND_ALL, what, way, 1, loop);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
@@ -141,8 +135,8 @@ PDI_SHARED void pdi_extension_bonds(const pd_band *band, int32_t k, int what, in
         if (band->bond[b].image) {
             pdi_band_shift(band->body, band->bond[b].image, shift);
             pdi_extension_of(own, far, total, shift, w, lanes, what, way, whole, loop);
-        } else if (lanes == PDI_EXTENSION_ALL)
-            pdi_extension_of(own, far, total, NULL, w, PDI_EXTENSION_ALL, what, way, PD_BAND_MOST, loop);
+        } else if (lanes == PDI_BAND_ALL)
+            pdi_extension_of(own, far, total, NULL, w, PDI_BAND_ALL, what, way, PD_BAND_MOST, loop);
         else pdi_extension_of(own, far, total, NULL, w, lanes, what, way, whole, loop);
     }
 }
@@ -204,5 +198,4 @@ PDI_FN void pdi_extension_force(const pd_band *band, int32_t k, int linear, doub
         for (int d = 0; d < PD_DIM; d++) force[((int64_t)i + n) * PD_DIM + d] = sum[d][n];
 }
 
-#undef PDI_EXTENSION_ALL
 #undef PDI_EXTENSION_ROWS

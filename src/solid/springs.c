@@ -6,15 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Bits of a bond that all points of the longest band have. */
-#define PDI_SPRINGS_ALL UINT32_MAX
-
 /* Rounding of places, over the spacing: bonds of whole spacings lead to places of a lattice. */
 #define PDI_SPRINGS_ROUNDING 1e-9
 /* Longest bond of a lattice, in spacings along an axis. */
 #define PDI_SPRINGS_REACH 200
-/* Doubles of a vector. */
-#define PDI_SPRINGS_VECTOR 8
 
 /* ---- kinds of bonds ---- */
 
@@ -220,7 +215,7 @@ PDI_INLINE void pdi_springs_add(const double *PD_RESTRICT own, const double *PD_
             more += eta * (xi[d] + y[d]);
         }
         double e = more * over;
-        if (lanes != PDI_SPRINGS_ALL) e = (lanes >> n & 1u) ? e : 0.0;
+        if (lanes != PDI_BAND_ALL) e = (lanes >> n & 1u) ? e : 0.0;
         high[n] = e > high[n] ? e : high[n];
         low[n] = e < low[n] ? e : low[n];
         double share = weight * far[PDI_BAND_VOLUME * total + n] * (e * pdi_stretch_series(e));
@@ -239,10 +234,10 @@ static void pdi_springs_collect(const pd_springs *s, int32_t k, int whole, pdi_s
         const double *far = own + band->bond[b].offset;
         double weight = (double)band->bond[b].weight * kind->stiff;
         uint32_t lanes = band->bond[b].lanes;
-        if (lanes == PDI_SPRINGS_ALL)
-            pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, PD_BAND_MOST, sums);
+        if (lanes == PDI_BAND_ALL)
+            pdi_springs_add(own, far, total, kind, weight, PDI_BAND_ALL, PD_BAND_MOST, sums);
         else if (whole > 1) pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
-        else if (lanes) pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, 1, sums);
+        else if (lanes) pdi_springs_add(own, far, total, kind, weight, PDI_BAND_ALL, 1, sums);
     }
 }
 
@@ -331,8 +326,7 @@ static void pdi_springs_fold(int whole, pdi_springs_sums *sums)
 static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, int32_t k, double *released)
 {
     int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
-    int whole = (count + PDI_SPRINGS_VECTOR - 1) / PDI_SPRINGS_VECTOR * PDI_SPRINGS_VECTOR;
-    if (count == 1) whole = 1;
+    int whole = pdi_band_whole(count);
     double top = pdi_min(sweep->most * (2.0 + sweep->most), PDI_STRETCH_SMALL);
     int64_t broken = 0;
     pdi_springs_sums sums;
@@ -375,5 +369,3 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_swe
 
 #undef PDI_SPRINGS_ROUNDING
 #undef PDI_SPRINGS_REACH
-#undef PDI_SPRINGS_VECTOR
-#undef PDI_SPRINGS_ALL
