@@ -21,7 +21,9 @@ void generate_chemistry(draw *g)
     double drop = draw_chance(g, 0.25) ? salt * draw_between(g, 0.3, 3.0) : 0.0;
     /* Diffusivities in proportion to the length squared over the time, so that any spacing will do. */
     double size = g->D / 1.5e-9;
-    scene_key(x, c, "activity", draw_chance(g, 0.5) ? "ideal" : "davies");
+    /* Davies' equation ends at 500 mol/m3. Metal that no mineral takes up makes ten times as much. */
+    int dilute = (x->has & HAS_MINERAL) || !(x->has & HAS_DISSOLVE), davies = !draw_chance(g, 0.5) && dilute;
+    scene_key(x, c, "activity", davies ? "davies" : "ideal");
     if (x->has & HAS_MIGRATION) scene_key(x, c, "migration", "yes");
     if ((x->has & HAS_MINERAL) && (x->has & HAS_DISSOLVE) && !(x->has & (HAS_POTENTIAL | HAS_MIGRATION)) &&
         draw_chance(g, 0.3))
