@@ -1,32 +1,13 @@
 # scalarTransportFoam, limitedLinear; 8 n steps, Courant number 0.2 at the middle of the cone.
 . "$CASE/../openfoam.sh"
 n=$1
-dictionary system/controlDict << END
-application scalarTransportFoam; startFrom startTime; startTime 0; stopAt endTime; endTime 1;
-deltaT $(awk "BEGIN { printf \"%.12g\", 1 / (8 * $n) }");
-writeControl timeStep; writeInterval $((8 * n)); writePrecision 10; writeFormat ascii; runTimeModifiable false;
-END
-dictionary system/fvSchemes << 'END'
-ddtSchemes { default CrankNicolson 0.9; }
-gradSchemes { default Gauss linear; }
-divSchemes { default none; div(phi,T) Gauss limitedLinear 1; }
-laplacianSchemes { default Gauss linear corrected; }
-interpolationSchemes { default linear; }
-snGradSchemes { default corrected; }
-END
+time_steps scalarTransportFoam 1 "$(awk "BEGIN { printf \"%.12g\", 1 / (8 * $n) }")" 10 < /dev/null
+schemes "CrankNicolson 0.9" "div(phi,T) Gauss limitedLinear 1;"
 dictionary system/fvSolution << 'END'
 solvers { T { solver PBiCGStab; preconditioner DILU; tolerance 1e-9; relTol 0; } }
 SIMPLE { nNonOrthogonalCorrectors 0; }
 END
-dictionary system/blockMeshDict << END
-vertices ((0 0 0) (1 0 0) (1 1 0) (0 1 0) (0 0 .1) (1 0 .1) (1 1 .1) (0 1 .1));
-blocks (hex (0 1 2 3 4 5 6 7) ($n $n 1) simpleGrading (1 1 1));
-boundary
-(
-    rim { type patch; faces ((3 7 6 2) (0 4 7 3) (2 6 5 1) (1 5 4 0)); }
-    frontAndBack { type empty; faces ((0 3 2 1) (4 5 6 7)); }
-);
-END
+unit_square $n 1 <<< "rim { type patch; faces ((3 7 6 2) (0 4 7 3) (2 6 5 1) (1 5 4 0)); }"
 dictionary constant/transportProperties << 'END'
 DT DT [0 2 -1 0 0 0 0] 1e-12;
 END

@@ -3,9 +3,7 @@
 . "$CASE/../openfoam.sh"
 n=$1
 half=$((n / 2))
-dictionary system/controlDict << END
-application simpleFoam; startFrom startTime; startTime 0; stopAt endTime; endTime 3000; deltaT 1;
-writeControl timeStep; writeInterval 3000; writePrecision 10; writeFormat ascii; runTimeModifiable false;
+time_steps simpleFoam 3000 1 10 << 'END'
 functions
 {
     forces
@@ -15,23 +13,7 @@ functions
     }
 }
 END
-dictionary system/fvSchemes << 'END'
-ddtSchemes { default steadyState; }
-gradSchemes { default Gauss linear; }
-divSchemes { default none; div(phi,U) Gauss linear; div((nuEff*dev2(T(grad(U))))) Gauss linear; }
-laplacianSchemes { default Gauss linear corrected; }
-interpolationSchemes { default linear; }
-snGradSchemes { default corrected; }
-END
-dictionary system/fvSolution << 'END'
-solvers
-{
-    p { solver GAMG; smoother GaussSeidel; tolerance 1e-10; relTol 0.05; }
-    U { solver PBiCGStab; preconditioner DILU; tolerance 1e-10; relTol 0.1; }
-}
-SIMPLE { consistent yes; nNonOrthogonalCorrectors 0; residualControl { p 1e-5; U 1e-6; } }
-relaxationFactors { equations { U 0.9; } }
-END
+steady_flow 1e-3 "nNonOrthogonalCorrectors 0; residualControl { p 1e-5; U 1e-6; }"
 # A square of 0.2 m around the cylinder holds the ring; a to d: where its diagonals meet the cylinder.
 dictionary system/blockMeshDict << END
 a 0.46464466094; b 0.53535533906; c 0.16464466094; d 0.23535533906;
@@ -93,12 +75,6 @@ boundary
     }
     cylinder { type wall; faces ((16 36 37 17) (16 18 38 36) (18 19 39 38) (17 37 39 19)); }
 );
-END
-dictionary constant/transportProperties << 'END'
-transportModel Newtonian; nu 1e-3;
-END
-dictionary constant/turbulenceProperties << 'END'
-simulationType laminar;
 END
 dictionary 0/U volVectorField << 'END'
 dimensions [0 1 -1 0 0 0 0];

@@ -1,31 +1,13 @@
 # Developed flow is a Poisson equation over the section: laplacianFoam with a source, GAMG; n odd cells a side.
 . "$CASE/../openfoam.sh"
 n=$1
-dictionary system/controlDict << END
-application laplacianFoam; startFrom startTime; startTime 0; stopAt endTime; endTime 1; deltaT 1;
-writeControl timeStep; writeInterval 1; writePrecision 12; writeFormat ascii; runTimeModifiable false;
-END
-dictionary system/fvSchemes << 'END'
-ddtSchemes { default steadyState; }
-gradSchemes { default Gauss linear; }
-divSchemes { default none; }
-laplacianSchemes { default Gauss linear corrected; }
-interpolationSchemes { default linear; }
-snGradSchemes { default corrected; }
-END
+time_steps laplacianFoam 1 1 12 < /dev/null
+schemes steadyState ""
 dictionary system/fvSolution << 'END'
 solvers { T { solver GAMG; smoother GaussSeidel; tolerance 1e-10; relTol 0; } }
 SIMPLE { nNonOrthogonalCorrectors 0; }
 END
-dictionary system/blockMeshDict << END
-vertices ((0 0 0) (1 0 0) (1 1 0) (0 1 0) (0 0 .1) (1 0 .1) (1 1 .1) (0 1 .1));
-blocks (hex (0 1 2 3 4 5 6 7) ($n $n 1) simpleGrading (1 1 1));
-boundary
-(
-    walls { type patch; faces ((3 7 6 2) (0 4 7 3) (2 6 5 1) (1 5 4 0)); }
-    frontAndBack { type empty; faces ((0 3 2 1) (4 5 6 7)); }
-);
-END
+unit_square $n 1 <<< "walls { type patch; faces ((3 7 6 2) (0 4 7 3) (2 6 5 1) (1 5 4 0)); }"
 dictionary constant/transportProperties << 'END'
 DT DT [0 2 -1 0 0 0 0] 1;
 END
