@@ -150,6 +150,7 @@ PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, cons
                                pd_mineral_start *start)
 {
     start->limited = 0;
+    start->near_ = NULL;
     for (int s = 0; s < m->count; s++) {
         const pd_mineral *of = &m->of[s];
         start->initial[s] = pdi_max(n[s], 0.0);
@@ -219,6 +220,7 @@ typedef struct pdi_mineral_work {
     double guess[PD_SPECIES_MOST];  /* [mol/m3] to begin from anew */
     int failed;                     /* 1: the last amounts have no concentrations */
     int left;                       /* equilibria that may still be solved */
+    int rounded;                    /* 1: the last step of Newton is no more than the rounding of amounts */
 } pdi_mineral_work;
 
 /* ln Omega of mineral s less that of its law with an amount that is by `over` above that of the start. */
@@ -259,22 +261,26 @@ static double pdi_mineral_off(pdi_mineral_work *w, int s, double grown)
     return pdi_mineral_law(w->c, w->m, w->start, s, w->at, pdi_mineral_over(w, s));
 }
 
-/* Most that mineral s grows by what totals hold, and by its room in the volume; HUGE_VAL: no component bounds it. */
-static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *most, double *room)
+/* The growth of mineral s by what totals hold, from `least` to `most`, and by its room in the volume; -HUGE_VAL,
+ * HUGE_VAL: no component bounds it. */
+static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *least, double *most, double *room)
 {
     double taken = 0.0;
+    *least = -HUGE_VAL;
     *most = HUGE_VAL;
     for (int k = 0; k < w->c->count; k++) {
-        double there = w->total[k];
+        double there = w->total[k], gain = w->m->gain[s][k];
         int signs = 0;
         for (int i = 0; i < w->c->solutes; i++) signs |= w->c->m[k][i] < 0.0;
-        if (signs || !(w->m->gain[s][k] > 0.0)) continue;
+        if (signs || gain == 0.0) continue;
         for (int t = 0; t < w->m->count; t++) {
-            if (w->m->gain[t][k] < 0.0) signs = 1;
+            if (w->m->gain[t][k] * gain < 0.0) signs = 1;
             if (t != s) there -= w->m->gain[t][k] * w->grown[t];
         }
-        if (!signs) *most = pdi_min(*most, there / w->m->gain[s][k]);
+        if (!signs && gain > 0.0) *most = pdi_min(*most, there / gain);
+        if (!signs && gain < 0.0) *least = pdi_max(*least, there / gain);
     }
+    if (!(*least < *most)) *least = -HUGE_VAL;
     for (int t = 0; t < w->m->count; t++)
         if (t != s) taken += w->m->of[t].volume * w->n[t];
     *room = w->start->limited ? w->start->limit[s] - w->base[s] : HUGE_VAL;
@@ -301,28 +307,43 @@ static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double r
     }
 }
 
-/* The amount of mineral s with those of the others. In terms of the logarithm of what is left of the component that
- * bounds it the law is nearly linear: secants of it, and halves where they stay on one side. */
+/* A place in the bracket of the growth of a mineral. The law is nearly linear in the logarithms of what is left of the
+ * components that bound it below and above: secants of these. */
+static double pdi_mineral_between(const pdi_bracket *b, double least, double most, double next)
+{
+    double ends[2] = {b->a, b->b}, ratio[2], width = most - least;
+    int below = least > -HUGE_VAL, above = most < HUGE_VAL;
+    if (!below && !above) return next;
+    for (int k = 0; k < 2; k++) {
+        double low = below ? pdi_max(ends[k] - least, DBL_EPSILON * fabs(least)) : 1.0;
+        double high = above ? pdi_max(most - ends[k], DBL_EPSILON * fabs(most)) : 1.0;
+        ratio[k] = log(low) - log(high);
+    }
+    double at = exp(ratio[0] + pdi_bracket_share(b) * (ratio[1] - ratio[0])), x;
+    if (!below) x = most - 1.0 / at;
+    else if (!above) x = least + at;
+    else x = at < 1.0 ? least + width * (at / (1.0 + at)) : most - width / (1.0 + at);
+    return x > b->a && x < b->b ? x : next;
+}
+
+/* The amount of mineral s with those of the others. */
 static void pdi_mineral_one(pdi_mineral_work *w, int s)
 {
-    double rate = w->start->rate[s] * w->start->dt, start = w->start->start[s], most, room, x[2], f[2];
+    double rate = w->start->rate[s] * w->start->dt, start = w->start->start[s], least, most, room, x[2], f[2];
     if (!(rate > 0.0)) {
         pdi_mineral_set(w, s, pdi_max(start, 0.0) - w->base[s]);
         return;
     }
-    pdi_mineral_bounds(w, s, &most, &room);
+    pdi_mineral_bounds(w, s, &least, &most, &room);
     x[0] = start > rate ? pdi_min((start - w->base[s]) - rate, room) : pdi_min(-w->base[s], room);
+    if (least > x[0] && least < room) x[0] = least; /* below it nothing is left that it needs to dissolve */
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
     if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
     pdi_bracket b = {x[0], f[0], x[1], f[1], 0, 0};
     double next;
     while (w->left > 0 && pdi_bracket_next(&b, &next)) {
-        if (most < HUGE_VAL) {
-            double far = log(most - b.a), near = log(pdi_max(most - b.b, DBL_EPSILON * fabs(most)));
-            double bent = most - exp(far + pdi_bracket_share(&b) * (near - far));
-            if (bent > b.a && bent < b.b) next = bent;
-        }
+        next = pdi_mineral_between(&b, least, most, next);
         double off = pdi_mineral_off(w, s, next);
         if (fabs(off) < PDI_MINERAL_MET) return;
         pdi_bracket_take(&b, next, off);
@@ -501,6 +522,37 @@ static void pdi_mineral_changes(const pdi_mineral_work *w, const int *active, in
     for (int p = 0; p < count; p++) slope[p][0] = change[p][0];
 }
 
+/* 1: the changes slope[][0] of the active minerals are within the rounding of amounts, or of the least total with
+ * these. */
+static int pdi_mineral_rounded(const pdi_mineral_work *w, const int *active, int count,
+                               double (*slope)[PD_SPECIES_MOST])
+{
+    for (int p = 0; p < count; p++) {
+        int s = active[p];
+        double least = HUGE_VAL;
+        for (int k = 0; k < w->c->count; k++)
+            if (w->m->gain[s][k] != 0.0) least = pdi_min(least, fabs(w->total[k] / w->m->gain[s][k]));
+        if (!(fabs(slope[p][0]) <= 0.5 * DBL_EPSILON * pdi_max(fabs(w->grown[s]), least))) return 0;
+    }
+    return 1;
+}
+
+/* The growth of mineral s changed by so much. Where it is the only one that follows, and the change is more than half of
+ * what is left of a component that bounds it, the change is one of the logarithm of this rest, in which the law is
+ * nearly linear. */
+static double pdi_mineral_changed(const pdi_mineral_work *w, int s, int alone, double had, double from, double change)
+{
+    double least, most, room, none = -w->base[s], grown = from + change;
+    pdi_mineral_bounds(w, s, &least, &most, &room);
+    double below = from - least, above = most - from, rest = pdi_min(below, above);
+    if (!(had + change > 0.0)) grown = none;
+    if (alone && rest > 0.0 && fabs(change) > 0.5 * rest) {
+        double near = below < above ? least + rest * exp(change / rest) : most - rest * exp(-change / rest);
+        if (near > least && near < most) grown = near;
+    }
+    return pdi_min(pdi_max(grown, none), room);
+}
+
 /* A step of Newton of all minerals that are there, halved until they are nearer to their laws; *worst: how near. 0: it
  * does not help. */
 static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
@@ -509,8 +561,9 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     const pd_minerals *m = w->m;
     double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST], off[PD_MINERAL_MOST];
-    double from[PD_MINERAL_MOST], had[PD_MINERAL_MOST], most, room;
+    double from[PD_MINERAL_MOST], had[PD_MINERAL_MOST];
     int active[PD_MINERAL_MOST], count = 0;
+    w->rounded = 0;
     *worst = pdi_mineral_distance(w, off);
     for (int s = 0; s < m->count; s++)
         if (w->n[s] > 0.0 && w->start->rate[s] > 0.0 && !pdi_mineral_full(c, m, w->start, s, w->at, w->n))
@@ -519,14 +572,15 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     pdi_mineral_matrix(c, m, w->start, w->at, w->n, active, count, a, slope);
     for (int p = 0; p < count; p++) slope[p][0] = off[active[p]];
     pdi_mineral_changes(w, active, count, a, slope);
+    w->rounded = pdi_mineral_rounded(w, active, count, slope);
+    if (w->rounded) return 0;
     memcpy(from, w->grown, sizeof from);
     memcpy(had, w->n, sizeof had);
     for (double share = 1.0; share > PDI_MINERAL_SHORTEST; share *= 0.25) {
         for (int p = 0; p < count; p++) {
-            pdi_mineral_bounds(w, active[p], &most, &room);
-            double change = share * slope[p][0], least = -w->base[active[p]];
-            double grown = had[active[p]] + change > 0.0 ? pdi_max(from[active[p]] + change, least) : least;
-            pdi_mineral_set(w, active[p], pdi_min(grown, room));
+            int of = active[p];
+            double change = share * slope[p][0];
+            pdi_mineral_set(w, of, pdi_mineral_changed(w, of, count == 1, had[of], from[of], change));
         }
         double now = pdi_mineral_distance(w, off);
         if (now < (*worst > PDI_MINERAL_NEAR ? PDI_MINERAL_BETTER : PDI_MINERAL_HALF) * *worst) {
@@ -561,14 +615,15 @@ static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, 
         size = pdi_max(size, n[s]);
     }
     for (int s = 0; s < m->count; s++) { /* a guess may be more than has room */
-        double most, room;
-        pdi_mineral_bounds(&w, s, &most, &room);
+        if (start->near_) pdi_mineral_set(&w, s, pdi_max(start->near_[s], 0.0) - n[s]);
+        double least, most, room;
+        pdi_mineral_bounds(&w, s, &least, &most, &room);
         if (room < 0.0) pdi_mineral_set(&w, s, room);
     }
     for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
         double moved = 0.0, worst;
         while (pdi_mineral_newton(&w, &worst)) {}
-        if (!(worst > PDI_MINERAL_NEAR) || w.left <= 0) break;
+        if (!(worst > (w.rounded ? PDI_MINERAL_LOOSE : PDI_MINERAL_NEAR)) || w.left <= 0) break;
         for (int s = 0; s < m->count; s++) {
             double before = w.grown[s];
             pdi_mineral_one(&w, s);

@@ -40,6 +40,7 @@ typedef struct pd_mineral_start {
     double initial[PD_MINERAL_MOST]; /* [mol/m3] amounts that are there before the step: they need no room */
     int limited;                     /* 1: minerals grow up to `limit`, 0: up to their room */
     double limit[PD_MINERAL_MOST];   /* [mol/m3] HUGE_VAL: none */
+    const double *near_;             /* [count] [mol/m3] amounts where the search begins; NULL: those of the totals */
 } pd_mineral_start;
 
 #ifdef PDI_INTERNAL

@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Error of the equations of a place in each of their steps, where the caller gives none. */
-#define PDI_COAT_TOLERANCE 1e-8
+#define PDI_COAT_TOLERANCE 1e-10
 /* So often a step is made shorter before a rate that is not finite is refused. */
 #define PDI_COAT_TRIALS 6
 /* [cells] Places are looked for this far from a node. */

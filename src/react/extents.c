@@ -4,6 +4,7 @@
 #include "core/bracket.h"
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 /* Sweeps over the reactions of a node, and changes of totals that are none. */
 #define PDI_EXTENTS_SWEEPS 30
@@ -17,26 +18,41 @@ typedef struct pdi_extents_reaction {
     int32_t i;
     const pd_kinetic *kinetic;
     double extent; /* [mol/m3] by the correction */
+    int found;     /* 1: c and n [mol/m3] hold the last equilibrium */
+    double c[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
 } pdi_extents_reaction;
 
-PDI_FN pd_status pdi_extents_equilibrium(const pd_reactive *r, int32_t i, const double *sum, double *c, double *n)
+/* c, n: as pdi_extents_equilibrium. The search begins at c, and at the amounts `near_`; NULL: those of `base`. */
+static pd_status pdi_extents_seek(const pd_reactive *r, int32_t i, const double *sum, const double *near_, double *c,
+                                  double *n)
 {
     double first[PD_MINERAL_MOST];
     pd_mineral_start start;
-    pdi_reactive_get(r, r->base, i, c);
     if (!r->minerals.count) return pdi_components_solve(&r->components, sum, c);
     pdi_tangent_law(r, i, first, &start);
+    start.near_ = near_;
     pdi_reactive_solids(r, r->solid_base, i, n);
     return pdi_mineral_solve(&r->components, &r->minerals, &start, sum, c, n);
 }
 
+PDI_FN pd_status pdi_extents_equilibrium(const pd_reactive *r, int32_t i, const double *sum, double *c, double *n)
+{
+    pdi_reactive_get(r, r->base, i, c);
+    return pdi_extents_seek(r, i, sum, NULL, c, n);
+}
+
 /* What the reaction lacks where it goes on by `more` [mol/m3] from the totals `sum`. NaN: there is no equilibrium. */
-static double pdi_extents_excess(const pdi_extents_reaction *of, const double *sum, double more)
+static double pdi_extents_excess(pdi_extents_reaction *of, const double *sum, double more)
 {
     const pd_components *s = &of->r->components;
     double total[PD_SPECIES_MOST], c[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
     for (int k = 0; k < s->count; k++) total[k] = sum[k] + of->kinetic->gain[k] * more;
-    if (pdi_extents_equilibrium(of->r, of->i, total, c, n) != PD_OK) return (double)NAN;
+    if (of->found) memcpy(c, of->c, sizeof c);
+    else pdi_reactive_get(of->r, of->r->base, of->i, c);
+    if (pdi_extents_seek(of->r, of->i, total, of->found ? of->n : NULL, c, n) != PD_OK) return (double)NAN;
+    memcpy(of->c, c, sizeof c);
+    memcpy(of->n, n, sizeof n);
+    of->found = 1;
     return of->extent + more - of->r->dt * pdi_components_speed(s, of->kinetic, c, NULL, NULL);
 }
 
@@ -53,7 +69,7 @@ static double pdi_extents_rounding(const pdi_extents_reaction *of, const double 
 
 /* How much farther than by the correction it goes [mol/m3]. A reaction slows down as it goes on: what it lacks rises at
  * least as fast as its extent, so that its zero lies within that of the start. */
-static double pdi_extents_find(const pdi_extents_reaction *of, const double *sum)
+static double pdi_extents_find(pdi_extents_reaction *of, const double *sum)
 {
     double low = pdi_extents_excess(of, sum, 0.0), more = -low, at;
     if (low == 0.0 || low != low) return 0.0;
@@ -82,6 +98,7 @@ PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, dou
         double rise = 0.0;
         for (int k = 0; k < s->count; k++) rise += (double)row[k] * r->weight[k] * delta[k * total + i];
         of[n].r = r;
+        of[n].found = 0;
         of[n].i = i;
         of[n].kinetic = &s->kinetic[n];
         of[n].extent = r->dt * (pdi_components_speed(s, &s->kinetic[n], base, NULL, NULL) + share * rise);

@@ -21,8 +21,9 @@ void generate_chemistry(draw *g)
     double drop = draw_chance(g, 0.25) ? salt * draw_between(g, 0.3, 3.0) : 0.0;
     /* Diffusivities in proportion to the length squared over the time, so that any spacing will do. */
     double size = g->D / 1.5e-9;
-    /* Davies' equation ends at 500 mol/m3. Metal that no mineral takes up makes ten times as much. */
-    int dilute = (x->has & HAS_MINERAL) || !(x->has & HAS_DISSOLVE), davies = !draw_chance(g, 0.5) && dilute;
+    /* Davies' equation ends at 500 mol/m3. Metal makes ten times as much, but where a mineral takes it up at once. */
+    int metal = (x->has & HAS_DISSOLVE) != 0, dilute = !metal || (x->has & HAS_MINERAL);
+    int davies = !draw_chance(g, 0.5) && dilute;
     scene_key(x, c, "activity", davies ? "davies" : "ideal");
     if (x->has & HAS_MIGRATION) scene_key(x, c, "migration", "yes");
     if ((x->has & HAS_MINERAL) && (x->has & HAS_DISSOLVE) && !(x->has & (HAS_POTENTIAL | HAS_MIGRATION)) &&
@@ -62,7 +63,7 @@ void generate_chemistry(draw *g)
         s = scene_section(x, "reaction", "brucite");
         scene_key(x, s, "=", "Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O   log10_K = 16.84");
         s = scene_section(x, "mineral", "Mg(OH)2(s)");
-        if (draw_chance(g, 0.5)) {
+        if (draw_chance(g, 0.5) && !(davies && metal)) {
             double area = 0.1 / x->h[0];
             scene_key(x, s, "rate", "%q", draw_decade(g, 0.01, 1.0) / (area * x->time), UNIT_GROWTH);
             scene_key(x, s, "area", "%q", area, UNIT_SPECIFIC);
