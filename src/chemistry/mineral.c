@@ -15,6 +15,8 @@
  * then given up: the step is taken in parts. */
 #define PDI_MINERAL_SOLVES 500
 #define PDI_MINERAL_LOOSE 1e-4
+/* Nearer than this the derivative of the logarithm of Omega is right, and says what the rounding of amounts changes. */
+#define PDI_MINERAL_REGULAR 1.0
 /* A volume within this share of its room is full, where ln Omega is off the law by more. */
 #define PDI_MINERAL_FULL 1e-9
 /* Share of the room within which several minerals fill it. */
@@ -336,6 +338,10 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
     }
     pdi_mineral_bounds(w, s, &least, &most, &room);
     x[0] = start > rate ? pdi_min((start - w->base[s]) - rate, room) : pdi_min(-w->base[s], room);
+    if (w->m->count == 1 && x[0] - most > PDI_MINERAL_ROUND * DBL_EPSILON * (fabs(x[0]) + fabs(most) + w->base[s])) {
+        w->left = 0; /* its law leaves more of it than totals hold */
+        return;
+    }
     if (least > x[0] && least < room) x[0] = least; /* below it nothing is left that it needs to dissolve */
     f[0] = pdi_mineral_off(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
@@ -623,7 +629,7 @@ static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, 
     for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
         double moved = 0.0, worst;
         while (pdi_mineral_newton(&w, &worst)) {}
-        if (!(worst > (w.rounded ? PDI_MINERAL_LOOSE : PDI_MINERAL_NEAR)) || w.left <= 0) break;
+        if (!(worst > (w.rounded ? PDI_MINERAL_REGULAR : PDI_MINERAL_NEAR)) || w.left <= 0) break;
         for (int s = 0; s < m->count; s++) {
             double before = w.grown[s];
             pdi_mineral_one(&w, s);

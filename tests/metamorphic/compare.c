@@ -1,5 +1,6 @@
 /* compare: see compare.h */
 #include "compare.h"
+#include "generate.h"
 #include "lattice/grid.h"
 #include "scene/units.h"
 #include <math.h>
@@ -49,6 +50,7 @@ static double factor_of(const transform *t, const char *unit_name)
 #define THERMAL_VOLTAGE 0.0257
 /* [mol/m3] Rounding of the content of metal, 7e4 mol/m3, over a hundred steps. */
 #define METAL_ROUNDING 1e-9
+#define FARADAY 96485.0 /* [C/mol] */
 /* [Pa] Rounding of strains, 2e-15, times a modulus of 45 GPa. */
 #define STRESS_ROUNDING 1e-4
 
@@ -239,13 +241,21 @@ static double size_of_kin(const record *r, const run_field *f)
  * current leaves, all that passes is the rest of two reactions. */
 static double current_error(const scene *x, const record *r)
 {
-    const double faraday = 96485.0;
     const run_field *ions = x->has & HAS_MIGRATION ? find_field(r, "Na+") : NULL;
     if (!ions || !r->steps) return 0.0;
-    return CANCELS * faraday * size_of_kin(r, ions) * x->h[0] * (double)r->steps / r->time;
+    return CANCELS * FARADAY * size_of_kin(r, ions) * x->h[0] * (double)r->steps / r->time;
 }
 
-/* [-] The same over the least current that an electrode carries. */
+/* [as the figure] The same of figures of electrodes: of densities, and of their sum over the surface. */
+static double electrode_error(const scene *x, const record *r, const run_figure *p)
+{
+    const run_figure *area = record_figure(r, p->section, p->name, "area");
+    if (strcmp(p->key, "current") == 0) return area ? area->value * current_error(x, r) : 0.0;
+    int density = strcmp(p->key, "density") == 0 || strcmp(p->key, "least") == 0 || strcmp(p->key, "most") == 0;
+    return density ? current_error(x, r) : 0.0;
+}
+
+/* [-] The same over the least current that an electrode carries, or metal without one. */
 static double current_share(const scene *x, const record *r)
 {
     double least = HUGE_VAL, most = 0.0;
@@ -257,6 +267,7 @@ static double current_share(const scene *x, const record *r)
         if (strcmp(f->key, "least") == 0 && fabs(f->value) > 0.0) least = fmin(least, fabs(f->value));
     }
     if (!(least < HUGE_VAL)) least = most;
+    if (!(least > 0.0)) least = x->current;
     return least > 0.0 ? current_error(x, r) / least : 0.0;
 }
 
@@ -280,15 +291,35 @@ static double water_error(const record *r, int64_t cell)
     return sum > 0.0 ? CANCELS * size_of_kin(r, acid) / sum : 0.0;
 }
 
+/* [mol/m3] What is left of a current where none flows makes so much of the ions of metal. */
+static double charge_error(const scene *x, const record *r)
+{
+    return CANCELS * x->current * r->time / (2.0 * FARADAY * x->h[0]);
+}
+
+/* [mol/m3] What balances and currents of two runs leave of ions of metal. */
+static double metal_error(const scene *x, const record *r, const run_field *metal)
+{
+    return 2.0 * fmax(CANCELS * size_of_kin(r, metal), charge_error(x, r));
+}
+
 /* By how much logarithms of activities and of their products may be wrong in a cell: of next to no ion nothing is
  * known. */
-static double logarithm_error(const record *r, int of_product, int64_t cell)
+static double logarithm_error(const scene *x, const record *r, int of_product, int64_t cell)
 {
     const run_field *metal = of_product ? find_field(r, "Mg2+") : NULL;
     double error = 2.0 * water_error(r, cell);
     if (!metal) return error;
-    double c = metal->data[cell], rest = CANCELS * size_of_kin(r, metal);
-    return c > rest ? error + rest / c : HUGE_VAL;
+    double c = metal->data[cell], rest = metal_error(x, r, metal);
+    return c > rest ? error - log1p(-rest / c) : HUGE_VAL;
+}
+
+/* [-] Rates of states read c/(STATE_HALF + c) of ions of metal (generate_chemistry): what balances leave of c changes a
+ * state by this much. */
+static double state_error(const record *r)
+{
+    const run_field *metal = find_field(r, "Mg2+");
+    return metal ? CANCELS * size_of_kin(r, metal) / STATE_HALF : 0.0;
 }
 
 static int64_t image_cell(const transform *t, const record *a, const record *b, int64_t cell)
@@ -309,7 +340,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
 {
     char name[FIELD_NAME], detail[160];
     double sign = 1.0;
-    int saturation = strcmp(p->name, "SI") == 0;
+    int saturation = strcmp(p->name, "SI") == 0, state = strcmp(p->name, "theta") == 0;
     snprintf(name, sizeof name, "%s", p->name);
     rotate_stress(t, name, &sign);
     const run_field *q = find_field(b, name);
@@ -329,10 +360,12 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
     if (logs && own < 1.0) own = 1.0;
     double least = floor_of(x, p->label, tolerance), kin = CANCELS * size_of_kin(a, p);
     if (kin > least) least = kin;
+    if (of_ions && !logs) least = fmax(least, charge_error(x, a));
     if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->label), own * left_of_steps(a, b)));
     if (is_dissolved(p->name) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     if (strcmp(p->name, "i") == 0) least = fmax(least, current_error(x, a));
-    least = fmax(least, follows_current(x, a, p->label, strcmp(p->name, "theta") == 0, own));
+    least = fmax(least, follows_current(x, a, p->label, state, own));
+    if (state) least = fmax(least, state_error(a));
     /* the scale on which the tolerance leaves that much */
     double scale = tolerance > 0.0 && least > tolerance * own ? least / tolerance : own;
     if (!(scale > 0.0)) scale = 1.0;
@@ -345,7 +378,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
             double u = p->data[c * a->cells + k], v = s * q->data[to * b->cells + j] / factor;
             if (agrees(u, v, scale, tolerance)) continue;
             if (of_ions && tolerance > 0.0) {
-                double error = logs ? logarithm_error(a, saturation, k) : 2.0 * water_error(a, k) * fabs(u);
+                double error = logs ? logarithm_error(x, a, saturation, k) : 2.0 * water_error(a, k) * fabs(u);
                 if (isinf(error) || fabs(u - v) <= tolerance * scale + error) continue;
             }
             int64_t at[3] = {k % a->n[0], k / a->n[0] % a->n[1], k / a->n[0] / a->n[1]};
@@ -373,14 +406,15 @@ static double factor_of_half(const run_figure *g)
 /* What passes a face of a cell under a slope of a thousandth of all there is: less than that is nothing. */
 static double least_figure(const scene *x, const record *a, const run_figure *p)
 {
-    const run_field *flow = find_field(a, "v");
+    const run_field *flow = find_field(a, "v"), *ions = find_field(a, "Na+");
     double around = x->has & HAS_AXIS ? 2 : PD_DIM - 1, face = pow(x->h[0], around), c = 1.0;
     double speed = flow ? size_of(flow->data, PD_DIM * a->cells) : 0.0;
     for (int k = 0; k < a->fields; k++) {
         double most = strcmp(a->field[k].name, "C") == 0 ? size_of(a->field[k].data, a->cells) : 0.0;
         if (most > c) c = most;
     }
-    double passes = 1e-3 * c * (x->D / x->h[0] + speed);
+    if (ions) c = fmax(c, size_of_kin(a, ions));
+    double passes = CANCELS / 1e-9 * c * (x->D / x->h[0] + speed);
     if (strcmp(p->section, "plane") != 0 && strcmp(p->section, "transfer") != 0) return 0.0;
     if (strcmp(p->key, "species") == 0 || strcmp(p->key, "flux") == 0) return passes * face;
     if (strcmp(p->key, "density") == 0) return passes;
@@ -535,9 +569,10 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (passes > least) least = passes;
     if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->unit), scale * left_of_steps(a, b)));
     if (is_dissolved(p->key) && METAL_ROUNDING > least) least = METAL_ROUNDING;
-    if (strcmp(p->section, "electrode") == 0 && (strcmp(p->key, "least") == 0 || strcmp(p->key, "most") == 0))
-        least = fmax(least, current_error(x, a));
-    least = fmax(least, follows_current(x, a, p->unit, strcmp(p->section, "surface") == 0, scale));
+    if (strcmp(p->section, "electrode") == 0) least = fmax(least, electrode_error(x, a, p));
+    int state = strcmp(p->section, "surface") == 0;
+    least = fmax(least, follows_current(x, a, p->unit, state, scale));
+    if (state) least = fmax(least, state_error(a));
     if (tolerance > 0.0 && least > tolerance * scale) scale = least / tolerance;
     if (!(scale > 0.0)) scale = 1.0;
     if (strcmp(p->key, "front") == 0 && tolerance > 0.0) tolerance = 1e-6; /* distances are single floats there */

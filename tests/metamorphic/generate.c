@@ -451,9 +451,10 @@ void generate_metal(draw *g)
         scene_key(x, s, "rate", "0");
         s -= 2;
     } else if (x->has & HAS_MIGRATION) {
-        scene_key(x, s, "current", "%q*10^((E + %q)/%q)%s", draw_decade(g, 0.05, 2.0) * 1e-3 / x->h[0] * 1e-3,
-                  UNIT_CURRENT_DENSITY, draw_between(g, -0.05, 0.05), UNIT_VOLT, draw_between(g, 0.06, 0.15), UNIT_VOLT,
-                  more);
+        double i = draw_decade(g, 0.05, 2.0) * 1e-3 / x->h[0] * 1e-3;
+        if (!(x->has & HAS_POTENTIAL)) x->current = i;
+        scene_key(x, s, "current", "%q*10^((E + %q)/%q)%s", i, UNIT_CURRENT_DENSITY, draw_between(g, -0.05, 0.05),
+                  UNIT_VOLT, draw_between(g, 0.06, 0.15), UNIT_VOLT, more);
         scene_key(x, s, "charge", "2");
         scene_key(x, s, "reaction", "Mg = Mg2+ + 2 e-");
         if (!(x->has & HAS_POTENTIAL)) scene_key(x, s, "potential", "%q", draw_between(g, -0.05, 0.1), UNIT_VOLT);

@@ -3,6 +3,8 @@
 #define METAMORPHIC_GENERATE_H
 #include "scene.h"
 
+#define STATE_HALF 0.5 /* [mol/m3] of Mg2+, at which states of surfaces have half their rate */
+
 typedef enum scene_class {
     CLASS_EXACT = 0, /* prescribed steps, tolerances at their end */
     CLASS_TOLERANCE, /* default steps */

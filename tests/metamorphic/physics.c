@@ -21,7 +21,8 @@ void generate_chemistry(draw *g)
     double drop = draw_chance(g, 0.25) ? salt * draw_between(g, 0.3, 3.0) : 0.0;
     /* Diffusivities in proportion to the length squared over the time, so that any spacing will do. */
     double size = g->D / 1.5e-9;
-    /* Davies' equation ends at 500 mol/m3. Metal makes ten times as much, but where a mineral takes it up at once. */
+    /* Davies' equation ends at 500 mol/m3. Metal makes ten times as much, but where a mineral takes it up at once and
+     * never fills its room. */
     int metal = (x->has & HAS_DISSOLVE) != 0, dilute = !metal || (x->has & HAS_MINERAL);
     int davies = !draw_chance(g, 0.5) && dilute;
     scene_key(x, c, "activity", davies ? "davies" : "ideal");
@@ -59,7 +60,7 @@ void generate_chemistry(draw *g)
     }
     if (x->has & HAS_MINERAL) {
         s = scene_section(x, "species", "Mg(OH)2(s)");
-        if (draw_chance(g, 0.7)) scene_key(x, s, "volume", "%q", 24.63e-6, UNIT_MOLAR_VOLUME);
+        if (draw_chance(g, 0.7) && !(davies && metal)) scene_key(x, s, "volume", "%q", 24.63e-6, UNIT_MOLAR_VOLUME);
         s = scene_section(x, "reaction", "brucite");
         scene_key(x, s, "=", "Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O   log10_K = 16.84");
         s = scene_section(x, "mineral", "Mg(OH)2(s)");
@@ -75,7 +76,8 @@ void generate_chemistry(draw *g)
         scene_key(x, s, "initial", "0.05 + 0.02*sin(0.3*%p)", draw_whole(g, 0, PD_DIM - 1));
         scene_key(x, s, "max", "1");
         scene_key(x, s, "min", "0");
-        scene_key(x, s, "rate", "(1 - theta)*[Mg2+]/(%q + [Mg2+])/%q", 0.5, UNIT_CONCENTRATION, x->time, UNIT_TIME);
+        scene_key(x, s, "rate", "(1 - theta)*[Mg2+]/(%q + [Mg2+])/%q", STATE_HALF, UNIT_CONCENTRATION, x->time,
+                  UNIT_TIME);
     }
 }
 
