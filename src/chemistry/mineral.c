@@ -543,8 +543,8 @@ static int pdi_mineral_rounded(const pdi_mineral_work *w, const int *active, int
     return 1;
 }
 
-/* The growth of mineral s changed by so much. Where it is the only one that follows, and the change is more than half of
- * what is left of a component that bounds it, the change is one of the logarithm of this rest, in which the law is
+/* The growth of mineral s changed by so much. Where it is the only one that follows, and the change is more than half
+ * of what is left of a component that bounds it, the change is one of the logarithm of this rest, in which the law is
  * nearly linear. */
 static double pdi_mineral_changed(const pdi_mineral_work *w, int s, int alone, double had, double from, double change)
 {

@@ -422,6 +422,20 @@ static double least_figure(const scene *x, const record *a, const run_figure *p)
     return strcmp(p->key, "speed") == 0 ? 1e-3 * speed : 0.0;
 }
 
+/* [-] Share of itself by which work is off: it is a sum of means of loads over the steps to them, as many as Newton's
+ * method needs, and loads of these materials are curved by the strain. */
+static double work_error(const scene *x)
+{
+    scene *of = (scene *)x;
+    for (int k = 0; k < x->sections; k++) {
+        entry *material = strcmp(x->part[k].name, "solid") == 0 ? scene_find(of, k, "material") : NULL;
+        const char *name = material ? x->pool[material->first[0]].text : "";
+        if (strcmp(name, "neo_hookean") == 0 || strcmp(name, "hencky") == 0)
+            return x->moved / (x->h[0] * x->cells[0]);
+    }
+    return 0.0;
+}
+
 /* The mixed stream of a plane that nothing passes, and layers where nothing is given off, are 0 over 0. */
 static int of_nothing(const scene *x, const record *a, const run_figure *p)
 {
@@ -570,6 +584,7 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->unit), scale * left_of_steps(a, b)));
     if (is_dissolved(p->key) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     if (strcmp(p->section, "electrode") == 0) least = fmax(least, electrode_error(x, a, p));
+    if (strcmp(p->key, "work") == 0) least = fmax(least, work_error(x) * scale);
     int state = strcmp(p->section, "surface") == 0;
     least = fmax(least, follows_current(x, a, p->unit, state, scale));
     if (state) least = fmax(least, state_error(a));
