@@ -203,13 +203,25 @@ static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *motion, 
 
 /* ---- balance ---- */
 
-/* Work of the loads and of what is held from the state before to this one, by the mean of both. */
-static void pdi_quasi_static_work(pd_quasi_static *q)
+/* Forces [N/m3] half way from the state before to this one, in `asked`. PD_RETRY: none, as the material is linear or has
+ * no such state. */
+static pd_status pdi_quasi_static_middle(pd_ctx *ctx, pd_quasi_static *q)
+{
+    double *u = q->asked + q->n;
+    if (q->solid.linear) return PD_RETRY;
+    for (int64_t k = 0; k < q->n; k++) u[k] = 0.5 * (q->before[k] + q->u[k]);
+    return q->solid.force(ctx, q->solid.self, u, q->asked);
+}
+
+/* Work of the loads and of what is held from the state before to this one: by the mean of both, and with the forces of
+ * the middle (curved 1) by Simpson's rule. What bonds do is on any way the same: they have a potential. */
+static void pdi_quasi_static_work(pd_quasi_static *q, int curved)
 {
     const double *volume = q->solid.body->volume, *load = q->before + q->n, *force = q->before + 2 * q->n;
     pdi_sum all = {0.0, 0.0};
     for (int64_t k = 0; k < q->n; k++) {
         double mean = pdi_quasi_static_held(q, k) ? -0.5 * (q->force[k] + force[k]) : 0.5 * (q->load[k] + load[k]);
+        if (curved) mean += (force[k] + q->force[k] - 2.0 * q->asked[k]) / 3.0;
         pdi_sum_add(&all, volume[k / PD_DIM] * mean * (q->u[k] - q->before[k]));
     }
     q->work += pdi_sum_total(&all);
@@ -357,8 +369,10 @@ static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double
             memcpy(q->load, q->before + q->n, (size_t)q->n * sizeof *q->load);
             return PD_RETRY;
         }
+        pd_status middle = pdi_quasi_static_middle(ctx, q);
+        if (middle < 0) return middle;
         PDI_TRY(pdi_quasi_static_pull(ctx, q));
-        pdi_quasi_static_work(q);
+        pdi_quasi_static_work(q, middle == PD_OK);
         q->stored = q->solid.energy(ctx, q->solid.self, q->u);
         if (q->solid.commit) PDI_TRY(q->solid.commit(ctx, q->solid.self, q->u));
         if (status != PD_OK) return status;

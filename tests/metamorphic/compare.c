@@ -422,8 +422,8 @@ static double least_figure(const scene *x, const record *a, const run_figure *p)
     return strcmp(p->key, "speed") == 0 ? 1e-3 * speed : 0.0;
 }
 
-/* [-] Share of itself by which work is off: it is a sum of means of loads over the steps to them, as many as Newton's
- * method needs, and loads of these materials are curved by the strain. */
+/* [-] Share of itself by which work is off: it is a sum over moves by Simpson's rule, as many as Newton's method needs,
+ * and forces of these materials are curved by the strain. */
 static double work_error(const scene *x)
 {
     scene *of = (scene *)x;
@@ -431,7 +431,7 @@ static double work_error(const scene *x)
         entry *material = strcmp(x->part[k].name, "solid") == 0 ? scene_find(of, k, "material") : NULL;
         const char *name = material ? x->pool[material->first[0]].text : "";
         if (strcmp(name, "neo_hookean") == 0 || strcmp(name, "hencky") == 0)
-            return x->moved / (x->h[0] * x->cells[0]);
+            return pow(x->moved / (x->h[0] * x->cells[0]), 3.0);
     }
     return 0.0;
 }
