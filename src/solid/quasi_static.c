@@ -203,8 +203,8 @@ static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *motion, 
 
 /* ---- balance ---- */
 
-/* Forces [N/m3] half way from the state before to this one, in `asked`. PD_RETRY: none, as the material is linear or has
- * no such state. */
+/* Forces [N/m3] half way from the state before to this one, in `asked`. PD_RETRY: none, as the material is linear or
+ * has no such state. */
 static pd_status pdi_quasi_static_middle(pd_ctx *ctx, pd_quasi_static *q)
 {
     double *u = q->asked + q->n;
