@@ -338,8 +338,9 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
     }
     pdi_mineral_bounds(w, s, &least, &most, &room);
     x[0] = start > rate ? pdi_min((start - w->base[s]) - rate, room) : pdi_min(-w->base[s], room);
-    if (w->m->count == 1 && x[0] - most > PDI_MINERAL_ROUND * DBL_EPSILON * (fabs(x[0]) + fabs(most) + w->base[s])) {
-        w->left = 0; /* its law leaves more of it than totals hold */
+    if (start > rate && w->m->count == 1 &&
+        x[0] - most > PDI_MINERAL_ROUND * DBL_EPSILON * (fabs(x[0]) + fabs(most) + w->base[s])) {
+        w->left = 0; /* its speed leaves more of it than totals hold */
         return;
     }
     if (least > x[0] && least < room) x[0] = least; /* below it nothing is left that it needs to dissolve */
