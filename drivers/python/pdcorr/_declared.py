@@ -1445,6 +1445,7 @@ def declare(dim):
         ('initial', c_double * 8),
         ('limited', c_int),
         ('limit', c_double * 8),
+        ('near_', POINTER(c_double)),
     ]
 
     class pd_electrolyte(Structure):
