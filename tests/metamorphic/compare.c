@@ -271,13 +271,22 @@ static double current_share(const scene *x, const record *r)
     return least > 0.0 ? current_error(x, r) / least : 0.0;
 }
 
+/* [-] Rates of states read c/(STATE_HALF + c) of ions of metal (generate_chemistry): what balances leave of c changes a
+ * state by this much. */
+static double state_error(const record *r)
+{
+    const run_field *metal = find_field(r, "Mg2+");
+    return metal ? CANCELS * size_of_kin(r, metal) / STATE_HALF : 0.0;
+}
+
 /* [V] Potentials take what is left of the current from curves that rise by their current over this voltage, the largest
  * slope of a curve. States of surfaces, other currents and charges follow it by the same share of themselves. */
 #define CURVE_VOLTAGE 0.065
 static double follows_current(const scene *x, const record *r, const char *unit_name, int of_state, double own)
 {
     dimension d = dimension_of(unit_name);
-    if (of_state || (d.e[4] == 1.0 && d.e[1] == 0.0)) return own * current_share(x, r);
+    if (of_state) return fmax(own * current_share(x, r), state_error(r));
+    if (d.e[4] == 1.0 && d.e[1] == 0.0) return own * current_share(x, r);
     return d.e[1] == 1.0 && d.e[4] == -1.0 && d.e[2] == -3.0 ? CURVE_VOLTAGE * current_share(x, r) : 0.0;
 }
 
@@ -314,14 +323,6 @@ static double logarithm_error(const scene *x, const record *r, int of_product, i
     return c > rest ? error - log1p(-rest / c) : HUGE_VAL;
 }
 
-/* [-] Rates of states read c/(STATE_HALF + c) of ions of metal (generate_chemistry): what balances leave of c changes a
- * state by this much. */
-static double state_error(const record *r)
-{
-    const run_field *metal = find_field(r, "Mg2+");
-    return metal ? CANCELS * size_of_kin(r, metal) / STATE_HALF : 0.0;
-}
-
 static int64_t image_cell(const transform *t, const record *a, const record *b, int64_t cell)
 {
     int64_t at[3] = {0, 0, 0}, rest = cell, to = 0;
@@ -340,7 +341,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
 {
     char name[FIELD_NAME], detail[160];
     double sign = 1.0;
-    int saturation = strcmp(p->name, "SI") == 0, state = strcmp(p->name, "theta") == 0;
+    int saturation = strcmp(p->name, "SI") == 0;
     snprintf(name, sizeof name, "%s", p->name);
     rotate_stress(t, name, &sign);
     const run_field *q = find_field(b, name);
@@ -364,8 +365,7 @@ static void compare_field(const scene *x, const transform *t, const record *a, c
     if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->label), own * left_of_steps(a, b)));
     if (is_dissolved(p->name) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     if (strcmp(p->name, "i") == 0) least = fmax(least, current_error(x, a));
-    least = fmax(least, follows_current(x, a, p->label, state, own));
-    if (state) least = fmax(least, state_error(a));
+    least = fmax(least, follows_current(x, a, p->label, strcmp(p->name, "theta") == 0, own));
     /* the scale on which the tolerance leaves that much */
     double scale = tolerance > 0.0 && least > tolerance * own ? least / tolerance : own;
     if (!(scale > 0.0)) scale = 1.0;
@@ -414,7 +414,7 @@ static double least_figure(const scene *x, const record *a, const run_figure *p)
         if (most > c) c = most;
     }
     if (ions) c = fmax(c, size_of_kin(a, ions));
-    double passes = CANCELS / 1e-9 * c * (x->D / x->h[0] + speed);
+    double passes = 1e-3 * c * (x->D / x->h[0] + speed);
     if (strcmp(p->section, "plane") != 0 && strcmp(p->section, "transfer") != 0) return 0.0;
     if (strcmp(p->key, "species") == 0 || strcmp(p->key, "flux") == 0) return passes * face;
     if (strcmp(p->key, "density") == 0) return passes;
@@ -426,12 +426,13 @@ static double least_figure(const scene *x, const record *a, const run_figure *p)
  * and forces of these materials are curved by the strain. */
 static double work_error(const scene *x)
 {
-    scene *of = (scene *)x;
+    double length = x->h[0] * x->cells[0]; /* the shortest: what the strain is at most */
+    for (int d = 1; d < PD_DIM; d++) length = fmin(length, x->h[d] * x->cells[d]);
     for (int k = 0; k < x->sections; k++) {
-        entry *material = strcmp(x->part[k].name, "solid") == 0 ? scene_find(of, k, "material") : NULL;
+        entry *material = strcmp(x->part[k].name, "solid") == 0 ? scene_find((scene *)x, k, "material") : NULL;
         const char *name = material ? x->pool[material->first[0]].text : "";
         if (strcmp(name, "neo_hookean") == 0 || strcmp(name, "hencky") == 0)
-            return pow(x->moved / (x->h[0] * x->cells[0]), 3.0);
+            return pow(x->moved / length, 3.0);
     }
     return 0.0;
 }
@@ -579,15 +580,15 @@ static void compare_figure(const scene *x, const transform *t, const record *a, 
     if (strncmp(p->key, "flux", 4) == 0 && scale < 1.0 && strcmp(p->section, "result") == 0)
         scale = 1.0; /* what balances lack, over what passes */
     if (strcmp(p->key, "volume_loss") == 0 && CANCELS > least) least = CANCELS;
-    double passes = tolerance * least_figure(x, a, p);
+    /* fluxes of species are differences of what diffuses both ways */
+    int carries = strcmp(p->key, "species") == 0 || strcmp(p->key, "flux") == 0;
+    double passes = fmax(tolerance, carries ? 1e3 * CANCELS : 0.0) * least_figure(x, a, p);
     if (passes > least) least = passes;
     if (tolerance > 0.0) least = fmax(least, fmax(floor_of_held(x, a, p->unit), scale * left_of_steps(a, b)));
     if (is_dissolved(p->key) && METAL_ROUNDING > least) least = METAL_ROUNDING;
     if (strcmp(p->section, "electrode") == 0) least = fmax(least, electrode_error(x, a, p));
     if (strcmp(p->key, "work") == 0) least = fmax(least, work_error(x) * scale);
-    int state = strcmp(p->section, "surface") == 0;
-    least = fmax(least, follows_current(x, a, p->unit, state, scale));
-    if (state) least = fmax(least, state_error(a));
+    least = fmax(least, follows_current(x, a, p->unit, strcmp(p->section, "surface") == 0, scale));
     if (tolerance > 0.0 && least > tolerance * scale) scale = least / tolerance;
     if (!(scale > 0.0)) scale = 1.0;
     if (strcmp(p->key, "front") == 0 && tolerance > 0.0) tolerance = 1e-6; /* distances are single floats there */
