@@ -222,7 +222,6 @@ typedef struct pdi_mineral_work {
     double guess[PD_SPECIES_MOST];  /* [mol/m3] to begin from anew */
     int failed;                     /* 1: the last amounts have no concentrations */
     int left;                       /* equilibria that may still be solved */
-    int rounded;                    /* 1: the last step of Newton is no more than the rounding of amounts */
 } pdi_mineral_work;
 
 /* ln Omega of mineral s less that of its law with an amount that is by `over` above that of the start. */
@@ -321,7 +320,7 @@ static double pdi_mineral_between(const pdi_bracket *b, double least, double mos
         double high = above ? pdi_max(most - ends[k], DBL_EPSILON * fabs(most)) : 1.0;
         ratio[k] = log(low) - log(high);
     }
-    double at = exp(ratio[0] + pdi_bracket_share(b) * (ratio[1] - ratio[0])), x;
+    double at = exp(ratio[0] + pdi_bracket_fraction(b) * (ratio[1] - ratio[0])), x;
     if (!below) x = most - 1.0 / at;
     else if (!above) x = least + at;
     else x = at < 1.0 ? least + width * (at / (1.0 + at)) : most - width / (1.0 + at);
@@ -529,8 +528,8 @@ static void pdi_mineral_changes(const pdi_mineral_work *w, const int *active, in
     for (int p = 0; p < count; p++) slope[p][0] = change[p][0];
 }
 
-/* 1: the changes slope[][0] of the active minerals are within the rounding of amounts, or of the least total with
- * these. */
+/* 1: the changes slope[][0] of the active minerals are within the rounding of amounts, or of the least total that they
+ * change. */
 static int pdi_mineral_rounded(const pdi_mineral_work *w, const int *active, int count,
                                double (*slope)[PD_SPECIES_MOST])
 {
@@ -560,8 +559,8 @@ static double pdi_mineral_changed(const pdi_mineral_work *w, int s, int alone, d
     return pdi_min(pdi_max(grown, none), room);
 }
 
-/* A step of Newton of all minerals that are there, halved until they are nearer to their laws; *worst: how near. 0: it
- * does not help. */
+/* A step of Newton of all minerals that are there, halved until they are nearer to their laws; *worst: how near, 0
+ * where rounding says no more. 0: it does not help. */
 static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
 {
     const pd_components *c = w->c;
@@ -570,7 +569,6 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST], off[PD_MINERAL_MOST];
     double from[PD_MINERAL_MOST], had[PD_MINERAL_MOST];
     int active[PD_MINERAL_MOST], count = 0;
-    w->rounded = 0;
     *worst = pdi_mineral_distance(w, off);
     for (int s = 0; s < m->count; s++)
         if (w->n[s] > 0.0 && w->start->rate[s] > 0.0 && !pdi_mineral_full(c, m, w->start, s, w->at, w->n))
@@ -579,8 +577,10 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     pdi_mineral_matrix(c, m, w->start, w->at, w->n, active, count, a, slope);
     for (int p = 0; p < count; p++) slope[p][0] = off[active[p]];
     pdi_mineral_changes(w, active, count, a, slope);
-    w->rounded = pdi_mineral_rounded(w, active, count, slope);
-    if (w->rounded) return 0;
+    if (pdi_mineral_rounded(w, active, count, slope)) {
+        if (*worst <= PDI_MINERAL_REGULAR) *worst = 0.0;
+        return 0;
+    }
     memcpy(from, w->grown, sizeof from);
     memcpy(had, w->n, sizeof had);
     for (double share = 1.0; share > PDI_MINERAL_SHORTEST; share *= 0.25) {
@@ -630,7 +630,7 @@ static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, 
     for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
         double moved = 0.0, worst;
         while (pdi_mineral_newton(&w, &worst)) {}
-        if (!(worst > (w.rounded ? PDI_MINERAL_REGULAR : PDI_MINERAL_NEAR)) || w.left <= 0) break;
+        if (!(worst > PDI_MINERAL_NEAR) || w.left <= 0) break;
         for (int s = 0; s < m->count; s++) {
             double before = w.grown[s];
             pdi_mineral_one(&w, s);

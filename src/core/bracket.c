@@ -6,7 +6,7 @@
 #define PDI_BRACKET_STEPS 200
 #define PDI_BRACKET_MIDDLE 4 /* each such step takes the middle */
 
-PDI_FN double pdi_bracket_share(const pdi_bracket *s)
+PDI_FN double pdi_bracket_fraction(const pdi_bracket *s)
 {
     if (s->steps % PDI_BRACKET_MIDDLE == PDI_BRACKET_MIDDLE - 1) return 0.5;
     return s->at_a / (s->at_a - s->at_b);

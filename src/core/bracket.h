@@ -19,8 +19,8 @@ typedef struct pdi_bracket {
     int steps, kept; /* places asked for; 1: `a` was kept in the last step, -1: b was */
 } pdi_bracket;
 
-/* Share of the way from a to b where to ask next, from 0 to 1. */
-PDI_FN double pdi_bracket_share(const pdi_bracket *s);
+/* Fraction of the way from a to b where to ask next, from 0 to 1. */
+PDI_FN double pdi_bracket_fraction(const pdi_bracket *s);
 /* The place at this share of the way. 0: no number lies between the ends, or 200 places were asked for. */
 PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x);
 /* The value at x, between the ends: x becomes `a` where that has the sign of at_a, and else b. */

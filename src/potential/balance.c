@@ -94,13 +94,14 @@ PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
     return size;
 }
 
-PDI_FN void pdi_balance_still(pd_potential *p)
+PDI_FN void pdi_balance_still(pd_potential *p, double lack)
 {
     for (int32_t n = 0; n < p->contacts.count; n++) {
         const pd_contact *c = &p->contacts.list[n];
         double size = fabs(pdi_potential_drop(p, c)) + fabs(p->level[p->pocket[c->node]]);
         double off = pdi_max(PDI_BALANCE_ROUNDING * DBL_EPSILON * size, p->desc.tolerance * PDI_POTENTIAL_SMALL);
-        if (fabs(p->current[n]) <= p->slope[n] * off) p->current[n] = 0.0;
+        double least = pdi_max(p->slope[n] * off, lack / pdi_potential_area(p, c));
+        if (fabs(p->current[n]) <= least) p->current[n] = 0.0;
     }
 }
 

@@ -17,8 +17,9 @@ typedef struct pdi_balance_size {
 PDI_FN void pdi_balance_bonds(const pd_ctx *ctx, pd_potential *potential, const double *x, int held, double *y);
 /* Currents of the contacts, and what all rows lack: into potential->rest. */
 PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *potential);
-/* Currents that a change of E - phi by its rounding, or by the tolerance, would turn round are none. */
-PDI_FN void pdi_balance_still(pd_potential *potential);
+/* Currents that a change of E - phi by its rounding, or by the tolerance, would turn round are none, and so are those
+ * that enter less than the balances of all lack, as pdi_balance_rest gives it. */
+PDI_FN void pdi_balance_still(pd_potential *potential, double lack);
 /* Share of potential->step to take. */
 PDI_FN double pdi_balance_share(const pd_ctx *ctx, pd_potential *potential);
 /* Currents of circuits and sides, from those of the contacts. */

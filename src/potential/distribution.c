@@ -275,7 +275,7 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
                             "Newton's method; expected a curve that gives numbers", pdi_distribution_wrong(p, name),
                             result->newton);
         if (size.lack <= most) {
-            pdi_balance_still(p);
+            pdi_balance_still(p, size.lack);
             return PD_OK;
         }
         result->worst = pdi_distribution_worst(p);

@@ -18,8 +18,7 @@ typedef struct pdi_extents_reaction {
     int32_t i;
     const pd_kinetic *kinetic;
     double extent; /* [mol/m3] by the correction */
-    int found;     /* 1: c and n [mol/m3] hold the last equilibrium */
-    double c[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
+    double c[PD_SPECIES_MOST], n[PD_MINERAL_MOST]; /* [mol/m3] the last equilibrium, at first that of `base` */
 } pdi_extents_reaction;
 
 /* c, n: as pdi_extents_equilibrium. The search begins at c, and at the amounts `near_`; NULL: those of `base`. */
@@ -45,15 +44,11 @@ PDI_FN pd_status pdi_extents_equilibrium(const pd_reactive *r, int32_t i, const 
 static double pdi_extents_excess(pdi_extents_reaction *of, const double *sum, double more)
 {
     const pd_components *s = &of->r->components;
-    double total[PD_SPECIES_MOST], c[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
+    double total[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
     for (int k = 0; k < s->count; k++) total[k] = sum[k] + of->kinetic->gain[k] * more;
-    if (of->found) memcpy(c, of->c, sizeof c);
-    else pdi_reactive_get(of->r, of->r->base, of->i, c);
-    if (pdi_extents_seek(of->r, of->i, total, of->found ? of->n : NULL, c, n) != PD_OK) return (double)NAN;
-    memcpy(of->c, c, sizeof c);
-    memcpy(of->n, n, sizeof n);
-    of->found = 1;
-    return of->extent + more - of->r->dt * pdi_components_speed(s, of->kinetic, c, NULL, NULL);
+    if (pdi_extents_seek(of->r, of->i, total, of->n, of->c, n) != PD_OK) return (double)NAN;
+    memcpy(of->n, n, (size_t)of->r->minerals.count * sizeof *n);
+    return of->extent + more - of->r->dt * pdi_components_speed(s, of->kinetic, of->c, NULL, NULL);
 }
 
 /* Extents that differ by less make the same totals, but for their rounding [mol/m3]. */
@@ -98,7 +93,8 @@ PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, dou
         double rise = 0.0;
         for (int k = 0; k < s->count; k++) rise += (double)row[k] * r->weight[k] * delta[k * total + i];
         of[n].r = r;
-        of[n].found = 0;
+        memcpy(of[n].c, base, sizeof base);
+        pdi_reactive_solids(r, r->solid_base, i, of[n].n);
         of[n].i = i;
         of[n].kinetic = &s->kinetic[n];
         of[n].extent = r->dt * (pdi_components_speed(s, &s->kinetic[n], base, NULL, NULL) + share * rise);

@@ -61,23 +61,18 @@ static pd_status pdi_electrodes_share(pd_ctx *ctx, void *user, pd_contact *conta
     return pdi_surfaces_share(ctx, ((const pd_electrode_map *)user)->surfaces, contact, count, t);
 }
 
-/* A current that the solver of the potential leaves where none flows takes nothing up. */
 PDI_FN void pdi_electrodes_feed(void *user, double *source)
 {
     const pd_electrode_map *m = (const pd_electrode_map *)user;
     const pd_potential *p = &m->cell->potential;
     int64_t total = m->grid->total;
-    double least = 0.0;
-    for (int32_t k = 0; k < p->contacts.count; k++) least = pdi_max(least, fabs(p->current[k]));
-    least *= m->setup->potential.tolerance;
     for (int32_t k = 0; k < p->contacts.count; k++) {
         const pd_contact *contact = &p->contacts.list[k];
         const pd_setup_electrode *e = &m->setup->potential.electrode[contact->electrode];
         double electrons = contact->area * p->current[k] / PDI_FARADAY;
         for (int n = 0; n < m->setup->electrolyte.count && e->reacts; n++) {
             int place = m->species->components.place[n];
-            if (place < 0 || (e->shed[n] * electrons < 0.0 && fabs(p->current[k]) <= least)) continue;
-            source[place * total + contact->node] += e->shed[n] * electrons;
+            if (place >= 0) source[place * total + contact->node] += e->shed[n] * electrons;
         }
     }
 }
