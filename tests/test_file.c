@@ -233,6 +233,7 @@ TEST(names_are_joined_and_numbered)
     CHECK_OK(&ctx, pdi_file_frame_name(&ctx, "v", 3, 2.0 / 3.0, "vti", path));
     CHECK_STR(path, "v_000003_t0.666667s.vti");
     CHECK_INT(pdi_file_frame_name(&ctx, "C", 1000000, 0, "png", path), PD_ERR_ARGUMENT);
+    CHECK_STR(path, ""); /* a name that is refused is empty */
     CHECK_INT(pdi_file_frame_name(&ctx, "C", -1, 0, "png", path), PD_ERR_ARGUMENT);
     CHECK_INT(pdi_file_frame_name(&ctx, "C", 1, -0.5, "png", path), PD_ERR_ARGUMENT);
     CHECK_INT(pdi_file_frame_name(&ctx, "C", 1, NAN, "png", path), PD_ERR_ARGUMENT);

@@ -25,9 +25,29 @@ typedef struct body_case {
     double h, pull;  /* [m], [m/s] of the end, or [Pa/s] on it */
     int dead;        /* 1: a traction pulls, 2: a force on half of the points, along the last axis, 3: along x */
     double shift;    /* [m] of the lattice */
+    double follows;  /* [-] how much less the end moves, over how much the point of its row at x = 0.5 moves */
+    const double *given; /* [count] [m] where the end is; NULL: where the above says */
+    double runs;     /* [m] by which the end asks to move on, whatever it has moved */
+    int none;        /* 1: the material has no state */
+    pd_status (*force)(pd_ctx *ctx, void *self, const double *u, double *force); /* of the material */
 } body_case;
 
 static body_case test_case;
+
+/* The point of the row of point i at x = 0.5. */
+static int32_t inner(const body_case *c, int32_t i)
+{
+    int wide = (int)(1.0 / c->h + 0.5);
+    return i - i % wide + wide / 2;
+}
+
+/* Where point i of the end is [m], for displacements u of all. */
+static double end_of(const body_case *c, double t, const double *u, int32_t i)
+{
+    if (c->given) return c->given[i];
+    if (c->runs > 0.0) return u[i * PD_DIM] + c->runs;
+    return c->pull * t - (c->follows > 0.0 ? c->follows * u[inner(c, i) * PD_DIM] : 0.0);
+}
 
 /* The end x = 1 moves, or a traction pulls there, or a force pulls what lies beyond x = 0.5. */
 static pd_status pulled(pd_ctx *ctx, void *user, double t, double *u, double *load)
@@ -38,7 +58,7 @@ static pd_status pulled(pd_ctx *ctx, void *user, double t, double *u, double *lo
         double x[1] = {c->position[i * PD_DIM] - c->shift};
         if (c->dead > 1 && x[0] > 0.5) load[i * PD_DIM + (c->dead == 2 ? PD_DIM - 1 : 0)] = c->pull * t;
         if (x[0] < c->h) for (int d = 0; d < PD_DIM; d++) u[i * PD_DIM + d] = 0.0;
-        if (x[0] > 1.0 - c->h && !c->dead) u[i * PD_DIM] = c->pull * t;
+        if (x[0] > 1.0 - c->h && !c->dead) u[i * PD_DIM] = end_of(c, t, u, i);
         if (x[0] > 1.0 - 4.0 * c->h && c->dead == 1)
             load[i * PD_DIM] = -c->pull * t * c->elastic.edge[i * PD_DIM];
     }
@@ -173,6 +193,107 @@ TEST(work_of_flow)
     NOTE("work of flow: off by %.2e, %.2e with an eighth of the step", off[0], off[1]);
     CHECK_LE(off[0], 1e-3);
     CHECK_LE(off[1], 0.1 * off[0]);
+}
+
+/* Where the end is depends on the balance: each of its points moves less by a multiple of what the point of its row at
+ * x = 0.5 moves, up to one by which rounds that go on from each other would lead away. The balance is that of a bar
+ * whose end is given there. */
+TEST(end_that_follows)
+{
+    static const double follows[3] = {0.5, 1.5, 6.0};
+    static double found[MOST * PD_DIM], given[MOST];
+    for (int way = 0; way < 3; way++) {
+        int rounds = 0;
+        for (int run = 0; run < 2; run++) {
+            double most = 0.0, off = 0.0, held = 0.0;
+            body_case *c = bar(PD_DIM == 3 ? 4 : 8, 0, 0, 0.0, 0.0);
+            if (!c) return;
+            c->pull = 1e-4;
+            c->follows = follows[way];
+            c->given = run ? given : NULL;
+            for (int step = 1; step <= (run ? 1 : 2); step++)
+                CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, (double)(run ? 2 : step)));
+            const double *u = c->rest.u;
+            for (int32_t k = 0; k < c->body.count * PD_DIM; k++) {
+                most = fmax(most, fabs(u[k]));
+                if (run) off = fmax(off, fabs(u[k] - found[k]));
+            }
+            for (int32_t i = 0; i < c->body.count; i++) {
+                if (c->position[i * PD_DIM] < 1.0 - c->h) continue;
+                double there = 2e-4 - follows[way] * u[inner(c, i) * PD_DIM];
+                if (!run) CHECK_NEAR(u[i * PD_DIM], there, PD_EQUILIBRIUM_RTOL * most);
+                given[i] = u[i * PD_DIM];
+                held = fmax(held, given[i]);
+            }
+            /* the row of a bar that is uniform but near its ends moves by about half as much at x = 0.5 */
+            CHECK_REL(held, 2e-4 / (1.0 + 0.5 * follows[way]), 0.1);
+            CHECK_LE(off, 1e-8 * most);
+            if (!run) rounds = (int)c->rest.solves;
+            CHECK_INT((int)c->rest.mix.n, 0); /* no rounds are known between balances */
+            memcpy(found, u, (size_t)c->body.count * PD_DIM * sizeof *u);
+            end(c);
+        }
+        NOTE("less by %g of what moves: %d balances", follows[way], rounds);
+        CHECK(rounds > 4);
+    }
+}
+
+/* An end that asks to move on whatever it has moved does not come to rest. */
+TEST(end_that_runs)
+{
+    body_case *c = bar(4, 0, 0, 0.0, 0.0);
+    if (!c) return;
+    c->runs = 1e-5;
+    CHECK_INT(pd_quasi_static_to(&c->ctx, &c->rest, 1.0), PD_ERR_STATE);
+    CHECK(strstr(c->ctx.message, "what holds the body at 1 s depends on how it moves, and does not come to rest in 60 "
+                                 "rounds, as where the elastic material") != NULL);
+    CHECK_INT((int)c->rest.solves, 60);
+    CHECK_REL(c->rest.u[inner(c, 0) * PD_DIM + (int)(0.5 / c->h - 0.5) * PD_DIM], 60.0 * c->runs, 1e-9);
+    CHECK_INT((int)c->rest.mix.n, 0);
+    end(c);
+}
+
+static body_case *has_state; /* of which material_force asks */
+
+static pd_status material_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    return has_state->none ? PD_RETRY : has_state->force(ctx, self, u, force);
+}
+
+/* When bonds are lost and the material has no state at the present displacements, it says so. */
+TEST(no_state)
+{
+    body_case *c = bar(4, 0, 0, 0.0, 0.0);
+    if (!c) return;
+    c->pull = 1e-4;
+    c->force = c->rest.solid.force;
+    has_state = c;
+    c->rest.solid.force = material_force;
+    CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, 1.0));
+    c->none = 1;
+    c->rest.stale = 1;
+    CHECK_INT(pd_quasi_static_to(&c->ctx, &c->rest, 2.0), PD_ERR_STATE);
+    CHECK(strstr(c->ctx.message, "the balance at 1 s is no state of the elastic material") != NULL);
+    end(c);
+}
+
+/* As a process of a run it finds the same balances, to the last bit. */
+TEST(process)
+{
+    static double found[MOST * PD_DIM];
+    for (int run = 0; run < 2; run++) {
+        body_case *c = bar(4, 0, 0, 0.0, 0.0);
+        if (!c) return;
+        c->pull = 1e-4;
+        pd_process p = pd_quasi_static_process(&c->rest);
+        CHECK_OK(&c->ctx, run ? p.start(&c->ctx, p.self, 0.0) : pd_quasi_static_to(&c->ctx, &c->rest, 0.0));
+        CHECK_OK(&c->ctx, run ? p.at(&c->ctx, p.self, 1.0) : pd_quasi_static_to(&c->ctx, &c->rest, 1.0));
+        CHECK_NEAR(c->rest.time, 1.0, 0.0);
+        CHECK(c->rest.work > 0.0);
+        if (run) CHECK(memcmp(found, c->rest.u, (size_t)c->body.count * PD_DIM * sizeof *found) == 0);
+        memcpy(found, c->rest.u, (size_t)c->body.count * PD_DIM * sizeof *found);
+        end(c);
+    }
 }
 
 /* How much the displacements of points that mirror each other at y = 0.25 differ, over the largest; 1D: none do. */
@@ -336,5 +457,6 @@ TEST(bad_input)
     end(c);
 }
 
-TEST_MAIN(ENTRY(work_is_stored) ENTRY(work_of_flow) ENTRY(pulled_apart) ENTRY(criteria) ENTRY(comes_off)
+TEST_MAIN(ENTRY(work_is_stored) ENTRY(work_of_flow) ENTRY(end_that_follows) ENTRY(end_that_runs) ENTRY(no_state)
+          ENTRY(process) ENTRY(pulled_apart) ENTRY(criteria) ENTRY(comes_off)
           ENTRY(hinge) ENTRY(random_cuts) ENTRY(bad_input))

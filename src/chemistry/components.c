@@ -493,7 +493,7 @@ static double pdi_components_power(double c, double n, double *by)
         return c;
     }
     *by = n * pow(c, n - 1.0);
-    return n == 2.0 ? c * c : pow(c, n);
+    return pow(c, n);
 }
 
 PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kinetic, const double *c, double *by,

@@ -257,7 +257,7 @@ static void pdi_advance_halt(const pd_reactive *r, int32_t i, double high, doubl
         if (pdi_advance_node(r, i, part, c) == PD_OK && !pdi_advance_turned(r, i)) low = part;
         else high = part;
     }
-    if (pdi_advance_node(r, i, high, c) != PD_OK) c[0] = NAN;
+    if (pdi_advance_node(r, i, high, c) != PD_OK) *c = NAN;
 }
 
 /* The same at all nodes. A node without an equilibrium there goes a part of the way; where none is found c is NaN.
@@ -273,7 +273,7 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share, in
         int cut = 0;
         if (r->grid->kind[i] != PD_FLUID) continue;
         while (pdi_advance_node(r, i, part, c) != PD_OK && cut++ < PDI_ADVANCE_CUTS) part *= 0.5;
-        if (cut > PDI_ADVANCE_CUTS) c[0] = NAN;
+        if (cut > PDI_ADVANCE_CUTS) *c = NAN;
         else if (halt && pdi_advance_turned(r, i)) pdi_advance_halt(r, i, part, c);
         pdi_reactive_put(r, c, i, r->c);
     }

@@ -308,7 +308,6 @@ static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, c
     if (du) pdi_finite_gradient(f, du, i, dh);
     for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
         double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
-        for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
         if (!pdi_finite_open(f, i, &b, &bond)) continue;
         pdi_finite_bond_gradient(f->u, h, i, b.to, &bond, part);
         pdi_finite_add_one(part, full);
@@ -350,7 +349,6 @@ static int pdi_finite_pull_plain(const pd_finite *f, const pdi_finite_moduli *m,
     pdi_tensor_product(p, f->shape + (int64_t)i * PDI_TENSOR, part);
     for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
         double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
-        for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
         if (!pdi_finite_open(f, i, &b, &bond)) continue;
         double share = pdi_finite_stiff(f, i) * bond.share;
         pdi_tensor_times(part, bond.xi, along);

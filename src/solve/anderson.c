@@ -5,6 +5,8 @@
 
 /* A change of steps that the kept ones leave so little of has no direction of its own. */
 #define PDI_ANDERSON_NEW 1e-6
+/* A change of steps by so little of the step is of rounding. */
+#define PDI_ANDERSON_ROUNDING 1e-12
 
 PDI_FN void pdi_anderson_list(pdi_owner *owner, void *object)
 {
@@ -44,7 +46,7 @@ static void pdi_anderson_keep(pd_anderson *a, const double *x, const double *ste
             }
         }
         double left = sqrt(pdi_anderson_dot(a, turn, turn));
-        if (left > PDI_ANDERSON_NEW * whole) {
+        if (left > PDI_ANDERSON_NEW * whole && whole > PDI_ANDERSON_ROUNDING * a->size) {
             for (int64_t k = 0; k < a->n; k++) {
                 turn[k] /= left;
                 way[k] /= left;
@@ -86,7 +88,7 @@ static int pdi_anderson_astray(pd_anderson *a, double *x, double *step, double s
 
 PDI_FN void pdi_anderson_forget(pd_anderson *a)
 {
-    a->count = a->known = a->grown = 0;
+    a->count = a->known = 0;
     a->part = 1.0;
 }
 
@@ -113,3 +115,4 @@ PDI_FN void pdi_anderson_next(pd_anderson *a, double *x, double *step)
 }
 
 #undef PDI_ANDERSON_NEW
+#undef PDI_ANDERSON_ROUNDING
