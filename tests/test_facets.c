@@ -149,6 +149,139 @@ TEST(boxes)
     end(&ctx, &f);
 }
 
+/* No zero has a sign: a surface of which corners are -0 is the same to the last bit, as its fingerprint and what is found
+ * of it have to be. */
+TEST(zeros)
+{
+    static const double lo[3] = {-1.0, 0.0, 0.0}, hi[3] = {0.0, 2.0, 3.0};
+    static double corner[12 * 9], kept[12 * 9];
+    uint32_t seed = 6;
+    pd_ctx ctx;
+    pd_facets f, g;
+    triangles = 0;
+    box(lo, hi);
+    if (!build(&ctx, &f)) return;
+    for (int way = 0; way < 3; way++) { /* all are -0, or all of an axis, or some by chance: then welding joins them */
+        memcpy(corner, mesh, sizeof corner);
+        for (int k = 0; k < 9 * triangles; k++)
+            if (!(fabs(mesh[k]) > 0.0) && (way == 0 || (way == 1 ? k % 3 == 0 : random_share(&seed) < 0.5)))
+                corner[k] = -0.0;
+        memcpy(kept, corner, sizeof kept);
+        if (!CHECK_OK(&ctx, pd_facets_build(&ctx, corner, triangles, &g))) break;
+        CHECK(memcmp(kept, mesh, sizeof kept) != 0);
+        CHECK(memcmp(f.corner, g.corner, 9 * (size_t)f.count * sizeof *f.corner) == 0);
+        for (int k = 0; k < f.count * 9; k++) CHECK(!signbit(g.corner[k]) || g.corner[k] < 0.0);
+        pd_facets_free(&ctx, &g);
+    }
+    end(&ctx, &f);
+}
+
+/* Where a line meets a box: by the slabs between its planes. */
+static double meets_box(const double *lo, const double *hi, const double *x, const double *xi, double after)
+{
+    double best = HUGE_VAL;
+    for (int d = 0; d < 3; d++)
+        for (int upper = 0; upper < 2; upper++) {
+            double t = ((upper ? hi[d] : lo[d]) - x[d]) / xi[d];
+            int on = t > after && t <= 1.0 && t < best;
+            for (int e = 0; e < 3 && on; e++) {
+                double at = x[e] + t * xi[e];
+                on = e == d || (at >= lo[e] && at <= hi[e]);
+            }
+            if (on) best = t;
+        }
+    return best;
+}
+
+/* Where lines meet a box, from inside and outside, behind places before; along an axis, beside it and through its
+ * corners. */
+TEST(lines)
+{
+    static const double lo[3] = {-1.0, 0.0, 0.5}, hi[3] = {1.0, 0.25, 2.0};
+    uint32_t seed = 12;
+    pd_ctx ctx;
+    pd_facets f;
+    int hits = 0, twice = 0;
+    triangles = 0;
+    box(lo, hi);
+    if (!build(&ctx, &f)) return;
+    for (int k = 0; k < 20000; k++) {
+        double x[3], xi[3], after = -1e-9;
+        for (int d = 0; d < 3; d++) {
+            x[d] = 2.5 * random_real(&seed);
+            xi[d] = lo[d] + 1.2 * (hi[d] - lo[d]) * random_share(&seed) - x[d];
+            xi[d] *= k % 4 ? 2.0 : 0.7;
+        }
+        for (int visit = 0; visit < 3; visit++) {
+            double expected = meets_box(lo, hi, x, xi, after), found = pdi_facets_crossing(&f, x, xi, after);
+            hits += visit == 0 && expected < HUGE_VAL;
+            twice += visit == 1 && expected < HUGE_VAL;
+            if (!(expected < HUGE_VAL)) CHECK(!(found < HUGE_VAL));
+            else CHECK_NEAR(found, expected, 1e-12 * 1e2);
+            if (!(expected < HUGE_VAL)) break;
+            after = found + 1e-9;
+        }
+    }
+    NOTE("%d lines meet the box, %d twice", hits, twice);
+    CHECK(hits > 10000 && twice > 5000 && hits - twice > 500);
+    for (int d = 0; d < 3; d++) { /* along an axis: what is beside it is met by nothing */
+        double x[3] = {0.1, 0.1, 1.0}, xi[3] = {0.0, 0.0, 0.0};
+        xi[d] = 10.0;
+        x[d] = lo[d] - 1.0;
+        CHECK_NEAR(pdi_facets_crossing(&f, x, xi, 0.0), 0.1, 1e-15);
+        CHECK_NEAR(pdi_facets_crossing(&f, x, xi, 0.1 + 1e-9), 0.1 * (hi[d] - x[d]), 1e-15);
+        CHECK(!(pdi_facets_crossing(&f, x, xi, 0.1 * (hi[d] - x[d]) + 1e-9) < HUGE_VAL));
+        xi[d] = 0.999; /* it ends before */
+        CHECK(!(pdi_facets_crossing(&f, x, xi, 0.0) < HUGE_VAL));
+        xi[d] = 10.0;
+        x[(d + 1) % 3] = hi[(d + 1) % 3] + 1e-3;
+        CHECK(!(pdi_facets_crossing(&f, x, xi, 0.0) < HUGE_VAL));
+        x[(d + 1) % 3] = lo[(d + 1) % 3]; /* within a face and along its edge */
+        x[(d + 2) % 3] = hi[(d + 2) % 3];
+        CHECK_NEAR(pdi_facets_crossing(&f, x, xi, 0.0), 0.1, 1e-12);
+    }
+    end(&ctx, &f);
+}
+
+/* Lines through a torus meet it where the signed distance changes its sign, as often as it does, and are on it there;
+ * a line through corners and edges, where triangles meet, passes none of them by. */
+TEST(lines_through_a_torus)
+{
+    uint32_t seed = 15;
+    pd_ctx ctx;
+    pd_facets f;
+    int met = 0;
+    triangles = 0;
+    torus(30, 14, 0.4);
+    if (!build(&ctx, &f)) return;
+    for (int k = 0; k < 2000; k++) {
+        double x[3], xi[3], t = 0.0, at[3];
+        const double *node = mesh + 9 * (next_random(&seed) % (uint32_t)triangles);
+        for (int d = 0; d < 3; d++) {
+            double edge = 0.5 * (node[d] + node[3 + d]);
+            x[d] = 3.0 * random_real(&seed);
+            xi[d] = (k % 3 == 0 ? random_real(&seed) : k % 3 == 1 ? node[d] : edge) - x[d];
+            if (k % 3) xi[d] *= 1.0 + 1e-9; /* what it aims at is met */
+        }
+        int inside = pdi_facets_distance(&f, x) < 0.0;
+        for (int visit = 0; visit < 6; visit++) {
+            double next = pdi_facets_crossing(&f, x, xi, t + 1e-9), middle = 0.5 * (t + fmin(next, 1.0));
+            for (int d = 0; d < 3; d++) at[d] = x[d] + middle * xi[d];
+            double off = pdi_facets_distance(&f, at);
+            if (fabs(off) > 1e-6 && k % 3 == 0) CHECK_INT(off < 0.0, inside);
+            if (!(next < HUGE_VAL)) break;
+            for (int d = 0; d < 3; d++) at[d] = x[d] + next * xi[d];
+            CHECK_LE(fabs(pdi_facets_distance(&f, at)), 1e-9);
+            inside = !inside;
+            met++;
+            t = next;
+        }
+        if (k % 3) CHECK(t > 0.0);
+    }
+    CHECK(met > 2000);
+    end(&ctx, &f);
+}
+
 /* A torus: inside where it winds around once, also on rays through its corners and edges; as far as its places; its
  * triangles in any order. */
 TEST(tori)
@@ -634,5 +767,5 @@ TEST(not_in_2d)
 #define SCENES ENTRY(not_in_2d)
 #endif
 
-TEST_MAIN(ENTRY(boxes) ENTRY(tori) ENTRY(tetrahedra) ENTRY(not_closed) ENTRY(shells)
+TEST_MAIN(ENTRY(boxes) ENTRY(zeros) ENTRY(lines) ENTRY(lines_through_a_torus) ENTRY(tori) ENTRY(tetrahedra) ENTRY(not_closed) ENTRY(shells)
           ENTRY(shells_that_touch) ENTRY(shells_of_rough_files) ENTRY(files) SCENES)
