@@ -292,8 +292,8 @@ TEST(stays)
     }
 }
 
-/* A map that moves all places by the same step up to rounding, such as at places far away, has no fixed point: the place
- * goes on by that step, and is not where a change by rounding would say. */
+/* A map that moves all places by the same step up to rounding has no fixed point: the place goes on by that step, and
+ * is not where a change by rounding would say. */
 TEST(same_step)
 {
     pd_ctx ctx;

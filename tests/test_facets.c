@@ -149,8 +149,8 @@ TEST(boxes)
     end(&ctx, &f);
 }
 
-/* No zero has a sign: a surface of which corners are -0 is the same to the last bit, as its fingerprint and what is found
- * of it have to be. */
+/* No zero has a sign: a surface of which corners are -0 is the same to the last bit, as its fingerprint and what is
+ * found of it have to be. */
 TEST(zeros)
 {
     static const double lo[3] = {-1.0, 0.0, 0.0}, hi[3] = {0.0, 2.0, 3.0};
@@ -767,5 +767,6 @@ TEST(not_in_2d)
 #define SCENES ENTRY(not_in_2d)
 #endif
 
-TEST_MAIN(ENTRY(boxes) ENTRY(zeros) ENTRY(lines) ENTRY(lines_through_a_torus) ENTRY(tori) ENTRY(tetrahedra) ENTRY(not_closed) ENTRY(shells)
+TEST_MAIN(ENTRY(boxes) ENTRY(zeros) ENTRY(lines) ENTRY(lines_through_a_torus)
+          ENTRY(tori) ENTRY(tetrahedra) ENTRY(not_closed) ENTRY(shells)
           ENTRY(shells_that_touch) ENTRY(shells_of_rough_files) ENTRY(files) SCENES)

@@ -1,5 +1,5 @@
-/* test_fields: sums of what leaves nodes by several fields that one flow carries, in blocks, against the formula node by
- * node, bond by bond.
+/* test_fields: sums of what leaves nodes by several fields that one flow carries, in blocks, against the formula node
+ * by node, bond by bond.
  * dims: 1 2 3 */
 #include "fixture.h"
 #include "transport/settle.h"

@@ -393,6 +393,24 @@ TEST(refusals)
     for (int32_t i = 0; i < CELLS; i++) X.field[i] = -1.0;
     X.desc.field = X.field;
     refuse(PD_ERR_ARGUMENT, "conductivity -1");
+    two(&a, &a, 1.0);
+    X.desc.electrodes = 0;
+    refuse(PD_ERR_ARGUMENT, "0 electrodes and 2 circuits, expected 1 to");
+    two(&a, &a, 1.0);
+    X.desc.held[0] = 1;
+    X.desc.hold[0] = -2e6;
+    refuse(PD_ERR_ARGUMENT, "side 0 holds -2e+06 V, expected between -1e6 and 1e6");
+    static pd_stencil wide;
+    two(&a, &a, 1.0);
+    wide.reach = 50;
+    X.desc.wide = &wide;
+    refuse(PD_ERR_ARGUMENT, "the wide family reaches over 50 cells, the grid has");
+    /* a drop of 1 kA/m2 at 1 GOhm m2 or so */
+    pd_electrode_term shut = linear(1e9, 0.0);
+    two(&shut, &shut, 1.0);
+    X.circuit[0].value = 1e3;
+    X.circuit[1].value = -1e3;
+    refuse(PD_ERR_STATE, "leaves every bound: there is no solution");
 }
 
 #if PD_DIM > 1

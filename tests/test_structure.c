@@ -19,6 +19,21 @@
 #define DEPTH 8e-6
 #define AROUND "[side z-] uz = 0 um\n"
 #endif
+#if PD_DIM == 2
+#define DEEP ""
+#define PLACE "30 um, 3 um"
+#define NONE ", 0 Pa"
+#define END "17 um .. 30 um, 0 .. 10 um"
+#else
+#define DEEP ", 0 .. 6 um"
+#define PLACE "30 um, 3 um, 3 um"
+#define NONE ", 0 Pa, 0 Pa"
+#define END "21 um .. 30 um, 0 .. 10 um, 0 .. 8 um"
+#endif
+#define FLOWS \
+    "[solid] E = 200 GPa  nu = 0.3  yield = 200 MPa  hardening = 2 GPa\n[side x-] ux = 0 um\n" AROUND \
+    "[shape g] box = 0 .. 12 um, 3 um .. 5 um" DEEP "  kind = grip  uy = 0 um\n" \
+    "[side x+] ux = 0.06 um*t/(1 s)\n[run] until = 1 s\n"
 #define LENGTH (PD_DIM == 2 ? 20e-6 : 24e-6)
 
 #define LATTICE \
@@ -296,6 +311,77 @@ TEST(thinning_beside_a_mirror)
     end(c);
 }
 
+/* The half of a bar beside a mirror along its middle yields as the whole one does: half the work of flow, half the
+ * energy, and the same displacements. */
+TEST(flow_beside_a_mirror)
+{
+    double cost[2], stored[2], most[2] = {0.0, 0.0};
+    for (int half = 0; half < 2; half++) {
+        scene_case *c = run(half, half ?
+            "[grid] h = 1 um  m = 2  box = 0 .. 12 um, 4 um .. 10 um" DEEP "\n"
+            "[shape bar] box = 0 .. 12 um, 4 um .. 8 um" DEEP "\n  kind = solid  material = steel304\n"
+            "[side y-] flow = mirror\n" FLOWS :
+            "[grid] h = 1 um  m = 2  box = 0 .. 12 um, -2 um .. 10 um" DEEP "\n"
+            "[shape bar] box = 0 .. 12 um, 0 .. 8 um" DEEP "\n  kind = solid  material = steel304\n" FLOWS);
+        if (!c) return;
+        const pd_quasi_static *q = &c->model.structure.rest;
+        cost[half] = q->solid.dissipated(q->solid.self);
+        stored[half] = q->stored;
+        for (int64_t k = 0; k < q->n; k++) most[half] = fmax(most[half], fabs(q->u[k]));
+    }
+    CHECK(cost[0] > 0.5 * stored[0]);
+    CHECK_REL(2.0 * cost[1], cost[0], 1e-5);
+    CHECK_REL(2.0 * stored[1], stored[0], 1e-5);
+    CHECK_REL(most[1], most[0], 1e-5);
+    for (int half = 0; half < 2; half++) end(&cases[half]);
+}
+
+/* What a body cannot be built or loaded with has one message. */
+TEST(refused_when_built)
+{
+    static const char *const wrong[][2] = {
+        {LATTICE SOLID "[side y+] uy = 0 um\n", "no metal on the side y+, expected some that it holds or loads"},
+        {LATTICE SOLID "[shape g] ball = " PLACE "  radius = 2 um  kind = grip  ux = 0 um\n",
+         "no metal in a shape that is to hold it"},
+        {LATTICE SOLID "[side x+] ux = 1 um/(x/1 um - x/1 um)\n", "a displacement or load of x+ is inf at x = "},
+        {LATTICE SOLID "[side x+] traction = 1 Pa/(x/1 um - x/1 um)" NONE "\n",
+         "a displacement or load of x+ is inf at"},
+        {LATTICE SOLID "[shape g] box = " END "  kind = grip  ux = 1 um/(x/1 um - x/1 um)\n",
+         "a displacement of a grip is inf at x = "}};
+    for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
+        scene_case *c = &cases[0];
+        memset(c, 0, sizeof *c);
+        pd_ctx_init(&c->ctx);
+        if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", wrong[k][0], NULL, 0, &c->setup))) continue;
+        pd_status status = pdi_model_build(&c->ctx, &c->setup, &c->model);
+        if (status == PD_OK)
+            status = pd_couple_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL);
+        CHECK(status < 0);
+        if (!CHECK(strstr(c->ctx.message, wrong[k][1]) != NULL)) NOTE("%d: %s", (int)k, c->ctx.message);
+        end(c);
+    }
+}
+
+/* Metal that hardly changes its volume is noted where displacements of it are known to be off. */
+TEST(notes)
+{
+    static const char *const texts[4] = {LATTICE "[solid] E = 200 GPa  nu = 0.46\n[side x-] ux = 0 um\n",
+                                         LATTICE "[solid] E = 200 GPa  nu = 0.46  m = 1\n[side x-] ux = 0 um\n",
+                                         LATTICE "[solid] E = 200 GPa  nu = 0.49  m = 1\n[side x-] ux = 0 um\n",
+                                         LATTICE "[solid] E = 200 GPa  nu = 0.49  material = ordinary\n"
+                                                 "[side x-] ux = 0 um\n"};
+    for (int k = 0; k < 4; k++) {
+        scene_case *c = &cases[0];
+        int found = 0;
+        memset(c, 0, sizeof *c);
+        pd_ctx_init(&c->ctx);
+        if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", texts[k], NULL, 0, &c->setup))) continue;
+        for (int n = 0; n < c->setup.notes; n++) found += strstr(c->setup.note[n], "is too stiff by more") != NULL;
+        CHECK_INT(found, k == 0 || k == 2);
+        end(c);
+    }
+}
+
 /* What a scene gets wrong has one message. */
 TEST(refused)
 {
@@ -314,6 +400,20 @@ TEST(refused)
         {LATTICE "[solid] E = 1 GPa  nu = 0.3  material = ordinary  yield = 1 MPa\n[side x-] ux = 0 um\n", "hencky"},
         {LATTICE "[solid] E = 1 GPa  nu = 0.3  material = hencky  toughness = 1 J/m2\n[side x-] ux = 0 um\n",
          "expected another one of both"},
+        {LATTICE "[shape g] box = " METAL "\n kind = grip  ux = 0 um\n", "'grip' without a [solid] section"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  force = 1 N/m3\n", "found 1 component"},
+        {LATTICE "[solid] E = 1e-31 Pa  nu = 0.3\n[side x-] ux = 0 um\n", "expected at least 1e-30 Pa"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n[side y-] flow = periodic\n"
+         "[side y+] flow = periodic\n", "found beside a periodic side"},
+#if PD_DIM == 2
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  plane = stress  yield = 10 MPa\n[side x-] ux = 0 um\n",
+         "found with plane = stress, expected plane = strain or material = hencky"},
+        {"[grid] h = 1 um, 2 um  box = " BOX "\n[shape bar] box = " METAL "  kind = solid  material = steel304\n"
+         "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n", "found different spacings of the axes"},
+        {"[grid] h = 1 um  geometry = axisymmetric  box = " BOX "\n[shape bar] box = " METAL "\n kind = solid  "
+         "material = steel304\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n",
+         "found in a box with geometry = axisymmetric"},
+#endif
         {"[grid] h = 1 um  box = " BOX "\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n", "no metal"}};
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         scene_case *c = &cases[0];
@@ -328,4 +428,4 @@ TEST(refused)
 
 TEST_MAIN(ENTRY(faces_move) ENTRY(traction) ENTRY(large_strains) ENTRY(ordinary) ENTRY(fields) ENTRY(strength)
           ENTRY(dissolution_alone) ENTRY(gutman) ENTRY(thinning) ENTRY(thinning_beside_a_mirror) ENTRY(torn)
-          ENTRY(refused))
+          ENTRY(flow_beside_a_mirror) ENTRY(refused_when_built) ENTRY(notes) ENTRY(refused))

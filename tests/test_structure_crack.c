@@ -4,6 +4,7 @@
 #include "run/monitor.h"
 #include "run/sim.h"
 #include "solid/crack.h"
+#include "solid/toughness.h"
 #include "test.h"
 #include "../cases/strip.h"
 #include <math.h>
@@ -205,6 +206,33 @@ TEST(toughness)
 }
 #endif
 
+#if PD_DIM > 1
+/* A toughness is that of a lattice, in 3D with a horizon of some spacings. */
+TEST(toughness_of_no_lattice)
+{
+    pd_ctx ctx;
+    pd_body body;
+    pd_elastic_desc desc;
+    double critical = 1.0;
+    pd_ctx_init(&ctx);
+    memset(&body, 0, sizeof body);
+    memset(&desc, 0, sizeof desc);
+    desc.young = 1.0;
+    body.horizon = 2e-6;
+    CHECK_INT(pdi_toughness_find(&ctx, &body, &desc, 1.0, &critical), PD_ERR_GEOMETRY);
+    CHECK(strstr(ctx.message, "toughness: the points are those of no lattice: expected a spacing") == ctx.message);
+    body.spacing = NAN;
+    CHECK_INT(pdi_toughness_find(&ctx, &body, &desc, 1.0, &critical), PD_ERR_GEOMETRY);
+    for (int wide = 0; wide < 2 && PD_DIM == 3; wide++) {
+        body.spacing = wide ? 2e-6 / 3.01 : 2e-6 / 1.49;
+        CHECK_INT(pdi_toughness_find(&ctx, &body, &desc, 1.0, &critical), PD_ERR_ARGUMENT);
+        CHECK(strstr(ctx.message, wide ? "a horizon of 3.01 spacings with the energy of a crack in 3D"
+                                       : "a horizon of 1.49 spacings") != NULL);
+    }
+    CHECK_INT(ctx.in_use, 0);
+}
+#endif
+
 /* What a scene gets wrong has one message. */
 TEST(refused)
 {
@@ -251,7 +279,9 @@ TEST(refused)
 #if PD_DIM == 1
 TEST_MAIN(ENTRY(bonds) ENTRY(refused))
 #elif PD_DIM == 2
-TEST_MAIN(ENTRY(bonds) ENTRY(tips) ENTRY(strip) ENTRY(coarse_toughness) SLOW_ENTRY(toughness) ENTRY(refused))
+TEST_MAIN(ENTRY(bonds) ENTRY(tips) ENTRY(strip) ENTRY(coarse_toughness) SLOW_ENTRY(toughness)
+          ENTRY(toughness_of_no_lattice) ENTRY(refused))
 #else
-TEST_MAIN(ENTRY(bonds) ENTRY(tips) SLOW_ENTRY(toughness) ENTRY(refused))
+TEST_MAIN(ENTRY(bonds) ENTRY(tips) SLOW_ENTRY(toughness)
+          ENTRY(toughness_of_no_lattice) ENTRY(refused))
 #endif

@@ -108,8 +108,8 @@ TEST(steady_values)
     end(&ctx, &u, &vary);
 }
 
-/* Steps end where a value jumps at any of its places: the front x = 12 um t/s passes the middles of thirds, at -2, 2 and
- * 6 um. The side y- has its own x. */
+/* Steps end where a value jumps at any of its places: a front that goes by 1 um/s from -4 um passes the middles of
+ * thirds of the box, -2, 2 and 6 um. */
 TEST(steps_end_at_jumps)
 {
     pd_ctx ctx;
