@@ -124,7 +124,7 @@ static void derivatives(pd_activity activity)
     mixture v;
     pd_components s;
     double all[PD_SPECIES_MOST], c[PD_SPECIES_MOST], total[PD_SPECIES_MOST], by[PD_SPECIES_MOST];
-    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    float table[PD_COMPONENTS_SLOPES];
     mix_body_fluid(&v);
     build(&v, activity, &s);
     mix_hanks(&v, all);
@@ -150,6 +150,44 @@ static void derivatives(pd_activity activity)
 
 TEST(derivatives_ideal) { derivatives(PD_ACTIVITY_IDEAL); }
 TEST(derivatives_davies) { derivatives(PD_ACTIVITY_DAVIES); }
+
+/* All species that there can be in one reaction, x of which brings nu_i x: with dT more of a component its extent is
+ * -(nu/c dT)/sum(nu^2/c), and so are the slopes. The table is full, and nothing is written behind it. */
+TEST(most_species)
+{
+    mixture v;
+    pd_components s;
+    double c[PD_SPECIES_MOST], total[PD_SPECIES_MOST], nu[PD_SPECIES_MOST], table[PD_COMPONENTS_SLOPES + 1], sum = 0.0;
+    char text[8 * PD_SPECIES_MOST] = "", name[8];
+    mix_begin(&v);
+    for (int i = 0; i < PD_SPECIES_MOST; i++) {
+        const char *sign = i == PD_SPECIES_MOST / 2 ? " = " : i ? " + " : "";
+        snprintf(name, sizeof name, "%c%c", i % 2 ? 'J' : 'Q', 'a' + i / 2); /* no elements */
+        mix_species(&v, name, "Na", 1e-9);
+        snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s", sign, name);
+    }
+    mix_reaction(&v, text, 0.0, 0.0, NULL);
+    build(&v, PD_ACTIVITY_DAVIES, &s);
+    int columns = pdi_components_columns(&s);
+    CHECK_INT(s.live, PD_SPECIES_MOST);
+    CHECK_INT(columns, PD_SPECIES_MOST);
+    for (int i = 0; i < s.solutes; i++) {
+        c[i] = 1.0 + 0.1 * i;
+        nu[i] = i < PD_SPECIES_MOST / 2 ? -1.0 : 1.0;
+    }
+    pdi_components_totals(&s, c, total);
+    CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
+    for (int i = 0; i < s.solutes; i++) sum += 1.0 / c[i];
+    table[s.live * columns] = -7.0;
+    pdi_components_slopes(&s, c, table);
+    CHECK_NEAR(table[s.live * columns], -7.0, 0.0);
+    for (int n = 0; n < s.live; n++)
+        for (int k = 0; k < s.joined; k++) {
+            int i = s.member[n], with = s.master[k];
+            CHECK_NEAR(table[n * columns + k], (i == with ? 1.0 : 0.0) - nu[i] * nu[with] / c[with] / sum, 1e-12);
+        }
+    for (int n = 0; n < s.live; n++) CHECK_NEAR(table[n * columns + s.joined], 0.0, 1e-15); /* no charges */
+}
 
 TEST(speeds)
 {
@@ -284,4 +322,4 @@ TEST(refused)
 
 TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(front) ENTRY(derivatives_ideal) ENTRY(derivatives_davies)
           ENTRY(acid_from_lye) ENTRY(speeds) ENTRY(speeds_among_ions) ENTRY(water)
-          ENTRY(order) ENTRY(refused))
+          ENTRY(order) ENTRY(most_species) ENTRY(refused))

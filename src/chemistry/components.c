@@ -466,7 +466,7 @@ PDI_FN void pdi_components_slopes(const pd_components *s, const double *c, doubl
 
 PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float *by)
 {
-    double exact[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    double exact[PD_COMPONENTS_SLOPES];
     int count = s->live * pdi_components_columns(s);
     pdi_components_slopes(s, c, exact);
     for (int k = 0; k < count; k++) by[k] = (float)exact[k];

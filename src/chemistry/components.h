@@ -10,6 +10,10 @@
 #include "chemistry/activity.h"
 #include "chemistry/reaction.h"
 
+/* Room for slopes: each reaction in equilibrium makes a member that is no component, so that one column more than
+ * joined components is at most one for each member. */
+#define PD_COMPONENTS_SLOPES (PD_SPECIES_MOST * PD_SPECIES_MOST)
+
 /* A reaction at finite rate, by mass action with rate constants of infinite dilution. */
 typedef struct pd_kinetic {
     double forward, backward;     /* [unit of a rate: mol/m3/s over concentrations in mol/m3] */

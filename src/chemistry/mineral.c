@@ -421,7 +421,7 @@ static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, con
                                const double *at, const double *n, const int *active, int count,
                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
 {
-    double table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    double table[PD_COMPONENTS_SLOPES];
     pdi_components_slopes(c, at, table);
     for (int p = 0; p < count; p++) {
         int s = active[p];
