@@ -29,6 +29,15 @@ check "SBF: the acid for its buffer" near "$(sed -n 's/^note: +\(.*\) mM H+ for.
 "$programs/pd2d" "$fluids/brucite.electrolyte" --speciate "species.Mg(OH)2(s).initial=10 mM" > brucite 2> log
 check "brucite" near "$(value pH brucite)" 10.396 0.02
 
+# acid that enters: its pH is said where it is another one; -log10 of 1 mM is 3, but for activities
+"$programs/pd2d" "$fluids/saline.electrolyte" --speciate chemistry.activity=ideal species.H+.inlet="1 mM" \
+    species.Cl-.inlet="1 mM" species.Na+.inlet="0 mM" > acid 2> log
+check "the pH of the start beside it" near "$(sed -n 's/^pH  *//p' acid)" 7 1e-4
+check "the pH of the inlet" near "$(sed -n 's/^pH of the inlet *//p' acid)" 3 1e-4
+"$programs/pd2d" "$fluids/saline.electrolyte" --speciate > same 2> log
+grep -q '^pH  ' same && ! grep -q '^pH of the inlet' same
+verdict "one pH where what enters is the fluid itself" $?
+
 # a strong base in water is its concentration
 "$programs/pd2d" "$fluids/saline.electrolyte" --titrate "Na+ + OH- 0..10 mM 11" chemistry.activity=ideal \
     > base.csv 2> log

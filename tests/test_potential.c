@@ -157,6 +157,29 @@ TEST(limiting_currents)
     done();
 }
 
+/* Currents far below 1 A/m2 and 1 A/m3 of a node: metal that can carry them both ways does, whether idle metal is
+ * allowed or not, at the current that both curves and the gap give. */
+TEST(faint_currents)
+{
+    for (int idle = 0; idle < 2; idle++) {
+        pd_electrode_term a = tafel(1e-9, -0.9, 0.03, 0.0), b = tafel(1e-9, -0.3, 0.0, 0.04);
+        a.anodic_limit = 2e-6;
+        b.cathodic_limit = 1e-6;
+        plates(1.0, 1e-4, 12, 3.0, 9.0);
+        begin(2.0);
+        X.desc.idle = idle;
+        electrode(0, &a, 1, 0.0);
+        electrode(1, &b, 1, 0.0);
+        X.member[1] = 0;
+        circuit(0, PD_CIRCUIT_CURRENT, 0.0);
+        if (!ready(is_right) || !solve()) return;
+        CHECK_INT(X.p.contacts.idle, 0);
+        CHECK_REL(X.r.anodic / plate_area(), gap_current(&X.e[0], &X.e[1], 0.0, 6e-4 / 2.0), 1e-8);
+        CHECK_LE(0.9e-6, X.r.anodic / plate_area());
+        done();
+    }
+}
+
 /* Starts that are volts off, on either side, in the electrolyte, the metal or both, end at the same potentials. */
 TEST(far_starts)
 {
@@ -368,6 +391,9 @@ TEST(refusals)
     refuse(PD_ERR_STATE, "add up to 1e-09 A");
     two(&only, &only, 1.0);
     refuse(PD_ERR_STATE, "expected a cathodic reaction");
+    only = tafel(1.0, -0.9, 0.0, 0.03);
+    two(&only, &only, 1.0);
+    refuse(PD_ERR_STATE, "expected an anodic reaction");
     b.anodic_limit = 1.0;
     two(&a, &b, 1.0);
     X.circuit[1].value = 1e3;
@@ -523,5 +549,5 @@ TEST(bipolar)
 #endif
 
 TEST_MAIN(ENTRY(plates_anywhere) ENTRY(held_sides_and_layers) ENTRY(mixed_potentials) ENTRY(limiting_currents)
-          ENTRY(other_polarity) ENTRY(far_starts) ENTRY(high_voltage) ENTRY(scales) ENTRY(any_reference) ENTRY(receding)
-          ENTRY(refusals) PIECES)
+          ENTRY(faint_currents) ENTRY(other_polarity) ENTRY(far_starts) ENTRY(high_voltage) ENTRY(scales)
+          ENTRY(any_reference) ENTRY(receding) ENTRY(refusals) PIECES)
