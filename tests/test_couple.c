@@ -406,6 +406,28 @@ TEST(steps_meet_the_interval)
     scene_free(s);
 }
 
+/* Where nothing moves in time, steps are equal parts of the way; the last one ends where it is to, bit for bit. Way and
+ * end are numbers that rounding parts: start + (end - start) is below the end. */
+TEST(equal_steps)
+{
+    scene *s = &first_scene;
+    double start = 0.25 + ldexp(1.0, -53), end = 1.5 + ldexp(1.0, -52), way = end - start;
+    CHECK(start + way < end);
+    for (int k = 0; k < 2; k++) {
+        scene_box(s, 1.0, 1e-5, 4, 4, 4);
+        s->with = WITH_COUPLE;
+        s->couple_desc.max_step = k ? 0.5 : way * (1.0 - 1e-13);
+        if (!scene_build(s)) return;
+        CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple));
+        CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, start));
+        CHECK(s->couple.time == start);
+        CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end));
+        if (!k) CHECK(s->couple.time == end);
+        if (k) CHECK_NEAR(s->couple.time, start + way / 3.0, 1e-15);
+        scene_free(s);
+    }
+}
+
 #if PD_DIM == 2
 #define OF_DIM ENTRY(step_size) SLOW_ENTRY(random_geometries_in_flow)
 #else
@@ -413,4 +435,4 @@ TEST(steps_meet_the_interval)
 #endif
 
 TEST_MAIN(SLOW_ENTRY_IF(PD_DIM == 3, pin_run) OF_DIM ENTRY(units_do_not_matter) SLOW_ENTRY(random_geometries)
-              ENTRY(arguments) ENTRY(steps_meet_the_interval))
+              ENTRY(arguments) ENTRY(steps_meet_the_interval) ENTRY(equal_steps))
