@@ -572,6 +572,15 @@ static double pdi_dissolve_shorten(pd_dissolve *d, const pd_step *s)
     return share <= 1.0 + 1e-9 ? 1.0 : pdi_max(0.9 / share, 0.1);
 }
 
+PDI_FN pd_status pdi_dissolve_mean(pd_ctx *ctx, pd_dissolve *d, double t, double dt)
+{
+    double taken;
+    if (d->moment && pdi_moments_find(d, t, dt, &taken) < 1.0) return PD_RETRY;
+    pd_status status = pdi_dissolve_prepare(ctx, d);
+    d->moments = 0;
+    return status;
+}
+
 /* A step that is so short. */
 static double pdi_dissolve_shortened(pd_dissolve *d, const pd_step *s)
 {

@@ -38,6 +38,8 @@ PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
  * transport->source and ->absorb. PD_ERR_STATE: the law returned NaN, infinity or 1e100 m/s and more (the message names
  * node, place and concentration). */
 PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
+/* The same with the means of laws over dt [s] from t on. PD_RETRY: they need a shorter time. */
+PDI_FN pd_status pdi_dissolve_mean(pd_ctx *ctx, pd_dissolve *dissolve, double t, double dt);
 /* Largest loss rate [1/s] of any node as a fraction of what a node loses before it turns fluid. */
 PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *dissolve);
 /* pd_transport_implicit of dt [s] together with the law at its end. Where a piece of metal would give more than it has,

@@ -286,6 +286,7 @@ static void pdi_course_uncover(pd_course *a)
     pdi_bare_shares(a->reactive, a->desc.cover, a->desc.layers, a->share);
     memcpy(a->first, a->share, size);
     memset(a->mean, 0, size);
+    a->given = 0.0;
     pdi_course_bare(a, a->share, 0.0, a->rate);
 }
 
@@ -329,14 +330,30 @@ static double pdi_course_jump(pd_course *a, const pd_step *s)
     return jump ? 1.0 : error;
 }
 
+/* What all metal would give in a step of dt [s] if it were bare, of any unit: with it as weight the mean of shares
+ * times that of speeds is what metal gives. */
+static double pdi_course_gives(const pd_course *a, double dt)
+{
+    const pd_etch *surface = a->desc.surface;
+    double sum = 0.0, share = 0.0;
+    for (int32_t p = 0; surface && p < surface->count; p++) sum += surface->ahead[p];
+    if (surface || !a->ahead) return surface ? sum : dt;
+    for (int32_t i = 0; i < a->reactive->grid->total; i++) {
+        sum += a->ahead[i];
+        if (!(a->first[i] < 0.0)) share += 0.5 * (a->now[i] + a->share[i]);
+    }
+    return share > 0.0 ? dt * sum / share : 0.0;
+}
+
 /* A step of species stands. 1: another one like it would be too much for the step of the run. */
 static int pdi_course_full(pd_course *a, const pd_step *s)
 {
-    double off, before = sqrt(a->covered), load = pdi_course_load(a, s, &off);
+    double off, before = sqrt(a->covered), load = pdi_course_load(a, s, &off), gives = pdi_course_gives(a, s->dt);
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
         a->rate[j] = (a->share[j] - a->now[j]) / s->dt;
-        a->mean[j] += 0.5 * s->dt * (a->share[j] + a->now[j]);
+        a->mean[j] += 0.5 * gives * (a->share[j] + a->now[j]);
     }
+    a->given += gives;
     a->covered = load;
     return sqrt(load) + (sqrt(load) - before) > 1.0;
 }
@@ -346,7 +363,10 @@ static void pdi_course_covered(pd_course *a, double end)
 {
     double span = end - a->begin;
     a->span = pdi_sdirk_plan(a->span, span, pdi_sdirk_factor(a->covered, PDI_COURSE_GROWTH));
-    for (int32_t j = 0; j < a->reactive->grid->total; j++) a->mean[j] = a->first[j] < 0.0 ? -1.0 : a->mean[j] / span;
+    for (int32_t j = 0; j < a->reactive->grid->total; j++) {
+        double mean = a->given > 0.0 ? a->mean[j] / a->given : a->share[j];
+        a->mean[j] = a->first[j] < 0.0 ? -1.0 : mean;
+    }
     pdi_course_bare(a, a->mean, 0.0, a->rate);
 }
 
@@ -362,11 +382,14 @@ static void pdi_course_turned(pd_course *a)
     pdi_course_bare(a, a->mean, 0.0, a->rate);
 }
 
-/* What metal gives in a step of species. */
+/* What metal gives in a step of species. PD_RETRY: its laws need a shorter one. */
 static pd_status pdi_course_ahead(pd_ctx *ctx, pd_course *a, const pd_step *s)
 {
+    pd_status status = PD_OK;
     pdi_course_bare(a, a->now, 0.5 * s->dt, a->rate);
-    if (a->desc.surface || a->ahead) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time + 0.5 * s->dt));
+    a->step = s->dt;
+    if (a->desc.surface || a->ahead) status = a->desc.find(ctx, a->desc.user, s->time + 0.5 * s->dt);
+    if (status != PD_OK) return status;
     pdi_course_feed(a);
     return PD_OK;
 }
@@ -471,13 +494,16 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     a->lasts = 1.0;
     a->used = 0;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    s->error = HUGE_VAL; /* of PD_RETRY */
     if (a->desc.coat) {
-        s->error = HUGE_VAL; /* of PD_RETRY */
         pd_status ahead = pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial);
         if (ahead != PD_OK) return ahead;
         pdi_course_feed(a);
     }
-    if (a->desc.bare) PDI_TRY(pdi_course_ahead(ctx, a, s));
+    if (a->desc.bare) {
+        pd_status ahead = pdi_course_ahead(ctx, a, s);
+        if (ahead != PD_OK) return ahead;
+    }
     if (a->desc.surface) a->desc.surface->from = s->time;
     if (a->desc.surface) a->desc.surface->span = s->dt;
     pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);

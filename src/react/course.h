@@ -67,7 +67,10 @@ typedef struct pd_course {
     double *share;          /* [total] [-] bare, at the end of the step; -1: no minerals are near, or it is no metal */
     double *now, *first;    /* [total] [-] the same at the start of the step, and of the step of the run */
     double *rate;           /* [total] [1/s] at which it changed in the last step */
-    double *mean;           /* [total] [-] over the step of the run; [s] within it */
+    double *mean;           /* [total] [-] over the step of the run, weighted by what bare metal would give; within it
+                             * the sum of shares times `given` */
+    double given;           /* [m] of `surface`, or [mol/m3] of `ahead`: sum of these weights */
+    double step;            /* [s] the step at hand */
     double *ahead;          /* [total] [mol/m3/s] of metal that fluid nodes get in the step; NULL: by `surface`, or it
                              * gives nothing */
     double *came;           /* [total] [mol/m3] of it, in the step of the run; NULL: it gives nothing */

@@ -32,6 +32,7 @@ void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
         s->drive[s->count] = s->flow_drive[s->count] = 0.0f; /* what was found before is of other places */
         if (s->share) s->share[s->count] = 1.0;
     }
+    s->rise[s->count] = s->surface ? s->desc.solid / s->reactive->diffusion.desc.diffusivity : 0.0;
     s->thick[s->count++] = thick;
 }
 
@@ -355,6 +356,7 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, slot, total, "1");
     PDI_ARRAY(owner, etch, weight, total, "mol/m4");
     PDI_ARRAY(owner, etch, thick, total, "mol s/m4");
+    PDI_ARRAY(owner, etch, rise, total, "mol s/m5");
     PDI_STATE(owner, etch, speed, etch->kinds * total, "m/s");
     PDI_ARRAY(owner, etch, ahead, total, "m");
     PDI_ARRAY(owner, etch, passed, total, "m");

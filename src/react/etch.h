@@ -80,6 +80,8 @@ typedef struct pd_etch {
     int32_t *slot;                /* [total] first place of a node; -1: none */
     double *weight;               /* [total] [mol/m4] of places: metal per speed */
     double *thick;                /* [total] [mol s/m4] of places: change of concentration across the film per speed */
+    double *rise;                 /* [total] [mol s/m5] of places: how much that grows where metal recedes. The caller
+                                   * may write it; else it is that of `solid` */
     uint8_t *metal;               /* [total] of places: which one; NULL: there is one */
     double *speed;                /* [kinds][total] [m/s] of nodes */
     double *ahead;                /* [total] [m] of places: metal that the step at hand takes, of an area */

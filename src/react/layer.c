@@ -259,6 +259,7 @@ static double pdi_layer_given(pd_components *film, pdi_terms *w, double v)
     if (!(w->thick + w->way > 0.0)) return pdi_layer_asked(w, w->c, w->psi);
     if (s->reactive->migration.on)
         return pdi_layer_settle(film, w, v) ? pdi_layer_asked(w, w->surface, w->psi + w->lift) : (double)NAN;
+    w->thick = w->still + w->creep * v;
     for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + w->kind->gain[k] * w->thick * v;
     if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
     for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
@@ -424,7 +425,7 @@ static void pdi_layer_derive(const pd_components *film, const pdi_terms *w, doub
     }
     double back = 1.0;
     pdi_layer_slopes(film, w, s->scale, w->at, slope);
-    for (int k = 0; k < of->count; k++) back -= slope[k] * w->kind->gain[k] * w->thick;
+    for (int k = 0; k < of->count; k++) back -= slope[k] * w->kind->gain[k] * (w->thick + w->creep * v);
     back = pdi_max(back, PDI_LAYER_RISE);
     pdi_components_derive(of, w->c, table);
     for (int k = 0; k < of->count; k++) {

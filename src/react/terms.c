@@ -31,10 +31,9 @@ PDI_FN void pdi_terms_enter(const pd_etch *s, int metal, int32_t node, int32_t p
     w->node = node;
     w->thick = w->still = thick;
     w->creep = 0.0;
-    if (s->surface && place >= 0 && thick > 0.0) {
-        double rise = s->desc.solid / s->reactive->diffusion.desc.diffusivity;
-        w->thick = w->still = thick + rise * s->passed[place];
-        w->creep = rise * s->half;
+    if (place >= 0 && thick > 0.0) {
+        w->thick = w->still = thick + s->rise[place] * s->passed[place];
+        w->creep = s->rise[place] * s->half;
     }
     pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
     w->davies = pdi_components_activity(of, w->c);

@@ -179,9 +179,9 @@ static double pdi_attack_weight(const pd_attack *a, int m, const pdi_beside *bes
     return d->kinds > 1 ? pdi_metal_portion(d, beside)[a->law[m].kind].weight : beside->weight;
 }
 
-/* Amounts of concentration that a unit of speed makes across the film, over its diffusivity [mol s/m4]. The share of
- * the factor of the metal is the mean over the metals there. */
-static double pdi_attack_thick(const pd_attack *a, int m, const pdi_beside *beside)
+/* Amounts of concentration that a unit of speed makes across a film of a unit of length, over its diffusivity
+ * [mol s/m5]. The share of the factor of the metal is the mean over the metals there. */
+static double pdi_attack_rise(const pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
     double diffusivity = a->etch.reactive->diffusion.desc.diffusivity, all = 0.0;
@@ -190,7 +190,23 @@ static double pdi_attack_thick(const pd_attack *a, int m, const pdi_beside *besi
     for (int k = 0; k < d->kinds && a->laws > 1; k++)
         all += pdi_metal_portion(d, beside)[k].weight * d->kind[k].supply;
     if (all > 0.0) supply *= d->kind[a->law[m].kind].supply * (beside->weight / all);
-    return supply * (beside->film / beside->weight) / diffusivity;
+    return supply / diffusivity;
+}
+
+/* The same of the film as it is [mol s/m4]. */
+static double pdi_attack_thick(const pd_attack *a, int m, const pdi_beside *beside)
+{
+    return pdi_attack_rise(a, m, beside) * (beside->film / beside->weight);
+}
+
+/* The film of place p. Metal recedes by its speed times the mean factor there. */
+static void pdi_attack_film(pd_attack *a, int32_t p, int m, const pdi_beside *beside)
+{
+    const pd_dissolve *d = a->dissolve;
+    double all = 0.0;
+    for (int k = 0; k < d->kinds; k++) all += pdi_metal_portion(d, beside)[k].weight * d->kind[k].supply;
+    a->etch.thick[p] = pdi_attack_thick(a, m, beside);
+    a->etch.rise[p] = all > 0.0 ? pdi_attack_rise(a, m, beside) * (beside->flux * d->kind[0].supply / all) : 0.0;
 }
 
 static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int m, int32_t node)
@@ -293,7 +309,7 @@ static void pdi_attack_again(pd_attack *a)
         int32_t p = s->slot[beside->node];
         if (p < 0 || !(beside->weight > 0.0)) continue;
         s->weight[p] = beside->weight;
-        s->thick[p] = pdi_attack_thick(a, 0, beside);
+        pdi_attack_film(a, p, 0, beside);
     }
 }
 
@@ -304,7 +320,8 @@ static pd_status pdi_attack_place(pd_ctx *ctx, pd_attack *a, int32_t node, int32
     pd_etch *s = &a->etch;
     if (s->count == s->reactive->grid->total)
         return pdi_fail(ctx, PD_ERR_SIZE, "potential", "more contacts of electrodes than nodes");
-    pd_etch_put(s, node, m < 0 ? 0.0 : pdi_attack_weight(a, m, beside), m < 0 ? 0.0 : pdi_attack_thick(a, m, beside));
+    pd_etch_put(s, node, m < 0 ? 0.0 : pdi_attack_weight(a, m, beside), 0.0);
+    if (m >= 0) pdi_attack_film(a, s->count - 1, m, beside);
     if (n >= 0) pdi_etch_polarise(s, m < 0 ? 0 : m, c->list[n].electrode, c->list[n].area, c->list[n].way);
     else pdi_etch_polarise(s, m, pdi_polarise_near(&a->polarise, a->dissolve, node, a->law[m].kind), 0.0, 0.0);
     return PD_OK;
@@ -360,8 +377,9 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             pdi_interface_law(d, beside, &law);
             a->grain[beside->node] = law.at.grain;
         }
-        if (!s->electrode && !pdi_attack_salt(d, beside->node))
-            pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, 0, beside));
+        if (s->electrode || pdi_attack_salt(d, beside->node)) continue;
+        pd_etch_put(s, beside->node, beside->weight, 0.0);
+        pdi_attack_film(a, s->count - 1, 0, beside);
     }
     PDI_TRY(pdi_attack_shares(ctx, a));
     s->odd = 0;

@@ -260,18 +260,20 @@ static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
     return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, &e, m);
 }
 
-/* What fluid nodes get from metal as it is now, by its laws at time t [s]. */
+/* What fluid nodes get from metal as it is now, by its laws in the step whose middle is at t [s]. PD_RETRY: they need
+ * a shorter one. */
 static pd_status pdi_model_ahead(pd_ctx *ctx, void *user, double t)
 {
     pd_model *m = (pd_model *)user;
     const pd_transport *transport = &m->transport;
+    double dt = m->course.step;
     m->dissolve.time = t;
-    PDI_TRY(pdi_dissolve_prepare(ctx, &m->dissolve));
-    for (int32_t i = 0; i < m->grid.total; i++) {
+    pd_status status = pdi_dissolve_mean(ctx, &m->dissolve, t - 0.5 * dt, dt);
+    for (int32_t i = 0; i < m->grid.total && status == PD_OK; i++) {
         double rate = transport->source[i] - transport->absorb[i] * transport->c[i];
         m->course.ahead[i] = m->grid.kind[i] == PD_FLUID ? rate : 0.0;
     }
-    return PD_OK;
+    return status;
 }
 
 /* States of surfaces; the cell and the law of metal, which read them, come behind. */

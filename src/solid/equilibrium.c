@@ -269,11 +269,17 @@ static int pdi_equilibrium_swings(const pdi_equilibrium *q, const double *motion
     return 1;
 }
 
-/* Forces [N] that are rounding at displacements u: what follows of their last digits, by chance up or down. */
+/* Forces [N] that are rounding at displacements u: what follows of their last digits, by chance up or down. A gradient
+ * 1 + grad u has the last digit of the distance of points. */
 static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
 {
-    double sum = 0.0;
-    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_rng_u64(1, 0, (uint64_t)k) & 1 ? u[k] : -u[k];
+    const pd_body *body = q->solid->body;
+    double length = body->spacing > 0.0 ? body->spacing : body->horizon, sum = 0.0;
+    double least = q->solid->gradients ? length * DBL_EPSILON / PDI_EQUILIBRIUM_DIGITS : 0.0;
+    for (int64_t k = 0; k < q->n; k++) {
+        double size = pdi_max(fabs(u[k]), least);
+        q->step[k] = pdi_rng_u64(1, 0, (uint64_t)k) & 1 ? size : -size;
+    }
     pdi_equilibrium_apply(q, q->step, q->rest);
     for (int64_t k = 0; k < q->n; k++) sum += q->rest[k] * q->rest[k];
     return PDI_EQUILIBRIUM_DIGITS * sqrt(sum);

@@ -647,6 +647,7 @@ pd_solid pd_finite_solid(pd_finite *f)
     s.self = f;
     s.body = f->body;
     s.edge = f->edge;
+    s.gradients = 1;
     s.force = pdi_finite_force;
     s.tangent = pdi_finite_tangent;
     s.blocks = pdi_finite_blocks;

@@ -16,6 +16,7 @@ typedef struct pd_solid {
     const uint8_t *follows; /* [count][PD_DIM] 1: it is held but at no place, as it is the reflection of another one;
                              * NULL: none is */
     int linear;         /* 1: forces are linear in u and know nothing of what was before */
+    int gradients;      /* 1: forces follow from 1 + grad u, whose last digits are those of 1 */
     /* force [N/m3] of displacements u [m]. PD_RETRY: u is no state of the material, as where bonds are turned inside
      * out. */
     pd_status (*force)(pd_ctx *ctx, void *self, const double *u, double *force);
