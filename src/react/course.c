@@ -336,8 +336,9 @@ static double pdi_course_gives(const pd_course *a, double dt)
 {
     const pd_etch *surface = a->desc.surface;
     double sum = 0.0, share = 0.0;
+    if (!surface && !a->ahead) return dt;
     for (int32_t p = 0; surface && p < surface->count; p++) sum += surface->ahead[p];
-    if (surface || !a->ahead) return surface ? sum : dt;
+    if (surface) return sum;
     for (int32_t i = 0; i < a->reactive->grid->total; i++) {
         sum += a->ahead[i];
         if (!(a->first[i] < 0.0)) share += 0.5 * (a->now[i] + a->share[i]);
@@ -385,13 +386,12 @@ static void pdi_course_turned(pd_course *a)
 /* What metal gives in a step of species. PD_RETRY: its laws need a shorter one. */
 static pd_status pdi_course_ahead(pd_ctx *ctx, pd_course *a, const pd_step *s)
 {
-    pd_status status = PD_OK;
+    int finds = a->desc.surface || a->ahead;
     pdi_course_bare(a, a->now, 0.5 * s->dt, a->rate);
     a->step = s->dt;
-    if (a->desc.surface || a->ahead) status = a->desc.find(ctx, a->desc.user, s->time + 0.5 * s->dt);
-    if (status != PD_OK) return status;
-    pdi_course_feed(a);
-    return PD_OK;
+    pd_status status = finds ? a->desc.find(ctx, a->desc.user, s->time + 0.5 * s->dt) : PD_OK;
+    if (status == PD_OK) pdi_course_feed(a);
+    return status;
 }
 
 /* Steps of the run that suit the shares, as far as the last one tells. */
@@ -495,18 +495,13 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     a->used = 0;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
     s->error = HUGE_VAL; /* of PD_RETRY */
-    if (a->desc.coat) {
-        pd_status ahead = pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial);
-        if (ahead != PD_OK) return ahead;
-        pdi_course_feed(a);
-    }
-    if (a->desc.bare) {
-        pd_status ahead = pdi_course_ahead(ctx, a, s);
-        if (ahead != PD_OK) return ahead;
-    }
+    pd_status status = a->desc.coat ? pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial) : PD_OK;
+    if (a->desc.coat && status == PD_OK) pdi_course_feed(a);
+    if (a->desc.bare && status == PD_OK) status = pdi_course_ahead(ctx, a, s);
+    if (status != PD_OK) return status;
     if (a->desc.surface) a->desc.surface->from = s->time;
     if (a->desc.surface) a->desc.surface->span = s->dt;
-    pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
+    status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
     if (a->desc.surface) a->desc.surface->span = 0.0;
     a->krylov += result.krylov;
     a->newton += result.newton;

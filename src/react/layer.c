@@ -349,7 +349,7 @@ static double pdi_layer_slope(const pdi_terms *w, const double *c, const double 
 static void pdi_layer_slopes(const pd_components *system, const pdi_terms *w, const double *scale,
                                const double *at, double *slope)
 {
-    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    float table[PD_COMPONENTS_SLOPES];
     double c[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
     pdi_components_derive(system, at, table);
     for (int n = 0; n < system->solutes; n++) c[n] = at[n] / (scale ? scale[n] : 1.0);
@@ -389,7 +389,7 @@ static void pdi_layer_salt(const pdi_terms *w, double v, double *law, double *cu
 {
     const pd_components *of = &w->s->reactive->components;
     double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], slope, high[2], low[2];
-    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    float table[PD_COMPONENTS_SLOPES];
     for (int k = 0; k < of->count; k++) law[k] = curve[k] = 0.0;
     if (!(of->debye > 0.0) || (!w->s->drive && !w->kind->law.reads && !w->kind->law.reads_ph)) return;
     pdi_components_davies(of, w->c, &slope);
@@ -416,7 +416,7 @@ static void pdi_layer_derive(const pd_components *film, const pdi_terms *w, doub
     const pd_components *of = &s->reactive->components;
     double slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], flows[PD_SPECIES_MOST];
     double salt[PD_SPECIES_MOST], none[PD_SPECIES_MOST];
-    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    float table[PD_COMPONENTS_SLOPES];
     pdi_layer_salt(w, v, salt, none);
     if (!(w->thick > 0.0)) {
         pdi_layer_slopes(of, w, NULL, w->c, slope);
@@ -535,7 +535,7 @@ static void pdi_layer_balances(const pd_components *film, const pdi_terms *w, co
     const pd_etch *s = w->s;
     const pd_components *of = &s->reactive->components;
     double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], left[PD_SPECIES_MOST];
-    float node[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    float node[PD_COMPONENTS_SLOPES];
     int count = of->count;
     memset(along, 0, sizeof along);
     memset(a, 0, sizeof(pdi_layer_table));
@@ -595,7 +595,7 @@ static void pdi_layer_tangent(const pd_components *film, const pdi_terms *w, int
 {
     const pd_components *of = &w->s->reactive->components;
     double gradient[PD_SPECIES_MOST];
-    float own[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    float own[PD_COMPONENTS_SLOPES];
     pdi_layer_table a;
     int count = of->count, films = w->thick + w->way > 0.0;
     memset(t, 0, sizeof *t);

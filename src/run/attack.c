@@ -179,16 +179,23 @@ static double pdi_attack_weight(const pd_attack *a, int m, const pdi_beside *bes
     return d->kinds > 1 ? pdi_metal_portion(d, beside)[a->law[m].kind].weight : beside->weight;
 }
 
+/* [mol2/m7] What the metals there supply, by their weights. */
+static double pdi_attack_supply(const pd_dissolve *d, const pdi_beside *beside)
+{
+    double sum = 0.0;
+    for (int k = 0; k < d->kinds; k++) sum += pdi_metal_portion(d, beside)[k].weight * d->kind[k].supply;
+    return sum;
+}
+
 /* Amounts of concentration that a unit of speed makes across a film of a unit of length, over its diffusivity
  * [mol s/m5]. The share of the factor of the metal is the mean over the metals there. */
 static double pdi_attack_rise(const pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
-    double diffusivity = a->etch.reactive->diffusion.desc.diffusivity, all = 0.0;
+    double diffusivity = a->etch.reactive->diffusion.desc.diffusivity;
     if (pdi_metal_bonds(d) || !(diffusivity > 0.0)) return 0.0;
     double supply = d->kind[0].supply * (beside->flux / beside->weight);
-    for (int k = 0; k < d->kinds && a->laws > 1; k++)
-        all += pdi_metal_portion(d, beside)[k].weight * d->kind[k].supply;
+    double all = a->laws > 1 ? pdi_attack_supply(d, beside) : 0.0;
     if (all > 0.0) supply *= d->kind[a->law[m].kind].supply * (beside->weight / all);
     return supply / diffusivity;
 }
@@ -203,10 +210,9 @@ static double pdi_attack_thick(const pd_attack *a, int m, const pdi_beside *besi
 static void pdi_attack_film(pd_attack *a, int32_t p, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
-    double all = 0.0;
-    for (int k = 0; k < d->kinds; k++) all += pdi_metal_portion(d, beside)[k].weight * d->kind[k].supply;
-    a->etch.thick[p] = pdi_attack_thick(a, m, beside);
-    a->etch.rise[p] = all > 0.0 ? pdi_attack_rise(a, m, beside) * (beside->flux * d->kind[0].supply / all) : 0.0;
+    double all = pdi_attack_supply(d, beside), rise = pdi_attack_rise(a, m, beside);
+    a->etch.thick[p] = rise * (beside->film / beside->weight);
+    a->etch.rise[p] = all > 0.0 ? rise * (beside->flux * d->kind[0].supply / all) : 0.0;
 }
 
 static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int m, int32_t node)
