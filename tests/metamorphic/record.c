@@ -154,7 +154,7 @@ static void tighten(pd_model *model, int first_order)
     model->reactive.desc.tolerance = 1e-13;
     if (model->surfaces) model->surfaces->coat.desc.tolerance = 1e-12;
     /* steps as prescribed: estimates of errors are solved to a tenth of their residual */
-    model->two_stage.desc.rtol = model->course.desc.rtol = model->couple.desc.rtol = 1e300;
+    model->two_stage.desc.rtol = model->course.desc.rtol = 1e300;
     if (model->surfaces) model->surfaces->coat.desc.rtol = 1e300;
     if (first_order) model->reactive.desc.order = 1;
 }
