@@ -307,6 +307,27 @@ TEST(order)
         if (s.place[i] >= 0) CHECK_INT(is_master(&s, s.place[i]), is_master(&t, t.place[v.species - 1 - i]));
 }
 
+/* What water alone makes has no total: its concentration is the constant, from any guess. */
+TEST(of_water_alone)
+{
+    for (int davies = 0; davies < 2; davies++) {
+        mixture v;
+        pd_components s;
+        double c[PD_SPECIES_MOST] = {7.0}, slopes[PD_COMPONENTS_SLOPES] = {3.0}, total = 0.0;
+        mix_begin(&v);
+        mix_species(&v, "H2O", NULL, 0.0);
+        mix_species(&v, "H4O2", NULL, 1e-9);
+        mix_reaction(&v, "H4O2 = 2 H2O", 1.5, 0.0, NULL);
+        build(&v, davies ? PD_ACTIVITY_DAVIES : PD_ACTIVITY_IDEAL, &s);
+        CHECK_INT(s.count, 0);
+        CHECK_INT(s.live, 1);
+        CHECK_INT(pdi_components_solve(&s, &total, c), PD_OK);
+        CHECK_REL(c[0], 1000.0 * pow(10.0, -1.5), 1e-14);
+        pdi_components_slopes(&s, c, slopes);
+        CHECK_NEAR(slopes[0], davies ? 0.0 : 3.0, 0.0);
+    }
+}
+
 TEST(refused)
 {
     mixture v;
@@ -322,4 +343,5 @@ TEST(refused)
 
 TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(front) ENTRY(derivatives_ideal) ENTRY(derivatives_davies)
           ENTRY(acid_from_lye) ENTRY(speeds) ENTRY(speeds_among_ions) ENTRY(water)
-          ENTRY(order) ENTRY(most_species) ENTRY(refused))
+          ENTRY(order) ENTRY(most_species) ENTRY(of_water_alone)
+          ENTRY(refused))

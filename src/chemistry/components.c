@@ -416,7 +416,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
         others += 0.5 * pdi_components_square(s->charge[s->master[k]]) * pdi_max(total[k], 0.0);
     w.others = others;
     pdi_components_ionic(&w);
-    if (s->joined && !pdi_components_find(&w)) {
+    if (s->live && !pdi_components_find(&w)) {
         if (!(s->debye > 0.0)) return PD_NOT_CONVERGED;
         pdi_components_begin(s, c, &w); /* ideal ones are near, and found from anywhere */
         w.debye = 0.0;
@@ -426,7 +426,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
         pdi_components_ionic(&w);
         if (!pdi_components_find(&w)) return PD_NOT_CONVERGED;
     }
-    if (s->joined && pdi_components_gone(&w)) pdi_components_again(s, &w);
+    if (s->live && pdi_components_gone(&w)) pdi_components_again(s, &w);
     for (int n = 0; n < s->live; n++) c[s->member[n]] = w.c[n];
     for (int k = s->joined; k < s->count; k++) c[s->master[k]] = pdi_max(total[k], 0.0);
     return PD_OK;
@@ -438,7 +438,7 @@ PDI_FN void pdi_components_slopes(const pd_components *s, const double *c, doubl
     pdi_components_rows a, b, weight;
     double each[PD_SPECIES_MOST];
     int columns = pdi_components_columns(s);
-    if (!s->joined) return;
+    if (!s->live) return;
     pdi_components_begin(s, c, &w);
     for (int k = 0; k < s->joined; k++) w.total[k] = 0.0;
     for (int k = s->joined; k < s->count; k++)

@@ -30,7 +30,7 @@ typedef struct pd_components {
     int charge[PD_SPECIES_MOST]; /* of solutes */
     int master[PD_SPECIES_MOST]; /* solute that is the component */
     double m[PD_SPECIES_MOST][PD_SPECIES_MOST]; /* [-] of component and solute */
-    int live, member[PD_SPECIES_MOST];          /* solutes of the joined components */
+    int live, member[PD_SPECIES_MOST];          /* solutes that take part in reactions in equilibrium */
     double ln_k[PD_SPECIES_MOST]; /* [-] of solutes: ln a = ln_k + sum_k m_k ln a_master, with mol/m3 */
     int kinetics;
     pd_kinetic kinetic[PD_REACTION_MOST];

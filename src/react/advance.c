@@ -213,7 +213,7 @@ static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
     const pd_components *s = &r->components;
     double sum[PD_SPECIES_MOST];
     pdi_migration_neutralise(&r->migration, c);
-    if (!(s->debye > 0.0) || !s->joined) return PD_OK;
+    if (!(s->debye > 0.0) || !s->live) return PD_OK;
     pdi_components_totals(s, c, sum);
     PDI_TRY(pdi_components_solve(s, sum, c));
     pdi_migration_neutralise(&r->migration, c);
@@ -320,9 +320,9 @@ static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, d
 /* (T - T_old)/dt + what leaves = sources and reactions, from the present c. PD_NOT_CONVERGED: no solution was found. */
 static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
-    double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
+    double goal = r->exact ? 0.0 : r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
     double near = r->surface && r->surface->electrode ? PDI_ADVANCE_NEAR_STEEP : PDI_ADVANCE_NEAR;
-    near *= pdi_max(goal, PDI_REACTIVE_TOLERANCE);
+    near *= pdi_max(r->desc.tolerance, PDI_REACTIVE_TOLERANCE);
     r->dt = dt;
     if (r->surface && r->surface->electrode)
         r->surface->extra = r->migration.tied ? 0.0 : -(r->surface->owed / dt + r->surface->sourced);
@@ -355,7 +355,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
         /* the linear solver has found no step, and is asked for no less in the next one */
         if (status != PD_OK && !(norm < before) && !(norm > before) && !(share > asked)) return PD_NOT_CONVERGED;
     }
-    result->residual = norm / goal;
+    result->residual = norm / r->desc.tolerance;
     return PD_OK;
 }
 

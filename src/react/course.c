@@ -428,14 +428,17 @@ static double pdi_course_cell(const pd_reactive *r)
     return h * h / r->diffusion.desc.diffusivity;
 }
 
-/* With states among ions that migrate: the potential of the ions as they are, by a step in which they stay. */
+/* With states among ions that migrate: the potential of the ions as they are, by a step in which they stay. What passes
+ * in it is next to nothing beside what is there, so it meets its equations to rounding. */
 static pd_status pdi_course_still(pd_ctx *ctx, pd_course *a, double t)
 {
     pd_reactive *r = a->reactive;
     pd_reactive_result result;
     double dt = PDI_COURSE_STILL * pdi_course_cell(r);
     pdi_coat_rest(a->desc.coat, t, dt);
+    r->exact = 1;
     pd_status status = pd_reactive_step(ctx, r, dt, &result);
+    r->exact = 0;
     if (status == PD_OK) pdi_par_copy(ctx, r->grid->total, r->migration.psi, a->psi);
     pdi_course_keep(ctx, a, 1);
     a->settled = 1;
@@ -668,7 +671,7 @@ static void pdi_course_settled(pd_course *a, int32_t node)
     double c[PD_SPECIES_MOST], from[PD_SPECIES_MOST], to[PD_SPECIES_MOST];
     pdi_reactive_get(r, r->c, node, c);
     pdi_components_totals(&r->components, c, from);
-    if (r->components.joined && pdi_components_solve(&r->components, from, c) != PD_OK) return;
+    if (r->components.live && pdi_components_solve(&r->components, from, c) != PD_OK) return;
     pdi_migration_neutralise(&r->migration, c);
     pdi_components_totals(&r->components, c, to);
     for (int k = 0; k < r->components.count; k++) r->carry[k * total + node] += from[k] - to[k];

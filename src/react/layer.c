@@ -83,7 +83,7 @@ static double pdi_layer_charge(pd_components *film, pdi_terms *w, double v, doub
         w->down[n] = pdi_layer_share(-z) + w->sweep / s->scale[n];
         up[n] = s->scale[n] * pdi_layer_share(z) * w->c[n];
     }
-    for (int n = 0; n < film->solutes && film->joined; n++) {
+    for (int n = 0; n < film->solutes && film->live; n++) {
         film->ln_k[n] = w->ln_k[n] + log(w->down[n]);
         for (int k = 0; k < film->joined; k++) film->ln_k[n] -= film->m[k][n] * log(w->down[film->master[k]]);
     }

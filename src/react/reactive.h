@@ -108,6 +108,7 @@ typedef struct pd_reactive {
     int slots;
     double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
     double dt;                       /* [s] of the stage at hand */
+    int exact;                       /* 1: the equations of a step are met to rounding, not to the tolerance */
     int short_of;                    /* 1 + component of which the last step would take more than there is; 0: none */
     int32_t short_at;                /* where that is worst */
     const double *swept;          /* [components][total] [mol/m3] that is beside the cells, where metal has gone; NULL:
