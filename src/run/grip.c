@@ -11,6 +11,9 @@
 /* Least share of the metal of a side that may bear its traction. */
 #define PDI_GRIP_LEAST 0.01
 
+/* Moments along an axis are left out where what is loaded extends by less than that many cells. */
+#define PDI_GRIP_ACROSS 0.1
+
 /* Cells between point i and a side of the box. */
 static int pdi_grip_row(const pd_grips *g, int32_t i, int side)
 {
@@ -189,28 +192,181 @@ static double pdi_grip_bears(const pd_grips *g, int32_t i, int side)
     return side % 2 ? -edge : edge;
 }
 
+/* The traction of grip k at a place of its side, [PD_DIM] [Pa], and its size. */
+static pd_status pdi_grip_traction(pd_ctx *ctx, const pd_grips *g, int k, const double *x, double t, double *pull,
+                                   double *size)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    for (int d = 0; d < PD_DIM; d++) {
+        pull[d] = grip->pulls ? pdi_setup_eval(&grip->pull[d], x, t) : 0.0;
+        if (grip->presses && d == grip->side / 2)
+            pull[d] += (grip->side % 2 ? -1.0 : 1.0) * pdi_setup_eval(&grip->press, x, t);
+        PDI_TRY(pdi_grip_finite(ctx, grip, pull[d], x, t));
+    }
+    *size = pdi_vec_norm(pull);
+    return PD_OK;
+}
+
+/* 1: the traction of grip k differs from place to place. */
+static int pdi_grip_varies(const pd_grips *g, int k)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    uint32_t uses = grip->presses ? grip->press.uses : 0, places = ((uint32_t)1 << PD_DIM) - 1;
+    for (int d = 0; d < PD_DIM && grip->pulls; d++) uses |= grip->pull[d].uses;
+    return (uses & places & ~((uint32_t)1 << grip->side / 2)) != 0;
+}
+
+/* Loads of a traction that differs from place to place. Parts are 1 and distances along the side from `centre` over
+ * `size`: [0] and [1 + axis]. */
+typedef struct pdi_grip_moments {
+    double centre[PD_DIM], size;
+    double wanted[PD_DIM][1 + PD_DIM], has[PD_DIM][1 + PD_DIM]; /* sums of components times parts */
+    double depth[PD_DIM];                /* sums of components times the distance from the side, over `size`, */
+    double depth_by[1 + PD_DIM];         /* and how they grow with corrections */
+    double by[1 + PD_DIM][1 + PD_DIM];   /* how sums grow with corrections by parts of the size of the traction */
+    double more[PD_DIM][1 + PD_DIM];     /* corrections */
+} pdi_grip_moments;
+
+static void pdi_grip_parts(const pdi_grip_moments *w, const double *x, int axis, double *part)
+{
+    part[0] = 1.0;
+    for (int d = 0; d < PD_DIM; d++) part[1 + d] = d == axis ? 0.0 : (x[d] - w->centre[d]) / w->size;
+}
+
+/* [m^(d-1)] Metal that is left on the side of grip k; centre and size of its faces. */
+static double pdi_grip_faces(const pd_grips *g, int k, pdi_grip_moments *w)
+{
+    const pd_structure *s = g->structure;
+    int side = g->setup->metal_body.grip[k].side;
+    double area = 0.0, face = s->body.volume[0] / s->grid->h[side / 2], x[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) w->size = pdi_max(w->size, g->setup->hi[d] - g->setup->lo[d]);
+    for (int32_t i = 0; i < s->count; i++) {
+        if (pdi_grip_row(g, i, side) || !(s->stiff[i] > 0.0)) continue;
+        pd_grid_position(s->grid, s->node[i], x);
+        for (int d = 0; d < PD_DIM; d++) w->centre[d] += face * x[d];
+        area += face;
+    }
+    for (int d = 0; d < PD_DIM && area > 0.0; d++) w->centre[d] /= area;
+    return area;
+}
+
+/* What the traction is on faces of `face` [m^(d-1)], by Gauss's two points along each axis of them. */
+static pd_status pdi_grip_wants(pd_ctx *ctx, const pd_grips *g, int k, double t, double face, pdi_grip_moments *w)
+{
+    const pd_structure *s = g->structure;
+    int side = g->setup->metal_body.grip[k].side, axis = side / 2;
+    for (int32_t i = 0; i < s->count; i++) {
+        if (pdi_grip_row(g, i, side) || !(s->stiff[i] > 0.0)) continue;
+        for (int corner = 0; corner < 1 << PD_DIM; corner++) {
+            double x[PD_DIM], pull[PD_DIM], part[1 + PD_DIM], size;
+            if (corner >> axis & 1) continue;
+            pd_grid_position(s->grid, s->node[i], x);
+            for (int b = 0; b < PD_DIM; b++) x[b] += (corner >> b & 1 ? 0.5 : -0.5) * sqrt(1.0 / 3.0) * s->grid->h[b];
+            x[axis] = side % 2 ? g->setup->hi[axis] : g->setup->lo[axis];
+            PDI_TRY(pdi_grip_traction(ctx, g, k, x, t, pull, &size));
+            pdi_grip_parts(w, x, axis, part);
+            for (int d = 0; d < PD_DIM; d++)
+                for (int p = 0; p <= PD_DIM; p++) w->wanted[d][p] += ldexp(face, 1 - PD_DIM) * pull[d] * part[p];
+        }
+    }
+    return PD_OK;
+}
+
+/* What points bear of it. */
+static pd_status pdi_grip_has(pd_ctx *ctx, const pd_grips *g, int k, double t, double scale, pdi_grip_moments *w)
+{
+    const pd_structure *s = g->structure;
+    int side = g->setup->metal_body.grip[k].side, axis = side / 2;
+    for (int32_t i = 0; i < s->count; i++) {
+        double bears = scale * pdi_grip_bears(g, i, side) * s->body.volume[i], x[PD_DIM], pull[PD_DIM], size;
+        double part[1 + PD_DIM], face = side % 2 ? g->setup->hi[axis] : g->setup->lo[axis];
+        if (!(fabs(bears) > 0.0)) continue;
+        pd_grid_position(s->grid, s->node[i], x);
+        double depth = (x[axis] - face) / w->size;
+        x[axis] = face;
+        PDI_TRY(pdi_grip_traction(ctx, g, k, x, t, pull, &size));
+        pdi_grip_parts(w, x, axis, part);
+        for (int d = 0; d < PD_DIM; d++) w->depth[d] += bears * pull[d] * depth;
+        for (int p = 0; p <= PD_DIM; p++) {
+            w->depth_by[p] += bears * size * part[p] * depth;
+            for (int d = 0; d < PD_DIM; d++) w->has[d][p] += bears * pull[d] * part[p];
+            for (int q = 0; q <= PD_DIM; q++) w->by[p][q] += bears * size * part[p] * part[q];
+        }
+    }
+    return PD_OK;
+}
+
+/* The correction of component d. Parts that what is loaded does not tell are left out. */
+static void pdi_grip_correct(const pd_grips *g, int d, pdi_grip_moments *w)
+{
+    double a[1 + PD_DIM][1 + PD_DIM], rest[1 + PD_DIM], *more = w->more[d];
+    int done[1 + PD_DIM] = {0};
+    memcpy(a, w->by, sizeof a);
+    for (int p = 0; p <= PD_DIM; p++) rest[p] = w->wanted[d][p] - w->has[d][p];
+    for (int p = 0; p <= PD_DIM; p++) {
+        double least = p ? PDI_GRIP_ACROSS * g->structure->grid->h[p - 1] / w->size : 0.0;
+        if (!(a[p][p] > least * least * a[0][0])) continue;
+        done[p] = 1;
+        for (int q = p + 1; q <= PD_DIM; q++) {
+            double factor = a[q][p] / a[p][p];
+            for (int r = p; r <= PD_DIM; r++) a[q][r] -= factor * a[p][r];
+            rest[q] -= factor * rest[p];
+        }
+    }
+    for (int p = PD_DIM; p >= 0; p--) {
+        if (!done[p]) continue;
+        more[p] = rest[p];
+        for (int q = p + 1; q <= PD_DIM; q++) more[p] -= a[p][q] * more[q];
+        more[p] /= a[p][p];
+    }
+}
+
+/* Points beside corners bear a traction further inside than it acts. So the loads of one that differs from place to
+ * place get its force and its moments back: they change by a share of its size that is linear along the side. Loads
+ * along the side lie at a depth: what that turns the normal ones turn back. */
+static pd_status pdi_grip_balance(pd_ctx *ctx, const pd_grips *g, int k, double t, double scale, pdi_grip_moments *w)
+{
+    const pd_structure *s = g->structure;
+    int axis = g->setup->metal_body.grip[k].side / 2;
+    double area = pdi_grip_faces(g, k, w);
+    if (!(area > 0.0)) return PD_OK;
+    /* the load stays as metal goes */
+    PDI_TRY(pdi_grip_wants(ctx, g, k, t, s->body.volume[0] / s->grid->h[axis] * (g->area[k] / area), w));
+    PDI_TRY(pdi_grip_has(ctx, g, k, t, scale, w));
+    for (int b = 1; b < PD_DIM; b++) {
+        int d = (axis + b) % PD_DIM;
+        pdi_grip_correct(g, d, w);
+        for (int p = 0; p <= PD_DIM; p++) w->depth[d] += w->depth_by[p] * w->more[d][p];
+        w->wanted[axis][1 + d] += w->depth[d];
+    }
+    pdi_grip_correct(g, axis, w);
+    return PD_OK;
+}
+
 /* The traction of grip k. */
 static pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load)
 {
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     const pd_structure *s = g->structure;
-    int axis = grip->side / 2;
+    int side = g->setup->metal_body.grip[k].side, axis = side / 2, varies = pdi_grip_varies(g, k);
     double sum = 0.0, scale = 1.0;
-    for (int32_t i = 0; i < s->count; i++) sum += s->body.volume[i] * pdi_grip_bears(g, i, grip->side);
+    pdi_grip_moments w;
+    for (int32_t i = 0; i < s->count; i++) sum += s->body.volume[i] * pdi_grip_bears(g, i, side);
     if (!(sum > PDI_GRIP_LEAST * g->area[k]))
         return pdi_fail(ctx, PD_ERR_STATE, "grip", "too little metal is left at the side %s to bear its traction at "
-                        "t = %g s", pdi_setup_side_name(grip->side), t);
+                        "t = %g s", pdi_setup_side_name(side), t);
     if (fabs(sum - g->area[k]) > PDI_GRIP_EXACT * g->area[k]) scale = g->area[k] / sum;
+    memset(&w, 0, sizeof w);
+    if (varies) PDI_TRY(pdi_grip_balance(ctx, g, k, t, scale, &w));
     for (int32_t i = 0; i < s->count; i++) {
-        double share = scale * pdi_grip_bears(g, i, grip->side), x[PD_DIM];
+        double share = scale * pdi_grip_bears(g, i, side), x[PD_DIM], pull[PD_DIM], part[1 + PD_DIM], size;
         if (!(fabs(share) > 0.0)) continue;
         pd_grid_position(s->grid, s->node[i], x);
-        x[axis] = grip->side % 2 ? g->setup->hi[axis] : g->setup->lo[axis];
+        x[axis] = side % 2 ? g->setup->hi[axis] : g->setup->lo[axis];
+        PDI_TRY(pdi_grip_traction(ctx, g, k, x, t, pull, &size));
+        if (varies) pdi_grip_parts(&w, x, axis, part);
         for (int d = 0; d < PD_DIM; d++) {
-            double value = grip->pulls ? pdi_setup_eval(&grip->pull[d], x, t) : 0.0;
-            if (grip->presses && d == axis) value += (grip->side % 2 ? -1.0 : 1.0) * pdi_setup_eval(&grip->press, x, t);
-            PDI_TRY(pdi_grip_finite(ctx, grip, value, x, t));
-            load[(int64_t)i * PD_DIM + d] += share * value;
+            for (int p = 0; p <= PD_DIM && varies; p++) pull[d] += w.more[d][p] * part[p] * size;
+            load[(int64_t)i * PD_DIM + d] += share * pull[d];
         }
     }
     return PD_OK;
@@ -265,5 +421,6 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at)
 }
 
 #undef PDI_GRIP_NONE
+#undef PDI_GRIP_ACROSS
 #undef PDI_GRIP_EXACT
 #undef PDI_GRIP_LEAST
