@@ -29,9 +29,18 @@ endif
 CFLAGS ?= -std=c99 -O3 $(NATIVE) -ffp-contract=off
 SHARED = -fPIC -shared -fvisibility=hidden '-DPD_API=extern __attribute__((visibility("default")))'
 # Tests run the split sources with the library's own assertions on. A test program itself needs no speed. Position
-# independent, since the test of the Python package links the same objects to a shared library.
+# independent, since they are loaded as a shared library, of the Python package too.
 DEV = -std=c99 -O2 -g -fPIC -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
 DEV_TEST = -std=c99 -O1 -ffp-contract=off $(WARN) -DPD_DEBUG $(OMP) $(EXTRA)
+
+# On Linux test programs load the objects of a dimension as one library from check/ beside them: each links in a moment,
+# and another source needs no other program. Elsewhere, and under sanitizers, they hold the objects.
+, = ,
+LOADED := $(if $(findstring -fsanitize,$(EXTRA)),,$(filter Linux,$(shell uname)))
+LIBRARY_FLAGS = $(if $(LOADED),-Wl$(,)-Bsymbolic-functions$(,)-soname$(,)$(@F))
+needed-objects = $(if $(LOADED),| $(BUILD)/check/libpdcorr$(1)d.so,$(OBJECTS_$(1)))
+with-objects = $(if $(LOADED),-Wl$(,)--enable-new-dtags$(,)-rpath$(,)'$$ORIGIN/check' $(BUILD)/check/libpdcorr$(1)d.so,\
+                 $(OBJECTS_$(1))) $(LIBS)
 
 SOURCES := $(wildcard src/*/*.c)
 HEADERS := $(wildcard src/*/*.h)
@@ -323,7 +332,7 @@ help: ## this list
 # Everything is rebuilt when the compiler or a flag changes.
 $(BUILD)/flags: FORCE
 	@mkdir -p $(@D)
-	@echo '$(CC) | $(CFLAGS) | $(DEV) | $(DEV_TEST)' > $@.new
+	@echo '$(CC) | $(CFLAGS) | $(DEV) | $(DEV_TEST) | $(LOADED)' > $@.new
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 
 define RULES_OF_DIM
@@ -333,16 +342,18 @@ $$(BUILD)/obj$(1)d/%.o: src/%.c $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV) -DPD_DIM=$(1) -Isrc -MMD -MP -c $$< -o $$@
 
-$$(BUILD)/test_%_$(1)d: tests/test_%.c $$(wildcard tests/*.h) $$(wildcard cases/*.h) $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
-	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+$$(BUILD)/test_%_$(1)d: tests/test_%.c $$(wildcard tests/*.h) $$(wildcard cases/*.h) $$(HEADERS) $$(BUILD)/flags \
+                         $$(call needed-objects,$(1))
+	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests $$< -o $$@ $$(call with-objects,$(1))
 
-$$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h) $$(HEADERS) $$(OBJECTS_$(1)) \
-                         $$(BUILD)/flags
-	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< $$(OBJECTS_$(1)) \
-	    -o $$@ $$(LIBS)
+$$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h) $$(HEADERS) $$(BUILD)/flags \
+                         $$(call needed-objects,$(1))
+	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< \
+	    -o $$@ $$(call with-objects,$(1))
 
-$$(BUILD)/metamorphic_$(1)d: $$(wildcard tests/metamorphic/*.[ch]) tests/random.h $$(HEADERS) $$(OBJECTS_$(1)) $$(BUILD)/flags
-	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests $$(filter %.c,$$^) $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+$$(BUILD)/metamorphic_$(1)d: $$(wildcard tests/metamorphic/*.[ch]) tests/random.h $$(HEADERS) $$(BUILD)/flags $$(call needed-objects,$(1))
+	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests $$(filter %.c,$$^) -o $$@ \
+	    $$(call with-objects,$(1))
 
 $$(BUILD)/check/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)
@@ -350,7 +361,7 @@ $$(BUILD)/check/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) pdcorr.h $$(OB
 
 $$(BUILD)/check/libpdcorr$(1)d.so: $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)
-	$$(building) $$(CC) $$(DEV_TEST) -shared $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+	$$(building) $$(CC) $$(DEV_TEST) -shared $$(LIBRARY_FLAGS) $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
 # Of the Python package: public functions alone can be seen from outside.
 $$(BUILD)/python/pdcorr/libpdcorr$(1)d.so: pdcorr.h $$(BUILD)/flags
