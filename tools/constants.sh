@@ -16,11 +16,9 @@ flags='-std=c99 -O2 -ffp-contract=off -DPDI_SPLIT -DPD_DIM=2'
 
 # "module|NAME|value" of all constants of src/.
 constants() {
-    for file in src/*/*.h src/*/*.c; do
-        module=$(basename "${file%.*}")
-        sed -n 's/^ *# *define \(PDI\{0,1\}_[A-Z0-9_]*\) \{1,\}\([-+(]*[0-9.].*\)$/\1|\2/p' "$file" |
-            sed -e 's/ *\/\*.*//' -e "s/^PDI\{0,1\}_/$module|/"
-    done | grep -v '^config|' | sort -u
+    grep '^ *# *define PDI\{0,1\}_' src/*/*.h src/*/*.c |
+        sed -e 's/^[^:]*\/\([^./:]*\)\.[ch]: *# *define PDI\{0,1\}_/\1|/' -e 's/ *\/\*.*//' |
+        sed -n 's/^\([^|]*|[A-Z0-9_]*\) \{1,\}\([-+(]*[0-9.].*\)$/\1|\2/p' | grep -v '^config|' | sort -u
 }
 
 # "module|NAME|value" of all constants of the list.

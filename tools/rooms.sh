@@ -32,16 +32,22 @@ done < src/MODULES > "$dir/rooms"
 # room|module|what its header says of it in one sentence
 while read -r room modules; do
     for m in $modules; do
-        [ -f "src/$room/$m.h" ] || continue
-        text=$(awk '{ sub(/^\/\*/, ""); sub(/^ \*/, ""); end = sub(/\*\/.*/, ""); gsub(/^ +| +$/, "") }
-            $0 == "" { exit }
-            { words = words " " $0 }
-            end { exit }
-            END { sub(/^ *[a-z_]*: */, "", words); sub(/[.] .*/, "", words); sub(/ *\(theory.*/, "", words)
-                  sub(/[. ]*$/, "", words); gsub(/\|/, ",", words); print words }' "src/$room/$m.h")
-        printf '%s|%s|%s\n' "$room" "$m" "$text"
+        [ ! -f "src/$room/$m.h" ] || echo "src/$room/$m.h"
     done
-done < "$dir/rooms" > "$dir/modules"
+done < "$dir/rooms" > "$dir/headers"
+# shellcheck disable=SC2046
+awk 'function say() {
+        sub(/^ *[a-z_]*: */, "", words); sub(/[.] .*/, "", words); sub(/ *\(theory.*/, "", words)
+        sub(/[. ]*$/, "", words); gsub(/\|/, ",", words)
+        split(name, part, "/"); sub(/\.h$/, "", part[3])
+        printf "%s|%s|%s\n", part[2], part[3], words
+    }
+    FNR == 1 { if (name) say(); name = FILENAME; words = ""; ended = 0 }
+    ended { next }
+    { sub(/^\/\*/, ""); sub(/^ \*/, ""); ended = sub(/\*\/.*/, ""); gsub(/^ +| +$/, "") }
+    $0 == "" { ended = 1; next }
+    { words = words " " $0 }
+    END { say() }' $(cat "$dir/headers") > "$dir/modules"
 
 # Pairs of rooms: the first includes the second.
 for room in $(cut -d' ' -f1 "$dir/rooms"); do
