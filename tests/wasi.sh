@@ -15,7 +15,7 @@ const module = await WebAssembly.compile(await readFile(args[0]));
 const instance = await WebAssembly.instantiate(module, wasi.getImportObject());
 process.exit(wasi.start(instance));
 END
-flags='-std=c99 -O1 -ffp-contract=off -Wall -Wextra -Wpedantic -Werror -I.'
+flags='-std=c99 -O1 -ffp-contract=off -Wall -Wextra -Wpedantic -Wno-misleading-indentation -Werror -I.'
 stack=-Wl,-z,stack-size=8388608
 
 # shellcheck disable=SC2086
