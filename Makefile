@@ -2,7 +2,7 @@
 #
 #   CC=clang     another compiler            OPENMP=0     without OpenMP (default: when a test program links)
 #   CFLAGS=...   flags of the drivers        BUILD=dir    another build folder
-#   V=1          show the commands           EXTRA=...    more flags for the tests
+#   V=1          show the commands           EXTRA=...    more flags for the tests, such as -g
 #   PD_TEST_LIMIT=s   of a test, after which it is stopped (3600; 0: none)
 
 ifeq ($(origin CC),default)
@@ -30,7 +30,7 @@ CFLAGS ?= -std=c99 -O3 $(NATIVE) -ffp-contract=off
 SHARED = -fPIC -shared -fvisibility=hidden '-DPD_API=extern __attribute__((visibility("default")))'
 # Tests run the split sources with the library's own assertions on. A test program itself needs no speed. Position
 # independent, since they are loaded as a shared library, of the Python package too.
-DEV = -std=c99 -O2 -g -fPIC -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
+DEV = -std=c99 -O2 -fPIC -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
 DEV_TEST = -std=c99 -O1 -ffp-contract=off $(WARN) -DPD_DEBUG $(OMP) $(EXTRA)
 
 # On Linux test programs load the objects of a dimension as one library from check/ beside them: each links in a moment,
@@ -200,7 +200,7 @@ lint: $(BUILD)/lint $(BUILD)/amalgamate ## house rules and the order of the modu
 QUICK_LOGS = $(patsubst %,$(LOGS)/%_2d.log,hard_geometry hard_limits test_axisym test_text test_png test_picture test_scene test_bond \
              test_shade)
 SANITIZED = +@$(MAKE) -k --no-print-directory BUILD=$(BUILD)/sanitize OPENMP=0 \
-            EXTRA='-O1 -fsanitize=address,undefined -fno-sanitize-recover=all'
+            EXTRA='-O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all'
 
 sanitize: ## the test programs under the address and undefined-behaviour sanitizers: half an hour
 	@rm -f $(BUILD)/sanitize/logs/*.log
