@@ -27,10 +27,10 @@ endif
 endif
 
 CFLAGS ?= -std=c99 -O3 $(NATIVE) -ffp-contract=off
-SHARED = -fPIC -shared -fvisibility=hidden '-DPD_API=extern __attribute__((visibility("default")))'
 # Tests run the split sources with the library's own assertions on. A test program itself needs no speed. Position
 # independent, since they are loaded as a shared library, of the Python package too.
 DEV = -std=c99 -O2 -fPIC -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
+PLAIN = -std=c99 -O0 -fPIC -ffp-contract=off
 DEV_TEST = -std=c99 -O1 -ffp-contract=off $(WARN) -DPD_DEBUG $(OMP) $(EXTRA)
 
 # On Linux test programs load the objects of a dimension as one library from check/ beside them: each links in a moment,
@@ -363,10 +363,10 @@ $$(BUILD)/check/libpdcorr$(1)d.so: $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV_TEST) -shared $$(LIBRARY_FLAGS) $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
-# Of the Python package: public functions alone can be seen from outside.
-$$(BUILD)/python/pdcorr/libpdcorr$(1)d.so: pdcorr.h $$(BUILD)/flags
+# Of the Python package.
+$$(BUILD)/python/pdcorr/libpdcorr$(1)d.so: $$(BUILD)/lib/pdcorr$(1)d.o
 	@mkdir -p $$(@D)
-	$$(building) $$(CC) $$(CFLAGS) $$(OMP) $$(SHARED) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -x c $$< -o $$@ $$(LIBS)
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -shared $$< -o $$@ $$(LIBS)
 
 # Of the page for browsers; 8 MB of stack, as elsewhere.
 $$(BUILD)/web/pdcorr$(1)d.wasm: drivers/web/web.c pdcorr.h
@@ -383,6 +383,11 @@ $$(BUILD)/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
 $$(BUILD)/lib/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -fPIC -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -x c -c $$< -o $$@
+
+# The same without optimisation, in a moment: for scripts of tests that install it, link to it or compare with it.
+$$(BUILD)/plain/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
+	@mkdir -p $$(@D)
+	$$(building) $$(CC) $$(PLAIN) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -x c -c $$< -o $$@
 
 $$(BUILD)/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) $$(BUILD)/pdcorr$(1)d.o
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(BUILD)/pdcorr$(1)d.o -o $$@ $$(LIBS)
@@ -426,7 +431,8 @@ $(METAMORPHIC_LOGS): $(LOGS)/%.log: $(BUILD)/% FORCE
 
 # PROGRAMS: where shell tests find pd1d and its like. `make test` gives them programs linked to the objects of the
 # tests, which are built in a moment and have assertions.
-SCRIPT_PROGRAMS = $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD)/pdcorr2d.o) $(BUILD)/amalgamate $(BUILD)/lint
+SCRIPT_PROGRAMS = $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD)/pdcorr2d.o \
+                      $(DIMS:%=$(BUILD)/plain/pdcorr%d.o)) $(BUILD)/amalgamate $(BUILD)/lint
 .PHONY: script-programs
 script-programs: $(SCRIPT_PROGRAMS) $(DIMS:%=$(BUILD)/check/libpdcorr%d.so)
 

@@ -7,12 +7,17 @@ CC=${CC:-cc}
 prefix=/opt/pd
 tree=$dir/root$prefix
 
-# made TARGET: with the programs that are built, and libraries that need no speed.
-mkdir "$dir/build"
+# made TARGET: with the programs that are built, and libraries that need no speed: that of two dimensions is compiled.
+mkdir -p "$dir/build/lib"
 cp "$programs/pd1d" "$programs/pd2d" "$programs/pd3d" "$dir/build"
+for dim in 1 3; do
+    plain $dim
+    cp "$object" "$dir/build/lib/pdcorr${dim}d.o"
+done
 made() {
     make CC="$CC" BUILD="$dir/build" CFLAGS='-std=c99 -O0' OPENMP=0 DESTDIR="$dir/root" PREFIX=$prefix \
-        -o "$dir/build/pd1d" -o "$dir/build/pd2d" -o "$dir/build/pd3d" "$1" > "$dir/log" 2>&1
+        -o "$dir/build/pd1d" -o "$dir/build/pd2d" -o "$dir/build/pd3d" -o "$dir/build/lib/pdcorr1d.o" \
+        -o "$dir/build/lib/pdcorr3d.o" "$1" > "$dir/log" 2>&1
 }
 files() { (cd "$1" && find . ! -type d | sed 's#^\./##' | sort); }
 

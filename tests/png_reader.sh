@@ -9,7 +9,6 @@ cd "$dir" || exit 1
 
 # `program write`: five PNGs and their pixels as raw files. `program read FILE OUT`: the reverse.
 cat > program.c <<'END'
-#define PDCORR_IMPLEMENTATION
 #include "pdcorr.h"
 #include <math.h>
 #include <stdio.h>
@@ -198,7 +197,7 @@ print('%d passed, %d failed, 0 skipped' % (passed, failed))
 sys.exit(failed > 0)
 END
 
-$CC -std=c99 -O1 -DPD_DIM=2 -I"$root" program.c -o program -lm > log 2>&1 && ./program write >> log 2>&1
+$CC -std=c99 -O1 -DPD_DIM=2 -DPDI_SPLIT ${OMP:-} -I"$root" program.c "$build/pdcorr2d.o" -o program -lm > log 2>&1 && ./program write >> log 2>&1
 verdict "the program that writes the images"
 [ "$failed" = 0 ] || { score; exit 1; }
 python3 check.py

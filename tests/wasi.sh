@@ -20,7 +20,8 @@ stack=-Wl,-z,stack-size=8388608
 
 # shellcheck disable=SC2086
 clang --target=wasm32-wasi $flags -DPDCORR_LINKED -DPDCORR_STATIC examples/04_pin.c -o "$dir/pin.wasm" -lm $stack \
-    2> "$dir/log" && ${CC:-cc} $flags -DPDCORR_LINKED -DPDCORR_STATIC examples/04_pin.c -o "$dir/pin" -lm 2>> "$dir/log"
+    2> "$dir/log" && ${CC:-cc} $flags -DPDCORR_LINKED ${OMP:-} examples/04_pin.c "$build/pdcorr2d.o" -o "$dir/pin" -lm \
+    2>> "$dir/log"
 verdict "a pin compiles"
 cd "$dir" || exit 1
 ./pin > native 2> log

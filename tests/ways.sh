@@ -24,6 +24,19 @@ way() {
     verdict "the way $1"
 }
 
+# What this checkout has compiled spares the clone most of that: objects of the tests, programs and libraries but those
+# of two dimensions.
+in_clone make build/flags > "$dir/log" 2>&1
+if [ -z "$(git -C "$root" status --porcelain -uno)" ]; then # else they are not those of the clone
+    mkdir "$clone/build/lib"
+    cp -r "$build/obj2d" "$clone/build/" 2> /dev/null
+    for dim in 1 3; do
+        plain $dim && cp "$object" "$clone/build/lib/pdcorr${dim}d.o"
+        cp "$build/pdcorr${dim}d.o" "$programs/pd${dim}d" "$clone/build/" 2> /dev/null
+    done
+    find "$clone/build/obj2d" "$clone/build/lib" "$clone"/build/*[13]d* -type f -exec touch {} +
+fi
+
 find_python 'import numpy, matplotlib, sys; assert sys.version_info >= (3, 9)'
 if [ "$python" ]; then
     mkdir "$dir/bin" # python3 of the pages
@@ -50,12 +63,7 @@ for tool in pkg-config cmake; do
     fi
 done
 
-# The first change: other words for a key. Objects of this checkout spare the clone what it would compile first.
-in_clone make build/flags > "$dir/log" 2>&1
-if [ -z "$(git -C "$root" status --porcelain -uno)" ]; then # else they are not those of the clone
-    cp -r "$build/obj2d" "$clone/build/" 2> /dev/null
-    find "$clone/build/obj2d" -type f -exec touch {} +
-fi
+# The first change: other words for a key.
 words='spacing, one or one an axis'
 way change
 check "its test passes" grep -q '^exit 0' "$clone/build/logs/test_keys_2d.log"

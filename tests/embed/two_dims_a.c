@@ -1,5 +1,4 @@
 #define PD_DIM 2
-#define PDCORR_IMPLEMENTATION
 #include "pdcorr.h"
 #include "two_dims.h"
 

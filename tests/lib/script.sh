@@ -6,6 +6,7 @@
 #   verdict, check, rejects_usage, score   count and report
 #   block         code of a text
 #   figure        a number of a run whose output is $dir/out and whose log is $dir/log
+#   plain         $object, the library in a dimension without optimisation
 #   find_python   $python, with what a test needs of it
 
 root=$PWD
@@ -65,6 +66,16 @@ figure() {
     *:*) grep -F " ${1%:*} " "$dir/log" | tr ' ' '\n' | sed -n "s/^${1#*:}=//p" | tail -n 1 ;;
     *) grep '^result ' "$dir/log" | tr ' ' '\n' | sed -n "s/^$1=//p" | tail -n 1 ;;
     esac
+}
+
+# plain DIM: $object holds all of the header in that dimension, compiled without optimisation and without OpenMP: that of
+# `make`, or one of its own where make has none of this header.
+plain() {
+    object=$build/plain/pdcorr${1}d.o
+    [ -f "$object" ] && [ -z "$(find "$root/pdcorr.h" -newer "$object")" ] && return
+    object=$dir/pdcorr${1}d.o
+    [ -f "$object" ] || ${CC:-cc} -std=c99 -O0 -fPIC -ffp-contract=off -DPD_DIM="$1" -DPDCORR_IMPLEMENTATION -x c \
+        -c "$root/pdcorr.h" -o "$object" > "$dir/log" 2>&1
 }
 
 # find_python CODE: $python is the first Python that runs CODE; empty: none does.
