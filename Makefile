@@ -31,7 +31,7 @@ CFLAGS ?= -std=c99 -O3 $(NATIVE) -ffp-contract=off
 # independent, since they are loaded as a shared library, of the Python package too.
 DEV = -std=c99 -O2 -fPIC -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
 PLAIN = -std=c99 -O0 -fPIC -ffp-contract=off
-DEV_TEST = -std=c99 -O1 -ffp-contract=off $(WARN) -DPD_DEBUG $(OMP) $(EXTRA)
+DEV_TEST = -std=c99 -O0 -ffp-contract=off $(WARN) -DPD_DEBUG $(OMP) $(EXTRA)
 
 # On Linux test programs load the objects of a dimension as one library from check/ beside them: each links in a moment,
 # and another source needs no other program. Elsewhere, and under sanitizers, they hold the objects.
