@@ -32,8 +32,8 @@ END
 
 for dim in 2 3; do
     # other flags than those of this build, so that the compiler has other chances to change sums
-    plain $dim && ${CC:-cc} -std=c99 -O0 -DPD_DIM=$dim -DPDCORR_LINKED -I. drivers/scene.c "$object" -o "$dir/pd${dim}d" \
-        -lm > "$dir/log" 2>&1
+    plain $dim && ${CC:-cc} -std=c99 -O0 -DPD_DIM=$dim -DPDCORR_LINKED -I. drivers/scene.c "$object" \
+        -o "$dir/pd${dim}d" -lm > "$dir/log" 2>&1
     verdict "${dim}D without OpenMP builds"
     for threads in 1 3; do
         OMP_NUM_THREADS=$threads "$programs/pd${dim}d" "$dir/$dim.scene" --out "$dir/with_${dim}_$threads" --quiet \

@@ -68,7 +68,7 @@ figure() {
     esac
 }
 
-# plain DIM: $object holds all of the header in that dimension, compiled without optimisation and without OpenMP: that of
+# plain DIM: $object holds all of the header in that dimension, compiled without optimisation and OpenMP. It is that of
 # `make`, or one of its own where make has none of this header.
 plain() {
     object=$build/plain/pdcorr${1}d.o
