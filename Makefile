@@ -51,14 +51,17 @@ DRIVERS := $(foreach d,$(patsubst drivers/%.c,%,$(wildcard drivers/*.c)),\
 # tests/test_x.c with `dims: 1 3` in its first five lines becomes build/test_x_1d and build/test_x_3d, and
 # tests/hard/test_x.c becomes build/hard_x_1d. Behind `slow:` stand the dimensions that `make test` leaves to
 # `make test-all`; in a shell test that word is `slow: yes`.
-marked = $(shell for f in $(2); do \
-             dims=$$(sed -n '1,5s/.*$(1): *\([1-3][1-3 ]*\).*/\1/p' $$f | head -n 1); \
-             for k in $${dims:-$(3)}; do echo $(BUILD)/$(4)$$(basename $$f .c | sed s/^test_//)_$${k}d; done; done)
+marked = $(shell awk -v usual='$(3)' 'function say() { \
+        n = split(dims, d, " "); for (k = 1; k <= n; k++) print "$(BUILD)/$(4)" name "_" d[k] "d" } \
+    FNR == 1 { say(); name = FILENAME; sub(/.*\/(test_)?/, "", name); sub(/\.c$$/, "", name); dims = usual; found = 0 } \
+    FNR <= 5 && !found && match($$0, /$(1): *[1-3][1-3 ]*/) { \
+        found = 1; dims = substr($$0, RSTART, RLENGTH); sub(/.*: */, "", dims) } \
+    END { say() }' $(2) /dev/null)
 TESTS := $(call marked,dims,tests/test_*.c,2,test_)
 HARD_TESTS := $(call marked,dims,tests/hard/test_*.c,2,hard_)
 SLOW_TESTS := $(call marked,slow,tests/test_*.c,,test_) $(call marked,slow,tests/hard/test_*.c,,hard_)
 SCRIPTS := $(wildcard tests/*.sh)
-SLOW_SCRIPTS := $(shell for f in $(SCRIPTS); do sed 5q $$f | grep -q 'slow: yes' && echo $$f; done)
+SLOW_SCRIPTS := $(shell awk 'FNR <= 5 && /slow: yes/ { print FILENAME }' $(SCRIPTS))
 LOGS = $(BUILD)/logs
 TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log) $(HARD_TESTS:$(BUILD)/%=$(LOGS)/%.log)
 SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
