@@ -407,8 +407,22 @@ TEST(refusals)
     pd_grain_desc desc = describe(0.3, 0.0, 1, 0.0);
     desc.centre_count = 3;
     refuse(&s, desc, "3 centres without an array");
-    /* a limit on memory is an error, and leaves something that can be freed */
+    /* every coordinate of every centre is a number, and what stands behind the last is not looked at */
+    double centre[4 * PD_DIM];
+    desc.centres = centre;
+    for (int k = 0; k <= 3 * PD_DIM; k++) {
+        char text[60];
+        for (int d = 0; d < 4 * PD_DIM; d++) centre[d] = 0.1 + 0.05 * d;
+        centre[k] = (double)NAN;
+        snprintf(text, sizeof text, "grain: centre %d has coordinate nan m", k / PD_DIM);
+        if (k < 3 * PD_DIM) refuse(&s, desc, text);
+        else CHECK_OK(&s.ctx, pd_grain_build(&s.ctx, &s.grid, &desc, &s.grain));
+        pd_grain_free(&s.ctx, &s.grain);
+    }
     desc.centre_count = 0;
+    refuse(&s, desc, "grain: 0 centres with an array");
+    desc.centres = NULL;
+    /* a limit on memory is an error, and leaves something that can be freed */
     size_t before = s.ctx.in_use;
     CHECK_OK(&s.ctx, pd_grain_build(&s.ctx, &s.grid, &desc, &s.grain));
     size_t needed = s.ctx.in_use - before;
