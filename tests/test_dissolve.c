@@ -565,10 +565,63 @@ TEST(bad_input)
     scene_free(s);
 }
 
+/* Each solid node is of a metal that there is and has a factor; other nodes have neither. */
+TEST(bad_nodes)
+{
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {4.0 * H, 4.0 * H, 4.0 * H};
+    scene *s = scene_cells(8, 7, 6);
+    scene_solid_box(&s->shapes[0], lo, hi);
+    if (!metal_build(s, H, 2.0)) return;
+    uint8_t *metal = (uint8_t *)calloc((size_t)s->grid.total, sizeof *metal);
+    double *factor = (double *)calloc((size_t)s->grid.total, sizeof *factor);
+    pd_metal more;
+    memset(&more, 0, sizeof more);
+    more.solid = 2.0 * CS;
+    more.rate = rate_law;
+    more.rate_user = &rate;
+    for (int32_t j = 0; j < s->grid.total; j++) {
+        int inside = s->grid.kind[j] == PD_SOLID;
+        metal[j] = inside ? 1 : 2;
+        factor[j] = inside ? j % 2 : -1.0;
+    }
+    for (int32_t j = 0; j < s->grid.total; j++) {
+        pd_dissolve_desc desc = s->dissolve_desc;
+        pd_dissolve other;
+        char text[80];
+        desc.more = &more;
+        desc.more_count = 1;
+        desc.metal = metal;
+        desc.factor = factor;
+        if (s->grid.kind[j] != PD_SOLID) {
+            if (j % 31) continue;
+            CHECK_OK(&s->ctx, pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &s->transport, &desc, &other));
+            pd_dissolve_free(&s->ctx, &other);
+            continue;
+        }
+        metal[j] = 2;
+        snprintf(text, sizeof text, "dissolve: node %d is of metal 2, expected 0 to 1", (int)j);
+        CHECK_INT(pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &s->transport, &desc, &other), PD_ERR_ARGUMENT);
+        CHECK(strstr(s->ctx.message, text) != NULL);
+        metal[j] = 1;
+        for (int k = 0; k < 3; k++) {
+            factor[j] = k == 0 ? -1e-3 : k == 1 ? 1e100 : (double)NAN;
+            snprintf(text, sizeof text, "dissolve: node %d has the factor %g, expected", (int)j, factor[j]);
+            CHECK_INT(pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &s->transport, &desc, &other),
+                      PD_ERR_ARGUMENT);
+            CHECK(strstr(s->ctx.message, text) != NULL);
+        }
+        factor[j] = j % 2;
+    }
+    free(metal);
+    free(factor);
+    scene_free(s);
+}
+
 TEST_MAIN(SLOW_ENTRY_IF(PD_DIM == 3, flat_front_is_exact) ENTRY(diagonal_front)
           ENTRY(ball_shrinks_at_the_speed)
               ENTRY(threshold_does_not_change_the_speed) ENTRY(saturation) ENTRY(factor_multiplies)
                   ENTRY(inert_metal_stays) ENTRY(law_without_a_value) ENTRY(law_of_place_and_time) ENTRY(law_of_grain)
                       ENTRY(no_deposit)
                       ENTRY(single_node) ENTRY(everything_dissolves) ENTRY(nothing_to_dissolve) ENTRY(no_fluid)
-                          ENTRY(thin_sheet) ENTRY(wall_is_tight) ENTRY(random_walls) ENTRY(bad_input))
+                          ENTRY(thin_sheet) ENTRY(wall_is_tight) ENTRY(random_walls) ENTRY(bad_input)
+                              ENTRY(bad_nodes))
