@@ -234,8 +234,45 @@ TEST(threads_and_errors)
     run_free(&one);
 }
 
+/* Each node of fluid starts with the density of its pressure, the others with 1; a pressure that has none is refused. */
+TEST(densities_of_pressures)
+{
+    for (int eos = PD_EOS_TAIT; eos <= PD_EOS_LINEAR; eos++) {
+        run r;
+        pd_unsteady_desc desc;
+        double c2 = 4.0;
+        CHECK_OK(&r.s.ctx, run_build(&r, 1.0, 0.2, 0, 1e-2, 0.0, 1.0, PD_EOS_LINEAR));
+        pd_unsteady_free(&r.s.ctx, &r.unsteady);
+        memset(&desc, 0, sizeof desc);
+        desc.sound = sqrt(c2);
+        desc.eos = (pd_eos)eos;
+        r.s.flow.rho = 3.0; /* of the message alone */
+        for (int32_t i = 0; i < r.s.grid.total; i++)
+            if (r.s.grid.kind[i] == PD_FLUID) r.s.flow.p[i] = 0.1 + 0.01 * (i % 13);
+        if (!CHECK_OK(&r.s.ctx, pd_unsteady_build(&r.s.ctx, &r.s.flow, &desc, &r.unsteady))) return;
+        for (int32_t i = 0; i < r.s.grid.total; i++) {
+            double p = r.s.flow.p[i], density = eos == PD_EOS_LINEAR ? 1.0 + p / c2 : pow(1.0 + 7.0 * p / c2, 1.0 / 7.0);
+            CHECK_REL(r.unsteady.density[i], r.s.grid.kind[i] == PD_FLUID ? density : 1.0, 1e-14);
+        }
+        pd_unsteady_free(&r.s.ctx, &r.unsteady);
+        for (int32_t i = 0; i < r.s.grid.total; i++) {
+            char text[80];
+            double held = r.s.flow.p[i];
+            if (r.s.grid.kind[i] != PD_FLUID) continue;
+            r.s.flow.p[i] = -c2;
+            snprintf(text, sizeof text, "unsteady: the pressure -12 Pa of node %d has no density", (int)i);
+            CHECK_INT(pd_unsteady_build(&r.s.ctx, &r.s.flow, &desc, &r.unsteady), PD_ERR_ARGUMENT);
+            CHECK_STR(r.s.ctx.message, text);
+            r.s.flow.p[i] = held;
+        }
+        run_free(&r);
+    }
+}
+
 #if PD_DIM == 2
-TEST_MAIN(ENTRY(poiseuille_startup) ENTRY(stability_limit) ENTRY(limit_within_ten_per_cent) ENTRY(threads_and_errors))
+TEST_MAIN(ENTRY(poiseuille_startup) ENTRY(stability_limit) ENTRY(limit_within_ten_per_cent) ENTRY(threads_and_errors)
+          ENTRY(densities_of_pressures))
 #else
-TEST_MAIN(ENTRY(standing_wave) ENTRY(stability_limit) ENTRY(limit_within_ten_per_cent) ENTRY(threads_and_errors))
+TEST_MAIN(ENTRY(standing_wave) ENTRY(stability_limit) ENTRY(limit_within_ten_per_cent) ENTRY(threads_and_errors)
+          ENTRY(densities_of_pressures))
 #endif
