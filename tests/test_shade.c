@@ -308,6 +308,55 @@ TEST(what_is_nearer_hides)
     pdi_shell_free(&ctx, &s);
 }
 
+/* Edges of the box that have a face away from the eye are drawn, 1.4 pixels wide, each once; the body hides those
+ * behind it. */
+TEST(edges_of_the_box)
+{
+    static const double ways[3][3] = {{1, -2, 1.5}, {-1.2, 0.7, 2}, {0.6, 1.1, -0.8}};
+    for (int w = 0; w < 3; w++)
+        for (int full = 0; full < 2; full++) {
+            body b = {{10, 15, 20}, full ? 2 : 0, 0.1};
+            const double lo[3] = {0, 0, 0}, hi[3] = {10, 15, 20};
+            double ink = 0, wanted = 0;
+            int drawn = 0;
+            pd_ctx ctx;
+            pdi_shell shell;
+            pd_shade s;
+            pd_ctx_init(&ctx);
+            build(&ctx, &b, &shell);
+            CHECK_INT(shell.faces > 0, full);
+            CHECK_OK(&ctx, pdi_shade_build(&ctx, lo, hi, ways[w], 500, &s));
+            CHECK_OK(&ctx, pdi_shade_draw(&ctx, &shell, 0, &s));
+            for (int corner = 0; corner < 8; corner++)
+                for (int d = 0; d < 3; d++) {
+                    double a[3], c[3], x[3], at[3];
+                    int away = 0;
+                    if (corner >> d & 1) continue; /* the edge from there along axis d */
+                    for (int e = 0; e < 3; e++) {
+                        x[e] = corner >> e & 1 ? hi[e] : lo[e];
+                        if (e != d) away += (corner >> e & 1) == (ways[w][e] < 0);
+                    }
+                    pdi_shade_project(&s, x, a);
+                    x[d] = hi[d];
+                    pdi_shade_project(&s, x, c);
+                    x[d] = 0.45 * hi[d]; /* where no other edge passes */
+                    pdi_shade_project(&s, x, at);
+                    int seen = full ? away == 1 : away > 0;
+                    int share = s.edge[pixel(&s, at[0], at[1])];
+                    if (seen) CHECK(share > PDI_SHADE_SIDE && share <= PDI_SHADE_SIDE * PDI_SHADE_SIDE);
+                    else CHECK_INT(share, 0);
+                    drawn += seen;
+                    wanted += seen ? 1.4 * hypot(c[0] - a[0], c[1] - a[1]) + 0.49 * pi : 0;
+                }
+            for (int k = 0; k < s.width * s.height; k++) ink += s.edge[k] / (double)(PDI_SHADE_SIDE * PDI_SHADE_SIDE);
+            CHECK_INT(drawn, full ? 6 : 9);
+            CHECK_REL(ink, wanted, 0.05); /* nine samples of a pixel */
+            pdi_shade_free(&ctx, &s);
+            pdi_shell_free(&ctx, &shell);
+            CHECK_INT(ctx.in_use, 0);
+        }
+}
+
 /* Twice the same is the same, bit for bit, whatever the number of threads. */
 TEST(views_are_reproducible)
 {
@@ -482,5 +531,6 @@ TEST(labels_of_a_relief_have_rows)
 
 TEST_MAIN(ENTRY(a_sphere_has_its_silhouette_and_light) ENTRY(a_ball_of_cells_is_a_sphere)
           ENTRY(a_block_shows_three_faces) ENTRY(sides_cut_the_body) ENTRY(what_is_nearer_hides)
+          ENTRY(edges_of_the_box)
           ENTRY(views_are_reproducible) ENTRY(a_relief_has_its_colours) ENTRY(axes_have_their_letters)
           ENTRY(labels_of_a_relief_have_rows))

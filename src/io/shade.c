@@ -187,7 +187,8 @@ PDI_FN void pdi_shade_ends(const pd_shade *s, int d, int k, double *a, double *b
     pdi_shade_project(s, x, b);
 }
 
-/* The pixels whose sample lies on the edge from a to b and that no face hides. */
+/* The pixels whose sample lies on the edge from a to b and that no face hides: next to its place in each row or column,
+ * within the margin of the paper. */
 static void pdi_shade_edge(pd_shade *s, const pdi_shade_sample *p, const double *a, const double *b)
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
@@ -197,9 +198,8 @@ static void pdi_shade_edge(pd_shade *s, const pdi_shade_sample *p, const double 
     for (int i = first; i <= last; i++) {
         double part = pdi_min(1.0, pdi_max(0.0, (i + p->shift[along] - a[along]) / (b[along] - a[along])));
         int middle = (int)floor(a[1 - along] + part * (b[1 - along] - a[1 - along]));
-        for (int j = middle - 3; j <= middle + 3; j++) {
+        for (int j = middle - 1; j <= middle + 1; j++) {
             int x = steep ? j : i, y = steep ? i : j;
-            if (x < 0 || x >= s->width || y < 0 || y >= s->height) continue;
             double px = x + p->shift[0] - a[0], py = y + p->shift[1] - a[1];
             double share = pdi_min(1.0, pdi_max(0.0, (px * dx + py * dy) / square));
             if (pdi_canvas_length(px - share * dx, py - share * dy) > 0.5 * PDI_SHADE_LINE) continue;
