@@ -200,6 +200,21 @@ TEST(places_without_diffusion)
     close_model();
 }
 
+/* A pulse of the factor of either electrode is met, and the charge that has passed is that of its resistances in series:
+ * one of each electrode over its factor, one of 2 mm of the fluid. */
+TEST(pulses_of_factors)
+{
+    for (int k = 0; k < 2; k++) {
+        const char *overrides[] = {k ? "electrode.b.factor=q*(1 + 9*if(abs(t - 50 s) < 1 s,1,0))"
+                                     : "electrode.a.factor=q*(1 + 9*if(abs(t - 50 s) < 1 s,1,0))"};
+        static const char text[] = STILL "[surface q] initial = 1  rate = 0\n"
+            "[surface charge] of = b  initial = 0 C/m2  rate = i\n[run] until = 100 s\n";
+        if (!open_model(text, overrides, 1)) return;
+        if (run_to(100.0)) CHECK_REL(fabs(mean_of(1)), 98.0 * 0.3 / 2.002 + 2.0 * 0.3 / 1.102, 1e-6);
+        close_model();
+    }
+}
+
 /* ---- metal that goes ---- */
 
 /* A speed v theta, with theta' = -theta/tau: v tau (1 - exp(-t/tau)) in all, over many cells. The film goes with the
@@ -387,5 +402,6 @@ TEST(refused)
 }
 
 TEST_MAIN(ENTRY(film_of_a_couple) ENTRY(film_as_published) ENTRY(order_in_time) ENTRY(behind_a_diffusion_layer)
-          ENTRY(places_without_diffusion) ENTRY(metal_that_goes) ENTRY(long_steps) ENTRY(state) ENTRY(seen)
+          ENTRY(places_without_diffusion) ENTRY(pulses_of_factors) ENTRY(metal_that_goes) ENTRY(long_steps)
+          ENTRY(state) ENTRY(seen)
           ENTRY(refused))
