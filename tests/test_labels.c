@@ -7,7 +7,7 @@ enum { LABELS = 100 };
 
 typedef struct label {
     double x, y;
-    char text[60];
+    char text[240];
 } label;
 
 static struct picture {
@@ -16,6 +16,9 @@ static struct picture {
     double left, top, width, height; /* [pixel] of the image of the field */
     char all[4000000];
 } P;
+
+/* Of the case, where it is not that of the file. */
+static char case_name[PD_SETUP_NAME];
 
 /* The picture NAME of the run of `text`; 0: there is none. */
 static int picture(const char *text, const char *name)
@@ -27,11 +30,12 @@ static int picture(const char *text, const char *name)
     memset(&desc, 0, sizeof desc);
     memset(&P, 0, sizeof P);
     if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return 0;
-    desc.folder = path_of("run");
+    desc.folder = path_of(case_name[0] ? "long" : "run");
+    if (case_name[0]) memcpy(u.name, case_name, sizeof u.name);
     int done = CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &result));
     leave(&ctx, &u);
     char path[600];
-    snprintf(path, sizeof path, "%s/%s", path_of("run"), name);
+    snprintf(path, sizeof path, "%s/%s", desc.folder, name);
     FILE *file = done ? fopen(path, "rb") : NULL;
     if (!CHECK(file != NULL)) return 0;
     size_t size = fread(P.all, 1, sizeof P.all - 1, file);
@@ -175,6 +179,46 @@ TEST(two_halves)
 }
 #endif
 
+#if PD_DIM == 2
+/* The range of a logarithm begins with the least value above zero, any other one with the least. Between two plates
+ * phi = x/1 mm - 15 V, in cells from 1.5 mm to 38.5 mm. */
+TEST(values_below_zero)
+{
+#define PLATES \
+    "[grid] h = 1 mm  box = 0 .. 40 mm, 0 .. 20 mm\n[side y-] flow = mirror\n[side y+] flow = mirror\n" \
+    "[shape a] box = 0 .. 1 mm, 0 .. 20 mm  kind = solid  material = mg4ag\n" \
+    "[shape b] box = 39 mm .. 40 mm, 0 .. 20 mm  kind = solid  material = copper\n[potential] conductivity = 1 S/m\n" \
+    "[electrode a] shape = a  curve = primary  potential = -14 V\n" \
+    "[electrode b] shape = b  curve = primary  potential = 24 V\n" \
+    "[output] fields = none  images = phi  format = svg  width = 400  "
+    if (!picture(PLATES "\n", "phi_000000_t0.0s.svg")) return;
+    bar(-13.5, 23.5, 0, 2);
+    if (!picture(PLATES "log = phi\n", "phi_000000_t0.0s.svg")) return;
+    bar(0.5, 23.5, 1, 2);
+    if (!picture(PLATES "log = phi  percentile = 50 %\n", "phi_000000_t0.0s.svg")) return;
+    bar(6.25, 17.75, 1, 1); /* each value stands in a column of 20 cells */
+}
+#endif
+
+/* The title holds the longest name of a case, the field and, where it is a section, its place, or the displacements. */
+TEST(long_titles)
+{
+    char title[200];
+    memset(case_name, 'W', sizeof case_name - 1);
+#if PD_DIM == 2
+    static const char *const text =
+        "[grid] h = 1 mm  box = 0 .. 20 mm, 0 .. 10 mm\n[shape s] box = 0 .. 20 mm, 0 .. 10 mm  kind = solid\n"
+        "[solid] E = 200 GPa  nu = 0.3  plane = stress\n[side x-] ux = 0 mm  uy = 0 mm\n[side x+] ux = 1 nm  uy = 0 mm\n"
+        "[output] fields = none  images = mises  format = svg  width = 400  deformed = 123456\n";
+    snprintf(title, sizeof title, "%s: mises, displacements \xC3\x97 123456", case_name);
+    if (picture(text, "mises_000000_t0.0s.svg")) CHECK(label_of(title) != NULL);
+#else
+    snprintf(title, sizeof title, "%s: C at z = 4 mm", case_name);
+    if (picture(FIELD "\n", "C_000000_t0.0s.svg")) CHECK(label_of(title) != NULL);
+#endif
+    memset(case_name, 0, sizeof case_name);
+}
+
 #if PD_DIM == 3
 /* The axes of a slice are the other two. */
 TEST(slices)
@@ -200,7 +244,8 @@ TEST(slices)
         CHECK(label_of(right ? "y [mm]" : "x [mm]") && label_of(up == 1 ? "y [mm]" : "z [mm]"));
     }
 }
-TEST_MAIN(ENTRY(axes_and_bars) ENTRY(percentiles) ENTRY(slices))
+TEST_MAIN(ENTRY(axes_and_bars) ENTRY(percentiles) ENTRY(slices) ENTRY(long_titles))
 #else
-TEST_MAIN(ENTRY(axes_and_bars) ENTRY(percentiles) ENTRY(two_halves))
+TEST_MAIN(ENTRY(axes_and_bars) ENTRY(percentiles) ENTRY(two_halves) ENTRY(values_below_zero)
+          ENTRY(long_titles))
 #endif

@@ -244,7 +244,7 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
 /* ---- pictures ---- */
 
 typedef struct pdi_images_text {
-    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], stamp[PD_UNITS_TEXT + 8], shown[PDI_LABEL_SIZE + 8];
+    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], shown[PDI_LABEL_SIZE];
 } pdi_images_text;
 
 static const char *pdi_images_stamp(double time, pdi_images_text *text)
