@@ -98,4 +98,35 @@ TEST(decades)
     }
 }
 
-TEST_MAIN(ENTRY(vectors) ENTRY(decades))
+/* A bold text of pixels has the ink of the plain one, and that again one column to the right. */
+TEST(bold_text)
+{
+    enum { WIDE = 120, HIGH = 40 };
+    int ink[2] = {0, 0}, first[2] = {WIDE, WIDE}, last[2] = {-1, -1};
+    pd_ctx ctx;
+    pdi_canvas canvas[2];
+    pd_ctx_init(&ctx);
+    for (int bold = 0; bold < 2; bold++) {
+        if (!CHECK_OK(&ctx, pdi_canvas_init(&ctx, WIDE, HIGH, &canvas[bold]))) return;
+        if (bold) pdi_canvas_title(&canvas[bold], 10, 12, 0u, "HI1");
+        else pdi_canvas_text(&canvas[bold], 10, 12, PDI_ALIGN_START, 0u, "HI1");
+        for (int k = 0; k < WIDE * HIGH; k++) {
+            if (canvas[bold].image.pixels[3 * k] == 0xFF) continue;
+            ink[bold]++;
+            first[bold] = k % WIDE < first[bold] ? k % WIDE : first[bold];
+            last[bold] = k % WIDE > last[bold] ? k % WIDE : last[bold];
+        }
+    }
+    for (int k = 0; k < WIDE * HIGH - 1; k++) {
+        uint8_t plain = canvas[0].image.pixels[3 * k];
+        CHECK(canvas[1].image.pixels[3 * k] <= plain && canvas[1].image.pixels[3 * k + 3] <= plain);
+    }
+    CHECK_INT(first[0], 10);
+    CHECK_INT(first[1], 10);
+    CHECK_INT(last[1], last[0] + 1);
+    CHECK(ink[0] > 60 && ink[1] > ink[0] && ink[1] < 2 * ink[0]);
+    for (int bold = 0; bold < 2; bold++) pdi_image_free(&ctx, &canvas[bold].image);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST_MAIN(ENTRY(vectors) ENTRY(bold_text) ENTRY(decades))
