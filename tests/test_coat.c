@@ -200,8 +200,8 @@ TEST(places_without_diffusion)
     close_model();
 }
 
-/* A pulse of the factor of either electrode is met, and the charge that has passed is that of its resistances in series:
- * one of each electrode over its factor, one of 2 mm of the fluid. */
+/* A pulse of the factor of either electrode is met. The charge that has passed is that of resistances in series: one of
+ * each electrode over its factor, one of 2 mm of the fluid. */
 TEST(pulses_of_factors)
 {
     for (int k = 0; k < 2; k++) {
@@ -210,7 +210,7 @@ TEST(pulses_of_factors)
         static const char text[] = STILL "[surface q] initial = 1  rate = 0\n"
             "[surface charge] of = b  initial = 0 C/m2  rate = i\n[run] until = 100 s\n";
         if (!open_model(text, overrides, 1)) return;
-        if (run_to(100.0)) CHECK_REL(fabs(mean_of(1)), 98.0 * 0.3 / 2.002 + 2.0 * 0.3 / 1.102, 1e-6);
+        if (run_to(100.0)) CHECK_REL(fabs(mean_of(1)), 98.0 * 0.3 / 2.002 + 2.0 * 0.3 / 1.102, 1e-7);
         close_model();
     }
 }

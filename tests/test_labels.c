@@ -208,7 +208,8 @@ TEST(long_titles)
 #if PD_DIM == 2
     static const char *const text =
         "[grid] h = 1 mm  box = 0 .. 20 mm, 0 .. 10 mm\n[shape s] box = 0 .. 20 mm, 0 .. 10 mm  kind = solid\n"
-        "[solid] E = 200 GPa  nu = 0.3  plane = stress\n[side x-] ux = 0 mm  uy = 0 mm\n[side x+] ux = 1 nm  uy = 0 mm\n"
+        "[solid] E = 200 GPa  nu = 0.3  plane = stress\n[side x-] ux = 0 mm  uy = 0 mm\n"
+        "[side x+] ux = 1 nm  uy = 0 mm\n"
         "[output] fields = none  images = mises  format = svg  width = 400  deformed = 123456\n";
     snprintf(title, sizeof title, "%s: mises, displacements \xC3\x97 123456", case_name);
     if (picture(text, "mises_000000_t0.0s.svg")) CHECK(label_of(title) != NULL);

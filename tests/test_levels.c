@@ -235,7 +235,8 @@ TEST(refused)
          "a current that falls"},
         {GAP("5 um", "50", "250", "100") "[electrode anode] material = steel304  curve = expression\n"
          "i = 1 A/m2*(pH + E/(1 V))  reaction = Cu = Cu2+ + 2 e-\n[run] until = 1 s\n", "without the species H+"},
-        {GAP("5 um", "50", "250", "100") READS "film = 0.5 ohm m2\n[run] until = 1 s\n", "film: found beside a curve in"},
+        {GAP("5 um", "50", "250", "100") READS "film = 0.5 ohm m2\n[run] until = 1 s\n",
+         "film: found beside a curve in"},
         {GAP("5 um", "50", "250", "100") READS "range = -1 V .. 1 V\n[run] until = 1 s\n",
          "range: found beside a curve in"},
         {GAP("5 um", "50", "250", "100") ANODE CATHODE("0 V") "[side x-] potential = 1 V\n[run] until = 1 s\n",

@@ -21,10 +21,10 @@ static int metal(const pd_image *image, int x, int y)
     return count > 20;
 }
 
-/* Where cells are merged a pixel has the paint of most of its cells, of the field their mean, or one of their labels. */
+/* Where cells are merged a pixel has the paint of most of them, of the field their mean, or one of their labels. */
 TEST(merged_cells)
 {
-    enum { NX = 599, NY = 501, BX = 3, BY = 2 }; /* the last row and column of pixels have fewer cells */
+    enum { NX = 599, NY = 501, BX = 3, BY = 2 }; /* the last row and column have fewer cells */
     static double values[NX * NY];
     static uint8_t paint[NX * NY];
     uint32_t table[PDI_COLOUR_COUNT], random = 11;

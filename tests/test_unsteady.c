@@ -234,7 +234,7 @@ TEST(threads_and_errors)
     run_free(&one);
 }
 
-/* Each node of fluid starts with the density of its pressure, the others with 1; a pressure that has none is refused. */
+/* Each node of fluid starts with the density of its pressure, the others with 1. A pressure without one is refused. */
 TEST(densities_of_pressures)
 {
     for (int eos = PD_EOS_TAIT; eos <= PD_EOS_LINEAR; eos++) {
@@ -251,7 +251,7 @@ TEST(densities_of_pressures)
             if (r.s.grid.kind[i] == PD_FLUID) r.s.flow.p[i] = 0.1 + 0.01 * (i % 13);
         if (!CHECK_OK(&r.s.ctx, pd_unsteady_build(&r.s.ctx, &r.s.flow, &desc, &r.unsteady))) return;
         for (int32_t i = 0; i < r.s.grid.total; i++) {
-            double p = r.s.flow.p[i], density = eos == PD_EOS_LINEAR ? 1.0 + p / c2 : pow(1.0 + 7.0 * p / c2, 1.0 / 7.0);
+            double p = r.s.flow.p[i] / c2, density = eos == PD_EOS_LINEAR ? 1.0 + p : pow(1.0 + 7.0 * p, 1.0 / 7.0);
             CHECK_REL(r.unsteady.density[i], r.s.grid.kind[i] == PD_FLUID ? density : 1.0, 1e-14);
         }
         pd_unsteady_free(&r.s.ctx, &r.unsteady);

@@ -386,11 +386,11 @@ typedef struct pdi_smoother_block {
     int32_t first[PD_DIM], n[PD_DIM], lines;
 } pdi_smoother_block;
 
-/* Blocks along the axes: 1, or an even number, since the last may touch the first. */
+/* Blocks along axis 1 and up: 1, or an even number, since the last may touch the first. */
 static void pdi_smoother_partition(const pd_smoother_level *level, int *blocks)
 {
-    for (int d = 0; d < PD_DIM; d++) {
-        blocks[d] = !d || level->cells < PDI_SMOOTHER_BLOCK_CELLS ? 1 : level->n[d] / PDI_SMOOTHER_BLOCK_LINES;
+    for (int d = 1; d < PD_DIM; d++) {
+        blocks[d] = level->cells < PDI_SMOOTHER_BLOCK_CELLS ? 1 : level->n[d] / PDI_SMOOTHER_BLOCK_LINES;
         if (blocks[d] > PDI_SMOOTHER_BLOCKS) blocks[d] = PDI_SMOOTHER_BLOCKS;
         if (blocks[d] > 1) blocks[d] -= blocks[d] % 2;
         if (blocks[d] < 1) blocks[d] = 1;
