@@ -246,7 +246,7 @@ TEST(refused)
         {OPEN("0.1 A/m2*E/(1 V)", HYDROGEN, "1 s") "[dissolve] potential = 0 V\n", "potential"},
         {"[constants] E = 1 V\n" OPEN("0.1 A/m2*E/(1 V)", HYDROGEN, "1 s"), "name 'E'"}};
     static const char *const lost[][2] = {
-        {OPEN("0 A/m2*E/(1 V)", HYDROGEN, "1 s"), "no potential gives the metal of iron"},
+        {OPEN("0 A/m2*E/(1 V)", HYDROGEN, "1 s"), "no potential was found that gives the metal of iron"},
         {GAP("5 um", "50", "250", "100") ANODE "current = " PER("20") "\n" CATHODE("0 V") "current = " PER("-10")
          "\n[run] until = 1 s\n",
          "sum to "}};

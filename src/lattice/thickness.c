@@ -48,7 +48,7 @@ PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int ce
     }
     for (int d = 0; d < PD_DIM && status == PD_OK; d++) pdi_thickness_pass(grid, mark, d, low, high, 1, line);
     if (status == PD_OK) pdi_thickness_spread(grid, mark, low, high, line);
-    for (int k = 0; k < cells && status == PD_OK; k++) pdi_thickness_spread(grid, mark, 1, 1, line);
+    for (int k = 0; k < (cells + 1) / 2 && status == PD_OK; k++) pdi_thickness_spread(grid, mark, 1, 1, line);
     for (int32_t node = 0; node < grid->total && status == PD_OK; node++) {
         int at[PD_DIM];
         pdi_grid_index(grid, node, at);

@@ -7,6 +7,8 @@
 
 /* Volumes that differ by more are told. */
 #define PDI_MISFIT_TOLD 1e-3
+/* Half a cell over the radius of a ring above which its speed is told. */
+#define PDI_MISFIT_RINGS 0.01
 /* Halvings of the cells that a surface cuts, at most, and the parts that they may make in all. */
 #define PDI_MISFIT_HALVINGS 4
 #define PDI_MISFIT_PARTS 2e5
@@ -147,6 +149,32 @@ static void pdi_misfit_ties(const char *what, int64_t count, pd_print_fn print, 
     print(user, PD_PRINT_NOTE, text);
 }
 
+/* A ring of metal dissolves by the face that it has at its start: h/(2 r) too large or too small on average. */
+static void pdi_misfit_rings(const pd_model *m, pd_print_fn print, void *user)
+{
+    const pd_grid *grid = &m->grid;
+    int radial = PD_DIM - 1, outer = 0;
+    double least = HUGE_VAL, h = grid->h[radial];
+    char text[256];
+    for (int32_t i = 0; i < grid->total && grid->circumference; i++) {
+        double x[PD_DIM];
+        if (grid->kind[i] != PD_SOLID) continue;
+        pd_grid_position(grid, i, x);
+        for (int side = 0; side < 2; side++) {
+            int32_t beside = side ? i + grid->stride[radial] : i - grid->stride[radial];
+            double r = x[radial] + (side ? 0.5 : -0.5) * h;
+            if (!(r > 0.0) || r >= least || beside < 0 || beside >= grid->total) continue;
+            if (grid->kind[beside] != PD_FLUID) continue;
+            least = r;
+            outer = side;
+        }
+    }
+    if (!(0.5 * h > PDI_MISFIT_RINGS * least)) return;
+    snprintf(text, sizeof text, "rings: metal recedes by the face that a ring of cells has at its start: at r = %.4g m "
+             "up to %.2g %% too %s; a finer spacing takes it off", least, 50.0 * h / least, outer ? "fast" : "slowly");
+    print(user, PD_PRINT_NOTE, text);
+}
+
 PDI_FN void pdi_misfit_print(const pd_model *m, pd_print_fn print, void *user)
 {
     const pd_setup *u = m->setup;
@@ -156,8 +184,10 @@ PDI_FN void pdi_misfit_print(const pd_model *m, pd_print_fn print, void *user)
     pdi_misfit_ties("solution", pdi_misfit_touched(m, u->solution), print, user);
     pdi_misfit_ties("passive film", pdi_misfit_touched(m, u->passive), print, user);
     for (int k = 0; k < u->metals && m->grid.solid >= 0; k++) pdi_misfit_metal(m, k, print, user);
+    if (u->has_dissolve && !u->has_corrode) pdi_misfit_rings(m, print, user);
 }
 
+#undef PDI_MISFIT_RINGS
 #undef PDI_MISFIT_TOLD
 #undef PDI_MISFIT_HALVINGS
 #undef PDI_MISFIT_PARTS

@@ -331,11 +331,11 @@ PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p)
     if (!s->lost) return PD_OK;
     for (int e = 0; e < of->electrodes; e++) {
         if (s->desc.electrodes.member[e] != s->lost - 1 || !pdi_polarise_there(s, e)) continue;
-        return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s no potential gives the metal of %s a total "
-                        "current of %g A: its curve and its law do not carry that, or they take up more of a species "
-                        "than reaches the metal; expected anodic and cathodic reactions, and a curve that falls to 0 "
-                        "with the species that it takes up", s->time, of->electrode[e].name,
-                        s->desc.electrodes.circuit[s->lost - 1].value);
+        return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s no potential was found that gives the metal "
+                        "of %s a total current of %g A: its curve and its law do not carry that, or carry it at two "
+                        "potentials around a peak, or they take up more of a species than reaches the metal; expected "
+                        "anodic and cathodic reactions, and a curve that falls to 0 with the species that it takes up",
+                        s->time, of->electrode[e].name, s->desc.electrodes.circuit[s->lost - 1].value);
     }
     return PD_ERR_STATE;
 }

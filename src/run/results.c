@@ -36,7 +36,14 @@ static void pdi_results_outside(const pd_model *model, const pd_monitor *m, pd_p
     char text[320];
     const pd_electrode_term *table = pdi_cell_table(&model->cell, m->desc->index);
     pd_cell_electrode e;
+    const pd_setup_electrode *of = &model->setup->potential.electrode[m->desc->index];
     pdi_monitor_now(model, m->desc->index, &e);
+    if (table && (e.met.least < of->ends[0] || e.met.most > of->ends[1]) && e.met.least <= e.met.most) {
+        snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, and a table in it has "
+                 "points from %.6g to %.6g V: it holds its ends beyond them; a longer table, or outside = error",
+                 m->desc->name, e.met.least, e.met.most, of->ends[0], of->ends[1]);
+        print(user, PD_PRINT_NOTE, text);
+    }
     if (!table || !(e.met.left < HUGE_VAL)) return;
     snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, first outside of its range "
              "%.6g .. %.6g V at t = %.6g s: beyond it the curve is a straight line, and currents are not those of `i`; "

@@ -731,4 +731,17 @@ PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
 
 PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 
+PDI_FN void pdi_expr_given(const pd_expr *expr, int var, double *least, double *most)
+{
+    *least = -HUGE_VAL;
+    *most = HUGE_VAL;
+    for (int k = 1; k < expr->code_count; k++) {
+        if ((expr->code[k] & 255) != PDI_EXPR_TABLE || expr->code[k - 1] != (PDI_EXPR_VAR | var << 8)) continue;
+        const pd_curve *curve = expr->tables[expr->code[k] >> 8].curve;
+        if (curve->strict) continue;
+        *least = pdi_max(*least, curve->x[0]);
+        *most = pdi_min(*most, curve->x[curve->count - 1]);
+    }
+}
+
 #undef PDI_EXPR_BUILTINS
