@@ -220,7 +220,7 @@ static int pdi_grip_varies(const pd_grips *g, int k)
  * `size`: [0] and [1 + axis]. */
 typedef struct pdi_grip_moments {
     double centre[PD_DIM], size;
-    double wanted[PD_DIM][1 + PD_DIM], has[PD_DIM][1 + PD_DIM]; /* sums of components times parts */
+    double rest[PD_DIM][1 + PD_DIM];     /* sums of components times parts that loads lack */
     double depth[PD_DIM];                /* sums of components times the distance from the side, over `size`, */
     double depth_by[1 + PD_DIM];         /* and how they grow with corrections */
     double by[1 + PD_DIM][1 + PD_DIM];   /* how sums grow with corrections by parts of the size of the traction */
@@ -231,6 +231,12 @@ static void pdi_grip_parts(const pdi_grip_moments *w, const double *x, int axis,
 {
     part[0] = 1.0;
     for (int d = 0; d < PD_DIM; d++) part[1 + d] = d == axis ? 0.0 : (x[d] - w->centre[d]) / w->size;
+}
+
+static void pdi_grip_add(pdi_grip_moments *w, double area, const double *pull, const double *part)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        for (int p = 0; p <= PD_DIM; p++) w->rest[d][p] += area * pull[d] * part[p];
 }
 
 /* [m^(d-1)] Metal that is left on the side of grip k; centre and size of its faces. */
@@ -265,8 +271,7 @@ static pd_status pdi_grip_wants(pd_ctx *ctx, const pd_grips *g, int k, double t,
             x[axis] = side % 2 ? g->setup->hi[axis] : g->setup->lo[axis];
             PDI_TRY(pdi_grip_traction(ctx, g, k, x, t, pull, &size));
             pdi_grip_parts(w, x, axis, part);
-            for (int d = 0; d < PD_DIM; d++)
-                for (int p = 0; p <= PD_DIM; p++) w->wanted[d][p] += ldexp(face, 1 - PD_DIM) * pull[d] * part[p];
+            pdi_grip_add(w, face / (1 << (PD_DIM - 1)), pull, part);
         }
     }
     return PD_OK;
@@ -286,10 +291,10 @@ static pd_status pdi_grip_has(pd_ctx *ctx, const pd_grips *g, int k, double t, d
         x[axis] = face;
         PDI_TRY(pdi_grip_traction(ctx, g, k, x, t, pull, &size));
         pdi_grip_parts(w, x, axis, part);
+        pdi_grip_add(w, -bears, pull, part);
         for (int d = 0; d < PD_DIM; d++) w->depth[d] += bears * pull[d] * depth;
         for (int p = 0; p <= PD_DIM; p++) {
             w->depth_by[p] += bears * size * part[p] * depth;
-            for (int d = 0; d < PD_DIM; d++) w->has[d][p] += bears * pull[d] * part[p];
             for (int q = 0; q <= PD_DIM; q++) w->by[p][q] += bears * size * part[p] * part[q];
         }
     }
@@ -299,10 +304,9 @@ static pd_status pdi_grip_has(pd_ctx *ctx, const pd_grips *g, int k, double t, d
 /* The correction of component d. Parts that what is loaded does not tell are left out. */
 static void pdi_grip_correct(const pd_grips *g, int d, pdi_grip_moments *w)
 {
-    double a[1 + PD_DIM][1 + PD_DIM], rest[1 + PD_DIM], *more = w->more[d];
+    double a[1 + PD_DIM][1 + PD_DIM], *rest = w->rest[d], *more = w->more[d];
     int done[1 + PD_DIM] = {0};
     memcpy(a, w->by, sizeof a);
-    for (int p = 0; p <= PD_DIM; p++) rest[p] = w->wanted[d][p] - w->has[d][p];
     for (int p = 0; p <= PD_DIM; p++) {
         double least = p ? PDI_GRIP_ACROSS * g->structure->grid->h[p - 1] / w->size : 0.0;
         if (!(a[p][p] > least * least * a[0][0])) continue;
@@ -337,7 +341,7 @@ static pd_status pdi_grip_balance(pd_ctx *ctx, const pd_grips *g, int k, double 
         int d = (axis + b) % PD_DIM;
         pdi_grip_correct(g, d, w);
         for (int p = 0; p <= PD_DIM; p++) w->depth[d] += w->depth_by[p] * w->more[d][p];
-        w->wanted[axis][1 + d] += w->depth[d];
+        w->rest[axis][1 + d] += w->depth[d];
     }
     pdi_grip_correct(g, axis, w);
     return PD_OK;

@@ -249,16 +249,14 @@ static void pdi_summary_solid(const pdi_summary *s)
 /* Metal with few cells across. */
 static void pdi_summary_thin(const pdi_summary *s)
 {
+    static const char *const across[] = {"6 m", "2 m + 2", "4 m", "6 m", "6 m"};
     const pd_setup_body *b = &s->model->setup->metal_body;
     char text[320];
     if (!(s->model->thin > 0.0)) return;
     snprintf(text, sizeof text, "solid: %.3g %% of the metal is in parts thinner than %d cells, %s: where they are "
-             "bent, moments and curvatures are more than 5 %% off; expected a smaller h, or a smaller m",
+             "bent they are more than 5 %% off; expected a smaller h, or a smaller m",
              100.0 * s->model->thin, s->model->thin_cells,
-             b->yield > 0.0                         ? "5 m + 6 of metal that flows"
-             : b->material == PD_STRUCTURE_SPRINGS  ? "2 m + 2"
-             : b->material == PD_STRUCTURE_ORDINARY ? "4 m"
-                                                    : "6 m");
+             b->yield > 0.0 ? "5 m + 6 of metal that flows" : across[b->material]);
     s->print(s->user, PD_PRINT_NOTE, text);
 }
 
