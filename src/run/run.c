@@ -1,3 +1,5 @@
+/* flux_max above which velocities are not those of the flow. */
+#define PDI_RUN_UNEVEN 0.5
 /* run: see run.h */
 #include "run/run.h"
 #include "core/par.h"
@@ -308,6 +310,17 @@ static pd_status pdi_run_march(pdi_run *r)
     return PD_OK;
 }
 
+/* Velocities of nodes and conserved fluxes are the same flow. */
+static void pdi_run_uneven(const pdi_run *r)
+{
+    char text[256];
+    if (!(r->observables.flux_max > PDI_RUN_UNEVEN) || !r->desc->print) return;
+    snprintf(text, sizeof text, "flow: the velocities of a layer of nodes carry %.3g times the flow more or less than "
+             "the fluxes do (flux_max): they are not those of the flow; expected a smaller m, or a finer h in gaps",
+             r->observables.flux_max);
+    r->desc->print(r->desc->print_user, PD_PRINT_NOTE, text);
+}
+
 /* Faces that have overlapped: what follows of them is known to be wrong. */
 static void pdi_run_overlap(const pdi_run *r)
 {
@@ -358,6 +371,7 @@ static pd_status pdi_run_steps(pdi_run *r)
     PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
     pdi_results_print(&r->monitors, r->desc->print, r->desc->print_user);
     pdi_run_overlap(r);
+    pdi_run_uneven(r);
     pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
     PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
     status = pdi_output_close(r->ctx, &r->output, !r->stopped);
@@ -548,5 +562,6 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     pdi_known(figures);
 }
 
+#undef PDI_RUN_UNEVEN
 #undef PDI_RUN_PROGRESS
 #undef PDI_RUN_SILENCE
