@@ -18,6 +18,8 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, cell, kinds, electrodes, "1");
     PDI_STATE(owner, cell, charge, electrodes, "C");
     PDI_STATE(owner, cell, anodic, electrodes, "C");
+    PDI_STATE(owner, cell, slack, electrodes, "C");
+    PDI_STATE(owner, cell, before, electrodes, "A");
     PDI_ARRAY(owner, cell, stock, electrodes, "mol");
     PDI_STATE(owner, cell, met, electrodes, "V");
     PDI_ARRAY(owner, cell, factor, electrodes, "1");
@@ -232,6 +234,7 @@ void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode 
     }
     now->charge = cell->charge[electrode];
     now->passed = cell->anodic[electrode];
+    now->slack = cell->slack[electrode];
     now->met = cell->met[electrode];
     now->lost = cell->stock[electrode] - pdi_cell_stock(cell, electrode);
 }
@@ -309,10 +312,24 @@ PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t)
     return pdi_cell_solve(ctx, cell, t);
 }
 
+/* What charges may be off by after `span` [s], in which currents went from `before` to those of the last solution. */
+static void pdi_cell_doubt(pd_cell *cell, double span)
+{
+    for (int e = 0; e < cell->potential.desc.electrodes && !cell->desc.apart; e++) {
+        pd_cell_electrode now;
+        pd_cell_electrode_of(cell, e, &now);
+        cell->slack[e] += 0.5 * span * fabs(now.current - cell->before[e]);
+        cell->before[e] = now.current;
+    }
+}
+
 static pd_status pdi_cell_start(pd_ctx *ctx, void *self, double t)
 {
-    ((pd_cell *)self)->reached = t;
-    return pdi_cell_solve(ctx, (pd_cell *)self, t);
+    pd_cell *cell = (pd_cell *)self;
+    cell->reached = t;
+    PDI_TRY(pdi_cell_solve(ctx, cell, t));
+    pdi_cell_doubt(cell, 0.0);
+    return PD_OK;
 }
 
 /* Other processes of the step go by the potential of its start. */
@@ -357,10 +374,13 @@ static pd_status pdi_cell_lawful(pd_ctx *ctx, const pd_cell *cell, double t)
 static pd_status pdi_cell_finish(pd_ctx *ctx, void *self, double t)
 {
     pd_cell *cell = (pd_cell *)self;
+    double span = t - cell->reached;
     pdi_cell_count(cell, t);
     PDI_TRY(pdi_cell_renew(ctx, cell));
     PDI_TRY(pdi_cell_lawful(ctx, cell, t));
-    return pdi_cell_solve(ctx, cell, t);
+    PDI_TRY(pdi_cell_solve(ctx, cell, t));
+    pdi_cell_doubt(cell, span);
+    return PD_OK;
 }
 
 static pd_status pdi_cell_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
@@ -394,6 +414,8 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     if (cell->desc.share) PDI_TRY(PDI_KEEP(ctx, archive, "time of the potential", &cell->time, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "charges", cell->charge, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "anodic charges", cell->anodic, p->desc.electrodes));
+    PDI_TRY(PDI_KEEP(ctx, archive, "slack of charges", cell->slack, p->desc.electrodes));
+    PDI_TRY(PDI_KEEP(ctx, archive, "currents of the last step", cell->before, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "time of the charges", &cell->reached, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "potentials met", cell->met, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "newton of the potential", &cell->newton, 1));

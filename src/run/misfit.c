@@ -170,8 +170,8 @@ static void pdi_misfit_rings(const pd_model *m, pd_print_fn print, void *user)
         }
     }
     if (!(0.5 * h > PDI_MISFIT_RINGS * least)) return;
-    snprintf(text, sizeof text, "rings: metal recedes by the face that a ring of cells has at its start: at r = %.4g m "
-             "up to %.2g %% too %s; a finer spacing takes it off", least, 50.0 * h / least, outer ? "fast" : "slowly");
+    snprintf(text, sizeof text, "rings: metal recedes by the face of a ring at its start, at r = %.4g m up to %.2g %% "
+             "too %s", least, 50.0 * h / least, outer ? "fast" : "slowly");
     print(user, PD_PRINT_NOTE, text);
 }
 

@@ -15,6 +15,9 @@
 /* Share of Faraday's law by which metal lost may differ from it without a word. */
 #define PDI_RESULTS_EXACT 0.01
 
+/* Share of a charge that a change of current within steps may leave out without a word. */
+#define PDI_RESULTS_LOOSE 0.05
+
 /* Metal and charge do not agree. */
 static void pdi_results_uneven(const pd_monitor *m, pd_print_fn print, void *user)
 {
@@ -30,6 +33,18 @@ static void pdi_results_uneven(const pd_monitor *m, pd_print_fn print, void *use
     }
 }
 
+/* Charges are those of the currents at the start of each step. */
+static void pdi_results_loose(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
+{
+    pd_cell_electrode e;
+    char text[256];
+    pdi_monitor_now(model, m->desc->index, &e);
+    if (!(e.slack > PDI_RESULTS_LOOSE * fabs(e.charge))) return;
+    snprintf(text, sizeof text, "electrode %s: its current changed within steps: its charge, %.4g C, may be off by "
+             "%.2g C; expected a smaller max_step", m->desc->name, e.charge, e.slack);
+    print(user, PD_PRINT_NOTE, text);
+}
+
 /* A curve is straight where it is not given. */
 static void pdi_results_outside(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
 {
@@ -40,7 +55,7 @@ static void pdi_results_outside(const pd_model *model, const pd_monitor *m, pd_p
     pdi_monitor_now(model, m->desc->index, &e);
     if (table && (e.met.least < of->ends[0] || e.met.most > of->ends[1]) && e.met.least <= e.met.most) {
         snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, and a table in it has "
-                 "points from %.6g to %.6g V: it holds its ends beyond them; a longer table, or outside = error",
+                 "points from %.6g to %.6g V: it holds its ends beyond them",
                  m->desc->name, e.met.least, e.met.most, of->ends[0], of->ends[1]);
         print(user, PD_PRINT_NOTE, text);
     }
@@ -59,6 +74,7 @@ static void pdi_results_doubt(const pd_model *model, const pd_monitor *m, pd_pri
     if (m->desc->kind == PD_MONITOR_ELECTRODE) {
         pdi_results_uneven(m, print, user);
         pdi_results_outside(model, m, print, user);
+        pdi_results_loose(model, m, print, user);
     }
     double h = model->grid.h[0], layer = HUGE_VAL;
     for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
@@ -127,6 +143,7 @@ PDI_FN void pdi_results_print(const pd_monitors *all, pd_print_fn print, void *u
     }
 }
 
+#undef PDI_RESULTS_LOOSE
 #undef PDI_RESULTS_LAYER
 #undef PDI_RESULTS_PECLET
 #undef PDI_RESULTS_IONIC

@@ -315,9 +315,8 @@ static void pdi_run_uneven(const pdi_run *r)
 {
     char text[256];
     if (!(r->observables.flux_max > PDI_RUN_UNEVEN) || !r->desc->print) return;
-    snprintf(text, sizeof text, "flow: the velocities of a layer of nodes carry %.3g times the flow more or less than "
-             "the fluxes do (flux_max): they are not those of the flow; expected a smaller m, or a finer h in gaps",
-             r->observables.flux_max);
+    snprintf(text, sizeof text, "flow: velocities of a layer of nodes carry %.3g times the flow more or less than its "
+             "fluxes (flux_max): they are not those of the flow; expected a smaller m or h", r->observables.flux_max);
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, text);
 }
 

@@ -402,7 +402,7 @@ static const char *const pdi_template_of_plate[] = {
 "[shape toe]   ball = 0 mm, 30 mm, 6 mm   radius = 2 mm   kind = grip   uz = 0 mm",
 "",
 "# For metal that flows add yield = 100 MPa, for metal that breaks toughness = 5 kJ/m2.",
-"[solid]       E = 45 GPa   nu = 0.3   m = 1",
+"[solid]       E = 45 GPa   nu = 0.3",
 "[output]      fields = u, mises, sigma_h   images = mises   deformed = 60   slice = z 6 mm",
 "",
 "# The stress beside the hole.",

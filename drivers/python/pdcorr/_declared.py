@@ -3066,6 +3066,8 @@ def declare(dim):
         ('kinds', POINTER(c_uint32)),
         ('charge', POINTER(c_double)),
         ('anodic', POINTER(c_double)),
+        ('slack', POINTER(c_double)),
+        ('before', POINTER(c_double)),
         ('stock', POINTER(c_double)),
         ('met', POINTER(pd_cell_range)),
         ('factor', POINTER(c_double)),
@@ -3094,6 +3096,7 @@ def declare(dim):
         ('most', c_double),
         ('charge', c_double),
         ('passed', c_double),
+        ('slack', c_double),
         ('lost', c_double),
         ('met', pd_cell_range),
     ]
