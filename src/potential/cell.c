@@ -18,8 +18,8 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, cell, kinds, electrodes, "1");
     PDI_STATE(owner, cell, charge, electrodes, "C");
     PDI_STATE(owner, cell, anodic, electrodes, "C");
-    PDI_STATE(owner, cell, slack, electrodes, "C");
-    PDI_STATE(owner, cell, before, electrodes, "A");
+    PDI_STATE(owner, cell, charge_error, electrodes, "C");
+    PDI_STATE(owner, cell, last_current, electrodes, "A");
     PDI_ARRAY(owner, cell, stock, electrodes, "mol");
     PDI_STATE(owner, cell, met, electrodes, "V");
     PDI_ARRAY(owner, cell, factor, electrodes, "1");
@@ -234,7 +234,7 @@ void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode 
     }
     now->charge = cell->charge[electrode];
     now->passed = cell->anodic[electrode];
-    now->slack = cell->slack[electrode];
+    now->charge_error = cell->charge_error[electrode];
     now->met = cell->met[electrode];
     now->lost = cell->stock[electrode] - pdi_cell_stock(cell, electrode);
 }
@@ -312,14 +312,23 @@ PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t)
     return pdi_cell_solve(ctx, cell, t);
 }
 
-/* What charges may be off by after `span` [s], in which currents went from `before` to those of the last solution. */
-static void pdi_cell_doubt(pd_cell *cell, double span)
+/* [A] (per m in planar 2D, per m2 in 1D) of an electrode. */
+static double pdi_cell_passes(const pd_potential *p, int electrode)
+{
+    double sum = 0.0;
+    for (int32_t k = 0; k < p->contacts.count; k++)
+        if (p->contacts.list[k].electrode == electrode)
+            sum += pdi_potential_area(p, &p->contacts.list[k]) * p->current[k];
+    return p->bonds->stencil->volume * sum;
+}
+
+/* Errors of charges over `span` [s], in which currents went from the last ones to those of the present solution. */
+static void pdi_cell_charge_error(pd_cell *cell, double span)
 {
     for (int e = 0; e < cell->potential.desc.electrodes && !cell->desc.apart; e++) {
-        pd_cell_electrode now;
-        pd_cell_electrode_of(cell, e, &now);
-        cell->slack[e] += 0.5 * span * fabs(now.current - cell->before[e]);
-        cell->before[e] = now.current;
+        double now = pdi_cell_passes(&cell->potential, e);
+        cell->charge_error[e] += 0.5 * span * fabs(now - cell->last_current[e]);
+        cell->last_current[e] = now;
     }
 }
 
@@ -328,7 +337,7 @@ static pd_status pdi_cell_start(pd_ctx *ctx, void *self, double t)
     pd_cell *cell = (pd_cell *)self;
     cell->reached = t;
     PDI_TRY(pdi_cell_solve(ctx, cell, t));
-    pdi_cell_doubt(cell, 0.0);
+    pdi_cell_charge_error(cell, 0.0);
     return PD_OK;
 }
 
@@ -379,7 +388,7 @@ static pd_status pdi_cell_finish(pd_ctx *ctx, void *self, double t)
     PDI_TRY(pdi_cell_renew(ctx, cell));
     PDI_TRY(pdi_cell_lawful(ctx, cell, t));
     PDI_TRY(pdi_cell_solve(ctx, cell, t));
-    pdi_cell_doubt(cell, span);
+    pdi_cell_charge_error(cell, span);
     return PD_OK;
 }
 
@@ -414,8 +423,8 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     if (cell->desc.share) PDI_TRY(PDI_KEEP(ctx, archive, "time of the potential", &cell->time, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "charges", cell->charge, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "anodic charges", cell->anodic, p->desc.electrodes));
-    PDI_TRY(PDI_KEEP(ctx, archive, "slack of charges", cell->slack, p->desc.electrodes));
-    PDI_TRY(PDI_KEEP(ctx, archive, "currents of the last step", cell->before, p->desc.electrodes));
+    PDI_TRY(PDI_KEEP(ctx, archive, "errors of charges", cell->charge_error, p->desc.electrodes));
+    PDI_TRY(PDI_KEEP(ctx, archive, "currents of the last step", cell->last_current, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "time of the charges", &cell->reached, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "potentials met", cell->met, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "newton of the potential", &cell->newton, 1));

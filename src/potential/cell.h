@@ -43,8 +43,8 @@ typedef struct pd_cell {
     uint32_t *kinds;             /* [electrodes] bit k: it has metal k of dissolve; 1 without */
     double *charge, *anodic;     /* [electrodes] [C] that have passed since the start: from metal to fluid; what has
                                   * left alone */
-    double *slack;               /* [electrodes] [C] half of what currents changed within steps, times these */
-    double *before;              /* [electrodes] [A] at the end of the last step */
+    double *charge_error;        /* [electrodes] [C] half of what currents changed within steps, times these */
+    double *last_current;        /* [electrodes] [A] at the end of the last step */
     double *stock;               /* [electrodes] [mol] of metal at the build; 0 where nothing dissolves */
     pd_cell_range *met;          /* [electrodes] of curves that are tables */
     double *factor;              /* [electrodes] [-] what laws see of a current density, see pdi_cell_match */
@@ -73,7 +73,7 @@ typedef struct pd_cell_electrode {
     double current, anodic;  /* [A] (per m in planar 2D, per m2 in 1D) from metal to fluid; what leaves alone */
     double least, most;      /* [A/m2] */
     double charge, passed;   /* [C] likewise, since the start: from metal to fluid; what has left alone */
-    double slack;            /* [C] by which charge may be off: half of what the current changed within steps */
+    double charge_error;     /* [C] by which charge may be off: half of what the current changed within steps */
     double lost;             /* [mol] of metal since the start; 0 where nothing dissolves */
     pd_cell_range met;       /* since the start */
 } pd_cell_electrode;

@@ -23,6 +23,12 @@ static int pdi_grip_row(const pd_grips *g, int32_t i, int side)
     return side % 2 ? grid->n[side / 2] - 1 - at[side / 2] : at[side / 2];
 }
 
+/* Place x goes along its axis to a side. */
+static void pdi_grip_to_side(const pd_grips *g, int side, double *x)
+{
+    x[side / 2] = side % 2 ? g->setup->hi[side / 2] : g->setup->lo[side / 2];
+}
+
 /* 1: grip k holds point i. */
 static int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
 {
@@ -146,8 +152,7 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, int32_t i,
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     double x[PD_DIM];
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
-    if (grip->side >= 0)
-        x[grip->side / 2] = grip->side % 2 ? g->setup->hi[grip->side / 2] : g->setup->lo[grip->side / 2];
+    if (grip->side >= 0) pdi_grip_to_side(g, grip->side, x);
     for (int d = 0; d < PD_DIM; d++) {
         if (!grip->moves[d]) continue;
         double value = pdi_setup_eval(&grip->move[d], x, t);
@@ -208,7 +213,7 @@ static pd_status pdi_grip_traction(pd_ctx *ctx, const pd_grips *g, int k, const 
 }
 
 /* 1: the traction of grip k differs from place to place. */
-static int pdi_grip_varies(const pd_grips *g, int k)
+static int pdi_grip_nonuniform(const pd_grips *g, int k)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     uint32_t uses = grip->presses ? grip->press.uses : 0, places = ((uint32_t)1 << PD_DIM) - 1;
@@ -218,29 +223,29 @@ static int pdi_grip_varies(const pd_grips *g, int k)
 
 /* Loads of a traction that differs from place to place. Parts are 1 and distances along the side from `centre` over
  * `size`: [0] and [1 + axis]. */
-typedef struct pdi_grip_moments {
+typedef struct pdi_grip_resultants {
     double centre[PD_DIM], size;
     double rest[PD_DIM][1 + PD_DIM];     /* sums of components times parts that loads lack */
     double depth[PD_DIM];                /* sums of components times the distance from the side, over `size`, */
     double depth_by[1 + PD_DIM];         /* and how they grow with corrections */
     double by[1 + PD_DIM][1 + PD_DIM];   /* how sums grow with corrections by parts of the size of the traction */
     double more[PD_DIM][1 + PD_DIM];     /* corrections */
-} pdi_grip_moments;
+} pdi_grip_resultants;
 
-static void pdi_grip_parts(const pdi_grip_moments *w, const double *x, int axis, double *part)
+static void pdi_grip_basis(const pdi_grip_resultants *w, const double *x, int axis, double *basis)
 {
-    part[0] = 1.0;
-    for (int d = 0; d < PD_DIM; d++) part[1 + d] = d == axis ? 0.0 : (x[d] - w->centre[d]) / w->size;
+    basis[0] = 1.0;
+    for (int d = 0; d < PD_DIM; d++) basis[1 + d] = d == axis ? 0.0 : (x[d] - w->centre[d]) / w->size;
 }
 
-static void pdi_grip_add(pdi_grip_moments *w, double area, const double *pull, const double *part)
+static void pdi_grip_add_resultant(pdi_grip_resultants *w, double area, const double *pull, const double *basis)
 {
     for (int d = 0; d < PD_DIM; d++)
-        for (int p = 0; p <= PD_DIM; p++) w->rest[d][p] += area * pull[d] * part[p];
+        for (int p = 0; p <= PD_DIM; p++) w->rest[d][p] += area * pull[d] * basis[p];
 }
 
 /* [m^(d-1)] Metal that is left on the side of grip k; centre and size of its faces. */
-static double pdi_grip_faces(const pd_grips *g, int k, pdi_grip_moments *w)
+static double pdi_grip_loaded_area(const pd_grips *g, int k, pdi_grip_resultants *w)
 {
     const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side;
@@ -257,52 +262,55 @@ static double pdi_grip_faces(const pd_grips *g, int k, pdi_grip_moments *w)
 }
 
 /* What the traction is on faces of `face` [m^(d-1)], by Gauss's two points along each axis of them. */
-static pd_status pdi_grip_wants(pd_ctx *ctx, const pd_grips *g, int k, double t, double face, pdi_grip_moments *w)
+static pd_status pdi_grip_traction_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t, double face,
+                                              pdi_grip_resultants *w)
 {
     const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side, axis = side / 2;
     for (int32_t i = 0; i < s->count; i++) {
         if (pdi_grip_row(g, i, side) || !(s->stiff[i] > 0.0)) continue;
         for (int corner = 0; corner < 1 << PD_DIM; corner++) {
-            double x[PD_DIM], pull[PD_DIM], part[1 + PD_DIM], size;
+            double x[PD_DIM], pull[PD_DIM], basis[1 + PD_DIM], size;
             if (corner >> axis & 1) continue;
             pd_grid_position(s->grid, s->node[i], x);
             for (int b = 0; b < PD_DIM; b++) x[b] += (corner >> b & 1 ? 0.5 : -0.5) * sqrt(1.0 / 3.0) * s->grid->h[b];
-            x[axis] = side % 2 ? g->setup->hi[axis] : g->setup->lo[axis];
+            pdi_grip_to_side(g, side, x);
             PDI_TRY(pdi_grip_traction(ctx, g, k, x, t, pull, &size));
-            pdi_grip_parts(w, x, axis, part);
-            pdi_grip_add(w, face / (1 << (PD_DIM - 1)), pull, part);
+            pdi_grip_basis(w, x, axis, basis);
+            pdi_grip_add_resultant(w, face / (1 << (PD_DIM - 1)), pull, basis);
         }
     }
     return PD_OK;
 }
 
 /* What points bear of it. */
-static pd_status pdi_grip_has(pd_ctx *ctx, const pd_grips *g, int k, double t, double scale, pdi_grip_moments *w)
+static pd_status pdi_grip_nodal_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t, double scale,
+                                           pdi_grip_resultants *w)
 {
     const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side, axis = side / 2;
     for (int32_t i = 0; i < s->count; i++) {
         double bears = scale * pdi_grip_bears(g, i, side) * s->body.volume[i], x[PD_DIM], pull[PD_DIM], size;
-        double part[1 + PD_DIM], face = side % 2 ? g->setup->hi[axis] : g->setup->lo[axis];
+        double basis[1 + PD_DIM];
         if (!(fabs(bears) > 0.0)) continue;
         pd_grid_position(s->grid, s->node[i], x);
-        double depth = (x[axis] - face) / w->size;
-        x[axis] = face;
+        double inside = x[axis];
+        pdi_grip_to_side(g, side, x);
+        double depth = (inside - x[axis]) / w->size;
         PDI_TRY(pdi_grip_traction(ctx, g, k, x, t, pull, &size));
-        pdi_grip_parts(w, x, axis, part);
-        pdi_grip_add(w, -bears, pull, part);
+        pdi_grip_basis(w, x, axis, basis);
+        pdi_grip_add_resultant(w, -bears, pull, basis);
         for (int d = 0; d < PD_DIM; d++) w->depth[d] += bears * pull[d] * depth;
         for (int p = 0; p <= PD_DIM; p++) {
-            w->depth_by[p] += bears * size * part[p] * depth;
-            for (int q = 0; q <= PD_DIM; q++) w->by[p][q] += bears * size * part[p] * part[q];
+            w->depth_by[p] += bears * size * basis[p] * depth;
+            for (int q = 0; q <= PD_DIM; q++) w->by[p][q] += bears * size * basis[p] * basis[q];
         }
     }
     return PD_OK;
 }
 
 /* The correction of component d. Parts that what is loaded does not tell are left out. */
-static void pdi_grip_correct(const pd_grips *g, int d, pdi_grip_moments *w)
+static void pdi_grip_solve_correction(const pd_grips *g, int d, pdi_grip_resultants *w)
 {
     double a[1 + PD_DIM][1 + PD_DIM], *rest = w->rest[d], *more = w->more[d];
     int done[1 + PD_DIM] = {0};
@@ -328,22 +336,23 @@ static void pdi_grip_correct(const pd_grips *g, int d, pdi_grip_moments *w)
 /* Points beside corners bear a traction further inside than it acts. So the loads of one that differs from place to
  * place get its force and its moments back: they change by a share of its size that is linear along the side. Loads
  * along the side lie at a depth: what that turns the normal ones turn back. */
-static pd_status pdi_grip_balance(pd_ctx *ctx, const pd_grips *g, int k, double t, double scale, pdi_grip_moments *w)
+static pd_status pdi_grip_match_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t, double scale,
+                                           pdi_grip_resultants *w)
 {
     const pd_structure *s = g->structure;
     int axis = g->setup->metal_body.grip[k].side / 2;
-    double area = pdi_grip_faces(g, k, w);
+    double area = pdi_grip_loaded_area(g, k, w);
     if (!(area > 0.0)) return PD_OK;
     /* the load stays as metal goes */
-    PDI_TRY(pdi_grip_wants(ctx, g, k, t, s->body.volume[0] / s->grid->h[axis] * (g->area[k] / area), w));
-    PDI_TRY(pdi_grip_has(ctx, g, k, t, scale, w));
+    PDI_TRY(pdi_grip_traction_resultants(ctx, g, k, t, s->body.volume[0] / s->grid->h[axis] * (g->area[k] / area), w));
+    PDI_TRY(pdi_grip_nodal_resultants(ctx, g, k, t, scale, w));
     for (int b = 1; b < PD_DIM; b++) {
         int d = (axis + b) % PD_DIM;
-        pdi_grip_correct(g, d, w);
+        pdi_grip_solve_correction(g, d, w);
         for (int p = 0; p <= PD_DIM; p++) w->depth[d] += w->depth_by[p] * w->more[d][p];
         w->rest[axis][1 + d] += w->depth[d];
     }
-    pdi_grip_correct(g, axis, w);
+    pdi_grip_solve_correction(g, axis, w);
     return PD_OK;
 }
 
@@ -351,25 +360,25 @@ static pd_status pdi_grip_balance(pd_ctx *ctx, const pd_grips *g, int k, double 
 static pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load)
 {
     const pd_structure *s = g->structure;
-    int side = g->setup->metal_body.grip[k].side, axis = side / 2, varies = pdi_grip_varies(g, k);
+    int side = g->setup->metal_body.grip[k].side, axis = side / 2, varies = pdi_grip_nonuniform(g, k);
     double sum = 0.0, scale = 1.0;
-    pdi_grip_moments w;
+    pdi_grip_resultants w;
     for (int32_t i = 0; i < s->count; i++) sum += s->body.volume[i] * pdi_grip_bears(g, i, side);
     if (!(sum > PDI_GRIP_LEAST * g->area[k]))
         return pdi_fail(ctx, PD_ERR_STATE, "grip", "too little metal is left at the side %s to bear its traction at "
                         "t = %g s", pdi_setup_side_name(side), t);
     if (fabs(sum - g->area[k]) > PDI_GRIP_EXACT * g->area[k]) scale = g->area[k] / sum;
     memset(&w, 0, sizeof w);
-    if (varies) PDI_TRY(pdi_grip_balance(ctx, g, k, t, scale, &w));
+    if (varies) PDI_TRY(pdi_grip_match_resultants(ctx, g, k, t, scale, &w));
     for (int32_t i = 0; i < s->count; i++) {
-        double share = scale * pdi_grip_bears(g, i, side), x[PD_DIM], pull[PD_DIM], part[1 + PD_DIM], size;
+        double share = scale * pdi_grip_bears(g, i, side), x[PD_DIM], pull[PD_DIM], basis[1 + PD_DIM], size;
         if (!(fabs(share) > 0.0)) continue;
         pd_grid_position(s->grid, s->node[i], x);
-        x[axis] = side % 2 ? g->setup->hi[axis] : g->setup->lo[axis];
+        pdi_grip_to_side(g, side, x);
         PDI_TRY(pdi_grip_traction(ctx, g, k, x, t, pull, &size));
-        if (varies) pdi_grip_parts(&w, x, axis, part);
+        if (varies) pdi_grip_basis(&w, x, axis, basis);
         for (int d = 0; d < PD_DIM; d++) {
-            for (int p = 0; p <= PD_DIM && varies; p++) pull[d] += w.more[d][p] * part[p] * size;
+            for (int p = 0; p <= PD_DIM && varies; p++) pull[d] += w.more[d][p] * basis[p] * size;
             load[(int64_t)i * PD_DIM + d] += share * pull[d];
         }
     }

@@ -16,7 +16,7 @@
 #define PDI_RESULTS_EXACT 0.01
 
 /* Share of a charge that a change of current within steps may leave out without a word. */
-#define PDI_RESULTS_LOOSE 0.05
+#define PDI_RESULTS_CHARGE 0.05
 
 /* Metal and charge do not agree. */
 static void pdi_results_uneven(const pd_monitor *m, pd_print_fn print, void *user)
@@ -33,37 +33,41 @@ static void pdi_results_uneven(const pd_monitor *m, pd_print_fn print, void *use
     }
 }
 
-/* Charges are those of the currents at the start of each step. */
-static void pdi_results_loose(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
+/* A charge is that of the current at one end of each step. */
+static void pdi_results_charge(const pd_monitor *m, const pd_cell_electrode *e, pd_print_fn print, void *user)
 {
-    pd_cell_electrode e;
     char text[256];
-    pdi_monitor_now(model, m->desc->index, &e);
-    if (!(e.slack > PDI_RESULTS_LOOSE * fabs(e.charge))) return;
+    if (!(e->charge_error > PDI_RESULTS_CHARGE * fabs(e->charge))) return;
     snprintf(text, sizeof text, "electrode %s: its current changed within steps: its charge, %.4g C, may be off by "
-             "%.2g C; expected a smaller max_step", m->desc->name, e.charge, e.slack);
+             "%.2g C; expected a smaller max_step", m->desc->name, e->charge, e->charge_error);
+    print(user, PD_PRINT_NOTE, text);
+}
+
+/* A table in a curve holds its ends. */
+static void pdi_results_table(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
+                              pd_print_fn print, void *user)
+{
+    char text[320];
+    const double *range = model->setup->potential.electrode[m->desc->index].table_range;
+    if (!pdi_cell_table(&model->cell, m->desc->index) || !(e->met.least <= e->met.most)) return;
+    if (e->met.least >= range[0] && e->met.most <= range[1]) return;
+    snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, and a table in it has "
+             "points from %.6g to %.6g V: it holds its ends beyond them", m->desc->name, e->met.least, e->met.most,
+             range[0], range[1]);
     print(user, PD_PRINT_NOTE, text);
 }
 
 /* A curve is straight where it is not given. */
-static void pdi_results_outside(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
+static void pdi_results_outside(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
+                                pd_print_fn print, void *user)
 {
     char text[320];
     const pd_electrode_term *table = pdi_cell_table(&model->cell, m->desc->index);
-    pd_cell_electrode e;
-    const pd_setup_electrode *of = &model->setup->potential.electrode[m->desc->index];
-    pdi_monitor_now(model, m->desc->index, &e);
-    if (table && (e.met.least < of->ends[0] || e.met.most > of->ends[1]) && e.met.least <= e.met.most) {
-        snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, and a table in it has "
-                 "points from %.6g to %.6g V: it holds its ends beyond them",
-                 m->desc->name, e.met.least, e.met.most, of->ends[0], of->ends[1]);
-        print(user, PD_PRINT_NOTE, text);
-    }
-    if (!table || !(e.met.left < HUGE_VAL)) return;
+    if (!table || !(e->met.left < HUGE_VAL)) return;
     snprintf(text, sizeof text, "electrode %s: its curve was asked for from %.6g to %.6g V, first outside of its range "
              "%.6g .. %.6g V at t = %.6g s: beyond it the curve is a straight line, and currents are not those of `i`; "
-             "a wider range holds them", m->desc->name, e.met.least, e.met.most, table->potential[0],
-             table->potential[table->points - 1], e.met.left);
+             "a wider range holds them", m->desc->name, e->met.least, e->met.most, table->potential[0],
+             table->potential[table->points - 1], e->met.left);
     print(user, PD_PRINT_NOTE, text);
 }
 
@@ -72,9 +76,12 @@ static void pdi_results_doubt(const pd_model *model, const pd_monitor *m, pd_pri
 {
     char text[256];
     if (m->desc->kind == PD_MONITOR_ELECTRODE) {
+        pd_cell_electrode e;
+        pdi_monitor_now(model, m->desc->index, &e);
         pdi_results_uneven(m, print, user);
-        pdi_results_outside(model, m, print, user);
-        pdi_results_loose(model, m, print, user);
+        pdi_results_table(model, m, &e, print, user);
+        pdi_results_outside(model, m, &e, print, user);
+        pdi_results_charge(m, &e, print, user);
     }
     double h = model->grid.h[0], layer = HUGE_VAL;
     for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
@@ -143,7 +150,7 @@ PDI_FN void pdi_results_print(const pd_monitors *all, pd_print_fn print, void *u
     }
 }
 
-#undef PDI_RESULTS_LOOSE
+#undef PDI_RESULTS_CHARGE
 #undef PDI_RESULTS_LAYER
 #undef PDI_RESULTS_PECLET
 #undef PDI_RESULTS_IONIC

@@ -1,5 +1,3 @@
-/* flux_max above which velocities are not those of the flow. */
-#define PDI_RUN_UNEVEN 0.5
 /* run: see run.h */
 #include "run/run.h"
 #include "core/par.h"
@@ -19,6 +17,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#define PDI_RUN_UNEVEN 0.5   /* flux_max above which velocities are not those of the flow */
 #define PDI_RUN_PROGRESS 0.2 /* [s] between progress lines */
 #define PDI_RUN_SILENCE 10.0 /* [s] without a step before a note says what is computed */
 
@@ -311,7 +310,7 @@ static pd_status pdi_run_march(pdi_run *r)
 }
 
 /* Velocities of nodes and conserved fluxes are the same flow. */
-static void pdi_run_uneven(const pdi_run *r)
+static void pdi_run_velocities(const pdi_run *r)
 {
     char text[256];
     if (!(r->observables.flux_max > PDI_RUN_UNEVEN) || !r->desc->print) return;
@@ -370,7 +369,7 @@ static pd_status pdi_run_steps(pdi_run *r)
     PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
     pdi_results_print(&r->monitors, r->desc->print, r->desc->print_user);
     pdi_run_overlap(r);
-    pdi_run_uneven(r);
+    pdi_run_velocities(r);
     pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
     PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
     status = pdi_output_close(r->ctx, &r->output, !r->stopped);

@@ -731,16 +731,16 @@ PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
 
 PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 
-PDI_FN void pdi_expr_given(const pd_expr *expr, int var, double *least, double *most)
+PDI_FN void pdi_expr_table_range(const pd_expr *expr, int var, double *range)
 {
-    *least = -HUGE_VAL;
-    *most = HUGE_VAL;
+    range[0] = -HUGE_VAL;
+    range[1] = HUGE_VAL;
     for (int k = 1; k < expr->code_count; k++) {
         if ((expr->code[k] & 255) != PDI_EXPR_TABLE || expr->code[k - 1] != (PDI_EXPR_VAR | var << 8)) continue;
         const pd_curve *curve = expr->tables[expr->code[k] >> 8].curve;
         if (curve->strict) continue;
-        *least = pdi_max(*least, curve->x[0]);
-        *most = pdi_min(*most, curve->x[curve->count - 1]);
+        range[0] = pdi_max(range[0], curve->x[0]);
+        range[1] = pdi_min(range[1], curve->x[curve->count - 1]);
     }
 }
 

@@ -74,9 +74,9 @@ PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars);
 /* 1 when the value depends on no variable; vars may then be NULL. */
 PDI_FN int pdi_expr_constant(const pd_expr *expr);
 
-/* Values of variable `var` for which all tables that read it alone have points; outside of them one holds its end. From
- * -HUGE_VAL to HUGE_VAL: none does. */
-PDI_FN void pdi_expr_given(const pd_expr *expr, int var, double *least, double *most);
+/* range [2]: values of variable `var` for which all tables that read it alone have points; outside of them one holds
+ * its end. From -HUGE_VAL to HUGE_VAL: none does. */
+PDI_FN void pdi_expr_table_range(const pd_expr *expr, int var, double *range);
 
 /* Write what stands at text for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
 PDI_FN void pdi_expr_quote(const char *found, char *text);

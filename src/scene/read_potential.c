@@ -183,10 +183,9 @@ static pd_status pdi_read_potential_expression(pdi_reader *s, int section, pd_se
 {
     pd_expr curve;
     PDI_TRY(pdi_read_potential_law(s, section, e));
-    pdi_expr_given(&e->law, 0, &e->ends[0], &e->ends[1]);
     if (e->reads) return PD_OK;
     PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "i", "A/m2", pdi_read_potential_argument, 1, NULL, &curve));
-    pdi_expr_given(&curve, 0, &e->ends[0], &e->ends[1]);
+    pdi_expr_table_range(&curve, 0, e->table_range);
     pd_status status = pdi_read_potential_points(s, section, &curve, e);
     pdi_expr_free(s->ctx, &curve);
     return status;

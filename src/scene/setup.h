@@ -306,7 +306,7 @@ typedef struct pd_setup_electrode {
     pd_electrode_term term;   /* otherwise; tables are those below */
     int points;
     double *potential, *current; /* [points] [V] [A/m2] */
-    double ends[2];           /* [V] beyond them a table in its curve holds its ends; infinite: none does */
+    double table_range[2];    /* [V] beyond them a table in its curve holds its ends; infinite: none does */
     double film;              /* [m2/S] */
     int shares;               /* 1: its currents are multiplied: */
     pd_expr share;            /* of x, y, z, t and all states of surfaces */
