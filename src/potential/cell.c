@@ -26,7 +26,10 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, cell, metal, total, "1");
     if (cell->dissolve) PDI_ARRAY(owner, cell, left, total, "1");
     PDI_ARRAY(owner, cell, first, total, "1");
-    if (cell->desc.conduct) PDI_ARRAY(owner, cell, field, total, "S/m");
+    if (!cell->desc.conduct) return;
+    PDI_ARRAY(owner, cell, field, total, "S/m");
+    PDI_ARRAY(owner, cell, last_field, total, "S/m");
+    PDI_STATE(owner, cell, change, total, "S/m/s");
 }
 
 /* ---- the surface as it is ---- */
@@ -293,75 +296,123 @@ static pd_status pdi_cell_solve(pd_ctx *ctx, pd_cell *cell, double t)
     return PD_OK;
 }
 
-/* Contacts, and conductances where fluid or conductivity are others. */
-static pd_status pdi_cell_renew(pd_ctx *ctx, pd_cell *cell)
+/* Conductivities as they are now, and how they change since the end of the last step, `span` [s] ago. Nodes that were
+ * metal then have no past. */
+static void pdi_cell_conduct_now(pd_cell *cell, double span)
+{
+    cell->desc.conduct(cell->desc.user, cell->field);
+    for (int32_t i = 0; i < cell->grid->total; i++) {
+        int known = span > 0.0 && cell->last_field[i] > 0.0;
+        if (span > 0.0) cell->change[i] = known ? (cell->field[i] - cell->last_field[i]) / span : 0.0;
+        cell->last_field[i] = cell->field[i];
+    }
+}
+
+/* Contacts, and conductances where fluid or conductivity are others. span [s]: that of a step which ends; 0: none. */
+static pd_status pdi_cell_renew(pd_ctx *ctx, pd_cell *cell, double span)
 {
     int anew = cell->stale || cell->desc.conduct;
     pdi_cell_left(cell);
-    if (cell->desc.conduct) cell->desc.conduct(cell->desc.user, cell->field);
+    if (cell->desc.conduct) pdi_cell_conduct_now(cell, span);
     cell->stale = 0;
     cell->potential.desc.idle = 1; /* what metal leaves behind as it goes */
     if (anew) return pd_potential_update(ctx, &cell->potential);
     return cell->dissolve ? pdi_distribution_contacts(ctx, &cell->potential) : PD_OK;
 }
 
+/* What species that move bring to nodes goes on as in the last step; a conductivity that falls comes to rest at 0. */
+static void pdi_cell_foresee(pd_cell *cell, double t)
+{
+    for (int32_t i = 0; i < cell->grid->total; i++) {
+        double last = cell->last_field[i], change = (t - cell->reached) * cell->change[i];
+        cell->field[i] = change < 0.0 ? last / (1.0 - change / last) : last + change;
+    }
+}
+
 PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t)
 {
+    if (cell->desc.apart) return PD_OK;
     if (cell->solves && !cell->stale && !(cell->time < t) && !(cell->time > t)) return PD_OK;
-    if (cell->stale) PDI_TRY(pdi_cell_renew(ctx, cell));
+    if (cell->stale) PDI_TRY(pdi_cell_renew(ctx, cell, 0.0));
+    if (cell->desc.conduct) {
+        pdi_cell_foresee(cell, t);
+        PDI_TRY(pd_potential_update(ctx, &cell->potential));
+    }
     return pdi_cell_solve(ctx, cell, t);
 }
 
-/* [A] (per m in planar 2D, per m2 in 1D) of an electrode. */
-static double pdi_cell_passes(const pd_potential *p, int electrode)
+/* ---- charges ---- */
+
+/* [A] (per m in planar 2D, per m2 in 1D) of each electrode. */
+static void pdi_cell_passes(const pd_potential *p, double *passes)
 {
-    double sum = 0.0;
+    for (int e = 0; e < p->desc.electrodes; e++) passes[e] = 0.0;
     for (int32_t k = 0; k < p->contacts.count; k++)
-        if (p->contacts.list[k].electrode == electrode)
-            sum += pdi_potential_area(p, &p->contacts.list[k]) * p->current[k];
-    return p->bonds->stencil->volume * sum;
+        passes[p->contacts.list[k].electrode] += pdi_potential_area(p, &p->contacts.list[k]) * p->current[k];
+    for (int e = 0; e < p->desc.electrodes; e++) passes[e] *= p->bonds->stencil->volume;
 }
 
-/* Errors of charges over `span` [s], in which currents went from the last ones to those of the present solution. */
-static void pdi_cell_charge_error(pd_cell *cell, double span)
+/* Charges of `span` [s] by the currents at hand. */
+static void pdi_cell_count(pd_cell *cell, double span)
 {
-    for (int e = 0; e < cell->potential.desc.electrodes && !cell->desc.apart; e++) {
-        double now = pdi_cell_passes(&cell->potential, e);
-        cell->charge_error[e] += 0.5 * span * fabs(now - cell->last_current[e]);
-        cell->last_current[e] = now;
+    const pd_potential *p = &cell->potential;
+    for (int32_t k = 0; k < p->contacts.count; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        double passed = span * p->bonds->stencil->volume * pdi_potential_area(p, c) * p->current[k];
+        cell->charge[c->electrode] += passed;
+        cell->anodic[c->electrode] += pdi_max(passed, 0.0);
     }
 }
+
+/* What a charge over a span of 1 s misses where the current goes from `first` to `last`, and counts as `held`: the
+ * first one, or (middle) that of the middle. Simpson's rule says by how much the middle is off. Where the middle has
+ * the current of one end, it has jumped at the other. */
+static double pdi_cell_misses(double first, double held, double last, int middle)
+{
+    double simpson = fabs(first - 2.0 * held + last) / 6.0;
+    if (!middle) return 0.5 * fabs(last - first);
+    return pdi_min(simpson, pdi_min(fabs(held - first), fabs(last - held)));
+}
+
+/* A solution for the end t of a step, with the errors of its charges. `held` [electrodes] [A]: what they went by. */
+static pd_status pdi_cell_end(pd_ctx *ctx, pd_cell *cell, double t, const double *held, int middle)
+{
+    double now[PD_ELECTRODES];
+    PDI_TRY(pdi_cell_solve(ctx, cell, t));
+    pdi_cell_passes(&cell->potential, now);
+    for (int e = 0; e < cell->potential.desc.electrodes; e++) {
+        double misses = held ? pdi_cell_misses(cell->last_current[e], held[e], now[e], middle) : 0.0;
+        cell->charge_error[e] += (t - cell->reached) * misses;
+        cell->last_current[e] = now[e];
+    }
+    cell->reached = t;
+    return PD_OK;
+}
+
+/* ---- the process ---- */
 
 static pd_status pdi_cell_start(pd_ctx *ctx, void *self, double t)
 {
     pd_cell *cell = (pd_cell *)self;
     cell->reached = t;
-    PDI_TRY(pdi_cell_solve(ctx, cell, t));
-    pdi_cell_charge_error(cell, 0.0);
+    return cell->desc.apart ? PD_OK : pdi_cell_end(ctx, cell, t, NULL, 0);
+}
+
+static pd_status pdi_cell_limit(pd_ctx *ctx, void *self, pd_step *s)
+{
+    double left = s->dt;
+    PDI_TRY(pdi_process_longest(ctx, self, s));
+    s->dt = pdi_process_even(left, s->dt);
     return PD_OK;
 }
 
-/* Other processes of the step go by the potential of its start. */
-static pd_status pdi_cell_at(pd_ctx *ctx, void *self, double t)
+/* What changes in time is that of the middle of the step, which those ahead may have asked for. */
+static pd_status pdi_cell_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
-    (void)ctx;
-    (void)self;
-    (void)t;
-    return PD_OK;
-}
-
-/* Of the step that ends at t: by the currents that it went by. */
-static void pdi_cell_count(pd_cell *cell, double t)
-{
-    const pd_potential *p = &cell->potential;
-    double volume = p->bonds->stencil->volume * (t - cell->reached);
-    cell->reached = t;
-    for (int32_t k = 0; k < p->contacts.count && !cell->desc.apart; k++) {
-        const pd_contact *c = &p->contacts.list[k];
-        double passed = volume * pdi_potential_area(p, c) * p->current[k];
-        cell->charge[c->electrode] += passed;
-        cell->anodic[c->electrode] += pdi_max(passed, 0.0);
-    }
+    pd_cell *cell = (pd_cell *)self;
+    int moves = cell->desc.timed || cell->desc.conduct;
+    if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->end));
+    return moves && !(cell->time > s->time) ? pdi_cell_bring(ctx, cell, s->time + 0.5 * s->dt) : PD_OK;
 }
 
 /* A law that reads a potential has one. */
@@ -380,16 +431,18 @@ static pd_status pdi_cell_lawful(pd_ctx *ctx, const pd_cell *cell, double t)
     return PD_OK;
 }
 
-static pd_status pdi_cell_finish(pd_ctx *ctx, void *self, double t)
+static pd_status pdi_cell_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_cell *cell = (pd_cell *)self;
-    double span = t - cell->reached;
-    pdi_cell_count(cell, t);
-    PDI_TRY(pdi_cell_renew(ctx, cell));
-    PDI_TRY(pdi_cell_lawful(ctx, cell, t));
-    PDI_TRY(pdi_cell_solve(ctx, cell, t));
-    pdi_cell_charge_error(cell, span);
-    return PD_OK;
+    double held[PD_ELECTRODES], span = s->end - cell->reached;
+    int middle = cell->time > cell->reached;
+    if (!cell->desc.apart) {
+        pdi_cell_passes(&cell->potential, held);
+        pdi_cell_count(cell, span);
+    }
+    PDI_TRY(pdi_cell_renew(ctx, cell, span));
+    PDI_TRY(pdi_cell_lawful(ctx, cell, s->end));
+    return cell->desc.apart ? PD_OK : pdi_cell_end(ctx, cell, s->end, held, middle);
 }
 
 static pd_status pdi_cell_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
@@ -408,7 +461,7 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     pd_potential *p = &cell->potential;
     if (archive->reading) {
         cell->stale = 1;
-        PDI_TRY(pdi_cell_renew(ctx, cell));
+        PDI_TRY(pdi_cell_renew(ctx, cell, 0.0));
     }
     PDI_TRY(PDI_KEEP(ctx, archive, "potential", p->phi, cell->grid->total));
     PDI_TRY(PDI_KEEP(ctx, archive, "potentials of metal", p->metal, p->desc.circuits));
@@ -420,12 +473,13 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "anodic current", &cell->result.anodic, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "current through sides", &cell->result.through, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "solves of the potential", &cell->solves, 1));
-    if (cell->desc.share) PDI_TRY(PDI_KEEP(ctx, archive, "time of the potential", &cell->time, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "time of the potential", &cell->time, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "charges", cell->charge, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "anodic charges", cell->anodic, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "errors of charges", cell->charge_error, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "currents of the last step", cell->last_current, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "time of the charges", &cell->reached, 1));
+    if (cell->change) PDI_TRY(PDI_KEEP(ctx, archive, "changes of conductivities", cell->change, cell->grid->total));
     PDI_TRY(PDI_KEEP(ctx, archive, "potentials met", cell->met, p->desc.electrodes));
     PDI_TRY(PDI_KEEP(ctx, archive, "newton of the potential", &cell->newton, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the potential", &cell->krylov, 1));
@@ -440,8 +494,9 @@ pd_process pd_cell_process(pd_cell *cell)
     p.name = "potential";
     p.self = cell;
     p.start = pdi_cell_start;
-    p.at = pdi_cell_at;
-    p.finish = pdi_cell_finish;
+    p.limit = pdi_cell_limit;
+    p.attempt = pdi_cell_attempt;
+    p.accept = pdi_cell_accept;
     p.changed = pdi_cell_changed;
     p.store = pdi_cell_store;
     return p;
@@ -469,7 +524,7 @@ static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
         cell->kinds[e] |= (uint32_t)1 << (dissolve ? pdi_metal_of(dissolve, home) : 0);
     }
     pdi_cell_left(cell);
-    if (desc->conduct) desc->conduct(desc->user, cell->field);
+    if (desc->conduct) pdi_cell_conduct_now(cell, 0.0);
     p.electrode = cell->curve;
     p.circuit = cell->circuit;
     p.metal = cell->metal;

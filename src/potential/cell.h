@@ -1,7 +1,9 @@
 /* cell: electrodes on the metal of a run and the potential around them, as a process.
  *
- * The potential is found at the start and at the end of each step of the run, with the surface as it is then, given
- * values of that time and the conductivity of that state. Laws of dissolution take current densities from there.
+ * The potential is found at the start and at the end of each step, with the surface as it is then, given values of that
+ * time and the conductivity of that state. Where these change in time, it is found in the middle, too. Laws of
+ * dissolution, reactions of electrodes and charges take current densities from there: from the middle, else from the
+ * start (theory: 6b.5).
  */
 #ifndef PD_CELL_H
 #define PD_CELL_H
@@ -43,19 +45,21 @@ typedef struct pd_cell {
     uint32_t *kinds;             /* [electrodes] bit k: it has metal k of dissolve; 1 without */
     double *charge, *anodic;     /* [electrodes] [C] that have passed since the start: from metal to fluid; what has
                                   * left alone */
-    double *charge_error;        /* [electrodes] [C] half of what currents changed within steps, times these */
+    double *charge_error;        /* [electrodes] [C] estimates for the steps, added up */
     double *last_current;        /* [electrodes] [A] at the end of the last step */
     double *stock;               /* [electrodes] [mol] of metal at the build; 0 where nothing dissolves */
     pd_cell_range *met;          /* [electrodes] of curves that are tables */
     double *factor;              /* [electrodes] [-] what laws see of a current density, see pdi_cell_match */
     double *left;                /* [total] [-] see pd_potential_desc; NULL: nothing dissolves */
     int32_t *first;              /* [total] first contact of fluid nodes; -1: none; NULL: nothing dissolves */
-    double *field;               /* [total] [S/m] with `conduct` */
+    double *field;               /* [total] [S/m] with `conduct`: that of the last solution */
+    double *last_field;          /* [total] [S/m] with `conduct`: at the end of the last step */
+    double *change;              /* [total] [S/m/s] of it, in the last step */
     pd_potential potential;
     pd_potential_result result;  /* of the last solution */
     int stale;                   /* 1: nodes have turned fluid */
     double time;                 /* [s] of the last solution */
-    double reached;              /* [s] up to which charges are counted */
+    double reached;              /* [s] end of the last step, up to which charges are counted */
     int64_t solves, newton, krylov;
 } pd_cell;
 
@@ -73,7 +77,7 @@ typedef struct pd_cell_electrode {
     double current, anodic;  /* [A] (per m in planar 2D, per m2 in 1D) from metal to fluid; what leaves alone */
     double least, most;      /* [A/m2] */
     double charge, passed;   /* [C] likewise, since the start: from metal to fluid; what has left alone */
-    double charge_error;     /* [C] by which charge may be off: half of what the current changed within steps */
+    double charge_error;     /* [C] by which charge may be off, an estimate */
     double lost;             /* [mol] of metal since the start; 0 where nothing dissolves */
     pd_cell_range met;       /* since the start */
 } pd_cell_electrode;
@@ -103,7 +107,8 @@ PDI_FN void pdi_cell_match(pd_cell *cell);
 /* Beside fluid node i: current density [A/m2] and E - phi at the surface [V] of electrodes with metal `kind`, means
  * over the area of its contacts; where it has none, of those nearest within two cells. 0: there is none. */
 PDI_FN int pdi_cell_beside(const pd_cell *cell, int32_t i, int kind, double *current, double *surface);
-/* A solution for time t [s] within a step; nothing is done where it is that of the last one. */
+/* A solution for time t [s] within a step, by which the step goes: with the states of surfaces as they are, and
+ * conductivities that change as in the last step. Nothing is done where it is that of the last one. */
 PDI_FN pd_status pdi_cell_bring(pd_ctx *ctx, pd_cell *cell, double t);
 /* Current density [A/m2] at the contacts of fluid node i, of all electrodes; NaN where it has none. */
 PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i);

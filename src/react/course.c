@@ -499,7 +499,8 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
     s->error = HUGE_VAL; /* of PD_RETRY */
     pd_status status = a->desc.coat ? pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial) : PD_OK;
-    if (a->desc.coat && status == PD_OK) pdi_course_feed(a);
+    if (a->desc.bring && status == PD_OK) status = a->desc.bring(ctx, a->desc.bringer, s->time + 0.5 * s->dt);
+    if ((a->desc.coat || a->desc.bring) && status == PD_OK) pdi_course_feed(a);
     if (a->desc.bare && status == PD_OK) status = pdi_course_ahead(ctx, a, s);
     if (status != PD_OK) return status;
     if (a->desc.surface) a->desc.surface->from = s->time;
@@ -536,10 +537,8 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     int all = !(s->end < s->limit), last = all;
     if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
     if (a->desc.surface && a->used) last = s->ends = 1; /* metal that is used up goes before anything else moves */
-    if (a->desc.coat) {
-        pdi_coat_accept(a->desc.coat, s->dt);
-        last = s->ends = 1;
-    }
+    if (a->desc.coat) pdi_coat_accept(a->desc.coat, s->dt);
+    if (a->desc.coat || a->desc.bring) last = s->ends = 1;
     pdi_course_taken(a, s->dt, all);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);

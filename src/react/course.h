@@ -21,6 +21,9 @@ typedef struct pd_course_desc {
     void (*feed)(void *user, double *source); /* adds to sources [solutes][total] [mol/m3/s], as they are from the start
                                                * of the step of the run; NULL: nothing does */
     void *feeder;     /* user of that */
+    pd_at_fn bring;   /* brings what `feed` goes by, and the metal, to the middle t [s] of each step; what is behind the
+                       * species follows each of them then. NULL: that holds for a step of the run */
+    void *bringer;    /* user of that */
     /* `feed` takes up more of a solute at a node than is there, at time t [s]: fails with a message that says who does;
      * NULL: nobody says */
     pd_status (*drained)(pd_ctx *ctx, void *user, int32_t node, int solute, double t);

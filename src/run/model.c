@@ -285,6 +285,34 @@ static pd_status pdi_model_surfaces(pd_ctx *ctx, pd_model *m)
                               m->surfaces);
 }
 
+/* 1: currents change with species: conductivities do, or states of surfaces that they depend on. */
+static int pdi_model_alters(const pd_setup *u)
+{
+    int alters = !(u->potential.conductivity > 0.0);
+    for (int e = 0; e < u->potential.electrodes; e++) alters |= u->potential.electrode[e].shares && u->states > 0;
+    return u->has_potential && u->has_chemistry && !u->migrates && alters;
+}
+
+/* 1: laws of metal see currents or potentials that are found with the metal as it is. */
+static int pdi_model_electric(const pd_setup *u)
+{
+    int sees = 0;
+    for (int k = 0; k < u->metals; k++) sees |= u->has_potential && !u->migrates && pdi_setup_electric(&u->metal[k]);
+    return sees;
+}
+
+/* 1: each step of the species goes by currents of its own; else by those that the metal has gone by. */
+static int pdi_model_brings(const pd_setup *u)
+{
+    int timed = u->has_potential && !u->migrates && pdi_electrodes_timed(u);
+    return pdi_model_alters(u) || (timed && !pdi_model_electric(u));
+}
+
+static pd_status pdi_model_bring(pd_ctx *ctx, void *user, double t)
+{
+    return pdi_cell_bring(ctx, (pd_cell *)user, t);
+}
+
 /* Their way in time; behind the metal, which feeds them. */
 static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
 {
@@ -311,6 +339,10 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
         desc.feed = pdi_electrodes_feed;
         desc.feeder = &m->electrodes;
         desc.drained = pdi_electrodes_drained;
+    }
+    if (pdi_model_brings(u)) {
+        desc.bring = pdi_model_bring;
+        desc.bringer = &m->cell;
     }
     if (m->bare && !desc.surface) {
         desc.find = pdi_model_ahead;
@@ -449,12 +481,12 @@ static int pdi_model_faraday(const pd_setup *u, const pd_dissolve_desc *desc)
     return sees && u->has_potential && !u->migrates && !desc->factor && desc->drive == PD_DRIVE_CONSTANT;
 }
 
-/* Currents for the laws of metal at time t. */
+/* Currents for the laws of metal at time t. Species ahead of the metal have brought them to their step. */
 static pd_status pdi_model_match(pd_ctx *ctx, void *user, double t)
 {
     pd_model *m = (pd_model *)user;
     if (!m->cell.grid) return PD_OK;
-    if (m->cell.desc.timed) PDI_TRY(pdi_cell_bring(ctx, &m->cell, t));
+    if (m->cell.desc.timed && !pdi_model_alters(m->setup)) PDI_TRY(pdi_cell_bring(ctx, &m->cell, t));
     if (pdi_model_faraday(m->setup, &m->dissolve.desc)) pdi_cell_match(&m->cell);
     return PD_OK;
 }
@@ -501,8 +533,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.uniform = metal[0].uniform;
     desc.timeless = metal[0].timeless;
     desc.bounds = metal[0].bounds;
-    for (int k = 0; k < u->metals; k++)
-        desc.follows |= u->has_potential && !u->migrates && pdi_setup_electric(&u->metal[k]);
+    desc.follows = pdi_model_electric(u);
     desc.driven = desc.follows && pdi_electrodes_timed(u);
     if (desc.follows) {
         desc.found = pdi_model_match;
@@ -651,6 +682,7 @@ PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
 static pd_process pdi_model_species_process(pd_model *m)
 {
     pd_process course = pd_course_process(&m->course);
+    course.inner |= pdi_model_alters(m->setup) && m->setup->has_dissolve;
     pdi_timed_build(m->setup, m->attack.setup ? &m->attack : NULL, m->surfaces, &m->timed);
     if (!course.attempt || (!m->timed.attack && !m->timed.surfaces)) return course;
     course.until = pdi_timed_until;
@@ -672,7 +704,7 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
     if (u->has_solid)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
-    int first = m->attack.setup || m->bare;
+    int first = m->attack.setup || m->bare || (pdi_model_alters(u) && u->has_dissolve);
     if (first) PDI_TRY(pd_couple_add(ctx, c, pdi_model_species_process(m)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));

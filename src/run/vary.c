@@ -17,10 +17,10 @@
 #define PDI_VARY_BEGINS 1e-9
 /* What the middle of a step may miss of the mean of a value, over rtol. */
 #define PDI_VARY_MEAN 5.0
-/* A value below this share of the largest to come is faint in its mean over a step; a potential below this [V], too,
- * by which currents grow e-fold. */
+/* A value below this share of the largest to come is faint in its mean over a step. */
 #define PDI_VARY_FAINT 0.25
-#define PDI_VARY_VOLT 0.025
+/* Currents that grow by the factor exp(x) in a step have the mean exp(x/2) (1 + x^2/24). */
+#define PDI_VARY_CURVED 24.0
 /* The tolerance where none is given. */
 #define PDI_VARY_RTOL 1e-3
 /* Parts of a step that are looked at, at most, and halvings of it. */
@@ -84,6 +84,39 @@ static void pdi_vary_body(const pd_setup *u, pd_vary *vary)
     for (int d = 0; d < PD_DIM && u->metal_body.weighs; d++) pdi_vary_take(u, &u->metal_body.force[d], -1, vary);
 }
 
+/* Change [V] by which currents of an electrode grow e-fold at most; HUGE_VAL: its curve is straight. */
+static double pdi_vary_fold(const pd_setup_electrode *e)
+{
+    const pd_electrode_term *term = &e->term;
+    double fold = HUGE_VAL;
+    if (e->primary || term->kind == PD_ELECTRODE_LINEAR) return fold;
+    if (term->kind == PD_ELECTRODE_BUTLER_VOLMER) {
+        if (term->anodic > 0.0) fold = term->anodic;
+        return term->cathodic > 0.0 ? pdi_min(fold, term->cathodic) : fold;
+    }
+    for (int k = 1; k < term->points; k++) {
+        double first = fabs(term->current[k - 1]), last = fabs(term->current[k]);
+        double volts = term->potential[k] - term->potential[k - 1], folds = fabs(log(last / first));
+        if (first > 0.0 && last > 0.0 && folds > 0.0) fold = pdi_min(fold, volts / folds);
+    }
+    return fold;
+}
+
+static void pdi_vary_electrodes(const pd_setup *u, pd_vary *vary)
+{
+    double fold = HUGE_VAL;
+    for (int k = 0; k < u->potential.electrodes; k++) fold = pdi_min(fold, pdi_vary_fold(&u->potential.electrode[k]));
+    for (int k = 0; k < u->potential.electrodes; k++) {
+        const pd_setup_electrode *e = &u->potential.electrode[k];
+        int32_t first = vary->count;
+        pdi_vary_take(u, &e->given, -1, vary);
+        for (int32_t n = first; n < vary->count && vary->value; n++) {
+            vary->value[n].middle = u->has_dissolve || !u->migrates;
+            vary->value[n].fold = e->holds && !u->migrates ? fold : HUGE_VAL;
+        }
+    }
+}
+
 /* All values; without room they are counted. */
 static void pdi_vary_all(const pd_setup *u, pd_vary *vary)
 {
@@ -92,15 +125,7 @@ static void pdi_vary_all(const pd_setup *u, pd_vary *vary)
     for (int k = 0; k < u->wall_count; k++) pdi_vary_take(u, &u->walls[k].held, -1, vary);
     for (int d = 0; d < PD_DIM; d++) pdi_vary_take(u, &u->body[d], -1, vary);
     for (int k = 0; k < u->metals; k++) pdi_vary_take(u, &u->metal[k].potential, -1, vary);
-    for (int k = 0; k < u->potential.electrodes; k++) {
-        const pd_setup_electrode *e = &u->potential.electrode[k];
-        int32_t first = vary->count;
-        pdi_vary_take(u, &e->given, -1, vary);
-        for (int32_t n = first; n < vary->count && vary->value; n++) {
-            vary->value[n].middle = u->has_dissolve;
-            vary->value[n].faint = e->holds ? PDI_VARY_VOLT : 0.0;
-        }
-    }
+    pdi_vary_electrodes(u, vary);
     pdi_vary_body(u, vary);
 }
 
@@ -200,16 +225,17 @@ static double pdi_vary_first(const pd_vary_value *value, double most, double t, 
 
 static double pdi_vary_at(const pd_vary_value *value, double t) { return pdi_vary_range(value, t, t).low; }
 
-/* Where a step ends by whose middle a value is taken: Simpson's rule says the same mean. */
+/* Where a step ends by whose middle a value is taken: Simpson's rule says the same mean, and so little changes that
+ * what grows with it has its mean there, too. */
 static double pdi_vary_mean(const pd_vary *vary, const pd_vary_value *value, double most, double t, double end)
 {
-    double begins = pdi_vary_begins(t, end);
+    double begins = pdi_vary_begins(t, end), wide = sqrt(PDI_VARY_CURVED * vary->rtol) * value->fold;
     for (int k = 0; value->middle && k < PDI_VARY_HALVINGS && begins < end; k++) {
-        double middle = pdi_vary_at(value, 0.5 * (t + end));
-        double last = pdi_vary_at(value, end * (1.0 - DBL_EPSILON));
-        double simpson = (pdi_vary_at(value, begins) + 4.0 * middle + last) / 6.0;
-        double room = PDI_VARY_MEAN * vary->rtol * pdi_max(fabs(simpson), pdi_max(PDI_VARY_FAINT * most, value->faint));
-        if (!(fabs(simpson - middle) > room)) return end;
+        double first = pdi_vary_at(value, begins), middle = pdi_vary_at(value, 0.5 * (t + end));
+        double last = pdi_vary_at(value, end * (1.0 - DBL_EPSILON)), simpson = (first + 4.0 * middle + last) / 6.0;
+        double size = value->fold < HUGE_VAL ? value->fold : pdi_max(fabs(simpson), PDI_VARY_FAINT * most);
+        double change = pdi_max(fabs(last - first), pdi_max(fabs(middle - first), fabs(last - middle)));
+        if (!(fabs(simpson - middle) > PDI_VARY_MEAN * vary->rtol * size) && !(change > wide)) return end;
         end = 0.5 * (t + end);
         begins = pdi_vary_begins(t, end);
     }
@@ -241,7 +267,7 @@ PDI_FN double pdi_vary_until(void *user, double t, double end)
 #undef PDI_VARY_MEAN
 #undef PDI_VARY_NONE
 #undef PDI_VARY_FAINT
-#undef PDI_VARY_VOLT
+#undef PDI_VARY_CURVED
 #undef PDI_VARY_RTOL
 #undef PDI_VARY_PARTS
 #undef PDI_VARY_HALVINGS

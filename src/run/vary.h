@@ -14,7 +14,7 @@ typedef struct pd_vary_value {
     const pd_expr *expr;
     double x[PD_DIM]; /* [m] */
     int middle;       /* 1: steps go by the value of their middle */
-    double faint;     /* [V], [A]: what is smaller counts as that in their tolerance */
+    double fold;      /* [V] with `middle`: change by which what it drives grows e-fold; HUGE_VAL: that follows it */
 } pd_vary_value;
 
 /* All of them; zero: nothing depends on time. */
