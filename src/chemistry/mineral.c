@@ -157,15 +157,45 @@ PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, cons
         const pd_mineral *of = &m->of[s];
         start->initial[s] = pdi_max(n[s], 0.0);
         int free = !(of->rate > 0.0) && !(of->surface > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
-        start->rate[s] = free ? HUGE_VAL : of->rate + of->surface * pdi_max(n[s], 0.0);
-        if (bare && pdi_mineral_index(c, m, s, at) < of->nucleation * log(10.0)) start->rate[s] = 0.0;
+        start->rate[s] = free ? HUGE_VAL : of->rate;
+        start->grow[s] = of->rate > 0.0 || n[s] > 0.0 ? of->surface : 0.0;
+        if (bare && pdi_mineral_index(c, m, s, at) < of->nucleation * log(10.0)) start->rate[s] = start->grow[s] = 0.0;
     }
+}
+
+PDI_FN int pdi_mineral_resume(pd_mineral_start *start, int s, double first, double longer, double *amount)
+{
+    if (!(start->grow[s] > 0.0) || start->rate[s] + start->grow[s] * *amount > 0.0) return 0;
+    *amount = pdi_max(first, 0.0);
+    start->rate[s] *= longer;
+    start->grow[s] *= longer;
+    return 1;
+}
+
+/* 1: it forms or dissolves in the step. */
+static int pdi_mineral_moves(const pd_mineral_start *start, int s)
+{
+    return start->rate[s] > 0.0 || start->grow[s] > 0.0;
+}
+
+/* [mol/m3] by which it dissolves in the step far below saturation, with an amount n at its end. */
+static double pdi_mineral_reacts(const pd_mineral_start *start, int s, double n)
+{
+    return (start->rate[s] + start->grow[s] * n) * start->dt;
+}
+
+/* [mol/m3] by which its amount of the start grows at Omega^p - 1 = excess, of any sign; HUGE_VAL: beyond bounds. */
+static double pdi_mineral_growth(const pd_mineral_start *start, int s, double excess)
+{
+    double more = start->dt * start->grow[s] * excess;
+    if (!(start->rate[s] < HUGE_VAL) || !(more < 1.0)) return HUGE_VAL;
+    return pdi_mineral_reacts(start, s, start->start[s]) * excess / (1.0 - more);
 }
 
 /* [mol/m3] of mineral s that dissolves in the step at most, by its law. */
 static double pdi_mineral_most_gone(const pd_mineral_start *start, int s)
 {
-    double rate = start->rate[s] < HUGE_VAL ? start->rate[s] * start->dt : HUGE_VAL;
+    double rate = start->rate[s] < HUGE_VAL ? -pdi_mineral_growth(start, s, -1.0) : HUGE_VAL;
     return start->start[s] - pdi_max(start->start[s] - rate, 0.0);
 }
 
@@ -173,8 +203,7 @@ static double pdi_mineral_most_gone(const pd_mineral_start *start, int s)
  * there before does not need; negative: there is too much of it. */
 static double pdi_mineral_most_grown(const pd_minerals *m, const pd_mineral_start *start, int s)
 {
-    double rate = start->rate[s] < HUGE_VAL ? start->rate[s] * start->dt : HUGE_VAL;
-    double room = 1.0 - m->of[s].porosity - m->of[s].volume * start->start[s];
+    double rate = pdi_mineral_growth(start, s, 1.0), room = 1.0 - m->of[s].porosity - m->of[s].volume * start->start[s];
     for (int q = 0; q < m->count; q++)
         if (q != s) room -= m->of[q].volume * (start->start[q] - pdi_mineral_most_gone(start, q));
     if (!(m->of[s].volume > 0.0)) return rate;
@@ -224,13 +253,13 @@ typedef struct pdi_mineral_work {
     int left;                       /* equilibria that may still be solved */
 } pdi_mineral_work;
 
-/* ln Omega of mineral s less that of its law with an amount that is by `over` above that of the start. */
+/* ln Omega of mineral s less that of its law with an amount n that is by `over` above that of the start. */
 static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
-                              const double *at, double over)
+                              const double *at, double n, double over)
 {
-    double rate = start->rate[s] * start->dt, off = pdi_mineral_index(c, m, s, at);
-    if (rate < HUGE_VAL) off -= log1p(pdi_max(over / rate, -1.0)) / m->of[s].exponent;
-    return off;
+    double rate = pdi_mineral_reacts(start, s, n), off = pdi_mineral_index(c, m, s, at);
+    if (!(rate > 0.0) && start->grow[s] > 0.0) return over < 0.0 ? HUGE_VAL : -HUGE_VAL; /* none has no surface */
+    return rate < HUGE_VAL ? off - log1p(pdi_max(over / rate, -1.0)) / m->of[s].exponent : off;
 }
 
 /* Mineral s has grown by so much. */
@@ -259,7 +288,7 @@ static double pdi_mineral_off(pdi_mineral_work *w, int s, double grown)
     w->failed = pdi_components_solve(w->c, total, w->at) != PD_OK;
     if (w->failed) memcpy(w->at, w->guess, sizeof w->at);
     if (w->failed) return PDI_MINERAL_LOST;
-    return pdi_mineral_law(w->c, w->m, w->start, s, w->at, pdi_mineral_over(w, s));
+    return pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s], pdi_mineral_over(w, s));
 }
 
 /* The growth of mineral s by what totals hold, from `least` to `most`, and by its room in the volume; -HUGE_VAL,
@@ -293,9 +322,8 @@ static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *least, 
 /* A bracket of the growth of mineral s above x[0], where its law is off by a positive f[0]. 0: up to `room` it is. */
 static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
 {
-    double rate = w->start->rate[s] * w->start->dt, size = 0.0;
-    double law = w->start->start[s] - w->base[s] + rate * expm1(pdi_min(w->m->of[s].exponent *
-                                                        pdi_mineral_index(w->c, w->m, s, w->at), 700.0));
+    double index = w->m->of[s].exponent * pdi_mineral_index(w->c, w->m, s, w->at), size = 0.0;
+    double law = w->start->start[s] - w->base[s] + pdi_mineral_growth(w->start, s, expm1(pdi_min(index, 700.0)));
     double top = pdi_min(pdi_min(room, most), law > x[0] ? law : HUGE_VAL);
     for (int k = 0; k < w->c->count; k++) size = pdi_max(size, fabs(w->total[k]));
     for (double step = PDI_MINERAL_FIRST * (size + w->base[s] + x[0]);; step *= 4.0) {
@@ -330,8 +358,9 @@ static double pdi_mineral_between(const pdi_bracket *b, double least, double mos
 /* The amount of mineral s with those of the others. */
 static void pdi_mineral_one(pdi_mineral_work *w, int s)
 {
-    double rate = w->start->rate[s] * w->start->dt, start = w->start->start[s], least, most, room, x[2], f[2];
-    if (!(rate > 0.0)) {
+    double start = w->start->start[s], least, most, room, x[2], f[2];
+    double rate = w->start->rate[s] < HUGE_VAL ? -pdi_mineral_growth(w->start, s, -1.0) : HUGE_VAL;
+    if (!pdi_mineral_moves(w->start, s)) {
         pdi_mineral_set(w, s, pdi_max(start, 0.0) - w->base[s]);
         return;
     }
@@ -387,7 +416,7 @@ static int pdi_mineral_full(const pd_components *c, const pd_minerals *m, const 
     double full = start->limited ? start->limit[s] : 1.0 - m->of[s].porosity;
     double found = start->limited ? n[s] : pdi_mineral_fraction(m, n);
     if (!(m->of[s].volume > 0.0) || found < full * (1.0 - PDI_MINERAL_FULL)) return 0;
-    return pdi_mineral_law(c, m, start, s, at, n[s] - start->start[s]) > PDI_MINERAL_FULL;
+    return pdi_mineral_law(c, m, start, s, at, n[s], n[s] - start->start[s]) > PDI_MINERAL_FULL;
 }
 
 /* Gauss and Jordan for count equations with `columns` right-hand sides; the matrix is positive definite but for
@@ -410,9 +439,10 @@ static void pdi_mineral_eliminate(int count, int columns, double (*a)[PD_MINERAL
 /* Slope of the law of mineral s by its amount. */
 static double pdi_mineral_bend(const pd_minerals *m, const pd_mineral_start *start, int s, double n)
 {
-    double rate = start->rate[s] * start->dt;
+    double rate = pdi_mineral_reacts(start, s, n), slope = 1.0;
     if (!(rate < HUGE_VAL)) return 0.0;
-    return 1.0 / (m->of[s].exponent * pdi_max(rate + n - start->start[s], DBL_EPSILON * rate));
+    if (start->grow[s] > 0.0) slope = pdi_mineral_reacts(start, s, start->start[s]) / rate;
+    return slope / (m->of[s].exponent * pdi_max(rate + n - start->start[s], DBL_EPSILON * rate));
 }
 
 /* a [count][count]: how ln Omega of the active minerals, less that of their laws, falls with their amounts; slope: how
@@ -439,7 +469,7 @@ static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, con
 static int pdi_mineral_inert(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
                              const double *at, double n)
 {
-    double rate = start->rate[s] * start->dt;
+    double rate = pdi_mineral_reacts(start, s, n);
     if (!(rate < DBL_EPSILON * n)) return 0;
     return rate * exp(m->of[s].exponent * pdi_mineral_index(c, m, s, at)) < DBL_EPSILON * n;
 }
@@ -450,7 +480,7 @@ static int pdi_mineral_active(const pd_components *c, const pd_minerals *m, cons
 {
     int count = 0;
     for (int s = 0; s < m->count; s++) {
-        int there = n[s] > 0.0 && start->rate[s] > 0.0 && !pdi_mineral_inert(c, m, start, s, at, n[s]);
+        int there = n[s] > 0.0 && pdi_mineral_moves(start, s) && !pdi_mineral_inert(c, m, start, s, at, n[s]);
         if (there && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
     }
     return count;
@@ -495,9 +525,9 @@ static double pdi_mineral_distance(pdi_mineral_work *w, double *off)
     double worst = 0.0, first = pdi_mineral_off(w, 0, w->grown[0]);
     if (w->failed) return HUGE_VAL;
     for (int s = 0; s < w->m->count; s++) {
-        double rate = w->start->rate[s] * w->start->dt;
-        off[s] = s ? pdi_mineral_law(w->c, w->m, w->start, s, w->at, pdi_mineral_over(w, s)) : first;
-        if (!(rate > 0.0) || (off[s] > 0.0 && pdi_mineral_full(w->c, w->m, w->start, s, w->at, w->n))) continue;
+        off[s] = s ? pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s], pdi_mineral_over(w, s)) : first;
+        int full = off[s] > 0.0 && pdi_mineral_full(w->c, w->m, w->start, s, w->at, w->n);
+        if (full || !pdi_mineral_moves(w->start, s)) continue;
         if (w->n[s] > 0.0 || off[s] > 0.0) worst = pdi_max(worst, fabs(off[s]));
     }
     return worst;
@@ -571,7 +601,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     int active[PD_MINERAL_MOST], count = 0;
     *worst = pdi_mineral_distance(w, off);
     for (int s = 0; s < m->count; s++)
-        if (w->n[s] > 0.0 && w->start->rate[s] > 0.0 && !pdi_mineral_full(c, m, w->start, s, w->at, w->n))
+        if (w->n[s] > 0.0 && pdi_mineral_moves(w->start, s) && !pdi_mineral_full(c, m, w->start, s, w->at, w->n))
             active[count++] = s;
     if (!count || !(*worst > PDI_MINERAL_MET) || w->failed || w->left <= 0) return 0;
     pdi_mineral_matrix(c, m, w->start, w->at, w->n, active, count, a, slope);
@@ -653,7 +683,7 @@ static int pdi_mineral_divided(const pd_components *c, const pd_minerals *m, con
     double volume = pdi_mineral_volume(m, n);
     int full = 0, moved = 0, count = 0;
     for (int s = 0; s < m->count; s++) {
-        if (!(m->of[s].volume > 0.0) || !(start->rate[s] > 0.0)) continue;
+        if (!(m->of[s].volume > 0.0) || !pdi_mineral_moves(start, s)) continue;
         count++;
         moved |= fabs(n[s] - start->initial[s]) * m->of[s].volume > PDI_MINERAL_FULL * volume;
         full |= pdi_mineral_full(c, m, start, s, at, n);

@@ -11,8 +11,8 @@
 
 #define PD_MINERAL_MOST 8 /* minerals of a system */
 
-/* Zero-initialise. The speed is (rate + surface n) (Omega^exponent - 1) with Omega = IAP/K and the amount n [mol/m3] at
- * the start of a step; without rate and surface the mineral is in equilibrium. */
+/* Zero-initialise. The speed is (rate + surface n) (Omega^exponent - 1) with Omega = IAP/K and the amount n [mol/m3];
+ * without rate and surface the mineral is in equilibrium. */
 typedef struct pd_mineral {
     int species;       /* number of the solid */
     double rate;       /* [mol/m3/s] */
@@ -36,7 +36,8 @@ typedef struct pd_minerals {
 typedef struct pd_mineral_start {
     double dt;                       /* [s] */
     const double *start;             /* [count] [mol/m3] amounts that speeds count from */
-    double rate[PD_MINERAL_MOST];    /* [mol/m3/s] of this volume; HUGE_VAL: in equilibrium; 0: it does not form */
+    double rate[PD_MINERAL_MOST];    /* [mol/m3/s] of this volume where there is none; HUGE_VAL: in equilibrium */
+    double grow[PD_MINERAL_MOST];    /* [1/s] by which its amount adds to that; both 0: it does not form */
     double initial[PD_MINERAL_MOST]; /* [mol/m3] amounts that are there before the step: they need no room */
     int limited;                     /* 1: minerals grow up to `limit`, 0: up to their room */
     double limit[PD_MINERAL_MOST];   /* [mol/m3] HUGE_VAL: none */
@@ -59,6 +60,9 @@ PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, in
 /* Speeds of a volume whose step begins with n [count] and `at`. */
 PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n,
                                const double *at, pd_mineral_start *start);
+/* A stage that would begin with so little of mineral s that its surface were negative has no law. 1: this is one, and
+ * the mineral goes on from the amount `first`, by a step that is `longer` times that of the stage. */
+PDI_FN int pdi_mineral_resume(pd_mineral_start *start, int s, double first, double longer, double *amount);
 /* 1: no concentrations have the totals that are dissolved when amounts are start->start, however fast minerals dissolve
  * or grow by their laws and into the room that there is in the step. */
 PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,

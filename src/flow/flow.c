@@ -477,7 +477,8 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
             if (grid->kind[i + bonds->paths.shift[k]] == PD_INLET && pdi_bond_open(bonds, row, k))
                 taken -= volume * pdi_flow_bond_flux(flow, i, k);
         for (int side = 0; side < 2 * PD_DIM; side++) {
-            double part = flow->mirrors && flow->developed >> side & 1 ?
+            int faces = side / 2 == PD_DIM - 1 && pdi_inflow_rings(bonds);
+            double part = flow->mirrors && flow->developed >> side & 1 && !faces ?
                 pdi_flow_developed(flow, i, side / 2, side % 2) : pdi_flow_pushed(flow, i, side / 2, side % 2);
             *pushed += part;
             *gross += fabs(part);

@@ -107,11 +107,81 @@ PDI_FN void pdi_inflow_twice(const pd_bonds *bonds, double *v)
             v[d * (int64_t)ghosts->grid->total + ghosts->node[g]] += pdi_inflow_front(ghosts, g, d, v);
 }
 
+/* What the inlet at the end `up` of the radius pushes [m^d/s over the stencil's volume]. v: of ghosts twice that on the
+ * side. */
+static double pdi_inflow_pushed(const pd_bonds *bonds, int up, const double *v)
+{
+    const pd_grid *grid = bonds->grid;
+    int axis = PD_DIM - 1;
+    double sum = 0.0, half = 0.5 * grid->h[axis];
+    int64_t stride = grid->stride[axis], first = (up ? grid->n[axis] - 1 : 0) + (int64_t)grid->ghost;
+    for (int64_t i = first * stride; i < (first + 1) * stride; i++) {
+        int64_t ghost = up ? i + stride : i - stride;
+        if (grid->kind[i] != PD_FLUID || grid->kind[ghost] != PD_INLET) continue;
+        sum += 0.5 * v[axis * (int64_t)grid->total + ghost] * pdi_grid_around(grid, (int32_t)i, up ? half : -half);
+    }
+    return (up ? -1.0 : 1.0) * sum / grid->h[axis];
+}
+
+/* What bonds carry through that side; *weight: what they would carry of a speed of 1 of all ghosts. */
+static double pdi_inflow_carried(const pd_bonds *bonds, int up, const double *v, double *weight)
+{
+    const pd_stencil *s = bonds->stencil;
+    const pd_grid *grid = bonds->grid;
+    int64_t total = grid->total;
+    int axis = PD_DIM - 1, least = up && grid->n[axis] > s->reach ? grid->n[axis] - s->reach : 0;
+    double sum = 0.0;
+    *weight = 0.0;
+    for (int depth = least; depth < (up ? grid->n[axis] : s->reach) && depth < grid->n[axis]; depth++)
+        for (int64_t n = 0; n < grid->stride[axis]; n++) {
+            int32_t i = (int32_t)((depth + grid->ghost) * (int64_t)grid->stride[axis] + n), r = bonds->row[i];
+            if (grid->kind[i] != PD_FLUID || r < 0) continue;
+            double around = pdi_grid_circumference(grid, i);
+            for (int k = 0; k < s->count; k++) {
+                int32_t far = i + bonds->paths.shift[k];
+                int at = pdi_grid_along(grid, far, axis);
+                if (grid->kind[far] != PD_INLET || (up ? at < grid->n[axis] : at >= 0) || !pdi_bond_open(bonds, r, k))
+                    continue;
+                double share = around * pdi_bond_flux(bonds, i, k);
+                for (int d = 0; d < PD_DIM; d++)
+                    sum -= share * s->grad[k * PD_DIM + d] * (v[d * total + i] + v[d * total + far]);
+                *weight -= share * s->grad[k * PD_DIM + axis];
+            }
+        }
+    return sum;
+}
+
+/* 1: ghost g lies behind the end `up` of the radius. */
+static int pdi_inflow_behind(const pd_bonds *bonds, int32_t g, int up)
+{
+    int at = pdi_grid_along(bonds->grid, bonds->ghosts.node[g], PD_DIM - 1);
+    return up ? at >= bonds->grid->n[PD_DIM - 1] : at < 0;
+}
+
+/* Bonds of rings from i to the ghost of j and from j to that of i have other weights, so that what a flow changes by
+ * towards its inlet does not cancel: the ghosts of the end `up` of the radius make up for that together. */
+static void pdi_inflow_even(const pd_bonds *bonds, int up, double pushed, double *v)
+{
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    double weight, carried = pdi_inflow_carried(bonds, up, v, &weight);
+    double *w = v + (PD_DIM - 1) * (int64_t)bonds->grid->total;
+    for (int32_t g = ghosts->count; g < ghosts->listed && fabs(weight) > 0.0; g++)
+        if (pdi_inflow_behind(bonds, g, up)) w[ghosts->node[g]] += (pushed - carried) / weight;
+}
+
+PDI_FN int pdi_inflow_rings(const pd_bonds *bonds)
+{
+    return bonds->grid->circumference && !bonds->grid->ends && bonds->stencil->reach > 1;
+}
+
 PDI_FN void pdi_inflow_enter(const pd_bonds *bonds, const uint8_t *sided, const double *ratio, int even,
                              double *v)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;
     int64_t total = ghosts->grid->total;
+    int rings = pdi_inflow_rings(bonds);
+    double pushed[2] = {0.0, 0.0};
+    for (int up = 0; up < 2 && rings; up++) pushed[up] = pdi_inflow_pushed(bonds, up, v);
     for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
         if (!pdi_inflow_mirrors(bonds, g)) continue;
         int32_t r = bonds->row[ghosts->source[g]];
@@ -130,4 +200,5 @@ PDI_FN void pdi_inflow_enter(const pd_bonds *bonds, const uint8_t *sided, const 
             v[a * total + ghosts->node[g]] = !across && sided[at] ? front : sum - front;
         }
     }
+    for (int up = 0; up < 2 && rings; up++) pdi_inflow_even(bonds, up, pushed[up], v);
 }

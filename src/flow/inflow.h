@@ -13,6 +13,8 @@ PDI_FN void pdi_inflow_find(const pd_bonds *bonds, int developed, uint8_t *sided
 /* Sum of the weights of open bonds from node i through the inlet at the end `up` of `axis`, times its volume
  * [m^(d-1)]. */
 PDI_FN double pdi_inflow_weight(const pd_bonds *bonds, int32_t i, int axis, int up);
+/* 1: inlets at the ends of the radius carry what passes their faces, in sum over each end. */
+PDI_FN int pdi_inflow_rings(const pd_bonds *bonds);
 /* v [PD_DIM][total] [m/s] of ghosts becomes twice that on the side. */
 PDI_FN void pdi_inflow_twice(const pd_bonds *bonds, double *v);
 /* v of nodes makes fluxes by now: that of the ghosts, from twice that on the side. even: rows on smooth surfaces keep

@@ -5,6 +5,7 @@
  * linear systems are solved by GMRES with the derivatives dc/dT of each node.
  */
 #include "react/advance.h"
+#include "react/embedded.h"
 #include "react/extents.h"
 #include "react/levels.h"
 #include "react/positivity.h"
@@ -46,12 +47,6 @@
 #define PDI_ADVANCE_SHORTER 8.0
 /* Share of a residual that the linear solver leaves at least: its basis has single precision. */
 #define PDI_ADVANCE_SINGLE 1e-5
-/* An estimate above this is damped, and what the linear solver may leave of that. */
-#define PDI_ADVANCE_SMALL 1e-5
-#define PDI_ADVANCE_DAMPED 0.1
-
-/* What passes in the first stage is passed so often again before the second one begins (eq. 5.9). */
-#define PDI_ADVANCE_BEYOND ((1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA)
 
 /* Concentrations and minerals. */
 static void pdi_advance_copy(const pd_ctx *ctx, const pd_reactive *r, const double *c, double *to, const double *solid,
@@ -493,199 +488,17 @@ static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
         pdi_tangent_law(r, i, n, &start);
         start.dt = stage;
         for (int k = 0; k < r->components.count; k++)
-            at[k] = size[k] + r->total[k * total + i] + PDI_ADVANCE_BEYOND * r->slope[k * total + i];
-        for (int m = 0; m < r->minerals.count; m++) n[m] += PDI_ADVANCE_BEYOND * r->solid_slope[m * total + i];
+            at[k] = size[k] + r->total[k * total + i] + PDI_TANGENT_BEYOND * r->slope[k * total + i];
+        for (int m = 0; m < r->minerals.count; m++) {
+            double grown = r->solid_slope[m * total + i], first = n[m] + grown;
+            double had = n[m] + PDI_TANGENT_BEYOND * grown;
+            n[m] = had;
+            if (!pdi_mineral_resume(&start, m, first, PDI_TANGENT_BEYOND, &n[m])) continue;
+            for (int k = 0; k < r->components.count; k++) at[k] += r->minerals.gain[m][k] * (had - n[m]);
+        }
         if (pdi_mineral_lacks(&r->components, &r->minerals, &start, at)) return dt - stage;
     }
     return stage;
-}
-
-/* A share that grows by `change`: at most half of what is open is filled, and half of what fills it goes. */
-static double pdi_advance_filled(double film, double change)
-{
-    return film + pdi_min(pdi_max(change, -0.5 * film), 0.5 * (1.0 - film));
-}
-
-/* What minerals leave open for diffusion in the middle of a step of dt [s]: as it was, or (was = 0) as far as the last
- * one tells. */
-static void pdi_advance_open(const pd_ctx *ctx, pd_reactive *r, double dt, int was)
-{
-    (void)ctx;
-    for (int32_t i = 0; i < r->grid->total; i++) {
-        double film = r->filled[i];
-        if (was && r->grid->kind[i] == PD_FLUID) film = 0.5 * (film + pd_reactive_film(r, i));
-        else if (film > 0.0) film = pdi_advance_filled(film, 0.5 * dt * r->narrow[i]);
-        r->pass[i] = 1.0 - film;
-        if (r->filled[i] > 0.0) r->pass[i] /= r->desc.tortuosity; /* where a film begins, from the next step on */
-    }
-    pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
-    r->migration.pass = r->pass;
-}
-
-/* By how much the slopes of both stages differ, times first and second of the times of stages, over its weight and the
- * time of the second one goes to `work`, that of minerals to `solid_slope`, and what was in `work` to `slope`. size
- * [components]: largest sum of terms. */
-static void pdi_advance_differ(pd_reactive *r, double first, double second, double *size)
-{
-    const pd_components *s = &r->components;
-    int64_t total = r->grid->total;
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
-        pdi_components_totals(s, c, sum);
-        for (int m = 0; m < r->minerals.count; m++)
-            r->solid_slope[m * total + i] = first * r->solid_slope[m * total + i] -
-                                            second * (r->solid[m * total + i] - r->solid_start[m * total + i]);
-        for (int k = 0; k < s->count; k++) {
-            int64_t at = k * total + i;
-            double terms = 0.0, undone = r->dt * r->weight[k] * r->work[at];
-            double by = first * r->slope[at] - second * (sum[k] - r->total[at] + undone);
-            for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
-            for (int m = 0; m < r->minerals.count; m++) by += r->minerals.gain[m][k] * r->solid_slope[m * total + i];
-            size[k] = pdi_max(size[k], terms);
-            r->slope[at] = r->work[at];
-            r->work[at] = by / (r->dt * r->weight[k]);
-        }
-    }
-}
-
-/* What has passed otherwise than through the pores of the middle of the step of dt [s] joins the differences. */
-static void pdi_advance_pored(const pd_ctx *ctx, pd_reactive *r, double dt)
-{
-    int64_t size = r->components.count * (int64_t)r->grid->total;
-    double *now = r->work + size;
-    pdi_tangent_images(r, r->c);
-    pdi_advance_open(ctx, r, dt, 1);
-    pdi_tangent_leave(ctx, r, r->c, r->wall, now);
-    pdi_advance_open(ctx, r, dt, 0);
-    pdi_tangent_leave(ctx, r, r->c, r->wall, r->move);
-    for (int64_t at = 0; at < size; at++) {
-        if (r->grid->kind[at % r->grid->total] != PD_FLUID) continue;
-        r->work[at] += copysign((now[at] - r->move[at]) * (dt / r->dt), r->work[at]);
-    }
-}
-
-/* Largest of the differences `by` times `field` of totals over sizes, but for what minerals have of them; and of those
- * over their largest amount and what their components would give. follows: minerals follow totals. */
-static double pdi_advance_largest(const pd_reactive *r, const double *field, double by, int follows, const double *size)
-{
-    const pd_components *s = &r->components;
-    int64_t total = r->grid->total;
-    double off[PD_SPECIES_MOST] = {0.0}, solid[PD_MINERAL_MOST] = {0.0}, most[PD_MINERAL_MOST] = {0.0}, worst = 0.0;
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double x[PD_SPECIES_MOST], taken[PD_MINERAL_MOST] = {0.0};
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * by * field[k * total + i];
-        if (follows) pdi_tangent_taken(r, r->by + (int64_t)i * r->slots, x, taken);
-        for (int m = 0; m < r->minerals.count; m++) {
-            double change = taken[m] + r->solid_slope[m * total + i];
-            for (int k = 0; k < s->count; k++) x[k] -= r->minerals.gain[m][k] * change;
-            solid[m] = pdi_max(solid[m], fabs(change));
-            most[m] = pdi_max(most[m], r->solid[m * total + i]);
-        }
-        for (int k = 0; k < s->count; k++) off[k] = pdi_max(off[k], fabs(x[k]));
-    }
-    for (int k = 0; k < s->count; k++)
-        if (size[k] > 0.0) worst = pdi_max(worst, off[k] / size[k]);
-    for (int m = 0; m < r->minerals.count; m++) {
-        double least = HUGE_VAL;
-        for (int k = 0; k < s->count; k++)
-            if (r->minerals.gain[m][k] != 0.0) least = pdi_min(least, size[k] / fabs(r->minerals.gain[m][k]));
-        if (solid[m] > 0.0) worst = pdi_max(worst, solid[m] / (most[m] + least));
-    }
-    return worst;
-}
-
-/* Differences of minerals become what their laws leave of them, and the totals get what leaves or reacts otherwise by
- * that. */
-static void pdi_advance_damp_solids(pd_ctx *ctx, pd_reactive *r)
-{
-    const pd_components *s = &r->components;
-    int64_t total = r->grid->total, size = s->count * total;
-    int nt = pdi_tangent_threads(ctx, r);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], x[PD_SPECIES_MOST], left[PD_SPECIES_MOST], lack[PD_SPECIES_MOST];
-        double n[PD_MINERAL_MOST], off[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
-        pd_mineral_start start;
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
-        pdi_tangent_law(r, i, first, &start);
-        pdi_reactive_solids(r, r->solid, i, n);
-        pdi_reactive_solids(r, r->solid_slope, i, off);
-        pdi_mineral_damp(s, &r->minerals, &start, c, n, off);
-        for (int m = 0; m < r->minerals.count; m++) r->solid_slope[m * total + i] = off[m];
-        pdi_extents_relax(r, i, c, off, x, left, lack);
-        for (int k = 0; k < s->count; k++)
-            if (!r->spent[k * total + i]) r->work[k * total + i] += lack[k] / r->weight[k];
-        for (int m = 0; m < s->solutes; m++) left[m] = -left[m];
-        pdi_reactive_put(r, left, i, r->move);
-    }
-    pdi_tangent_images(r, r->move);
-    if (r->migration.on) pdi_par_zero(ctx, total, r->migration.move);
-    pdi_tangent_leave(ctx, r, r->move, r->closed, r->work + size);
-    for (int64_t at = 0; at < size; at++)
-        if (r->grid->kind[at % total] == PD_FLUID && !r->spent[at]) r->work[at] += r->work[size + at];
-}
-
-/* The totals by which the matrix answers get those that nodes have found by themselves. */
-static void pdi_advance_relaxed(const pd_ctx *ctx, pd_reactive *r)
-{
-    const pd_components *s = &r->components;
-    int64_t total = r->grid->total;
-    double *found = r->work + s->count * total;
-    int nt = pdi_tangent_threads(ctx, r);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], x[PD_SPECIES_MOST], left[PD_SPECIES_MOST], lack[PD_SPECIES_MOST];
-        double off[PD_MINERAL_MOST];
-        if (r->grid->kind[i] != PD_FLUID) continue;
-        pdi_reactive_get(r, r->c, i, c);
-        pdi_reactive_solids(r, r->solid_slope, i, off);
-        pdi_extents_relax(r, i, c, off, x, left, lack);
-        for (int k = 0; k < s->count; k++) found[k * total + i] += x[k] / r->weight[k];
-    }
-}
-
-/* The estimate with the differences that the matrix of the stage leaves, where that is less: beside much solid the
- * solver's tolerance is rough. PD_NOT_CONVERGED: they were not found. */
-static pd_status pdi_advance_damp(pd_ctx *ctx, pd_reactive *r, const double *size, pd_reactive_result *result)
-{
-    int64_t count = r->components.count * (int64_t)r->grid->total;
-    double spent = 0.0;
-    PDI_TRY(pdi_tangent_derive(ctx, r));
-    if (r->minerals.count) pdi_advance_damp_solids(ctx, r);
-    for (int64_t at = 0; at < count; at++) { /* the solver leaves out what has no equation */
-        int64_t k = at / r->grid->total;
-        if (r->spent[at] && size[k] > 0.0) spent = pdi_max(spent, r->dt * r->weight[k] * fabs(r->work[at]) / size[k]);
-    }
-    pd_status status = pdi_tangent_direction(ctx, r, PDI_ADVANCE_DAMPED, 0.0, &result->krylov);
-    if (status == PD_ERR_DIVERGED) return PD_NOT_CONVERGED;
-    if (status == PD_OK && r->minerals.count && r->components.kinetics) pdi_advance_relaxed(ctx, r);
-    if (status == PD_OK)
-        result->error = pdi_min(result->error, pdi_max(spent, pdi_advance_largest(r, r->work + count, 1.0,
-                                                                            r->minerals.count > 0, size)));
-    return status;
-}
-
-/* Embedded estimate of the error of a step of dt [s], over the largest sum of the terms of totals (eq. 5.10, 5c.3b). Of
- * two steps of backward Euler it is what their slopes differ by, times sqrt(2) - 1 of dt. */
-static pd_status pdi_advance_error(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
-{
-    double size[PD_SPECIES_MOST] = {0.0}, rest = 1.0 - PDI_SDIRK_GAMMA;
-    pd_status status = PD_OK;
-    if (result->euler) pdi_advance_differ(r, 1.0 / rest, PDI_SDIRK_GAMMA / (rest * rest), size);
-    else pdi_advance_differ(r, 1.0, 1.0, size);
-    pdi_reactive_trace(r, size);
-    if (r->pass) pdi_advance_pored(ctx, r, dt);
-    result->error = pdi_advance_largest(r, r->work, r->dt, 0, size);
-    if (result->error > PDI_ADVANCE_SMALL) status = pdi_advance_damp(ctx, r, size, result);
-    for (int64_t at = 0; at < r->components.count * (int64_t)r->grid->total; at++)
-        if (r->grid->kind[at % r->grid->total] == PD_FLUID) r->work[at] = r->slope[at];
-    return status < 0 ? status : PD_OK;
 }
 
 /* What passes in dt [s] at the present state. */
@@ -708,10 +521,10 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double rest = pdi_advance_rest(r, dt, stage);
     result->euler = rest > stage;
     pdi_advance_pass(r, dt - rest);
-    pdi_advance_between(r, result->euler ? 1.0 : PDI_ADVANCE_BEYOND);
+    pdi_advance_between(r, result->euler ? 1.0 : PDI_TANGENT_BEYOND);
     PDI_TRY(pdi_etch_stage(ctx, r->surface, 1.0));
     status = pdi_advance_newton(ctx, r, rest, result);
-    if (status == PD_OK) status = pdi_advance_error(ctx, r, dt, result);
+    if (status == PD_OK) status = pdi_embedded_error(ctx, r, dt, result->euler, &result->error, &result->krylov);
     if (status == PD_OK && (!pdi_positivity_holds(r, rest) || !pdi_positivity_bounded(r))) status = PD_NOT_CONVERGED;
     if (status != PD_OK) {
         if (r->surface) pdi_etch_begin(r->surface);
@@ -736,7 +549,7 @@ static void pdi_advance_pores(const pd_ctx *ctx, pd_reactive *r, double dt)
     if (!r->pass) return;
     for (int32_t i = 0; i < r->grid->total; i++)
         r->filled[i] = r->grid->kind[i] == PD_FLUID ? pd_reactive_film(r, i) : 0.0;
-    pdi_advance_open(ctx, r, dt, 0);
+    pdi_embedded_open(r, dt, 0);
 }
 
 static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)

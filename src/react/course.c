@@ -1,5 +1,6 @@
 /* course: see course.h */
 #include "react/course.h"
+#include "react/embedded.h"
 #include "react/levels.h"
 #include "react/positivity.h"
 #include "react/bare.h"
@@ -548,6 +549,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     if (!a->bent) a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH));
     a->bent = 0;
     a->steps++;
+    pdi_embedded_accept(a->reactive);
     return PD_OK;
 }
 

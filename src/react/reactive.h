@@ -107,6 +107,10 @@ typedef struct pd_reactive {
     double *still;  /* [total] [1/s] zeros */
     int slots;
     double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
+    double came[PD_SPECIES_MOST];    /* [mol/m3] largest totals of components that none was there of at the start of a
+                                      * step, of all lengths that were tried of it */
+    double erred;                    /* [-] error of the last step that was tried from the same start; 0: none was */
+    int stays;                       /* so many tries have made it no smaller */
     double dt;                       /* [s] of the stage at hand */
     int exact;                       /* 1: the equations of a step are met to rounding, not to the tolerance */
     int short_of;                    /* 1 + component of which the last step would take more than there is; 0: none */

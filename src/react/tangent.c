@@ -55,11 +55,14 @@ typedef struct pdi_tangent_user {
 
 PDI_FN void pdi_tangent_law(const pd_reactive *r, int32_t i, double *n, pd_mineral_start *start)
 {
-    double c[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MOST], first[PD_MINERAL_MOST];
     pdi_reactive_get(r, r->begin, i, c);
     pdi_reactive_solids(r, r->solid_begin, i, n);
     pdi_mineral_begin(&r->components, &r->minerals, n, c, start);
+    memcpy(first, n, sizeof first);
     pdi_reactive_solids(r, r->solid_start, i, n);
+    for (int m = 0; m < r->minerals.count; m++)
+        pdi_mineral_resume(start, m, first[m] + (n[m] - first[m]) / PDI_TANGENT_BEYOND, PDI_TANGENT_BEYOND, &n[m]);
     start->start = n;
     start->dt = r->dt;
 }
@@ -79,6 +82,14 @@ PDI_FN void pdi_tangent_taken(const pd_reactive *r, const float *by, const doubl
         taken[m] = 0.0;
         for (int k = 0; k < s->count; k++) taken[m] += (double)row[k] * total[k];
     }
+}
+
+PDI_FN double pdi_tangent_unsure(const pd_reactive *r, int32_t i, int m, const double *size)
+{
+    const float *row = r->by + (int64_t)i * r->slots + pdi_tangent_place(r) + m * r->components.count;
+    double sum = 0.0;
+    for (int k = 0; k < r->components.count; k++) sum += fabs((double)row[k]) * size[k];
+    return r->desc.tolerance * sum;
 }
 
 /* Share of a change of totals that minerals take: total loses it. */

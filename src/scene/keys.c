@@ -175,7 +175,7 @@ static const pd_key pdi_keys_of_transport[] = {
      PDI_SAYS("concentration at the start, expression in x, y, z, not negative")},
     {"advection", "-", "limited",
      PDI_SAYS("`limited` (second order where smooth), `upwind` (first order)")},
-    {"time", "-", "implicit",
+    {"time", "-", "that of `[chemistry]`, else implicit",
      PDI_SAYS("`implicit`: in time; `steady`: the steady field at once; the run fails when balances lack more than "
               "1e-6 of what passes, and `defect=` says how much (theory: eq. 5.13)")}};
 
