@@ -544,7 +544,7 @@ static void pdi_advance_stands(pd_reactive *r, double dt)
         r->narrow[i] = r->grid->kind[i] == PD_FLUID ? (pd_reactive_film(r, i) - r->filled[i]) / dt : 0.0;
 }
 
-static void pdi_advance_pores(const pd_ctx *ctx, pd_reactive *r, double dt)
+static void pdi_advance_pores(pd_reactive *r, double dt)
 {
     if (!r->pass) return;
     for (int32_t i = 0; i < r->grid->total; i++)
@@ -561,7 +561,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
         r->filter[n].flux.absorb = r->filter[n].absorb;
     }
     PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
-    pdi_advance_pores(ctx, r, dt);
+    pdi_advance_pores(r, dt);
     if (r->migration.on) PDI_TRY(pdi_levels_sources(ctx, r, dt));
     pdi_loops_find(r);
     pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);

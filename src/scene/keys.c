@@ -504,7 +504,7 @@ static const pd_key pdi_keys_of_mineral[] = {
     {"area", "1/m", "0",
      PDI_SAYS("surface it has over the volume of a cell, whatever there is of it; `rate` needs it or `surface`")},
     {"surface", "m2/mol", "0",
-     PDI_SAYS("surface over its amount, as at the start of a step")},
+     PDI_SAYS("surface over its amount, which it follows as it grows and dissolves")},
     {"exponent", "-", "1",
      PDI_SAYS("p of that law")},
     {"nucleation", "-", "0",
