@@ -378,12 +378,13 @@ TEST(full_lacks_acid)
 }
 
 /* Derivatives of amounts with totals against differences, of kinetic minerals and of those in equilibrium. */
-TEST(derivatives)
+static void derive(double surface)
 {
     mixture v;
     pd_mineral of[3];
     body(&v, of);
     of[1].rate = 1e-3;
+    of[2].surface = surface;
     if (!build(&v, PD_ACTIVITY_DAVIES, of, 3)) return;
     double c[PD_SPECIES_MOST] = {0.0}, n[3] = {1.0, 2.0, 1.5}, first[3] = {1.0, 2.0, 1.5}, total[PD_SPECIES_MOST];
     double by[3 * PD_SPECIES_MOST];
@@ -412,6 +413,49 @@ TEST(derivatives)
         for (int s = 0; s < 3; s++)
             CHECK_NEAR(by[s * test_system.count + k], (ends[1][s] - ends[0][s]) / (2.0 * step), 1e-5);
     }
+}
+
+TEST(derivatives) { derive(0.0); }
+TEST(derivatives_of_spreading) { derive(1e-2); }
+
+/* A mineral whose surface grows with its amount has that of the end of the step, and one that dissolves is never gone
+ * without a surface of its own. A stage that would begin with less than nothing goes on from the one before. */
+TEST(spreading)
+{
+    mixture v;
+    pd_mineral of;
+    mix_begin(&v);
+    mix_species(&v, "Aa", "Na", 1e-9);
+    mix_species(&v, "Bb", "K", 1e-9);
+    memset(&of, 0, sizeof of);
+    of.species = mix_species(&v, "NaK(s)", NULL, 0.0);
+    of.surface = 0.3;
+    mix_reaction(&v, "NaK(s) = Aa + Bb", -6.0, 0.0, NULL); /* K of 1 mol2/m6 */
+    for (int k = 0; k < 16; k++) {
+        static const double steps[4] = {1e-3, 1.0, 1e3, 1e9};
+        double c[2] = {k % 2 ? 3.0 : 0.1, k % 2 ? 2.0 : 0.2}, n = 1e-3, first = n, a = c[0], dt = steps[k / 4];
+        pd_mineral_start start;
+        of.rate = k % 4 < 2 ? 0.0 : 1e-4;
+        if (!build(&v, PD_ACTIVITY_IDEAL, &of, 1)) return;
+        start.dt = dt;
+        start.start = &first;
+        pdi_mineral_begin(&test_system, &test_minerals, &n, c, &start);
+        CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, c, c, &n), PD_OK);
+        double speed = (of.rate + of.surface * n) * (c[0] * c[1] - 1.0);
+        CHECK(of.rate > 0.0 || n > 0.0);
+        if (n > 0.0 && dt < 1e6) CHECK_NEAR(n - first, dt * speed, 1e-11 * dt);
+        if (n > 0.0 && dt > 1e6) CHECK_NEAR(k % 2 ? c[0] * c[1] : n, k % 2 ? 1.0 : 0.0, 1e-8);
+        CHECK_NEAR(c[0] + n, a + first, 1e-14);
+    }
+    pd_mineral_start start;
+    double n = 1e-3, c[2] = {0.1, 0.2}, amount = -2e-3;
+    of.rate = 0.0;
+    if (!build(&v, PD_ACTIVITY_IDEAL, &of, 1)) return;
+    pdi_mineral_begin(&test_system, &test_minerals, &n, c, &start);
+    CHECK_INT(pdi_mineral_resume(&start, 0, 4e-4, 2.5, &amount), 1);
+    CHECK_NEAR(amount, 4e-4, 1e-18);
+    CHECK_NEAR(start.grow[0], 0.75, 1e-15);
+    CHECK_INT(pdi_mineral_resume(&start, 0, 4e-4, 2.5, &amount), 0);
 }
 
 /* A volume that has just become fluid: water is no equilibrium, so that it holds no H+, and the acid that brucite lacks
@@ -474,4 +518,5 @@ TEST(refusals)
 
 TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(laws) ENTRY(limits) ENTRY(stage_beyond) ENTRY(full_lacks_acid)
           ENTRY(empty_volume) ENTRY(two_fill_a_room) ENTRY(unlike_rooms) ENTRY(any_order_of_three) ENTRY(derivatives)
+          ENTRY(derivatives_of_spreading) ENTRY(spreading)
           ENTRY(refusals))
