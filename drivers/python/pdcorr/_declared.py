@@ -4147,7 +4147,7 @@ def declare(dim):
         ('expr', POINTER(pd_expr)),
         ('x', c_double * dim),
         ('middle', c_int),
-        ('faint', c_double),
+        ('fold', c_double),
     ]
 
     class pd_vary(Structure):
