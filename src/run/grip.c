@@ -54,13 +54,41 @@ static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
     return inner >= 0 && s->stiff[inner] > 0.0 ? inner : -1;
 }
 
-/* 1: the two rows behind those that side `side` holds along axis d are free on the line of point i. */
+/* 1: the two rows behind those that the side of grip k holds along axis d are free on the line of point i. */
 static int pdi_grip_follows(const pd_grips *g, int k, int32_t i, int d)
 {
     const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side;
     int32_t first = pdi_grip_inner(g, i, side, g->rows[k]), next = pdi_grip_inner(g, i, side, g->rows[k] + 1);
     return first >= 0 && next >= 0 && !s->held[(int64_t)first * PD_DIM + d] && !s->held[(int64_t)next * PD_DIM + d];
+}
+
+/* A point whose line point i follows along axis d: its own one, or, where the body is too thin there, the nearest one
+ * within as many cells along the side as the side holds rows. -1: there is none. */
+static int32_t pdi_grip_leader(const pd_grips *g, int k, int32_t i, int d)
+{
+    const pd_structure *s = g->structure;
+    int axis = g->setup->metal_body.grip[k].side / 2, wide = 2 * g->rows[k] + 1, all = 1, at[PD_DIM], most = 0;
+    int32_t best = -1;
+    if (pdi_grip_follows(g, k, i, d)) return i;
+    for (int a = 1; a < PD_DIM; a++) all *= wide;
+    for (int n = 0; n < all; n++) {
+        int square = 0;
+        pdi_grid_index(s->grid, s->node[i], at);
+        for (int a = 0, rest = n; a < PD_DIM; a++) {
+            if (a == axis) continue;
+            int step = rest % wide - g->rows[k];
+            rest /= wide;
+            at[a] += step;
+            square += step * step;
+        }
+        if (!pdi_grid_inside(s->grid, at) || (best >= 0 && square >= most)) continue;
+        int32_t other = s->point[pd_grid_node(s->grid, at)];
+        if (other < 0 || !pdi_grip_follows(g, k, other, d)) continue;
+        best = other;
+        most = square;
+    }
+    return best;
 }
 
 /* A side moves its face by the strain of free rows: there have to be some. */
@@ -78,6 +106,137 @@ static pd_status pdi_grip_leads(pd_ctx *ctx, const pd_grips *g, int k)
                             pdi_setup_side_name(grip->side), g->rows[k]);
     }
     return PD_OK;
+}
+
+/* The metal that is met first on the line of a point from a side on. */
+typedef struct pdi_grip_run {
+    int row;     /* of the point in it */
+    int rows;    /* of it, as far as they are counted; 0: the point lies deep, or behind other metal */
+    int through; /* 1: it ends at the opposite side */
+} pdi_grip_run;
+
+/* Rows from a side on that may bear its traction. */
+static int pdi_grip_reach(const pd_grips *g) { return 2 * (int)ceil(g->structure->desc.m + 1.0); }
+
+static pdi_grip_run pdi_grip_line(const pd_grips *g, int32_t i, int side)
+{
+    pdi_grip_run run = {0, 0, 0};
+    int row = pdi_grip_row(g, i, side), most = 2 * pdi_grip_reach(g), first = row, last = row;
+    if (row >= most || !(g->structure->stiff[i] > 0.0)) return run;
+    while (pdi_grip_inner(g, i, side, first - 1) >= 0) first--;
+    for (int front = first - 2; front >= 0; front--)
+        if (pdi_grip_inner(g, i, side, front) >= 0) return run;
+    while (last + 1 - first < most && pdi_grip_inner(g, i, side, last + 1) >= 0) last++;
+    run.row = row - first;
+    run.rows = last - first + 1;
+    run.through = last == g->structure->grid->n[side / 2] - 1;
+    return run;
+}
+
+/* [1/m] The part of (8.5) along the axis of a side, inward. */
+static double pdi_grip_edge(const pd_grips *g, int32_t i, int side)
+{
+    const pd_structure *s = g->structure;
+    double edge[PD_DIM];
+    if (s->solid.edge) memcpy(edge, s->solid.edge + (int64_t)i * PD_DIM, sizeof edge);
+    else pdi_microelastic_edge(&s->springs, i, edge);
+    return side % 2 ? -edge[side / 2] : edge[side / 2];
+}
+
+/* What a point bears of a traction on a side. */
+typedef struct pdi_grip_part {
+    double bears[PD_DIM];   /* [1/m] of each component, over its volume */
+    double spreads[PD_DIM]; /* 1: it takes its share of what is left over */
+} pdi_grip_part;
+
+/* 0: point i bears nothing of the traction of grip k. In metal thinner than two layers of (8.5) the c of both sides
+ * overlap. Where the opposite side holds a component, the c of its rows that are free is all that of the loaded side,
+ * and what is left over goes into the rows that are held. The image of a load behind a plane of symmetry is the c of
+ * the image, along the axis; else each half of the metal bears its own c, and what is left over is spread over all of
+ * it (theory: 8.7). */
+static int pdi_grip_bears(const pd_grips *g, int k, int32_t i, pdi_grip_part *part)
+{
+    const pd_structure *s = g->structure;
+    int side = g->setup->metal_body.grip[k].side, axis = side / 2, depth = pdi_grip_depth(g);
+    pdi_grip_run run = pdi_grip_line(g, i, side);
+    int image = run.through && s->desc.mirrors >> (side ^ 1) & 1, rows = image ? 2 * run.rows : run.rows;
+    int thin = rows < 2 * depth, row = pdi_grip_row(g, i, side), last = s->grid->n[axis] - 1 - row < depth;
+    double half = row >= pdi_grip_reach(g) || 2 * run.row >= rows ? 0.0 : 2 * run.row + 1 == rows ? 0.5 : 1.0;
+    if (!run.rows || (!thin && !(half > 0.0))) return 0;
+    double edge = pdi_grip_edge(g, i, side);
+    for (int d = 0; d < PD_DIM; d++) {
+        int held = thin && run.through && g->faces[k] >> d & 1;
+        part->bears[d] = held ? (last ? 0.0 : edge) : half * edge;
+        part->spreads[d] = thin && (held ? last : !image || d != axis) ? 1.0 : 0.0;
+    }
+    return 1;
+}
+
+/* What all points bear of each component of the traction of grip k, and the volume of those that take what is left. */
+static void pdi_grip_sum(const pd_grips *g, int k, double *bears, double *spreads)
+{
+    for (int d = 0; d < PD_DIM; d++) bears[d] = spreads[d] = 0.0;
+    for (int32_t i = 0; i < g->structure->count; i++) {
+        double volume = g->structure->body.volume[i];
+        pdi_grip_part part;
+        if (!pdi_grip_bears(g, k, i, &part)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            bears[d] += volume * part.bears[d];
+            spreads[d] += volume * part.spreads[d];
+        }
+    }
+}
+
+/* What points bear of the traction of grip k at the start. In thick metal it is the area. */
+static void pdi_grip_bear(pd_grips *g, int k)
+{
+    const pd_setup_body *b = &g->setup->metal_body;
+    double bears[PD_DIM], spreads[PD_DIM];
+    int thin = 0;
+    for (int d = 0; d < PD_DIM; d++) g->borne[k][d] = g->area[k];
+    if (!b->grip[k].pulls && !b->grip[k].presses) return;
+    for (int other = 0; other < b->grips; other++)
+        for (int d = 0; d < PD_DIM && b->grip[other].side == (b->grip[k].side ^ 1); d++)
+            g->faces[k] |= b->grip[other].moves[d] << d;
+    for (int32_t i = 0; i < g->structure->count && !thin; i++) {
+        int side = b->grip[k].side, image = g->structure->desc.mirrors >> (side ^ 1) & 1;
+        pdi_grip_run run = pdi_grip_line(g, i, side);
+        thin = run.rows && (image && run.through ? 2 * run.rows : run.rows) < 2 * pdi_grip_depth(g);
+    }
+    if (!thin) return;
+    pdi_grip_sum(g, k, bears, spreads);
+    for (int d = 0; d < PD_DIM; d++)
+        if (fabs(bears[d] - g->area[k]) > PDI_GRIP_EXACT * g->area[k]) g->borne[k][d] = bears[d];
+}
+
+/* How the traction of grip k is shared among points now. */
+typedef struct pdi_grip_shares {
+    double scale[PD_DIM];  /* [-] of what points bear */
+    double spread[PD_DIM]; /* [1/m] of what is left over, of points that take it */
+    double whole[PD_DIM];  /* [-] the sum of both over the area */
+} pdi_grip_shares;
+
+static pd_status pdi_grip_share(pd_ctx *ctx, const pd_grips *g, int k, double t, pdi_grip_shares *shares)
+{
+    double bears[PD_DIM], spreads[PD_DIM], area = g->area[k];
+    pdi_grip_sum(g, k, bears, spreads);
+    for (int d = 0; d < PD_DIM; d++) {
+        double borne = g->borne[k][d], none = PDI_GRIP_LEAST * area;
+        int little = fabs(borne) > none && !(bears[d] / borne > PDI_GRIP_LEAST);
+        if (little || !(fabs(borne) + spreads[d] > 0.0))
+            return pdi_fail(ctx, PD_ERR_STATE, "grip", "too little metal is left at the side %s to bear its traction at "
+                            "t = %g s", pdi_setup_side_name(g->setup->metal_body.grip[k].side), t);
+        shares->scale[d] = fabs(borne) > none && fabs(bears[d] - borne) > PDI_GRIP_EXACT * area ? borne / bears[d] : 1.0;
+        shares->spread[d] = spreads[d] > 0.0 ? (area - borne) / spreads[d] : 0.0;
+        shares->whole[d] = spreads[d] > 0.0 ? 1.0 : borne / area;
+    }
+    return PD_OK;
+}
+
+/* [1/m] What point i bears of component d, over its volume. */
+static double pdi_grip_shared(const pdi_grip_shares *shares, const pdi_grip_part *part, int d)
+{
+    return shares->scale[d] * part->bears[d] + shares->spread[d] * part->spreads[d];
 }
 
 PDI_FN void pdi_grip_list(pdi_owner *owner, void *object)
@@ -119,6 +278,7 @@ PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure 
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
     }
     for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_leads(ctx, g, k));
+    for (int k = 0; k < b->grips; k++) pdi_grip_bear(g, k);
     structure->rest.desc.extrapolation = &g->extrapolation;
     return pdi_owner_build(ctx, pdi_grip_list, g);
 }
@@ -134,16 +294,46 @@ static pd_status pdi_grip_finite(pd_ctx *ctx, const pd_setup_grip *grip, double 
                     x[0], t);
 }
 
-/* Point i, which side `side` of grip k holds, follows free rows along axis d. */
+/* Point i, which the side of grip k holds, follows free rows along axis d. */
 static void pdi_grip_extrapolate(const pd_grips *g, int k, int32_t i, int d, pd_extrapolation *all)
 {
     int side = g->setup->metal_body.grip[k].side;
-    if (pdi_structure_moves(g->structure) || !pdi_grip_follows(g, k, i, d)) return;
+    int32_t leader = pdi_grip_leader(g, k, i, d);
+    if (leader < 0) return;
     pd_extrapolated *row = all->row + all->count++;
     row->at = (int64_t)i * PD_DIM + d;
-    row->first = (int64_t)pdi_grip_inner(g, i, side, g->rows[k]) * PD_DIM + d;
-    row->next = (int64_t)pdi_grip_inner(g, i, side, g->rows[k] + 1) * PD_DIM + d;
+    row->first = (int64_t)pdi_grip_inner(g, leader, side, g->rows[k]) * PD_DIM + d;
+    row->next = (int64_t)pdi_grip_inner(g, leader, side, g->rows[k] + 1) * PD_DIM + d;
     row->part = pdi_grip_row(g, i, side) + 0.5;
+}
+
+/* Another grip whose side lies across another axis and holds point i along axis d, too; -1: there is none. */
+static int pdi_grip_across(const pd_grips *g, int k, int32_t i, int d)
+{
+    const pd_setup_body *b = &g->setup->metal_body;
+    for (int other = b->grips - 1; other >= 0; other--) {
+        const pd_setup_grip *grip = &b->grip[other];
+        if (grip->side >= 0 && grip->side / 2 != b->grip[k].side / 2 && grip->moves[d] && pdi_grip_holds(g, other, i))
+            return other;
+    }
+    return -1;
+}
+
+/* Point i lies where the side of grip k meets that of grip `other`, and both hold it along axis d. No row there is free.
+ * How the displacement changes with the distance from the side of k is what the other side says (theory: eq. 8.16b). */
+static pd_status pdi_grip_corner(pd_ctx *ctx, const pd_grips *g, int k, int other, int32_t i, int d, double t,
+                                 double *u)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[other];
+    double x[PD_DIM];
+    pd_grid_position(g->structure->grid, g->structure->node[i], x);
+    pdi_grip_to_side(g, grip->side, x);
+    double inside = pdi_setup_eval(&grip->move[d], x, t);
+    pdi_grip_to_side(g, g->setup->metal_body.grip[k].side, x);
+    double edge = pdi_setup_eval(&grip->move[d], x, t);
+    PDI_TRY(pdi_grip_finite(ctx, grip, edge, x, t));
+    if (fabs(inside - edge) >= PDI_GRIP_NONE) u[(int64_t)i * PD_DIM + d] += inside - edge;
+    return PD_OK;
 }
 
 /* Displacements that grip k gives point i. */
@@ -162,6 +352,16 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, int32_t i,
     return PD_OK;
 }
 
+/* How point i, which grip k holds along axis d, moves with its distance from the side of k. */
+static pd_status pdi_grip_behind(pd_ctx *ctx, pd_grips *g, int k, int32_t i, int d, double t, double *u)
+{
+    if (g->setup->metal_body.grip[k].side < 0 || pdi_structure_moves(g->structure)) return PD_OK;
+    int other = pdi_grip_across(g, k, i, d);
+    if (other >= 0) return pdi_grip_corner(ctx, g, k, other, i, d, t, u);
+    pdi_grip_extrapolate(g, k, i, d, &g->extrapolation);
+    return PD_OK;
+}
+
 /* Displacements of all that is held, and what follows free rows. The last grip of a point along an axis holds it. */
 static pd_status pdi_grip_moves(pd_ctx *ctx, pd_grips *g, double t, double *u)
 {
@@ -177,24 +377,13 @@ static pd_status pdi_grip_moves(pd_ctx *ctx, pd_grips *g, double t, double *u)
                 if (b->grip[k].moves[d]) last[d] = k;
         }
         for (int d = 0; d < PD_DIM; d++)
-            if (last[d] >= 0 && b->grip[last[d]].side >= 0) pdi_grip_extrapolate(g, last[d], i, d, &g->extrapolation);
+            if (last[d] >= 0) PDI_TRY(pdi_grip_behind(ctx, g, last[d], i, d, t, u));
     }
     for (int64_t k = 0; k < g->extrapolation.count; k++) {
         const pd_extrapolated *row = g->extrapolation.row + k;
         u[row->at] += row->part * (u[row->next] - u[row->first]);
     }
     return PD_OK;
-}
-
-/* How much point i bears of a traction on a side, over its volume [1/m]. Of springs the row at the side bears all. */
-static double pdi_grip_bears(const pd_grips *g, int32_t i, int side)
-{
-    const pd_structure *s = g->structure;
-    int axis = side / 2, reach = 2 * (int)ceil(s->desc.m + 1.0), row = pdi_grip_row(g, i, side);
-    if (!s->solid.edge) return row ? 0.0 : 1.0 / s->grid->h[axis];
-    if (row >= reach || 2 * row >= s->grid->n[axis] || !(s->stiff[i] > 0.0)) return 0.0;
-    double edge = s->solid.edge[(int64_t)i * PD_DIM + axis];
-    return side % 2 ? -edge : edge;
 }
 
 /* The traction of grip k at a place of its side, [PD_DIM] [Pa], and its size. */
@@ -227,8 +416,8 @@ typedef struct pdi_grip_resultants {
     double centre[PD_DIM], size;
     double rest[PD_DIM][1 + PD_DIM];     /* sums of components times parts that loads lack */
     double depth[PD_DIM];                /* sums of components times the distance from the side, over `size`, */
-    double depth_by[1 + PD_DIM];         /* and how they grow with corrections */
-    double by[1 + PD_DIM][1 + PD_DIM];   /* how sums grow with corrections by parts of the size of the traction */
+    double depth_by[PD_DIM][1 + PD_DIM]; /* and how they grow with corrections */
+    double by[PD_DIM][1 + PD_DIM][1 + PD_DIM]; /* how sums grow with corrections by parts of the size of the traction */
     double more[PD_DIM][1 + PD_DIM];     /* corrections */
 } pdi_grip_resultants;
 
@@ -238,10 +427,9 @@ static void pdi_grip_basis(const pdi_grip_resultants *w, const double *x, int ax
     for (int d = 0; d < PD_DIM; d++) basis[1 + d] = d == axis ? 0.0 : (x[d] - w->centre[d]) / w->size;
 }
 
-static void pdi_grip_add_resultant(pdi_grip_resultants *w, double area, const double *pull, const double *basis)
+static void pdi_grip_add_resultant(pdi_grip_resultants *w, int d, double force, const double *basis)
 {
-    for (int d = 0; d < PD_DIM; d++)
-        for (int p = 0; p <= PD_DIM; p++) w->rest[d][p] += area * pull[d] * basis[p];
+    for (int p = 0; p <= PD_DIM; p++) w->rest[d][p] += force * basis[p];
 }
 
 /* [m^(d-1)] Metal that is left on the side of grip k; centre and size of its faces. */
@@ -263,7 +451,7 @@ static double pdi_grip_loaded_area(const pd_grips *g, int k, pdi_grip_resultants
 
 /* What the traction is on faces of `face` [m^(d-1)], by Gauss's two points along each axis of them. */
 static pd_status pdi_grip_traction_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t, double face,
-                                              pdi_grip_resultants *w)
+                                              const pdi_grip_shares *shares, pdi_grip_resultants *w)
 {
     const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side, axis = side / 2;
@@ -277,33 +465,37 @@ static pd_status pdi_grip_traction_resultants(pd_ctx *ctx, const pd_grips *g, in
             pdi_grip_to_side(g, side, x);
             PDI_TRY(pdi_grip_traction(ctx, g, k, x, t, pull, &size));
             pdi_grip_basis(w, x, axis, basis);
-            pdi_grip_add_resultant(w, face / (1 << (PD_DIM - 1)), pull, basis);
+            for (int d = 0; d < PD_DIM; d++)
+                pdi_grip_add_resultant(w, d, face / (1 << (PD_DIM - 1)) * shares->whole[d] * pull[d], basis);
         }
     }
     return PD_OK;
 }
 
 /* What points bear of it. */
-static pd_status pdi_grip_nodal_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t, double scale,
-                                           pdi_grip_resultants *w)
+static pd_status pdi_grip_nodal_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t,
+                                           const pdi_grip_shares *shares, pdi_grip_resultants *w)
 {
     const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side, axis = side / 2;
     for (int32_t i = 0; i < s->count; i++) {
-        double bears = scale * pdi_grip_bears(g, i, side) * s->body.volume[i], x[PD_DIM], pull[PD_DIM], size;
-        double basis[1 + PD_DIM];
-        if (!(fabs(bears) > 0.0)) continue;
+        double x[PD_DIM], pull[PD_DIM], size, basis[1 + PD_DIM];
+        pdi_grip_part part;
+        if (!pdi_grip_bears(g, k, i, &part)) continue;
         pd_grid_position(s->grid, s->node[i], x);
         double inside = x[axis];
         pdi_grip_to_side(g, side, x);
         double depth = (inside - x[axis]) / w->size;
         PDI_TRY(pdi_grip_traction(ctx, g, k, x, t, pull, &size));
         pdi_grip_basis(w, x, axis, basis);
-        pdi_grip_add_resultant(w, -bears, pull, basis);
-        for (int d = 0; d < PD_DIM; d++) w->depth[d] += bears * pull[d] * depth;
-        for (int p = 0; p <= PD_DIM; p++) {
-            w->depth_by[p] += bears * size * basis[p] * depth;
-            for (int q = 0; q <= PD_DIM; q++) w->by[p][q] += bears * size * basis[p] * basis[q];
+        for (int d = 0; d < PD_DIM; d++) {
+            double bears = pdi_grip_shared(shares, &part, d) * s->body.volume[i];
+            pdi_grip_add_resultant(w, d, -bears * pull[d], basis);
+            w->depth[d] += bears * pull[d] * depth;
+            for (int p = 0; p <= PD_DIM; p++) {
+                w->depth_by[d][p] += bears * size * basis[p] * depth;
+                for (int q = 0; q <= PD_DIM; q++) w->by[d][p][q] += bears * size * basis[p] * basis[q];
+            }
         }
     }
     return PD_OK;
@@ -314,7 +506,7 @@ static void pdi_grip_solve_correction(const pd_grips *g, int d, pdi_grip_resulta
 {
     double a[1 + PD_DIM][1 + PD_DIM], *rest = w->rest[d], *more = w->more[d];
     int done[1 + PD_DIM] = {0};
-    memcpy(a, w->by, sizeof a);
+    memcpy(a, w->by[d], sizeof a);
     for (int p = 0; p <= PD_DIM; p++) {
         double least = p ? PDI_GRIP_ACROSS * g->structure->grid->h[p - 1] / w->size : 0.0;
         if (!(a[p][p] > least * least * a[0][0])) continue;
@@ -336,20 +528,21 @@ static void pdi_grip_solve_correction(const pd_grips *g, int d, pdi_grip_resulta
 /* Points beside corners bear a traction further inside than it acts. So the loads of one that differs from place to
  * place get its force and its moments back: they change by a share of its size that is linear along the side. Loads
  * along the side lie at a depth: what that turns the normal ones turn back. */
-static pd_status pdi_grip_match_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t, double scale,
-                                           pdi_grip_resultants *w)
+static pd_status pdi_grip_match_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t,
+                                           const pdi_grip_shares *shares, pdi_grip_resultants *w)
 {
     const pd_structure *s = g->structure;
     int axis = g->setup->metal_body.grip[k].side / 2;
     double area = pdi_grip_loaded_area(g, k, w);
     if (!(area > 0.0)) return PD_OK;
     /* the load stays as metal goes */
-    PDI_TRY(pdi_grip_traction_resultants(ctx, g, k, t, s->body.volume[0] / s->grid->h[axis] * (g->area[k] / area), w));
-    PDI_TRY(pdi_grip_nodal_resultants(ctx, g, k, t, scale, w));
+    double face = s->body.volume[0] / s->grid->h[axis] * (g->area[k] / area);
+    PDI_TRY(pdi_grip_traction_resultants(ctx, g, k, t, face, shares, w));
+    PDI_TRY(pdi_grip_nodal_resultants(ctx, g, k, t, shares, w));
     for (int b = 1; b < PD_DIM; b++) {
         int d = (axis + b) % PD_DIM;
         pdi_grip_solve_correction(g, d, w);
-        for (int p = 0; p <= PD_DIM; p++) w->depth[d] += w->depth_by[p] * w->more[d][p];
+        for (int p = 0; p <= PD_DIM; p++) w->depth[d] += w->depth_by[d][p] * w->more[d][p];
         w->rest[axis][1 + d] += w->depth[d];
     }
     pdi_grip_solve_correction(g, axis, w);
@@ -361,25 +554,22 @@ static pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *g, int k, double t, 
 {
     const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side, axis = side / 2, varies = pdi_grip_nonuniform(g, k);
-    double sum = 0.0, scale = 1.0;
     pdi_grip_resultants w;
-    for (int32_t i = 0; i < s->count; i++) sum += s->body.volume[i] * pdi_grip_bears(g, i, side);
-    if (!(sum > PDI_GRIP_LEAST * g->area[k]))
-        return pdi_fail(ctx, PD_ERR_STATE, "grip", "too little metal is left at the side %s to bear its traction at "
-                        "t = %g s", pdi_setup_side_name(side), t);
-    if (fabs(sum - g->area[k]) > PDI_GRIP_EXACT * g->area[k]) scale = g->area[k] / sum;
+    pdi_grip_shares shares;
+    PDI_TRY(pdi_grip_share(ctx, g, k, t, &shares));
     memset(&w, 0, sizeof w);
-    if (varies) PDI_TRY(pdi_grip_match_resultants(ctx, g, k, t, scale, &w));
+    if (varies) PDI_TRY(pdi_grip_match_resultants(ctx, g, k, t, &shares, &w));
     for (int32_t i = 0; i < s->count; i++) {
-        double share = scale * pdi_grip_bears(g, i, side), x[PD_DIM], pull[PD_DIM], basis[1 + PD_DIM], size;
-        if (!(fabs(share) > 0.0)) continue;
+        double x[PD_DIM], pull[PD_DIM], basis[1 + PD_DIM], size;
+        pdi_grip_part part;
+        if (!pdi_grip_bears(g, k, i, &part)) continue;
         pd_grid_position(s->grid, s->node[i], x);
         pdi_grip_to_side(g, side, x);
         PDI_TRY(pdi_grip_traction(ctx, g, k, x, t, pull, &size));
         if (varies) pdi_grip_basis(&w, x, axis, basis);
         for (int d = 0; d < PD_DIM; d++) {
             for (int p = 0; p <= PD_DIM && varies; p++) pull[d] += w.more[d][p] * basis[p] * size;
-            load[(int64_t)i * PD_DIM + d] += share * pull[d];
+            load[(int64_t)i * PD_DIM + d] += pdi_grip_shared(&shares, &part, d) * pull[d];
         }
     }
     return PD_OK;

@@ -9,6 +9,8 @@ typedef struct pd_grips {
     pd_structure *structure;
     int rows[PD_SETUP_GRIPS];    /* of nodes beside a side that it holds */
     double area[PD_SETUP_GRIPS]; /* [m^(d-1)] of metal on a side at the start */
+    double borne[PD_SETUP_GRIPS][PD_DIM]; /* [m^(d-1)] of it, by (8.5), of each component of a traction */
+    int faces[PD_SETUP_GRIPS];   /* bit d: the opposite side holds component d */
     int64_t led;                 /* components of points that sides hold */
     pd_extrapolation extrapolation; /* [led] room of how they follow free rows, as of the last load */
 } pd_grips;

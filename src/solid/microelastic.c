@@ -71,12 +71,18 @@ PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, microelastic, released, "J");
 }
 
+/* [Pa] The modulus along an axis. */
+static double pdi_microelastic_along(const pd_microelastic *m)
+{
+    static const double stiff[2] = {6.0 / 5.0, 9.0 / 8.0};
+    return m->desc.young * (PD_DIM == 1 ? 1.0 : stiff[PD_DIM == 2 && m->desc.plane == PD_PLANE_STRESS]);
+}
+
 /* Modulus, weights and critical stretch of the lattice. */
 static void pdi_microelastic_calibrate(pd_microelastic *m)
 {
-    /* the modulus along an axis over E, and the mean of |n.e| over all directions */
-    static const double stiff[2] = {6.0 / 5.0, 9.0 / 8.0}, mean[3] = {1.0, 2.0 / PDI_PI, 0.5};
-    double wanted = m->desc.young * (PD_DIM == 1 ? 1.0 : stiff[PD_DIM == 2 && m->desc.plane == PD_PLANE_STRESS]);
+    static const double mean[3] = {1.0, 2.0 / PDI_PI, 0.5}; /* of |n.e| over all directions */
+    double wanted = pdi_microelastic_along(m);
     pdi_microelastic_sums plain, cubic;
     if (PD_DIM > 1) {
         pdi_microelastic_sum(m, 0, NULL, &plain);
@@ -265,6 +271,17 @@ static int64_t pdi_microelastic_run(const pd_ctx *ctx, pd_microelastic *m, const
 int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const double *u, int breaks, double *force)
 {
     return pdi_microelastic_run(ctx, m, u, NULL, 0.0, breaks, force);
+}
+
+PDI_FN void pdi_microelastic_edge(const pd_microelastic *m, int32_t i, double *edge)
+{
+    double over = 3.0 * m->modulus / ((PD_DIM + 2.0) * pdi_microelastic_along(m)), xi[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) edge[d] = 0.0;
+    for (pd_walk f = pdi_walk_from(m->body, i); pdi_walk_next(&f);) {
+        pdi_springs_bond(&m->springs, i, f.to, xi);
+        double weight = (double)pdi_bond_weights_of(&m->weights, i, &f) * m->body->volume[f.to] / pdi_vec_norm(xi);
+        for (int d = 0; d < PD_DIM; d++) edge[d] += over * weight * xi[d];
+    }
 }
 
 /* Energy density of point i at displacements u [J/m3]. */
