@@ -134,7 +134,7 @@ spoil "contours too close" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 60 um,
 99 um\n[run]/" "bad.scene:10: contours: found 0 and 9e-06 m, expected growing radii a horizon m h or more apart, here \
 2e-05 m"
 spoil "metal too thin for its grips" "s/^\[run\]/$solid[run]/;s/-20 um .. 20 um/-60 um .. -20 um/" \
-    "bad.scene:8: grip: the side y- holds 4 rows of nodes, two horizons, and no line of metal has two more that are \
+    "bad.scene:8: grip: the side y- holds 4 rows of nodes, two horizons, and no line of metal has one more that is \
 free behind them: choose a smaller h, or a grip"
 spoil "metal too thin to bear" "s/^\[run\]/$solid[run]/;s/-20 um .. 20 um/-60 um .. -50 um/" \
     "bad.scene:8: structure: the metal is too thin to bear loads: no node has bonds along all directions; choose a \

@@ -481,7 +481,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
 static double pdi_footprint_balance(const pd_setup *u, pdi_footprint_plan *plan, pd_structure *s)
 {
     pd_solid solid = pdi_structure_table(s);
-    pd_extrapolation follows;
+    pd_interpolation follows;
     pd_equilibrium_desc desc;
     pdi_equilibrium q;
     double m = u->metal_body.m;
@@ -491,7 +491,7 @@ static double pdi_footprint_balance(const pd_setup *u, pdi_footprint_plan *plan,
     for (int k = 0; k < u->metal_body.grips; k++)
         for (int d = 0; d < PD_DIM && u->metal_body.grip[k].side >= 0; d++)
             follows.count += u->metal_body.grip[k].moves[d];
-    desc.extrapolation = &follows;
+    desc.interpolation = &follows;
     q.solid = &solid;
     q.desc = &desc;
     q.n = s->rest.n;

@@ -54,13 +54,11 @@ static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
     return inner >= 0 && s->stiff[inner] > 0.0 ? inner : -1;
 }
 
-/* 1: the two rows behind those that the side of grip k holds along axis d are free on the line of point i. */
+/* 1: the row behind those that the side of grip k holds is free along axis d on the line of point i. */
 static int pdi_grip_follows(const pd_grips *g, int k, int32_t i, int d)
 {
-    const pd_structure *s = g->structure;
-    int side = g->setup->metal_body.grip[k].side;
-    int32_t first = pdi_grip_inner(g, i, side, g->rows[k]), next = pdi_grip_inner(g, i, side, g->rows[k] + 1);
-    return first >= 0 && next >= 0 && !s->held[(int64_t)first * PD_DIM + d] && !s->held[(int64_t)next * PD_DIM + d];
+    int32_t first = pdi_grip_inner(g, i, g->setup->metal_body.grip[k].side, g->rows[k]);
+    return first >= 0 && !g->structure->held[(int64_t)first * PD_DIM + d];
 }
 
 /* A point whose line point i follows along axis d: its own one, or, where the body is too thin there, the nearest one
@@ -91,7 +89,7 @@ static int32_t pdi_grip_leader(const pd_grips *g, int k, int32_t i, int d)
     return best;
 }
 
-/* A side moves its face by the strain of free rows: there have to be some. */
+/* Rows that a side holds follow free ones: there have to be some. */
 static pd_status pdi_grip_leads(pd_ctx *ctx, const pd_grips *g, int k)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
@@ -102,7 +100,7 @@ static pd_status pdi_grip_leads(pd_ctx *ctx, const pd_grips *g, int k)
             found = pdi_grip_row(g, i, grip->side) == 0 && pdi_grip_follows(g, k, i, d);
         if (!found)
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "the side %s holds %d rows of nodes, two horizons, and no "
-                            "line of metal has two more that are free behind them: choose a smaller h, or a grip",
+                            "line of metal has one more that is free behind them: choose a smaller h, or a grip",
                             pdi_setup_side_name(grip->side), g->rows[k]);
     }
     return PD_OK;
@@ -187,26 +185,42 @@ static void pdi_grip_sum(const pd_grips *g, int k, double *bears, double *spread
     }
 }
 
+/* The c of the linear peridynamic solid is a fit in 2D and 3D. A horizon of free rows and one more evens it out. */
+static pd_status pdi_grip_thin(pd_ctx *ctx, const pd_grips *g, int k, const pdi_grip_run *run)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    int side = grip->side, expected = 3 * pdi_grip_depth(g) / 2 + 1;
+    int both = grip->pulls ? g->faces[k] : g->faces[k] & 1 << side / 2;
+    if (PD_DIM == 1 || g->structure->desc.material != PD_STRUCTURE_ORDINARY || !both || !run->through ||
+        run->rows >= expected)
+        return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "metal of %d cells between the side %s, which holds it, and %s, "
+                    "which loads it, expected at least %d of the ordinary material: choose a smaller h, or another one",
+                    run->rows, pdi_setup_side_name(side ^ 1), pdi_setup_side_name(side), expected);
+}
+
 /* What points bear of the traction of grip k at the start. In thick metal it is the area. */
-static void pdi_grip_bear(pd_grips *g, int k)
+static pd_status pdi_grip_bear(pd_ctx *ctx, pd_grips *g, int k)
 {
     const pd_setup_body *b = &g->setup->metal_body;
+    int side = b->grip[k].side, thin = 0;
     double bears[PD_DIM], spreads[PD_DIM];
-    int thin = 0;
     for (int d = 0; d < PD_DIM; d++) g->borne[k][d] = g->area[k];
-    if (!b->grip[k].pulls && !b->grip[k].presses) return;
+    if (!b->grip[k].pulls && !b->grip[k].presses) return PD_OK;
     for (int other = 0; other < b->grips; other++)
-        for (int d = 0; d < PD_DIM && b->grip[other].side == (b->grip[k].side ^ 1); d++)
+        for (int d = 0; d < PD_DIM && b->grip[other].side == (side ^ 1); d++)
             g->faces[k] |= b->grip[other].moves[d] << d;
-    for (int32_t i = 0; i < g->structure->count && !thin; i++) {
-        int side = b->grip[k].side, image = g->structure->desc.mirrors >> (side ^ 1) & 1;
+    for (int32_t i = 0; i < g->structure->count; i++) {
+        if (pdi_grip_row(g, i, side) > 0) continue;
         pdi_grip_run run = pdi_grip_line(g, i, side);
-        thin = run.rows && (image && run.through ? 2 * run.rows : run.rows) < 2 * pdi_grip_depth(g);
+        int image = run.through && g->structure->desc.mirrors >> (side ^ 1) & 1;
+        PDI_TRY(pdi_grip_thin(ctx, g, k, &run));
+        thin = thin || (run.rows && (image ? 2 * run.rows : run.rows) < 2 * pdi_grip_depth(g));
     }
-    if (!thin) return;
-    pdi_grip_sum(g, k, bears, spreads);
-    for (int d = 0; d < PD_DIM; d++)
+    if (thin) pdi_grip_sum(g, k, bears, spreads);
+    for (int d = 0; d < PD_DIM && thin; d++)
         if (fabs(bears[d] - g->area[k]) > PDI_GRIP_EXACT * g->area[k]) g->borne[k][d] = bears[d];
+    return PD_OK;
 }
 
 /* How the traction of grip k is shared among points now. */
@@ -219,14 +233,15 @@ typedef struct pdi_grip_shares {
 static pd_status pdi_grip_share(pd_ctx *ctx, const pd_grips *g, int k, double t, pdi_grip_shares *shares)
 {
     double bears[PD_DIM], spreads[PD_DIM], area = g->area[k];
+    memset(shares, 0, sizeof *shares);
     pdi_grip_sum(g, k, bears, spreads);
     for (int d = 0; d < PD_DIM; d++) {
-        double borne = g->borne[k][d], none = PDI_GRIP_LEAST * area;
-        int little = fabs(borne) > none && !(bears[d] / borne > PDI_GRIP_LEAST);
-        if (little || !(fabs(borne) + spreads[d] > 0.0))
-            return pdi_fail(ctx, PD_ERR_STATE, "grip", "too little metal is left at the side %s to bear its traction at "
-                            "t = %g s", pdi_setup_side_name(g->setup->metal_body.grip[k].side), t);
-        shares->scale[d] = fabs(borne) > none && fabs(bears[d] - borne) > PDI_GRIP_EXACT * area ? borne / bears[d] : 1.0;
+        double borne = g->borne[k][d];
+        int bearing = fabs(borne) > PDI_GRIP_LEAST * area;
+        if (bearing ? !(bears[d] / borne > PDI_GRIP_LEAST) : !(spreads[d] > 0.0))
+            return pdi_fail(ctx, PD_ERR_STATE, "grip", "too little metal is left at the side %s to bear its traction "
+                            "at t = %g s", pdi_setup_side_name(g->setup->metal_body.grip[k].side), t);
+        shares->scale[d] = bearing && fabs(bears[d] - borne) > PDI_GRIP_EXACT * area ? borne / bears[d] : 1.0;
         shares->spread[d] = spreads[d] > 0.0 ? (area - borne) / spreads[d] : 0.0;
         shares->whole[d] = spreads[d] > 0.0 ? 1.0 : borne / area;
     }
@@ -242,7 +257,7 @@ static double pdi_grip_shared(const pdi_grip_shares *shares, const pdi_grip_part
 PDI_FN void pdi_grip_list(pdi_owner *owner, void *object)
 {
     pd_grips *grips = (pd_grips *)object;
-    PDI_ARRAY(owner, grips, extrapolation.row, grips->led, "");
+    PDI_ARRAY(owner, grips, interpolation.row, grips->led, "");
 }
 
 PDI_FN void pdi_grip_free(pd_ctx *ctx, pd_grips *g)
@@ -278,8 +293,8 @@ PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure 
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
     }
     for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_leads(ctx, g, k));
-    for (int k = 0; k < b->grips; k++) pdi_grip_bear(g, k);
-    structure->rest.desc.extrapolation = &g->extrapolation;
+    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_bear(ctx, g, k));
+    structure->rest.desc.interpolation = &g->interpolation;
     return pdi_owner_build(ctx, pdi_grip_list, g);
 }
 
@@ -294,19 +309,6 @@ static pd_status pdi_grip_finite(pd_ctx *ctx, const pd_setup_grip *grip, double 
                     x[0], t);
 }
 
-/* Point i, which the side of grip k holds, follows free rows along axis d. */
-static void pdi_grip_extrapolate(const pd_grips *g, int k, int32_t i, int d, pd_extrapolation *all)
-{
-    int side = g->setup->metal_body.grip[k].side;
-    int32_t leader = pdi_grip_leader(g, k, i, d);
-    if (leader < 0) return;
-    pd_extrapolated *row = all->row + all->count++;
-    row->at = (int64_t)i * PD_DIM + d;
-    row->first = (int64_t)pdi_grip_inner(g, leader, side, g->rows[k]) * PD_DIM + d;
-    row->next = (int64_t)pdi_grip_inner(g, leader, side, g->rows[k] + 1) * PD_DIM + d;
-    row->part = pdi_grip_row(g, i, side) + 0.5;
-}
-
 /* Another grip whose side lies across another axis and holds point i along axis d, too; -1: there is none. */
 static int pdi_grip_across(const pd_grips *g, int k, int32_t i, int d)
 {
@@ -319,8 +321,8 @@ static int pdi_grip_across(const pd_grips *g, int k, int32_t i, int d)
     return -1;
 }
 
-/* Point i lies where the side of grip k meets that of grip `other`, and both hold it along axis d. No row there is free.
- * How the displacement changes with the distance from the side of k is what the other side says (theory: eq. 8.16b). */
+/* Point i lies where the side of grip k meets that of grip `other`, and both hold it along axis d: no row is free there.
+ * How the displacement changes with the distance from the side of k is what the other side says. */
 static pd_status pdi_grip_corner(pd_ctx *ctx, const pd_grips *g, int k, int other, int32_t i, int d, double t,
                                  double *u)
 {
@@ -352,21 +354,41 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, int32_t i,
     return PD_OK;
 }
 
+/* Point i, which the side of grip k holds, follows the first free row along axis d: so much of it as it lies nearer to
+ * that row than to the side. The rest is what the side gives it. */
+static pd_status pdi_grip_interpolate(pd_ctx *ctx, pd_grips *g, int k, int32_t i, int d, double t, double *u)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    int32_t leader = pdi_grip_leader(g, k, i, d);
+    double x[PD_DIM];
+    if (leader < 0) return PD_OK;
+    pd_interpolated *row = g->interpolation.row + g->interpolation.count++;
+    row->at = (int64_t)i * PD_DIM + d;
+    row->leader = (int64_t)pdi_grip_inner(g, leader, grip->side, g->rows[k]) * PD_DIM + d;
+    row->part = (pdi_grip_row(g, i, grip->side) + 0.5) / (g->rows[k] + 0.5);
+    row->face = pdi_grip_row(g, i, grip->side) == 0;
+    pd_grid_position(g->structure->grid, g->structure->node[leader], x);
+    pdi_grip_to_side(g, grip->side, x);
+    double given = pdi_setup_eval(&grip->move[d], x, t);
+    PDI_TRY(pdi_grip_finite(ctx, grip, given, x, t));
+    if (fabs(given) >= PDI_GRIP_NONE) u[row->at] -= row->part * given;
+    return PD_OK;
+}
+
 /* How point i, which grip k holds along axis d, moves with its distance from the side of k. */
 static pd_status pdi_grip_behind(pd_ctx *ctx, pd_grips *g, int k, int32_t i, int d, double t, double *u)
 {
     if (g->setup->metal_body.grip[k].side < 0 || pdi_structure_moves(g->structure)) return PD_OK;
     int other = pdi_grip_across(g, k, i, d);
     if (other >= 0) return pdi_grip_corner(ctx, g, k, other, i, d, t, u);
-    pdi_grip_extrapolate(g, k, i, d, &g->extrapolation);
-    return PD_OK;
+    return pdi_grip_interpolate(ctx, g, k, i, d, t, u);
 }
 
 /* Displacements of all that is held, and what follows free rows. The last grip of a point along an axis holds it. */
 static pd_status pdi_grip_moves(pd_ctx *ctx, pd_grips *g, double t, double *u)
 {
     const pd_setup_body *b = &g->setup->metal_body;
-    g->extrapolation.count = 0;
+    g->interpolation.count = 0;
     for (int32_t i = 0; i < g->structure->count; i++) {
         int last[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) last[d] = -1;
@@ -379,9 +401,9 @@ static pd_status pdi_grip_moves(pd_ctx *ctx, pd_grips *g, double t, double *u)
         for (int d = 0; d < PD_DIM; d++)
             if (last[d] >= 0) PDI_TRY(pdi_grip_behind(ctx, g, last[d], i, d, t, u));
     }
-    for (int64_t k = 0; k < g->extrapolation.count; k++) {
-        const pd_extrapolated *row = g->extrapolation.row + k;
-        u[row->at] += row->part * (u[row->next] - u[row->first]);
+    for (int64_t k = 0; k < g->interpolation.count; k++) {
+        const pd_interpolated *row = g->interpolation.row + k;
+        u[row->at] += row->part * u[row->leader];
     }
     return PD_OK;
 }
@@ -417,7 +439,7 @@ typedef struct pdi_grip_resultants {
     double rest[PD_DIM][1 + PD_DIM];     /* sums of components times parts that loads lack */
     double depth[PD_DIM];                /* sums of components times the distance from the side, over `size`, */
     double depth_by[PD_DIM][1 + PD_DIM]; /* and how they grow with corrections */
-    double by[PD_DIM][1 + PD_DIM][1 + PD_DIM]; /* how sums grow with corrections by parts of the size of the traction */
+    double by[PD_DIM][1 + PD_DIM][1 + PD_DIM]; /* how sums grow with corrections by parts of its size */
     double more[PD_DIM][1 + PD_DIM];     /* corrections */
 } pdi_grip_resultants;
 

@@ -12,7 +12,7 @@ typedef struct pd_grips {
     double borne[PD_SETUP_GRIPS][PD_DIM]; /* [m^(d-1)] of it, by (8.5), of each component of a traction */
     int faces[PD_SETUP_GRIPS];   /* bit d: the opposite side holds component d */
     int64_t led;                 /* components of points that sides hold */
-    pd_extrapolation extrapolation; /* [led] room of how they follow free rows, as of the last load */
+    pd_interpolation interpolation; /* [led] room of how they follow free rows, as of the last load */
 } pd_grips;
 
 #ifdef PDI_INTERNAL
@@ -22,7 +22,7 @@ PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure 
 PDI_FN void pdi_grip_free(pd_ctx *ctx, pd_grips *grips);
 PDI_FN void pdi_grip_list(pdi_owner *owner, void *grips);
 /* A pd_load_fn; user is the pd_grips. A side moves its face. It holds the rows of nodes beside it as far as bonds feel
- * that the body ends there; they move with the face and by the strain of the first rows that are free. A traction acts
+ * that the body ends there; they move as the straight line from the face to the first row that is free. A traction acts
  * on the metal that the side had at the start: the load stays as metal goes. PD_ERR_STATE: a value is not finite, or
  * too little metal is left to bear a traction. */
 PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, double *load);

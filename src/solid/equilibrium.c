@@ -49,16 +49,16 @@ static void pdi_equilibrium_apply(void *user, const double *x, double *y)
     for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
 }
 
-/* What is extrapolated moves with the free part of x [m]. */
+/* What is interpolated moves with the free part of x [m]. */
 static void pdi_equilibrium_follow(const pdi_equilibrium *q, double *x)
 {
-    for (int64_t k = 0; pdi_equilibrium_follows(q) && k < q->desc->extrapolation->count; k++) {
-        const pd_extrapolated *row = q->desc->extrapolation->row + k;
-        x[row->at] = row->part * (x[row->next] - x[row->first]);
+    for (int64_t k = 0; pdi_equilibrium_follows(q) && k < q->desc->interpolation->count; k++) {
+        const pd_interpolated *row = q->desc->interpolation->row + k;
+        x[row->at] = row->part * x[row->leader];
     }
 }
 
-/* The same along the free part of x, with what is extrapolated. */
+/* The same along the free part of x, with what is interpolated. */
 static void pdi_equilibrium_apply_whole(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
@@ -101,7 +101,7 @@ PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
         if (pdi_equilibrium_held(q, k)) y[k] = 0.0;
 }
 
-/* The coarse picture, with the diagonals of blocks as the springs of what is held. What is extrapolated follows the
+/* The coarse picture, with the diagonals of blocks as the springs of what is held. What is interpolated follows the
  * strain in the picture, too: only points that lie less than a spacing from the place that is given have springs. */
 static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
 {
@@ -109,9 +109,9 @@ static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
     q->solid->moduli(q->ctx, q->solid->self, q->lambda, q->mu);
     for (int64_t k = 0; k < q->n; k++)
         q->step[k] = pdi_equilibrium_held(q, k) && !(q->solid->follows && q->solid->follows[k]) ? q->diagonal[k] : 0.0;
-    for (int64_t k = 0; pdi_equilibrium_follows(q) && k < q->desc->extrapolation->count; k++) {
-        const pd_extrapolated *row = q->desc->extrapolation->row + k;
-        if (!(row->part < 1.0)) q->step[row->at] = 0.0;
+    for (int64_t k = 0; pdi_equilibrium_follows(q) && k < q->desc->interpolation->count; k++) {
+        const pd_interpolated *row = q->desc->interpolation->row + k;
+        if (!row->face) q->step[row->at] = 0.0;
     }
     pdi_scaffold_fill(q->ctx, (pd_scaffold *)&q->scaffold, q->lambda, q->mu, q->step);
 }
@@ -307,7 +307,7 @@ static pd_status pdi_equilibrium_solver(const pdi_equilibrium *q, int follows, p
     return pdi_krylov_build(q->ctx, &kd, krylov);
 }
 
-/* The linear step of what is not in balance, down to `target` [N]. `follows`: of what is extrapolated, too. */
+/* The linear step of what is not in balance, down to `target` [N]. `follows`: of what is interpolated, too. */
 static pd_status pdi_equilibrium_steps(pdi_equilibrium *q, pd_krylov *krylov, int follows, double target,
                                        pd_equilibrium_result *result)
 {

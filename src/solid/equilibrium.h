@@ -16,22 +16,23 @@
 /* Default of rtol. */
 #define PD_EQUILIBRIUM_RTOL 1e-10
 
-/* A displacement that is held and follows two that are free: u[at] = given + part (u[next] - u[first]). */
-typedef struct pd_extrapolated {
-    int64_t at, first, next; /* components of [count][PD_DIM] */
-    double part;             /* [-] */
-} pd_extrapolated;
+/* A displacement that is held and follows one that is free: u[at] = given + part u[leader]. */
+typedef struct pd_interpolated {
+    int64_t at, leader; /* components of [count][PD_DIM] */
+    double part;      /* [-] */
+    int face;         /* 1: it lies less than a spacing from the place that is given */
+} pd_interpolated;
 
 /* All of them. */
-typedef struct pd_extrapolation {
+typedef struct pd_interpolation {
     int64_t count;
-    pd_extrapolated *row; /* [count] */
-} pd_extrapolation;
+    pd_interpolated *row; /* [count] */
+} pd_interpolation;
 
 typedef struct pd_equilibrium_desc {
-    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement stays as it is, or is extrapolated; NULL: all are
+    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement stays as it is, or is interpolated; NULL: all are
                             * free. Borrowed */
-    const pd_extrapolation *extrapolation; /* of what is held; NULL: it stays. Borrowed */
+    const pd_interpolation *interpolation; /* of what is held; NULL: it stays. Borrowed */
     double rtol;           /* [-] of the forces of free points, over the loads and the forces on what is held in
                             * balance; 0: PD_EQUILIBRIUM_RTOL. Rounding of the displacements counts as balance */
     int max_iterations;    /* 0: 10000 */
@@ -47,7 +48,7 @@ typedef struct pd_equilibrium_result {
 
 #define pd_equilibrium_solve PD_NAME(pd_equilibrium_solve)
 
-/* u [count][PD_DIM] [m]: values of what is held, as they belong to the guess where they are extrapolated, and a guess
+/* u [count][PD_DIM] [m]: values of what is held, as they belong to the guess where they are interpolated, and a guess
  * of the rest; the displacements. load [count][PD_DIM] [N/m3], in the directions of the body as it was; NULL: none.
  * PD_NOT_CONVERGED: a linear material, u is the best of all.
  * PD_RETRY: Newton's method found no balance: a shorter step from a state in balance may. PD_ERR_STATE: a load or
@@ -71,7 +72,7 @@ typedef struct pdi_equilibrium {
     double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
     double *rest;  /* [n] [N] */
     double *step;  /* [n] [m] */
-    double *whole; /* [n] [m] a direction, with what is extrapolated; empty where nothing is */
+    double *whole; /* [n] [m] a direction, with what is interpolated; empty where nothing is */
     double *trial; /* [n] [m] of materials that are not linear */
     double *lambda, *mu;  /* [count] [Pa] where the moduli are known */
     pd_scaffold scaffold; /* where the moduli are known */
@@ -82,7 +83,7 @@ typedef struct pdi_equilibrium {
 /* 1: what is held follows what is free. */
 static inline int pdi_equilibrium_follows(const pdi_equilibrium *q)
 {
-    return q->desc->extrapolation && q->desc->extrapolation->count > 0;
+    return q->desc->interpolation && q->desc->interpolation->count > 0;
 }
 static inline int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k)
 {

@@ -77,15 +77,14 @@ static void pdi_quasi_static_keep(pd_quasi_static *q)
     memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
 }
 
-/* What is given moves that part of the way from the start of a step: what is extrapolated from the free points follows
+/* What is given moves that part of the way from the start of a step: what is interpolated from the free points follows
  * them as a whole. */
-static void pdi_quasi_static_extrapolate(pd_quasi_static *q, double part)
+static void pdi_quasi_static_interpolate(pd_quasi_static *q, double part)
 {
-    const pd_extrapolation *all = q->desc.extrapolation;
+    const pd_interpolation *all = q->desc.interpolation;
     for (int64_t k = 0; all && part < 1.0 && k < all->count; k++) {
-        const pd_extrapolated *row = all->row + k;
-        double now = q->u[row->next] - q->u[row->first], was = q->start[row->next] - q->start[row->first];
-        q->u[row->at] += (1.0 - part) * row->part * (now - was);
+        const pd_interpolated *row = all->row + k;
+        q->u[row->at] += (1.0 - part) * row->part * (q->u[row->leader] - q->start[row->leader]);
     }
 }
 
@@ -101,7 +100,7 @@ static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t
         if (part < 1.0) q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
         if (pdi_quasi_static_held(q, k)) q->u[k] = *start + part * (q->u[k] - *start);
     }
-    pdi_quasi_static_extrapolate(q, part);
+    pdi_quasi_static_interpolate(q, part);
     return PD_OK;
 }
 
@@ -236,7 +235,7 @@ static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double 
         pd_equilibrium_result result;
         memset(&desc, 0, sizeof desc);
         desc.held = q->desc.held;
-        desc.extrapolation = q->desc.extrapolation;
+        desc.interpolation = q->desc.interpolation;
         desc.rtol = q->desc.rtol;
         desc.swing = q->force;
         status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);

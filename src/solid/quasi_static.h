@@ -20,7 +20,7 @@ typedef struct pd_quasi_static_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
     pd_load_fn load;
     void *user;
-    const pd_extrapolation *extrapolation; /* how what is held follows what is free, as of the last call of load; NULL:
+    const pd_interpolation *interpolation; /* how what is held follows what is free, as of the last call of load; NULL:
                             * it does not. What depends on the balance in any other way is asked for again until it
                             * stays. Borrowed */
     pd_criterion_desc criterion; /* by which bonds break; zero: none does */

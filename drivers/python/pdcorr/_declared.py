@@ -2412,9 +2412,9 @@ def declare(dim):
         pass
     pd_extrapolated._fields_ = [
         ('at', c_int64),
-        ('first', c_int64),
-        ('next', c_int64),
+        ('from', c_int64),
         ('part', c_double),
+        ('face', c_int),
     ]
 
     class pd_extrapolation(Structure):
@@ -4034,6 +4034,8 @@ def declare(dim):
         ('structure', POINTER(pd_structure)),
         ('rows', c_int * 16),
         ('area', c_double * 16),
+        ('borne', c_double * dim * 16),
+        ('faces', c_int * 16),
         ('led', c_int64),
         ('extrapolation', pd_extrapolation),
     ]
