@@ -11,6 +11,9 @@
 /* Least share of the metal of a side that may bear its traction. */
 #define PDI_GRIP_LEAST 0.01
 
+/* Parts of an area that sums of loads are counted in. Parts of points add up to a few areas. */
+#define PDI_GRIP_UNITS 72057594037927936.0 /* 2^56 */
+
 /* Moments along an axis are left out where what is loaded extends by less than that many cells. */
 #define PDI_GRIP_ACROSS 0.1
 
@@ -170,18 +173,23 @@ static int pdi_grip_bears(const pd_grips *g, int k, int32_t i, pdi_grip_part *pa
     return 1;
 }
 
-/* What all points bear of each component of the traction of grip k, and the volume of those that take what is left. */
+/* What all points bear of each component of the traction of grip k, and the volume of those that take what is left.
+ * Whole numbers do not depend on the order of points, so mirrored sides bear the same to the bit. */
 static void pdi_grip_sum(const pd_grips *g, int k, double *bears, double *spreads)
 {
-    for (int d = 0; d < PD_DIM; d++) bears[d] = spreads[d] = 0.0;
+    int64_t units[PD_DIM] = {0}, points[PD_DIM] = {0};
+    double cell = g->structure->body.volume[0];
     for (int32_t i = 0; i < g->structure->count; i++) {
-        double volume = g->structure->body.volume[i];
         pdi_grip_part part;
         if (!pdi_grip_bears(g, k, i, &part)) continue;
         for (int d = 0; d < PD_DIM; d++) {
-            bears[d] += volume * part.bears[d];
-            spreads[d] += volume * part.spreads[d];
+            units[d] += (int64_t)llround(cell * part.bears[d] / g->area[k] * PDI_GRIP_UNITS);
+            points[d] += part.spreads[d] > 0.0;
         }
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        bears[d] = (double)units[d] / PDI_GRIP_UNITS * g->area[k];
+        spreads[d] = (double)points[d] * cell;
     }
 }
 
@@ -321,8 +329,8 @@ static int pdi_grip_across(const pd_grips *g, int k, int32_t i, int d)
     return -1;
 }
 
-/* Point i lies where the side of grip k meets that of grip `other`, and both hold it along axis d: no row is free there.
- * How the displacement changes with the distance from the side of k is what the other side says. */
+/* Point i lies where the side of grip k meets that of grip `other`, and both hold it along axis d: no row is free. How
+ * the displacement changes with the distance from the side of k is what the other side says (theory: eq. 8.16b). */
 static pd_status pdi_grip_corner(pd_ctx *ctx, const pd_grips *g, int k, int other, int32_t i, int d, double t,
                                  double *u)
 {
@@ -649,3 +657,4 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at)
 #undef PDI_GRIP_ACROSS
 #undef PDI_GRIP_EXACT
 #undef PDI_GRIP_LEAST
+#undef PDI_GRIP_UNITS

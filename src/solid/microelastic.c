@@ -7,6 +7,8 @@
 
 /* What a bond counts at least across itself, over what it does along, in blocks: so they can be inverted. */
 #define PDI_MICROELASTIC_ACROSS 1e-3
+/* Parts of 1/h that the layer at a surface is counted in. It is a few 1/h at most. */
+#define PDI_MICROELASTIC_UNITS 4503599627370496.0 /* 2^52 */
 
 /* Sums over the family of a point of an infinite lattice. */
 typedef struct pdi_microelastic_sums {
@@ -275,13 +277,15 @@ int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const doubl
 
 PDI_FN void pdi_microelastic_edge(const pd_microelastic *m, int32_t i, double *edge)
 {
-    double over = 3.0 * m->modulus / ((PD_DIM + 2.0) * pdi_microelastic_along(m)), xi[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) edge[d] = 0.0;
+    double over = 3.0 * m->modulus / ((PD_DIM + 2.0) * pdi_microelastic_along(m)) * m->body->spacing, xi[PD_DIM];
+    int64_t units[PD_DIM] = {0}; /* whole numbers, so that mirror images have the same bits */
     for (pd_walk f = pdi_walk_from(m->body, i); pdi_walk_next(&f);) {
         pdi_springs_bond(&m->springs, i, f.to, xi);
-        double weight = (double)pdi_bond_weights_of(&m->weights, i, &f) * m->body->volume[f.to] / pdi_vec_norm(xi);
-        for (int d = 0; d < PD_DIM; d++) edge[d] += over * weight * xi[d];
+        double weight = over * (double)pdi_bond_weights_of(&m->weights, i, &f) * m->body->volume[f.to];
+        double most = weight / pdi_vec_norm(xi) * PDI_MICROELASTIC_UNITS;
+        for (int d = 0; d < PD_DIM; d++) units[d] += (int64_t)llround(most * xi[d]);
     }
+    for (int d = 0; d < PD_DIM; d++) edge[d] = (double)units[d] / PDI_MICROELASTIC_UNITS / m->body->spacing;
 }
 
 /* Energy density of point i at displacements u [J/m3]. */
@@ -445,3 +449,4 @@ pd_solid pd_microelastic_solid(pd_microelastic *m)
 }
 
 #undef PDI_MICROELASTIC_ACROSS
+#undef PDI_MICROELASTIC_UNITS

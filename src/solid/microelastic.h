@@ -71,7 +71,7 @@ PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *material);
 /* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
 PDI_FN double pdi_microelastic_crack(const pd_microelastic *material, const double *n);
-/* [1/m] The vector c of point i: a uniform stress P has about the force P c (theory: eq. 8.8). Bonds that have broken
+/* [1/m] The vector c of point i: a uniform stress P has about the force P c (theory: eq. 8.8f). Bonds that have broken
  * count. */
 PDI_FN void pdi_microelastic_edge(const pd_microelastic *material, int32_t i, double *edge);
 /* Longest stable step [s] of explicit steps for a density [kg/m3]. */

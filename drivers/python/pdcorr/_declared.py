@@ -2408,27 +2408,27 @@ def declare(dim):
         ('factor', c_double),
     ]
 
-    class pd_extrapolated(Structure):
+    class pd_interpolated(Structure):
         pass
-    pd_extrapolated._fields_ = [
+    pd_interpolated._fields_ = [
         ('at', c_int64),
-        ('from', c_int64),
+        ('leader', c_int64),
         ('part', c_double),
         ('face', c_int),
     ]
 
-    class pd_extrapolation(Structure):
+    class pd_interpolation(Structure):
         pass
-    pd_extrapolation._fields_ = [
+    pd_interpolation._fields_ = [
         ('count', c_int64),
-        ('row', POINTER(pd_extrapolated)),
+        ('row', POINTER(pd_interpolated)),
     ]
 
     class pd_equilibrium_desc(Structure):
         pass
     pd_equilibrium_desc._fields_ = [
         ('held', POINTER(c_uint8)),
-        ('extrapolation', POINTER(pd_extrapolation)),
+        ('interpolation', POINTER(pd_interpolation)),
         ('rtol', c_double),
         ('max_iterations', c_int),
         ('swing', POINTER(c_double)),
@@ -2483,7 +2483,7 @@ def declare(dim):
         ('held', POINTER(c_uint8)),
         ('load', pd_load_fn),
         ('user', c_void_p),
-        ('extrapolation', POINTER(pd_extrapolation)),
+        ('interpolation', POINTER(pd_interpolation)),
         ('criterion', pd_criterion_desc),
         ('eager', c_double),
         ('rtol', c_double),
@@ -4037,7 +4037,7 @@ def declare(dim):
         ('borne', c_double * dim * 16),
         ('faces', c_int * 16),
         ('led', c_int64),
-        ('extrapolation', pd_extrapolation),
+        ('interpolation', pd_interpolation),
     ]
 
     class pd_surfaces(Structure):
