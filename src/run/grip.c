@@ -626,19 +626,40 @@ PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, dou
     return PD_OK;
 }
 
-PDI_FN void pdi_grip_reaction(const pd_grips *g, int k, double *force)
+/* What points bear of the traction of grip k, in sum. load [PD_DIM][points]: work. */
+static pd_status pdi_grip_loaded(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load, double *force)
+{
+    const pd_structure *s = g->structure;
+    pdi_sum sum[PD_DIM];
+    memset(sum, 0, sizeof sum);
+    PDI_TRY(pdi_grip_pull(ctx, g, k, t, load));
+    for (int64_t n = 0; n < (int64_t)s->count * PD_DIM; n++)
+        pdi_sum_add(&sum[n % PD_DIM], s->body.volume[n / PD_DIM] * load[n]);
+    for (int d = 0; d < PD_DIM; d++) force[d] = pdi_sum_total(&sum[d]);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_grip_force(pd_ctx *ctx, const pd_grips *g, int k, double t, double *force)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     const double *bonds = pdi_structure_force(g->structure), *load = pdi_structure_load(g->structure);
-    for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
-    for (int32_t i = 0; i < g->structure->count; i++) {
-        double volume = g->structure->body.volume[i];
-        if (!pdi_grip_holds(g, k, i)) continue;
-        for (int d = 0; d < PD_DIM; d++) {
-            int64_t n = (int64_t)i * PD_DIM + d;
-            if (grip->moves[d]) force[d] -= volume * (bonds[n] + load[n]);
-        }
+    int64_t count = (int64_t)g->structure->count * PD_DIM;
+    double *work = NULL, reaction[PD_DIM];
+    pd_status status = PD_OK;
+    for (int d = 0; d < PD_DIM; d++) force[d] = reaction[d] = 0.0;
+    if (grip->pulls || grip->presses) {
+        PDI_TRY(PDI_NEW(ctx, "grip", count, work));
+        status = pdi_grip_loaded(ctx, g, k, t, work, force);
+        PDI_DELETE(ctx, count, work);
     }
+    for (int64_t n = 0; n < count; n++) {
+        int32_t i = (int32_t)(n / PD_DIM);
+        if (grip->moves[n % PD_DIM] && pdi_grip_holds(g, k, i))
+            reaction[n % PD_DIM] -= g->structure->body.volume[i] * (bonds[n] + load[n]);
+    }
+    for (int d = 0; d < PD_DIM; d++)
+        if (grip->moves[d]) force[d] = reaction[d];
+    return status;
 }
 
 PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at)

@@ -26,8 +26,9 @@ PDI_FN void pdi_grip_list(pdi_owner *owner, void *grips);
  * on the metal that the side had at the start: the load stays as metal goes. PD_ERR_STATE: a value is not finite, or
  * too little metal is left to bear a traction. */
 PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, double *load);
-/* Force [N] (per m in 2D, per m2 in 1D) that grip k puts on the body, in the last balance. */
-PDI_FN void pdi_grip_reaction(const pd_grips *grips, int k, double *force);
+/* Force [N] (per m in 2D, per m2 in 1D) that grip k puts on the body: of components that it holds what they took in the
+ * last balance, of others its load at time t [s]. PD_ERR_STATE: as that of pdi_grip_load. */
+PDI_FN pd_status pdi_grip_force(pd_ctx *ctx, const pd_grips *grips, int k, double t, double *force);
 /* A pd_pace_fn; user is the pd_setup. */
 PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at);
 #endif

@@ -407,7 +407,7 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
     if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_cut(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_GRIP) {
         double force[PD_DIM];
-        pdi_grip_reaction(&model->grips, m->desc->index, force);
+        PDI_TRY(pdi_grip_force(ctx, &model->grips, m->desc->index, model->couple.time, force));
         pdi_monitor_put_vector(m, 'f', "", pdi_monitor_unit_force[PD_DIM - 1], force, 1.0);
     }
     return PD_OK;
