@@ -92,7 +92,7 @@ drivers: $(DRIVERS) ## build these and the programs of the reports
 # first kilobyte of the memory holds nothing. A clang that links with -O2 calls it by itself, and not with these options.
 WASM = -msimd128 -mbulk-memory -mnontrapping-fptoint -msign-ext
 WASM_OPT = --enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext \
-           --enable-mutable-globals -Os --const-hoisting -Os --low-memory-unused
+           --enable-mutable-globals -Os --const-hoisting -Oz --low-memory-unused
 WEB_LINK = --target=wasm32-wasi -mexec-model=reactor
 WEB_FLAGS = --target=wasm32-wasi $(WASM) -ftls-model=local-exec -std=c99 -O2 -fno-unroll-loops \
             -mllvm -inline-threshold=5 -ffp-contract=off -Wall -Wextra -Werror '-DPD_API=extern __attribute__((visibility("hidden")))'
