@@ -157,23 +157,86 @@ static double everywhere(void *user, const double *x)
     return 1.0;
 }
 
-/* The area of a ball, to the error of the area weights and of the lattice. The side walls, which hold too, lie beyond
- * the reach of the box. */
+/* A box of n cells of 1 m, which holds one shape; its sides hold nothing. */
+static scene *area_start(int n, int axisymmetric)
+{
+    scene *s = &test_scene;
+    scene_box(s, 1.0, 1.0, n, n, n);
+    for (int d = 0; d < PD_DIM; d++) {
+        s->grid_desc.lo[d] = axisymmetric && d == PD_DIM - 1 ? 0.0 : -0.5 * n;
+        s->grid_desc.hi[d] = s->grid_desc.lo[d] + n;
+    }
+    if (axisymmetric) s->grid_desc.side[2 * PD_DIM - 2] = PD_SIDE_MIRROR;
+    s->grid_desc.axisymmetric = axisymmetric;
+    s->grid_desc.wall = &s->shapes[0];
+    s->with = WITH_TRANSPORT;
+    s->transport_desc.diffusivity = D;
+    s->transport_desc.held = everywhere;
+    return s;
+}
+
+/* The area between the corners -at and at; 0: the test has failed. */
+static double area_within(scene *s, double at)
+{
+    double lo[3], hi[3], flux, area;
+    if (!scene_build(s)) return 0.0;
+    for (int d = 0; d < 3; d++) hi[d] = -(lo[d] = -at);
+    pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, -1, &flux, &area);
+    scene_free(s);
+    return area;
+}
+
+/* The largest error of the areas of balls of a radius [cells], at places a third of a cell apart, or rings of them. */
+static double area_error(double radius, int axisymmetric)
+{
+    double worst = 0.0;
+    int room = (int)radius + 4;
+    for (int k = 0; k < 9; k++) {
+        scene *s = area_start(2 * room, axisymmetric);
+        s->shapes[0].type = PD_SHAPE_BALL;
+        s->shapes[0].r = radius;
+        s->shapes[0].a[0] = k % 3 / 3.0;
+        s->shapes[0].a[1] = axisymmetric ? 0.0 : k / 3 / 3.0;
+        double exact = PD_DIM == 3 || axisymmetric ? 4.0 * pi * radius * radius : 2.0 * pi * radius;
+        worst = fmax(worst, fabs(area_within(s, room - 1.0) / exact - 1.0));
+    }
+    return worst;
+}
+
+/* Areas of balls and discs, and of balls on an axisymmetric lattice, are of fourth order wherever they lie: 0.07 % of
+ * them is missing at a radius of two cells. */
 TEST(area_of_a_ball)
 {
-    for (int n = 28; n <= 40; n += 12) {
-        scene *s = scene_start(n);
-        double lo[3] = {0.6, 0.13, 0.0}, hi[3] = {1.4, 0.87, 0.4}, flux, area;
-        s->shapes[0].type = PD_SHAPE_BALL;
-        s->shapes[0].r = 0.25;
-        s->shapes[0].a[0] = 1.0;
-        s->shapes[0].a[1] = 0.5;
-        s->grid_desc.wall = &s->shapes[0];
-        s->transport_desc.held = everywhere;
+    for (int axisymmetric = 0; axisymmetric < (PD_DIM == 2 ? 2 : 1); axisymmetric++) {
+        double small = area_error(2.0, axisymmetric), middle = area_error(5.0, axisymmetric);
+        double large = area_error(PD_DIM == 3 ? 10.0 : 20.0, axisymmetric);
+        printf("  balls of 2, 5 and %d cells: %.2g %.2g %.2g\n", PD_DIM == 3 ? 10 : 20, small, middle, large);
+        CHECK(small < 1e-3);
+        CHECK(middle < small * pow(2.0 / 5.0, 3.5));
+        CHECK(large < middle * pow(PD_DIM == 3 ? 0.5 : 0.25, 3.5));
+    }
+}
+
+/* Boxes whose faces are those of cells, and planes at any angle, to rounding. */
+TEST(area_of_flat_faces)
+{
+    scene *s = area_start(20, 0);
+    double lo[3] = {-3.0, -2.0, -4.0}, hi[3] = {2.0, 5.0, 3.0};
+    scene_solid_box(&s->shapes[0], lo, hi);
+    CHECK_REL(area_within(s, 9.0), PD_DIM == 2 ? 24.0 : 2.0 * (35.0 + 35.0 + 49.0), 1e-12);
+    for (int k = 1; k < 7; k++) { /* a slope of k/7: what 7 layers have repeats */
+        double area[20], flux[20], sum = 0.0;
+        s = area_start(20, 0);
+        s->shapes[0].type = PD_SHAPE_HALF_SPACE;
+        s->shapes[0].a[1] = 0.3;
+        s->shapes[0].b[0] = -k / 7.0;
+        s->shapes[0].b[1] = 1.0;
+        if (PD_DIM == 3) s->grid_desc.side[2 * PD_DIM - 1] = s->grid_desc.side[2 * PD_DIM - 2] = PD_SIDE_MIRROR;
         if (!scene_build(s)) return;
-        pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, -1, &flux, &area);
-        double exact = PD_DIM == 2 ? 2.0 * pi * 0.25 : 2.0 * pi * 0.25 * 0.25;
-        CHECK_REL(area, exact, 2e-2);
+        for (int d = 0; d < 3; d++) hi[d] = -(lo[d] = -9.0);
+        pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, 0, flux, area);
+        for (int layer = 6; layer < 13; layer++) sum += area[layer];
+        CHECK_REL(sum, (PD_DIM == 3 ? 18.0 : 1.0) * 7.0 * sqrt(1.0 + k * k / 49.0), 1e-9);
         scene_free(s);
     }
 }
@@ -200,4 +263,4 @@ TEST(box_of_a_stream)
 }
 
 TEST_MAIN(ENTRY(planes_agree) ENTRY(bulk_is_weighted_by_the_stream) ENTRY(walls_give_what_planes_carry)
-          ENTRY(area_of_a_ball) ENTRY(box_of_a_stream))
+          ENTRY(area_of_a_ball) ENTRY(area_of_flat_faces) ENTRY(box_of_a_stream))

@@ -1,8 +1,10 @@
 /* measure: see measure.h */
 #include "couple/measure.h"
 #include "core/par.h"
+#include "lattice/surface.h"
 #include "transport/amount.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static int pdi_measure_inside(const pd_grid *grid, int32_t node, const double *lo, const double *hi)
@@ -53,21 +55,37 @@ void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_tran
 
 /* ---- exchange ---- */
 
-/* Area of the surfaces that give metal, as a node sees it. Each of its bonds that ends behind such a surface counts
- * c(n) V. */
+/* Does the surface that cut bond k of a node meets give metal? */
+static int pdi_measure_gives(const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve, int32_t node,
+                             int k)
+{
+    double x[PD_DIM];
+    int all;
+    if (dissolve && pdi_path_metal(paths, node, pdi_path_closed_group(paths, node, k), &all)) return 1;
+    if (!t->desc.held) return 0;
+    pdi_bond_meet(paths, node, k, x);
+    pdi_grid_fold_images(t->grid, x);
+    return t->desc.held(t->desc.user, x) >= 0.0;
+}
+
+/* Area of the surfaces that give metal, as a node sees it: beside its closed faces where sides and smooth shapes have
+ * not receded. Elsewhere each of its bonds that ends behind such a surface counts c(n) V. */
 static double pdi_measure_area(const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve, int32_t node)
 {
     const pd_stencil *s = paths->stencil;
-    double sum = 0.0, x[PD_DIM];
+    double sum = 0.0;
     for (int k = 0; k < s->count; k++) {
-        if (!(s->area[k] > 0.0) || pdi_grid_open(t->grid->kind[node + paths->shift[k]])) continue;
-        int all, gives = dissolve && pdi_path_metal(paths, node, pdi_path_closed_group(paths, node, k), &all);
-        if (!gives && t->desc.held) {
-            pdi_bond_meet(paths, node, k, x);
-            pdi_grid_fold_images(t->grid, x);
-            gives = t->desc.held(t->desc.user, x) >= 0.0;
+        int axis = -1, steps = 0;
+        if (pdi_grid_open(t->grid->kind[node + paths->shift[k]])) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            if (s->offset[k * PD_DIM + d] != 0) axis = d;
+            steps += abs(s->offset[k * PD_DIM + d]);
         }
-        if (gives) sum += s->area[k] * s->volume * pdi_grid_around(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
+        int kept = pdi_bond_kept(paths, node, k);
+        if (kept ? steps > 1 : !(s->area[k] > 0.0)) continue;
+        if (!pdi_measure_gives(paths, t, dissolve, node, k)) continue;
+        if (kept) sum += pdi_surface_face(t->grid, node, axis, s->offset[k * PD_DIM + axis] > 0);
+        else sum += s->area[k] * s->volume * pdi_grid_around(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
     }
     return sum;
 }

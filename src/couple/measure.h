@@ -37,9 +37,10 @@ typedef struct pd_measure_box_result {
 PD_API void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis,
                              int index, pd_measure_plane_result *result);
 /* flux [mol/s]: what walls that hold a concentration, and with `dissolve` (or NULL) the metal, give to the fluid nodes
- * between lo and hi [m] at the end of the last step. area [m^(d-1)]: of these surfaces as those nodes see them, by the
- * area weights (theory: eq. 6.3) of `paths`, the better the wider their stencil; where a closed side meets them, a part
- * of a cell is missed. axis -1: one value each; otherwise [n of that axis], one for each layer of cells. */
+ * between lo and hi [m] at the end of the last step. area [m^(d-1)]: of these surfaces beside the faces of those nodes
+ * (theory: eq. 5.12b); where a shape has receded, or is one of voxels, as the nodes see them by the area weights (6.3)
+ * of `paths`, the better the wider their stencil, and where a closed side meets such a surface a part of a cell is
+ * missed. axis -1: one value each; otherwise [n of that axis], one for each layer of cells. */
 PD_API void pd_measure_exchange(pd_ctx *ctx, const pd_paths *paths, const pd_transport *transport,
                                 const pd_dissolve *dissolve, const double *lo, const double *hi, int axis, double *flux,
                                 double *area);

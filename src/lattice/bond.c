@@ -155,8 +155,7 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
     pdi_bond_curve(grid, shape, x, xi, cut);
 }
 
-/* The shape that may cut bonds to a closed node; -1: none, or none with a smooth surface. */
-static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
+PDI_FN int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
 {
     uint8_t kind = grid->kind[pdi_grid_image(grid, closed, NULL)];
     int shape = walled ? grid->wall : kind == PD_SOLID ? grid->solid : pdi_grid_open(kind) ? -1 : grid->wall;
@@ -248,6 +247,19 @@ static int pdi_bond_grazes(const pd_paths *paths, int32_t node, int k, int group
     if (walled || shape < 0 || pdi_bond_receded(paths, shape, node, k, group)) return 0;
     pd_grid_position(grid, node, x);
     return !(fabs(pdi_bond_distance(grid, shape, x, xi, cut->t)) < PDI_BOND_OFF * pdi_vec_least(grid->h));
+}
+
+PDI_FN int pdi_bond_kept(const pd_paths *paths, int32_t node, int k)
+{
+    const pd_grid *grid = paths->grid;
+    int group = pdi_path_closed_group(paths, node, k);
+    int32_t closed = pdi_path_closed_cell(paths, node, group);
+    double x[PD_DIM];
+    if (pdi_grid_walled(grid, closed)) return 1;
+    int shape = pdi_bond_shape(grid, closed, 0);
+    if (shape < 0 || pdi_bond_receded(paths, shape, node, k, group)) return 0;
+    pd_grid_position(grid, node, x);
+    return pdi_grid_level(grid, shape, x) > pdi_shape_tie(grid->h, x);
 }
 
 PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x)

@@ -25,11 +25,6 @@ typedef struct pdi_surface {
     int32_t closed;
 } pdi_surface;
 
-static double pdi_surface_level(const pdi_surface *r, int shape, const double *x)
-{
-    return pdi_grid_level(r->bonds->grid, shape, x);
-}
-
 /* First closed cell on the way; the side of the box that is a wall counts as one. */
 static void pdi_surface_faces(pdi_surface *r)
 {
@@ -71,16 +66,16 @@ static void pdi_surface_faces(pdi_surface *r)
     }
 }
 
-static void pdi_surface_normal(const pdi_surface *r, int shape, const double *x, double *normal)
+static void pdi_surface_normal(const pd_grid *grid, int shape, const double *x, double *normal)
 {
     double at[PD_DIM], length;
     memcpy(at, x, sizeof at);
     for (int d = 0; d < PD_DIM; d++) {
-        double eps = PDI_SURFACE_STEP * r->bonds->grid->h[d], keep = at[d];
+        double eps = PDI_SURFACE_STEP * grid->h[d], keep = at[d];
         at[d] = keep + eps;
-        normal[d] = pdi_surface_level(r, shape, at);
+        normal[d] = pdi_grid_level(grid, shape, at);
         at[d] = keep - eps;
-        normal[d] = (normal[d] - pdi_surface_level(r, shape, at)) / (2.0 * eps);
+        normal[d] = (normal[d] - pdi_grid_level(grid, shape, at)) / (2.0 * eps);
         at[d] = keep;
     }
     length = pdi_vec_norm(normal);
@@ -106,24 +101,34 @@ static int32_t pdi_surface_behind(const pdi_surface *r, const double *x, const d
     return -1;
 }
 
-/* The nearest place of a smooth shape, by its distance. Where the node lies inside it, it has receded. */
-static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
+/* Moves `at` [m] to the nearest place of a smooth shape, by its distance, with the normal there. 0: it is not found, or
+ * lies farther away than distances are exact; *first: the distance at the start [m]. */
+static int pdi_surface_nearest(const pd_grid *grid, int shape, double *at, double *normal, double *first)
 {
-    const pd_grid *grid = r->bonds->grid;
-    double at[PD_DIM], normal[PD_DIM], smallest = grid->h[0], level = 0.0, cells = 0.0;
-    if (shape < 0 || !pdi_shape_exact(grid->shapes, shape)) return;
-    if (!(pdi_surface_level(r, shape, r->x) > pdi_shape_tie(grid->h, r->x))) return;
-    for (int d = 1; d < PD_DIM; d++) smallest = pdi_min(smallest, grid->h[d]);
-    memcpy(at, to, sizeof at);
-    double first = pdi_surface_level(r, shape, at);
+    double from[PD_DIM], smallest = pdi_vec_least(grid->h), level = 0.0, cells = 0.0;
+    memcpy(from, at, sizeof from);
     for (int step = 0; step < 8; step++) {
-        level = pdi_surface_level(r, shape, at);
-        pdi_surface_normal(r, shape, at, normal);
+        level = pdi_grid_level(grid, shape, at);
+        if (step == 0) *first = level;
+        pdi_surface_normal(grid, shape, at, normal);
         if (fabs(level) <= 1e-14 * smallest) break;
         for (int d = 0; d < PD_DIM; d++) at[d] -= level * normal[d];
     }
+    for (int d = 0; d < PD_DIM; d++) cells = pdi_max(cells, fabs(at[d] - from[d]) / grid->h[d]);
+    return fabs(level) <= PDI_SURFACE_TOUCH * smallest && !(cells > PDI_SURFACE_FAR);
+}
+
+/* The nearest place of a smooth shape. Where the node lies inside it, it has receded. */
+static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
+{
+    const pd_grid *grid = r->bonds->grid;
+    double at[PD_DIM], normal[PD_DIM], first, cells = 0.0;
+    if (shape < 0 || !pdi_shape_exact(grid->shapes, shape)) return;
+    if (!(pdi_grid_level(grid, shape, r->x) > pdi_shape_tie(grid->h, r->x))) return;
+    memcpy(at, to, sizeof at);
+    if (!pdi_surface_nearest(grid, shape, at, normal, &first)) return;
     for (int d = 0; d < PD_DIM; d++) cells = pdi_max(cells, fabs(at[d] - to[d]) / grid->h[d]);
-    if (!(fabs(level) <= PDI_SURFACE_TOUCH * smallest) || cells > PDI_SURFACE_FAR || !(cells < r->nearest)) return;
+    if (!(cells < r->nearest)) return;
     int32_t closed = pdi_surface_behind(r, at, normal);
     if (closed < 0) return;
     r->nearest = cells;
@@ -174,6 +179,94 @@ PDI_FN int pdi_surface_rise(const pd_bonds *bonds, int32_t closed, const double 
         at[d] = x[d];
     }
     return fabs(pdi_vec_norm(normal) - 1.0) < PDI_SURFACE_EDGE;
+}
+
+/* ---- the area beside a face ---- */
+
+typedef struct pdi_surface_patch {
+    const pd_grid *grid;
+    int shape, side;     /* side: 1: the face lies on a side of the box */
+    int axis;
+    double middle[PD_DIM], out[PD_DIM]; /* [m] middle of the face; its unit normal towards the open node */
+} pdi_surface_patch;
+
+/* The place of the surface next to that of the face at `across` [half cells from its middle, along the axes other than
+ * its own], and the normal there. Sides of the box are the surface where no shape covers them. */
+static void pdi_surface_place(const pdi_surface_patch *f, const double *across, double *at, double *normal)
+{
+    double on[PD_DIM], first;
+    for (int d = 0, a = 0; d < PD_DIM; d++)
+        on[d] = f->middle[d] + (d == f->axis ? 0.0 : 0.5 * f->grid->h[d] * across[a++]);
+    memcpy(at, on, sizeof on);
+    int bare = f->shape < 0 || (f->side && pdi_grid_level(f->grid, f->shape, on) > pdi_shape_tie(f->grid->h, on));
+    if (!bare && pdi_surface_nearest(f->grid, f->shape, at, normal, &first)) return;
+    memcpy(at, on, sizeof on);
+    memcpy(normal, f->out, sizeof f->out);
+}
+
+#if PD_DIM == 3
+/* Twice the area of the surface beside the square of the face about `across` whose half edge is `half` [half cells],
+ * along the normal at its middle. */
+static double pdi_surface_piece(const pdi_surface_patch *f, const double *across, double half)
+{
+    double corner[4][PD_DIM], middle[PD_DIM], normal[PD_DIM], sum = 0.0;
+    for (int c = 0; c < 4; c++) {
+        double at[2] = {across[0] + (c == 1 || c == 2 ? half : -half), across[1] + (c > 1 ? half : -half)};
+        pdi_surface_place(f, at, corner[c], normal);
+    }
+    pdi_surface_place(f, across, middle, normal);
+    for (int d = 0; d < PD_DIM; d++) {
+        int p = (d + 1) % PD_DIM, q = (d + 2) % PD_DIM;
+        double one = corner[2][p] - corner[0][p], two = corner[3][q] - corner[1][q];
+        double three = corner[2][q] - corner[0][q], four = corner[3][p] - corner[1][p];
+        sum += (one * two - three * four) * normal[d];
+    }
+    /* the axes across are in the order of the box: they go around x and z, and against y */
+    return (f->axis == 1 ? -1.0 : 1.0) * f->out[f->axis] * sum;
+}
+#elif PD_DIM == 2
+/* The same of a line; of the ring that it is on an axisymmetric lattice. */
+static double pdi_surface_piece(const pdi_surface_patch *f, const double *across, double half)
+{
+    double from[PD_DIM], to[PD_DIM], middle[PD_DIM], normal[PD_DIM];
+    double low = across[0] - half, high = across[0] + half;
+    pdi_surface_place(f, &low, from, normal);
+    pdi_surface_place(f, &high, to, normal);
+    pdi_surface_place(f, across, middle, normal);
+    double length = (to[1] - from[1]) * normal[0] - (to[0] - from[0]) * normal[1];
+    double around = f->grid->circumference ? PDI_PI * fabs(from[1] + to[1]) : 1.0;
+    return (f->axis == 0 ? 2.0 : -2.0) * f->out[f->axis] * length * around;
+}
+#else
+static double pdi_surface_piece(const pdi_surface_patch *f, const double *across, double half)
+{
+    (void)f, (void)across;
+    return half > 0.5 ? 2.0 : 0.0;
+}
+#endif
+
+PDI_FN double pdi_surface_face(const pd_grid *grid, int32_t node, int axis, int up)
+{
+    pdi_surface_patch f;
+    int32_t closed = up ? node + grid->stride[axis] : node - grid->stride[axis];
+    double across[PD_DIM], coarse, fine = 0.0;
+    memset(&f, 0, sizeof f);
+    memset(across, 0, sizeof across);
+    f.grid = grid;
+    f.axis = axis;
+    f.side = pdi_grid_walled(grid, closed);
+    f.shape = pdi_bond_shape(grid, closed, f.side);
+    f.out[axis] = up ? -1.0 : 1.0;
+    pd_grid_position(grid, node, f.middle);
+    f.middle[axis] -= 0.5 * grid->h[axis] * f.out[axis];
+    coarse = pdi_surface_piece(&f, across, 1.0);
+    if (PD_DIM == 1 || f.shape < 0) return 0.5 * coarse;
+    for (int c = 0; c < 1 << (PD_DIM - 1); c++) {
+        for (int a = 0; a < PD_DIM - 1; a++) across[a] = (c >> a) & 1 ? 0.5 : -0.5;
+        fine += pdi_surface_piece(&f, across, 0.5);
+    }
+    /* the error of both goes with the square of their edges */
+    return 0.5 * (fine + (fine - coarse) / 3.0);
 }
 
 #undef PDI_SURFACE_SHORT

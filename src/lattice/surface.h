@@ -15,6 +15,11 @@ PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *t
  * cells to both sides: the normal there. 0: the slope is not 1, an edge is nearby. */
 PDI_FN int pdi_surface_rise(const pd_bonds *bonds, int32_t closed, const double *x, double step, double *distance,
                             double *normal);
+/* Area [m^(d-1); axisymmetric: m2 of the whole ring] of the surface beside the face between an open node and the closed
+ * one next to it along `axis`, up (1) or down (0): of the places next to those of the face on the smooth shape of the
+ * closed node, else of the face (theory: eq. 5.12b). Faces of a closed body share corners, so the sum over them is that
+ * of a closed surface. It is negative where the face is the back of a step. */
+PDI_FN double pdi_surface_face(const pd_grid *grid, int32_t node, int axis, int up);
 #endif
 
 #endif
