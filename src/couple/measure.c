@@ -68,12 +68,48 @@ static int pdi_measure_gives(const pd_paths *paths, const pd_transport *t, const
     return t->desc.held(t->desc.user, x) >= 0.0;
 }
 
-/* Area of the surfaces that give metal, as a node sees it: beside its closed faces where sides and smooth shapes have
- * not receded. Elsewhere each of its bonds that ends behind such a surface counts c(n) V. */
+/* 1: a node lies inside the smooth shape of the metal: it has dissolved. */
+static int pdi_measure_inside_metal(const pd_grid *grid, int32_t node)
+{
+    double x[PD_DIM];
+    pd_grid_position(grid, node, x);
+    return pdi_grid_level(grid, grid->solid, x) <= pdi_shape_tie(grid->h, x);
+}
+
+/* 1: all surfaces in the family of a node are sides of the box and smooth shapes, and none has receded there. */
+static int pdi_measure_smooth(const pd_paths *paths, const pd_dissolve *dissolve, int32_t node)
+{
+    const pd_grid *grid = paths->grid;
+    int recedes = dissolve && grid->solid >= 0 && pdi_shape_exact(grid->shapes, grid->solid);
+    if (recedes && pdi_measure_inside_metal(grid, node)) return 0;
+    for (int k = 0; k < paths->stencil->count; k++) {
+        int32_t end = node + paths->shift[k];
+        if (pdi_grid_open(grid->kind[end])) {
+            if (recedes && pdi_measure_inside_metal(grid, end)) return 0;
+            continue;
+        }
+        int walled = pdi_grid_walled(grid, end);
+        if (!walled && pdi_bond_shape(grid, end, 0) < 0) return 0;
+    }
+    return 1;
+}
+
+/* 1: all nodes in the family are open. */
+static int pdi_measure_free(const pd_paths *paths, int32_t node)
+{
+    for (int k = 0; k < paths->stencil->count; k++)
+        if (!pdi_grid_open(paths->grid->kind[node + paths->shift[k]])) return 0;
+    return 1;
+}
+
+/* Area of the surfaces that give metal, as a node sees it: beside its closed faces where they are smooth. Elsewhere each
+ * of its bonds that ends behind such a surface counts c(n) V. */
 static double pdi_measure_area(const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve, int32_t node)
 {
     const pd_stencil *s = paths->stencil;
     double sum = 0.0;
+    if (pdi_measure_free(paths, node)) return 0.0;
+    int smooth = pdi_measure_smooth(paths, dissolve, node);
     for (int k = 0; k < s->count; k++) {
         int axis = -1, steps = 0;
         if (pdi_grid_open(t->grid->kind[node + paths->shift[k]])) continue;
@@ -81,10 +117,9 @@ static double pdi_measure_area(const pd_paths *paths, const pd_transport *t, con
             if (s->offset[k * PD_DIM + d] != 0) axis = d;
             steps += abs(s->offset[k * PD_DIM + d]);
         }
-        int kept = pdi_bond_kept(paths, node, k);
-        if (kept ? steps > 1 : !(s->area[k] > 0.0)) continue;
+        if (smooth ? steps > 1 : !(s->area[k] > 0.0)) continue;
         if (!pdi_measure_gives(paths, t, dissolve, node, k)) continue;
-        if (kept) sum += pdi_surface_face(t->grid, node, axis, s->offset[k * PD_DIM + axis] > 0);
+        if (smooth) sum += pdi_surface_face(t->grid, node, axis, s->offset[k * PD_DIM + axis] > 0);
         else sum += s->area[k] * s->volume * pdi_grid_around(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
     }
     return sum;

@@ -249,19 +249,6 @@ static int pdi_bond_grazes(const pd_paths *paths, int32_t node, int k, int group
     return !(fabs(pdi_bond_distance(grid, shape, x, xi, cut->t)) < PDI_BOND_OFF * pdi_vec_least(grid->h));
 }
 
-PDI_FN int pdi_bond_kept(const pd_paths *paths, int32_t node, int k)
-{
-    const pd_grid *grid = paths->grid;
-    int group = pdi_path_closed_group(paths, node, k);
-    int32_t closed = pdi_path_closed_cell(paths, node, group);
-    double x[PD_DIM];
-    if (pdi_grid_walled(grid, closed)) return 1;
-    int shape = pdi_bond_shape(grid, closed, 0);
-    if (shape < 0 || pdi_bond_receded(paths, shape, node, k, group)) return 0;
-    pd_grid_position(grid, node, x);
-    return pdi_grid_level(grid, shape, x) > pdi_shape_tie(grid->h, x);
-}
-
 PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x)
 {
     const double *xi = paths->stencil->xi + k * PD_DIM;

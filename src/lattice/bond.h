@@ -154,8 +154,6 @@ PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity
 /* The shape whose zero level is the surface of a closed node; -1: the surface is that of its faces. walled: the node
  * lies behind a side of the box. */
 PDI_FN int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled);
-/* 1: cut bond k of a node ends on a side of the box, or on a shape that has not receded before the bond. */
-PDI_FN int pdi_bond_kept(const pd_paths *paths, int32_t node, int k);
 /* Fraction t at which the cut bond k of a node meets the surface, and the place x [m]. */
 PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x);
 /* The place x [m] where cut bond k of a row meets the surface, and the normal towards the fluid; the closed node behind
