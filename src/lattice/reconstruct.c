@@ -93,14 +93,36 @@ static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
     return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
 }
 
-/* The gradient of a scalar at a row of a wide family (eq. 3.5b). 0: the bonds determine none. */
+/* 1: a scalar stands at `node`. */
+static int pdi_reconstruct_stands(const pd_grid *grid, int32_t node)
+{
+    return pdi_grid_open(grid->kind[node]) && grid->kind[node] != PD_INLET;
+}
+
+/* Steps to the nodes beside `node` along axis d that a parabola goes through: both neighbours, or the next two on one
+ * side. 0: there are none. */
+static int pdi_reconstruct_line(const pd_grid *grid, int32_t node, int d, int32_t step[2])
+{
+    int32_t stride = grid->stride[d];
+    int below = pdi_reconstruct_stands(grid, node - stride), above = pdi_reconstruct_stands(grid, node + stride);
+    step[0] = above ? stride : -stride;
+    step[1] = above && below ? -stride : 2 * step[0];
+    if (above && below) return 1;
+    return grid->kind[node + step[0]] == PD_FLUID && pdi_reconstruct_stands(grid, node + step[1]);
+}
+
+/* The gradient of a scalar at a row of a wide family (eq. 3.5b). 0: the bonds determine none. In a gap that has no
+ * parabola along an axis the quadratic would carry the slope in from nodes in front of it, by mixed derivatives. */
 static int pdi_reconstruct_scalar(pd_reconstruct *slopes, int32_t r)
 {
     const pd_bonds *bonds = slopes->bonds;
     const pd_stencil *s = bonds->stencil;
     double *slope = slopes->slope + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
     double term[PDI_RECONSTRUCT_TERMS];
+    int32_t step[2];
     pdi_reconstruct_moments m;
+    for (int d = 0; d < PD_DIM; d++)
+        if (!pdi_reconstruct_line(bonds->grid, bonds->node[r], d, step)) return 0;
     pdi_reconstruct_start(s, &m);
     for (int k = 0; k < s->count; k++) {
         if (!pdi_reconstruct_carries(bonds, r, k)) continue;
@@ -288,24 +310,6 @@ static void pdi_reconstruct_fit(const pd_reconstruct *slopes, int32_t r, const d
         slope[d] = 0.0;
         for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) slope[d] += by[d * PDI_RECONSTRUCT_TERMS + c] * sum[c];
     }
-}
-
-/* 1: a scalar stands at `node`. */
-static int pdi_reconstruct_stands(const pd_grid *grid, int32_t node)
-{
-    return pdi_grid_open(grid->kind[node]) && grid->kind[node] != PD_INLET;
-}
-
-/* Steps to the nodes beside `node` along axis d that a parabola goes through: both neighbours, or the next two on one
- * side. 0: there are none. */
-static int pdi_reconstruct_line(const pd_grid *grid, int32_t node, int d, int32_t step[2])
-{
-    int32_t stride = grid->stride[d];
-    int below = pdi_reconstruct_stands(grid, node - stride), above = pdi_reconstruct_stands(grid, node + stride);
-    step[0] = above ? stride : -stride;
-    step[1] = above && below ? -stride : 2 * step[0];
-    if (above && below) return 1;
-    return grid->kind[node + step[0]] == PD_FLUID && pdi_reconstruct_stands(grid, node + step[1]);
 }
 
 /* Second derivatives of f at a node: of parabolas along the axes, the mean over the squares beside it across them. */

@@ -190,6 +190,7 @@ typedef struct pdi_surface_patch {
     double middle[PD_DIM], out[PD_DIM]; /* [m] middle of the face; its unit normal towards the open node */
 } pdi_surface_patch;
 
+#if PD_DIM > 1
 /* The place of the surface next to that of the face at `across` [half cells from its middle, along the axes other than
  * its own], and the normal there. Sides of the box are the surface where no shape covers them. */
 static void pdi_surface_place(const pdi_surface_patch *f, const double *across, double *at, double *normal)
@@ -203,6 +204,7 @@ static void pdi_surface_place(const pdi_surface_patch *f, const double *across, 
     memcpy(at, on, sizeof on);
     memcpy(normal, f->out, sizeof f->out);
 }
+#endif
 
 #if PD_DIM == 3
 /* Twice the area of the surface beside the square of the face about `across` whose half edge is `half` [half cells],
