@@ -102,8 +102,8 @@ static int pdi_measure_free(const pd_paths *paths, int32_t node)
     return 1;
 }
 
-/* Area of the surfaces that give metal, as a node sees it: beside its closed faces where they are smooth. Elsewhere each
- * of its bonds that ends behind such a surface counts c(n) V. */
+/* Area of the surfaces that give metal, as a node sees it: beside its closed faces where they are smooth. Elsewhere
+ * each of its bonds that ends behind such a surface counts c(n) V. */
 static double pdi_measure_area(const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve, int32_t node)
 {
     const pd_stencil *s = paths->stencil;
