@@ -177,6 +177,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
         if (flow->patch[r] >= 0) pdi_flow_join(flow, r);
     for (int32_t r = 0; r < bonds->rows; r++)
         if (flow->patch[r] >= 0) flow->patch[r] = pdi_sets_root(flow->patch, r);
+    flow->patched = bonds->version;
     return PD_OK;
 }
 PDI_COLD_END

@@ -79,6 +79,7 @@ typedef struct pd_flow {
                              * asked for it, which gives transport the potential that it needs then */
     int32_t rim;            /* length of the next three */
     int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
+    uint32_t patched;       /* version of the bonds that the patches are of */
     pd_reconstruct slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
     int order;              /* 4: a solver of steady flows makes `sharp`; PD_FLOW_PAYING: it will decide */
     pd_sharp sharp;         /* empty: second order */

@@ -4,8 +4,14 @@
 #include "core/par.h"
 #include "lattice/quadratic.h"
 #include "lattice/surface.h"
+#include "lattice/wetted.h"
 #include <math.h>
 #include <string.h>
+
+/* [cells] Step of differences of a distance; a place that is nearer to a surface lies on it. */
+#define PDI_FORCE_STEP 1e-3
+/* A surface that bends more than this over one cell is an edge, as for bonds. */
+#define PDI_FORCE_SHARP 0.5
 
 /* Around an axis radial forces cancel. */
 static void pdi_force_cancel(const pd_grid *grid, double *force)
@@ -18,83 +24,35 @@ typedef struct pdi_force_query {
     const pd_flow *flow;
     const double *lo, *hi;
     int shape;
+    int32_t last; /* row that was asked for its axes last, and these */
+    int axes;
     pdi_sum sum[2 * PD_DIM];
 } pdi_force_query;
 
-/* 1 when the closed cell at the end of a bond belongs to the shape that is asked for. */
-static int pdi_force_owned(const pdi_force_query *q, const pdi_bond_end *end)
+/* 1 when the closed cell at the end of a bond, or behind a face, belongs to the shape that is asked for. */
+static int pdi_force_owned(const pdi_force_query *q, int32_t closed, int side)
 {
     double x[PD_DIM];
     if (q->shape == PD_FORCE_ALL) return 1;
-    if (end->side || q->shape == PD_FORCE_SIDES) return end->side && q->shape == PD_FORCE_SIDES;
-    pd_grid_position(q->flow->grid, end->cell, x);
+    if (side || q->shape == PD_FORCE_SIDES) return side && q->shape == PD_FORCE_SIDES;
+    pd_grid_position(q->flow->grid, closed, x);
     return pdi_grid_level(q->flow->grid, q->shape, x) <= pdi_shape_tie(q->flow->grid->h, x);
 }
 
-/* 1 when this holds and the bond meets the surface between lo and hi. Behind a periodic side the surface goes on. */
-static int pdi_force_asked(const pdi_force_query *q, const pdi_bond_end *end)
-{
-    double at[PD_DIM];
-    memcpy(at, end->at, sizeof at);
-    pdi_grid_fold_position(q->flow->grid, at);
-    return pdi_grid_between(q->flow->grid, q->lo, q->hi, at) && pdi_force_owned(q, end);
-}
-
-/* The surface as a row sees it, by the area of its closed bonds. */
-typedef struct pdi_force_face {
-    double asked, owned;               /* shares of what is asked for, and of its shape at any place */
-    double foot[PD_DIM], into[PD_DIM]; /* [m] mean place; unit vector into the wall */
-} pdi_force_face;
-
-static void pdi_force_see(const pdi_force_query *q, int32_t r, pdi_force_face *face)
+/* Share of the closed bonds of row r, by their areas, that end on what is asked for. */
+static double pdi_force_share(const pdi_force_query *q, int32_t r)
 {
     const pd_bonds *bonds = q->flow->bonds;
-    double all = 0.0;
-    memset(face, 0, sizeof *face);
+    double all = 0.0, owned = 0.0;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        const double *g = bonds->stencil->grad + k * PD_DIM;
+        double size = pdi_vec_norm(bonds->stencil->grad + k * PD_DIM);
         pdi_bond_end end;
         if (pdi_bond_open(bonds, r, k)) continue;
-        double size = pdi_vec_norm(g);
         pdi_bond_find_end(bonds, r, k, &end);
         all += size;
-        if (pdi_force_owned(q, &end)) face->owned += size;
-        if (pdi_force_asked(q, &end)) face->asked += size;
-        for (int d = 0; d < PD_DIM; d++) {
-            face->foot[d] += size * end.at[d];
-            face->into[d] += g[d];
-        }
+        if (pdi_force_owned(q, end.cell, end.side)) owned += size;
     }
-    double length = pdi_vec_norm(face->into);
-    if (!(all > 0.0)) return;
-    face->asked /= all;
-    face->owned /= all;
-    for (int d = 0; d < PD_DIM; d++) {
-        face->foot[d] /= all;
-        face->into[d] = length > 0.0 ? face->into[d] / length : 0.0;
-    }
-}
-
-/* What row r presses on its closed faces, over rho: V sum_closed 2 g P at the surface, P continued with its gradient
- * (eq. 4.27). */
-static void pdi_force_press(const pdi_force_query *q, int32_t r, double *press)
-{
-    const pd_flow *flow = q->flow;
-    const pd_bonds *bonds = flow->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int32_t node = bonds->node[r];
-    for (int d = 0; d < PD_DIM; d++) press[d] = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        pdi_bond_end end;
-        if (pdi_bond_open(bonds, r, k)) continue;
-        pdi_bond_find_end(bonds, r, k, &end);
-        if (!pdi_force_asked(q, &end)) continue;
-        double p = flow->p[node];
-        for (int d = 0; d < PD_DIM; d++)
-            p += end.t * s->xi[k * PD_DIM + d] * flow->grad[(int64_t)d * flow->grid->total + node];
-        double volume = s->volume * pdi_grid_around(flow->grid, node, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
-        for (int d = 0; d < PD_DIM; d++) press[d] += 2.0 * volume * s->grad[k * PD_DIM + d] * p;
-    }
+    return all > 0.0 ? owned / all : 0.0;
 }
 
 /* Friction of row r over rho: V (nu (W u - motion) - Q (G P - f)), or - V nu times (3.4b), as its momentum residual
@@ -109,12 +67,11 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
     int bends = pdi_flow_bends(flow, r);
     if (bends || (flow->sharp.bonds && pdi_sharp_rub(&flow->sharp, r, flow->u, flow->sharp.bend, rub))) {
-        pdi_force_face face;
-        pdi_force_see(q, r, &face);
+        double share = pdi_force_share(q, r);
         if (bends) pdi_reconstruct_bend(&flow->slopes, r, flow->u, rub);
         if (bends) pdi_reconstruct_miss(&flow->slopes, r, flow->p, miss);
         for (int d = 0; d < PD_DIM; d++)
-            rub[d] = volume * face.owned * ((bends ? miss[d] : 0.0) - flow->nu * rub[d]);
+            rub[d] = volume * share * ((bends ? miss[d] : 0.0) - flow->nu * rub[d]);
         return;
     }
     for (int d = 0; d < PD_DIM; d++)
@@ -128,7 +85,7 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
         double u[PD_DIM];
         if (pdi_bond_open(bonds, r, k)) continue;
         pdi_bond_find_end(bonds, r, k, &end);
-        if (!pdi_force_owned(q, &end)) continue;
+        if (!pdi_force_owned(q, end.cell, end.side)) continue;
         lap += end.lap;
         curv += end.curv;
         if (!flow->wall) continue;
@@ -142,172 +99,6 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     }
 }
 
-/* ---- what the pressure of the discrete equations does to a smooth surface ---- */
-
-/* What all closed bonds of a row press, without regard to what is asked for. */
-static void pdi_force_press_all(const pd_flow *flow, int32_t r, double *press)
-{
-    pdi_force_query all;
-    double lo[PD_DIM], hi[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        lo[d] = -HUGE_VAL;
-        hi[d] = HUGE_VAL;
-    }
-    all.flow = flow;
-    all.lo = lo;
-    all.hi = hi;
-    all.shape = PD_FORCE_ALL;
-    pdi_force_press(&all, r, press);
-}
-
-/* X = P (B - 1)^T g over the bond k of row r, with the mean P of both ends: what eq. 4.2b adds to the momentum that the
- * bond hands on. P itself, for the rest of it. */
-static double pdi_force_hand(const pd_flow *flow, int32_t r, int k, double *x)
-{
-    const pd_bonds *bonds = flow->bonds;
-    const double *b = bonds->advecting + (int64_t)r * PD_DIM * PD_DIM, *g = bonds->stencil->grad + k * PD_DIM;
-    int32_t node = bonds->node[r];
-    double p = 0.5 * (flow->p[node] + flow->p[node + bonds->paths.shift[k]]);
-    for (int d = 0; d < PD_DIM; d++) {
-        x[d] = -p * g[d];
-        for (int e = 0; e < PD_DIM; e++) x[d] += p * g[e] * b[e * PD_DIM + d];
-    }
-    return p;
-}
-
-/* Row r beside a smooth surface takes what of G P no bond hands on, G P - sum_open (2 P g + X), and not what the faces
- * of (4.27) add up to; X goes to the place on the surface below the far end. The sum over a body is what passes a box
- * around it. */
-static void pdi_force_take(pdi_force_query *q, int32_t r)
-{
-    const pd_flow *flow = q->flow;
-    const pd_bonds *bonds = flow->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int32_t node = bonds->node[r];
-    double take[PD_DIM], press[PD_DIM], hand[PD_DIM], at[PD_DIM];
-    pdi_force_face face;
-    pdi_force_see(q, r, &face);
-    if (!(face.owned > 0.0)) return;
-    pdi_force_press_all(flow, r, press);
-    for (int d = 0; d < PD_DIM; d++) take[d] = flow->grad[(int64_t)d * flow->grid->total + node];
-    for (int k = 0; k < s->count; k++) {
-        if (!pdi_bond_open(bonds, r, k) || flow->grid->kind[node + bonds->paths.shift[k]] == PD_INLET) continue;
-        double p = pdi_force_hand(flow, r, k, hand);
-        double deep = pdi_vec_dot(s->xi + k * PD_DIM, face.into);
-        for (int d = 0; d < PD_DIM; d++) at[d] = face.foot[d] + s->xi[k * PD_DIM + d] - deep * face.into[d];
-        pdi_grid_fold_position(flow->grid, at);
-        double share = pdi_grid_between(flow->grid, q->lo, q->hi, at) ? face.owned : 0.0;
-        for (int d = 0; d < PD_DIM; d++) {
-            take[d] -= 2.0 * p * s->grad[k * PD_DIM + d] + hand[d];
-            pdi_sum_add(&q->sum[PD_DIM + d], flow->rho * s->volume * share * hand[d]);
-        }
-    }
-    for (int d = 0; d < PD_DIM; d++)
-        pdi_sum_add(&q->sum[PD_DIM + d], flow->rho * face.asked * (s->volume * take[d] - press[d]));
-}
-
-/* ---- cells that a smooth surface cuts ---- */
-
-#define PDI_FORCE_PIECES 8 /* of a cell, along each axis */
-
-/* Share of the cell around x that lies outside of `shape`. */
-static double pdi_force_outside(const pd_grid *grid, int shape, const double *x)
-{
-    double at[PD_DIM], sum = 0.0, size = 0.0;
-    int i[PD_DIM], count = 1, more = 1;
-    memset(i, 0, sizeof i);
-    for (int d = 0; d < PD_DIM; d++) {
-        count *= PDI_FORCE_PIECES;
-        size += grid->h[d] / (PD_DIM * PDI_FORCE_PIECES);
-    }
-    while (more) {
-        for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + ((i[d] + 0.5) / PDI_FORCE_PIECES - 0.5) * grid->h[d];
-        sum += pdi_min(pdi_max(0.5 + pdi_grid_level(grid, shape, at) / size, 0.0), 1.0);
-        more = 0;
-        for (int d = 0; d < PD_DIM && !more; d++) {
-            more = i[d] + 1 < PDI_FORCE_PIECES;
-            i[d] = more ? i[d] + 1 : 0;
-        }
-    }
-    return sum / count;
-}
-
-#undef PDI_FORCE_PIECES
-
-/* Fluid at `node`, in cells, that its kind does not count or counts too much, since a smooth surface of `shape` cuts
- * the cell. Metal that has receded from it has cells for a surface. */
-static double pdi_force_cut(const pd_grid *grid, int shape, int32_t node)
-{
-    double x[PD_DIM], reach = 0.0;
-    int fluid = grid->kind[node] == PD_FLUID;
-    if (shape < 0 || grid->circumference || !pdi_shape_exact(grid->shapes, shape)) return 0.0;
-    for (int d = 0; d < PD_DIM; d++) reach += grid->h[d];
-    pd_grid_position(grid, node, x);
-    double distance = pdi_grid_level(grid, shape, x);
-    if (fabs(distance) > reach || fluid != (distance > pdi_shape_tie(grid->h, x))) return 0.0;
-    return pdi_force_outside(grid, shape, x) - (double)fluid;
-}
-
-/* The same by all shapes, or by one that is asked for. */
-static double pdi_force_excess(const pd_grid *grid, int shape, int32_t node)
-{
-    if (shape != PD_FORCE_ALL) return pdi_force_cut(grid, shape, node);
-    return pdi_force_cut(grid, grid->wall, node) + pdi_force_cut(grid, grid->solid, node);
-}
-
-/* The body force pulls at cells; what of it belongs to the body, or to the fluid, is pressure. */
-static void pdi_force_weigh(pdi_force_query *q)
-{
-    const pd_flow *flow = q->flow;
-    const pd_grid *grid = flow->grid;
-    double pull = 0.0;
-    for (int d = 0; d < PD_DIM; d++) pull += fabs(flow->force[d]);
-    for (int32_t node = 0; node < grid->total && pull > 0.0; node++) {
-        double x[PD_DIM];
-        int i[PD_DIM];
-        pdi_grid_index(grid, node, i);
-        pd_grid_position(grid, node, x);
-        if (!pdi_grid_inside(grid, i) || !pdi_grid_between(grid, q->lo, q->hi, x)) continue;
-        double excess = flow->bonds->stencil->volume * pdi_force_excess(grid, q->shape, node);
-        for (int d = 0; d < PD_DIM; d++)
-            pdi_sum_add(&q->sum[PD_DIM + d], flow->rho * flow->force[d] * excess);
-    }
-}
-
-void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
-                      double *friction, double *pressure)
-{
-    pdi_force_query q;
-    memset(&q, 0, sizeof q);
-    q.flow = flow;
-    q.lo = lo;
-    q.hi = hi;
-    q.shape = shape;
-    pdi_flow_prepare(ctx, flow);
-    for (int32_t r = 0; r < flow->bonds->rows; r++) {
-        double x[PD_DIM], rub[PD_DIM], press[PD_DIM];
-        pd_grid_position(flow->grid, flow->bonds->node[r], x);
-        int inside = pdi_grid_between(flow->grid, lo, hi, x);
-        if (inside) pdi_force_rub(&q, r, rub);
-        pdi_force_press(&q, r, press);
-        for (int d = 0; d < PD_DIM; d++) {
-            if (inside) pdi_sum_add(&q.sum[d], flow->rho * rub[d]);
-            pdi_sum_add(&q.sum[PD_DIM + d], flow->rho * press[d]);
-        }
-        if (flow->bonds->smooth[r] && !flow->grid->circumference) pdi_force_take(&q, r);
-    }
-    pdi_force_weigh(&q);
-    for (int d = 0; d < PD_DIM; d++) {
-        double f = pdi_sum_total(&q.sum[d]), p = pdi_sum_total(&q.sum[PD_DIM + d]);
-        force[d] = f + p;
-        if (friction) friction[d] = f;
-        if (pressure) pressure[d] = p;
-    }
-    pdi_force_cancel(flow->grid, force);
-    if (friction) pdi_force_cancel(flow->grid, friction);
-    if (pressure) pdi_force_cancel(flow->grid, pressure);
-}
-
 /* ---- pressure at a place ---- */
 
 /* Nodes that count lie within this squared distance [cells] of the one that sees them. */
@@ -318,8 +109,6 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, c
 #define PDI_FORCE_TERMS (PD_DIM + 1)
 /* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
 #define PDI_FORCE_DEPENDS 1e-4
-/* [cells] Step of differences of a distance; a place that is nearer to a surface lies on it. */
-#define PDI_FORCE_STEP 1e-3
 
 typedef struct pdi_force_sight {
     const pd_bonds *bonds;
@@ -439,6 +228,88 @@ static int pdi_force_lean(const pdi_force_sight *sight, const pd_flow *flow, dou
     return 1;
 }
 
+/* Sum of the curvatures [1/m] of the smooth surface that node `closed` is a cell of, at the place x on it: the
+ * Laplacian of the distance. Where an inlet or outlet mirrors it, that of the part in front. 0: an edge is nearby. */
+static int pdi_force_curved(const pd_bonds *bonds, int32_t closed, const double *x, double *mean)
+{
+    const pd_grid *grid = bonds->grid;
+    double at[PD_DIM], sharpest = 0.0;
+    *mean = 0.0;
+    memcpy(at, x, sizeof at);
+    pdi_grid_fold_position(grid, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        double reach = 2.0 * PDI_FORCE_STEP * grid->h[d];
+        if (pdi_grid_port(grid->side[2 * d])) at[d] = pdi_max(at[d], grid->lo[d] + reach);
+        if (pdi_grid_port(grid->side[2 * d + 1])) at[d] = pdi_min(at[d], grid->hi[d] - reach);
+    }
+    double middle = pdi_bond_smooth(bonds, closed, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        double eps = PDI_FORCE_STEP * grid->h[d], second = -2.0 * middle, here = at[d];
+        for (int up = 0; up < 2; up++) {
+            at[d] = here + (up ? eps : -eps);
+            second += pdi_bond_smooth(bonds, closed, at);
+        }
+        at[d] = here;
+        *mean += second / (eps * eps);
+        sharpest = pdi_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
+    }
+    return sharpest < PDI_FORCE_SHARP;
+}
+
+/* Slope of the velocity along the normal [1/s] on the smooth surface beside x, as fluid node `node` sees it (4.27c),
+ * by least squares over the nodes around. 0: it is not known. */
+static int pdi_force_shear(const pd_flow *flow, int32_t node, const double *x, double *slope)
+{
+    enum { terms = PD_DIM };
+    const pd_grid *grid = flow->grid;
+    pdi_force_sight sight;
+    double moment[PD_DIM * PD_DIM], right[PD_DIM][PD_DIM], least[PD_DIM], h = grid->h[0], mean, normal[PD_DIM];
+    int last = 0;
+    sight.bonds = flow->bonds;
+    if (!pdi_surface_meet(flow->bonds, node, x, sight.place, sight.normal, &sight.closed)) return 0;
+    if (!(pdi_bond_smooth(flow->bonds, sight.closed, sight.place) < HUGE_VAL)) mean = 0.0;
+    else if (!pdi_force_curved(flow->bonds, sight.closed, sight.place, &mean)) return 0;
+    pdi_force_look(&sight, node);
+    memset(moment, 0, sizeof moment);
+    memset(right, 0, sizeof right);
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(sight.normal[d]) > fabs(sight.normal[last])) last = d;
+    for (int q = 0; q < sight.count; q++) {
+        int32_t from = sight.node[q];
+        double at[PD_DIM], foot[PD_DIM], wall[PD_DIM], d, square = 0.0, term[PD_DIM];
+        pd_grid_position(grid, from, at);
+        if (grid->kind[from] != PD_FLUID && grid->kind[from] != PD_IMAGE) continue;
+        if (!pdi_force_rise(&sight, at, &d, normal)) return 0;
+        if (!(d > 0.0)) continue;
+        for (int a = 0; a < PD_DIM; a++) foot[a] = at[a] - d * normal[a];
+        memset(wall, 0, sizeof wall);
+        if (flow->wall) flow->wall(flow->wall_user, foot, wall);
+        term[0] = d / h * (1.0 - 0.5 * mean * d);
+        for (int a = 0, k = 1; a < PD_DIM; a++) {
+            double way = (at[a] - sight.place[a]) / h;
+            square += way * way;
+            if (a != last) term[k++] = term[0] * (foot[a] - sight.place[a]) / h;
+        }
+        for (int e = 0; e < PD_DIM; e++) {
+            int64_t of = (int64_t)e * grid->total + from;
+            double bend = (flow->grad[of] - pdi_flow_force(flow, e, pdi_grid_image(grid, from, NULL))) / flow->nu;
+            double rest = flow->u[of] - wall[e] - 0.5 * bend * d * d;
+            for (int a = 0; a < terms; a++) right[e][a] += term[a] * rest / (square * square);
+        }
+        for (int a = 0; a < terms * terms; a++)
+            moment[a] += term[a / terms] * term[a % terms] / (square * square);
+    }
+    for (int a = 0; a < terms; a++) least[a] = PDI_FORCE_DEPENDS * moment[a * terms + a];
+    if (!(moment[0] > 0.0) || !pdi_vec_factor_any(terms, terms, least, moment)) return 0;
+    for (int e = 0; e < PD_DIM; e++) {
+        pdi_vec_substitute(terms, terms, moment, right[e]);
+        slope[e] = right[e][0] / h;
+    }
+    double along = pdi_vec_dot(slope, sight.normal);
+    for (int e = 0; e < PD_DIM; e++) slope[e] -= along * sight.normal[e];
+    return 1;
+}
+
 PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p, int32_t node,
                                  const double *x)
 {
@@ -466,12 +337,333 @@ PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, con
     return pdi_quadratic_solve(&fit);
 }
 
-#undef PDI_FORCE_NEAR
-#undef PDI_FORCE_SEEN
-#undef PDI_FORCE_BESIDE
-#undef PDI_FORCE_TERMS
-#undef PDI_FORCE_DEPENDS
-#undef PDI_FORCE_STEP
+/* ---- bodies with a smooth surface that ends nowhere ---- */
+
+#define PDI_FORCE_AXES ((1 << PD_DIM) - 1)
+
+/* Axes along which momentum passes what the row belongs to: a side of the box, a surface that is flat, or one that is
+ * not asked for, is part of it. */
+static int pdi_force_bars(const pdi_force_query *q, int32_t r)
+{
+    const pd_bonds *bonds = q->flow->bonds;
+    const pd_grid *grid = q->flow->grid;
+    int bars = 0;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        int32_t far = bonds->node[r] + bonds->paths.shift[k];
+        int flip = 0;
+        if (!pdi_bond_open(bonds, r, k)) {
+            pdi_bond_end end;
+            pdi_bond_find_end(bonds, r, k, &end);
+            pdi_grid_fold_position(grid, end.at);
+            if (!pdi_grid_between(grid, q->lo, q->hi, end.at) || !pdi_force_owned(q, end.cell, end.side))
+                return PDI_FORCE_AXES;
+            continue;
+        }
+        int32_t row = bonds->row[pdi_grid_image(grid, far, &flip)];
+        if (grid->kind[far] == PD_INLET || grid->kind[far] == PD_OUTLET) return PDI_FORCE_AXES;
+        if (row >= 0 && !bonds->smooth[row]) return PDI_FORCE_AXES;
+        bars |= flip;
+    }
+    return bars;
+}
+
+/* 1 when the flow has patches of rows, and those of the present geometry. */
+static int pdi_force_patched(const pd_flow *flow) { return flow->even && flow->patched == flow->bonds->version; }
+
+/* Finds them for each patch of rows, in place of its leak. */
+static void pdi_force_bar(const pdi_force_query *q)
+{
+    const pd_flow *flow = q->flow;
+    const pd_bonds *bonds = flow->bonds;
+    if (!pdi_force_patched(flow)) return;
+    for (int32_t r = 0; r < bonds->rows; r++) flow->leak[r] = 0.0;
+    for (int32_t r = 0; r < bonds->rows; r++)
+        if (flow->patch[r] >= 0)
+            flow->leak[flow->patch[r]] = (int)flow->leak[flow->patch[r]] | pdi_force_bars(q, r);
+}
+
+/* Axes along which nothing passes the body beside row r. */
+static int pdi_force_free(const pd_flow *flow, int32_t r)
+{
+    if (!pdi_force_patched(flow) || flow->patch[r] < 0) return 0;
+    return PDI_FORCE_AXES & ~(int)flow->leak[flow->patch[r]];
+}
+
+/* 1 when the surface that row r sees is smooth and has no edge. */
+static int pdi_force_smooth(const pd_flow *flow, int32_t r)
+{
+    const pd_bonds *bonds = flow->bonds;
+    if (!bonds->smooth[r]) return 0;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        pdi_bond_end end;
+        double mean;
+        if (pdi_bond_open(bonds, r, k)) continue;
+        pdi_bond_find_end(bonds, r, k, &end);
+        if (end.smooth && !pdi_force_curved(bonds, end.cell, end.x, &mean)) return 0;
+    }
+    return 1;
+}
+
+/* Axes along which row r has the friction of what it sees. Beside a smooth surface that goes on elsewhere the pieces of
+ * the surface have it: rows have it in the mean over many, and not where a box ends. */
+static int pdi_force_rows(const pd_flow *flow, int32_t r)
+{
+    int free = flow->bonds->smooth[r] ? pdi_force_free(flow, r) : PDI_FORCE_AXES;
+    return free == PDI_FORCE_AXES || !pdi_force_smooth(flow, r) ? PDI_FORCE_AXES : free;
+}
+
+/* The row of a fluid node. Of one without a row, that of a neighbour beside a smooth surface; -1: there is none. */
+static int32_t pdi_force_row(const pd_flow *flow, int32_t node)
+{
+    const pd_bonds *bonds = flow->bonds;
+    int32_t row = bonds->row[pdi_grid_image(flow->grid, node, NULL)];
+    if (row >= 0) return row;
+    for (int k = 0; k < bonds->stencil->count && (row < 0 || !bonds->smooth[row]); k++)
+        row = bonds->row[pdi_grid_image(flow->grid, node + bonds->paths.shift[k], NULL)];
+    return row;
+}
+
+/* The axes of such a row; pieces often ask for the same one again. */
+static int pdi_force_rows_of(pdi_force_query *q, int32_t r)
+{
+    if (r < 0) return PDI_FORCE_AXES;
+    if (r != q->last) q->axes = pdi_force_rows(q->flow, r);
+    q->last = r;
+    return q->axes;
+}
+
+/* Row r of such a body takes what of G P no bond hands on, G P - sum_open (P_i + P_j) g. Bonds between two rows take
+ * from one what they give to the other: the sum over the body is what passes a box around it. */
+static void pdi_force_take(pdi_force_query *q, int32_t r)
+{
+    const pd_flow *flow = q->flow;
+    const pd_bonds *bonds = flow->bonds;
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[r];
+    int axes = pdi_force_free(flow, r);
+    double take[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) take[d] = flow->grad[(int64_t)d * flow->grid->total + node];
+    for (int k = 0; k < s->count; k++) {
+        if (!pdi_bond_open(bonds, r, k)) continue;
+        double p = flow->p[node] + flow->p[node + bonds->paths.shift[k]];
+        for (int d = 0; d < PD_DIM; d++) take[d] -= p * s->grad[k * PD_DIM + d];
+    }
+    for (int d = 0; d < PD_DIM; d++)
+        if (axes >> d & 1) pdi_sum_add(&q->sum[PD_DIM + d], flow->rho * s->volume * take[d]);
+}
+
+/* ---- cell by cell ---- */
+
+#define PDI_FORCE_WAYS 4    /* half cells along the normal at which a piece of the surface looks for fluid */
+#define PDI_FORCE_GROUPS 8  /* fluid nodes that the surface in a cell sees */
+#define PDI_FORCE_INTO 0.05 /* [cells] A place so far behind a piece lies in the body that has it. */
+
+/* Pieces of one surface in a cell that see the same fluid node, or all from the one that found no room. */
+typedef struct pdi_force_rubbed {
+    int32_t node, closed; /* as of the piece */
+    int axes;      /* those along which friction is that of the surface */
+    double size, x[PD_DIM], into[PD_DIM]; /* area, and sums over it of place and normal */
+} pdi_force_rubbed;
+
+/* What the pieces in a cell add up to. */
+typedef struct pdi_force_cell {
+    pdi_force_query *query;
+    double all, asked;     /* area */
+    double drive[PD_DIM];  /* area times gradient of the pressure less body force, where rows have the friction */
+    double hand[PD_DIM];   /* area times that gradient, of bodies whose rows take pressure */
+    int count;
+    pdi_force_rubbed rubbed[PDI_FORCE_GROUPS];
+} pdi_force_cell;
+
+/* The fluid node beside a piece whose unit normal into the wall is `into`: that of its cell, or the next one along the
+ * normal. -1: none. */
+static int32_t pdi_force_beside(const pd_grid *grid, const double *x, const double *into)
+{
+    for (int half = 0; half <= PDI_FORCE_WAYS; half++) {
+        int i[PD_DIM], inside = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            /* a face belongs to the cell in front of it */
+            double at = x[d] - (0.5 * half + PDI_FORCE_STEP) * grid->h[d] * into[d];
+            i[d] = (int)floor((at - grid->lo[d]) / grid->h[d]);
+            inside = inside && i[d] >= -grid->ghost && i[d] < grid->n[d] + grid->ghost;
+        }
+        int32_t node = inside ? pd_grid_node(grid, i) : -1;
+        if (node >= 0 && (grid->kind[node] == PD_FLUID || grid->kind[node] == PD_IMAGE)) return node;
+    }
+    return -1;
+}
+
+/* 1 when a piece belongs to what is asked for. On a smooth surface the shape that is nearest, or that it lies in. */
+static int pdi_force_has(const pdi_force_query *q, const pdi_wetted_piece *piece, const double *into)
+{
+    const pd_grid *grid = q->flow->grid;
+    double x[PD_DIM], least = HUGE_VAL;
+    if (piece->closed >= 0 || q->shape < 0) return pdi_force_owned(q, piece->closed, piece->side);
+    for (int d = 0; d < PD_DIM; d++) x[d] = piece->x[d] + PDI_FORCE_INTO * grid->h[d] * into[d];
+    if (grid->wall >= 0) least = pdi_grid_level(grid, grid->wall, x);
+    if (grid->solid >= 0) least = pdi_min(least, pdi_grid_level(grid, grid->solid, x));
+    return pdi_grid_level(grid, q->shape, x) <= pdi_max(least, 0.0) + pdi_shape_tie(grid->h, x);
+}
+
+/* 1 when the piece belongs to the others: behind an edge another surface begins. */
+static int pdi_force_joins(const pdi_force_rubbed *rubbed, const pdi_wetted_piece *piece, int32_t node, int axes)
+{
+    double both = pdi_vec_norm(rubbed->into) * pdi_vec_norm(piece->area);
+    return rubbed->node == node && rubbed->axes == axes && rubbed->closed == piece->closed &&
+           pdi_vec_dot(rubbed->into, piece->area) > 0.5 * both;
+}
+
+/* A piece that is asked for counts for the friction of the node that it sees. */
+static void pdi_force_gather(pdi_force_cell *cell, const pdi_wetted_piece *piece, int32_t node, int axes, double size)
+{
+    int k = 0;
+    while (k < cell->count && !pdi_force_joins(&cell->rubbed[k], piece, node, axes)) k++;
+    if (k == PDI_FORCE_GROUPS) k--;
+    pdi_force_rubbed *rubbed = &cell->rubbed[k];
+    if (k == cell->count) {
+        cell->count++;
+        memset(rubbed, 0, sizeof *rubbed);
+        rubbed->node = node;
+        rubbed->axes = axes;
+        rubbed->closed = piece->closed;
+    }
+    rubbed->size += size;
+    for (int d = 0; d < PD_DIM; d++) {
+        rubbed->x[d] += size * piece->x[d];
+        rubbed->into[d] += piece->area[d];
+    }
+}
+
+/* The friction of such pieces. Where the surface is not known, at an edge, that of a parabola from the node. */
+static void pdi_force_rub_pieces(pdi_force_query *q, const pdi_force_rubbed *rubbed)
+{
+    const pd_flow *flow = q->flow;
+    const pd_grid *grid = flow->grid;
+    double x[PD_DIM], at[PD_DIM], slope[PD_DIM], into[PD_DIM], wall[PD_DIM], d = 0.0, along = 0.0;
+    double length = pdi_vec_norm(rubbed->into);
+    for (int a = 0; a < PD_DIM; a++) x[a] = rubbed->x[a] / rubbed->size;
+    if (!pdi_force_shear(flow, rubbed->node, x, slope)) {
+        if (!(length > 0.0)) return;
+        pd_grid_position(grid, rubbed->node, at);
+        for (int a = 0; a < PD_DIM; a++) {
+            into[a] = rubbed->into[a] / length;
+            d += (x[a] - at[a]) * into[a];
+        }
+        memset(wall, 0, sizeof wall);
+        if (flow->wall) flow->wall(flow->wall_user, x, wall);
+        d = pdi_max(d, 0.5 * pdi_vec_least(grid->h));
+        for (int a = 0; a < PD_DIM; a++) {
+            int64_t of = (int64_t)a * grid->total + rubbed->node;
+            int32_t image = pdi_grid_image(grid, rubbed->node, NULL);
+            double bend = (flow->grad[of] - pdi_flow_force(flow, a, image)) / flow->nu;
+            slope[a] = (flow->u[of] - wall[a]) / d - 0.5 * d * bend;
+            along += slope[a] * into[a];
+        }
+        for (int a = 0; a < PD_DIM; a++) slope[a] -= along * into[a];
+    }
+    for (int a = 0; a < PD_DIM; a++)
+        if (rubbed->axes >> a & 1) pdi_sum_add(&q->sum[a], flow->rho * flow->nu * slope[a] * rubbed->size);
+}
+
+static void pdi_force_piece(void *user, const pdi_wetted_piece *piece)
+{
+    pdi_force_cell *cell = (pdi_force_cell *)user;
+    pdi_force_query *q = cell->query;
+    const pd_flow *flow = q->flow;
+    const pd_grid *grid = flow->grid;
+    double size = pdi_vec_norm(piece->area), into[PD_DIM], x[PD_DIM];
+    if (!(size > 0.0)) return;
+    for (int d = 0; d < PD_DIM; d++) into[d] = piece->area[d] / size;
+    int32_t node = pdi_force_beside(grid, piece->x, into);
+    if (node < 0) return;
+    int32_t row = pdi_force_row(flow, node), image = pdi_grid_image(grid, node, NULL);
+    int asked = pdi_force_has(q, piece, into), rows = pdi_force_rows_of(q, row);
+    int free = row < 0 || !flow->bonds->smooth[row] ? 0 : pdi_force_free(flow, row);
+    double p = flow->p[node];
+    pd_grid_position(grid, node, x);
+    cell->all += size;
+    cell->asked += asked ? size : 0.0;
+    if (asked && rows != PDI_FORCE_AXES) pdi_force_gather(cell, piece, node, PDI_FORCE_AXES & ~rows, size);
+    for (int d = 0; d < PD_DIM; d++) {
+        double slope = flow->grad[(int64_t)d * grid->total + node];
+        p += slope * (piece->x[d] - x[d]);
+        if (rows >> d & 1) cell->drive[d] += size * (slope - pdi_flow_force(flow, d, image));
+        if (free >> d & 1) cell->hand[d] += size * slope;
+    }
+    for (int d = 0; d < PD_DIM && asked; d++)
+        if (!(free >> d & 1)) pdi_sum_add(&q->sum[PD_DIM + d], flow->rho * p * piece->area[d]);
+}
+
+/* Pressure on the surface in the cell of `node`. What friction of rows takes from whole cells of fluid is too much, or
+ * too little, by the balance of momentum of what the surface cuts off, or leaves open. */
+static void pdi_force_press(pdi_force_query *q, int32_t node)
+{
+    const pd_flow *flow = q->flow;
+    const pd_grid *grid = flow->grid;
+    pdi_force_cell cell;
+    memset(&cell, 0, sizeof cell);
+    cell.query = q;
+    double open = pdi_wetted_cell(grid, node, q->lo, q->hi, pdi_force_piece, &cell);
+    if (!(cell.asked > 0.0)) return;
+    double whole = flow->bonds->stencil->volume * pdi_grid_circumference(grid, node);
+    double excess = open - (grid->kind[node] == PD_FLUID ? whole * pdi_wetted_overlap(grid, node, q->lo, q->hi) : 0.0);
+    for (int k = 0; k < cell.count; k++) pdi_force_rub_pieces(q, &cell.rubbed[k]);
+    excess *= flow->rho * (cell.asked / cell.all) / cell.all;
+    for (int d = 0; d < PD_DIM; d++) {
+        pdi_sum_add(&q->sum[d], -excess * cell.drive[d]);
+        pdi_sum_add(&q->sum[PD_DIM + d], excess * cell.hand[d]);
+    }
+}
+
+/* All cells of the box. One that is further from smooth surfaces than it is long has none of them. */
+static void pdi_force_cells_press(pdi_force_query *q)
+{
+    const pd_grid *grid = q->flow->grid;
+    double half = 0.5 * pdi_vec_norm(grid->h), clear = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        clear -= grid->h[0];
+        pdi_grid_index(grid, node, i);
+        if (i[0] <= 0) clear = 0.0;
+        if (!pdi_grid_inside(grid, i)) continue;
+        int beside = grid->kind[node] == PD_FLUID && q->flow->bonds->row[node] >= 0;
+        if (!(clear > half)) clear = pdi_wetted_clear(grid, node);
+        if (beside || clear <= half) pdi_force_press(q, node);
+    }
+}
+
+void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
+                      double *friction, double *pressure)
+{
+    pdi_force_query q;
+    memset(&q, 0, sizeof q);
+    q.flow = flow;
+    q.lo = lo;
+    q.hi = hi;
+    q.shape = shape;
+    q.last = -1;
+    pdi_flow_prepare(ctx, flow);
+    pdi_force_bar(&q);
+    for (int32_t r = 0; r < flow->bonds->rows; r++) {
+        double rub[PD_DIM], share = pdi_wetted_overlap(flow->grid, flow->bonds->node[r], lo, hi);
+        if (flow->bonds->smooth[r] && pdi_force_free(flow, r)) pdi_force_take(&q, r);
+        int axes = share > 0.0 ? pdi_force_rows_of(&q, r) : 0;
+        if (!axes) continue;
+        pdi_force_rub(&q, r, rub);
+        for (int d = 0; d < PD_DIM; d++)
+            if (axes >> d & 1) pdi_sum_add(&q.sum[d], flow->rho * share * rub[d]);
+    }
+    pdi_force_cells_press(&q);
+    for (int d = 0; d < PD_DIM; d++) {
+        double f = pdi_sum_total(&q.sum[d]), p = pdi_sum_total(&q.sum[PD_DIM + d]);
+        force[d] = f + p;
+        if (friction) friction[d] = f;
+        if (pressure) pressure[d] = p;
+    }
+    pdi_force_cancel(flow->grid, force);
+    if (friction) pdi_force_cancel(flow->grid, friction);
+    if (pressure) pdi_force_cancel(flow->grid, pressure);
+}
 
 /* ---- around the body ---- */
 
@@ -573,15 +765,14 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
         int i[PD_DIM], within = 1;
         pdi_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) within = within && i[d] >= first[d] && i[d] <= last[d];
-        if (within) fluid += pdi_force_excess(grid, PD_FORCE_ALL, node);
+        if (within) fluid += pdi_wetted_cell(grid, node, grid->lo, grid->hi, NULL, NULL);
         if (!within || grid->kind[node] != PD_FLUID) continue;
-        fluid += pdi_grid_circumference(grid, node);
         for (int d = 0; d < PD_DIM && flow->body; d++)
             pdi_sum_add(&sum[d], flow->rho * flow->body[(int64_t)d * grid->total + node] *
                                      pdi_grid_circumference(grid, node) * flow->bonds->stencil->volume);
     }
     for (int d = 0; d < PD_DIM; d++)
-        force[d] = pdi_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid * flow->bonds->stencil->volume;
+        force[d] = pdi_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid;
     pdi_force_cancel(grid, force);
     return PD_OK;
 }

@@ -1,8 +1,8 @@
 /* force: what a flow does to walls and solids, in two ways that share nothing but the fields.
  *
- * On the surface: cut bonds carry friction (the wall terms of eq. 3.3 and 3.4), and closed bonds are faces with the
- * area 2 g V that the pressure presses on. Around the body: momentum that passes the sides of a box of cells. Both are
- * second order where the surface is smooth; their difference measures the error (theory: eq. 4.27, 4.28).
+ * On the surface: cut bonds carry friction (the wall terms of eq. 3.3 and 3.4), and pressure acts on the pieces of the
+ * surface in each cell. Around the body: momentum that passes the sides of a box of cells. Both are of second order
+ * where the surface is smooth; their difference measures the error (theory: eq. 4.27, 4.28).
  */
 #ifndef PD_FORCE_H
 #define PD_FORCE_H
@@ -14,10 +14,11 @@
 #define PD_FORCE_ALL (-1)   /* as shape: everything */
 #define PD_FORCE_SIDES (-2) /* as shape: the sides of the box, which are no part of a shape */
 /* force [PD_DIM] [N; 1D: N/m2, 2D: N/m, axisymmetric: N along z, 0 across] that the present state of the flow exerts on
- * walls and solids between lo and hi [m]: friction of the fluid nodes there, and pressure on the points there at which
- * bonds meet the surface. friction and pressure are its parts (NULL: not wanted). Friction takes the steady balance of
- * momentum on the surface. shape is an index in the shapes of the grid: all closed cells whose centres lie in it count,
- * walls, and metal that has not dissolved. A cell of several shapes counts for each. */
+ * the surface of walls and solids between lo and hi [m]. A constant pressure gives itself times the area there.
+ * friction and pressure are its parts (NULL: not wanted). Friction takes the steady balance of momentum on the
+ * surface. shape is an index in the shapes of the grid, of walls or of metal that has not dissolved: pieces of a smooth
+ * surface that it is nearest to count, and faces of closed cells whose centres lie in it. A cell of several shapes
+ * counts for each. */
 PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
                              double *friction, double *pressure);
 /* The force on everything inside the box of cells next to lo .. hi [m], from what passes the sides of this box in a

@@ -1117,6 +1117,7 @@ def declare(dim):
         ('even', c_int),
         ('rim', c_int32),
         ('patch', POINTER(c_int32)),
+        ('patched', c_uint32),
         ('slopes', pd_reconstruct),
         ('order', c_int),
         ('sharp', pd_sharp),

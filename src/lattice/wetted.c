@@ -1,0 +1,375 @@
+/* wetted: see wetted.h */
+#include "lattice/wetted.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_WETTED_HALVINGS 3 /* of a cell, along each axis */
+#define PDI_WETTED_CORNERS (1 << PD_DIM)
+#define PDI_WETTED_ENDS (PD_DIM + 1) /* corners of a simplex */
+#define PDI_WETTED_SIMPLICES (PD_DIM == 1 ? 1 : PD_DIM == 2 ? 2 : 6)
+/* What closes a cell: sums of these. */
+#define PDI_WETTED_WALL 1
+#define PDI_WETTED_SOLID 2
+#define PDI_WETTED_ALL (-1) /* the whole cell is closed, or its neighbour */
+
+typedef struct pdi_wetted {
+    const pd_grid *grid;
+    int shapes;  /* smooth shapes that cut the cell */
+    int beyond;  /* those of the neighbour; PDI_WETTED_ALL */
+    int axis;    /* of the face in hand */
+    double sign; /* of its normal */
+    pdi_wetted_fn take;
+    void *user;
+    double volume;
+    pdi_wetted_piece piece;
+} pdi_wetted;
+
+/* Orders of the axes; the first ones are those of fewer axes. */
+static const uint8_t pdi_wetted_order[6][3] = {{0, 1, 2}, {1, 0, 2}, {0, 2, 1}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+
+static double pdi_wetted_ring(const pd_grid *grid, double r)
+{
+    return grid->circumference ? 2.0 * PDI_PI * fabs(r) : 1.0;
+}
+
+static int pdi_wetted_exact(const pd_grid *grid, int shape)
+{
+    return shape >= 0 && pdi_shape_exact(grid->shapes, shape);
+}
+
+/* Distance of x from the nearest of `shapes`. A place on a surface is closed. */
+static double pdi_wetted_level(const pd_grid *grid, int shapes, const double *x)
+{
+    double level = HUGE_VAL;
+    if (shapes == PDI_WETTED_ALL) return -HUGE_VAL;
+    if (shapes & PDI_WETTED_WALL) level = pdi_grid_level(grid, grid->wall, x);
+    if (shapes & PDI_WETTED_SOLID) level = pdi_min(level, pdi_grid_level(grid, grid->solid, x));
+    return fabs(level) <= pdi_shape_tie(grid->h, x) ? 0.0 : level;
+}
+
+PDI_FN double pdi_wetted_clear(const pd_grid *grid, int32_t node)
+{
+    double x[PD_DIM], clear = HUGE_VAL;
+    pd_grid_position(grid, node, x);
+    if (pdi_wetted_exact(grid, grid->wall)) clear = fabs(pdi_grid_level(grid, grid->wall, x));
+    if (pdi_wetted_exact(grid, grid->solid)) clear = pdi_min(clear, fabs(pdi_grid_level(grid, grid->solid, x)));
+    return clear;
+}
+
+/* The smooth shapes that cut the cell of a node. One that the node has receded from does not. */
+static int pdi_wetted_shapes(const pd_grid *grid, int32_t node)
+{
+    static const int bit[2] = {PDI_WETTED_WALL, PDI_WETTED_SOLID};
+    int shape[2], shapes = 0, inside = 0;
+    uint8_t kind = grid->kind[node];
+    double x[PD_DIM];
+    shape[0] = grid->wall;
+    shape[1] = grid->solid;
+    if (pdi_grid_walled(grid, node)) return PDI_WETTED_ALL;
+    pd_grid_position(grid, node, x);
+    for (int k = 0; k < 2; k++) {
+        if (!pdi_wetted_exact(grid, shape[k])) continue;
+        int in = !(pdi_grid_level(grid, shape[k], x) > pdi_shape_tie(grid->h, x));
+        inside = inside || (in && (k == 0 || kind == PD_SOLID));
+        if (!in || !pdi_grid_open(kind)) shapes |= bit[k];
+    }
+    return pdi_grid_open(kind) || inside ? shapes : PDI_WETTED_ALL;
+}
+
+/* ---- simplices ---- */
+
+/* Corners of a simplex of `axes` axes and the distance there, those in the fluid first; how many these are. */
+typedef struct pdi_wetted_simplex {
+    double x[PDI_WETTED_ENDS][PD_DIM], level[PDI_WETTED_ENDS];
+    int axes, open;
+} pdi_wetted_simplex;
+
+static double pdi_wetted_cut(const pdi_wetted_simplex *s, int from, int to)
+{
+    return s->level[from] / (s->level[from] - s->level[to]);
+}
+
+/* Share of the simplex that is open. */
+static double pdi_wetted_share(const pdi_wetted_simplex *s)
+{
+    int ends = s->axes + 1;
+    double share = 1.0;
+    if (s->open == 0 || s->open == ends) return s->open ? 1.0 : 0.0;
+    if (s->open == 1) {
+        for (int k = 1; k < ends; k++) share *= pdi_wetted_cut(s, 0, k);
+        return share;
+    }
+#if PD_DIM == 3
+    if (s->open < s->axes) {
+        /* the wedge of two edges, as three tetrahedra */
+        double a = pdi_wetted_cut(s, 0, 2), b = pdi_wetted_cut(s, 0, 3);
+        double c = pdi_wetted_cut(s, 1, 2), d = pdi_wetted_cut(s, 1, 3);
+        return a * b + c * d * (1.0 - b) + c * b * (1.0 - a);
+    }
+#endif
+    for (int k = 0; k < s->axes; k++) share *= 1.0 - pdi_wetted_cut(s, k, s->axes);
+    return 1.0 - share;
+}
+
+/* Adds a corner to the open or to the closed ones. */
+static void pdi_wetted_add(pdi_wetted_simplex *s, int count, const double *x, double level)
+{
+    int at = count;
+    if (level > 0.0) {
+        at = s->open++;
+        memcpy(s->x[count], s->x[at], sizeof s->x[0]);
+        s->level[count] = s->level[at];
+    }
+    memcpy(s->x[at], x, sizeof s->x[0]);
+    s->level[at] = level;
+}
+
+static void pdi_wetted_point(const pdi_wetted_simplex *s, int from, int to, double *x)
+{
+    double t = pdi_wetted_cut(s, from, to);
+    for (int d = 0; d < PD_DIM; d++) x[d] = s->x[from][d] + t * (s->x[to][d] - s->x[from][d]);
+}
+
+/* Hands on a piece with the corners p [PD_DIM]; `out` points from the fluid into the wall. */
+static void pdi_wetted_hand(pdi_wetted *w, double p[][PD_DIM], const double *out)
+{
+    pdi_wetted_piece *piece = &w->piece;
+    double *area = piece->area;
+    for (int d = 0; d < PD_DIM; d++) {
+        piece->x[d] = 0.0;
+        for (int k = 0; k < PD_DIM; k++) piece->x[d] += p[k][d] / PD_DIM;
+    }
+#if PD_DIM == 1
+    area[0] = 1.0;
+#elif PD_DIM == 2
+    area[0] = p[1][1] - p[0][1];
+    area[1] = p[0][0] - p[1][0];
+#else
+    for (int d = 0; d < 3; d++) {
+        int e = (d + 1) % 3, f = (d + 2) % 3;
+        area[d] = 0.5 * ((p[1][e] - p[0][e]) * (p[2][f] - p[0][f]) - (p[1][f] - p[0][f]) * (p[2][e] - p[0][e]));
+    }
+#endif
+    double size = pdi_wetted_ring(w->grid, piece->x[PD_DIM - 1]);
+    if (pdi_vec_dot(area, out) < 0.0) size = -size;
+    for (int d = 0; d < PD_DIM; d++) area[d] *= size;
+    if (w->take) w->take(w->user, piece);
+}
+
+/* The zero level in a simplex: a triangle or two, an edge, a point. */
+static void pdi_wetted_surface(pdi_wetted *w, const pdi_wetted_simplex *s)
+{
+    double p[4][PD_DIM], out[PD_DIM];
+    int count = 0;
+    for (int d = 0; d < PD_DIM; d++) out[d] = s->x[s->open][d] - s->x[0][d];
+    for (int i = 0; i < s->open; i++)
+        for (int k = s->open; k <= PD_DIM; k++) pdi_wetted_point(s, i, k, p[count++]);
+    pdi_wetted_hand(w, p, out);
+    if (count == 4) pdi_wetted_hand(w, p + 1, out); /* the edges of the four go by 0, 1, 3, 2 */
+}
+
+/* [m] Mean radius of the open part of a triangle. */
+static double pdi_wetted_radius(const pdi_wetted_simplex *s, double share)
+{
+    double all = 0.0, corner, x[PD_DIM];
+    int lone = s->open == 1 ? 0 : PD_DIM, r = PD_DIM - 1;
+    for (int k = 0; k <= PD_DIM; k++) all += s->x[k][r] / PDI_WETTED_ENDS;
+    if (s->open == PDI_WETTED_ENDS) return all;
+    corner = s->x[lone][r] / PDI_WETTED_ENDS;
+    for (int k = 0; k <= PD_DIM; k++) {
+        if (k == lone) continue;
+        pdi_wetted_point(s, lone ? k : lone, lone ? lone : k, x);
+        corner += x[r] / PDI_WETTED_ENDS;
+    }
+    return lone ? (all - (1.0 - share) * corner) / share : corner;
+}
+
+/* The simplices of the box a .. b. All begin at the corner `anchor`: parts of a box that has been halved mirror each
+ * other. */
+static void pdi_wetted_simplices(pdi_wetted *w, const double *a, const double *b, int anchor)
+{
+    double level[PDI_WETTED_CORNERS], x[PDI_WETTED_CORNERS][PD_DIM], size = 1.0;
+    for (int d = 0; d < PD_DIM; d++) size *= (b[d] - a[d]) / (d + 1);
+    for (int c = 0; c < PDI_WETTED_CORNERS; c++) {
+        for (int d = 0; d < PD_DIM; d++) x[c][d] = c >> d & 1 ? b[d] : a[d];
+        level[c] = pdi_wetted_level(w->grid, w->shapes, x[c]);
+    }
+    for (int k = 0; k < PDI_WETTED_SIMPLICES; k++) {
+        pdi_wetted_simplex s;
+        int c = anchor;
+        s.axes = PD_DIM;
+        s.open = 0;
+        pdi_wetted_add(&s, 0, x[c], level[c]);
+        for (int d = 0; d < PD_DIM; d++) {
+            c ^= 1 << pdi_wetted_order[k][d];
+            pdi_wetted_add(&s, d + 1, x[c], level[c]);
+        }
+        if (s.open == 0) continue;
+        double share = pdi_wetted_share(&s), around = 1.0;
+        if (w->grid->circumference) around = pdi_wetted_ring(w->grid, pdi_wetted_radius(&s, share));
+        w->volume += size * share * around;
+        if (s.open <= PD_DIM) pdi_wetted_surface(w, &s);
+    }
+}
+
+/* Half of the diagonal of a .. b, and its middle. */
+static double pdi_wetted_middle(const double *a, const double *b, double *x)
+{
+    double square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        x[d] = 0.5 * (a[d] + b[d]);
+        square += (b[d] - a[d]) * (b[d] - a[d]);
+    }
+    return 0.5 * sqrt(square);
+}
+
+/* The part k of a .. b, halved along all axes but `axis`. */
+static void pdi_wetted_part(const double *a, const double *b, const double *middle, int axis, int k, double *low,
+                            double *high)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        int up = k >> d & 1;
+        low[d] = d == axis || !up ? a[d] : middle[d];
+        high[d] = d == axis || up ? b[d] : middle[d];
+    }
+}
+
+static void pdi_wetted_inside(pdi_wetted *w, const double *a, const double *b, int anchor, int halvings)
+{
+    double x[PD_DIM], low[PD_DIM], high[PD_DIM], size = 1.0;
+    double reach = pdi_wetted_middle(a, b, x), level = pdi_wetted_level(w->grid, w->shapes, x);
+    if (fabs(level) >= reach) {
+        for (int d = 0; d < PD_DIM; d++) size *= b[d] - a[d];
+        if (level > 0.0) w->volume += size * pdi_wetted_ring(w->grid, x[PD_DIM - 1]);
+    } else if (halvings == 0) {
+        pdi_wetted_simplices(w, a, b, anchor);
+    } else {
+        for (int k = 0; k < PDI_WETTED_CORNERS; k++) {
+            pdi_wetted_part(a, b, x, -1, k, low, high);
+            pdi_wetted_inside(w, low, high, k, halvings - 1);
+        }
+    }
+}
+
+/* ---- faces of cells ---- */
+
+/* Share of the face a .. b that is open in the cell and closed in its neighbour, simplex by simplex as above. */
+static double pdi_wetted_simplices_face(const pdi_wetted *w, const double *a, const double *b, int anchor)
+{
+    double sum = 0.0;
+    int axes[3], count = 0, orders = 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (d != w->axis) axes[count++] = d;
+    for (int k = 0; k < PDI_WETTED_SIMPLICES; k++) {
+        pdi_wetted_simplex mine, both;
+        double x[PD_DIM];
+        int c = anchor;
+        if (count < PD_DIM && pdi_wetted_order[k][PD_DIM - 1] != PD_DIM - 1) continue;
+        mine.axes = both.axes = count;
+        mine.open = both.open = 0;
+        for (int step = 0; step <= count; step++) {
+            if (step) c ^= 1 << axes[pdi_wetted_order[k][step - 1]];
+            for (int d = 0; d < PD_DIM; d++) x[d] = c >> d & 1 ? b[d] : a[d];
+            double level = pdi_wetted_level(w->grid, w->shapes, x);
+            pdi_wetted_add(&mine, step, x, level);
+            pdi_wetted_add(&both, step, x, pdi_min(level, pdi_wetted_level(w->grid, w->beyond, x)));
+        }
+        sum += pdi_wetted_share(&mine) - pdi_wetted_share(&both);
+        orders++;
+    }
+    return sum / orders;
+}
+
+static void pdi_wetted_put_face(pdi_wetted *w, const double *a, const double *b, double share)
+{
+    pdi_wetted_piece *piece = &w->piece;
+    double size = w->sign * share;
+    for (int d = 0; d < PD_DIM; d++) {
+        piece->x[d] = 0.5 * (a[d] + b[d]);
+        if (d != w->axis) size *= b[d] - a[d];
+        piece->area[d] = 0.0;
+    }
+    piece->area[w->axis] = size * pdi_wetted_ring(w->grid, piece->x[PD_DIM - 1]);
+    if (fabs(size) > 0.0 && w->take) w->take(w->user, piece);
+}
+
+static void pdi_wetted_face(pdi_wetted *w, const double *a, const double *b, int anchor, int halvings)
+{
+    double x[PD_DIM], low[PD_DIM], high[PD_DIM], reach = pdi_wetted_middle(a, b, x);
+    double mine = pdi_wetted_level(w->grid, w->shapes, x), other = pdi_wetted_level(w->grid, w->beyond, x);
+    if (mine <= -reach || (other > 0.0 && other >= reach)) return;
+    if (mine > 0.0 && mine >= reach && other <= -reach) pdi_wetted_put_face(w, a, b, 1.0);
+    else if (halvings == 0) pdi_wetted_put_face(w, a, b, pdi_wetted_simplices_face(w, a, b, anchor));
+    else
+        for (int k = 0; k < PDI_WETTED_CORNERS; k++) {
+            if (k >> w->axis & 1) continue;
+            pdi_wetted_part(a, b, x, w->axis, k, low, high);
+            pdi_wetted_face(w, low, high, k, halvings - 1);
+        }
+}
+
+/* ---- cells ---- */
+
+/* The part of a cell between lo and hi: a .. b. 0: there is none. */
+static int pdi_wetted_between(const pd_grid *grid, const int *i, const double *lo, const double *hi, double *a,
+                              double *b)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        a[d] = pdi_max(grid->lo[d] + i[d] * grid->h[d], lo[d]);
+        b[d] = pdi_min(grid->lo[d] + (i[d] + 1) * grid->h[d], hi[d]);
+        if (!(b[d] > a[d])) return 0;
+    }
+    return 1;
+}
+
+PDI_FN double pdi_wetted_overlap(const pd_grid *grid, int32_t node, const double *lo, const double *hi)
+{
+    double a[PD_DIM], b[PD_DIM], share = 1.0;
+    int i[PD_DIM];
+    pdi_grid_index(grid, node, i);
+    if (!pdi_wetted_between(grid, i, lo, hi, a, b)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) share *= pdi_min((b[d] - a[d]) / grid->h[d], 1.0);
+    return share;
+}
+
+PDI_FN double pdi_wetted_cell(const pd_grid *grid, int32_t node, const double *lo, const double *hi, pdi_wetted_fn take,
+                              void *user)
+{
+    pdi_wetted w;
+    double a[PD_DIM], b[PD_DIM];
+    int i[PD_DIM];
+    memset(&w, 0, sizeof w);
+    pdi_grid_index(grid, node, i);
+    w.grid = grid;
+    w.take = take;
+    w.user = user;
+    w.shapes = pdi_wetted_shapes(grid, node);
+    if (w.shapes == PDI_WETTED_ALL || !pdi_wetted_between(grid, i, lo, hi, a, b)) return 0.0;
+    w.piece.closed = -1;
+    pdi_wetted_inside(&w, a, b, 0, PDI_WETTED_HALVINGS);
+    for (int side = 0; side < 2 * PD_DIM && take; side++) {
+        int d = side / 2, up = side % 2;
+        double low[PD_DIM], high[PD_DIM], face = grid->lo[d] + (i[d] + up) * grid->h[d];
+        int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
+        w.beyond = pdi_wetted_shapes(grid, other);
+        if (w.beyond == w.shapes || w.beyond == 0 || face < lo[d] || face > hi[d]) continue;
+        memcpy(low, a, sizeof low);
+        memcpy(high, b, sizeof high);
+        low[d] = high[d] = face;
+        w.axis = d;
+        w.sign = up ? 1.0 : -1.0;
+        w.piece.closed = other;
+        w.piece.side = pdi_grid_walled(grid, other);
+        pdi_wetted_face(&w, low, high, 0, PDI_WETTED_HALVINGS);
+    }
+    return w.volume;
+}
+
+#undef PDI_WETTED_HALVINGS
+#undef PDI_WETTED_CORNERS
+#undef PDI_WETTED_ENDS
+#undef PDI_WETTED_SIMPLICES
+#undef PDI_WETTED_WALL
+#undef PDI_WETTED_SOLID
+#undef PDI_WETTED_ALL
