@@ -164,12 +164,13 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_bonds *bonds = flow->bonds;
     if (flow->sharp.bonds) pdi_sharp_update(&flow->sharp);
-    flow->even = 0;
-    for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
-    flow->even = flow->even && !flow->grid->circumference;
-    if (!flow->even) return PD_OK;
+    int smooth = 0;
+    for (int32_t r = 0; r < bonds->rows; r++) smooth = smooth || bonds->smooth[r];
+    flow->even = smooth && !flow->grid->circumference;
+    flow->patched = 0;
+    if (!smooth) return PD_OK;
     const double *excess = flow->isotropic.bonds ? flow->isotropic.excess : NULL;
-    PDI_TRY(pdi_reconstruct_update(ctx, bonds, excess, flow->isotropy, &flow->slopes));
+    if (flow->even) PDI_TRY(pdi_reconstruct_update(ctx, bonds, excess, flow->isotropy, &flow->slopes));
     if (flow->rim < bonds->capacity)
         PDI_TRY(pdi_owner_renew(ctx, pdi_flow_rim_list, flow, &flow->rim, bonds->capacity));
     for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;

@@ -269,6 +269,8 @@ static int pdi_force_shear(const pd_flow *flow, int32_t node, const double *x, d
     if (!pdi_surface_meet(flow->bonds, node, x, sight.place, sight.normal, &sight.closed)) return 0;
     if (!(pdi_bond_smooth(flow->bonds, sight.closed, sight.place) < HUGE_VAL)) mean = 0.0;
     else if (!pdi_force_curved(flow->bonds, sight.closed, sight.place, &mean)) return 0;
+    double round = grid->circumference ? sight.normal[PD_DIM - 1] / fabs(sight.place[PD_DIM - 1]) : 0.0;
+    if (fabs(round) * h < PDI_FORCE_SHARP) mean += round; /* a surface of revolution bends round the axis, too */
     pdi_force_look(&sight, node);
     memset(moment, 0, sizeof moment);
     memset(right, 0, sizeof right);
@@ -368,7 +370,7 @@ static int pdi_force_bars(const pdi_force_query *q, int32_t r)
 }
 
 /* 1 when the flow has patches of rows, and those of the present geometry. */
-static int pdi_force_patched(const pd_flow *flow) { return flow->even && flow->patched == flow->bonds->version; }
+static int pdi_force_patched(const pd_flow *flow) { return flow->patch && flow->patched == flow->bonds->version; }
 
 /* Finds them for each patch of rows, in place of its leak. */
 static void pdi_force_bar(const pdi_force_query *q)
@@ -408,7 +410,7 @@ static int pdi_force_smooth(const pd_flow *flow, int32_t r)
  * the surface have it: rows have it in the mean over many, and not where a box ends. */
 static int pdi_force_rows(const pd_flow *flow, int32_t r)
 {
-    int free = flow->bonds->smooth[r] ? pdi_force_free(flow, r) : PDI_FORCE_AXES;
+    int free = flow->bonds->smooth[r] && !flow->grid->circumference ? pdi_force_free(flow, r) : PDI_FORCE_AXES;
     return free == PDI_FORCE_AXES || !pdi_force_smooth(flow, r) ? PDI_FORCE_AXES : free;
 }
 
@@ -445,11 +447,12 @@ static void pdi_force_take(pdi_force_query *q, int32_t r)
     for (int d = 0; d < PD_DIM; d++) take[d] = flow->grad[(int64_t)d * flow->grid->total + node];
     for (int k = 0; k < s->count; k++) {
         if (!pdi_bond_open(bonds, r, k)) continue;
-        double p = flow->p[node] + flow->p[node + bonds->paths.shift[k]];
+        double p = pdi_bond_flux(bonds, node, k) * (flow->p[node] + flow->p[node + bonds->paths.shift[k]]);
         for (int d = 0; d < PD_DIM; d++) take[d] -= p * s->grad[k * PD_DIM + d];
     }
+    double volume = s->volume * pdi_grid_circumference(flow->grid, node);
     for (int d = 0; d < PD_DIM; d++)
-        if (axes >> d & 1) pdi_sum_add(&q->sum[PD_DIM + d], flow->rho * s->volume * take[d]);
+        if (axes >> d & 1) pdi_sum_add(&q->sum[PD_DIM + d], flow->rho * volume * take[d]);
 }
 
 /* ---- cell by cell ---- */
