@@ -688,6 +688,7 @@ static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
     d->out += d->rinsed;
     s->turned = d->changed;
     s->turned_count = d->changed_count;
+    if (d->desc.anew) s->ends = 1;
     return PD_OK;
 }
 

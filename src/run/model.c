@@ -285,11 +285,12 @@ static pd_status pdi_model_surfaces(pd_ctx *ctx, pd_model *m)
                               m->surfaces);
 }
 
-/* 1: currents change with species: conductivities do, or states of surfaces that they depend on. */
+/* 1: currents are found for each step of the species, ahead of the metal: conductivities change with them, or states of
+ * surfaces step with them, or covers whose metal goes by currents that depend on time. */
 static int pdi_model_alters(const pd_setup *u)
 {
-    int alters = !(u->potential.conductivity > 0.0);
-    for (int e = 0; e < u->potential.electrodes; e++) alters |= u->potential.electrode[e].shares && u->states > 0;
+    int covers = u->cover > 0.0 && u->minerals && pdi_electrodes_timed(u);
+    int alters = !(u->potential.conductivity > 0.0) || u->states > 0 || covers;
     return u->has_potential && u->has_chemistry && !u->migrates && alters;
 }
 
@@ -535,6 +536,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.bounds = metal[0].bounds;
     desc.follows = pdi_model_electric(u);
     desc.driven = desc.follows && pdi_electrodes_timed(u);
+    desc.anew = desc.follows && !pdi_model_alters(u);
     if (desc.follows) {
         desc.found = pdi_model_match;
         desc.found_user = m;

@@ -18,6 +18,9 @@
 /* Share of a charge that a change of current within steps may leave out without a word. */
 #define PDI_RESULTS_CHARGE 0.05
 
+/* Of all that has passed either way, an error of a charge below this share is none. */
+#define PDI_RESULTS_ROUNDING 1e-9
+
 /* Metal and charge do not agree. */
 static void pdi_results_uneven(const pd_monitor *m, pd_print_fn print, void *user)
 {
@@ -37,7 +40,8 @@ static void pdi_results_uneven(const pd_monitor *m, pd_print_fn print, void *use
 static void pdi_results_charge(const pd_monitor *m, const pd_cell_electrode *e, pd_print_fn print, void *user)
 {
     char text[256];
-    if (!(e->charge_error > PDI_RESULTS_CHARGE * fabs(e->charge))) return;
+    double sizes = 2.0 * e->passed - e->charge; /* of what has passed either way */
+    if (!(e->charge_error > PDI_RESULTS_CHARGE * fabs(e->charge) + PDI_RESULTS_ROUNDING * sizes)) return;
     snprintf(text, sizeof text, "electrode %s: its current changed within steps: its charge, %.4g C, may be off by "
              "%.2g C; expected a smaller max_step", m->desc->name, e->charge, e->charge_error);
     print(user, PD_PRINT_NOTE, text);
@@ -155,3 +159,4 @@ PDI_FN void pdi_results_print(const pd_monitors *all, pd_print_fn print, void *u
 #undef PDI_RESULTS_PECLET
 #undef PDI_RESULTS_IONIC
 #undef PDI_RESULTS_EXACT
+#undef PDI_RESULTS_ROUNDING

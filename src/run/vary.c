@@ -16,11 +16,15 @@
 /* Share of a step within which a jump lies at its start. */
 #define PDI_VARY_BEGINS 1e-9
 /* What the middle of a step may miss of the mean of a value, over rtol. */
-#define PDI_VARY_MEAN 5.0
+#define PDI_VARY_MEAN 1.0
 /* A value below this share of the largest to come is faint in its mean over a step. */
 #define PDI_VARY_FAINT 0.25
 /* Currents that grow by the factor exp(x) in a step have the mean exp(x/2) (1 + x^2/24). */
 #define PDI_VARY_CURVED 24.0
+/* [V] Curves bend over the thermal voltage of 4 electrons, RT/(4 F), at least. */
+#define PDI_VARY_SPAN 6.4e-3
+/* Second differences below this share of currents are those of rounding. */
+#define PDI_VARY_STRAIGHT 1e-9
 /* The tolerance where none is given. */
 #define PDI_VARY_RTOL 1e-3
 /* Parts of a step that are looked at, at most, and halvings of it. */
@@ -84,22 +88,31 @@ static void pdi_vary_body(const pd_setup *u, pd_vary *vary)
     for (int d = 0; d < PD_DIM && u->metal_body.weighs; d++) pdi_vary_take(u, &u->metal_body.force[d], -1, vary);
 }
 
+/* Change [V] by which the current of a table grows e-fold where it bends most, over spans that curves bend in. Beside a
+ * zero of the current the slope says by how much it bends. HUGE_VAL: it is straight. */
+static double pdi_vary_bends(const pd_electrode_term *term)
+{
+    double fold = HUGE_VAL, spacing = (term->potential[term->points - 1] - term->potential[0]) / (term->points - 1);
+    int span = (int)ceil(PDI_VARY_SPAN / spacing);
+    for (int k = span; k + span < term->points; k++) {
+        double low = term->current[k - span], middle = term->current[k], high = term->current[k + span];
+        double bend = fabs(low - 2.0 * middle + high), size = (fabs(low) + fabs(middle) + fabs(high)) / 3.0;
+        double slope = 0.5 * fabs(high - low);
+        if (!(bend > PDI_VARY_STRAIGHT * size)) continue;
+        fold = pdi_min(fold, span * spacing * pdi_max(sqrt(size / bend), slope / bend));
+    }
+    return fold;
+}
+
 /* Change [V] by which currents of an electrode grow e-fold at most; HUGE_VAL: its curve is straight. */
 static double pdi_vary_fold(const pd_setup_electrode *e)
 {
     const pd_electrode_term *term = &e->term;
     double fold = HUGE_VAL;
     if (e->primary || term->kind == PD_ELECTRODE_LINEAR) return fold;
-    if (term->kind == PD_ELECTRODE_BUTLER_VOLMER) {
-        if (term->anodic > 0.0) fold = term->anodic;
-        return term->cathodic > 0.0 ? pdi_min(fold, term->cathodic) : fold;
-    }
-    for (int k = 1; k < term->points; k++) {
-        double first = fabs(term->current[k - 1]), last = fabs(term->current[k]);
-        double volts = term->potential[k] - term->potential[k - 1], folds = fabs(log(last / first));
-        if (first > 0.0 && last > 0.0 && folds > 0.0) fold = pdi_min(fold, volts / folds);
-    }
-    return fold;
+    if (term->kind != PD_ELECTRODE_BUTLER_VOLMER) return pdi_vary_bends(term);
+    if (term->anodic > 0.0) fold = term->anodic;
+    return term->cathodic > 0.0 ? pdi_min(fold, term->cathodic) : fold;
 }
 
 static void pdi_vary_electrodes(const pd_setup *u, pd_vary *vary)
@@ -268,6 +281,8 @@ PDI_FN double pdi_vary_until(void *user, double t, double end)
 #undef PDI_VARY_NONE
 #undef PDI_VARY_FAINT
 #undef PDI_VARY_CURVED
+#undef PDI_VARY_SPAN
+#undef PDI_VARY_STRAIGHT
 #undef PDI_VARY_RTOL
 #undef PDI_VARY_PARTS
 #undef PDI_VARY_HALVINGS
