@@ -92,14 +92,16 @@ static void pdi_vary_body(const pd_setup *u, pd_vary *vary)
  * zero of the current the slope says by how much it bends. HUGE_VAL: it is straight. */
 static double pdi_vary_bends(const pd_electrode_term *term)
 {
-    double fold = HUGE_VAL, spacing = (term->potential[term->points - 1] - term->potential[0]) / (term->points - 1);
-    int span = (int)ceil(PDI_VARY_SPAN / spacing);
-    for (int k = span; k + span < term->points; k++) {
-        double low = term->current[k - span], middle = term->current[k], high = term->current[k + span];
-        double bend = fabs(low - 2.0 * middle + high), size = (fabs(low) + fabs(middle) + fabs(high)) / 3.0;
-        double slope = 0.5 * fabs(high - low);
-        if (!(bend > PDI_VARY_STRAIGHT * size)) continue;
-        fold = pdi_min(fold, span * spacing * pdi_max(sqrt(size / bend), slope / bend));
+    const double *u = term->potential, *i = term->current;
+    double fold = HUGE_VAL;
+    for (int k = 1, a = 0, b = 1; k + 1 < term->points; k++) {
+        while (a + 1 < k && u[k] - u[a + 1] >= PDI_VARY_SPAN) a++;
+        while (b + 1 < term->points && (b <= k || u[b] - u[k] < PDI_VARY_SPAN)) b++;
+        double down = u[k] - u[a], up = u[b] - u[k], slope = fabs(i[b] - i[a]) / (down + up);
+        double bend = 2.0 * fabs((i[b] - i[k]) / up - (i[k] - i[a]) / down) / (down + up);
+        double size = (fabs(i[a]) + fabs(i[k]) + fabs(i[b])) / 3.0;
+        if (!(bend * down * up > PDI_VARY_STRAIGHT * size)) continue;
+        fold = pdi_min(fold, pdi_max(sqrt(size / bend), slope / bend));
     }
     return fold;
 }

@@ -2801,6 +2801,7 @@ def declare(dim):
         ('found_user', c_void_p),
         ('follows', c_int),
         ('driven', c_int),
+        ('anew', c_int),
         ('model', c_int),
         ('saturation', c_double),
         ('rtol', c_double),
