@@ -32,18 +32,29 @@ static void pdi_grip_to_side(const pd_grips *g, int side, double *x)
     x[side / 2] = side % 2 ? g->setup->hi[side / 2] : g->setup->lo[side / 2];
 }
 
-/* 1: grip k holds point i. */
-static int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
+/* 1: at the start there was metal without a gap from a side to point i, along the axis of the side. */
+static int pdi_grip_meets(const pd_grips *g, int32_t i, int side)
+{
+    const pd_structure *s = g->structure;
+    int at[PD_DIM], row = pdi_grip_row(g, i, side);
+    pdi_grid_index(s->grid, s->node[i], at);
+    while (row-- > 0) {
+        at[side / 2] += side % 2 ? 1 : -1;
+        if (s->point[pd_grid_node(s->grid, at)] < 0) return 0;
+    }
+    return 1;
+}
+
+PDI_FN int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     double x[PD_DIM];
-    if (grip->side >= 0) return pdi_grip_row(g, i, grip->side) < g->rows[k];
+    if (grip->side >= 0) return pdi_grip_row(g, i, grip->side) < g->rows[k] && pdi_grip_meets(g, i, grip->side);
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
     return pdi_shape_has(g->setup->shape, grip->shape, g->setup->h, x);
 }
 
-/* Rows beside a side whose bonds feel the end of the body: two horizons. */
-static int pdi_grip_depth(const pd_grips *g) { return 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1); }
+PDI_FN int pdi_grip_depth(const pd_grips *g) { return 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1); }
 
 /* The point of the line of point i in that row from a side; -1: there is none that bears anything. */
 static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
@@ -57,39 +68,64 @@ static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
     return inner >= 0 && s->stiff[inner] > 0.0 ? inner : -1;
 }
 
-/* 1: the row behind those that the side of grip k holds is free along axis d on the line of point i. */
+/* 1: metal leads without a gap from point i to the row behind those that the side of grip k holds, and that row is free
+ * along axis d. */
 static int pdi_grip_follows(const pd_grips *g, int k, int32_t i, int d)
 {
-    int32_t first = pdi_grip_inner(g, i, g->setup->metal_body.grip[k].side, g->rows[k]);
+    int side = g->setup->metal_body.grip[k].side;
+    for (int row = pdi_grip_row(g, i, side) + 1; row < g->rows[k]; row++)
+        if (pdi_grip_inner(g, i, side, row) < 0) return 0;
+    int32_t first = pdi_grip_inner(g, i, side, g->rows[k]);
     return first >= 0 && !g->structure->held[(int64_t)first * PD_DIM + d];
 }
 
-/* A point whose line point i follows along axis d: its own one, or, where the body is too thin there, the nearest one
- * within as many cells along the side as the side holds rows. -1: there is none. */
-static int32_t pdi_grip_leader(const pd_grips *g, int k, int32_t i, int d)
+/* The points whose lines point i follows along axis d. */
+typedef struct pdi_grip_leaders {
+    int square;    /* [cell^2] distance from point i of those that count */
+    int count;     /* 0: there are none */
+    int all, wide; /* places that are looked at, and of them along an axis */
+    int next;
+} pdi_grip_leaders;
+
+/* The next point beside point i, no farther off than any before, whose line is free along axis d; -1: none is left. */
+static int32_t pdi_grip_next_leader(const pd_grips *g, int k, int32_t i, int d, pdi_grip_leaders *l)
 {
     const pd_structure *s = g->structure;
-    int axis = g->setup->metal_body.grip[k].side / 2, wide = 2 * g->rows[k] + 1, all = 1, at[PD_DIM], most = 0;
-    int32_t best = -1;
-    if (pdi_grip_follows(g, k, i, d)) return i;
-    for (int a = 1; a < PD_DIM; a++) all *= wide;
-    for (int n = 0; n < all; n++) {
-        int square = 0;
+    int axis = g->setup->metal_body.grip[k].side / 2;
+    while (l->next < l->all) {
+        int square = 0, at[PD_DIM], rest = l->next++;
         pdi_grid_index(s->grid, s->node[i], at);
-        for (int a = 0, rest = n; a < PD_DIM; a++) {
+        for (int a = 0; a < PD_DIM; a++) {
             if (a == axis) continue;
-            int step = rest % wide - g->rows[k];
-            rest /= wide;
+            int step = rest % l->wide - g->rows[k];
+            rest /= l->wide;
             at[a] += step;
             square += step * step;
         }
-        if (!pdi_grid_inside(s->grid, at) || (best >= 0 && square >= most)) continue;
+        if (!pdi_grid_inside(s->grid, at) || square > l->square) continue;
         int32_t other = s->point[pd_grid_node(s->grid, at)];
-        if (other < 0 || !pdi_grip_follows(g, k, other, d)) continue;
-        best = other;
-        most = square;
+        if (other < 0 || !pdi_grip_holds(g, k, other) || !pdi_grip_follows(g, k, other, d)) continue;
+        l->count = square < l->square ? 1 : l->count + 1;
+        l->square = square;
+        return other;
     }
-    return best;
+    return -1;
+}
+
+/* Point i follows its own line, or, where the body is too thin there, the mean of the nearest ones within as many cells
+ * along the side as the side holds rows. */
+static pdi_grip_leaders pdi_grip_find_leaders(const pd_grips *g, int k, int32_t i, int d)
+{
+    pdi_grip_leaders l = {0, 1, 1, 2 * g->rows[k] + 1, 0};
+    if (pdi_grip_follows(g, k, i, d)) {
+        l.next = l.all = 0;
+        return l;
+    }
+    for (int a = 1; a < PD_DIM; a++) l.all *= l.wide;
+    l.square = PD_DIM * g->rows[k] * g->rows[k] + 1;
+    l.count = 0;
+    while (pdi_grip_next_leader(g, k, i, d, &l) >= 0) {}
+    return l;
 }
 
 /* Rows that a side holds follow free ones: there have to be some. */
@@ -123,7 +159,7 @@ static pdi_grip_run pdi_grip_line(const pd_grips *g, int32_t i, int side)
 {
     pdi_grip_run run = {0, 0, 0};
     int row = pdi_grip_row(g, i, side), most = 2 * pdi_grip_reach(g), first = row, last = row;
-    if (row >= most || !(g->structure->stiff[i] > 0.0)) return run;
+    if (row >= most || !(g->structure->stiff[i] > 0.0) || !pdi_grip_meets(g, i, side)) return run;
     while (pdi_grip_inner(g, i, side, first - 1) >= 0) first--;
     for (int front = first - 2; front >= 0; front--)
         if (pdi_grip_inner(g, i, side, front) >= 0) return run;
@@ -134,8 +170,7 @@ static pdi_grip_run pdi_grip_line(const pd_grips *g, int32_t i, int side)
     return run;
 }
 
-/* [1/m] The part of (8.5) along the axis of a side, inward. */
-static double pdi_grip_edge(const pd_grips *g, int32_t i, int side)
+PDI_FN double pdi_grip_edge(const pd_grips *g, int32_t i, int side)
 {
     const pd_structure *s = g->structure;
     double edge[PD_DIM];
@@ -317,32 +352,52 @@ static pd_status pdi_grip_finite(pd_ctx *ctx, const pd_setup_grip *grip, double 
                     x[0], t);
 }
 
-/* Another grip whose side lies across another axis and holds point i along axis d, too; -1: there is none. */
-static int pdi_grip_across(const pd_grips *g, int k, int32_t i, int d)
+PDI_FN int pdi_grip_holders(const pd_grips *g, int32_t i, int d, int *holders)
 {
-    const pd_setup_body *b = &g->setup->metal_body;
-    for (int other = b->grips - 1; other >= 0; other--) {
-        const pd_setup_grip *grip = &b->grip[other];
-        if (grip->side >= 0 && grip->side / 2 != b->grip[k].side / 2 && grip->moves[d] && pdi_grip_holds(g, other, i))
-            return other;
+    int count = 0;
+    for (int k = 0; k < g->setup->metal_body.grips; k++) {
+        const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+        if (grip->side < 0 || !grip->moves[d] || !pdi_grip_holds(g, k, i)) continue;
+        int at = 0;
+        while (at < count && g->setup->metal_body.grip[holders[at]].side / 2 != grip->side / 2) at++;
+        holders[at] = k;
+        if (at == count) count++;
     }
-    return -1;
+    return count;
 }
 
-/* Point i lies where the side of grip k meets that of grip `other`, and both hold it along axis d: no row is free. How
- * the displacement changes with the distance from the side of k is what the other side says (theory: eq. 8.16b). */
-static pd_status pdi_grip_corner(pd_ctx *ctx, const pd_grips *g, int k, int other, int32_t i, int d, double t,
-                                 double *u)
+/* What the side of grip k gives along axis d at the place x of that side. */
+static pd_status pdi_grip_given(pd_ctx *ctx, const pd_grips *g, int k, const double *x, int d, double t, double *given)
 {
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[other];
-    double x[PD_DIM];
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    double at[PD_DIM];
+    memcpy(at, x, sizeof at);
+    pdi_grip_to_side(g, grip->side, at);
+    *given = pdi_setup_eval(&grip->move[d], at, t);
+    return pdi_grip_finite(ctx, grip, *given, at, t);
+}
+
+/* Point i lies where sides meet that hold it along axis d: no row is free. How the displacement changes with the
+ * distance from one side is what the other one says (theory: eq. 8.16b). Of three sides it is the mean of all pairs. */
+static pd_status pdi_grip_corner(pd_ctx *ctx, const pd_grips *g, const int *holders, int count, int32_t i, int d,
+                                 double t, double *u)
+{
+    double x[PD_DIM], sum = 0.0;
+    int pairs = count * (count - 1) / 2;
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
-    pdi_grip_to_side(g, grip->side, x);
-    double inside = pdi_setup_eval(&grip->move[d], x, t);
-    pdi_grip_to_side(g, g->setup->metal_body.grip[k].side, x);
-    double edge = pdi_setup_eval(&grip->move[d], x, t);
-    PDI_TRY(pdi_grip_finite(ctx, grip, edge, x, t));
-    if (fabs(inside - edge) >= PDI_GRIP_NONE) u[(int64_t)i * PD_DIM + d] += inside - edge;
+    for (int b = 1; b < count; b++)
+        for (int a = 0; a < b; a++) {
+            double edge[PD_DIM], of_a, of_b, edge_a, edge_b;
+            memcpy(edge, x, sizeof edge);
+            pdi_grip_to_side(g, g->setup->metal_body.grip[holders[a]].side, edge);
+            pdi_grip_to_side(g, g->setup->metal_body.grip[holders[b]].side, edge);
+            PDI_TRY(pdi_grip_given(ctx, g, holders[a], x, d, t, &of_a));
+            PDI_TRY(pdi_grip_given(ctx, g, holders[b], x, d, t, &of_b));
+            PDI_TRY(pdi_grip_given(ctx, g, holders[a], edge, d, t, &edge_a));
+            PDI_TRY(pdi_grip_given(ctx, g, holders[b], edge, d, t, &edge_b));
+            sum += (of_a + of_b - 0.5 * (edge_a + edge_b)) / pairs;
+        }
+    u[(int64_t)i * PD_DIM + d] = fabs(sum) < PDI_GRIP_NONE ? 0.0 : sum;
     return PD_OK;
 }
 
@@ -362,18 +417,31 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, int32_t i,
     return PD_OK;
 }
 
-/* Point i, which the side of grip k holds, follows the first free row along axis d: so much of it as it lies nearer to
- * that row than to the side. The rest is what the side gives it. */
-static pd_status pdi_grip_interpolate(pd_ctx *ctx, pd_grips *g, int k, int32_t i, int d, double t, double *u)
+/* Room for one more that follows: as metal goes there may be more leaders than at the start. */
+static pd_status pdi_grip_room(pd_ctx *ctx, pd_grips *g)
+{
+    pd_interpolated *row = NULL;
+    if (g->interpolation.count < g->led) return PD_OK;
+    int64_t led = 2 * g->led;
+    PDI_TRY(PDI_NEW(ctx, "grip", led, row));
+    memcpy(row, g->interpolation.row, (size_t)g->led * sizeof *row);
+    PDI_DELETE(ctx, g->led, g->interpolation.row);
+    g->interpolation.row = row;
+    g->led = led;
+    return PD_OK;
+}
+
+/* Point i follows the first free row of the line of a leader along axis d, by that share of the line. */
+static pd_status pdi_grip_interpolate(pd_ctx *ctx, pd_grips *g, int k, int32_t i, int32_t leader, int d, double share,
+                                      double t, double *u)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
-    int32_t leader = pdi_grip_leader(g, k, i, d);
     double x[PD_DIM];
-    if (leader < 0) return PD_OK;
+    PDI_TRY(pdi_grip_room(ctx, g));
     pd_interpolated *row = g->interpolation.row + g->interpolation.count++;
     row->at = (int64_t)i * PD_DIM + d;
     row->leader = (int64_t)pdi_grip_inner(g, leader, grip->side, g->rows[k]) * PD_DIM + d;
-    row->part = (pdi_grip_row(g, i, grip->side) + 0.5) / (g->rows[k] + 0.5);
+    row->part = share * (pdi_grip_row(g, i, grip->side) + 0.5) / (g->rows[k] + 0.5);
     row->face = pdi_grip_row(g, i, grip->side) == 0;
     pd_grid_position(g->structure->grid, g->structure->node[leader], x);
     pdi_grip_to_side(g, grip->side, x);
@@ -387,9 +455,15 @@ static pd_status pdi_grip_interpolate(pd_ctx *ctx, pd_grips *g, int k, int32_t i
 static pd_status pdi_grip_behind(pd_ctx *ctx, pd_grips *g, int k, int32_t i, int d, double t, double *u)
 {
     if (g->setup->metal_body.grip[k].side < 0 || pdi_structure_moves(g->structure)) return PD_OK;
-    int other = pdi_grip_across(g, k, i, d);
-    if (other >= 0) return pdi_grip_corner(ctx, g, k, other, i, d, t, u);
-    return pdi_grip_interpolate(ctx, g, k, i, d, t, u);
+    int holders[PD_DIM], count = pdi_grip_holders(g, i, d, holders);
+    if (count > 1) return pdi_grip_corner(ctx, g, holders, count, i, d, t, u);
+    pdi_grip_leaders l = pdi_grip_find_leaders(g, k, i, d);
+    if (l.count && !l.all) return pdi_grip_interpolate(ctx, g, k, i, i, d, 1.0, t, u);
+    double share = 1.0 / l.count;
+    l.next = 0;
+    for (int32_t leader = 0; l.count && (leader = pdi_grip_next_leader(g, k, i, d, &l)) >= 0;)
+        PDI_TRY(pdi_grip_interpolate(ctx, g, k, i, leader, d, share, t, u));
+    return PD_OK;
 }
 
 /* Displacements of all that is held, and what follows free rows. The last grip of a point along an axis holds it. */
@@ -462,7 +536,7 @@ static void pdi_grip_add_resultant(pdi_grip_resultants *w, int d, double force, 
     for (int p = 0; p <= PD_DIM; p++) w->rest[d][p] += force * basis[p];
 }
 
-/* [m^(d-1)] Metal that is left on the side of grip k; centre and size of its faces. */
+/* [m^(d-1)] Metal that is left on the side of grip k; centre, of the image as well, and size of its faces. */
 static double pdi_grip_loaded_area(const pd_grips *g, int k, pdi_grip_resultants *w)
 {
     const pd_structure *s = g->structure;
@@ -476,6 +550,8 @@ static double pdi_grip_loaded_area(const pd_grips *g, int k, pdi_grip_resultants
         area += face;
     }
     for (int d = 0; d < PD_DIM && area > 0.0; d++) w->centre[d] /= area;
+    for (int plane = 0; plane < 2 * PD_DIM; plane++)
+        if (s->desc.mirrors >> plane & 1) pdi_grip_to_side(g, plane, w->centre);
     return area;
 }
 
@@ -531,6 +607,15 @@ static pd_status pdi_grip_nodal_resultants(pd_ctx *ctx, const pd_grips *g, int k
     return PD_OK;
 }
 
+/* 1: a correction of component d by part p is its own image behind planes of symmetry, where component d turns its sign
+ * with the distance from the plane. */
+static int pdi_grip_mirrors(const pd_grips *g, int d, int p)
+{
+    for (int axis = 0; axis < PD_DIM; axis++)
+        if (g->structure->desc.mirrors >> 2 * axis & 3 && (p == 1 + axis) != (d == axis)) return 0;
+    return 1;
+}
+
 /* The correction of component d. Parts that what is loaded does not tell are left out. */
 static void pdi_grip_solve_correction(const pd_grips *g, int d, pdi_grip_resultants *w)
 {
@@ -539,7 +624,7 @@ static void pdi_grip_solve_correction(const pd_grips *g, int d, pdi_grip_resulta
     memcpy(a, w->by[d], sizeof a);
     for (int p = 0; p <= PD_DIM; p++) {
         double least = p ? PDI_GRIP_ACROSS * g->structure->grid->h[p - 1] / w->size : 0.0;
-        if (!(a[p][p] > least * least * a[0][0])) continue;
+        if (!pdi_grip_mirrors(g, d, p) || !(a[p][p] > least * least * a[0][0])) continue;
         done[p] = 1;
         for (int q = p + 1; q <= PD_DIM; q++) {
             double factor = a[q][p] / a[p][p];
@@ -579,8 +664,7 @@ static pd_status pdi_grip_match_resultants(pd_ctx *ctx, const pd_grips *g, int k
     return PD_OK;
 }
 
-/* The traction of grip k. */
-static pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load)
+PDI_FN pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load)
 {
     const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side, axis = side / 2, varies = pdi_grip_nonuniform(g, k);
@@ -624,42 +708,6 @@ PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, dou
         }
     }
     return PD_OK;
-}
-
-/* What points bear of the traction of grip k, in sum. load [PD_DIM][points]: work. */
-static pd_status pdi_grip_loaded(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load, double *force)
-{
-    const pd_structure *s = g->structure;
-    pdi_sum sum[PD_DIM];
-    memset(sum, 0, sizeof sum);
-    PDI_TRY(pdi_grip_pull(ctx, g, k, t, load));
-    for (int64_t n = 0; n < (int64_t)s->count * PD_DIM; n++)
-        pdi_sum_add(&sum[n % PD_DIM], s->body.volume[n / PD_DIM] * load[n]);
-    for (int d = 0; d < PD_DIM; d++) force[d] = pdi_sum_total(&sum[d]);
-    return PD_OK;
-}
-
-PDI_FN pd_status pdi_grip_force(pd_ctx *ctx, const pd_grips *g, int k, double t, double *force)
-{
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
-    const double *bonds = pdi_structure_force(g->structure), *load = pdi_structure_load(g->structure);
-    int64_t count = (int64_t)g->structure->count * PD_DIM;
-    double *work = NULL, reaction[PD_DIM];
-    pd_status status = PD_OK;
-    for (int d = 0; d < PD_DIM; d++) force[d] = reaction[d] = 0.0;
-    if (grip->pulls || grip->presses) {
-        PDI_TRY(PDI_NEW(ctx, "grip", count, work));
-        status = pdi_grip_loaded(ctx, g, k, t, work, force);
-        PDI_DELETE(ctx, count, work);
-    }
-    for (int64_t n = 0; n < count; n++) {
-        int32_t i = (int32_t)(n / PD_DIM);
-        if (grip->moves[n % PD_DIM] && pdi_grip_holds(g, k, i))
-            reaction[n % PD_DIM] -= g->structure->body.volume[i] * (bonds[n] + load[n]);
-    }
-    for (int d = 0; d < PD_DIM; d++)
-        if (grip->moves[d]) force[d] = reaction[d];
-    return status;
 }
 
 PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at)

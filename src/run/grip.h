@@ -22,13 +22,20 @@ PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure 
 PDI_FN void pdi_grip_free(pd_ctx *ctx, pd_grips *grips);
 PDI_FN void pdi_grip_list(pdi_owner *owner, void *grips);
 /* A pd_load_fn; user is the pd_grips. A side moves its face. It holds the rows of nodes beside it as far as bonds feel
- * that the body ends there; they move as the straight line from the face to the first row that is free. A traction acts
- * on the metal that the side had at the start: the load stays as metal goes. PD_ERR_STATE: a value is not finite, or
- * too little metal is left to bear a traction. */
+ * that the body ends there, where metal led to them without a gap at the start; they move as the straight line from the
+ * face to the first row that is free. A traction acts on the metal that the side had at the start: the load stays as
+ * metal goes. PD_ERR_STATE: a value is not finite, or too little metal is left to bear a traction. */
 PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, double *load);
-/* Force [N] (per m in 2D, per m2 in 1D) that grip k puts on the body: of components that it holds what they took in the
- * last balance, of others its load at time t [s]. PD_ERR_STATE: as that of pdi_grip_load. */
-PDI_FN pd_status pdi_grip_force(pd_ctx *ctx, const pd_grips *grips, int k, double t, double *force);
+/* 1: grip k holds point i. */
+PDI_FN int pdi_grip_holds(const pd_grips *grips, int k, int32_t i);
+/* Grips whose sides hold point i along axis d, the last one across each axis: holders [PD_DIM]; returns how many. */
+PDI_FN int pdi_grip_holders(const pd_grips *grips, int32_t i, int d, int *holders);
+/* Rows beside a side whose bonds feel the end of the body: two horizons. */
+PDI_FN int pdi_grip_depth(const pd_grips *grips);
+/* [1/m] The part of (8.5) along the axis of a side, inward. */
+PDI_FN double pdi_grip_edge(const pd_grips *grips, int32_t i, int side);
+/* Add the traction of grip k to load [points][PD_DIM] [N/m3]. */
+PDI_FN pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *grips, int k, double t, double *load);
 /* A pd_pace_fn; user is the pd_setup. */
 PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at);
 #endif

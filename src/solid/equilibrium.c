@@ -52,10 +52,10 @@ static void pdi_equilibrium_apply(void *user, const double *x, double *y)
 /* What is interpolated moves with the free part of x [m]. */
 static void pdi_equilibrium_follow(const pdi_equilibrium *q, double *x)
 {
-    for (int64_t k = 0; pdi_equilibrium_follows(q) && k < q->desc->interpolation->count; k++) {
-        const pd_interpolated *row = q->desc->interpolation->row + k;
-        x[row->at] = row->part * x[row->leader];
-    }
+    const pd_interpolation *all = q->desc->interpolation;
+    if (!pdi_equilibrium_follows(q)) return;
+    for (int64_t k = 0; k < all->count; k++) x[all->row[k].at] = 0.0;
+    for (int64_t k = 0; k < all->count; k++) x[all->row[k].at] += all->row[k].part * x[all->row[k].leader];
 }
 
 /* The same along the free part of x, with what is interpolated. */

@@ -1,0 +1,113 @@
+/* grip_force: see grip_force.h */
+#include "run/grip_force.h"
+#include <string.h>
+
+/* What points bear of the traction of grip k, in sum. load [PD_DIM][points]: work. */
+static pd_status pdi_grip_force_loaded(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load, double *force)
+{
+    const pd_structure *s = g->structure;
+    pdi_sum sum[PD_DIM];
+    memset(sum, 0, sizeof sum);
+    PDI_TRY(pdi_grip_pull(ctx, g, k, t, load));
+    for (int64_t n = 0; n < (int64_t)s->count * PD_DIM; n++)
+        pdi_sum_add(&sum[n % PD_DIM], s->body.volume[n / PD_DIM] * load[n]);
+    for (int d = 0; d < PD_DIM; d++) force[d] = pdi_sum_total(&sum[d]);
+    return PD_OK;
+}
+
+/* Where sides meet, the force f on points that several hold is P c by (8.5), c the sum of a part for each side. What is
+ * summed for the least squares of P: products of parts along the axes of sides, and with f. */
+typedef struct pdi_grip_force_fit {
+    double by[PD_DIM][PD_DIM], rest[PD_DIM];
+    double stress[PD_DIM]; /* [Pa] on each of the sides, along one axis */
+} pdi_grip_force_fit;
+
+/* [N/m3] Bonds and loads that what holds component d of point i bears. */
+static double pdi_grip_force_borne(const pd_grips *g, int32_t i, int d)
+{
+    int64_t n = (int64_t)i * PD_DIM + d;
+    return pdi_structure_force(g->structure)[n] + pdi_structure_load(g->structure)[n];
+}
+
+/* Stresses of the points that the sides hold in the plane of their axes, through point i. */
+static void pdi_grip_force_fit_corner(const pd_grips *g, const int *holders, int count, int32_t i, int d,
+                                      pdi_grip_force_fit *fit)
+{
+    const pd_structure *s = g->structure;
+    int all = 1, depth = pdi_grip_depth(g), at[PD_DIM];
+    if (count > PD_DIM) count = PD_DIM;
+    memset(fit, 0, sizeof *fit);
+    pdi_grid_index(s->grid, s->node[i], at);
+    for (int a = 0; a < count; a++) all *= depth;
+    for (int n = 0; n < all; n++) {
+        double c[PD_DIM];
+        for (int a = 0, rest = n; a < count; a++, rest /= depth) {
+            int side = g->setup->metal_body.grip[holders[a]].side;
+            at[side / 2] = side % 2 ? s->grid->n[side / 2] - 1 - rest % depth : rest % depth;
+        }
+        int32_t j = s->point[pd_grid_node(s->grid, at)];
+        if (j < 0 || !s->held[(int64_t)j * PD_DIM + d]) continue;
+        for (int a = 0; a < count; a++) c[a] = pdi_grip_edge(g, j, g->setup->metal_body.grip[holders[a]].side);
+        for (int a = 0; a < count; a++) {
+            fit->rest[a] += c[a] * pdi_grip_force_borne(g, j, d);
+            for (int b = 0; b < count; b++) fit->by[a][b] += c[a] * c[b];
+        }
+    }
+    for (int a = 0; a < count; a++) /* Gauss */
+        for (int b = a + 1; b < count; b++) {
+            double factor = fit->by[a][a] > 0.0 ? fit->by[b][a] / fit->by[a][a] : 0.0;
+            for (int e = a; e < count; e++) fit->by[b][e] -= factor * fit->by[a][e];
+            fit->rest[b] -= factor * fit->rest[a];
+        }
+    for (int a = count - 1; a >= 0; a--) {
+        for (int b = a + 1; b < count; b++) fit->rest[a] -= fit->by[a][b] * fit->stress[b];
+        fit->stress[a] = fit->by[a][a] > 0.0 ? fit->rest[a] / fit->by[a][a] : 0.0;
+    }
+}
+
+/* [N/m3] What grip k bears of component d of point i. What several sides hold is shared: each bears the stress on it,
+ * and all alike what is left. A shape that holds what a side holds, too, bears all if it is named last. */
+static double pdi_grip_force_of(const pd_grips *g, int k, int32_t i, int d)
+{
+    const pd_setup_body *b = &g->setup->metal_body;
+    int holders[PD_DIM], count = pdi_grip_holders(g, i, d, holders), last = k, at = 0;
+    double own = 0.0, rest = 0.0;
+    pdi_grip_force_fit fit;
+    for (int other = k + 1; other < b->grips; other++)
+        if (b->grip[other].moves[d] && pdi_grip_holds(g, other, i)) last = other;
+    if (b->grip[last].side < 0 || b->grip[k].side < 0) return last == k ? -pdi_grip_force_borne(g, i, d) : 0.0;
+    while (at < count && holders[at] != k) at++;
+    if (at == count) return 0.0;
+    if (count < 2) return -pdi_grip_force_borne(g, i, d);
+    pdi_grip_force_fit_corner(g, holders, count, i, d, &fit);
+    rest = pdi_grip_force_borne(g, i, d);
+    for (int a = 0; a < count; a++) {
+        double part = fit.stress[a] * pdi_grip_edge(g, i, b->grip[holders[a]].side);
+        if (holders[a] == k) own = part;
+        rest -= part;
+    }
+    return -(own + rest / count);
+}
+
+PDI_FN pd_status pdi_grip_force(pd_ctx *ctx, const pd_grips *g, int k, double t, double *force)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    int64_t count = (int64_t)g->structure->count * PD_DIM;
+    double *work = NULL, reaction[PD_DIM];
+    pd_status status = PD_OK;
+    for (int d = 0; d < PD_DIM; d++) force[d] = reaction[d] = 0.0;
+    if (grip->pulls || grip->presses) {
+        PDI_TRY(PDI_NEW(ctx, "grip_force", count, work));
+        status = pdi_grip_force_loaded(ctx, g, k, t, work, force);
+        PDI_DELETE(ctx, count, work);
+    }
+    for (int64_t n = 0; n < count; n++) {
+        int32_t i = (int32_t)(n / PD_DIM);
+        int d = (int)(n % PD_DIM);
+        if (grip->moves[d] && pdi_grip_holds(g, k, i))
+            reaction[d] += g->structure->body.volume[i] * pdi_grip_force_of(g, k, i, d);
+    }
+    for (int d = 0; d < PD_DIM; d++)
+        if (grip->moves[d]) force[d] = reaction[d];
+    return status;
+}
