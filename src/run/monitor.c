@@ -5,6 +5,7 @@
 #include "couple/measure.h"
 #include "solid/crack.h"
 #include "io/plot.h"
+#include "run/grip_force.h"
 #include "run/observe.h"
 #include "run/sample.h"
 #include <math.h>
