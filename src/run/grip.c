@@ -385,7 +385,7 @@ static pd_status pdi_grip_corner(pd_ctx *ctx, const pd_grips *g, const int *hold
     double x[PD_DIM], sum = 0.0;
     int pairs = count * (count - 1) / 2;
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
-    for (int b = 1; b < count; b++)
+    for (int b = 1; b < count && b < PD_DIM; b++)
         for (int a = 0; a < b; a++) {
             double edge[PD_DIM], of_a, of_b, edge_a, edge_b;
             memcpy(edge, x, sizeof edge);
