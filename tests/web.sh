@@ -15,7 +15,7 @@ if [ "$failed" != 0 ]; then
     score
     exit 1
 fi
-most=1125000 # rooms of physics, of geometry and of what a user is told are an eighth more than a million
+most=1165000 # rooms of physics, of geometry and of what a user is told are a sixth more than a million
 command -v wasm-opt > /dev/null || most=1230000
 for dim in 1 2 3; do
     size=$(wc -c < "$build/web/pdcorr${dim}d.wasm")

@@ -1,17 +1,14 @@
 /* force: see force.h */
 #include "flow/force.h"
+#include "flow/near_wall.h"
 #include "core/vec.h"
 #include "core/par.h"
-#include "lattice/quadratic.h"
 #include "lattice/surface.h"
 #include "lattice/wetted.h"
 #include <math.h>
 #include <string.h>
 
-/* [cells] Step of differences of a distance; a place that is nearer to a surface lies on it. */
-#define PDI_FORCE_STEP 1e-3
-/* A surface that bends more than this over one cell is an edge, as for bonds. */
-#define PDI_FORCE_SHARP 0.5
+#define PDI_FORCE_STEP 1e-3 /* [cells] A place that is nearer to a surface lies on it. */
 
 /* Around an axis radial forces cancel. */
 static void pdi_force_cancel(const pd_grid *grid, double *force)
@@ -99,252 +96,54 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     }
 }
 
-/* ---- pressure at a place ---- */
-
-/* Nodes that count lie within this squared distance [cells] of the one that sees them. */
-#define PDI_FORCE_NEAR 5
-#define PDI_FORCE_SEEN 57
-/* [cells] Furthest surface whose slope counts. */
-#define PDI_FORCE_BESIDE 1.5
-#define PDI_FORCE_TERMS (PD_DIM + 1)
-/* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
-#define PDI_FORCE_DEPENDS 1e-4
-
-typedef struct pdi_force_sight {
-    const pd_bonds *bonds;
-    int count;
-    int32_t node[PDI_FORCE_SEEN];
-    int step[PDI_FORCE_SEEN][PD_DIM]; /* from the first one */
-    double place[PD_DIM], normal[PD_DIM]; /* the surface beside what is asked for */
-    int32_t closed;
-} pdi_force_sight;
-
-static void pdi_force_add(pdi_force_sight *sight, int32_t node, const int *step)
-{
-    int square = 0;
-    for (int d = 0; d < PD_DIM; d++) square += step[d] * step[d];
-    if (square > PDI_FORCE_NEAR || sight->count == PDI_FORCE_SEEN) return;
-    for (int q = 0; q < sight->count; q++)
-        if (sight->node[q] == node) return;
-    sight->node[sight->count] = node;
-    memcpy(sight->step[sight->count++], step, sizeof sight->step[0]);
-}
-
-/* The node, those that its bonds to the cells around it lead to, and those that the bonds of these lead to. */
-static void pdi_force_look(pdi_force_sight *sight, int32_t node)
-{
-    const pd_bonds *bonds = sight->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int start = 0, none[PD_DIM];
-    memset(none, 0, sizeof none);
-    sight->count = 0;
-    pdi_force_add(sight, node, none);
-    for (int pass = 0; pass < 2; pass++) {
-        int end = sight->count;
-        for (int q = start; q < end; q++) {
-            int32_t row = bonds->row[sight->node[q]];
-            if (bonds->grid->kind[sight->node[q]] != PD_FLUID) continue;
-            for (int k = 0; k < s->count; k++) {
-                int32_t far = sight->node[q] + bonds->paths.shift[k];
-                int step[PD_DIM], most = 0;
-                for (int d = 0; d < PD_DIM; d++) {
-                    int n = s->offset[k * PD_DIM + d];
-                    step[d] = sight->step[q][d] + n;
-                    most = n > most ? n : -n > most ? -n : most;
-                }
-                if (most > 1 || bonds->grid->kind[far] == PD_INLET || (row >= 0 && !pdi_bond_open(bonds, row, k)))
-                    continue;
-                pdi_force_add(sight, far, step);
-            }
-        }
-        start = end;
-    }
-}
-
-/* Distance [m] of x from the surface, and the normal of that. 0: it is not known. */
-static int pdi_force_rise(const pdi_force_sight *sight, const double *x, double *distance, double *normal)
-{
-    const pd_bonds *bonds = sight->bonds;
-    int i[PD_DIM];
-    double at[PD_DIM];
-    pdi_grid_index(bonds->grid, sight->closed, i);
-    memcpy(normal, sight->normal, sizeof sight->normal);
-    for (int d = 0; d < PD_DIM; d++) at[d] = x[d] - sight->place[d];
-    *distance = pdi_vec_dot(at, normal);
-    if (!pdi_grid_inside(bonds->grid, i)) return 1;
-    double level = pdi_bond_smooth(bonds, sight->closed, sight->place);
-    if (!(fabs(level) < PDI_FORCE_STEP * pdi_vec_least(bonds->grid->h))) return 0;
-    return pdi_surface_rise(bonds, sight->closed, x, PDI_FORCE_STEP, distance, normal);
-}
-
-/* Slope of the pressure along the normal: what friction of the normal velocity, which begins with the square of the
- * distance, and the body force leave (eq. 3.11b). 0: it is not known. */
-static int pdi_force_lean(const pdi_force_sight *sight, const pd_flow *flow, double *slope)
-{
-    enum { terms = PDI_FORCE_TERMS };
-    const pd_grid *grid = flow->grid;
-    double moment[PDI_FORCE_TERMS * PDI_FORCE_TERMS], right[PDI_FORCE_TERMS], least[PDI_FORCE_TERMS];
-    double unit[PDI_FORCE_TERMS], h = grid->h[0];
-    int last = 0;
-    memset(moment, 0, sizeof moment);
-    memset(right, 0, sizeof right);
-    for (int d = 1; d < PD_DIM; d++)
-        if (fabs(sight->normal[d]) > fabs(sight->normal[last])) last = d;
-    for (int q = 0; q < sight->count; q++) {
-        double x[PD_DIM], normal[PD_DIM], d, speed = 0.0, square = 0.0, term[PDI_FORCE_TERMS];
-        pd_grid_position(grid, sight->node[q], x);
-        if (!pdi_force_rise(sight, x, &d, normal)) return 0;
-        d /= h;
-        term[0] = d * d;
-        term[1] = d * d * d;
-        for (int a = 0, at = 2; a < PD_DIM; a++) {
-            double way = (x[a] - sight->place[a]) / h;
-            square += way * way;
-            speed += normal[a] * flow->u[(int64_t)a * grid->total + sight->node[q]];
-            if (a != last) term[at++] = d * d * (way - d * sight->normal[a]);
-        }
-        if (!(square > 0.0)) return 0;
-        for (int a = 0; a < terms; a++) {
-            right[a] += term[a] * speed / (square * square);
-            for (int b = 0; b < terms; b++) moment[a * terms + b] += term[a] * term[b] / (square * square);
-        }
-    }
-    for (int a = 0; a < terms; a++) {
-        if (!(moment[a * terms + a] > 0.0)) return 0;
-        least[a] = PDI_FORCE_DEPENDS;
-        unit[a] = 1.0 / sqrt(moment[a * terms + a]);
-    }
-    for (int a = 0; a < terms; a++) {
-        right[a] *= unit[a];
-        for (int b = 0; b < terms; b++) moment[a * terms + b] *= unit[a] * unit[b];
-    }
-    if (!pdi_vec_factor_any(terms, terms, least, moment)) return 0;
-    pdi_vec_substitute(terms, terms, moment, right);
-    *slope = flow->nu * 2.0 * right[0] * unit[0] / (h * h);
-    double push[PD_DIM];
-    memset(push, 0, sizeof push);
-    if (flow->push) flow->push(flow->push_user, sight->place, push);
-    for (int d = 0; d < PD_DIM; d++) *slope += sight->normal[d] * (flow->force[d] + push[d]);
-    return 1;
-}
-
-/* Sum of the curvatures [1/m] of the smooth surface that node `closed` is a cell of, at the place x on it: the
- * Laplacian of the distance. Where an inlet or outlet mirrors it, that of the part in front. 0: an edge is nearby. */
-static int pdi_force_curved(const pd_bonds *bonds, int32_t closed, const double *x, double *mean)
-{
-    const pd_grid *grid = bonds->grid;
-    double at[PD_DIM], sharpest = 0.0;
-    *mean = 0.0;
-    memcpy(at, x, sizeof at);
-    pdi_grid_fold_position(grid, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        double reach = 2.0 * PDI_FORCE_STEP * grid->h[d];
-        if (pdi_grid_port(grid->side[2 * d])) at[d] = pdi_max(at[d], grid->lo[d] + reach);
-        if (pdi_grid_port(grid->side[2 * d + 1])) at[d] = pdi_min(at[d], grid->hi[d] - reach);
-    }
-    double middle = pdi_bond_smooth(bonds, closed, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        double eps = PDI_FORCE_STEP * grid->h[d], second = -2.0 * middle, here = at[d];
-        for (int up = 0; up < 2; up++) {
-            at[d] = here + (up ? eps : -eps);
-            second += pdi_bond_smooth(bonds, closed, at);
-        }
-        at[d] = here;
-        *mean += second / (eps * eps);
-        sharpest = pdi_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
-    }
-    return sharpest < PDI_FORCE_SHARP;
-}
-
-/* Slope of the velocity along the normal [1/s] on the smooth surface beside x, as fluid node `node` sees it (4.27c),
- * by least squares over the nodes around. 0: it is not known. */
-static int pdi_force_shear(const pd_flow *flow, int32_t node, const double *x, double *slope)
-{
-    enum { terms = PD_DIM };
-    const pd_grid *grid = flow->grid;
-    pdi_force_sight sight;
-    double moment[PD_DIM * PD_DIM], right[PD_DIM][PD_DIM], least[PD_DIM], h = grid->h[0], mean, normal[PD_DIM];
-    int last = 0;
-    sight.bonds = flow->bonds;
-    if (!pdi_surface_meet(flow->bonds, node, x, sight.place, sight.normal, &sight.closed)) return 0;
-    if (!(pdi_bond_smooth(flow->bonds, sight.closed, sight.place) < HUGE_VAL)) mean = 0.0;
-    else if (!pdi_force_curved(flow->bonds, sight.closed, sight.place, &mean)) return 0;
-    double round = grid->circumference ? sight.normal[PD_DIM - 1] / fabs(sight.place[PD_DIM - 1]) : 0.0;
-    if (fabs(round) * h < PDI_FORCE_SHARP) mean += round; /* a surface of revolution bends round the axis, too */
-    pdi_force_look(&sight, node);
-    memset(moment, 0, sizeof moment);
-    memset(right, 0, sizeof right);
-    for (int d = 1; d < PD_DIM; d++)
-        if (fabs(sight.normal[d]) > fabs(sight.normal[last])) last = d;
-    for (int q = 0; q < sight.count; q++) {
-        int32_t from = sight.node[q];
-        double at[PD_DIM], foot[PD_DIM], wall[PD_DIM], d, square = 0.0, term[PD_DIM];
-        pd_grid_position(grid, from, at);
-        if (grid->kind[from] != PD_FLUID && grid->kind[from] != PD_IMAGE) continue;
-        if (!pdi_force_rise(&sight, at, &d, normal)) return 0;
-        if (!(d > 0.0)) continue;
-        for (int a = 0; a < PD_DIM; a++) foot[a] = at[a] - d * normal[a];
-        memset(wall, 0, sizeof wall);
-        if (flow->wall) flow->wall(flow->wall_user, foot, wall);
-        term[0] = d / h * (1.0 - 0.5 * mean * d);
-        for (int a = 0, k = 1; a < PD_DIM; a++) {
-            double way = (at[a] - sight.place[a]) / h;
-            square += way * way;
-            if (a != last) term[k++] = term[0] * (foot[a] - sight.place[a]) / h;
-        }
-        for (int e = 0; e < PD_DIM; e++) {
-            int64_t of = (int64_t)e * grid->total + from;
-            double bend = (flow->grad[of] - pdi_flow_force(flow, e, pdi_grid_image(grid, from, NULL))) / flow->nu;
-            double rest = flow->u[of] - wall[e] - 0.5 * bend * d * d;
-            for (int a = 0; a < terms; a++) right[e][a] += term[a] * rest / (square * square);
-        }
-        for (int a = 0; a < terms * terms; a++)
-            moment[a] += term[a / terms] * term[a % terms] / (square * square);
-    }
-    for (int a = 0; a < terms; a++) least[a] = PDI_FORCE_DEPENDS * moment[a * terms + a];
-    if (!(moment[0] > 0.0) || !pdi_vec_factor_any(terms, terms, least, moment)) return 0;
-    for (int e = 0; e < PD_DIM; e++) {
-        pdi_vec_substitute(terms, terms, moment, right[e]);
-        slope[e] = right[e][0] / h;
-    }
-    double along = pdi_vec_dot(slope, sight.normal);
-    for (int e = 0; e < PD_DIM; e++) slope[e] -= along * sight.normal[e];
-    return 1;
-}
-
-PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p, int32_t node,
-                                 const double *x)
-{
-    pdi_force_sight sight;
-    pdi_quadratic fit;
-    double at[PD_DIM], slope, square = 0.0, moves = 0.0;
-    sight.bonds = bonds;
-    pdi_force_look(&sight, node);
-    pdi_quadratic_start(&fit, x, bonds->grid->h);
-    for (int q = 0; q < sight.count; q++) {
-        pd_grid_position(bonds->grid, sight.node[q], at);
-        pdi_quadratic_value(&fit, at, p[sight.node[q]]);
-    }
-    if (!flow || !pdi_surface_meet(bonds, node, x, sight.place, sight.normal, &sight.closed))
-        return pdi_quadratic_solve(&fit);
-    for (int d = 0; d < PD_DIM; d++) {
-        double way = (sight.place[d] - x[d]) / bonds->grid->h[d];
-        square += way * way;
-        at[d] = 0.0;
-    }
-    if (flow->wall) flow->wall(flow->wall_user, sight.place, at);
-    for (int d = 0; d < PD_DIM; d++) moves = pdi_max(moves, fabs(at[d]));
-    if (square < PDI_FORCE_BESIDE * PDI_FORCE_BESIDE && !(moves > 0.0) && pdi_force_lean(&sight, flow, &slope))
-        pdi_quadratic_slope(&fit, sight.place, sight.normal, slope);
-    return pdi_quadratic_solve(&fit);
-}
-
 /* ---- bodies with a smooth surface that ends nowhere ---- */
 
 #define PDI_FORCE_AXES ((1 << PD_DIM) - 1)
 
+/* Axis along which the cell at the end of a closed bond lies outside of the box, behind a flat side; -1: there is none,
+ * or it lies behind an edge of the box. */
+static int pdi_force_side_axis(const pd_grid *grid, const pdi_bond_end *end)
+{
+    int i[PD_DIM], axis = -1;
+    pdi_grid_index(grid, end->cell, i);
+    for (int d = 0; d < PD_DIM && end->side; d++) {
+        if (i[d] >= 0 && i[d] < grid->n[d]) continue;
+        if (axis >= 0) return -1;
+        axis = d;
+    }
+    return axis;
+}
+
+/* Axes of the flat sides that row r sees; PDI_FORCE_AXES: it sees other surfaces, or none. */
+static int pdi_force_flat(const pd_flow *flow, int32_t r)
+{
+    const pd_bonds *bonds = flow->bonds;
+    int axes = 0;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        pdi_bond_end end;
+        if (pdi_bond_open(bonds, r, k)) continue;
+        pdi_bond_find_end(bonds, r, k, &end);
+        int axis = pdi_force_side_axis(flow->grid, &end);
+        if (axis < 0) return PDI_FORCE_AXES;
+        axes |= 1 << axis;
+    }
+    return axes ? axes : PDI_FORCE_AXES;
+}
+
+/* Axes along which x lies outside of the box; it goes to the side there. */
+static int pdi_force_beyond(const pd_grid *grid, double *x)
+{
+    int axes = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (x[d] >= grid->lo[d] && x[d] <= grid->hi[d]) continue;
+        x[d] = x[d] < grid->lo[d] ? grid->lo[d] : grid->hi[d];
+        axes |= 1 << d;
+    }
+    return axes;
+}
+
 /* Axes along which momentum passes what the row belongs to: a side of the box, a surface that is flat, or one that is
- * not asked for, is part of it. */
+ * not asked for, is part of it. A flat side of the box is met along its normal only. */
 static int pdi_force_bars(const pdi_force_query *q, int32_t r)
 {
     const pd_bonds *bonds = q->flow->bonds;
@@ -357,13 +156,15 @@ static int pdi_force_bars(const pdi_force_query *q, int32_t r)
             pdi_bond_end end;
             pdi_bond_find_end(bonds, r, k, &end);
             pdi_grid_fold_position(grid, end.at);
-            if (!pdi_grid_between(grid, q->lo, q->hi, end.at) || !pdi_force_owned(q, end.cell, end.side))
-                return PDI_FORCE_AXES;
+            bars |= pdi_force_beyond(grid, end.at);
+            int owned = pdi_force_owned(q, end.cell, end.side), axis = owned ? -1 : pdi_force_side_axis(grid, &end);
+            if (owned ? !pdi_grid_between(grid, q->lo, q->hi, end.at) : axis < 0) return PDI_FORCE_AXES;
+            if (!owned) bars |= 1 << axis;
             continue;
         }
         int32_t row = bonds->row[pdi_grid_image(grid, far, &flip)];
         if (grid->kind[far] == PD_INLET || grid->kind[far] == PD_OUTLET) return PDI_FORCE_AXES;
-        if (row >= 0 && !bonds->smooth[row]) return PDI_FORCE_AXES;
+        if (row >= 0 && !bonds->smooth[row]) bars |= pdi_force_flat(q->flow, row);
         bars |= flip;
     }
     return bars;
@@ -401,7 +202,7 @@ static int pdi_force_smooth(const pd_flow *flow, int32_t r)
         double mean;
         if (pdi_bond_open(bonds, r, k)) continue;
         pdi_bond_find_end(bonds, r, k, &end);
-        if (end.smooth && !pdi_force_curved(bonds, end.cell, end.x, &mean)) return 0;
+        if (end.smooth && !pdi_near_wall_curved(bonds, end.cell, end.x, &mean)) return 0;
     }
     return 1;
 }
@@ -434,8 +235,25 @@ static int pdi_force_rows_of(pdi_force_query *q, int32_t r)
     return q->axes;
 }
 
+/* The fluid node that a closed bond which ends on a flat side has as its image there; -1: there is none. */
+static int32_t pdi_force_image(const pd_flow *flow, int32_t r, int k, int *axis)
+{
+    const pd_grid *grid = flow->grid;
+    pdi_bond_end end;
+    int i[PD_DIM];
+    pdi_bond_find_end(flow->bonds, r, k, &end);
+    *axis = pdi_force_side_axis(grid, &end);
+    if (*axis < 0) return -1;
+    pdi_grid_index(grid, flow->bonds->node[r] + flow->bonds->paths.shift[k], i);
+    i[*axis] = i[*axis] < 0 ? -1 - i[*axis] : 2 * grid->n[*axis] - 1 - i[*axis];
+    if (!pdi_grid_inside(grid, i)) return -1;
+    int32_t image = pd_grid_node(grid, i);
+    return grid->kind[image] == PD_FLUID ? image : -1;
+}
+
 /* Row r of such a body takes what of G P no bond hands on, G P - sum_open (P_i + P_j) g. Bonds between two rows take
- * from one what they give to the other: the sum over the body is what passes a box around it. */
+ * from one what they give to the other: the sum over the body is what passes a box around it. So do bonds that a flat
+ * side reflects, along the side. */
 static void pdi_force_take(pdi_force_query *q, int32_t r)
 {
     const pd_flow *flow = q->flow;
@@ -446,9 +264,12 @@ static void pdi_force_take(pdi_force_query *q, int32_t r)
     double take[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) take[d] = flow->grad[(int64_t)d * flow->grid->total + node];
     for (int k = 0; k < s->count; k++) {
-        if (!pdi_bond_open(bonds, r, k)) continue;
-        double p = pdi_bond_flux(bonds, node, k) * (flow->p[node] + flow->p[node + bonds->paths.shift[k]]);
-        for (int d = 0; d < PD_DIM; d++) take[d] -= p * s->grad[k * PD_DIM + d];
+        int axis = -1, open = pdi_bond_open(bonds, r, k);
+        int32_t far = open ? node + bonds->paths.shift[k] : pdi_force_image(flow, r, k, &axis);
+        if (far < 0) continue;
+        double p = pdi_bond_flux(bonds, node, k) * (flow->p[node] + flow->p[far]);
+        for (int d = 0; d < PD_DIM; d++)
+            if (d != axis) take[d] -= p * s->grad[k * PD_DIM + d];
     }
     double volume = s->volume * pdi_grid_circumference(flow->grid, node);
     for (int d = 0; d < PD_DIM; d++)
@@ -545,7 +366,7 @@ static void pdi_force_rub_pieces(pdi_force_query *q, const pdi_force_rubbed *rub
     double x[PD_DIM], at[PD_DIM], slope[PD_DIM], into[PD_DIM], wall[PD_DIM], d = 0.0, along = 0.0;
     double length = pdi_vec_norm(rubbed->into);
     for (int a = 0; a < PD_DIM; a++) x[a] = rubbed->x[a] / rubbed->size;
-    if (!pdi_force_shear(flow, rubbed->node, x, slope)) {
+    if (!pdi_near_wall_shear(flow, rubbed->node, x, slope)) {
         if (!(length > 0.0)) return;
         pd_grid_position(grid, rubbed->node, at);
         for (int a = 0; a < PD_DIM; a++) {
@@ -779,3 +600,5 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
     pdi_force_cancel(grid, force);
     return PD_OK;
 }
+
+#undef PDI_FORCE_STEP

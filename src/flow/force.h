@@ -26,12 +26,4 @@ PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double
  * within two cells of a side. */
 PD_API pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force);
 
-#ifdef PDI_INTERNAL
-/* Value at the place x [m] that fluid node `node` sees of the kinematic pressure p [total]: of the quadratic (3.11)
- * through the nodes within two cells, and the slope that friction of `flow` gives it on a smooth surface or side of the
- * box at rest beside x (eq. 3.11b). flow NULL: of the nodes alone. Ghosts must be filled. */
-PDI_FN double pdi_force_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p, int32_t node,
-                                 const double *x);
-#endif
-
 #endif

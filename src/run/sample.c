@@ -2,7 +2,7 @@
 #include "run/sample.h"
 #include "core/vec.h"
 #include "metal/interface.h"
-#include "flow/force.h"
+#include "flow/near_wall.h"
 #include "lattice/surface.h"
 #include "lattice/quadratic.h"
 #include "lattice/reconstruct.h"
@@ -327,7 +327,8 @@ static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
     }
     pdi_sample_reach(job, base);
     if (job->field == PD_FIELD_P)
-        return pdi_force_pressure(&job->m->bonds, job->m->setup->has_gas ? NULL : &job->m->flow, job->f, base, job->x);
+        return pdi_near_wall_pressure(&job->m->bonds, job->m->setup->has_gas ? NULL : &job->m->flow, job->f, base,
+                                      job->x);
     pdi_sample_gather(job, base);
     return pdi_quadratic_solve(&job->fit);
 }

@@ -409,7 +409,7 @@ static const pd_key pdi_keys_of_plane[] = {
 
 static const pd_key pdi_keys_of_force[] = {
     {"box", "m", "required without `shape`; with it the whole box",
-     PDI_SAYS("holds the body; a range an axis")},
+     PDI_SAYS("holds the body; a range an axis. It may cut walls and cells")},
     {"shape", "-", "all surfaces in the box",
      PDI_SAYS("name of a `[shape]` of `kind` solid or wall: only its surfaces count, not those of other bodies or "
               "of the sides")},
