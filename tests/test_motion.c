@@ -1,6 +1,7 @@
 /* Metal of scenes in motion, and metal of springs: waves, oscillations and energies against closed forms, a crack that
  * branches.
  * dims: 1 2 3 */
+#include "run/grip_force.h"
 #include "run/model.h"
 #include "scene/scene.h"
 #include "test.h"

@@ -1,5 +1,6 @@
 /* test_structure: metal of scenes under load, alone and as it dissolves.
  * dims: 2 3 */
+#include "run/grip_force.h"
 #include "run/model.h"
 #include "run/sample.h"
 #include "scene/scene.h"
