@@ -61,7 +61,7 @@ typedef struct pd_dissolve_desc {
     int follows;          /* 1: laws hold for a step, and follow what moves behind the metal: steps are as long as that
                            * is right */
     int driven;           /* 1: what they follow is found anew at the middle of a step, by `found` */
-    int anew;             /* 1: it moves on after each step of the metal; 0: it may hold for several */
+    int anew;             /* 1: what is behind the metal moves after each of its steps; 0: it may do so after several */
     pd_metal_model model;
     /* ---- bonds: */
     double saturation;    /* [mol/m3] Csat, 0 < Csat < Cs: fluid at or above it takes no metal, metal turns there */

@@ -150,6 +150,8 @@ typedef struct pdi_grip_run {
     int row;     /* of the point in it */
     int rows;    /* of it, as far as they are counted; 0: the point lies deep, or behind other metal */
     int through; /* 1: it ends at the opposite side */
+    int image;   /* 1: it ends at a plane of symmetry there */
+    int thin;    /* 1: with its image it is thinner than two layers of (8.5) */
 } pdi_grip_run;
 
 /* Rows from a side on that may bear its traction. */
@@ -157,7 +159,7 @@ static int pdi_grip_reach(const pd_grips *g) { return 2 * (int)ceil(g->structure
 
 static pdi_grip_run pdi_grip_line(const pd_grips *g, int32_t i, int side)
 {
-    pdi_grip_run run = {0, 0, 0};
+    pdi_grip_run run = {0, 0, 0, 0, 0};
     int row = pdi_grip_row(g, i, side), most = 2 * pdi_grip_reach(g), first = row, last = row;
     if (row >= most || !(g->structure->stiff[i] > 0.0) || !pdi_grip_meets(g, i, side)) return run;
     while (pdi_grip_inner(g, i, side, first - 1) >= 0) first--;
@@ -167,6 +169,8 @@ static pdi_grip_run pdi_grip_line(const pd_grips *g, int32_t i, int side)
     run.row = row - first;
     run.rows = last - first + 1;
     run.through = last == g->structure->grid->n[side / 2] - 1;
+    run.image = run.through && g->structure->desc.mirrors >> (side ^ 1) & 1;
+    run.thin = (1 + run.image) * run.rows < 2 * pdi_grip_depth(g);
     return run;
 }
 
@@ -192,18 +196,17 @@ typedef struct pdi_grip_part {
  * it (theory: 8.7). */
 static int pdi_grip_bears(const pd_grips *g, int k, int32_t i, pdi_grip_part *part)
 {
-    const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side, axis = side / 2, depth = pdi_grip_depth(g);
     pdi_grip_run run = pdi_grip_line(g, i, side);
-    int image = run.through && s->desc.mirrors >> (side ^ 1) & 1, rows = image ? 2 * run.rows : run.rows;
-    int thin = rows < 2 * depth, row = pdi_grip_row(g, i, side), last = s->grid->n[axis] - 1 - row < depth;
+    int rows = (1 + run.image) * run.rows, row = pdi_grip_row(g, i, side);
+    int last = g->structure->grid->n[axis] - 1 - row < depth;
     double half = row >= pdi_grip_reach(g) || 2 * run.row >= rows ? 0.0 : 2 * run.row + 1 == rows ? 0.5 : 1.0;
-    if (!run.rows || (!thin && !(half > 0.0))) return 0;
+    if (!run.rows || (!run.thin && !(half > 0.0))) return 0;
     double edge = pdi_grip_edge(g, i, side);
     for (int d = 0; d < PD_DIM; d++) {
-        int held = thin && run.through && g->faces[k] >> d & 1;
+        int held = run.thin && run.through && g->faces[k] >> d & 1;
         part->bears[d] = held ? (last ? 0.0 : edge) : half * edge;
-        part->spreads[d] = thin && (held ? last : !image || d != axis) ? 1.0 : 0.0;
+        part->spreads[d] = run.thin && (held ? last : !run.image || d != axis) ? 1.0 : 0.0;
     }
     return 1;
 }
@@ -256,9 +259,8 @@ static pd_status pdi_grip_bear(pd_ctx *ctx, pd_grips *g, int k)
     for (int32_t i = 0; i < g->structure->count; i++) {
         if (pdi_grip_row(g, i, side) > 0) continue;
         pdi_grip_run run = pdi_grip_line(g, i, side);
-        int image = run.through && g->structure->desc.mirrors >> (side ^ 1) & 1;
         PDI_TRY(pdi_grip_thin(ctx, g, k, &run));
-        thin = thin || (run.rows && (image ? 2 * run.rows : run.rows) < 2 * pdi_grip_depth(g));
+        thin = thin || run.thin;
     }
     if (thin) pdi_grip_sum(g, k, bears, spreads);
     for (int d = 0; d < PD_DIM && thin; d++)
@@ -366,13 +368,13 @@ PDI_FN int pdi_grip_holders(const pd_grips *g, int32_t i, int d, int *holders)
     return count;
 }
 
-/* What the side of grip k gives along axis d at the place x of that side. */
+/* What grip k gives along axis d at the place x, of a side at the place of it next to x. */
 static pd_status pdi_grip_given(pd_ctx *ctx, const pd_grips *g, int k, const double *x, int d, double t, double *given)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     double at[PD_DIM];
     memcpy(at, x, sizeof at);
-    pdi_grip_to_side(g, grip->side, at);
+    if (grip->side >= 0) pdi_grip_to_side(g, grip->side, at);
     *given = pdi_setup_eval(&grip->move[d], at, t);
     return pdi_grip_finite(ctx, grip, *given, at, t);
 }
@@ -407,11 +409,10 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, int32_t i,
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     double x[PD_DIM];
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
-    if (grip->side >= 0) pdi_grip_to_side(g, grip->side, x);
     for (int d = 0; d < PD_DIM; d++) {
+        double value;
         if (!grip->moves[d]) continue;
-        double value = pdi_setup_eval(&grip->move[d], x, t);
-        PDI_TRY(pdi_grip_finite(ctx, grip, value, x, t));
+        PDI_TRY(pdi_grip_given(ctx, g, k, x, d, t, &value));
         u[(int64_t)i * PD_DIM + d] = fabs(value) < PDI_GRIP_NONE ? 0.0 : value;
     }
     return PD_OK;
@@ -436,7 +437,7 @@ static pd_status pdi_grip_interpolate(pd_ctx *ctx, pd_grips *g, int k, int32_t i
                                       double t, double *u)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
-    double x[PD_DIM];
+    double x[PD_DIM], given;
     PDI_TRY(pdi_grip_room(ctx, g));
     pd_interpolated *row = g->interpolation.row + g->interpolation.count++;
     row->at = (int64_t)i * PD_DIM + d;
@@ -444,9 +445,7 @@ static pd_status pdi_grip_interpolate(pd_ctx *ctx, pd_grips *g, int k, int32_t i
     row->part = share * (pdi_grip_row(g, i, grip->side) + 0.5) / (g->rows[k] + 0.5);
     row->face = pdi_grip_row(g, i, grip->side) == 0;
     pd_grid_position(g->structure->grid, g->structure->node[leader], x);
-    pdi_grip_to_side(g, grip->side, x);
-    double given = pdi_setup_eval(&grip->move[d], x, t);
-    PDI_TRY(pdi_grip_finite(ctx, grip, given, x, t));
+    PDI_TRY(pdi_grip_given(ctx, g, k, x, d, t, &given));
     if (fabs(given) >= PDI_GRIP_NONE) u[row->at] -= row->part * given;
     return PD_OK;
 }

@@ -19,8 +19,8 @@
 /* A displacement that is held and follows one that is free: u[at] = given + part u[leader]. */
 typedef struct pd_interpolated {
     int64_t at, leader; /* components of [count][PD_DIM]; one that follows several has a row for each */
-    double part;      /* [-] */
-    int face;         /* 1: it lies less than a spacing from the place that is given */
+    double part;        /* [-] */
+    int face;           /* 1: it lies less than a spacing from the place that is given */
 } pd_interpolated;
 
 /* All of them. */
