@@ -93,7 +93,7 @@ fresh kernel.c kernel_cut.c physics.c user.c implementation.c both.c
 check "cost of kernels alone" costs 5 $CC -std=c99 -O3 -DPD_DIM=2 kernel.c -o prog -lm
 less="-DPDCORR_NO_SOLID -DPDCORR_NO_CHEMISTRY -DPDCORR_NO_POTENTIAL"
 check "cost of flow, transport and metal" \
-    costs 29 $CC -std=c99 -O3 -DPD_DIM=2 $less -c physics.c -o physics.o
+    costs 33 $CC -std=c99 -O3 -DPD_DIM=2 $less -c physics.c -o physics.o
 if [ "$PD_TEST_ALL" ]; then
     check "cost of scenes" costs 62 $CC -std=c99 -O3 -DPD_DIM=2 -c implementation.c -o scenes.o
 else
