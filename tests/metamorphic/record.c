@@ -152,6 +152,7 @@ static void tighten(pd_model *model, int first_order)
     model->transport.desc.tolerance = 1e-13;
     model->transport.desc.limiter_tolerance = 1e-13;
     model->reactive.desc.tolerance = 1e-13;
+    model->implicit.desc.tolerance = 1e-12;
     if (model->surfaces) model->surfaces->coat.desc.tolerance = 1e-12;
     /* steps as prescribed: estimates of errors are solved to a tenth of their residual */
     model->two_stage.desc.rtol = model->course.desc.rtol = 1e300;
