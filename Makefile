@@ -48,7 +48,7 @@ CASES := $(wildcard cases/*.h cases/*/*.h)
 DIMS = 1 2 3
 DRIVERS := $(foreach d,$(patsubst drivers/%.c,%,$(wildcard drivers/*.c)),\
              $(foreach k,$(DIMS),$(BUILD)/$(if $(filter scene,$d),pd,$d)$kd))
-# tests/test_x.c with `dims: 1 3` in its first five lines becomes build/test_x_1d and build/test_x_3d, and
+# tests/ROOM/test_x.c with `dims: 1 3` in its first five lines becomes build/test_x_1d and build/test_x_3d, and
 # tests/hard/test_x.c becomes build/hard_x_1d. Behind `slow:` stand the dimensions that `make test` leaves to
 # `make test-all`; in a shell test that word is `slow: yes`.
 marked = $(shell awk -v usual='$(3)' 'function say() { \
@@ -57,14 +57,16 @@ marked = $(shell awk -v usual='$(3)' 'function say() { \
     FNR <= 5 && !found && match($$0, /$(1): *[1-3][1-3 ]*/) { \
         found = 1; dims = substr($$0, RSTART, RLENGTH); sub(/.*: */, "", dims) } \
     END { say() }' $(2) /dev/null)
-TESTS := $(call marked,dims,tests/test_*.c,2,test_)
+TESTED := $(patsubst src/%,tests/%,$(wildcard src/*))
+TEST_SOURCES := $(wildcard $(TESTED:%=%/test_*.c))
+TESTS := $(call marked,dims,$(TEST_SOURCES),2,test_)
 HARD_TESTS := $(call marked,dims,tests/hard/test_*.c,2,hard_)
-SLOW_TESTS := $(call marked,slow,tests/test_*.c,,test_) $(call marked,slow,tests/hard/test_*.c,,hard_)
-SCRIPTS := $(wildcard tests/*.sh)
+SLOW_TESTS := $(call marked,slow,$(TEST_SOURCES),,test_) $(call marked,slow,tests/hard/test_*.c,,hard_)
+SCRIPTS := $(wildcard tests/scripts/*.sh)
 SLOW_SCRIPTS := $(shell awk 'FNR <= 5 && /slow: yes/ { print FILENAME }' $(SCRIPTS))
 LOGS = $(BUILD)/logs
 TEST_LOGS := $(TESTS:$(BUILD)/%=$(LOGS)/%.log) $(HARD_TESTS:$(BUILD)/%=$(LOGS)/%.log)
-SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
+SCRIPT_LOGS := $(SCRIPTS:tests/scripts/%.sh=$(LOGS)/%.log)
 # The longest first, so that all cores end together.
 LONGEST = test_embed web ways examples validate install openmp windows scenes bench wasi site python_examples peers png_reader walk \
           python checkpoint
@@ -72,7 +74,7 @@ LONGEST_LOGS := $(filter $(SCRIPT_LOGS),$(LONGEST:%=$(LOGS)/%.log))
 METAMORPHIC_LOGS := $(DIMS:%=$(LOGS)/metamorphic_%d.log)
 ALL_LOGS := $(LONGEST_LOGS) $(LOGS)/amalgam.log $(LOGS)/lint.log $(filter-out $(LONGEST_LOGS),$(SCRIPT_LOGS)) $(TEST_LOGS) \
             $(METAMORPHIC_LOGS)
-FAST_LOGS := $(filter-out $(SLOW_TESTS:$(BUILD)/%=$(LOGS)/%.log) $(SLOW_SCRIPTS:tests/%.sh=$(LOGS)/%.log),$(ALL_LOGS))
+FAST_LOGS := $(filter-out $(SLOW_TESTS:$(BUILD)/%=$(LOGS)/%.log) $(SLOW_SCRIPTS:tests/scripts/%.sh=$(LOGS)/%.log),$(ALL_LOGS))
 # Every script, and the programs of `make test`.
 CI_LOGS := $(filter $(FAST_LOGS) $(SCRIPT_LOGS) $(LOGS)/hard_random_2d.log,$(ALL_LOGS))
 # As many at a time as there are cores, unless make has a -j.
@@ -174,8 +176,12 @@ define run-logs
 @sh tools/sum.sh --since $(LOGS)/begin $(1)
 endef
 
-test: ## fast checks and tests of every module: minutes; ends with the sum
-	$(call run-logs,$(FAST_LOGS),PROGRAMS=$(BUILD)/check)
+# T=NAME...: of a module, of a script, or of a room of src/, with all dimensions.
+named = $(filter $(foreach t,$(T),$(foreach n,$t test_$t hard_$t $(patsubst tests/$t/%.c,%,$(wildcard tests/$t/test_*.c)),\
+        $(LOGS)/$n.log $(LOGS)/$n_1d.log $(LOGS)/$n_2d.log $(LOGS)/$n_3d.log)),$(ALL_LOGS))
+test: ## fast checks and tests of every module: minutes; ends with the sum; T=NAME: those of a module, room or script
+	$(if $(T),$(if $(named),,$(error T=$(T): tests/ has no test, room or script of that name)))
+	$(call run-logs,$(if $(T),$(named),$(FAST_LOGS)),PROGRAMS=$(BUILD)/check)
 
 test-ci: ## all scripts, and the programs of `make test`
 	$(call run-logs,$(CI_LOGS))
@@ -352,17 +358,13 @@ $$(BUILD)/whole/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV) -Wno-misleading-indentation -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -x c -c $$< -o $$@
 
-$$(BUILD)/test_%_$(1)d: tests/test_%.c $$(wildcard tests/*.h) $$(wildcard cases/*.h) $$(HEADERS) $$(BUILD)/flags \
+$$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/lib/*.h) $$(HEADERS) $$(BUILD)/flags \
                          $$(call needed-objects,$(1))
-	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests $$< -o $$@ $$(call with-objects,$(1))
-
-$$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h) $$(HEADERS) $$(BUILD)/flags \
-                         $$(call needed-objects,$(1))
-	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< \
+	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests/lib -Itests/hard $$< \
 	    -o $$@ $$(call with-objects,$(1))
 
-$$(BUILD)/metamorphic_$(1)d: $$(wildcard tests/metamorphic/*.[ch]) tests/random.h $$(HEADERS) $$(BUILD)/flags $$(call needed-objects,$(1))
-	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests $$(filter %.c,$$^) -o $$@ \
+$$(BUILD)/metamorphic_$(1)d: $$(wildcard tests/metamorphic/*.[ch]) tests/lib/random.h $$(HEADERS) $$(BUILD)/flags $$(call needed-objects,$(1))
+	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests/lib $$(filter %.c,$$^) -o $$@ \
 	    $$(call with-objects,$(1))
 
 $$(BUILD)/check/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
@@ -410,6 +412,13 @@ $$(BUILD)/%$(1)d: drivers/%.c $$(wildcard drivers/*.h) $$(CASES) $$(BUILD)/pdcor
 endef
 $(foreach k,$(DIMS),$(eval $(call RULES_OF_DIM,$k)))
 
+define RULES_OF_TESTS
+$$(BUILD)/test_%_$(1)d: $(2)/test_%.c $$(wildcard tests/lib/*.h $(2)/*.h cases/*.h) $$(HEADERS) $$(BUILD)/flags \
+                         $$(call needed-objects,$(1))
+	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -I. -Itests/lib $$< -o $$@ $$(call with-objects,$(1))
+endef
+$(foreach k,$(DIMS),$(foreach r,$(TESTED),$(eval $(call RULES_OF_TESTS,$k,$r))))
+
 # Small faults at random, MUTANTS of them that have an effect. SEED: without one the clock gives it. The first run finds
 # out which lines each test executes, which takes half an hour; then a fault takes seconds. MUTANTS_FLAGS=--unseen lists
 # the lines that no test executes, MUTANTS_FLAGS='--at ROOM/FILE.c:LINE' takes the faults of a line.
@@ -446,7 +455,7 @@ SCRIPT_PROGRAMS = $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD
 .PHONY: script-programs
 script-programs: $(SCRIPT_PROGRAMS) $(DIMS:%=$(BUILD)/check/libpdcorr%d.so)
 
-$(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(SCRIPT_PROGRAMS) FORCE
+$(SCRIPT_LOGS): $(LOGS)/%.log: tests/scripts/%.sh pdcorr.h $(SCRIPT_PROGRAMS) FORCE
 	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' $(if $(PROGRAMS),PROGRAMS='$(PROGRAMS)') sh $<)
 
 $(LOGS)/walk.log: $(BUILD)/check/libpdcorr2d.so

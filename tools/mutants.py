@@ -185,7 +185,8 @@ class Graph:
     def start(self, path, seen):
         modules = set()
         for name in included(path):
-            near = next((p for p in (os.path.join(os.path.dirname(path), name), os.path.join(self.root, 'tests', name))
+            near = next((p for p in (os.path.join(os.path.dirname(path), name), os.path.join(self.root, 'tests/lib', name),
+                                   os.path.join(self.root, name))
                          if os.path.exists(p)), None)
             if near and near not in seen:
                 modules |= self.start(near, seen | {near})
@@ -421,9 +422,9 @@ class Machine:
             sources = sorted(os.path.join(os.path.dirname(path), n) for n in os.listdir(os.path.dirname(path)) if n.endswith('.c'))
         note, now = to + '.of', digest(needed(sources) + self.headers)
         if not os.path.exists(to) or not os.path.exists(note) or open(note).read() != now:
-            more = ['-I.', '-DPDCORR_LINKED'] if path.startswith('drivers') else ['-DPDI_SPLIT', '-Isrc']
+            more = ['-I.', '-DPDCORR_LINKED'] if path.startswith('drivers') else ['-DPDI_SPLIT', '-Isrc', '-I.']
             status, _, out = self.call(
-                self.cc + self.dev_test + ['-DPD_DIM=%d' % d, '-Itests', '-Itests/hard'] + more + sources +
+                self.cc + self.dev_test + ['-DPD_DIM=%d' % d, '-Itests/lib', '-Itests/hard'] + more + sources +
                 ['-o', to, self.shared[d], '-Wl,--enable-new-dtags', '-lm'])
             if status:
                 print('mutants: %s does not build: %s' % (to, out.strip()[:300]))
@@ -498,7 +499,7 @@ def needed(sources):
     found = list(sources)
     for path in found:
         for name in included(path):
-            for near in (os.path.join(os.path.dirname(path), name), os.path.join('tests', name), os.path.join('tests/hard', name)):
+            for near in (os.path.join(os.path.dirname(path), name), os.path.join('tests/lib', name), os.path.join('tests/hard', name), name):
                 if os.path.exists(near) and near not in found:
                     found.append(near)
     return found
@@ -507,7 +508,7 @@ def needed(sources):
 def all_tests(m):
     """Test -> digest of its text."""
     tests = {}
-    for folder in ('tests', 'tests/hard'):
+    for folder in ['tests/' + room for room in sorted(os.listdir('src'))] + ['tests/hard', 'tests/scripts']:
         for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else ():
             path = os.path.join(folder, name)
             if re.match(r'test_\w+\.c$', name):
@@ -525,7 +526,7 @@ def all_tests(m):
                     scene = os.path.join('tests/scenes', scene)
                     if scene.endswith('.scene'):
                         tests[Test(path, 0, scene)] = digest([path, scene])
-            elif name.endswith('.sh') and folder == 'tests' and name != 'mutants.sh':
+            elif name.endswith('.sh') and folder == 'tests/scripts' and name != 'mutants.sh':
                 text = open(path).read()
                 if '$programs/' in text and 'slow: yes' not in text and not re.search(r'\$CC|chromedriver|valgrind', text):
                     tests[Test(path, 0, '')] = digest([path])

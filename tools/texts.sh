@@ -48,7 +48,7 @@ kind=run
     line=$(grep '^result case=[^ ]* dim=' "$dir/log" | tail -n 1)
     for pair in $line; do printf 'run %s; %s\t%s\n' "$command" "${pair%%=*}" "${pair#*=}"; done >> "$dir/values"
 done
-for file in examples/*.c tests/*.c tests/*.sh tests/hard/*.c cases/*/*.h; do
+for file in examples/*.c tests/*/*.c tests/scripts/*.sh cases/*/*.h; do
     printf 'from %s\t1\n' "$file" >> "$dir/values"
 done
 

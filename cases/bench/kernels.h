@@ -1,7 +1,7 @@
 /* kernels: cases about the speed of single operators. */
 #ifndef BENCH_KERNELS_H
 #define BENCH_KERNELS_H
-#include "../../tests/multigrid_build.h"
+#include "../../tests/lib/multigrid_build.h"
 
 enum { KERNELS = 12 };
 

@@ -202,7 +202,7 @@ static const val_case turn_case = {
     "outlet from x = 0.1 on; how far the field leaves the range of inlet and walls.",
     "Upwinding across the stream, oscillations, limiters that do not settle, inlets that smear what enters.",
     "R. M. Smith, A. G. Hutton, Numer. Heat Transfer 5, 1982; solved by finite elements of order 9 "
-    "(`tests/half_turn.sh`), which agree with the table of the paper to 3e-3",
+    "(`tests/scripts/half_turn.sh`), which agree with the table of the paper to 3e-3",
     turn_parts, 3};
 
 #endif

@@ -6,8 +6,8 @@
 #define TURN_PLACES 81 /* x = 0, 1/80, ..., 1 */
 
 /* c on the outlet 0 <= x <= 1, for D = 1/Pe: finite elements of order 6 and 9 on lattices graded towards the end of the
- * inlet, which agree to 1e-6 from x = 0.1 on. `tests/half_turn.sh` solves it anew. The table of the paper has three
- * digits at ten places; it is off by 3.0e-3 at most. */
+ * inlet, which agree to 1e-6 from x = 0.1 on. `tests/scripts/half_turn.sh` solves it anew. The table of the paper has
+ * three digits at ten places; it is off by 3.0e-3 at most. */
 typedef struct turn_table {
     double peclet, c[TURN_PLACES];
 } turn_table;

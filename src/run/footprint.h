@@ -1,6 +1,6 @@
 /* footprint: the memory of a run, from its setup alone: nothing is built for it.
  *
- * Sizes of arrays times numbers of nodes, which are counted in a sample of the geometry. tests/test_footprint.c
+ * Sizes of arrays times numbers of nodes, which are counted in a sample of the geometry. tests/run/test_footprint.c
  * compares it with measured peaks.
  */
 #ifndef PD_FOOTPRINT_H

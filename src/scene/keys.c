@@ -1,5 +1,5 @@
 /* keys: see keys.h. Text in `...` stands for itself in a scene. Look-ups of readers are held against units and defaults
- * (pdi_keys_agree), the tables of docs/guide.md against all of it (tests/test_keys.c). */
+ * (pdi_keys_agree), the tables of docs/guide.md against all of it (tests/scene/test_keys.c). */
 #include "scene/keys.h"
 #include <string.h>
 

@@ -2,7 +2,7 @@
 #include "extreme.h"
 #include "invariant.h"
 #include "transform.h"
-#include "../random.h"
+#include "random.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* generate: see generate.h */
 #include "generate.h"
-#include "../random.h"
+#include "random.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -16,7 +16,7 @@
 #include "shrink.h"
 #include "invariant.h"
 #include "extreme.h"
-#include "../random.h"
+#include "random.h"
 #include <dirent.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* scene: see scene.h */
 #include "scene.h"
-#include "../random.h"
+#include "random.h"
 #include "io/png.h"
 #include <math.h>
 #include <stdarg.h>

@@ -1,6 +1,6 @@
 /* transform: see transform.h */
 #include "transform.h"
-#include "../random.h"
+#include "random.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -6,7 +6,7 @@
 #include "solid/crack.h"
 #include "solid/toughness.h"
 #include "test.h"
-#include "../cases/strip.h"
+#include "cases/strip.h"
 #include <math.h>
 
 /* A cut of x = 0 .. 6 um at a height, and places of 1D. */

@@ -2,7 +2,7 @@
 # slow: yes
 # The ways of docs/start.md in a clone, each by the commands of its page as tools/first.sh reads them: a figure and a
 # law in Python, a program of C by pkg-config and CMake, the first change. Programs are compiled without optimisation.
-# The way into the browser is in tests/web.sh.
+# The way into the browser is in tests/scripts/web.sh.
 . tests/lib/script.sh
 git -C "$root" rev-parse HEAD > /dev/null 2>&1 || skip_all "this is no git checkout: nothing to clone"
 [ -z "$(git -C "$root" status --porcelain -uno)" ] || echo "note: the clone has the last commit, not what changed since"
@@ -70,7 +70,7 @@ check "its test passes" grep -q '^exit 0' "$clone/build/logs/test_keys_2d.log"
 check "the header has the change" grep -q "distance of the nodes, $words" "$clone/pdcorr.h"
 check "it is committed" [ -z "$(git -C "$clone" status --porcelain -uno)" ]
 cp docs/guide.md "$clone/docs/guide.md"
-in_clone make build/logs/test_keys_2d.log > "$dir/log" 2>&1
+in_clone make test T=keys_2d > "$dir/log" 2>&1
 ! grep -q '^exit 0' "$clone/build/logs/test_keys_2d.log"
 verdict "a key whose words are not those of the guide is found"
 score

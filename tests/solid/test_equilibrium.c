@@ -4,7 +4,7 @@
 #include "solid/elastic.h"
 #include "solid/equilibrium.h"
 #include "test.h"
-#include "../cases/elasticity.h"
+#include "cases/elasticity.h"
 #include <math.h>
 
 #define MOST 35000 /* points */

@@ -576,7 +576,7 @@ TEST(a_legend_names_what_is_drawn)
     CHECK_INT(ctx.in_use, 0);
 }
 
-/* What a film refuses; what it shows: tests/pictures.sh. */
+/* What a film refuses; what it shows: tests/scripts/pictures.sh. */
 TEST(films_of_one_size)
 {
     uint8_t pixels[12] = {0};

@@ -1,7 +1,7 @@
 #!/bin/sh
 # slow: yes
 # The tutorials by what they say: their commands and what these promise, and the study in Python. From a clone to the
-# end of a way: tests/ways.sh; the tutorial of the page for browsers: tests/web.py.
+# end of a way: tests/scripts/ways.sh; the tutorial of the page for browsers: tests/web.py.
 . tests/lib/script.sh
 walk=$dir/walk
 mkdir -p "$walk"
@@ -38,7 +38,7 @@ done
 # What tools/first.sh times on a fresh machine is what the pages say.
 for way in "figure:make python" "figure:python3 figure.py" "law:python3 law.py" "browser:make web" \
            "pkg-config:make install" "pkg-config:LD_LIBRARY_PATH=" "cmake:make install" "cmake:cmake/main" \
-           "change:make build/pd2d" "change:make amalgam lint" "change:make build/logs/test_keys_2d.log"; do
+           "change:make build/pd2d" "change:make amalgam lint" "change:make test T=keys_2d"; do
     sh tools/first.sh --commands "${way%%:*}" > "$dir/log" 2>&1
     check "docs/start.md: ${way%%:*}: ${way#*:}" grep -q "^${way#*:}" "$dir/log"
     check "docs/start.md has the way ${way%%:*}" grep -q "^| ${way%%:*} |" docs/start.md

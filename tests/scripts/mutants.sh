@@ -6,7 +6,7 @@ find_python 'import resource, subprocess'
 command -v objcopy > /dev/null || skip_all "objcopy is not installed"
 tool=$root/tools/mutants.py
 cd "$dir" || exit 1
-mkdir -p src/core tests build
+mkdir -p src/core tests/core tests/scripts build
 cat > src/core/sum.h <<'END'
 int sum_of(const int *x, int count);
 int sum_unseen(int a, int b);
@@ -30,7 +30,7 @@ int sum_unseen(int a, int b)
     return a * b;
 }
 END
-cat > tests/test_sum.c <<'END'
+cat > tests/core/test_sum.c <<'END'
 /* dims: 1 2 */
 #include "core/sum.h"
 int main(void)
@@ -56,7 +56,7 @@ check "faults of a loop, its bounds and its step" \
     grep -q '^3 mutants, 3 built, 3 with an effect, 3 killed, 0 survived$' log
 $python "$tool" --at core/sum.c:8 > log 2>&1
 check "faults of what is summed" grep -q ', 0 survived$' log
-check "the test that sees it is named" grep -q 'killed .*tests/test_sum.c [12]D: status 1' log
+check "the test that sees it is named" grep -q 'killed .*tests/core/test_sum.c [12]D: status 1' log
 $python "$tool" --at core/sum.c:16 > log 2>&1
 check "a fault that no test sees" grep -q '^1 mutants, 1 built, 1 with an effect, 0 killed, 1 survived$' log
 check "it is shown" grep -q '+ return a / b;' log
@@ -69,9 +69,9 @@ cat > drivers/scene.c <<'END'
 int main(void) { return sum_unseen(6, 3) != 18; }
 END
 # shellcheck disable=SC2016
-echo 'programs=$PWD/$PROGRAMS; cd /; "$programs/pd2d"' > tests/scene.sh
+echo 'programs=$PWD/$PROGRAMS; cd /; "$programs/pd2d"' > tests/scripts/scene.sh
 $python "$tool" --at core/sum.c:16 > log 2>&1
-check "a shell test sees it" grep -q 'killed .*tests/scene.sh: status 1' log
+check "a shell test sees it" grep -q 'killed .*tests/scripts/scene.sh: status 1' log
 check "the sources are as they were" diff -r src before
 # the map: lines that no test executes, tests that are chosen, and sources that have changed since
 $python "$tool" --unseen --tests test_sum > log 2>&1

@@ -6,7 +6,7 @@
 #include "checkpoint_model.h"
 #include "scene_file.h"
 #include "model_scene.h"
-#include "../cases/film.h"
+#include "cases/film.h"
 
 #define FARADAY 96485.33212331001
 #if PD_DIM == 1

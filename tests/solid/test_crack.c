@@ -5,7 +5,7 @@
 #include "solid/equilibrium.h"
 #include "solid/microelastic.h"
 #include "test.h"
-#include "../cases/elasticity.h"
+#include "cases/elasticity.h"
 #include <math.h>
 
 #define MOST 26000 /* points */

@@ -4,7 +4,7 @@
  * dims: 1 2 */
 #include "run/run.h"
 #include "scene/scene.h"
-#include "../cases/plates.h"
+#include "cases/plates.h"
 #include "test.h"
 
 #if PD_DIM == 1

@@ -3,7 +3,7 @@
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
 #include "continued_model.h"
-#include "../cases/film.h"
+#include "cases/film.h"
 
 #define FARADAY 96485.33212331001
 #if PD_DIM == 1

@@ -4,8 +4,8 @@
 #include "react/advance.h"
 #include "chemistry_case.h"
 #include "fixture.h"
-#include "../cases/vessel.h"
-#include "../cases/minerals.h"
+#include "cases/vessel.h"
+#include "cases/minerals.h"
 
 static scene test_scene;
 static pd_reactive test_reactive;

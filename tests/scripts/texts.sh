@@ -64,7 +64,7 @@ right "3e-2<!-- below validation front-2d; max; error --> and 1<!-- above valida
 right "1.33<!-- is validation summary; front, 2D: along (1,1); found; x100 -->"
 right "one<!-- is validation summary; missed; count --> and 1<!-- is validation summary; met; count -->"
 right "160,000<!-- is validation front-2d; 20; evaluations -->"
-right "7<!-- from tests/texts.sh -->"
+right "7<!-- from tests/scripts/texts.sh -->"
 right "9<!-- is run pd2d none.scene; steps -->"
 wrong "0.024<!-- is $cell --> off" "found 0.024, expected 0.023" 0.023
 wrong "2.4e-2<!-- is $cell -->" "found 2.4e-2" 2.3e-2

@@ -5,7 +5,7 @@
 #include "solid/microelastic.h"
 #include "solid/verlet.h"
 #include "test.h"
-#include "../cases/elasticity.h"
+#include "cases/elasticity.h"
 #include <math.h>
 
 #define MOST 30000 /* points */

@@ -6,7 +6,7 @@
 #include "react/etch.h"
 #include "run/run.h"
 #include "scene/scene.h"
-#include "../cases/pit.h"
+#include "cases/pit.h"
 #include "chemistry_case.h"
 #include "fixture.h"
 

@@ -5,8 +5,8 @@
 #include "transport/migrate.h"
 #include "chemistry_case.h"
 #include "fixture.h"
-#include "../cases/vessel.h"
-#include "../cases/salts.h"
+#include "cases/vessel.h"
+#include "cases/salts.h"
 
 static scene test_scene;
 static pd_reactive test_reactive;

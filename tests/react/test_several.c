@@ -4,7 +4,7 @@
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
 #include "run/run.h"
-#include "../cases/plates.h"
+#include "cases/plates.h"
 #include "continued_model.h"
 
 #if PD_DIM == 1

@@ -1,7 +1,7 @@
 #!/bin/sh
 # slow: yes
 # make install: what it writes and what not; programs that use the header, the shared and the static library, by
-# pkg-config and CMake, also where the tree has been moved; make uninstall. As a page says it: tests/ways.sh.
+# pkg-config and CMake, also where the tree has been moved; make uninstall. As a page says it: tests/scripts/ways.sh.
 . tests/lib/script.sh
 CC=${CC:-cc}
 prefix=/opt/pd

@@ -5,7 +5,7 @@
 #include "react/course.h"
 #include "scene/read_electrolyte.h"
 #include "test.h"
-#include "../cases/vessel.h"
+#include "cases/vessel.h"
 
 #define END 1e7 /* [s] */
 
