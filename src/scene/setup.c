@@ -5,13 +5,14 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Names of fields in the order of pd_field, up to the species. */
 static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
                                                "phase", "D", "rate", "density", "damage", "energy",
                                                "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
                                                "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx",
                                                "phi", "j", "i", "pH", "potential", "film", "SI"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
-/* Coordinates of a place. */
+/* Coordinates of a point as expression variables. */
 #if PD_DIM == 1
 #define PDI_SETUP_COORDINATES {"x", "m", 0.0}
 #elif PD_DIM == 2
@@ -19,10 +20,13 @@ static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"
 #else
 #define PDI_SETUP_COORDINATES {"x", "m", 0.0}, {"y", "m", 0.0}, {"z", "m", 0.0}
 #endif
+/* Variables of expressions in space and time. */
 static const pd_expr_symbol pdi_setup_axes[] = {PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
+/* Variables of dissolution rate laws. */
 static const pd_expr_symbol pdi_setup_symbols[] = {
     {"C", "mol/m3", 0.0}, {"t", "s", 0.0}, PDI_SETUP_COORDINATES, {"grain", "", 0.0}, {"i", "A/m2", 0.0},
     {"E", "V", 0.0}};
+/* Variables of the stress factor of the dissolution rate. */
 static const pd_expr_symbol pdi_setup_stresses[] = {
     {"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0}, PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
 #undef PDI_SETUP_COORDINATES
@@ -47,6 +51,7 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
     return status;
 }
 
+/* Free the expressions of loads, supports and stress factor. */
 static void pdi_setup_free_body(pd_ctx *ctx, pd_setup_body *b)
 {
     for (int k = 0; k < b->grips; k++) {
@@ -58,6 +63,7 @@ static void pdi_setup_free_body(pd_ctx *ctx, pd_setup_body *b)
     pdi_expr_free(ctx, &b->pace);
 }
 
+/* Free expressions and tables of all electrodes. */
 static void pdi_setup_free_electrodes(pd_ctx *ctx, pd_setup_potential *p)
 {
     for (int k = 0; k < p->electrodes; k++) {
@@ -109,12 +115,14 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     memset(setup, 0, sizeof *setup);
 }
 
+/* Error of pd_setup_function: the value under `key` cannot be a function, and why. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_setup_no_function(pd_ctx *ctx, const char *key, const char *why)
 {
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "a function for '%.40s': %s", key, why);
 }
 
-/* The expression of a side, which is made ready for a function. */
+/* Find the expression of a boundary condition that a user function replaces: key "x-.C", "x-.mean" or "x-.vx". Switches
+ * the side to the value that the function gives. PD_ERR_ARGUMENT: the scene does not give that value. */
 static pd_status pdi_setup_side_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_setup_side *side, pd_expr **expr)
 {
     const char *name = key + 3;
@@ -145,7 +153,8 @@ static pd_status pdi_setup_side_function(pd_ctx *ctx, pd_setup *u, const char *k
     return PD_OK;
 }
 
-/* The expression of the law of a metal: "rate", or "rate.NAME" of one of several. */
+/* Find the expression of the dissolution rate that a user function replaces: key "rate", or "rate.NAME" of one of
+ * several metals. PD_ERR_ARGUMENT: no such metal, or `uses` names the grain without grains. */
 static pd_status pdi_setup_law_function(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **expr)
 {
     int metal = u->metals == 1 && !key[4] ? 0 : -1;
@@ -162,7 +171,7 @@ static pd_status pdi_setup_law_function(pd_ctx *ctx, pd_setup *u, const char *ke
     return PD_OK;
 }
 
-/* The expression that a key means. */
+/* Find the expression that a user function replaces under `key`: "rate", "initial" or a value of a side. */
 static pd_status pdi_setup_expression(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **found)
 {
     pd_expr *expr = NULL;
@@ -289,6 +298,7 @@ PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name)
     return field;
 }
 
+/* Names of fields with units, in the order of pd_field, up to the species. */
 static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
@@ -321,12 +331,14 @@ PDI_FN int pdi_setup_field_metal(pd_field field)
            field == PD_FIELD_DAMAGE || pdi_setup_field_body(field);
 }
 
+/* 1: the material has a stress tensor: solid mechanics that is not bond-based. */
 static int pdi_setup_stressed(const pd_setup *setup)
 {
     return setup->has_solid && setup->metal_body.material != PD_STRUCTURE_SPRINGS;
 }
 
-/* The same of pH and of species. */
+/* What the setup lacks for a field of chemistry (pH, species, diffusion potential, minerals); NULL: the field
+ * exists. */
 static const char *pdi_setup_dissolved_needs(const pd_setup *setup, pd_field field)
 {
     const pd_electrolyte *e = &setup->electrolyte;

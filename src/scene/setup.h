@@ -1,6 +1,7 @@
-/* setup: everything that a run needs to know, as data: what scene files and flat files are turned into.
+/* setup: the parsed input of a simulation as plain data: lattice, geometry, boundary conditions, physics, run control
+ * and output. The readers of scene files and of flat parameter files fill it.
  *
- * A setup holds no field and no solver; model.h builds those. What has_... leaves out costs nothing.
+ * A setup holds no field and no solver; model.h builds those. Physics whose has_... is 0 is not built.
  */
 #ifndef PD_SETUP_H
 #define PD_SETUP_H
@@ -34,7 +35,8 @@
 #define PD_SETUP_ELECTRODES 16 /* [electrode] sections */
 #define PD_SETUP_STATES PD_COAT_MOST /* [surface] sections */
 
-/* What can be written, drawn and probed. */
+/*  */
+/* Fields of a run that can be written to files, drawn as images and probed. */
 typedef enum pd_field {
     PD_FIELD_C = 0,
     PD_FIELD_V,
@@ -59,20 +61,20 @@ typedef enum pd_field {
     PD_FIELD_XY,
     PD_FIELD_YZ,
     PD_FIELD_ZX,
-    PD_FIELD_PHI,     /* of the electric potential */
-    PD_FIELD_J,
-    PD_FIELD_I,
-    PD_FIELD_PH,      /* of the electrolyte */
-    PD_FIELD_POTENTIAL, /* that its ions migrate in */
-    PD_FIELD_FILM,    /* share of a cell that minerals take */
+    PD_FIELD_PHI,     /* electric potential of the fluid, module potential */
+    PD_FIELD_J,       /* current density in the fluid */
+    PD_FIELD_I,       /* current density at the metal surface */
+    PD_FIELD_PH,      /* pH of the electrolyte */
+    PD_FIELD_POTENTIAL, /* diffusion potential of migrating ions, from electroneutrality */
+    PD_FIELD_FILM,    /* volume fraction of a cell that minerals fill */
     PD_FIELD_SI,      /* largest saturation index of the minerals */
-    PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order, then states of surfaces */
+    PD_FIELD_SPECIES, /* concentration of the first species; then the other species in order, then surface states */
     PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MOST
 } pd_field;
 
-typedef uint64_t pd_fields; /* bit k: pd_field k */
+typedef uint64_t pd_fields; /* set of fields: bit k stands for pd_field k */
 
-/* Parts of a model, in the order of the summary. */
+/* Components of a model, in the order of the printed summary. */
 typedef enum pd_part {
     PD_PART_GRID = 0, /* stencil, lattice, bonds */
     PD_PART_FLOW,     /* fields and steady solver */
@@ -86,41 +88,43 @@ typedef enum pd_part {
     PD_PART_COUNT
 } pd_part;
 
+/* Velocity profile of an inlet. */
 typedef enum pd_profile {
-    PD_PROFILE_REST = 0, /* no velocity */
+    PD_PROFILE_REST = 0, /* no inflow */
     PD_PROFILE_UNIFORM,
-    PD_PROFILE_PARABOLA, /* the developed flow of the opening */
+    PD_PROFILE_PARABOLA, /* fully developed laminar flow of the opening */
     PD_PROFILE_EXPRESSION
 } pd_profile;
 
+/* Boundary conditions of one side of the box. */
 typedef struct pd_setup_side {
     pd_side kind;
     pd_profile profile;
-    double mean;              /* [m/s] speed into the box; unread with flow_rate, or an expression that is not scaled */
-    int scaled;               /* 1: an expression is scaled to mean or flow_rate */
-    double flow_rate;         /* [m3/s] 0: mean holds; any positive one with `stream`. Planar 2D: through a tube as wide
-                               * as the open part of the side */
-    pd_expr stream;           /* of t; mean or flow_rate, when they change in time */
-    pd_expr velocity[PD_DIM]; /* of x, y, z, t; in m/s */
-    int open;                 /* inlet where a given flow enters, outlet where it leaves */
-    pd_expr entering;         /* of x, y, z, t; in mol/m3: concentration of what enters */
-    pd_expr slide[PD_DIM];    /* of x, y, z, t; in m/s: of a wall along itself */
-    int slides;
-    int holds;                /* a wall that holds a concentration */
-    int steeps;               /* a wall that holds the species of what enters */
-    pd_expr held;             /* of x, y, z, t; in mol/m3 */
-    int line;                 /* of the file, 0: none */
+    double mean;              /* [m/s] mean inflow speed; unused with flow_rate or with an unscaled expression */
+    int scaled;               /* 1: the profile expression is scaled to mean or flow_rate */
+    double flow_rate;         /* [m3/s] volume flow rate. 0: mean is used instead. With a time-dependent `stream` any
+                               * positive value. Planar 2D: of a tube as wide as the open part of the side */
+    pd_expr stream;           /* mean [m/s] or flow_rate [m3/s] as a function of t, when it changes in time */
+    pd_expr velocity[PD_DIM]; /* [m/s] of x, y, z, t: inlet velocity of profile = expression */
+    int open;                 /* 1: inlet where the prescribed flow enters, outlet where it leaves */
+    pd_expr entering;         /* [mol/m3] of x, y, z, t: concentration of the inflow */
+    pd_expr slide[PD_DIM];    /* [m/s] of x, y, z, t: tangential velocity of a moving wall */
+    int slides;               /* 1: the wall moves tangentially */
+    int holds;                /* 1: wall with a Dirichlet condition for the concentration */
+    int steeps;               /* 1: wall with a Dirichlet condition for all species, at their inlet values */
+    pd_expr held;             /* [mol/m3] of x, y, z, t: the Dirichlet concentration of the wall */
+    int line;                 /* line of the section in the file, 0: none */
 } pd_setup_side;
 
-/* One of the shapes that are walls. */
+/* A shape that is a solid wall, with its boundary condition. */
 typedef struct pd_setup_wall {
-    int shape;   /* index */
-    int section; /* of the text */
-    int holds;   /* it holds a concentration */
-    pd_expr held; /* of x, y, z, t; in mol/m3 */
+    int shape;   /* index of the shape in pd_setup.shape */
+    int section; /* index of its section in the text */
+    int holds;   /* 1: Dirichlet condition for the concentration */
+    pd_expr held; /* [mol/m3] of x, y, z, t: the Dirichlet concentration */
 } pd_setup_wall;
 
-/* How the flow gets from one instant to the next. */
+/* Time treatment of the flow. */
 typedef enum pd_motion {
     PD_MOTION_STEADY = 0,
     PD_MOTION_IMPLICIT, /* incompressible, implicit.h */
@@ -135,54 +139,55 @@ typedef struct pd_setup_probe {
     int line;          /* of the file */
 } pd_setup_probe;
 
-/* A function that the expressions of the scene know. */
+/* A tabulated function that the expressions of the scene can call by name. */
 typedef struct pd_setup_table {
     char name[PD_SETUP_NAME];
-    pd_curve curve; /* SI */
+    pd_curve curve; /* monotone interpolant in SI units */
 } pd_setup_table;
 
-/* What is watched in a run, besides the probes. */
+/* Quantities that a run records over time, besides the probes. */
 typedef enum pd_monitor_kind {
     PD_MONITOR_LINE = 0, /* fields along a straight line, at output times */
-    PD_MONITOR_PLANE,    /* what passes a plane of the lattice */
-    PD_MONITOR_FORCE,    /* of the flow on what a box holds */
-    PD_MONITOR_TRANSFER, /* metal from walls and solids in a box to the fluid */
-    PD_MONITOR_TOTAL,    /* what a box holds */
-    PD_MONITOR_GRIP,     /* force of a grip on a body */
-    PD_MONITOR_SOLID,    /* energies of a body, and its extremes */
-    PD_MONITOR_CUT,      /* the tip of a crack */
-    PD_MONITOR_ELECTRODE, /* its potential and current */
-    PD_MONITOR_STATE     /* of surfaces: its mean and extremes */
+    PD_MONITOR_PLANE,    /* flow rate and solute flux through a plane of the lattice */
+    PD_MONITOR_FORCE,    /* force of the flow on the bodies in a box */
+    PD_MONITOR_TRANSFER, /* mass transfer from walls and solids in a box to the fluid, Sherwood number */
+    PD_MONITOR_TOTAL,    /* amounts inside a box */
+    PD_MONITOR_GRIP,     /* reaction force of a mechanical boundary condition */
+    PD_MONITOR_SOLID,    /* energies and extreme values of the loaded body */
+    PD_MONITOR_CUT,      /* crack tip and J-integral of a pre-crack */
+    PD_MONITOR_ELECTRODE, /* potential and current of an electrode */
+    PD_MONITOR_STATE     /* mean and extreme values of a surface state */
 } pd_monitor_kind;
 
-/* The concentration of the fluid that a Sherwood number refers to. */
+/* Reference concentration of the fluid in a Sherwood number. */
 typedef enum pd_against {
     PD_AGAINST_VALUE = 0,
     PD_AGAINST_INLET,
-    PD_AGAINST_BULK /* of the mixed stream, layer by layer of `axis` */
+    PD_AGAINST_BULK /* flow-averaged (mixing-cup) concentration of each layer across `axis` */
 } pd_against;
 
+/* One recorded quantity: a [line], [plane], [force], [transfer] or [total] section, or one that other sections add. */
 typedef struct pd_setup_monitor {
     pd_monitor_kind kind;
     char name[PD_SETUP_NAME];
     int line;                      /* of the file */
-    double lo[PD_DIM], hi[PD_DIM]; /* [m] the box; line: its ends */
+    double lo[PD_DIM], hi[PD_DIM]; /* [m] corners of the box; line: its end points */
     pd_fields fields, images;      /* line */
-    int points;                    /* line */
-    int axis;                      /* plane: across it; transfer: of the local values, -1: none */
-    int index;                     /* plane: between the cells index - 1 and index; grip, cut, electrode: its
-                                  * place */
-    int balance;                   /* force: measured around the box, too */
-    int shape;                     /* force: 1 + index of the only shape that counts, 0: everything */
-    double speed;                  /* [m/s] force: reference, 0: no coefficients */
-    double area;                   /* [m^(d-1)] force: reference; transfer: of the surface, 0: measured */
-    double length;                 /* [m] transfer: reference, 0: no Sherwood number */
-    double diffusivity;            /* [m2/s] transfer */
-    double surface, fluid;         /* [mol/m3] transfer: concentrations that drive */
+    int points;                    /* line: number of sampling points */
+    int axis;                      /* plane: its normal; transfer: axis of the local values, -1: none */
+    int index;                     /* plane: it lies between the cells index - 1 and index; grip, cut, electrode,
+                                  * state: index in its array */
+    int balance;                   /* force: 1: also from the momentum balance around the box */
+    int shape;                     /* force: 1 + index of the only shape that counts, 0: all bodies in the box */
+    double speed;                  /* [m/s] force: reference speed of the coefficients, 0: no coefficients */
+    double area;                   /* [m^(d-1)] force: reference area; transfer: surface area, 0: measured */
+    double length;                 /* [m] transfer: reference length, 0: no Sherwood number */
+    double diffusivity;            /* [m2/s] transfer: of the Sherwood number */
+    double surface, fluid;         /* [mol/m3] transfer: concentrations at the surface and of the reference fluid */
     pd_against against;
 } pd_setup_monitor;
 
-/* Measured points of a watched figure. */
+/* Experimental data points of a scalar output, read from a [measured] section, that the run is compared with. */
 typedef struct pd_setup_record {
     char name[PD_SETUP_NAME];
     char figure[2 * PD_SETUP_NAME]; /* "volume_loss", "plane.up.flow" */
@@ -196,228 +201,228 @@ typedef struct pd_setup_record {
     pd_dims dims;
 } pd_setup_record;
 
-/* Numerical settings that a scene may leave open. */
+/* Solver settings that the `accuracy` preset may choose when the scene does not give them. */
 typedef enum pd_knob { PD_KNOB_STEADY = 0, PD_KNOB_FLOW_RTOL, PD_KNOB_RTOL, PD_KNOB_FRACTION } pd_knob;
 
-/* A metal of the scene. */
+/* A metal of the scene: material, dissolution rate law, electrode potential and surface reaction. */
 typedef struct pd_setup_metal {
     pd_material material;
-    double solid_c;    /* [mol/m3] Cs */
-    int shape;         /* where it is; -1: all solid that is not of a later metal */
-    pd_expr rate;      /* of C, t, x, y, z, grain, pH, species; in m/s, in 1/s per layer, or in A/m2 */
-    int species;       /* that the rate has behind pH, */
-    int of[PD_EXPR_VARS]; /* by their place in the electrolyte; behind them it has all states of surfaces */
-    double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
-    int polarised;     /* 1: among ions that migrate it has a potential: that of its electrode, or a given one: */
-    pd_expr potential; /* of t; in V, against inlets and walls that hold species */
-    double shed[PD_SPECIES_MOST]; /* [-] species that come with one of the metal; negative: they go */
-    double gas_shed;   /* [-] of the gas */
+    double solid_c;    /* [mol/m3] Cs: molar concentration of the intact metal */
+    int shape;         /* index of its shape; -1: all solid that belongs to no later metal */
+    pd_expr rate;      /* rate law in C, t, x, y, z, grain, i, E, pH, species, surface states; [m/s], [1/s] or [A/m2] */
+    int species;       /* number of species variables of the rate law, which follow pH */
+    int of[PD_EXPR_VARS]; /* their indices in the electrolyte; behind them follow all surface states */
+    double rate_scale; /* factor from rate to recession speed: [-] of a speed, [m] of layers, [m3/(A s)] of a current */
+    int polarised;     /* 1: with migrating ions it has an electrode potential, of an electrode or `potential` */
+    pd_expr potential; /* [V] of t: prescribed potential against inlets and walls that hold the species */
+    double shed[PD_SPECIES_MOST]; /* [-] moles of each species released per mole of metal; negative: consumed */
+    double gas_shed;   /* [-] moles of gas released per mole of metal */
 } pd_setup_metal;
 
-/* What holds or loads a body: a side of the box, or all of it in a shape. */
+/* A mechanical boundary condition: prescribed displacement, traction or pressure on a side of the box or in a shape. */
 typedef struct pd_setup_grip {
     int side;               /* -1: the shape */
-    int shape;              /* index */
-    int section;            /* of the text */
-    int moves[PD_DIM];      /* 1: the displacement along this axis is given */
-    pd_expr move[PD_DIM];   /* of x, y, z, t; in m */
+    int shape;              /* index of the shape, -1: a side */
+    int section;            /* index of its section in the text */
+    int moves[PD_DIM];      /* 1: the displacement along this axis is prescribed */
+    pd_expr move[PD_DIM];   /* [m] of x, y, z, t: prescribed displacement */
     int pulls;              /* 1: a side with a traction */
-    pd_expr pull[PD_DIM];   /* of x, y, z, t; in Pa */
+    pd_expr pull[PD_DIM];   /* [Pa] of x, y, z, t: traction */
     int presses;            /* 1: a side under pressure */
-    pd_expr press;          /* of x, y, z, t; in Pa */
+    pd_expr press;          /* [Pa] of x, y, z, t: pressure */
 } pd_setup_grip;
 
-/* A crack that metal has from the start: a place (1D), a line of straight pieces (2D), a plane convex polygon (3D). */
+/* A pre-crack of the metal: a point (1D), a polyline (2D) or a plane convex polygon (3D) that cuts bonds. */
 typedef struct pd_setup_cut {
     char name[PD_SETUP_NAME];
     int corners;
     double corner[PD_SETUP_CORNERS * PD_DIM]; /* [m] */
-    int watched;                              /* 1: its tip has a table */
-    double way[PD_DIM];                       /* [-] in which it grows, of any length */
-    int rings;                                /* contours of J: 2 or 0 */
-    double radius[3];                         /* [m] about the tip, between which they lie */
-    int line;                                 /* of the file */
+    int watched;                              /* 1: the crack tip is recorded in a table */
+    double way[PD_DIM];                       /* [-] direction of growth, of any length */
+    int rings;                                /* number of domains of the J-integral: 2 or 0 */
+    double radius[3];                         /* [m] radii about the tip that bound those domains */
+    int line;                                 /* line of the section in the file */
 } pd_setup_cut;
 
-/* Mechanics of the metal. */
+/* Solid mechanics of the metal: elastic constants, failure criterion, loads and supports. */
 typedef struct pd_setup_body {
     double young, poisson;   /* [Pa], [-] */
     pd_plane plane;
     pd_influence influence;
-    double m;                /* [-] horizon ratio of its bonds */
-    double yield, hardening; /* [Pa] 0: it does not flow */
+    double m;                /* [-] horizon of the mechanical bonds over the spacing h */
+    double yield, hardening; /* [Pa] yield stress and hardening modulus; yield 0: no plastic flow */
     pd_structure_material material;
-    double stretch;          /* [-] at which bonds break, 0: none does */
-    double strength;         /* [Pa] largest principal stress at which they do, 0: none does */
-    double toughness;        /* [J/m2] that a crack takes; 0: none breaks */
-    double density;          /* [kg/m3] it moves; 0: it is in balance */
+    double stretch;          /* [-] critical bond stretch, 0: unused */
+    double strength;         /* [Pa] critical largest principal stress, 0: unused */
+    double toughness;        /* [J/m2] critical energy release rate, 0: unused */
+    double density;          /* [kg/m3] of dynamics; 0: quasi-static equilibrium */
     int timed;               /* 1: loads depend on time */
-    double rtol;             /* [-] */
-    pd_expr force[PD_DIM];   /* of x, y, z, t; in N/m3 */
-    int weighs;              /* 1: there is one */
+    double rtol;             /* [-] relative tolerance of equilibrium */
+    pd_expr force[PD_DIM];   /* [N/m3] of x, y, z, t: body force */
+    int weighs;              /* 1: there is a body force */
     pd_setup_grip grip[PD_SETUP_GRIPS];
     int grips;
     pd_setup_cut cut[PD_SETUP_CUTS];
     int cuts;
-    int paces;               /* 1: the speed of the law is multiplied */
-    pd_expr pace;            /* of sigma_h, mises, eps_p, x, y, z, t */
+    int paces;               /* 1: stress changes the dissolution rate */
+    pd_expr pace;            /* [-] factor of the dissolution rate, of sigma_h, mises, eps_p, x, y, z, t */
 } pd_setup_body;
 
-/* How fields are drawn; zero: as without keys. */
+/* Options of images: colour ranges and maps, contours, streamlines, arrows, surface view. All zero: defaults. */
 typedef struct pd_setup_drawing {
-    double range[PD_FIELD_COUNT][2]; /* [unit of the field] of the colours; equal: that of all frames */
-    int map[PD_FIELD_COUNT];         /* 1 + pd_map; 0: that of the field */
-    pd_fields log;                   /* by their logarithm */
-    double percentile;               /* [-] share of the values of a frame that count for its range; 0: all */
-    int width;                       /* [pixel] of the field; 0: as of pd_picture */
-    int smooth;                      /* 1: linear between the middles of cells */
-    int animate;                     /* 1: a film of each field */
+    double range[PD_FIELD_COUNT][2]; /* [unit of the field] colour range; equal ends: range of all frames */
+    int map[PD_FIELD_COUNT];         /* 1 + pd_map; 0: default colour map of the field */
+    pd_fields log;                   /* fields drawn on a logarithmic scale */
+    double percentile;               /* [-] fraction of the values of a frame inside its colour range; 0: all */
+    int width;                       /* [pixel] image width of the field; 0: default of pd_picture */
+    int smooth;                      /* 1: linear interpolation between cell centres */
+    int animate;                     /* 1: an animation of each field */
     unsigned formats;                /* bit 0: PNG, bit 1: SVG; 0: PNG */
-    int contours[PD_FIELD_COUNT];    /* lines of one value */
-    int levels[PD_FIELD_COUNT];      /* 1: their values are given; 0: they part the range of colours evenly */
-    double level[PD_FIELD_COUNT][PD_SETUP_CONTOURS]; /* [unit of the field] */
-    int streamlines[PD_FIELD_COUNT]; /* of the flow, over the field: as of pd_picture; 0: none */
-    int vectors[PD_FIELD_COUNT];     /* the same of arrows */
-    int surface;                     /* 3D: 1: the metal's surface is drawn; 2 + pd_field: in the colours of a field */
-    double way[3];                   /* [-] in which the eye looking at it stands */
+    int contours[PD_FIELD_COUNT];    /* number of contour lines */
+    int levels[PD_FIELD_COUNT];      /* 1: contour values are in `level`; 0: evenly spaced over the colour range */
+    double level[PD_FIELD_COUNT][PD_SETUP_CONTOURS]; /* [unit of the field] contour values */
+    int streamlines[PD_FIELD_COUNT]; /* density of streamlines drawn over the field, as of pd_picture; 0: none */
+    int vectors[PD_FIELD_COUNT];     /* density of velocity arrows drawn over the field; 0: none */
+    int surface;                     /* 3D: 1: view of the metal surface; 2 + pd_field: coloured by that field */
+    double way[3];                   /* [-] direction from the surface to the viewer */
 } pd_setup_drawing;
 
-/* What surfaces of metal carry, with a law for its rate. */
+/* A state variable of metal surfaces (film coverage, thickness) with its rate law, from a [surface NAME] section. */
 typedef struct pd_setup_state {
     char name[PD_SETUP_NAME];
-    int line;               /* of the file */
-    char unit[PD_UNITS_TEXT]; /* "": a plain number */
-    char label[PD_SETUP_NAME + PD_UNITS_TEXT + 4]; /* "theta", "l [m]" */
-    uint32_t electrodes;    /* bit k: electrode k carries it; without electrodes all metal that dissolves */
-    pd_expr initial;        /* of x, y, z */
-    double low, high;       /* [unit of it] bounds; infinite: none */
-    pd_expr rate;           /* of C, t, x, y, z, grain (unread), i, E, pH, species, states */
-    int species;            /* that the rate has behind pH, */
-    int of[PD_EXPR_VARS];   /* by their place in the electrolyte */
+    int line;               /* line of the section in the file */
+    char unit[PD_UNITS_TEXT]; /* SI unit; "": dimensionless */
+    char label[PD_SETUP_NAME + PD_UNITS_TEXT + 4]; /* name and unit: "theta", "l [m]" */
+    uint32_t electrodes;    /* bit k: electrode k carries it; without electrodes all dissolving metal does */
+    pd_expr initial;        /* of x, y, z: initial value */
+    double low, high;       /* [unit of the state] bounds; infinite: none */
+    pd_expr rate;           /* time derivative, of C, t, x, y, z, grain (unused), i, E, pH, species, surface states */
+    int species;            /* number of species variables of the rate, which follow pH */
+    int of[PD_EXPR_VARS];   /* their indices in the electrolyte */
 } pd_setup_state;
 
-/* Metal with a polarisation curve. */
+/* An electrode: metal with a polarisation curve, its electrical control and half-reaction. */
 typedef struct pd_setup_electrode {
     char name[PD_SETUP_NAME];
-    int line;                 /* of the file */
-    int shape;                /* index; -1: it is all metal of a material */
-    int metal;                /* index of that */
-    int primary;              /* 1: charges pass freely at term.equilibrium */
-    pd_electrode_term term;   /* otherwise; tables are those below */
-    int points;
-    double *potential, *current; /* [points] [V] [A/m2] */
-    double table_range[2];    /* [V] beyond them a table in its curve holds its ends; infinite: none does */
-    double film;              /* [m2/S] */
-    int shares;               /* 1: its currents are multiplied: */
-    pd_expr share;            /* of x, y, z, t and all states of surfaces */
-    int holds, gives;         /* 1: its potential, or its current, is given: */
-    pd_expr given;            /* of t; in V, or in A (per m in planar 2D, per m2 in 1D) */
-    int wire;                 /* electrodes of one number are connected: the first of them */
-    int bare;                 /* 1: among ions that migrate, it has no curve beside the law of its metal */
-    int reads;                /* 1: among them its curve is this one, in species: */
-    pd_expr law;              /* of E, pH and species; in A/m2 */
-    int species;              /* that it has behind pH, */
-    int of[PD_EXPR_VARS];     /* by their place in the electrolyte */
-    int reacts;               /* 1: its current enters the species: */
-    double shed[PD_SPECIES_MOST]; /* [-] of each with one electron that leaves the fluid for the metal */
+    int line;                 /* line of the section in the file */
+    int shape;                /* index of its shape; -1: all metal of a material */
+    int metal;                /* index of its metal */
+    int primary;              /* 1: primary current distribution: no kinetics, potential term.equilibrium */
+    pd_electrode_term term;   /* polarisation curve otherwise; its table is the one below */
+    int points;               /* of the table of the polarisation curve */
+    double *potential, *current; /* [points] [V] [A/m2] table of the polarisation curve */
+    double table_range[2];    /* [V] range of measured tables inside the curve, constant beyond; infinite: no table */
+    double film;              /* [m2/S] area-specific film resistance */
+    int shares;               /* 1: the current density is multiplied by `share` */
+    pd_expr share;            /* [-] of x, y, z, t and all surface states */
+    int holds, gives;         /* 1: potential control, 1: current control, with the value in `given` */
+    pd_expr given;            /* [V] or [A] (per m in planar 2D, per m2 in 1D) of t: prescribed potential or current */
+    int wire;                 /* connected electrodes share one number: the index of the first of them */
+    int bare;                 /* 1: with migrating ions, no polarisation curve beside the rate law of its metal */
+    int reads;                /* 1: with migrating ions, the polarisation curve is `law` */
+    pd_expr law;              /* [A/m2] of E, pH and species: polarisation curve */
+    int species;              /* number of species variables of `law`, which follow pH */
+    int of[PD_EXPR_VARS];     /* their indices in the electrolyte */
+    int reacts;               /* 1: its half-reaction releases or consumes species */
+    double shed[PD_SPECIES_MOST]; /* [-] moles of each species per mole of electrons that pass from fluid to metal */
 } pd_setup_electrode;
 
-/* The electric potential of the fluid. */
+/* Electric potential of the fluid: conductivity, boundary values, electrodes. */
 typedef struct pd_setup_potential {
-    double conductivity;      /* [S/m]; 0: that of the species */
-    double tolerance;         /* [-] */
-    int held[2 * PD_DIM];     /* 1: the fluid has a given potential at a side: */
-    double hold[2 * PD_DIM];  /* [V] */
+    double conductivity;      /* [S/m] of the fluid; 0: computed from the species */
+    double tolerance;         /* [-] relative tolerance of the current balance */
+    int held[2 * PD_DIM];     /* 1: Dirichlet condition for the potential at a side */
+    double hold[2 * PD_DIM];  /* [V] its value */
     pd_setup_electrode electrode[PD_SETUP_ELECTRODES];
     int electrodes;
-    int reacts;               /* 1: one of them */
+    int reacts;               /* 1: some electrode has a half-reaction */
 } pd_setup_potential;
 
-/* A shape that is metal. */
+/* A shape of kind = solid and its metal. */
 typedef struct pd_setup_piece {
     char name[PD_SETUP_NAME];
     int shape, metal;         /* indices */
 } pd_setup_piece;
 
 typedef struct pd_setup {
-    char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
-    char folder[PD_PATH_SIZE]; /* of the output */
-    char source[PD_PATH_SIZE]; /* the file as it was named, for messages */
-    int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
-    int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
-    char *fingerprint;          /* what makes it this scene and no other, a line each; NULL: not read from a file */
+    char name[PD_SETUP_NAME];  /* case name: the file name without folder and ending */
+    char folder[PD_PATH_SIZE]; /* output folder */
+    char source[PD_PATH_SIZE]; /* path of the scene file as given, for messages */
+    int line[PD_PART_COUNT];   /* line of the section of each component in the file, 0: none */
+    int shape_line;            /* line of the first solid shape, else of the first shape; 0: none */
+    char *fingerprint;          /* normalised input that identifies the scene, one item a line; NULL: no file */
     size_t fingerprint_size;   /* [byte] */
-    int threads;               /* 0: all */
-    unsigned given;            /* bit k: pd_knob k stands in the file */
+    int threads;               /* number of threads, 0: all */
+    unsigned given;            /* bit k: the scene sets solver setting pd_knob k */
     /* lattice and geometry */
-    double m;                          /* [-] horizon over the spacing, of the fluid */
-    double metal_m;                    /* [-] of the bonds across the surface of metal */
-    double h[PD_DIM];                  /* [m] */
-    double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
-    int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
-    pd_shape *shape;                   /* [PD_SHAPE_MAX], children first */
+    double m;                          /* [-] horizon of the fluid operators over the spacing */
+    double metal_m;                    /* [-] horizon of the bonds between metal and fluid over the spacing */
+    double h[PD_DIM];                  /* [m] grid spacing along each axis */
+    double lo[PD_DIM], hi[PD_DIM];     /* [m] corners of the box */
+    int axisymmetric;                  /* 1: 2D, x is the axis, y the radius */
+    pd_shape *shape;                   /* [PD_SHAPE_MAX] geometry tree, children before their parents */
     int shapes;                        /* entries in use */
-    int named[PD_SETUP_SHAPES];        /* of the [shape] sections in their order: the shape of a body; no body: -1 */
+    int named[PD_SETUP_SHAPES];        /* for [shape] section k: index of its shape if solid or wall, else -1 */
     pd_setup_piece piece[PD_SETUP_SHAPES];
-    int pieces;                        /* of `solid`, in the order of the file */
-    int solid, wall, medium, passive;  /* indices, -1: none */
-    int solution;                      /* the same: fluid that begins with `inside` of the electrolyte */
-    pd_setup_wall walls[PD_SETUP_WALLS]; /* the parts of `wall` */
+    int pieces;                        /* number of shapes joined in `solid`, in the order of the file */
+    int solid, wall, medium, passive;  /* index of the union of all shapes of that kind, -1: none */
+    int solution;                      /* the same for fluid that starts with the composition `inside` */
+    pd_setup_wall walls[PD_SETUP_WALLS]; /* the shapes joined in `wall` */
     int wall_count;
-    uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
+    uint8_t *mask[PD_SETUP_MASKS];     /* voxel masks that shapes point to; owned */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
-    pd_facets *surface[PD_SETUP_SURFACES]; /* that shapes borrow */
+    pd_facets *surface[PD_SETUP_SURFACES]; /* triangle surfaces that shapes point to; owned */
     int surfaces;
-    pd_setup_side side[2 * PD_DIM];    /* x-, x+, y-, ... */
+    pd_setup_side side[2 * PD_DIM];    /* boundary conditions of the sides x-, x+, y-, ... */
     int has_flow, has_gas, has_transport, has_grains;
-    int has_dissolve;                  /* metal goes */
-    int has_corrode;                   /* it goes by bond-based corrosion */
-    int has_solid;                     /* it is elastic */
+    int has_dissolve;                  /* 1: metal dissolves */
+    int has_corrode;                   /* 1: it dissolves by bond-based corrosion */
+    int has_solid;                     /* 1: the metal is a loaded body */
     /* flow */
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
-    double force[PD_DIM];   /* [m/s2] */
-    pd_expr body[PD_DIM];   /* of x, y, z, t; in m/s2: the force when it is no constant */
-    int pushed;             /* 1: it is none */
-    double p_out;           /* [Pa] */
-    double speed;           /* [m/s] reference; 0: mean speed of the inlet */
-    double length;          /* [m] reference; 0: width of the inlet */
-    double steady;          /* [-] residual */
+    double force[PD_DIM];   /* [m/s2] constant body force per mass */
+    pd_expr body[PD_DIM];   /* [m/s2] of x, y, z, t: body force per mass that is not constant */
+    int pushed;             /* 1: `body` is used in place of `force` */
+    double p_out;           /* [Pa] outlet pressure */
+    double speed;           /* [m/s] reference speed; 0: mean speed of the inlet */
+    double length;          /* [m] reference length; 0: width of the inlet */
+    double steady;          /* [-] tolerance of the steady residual */
     pd_motion motion;
-    int flow_order;         /* 2 or 4; 0: 4 in steady flow where it pays */
-    pd_expr start[PD_DIM];  /* of x, y, z; in m/s: given flow, or flow or gas at the start */
-    double flow_rtol;       /* [-] error of an implicit step */
-    int linear;             /* explicit: equation of state p = c0^2 (rho - rho0), else Tait */
-    double sound;           /* [m/s] explicit: c0 */
+    int flow_order;         /* order of the flow discretisation, 2 or 4; 0: 4 in steady flow where it pays */
+    pd_expr start[PD_DIM];  /* [m/s] of x, y, z: prescribed velocity, or initial velocity of flow or gas */
+    double flow_rtol;       /* [-] error tolerance of an implicit step */
+    int linear;             /* explicit: 1: equation of state p = c0^2 (rho - rho0), 0: Tait */
+    double sound;           /* [m/s] explicit: artificial speed of sound c0 */
     /* gas */
-    double gas_gamma;       /* [-] */
-    pd_expr gas_rho, gas_p; /* of x, y, z; in kg/m3, in Pa: at the start, and held behind inlets */
+    double gas_gamma;       /* [-] ratio of specific heats */
+    pd_expr gas_rho, gas_p; /* [kg/m3] [Pa] of x, y, z: initial state, and inlet state */
     pd_gas_order gas_order;
-    double gas_cfl;         /* [-] */
+    double gas_cfl;         /* [-] CFL number */
     /* transport */
     double diffusivity;     /* [m2/s] */
     double medium_diffusivity; /* [m2/s] of fluid inside the medium */
-    double inlet;           /* [mol/m3] of all inlets when `enters` is 0 */
-    int enters;             /* 1: the sides say what enters */
-    pd_expr initial;        /* of x, y, z; in mol/m3 */
+    double inlet;           /* [mol/m3] concentration of all inlets when `enters` is 0 */
+    int enters;             /* 1: each side has its own inlet concentration, `entering` */
+    pd_expr initial;        /* [mol/m3] of x, y, z: initial concentration */
     pd_advection advection;
-    double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */
-    int migrates;           /* ions of the electrolyte move in the potential that keeps it neutral */
-    int settle;             /* the steady field, and nothing else in time */
+    double limiter;         /* [-] tolerance of the flux limiter iteration; 0: default of transport.h */
+    int migrates;           /* 1: ions migrate in the diffusion potential of electroneutrality */
+    int settle;             /* 1: only the steady concentration is solved for */
     /* dissolution */
     pd_setup_metal metal[PD_SETUP_METALS];
     int metals;             /* at least 1 */
     double saturation;      /* [mol/m3] Csat; 0: not given */
-    double gb_factor;       /* [-] */
-    double threshold;       /* [-] */
+    double gb_factor;       /* [-] factor of the dissolution rate in grain boundaries */
+    double threshold;       /* [-] remaining fraction of the metal at which a node becomes fluid */
     pd_grain_desc grain;
     /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
-    double bulk;            /* [mol/m3] held behind open sides, and everywhere with `activation` */
+    double bulk;            /* [mol/m3] concentration behind open sides, and everywhere with `activation` */
     int activation;         /* 1: activation control */
-    double repassivation;   /* [mol/m3] 0: no films form */
+    double repassivation;   /* [mol/m3] concentration below which a passive film forms; 0: none forms */
     int stochastic;         /* 1: mechanical bonds break at random */
-    int seed;               /* of that */
+    int seed;               /* of the random breaking */
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights;
@@ -427,11 +432,11 @@ typedef struct pd_setup {
     pd_electrolyte electrolyte;      /* its solids are the minerals: */
     pd_mineral mineral[PD_MINERAL_MOST];
     int minerals;
-    double tortuosity;               /* [-] of their pores */
-    double cover;                    /* [m] thickness under which 1/e of metal is bare; 0: they cover none */
+    double tortuosity;               /* [-] tortuosity of the pores of minerals */
+    double cover;                    /* [m] mineral thickness that leaves 1/e of the metal bare; 0: none shields it */
     char species_label[PD_SPECIES_MOST][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
-    int sheds;                       /* 1: what metal loses enters the species by a reaction at its surface */
-    char gas[PD_SPECIES_NAME];       /* that comes off; "": none */
+    int sheds;                       /* 1: dissolved metal enters the species by a reaction at its surface */
+    char gas[PD_SPECIES_NAME];       /* gas that this reaction evolves; "": none */
     /* electric potential */
     int has_potential;
     pd_setup_potential potential;
@@ -439,29 +444,29 @@ typedef struct pd_setup {
     pd_setup_state state[PD_SETUP_STATES];
     int states;
     /* functions of the expressions */
-    pd_setup_table *table;   /* [tables] */
-    pd_expr_table *function; /* [tables] of `table`, as expressions want them */
+    pd_setup_table *table;   /* [tables] tabulated functions */
+    pd_expr_table *function; /* [tables] the same as declarations for expressions */
     int tables;
     /* run */
-    double until;           /* [s] */
-    double rtol;            /* [-] of the volume loss; without dissolution: error of a step of the transport; 0: 1e-3 */
-    double fraction;        /* [-] largest share of a node that one step takes */
-    double max_step;        /* [s] 0: none */
+    double until;           /* [s] end time */
+    double rtol;            /* [-] tolerance of the volume loss; without dissolution of a transport step; 0: 1e-3 */
+    double fraction;        /* [-] largest fraction of a node that dissolves in one step */
+    double max_step;        /* [s] largest time step, 0: no limit */
     /* output */
-    double every;           /* [s] */
-    pd_fields fields, images;
+    double every;           /* [s] interval of output */
+    pd_fields fields, images; /* fields written to files, fields drawn as images */
     char prefix[PD_SETUP_NAME];
-    int slice_axis;         /* 3D: the axis across the drawn plane */
-    double slice_at;        /* [m] */
+    int slice_axis;         /* 3D: normal of the drawn plane */
+    double slice_at;        /* [m] its coordinate */
     pd_setup_drawing drawing;
-    double deformed;        /* [-] factor of the displacements in pictures of the metal; 0: drawn where it was */
+    double deformed;        /* [-] magnification of displacements in images of the metal; 0: undeformed */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
     pd_setup_monitor monitor[PD_SETUP_MONITORS];
     int monitors;
     pd_setup_record record[PD_SETUP_RECORDS];
     int records;
-    /* what the reader has to say about the file, a line each */
+    /* notes of the readers for the printed summary, a line each */
     char note[PD_SETUP_NOTES][200];
     int notes;
 } pd_setup;
@@ -471,9 +476,11 @@ typedef struct pd_setup {
 #define pd_setup_breaks PD_NAME(pd_setup_breaks)
 
 #ifdef PDI_INTERNAL
-/* Start a setup: no physics, walls all around, defaults of all numbers. */
+/* Initialise a setup with defaults: no physics, walls on all sides, one metal (mg4ag). Allocates the array of
+ * shapes. */
 PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup);
 #endif
+/* Free all memory that the setup owns and set it to zero. */
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 /* Put a function in the place of a value that the scene gives. `uses`: bit k: it depends on variable k.
  *
@@ -495,110 +502,114 @@ PD_API pd_status pd_setup_function(pd_ctx *ctx, pd_setup *setup, const char *key
 PD_API pd_status pd_setup_breaks(pd_ctx *ctx, pd_setup *setup, const char *key, const double *t, int count);
 
 #ifdef PDI_INTERNAL
-/* Name of a field in files: "C", "v", "Mg2+", ...; "": the setup has no such species. */
+/* Name of a field in files: "C", "v", "Mg2+", ...; "": no such species or surface state in this setup. */
 PDI_FN const char *pdi_setup_field_name(const pd_setup *setup, pd_field field);
-/* "C [mol/m3]" */
+/* Name of a field with its unit for axes and tables: "C [mol/m3]". */
 PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field);
-/* unit[PD_UNITS_TEXT]: "mol/m3"; "": it is a plain number. */
+/* Unit of a field into unit[PD_UNITS_TEXT]: "mol/m3"; "": dimensionless. */
 PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *unit);
-/* The field of this name; PD_FIELD_COUNT: there is none. */
+/* Search a field by name. Returns its pd_field, or PD_FIELD_COUNT if there is none. */
 PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name);
-/* What the species are; all but their concentrations and the arena. */
+/* Fill the description of the reactive species solver (species, reactions, minerals, activity model, time order) from
+ * the setup. Concentrations and arena are left to the caller. */
 PDI_FN void pdi_setup_reactive(const pd_setup *setup, pd_reactive_desc *desc);
-/* Species of the electrolyte whose concentration it is; -1: it is none. */
+/* Index in the electrolyte of the species whose concentration the field is; -1: it is no species. */
 PDI_FN int pdi_setup_field_species(const pd_setup *setup, int64_t field);
-/* State of surfaces that it is; -1: it is none. */
+/* Index of the surface state that the field is; -1: it is none. */
 PDI_FN int pdi_setup_field_state(const pd_setup *setup, int64_t field);
-/* 1: displacements, stresses and the like. */
+/* 1: a field of solid mechanics: displacement, stress, plastic strain, broken bonds, strain energy. */
 PDI_FN int pdi_setup_field_body(pd_field field);
-/* 1: a stress along axes. */
+/* 1: a component of the stress tensor. */
 PDI_FN int pdi_setup_field_stress(pd_field field);
-/* Its bit. */
+/* Bit of a field in a pd_fields set. */
 static inline pd_fields pdi_setup_field_bit(int64_t field) { return (pd_fields)1 << field; }
-/* 1: its values are whole numbers that name something. */
+/* 1: a categorical field, whose values are integer labels (kind, grain, phase): not to be interpolated. */
 PDI_FN int pdi_setup_field_numbered(pd_field field);
-/* 1: the metal has the field. */
+/* 1: the field has values in the metal. */
 PDI_FN int pdi_setup_field_metal(pd_field field);
-/* Section of a kind of monitor: "line", ... */
+/* Name of the scene section of a kind of monitor: "line", "plane", ... */
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
-/* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */
+/* What the setup lacks for this field, as text for a message: "a [flow] or [gas] section"; NULL: the field exists. */
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
-/* "x-", "x+", "y-", ... */
+/* Name of a side of the box: "x-", "x+", "y-", ... */
 PDI_FN const char *pdi_setup_side_name(int side);
-/* 1: something asks for the area of surfaces: metal that goes, boundaries of grains, transfer from walls. */
+/* 1: some physics needs surface areas: dissolution, grain boundaries, electrodes, mass transfer from walls. */
 PDI_FN int pdi_setup_surfaces(const pd_setup *setup);
-/* Layers of ghosts: largest n with |n| < m + 1/2 of any horizon of the lattice. */
+/* Number of ghost layers of the lattice: largest n with |n| < m + 1/2 of any horizon in use. */
 PDI_FN int pdi_setup_layers(const pd_setup *setup);
-/* pd_bonds_options of its bonds. */
+/* Options (pd_bonds_options) for building the bonds of the lattice: fluid at rest, less memory. */
 PDI_FN int pdi_setup_bonds(const pd_setup *setup);
-/* Cells of the box along an axis. */
+/* Number of cells of the box along an axis. */
 PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
-/* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */
+/* Symbol table of expressions in space and time: x, y, z (PD_DIM of them), then t; PDI_SETUP_PLACE entries. */
 #define PDI_SETUP_PLACE (PD_DIM + 1)
 PDI_FN const pd_expr_symbol *pdi_setup_position(void);
-/* The variables C, t, x, y, z, grain of laws: those of a pd_rate_at. Beside electrodes i and E follow: PDI_SETUP_LAW in
- * all. */
+/* Symbol table of dissolution rate laws: C, t, x, y, z, grain as in pd_rate_at, then current density i and potential E
+ * of electrodes; PDI_SETUP_LAW entries. PDI_SETUP_GRAIN, _CURRENT, _SURFACE: index of the variables grain, i, E. */
 #define PDI_SETUP_GRAIN (PD_DIM + 2)
 #define PDI_SETUP_CURRENT (PD_DIM + 3)
 #define PDI_SETUP_SURFACE (PD_DIM + 4)
 #define PDI_SETUP_LAW (PD_DIM + 5)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
-/* Behind them pH, and the species that a law names. 1: it depends on one of these, or on E among ions that migrate; on
- * i or E of electrodes. */
+/* Index of the variable pH of a rate law; behind it follow the species that the law names, then surface states. */
 #define PDI_SETUP_PH PDI_SETUP_LAW
+/* 1: the rate law of the metal depends on pH, species, surface states, or on E with migrating ions. */
 static inline int pdi_setup_chemical(const pd_setup_metal *metal)
 {
     return metal->rate.uses >> PDI_SETUP_PH != 0 ||
            (metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u) != 0);
 }
-/* The first metal with a law in the species or in E among ions that migrate; -1: none. */
+/* Index of the first metal whose rate law depends on species or, with migrating ions, on E; -1: none does. */
 static inline int pdi_setup_attacked(const pd_setup *setup)
 {
     for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
         if (pdi_setup_chemical(&setup->metal[k])) return k;
     return -1;
 }
-/* Metals that such laws tell apart: all where several have one, else 1. */
+/* Number of metals that the species solver distinguishes: all of them when several have such a rate law, else 1. */
 static inline int pdi_setup_apart(const pd_setup *setup)
 {
     int count = 0;
     for (int k = 0; k < setup->metals && setup->has_dissolve; k++) count += pdi_setup_chemical(&setup->metal[k]);
     return count > 1 ? setup->metals : 1;
 }
-/* 1: electrodes among ions that migrate. */
+/* 1: electrodes in an electrolyte whose ions migrate. */
 static inline int pdi_setup_polarises(const pd_setup *setup) { return setup->migrates && setup->has_potential; }
+/* 1: the rate law depends on i or E of the electric potential solver. */
 static inline int pdi_setup_electric(const pd_setup_metal *metal)
 {
     return !metal->polarised && (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
 }
-/* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
+/* Symbol table of the stress factor of the dissolution rate: sigma_h, mises, eps_p, x, y, z, t; PDI_SETUP_PACE
+ * entries. */
 #define PDI_SETUP_PACE (PD_DIM + 4)
 PDI_FN const pd_expr_symbol *pdi_setup_pace(void);
-/* Value of the law at C = 0, t = 0 and x = 0, times rate_scale [m/s]. */
+/* Recession speed [m/s] of the rate law where all its variables are 0: C = 0, t = 0, x = 0. */
 PDI_FN double pdi_setup_speed(const pd_setup_metal *metal);
-/* Value of an expression in x, y, z, t. */
+/* Value of an expression in x, y, z, t at the point x[PD_DIM] [m] and time t [s]. */
 PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t);
-/* 1: it depends on t. */
+/* 1: an expression in x, y, z, t depends on t. */
 static inline int pdi_setup_timed(const pd_expr *expr) { return (int)(expr->uses >> PD_DIM & 1u); }
-/* Append a shape; *index is its place. PD_ERR_SIZE: too many. */
+/* Append a shape to the geometry tree; *index: its position. PD_ERR_SIZE: too many shapes. */
 PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
-/* The union of shape `index` and *whole (-1: nothing yet) becomes *whole. */
+/* Append the union of the shapes `index` and *whole and put its index into *whole. *whole = -1: it becomes `index`. */
 PDI_FN pd_status pdi_setup_join(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
-/* The complement of *index becomes *index. */
+/* Append the complement of the shape *index and put its index into *index. */
 PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index);
-/* The folder of the output, which a file may choose below the current one. PD_ERR_ARGUMENT with its line. */
+/* Read the output folder from a key; it must lie below the current folder. PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup);
-/* Free the measured points. */
+/* Free the experimental data of all [measured] sections. */
 PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup);
-/* Room for a surface of triangles, all zero; the setup owns it. */
+/* Allocate an empty triangle surface, owned by the setup. PD_ERR_SIZE: too many. */
 PDI_FN pd_status pdi_setup_surface(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
-/* Take a mask of `size` bytes; the setup owns it. */
+/* Allocate a voxel mask of `size` bytes, owned by the setup. PD_ERR_SIZE: too many. */
 PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
-/* A line for the summary. Lines beyond the room are dropped. */
+/* Add a note, printf style, to the printed summary. Notes beyond PD_SETUP_NOTES are dropped. */
 PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
-/* The value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; unit has the dimension. */
+/* Print a SI value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; `unit` gives the dimension. */
 PDI_FN void pdi_setup_show(double value, const char *unit, char *text);
-/* name[PD_SETUP_NAME] and, when `folder` is not NULL, folder[PD_PATH_SIZE] of a path. */
+/* Split a path: file name without ending into name[PD_SETUP_NAME], and its folder, when `folder` is not NULL, into
+ * folder[PD_PATH_SIZE]. */
 PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);
 #endif
 
