@@ -1,5 +1,5 @@
-/* expr: see expr.h. Recursive descent that emits the code directly; an operation whose operands are all constants is
- * folded at once, so that a constant expression is one instruction. */
+/* expr: see expr.h. Recursive descent parser that emits stack code directly, with constant folding: a constant
+ * expression becomes one instruction. */
 #include "scene/expr.h"
 #include "core/vec.h"
 #include <math.h>
@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Name, number of operands and dimension rule of a built-in function. */
 typedef struct pdi_expr_function {
     const char *name;
     int operands;
@@ -25,13 +26,14 @@ static const pd_expr_symbol pdi_expr_builtin[] = {
 
 #define PDI_EXPR_BUILTINS 3 /* pi, R, F */
 
-/* What is known of a subexpression while compiling. */
+/* Static type of a subexpression during compilation. */
 typedef struct pdi_expr_type {
     pd_dims dims;
     int zero;  /* made of the literal 0 alone: fits any dimension */
     size_t at; /* where it starts */
 } pdi_expr_type;
 
+/* State of the parser: position in the text, code and constants emitted so far. */
 typedef struct pdi_expr_parser {
     pd_ctx *ctx;
     const pd_expr_desc *desc;
@@ -90,6 +92,7 @@ static pd_status pdi_expr_error(pdi_expr_parser *p, size_t at, const char *forma
     return pdi_fail(p->ctx, PD_ERR_PARSE, p->desc->where ? p->desc->where : "expr", "column %d: %s", column, message);
 }
 
+/* Report the token at the current position and what was expected. Returns PD_ERR_PARSE. */
 static pd_status pdi_expr_unexpected(pdi_expr_parser *p, const char *expected)
 {
     char found[PD_UNITS_TEXT];
@@ -97,6 +100,7 @@ static pd_status pdi_expr_unexpected(pdi_expr_parser *p, const char *expected)
     return pdi_expr_error(p, p->at, "found %s, expected %s", found, expected);
 }
 
+/* Skip blanks and line ends. */
 static void pdi_expr_blanks(pdi_expr_parser *p)
 {
     while (pdi_units_blank(p->text[p->at]) || p->text[p->at] == '\n') p->at++;
@@ -139,6 +143,8 @@ PDI_FN int pdi_expr_operands(int op)
 }
 
 PDI_COLD_BEGIN
+/* Emit an instruction that pushes one operand; index: of the constant, variable or table. PD_ERR_PARSE: code or stack
+ * overflow. */
 static pd_status pdi_expr_push(pdi_expr_parser *p, int op, int index)
 {
     if (p->code_count >= PD_EXPR_CODE)
@@ -156,6 +162,7 @@ static pd_status pdi_expr_push_const(pdi_expr_parser *p, double value)
     return PD_OK;
 }
 
+/* 1: the instruction `back` places before the end of the code loads a constant. */
 static int pdi_expr_last_const(const pdi_expr_parser *p, int back)
 {
     return p->code_count >= back && (p->code[p->code_count - back] & 255) == PDI_EXPR_CONST;
@@ -165,7 +172,7 @@ PDI_COLD_END
 static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pdi_curve_eval(table->curve, x); }
 
 PDI_COLD_BEGIN
-/* index: of the table */
+/* Emit an operation on the topmost operands; folds it if they are all constants. index: of the table. */
 static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
 {
     int n = pdi_expr_operands(op), fold = 1;
@@ -185,7 +192,8 @@ static pd_status pdi_expr_emit(pdi_expr_parser *p, int op) { return pdi_expr_emi
 
 /* ---- dimensions ---- */
 
-/* a and b must be alike; the result goes to a. `what` names the construct: "the left side of '+'". */
+/* Check that a and b have one dimension; *a becomes that of both. `what` names the construct in the message: "on the
+ * left of '+'". */
 static pd_status pdi_expr_alike(pdi_expr_parser *p, pdi_expr_type *a, const pdi_expr_type *b, const char *what)
 {
     char left[PD_UNITS_TEXT], right[PD_UNITS_TEXT];
@@ -200,6 +208,7 @@ static pd_status pdi_expr_alike(pdi_expr_parser *p, pdi_expr_type *a, const pdi_
     return pdi_expr_error(p, b->at, "found %s, expected %s as %s", right, left, what);
 }
 
+/* Check that a subexpression is dimensionless; `what` names it in the message: "an exponent". */
 static pd_status pdi_expr_plain(pdi_expr_parser *p, const pdi_expr_type *type, const char *what)
 {
     char found[PD_UNITS_TEXT];
@@ -214,7 +223,7 @@ static void pdi_expr_make_plain(pdi_expr_type *type)
     type->zero = 0;
 }
 
-/* Call with the exponent compiled and the operation not yet emitted. */
+/* Dimension of base^exponent into *base. To be called when the exponent is compiled and pow is not yet emitted. */
 static pd_status pdi_expr_power_dims(pdi_expr_parser *p, pdi_expr_type *base, const pdi_expr_type *exponent)
 {
     PDI_TRY(pdi_expr_plain(p, exponent, "an exponent"));
@@ -228,7 +237,7 @@ static pd_status pdi_expr_power_dims(pdi_expr_parser *p, pdi_expr_type *base, co
     return PD_OK;
 }
 
-/* a := a * b, or a / b for sign -1 */
+/* Dimension of a*b (sign 1) or a/b (sign -1) into *a. */
 static void pdi_expr_product_dims(pdi_expr_type *a, const pdi_expr_type *b, double sign)
 {
     a->zero = a->zero || (b->zero && sign > 0);
@@ -237,6 +246,7 @@ static void pdi_expr_product_dims(pdi_expr_type *a, const pdi_expr_type *b, doub
 
 /* ---- names ---- */
 
+/* Index of the symbol named word[size]; -1: none. */
 static int pdi_expr_index(const pd_expr_symbol *symbols, int count, const char *word, size_t size)
 {
     for (int k = 0; k < count; k++)
@@ -274,6 +284,7 @@ static int pdi_expr_is_call(const pd_expr_desc *desc, const char *word, size_t s
            (pdi_expr_function_index(word, size) >= 0 || pdi_expr_table_index(desc, word, size) >= 0);
 }
 
+/* 1: word[size] is a variable, constant or function call, and so no unit. user: the pd_expr_desc. */
 static int pdi_expr_declared(const void *user, const char *word, size_t size)
 {
     const pd_expr_desc *desc = (const pd_expr_desc *)user;
@@ -282,7 +293,8 @@ static int pdi_expr_declared(const void *user, const char *word, size_t size)
            pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size) >= 0 || pdi_expr_is_call(desc, word, size);
 }
 
-/* A variable that other expressions have. */
+/* Report a variable (C, t, x, y, z) that has no value in this expression; lists those that have. Returns
+ * PD_ERR_PARSE. */
 static pd_status pdi_expr_absent(pdi_expr_parser *p, const char *found)
 {
     char list[PD_UNITS_TEXT] = "";
@@ -294,6 +306,8 @@ static pd_status pdi_expr_absent(pdi_expr_parser *p, const char *found)
                           list);
 }
 
+/* Report an unknown name of `size` bytes at the current position, with the nearest known one. as_unit: it stands behind
+ * a number. Returns PD_ERR_PARSE. */
 static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
 {
     const pd_expr_desc *desc = p->desc;
@@ -324,6 +338,7 @@ static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
                           as_unit ? "a unit or an operator" : "a known variable, constant or function", hint);
 }
 
+/* Dimension of a declared symbol from its unit. PD_ERR_ARGUMENT: the declared unit is no unit. */
 static pd_status pdi_expr_unit_dims(pdi_expr_parser *p, const pd_expr_symbol *symbol, pd_dims *dims)
 {
     if (pd_units_parse(p->ctx, symbol->unit ? symbol->unit : "", NULL, dims) == PD_OK) return PD_OK;
@@ -333,7 +348,7 @@ static pd_status pdi_expr_unit_dims(pdi_expr_parser *p, const pd_expr_symbol *sy
 
 /* ---- grammar ---- */
 
-/* Digits without point and an exponent: strtod then does not depend on the locale of the host program. */
+/* Parse a decimal number; independent of the locale, since strtod gets digits and an exponent without decimal point. */
 static pd_status pdi_expr_digits(pdi_expr_parser *p, double *value)
 {
     char digits[80 + 16];
@@ -369,6 +384,7 @@ static pd_status pdi_expr_digits(pdi_expr_parser *p, double *value)
     return PD_OK;
 }
 
+/* Grammar: number [unit]. */
 static pd_status pdi_expr_number(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_units_product unit;
@@ -391,6 +407,7 @@ static pd_status pdi_expr_number(pdi_expr_parser *p, pdi_expr_type *type)
     return pdi_expr_push_const(p, value);
 }
 
+/* Count one level of nesting. PD_ERR_PARSE: too deep. */
 static pd_status pdi_expr_enter(pdi_expr_parser *p)
 {
     if (++p->nesting > PD_EXPR_NESTING)
@@ -398,6 +415,7 @@ static pd_status pdi_expr_enter(pdi_expr_parser *p)
     return PD_OK;
 }
 
+/* Expect ')' and leave one level of nesting. */
 static pd_status pdi_expr_close(pdi_expr_parser *p, const char *expected)
 {
     pdi_expr_blanks(p);
@@ -407,7 +425,7 @@ static pd_status pdi_expr_close(pdi_expr_parser *p, const char *expected)
     return PD_OK;
 }
 
-/* table(argument) */
+/* Grammar: table(argument). size: length of the name. */
 static pd_status pdi_expr_call_table(pdi_expr_parser *p, size_t size, int index, pdi_expr_type *type)
 {
     const pd_expr_table *table = &p->desc->tables[index];
@@ -432,6 +450,7 @@ static pd_status pdi_expr_call_table(pdi_expr_parser *p, size_t size, int index,
     return pdi_expr_emit_indexed(p, PDI_EXPR_TABLE, index);
 }
 
+/* Grammar: function(argument, ...), with the dimension rule of the function. size: length of the name. */
 static pd_status pdi_expr_call(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
 {
     int index = pdi_expr_function_index(p->text + p->at, size);
@@ -483,6 +502,7 @@ static pd_status pdi_expr_call(pdi_expr_parser *p, size_t size, pdi_expr_type *t
     return pdi_expr_emit(p, PDI_EXPR_FIRST_FUNCTION + index);
 }
 
+/* Grammar: a variable, constant or function call; size: length of the name. */
 static pd_status pdi_expr_name(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
 {
     const pd_expr_desc *desc = p->desc;
@@ -507,13 +527,14 @@ static pd_status pdi_expr_name(pdi_expr_parser *p, size_t size, pdi_expr_type *t
     return pdi_expr_unknown(p, size, 0);
 }
 
-/* Length of [name]. */
+/* Length of the species token [name] at the current position. */
 static size_t pdi_expr_bracket(const pdi_expr_parser *p)
 {
     const char *text = p->text + p->at, *close = strchr(text, ']');
     return close ? (size_t)(close - text) + 1 : 1;
 }
 
+/* Grammar: number, name, function call, [species] or parenthesised expression. */
 static pd_status pdi_expr_primary(pdi_expr_parser *p, pdi_expr_type *type)
 {
     memset(type, 0, sizeof *type);
@@ -531,6 +552,7 @@ static pd_status pdi_expr_primary(pdi_expr_parser *p, pdi_expr_type *type)
     return pdi_expr_close(p, "an operator or ')'");
 }
 
+/* Grammar: primary ^ unary, right associative. */
 static pd_status pdi_expr_power(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type exponent;
@@ -545,6 +567,7 @@ static pd_status pdi_expr_power(pdi_expr_parser *p, pdi_expr_type *type)
     return pdi_expr_emit(p, PDI_EXPR_OP_pow);
 }
 
+/* Grammar: signs before a power. */
 static pd_status pdi_expr_unary(pdi_expr_parser *p, pdi_expr_type *type)
 {
     int minus = 0;
@@ -556,7 +579,7 @@ static pd_status pdi_expr_unary(pdi_expr_parser *p, pdi_expr_type *type)
     return minus ? pdi_expr_emit(p, PDI_EXPR_NEG) : PD_OK;
 }
 
-/* The right operand of '/' when it is a unit: 1 read, 0 not a unit. */
+/* Right operand of '/' if it is a unit ("x/s"); *read: 1 parsed, 0 it is no unit. */
 static pd_status pdi_expr_divisor(pdi_expr_parser *p, pdi_expr_type *type, int *read)
 {
     pdi_units_product unit;
@@ -573,6 +596,7 @@ static pd_status pdi_expr_divisor(pdi_expr_parser *p, pdi_expr_type *type, int *
     return pdi_expr_push_const(p, unit.num / unit.den);
 }
 
+/* Grammar: factors with * and /. */
 static pd_status pdi_expr_product(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type right;
@@ -590,6 +614,7 @@ static pd_status pdi_expr_product(pdi_expr_parser *p, pdi_expr_type *type)
     }
 }
 
+/* Grammar: terms with + and -. */
 static pd_status pdi_expr_sum(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type right;
@@ -605,6 +630,7 @@ static pd_status pdi_expr_sum(pdi_expr_parser *p, pdi_expr_type *type)
     }
 }
 
+/* Grammar: sum, or one comparison of two sums (1 or 0). The start symbol. */
 static pd_status pdi_expr_compare(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type right;
@@ -626,6 +652,7 @@ static pd_status pdi_expr_compare(pdi_expr_parser *p, pdi_expr_type *type)
 
 /* ---- result ---- */
 
+/* Check the dimension of the whole expression against desc.unit, and that a constant is finite. */
 static pd_status pdi_expr_result(pdi_expr_parser *p, pdi_expr_type *type)
 {
     char found[PD_UNITS_TEXT], expected[PD_UNITS_TEXT], units[PD_UNITS_TEXT];
@@ -652,6 +679,7 @@ static pd_status pdi_expr_result(pdi_expr_parser *p, pdi_expr_type *type)
     return PD_OK;
 }
 
+/* Compile the whole text; *type: dimension of the result. */
 static pd_status pdi_expr_compile(pdi_expr_parser *p, pdi_expr_type *type)
 {
     size_t size = 0;
@@ -664,6 +692,7 @@ static pd_status pdi_expr_compile(pdi_expr_parser *p, pdi_expr_type *type)
     return pdi_expr_result(p, type);
 }
 
+/* Copy code and constants of the parser into the expression. */
 static pd_status pdi_expr_keep(pd_ctx *ctx, const pdi_expr_parser *p, const pdi_expr_type *type, pd_expr *expr)
 {
     expr->code_count = p->code_count;

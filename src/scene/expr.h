@@ -1,4 +1,5 @@
-/* expr: expressions such as "1.3 um/h * (1 - C/Csat)", checked for dimensions and compiled to a small stack code.
+/* expr: parser and evaluator of arithmetic expressions such as "1.3 um/h * (1 - C/Csat)", checked for physical
+ * dimensions and compiled to code of a stack machine.
  *
  * Grammar, loosest first: a < b (also > <= >=; 1 or 0, no chains); + and -; * and /; unary minus; ^ (from the right).
  * Primaries: number [unit], name, [H+] where that is declared, function(...), (...). A number that a unit follows at
@@ -17,19 +18,21 @@
 #define PD_EXPR_NESTING 64  /* levels of parentheses */
 #define PD_EXPR_CODE 1024   /* instructions */
 
+/* A named variable or constant with its dimension. */
 typedef struct pd_expr_symbol {
     const char *name;
     const char *unit; /* gives the dimension, for example "m/s"; "" is a plain number */
     double value;     /* [unit of that dimension in SI] of a constant; not read for a variable */
 } pd_expr_symbol;
 
-/* A function through points. */
+/* A tabulated function of one argument that expressions can call. */
 typedef struct pd_expr_table {
     const char *name;         /* an identifier that is no function above */
     pd_dims argument, result;
     const pd_curve *curve;    /* of SI values */
 } pd_expr_table;
 
+/* What to compile: text, symbols, expected dimension, location for messages. */
 typedef struct pd_expr_desc {
     const char *text;
     const pd_expr_symbol *vars; /* the values that pdi_expr_eval gets, in this order */
@@ -39,15 +42,15 @@ typedef struct pd_expr_desc {
     const pd_expr_table *tables; /* borrowed as long as the expression lives */
     int table_count;
     const char *unit;  /* dimension of the result, also "mm/year" for a speed; NULL: any */
-    int allow_bare;    /* 1: a plain number is taken as SI of that dimension */
-    const char *where; /* start of messages; NULL: "expr" */
+    int allow_bare;    /* 1: a number without unit is taken as SI of that dimension */
+    const char *where; /* location at the start of messages; NULL: "expr" */
     int column;        /* of the first character of text in messages; 0: 1 */
 } pd_expr_desc;
 
-/* A function of the caller in the place of an expression: its value for the variables, all in SI. Several threads may
- * ask at a time. */
+/* User function in place of an expression: its value for the variables vars, all in SI. Must be thread safe. */
 typedef double (*pd_expr_fn)(void *user, const double *vars);
 
+/* A compiled expression, or a user function in its place. */
 typedef struct pd_expr {
     int32_t *code; /* [code_count] operation, and for operands 256 times the index */
     double *value; /* [value_count] constants [unit of each in SI] */
@@ -55,46 +58,47 @@ typedef struct pd_expr {
     uint32_t uses; /* bit k: depends on variable k */
     pd_dims dims;  /* of the result; that of desc.unit when it was given */
     const pd_expr_table *tables; /* those of desc */
-    pd_expr_fn fn; /* in the place of the code; NULL: none */
+    pd_expr_fn fn; /* user function in place of the code; NULL: none */
     void *user;
-    double *breaks;  /* [break_count] [-] values of its variable `clock` at which fn jumps, ascending */
+    double *breaks;  /* [break_count] [-] values of variable `clock` (time) at which fn is discontinuous, ascending */
     int break_count, clock;
 } pd_expr;
 
 #ifdef PDI_INTERNAL
-/* Compile. PD_ERR_PARSE: the text does not follow the grammar, names something unknown, mixes dimensions, has not the
- * dimension asked for, or is a constant that is not finite; the message has the column, what stands there and what
- * was expected.
- * PD_ERR_ARGUMENT: a unit of the desc is no unit, or too many variables. */
+/* Parse and compile an expression. PD_ERR_PARSE: syntax error, unknown name, inconsistent or wrong dimension, or a
+ * constant that is not finite; the message has the column, what stands there and what was expected. PD_ERR_ARGUMENT: a
+ * unit of the desc is invalid, or there are too many variables. */
 PDI_FN pd_status pdi_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
 PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr);
-/* Value in SI for the variables vars[var_count] in SI. Reads only, so threads may share the expression. The result may
- * be NaN or infinite where the mathematics is; the caller checks. An expression that was never built gives NaN. */
+/* Evaluate the expression for the variables vars[var_count] in SI; result in SI. Reads only, so threads may share
+ * the expression. The result may be NaN or infinite where the mathematics is; an expression that was never built
+ * gives NaN. */
 PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars);
-/* 1 when the value depends on no variable; vars may then be NULL. */
+/* 1: the expression depends on no variable; pdi_expr_eval may then get NULL. */
 PDI_FN int pdi_expr_constant(const pd_expr *expr);
 
-/* range [2]: values of variable `var` for which all tables that read it alone have points; outside of them one holds
- * its end. From -HUGE_VAL to HUGE_VAL: none does. */
+/* range[2]: interval of variable `var` inside which all tables that it is the direct argument of have points; outside
+ * one is extrapolated by its end value. -HUGE_VAL .. HUGE_VAL: no such table. */
 PDI_FN void pdi_expr_table_range(const pd_expr *expr, int var, double *range);
 
-/* Write what stands at text for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
+/* Quote the token at `found` for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
 PDI_FN void pdi_expr_quote(const char *found, char *text);
-/* 1 when the name is a function or a built-in constant. */
+/* 1: the name is reserved, a function or a built-in constant of expressions. */
 PDI_FN int pdi_expr_taken(const char *name);
 
-/* ---- the code ---- */
+/* ---- the stack machine ---- */
 
-#define PDI_EXPR_STACK 64 /* operands that wait at the same time */
+#define PDI_EXPR_STACK 64 /* depth of the operand stack */
 
+/* How a function treats the dimensions of its operands. */
 typedef enum pdi_expr_rule {
-    PDI_EXPR_PLAIN,  /* plain numbers to a plain number */
-    PDI_EXPR_KEEP,   /* dimension of the operand */
-    PDI_EXPR_ROOT,   /* half its exponents */
-    PDI_EXPR_ALIKE,  /* operands alike, result too */
-    PDI_EXPR_RATIO,  /* operands alike, result a plain number */
-    PDI_EXPR_POWER,
-    PDI_EXPR_CHOICE  /* plain, then two alike */
+    PDI_EXPR_PLAIN,  /* operand and result dimensionless */
+    PDI_EXPR_KEEP,   /* result has the dimension of the operand */
+    PDI_EXPR_ROOT,   /* square root: result has half the exponents */
+    PDI_EXPR_ALIKE,  /* operands of one dimension, result too */
+    PDI_EXPR_RATIO,  /* operands of one dimension, result dimensionless */
+    PDI_EXPR_POWER,  /* exponents of the base times the exponent */
+    PDI_EXPR_CHOICE  /* condition dimensionless, two branches of one dimension */
 } pdi_expr_rule;
 
 /* X(name, operands, rule, value of the operands a[0], a[1], a[2]) */
@@ -119,6 +123,7 @@ typedef enum pdi_expr_rule {
     X(pow, 2, PDI_EXPR_POWER, pow(a[0], a[1])) \
     X(if, 3, PDI_EXPR_CHOICE, a[0] != 0 ? a[1] : a[2])
 
+/* Instructions: operators, then the functions in the order of PDI_EXPR_FUNCTIONS. */
 typedef enum pdi_expr_op {
     PDI_EXPR_CONST,
     PDI_EXPR_VAR,
@@ -140,8 +145,9 @@ typedef enum pdi_expr_op {
     PDI_EXPR_OPS
 } pdi_expr_op;
 
-/* Operands of an instruction; its value for them. Neither for constants, variables and tables. */
+/* Number of operands of an instruction (operator, function or table). */
 PDI_FN int pdi_expr_operands(int op);
+/* Result of an operator or function for the operands a[]; not for constants, variables and tables. */
 PDI_FN double pdi_expr_apply(int op, const double *a);
 #endif
 

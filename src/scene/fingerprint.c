@@ -17,7 +17,7 @@ PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *u, const char *line)
     return PD_OK;
 }
 
-/* The value with single blanks, in text[size]; one that does not fit, by its checksum. */
+/* Value with normalised blanks into text[size]; one that does not fit is replaced by its length and CRC-32. */
 static void pdi_fingerprint_value(const char *value, char *text, size_t size)
 {
     size_t used = 0;
@@ -34,7 +34,7 @@ static void pdi_fingerprint_value(const char *value, char *text, size_t size)
     text[used] = '\0';
 }
 
-/* Keys that change no bit of the output. */
+/* 1: a pair that changes no result (threads, output folder) and is left out. */
 static int pdi_fingerprint_passes(const pd_text *text, const pd_text_entry *e)
 {
     const char *section = text->section[e->section].name;
@@ -79,10 +79,10 @@ PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setu
     return text->flat ? pdi_fingerprint_add(ctx, u, line) : PD_OK;
 }
 
-/* Length of the line at `text`, without newline. */
+/* Length of the first line of text, without newline. */
 static size_t pdi_fingerprint_length(const char *text) { return strcspn(text, "\n"); }
 
-/* The line of `text` with the first `length` bytes of `line`; whole: and none behind them. NULL: there is none. */
+/* Find the line of text that starts with line[length]; whole 1: and equals it. NULL: there is none. */
 static const char *pdi_fingerprint_find(const char *text, const char *line, size_t length, int whole)
 {
     for (; *text; text += pdi_fingerprint_length(text) + 1)
@@ -90,7 +90,7 @@ static const char *pdi_fingerprint_find(const char *text, const char *line, size
     return NULL;
 }
 
-/* The first line of `text` that `other` does not have. */
+/* First line of text that `other` lacks. NULL: none. */
 static const char *pdi_fingerprint_first(const char *text, const char *other)
 {
     for (; *text; text += pdi_fingerprint_length(text) + 1)

@@ -1,5 +1,6 @@
-/* fingerprint: what makes a scene this one and no other: its name, sections and pairs with overrides, masks; not the
- * number of threads, nor the folder of the output. A checkpoint keeps it, and is refused by another scene.
+/* fingerprint: normalised text of all input that affects results: name, sections, pairs after overrides, checksums of
+ * masks and surfaces; not the number of threads or the output folder. A checkpoint stores it, so that a run of another
+ * scene refuses the checkpoint.
  */
 #ifndef PD_FINGERPRINT_H
 #define PD_FINGERPRINT_H
@@ -7,12 +8,12 @@
 #include "scene/setup.h"
 
 #ifdef PDI_INTERNAL
-/* setup->fingerprint, from the text of a scene that has been read. */
+/* Build setup->fingerprint from the text of a scene that has been read. */
 PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *setup);
-/* One more line, without newline. */
+/* Append one line, given without newline, to setup->fingerprint. */
 PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *setup, const char *line);
-/* PD_OK, or PD_ERR_ARGUMENT with the first line in which `kept` differs from that of the setup. where: of the message.
- * Both may be NULL: not from a file. */
+/* Compare the fingerprint of the setup with the stored one, `kept`. PD_ERR_ARGUMENT: they differ; the message, which
+ * starts with `where`, has the first difference. Either may be NULL: input that is no file. */
 PDI_FN pd_status pdi_fingerprint_compare(pd_ctx *ctx, const pd_setup *setup, const char *kept, const char *where);
 #endif
 

@@ -6,13 +6,14 @@
 #define PDI_INCLUDE_DEPTH 8 /* files that include one another */
 #define PDI_INCLUDE_FILES 32 /* of a scene */
 
-/* The files that were read so far. */
+/* The files read so far, to find cycles and repetitions. */
 typedef struct pdi_include_files {
     char path[PDI_INCLUDE_FILES][PD_PATH_SIZE];
     int depth[PDI_INCLUDE_FILES]; /* 0: done */
     int count;
 } pdi_include_files;
 
+/* The pair chemistry.include of a text. NULL: it includes no files. */
 static const pd_text_entry *pdi_include_key(const pd_text *text)
 {
     for (int k = 0; k < text->entry_count; k++)
@@ -22,7 +23,8 @@ static const pd_text_entry *pdi_include_key(const pd_text *text)
     return NULL;
 }
 
-/* A pair of the file `from` into text. */
+/* Merge one pair of an included file into a section of text. depth: nesting depth of the file; smaller depths have
+ * priority. PD_ERR_PARSE: a file of the same depth has the pair. */
 static pd_status pdi_include_pair(pd_ctx *ctx, pd_text *text, int section, const pd_text_entry *e, char *file,
                                   int depth)
 {
@@ -48,7 +50,8 @@ static pd_status pdi_include_pair(pd_ctx *ctx, pd_text *text, int section, const
     return PD_OK;
 }
 
-/* What the file `from` says into text. */
+/* Merge all sections and pairs of the included file `from` into text. PD_ERR_PARSE: a section that is not of
+ * chemistry. */
 static pd_status pdi_include_join(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth)
 {
     static const char *const allowed[] = {"chemistry", "species", "reaction", "mineral"};
@@ -79,7 +82,8 @@ static pd_status pdi_include_join(pd_ctx *ctx, pd_text *text, const pd_text *fro
 
 static pd_status pdi_include_list(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth, pdi_include_files *files);
 
-/* One file of the list of `from`; *number is its place, -1: it was read before. */
+/* Read one file name[size] of the include list `e` of `from`, merge it, and follow its own list. A file already read is
+ * skipped. PD_ERR_PARSE: it includes itself, nesting too deep, or too many files. */
 static pd_status pdi_include_file(pd_ctx *ctx, pd_text *text, const pd_text *from, const pd_text_entry *e,
                                   const char *name, size_t size, int depth, pdi_include_files *files)
 {
@@ -117,6 +121,7 @@ static pd_status pdi_include_file(pd_ctx *ctx, pd_text *text, const pd_text *fro
     return status;
 }
 
+/* Read all files of the include list of `from` and merge them into text. */
 static pd_status pdi_include_list(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth, pdi_include_files *files)
 {
     const pd_text_entry *found = pdi_include_key(from), *e = found;

@@ -665,7 +665,7 @@ PDI_FN const pd_key_section *pdi_keys_section(const char *name)
     return NULL;
 }
 
-/* 1 when `word` stands in the comma-separated list. */
+/* 1: the word is an item of the comma-separated list. */
 static int pdi_keys_listed(const char *list, const char *word)
 {
     for (size_t size; *list; list += size, list += strspn(list, ", ")) {
@@ -684,7 +684,7 @@ PDI_FN const pd_key *pdi_keys_find(const pd_key_section *section, const char *ke
 }
 
 #ifdef PD_DEBUG
-/* 1 when `part` stands in the text, not within a word or a number. */
+/* 1: `part` occurs in the text as a whole word or number. */
 static int pdi_keys_stands(const char *text, const char *part)
 {
     size_t size = strlen(part);

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The section of a bare key: the only one that holds it, or section 0 of a flat file. */
+/* Section of a bare key: the only one that has it, or section 0 of a flat file. PD_ERR_PARSE: none or several. */
 static pd_status pdi_override_bare(pd_ctx *ctx, const pd_text *text, const char *key, int *section)
 {
     int count = 0;
@@ -44,7 +44,7 @@ static pd_status pdi_override_bare(pd_ctx *ctx, const pd_text *text, const char 
     return PD_OK;
 }
 
-/* The section of `name.key`: the one without label, else the only labelled one, else a new one. */
+/* Section of `name.key`: the one without label, else the only labelled one, else a new one. PD_ERR_PARSE: several. */
 static pd_status pdi_override_named(pd_ctx *ctx, pd_text *text, const char *name, const char *key, int *section)
 {
     int count = 0, found = -1;
@@ -64,6 +64,7 @@ static pd_status pdi_override_named(pd_ctx *ctx, pd_text *text, const char *name
     return found >= 0 ? PD_OK : pdi_text_section_at(ctx, text, name, "", section);
 }
 
+/* Existing section [name label]. PD_ERR_PARSE: there is none. */
 static pd_status pdi_override_labelled(pd_ctx *ctx, const pd_text *text, const char *name, const char *label,
                                            int *section)
 {

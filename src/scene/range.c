@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+/* The interval low .. high; all real numbers if the bounds are no numbers or not ordered. */
 static pdi_range pdi_range_make(double low, double high)
 {
     pdi_range r;
@@ -19,17 +20,19 @@ static pdi_range pdi_range_make(double low, double high)
     return r;
 }
 
+/* The interval of all real numbers. */
 static pdi_range pdi_range_any(void) { return pdi_range_make(-HUGE_VAL, HUGE_VAL); }
 
+/* Smallest interval that contains both. */
 static pdi_range pdi_range_hull(pdi_range a, pdi_range b)
 {
     return pdi_range_make(pdi_min(a.low, b.low), pdi_max(a.high, b.high));
 }
 
-/* 1: the value may be between both. */
+/* 1: the interval contains the value. */
 static int pdi_range_holds(pdi_range a, double value) { return a.low <= value && value <= a.high; }
 
-/* Hull of op at the corners of two ranges: that of what is monotone in both operands. */
+/* Interval of a binary operation that is monotone in both operands: hull of its values at the four corners. */
 static pdi_range pdi_range_corners(int op, const pdi_range *a)
 {
     double low = HUGE_VAL, high = -HUGE_VAL;
@@ -46,19 +49,19 @@ static pdi_range pdi_range_corners(int op, const pdi_range *a)
     return pdi_range_make(low, high);
 }
 
-/* Of a rising function. */
+/* Interval of an increasing function. */
 static pdi_range pdi_range_rising(int op, pdi_range a)
 {
     return pdi_range_make(pdi_expr_apply(op, &a.low), pdi_expr_apply(op, &a.high));
 }
 
-/* 1: a place `first` + whole number times `period` lies in the range. */
+/* 1: some point first + n period, n whole, lies in the interval. */
 static int pdi_range_meets(pdi_range a, double first, double period)
 {
     return floor((a.high - first) / period) > floor((a.low - first) / period) || pdi_range_holds(a, first);
 }
 
-/* sin and cos, whose crests lie at `crest` and every two pi. */
+/* Interval of sin or cos, whose maxima lie at crest + 2 pi n. */
 static pdi_range pdi_range_wave(int op, pdi_range a, double crest)
 {
     double low = pdi_expr_apply(op, &a.low), high = pdi_expr_apply(op, &a.high), least, most;
@@ -68,7 +71,7 @@ static pdi_range pdi_range_wave(int op, pdi_range a, double crest)
     return pdi_range_make(least, most);
 }
 
-/* abs and cosh: they fall to zero and rise behind it. */
+/* Interval of an even function with its minimum at 0: abs, cosh. */
 static pdi_range pdi_range_valley(int op, pdi_range a)
 {
     double zero = 0.0, low = pdi_expr_apply(op, &a.low), high = pdi_expr_apply(op, &a.high);
@@ -76,6 +79,7 @@ static pdi_range pdi_range_valley(int op, pdi_range a)
     return pdi_range_make(least, pdi_max(low, high));
 }
 
+/* Interval of pow(a[0], a[1]); bounded for a positive base, or a constant exponent of at least 0. */
 static pdi_range pdi_range_power(const pdi_range *a)
 {
     double n = a[1].low, zero[2] = {0.0, 0.0};
@@ -88,13 +92,14 @@ static pdi_range pdi_range_power(const pdi_range *a)
     return found;
 }
 
+/* Interval of atan2(a[0], a[1]); -pi .. pi across the branch cut. */
 static pdi_range pdi_range_angle(const pdi_range *a)
 {
     if (a[1].low <= 0.0 && pdi_range_holds(a[0], 0.0)) return pdi_range_make(-PDI_PI, PDI_PI);
     return pdi_range_corners(PDI_EXPR_OP_atan2, a);
 }
 
-/* A comparison: 1, 0 or both. */
+/* Interval of a comparison: 1, 0 or 0 .. 1. */
 static pdi_range pdi_range_compare(int op, const pdi_range *a)
 {
     int more = op == PDI_EXPR_GT || op == PDI_EXPR_GE, even = op == PDI_EXPR_LE || op == PDI_EXPR_GE;
@@ -104,13 +109,14 @@ static pdi_range pdi_range_compare(int op, const pdi_range *a)
     return pdi_range_make(sure ? 1.0 : 0.0, never ? 0.0 : 1.0);
 }
 
+/* Interval of if(a[0], a[1], a[2]). */
 static pdi_range pdi_range_choice(const pdi_range *a)
 {
     if (!pdi_range_holds(a[0], 0.0)) return a[1];
     return a[0].low < 0.0 || a[0].high > 0.0 ? pdi_range_hull(a[1], a[2]) : a[2];
 }
 
-/* A table is monotone between its points. */
+/* Interval of a table: hull of its values at both ends and at the points in between; it is monotone between points. */
 static pdi_range pdi_range_table(const pd_curve *curve, pdi_range a)
 {
     double low = pdi_curve_eval(curve, a.low), high = pdi_curve_eval(curve, a.high);
@@ -121,7 +127,7 @@ static pdi_range pdi_range_table(const pd_curve *curve, pdi_range a)
     return found;
 }
 
-/* Whether two ranges overlap does not matter to min and max: ends go to ends. */
+/* Interval of min or max, which increase in both operands: bounds from bounds. */
 static pdi_range pdi_range_least(int op, const pdi_range *a)
 {
     double low[2], high[2];
@@ -132,6 +138,7 @@ static pdi_range pdi_range_least(int op, const pdi_range *a)
     return pdi_range_make(pdi_expr_apply(op, low), pdi_expr_apply(op, high));
 }
 
+/* Interval of one instruction for the intervals of its operands. */
 static pdi_range pdi_range_apply(int op, const pdi_range *a)
 {
     switch (op) {
@@ -160,6 +167,7 @@ static pdi_range pdi_range_apply(int op, const pdi_range *a)
     }
 }
 
+/* Interval of a user function from three samples; all numbers if it has a break in a .. b. */
 static pdi_range pdi_range_function(const pd_expr *expr, const double *vars, int index, double a, double b)
 {
     double at[PD_EXPR_VARS], low = HUGE_VAL, high = -HUGE_VAL;

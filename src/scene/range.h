@@ -1,19 +1,18 @@
-/* range: between what an expression stays while one of its variables passes an interval: interval arithmetic on its
- * code. */
+/* range: bounds of an expression while one of its variables passes an interval, by interval arithmetic on its code
+ * (Moore, Kearfott and Cloud 2009). */
 #ifndef PD_RANGE_H
 #define PD_RANGE_H
 #include "scene/expr.h"
 
 #ifdef PDI_INTERNAL
-/* A closed interval, at most all numbers; wider than all values by what the operations do not know of each other, and
- * as narrow as wanted where the interval of the variable is. */
+/* A closed interval that contains all values; low and high may be infinite. It is wider than the values by the
+ * dependency of repeated variables, and shrinks to a point with the interval of the variable. */
 typedef struct pdi_range {
     double low, high; /* [unit of the expression in SI] */
 } pdi_range;
 
-/* Bounds of the expression for variable `index` from a to b >= a, with the others as vars[PD_EXPR_VARS] says. A
- * function of the caller is bounded by its values at both ends and in the middle, unless it has a break in between:
- * then by nothing. */
+/* Bounds of the expression while variable `index` passes a .. b, b >= a; the others are fixed at vars[PD_EXPR_VARS]. A
+ * user function is bounded by its values at both ends and in the middle, or not at all if it has a break in between. */
 PDI_FN pdi_range pdi_range_of(const pd_expr *expr, const double *vars, int index, double a, double b);
 #endif
 

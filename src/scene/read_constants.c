@@ -10,7 +10,7 @@ PDI_FN int pdi_read_constants_taken(const char *name)
     return pdi_expr_taken(name);
 }
 
-/* 1 for a name that is a unit: numbers with this unit would be products with the constant. */
+/* 1: the name is a unit, so a constant of that name would shadow it ("5 m" as a product). */
 static int pdi_read_constants_hides(const char *name)
 {
     pdi_units_product unit;
@@ -30,6 +30,7 @@ PDI_FN int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
     return pd_units_parse(ctx, unit, NULL, &again) == PD_OK && pdi_units_same(dims, &again);
 }
 
+/* Read one pair of [constants] as a named constant. PD_ERR_ARGUMENT: the name is reserved or a unit. */
 static pd_status pdi_read_constants_add(pd_ctx *ctx, pd_text *text, int section, const char *name,
                                         pdi_read_constants *n)
 {

@@ -3,9 +3,11 @@
 #include <math.h>
 #include <string.h>
 
+/* Smallest number of corners; largest number of coordinates. */
 enum { PDI_READ_CUTS_LEAST = PD_DIM, PDI_READ_CUTS_NUMBERS = PD_SETUP_CORNERS * PD_DIM };
 
-/* Corners one after another, with all coordinates of each. */
+/* Read the corners [m] of the crack, all coordinates of one after the other: a point (1D), a polyline (2D), a polygon
+ * (3D). */
 static pd_status pdi_read_cuts_points(pdi_reader *s, int section, pd_setup_cut *cut)
 {
     static const char *const what[] = {"one place", "2 or more corners of a line", "3 or more corners of a polygon"};
@@ -29,7 +31,8 @@ static pd_status pdi_read_cuts_points(pdi_reader *s, int section, pd_setup_cut *
     return PD_OK;
 }
 
-/* The direction in which it grows: in 2D that of its last piece, when none is given. */
+/* Read the growth direction of the crack; default in 2D: the direction of its last segment. A crack with a direction is
+ * recorded in a table. */
 static pd_status pdi_read_cuts_way(pdi_reader *s, int section, pd_setup_cut *cut)
 {
     double square = 0.0;
@@ -47,7 +50,8 @@ static pd_status pdi_read_cuts_way(pdi_reader *s, int section, pd_setup_cut *cut
                            PD_DIM);
 }
 
-/* Radii about the tip between which the contours of J lie. */
+/* Read the three radii [m] about the tip that bound the two domains of the J-integral, a horizon or more apart. Only
+ * 2D, small strains, equilibrium. */
 static pd_status pdi_read_cuts_contours(pdi_reader *s, int section, pd_setup_cut *cut)
 {
     const pd_setup_body *b = &s->setup->metal_body;
@@ -74,6 +78,7 @@ static pd_status pdi_read_cuts_contours(pdi_reader *s, int section, pd_setup_cut
     return PD_OK;
 }
 
+/* Add a monitor of the crack tip. */
 static pd_status pdi_read_cuts_table(pdi_reader *s, const pd_setup_cut *cut)
 {
     pd_setup *u = s->setup;
@@ -90,6 +95,7 @@ static pd_status pdi_read_cuts_table(pdi_reader *s, const pd_setup_cut *cut)
     return PD_OK;
 }
 
+/* Read one [cut NAME] section. */
 static pd_status pdi_read_cuts_section(pdi_reader *s, int section)
 {
     pd_setup_body *b = &s->setup->metal_body;

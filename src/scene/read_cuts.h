@@ -1,10 +1,11 @@
-/* read_cuts: the [cut NAME] sections of a scene: cracks that metal under load has from the start. */
+/* read_cuts: reads the [cut NAME] sections of a scene: pre-cracks of the metal, with the domains of their
+ * J-integral. */
 #ifndef PD_READ_CUTS_H
 #define PD_READ_CUTS_H
 #include "scene/reader.h"
 
 #ifdef PDI_INTERNAL
-/* After [solid]. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+/* Read all [cut NAME] sections, after [solid]. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_cuts_read(pdi_reader *s);
 #endif
 

@@ -21,7 +21,7 @@ PDI_FN pd_status pdi_read_gas_alone(pd_ctx *ctx, pd_text *text, const pd_setup *
                            "carries nothing and attacks nothing", beside);
 }
 
-/* An expression in x, y, z; a constant one must be positive. */
+/* Read an expression in x, y, z; if it is constant it must be positive. */
 static pd_status pdi_read_gas_positive(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                        pd_expr *expr)
 {
@@ -32,7 +32,7 @@ static pd_status pdi_read_gas_positive(pd_ctx *ctx, pd_text *text, int section, 
     return pdi_text_refuse(ctx, text, section, key, "found %.6g %s, expected a positive value", value, unit);
 }
 
-/* A number above `low` and at most `high`. */
+/* Read a number above `low` and at most `high`. */
 static pd_status pdi_read_gas_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                      double low, double high, double *value)
 {

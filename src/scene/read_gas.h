@@ -4,12 +4,13 @@
 #include "scene/setup.h"
 
 #ifdef PDI_INTERNAL
-/* Read [gas] where setup->has_gas says that there is one, after the sides. PD_ERR_ARGUMENT, PD_ERR_PARSE: with its
- * line. */
+/* Read the section [gas] (Euler equations), if setup->has_gas, after the sides. PD_ERR_ARGUMENT, PD_ERR_PARSE with
+ * file:line. */
 PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
-/* A gas moves alone, since nothing knows how to be carried by it: refuse what is beside it. */
+/* Check that no flow, transport or dissolution stands beside a gas: the inviscid gas is not coupled to them.
+ * PD_ERR_ARGUMENT. */
 PDI_FN pd_status pdi_read_gas_alone(pd_ctx *ctx, pd_text *text, const pd_setup *setup);
-/* The section `side` of a scene with a gas: what lies behind it. */
+/* Read the boundary condition of a side for a gas: slip, inlet, outlet, periodic or mirror. */
 PDI_FN pd_status pdi_read_gas_side(pd_ctx *ctx, pd_text *text, int section, pd_setup_side *side);
 #endif
 

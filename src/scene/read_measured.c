@@ -8,7 +8,7 @@
 
 #define PDI_READ_MEASURED_SAME 1e-9 /* [-] relative difference of times that are one */
 
-/* Heading of the column of spreads, for a section that does not name one; NULL: there is none. */
+/* Heading of the first column that begins with "spread", the default column of error bars; NULL: there is none. */
 static const char *pdi_read_measured_spread(const pdi_read_tables *s)
 {
     for (int k = 0; k < s->table.columns; k++)
@@ -16,6 +16,7 @@ static const char *pdi_read_measured_spread(const pdi_read_tables *s)
     return NULL;
 }
 
+/* Check that a column has the wanted dimension. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_measured_dims(const pdi_read_tables *s, const char *key, const pd_dims *found,
                                         const pd_dims *wanted)
 {
@@ -27,7 +28,7 @@ static pd_status pdi_read_measured_dims(const pdi_read_tables *s, const char *ke
                            "as 'time_h in h'", is, expected);
 }
 
-/* The line of the file of a bad point. */
+/* Report an inadmissible value in a row of the data file, with the line of that file. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_read_measured_bad(const pdi_read_tables *s, int row, const char *key, double found,
                                        const char *expected)
 {
@@ -35,6 +36,7 @@ static pd_status pdi_read_measured_bad(const pdi_read_tables *s, int row, const 
                            s->table.line[row], found, expected);
 }
 
+/* Read the column of times, ascending, as time since the start of the run [s]. */
 static pd_status pdi_read_measured_times(const pdi_read_tables *s, double *time)
 {
     char unit[PD_UNITS_TEXT];
@@ -53,6 +55,7 @@ static pd_status pdi_read_measured_times(const pdi_read_tables *s, double *time)
     return PD_OK;
 }
 
+/* Read the columns of values and of error bars, converted to SI. */
 static pd_status pdi_read_measured_values(const pdi_read_tables *s, pd_setup_record *r)
 {
     char unit[PD_UNITS_TEXT];
@@ -76,7 +79,7 @@ static pd_status pdi_read_measured_values(const pdi_read_tables *s, pd_setup_rec
     return PD_OK;
 }
 
-/* "volume_loss" or "section.name.figure" */
+/* Read the name of the scalar output that the data are compared with: "volume_loss" or "section.name.figure". */
 static pd_status pdi_read_measured_figure(const pdi_read_tables *s, pd_setup_record *r)
 {
     const char *of;
@@ -94,6 +97,7 @@ PDI_FN int pdi_read_measured_counts(const pd_setup_record *r, int point, double 
     return r->time[point] > 0.0 && r->time[point] <= until * (1.0 + PDI_READ_MEASURED_SAME);
 }
 
+/* Check that at least one data point lies in the run. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_measured_reach(const pdi_read_tables *s, const pd_setup *u, const pd_setup_record *r)
 {
     char until[PD_UNITS_TEXT];
@@ -105,6 +109,7 @@ static pd_status pdi_read_measured_reach(const pdi_read_tables *s, const pd_setu
                            s->table.path, until);
 }
 
+/* Read one [measured NAME] section with its data file. */
 static pd_status pdi_read_measured_section(pdi_read_tables *s, pd_setup *u)
 {
     const char *label = s->text->section[s->section].label;

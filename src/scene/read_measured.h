@@ -14,17 +14,17 @@
 #include "scene/setup.h"
 
 #ifdef PDI_INTERNAL
-/* All of these sections into the setup, whose end of the run is known. folder: of the scene. Whether a run has the
- * figure shows when the model is built. Errors name the line of the scene and that of the file: PD_ERR_PARSE,
- * PD_ERR_ARGUMENT. */
+/* Read all [measured NAME] sections, after the end time of the run is known, into setup->record. folder: of the scene.
+ * Whether the run has the figure is checked when the model is built. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of
+ * the scene and of the data file. */
 PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
-/* The same from the text behind "file =": "wire.csv  start = 0.7 h". It takes the place of what the scene has. `where`
- * stands before messages. */
+/* Replace all experimental data of the setup by those of a command-line text, as it would follow "file =": "wire.csv
+ * start = 0.7 h". `where` is the location at the start of messages. */
 PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const char *text, pd_setup *setup);
-/* 1: the run passes the point behind its start. */
+/* 1: the time of a data point lies in the run, 0 < t <= until; such points enter the comparison. */
 PDI_FN int pdi_read_measured_counts(const pd_setup_record *record, int point, double until);
-/* The points from the start of the run to `last` [s] as markers with error bars, in units of `x_unit` [s] and `y_unit`
- * [SI]. work [3 points] holds them. */
+/* Plot series of the data points with 0 <= t <= last [s]: markers with error bars, in units of x_unit [s] and y_unit
+ * [SI]. work [3 points]: memory of the series. */
 PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_unit, double y_unit, double last,
                                      double *work, pd_series *series);
 #endif

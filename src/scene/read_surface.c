@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Section of a surface state in the text. */
 static int pdi_read_surface_section(pdi_reader *s, const pd_setup_state *state)
 {
     return pdi_text_section(s->ctx, s->text, "surface", state->name);
@@ -12,6 +13,7 @@ static int pdi_read_surface_section(pdi_reader *s, const pd_setup_state *state)
 
 /* ---- names, units, bounds ---- */
 
+/* 1: an identifier of ASCII letters, digits and _. */
 static int pdi_read_surface_word(const char *name)
 {
     size_t length = strlen(name);
@@ -21,7 +23,7 @@ static int pdi_read_surface_word(const char *name)
     return 1;
 }
 
-/* A name that expressions and fields do not have yet. */
+/* Check that the name of a state is an identifier that no field, species, constant, table or variable has. */
 static pd_status pdi_read_surface_name(pdi_reader *s, int section, const char *name)
 {
     static const char *const others[] = {"E", "i", "pH", "grain"};
@@ -45,14 +47,14 @@ static pd_status pdi_read_surface_name(pdi_reader *s, int section, const char *n
                            "one", name, what);
 }
 
-/* 1: the expression has these dimensions, or is 0. */
+/* 1: the expression has this dimension, or is the constant 0. */
 static int pdi_read_surface_fits(const pd_expr *expr, const pd_dims *dims)
 {
     double zero = pdi_expr_constant(expr) ? pdi_expr_eval(expr, NULL) : 1.0;
     return pdi_units_same(&expr->dims, dims) || !(fabs(zero) > 0.0);
 }
 
-/* A bound of the state, of its dimension. */
+/* Read a bound of the state (key `min` or `max`), of its dimension, if it is given. */
 static pd_status pdi_read_surface_bound(pdi_reader *s, int section, const char *key, const pd_setup_state *state,
                                         double *value)
 {
@@ -69,6 +71,7 @@ static pd_status pdi_read_surface_bound(pdi_reader *s, int section, const char *
     return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected %s as of 'initial'", found, wanted);
 }
 
+/* Read one [surface NAME] section up to its rate: name, unit, initial value, bounds. */
 static pd_status pdi_read_surface_state(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -108,7 +111,7 @@ static pd_status pdi_read_surface_state(pdi_reader *s, int section)
                            "%g to %g", start, wanted, state->low, state->high);
 }
 
-/* The physics that states go with. */
+/* Check the physics that surface states require: species that change in time, and electrodes or dissolution. */
 static pd_status pdi_read_surface_alone(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -205,7 +208,7 @@ PDI_FN pd_status pdi_read_surface_share(pdi_reader *s, int section, int electrod
 
 /* ---- rates ---- */
 
-/* The electrodes of the key `of`; all of them without it. */
+/* Read the electrodes that carry the state (key `of`); all of them by default. */
 static pd_status pdi_read_surface_of(pdi_reader *s, int section, pd_setup_state *state)
 {
     const pd_setup_potential *p = &s->setup->potential;
@@ -229,6 +232,7 @@ static pd_status pdi_read_surface_of(pdi_reader *s, int section, pd_setup_state 
     return PD_OK;
 }
 
+/* Read the rate law of a state in C, t, x, y, z, i, E, pH, species and states; dimension of the state per time. */
 static pd_status pdi_read_surface_rate(pdi_reader *s, int section, pd_setup_state *state)
 {
     pd_setup *u = s->setup;
@@ -255,7 +259,7 @@ static pd_status pdi_read_surface_rate(pdi_reader *s, int section, pd_setup_stat
                            "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
 }
 
-/* What reads state k on electrodes `where` (bits) finds it there. */
+/* Check that all electrodes of the bit set `where` carry state k, which the expression under `key` uses there. */
 static pd_status pdi_read_surface_carried(pdi_reader *s, int section, const char *key, int k, uint32_t where)
 {
     const pd_setup *u = s->setup;
@@ -268,7 +272,7 @@ static pd_status pdi_read_surface_carried(pdi_reader *s, int section, const char
     return PD_OK;
 }
 
-/* The section of the law of a metal. */
+/* Section that holds the rate law of a metal. */
 static int pdi_read_surface_law(pdi_reader *s, const pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
@@ -276,7 +280,7 @@ static int pdi_read_surface_law(pdi_reader *s, const pd_setup_metal *metal)
     return pdi_text_section(s->ctx, s->text, "dissolve", u->metals > 1 ? metal->material.name : NULL);
 }
 
-/* The law of metal m reads state k where it is. */
+/* Check that state k is carried by all electrodes of metal m, if the rate law of the metal uses it. */
 static pd_status pdi_read_surface_reader(pdi_reader *s, int m, int k)
 {
     const pd_setup *u = s->setup;
@@ -288,7 +292,7 @@ static pd_status pdi_read_surface_reader(pdi_reader *s, int m, int k)
     return pdi_read_surface_carried(s, pdi_read_surface_law(s, metal), "rate", k, all);
 }
 
-/* States are read where they are. */
+/* Check that each surface state is carried wherever rates, electrode factors and rate laws use it. */
 static pd_status pdi_read_surface_readers(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
@@ -309,7 +313,7 @@ static pd_status pdi_read_surface_readers(pdi_reader *s)
     return PD_OK;
 }
 
-/* Each state has a table of its own. */
+/* Add a monitor of a surface state. */
 static pd_status pdi_read_surface_table(pdi_reader *s, int section, int index)
 {
     pd_setup *u = s->setup;

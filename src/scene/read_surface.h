@@ -1,25 +1,27 @@
-/* read_surface: what a scene says of states that surfaces of metal carry: the sections [surface NAME].
+/* read_surface: reads the [surface NAME] sections of a scene: state variables of metal surfaces (film coverage,
+ * thickness) and their rate laws.
  *
- * Their names are known to the laws of metal and to factors of electrodes, so they are read first; their rates name
- * what electrodes bring, and are read last.
- */
+ * Rate laws of metals and factors of electrodes use the names of the states, so these are read first; rates of the
+ * states use i and E of electrodes, and are read last. */
 #ifndef PD_READ_SURFACE_H
 #define PD_READ_SURFACE_H
 #include "scene/reader.h"
 
 #ifdef PDI_INTERNAL
-/* Names, units, values of the start and bounds; behind species. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+/* Read names, units, initial values and bounds of all surface states, after the species. PD_ERR_PARSE, PD_ERR_ARGUMENT
+ * with file:line. */
 PDI_FN pd_status pdi_read_surface_states(pdi_reader *reader);
-/* Rates and what carries the states; behind metal and electrodes. */
+/* Read the rate laws of all surface states and the electrodes that carry them, after metals and electrodes. */
 PDI_FN pd_status pdi_read_surface_rates(pdi_reader *reader);
-/* Append the species that the text of a key names as [H+], which name[] keeps. of[*species]: species by their place in
- * the electrolyte. */
+/* Append the species that the expression under `key` names as [H+] to the symbol table vars[*count], whose names name[]
+ * stores. of[*species]: their indices in the electrolyte. PD_ERR_ARGUMENT: no solute. */
 PDI_FN pd_status pdi_read_surface_species(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
                                           char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species);
-/* The same, and all states behind them. */
+/* The same, then append all surface states. */
 PDI_FN pd_status pdi_read_surface_variables(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
                                             char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species);
-/* The factor of an electrode, its number. */
+/* Read the current factor of an electrode (key `factor`), an expression in x, y, z, t and the surface states.
+ * electrode: its index. */
 PDI_FN pd_status pdi_read_surface_share(pdi_reader *reader, int section, int electrode);
 #endif
 

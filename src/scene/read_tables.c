@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* An identifier that means nothing else in an expression. */
+/* Read the label of the section as name of the function: an identifier that expressions do not use yet. */
 static pd_status pdi_read_tables_name(const pdi_read_tables *s, char *name)
 {
     const char *label = s->text->section[s->section].label;
@@ -21,7 +21,7 @@ static pd_status pdi_read_tables_name(const pdi_read_tables *s, char *name)
     return PD_OK;
 }
 
-/* Number of the column with this heading, or whose number this is. */
+/* Find the column with this heading, or of this number; *column from 0. PD_ERR_ARGUMENT: there is none. */
 static pd_status pdi_read_tables_find(const pdi_read_tables *s, const char *key, const char *heading, int *column)
 {
     double number;
@@ -38,7 +38,7 @@ static pd_status pdi_read_tables_find(const pdi_read_tables *s, const char *key,
                            s->table.path, list);
 }
 
-/* The unit at the end of a heading, "loss [%]" or "loss [1]"; none: a plain number. */
+/* Unit in the brackets at the end of a heading, "loss [%]", into unit; unchanged if there are none. */
 static void pdi_read_tables_bracket(const char *heading, char *unit)
 {
     const char *open = strrchr(heading, '[');
@@ -49,7 +49,7 @@ static void pdi_read_tables_bracket(const char *heading, char *unit)
     if (strcmp(unit, "-") == 0) unit[0] = '\0'; /* as the tables of a run have it */
 }
 
-/* "heading in unit" apart. */
+/* Split "heading in unit" into heading[PD_EXPR_LENGTH] and unit[PD_UNITS_TEXT]. */
 static pd_status pdi_read_tables_split(const pdi_read_tables *s, const char *key, const char *given, char *heading,
                                        char *unit)
 {
@@ -91,7 +91,7 @@ PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *s, const char *ke
     return PD_OK;
 }
 
-/* x [rows] and y [rows] become the curve. */
+/* Build the monotone interpolant from the columns x and y of the section. x[rows], y[rows]: work arrays. */
 static pd_status pdi_read_tables_curve(const pdi_read_tables *s, double *x, double *y, pd_expr_table *function,
                                        pd_curve *curve)
 {
@@ -118,6 +118,7 @@ static pd_status pdi_read_tables_curve(const pdi_read_tables *s, double *x, doub
     return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
 }
 
+/* Read one [table NAME] section: its CSV file and its function. */
 static pd_status pdi_read_tables_section(pdi_read_tables *s, pd_setup_table *table, pd_expr_table *function)
 {
     char path[PD_PATH_SIZE];

@@ -12,7 +12,7 @@
 #include "scene/setup.h"
 
 #ifdef PDI_INTERNAL
-/* A section that names a file, and the table in it. */
+/* State of the reader: the section in work and the CSV file that it names. */
 typedef struct pdi_read_tables {
     pd_ctx *ctx;
     pd_text *text;
@@ -21,13 +21,13 @@ typedef struct pdi_read_tables {
     pd_table table; /* the file of that section */
 } pdi_read_tables;
 
-/* The column that stands under `key` as "heading" or "heading in unit": values [rows], as they stand, the text of their
- * unit [PD_UNITS_TEXT], its size and dimension. A number is a column counted from 1. fallback: NULL, or what a missing
- * key means. bracket: without "in" the unit stands in the heading, "loss [%]". */
+/* Read the column that the key selects as "heading", "heading in unit" or column number from 1. values [rows]: not yet
+ * converted; unit [PD_UNITS_TEXT], *scale its size in SI, *dims its dimension. fallback: default column, NULL:
+ * required. bracket 1: without "in" the unit is taken from the heading, "loss [%]". */
 PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *tables, const char *key, const char *fallback,
                                         int bracket, double *values, char *unit, double *scale, pd_dims *dims);
-/* The tables go to `setup`, and `text` knows them from then on. folder: of the scene. Errors name the line of the scene
- * and that of the table: PD_ERR_PARSE, PD_ERR_ARGUMENT. */
+/* Read all [table NAME] sections into setup->table; the expressions of `text` know the functions from then on. folder:
+ * of the scene. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of the scene and of the table. */
 PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 

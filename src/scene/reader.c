@@ -2,7 +2,7 @@
 #include "scene/reader.h"
 #include <math.h>
 
-/* [-] A value in another unit is rounded by its digits and its factor, by a few parts in 1e16. */
+/* [-] Relative tolerance of equal values: conversion from another unit rounds by a few parts in 1e16. */
 #define PDI_READER_ROUNDING 1e-12
 
 PDI_FN pd_status pdi_reader_within(pdi_reader *s, int section, const char *key, const char *unit, const char *fallback,

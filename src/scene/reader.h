@@ -1,13 +1,15 @@
-/* reader: what the readers of sections share: the text, the setup that they fill, numbers within bounds. */
+/* reader: state shared by the readers of scene sections (text, setup to fill, constants), and look-ups of numbers with
+ * bounds. */
 #ifndef PD_READER_H
 #define PD_READER_H
 #include "scene/setup.h"
 #include "scene/read_constants.h"
 
 #ifdef PDI_INTERNAL
-/* A number of this size is none. */
+/* Upper bound of all numbers, in SI: anything larger is a mistake. */
 #define PDI_READER_HUGE 1e30
 
+/* Context of a section reader. named: constants that expressions know by name. */
 typedef struct pdi_reader {
     pd_ctx *ctx;
     pd_text *text;
@@ -15,16 +17,19 @@ typedef struct pdi_reader {
     pdi_read_constants named;
 } pdi_reader;
 
-/* A number in low .. high; low_open: low itself is refused. */
+/* Read a number in low .. high [SI]; low_open 1: low itself is refused. PD_ERR_ARGUMENT with file:line: out of
+ * bounds. */
 PDI_FN pd_status pdi_reader_within(pdi_reader *s, int section, const char *key, const char *unit, const char *fallback,
                                    double low, double high, int low_open, double *value);
+/* Read a number above 0. */
 PDI_FN pd_status pdi_reader_positive(pdi_reader *s, int section, const char *key, const char *unit,
                                      const char *fallback, double *value);
+/* Read a number of at least 0. */
 PDI_FN pd_status pdi_reader_not_negative(pdi_reader *s, int section, const char *key, const char *unit,
                                          const char *fallback, double *value);
-/* 1: both are one value, to what their units round. */
+/* 1: two values are equal up to the rounding of unit conversions. */
 PDI_FN int pdi_reader_repeats(double a, double b);
-/* The concentration at the start, key `initial` of a section. */
+/* Read the initial concentration [mol/m3], an expression in x, y, z, from the key `initial` into the setup. */
 PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section);
 #endif
 

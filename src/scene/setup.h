@@ -35,7 +35,6 @@
 #define PD_SETUP_ELECTRODES 16 /* [electrode] sections */
 #define PD_SETUP_STATES PD_COAT_MOST /* [surface] sections */
 
-/*  */
 /* Fields of a run that can be written to files, drawn as images and probed. */
 typedef enum pd_field {
     PD_FIELD_C = 0,
@@ -273,7 +272,7 @@ typedef struct pd_setup_drawing {
     double range[PD_FIELD_COUNT][2]; /* [unit of the field] colour range; equal ends: range of all frames */
     int map[PD_FIELD_COUNT];         /* 1 + pd_map; 0: default colour map of the field */
     pd_fields log;                   /* fields drawn on a logarithmic scale */
-    double percentile;               /* [-] fraction of the values of a frame inside its colour range; 0: all */
+    double percentile;               /* [-] central fraction of the values of a frame in its colour range; 0: all */
     int width;                       /* [pixel] image width of the field; 0: default of pd_picture */
     int smooth;                      /* 1: linear interpolation between cell centres */
     int animate;                     /* 1: an animation of each field */

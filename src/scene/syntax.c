@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The words of the list, offered to near_word and added to all[size]. */
+/* Add the words of a comma-separated list to the spelling suggestion near_word and to the message text all[size]. */
 static void pdi_syntax_add(const char *list, pdi_units_near *near_word, char *all, size_t size)
 {
     while (*list) {
@@ -19,6 +19,7 @@ static void pdi_syntax_add(const char *list, pdi_units_near *near_word, char *al
     }
 }
 
+/* Check the name of a section. PD_ERR_ARGUMENT: unknown. */
 static pd_status pdi_syntax_section(pd_ctx *ctx, const pd_text *text, int section)
 {
     const char *name = text->section[section].name;
@@ -34,6 +35,7 @@ static pd_status pdi_syntax_section(pd_ctx *ctx, const pd_text *text, int sectio
                            hint);
 }
 
+/* Check the key of a pair in its section. PD_ERR_PARSE: unknown. */
 static pd_status pdi_syntax_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
     const pd_section *s = &text->section[e->section];

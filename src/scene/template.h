@@ -1,4 +1,5 @@
-/* template: commented scenes to begin with, in the dimension of the program; examples/scenes/templates/ as text.
+/* template: commented example scenes that `--new` writes as a start, in the dimension of the program: the files of
+ * examples/scenes/templates/ as text.
  */
 #ifndef PD_TEMPLATE_H
 #define PD_TEMPLATE_H

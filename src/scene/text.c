@@ -1,4 +1,4 @@
-/* text: see text.h. A copy of the file is cut into strings: ends go over what separates them. */
+/* text: see text.h. The parser works in place on a copy of the file: null bytes overwrite the separators. */
 #include "scene/text.h"
 #include <math.h>
 #include <stdarg.h>
@@ -9,7 +9,7 @@
 
 /* ---- strings and tables ---- */
 
-/* Room for one more element in a table that doubles. */
+/* Grow a table by doubling when it has no capacity for one more element. */
 #define PDI_TEXT_ROOM(ctx, table, count, room) \
     do { \
         if ((count) == (room)) { \
@@ -31,7 +31,7 @@ PDI_FN pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, si
     return PD_OK;
 }
 
-/* "file:12", or "command line" for line 0. */
+/* Location for messages into where[PDI_TEXT_WHERE]: "file:12", or "command line" for line 0. */
 static void pdi_text_where(const char *file, int line, char *where)
 {
     if (line > 0) snprintf(where, PDI_TEXT_WHERE, "%.280s:%d", file, line);
@@ -49,7 +49,8 @@ PDI_FN pd_status pdi_text_error(pd_ctx *ctx, const char *file, int line, const c
     return pdi_fail(ctx, PD_ERR_PARSE, where, "%s", message);
 }
 
-/* "[side x-]", or "the top of the file". */
+/* Section header for messages into title[PD_UNITS_TEXT]: "[side x-]", or words for the lines before the first
+ * section. */
 static void pdi_text_title(const pd_text *text, int section, char *title)
 {
     const pd_section *s = &text->section[section];
@@ -146,7 +147,7 @@ PDI_FN size_t pdi_text_name(const char *t, pdi_text_word kind)
     return n;
 }
 
-/* Length of the key at t when `identifier =` stands there, else 0; *value: where the value starts. */
+/* Length of the key at t if `identifier =` starts there, else 0; *value: offset of the value behind the '='. */
 static size_t pdi_text_pair(const char *t, size_t *value)
 {
     size_t n = pdi_text_name(t, PDI_TEXT_KEY), equal = pdi_text_skip(t, n);
@@ -163,7 +164,7 @@ PDI_FN pd_status pdi_text_expected(pd_ctx *ctx, const pd_text *text, int line, c
     return pdi_text_error(ctx, text->name, line, "column %d: found %s, expected %s", (int)at + 1, found, expected);
 }
 
-/* "[name label]" at t[*at]: the section it opens. */
+/* Parse a section line "[name label]" at t[*at]; *section: the section that it opens, *at: index behind the ']'. */
 static pd_status pdi_text_header(pd_ctx *ctx, pd_text *text, char *t, int line, size_t *at, int *section)
 {
     size_t name = pdi_text_skip(t, *at + 1), name_size = pdi_text_name(t + name, PDI_TEXT_KEY);
@@ -186,14 +187,15 @@ static pd_status pdi_text_header(pd_ctx *ctx, pd_text *text, char *t, int line, 
     return PD_OK;
 }
 
-/* The key of the free text of a section; NULL: it has none. */
+/* Key under which the free text of a section is stored (first key of unit "text"); NULL: the section has no free
+ * text. */
 static const char *pdi_text_free_key(const pd_text *text, int section)
 {
     const pd_key_section *table = pdi_keys_section(text->section[section].name);
     return table && strcmp(table->key[0].unit, "text") == 0 ? table->key[0].keys : NULL;
 }
 
-/* The key of `size` bytes at t in the table of its section; NULL: there is none. */
+/* Look up the key of `size` bytes at t in the key table of its section; NULL: the table has no such key. */
 static const pd_key *pdi_text_listed(const pd_text *text, int section, const char *t, size_t size)
 {
     const pd_key_section *table = pdi_keys_section(text->section[section].name);
@@ -204,7 +206,8 @@ static const pd_key *pdi_text_listed(const pd_text *text, int section, const cha
     return pdi_keys_find(table, key);
 }
 
-/* Length of the key at t; in a section with a free text, and `within` one, those of its table alone count. */
+/* Length of the key at t, 0: none. In a section with free text, and inside such a value (within = 1), only the keys of
+ * its table count. */
 static size_t pdi_text_begins(const pd_text *text, int section, const char *t, int within, size_t *value)
 {
     size_t size = pdi_text_pair(t, value);
@@ -212,7 +215,8 @@ static size_t pdi_text_begins(const pd_text *text, int section, const char *t, i
     return pdi_text_listed(text, section, t, size) ? size : 0;
 }
 
-/* Place of the ] of [FORMULA] at t[at] behind an operator of the value from `start`, over at; 0: it is none. */
+/* Number of bytes from the '[' at t[at] to the ']' of a species [FORMULA] inside the value that starts at t[start]; 0:
+ * no species, since no operator precedes it or its formula is malformed. */
 static size_t pdi_text_species(const char *t, size_t start, size_t at)
 {
     size_t size = pdi_text_name(t + at + 1, PDI_TEXT_FORMULA), before = at;
@@ -221,7 +225,8 @@ static size_t pdi_text_species(const char *t, size_t start, size_t at)
     return size && t[at + 1 + size] == ']' ? 1 + size : 0;
 }
 
-/* End of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line. */
+/* Find *end of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line.
+ * PD_ERR_PARSE: unbalanced parentheses or a stray bracket. */
 static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line, int within,
                                     size_t at, size_t *end)
 {
@@ -243,6 +248,7 @@ static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int sectio
     return PD_OK;
 }
 
+/* Parse one line: comment, section header, pairs. *section: the current section, updated by a header. */
 static pd_status pdi_text_line(pd_ctx *ctx, pd_text *text, char *t, int line, int *section)
 {
     char *comment = strchr(t, '#');
@@ -286,6 +292,7 @@ PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const ch
     return PD_OK;
 }
 
+/* Parse bytes[size] line by line into sections and pairs; skips a UTF-8 byte order mark. */
 static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, const char *bytes, size_t size)
 {
     char *t, *kept_name;
@@ -363,13 +370,13 @@ PDI_FN int pdi_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after
     return -1;
 }
 
-/* A call that has no status ran out of memory: the next one that has a status returns it. */
+/* Report the pending out-of-memory error of an earlier call that returned no status. */
 static pd_status pdi_text_lost(pd_ctx *ctx, const pd_text *text)
 {
     return pdi_fail(ctx, text->failed, text->name, "memory for its keys could not be allocated");
 }
 
-/* Remember the key for the suggestions of pdi_text_unused. */
+/* Record that a reader looked up the key, for the suggestions of pdi_text_unused. PD_ERR_ARGUMENT: no such section. */
 static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     char *copy;
@@ -398,13 +405,15 @@ PDI_FN int pdi_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key
     return status == PD_OK && pdi_text_entry_at(text, section, key) != NULL;
 }
 
-/* A value on its way to a reader. */
+/* A value that was looked up, with its location for messages. */
 typedef struct pdi_text_value {
     const char *value;
     int line, column;
     char where[PDI_TEXT_WHERE];
 } pdi_text_value;
 
+/* Look up a pair, or its default; marks it as read. `what` describes the expected value in the message of a missing
+ * key. */
 static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                const char *fallback, const char *what, pdi_text_value *v)
 {
@@ -433,6 +442,7 @@ static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const ch
     return PD_OK;
 }
 
+/* Report with column what stands at byte `at` of the value, and what was expected. Returns PD_ERR_PARSE. */
 static pd_status pdi_text_wrong(pd_ctx *ctx, const pdi_text_value *v, size_t at, const char *expected)
 {
     char found[PD_UNITS_TEXT];
@@ -441,7 +451,7 @@ static pd_status pdi_text_wrong(pd_ctx *ctx, const pdi_text_value *v, size_t at,
                     expected);
 }
 
-/* Compile value[first..end) of v. */
+/* Compile bytes first .. end of the value as an expression of the given dimension in vars[var_count]. */
 static pd_status pdi_text_compile(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first, size_t end,
                                   const char *unit, const pd_expr_symbol *vars, int var_count, pd_expr *expr)
 {
@@ -469,6 +479,7 @@ static pd_status pdi_text_compile(pd_ctx *ctx, const pd_text *text, const pdi_te
     return pdi_expr_build(ctx, &desc, expr);
 }
 
+/* Evaluate bytes first .. end of the value as a constant expression; *value in SI. */
 static pd_status pdi_text_constant(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first, size_t end,
                                    const char *unit, double *value)
 {
@@ -479,7 +490,7 @@ static pd_status pdi_text_constant(pd_ctx *ctx, const pd_text *text, const pdi_t
     return PD_OK;
 }
 
-/* End of the list item that starts at value[first]: a comma outside parentheses or the end. */
+/* End of the list item that starts at value[first]: index of a comma outside parentheses, or of the end. */
 static size_t pdi_text_item(const char *value, size_t first)
 {
     int depth = 0;
@@ -488,7 +499,7 @@ static size_t pdi_text_item(const char *value, size_t first)
     return first;
 }
 
-/* "a length [m]" for the message of a missing key. */
+/* Describe the dimension of a unit for the message of a missing key: "a length [m]". */
 static void pdi_text_what(pd_ctx *ctx, const char *unit, char *what)
 {
     pd_dims dims;
@@ -515,6 +526,7 @@ PDI_FN pd_status pdi_text_number(pd_ctx *ctx, pd_text *text, int section, const 
     return pdi_text_constant(ctx, text, &v, 0, strlen(v.value), unit, value);
 }
 
+/* Report more than `max` list items, from byte `at` on; axes: a hint on the dimension. Returns PD_ERR_PARSE. */
 static pd_status pdi_text_too_many(pd_ctx *ctx, const pdi_text_value *v, size_t at, int max, const char *axes)
 {
     char expected[PD_UNITS_TEXT + sizeof PDI_MORE_AXES];
@@ -554,7 +566,7 @@ PDI_FN pd_status pdi_text_integer(pd_ctx *ctx, pd_text *text, int section, const
     return PD_OK;
 }
 
-/* Index of the value in names (NULL ends); the message lists the names. */
+/* Find the value in names, which ends with NULL; *index: its position. PD_ERR_PARSE: the message lists the names. */
 static pd_status pdi_text_pick(pd_ctx *ctx, const pdi_text_value *v, const char *const *names, int *index)
 {
     char list[PDI_TEXT_LIST] = "", hint[PD_UNITS_TEXT];
@@ -618,7 +630,7 @@ PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const c
     }
 }
 
-/* One range value[at..end). */
+/* Parse one range "a .. b" in bytes at .. end of the value, in SI; requires a < b. */
 static pd_status pdi_text_range(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t at, size_t end,
                                 const char *unit, double *low, double *high)
 {
@@ -698,6 +710,7 @@ PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, 
     return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "%.40s: %s", key, message);
 }
 
+/* Report a section that no reader knows, with the nearest name. Returns PD_ERR_PARSE. */
 static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int section, const char *file, int line)
 {
     char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST] = "";
@@ -713,6 +726,7 @@ static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int 
     return pdi_text_error(ctx, file, line, "found the section [%.40s], expected one of %s%s", s->name, list, hint);
 }
 
+/* Report a key that no reader used: unknown, or without effect in this scene. Returns PD_ERR_PARSE. */
 static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
     char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST] = "", title[PD_UNITS_TEXT];

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+/* A unit without prefix: its size in SI as a quotient num/den, and its dimension. */
 typedef struct pdi_units_entry {
     const char *name;
     double num, den;
@@ -11,6 +12,7 @@ typedef struct pdi_units_entry {
     int prefix;       /* takes SI prefixes */
 } pdi_units_entry;
 
+/* SI and accepted units. eV: CODATA 2018; a year is 365.25 days; mpy: mils (2.54e-5 m) per year. */
 static const pdi_units_entry pdi_units_table[] = {
     {"m", 1, 1, {1, 0, 0, 0, 0, 0}, 1},
     {"g", 1, 1e3, {0, 1, 0, 0, 0, 0}, 1},
@@ -58,10 +60,11 @@ static const pdi_units_prefix pdi_units_prefixes[] = {
     {"d", 1, 10},   {"h", 100, 1},  {"k", 1e3, 1}, {"M", 1e6, 1}, {"G", 1e9, 1},          {"T", 1e12, 1},
     {"\xC2\xB5", 1, 1e6},           {"\xCE\xBC", 1, 1e6}};
 
+/* Temperature scales with an offset, which are refused. */
 static const char *const pdi_units_offset[] = {"degC", "degF", "celsius", "Celsius", "fahrenheit", "Fahrenheit",
                                                "\xC2\xB0" "C", "\xC2\xB0" "F"};
 
-/* Dimensions that have a name, and units to print them in, ascending. The first entry that fits is used. */
+/* A dimension with a name, its SI unit, and units to print values in, ascending. The first entry that fits is used. */
 typedef struct pdi_units_named {
     const char *name, *unit, *show;
 } pdi_units_named;
@@ -123,17 +126,20 @@ PDI_FN size_t pdi_units_word(const char *text)
     return n;
 }
 
+/* Index of the first non-blank byte from text[at] on. */
 static size_t pdi_units_skip(const char *text, size_t at)
 {
     while (pdi_units_blank(text[at])) at++;
     return at;
 }
 
+/* 1: text[0..size) is the string name. */
 static int pdi_units_equal(const char *text, size_t size, const char *name)
 {
     return strlen(name) == size && memcmp(text, name, size) == 0;
 }
 
+/* Look up text[0..size) in the table of units; prefixed: only units that take SI prefixes. NULL: none. */
 static const pdi_units_entry *pdi_units_find(const char *text, size_t size, int prefixed)
 {
     for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_table); k++)
@@ -142,7 +148,7 @@ static const pdi_units_entry *pdi_units_find(const char *text, size_t size, int 
     return NULL;
 }
 
-/* The symbol text[0..size) with an optional prefix: an exact name wins ("min" is no milli-inch). */
+/* Parse text[0..size) as a unit with an optional SI prefix; an exact name wins ("min" is no milli-inch). 1: found. */
 static int pdi_units_symbol(const char *text, size_t size, pdi_units_product *unit)
 {
     const pdi_units_entry *entry = pdi_units_find(text, size, 0);
@@ -195,6 +201,7 @@ static void pdi_units_multiply(pdi_units_product *unit, const pdi_units_product 
     for (int k = 0; k < 6; k++) unit->dims.e[k] += power * factor->dims.e[k];
 }
 
+/* The dimensionless unit 1. */
 static void pdi_units_one(pdi_units_product *unit)
 {
     memset(unit, 0, sizeof *unit);
@@ -215,7 +222,8 @@ static void pdi_units_cancel(pdi_units_product *unit)
     unit->den /= a;
 }
 
-/* One unit with exponent at text, multiplied into unit with that power. Returns the bytes read; 0: no unit. */
+/* Parse one unit with exponent at text and multiply *unit by its power sign * exponent. Returns the bytes read; 0: no
+ * unit. */
 static size_t pdi_units_term(const char *text, pdi_units_declared declared, const void *user, double sign,
                              pdi_units_product *unit, const char **why)
 {
@@ -299,7 +307,7 @@ PDI_FN size_t pdi_units_scan_divisor(const char *text, pdi_units_declared declar
     return at > 1 && text[at] == ')' ? at + 1 : 0;
 }
 
-/* A unit that fills the whole text: empty, "1", a product, or "/s". 1: read. */
+/* Parse a unit that fills the whole text: empty, "1", a product, or "/s". 1: it is one. */
 static int pdi_units_read(const char *text, pdi_units_product *unit, const char **why)
 {
     pdi_units_product factor;
@@ -337,6 +345,7 @@ PDI_FN int pdi_units_same(const pd_dims *a, const pd_dims *b)
     return 1;
 }
 
+/* Entry of the named dimensions that fits; NULL: none. */
 static const pdi_units_named *pdi_units_name_of(const pd_dims *dims)
 {
     for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_names); k++) {
@@ -348,14 +357,14 @@ static const pdi_units_named *pdi_units_name_of(const pd_dims *dims)
     return NULL;
 }
 
-/* printf follows the locale of the host program; a decimal comma would not read back. */
+/* Replace decimal commas, which printf writes in some locales, by points. */
 static void pdi_units_point(char *text)
 {
     for (; *text; text++)
         if (*text == ',') *text = '.';
 }
 
-/* SI product of the exponents, "kg m2 s-3", into text[64]. */
+/* SI unit of a dimension from its exponents, "kg m2 s-3", into text[64]. */
 static void pdi_units_compose(const pd_dims *dims, char *text)
 {
     static const int order[6] = {1, 0, 2, 3, 4, 5};
@@ -378,6 +387,7 @@ static void pdi_units_compose(const pd_dims *dims, char *text)
     pdi_units_point(text);
 }
 
+/* 1: dimensionless. */
 static int pdi_units_plain(const pd_dims *dims)
 {
     pd_dims none;
@@ -395,7 +405,7 @@ PDI_FN void pdi_units_describe(const pd_dims *dims, char *text)
     else snprintf(text, PD_UNITS_TEXT, "a quantity [%s]", unit);
 }
 
-/* Copy the alternative of a "nm|um|mm" list that starts at list; returns the start of the next one or NULL. */
+/* Copy the first unit of a list "nm|um|mm" into unit; returns the start of the next one or NULL. */
 static const char *pdi_units_alternative(const char *list, char *unit)
 {
     size_t n = strcspn(list, "|");
@@ -474,7 +484,7 @@ PDI_FN void pdi_units_near_init(pdi_units_near *near_word, const char *word, siz
     else memcpy(near_word->word, word, size);
 }
 
-/* The same letters, large or small: c for C. */
+/* 1: the words differ in upper and lower case at most. */
 static int pdi_units_but_for_case(const char *a, const char *b)
 {
     for (; *a && *b; a++, b++) {

@@ -8,7 +8,7 @@
 #define PD_UNITS_H
 #include "core/base.h"
 
-/* Exponents of m, kg, s, A, mol, K. Real numbers: sqrt(x) of a length is a quantity too. */
+/* Physical dimension: exponents of m, kg, s, A, mol, K. Real numbers, since sqrt of a length is a quantity too. */
 typedef struct pd_dims {
     double e[6]; /* [-] */
 } pd_dims;
@@ -17,51 +17,57 @@ typedef struct pd_dims {
 
 #define pd_units_parse PD_NAME(pd_units_parse)
 
-/* Read a unit: *scale is its size in SI (1 mL/min: 1.667e-8), *dims its dimension. Either may be NULL.
- * PD_ERR_PARSE: not a unit. */
+/* Parse a unit: *scale is its size in SI (1 mL/min: 1.667e-8), *dims its dimension. Either may be NULL. PD_ERR_PARSE:
+ * not a unit. */
 PD_API pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *dims);
 #ifdef PDI_INTERNAL
-/* 1 when both dimensions agree. */
+/* 1: both dimensions are equal. */
 PDI_FN int pdi_units_same(const pd_dims *a, const pd_dims *b);
-/* "a speed [m/s]", "a plain number", "a quantity [kg m2]" into text[PD_UNITS_TEXT]. */
+/* Describe a dimension in words into text[PD_UNITS_TEXT]: "a speed [m/s]", "a plain number", "a quantity [kg m2]". */
 PDI_FN void pdi_units_describe(const pd_dims *dims, char *text);
 /* Print the SI value of dimension dims with six digits and a unit of readable size ("80 um", "9 h", "1.3 um/h")
  * into text[PD_UNITS_TEXT]. What it prints can be read back by pdi_expr_build. */
 PDI_FN void pdi_units_format(double value, const pd_dims *dims, char *text);
 
-/* A unit as a quotient: value * num / den rounds once, so that "80 um" is the double 80e-6. */
+/* A product of units with its scale as a quotient: value * num / den rounds once, so that "80 um" is the double
+ * 80e-6. */
 typedef struct pdi_units_product {
     double num, den;
     pd_dims dims;
 } pdi_units_product;
 
-/* 1 when the identifier text[0..size) is declared, and so is not a unit. */
+/* Callback: 1 if the identifier text[0..size) is a declared name, and so no unit. */
 typedef int (*pdi_units_declared)(const void *user, const char *text, size_t size);
 
-/* Scan a unit product at text; returns the bytes read, 0 when no unit stands there. *why becomes NULL, or the reason
- * when what stands there is a unit but not an admissible one; the return value is then the place. */
+/* Parse a product of units at the start of text; returns the bytes read, 0: no unit there. *why: NULL, or the reason
+ * why the unit there is inadmissible (degC, bad exponent); the return value is then its position. */
 PDI_FN size_t pdi_units_scan(const char *text, pdi_units_declared declared, const void *user,
                              pdi_units_product *unit, const char **why);
-/* The same for what may follow a '/': one unit, or a product in parentheses. The unit itself is returned. */
+/* The same for what may follow a '/': one unit, or a product in parentheses. *unit is that unit, not its inverse. */
 PDI_FN size_t pdi_units_scan_divisor(const char *text, pdi_units_declared declared, const void *user,
                                      pdi_units_product *unit, const char **why);
-/* Units that fit the dimension, "um, mm, m", into text[PD_UNITS_TEXT]. */
+/* List units of the dimension for a message, "um, mm, m", into text[PD_UNITS_TEXT]. */
 PDI_FN void pdi_units_examples(const pd_dims *dims, char *text);
 
-/* Characters of words; blanks are space, tab and carriage return. */
+/* 1: space, tab or carriage return. */
 PDI_FN int pdi_units_blank(char c);
+/* 1: decimal digit. */
 PDI_FN int pdi_units_digit(char c);
 PDI_FN size_t pdi_units_word(const char *text); /* length of the identifier at text; 0: none. Bytes >= 0x80 count. */
 
-/* Search of the candidate nearest to a misspelt word. Start with pdi_units_near_init; best is "" when none is near. */
+/* Spelling suggestion: search for the candidate with the least edit distance to a misspelt word. best: "" if none is
+ * close enough. */
 typedef struct pdi_units_near {
     char word[32], best[32];
     int distance;
 } pdi_units_near;
+/* Start a search for word[size]. */
 PDI_FN void pdi_units_near_init(pdi_units_near *near_word, const char *word, size_t size);
+/* Compare a candidate with the word and keep it if it is the closest so far. */
 PDI_FN void pdi_units_offer(pdi_units_near *near_word, const char *candidate);
+/* The same for all units, with and without prefix. */
 PDI_FN void pdi_units_offer_units(pdi_units_near *near_word);
-/* ": did you mean 'best'?" or "" into text[PD_UNITS_TEXT]. */
+/* The suggestion for a message, ": did you mean 'best'?" or "", into text[PD_UNITS_TEXT]. */
 PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text);
 #endif
 
