@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Horizon over the spacing from which on a front has nearly one speed in all directions of the lattice: within 1 %. */
+/* Horizon over the spacing from which on the speed of a front is isotropic on the lattice within 1 %. */
 #define PDI_READ_METAL_HORIZON 3.0
 
 PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name)
@@ -15,6 +15,7 @@ PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name)
     return 0;
 }
 
+/* Name of the section of dissolution: "corrode" or "dissolve". */
 static const char *pdi_read_metal_name(const pd_setup *u) { return u->has_corrode ? "corrode" : "dissolve"; }
 
 PDI_FN int pdi_read_metal_section(pdi_reader *s, int m, const char *key)
@@ -25,7 +26,8 @@ PDI_FN int pdi_read_metal_section(pdi_reader *s, int m, const char *key)
     return pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
 }
 
-/* Sections of metals that are there, with what belongs to one metal. */
+/* Check that each labelled section has the name of a metal and only keys that may differ between metals.
+ * PD_ERR_ARGUMENT. */
 static pd_status pdi_read_metal_labels(pdi_reader *s)
 {
     static const char *const keys[] = {"rate", "law", "current", "rate_scale", "Cs", "charge", "reaction"};
@@ -52,7 +54,7 @@ static pd_status pdi_read_metal_labels(pdi_reader *s)
     return PD_OK;
 }
 
-/* Numbers of the section of a metal may name its properties. */
+/* Set the constants rho_m, M_m, z_m and Cs to those of a metal, for the numbers of its section. */
 static void pdi_read_metal_named(pdi_reader *s, const pd_setup_metal *metal)
 {
     static const char *const names[] = {"rho_m", "M_m", "z_m", "Cs"};
@@ -90,7 +92,7 @@ PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s)
 
 /* ---- laws ---- */
 
-/* The law at C = 0 gives the size of the speed. A rate that is negative there never dissolves anything. */
+/* Check the rate law at C = 0: 0 to 1 m/s, and grains if it uses them. Adds a note on the speed of a law per layer. */
 static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *key, const pd_setup_metal *metal)
 {
     double v = pdi_setup_speed(metal);
@@ -108,8 +110,8 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* The variables of a law: those of all laws, pH, the species that its text names as [H+], which name[] keeps, and
- * states of surfaces. A law that is not there names no species. */
+/* Symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i, E, pH, the species that its text
+ * names as [H+], whose names name[] stores, and all surface states. Variables without a value here get the name "". */
 static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
                                           pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
 {
@@ -133,7 +135,7 @@ static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char
     return pdi_read_surface_variables(s, section, key, vars, name, count, metal->of, &metal->species);
 }
 
-/* The potential of the metal among ions that migrate. */
+/* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t. */
 static pd_status pdi_read_metal_potential(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     if (pdi_setup_polarises(s->setup)) metal->polarised = 1;
@@ -158,7 +160,7 @@ static pd_status pdi_read_metal_potential(pdi_reader *s, int section, pd_setup_m
                            "alone");
 }
 
-/* A law in pH or species, or in the potential of ions, stands alone: they move before the metal does. */
+/* Check that the physics of the scene supports a rate law in pH, species or E. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char *key, const pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
@@ -182,7 +184,8 @@ static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char 
     return PD_OK;
 }
 
-/* Speed, or current density through Faraday's law, as an expression in C, t, x, y, z, grain, pH and species. */
+/* Read the rate law under `key` in `unit` (speed, 1/s, or current density) and its factor rate_scale. `other`: key that
+ * must not stand beside it. */
 static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key, const char *other, const char *unit,
                                      pd_setup_metal *metal)
 {
@@ -201,7 +204,7 @@ static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key
     return pdi_read_metal_check(s, section, key, metal);
 }
 
-/* The speed of a current density of 1 A/m2 makes a current a rate. */
+/* Read the rate law as a recession speed or as a current density, which Faraday's law converts to a speed. */
 static pd_status pdi_read_metal_current(pdi_reader *s, int section, pd_setup_metal *m)
 {
     pd_material metal = m->material;
@@ -211,7 +214,7 @@ static pd_status pdi_read_metal_current(pdi_reader *s, int section, pd_setup_met
     return pdi_read_metal_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
 }
 
-/* Layers of a cell per time, or a current density. */
+/* Read the rate law of [dissolve]: speed, layers of one cell per second (key `law`), or current density. */
 static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
@@ -225,7 +228,7 @@ static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_meta
     return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
 }
 
-/* Among ions that migrate each of several metals dissolves by a law in E, or stays. */
+/* Check several metals with electrodes and migrating ions: each dissolves by a rate law in E, or has rate 0. */
 static pd_status pdi_read_metal_several(pdi_reader *s)
 {
     const pd_setup *u = s->setup;
@@ -262,6 +265,7 @@ PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
 
 /* ---- what all metals share ---- */
 
+/* Read the factor of the dissolution rate in grain boundaries. */
 static pd_status pdi_read_metal_boundaries(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -317,6 +321,7 @@ PDI_FN pd_status pdi_read_metal_horizons(pdi_reader *s, int grid)
                            u->m);
 }
 
+/* Read the variant of the bond-based model: control, driving force, kernel, weights, random breaking of bonds. */
 static pd_status pdi_read_metal_forms(pdi_reader *s, int section)
 {
     static const char *const controls[] = {"diffusion", "activation", NULL};
@@ -346,7 +351,7 @@ static pd_status pdi_read_metal_forms(pdi_reader *s, int section)
     return pdi_text_refuse(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
 }
 
-/* D and the field at the start, unless [transport] has them. */
+/* Read D and the initial concentration, unless [transport] has them, and the bulk concentration. */
 static pd_status pdi_read_metal_fluid(pdi_reader *s, int section)
 {
     static const char *const keys[] = {"D", "initial"};

@@ -1,28 +1,34 @@
-/* read_metal: reads the sections [dissolve] and [corrode] of a scene: how metal goes.
+/* read_metal: reads the sections [dissolve] (surface rate) and [corrode] (bond-based corrosion) of a scene: rate laws
+ * of dissolution, concentrations Cs and Csat, horizons.
  *
- * [dissolve NAME] and [corrode NAME] hold Cs, charge, law and reaction of one of several metals, whose shapes have
- * material = NAME. Metals without such a section follow the section without a name, which holds all else.
+ * [dissolve NAME] and [corrode NAME] hold Cs, charge, rate law and reaction of one of several metals, whose shapes have
+ * material = NAME. Metals without such a section use the section without a name, which holds all other keys.
  */
 #ifndef PD_READ_METAL_H
 #define PD_READ_METAL_H
 #include "scene/reader.h"
 
 #ifdef PDI_INTERNAL
-/* 1: there is a section of that name, with or without the name of a metal. */
+/* 1: the scene has a section of that name, with or without the label of a metal. */
 PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name);
-/* Cs, Csat and the properties of the first metal become constants of all later numbers. */
+/* Read Cs, charge and Csat. Declare Cs, Csat and the material data rho_m, M_m, z_m of the first metal as named
+ * constants of all later expressions. */
 PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s);
-/* The section of metal m: its own, where it has the key (NULL: any), or that of all. */
+/* Section of metal m in the text: the one with its label if that has the key (NULL: if it is present), else the one
+ * without label. */
 PDI_FN int pdi_read_metal_section(pdi_reader *s, int m, const char *key);
-/* The law of each metal. */
+/* Read the dissolution rate law of each metal. */
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s);
-/* Before anything of the other sections is read: what [corrode] brings with it. */
+/* Before other sections are read: [corrode] switches transport and dissolution on. PD_ERR_ARGUMENT: beside
+ * [dissolve]. */
 PDI_FN pd_status pdi_read_metal_first(pdi_reader *s);
-/* Horizons of the fluid, in section [grid], and of the bonds of metal. */
+/* Read the horizons over h of the fluid operators (from section `grid`) and of the bonds of metal (from [dissolve] or
+ * [corrode]). */
 PDI_FN pd_status pdi_read_metal_horizons(pdi_reader *s, int grid);
-/* [dissolve], the surface rate. */
+/* Read the section [dissolve]: threshold of conversion and factor of grain boundaries. Rate laws are read
+ * separately. */
 PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *s);
-/* [corrode], bond-based corrosion. */
+/* Read the section [corrode]: form of the bond-based model, Csat, bulk, repassivation. */
 PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s);
 #endif
 

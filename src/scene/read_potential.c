@@ -5,15 +5,16 @@
 #include <math.h>
 #include <string.h>
 
-/* Points of a curve that is given as an expression. */
+/* Table points of a polarisation curve that is given as an expression. */
 #define PDI_READ_POTENTIAL_POINTS 4001
-/* A curve in species is tried at so many potentials up to so many volts, and may fall by so much of itself. */
+/* Check that a curve in species rises: number of potentials tried, their range [V], relative fall that is rounding. */
 #define PDI_READ_POTENTIAL_TRIALS 400
 #define PDI_READ_POTENTIAL_WIDE 4.0
 #define PDI_READ_POTENTIAL_SLACK 1e-12
-/* [V] A potential of this size is none. */
+/* [V] Bound of all potentials and Tafel slopes: anything larger is a mistake. */
 #define PDI_READ_POTENTIAL_MOST 1e4
 
+/* Kind of polarisation curve, the values of the key `curve`. */
 typedef enum pdi_read_potential_curve {
     PDI_READ_POTENTIAL_BUTLER = 0,
     PDI_READ_POTENTIAL_TAFEL,
@@ -32,7 +33,7 @@ PDI_FN int pdi_read_potential_given(pdi_reader *s)
 
 /* ---- where it is ---- */
 
-/* The metal of a shape. */
+/* Index of the metal of a [shape] section; 0 if it names none. */
 static int pdi_read_potential_metal(pdi_reader *s, int section)
 {
     const char *name;
@@ -43,6 +44,7 @@ static int pdi_read_potential_metal(pdi_reader *s, int section)
     return 0;
 }
 
+/* Read the shape of an electrode: its index in the setup and its metal. PD_ERR_ARGUMENT: no such solid. */
 static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
@@ -64,6 +66,7 @@ static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_e
                            "a [shape NAME] with kind = solid", name);
 }
 
+/* Read where an electrode is: a solid shape, or all metal of a material. */
 static pd_status pdi_read_potential_place(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
@@ -83,6 +86,7 @@ static pd_status pdi_read_potential_place(pdi_reader *s, int section, pd_setup_e
 
 /* ---- curves ---- */
 
+/* Read a Butler-Volmer (both = 1) or Tafel curve: exchange current density, slopes per decade, limiting currents. */
 static pd_status pdi_read_potential_slopes(pdi_reader *s, int section, int both, pd_electrode_term *t)
 {
     static const char *const keys[] = {"anodic_slope", "cathodic_slope"}, *const limits[] = {"anodic_limit",
@@ -103,7 +107,8 @@ static pd_status pdi_read_potential_slopes(pdi_reader *s, int section, int both,
                            "%s", given, both ? "both with butler_volmer" : "one of them with tafel");
 }
 
-/* A curve as an expression becomes a table. */
+/* Tabulate a curve i(E) [A/m2] over its range. PD_ERR_ARGUMENT: i falls with E, so that solutions would not be
+ * unique. */
 static pd_status pdi_read_potential_points(pdi_reader *s, int section, const pd_expr *curve, pd_setup_electrode *e)
 {
     double low, high;
@@ -133,7 +138,7 @@ static pd_status pdi_read_potential_points(pdi_reader *s, int section, const pd_
     return PD_OK;
 }
 
-/* A curve of E, pH and species must not fall with E: for 1 mol/m3 of each, and pH 7. */
+/* Check that a curve in E, pH and species does not fall with E, at 1 mol/m3 of each species and pH 7. */
 static pd_status pdi_read_potential_rises(pdi_reader *s, int section, const pd_setup_electrode *e)
 {
     double vars[PD_EXPR_VARS], last = -HUGE_VAL;
@@ -153,7 +158,8 @@ static pd_status pdi_read_potential_rises(pdi_reader *s, int section, const pd_s
     return PD_OK;
 }
 
-/* Among ions that migrate a curve may depend on pH and species: it is no table then. */
+/* With migrating ions, read a curve that names pH or species; it stays an expression instead of a table. Sets
+ * e->reads. */
 static pd_status pdi_read_potential_law(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr_symbol vars[PD_EXPR_VARS];
@@ -179,6 +185,7 @@ static pd_status pdi_read_potential_law(pdi_reader *s, int section, pd_setup_ele
     return pdi_read_potential_rises(s, section, e);
 }
 
+/* Read a polarisation curve that is given as an expression (key `i`). */
 static pd_status pdi_read_potential_expression(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr curve;
@@ -191,6 +198,7 @@ static pd_status pdi_read_potential_expression(pdi_reader *s, int section, pd_se
     return status;
 }
 
+/* Read the polarisation curve of an electrode: its kind, parameters and film resistance. */
 static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     static const char *const curves[] = {"butler_volmer", "tafel", "linear", "expression", "primary", NULL};
@@ -218,6 +226,7 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
 
 /* ---- circuits ---- */
 
+/* Read the prescribed potential [V] or current [A] of an electrode, a function of t; neither: it floats. */
 static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     e->holds = pdi_text_has(s->ctx, s->text, section, "potential");
@@ -232,7 +241,7 @@ static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup
     return pdi_text_refuse(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone");
 }
 
-/* The names in `connected`. */
+/* Read the electrodes that are electrically connected to electrode `own`, and merge their circuits. */
 static pd_status pdi_read_potential_wires(pdi_reader *s, int section, int own)
 {
     pd_setup_potential *p = &s->setup->potential;
@@ -252,7 +261,7 @@ static pd_status pdi_read_potential_wires(pdi_reader *s, int section, int own)
     return PD_OK;
 }
 
-/* At most one value for all that is connected. */
+/* Check that each circuit has at most one prescribed potential or current. */
 static pd_status pdi_read_potential_once(pdi_reader *s)
 {
     const pd_setup_potential *p = &s->setup->potential;
@@ -269,6 +278,7 @@ static pd_status pdi_read_potential_once(pdi_reader *s)
 
 /* ---- sections ---- */
 
+/* Add a monitor of potential and current of an electrode. */
 static pd_status pdi_read_potential_table(pdi_reader *s, int section, int index)
 {
     pd_setup *u = s->setup;
@@ -283,6 +293,7 @@ static pd_status pdi_read_potential_table(pdi_reader *s, int section, int index)
     return PD_OK;
 }
 
+/* Read one [electrode NAME] section. */
 static pd_status pdi_read_potential_section(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;
@@ -309,6 +320,7 @@ static pd_status pdi_read_potential_section(pdi_reader *s, int section)
     return pdi_read_potential_table(s, section, e->wire);
 }
 
+/* Read the Dirichlet potentials [V] of the fluid at walls and inlets. */
 static pd_status pdi_read_potential_sides(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -328,6 +340,7 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
     return PD_OK;
 }
 
+/* Read conductivity and tolerance of the section [potential]. */
 static pd_status pdi_read_potential_electrolyte(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;

@@ -10,19 +10,21 @@
 #include <string.h>
 
 #define PDI_READ_SHAPES_RAW_LIMIT ((size_t)1 << 31)
-/* Lightness from which on a pixel is inside. */
+/* Grey level, 0 to 255, from which on a pixel is inside the shape. */
 #define PDI_READ_SHAPES_LIGHT 128
 
+/* What a shape is, the values of the key `kind`. */
 typedef enum pdi_read_shapes_kind {
     PDI_READ_SHAPES_PART = 0, /* only an operand of set operations */
     PDI_READ_SHAPES_SOLID,
     PDI_READ_SHAPES_WALL,
     PDI_READ_SHAPES_MEDIUM, /* fluid with a diffusivity of its own */
-    PDI_READ_SHAPES_PASSIVE, /* fluid there does not attack metal */
-    PDI_READ_SHAPES_GRIP,    /* metal there is held */
-    PDI_READ_SHAPES_SOLUTION /* fluid there begins with species of its own */
+    PDI_READ_SHAPES_PASSIVE, /* fluid there does not dissolve metal */
+    PDI_READ_SHAPES_GRIP,    /* metal there has prescribed displacements */
+    PDI_READ_SHAPES_SOLUTION /* fluid there starts with the composition `inside` */
 } pdi_read_shapes_kind;
 
+/* State of the reader: the section in work and the shapes read so far, which later ones may use. */
 typedef struct pdi_read_shapes {
     pd_ctx *ctx;
     pd_text *text;
@@ -36,6 +38,7 @@ typedef struct pdi_read_shapes {
     int materials, grains; /* sections with these keys so far */
 } pdi_read_shapes;
 
+/* Keys of primitives and set operations, in the order of the enum below. */
 static const char *const pdi_read_shapes_forms[] = {"box",          "ball",  "cylinder",  "half_space", "mask",
                                                "raw",          "stl",   "union",     "intersect",  "difference", NULL};
 typedef enum pdi_read_shapes_form {
@@ -51,7 +54,7 @@ typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_DIFFERENCE
 } pdi_read_shapes_form;
 
-/* PD_DIM numbers. */
+/* Read PD_DIM coordinates. */
 static pd_status pdi_read_shapes_point(pdi_read_shapes *s, const char *key, const char *unit, double *x)
 {
     int count;
@@ -61,6 +64,7 @@ static pd_status pdi_read_shapes_point(pdi_read_shapes *s, const char *key, cons
                            " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
+/* Read a positive length [m]. */
 static pd_status pdi_read_shapes_length(pdi_read_shapes *s, const char *key, const char *fallback, double *value)
 {
     PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, key, "m", fallback, value));
@@ -68,6 +72,7 @@ static pd_status pdi_read_shapes_length(pdi_read_shapes *s, const char *key, con
     return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %.6g m, expected a positive length", *value);
 }
 
+/* Read a box from its ranges along the axes. */
 static pd_status pdi_read_shapes_box(pdi_read_shapes *s, pd_shape *shape)
 {
     int count;
@@ -78,6 +83,7 @@ static pd_status pdi_read_shapes_box(pdi_read_shapes *s, pd_shape *shape)
                            " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
+/* Read an infinite cylinder: axis, centre, radius. */
 static pd_status pdi_read_shapes_cylinder(pdi_read_shapes *s, pd_shape *shape)
 {
     static const char *const axes[] = {"x", "y", "z", NULL};
@@ -87,6 +93,7 @@ static pd_status pdi_read_shapes_cylinder(pdi_read_shapes *s, pd_shape *shape)
     return pdi_read_shapes_length(s, "radius", NULL, &shape->r);
 }
 
+/* Read a half space: a point of its plane and the outward normal. */
 static pd_status pdi_read_shapes_half_space(pdi_read_shapes *s, pd_shape *shape)
 {
     int yes;
@@ -101,8 +108,8 @@ static pd_status pdi_read_shapes_half_space(pdi_read_shapes *s, pd_shape *shape)
     return pdi_text_refuse(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
-/* White is inside (as the metal of a tomogram) and what is transparent is not; the picture's lowest row is the first
- * row of the mask. least, most: lightness of all. */
+/* Convert a picture to a mask: light pixels are inside, dark and transparent ones outside; the lowest row of the
+ * picture becomes the first row of the mask. *least, *most: range of grey levels. */
 static void pdi_read_shapes_pixels(const pd_image *image, uint8_t *mask, int *least, int *most)
 {
     *least = 255;
@@ -117,6 +124,7 @@ static void pdi_read_shapes_pixels(const pd_image *image, uint8_t *mask, int *le
         }
 }
 
+/* Read the mask of a shape from a PNG picture (2D). */
 static pd_status pdi_read_shapes_png(pdi_read_shapes *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
@@ -144,7 +152,7 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes *s, pd_shape *shape)
     return status;
 }
 
-/* One byte a voxel, not zero inside, x fastest. */
+/* Read the mask of a shape from a raw file: one byte a voxel, nonzero inside, x fastest. */
 static pd_status pdi_read_shapes_raw(pdi_read_shapes *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE], *bytes = NULL;
@@ -183,6 +191,7 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes *s, pd_shape *shape)
     return status;
 }
 
+/* Read a shape of voxels: corner, cell size and mask. */
 static pd_status pdi_read_shapes_mask(pdi_read_shapes *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     int count;
@@ -198,7 +207,7 @@ static pd_status pdi_read_shapes_mask(pdi_read_shapes *s, pdi_read_shapes_form f
     return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
 
-/* A closed surface. `scale`: the length of one unit of the file. */
+/* Read a closed triangle surface from an STL file (3D). Key `scale`: length of one unit of the file. */
 static pd_status pdi_read_shapes_stl(pdi_read_shapes *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
@@ -222,7 +231,7 @@ static pd_status pdi_read_shapes_stl(pdi_read_shapes *s, pd_shape *shape)
     return PD_OK;
 }
 
-/* Index of an earlier shape of that name. */
+/* Index of the shape of an earlier section of that name, which is marked as used. PD_ERR_ARGUMENT: none. */
 static pd_status pdi_read_shapes_find(pdi_read_shapes *s, const char *key, const char *name, int *index)
 {
     for (int k = 0; k < s->names; k++)
@@ -234,6 +243,7 @@ static pd_status pdi_read_shapes_find(pdi_read_shapes *s, const char *key, const
     return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%s', expected the name of a [shape] above", name);
 }
 
+/* Read a union, intersection or difference of earlier shapes. */
 static pd_status pdi_read_shapes_operation(pdi_read_shapes *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     pd_word_list list;
@@ -251,6 +261,7 @@ static pd_status pdi_read_shapes_operation(pdi_read_shapes *s, pdi_read_shapes_f
     return PD_OK;
 }
 
+/* Find the one primitive or set operation of the section. PD_ERR_ARGUMENT: none or several. */
 static pd_status pdi_read_shapes_which(pdi_read_shapes *s, pdi_read_shapes_form *form)
 {
     int found = -1;
@@ -271,6 +282,7 @@ static pd_status pdi_read_shapes_which(pdi_read_shapes *s, pdi_read_shapes_form 
     return PD_OK;
 }
 
+/* Read the geometry of the section, with its complement if outside = yes, and append it; *index: its shape. */
 static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
 {
     pd_shape shape;
@@ -299,7 +311,8 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
     return outside ? pdi_setup_outside(s->ctx, s->setup, index) : PD_OK;
 }
 
-/* The metal of a shape: the first one that is named is also that of shapes without a name. */
+/* Read the material of a solid shape and add its metal to the setup. The first named material is also that of shapes
+ * without one. */
 static pd_status pdi_read_shapes_material(pdi_read_shapes *s, int index)
 {
     pd_setup *u = s->setup;
@@ -331,6 +344,7 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes *s, int index)
     return found ? pdi_setup_join(s->ctx, u, index, &metal->shape) : PD_OK;
 }
 
+/* Read the grain structure of a solid: size, spread, seed, boundary width; one for all solids. */
 static pd_status pdi_read_shapes_grains(pdi_read_shapes *s)
 {
     pd_grain_desc grain;
@@ -361,7 +375,7 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes *s)
     return PD_OK;
 }
 
-/* A wall may hold a concentration. */
+/* Add the shape to the walls, with a Dirichlet concentration if key C is given. */
 static pd_status pdi_read_shapes_wall(pdi_read_shapes *s, int index)
 {
     pd_setup *u = s->setup;
@@ -381,7 +395,7 @@ static pd_status pdi_read_shapes_wall(pdi_read_shapes *s, int index)
     return pdi_setup_join(s->ctx, u, index, &u->wall);
 }
 
-/* One diffusivity for all shapes of this kind. */
+/* Add the shape to the medium, fluid with a diffusivity of its own; one for all such shapes. */
 static pd_status pdi_read_shapes_medium(pdi_read_shapes *s, int index)
 {
     pd_setup *u = s->setup;
@@ -398,7 +412,7 @@ static pd_status pdi_read_shapes_medium(pdi_read_shapes *s, int index)
     return pdi_setup_join(s->ctx, u, index, &u->medium);
 }
 
-/* What lies in front of a passive film. */
+/* Add the shape to the region of passive film, where fluid does not dissolve metal. */
 static pd_status pdi_read_shapes_passive(pdi_read_shapes *s, int index)
 {
     if (!s->setup->has_corrode)
@@ -406,7 +420,7 @@ static pd_status pdi_read_shapes_passive(pdi_read_shapes *s, int index)
     return pdi_setup_join(s->ctx, s->setup, index, &s->setup->passive);
 }
 
-/* Fluid that begins with `inside` of the species. */
+/* Add the shape to the region of fluid that starts with the composition `inside`. */
 static pd_status pdi_read_shapes_solution(pdi_read_shapes *s, int index)
 {
     if (!s->setup->has_chemistry)
@@ -415,6 +429,7 @@ static pd_status pdi_read_shapes_solution(pdi_read_shapes *s, int index)
     return pdi_setup_join(s->ctx, s->setup, index, &s->setup->solution);
 }
 
+/* Read one [shape NAME] section: geometry, kind, and the keys of that kind. */
 static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
 {
     static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", "solution", NULL};

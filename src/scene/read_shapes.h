@@ -1,12 +1,13 @@
-/* read_shapes: the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains. */
+/* read_shapes: reads the [shape NAME] sections of a scene into the geometry tree of the setup: primitives, voxel masks,
+ * triangle surfaces, set operations, with kind, material and grains. */
 #ifndef PD_READ_SHAPES_H
 #define PD_READ_SHAPES_H
 #include "scene/text.h"
 #include "scene/setup.h"
 
 #ifdef PDI_INTERNAL
-/* Read all [shape ...] sections: geometry, solid, wall, material and grains of the setup. folder: where the paths of
- * masks start. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line. */
+/* Read all [shape ...] sections: geometry, solids, walls, materials and grains. folder: relative paths of masks and
+ * surfaces start there. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line. */
 PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 

@@ -6,7 +6,7 @@
 
 static const char *const pdi_read_solid_moves[] = {"ux", "uy", "uz"};
 
-/* Room for one more grip. */
+/* Append a mechanical boundary condition for a section; *grip: the new entry. PD_ERR_ARGUMENT: too many. */
 static pd_status pdi_read_solid_room(pd_ctx *ctx, pd_text *text, int section, pd_setup *u, pd_setup_grip **grip)
 {
     pd_setup_body *b = &u->metal_body;
@@ -19,7 +19,7 @@ static pd_status pdi_read_solid_room(pd_ctx *ctx, pd_text *text, int section, pd
     return PD_OK;
 }
 
-/* Displacements that are given; the others are free. */
+/* Read the prescribed displacements ux, uy, uz [m]; axes without one are free. */
 static pd_status pdi_read_solid_displace(pd_ctx *ctx, pd_text *text, int section, pd_setup_grip *grip)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -46,7 +46,7 @@ PDI_FN pd_status pdi_read_solid_shape(pd_ctx *ctx, pd_text *text, int section, i
                            "displacement");
 }
 
-/* All components of a vector. */
+/* Read all PD_DIM components of a vector of expressions in x, y, z, t. */
 static pd_status pdi_read_solid_vector(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *expr)
 {
     int count;
@@ -56,6 +56,7 @@ static pd_status pdi_read_solid_vector(pdi_reader *s, int section, const char *k
     return pdi_text_refuse(s->ctx, s->text, section, key, "found %d components, expected %d", count, PD_DIM);
 }
 
+/* Read the displacement, traction and pressure of one side of the box, if it has any. */
 static pd_status pdi_read_solid_side(pdi_reader *s, int side)
 {
     static const char *const loads[] = {"traction", "pressure"};
@@ -76,7 +77,8 @@ static pd_status pdi_read_solid_side(pdi_reader *s, int side)
                          &grip->press);
 }
 
-/* Something has to hold the body along each axis, or nothing may load it; the solver sees to the rest. */
+/* Read the mechanical boundary conditions of all sides; check that something loads the metal and that no side is
+ * periodic. */
 static pd_status pdi_read_solid_grips(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -90,7 +92,7 @@ static pd_status pdi_read_solid_grips(pdi_reader *s, int section)
                            "traction = ... or pressure = ... in a [side ...], kind = grip in a [shape ...], or force");
 }
 
-/* Each grip has a table, and so has the body. */
+/* Add a monitor of solid mechanics. index: of the boundary condition. */
 static pd_status pdi_read_solid_watch(pdi_reader *s, int section, pd_monitor_kind kind, int index, const char *name)
 {
     pd_setup *u = s->setup;
@@ -105,6 +107,7 @@ static pd_status pdi_read_solid_watch(pdi_reader *s, int section, pd_monitor_kin
     return PD_OK;
 }
 
+/* Add monitors of all mechanical boundary conditions and of the body. */
 static pd_status pdi_read_solid_tables(pdi_reader *s, int section)
 {
     const pd_setup_body *b = &s->setup->metal_body;
@@ -118,15 +121,16 @@ static pd_status pdi_read_solid_tables(pdi_reader *s, int section)
 static const char *const pdi_read_solid_materials[] = {"correspondence", "springs", "ordinary", "neo_hookean", "hencky",
                                                        NULL};
 
-/* Which material bears which measure, in each refusal of one: a change of one of both may be meant. */
+/* Part of messages: which failure criteria each material supports. */
 #define PDI_READ_SOLID_TABLE \
     "correspondence breaks by toughness (without yield), strength or stretch, at rest; ordinary, neo_hookean and " \
     "hencky by strength or stretch, at rest; springs by toughness, at rest and in motion; yield is of " \
     "correspondence and hencky at rest"
 
+/* 1: the material is bond-based. */
 static int pdi_read_solid_springs(const pd_setup_body *b) { return b->material == PD_STRUCTURE_SPRINGS; }
 
-/* Poisson's ratio of springs follows from their law. */
+/* Read Poisson's ratio; that of the bond-based material is fixed: 1/3 in plane stress, else 1/4. */
 static pd_status pdi_read_solid_poisson(pdi_reader *s, int section)
 {
     pd_setup_body *b = &s->setup->metal_body;
@@ -144,7 +148,7 @@ static pd_status pdi_read_solid_poisson(pdi_reader *s, int section)
                            "another material: " PDI_READ_SOLID_TABLE, b->poisson, own);
 }
 
-/* Metal flows at small strains and as Hencky's. */
+/* Read yield stress and linear hardening; only of the materials correspondence and hencky. */
 static pd_status pdi_read_solid_flow(pdi_reader *s, int section)
 {
     pd_setup_body *b = &s->setup->metal_body;
@@ -164,7 +168,7 @@ static pd_status pdi_read_solid_flow(pdi_reader *s, int section)
                            "material = hencky");
 }
 
-/* What breaks metal: one of three measures. */
+/* Read the failure criterion: at most one of critical stretch, strength and toughness. */
 static pd_status pdi_read_solid_breaks(pdi_reader *s, int section)
 {
     static const char *const keys[] = {"stretch", "strength", "toughness"};
@@ -193,7 +197,7 @@ static pd_status pdi_read_solid_breaks(pdi_reader *s, int section)
                            "strength: energies of bonds are those of metal that does not flow");
 }
 
-/* Flow and measures at which bonds break are of metal in balance, the energy of a crack in motion of springs. */
+/* Read plasticity and failure; check which of them the material and dynamics support. */
 static pd_status pdi_read_solid_ends(pdi_reader *s, int section)
 {
     static const char *const still[] = {"yield", "hardening", "stretch", "strength", "speed_factor", "toughness"};
@@ -208,7 +212,7 @@ static pd_status pdi_read_solid_ends(pdi_reader *s, int section)
     return pdi_read_solid_breaks(s, section);
 }
 
-/* In motion, with a density; springs and what moves do not dissolve. */
+/* Read whether the metal moves dynamically, and its density; neither dynamics nor bond-based metal may dissolve. */
 static pd_status pdi_read_solid_motion(pdi_reader *s, int section)
 {
     static const char *const answers[] = {"no", "yes", NULL};
@@ -224,6 +228,7 @@ static pd_status pdi_read_solid_motion(pdi_reader *s, int section)
     return pdi_text_refuse(s->ctx, s->text, section, "density", "found without motion = yes, expected both");
 }
 
+/* Read the material of [solid]: constitutive law, E, nu, plane, influence function, horizon, tolerance, failure. */
 static pd_status pdi_read_solid_law(pdi_reader *s, int section)
 {
     static const char *const planes[] = {"strain", "stress", NULL};
@@ -247,9 +252,10 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
     return pdi_read_solid_ends(s, section);
 }
 
-/* ---- figures that are known to be off ---- */
+/* ---- known limits ---- */
 
-/* Poisson's ratio from which on displacements of few cells are off by more than 5 %, and the same with m = 1. */
+/* Poisson's ratio above which locking makes displacements of a bent body of 16 cells too small by more than 5 %: with a
+ * horizon above 1 cell, and with m = 1. */
 #define PDI_READ_SOLID_STIFF 0.45
 #define PDI_READ_SOLID_LOCKS 0.48
 
@@ -273,7 +279,7 @@ PDI_FN void pdi_read_solid_notes(pdi_reader *s)
                        b->poisson, pdi_read_solid_materials[b->material], PDI_READ_SOLID_STIFF);
 }
 
-/* What stress does to the speed at which metal dissolves. */
+/* Read the factor by which stress changes the dissolution rate (key `speed_factor`). */
 static pd_status pdi_read_solid_pace(pdi_reader *s, int section)
 {
     pd_setup_body *b = &s->setup->metal_body;
@@ -287,7 +293,7 @@ static pd_status pdi_read_solid_pace(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* 1: a load depends on time. */
+/* 1: a displacement, traction, pressure or body force depends on time. */
 static int pdi_read_solid_timed(const pd_setup_body *b)
 {
     int timed = 0;

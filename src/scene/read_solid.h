@@ -1,14 +1,18 @@
-/* read_solid: the section [solid] of a scene, and what holds and loads the metal: keys of sides and of shapes. */
+/* read_solid: reads solid mechanics of the metal: section [solid] (material, failure, loads) and the mechanical
+ * boundary conditions of sides and shapes. */
 #ifndef PD_READ_SOLID_H
 #define PD_READ_SOLID_H
 #include "scene/reader.h"
 
 #ifdef PDI_INTERNAL
-/* After shapes, sides and metals. */
+/* Read the section [solid] and the loads of sides, after shapes, sides and metals. PD_ERR_PARSE, PD_ERR_ARGUMENT with
+ * file:line. */
 PDI_FN pd_status pdi_read_solid_read(pdi_reader *s);
-/* A shape of kind grip, before [solid] is read. */
+/* Read a shape of kind = grip: prescribed displacements of the metal in shape `shape`. Called before [solid] is
+ * read. */
 PDI_FN pd_status pdi_read_solid_shape(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *setup);
-/* Metals that share E, a toughness without a crack, metal that locks: notes, when all else is read. */
+/* Add notes on known limits: several metals with one E, toughness without a pre-crack (initiation depends on h),
+ * volumetric locking near nu = 1/2. */
 PDI_FN void pdi_read_solid_notes(pdi_reader *reader);
 #endif
 
