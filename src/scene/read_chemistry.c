@@ -7,10 +7,10 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Share of a number of electrons by which a charge may differ. */
+/* [-] Relative tolerance between the electrons of a reaction and the charge of Faraday's law. */
 #define PDI_READ_CHEMISTRY_SAME 1e-9
 
-/* The section of a species; that of all where it has none. */
+/* Section of a species in the text, for messages; if it has none, [chemistry], else the first [species ...]. */
 static int pdi_read_chemistry_section(pdi_reader *s, const char *name)
 {
     int section = pdi_text_section(s->ctx, s->text, "species", name);
@@ -21,7 +21,7 @@ static int pdi_read_chemistry_section(pdi_reader *s, const char *name)
 
 /* ---- minerals ---- */
 
-/* 1: there is a [mineral NAME], with or without keys. */
+/* 1: the scene has a section [mineral NAME], with or without keys. */
 static int pdi_read_chemistry_has(pdi_reader *s, const char *name)
 {
     for (int k = pdi_text_next(s->ctx, s->text, "mineral", -1); k >= 0;
@@ -30,7 +30,7 @@ static int pdi_read_chemistry_has(pdi_reader *s, const char *name)
     return 0;
 }
 
-/* A number of at least 0 and below `end`. */
+/* Read a number of at least 0 and below `end`. */
 static pd_status pdi_read_chemistry_positive(pdi_reader *s, int section, const char *key, const char *unit,
                                              const char *fallback, double end, double *value)
 {
@@ -40,6 +40,8 @@ static pd_status pdi_read_chemistry_positive(pdi_reader *s, int section, const c
                            unit, end > 1.0 ? "" : " and below 1");
 }
 
+/* Read the kinetics of a mineral: rate constant [mol/m2/s] times surface area, exponent, nucleation threshold,
+ * porosity. Without a rate it is in equilibrium. */
 static pd_status pdi_read_chemistry_law(pdi_reader *s, int section, pd_mineral *m)
 {
     double rate = 0.0, area, surface;
@@ -61,7 +63,7 @@ static pd_status pdi_read_chemistry_law(pdi_reader *s, int section, pd_mineral *
     return PD_OK;
 }
 
-/* Each section of a mineral names a solid. */
+/* Check that each [mineral NAME] section names a solid species. */
 static pd_status pdi_read_chemistry_named(pdi_reader *s)
 {
     const pd_electrolyte *e = &s->setup->electrolyte;
@@ -78,7 +80,7 @@ static pd_status pdi_read_chemistry_named(pdi_reader *s)
     return PD_OK;
 }
 
-/* The minerals of the electrolyte have reactions; the rest of it is right without them. */
+/* Check that each mineral has a reaction, by a trial build of the reactive system. */
 static pd_status pdi_read_chemistry_check(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -95,7 +97,8 @@ static pd_status pdi_read_chemistry_check(pdi_reader *s)
     return pdi_text_refuse(s->ctx, s->text, section, "mineral", "%.500s", message);
 }
 
-/* Solids that form or are there are minerals; others are left out. */
+/* Choose the minerals among the solid species, read their kinetics, and remove all other solids from the electrolyte.
+ * Check that all solutes have a diffusivity. */
 static pd_status pdi_read_chemistry_solids(pdi_reader *s)
 {
     pd_electrolyte *e = &s->setup->electrolyte;
@@ -171,7 +174,7 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
 
 /* ---- the reaction at the surface ---- */
 
-/* The next species of the text: without its number. 0: there is none. */
+/* Copy the next word of a reaction equation into word[PD_SPECIES_NAME] and advance *text. 0: end of the text. */
 static int pdi_read_chemistry_word(const char **text, char *word)
 {
     const char *from = *text + strspn(*text, " \t");
@@ -181,7 +184,8 @@ static int pdi_read_chemistry_word(const char **text, char *word)
     return length > 0;
 }
 
-/* Species of the text that the electrolyte has not: the metal, a gas and e-. */
+/* Append the species of a reaction that the electrolyte lacks to e: the metal, a gas and the electron e-. *metal, *gas,
+ * *electron: their indices, -1: not in the reaction. */
 static pd_status pdi_read_chemistry_others(pdi_reader *s, int section, const char *text, pd_electrolyte *e,
                                            int *metal, int *gas, int *electron)
 {
@@ -207,7 +211,8 @@ static pd_status pdi_read_chemistry_others(pdi_reader *s, int section, const cha
     return PD_OK;
 }
 
-/* A reaction at a surface among the species of `all`, which others come to. */
+/* Read a surface reaction (key `reaction`) among the species of `all`, to which metal, gas and electron are
+ * appended. */
 static pd_status pdi_read_chemistry_reaction(pdi_reader *s, int section, pd_electrolyte *all, int *metal, int *gas,
                                              int *electron, pd_reaction *reaction)
 {
@@ -247,7 +252,8 @@ PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *s, int section, double
     return PD_OK;
 }
 
-/* Electrons that one of metal m leaves behind: what carries the current, and Faraday's law for it. */
+/* Check the electrons that the reaction of metal m releases: on the right, carried away by a current, and as many as
+ * the charge in Faraday's law. */
 static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, int m, double electrons)
 {
     const pd_setup *u = s->setup;
@@ -269,7 +275,7 @@ static pd_status pdi_read_chemistry_electrons(pdi_reader *s, int section, int m,
                            "law has charge = %.6g, expected the same", electrons, charge);
 }
 
-/* The gas that comes off: one of all metals. */
+/* Store the gas that a surface reaction evolves; one gas for all metals. */
 static pd_status pdi_read_chemistry_gas(pdi_reader *s, int section, const char *name)
 {
     pd_setup *u = s->setup;
@@ -280,7 +286,7 @@ static pd_status pdi_read_chemistry_gas(pdi_reader *s, int section, const char *
     return PD_OK;
 }
 
-/* The reaction of metal m. */
+/* Read the dissolution reaction of metal m: moles of species and gas released per mole of metal. */
 static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section, int m)
 {
     pd_electrolyte all;
@@ -304,13 +310,13 @@ static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section, int m)
     return PD_OK;
 }
 
-/* 1: metal m enters the species by its reaction: the one that there is, or those that dissolve by a law in them. */
+/* 1: metal m releases species by a reaction: the only metal, or each one whose rate law depends on species or E. */
 static int pdi_read_chemistry_enters(const pd_setup *u, int m)
 {
     return pdi_setup_attacked(u) < 0 ? m == 0 : pdi_setup_chemical(&u->metal[m]);
 }
 
-/* Reactions of all metals, where one has one. */
+/* Read the dissolution reactions of all metals that release species; check that these and no others have one. */
 static pd_status pdi_read_chemistry_metals(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;

@@ -10,6 +10,7 @@
 #define PDI_READ_DRAWING_STREAMLINES 36 /* that fit side by side, when the scene does not say how many */
 #define PDI_READ_DRAWING_VECTORS 30 /* the same of arrows */
 
+/* State of the reader. */
 typedef struct pdi_read_drawing {
     pd_ctx *ctx;
     pd_text *text;
@@ -18,7 +19,8 @@ typedef struct pdi_read_drawing {
     pd_fields drawn; /* bit k: a picture shows pd_field k */
 } pdi_read_drawing;
 
-/* The next part of a list with commas, without blanks around it; 0 at the end. */
+/* Copy the next item of a comma-separated list, without blanks around it, into item and advance *list. 0: end of the
+ * list. */
 static int pdi_read_drawing_item(const char **list, char *item)
 {
     const char *from = *list + strspn(*list, " \t");
@@ -32,7 +34,7 @@ static int pdi_read_drawing_item(const char **list, char *item)
     return 1;
 }
 
-/* The drawn field of this name. */
+/* Find a field by name among the drawn ones; *field: its pd_field. PD_ERR_ARGUMENT: not drawn. */
 static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, const char *name, int *field)
 {
     for (*field = 0; *field < PD_FIELD_COUNT; ++*field)
@@ -42,7 +44,7 @@ static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, co
                            name);
 }
 
-/* One end of a range, or another value. */
+/* Evaluate the text `from` as a constant in `unit`: one end of a range, or a contour value; *value in SI. */
 static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *key, const char *from, const char *unit,
                                       double *value)
 {
@@ -66,7 +68,7 @@ static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *key, cons
     return PD_OK;
 }
 
-/* "C 0 .. 500 mol/m3" */
+/* Read one item "C 0 .. 500 mol/m3" of the colour ranges. */
 static pd_status pdi_read_drawing_one_range(pdi_read_drawing *r, char *item)
 {
     char unit[PD_UNITS_TEXT];
@@ -98,6 +100,7 @@ static pd_status pdi_read_drawing_one_range(pdi_read_drawing *r, char *item)
     return PD_OK;
 }
 
+/* Read the colour ranges of fields. */
 static pd_status pdi_read_drawing_ranges(pdi_read_drawing *r)
 {
     const char *list;
@@ -108,7 +111,7 @@ static pd_status pdi_read_drawing_ranges(pdi_read_drawing *r)
     return PD_OK;
 }
 
-/* "grey" for all fields, "p diverging" for one */
+/* Read the colour maps: "grey" for all fields, "p diverging" for one. */
 static pd_status pdi_read_drawing_maps(pdi_read_drawing *r)
 {
     static const char *const names[] = {"violet", "viridis", "grey", "diverging"};
@@ -137,6 +140,7 @@ static pd_status pdi_read_drawing_maps(pdi_read_drawing *r)
     return PD_OK;
 }
 
+/* Read the fields drawn on a logarithmic scale. */
 static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
 {
     pd_setup_drawing *drawing = &r->setup->drawing;
@@ -155,7 +159,7 @@ static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
 
 /* ---- lines ---- */
 
-/* Cut the item behind its first word; what stands there. */
+/* Cut the item after its first word; returns what follows. */
 static char *pdi_read_drawing_behind(char *item)
 {
     size_t word = strcspn(item, " \t");
@@ -164,7 +168,7 @@ static char *pdi_read_drawing_behind(char *item)
     return from + strspn(from, " \t");
 }
 
-/* A whole number between both; 0: it is none. */
+/* Parse a whole number in lo .. hi; 0: it is none. */
 static int pdi_read_drawing_count(const char *from, int lo, int hi)
 {
     int count = 0;
@@ -173,14 +177,14 @@ static int pdi_read_drawing_count(const char *from, int lo, int hi)
     return !from[digits] && count >= lo && count <= hi ? count : 0;
 }
 
-/* 1: the word is a number, or begins as one. */
+/* 1: the word starts like a number. */
 static int pdi_read_drawing_digit(const char *word)
 {
     word += strspn(word, "+-.");
     return *word >= '0' && *word <= '9';
 }
 
-/* "100 200 mol/m3": values with one unit behind them */
+/* Read contour values of a field, "100 200 mol/m3": numbers with one unit at the end. */
 static pd_status pdi_read_drawing_levels(pdi_read_drawing *r, const char *from, int field)
 {
     pd_setup_drawing *drawing = &r->setup->drawing;
@@ -202,7 +206,7 @@ static pd_status pdi_read_drawing_levels(pdi_read_drawing *r, const char *from, 
                            "%s at 1 2 %s", name, name, unit);
 }
 
-/* Lines can be drawn over the picture of the field. */
+/* Check that lines can be drawn over the image of a field: not if it is drawn in the deformed configuration. */
 static pd_status pdi_read_drawing_still(pdi_read_drawing *r, const char *key, int field)
 {
     const char *name = pdi_setup_field_name(r->setup, (pd_field)field);
@@ -211,7 +215,7 @@ static pd_status pdi_read_drawing_still(pdi_read_drawing *r, const char *key, in
                            "moved to, expected a field of the fluid", name);
 }
 
-/* "C 8" or "C at 100 200 mol/m3" */
+/* Read one item of the contours: "C 8" (number of lines) or "C at 100 200 mol/m3" (values). */
 static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
 {
     pd_setup_drawing *drawing = &r->setup->drawing;
@@ -236,6 +240,7 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
                            "lines from 1 to %d, or values: %s at 1 2 %s", from, item, PD_SETUP_CONTOURS, item, unit);
 }
 
+/* Read the contour lines of all fields. */
 static pd_status pdi_read_drawing_contours(pdi_read_drawing *r)
 {
     const char *list;
@@ -246,7 +251,8 @@ static pd_status pdi_read_drawing_contours(pdi_read_drawing *r)
     return PD_OK;
 }
 
-/* "v, C 40": fields over which the flow is drawn, with a number of lines or arrows that fit side by side. */
+/* Read the fields over which streamlines or arrows are drawn, "v, C 40"; across[field]: how many fit side by side,
+ * `usual` by default. */
 static pd_status pdi_read_drawing_flow(pdi_read_drawing *r, const char *key, int usual, int *across)
 {
     const char *list;
@@ -272,7 +278,7 @@ static pd_status pdi_read_drawing_flow(pdi_read_drawing *r, const char *key, int
 
 /* ---- the surface of the metal ---- */
 
-/* "yes", or a field that gives its colours */
+/* Read the 3D view of the metal surface: "yes" or the field that colours it, and the direction of view. */
 static pd_status pdi_read_drawing_surface(pdi_read_drawing *r)
 {
     pd_setup_drawing *drawing = &r->setup->drawing;
@@ -304,6 +310,7 @@ static pd_status pdi_read_drawing_surface(pdi_read_drawing *r)
     return PD_OK;
 }
 
+/* Read the image formats, png and svg. */
 static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
 {
     static const char *const names[] = {"png", "svg"};
@@ -320,7 +327,7 @@ static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
     return PD_OK;
 }
 
-/* Pictures of planes. */
+/* Read the options of images of planes (2D and 3D): maps, contours, streamlines, arrows, cells, width. */
 static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 {
     static const char *const keys[] = {"map", "width", "cells", "contours", "streamlines", "vectors"};
@@ -341,7 +348,7 @@ static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
                             &drawing->width);
 }
 
-/* Nothing is drawn: with images = none, as on a command line, keys say nothing. */
+/* With images = none the other options have no effect; without the key `images` they are refused. */
 static pd_status pdi_read_drawing_none(pdi_read_drawing *r)
 {
     static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours",

@@ -10,11 +10,11 @@
 
 #define PDI_READ_ELECTROLYTE_WATER 55.34e3 /* [mol/m3] of water at 25 C: 997.05 kg/m3 over 18.015 g/mol */
 #define PDI_READ_ELECTROLYTE_LITRES 1e3    /* in a m3 */
-#define PDI_READ_ELECTROLYTE_TABLES 298.15   /* [K] of constants in tables */
-#define PDI_READ_ELECTROLYTE_COLD 273.0      /* [K] water is fluid between these */
+#define PDI_READ_ELECTROLYTE_TABLES 298.15   /* [K] reference temperature of tabulated constants */
+#define PDI_READ_ELECTROLYTE_COLD 273.0      /* [K] liquid water at 1 atm, between these two */
 #define PDI_READ_ELECTROLYTE_HOT 373.2
 
-/* What the readers share. */
+/* State of the reader: the electrolyte to fill, and the section of each species for messages. */
 typedef struct pdi_read_electrolyte {
     pd_ctx *ctx;
     pd_text *text;
@@ -24,7 +24,8 @@ typedef struct pdi_read_electrolyte {
     int section[PD_SPECIES_MOST];     /* of each species */
 } pdi_read_electrolyte;
 
-/* A failed call of src/chemistry with the place of the key before its message. */
+/* Report a failed call of the chemistry room with file:line and key before its message. Returns PD_ERR_ARGUMENT, or the
+ * status of that call when it was out of memory. */
 static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte *s, int section, const char *key)
 {
     char message[PD_MESSAGE_SIZE];
@@ -37,7 +38,8 @@ static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte *s, int se
 
 /* ---- temperature ---- */
 
-/* Before all that follows it. Expressions behind it know it as T. */
+/* Read the temperature [K] first, since constants depend on it, and declare it as the constant T. Read how
+ * diffusivities follow it. */
 static pd_status pdi_read_electrolyte_temperature(pdi_read_electrolyte *s, pdi_read_constants *named)
 {
     static const char *const ways[] = {"given", "viscosity", NULL};
@@ -54,20 +56,21 @@ static pd_status pdi_read_electrolyte_temperature(pdi_read_electrolyte *s, pdi_r
     return pdi_text_choice(s->ctx, s->text, s->chemistry, "diffusion", ways, "given", &s->by_viscosity);
 }
 
-/* Factor from 25 C to the temperature with an energy of activation [J/mol], by Arrhenius. */
+/* Arrhenius factor of a rate or diffusivity from 25 C to the temperature: exp(energy/R (1/T0 - 1/T)); energy
+ * [J/mol]. */
 static double pdi_read_electrolyte_arrhenius(const pdi_read_electrolyte *s, double energy)
 {
     return exp(energy / PDI_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / s->e->temperature));
 }
 
-/* log10 of the viscosity of water over that at 20 C: Kestin, Sokolov and Wakeham 1978. t: [C]. */
+/* log10 of the viscosity of water at t [C] over that at 20 C: Kestin, Sokolov and Wakeham 1978. */
 static double pdi_read_electrolyte_viscous(double t)
 {
     double less = 20.0 - t;
     return less / (t + 96.0) * (1.2364 - less * (1.37e-3 - less * 5.7e-6));
 }
 
-/* Factor of a diffusivity from 25 C to the temperature by Stokes and Einstein: D mu/T stays. */
+/* Factor of a diffusivity from 25 C to the temperature by Stokes-Einstein: D mu/T is constant. */
 static double pdi_read_electrolyte_stokes(const pdi_read_electrolyte *s)
 {
     double t = s->e->temperature, ice = 273.15;
@@ -76,7 +79,7 @@ static double pdi_read_electrolyte_stokes(const pdi_read_electrolyte *s)
     return t / PDI_READ_ELECTROLYTE_TABLES * pow(10.0, more);
 }
 
-/* A diffusivity goes from 25 C to the temperature. */
+/* Read the diffusivity *d [m2/s] at 25 C and convert it to the temperature, by activation energy or viscosity. */
 static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte *s, int section, double *d)
 {
     double energy;
@@ -93,7 +96,7 @@ static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte *s, int s
 
 /* ---- [species FORMULA] ---- */
 
-/* A concentration of at least 0. */
+/* Read a concentration [mol/m3] of at least 0. */
 static pd_status pdi_read_electrolyte_amount(pdi_read_electrolyte *s, int section, const char *key,
                                              const char *fallback, double *value)
 {
@@ -102,7 +105,8 @@ static pd_status pdi_read_electrolyte_amount(pdi_read_electrolyte *s, int sectio
     return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g mol/m3, expected a value of at least 0", *value);
 }
 
-/* The amount in another solution, that of the start by default. */
+/* Read the concentration of the species in work in the inlet or inside solution; default: the initial one, 0 of
+ * solids. */
 static pd_status pdi_read_electrolyte_other(pdi_read_electrolyte *s, int section, const char *key, double *value)
 {
     const pd_electrolyte *e = s->e;
@@ -114,6 +118,7 @@ static pd_status pdi_read_electrolyte_other(pdi_read_electrolyte *s, int section
                            e->species[e->count].name);
 }
 
+/* Read one [species FORMULA] section: formula, charge, D, concentrations, molar volume. */
 static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
 {
     pd_electrolyte *e = s->e;
@@ -150,7 +155,7 @@ static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
     return PD_OK;
 }
 
-/* The species of the file, and the water that all of them are in. */
+/* Read all species, and add the solvent H2O if the file has none. */
 static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte *s)
 {
     pd_electrolyte *e = s->e;
@@ -179,7 +184,7 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte *s)
 
 /* ---- [reaction NAME] ---- */
 
-/* A constant with its unit, as a number and a product of mol, L and s. */
+/* Read an equilibrium or rate constant: *value and unit[PD_UNITS_TEXT] as a product of powers of mol, L and s. */
 static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte *s, int section, const char *key, double *value,
                                                char *unit)
 {
@@ -208,7 +213,8 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte *s, int sect
     return PD_OK;
 }
 
-/* K goes from 25 C to the temperature, when its enthalpy is given (theory: eq. 5b.12). */
+/* Convert the equilibrium constant from 25 C to the temperature by van't Hoff, if its enthalpy is given (theory: eq.
+ * 5b.12). */
 static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section, pd_reaction_desc *desc)
 {
     pd_electrolyte *e = s->e;
@@ -224,8 +230,8 @@ static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section,
     return PD_OK;
 }
 
-/* Rates go from 25 C to the temperature: forward ones with the energy of activation, backward ones with that less the
- * enthalpy, so that their ratio is K. */
+/* Convert the rate constants from 25 C to the temperature by Arrhenius: forward with the activation energy, backward
+ * with that less the enthalpy, so that their ratio stays K. */
 static pd_status pdi_read_electrolyte_speed(pdi_read_electrolyte *s, int section, pd_reaction_desc *desc)
 {
     double energy, enthalpy = s->e->enthalpy[s->e->reactions];
@@ -239,6 +245,7 @@ static pd_status pdi_read_electrolyte_speed(pdi_read_electrolyte *s, int section
     return PD_OK;
 }
 
+/* Read one [reaction NAME] section: equation, equilibrium constant, rate constants. */
 static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int section)
 {
     static const char *const rates[] = {"forward", "backward"};
@@ -288,7 +295,7 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int sect
 
 /* ---- [chemistry] ---- */
 
-/* The ion that a key names; -1: the key is absent. */
+/* Read the ion that a key names (balance, counter): its index; -1: the key is absent. */
 static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte *s, const char *key, int *ion)
 {
     const char *name;
@@ -304,6 +311,7 @@ static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte *s, const char *k
                            "Cl-", name);
 }
 
+/* Read a pH from -2 to 16; unchanged if the key is absent. */
 static pd_status pdi_read_electrolyte_ph(pdi_read_electrolyte *s, const char *key, double *ph)
 {
     if (!pdi_text_has(s->ctx, s->text, s->chemistry, key)) return PD_OK;
@@ -312,6 +320,7 @@ static pd_status pdi_read_electrolyte_ph(pdi_read_electrolyte *s, const char *ke
     return pdi_text_refuse(s->ctx, s->text, s->chemistry, key, "found %g, expected a pH from -2 to 16", *ph);
 }
 
+/* Read the section [chemistry]: activity model, minerals, balancing ions, pH of the three solutions. */
 static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte *s)
 {
     static const char *const activities[] = {"ideal", "davies", NULL}, *const minerals[] = {"given", "all", NULL};
@@ -337,7 +346,8 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte *s)
     return pdi_read_electrolyte_ph(s, "inside_pH", &e->inside_ph);
 }
 
-/* A solution beside that of the start becomes neutral and has its pH: what misses is said of one of its amounts. */
+/* Make the inlet or inside solution c[species] [mol/m3] neutral with its pH; errors name the key of one of its
+ * concentrations, or key_ph. */
 static pd_status pdi_read_electrolyte_neutral(pdi_read_electrolyte *s, const char *key, const char *key_ph, double ph,
                                               double *c)
 {
@@ -350,7 +360,7 @@ static pd_status pdi_read_electrolyte_neutral(pdi_read_electrolyte *s, const cha
                        : pdi_read_electrolyte_fail(s, written, key);
 }
 
-/* All solutions are neutral and have the pH that is set. */
+/* Make the initial, inlet and inside solutions neutral with their pH; keep the recipe as it was before. */
 static pd_status pdi_read_electrolyte_close(pdi_read_electrolyte *s)
 {
     pd_electrolyte *e = s->e;
@@ -407,6 +417,7 @@ PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const 
 
 /* ---- a file of its own ---- */
 
+/* Read an electrolyte from the text of a file of its own. */
 static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
                                            pd_electrolyte *e)
 {
@@ -424,6 +435,7 @@ static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const cha
     return status;
 }
 
+/* The same, and free the text; on failure the electrolyte is zero. */
 static pd_status pdi_read_electrolyte_take(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
                                            pd_electrolyte *e)
 {

@@ -1,5 +1,5 @@
-/* read_electrolyte: the sections [chemistry], [species FORMULA] and [reaction NAME] of a scene, or of a file that has
- * nothing else.
+/* read_electrolyte: reads an electrolyte from the sections [chemistry], [species FORMULA] and [reaction NAME] of a
+ * scene, or of a file that has nothing else.
  *
  *   [chemistry]  include = electrolytes/hbss.electrolyte   activity = davies|ideal   temperature = 298.15 K
  *                pH = 7.4   inlet_pH   counter = Cl-   balance = Cl-   minerals = given|all
@@ -15,21 +15,22 @@
 #define pd_electrolyte_read PD_NAME(pd_electrolyte_read)
 #define pd_electrolyte_parse PD_NAME(pd_electrolyte_parse)
 
-/* Read the sections of chemistry of a file, apply overrides ("species.Mg2+.initial=2 mM"), include files, close the
- * recipes (pd_electrolyte_close). Other sections are not read. PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with
- * file:line, what was found and what was expected. */
+/* Read an electrolyte from a file, apply overrides ("species.Mg2+.initial=2 mM"), include files, and make its solutions
+ * neutral with the given pH (pd_electrolyte_close). Other sections are ignored. PD_ERR_FILE, PD_ERR_PARSE,
+ * PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
 PD_API pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count,
                                      pd_electrolyte *electrolyte);
-/* The same of a text; `path` stands in messages, and files are looked for beside it. */
+/* The same from a text; `path` is its name in messages, and included files are relative to the folder of `path`. */
 PD_API pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides,
                                       int count, pd_electrolyte *electrolyte);
 #ifdef PDI_INTERNAL
-/* 1: text has one of the sections. */
+/* 1: the text has a section of chemistry. */
 PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text);
-/* The sections of a text whose constants are known and whose files are included. The temperature T joins those. */
+/* Read the electrolyte from a text whose constants are declared and whose files are included. Declares the temperature
+ * T as a constant. */
 PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_read_constants *named,
                                                pd_electrolyte *electrolyte);
-/* Include files and apply overrides, of which chemistry.include comes first. */
+/* Include the files of [chemistry] and apply overrides; an override of chemistry.include is applied first. */
 PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count);
 #endif
 

@@ -38,12 +38,13 @@
     X(C_sat, "0", 0.0, 1.0, 0) \
     X(axisymmetric, "0", 0.0, 1.0, 0)
 
+/* All numbers of the file. */
 typedef struct pdi_read_flat {
 #define PDI_X(key, fallback, low, high, open) double key;
     PDI_READ_FLAT_NUMBERS(PDI_X)
 #undef PDI_X
-    double dx_file; /* dx before overrides */
-    int bonds;      /* there is no k_corr: metal goes by diffusion across the surface */
+    double dx_file; /* [m] dx before overrides */
+    int bonds;      /* 1: without k_corr the metal dissolves by diffusion bonds across its surface */
 } pdi_read_flat;
 
 /* Keys that are read and have no effect, and why. */
@@ -75,6 +76,7 @@ static const char *const pdi_read_flat_ignored[][2] = {
     {"newton_max_iter", "the transport is solved to the rounding of the ledger"},
     {"channel_flow_corrections", "walls and openings are of second order without corrections"}};
 
+/* Read a number in low .. high; open 1: low itself is refused. */
 static pd_status pdi_read_flat_number(pd_ctx *ctx, pd_text *text, const char *key, const char *fallback, double low,
                                  double high, int open, double *value)
 {
@@ -84,6 +86,7 @@ static pd_status pdi_read_flat_number(pd_ctx *ctx, pd_text *text, const char *ke
                            open ? "above" : "from", low, high);
 }
 
+/* Read all numbers of PDI_READ_FLAT_NUMBERS. */
 static pd_status pdi_read_flat_numbers(pd_ctx *ctx, pd_text *text, pdi_read_flat *f)
 {
 #define PDI_X(key, fallback, low, high, open) \
@@ -93,6 +96,7 @@ static pd_status pdi_read_flat_numbers(pd_ctx *ctx, pd_text *text, pdi_read_flat
     return PD_OK;
 }
 
+/* Add a note for each key that is given and has no effect. */
 static pd_status pdi_read_flat_notes(pd_ctx *ctx, pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     double value;
@@ -109,7 +113,7 @@ static pd_status pdi_read_flat_notes(pd_ctx *ctx, pd_text *text, const pdi_read_
     return PD_OK;
 }
 
-/* The box; in 3D the tube's bounding box, rounded up to whole cells. */
+/* Set box, spacing and horizon; in 3D the bounding box of the tube, rounded up to whole cells. */
 static pd_status pdi_read_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     double length = f->L_upstream + f->L_wire + f->L_downstream, cells = length / f->dx, across = f->R_tube / f->dx;
@@ -140,6 +144,7 @@ static pd_status pdi_read_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_r
     return PD_OK;
 }
 
+/* A cylinder along x through the origin; radius [m]. */
 static void pdi_read_flat_cylinder(double radius, pd_shape *shape)
 {
     memset(shape, 0, sizeof *shape);
@@ -147,6 +152,7 @@ static void pdi_read_flat_cylinder(double radius, pd_shape *shape)
     shape->r = radius;
 }
 
+/* Add the shapes: tube wall (3D) and wire. */
 static pd_status pdi_read_flat_shapes(pd_ctx *ctx, const pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     pd_shape shape;
@@ -178,6 +184,7 @@ static pd_status pdi_read_flat_shapes(pd_ctx *ctx, const pd_text *text, const pd
     return pdi_setup_shape(ctx, setup, &shape, &setup->solid);
 }
 
+/* Set the flow: parabolic inlet of mean speed Q_flow/(pi R_tube^2), outlet, steady tolerance. */
 static void pdi_read_flat_flow(const pdi_read_flat *f, pd_setup *setup)
 {
     setup->has_flow = f->Q_flow > 0.0;
@@ -193,7 +200,7 @@ static void pdi_read_flat_flow(const pdi_read_flat *f, pd_setup *setup)
                    f->flow_conv_tol);
 }
 
-/* Fractions of the file refer to the intact metal. */
+/* Set diffusivity and concentrations; fractions of the file refer to the intact metal, rho_m over the molar mass. */
 static pd_status pdi_read_flat_transport(pd_ctx *ctx, const pdi_read_flat *f, pd_setup *setup)
 {
     char text[64];
@@ -212,10 +219,9 @@ static pd_status pdi_read_flat_transport(pd_ctx *ctx, const pdi_read_flat *f, pd
     return pdi_expr_build(ctx, &desc, &setup->initial);
 }
 
-/* Sums over the bonds that a plane front along an axis opens: a node in row n from the fluid has those that reach n
- * rows or more, and while the front passes it has been in all rows, so that each bond counts as often as the rows it
- * spans. exposure: share of the neighbours, k_corr's; bonds [1/m2]: of diffusion, whose constant in the log is right in
- * 2D. */
+/* Sums over the bonds that a plane front along an axis opens. While the front passes a node, the node has been in all
+ * rows, so that each bond counts as often as the rows it spans. *exposure [-]: mean fluid fraction of the neighbours,
+ * for k_corr; *bonds [1/m2]: sum of diffusion bond weights, whose constant in the logarithm is exact in 2D. */
 static void pdi_read_flat_front(const pdi_read_flat *f, double *exposure, double *bonds)
 {
     double delta = f->m_ratio, count = 0.0, opened = 0.0, sum = 0.0;
@@ -235,14 +241,14 @@ static void pdi_read_flat_front(const pdi_read_flat *f, double *exposure, double
     *bonds = constant * sum / (f->dx_file * f->dx_file);
 }
 
-/* Harmonic mean of the diffusivities on both sides of the surface. */
+/* Harmonic mean of the diffusivities [m2/s] on both sides of the surface. */
 static double pdi_read_flat_across(double fluid, double metal)
 {
     return fluid + metal > 0.0 ? 2.0 * fluid * metal / (fluid + metal) : 0.0;
 }
 
-/* Metal that goes by k_corr: a node loses k_corr f a second, f its share of fluid neighbours, from C_solid_init down to
- * C_thresh. */
+/* Recession speed [m/s] with k_corr: a node loses k_corr f per second, f the fluid fraction of its neighbours, from
+ * C_solid_init down to C_thresh. */
 static double pdi_read_flat_by_rate(const pdi_read_flat *f, pd_setup *setup)
 {
     double exposure, bonds;
@@ -254,7 +260,8 @@ static double pdi_read_flat_by_rate(const pdi_read_flat *f, pd_setup *setup)
     return speed;
 }
 
-/* Without k_corr: the content falls by the bonds across the surface as exp(-rate t), down to C_thresh. */
+/* Recession speed [m/s] without k_corr: diffusion bonds across the surface lower the content as exp(-rate t), down to
+ * C_thresh. */
 static double pdi_read_flat_by_bonds(const pdi_read_flat *f, pd_setup *setup)
 {
     double exposure, bonds, grain = pdi_read_flat_across(f->D_liquid, f->D_grain);
@@ -268,7 +275,7 @@ static double pdi_read_flat_by_bonds(const pdi_read_flat *f, pd_setup *setup)
     return speed;
 }
 
-/* The speed, falling to 0 at C_sat where the file has that. */
+/* Set the dissolution rate law: constant speed [m/s], or proportional to 1 - C/Csat if the file has C_sat. */
 static pd_status pdi_read_flat_law(pd_ctx *ctx, double speed, pd_setup *setup)
 {
     static const pd_expr_symbol concentration[] = {{"C", "mol/m3", 0.0}};
@@ -285,6 +292,7 @@ static pd_status pdi_read_flat_law(pd_ctx *ctx, double speed, pd_setup *setup)
     return pdi_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
+/* Set up dissolution: threshold, saturation and rate law. */
 static pd_status pdi_read_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     double intact = f->rho_m / setup->metal[0].material.molar_mass;
@@ -304,6 +312,7 @@ static pd_status pdi_read_flat_dissolve(pd_ctx *ctx, const pd_text *text, const 
     return pdi_read_flat_law(ctx, f->bonds ? pdi_read_flat_by_bonds(f, setup) : pdi_read_flat_by_rate(f, setup), setup);
 }
 
+/* Set the grain structure of the metal. */
 static void pdi_read_flat_grains(const pdi_read_flat *f, pd_setup *setup)
 {
     setup->has_grains = setup->solid >= 0 && f->grain_size_mean > 0.0;
@@ -319,6 +328,7 @@ static void pdi_read_flat_grains(const pdi_read_flat *f, pd_setup *setup)
                    setup->grain.boundary_width * 1e6);
 }
 
+/* Set end time, output interval and fields; all fields that exist are written. */
 static pd_status pdi_read_flat_output(pd_ctx *ctx, pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     PDI_TRY(pdi_setup_folder(ctx, text, 0, "output_dir", setup));

@@ -1,4 +1,4 @@
-/* read_flat: the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
+/* read_flat: reads the flat `key = value` parameter file of the Mg-pin project (SI numbers without units) into a setup.
  *
  * 2D: a plane channel of half-width R_tube along x with a slab of half-thickness R_wire from x = 0 to L_wire.
  * 3D: a tube along x with a wire. R_wire = 0: no pin. The inflow is a parabola of mean speed Q_flow / (pi R_tube^2).
@@ -17,8 +17,8 @@
 #include "scene/setup.h"
 
 #ifdef PDI_INTERNAL
-/* Fill the setup from a flat text; overrides are applied here, because k_corr refers to dx as it stands in the file. A
- * key without effect on this solver gets a note. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+/* Fill the setup from a flat text. Overrides are applied here, because k_corr refers to dx as it stands in the file. A
+ * key without effect on this solver adds a note. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_flat_read(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
                                     pd_setup *setup);
 #endif

@@ -7,6 +7,7 @@
 
 #define PDI_READ_MONITORS_POINTS 100000 /* most points of a line */
 
+/* State of the reader. */
 typedef struct pdi_read_monitors {
     pd_ctx *ctx;
     pd_text *text;
@@ -67,7 +68,7 @@ PDI_FN pd_status pdi_read_monitors_place(pd_ctx *ctx, pd_text *text, const pd_se
     return pdi_text_refuse(ctx, text, section, key, "found %.6g m, expected a place inside the box", *at);
 }
 
-/* A point of the box. */
+/* Read the coordinates x[PD_DIM] [m] of a point inside the box. */
 static pd_status pdi_read_monitors_point(pdi_read_monitors *w, const char *key, double *x)
 {
     const pd_setup *u = w->setup;
@@ -83,6 +84,7 @@ static pd_status pdi_read_monitors_point(pdi_read_monitors *w, const char *key, 
     return PD_OK;
 }
 
+/* Read a number above 0. */
 static pd_status pdi_read_monitors_positive(pdi_read_monitors *w, const char *key, const char *unit,
                                             const char *fallback, double *value)
 {
@@ -93,6 +95,7 @@ static pd_status pdi_read_monitors_positive(pdi_read_monitors *w, const char *ke
     return pdi_text_refuse(w->ctx, w->text, w->section, key, "found %s, expected a positive value", found);
 }
 
+/* Read a concentration [mol/m3] of at least 0. */
 static pd_status pdi_read_monitors_concentration(pdi_read_monitors *w, const char *key, double *value)
 {
     PDI_TRY(pdi_text_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
@@ -100,7 +103,7 @@ static pd_status pdi_read_monitors_concentration(pdi_read_monitors *w, const cha
     return pdi_text_refuse(w->ctx, w->text, w->section, key, "found %.6g mol/m3, expected at least 0", *value);
 }
 
-/* The box of a monitor; without the key that of the grid, if `optional`. */
+/* Read the box of a monitor; without the key, if optional, it is that of the grid. */
 static pd_status pdi_read_monitors_box(pdi_read_monitors *w, int optional, pd_setup_monitor *m)
 {
     int count;
@@ -115,6 +118,7 @@ static pd_status pdi_read_monitors_box(pdi_read_monitors *w, int optional, pd_se
 
 /* ---- sections ---- */
 
+/* Check that the physics a monitor needs is present. PD_ERR_ARGUMENT: found no section [what]. */
 static pd_status pdi_read_monitors_needs(pdi_read_monitors *w, int has, const char *what)
 {
     const char *name = w->text->section[w->section].name;
@@ -122,6 +126,7 @@ static pd_status pdi_read_monitors_needs(pdi_read_monitors *w, int has, const ch
     return pdi_text_refuse(w->ctx, w->text, w->section, name, "found no [%s] section, expected one", what);
 }
 
+/* Read a [line NAME] section: end points, fields, and number or spacing of the sampling points. */
 static pd_status pdi_read_monitors_line(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     double spacing, length = 0.0;
@@ -149,7 +154,7 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors *w, pd_setup_monitor *
     return PD_OK;
 }
 
-/* The plane of the lattice nearest to the place. */
+/* Read a [plane NAME] section: the lattice plane between cells nearest to the coordinate. */
 static pd_status pdi_read_monitors_plane(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
@@ -165,7 +170,7 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors *w, pd_setup_monitor 
     return PD_OK;
 }
 
-/* The wall or solid that a force is wanted on. */
+/* Read the solid or wall on which a force is measured. */
 static pd_status pdi_read_monitors_shape(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     const char *name;
@@ -182,7 +187,8 @@ static pd_status pdi_read_monitors_shape(pdi_read_monitors *w, pd_setup_monitor 
                            "found '%.40s', expected the name of a [shape] with kind = solid or wall", name);
 }
 
-/* Reference values make coefficients: 2 F/(rho U^2 A). A shape needs no box, and a box then no room for a balance. */
+/* Read a [force NAME] section: box or shape, momentum balance, and reference values of the coefficients 2 F/(rho U^2
+ * A). */
 static pd_status pdi_read_monitors_force(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     const char *size = PD_DIM == 3 ? "area" : "length";
@@ -198,7 +204,7 @@ static pd_status pdi_read_monitors_force(pdi_read_monitors *w, pd_setup_monitor 
     return PD_DIM == 1 ? PD_OK : pdi_read_monitors_positive(w, size, PD_DIM == 3 ? "m2" : "m", NULL, &m->area);
 }
 
-/* fluid = inlet, bulk, or a concentration */
+/* Read the reference concentration of a Sherwood number: fluid = inlet, bulk, or a value [mol/m3]. */
 static pd_status pdi_read_monitors_against(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
@@ -226,6 +232,7 @@ static pd_status pdi_read_monitors_against(pdi_read_monitors *w, pd_setup_monito
                            PD_DIM == 3 ? "x, y or z" : PD_DIM == 2 ? "x or y" : "x");
 }
 
+/* Read a [transfer NAME] section: box, axis of local values, area, and the reference values of a Sherwood number. */
 static pd_status pdi_read_monitors_transfer(pdi_read_monitors *w, pd_setup_monitor *m)
 {
     static const char *const axes[] = {"x", "y", "z"};
@@ -248,6 +255,7 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors *w, pd_setup_monit
     return pdi_read_monitors_positive(w, "D", "m2/s", diffusivity, &m->diffusivity);
 }
 
+/* Read one section of a kind of monitor and append it to the setup. */
 static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind kind)
 {
     pd_setup *u = w->setup;
@@ -276,6 +284,7 @@ static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind
     return PD_OK;
 }
 
+/* Read one [probe NAME] section: point and fields. */
 static pd_status pdi_read_monitors_probe(pdi_read_monitors *w)
 {
     pd_setup *u = w->setup;

@@ -21,11 +21,11 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A box of light years is a slip of a unit. */
-#define PDI_SCENE_CELLS 1e9 /* on an axis */
-#define PDI_SCENE_STEPS 1e9 /* that a scene may ask for */
+/* Bounds that catch a wrong unit. */
+#define PDI_SCENE_CELLS 1e9 /* largest number of cells on an axis */
+#define PDI_SCENE_STEPS 1e9 /* largest number of time steps */
 
-/* Keep in mind whether the file sets the knob. */
+/* Mark in setup->given that the scene sets a solver setting, so that the `accuracy` preset leaves it alone. */
 static void pdi_scene_given(pdi_reader *s, int section, const char *key, pd_knob knob)
 {
     if (pdi_text_has(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
@@ -33,6 +33,7 @@ static void pdi_scene_given(pdi_reader *s, int section, const char *key, pd_knob
 
 /* ---- [grid] ---- */
 
+/* Check that each edge of the box is a whole number of cells, and not too many. */
 static pd_status pdi_scene_whole_cells(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
@@ -54,7 +55,8 @@ static pd_status pdi_scene_whole_cells(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Planar, or rings around x: then the box begins on the axis, which is no side of its own, or away from it. */
+/* Read the geometry: planar or axisymmetric around x. The axisymmetric box starts on the axis, whose side becomes a
+ * mirror, or at least one horizon away from it. */
 static pd_status pdi_scene_geometry(pdi_reader *s, int section)
 {
     static const char *const kinds[] = {"planar", "axisymmetric", NULL};
@@ -80,6 +82,7 @@ static pd_status pdi_scene_geometry(pdi_reader *s, int section)
                            " horizon, %s", found, horizon);
 }
 
+/* Read the section [grid]: spacing, horizon, box, threads, geometry. */
 static pd_status pdi_scene_grid(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -104,6 +107,7 @@ static pd_status pdi_scene_grid(pdi_reader *s)
 
 /* ---- [side ...] ---- */
 
+/* Check that each [side ...] section names a side of the box. */
 static pd_status pdi_scene_side_names(pdi_reader *s)
 {
     for (int k = pdi_text_next(s->ctx, s->text, "side", -1); k >= 0; k = pdi_text_next(s->ctx, s->text, "side", k)) {
@@ -118,14 +122,15 @@ static pd_status pdi_scene_side_names(pdi_reader *s)
     return PD_OK;
 }
 
-/* An expression in x, y, z and t. */
+/* Read an expression in x, y, z and t. */
 static pd_status pdi_scene_expr(pdi_reader *s, int section, const char *key, const char *unit, const char *fallback,
                                 pd_expr *expr)
 {
     return pdi_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_position(), PDI_SETUP_PLACE, fallback, expr);
 }
 
-/* What goes through an inlet: a constant, left to the caller (stream->uses is 0), or a function of time. */
+/* Read the mean speed or flow rate of an inlet as a function of t; stream->uses is 0 for a constant. PD_ERR_ARGUMENT:
+ * it depends on the place. */
 static pd_status pdi_scene_stream(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *stream)
 {
     PDI_TRY(pdi_scene_expr(s, section, key, unit, NULL, stream));
@@ -134,6 +139,7 @@ static pd_status pdi_scene_stream(pdi_reader *s, int section, const char *key, c
                            " profile = expression with a velocity");
 }
 
+/* Read the strength of the inflow: `mean` [m/s] or `flow_rate` [m3/s], constant or a function of t. */
 static pd_status pdi_scene_speed(pdi_reader *s, int section, pd_setup_side *side)
 {
     int volume = pdi_text_has(s->ctx, s->text, section, "flow_rate");
@@ -151,6 +157,7 @@ static pd_status pdi_scene_speed(pdi_reader *s, int section, pd_setup_side *side
     return pdi_reader_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
 }
 
+/* Read an inlet: velocity profile, its strength, and the velocity of profile = expression. */
 static pd_status pdi_scene_inlet(pdi_reader *s, int section, pd_setup_side *side)
 {
     static const char *const profiles[] = {"uniform", "parabola", "expression", NULL};
@@ -174,7 +181,7 @@ static pd_status pdi_scene_inlet(pdi_reader *s, int section, pd_setup_side *side
                            "found 'expression' without a velocity, expected vx = ...");
 }
 
-/* The inflow has one concentration, the outflow one pressure: a second value must repeat the first. */
+/* Read a value that all inlets (C) or outlets (p) share; *seen 1: it must repeat *value. */
 static pd_status pdi_scene_same(pdi_reader *s, int section, const char *key, const char *unit, int *seen, double *value)
 {
     double found;
@@ -188,7 +195,8 @@ static pd_status pdi_scene_same(pdi_reader *s, int section, const char *key, con
     return PD_OK;
 }
 
-/* An inlet where the given flow enters, an outlet where it leaves. */
+/* Read an open side, an inlet where the prescribed flow enters and an outlet where it leaves, with its inflow
+ * concentration. */
 static pd_status pdi_scene_open(pdi_reader *s, int section, pd_setup_side *side)
 {
     side->kind = PD_SIDE_INLET;
@@ -196,7 +204,8 @@ static pd_status pdi_scene_open(pdi_reader *s, int section, pd_setup_side *side)
     return pdi_scene_expr(s, section, "C", "mol/m3", "0", &side->entering);
 }
 
-/* What a flow brings through an inlet: the one constant, or an expression of the side. */
+/* Read the concentration of an inlet: one constant of all inlets, or an expression of the side. *inlets 1: the constant
+ * was read. */
 static pd_status pdi_scene_enters(pdi_reader *s, int section, pd_setup_side *side, int *inlets)
 {
     pd_expr found;
@@ -210,7 +219,7 @@ static pd_status pdi_scene_enters(pdi_reader *s, int section, pd_setup_side *sid
     return PD_OK;
 }
 
-/* A wall may hold the species of what enters. */
+/* Read whether a wall holds all species at their inlet values (Dirichlet condition, key `species`). */
 static pd_status pdi_scene_steeps(pdi_reader *s, int section, pd_setup_side *side)
 {
     static const char *const ways[] = {"closed", "inlet", NULL};
@@ -220,7 +229,7 @@ static pd_status pdi_scene_steeps(pdi_reader *s, int section, pd_setup_side *sid
                            "others");
 }
 
-/* A wall may slide along itself and hold a concentration. */
+/* Read a wall: tangential velocity, Dirichlet concentration, species. */
 static pd_status pdi_scene_wall(pdi_reader *s, int section, int k)
 {
     pd_setup_side *side = &s->setup->side[k];
@@ -244,7 +253,7 @@ static pd_status pdi_scene_wall(pdi_reader *s, int section, int k)
     return side->held.uses ? PD_OK : pdi_reader_not_negative(s, section, "C", "mol/m3", NULL, &held);
 }
 
-/* Periodic sides come in pairs. */
+/* Check that periodic sides come in pairs. */
 static pd_status pdi_scene_pairs(pdi_reader *s)
 {
     for (int k = 0; k < 2 * PD_DIM; k++) {
@@ -258,7 +267,7 @@ static pd_status pdi_scene_pairs(pdi_reader *s)
     return PD_OK;
 }
 
-/* In fluid at rest an open side has the bulk of the solution behind it: its plane holds that. */
+/* Open side of [corrode] in fluid at rest: a wall whose Dirichlet concentration is `bulk`. */
 static pd_status pdi_scene_bulk_side(pdi_reader *s, int section, pd_setup_side *side)
 {
     int corrode = pdi_text_section(s->ctx, s->text, "corrode", NULL);
@@ -271,6 +280,7 @@ static pd_status pdi_scene_bulk_side(pdi_reader *s, int section, pd_setup_side *
     return pdi_scene_expr(s, corrode, "bulk", "mol/m3", "0", &side->held);
 }
 
+/* Read one [side ...] section; k: index of the side. *inlets, *outlets: 1 once the shared C and p are known. */
 static pd_status pdi_scene_side(pdi_reader *s, int k, int section, int *inlets, int *outlets)
 {
     static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", "open", NULL};
@@ -303,6 +313,7 @@ static pd_status pdi_scene_side(pdi_reader *s, int k, int section, int *inlets, 
     return PD_OK;
 }
 
+/* Read the boundary conditions of all sides. */
 static pd_status pdi_scene_sides(pdi_reader *s)
 {
     int inlets = 0, outlets = 0;
@@ -316,7 +327,7 @@ static pd_status pdi_scene_sides(pdi_reader *s)
 
 /* ---- physics ---- */
 
-/* Flow that is not steady: where it starts, and how it moves on. */
+/* Read the time treatment of the flow, its initial velocity, and the tolerance or equation of state of that scheme. */
 static pd_status pdi_scene_motion(pdi_reader *s, int section)
 {
     static const char *const motions[] = {"steady", "implicit", "explicit", "given", NULL};
@@ -346,7 +357,7 @@ static pd_status pdi_scene_motion(pdi_reader *s, int section)
     return pdi_reader_positive(s, section, "c0", "m/s", NULL, &u->sound);
 }
 
-/* Compressible keys of a scene whose flow is steady are read and set aside. */
+/* Read and ignore eos and c0 in a scene whose flow is steady; adds a note. */
 static pd_status pdi_scene_compressible(pdi_reader *s, int section)
 {
     static const char *const states[] = {"tait", "linear", NULL};
@@ -361,7 +372,7 @@ static pd_status pdi_scene_compressible(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* A constant force, or components of which one is none. */
+/* Read the body force per mass: a constant vector, or expressions if one component is not constant. */
 static pd_status pdi_scene_force(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -375,7 +386,7 @@ static pd_status pdi_scene_force(pdi_reader *s, int section)
     return pdi_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
-/* Which order the operator of the flow has. */
+/* Read the order of the flow discretisation, auto, 2 or 4; 4 needs m = 1 and planar geometry. */
 static pd_status pdi_scene_order(pdi_reader *s, int section)
 {
     static const char *const orders[] = {"auto", "2", "4", NULL};
@@ -394,6 +405,7 @@ static pd_status pdi_scene_order(pdi_reader *s, int section)
     return PD_OK;
 }
 
+/* Read the section [flow]. */
 static pd_status pdi_scene_flow(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -421,6 +433,7 @@ static pd_status pdi_scene_flow(pdi_reader *s)
     return PD_OK;
 }
 
+/* Read the section [transport]. */
 static pd_status pdi_scene_transport(pdi_reader *s)
 {
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
@@ -442,7 +455,7 @@ static pd_status pdi_scene_transport(pdi_reader *s)
 
 /* ---- [run], [output] ---- */
 
-/* Where the first of `count` expressions that depends on time is refused. */
+/* Check that none of `count` expressions depends on t, in a scene without time. PD_ERR_ARGUMENT names `key`. */
 static pd_status pdi_scene_steady(pdi_reader *s, int section, const char *key, const pd_expr *expr, int count)
 {
     for (int k = 0; k < count; k++)
@@ -453,7 +466,7 @@ static pd_status pdi_scene_steady(pdi_reader *s, int section, const char *key, c
     return PD_OK;
 }
 
-/* Nothing depends on time where there is none. */
+/* Check that nothing depends on time in a steady scene: boundary conditions, loads, electrodes, body forces. */
 static pd_status pdi_scene_timeless(pdi_reader *s)
 {
     static const char *const keys[] = {"vx", "vy", "vz"};
@@ -489,6 +502,7 @@ static pd_status pdi_scene_timeless(pdi_reader *s)
     return pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
 }
 
+/* Read the section [run]: end time, largest step, tolerances. A steady scene has none. */
 static pd_status pdi_scene_run(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -521,6 +535,7 @@ static pd_status pdi_scene_run(pdi_reader *s)
     return pdi_reader_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
 
+/* Read the plane that images of a 3D run show. */
 static pd_status pdi_scene_slice(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
@@ -532,7 +547,7 @@ static pd_status pdi_scene_slice(pdi_reader *s, int section)
     return pdi_read_monitors_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
-/* A file name without a folder. */
+/* Read the prefix of output files, a word without folder. */
 static pd_status pdi_scene_prefix(pdi_reader *s, int section)
 {
     const char *value;
@@ -544,7 +559,7 @@ static pd_status pdi_scene_prefix(pdi_reader *s, int section)
     return PD_OK;
 }
 
-/* Pictures of the metal as it has moved. */
+/* Read the magnification of displacements in images of the metal. */
 static pd_status pdi_scene_deformed(pdi_reader *s, int section)
 {
     if (!pdi_text_has(s->ctx, s->text, section, "deformed")) return PD_OK;
@@ -555,6 +570,7 @@ static pd_status pdi_scene_deformed(pdi_reader *s, int section)
     return pdi_reader_not_negative(s, section, "deformed", "", NULL, &s->setup->deformed);
 }
 
+/* Read the section [output]: interval, fields, images and their options, folder. */
 static pd_status pdi_scene_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -578,14 +594,14 @@ static pd_status pdi_scene_output(pdi_reader *s)
     return pdi_scene_slice(s, section);
 }
 
-/* Line of a section, 0: absent. */
+/* Line of a section in the file, 0: absent. */
 static int pdi_scene_line(pdi_reader *s, const char *name, const char *label)
 {
     int section = pdi_text_section(s->ctx, s->text, name, label);
     return section >= 0 ? s->text->section[section].line : 0;
 }
 
-/* Where errors belong that show only when the model is built. */
+/* Store the lines of the main sections, for errors that only show when the model is built. */
 static void pdi_scene_lines(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -600,6 +616,7 @@ static void pdi_scene_lines(pdi_reader *s)
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
+/* Read all sections of a scene in the order of their dependencies. */
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_reader s;
@@ -654,6 +671,8 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     return PD_OK;
 }
 
+/* Read a parsed text: a flat parameter file, or a scene with sections. Constants and tables of the readers are detached
+ * afterwards. */
 static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, const char *const *overrides, int count,
                                 pd_setup *setup)
 {
@@ -669,7 +688,7 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
     return status;
 }
 
-/* Of the text `bytes`, or of the file at `path` where it is NULL. */
+/* Build a setup from the text `bytes`, or from the file at `path` if bytes is NULL. On failure the setup is freed. */
 static pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
                                  int count, pd_setup *setup)
 {
