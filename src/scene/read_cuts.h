@@ -6,7 +6,7 @@
 
 #ifdef PDI_INTERNAL
 /* Read all [cut NAME] sections, after [solid]. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
-PDI_FN pd_status pdi_read_cuts_read(pdi_reader *s);
+PDI_FN pd_status pdi_read_cuts_read(pdi_reader *reader);
 #endif
 
 #endif

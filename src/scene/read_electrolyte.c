@@ -63,11 +63,11 @@ static double pdi_read_electrolyte_arrhenius(const pdi_read_electrolyte *s, doub
     return exp(energy / PDI_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / s->e->temperature));
 }
 
-/* log10 of the viscosity of water at t [C] over that at 20 C: Kestin, Sokolov and Wakeham 1978. */
-static double pdi_read_electrolyte_viscous(double t)
+/* log10 of the viscosity of water at `celsius` [C] over that at 20 C: Kestin, Sokolov and Wakeham 1978. */
+static double pdi_read_electrolyte_viscous(double celsius)
 {
-    double less = 20.0 - t;
-    return less / (t + 96.0) * (1.2364 - less * (1.37e-3 - less * 5.7e-6));
+    double less = 20.0 - celsius;
+    return less / (celsius + 96.0) * (1.2364 - less * (1.37e-3 - less * 5.7e-6));
 }
 
 /* Factor of a diffusivity from 25 C to the temperature by Stokes-Einstein: D mu/T is constant. */
@@ -79,17 +79,17 @@ static double pdi_read_electrolyte_stokes(const pdi_read_electrolyte *s)
     return t / PDI_READ_ELECTROLYTE_TABLES * pow(10.0, more);
 }
 
-/* Read the diffusivity *d [m2/s] at 25 C and convert it to the temperature, by activation energy or viscosity. */
-static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte *s, int section, double *d)
+/* Read the diffusivity [m2/s] at 25 C and convert it to the temperature, by activation energy or viscosity. */
+static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte *s, int section, double *diffusivity)
 {
     double energy;
     int own = pdi_text_has(s->ctx, s->text, section, "activation");
-    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "D", "m2/s", NULL, d));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "D", "m2/s", NULL, diffusivity));
     if (own) {
         PDI_TRY(pdi_text_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
-        *d *= pdi_read_electrolyte_arrhenius(s, energy);
+        *diffusivity *= pdi_read_electrolyte_arrhenius(s, energy);
     } else if (s->by_viscosity) {
-        *d *= pdi_read_electrolyte_stokes(s);
+        *diffusivity *= pdi_read_electrolyte_stokes(s);
     }
     return PD_OK;
 }

@@ -10,26 +10,26 @@
 
 #ifdef PDI_INTERNAL
 /* 1: the scene has a section of that name, with or without the label of a metal. */
-PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name);
+PDI_FN int pdi_read_metal_given(pdi_reader *reader, const char *name);
 /* Read Cs, charge and Csat. Declare Cs, Csat and the material data rho_m, M_m, z_m of the first metal as named
  * constants of all later expressions. */
-PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s);
+PDI_FN pd_status pdi_read_metal_constants(pdi_reader *reader);
 /* Section of metal m in the text: the one with its label if that has the key (NULL: if it is present), else the one
  * without label. */
-PDI_FN int pdi_read_metal_section(pdi_reader *s, int m, const char *key);
+PDI_FN int pdi_read_metal_section(pdi_reader *reader, int m, const char *key);
 /* Read the dissolution rate law of each metal. */
-PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s);
+PDI_FN pd_status pdi_read_metal_laws(pdi_reader *reader);
 /* Before other sections are read: [corrode] switches transport and dissolution on. PD_ERR_ARGUMENT: beside
  * [dissolve]. */
-PDI_FN pd_status pdi_read_metal_first(pdi_reader *s);
+PDI_FN pd_status pdi_read_metal_first(pdi_reader *reader);
 /* Read the horizons over h of the fluid operators (from section `grid`) and of the bonds of metal (from [dissolve] or
  * [corrode]). */
-PDI_FN pd_status pdi_read_metal_horizons(pdi_reader *s, int grid);
+PDI_FN pd_status pdi_read_metal_horizons(pdi_reader *reader, int grid);
 /* Read the section [dissolve]: threshold of conversion and factor of grain boundaries. Rate laws are read
  * separately. */
-PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *s);
+PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *reader);
 /* Read the section [corrode]: form of the bond-based model, Csat, bulk, repassivation. */
-PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s);
+PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *reader);
 #endif
 
 #endif

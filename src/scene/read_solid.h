@@ -7,7 +7,7 @@
 #ifdef PDI_INTERNAL
 /* Read the section [solid] and the loads of sides, after shapes, sides and metals. PD_ERR_PARSE, PD_ERR_ARGUMENT with
  * file:line. */
-PDI_FN pd_status pdi_read_solid_read(pdi_reader *s);
+PDI_FN pd_status pdi_read_solid_read(pdi_reader *reader);
 /* Read a shape of kind = grip: prescribed displacements of the metal in shape `shape`. Called before [solid] is
  * read. */
 PDI_FN pd_status pdi_read_solid_shape(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *setup);

@@ -139,7 +139,8 @@ PDI_FN pd_status pdi_read_surface_states(pdi_reader *s)
 /* ---- what laws know ---- */
 
 PDI_FN pd_status pdi_read_surface_species(pdi_reader *s, int section, const char *key, pd_expr_symbol *vars,
-                                          char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species)
+                                          char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
+                                          int *species)
 {
     const pd_setup *u = s->setup;
     const pd_electrolyte *e = &u->electrolyte;
@@ -165,16 +166,17 @@ PDI_FN pd_status pdi_read_surface_species(pdi_reader *s, int section, const char
         vars[*count].name = name[*species];
         vars[*count].unit = "mol/m3";
         vars[(*count)++].value = 0.0;
-        of[(*species)++] = found;
+        species_index[(*species)++] = found;
     }
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_read_surface_variables(pdi_reader *s, int section, const char *key, pd_expr_symbol *vars,
-                                            char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species)
+                                            char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
+                                          int *species)
 {
     const pd_setup *u = s->setup;
-    PDI_TRY(pdi_read_surface_species(s, section, key, vars, name, count, of, species));
+    PDI_TRY(pdi_read_surface_species(s, section, key, vars, name, count, species_index, species));
     for (int k = 0; k < u->states; k++) {
         vars[*count].name = u->state[k].name;
         vars[*count].unit = u->state[k].unit;
@@ -189,7 +191,7 @@ PDI_FN pd_status pdi_read_surface_share(pdi_reader *s, int section, int electrod
     pd_setup_electrode *e = &u->potential.electrode[electrode];
     pd_expr_symbol vars[PD_EXPR_VARS];
     char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
-    int count = PDI_SETUP_PLACE, of[PD_EXPR_VARS], species;
+    int count = PDI_SETUP_PLACE, species_index[PD_EXPR_VARS], species;
     e->shares = pdi_text_has(s->ctx, s->text, section, "factor");
     if (!e->shares) return PD_OK;
     if (!u->states)
@@ -199,7 +201,7 @@ PDI_FN pd_status pdi_read_surface_share(pdi_reader *s, int section, int electrod
         return pdi_text_refuse(s->ctx, s->text, section, "factor", "found beside curve = primary, where current passes "
                                "freely, expected another curve");
     memcpy(vars, pdi_setup_position(), PDI_SETUP_PLACE * sizeof *vars);
-    PDI_TRY(pdi_read_surface_variables(s, section, "factor", vars, name, &count, of, &species));
+    PDI_TRY(pdi_read_surface_variables(s, section, "factor", vars, name, &count, species_index, &species));
     if (species)
         return pdi_text_refuse(s->ctx, s->text, section, "factor", "found %s, expected states of surfaces, x, y, z and "
                                "t", name[0]);

@@ -14,12 +14,14 @@ PDI_FN pd_status pdi_read_surface_states(pdi_reader *reader);
 /* Read the rate laws of all surface states and the electrodes that carry them, after metals and electrodes. */
 PDI_FN pd_status pdi_read_surface_rates(pdi_reader *reader);
 /* Append the species that the expression under `key` names as [H+] to the symbol table vars[*count], whose names name[]
- * stores. of[*species]: their indices in the electrolyte. PD_ERR_ARGUMENT: no solute. */
+ * stores. species_index[*species]: their indices in the electrolyte. PD_ERR_ARGUMENT: no solute. */
 PDI_FN pd_status pdi_read_surface_species(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
-                                          char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species);
+                                          char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
+                                          int *species);
 /* The same, then append all surface states. */
 PDI_FN pd_status pdi_read_surface_variables(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
-                                            char (*name)[PD_SPECIES_NAME + 2], int *count, int *of, int *species);
+                                            char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
+                                          int *species);
 /* Read the current factor of an electrode (key `factor`), an expression in x, y, z, t and the surface states.
  * electrode: its index. */
 PDI_FN pd_status pdi_read_surface_share(pdi_reader *reader, int section, int electrode);

@@ -19,18 +19,18 @@ typedef struct pdi_reader {
 
 /* Read a number in low .. high [SI]; low_open 1: low itself is refused. PD_ERR_ARGUMENT with file:line: out of
  * bounds. */
-PDI_FN pd_status pdi_reader_within(pdi_reader *s, int section, const char *key, const char *unit, const char *fallback,
-                                   double low, double high, int low_open, double *value);
+PDI_FN pd_status pdi_reader_within(pdi_reader *reader, int section, const char *key, const char *unit,
+                                   const char *fallback, double low, double high, int low_open, double *value);
 /* Read a number above 0. */
-PDI_FN pd_status pdi_reader_positive(pdi_reader *s, int section, const char *key, const char *unit,
+PDI_FN pd_status pdi_reader_positive(pdi_reader *reader, int section, const char *key, const char *unit,
                                      const char *fallback, double *value);
 /* Read a number of at least 0. */
-PDI_FN pd_status pdi_reader_not_negative(pdi_reader *s, int section, const char *key, const char *unit,
+PDI_FN pd_status pdi_reader_not_negative(pdi_reader *reader, int section, const char *key, const char *unit,
                                          const char *fallback, double *value);
 /* 1: two values are equal up to the rounding of unit conversions. */
 PDI_FN int pdi_reader_repeats(double a, double b);
 /* Read the initial concentration [mol/m3], an expression in x, y, z, from the key `initial` into the setup. */
-PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section);
+PDI_FN pd_status pdi_reader_initial(pdi_reader *reader, int section);
 #endif
 
 #endif
