@@ -173,7 +173,7 @@ PDI_FN pd_status pdi_read_surface_species(pdi_reader *s, int section, const char
 
 PDI_FN pd_status pdi_read_surface_variables(pdi_reader *s, int section, const char *key, pd_expr_symbol *vars,
                                             char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
-                                          int *species)
+                                            int *species)
 {
     const pd_setup *u = s->setup;
     PDI_TRY(pdi_read_surface_species(s, section, key, vars, name, count, species_index, species));

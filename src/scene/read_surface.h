@@ -21,7 +21,7 @@ PDI_FN pd_status pdi_read_surface_species(pdi_reader *reader, int section, const
 /* The same, then append all surface states. */
 PDI_FN pd_status pdi_read_surface_variables(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
                                             char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
-                                          int *species);
+                                            int *species);
 /* Read the current factor of an electrode (key `factor`), an expression in x, y, z, t and the surface states.
  * electrode: its index. */
 PDI_FN pd_status pdi_read_surface_share(pdi_reader *reader, int section, int electrode);
