@@ -106,6 +106,7 @@ static void pdi_expr_blanks(pdi_expr_parser *p)
     while (pdi_units_blank(p->text[p->at]) || p->text[p->at] == '\n') p->at++;
 }
 
+/* 1: the subexpression is dimensionless. */
 static int pdi_expr_is_plain(const pdi_expr_type *type)
 {
     pd_dims none;
@@ -155,6 +156,7 @@ static pd_status pdi_expr_push(pdi_expr_parser *p, int op, int index)
     return PD_OK;
 }
 
+/* Emit an instruction that pushes a constant. */
 static pd_status pdi_expr_push_const(pdi_expr_parser *p, double value)
 {
     PDI_TRY(pdi_expr_push(p, PDI_EXPR_CONST, p->value_count));
@@ -169,6 +171,7 @@ static int pdi_expr_last_const(const pdi_expr_parser *p, int back)
 }
 PDI_COLD_END
 
+/* Value of a table at x, both in SI. */
 static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pdi_curve_eval(table->curve, x); }
 
 PDI_COLD_BEGIN
@@ -188,6 +191,7 @@ static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
     return pdi_expr_push(p, op, index);
 }
 
+/* Emit an operator or function on the topmost operands; folds it if they are all constants. */
 static pd_status pdi_expr_emit(pdi_expr_parser *p, int op) { return pdi_expr_emit_indexed(p, op, 0); }
 
 /* ---- dimensions ---- */
@@ -217,6 +221,7 @@ static pd_status pdi_expr_plain(pdi_expr_parser *p, const pdi_expr_type *type, c
     return pdi_expr_error(p, type->at, "found %s, expected a plain number as %s", found, what);
 }
 
+/* Set the type of a subexpression to dimensionless. */
 static void pdi_expr_make_plain(pdi_expr_type *type)
 {
     memset(&type->dims, 0, sizeof type->dims);
@@ -254,6 +259,7 @@ static int pdi_expr_index(const pd_expr_symbol *symbols, int count, const char *
     return -1;
 }
 
+/* Index of the built-in function word[size]; -1: none. */
 static int pdi_expr_function_index(const char *word, size_t size)
 {
     for (int k = 0; k < PDI_EXPR_OPS - PDI_EXPR_FIRST_FUNCTION; k++)
@@ -261,6 +267,7 @@ static int pdi_expr_function_index(const char *word, size_t size)
     return -1;
 }
 
+/* Index of the table word[size]; -1: none. */
 static int pdi_expr_table_index(const pd_expr_desc *desc, const char *word, size_t size)
 {
     for (int k = 0; k < desc->table_count; k++)

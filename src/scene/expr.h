@@ -69,6 +69,7 @@ typedef struct pd_expr {
  * constant that is not finite; the message has the column, what stands there and what was expected. PD_ERR_ARGUMENT: a
  * unit of the desc is invalid, or there are too many variables. */
 PDI_FN pd_status pdi_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
+/* Free code, constants and discontinuities of the expression. */
 PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr);
 /* Evaluate the expression for the variables vars[var_count] in SI; result in SI. Reads only, so threads may share
  * the expression. The result may be NaN or infinite where the mathematics is; an expression that was never built

@@ -435,7 +435,7 @@ static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const cha
     return status;
 }
 
-/* The same, and free the text; on failure the electrolyte is zero. */
+/* Read an electrolyte from the text of a file of its own, and free the text; on failure the electrolyte is zero. */
 static pd_status pdi_read_electrolyte_take(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
                                            pd_electrolyte *e)
 {

@@ -20,7 +20,8 @@
  * PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
 PD_API pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count,
                                      pd_electrolyte *electrolyte);
-/* The same from a text; `path` is its name in messages, and included files are relative to the folder of `path`. */
+/* Read an electrolyte from a text, as pd_electrolyte_read does from a file; `path` is its name in messages, and
+ * included files are relative to the folder of `path`. */
 PD_API pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides,
                                       int count, pd_electrolyte *electrolyte);
 #ifdef PDI_INTERNAL

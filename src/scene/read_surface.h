@@ -18,7 +18,8 @@ PDI_FN pd_status pdi_read_surface_rates(pdi_reader *reader);
 PDI_FN pd_status pdi_read_surface_species(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
                                           char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
                                           int *species);
-/* The same, then append all surface states. */
+/* Append the species that the expression under `key` names as [H+], then all surface states, to the symbol table
+ * vars[*count]. name[] stores the names of species; species_index[*species]: their indices in the electrolyte. */
 PDI_FN pd_status pdi_read_surface_variables(pdi_reader *reader, int section, const char *key, pd_expr_symbol *vars,
                                             char (*name)[PD_SPECIES_NAME + 2], int *count, int *species_index,
                                             int *species);

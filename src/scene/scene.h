@@ -59,8 +59,8 @@
  * checked without a grid. PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line, what was found and what was
  * expected. */
 PD_API pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup);
-/* The same from a text; `path` is its name in messages, and files that the scene names are relative to the folder of
- * `path`. */
+/* Read a scene from a text into a setup, with overrides, as pd_scene_read does from a file; `path` is its name in
+ * messages, and files that the scene names are relative to the folder of `path`. */
 PD_API pd_status pd_scene_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides,
                                 int count, pd_setup *setup);
 

@@ -540,15 +540,15 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup);
 PDI_FN int pdi_setup_bonds(const pd_setup *setup);
 /* Number of cells of the box along an axis. */
 PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
-/* Symbol table of expressions in space and time: x, y, z (PD_DIM of them), then t; PDI_SETUP_PLACE entries. */
 #define PDI_SETUP_PLACE (PD_DIM + 1)
+/* Symbol table of expressions in space and time: x, y, z (PD_DIM of them), then t; PDI_SETUP_PLACE entries. */
 PDI_FN const pd_expr_symbol *pdi_setup_position(void);
+#define PDI_SETUP_GRAIN (PD_DIM + 2)   /* index of the variable grain of a rate law */
+#define PDI_SETUP_CURRENT (PD_DIM + 3) /* index of i, current density of the electrode */
+#define PDI_SETUP_SURFACE (PD_DIM + 4) /* index of E, potential of the electrode */
+#define PDI_SETUP_LAW (PD_DIM + 5)     /* number of these variables */
 /* Symbol table of dissolution rate laws: C, t, x, y, z, grain as in pd_rate_at, then current density i and potential E
- * of electrodes; PDI_SETUP_LAW entries. PDI_SETUP_GRAIN, _CURRENT, _SURFACE: index of the variables grain, i, E. */
-#define PDI_SETUP_GRAIN (PD_DIM + 2)
-#define PDI_SETUP_CURRENT (PD_DIM + 3)
-#define PDI_SETUP_SURFACE (PD_DIM + 4)
-#define PDI_SETUP_LAW (PD_DIM + 5)
+ * of electrodes; PDI_SETUP_LAW entries. */
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
 /* Index of the variable pH of a rate law; behind it follow the species that the law names, then surface states. */
 #define PDI_SETUP_PH PDI_SETUP_LAW
@@ -579,9 +579,9 @@ static inline int pdi_setup_electric(const pd_setup_metal *metal)
 {
     return !metal->polarised && (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
 }
+#define PDI_SETUP_PACE (PD_DIM + 4)
 /* Symbol table of the stress factor of the dissolution rate: sigma_h, mises, eps_p, x, y, z, t; PDI_SETUP_PACE
  * entries. */
-#define PDI_SETUP_PACE (PD_DIM + 4)
 PDI_FN const pd_expr_symbol *pdi_setup_pace(void);
 /* Recession speed [m/s] of the rate law where all its variables are 0: C = 0, t = 0, x = 0. */
 PDI_FN double pdi_setup_speed(const pd_setup_metal *metal);

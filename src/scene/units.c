@@ -113,6 +113,7 @@ PDI_FN int pdi_units_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; 
 
 PDI_FN int pdi_units_digit(char c) { return c >= '0' && c <= '9'; }
 
+/* 1: a character that may begin an identifier; bytes of UTF-8 count. */
 static int pdi_units_letter(char c)
 {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (unsigned char)c >= 0x80;

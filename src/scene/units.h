@@ -43,7 +43,8 @@ typedef int (*pdi_units_declared)(const void *user, const char *text, size_t siz
  * why the unit there is inadmissible (degC, bad exponent); the return value is then its position. */
 PDI_FN size_t pdi_units_scan(const char *text, pdi_units_declared declared, const void *user,
                              pdi_units_product *unit, const char **why);
-/* The same for what may follow a '/': one unit, or a product in parentheses. *unit is that unit, not its inverse. */
+/* Parse what may follow a '/' in a unit: one unit, or a product in parentheses. *unit is that unit, not its inverse.
+ * Return value and *why as in pdi_units_scan. */
 PDI_FN size_t pdi_units_scan_divisor(const char *text, pdi_units_declared declared, const void *user,
                                      pdi_units_product *unit, const char **why);
 /* List units of the dimension for a message, "um, mm, m", into text[PD_UNITS_TEXT]. */
@@ -65,7 +66,7 @@ typedef struct pdi_units_near {
 PDI_FN void pdi_units_near_init(pdi_units_near *near_word, const char *word, size_t size);
 /* Compare a candidate with the word and keep it if it is the closest so far. */
 PDI_FN void pdi_units_offer(pdi_units_near *near_word, const char *candidate);
-/* The same for all units, with and without prefix. */
+/* Compare all units, with and without prefix, with the misspelt word and keep the closest. */
 PDI_FN void pdi_units_offer_units(pdi_units_near *near_word);
 /* The suggestion for a message, ": did you mean 'best'?" or "", into text[PD_UNITS_TEXT]. */
 PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text);
