@@ -1,25 +1,26 @@
-/* archive: the state of objects, written out or read back. One function of a module lists what steps carry on, for both
- * ways. What is behind the callbacks, a file or memory, is no matter of a physics.
+/* archive: the interface of checkpoints: two callbacks that write the state of objects, or read it back. One function
+ * of a module serves both directions. The callbacks hide whether a file or memory holds the data.
  */
 #ifndef PD_ARCHIVE_H
 #define PD_ARCHIVE_H
 #include "core/base.h"
 
 typedef struct pd_archive {
-    /* Take `count` elements of `size` bytes out of data, or put them there, in the order in which they were taken. */
+    /* Writing: save `count` elements of `size` bytes from data. Reading: load them into data. Items come in the order
+     * in which they were written. */
     pd_status (*item)(pd_ctx *ctx, void *user, const char *name, void *data, size_t size, int64_t count);
-    /* Keep a number, or see that it is the same. PD_ERR_ARGUMENT: it is another one. */
+    /* Writing: save a number. Reading: compare it with the saved one; PD_ERR_ARGUMENT: they differ. */
     pd_status (*check)(pd_ctx *ctx, void *user, const char *name, double value);
     void *user;
-    int reading;      /* 1: data are put back */
+    int reading;      /* 1: a checkpoint is loaded; 0: one is written */
     const char *name; /* for messages */
 } pd_archive;
 
 #ifdef PDI_INTERNAL
-/* PDI_KEEP(ctx, archive, "flow.p", flow->p, n) moves n elements of *flow->p. */
+/* PDI_KEEP(ctx, archive, "flow.p", flow->p, n): save or load n elements of *flow->p under a name. */
 #define PDI_KEEP(ctx, archive, item_name, array, count) \
     (archive)->item((ctx), (archive)->user, (item_name), (array), sizeof *(array), (int64_t)(count))
-/* PDI_SAME(ctx, archive, "cells", 3) keeps a number or compares it. */
+/* PDI_SAME(ctx, archive, "cells", 3): save a number, or check that the checkpoint holds the same one. */
 #define PDI_SAME(ctx, archive, item_name, value) \
     (archive)->check((ctx), (archive)->user, (item_name), (double)(value))
 #endif

@@ -2,15 +2,17 @@
 #include "core/arena.h"
 #include <string.h>
 
-/* [byte] Arrays begin at multiples of this: a line of the cache. */
+/* [byte] Alignment of the arrays: a cache line. */
 #define PDI_ARENA_LINE ((size_t)64)
 
+/* Size [byte] of one array, rounded up to the alignment. */
 static size_t pdi_arena_size(const pdi_owned *entry)
 {
     size_t bytes = (size_t)(entry->count ? entry->count : 1) * entry->size;
     return (bytes + PDI_ARENA_LINE - 1) / PDI_ARENA_LINE * PDI_ARENA_LINE;
 }
 
+/* Callback of the list: adds the size of one array. */
 static void pdi_arena_take_bytes(pdi_owner *owner, const pdi_owned *entry)
 {
     owner->bytes += (int64_t)pdi_arena_size(entry);
@@ -42,19 +44,20 @@ void pd_arena_free(pd_ctx *ctx, pd_arena *arena)
     memset(arena, 0, sizeof *arena);
 }
 
-/* The first byte that can be lent. */
+/* The first aligned byte of the block. */
 static unsigned char *pdi_arena_front(const pd_arena *arena)
 {
     return arena->block + (PDI_ARENA_LINE - (size_t)((uintptr_t)arena->block % PDI_ARENA_LINE)) % PDI_ARENA_LINE;
 }
 
-/* A walk of lending or returning: owner->bytes is where the next array begins. */
+/* One pass over a list that lends or returns its arrays. owner.bytes is the offset [byte] of the next array. */
 typedef struct pdi_arena_walk {
-    pdi_owner owner; /* first, as the walk gets its address */
+    pdi_owner owner; /* has to be the first member: callbacks cast its address */
     const pd_arena *arena;
-    int wrong; /* 1: an array does not stand where it was lent */
+    int wrong; /* 1: an array is not at the address at which it was lent */
 } pdi_arena_walk;
 
+/* Callback of the list: sets the pointer of one array to the next free place. */
 static void pdi_arena_take_lend(pdi_owner *owner, const pdi_owned *entry)
 {
     const pdi_arena_walk *walk = (const pdi_arena_walk *)(void *)owner;
@@ -65,6 +68,7 @@ static void pdi_arena_take_lend(pdi_owner *owner, const pdi_owned *entry)
     owner->bytes += (int64_t)size;
 }
 
+/* Callback of the list: checks the address of one array and sets its pointer to NULL. */
 static void pdi_arena_take_return(pdi_owner *owner, const pdi_owned *entry)
 {
     pdi_arena_walk *walk = (pdi_arena_walk *)(void *)owner;
@@ -73,12 +77,13 @@ static void pdi_arena_take_return(pdi_owner *owner, const pdi_owned *entry)
     memcpy(&at, entry->at, sizeof at);
     walk->wrong = walk->wrong || at != wanted;
 #ifdef PD_DEBUG
-    if (at == wanted) memset(at, 0xff, size); /* no number: who reads on shows */
+    if (at == wanted) memset(at, 0xff, size); /* NaN: later reads show up */
 #endif
     memcpy(entry->at, &none, sizeof none);
     owner->bytes += (int64_t)size;
 }
 
+/* Run a callback over a list, offsets from `from` [byte] on. Returns 1 when an address was wrong. */
 static int pdi_arena_go(const pd_arena *arena, void (*take)(pdi_owner *, const pdi_owned *), pdi_list_fn list,
                         void *object, size_t from)
 {

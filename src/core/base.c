@@ -40,7 +40,7 @@ PDI_FN void pdi_append(char *text, size_t size, const char *format, ...)
     va_end(args);
 }
 
-/* 1: the value up to the next blank is no number, or no finite one: nan, -nan, inf, -inf, whatever their case. */
+/* 1: the text up to the next blank is NaN or infinite: nan, -nan, nan(...), inf, -inf, infinity, in any case. */
 static int pdi_base_unknown(const char *value)
 {
     char word[4] = "";
@@ -67,6 +67,7 @@ PDI_FN void pdi_known(char *figures)
     *to = '\0';
 }
 
+/* realloc of the context, or of the C library; new_size [byte] 0 frees and returns NULL. */
 static void *pdi_base_realloc(pd_ctx *ctx, void *ptr, size_t old_size, size_t new_size)
 {
     if (ctx->alloc.fn) return ctx->alloc.fn(ctx->alloc.user, ptr, old_size, new_size);
@@ -77,6 +78,7 @@ static void *pdi_base_realloc(pd_ctx *ctx, void *ptr, size_t old_size, size_t ne
     return realloc(ptr, new_size);
 }
 
+/* The pointer stored at `slot`, read as bytes. */
 static void *pdi_base_slot(const void *slot)
 {
     void *ptr;

@@ -1,4 +1,4 @@
-/* base: status codes, the one failure path, the context and the allocator.
+/* base: status codes, the one error function, the context of a caller, and memory allocation.
  *
  * Contract of every pd_status function: 0 done; negative: the call failed and ctx->message says what, where and how to
  * mend; positive: nothing changed, retry as the text says.
@@ -45,19 +45,20 @@ typedef struct pd_allocator {
 
 #define PD_MESSAGE_SIZE 640 /* [byte] of a message with its end */
 
-/* Asked inside all that may take a second, between iterations, by the thread of the caller: what is being done, as in
- * "flow: GMRES", and how many times so far. Not 0: the call ends with PD_STOPPED. Has to be quick. */
+/* Cancellation callback. Called between iterations of everything that may take a second, on the thread of the caller,
+ * with what is being done, such as "flow: GMRES", and a count. Not 0: the call ends with PD_STOPPED. Has to be
+ * quick. */
 typedef int (*pd_poll_fn)(void *user, const char *doing, int64_t count);
 
 /* One context a thread of the caller; pdcorr keeps no other state. */
 typedef struct pd_ctx {
     pd_allocator alloc;
     int threads;   /* 0: all that OpenMP offers */
-    size_t in_use; /* [byte] */
-    size_t peak;   /* [byte] */
-    pd_poll_fn poll; /* NULL: nothing is asked */
+    size_t in_use; /* [byte] allocated now */
+    size_t peak;   /* [byte] most so far */
+    pd_poll_fn poll; /* NULL: no cancellation */
     void *poll_user;
-    pd_pace pace; /* of the threads */
+    pd_pace pace; /* detects that the threads are slowed by other programs */
     pd_status status;
     char message[PD_MESSAGE_SIZE];
 } pd_ctx;
@@ -72,51 +73,53 @@ PD_API const char *pd_status_name(pd_status status);
 
 #ifdef PDI_INTERNAL
 #include <float.h>
-/* The one place that every failure passes: sets ctx->status and ctx->message ("where: ..."), returns status. */
+/* Report an error: sets ctx->status and ctx->message ("where: ...") and returns status. Every failure passes here. */
 PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, const char *format, ...)
     PD_PRINTF_LIKE(4, 5);
-/* Print behind `text` of `size` bytes; what does not fit is left out. */
+/* Append formatted text to a string in a buffer of `size` bytes. What does not fit is cut off. */
 PDI_FN void pdi_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
-/* Take pairs " key=value" whose values are not finite out of the figures of a line of results, behind its names: what
- * is not known is left out. */
+/* Remove all pairs " key=value" whose value is NaN or infinite from a line of results, in place: unknown results are
+ * not printed. */
 PDI_FN void pdi_known(char *figures);
-/* 1: memory was lacking or the caller stops. No other step, guess or file helps then. */
+/* 1: out of memory, or cancelled by the caller. A retry with another step, guess or file cannot help. */
 static inline int pdi_is_final(pd_status status)
 {
     return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_STOPPED;
 }
-/* 1: a step dt of a way `left` from `time` is lost in the rounding of one of them: a run of such steps has no end. */
+/* 1: step underflow: a step dt [s], with `left` [s] remaining from `time` [s], is below the rounding error of one of
+ * them, so that such steps never reach the end. */
 static inline int pdi_stands_still(double time, double left, double dt)
 {
     double size = time < 0.0 ? -time : time;
     if (left > size) size = left;
     return dt < left && !(dt > DBL_EPSILON * size);
 }
-/* PD_STOPPED when the caller asks for it. A step that sees it leaves the state at its start, or at the end of the last
- * one of the steps that it is made of. */
+/* Ask the cancellation callback. PD_STOPPED: the caller cancels. A step then leaves the state at its start, or at the
+ * end of its last substep. */
 PDI_FN pd_status pdi_poll(pd_ctx *ctx, const char *doing, int64_t count);
-/* slot is the address of a pointer of any type (read and written as bytes, so that no aliasing rule is bent).
+/* slot is the address of a pointer of any type (read and written as bytes, as strict aliasing asks).
  * pdi_alloc: slot gets count * size zeroed bytes (count 0: one element, so that NULL always means failure). */
 PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot);
-/* Grow or shrink; old content kept, the new tail is zero. On failure the old block stays. */
+/* Grow or shrink an array. The old content is kept and the new tail is zero. On failure the old block stays. */
 PDI_FN pd_status pdi_resize(pd_ctx *ctx, const char *where, size_t old_count, size_t new_count, size_t size,
                             void *slot);
-/* count must be that of the allocation. The pointer becomes NULL; NULL is allowed. */
+/* Free an array of `count` elements, the count of its allocation. The pointer becomes NULL; NULL is allowed. */
 PDI_FN void pdi_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
 
-/* Typed forms: PDI_NEW(ctx, "grid", n, grid->kind) allocates n elements of *grid->kind. */
+/* Typed forms of pdi_alloc, pdi_resize and pdi_free: PDI_NEW(ctx, "grid", n, grid->kind) allocates n zeroed elements of
+ * *grid->kind. */
 #define PDI_NEW(ctx, where, count, lvalue) \
     pdi_alloc((ctx), (where), (size_t)(count), sizeof *(lvalue), &(lvalue))
 #define PDI_GROW(ctx, where, old_count, new_count, lvalue) \
     pdi_resize((ctx), (where), (size_t)(old_count), (size_t)(new_count), sizeof *(lvalue), &(lvalue))
 #define PDI_DELETE(ctx, count, lvalue) pdi_free((ctx), (size_t)(count), sizeof *(lvalue), &(lvalue))
-/* Return the status of a failed call to the caller. */
+/* Return from the calling function when a call fails (negative status). */
 #define PDI_TRY(call) \
     do { \
         pd_status pdi_try_status = (call); \
         if (pdi_try_status < 0) return pdi_try_status; \
     } while (0)
-/* What pdcorr itself guarantees; never used on input. */
+/* Checks of internal invariants in debug builds; never used on input. */
 #ifdef PD_DEBUG
 #include <assert.h>
 #define PD_ASSERT(condition) assert(condition)

@@ -3,8 +3,8 @@
 #include <float.h>
 #include <math.h>
 
-#define PDI_BRACKET_STEPS 200
-#define PDI_BRACKET_MIDDLE 4 /* each such step takes the middle */
+#define PDI_BRACKET_STEPS 200 /* most evaluations, 50 of them bisections */
+#define PDI_BRACKET_MIDDLE 4 /* every such step bisects */
 
 PDI_FN double pdi_bracket_fraction(const pdi_bracket *s)
 {
@@ -12,7 +12,7 @@ PDI_FN double pdi_bracket_fraction(const pdi_bracket *s)
     return s->at_a / (s->at_a - s->at_b);
 }
 
-/* The line meets an end within rounding: so near to it lies the zero, or it is searched farther off in each step. */
+/* Distance from an end at which to evaluate when the secant point coincides with it: eps |end| 2^steps. */
 static double pdi_bracket_near(const pdi_bracket *s, double end)
 {
     return ldexp(DBL_EPSILON * fabs(end), s->steps);
@@ -30,7 +30,7 @@ PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x)
     return *x > low && *x < high;
 }
 
-/* It keeps its sign. */
+/* Half the value; unchanged where halving would lose its sign by underflow. */
 static double pdi_bracket_half(double value) { return fabs(value) >= 2.0 * DBL_MIN ? 0.5 * value : value; }
 
 PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value)

@@ -1,9 +1,9 @@
-/* bracket: where a function of one variable changes its sign, between two places where it has different ones.
+/* bracket: bracketed root finding for a function of one variable, by the Illinois form of regula falsi.
  *
- * The straight line between both ends says where to ask next. Where one end stays for a second time, its value is
- * halved: without that a curved function moves one end only. Each fourth place is the middle, so that the bracket of
- * a function with a jump is halved too. A line that meets an end within rounding asks beside that end, twice as far off
- * with each step. Order 1.44 at a simple root. The caller asks the function:
+ * The secant through both ends gives the next point. Where one end stays for a second time, its value is halved:
+ * otherwise a convex function moves one end only. Every fourth point is the midpoint (bisection), so that a jump is
+ * bracketed too. A secant point that coincides with an end within rounding is moved off it, twice as far with each
+ * step. Convergence order 1.44 at a simple root. The caller evaluates the function:
  *     pdi_bracket s = {a, f(a), b, f(b), 0, 0};
  *     while (s.b - s.a > tolerance && pdi_bracket_next(&s, &x)) pdi_bracket_take(&s, x, f(x));
  * Source: Dowell and Jarratt 1971 (the Illinois rule).
@@ -14,16 +14,16 @@
 
 #ifdef PDI_INTERNAL
 typedef struct pdi_bracket {
-    double a, at_a;  /* [-] (units of the caller) an end and the value there, which is not zero */
-    double b, at_b;  /* the other end, below or above a, and the value there, which has not the sign of at_a */
-    int steps, kept; /* places asked for; 1: `a` was kept in the last step, -1: b was */
+    double a, at_a;  /* [-] (units of the caller) an end and f(a), which is not zero */
+    double b, at_b;  /* the other end, below or above a, and f(b), whose sign is not that of f(a) */
+    int steps, kept; /* evaluations so far; 1: the last step kept the end a, -1: it kept b */
 } pdi_bracket;
 
-/* Fraction of the way from a to b where to ask next, from 0 to 1. */
+/* Position of the next point as a fraction of the distance from a to b, 0 to 1. */
 PDI_FN double pdi_bracket_fraction(const pdi_bracket *s);
-/* The place at this share of the way. 0: no number lies between the ends, or 200 places were asked for. */
+/* The next point *x at which to evaluate. Returns 0 when no double lies between the ends, or after 200 evaluations. */
 PDI_FN int pdi_bracket_next(const pdi_bracket *s, double *x);
-/* The value at x, between the ends: x becomes `a` where that has the sign of at_a, and else b. */
+/* Update the bracket by `value` = f(x) at x between the ends: x replaces a where f(x) has the sign of f(a), else b. */
 PDI_FN void pdi_bracket_take(pdi_bracket *s, double x, double value);
 #endif
 

@@ -14,7 +14,7 @@
  *                          not beside PDCORR_STATIC
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
-/* The guards would skip a second dimension without a word. */
+/* The include guards would silently skip a second dimension. */
 #if (defined(PDI_DIM_IS_1) && PD_DIM != 1) || (defined(PDI_DIM_IS_2) && PD_DIM != 2) || \
     (defined(PDI_DIM_IS_3) && PD_DIM != 3)
 #error "pdcorr: this file includes the header with two values of PD_DIM: one source file for each dimension is expected"
@@ -27,6 +27,7 @@
 #define PD_VERSION_MAJOR 0
 #define PD_VERSION_MINOR 1
 #define PD_VERSION_PATCH 0
+/* The value of a macro as a string literal. */
 #define PDI_TEXT_OF2(number) #number
 #define PDI_TEXT_OF(number) PDI_TEXT_OF2(number)
 #define PD_VERSION \
@@ -38,7 +39,7 @@
 #if PD_DIM < 1 || PD_DIM > 3
 #error "pdcorr: PD_DIM must be 1, 2 or 3"
 #endif
-/* PDI_MORE_AXES: where to go with more values than there are axes. */
+/* PDI_MORE_AXES: end of the error message about more values than axes: which program has more dimensions. */
 #if PD_DIM == 1
 #define PDI_DIM_IS_1
 #define PDI_MORE_AXES ", one for each axis: pd2d and pd3d run scenes in 2D and 3D"
@@ -63,7 +64,7 @@
 #define PDI_PASTE1(name, dim) PDI_PASTE2(name, dim)
 #define PD_NAME(name) PDI_PASTE1(name, PD_DIM)
 
-/* PDI_PRIVATE: of this file, without a warning where nothing calls it. */
+/* PDI_PRIVATE: a static function without the compiler warning when it is unused. */
 #if defined(__GNUC__) || defined(__clang__)
 #define PDI_PRIVATE static __attribute__((unused))
 #else
@@ -81,6 +82,7 @@
 #else
 #define PD_API extern
 #endif
+/* PD_RESTRICT: C99 restrict, also in C++. */
 #ifdef __cplusplus
 #define PD_RESTRICT __restrict
 #else
@@ -105,19 +107,19 @@
 #define PDI_FN static
 #endif
 
-/* PDI_COLD: rooms where no run spends its time are compiled with less optimisation, as far as the compiler can. */
+/* PDI_COLD: modules off the hot paths are compiled with less optimisation, where the compiler has a pragma for that. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__INTEL_COMPILER) && defined(__OPTIMIZE__) && \
     !defined(__OPTIMIZE_SIZE__)
 #define PDI_COLD
 #endif
 
-/* PDI_SMALL: the same rooms and a few others are compiled to be small, where programs are sent over a network. */
+/* PDI_SMALL: WebAssembly: modules off the hot paths are optimised for size, since programs are sent over a network. */
 #if defined(__clang__) && defined(__wasm__)
 #define PDI_SMALL
 #pragma clang diagnostic ignored "-Wpragma-clang-attribute" /* a module may have no function in a dimension */
 #endif
 
-/* PDI_COLD_BEGIN .. PDI_COLD_END: functions off the hot paths in a module of others, such as those that build it. */
+/* PDI_COLD_BEGIN .. PDI_COLD_END: a region of functions off the hot paths, such as those that build an object. */
 #ifdef PDI_COLD
 #define PDI_COLD_BEGIN _Pragma("GCC push_options") _Pragma("GCC optimize (\"Og\")")
 #define PDI_COLD_END _Pragma("GCC pop_options")
@@ -129,21 +131,22 @@
 #define PDI_COLD_END
 #endif
 
+/* PD_PRINTF_LIKE(f, a): the compiler checks arguments from number a on against the format in argument f. */
 #if defined(__GNUC__) || defined(__clang__)
 #define PD_PRINTF_LIKE(f, a) __attribute__((format(printf, f, a)))
 #else
 #define PD_PRINTF_LIKE(f, a)
 #endif
 
-/* PDI_INLINE: bodies of inner loops that pay only with the constants of their callers. A compiler that does not
- * optimise sees no constants: there a copy for each caller would cost its time alone. */
+/* PDI_INLINE: forced inlining of inner loops, which are specialised for constant arguments of their callers. Without
+ * optimisation nothing is specialised, and inlining would only cost compile time. */
 #ifdef __OPTIMIZE__
 #define PDI_INLINE static inline __attribute__((always_inline))
 #else
 #define PDI_INLINE static inline
 #endif
 
-/* PDI_SHARED: the same where programs may be large; where they are to be small, all callers have one copy. */
+/* PDI_SHARED: forced inlining, except where code is optimised for size: there all callers share one copy. */
 #ifdef PDI_SMALL
 #define PDI_SHARED static __attribute__((noinline))
 #else
@@ -151,20 +154,20 @@
 #endif
 
 #ifdef PDI_INTERNAL
-/* The larger and the smaller number of two, of a number and NaN the number: calls of fmax and fmin cost ten times as
+/* Maximum and minimum of two numbers; of a number and NaN the number, as fmax and fmin, whose calls cost ten times as
  * much. */
 PDI_INLINE double pdi_max(double a, double b) { return a >= b || b != b ? a : b; }
 PDI_INLINE double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
 #endif
 
-/* PDI_FEW: the copy of an inner loop for runs shorter than a vector: vectors make it longer and not faster. */
+/* PDI_FEW: a function without vectorisation: the copy of an inner loop for trip counts below the vector length. */
 #ifdef PDI_COLD
 #define PDI_FEW static __attribute__((noinline, noclone, optimize("no-tree-vectorize")))
 #else
 #define PDI_FEW static
 #endif
 
-/* PDI_ONCE: code with several callers, of which there shall be no copies, since a call costs nothing beside it. */
+/* PDI_ONCE: no inlining and no cloning: one copy for all callers, since the call costs nothing beside the work. */
 #if defined(__clang__)
 #define PDI_ONCE __attribute__((noinline))
 #elif defined(__GNUC__)

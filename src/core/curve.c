@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_CURVE_STEEPEST 1e150 /* products of slopes stay finite */
-#define PDI_CURVE_BEYOND 1e-5    /* of the length */
+#define PDI_CURVE_STEEPEST 1e150 /* limit of |x|, |y| and secants: products of slopes stay finite */
+#define PDI_CURVE_BEYOND 1e-5    /* [-] of the range of x: how far outside `strict` still allows */
 
 PDI_COLD_BEGIN
 PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k)
@@ -16,7 +16,8 @@ PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k)
     return NULL;
 }
 
-/* A slope with the sign of both secants, at most three times the smaller one; else none. */
+/* Limit a slope to three times the smaller of the secants a and b; 0 where the three differ in sign
+ * (Fritsch-Carlson). */
 static double pdi_curve_cut(double slope, double a, double b)
 {
     double sign = a > 0.0 ? 1.0 : -1.0, least = pdi_min(sign * a, sign * b);
@@ -24,7 +25,7 @@ static double pdi_curve_cut(double slope, double a, double b)
     return sign * pdi_min(sign * slope, 3.0 * least);
 }
 
-/* Slope at the first point of the parabola through it and two more: steps and secants from it on. */
+/* Slope at an end point, of the parabola through it and the next two: spacings and secants from the end inwards. */
 static double pdi_curve_end(double step, double next_step, double secant, double next_secant)
 {
     return secant + (secant - next_secant) * (step / (step + next_step));
@@ -94,7 +95,7 @@ PDI_FN double pdi_curve_piece(const double *x, const double *y, const double *sl
     double step = x[high] - x[low], far = at - x[low], t = far / step;
     double secant = (y[high] - y[low]) / step, a = slopes[low], b = slopes[high];
     double line = 3.0 * secant - 2.0 * a - b, bend = a + b - 2.0 * secant, up = y[high] > y[low] ? 1.0 : -1.0;
-    /* rounding may not leave the piece, nor turn it */
+    /* rounding must not break monotonicity */
     *slope = up * pdi_max(up * (a + t * (2.0 * line + 3.0 * t * bend)), 0.0);
     double value = y[low] + far * (a + t * (line + t * bend));
     return pdi_min(pdi_max(value, pdi_min(y[low], y[high])), pdi_max(y[low], y[high]));

@@ -15,6 +15,7 @@ PDI_FN void pdi_owner_add(pdi_owner *owner, pdi_owned_kind kind, const char *nam
     owner->take(owner, &entry);
 }
 
+/* Call the visitor for every entry of a list. */
 static void pdi_owner_walk(pdi_owner *owner, pdi_list_fn list, void *object)
 {
     owner->bytes = 0;
@@ -24,16 +25,18 @@ static void pdi_owner_walk(pdi_owner *owner, pdi_list_fn list, void *object)
 
 /* ---- build and free ---- */
 
+/* Visitor: frees one array. */
 static void pdi_owner_take_free(pdi_owner *owner, const pdi_owned *entry)
 {
     if (entry->kind != PDI_OWNED_VALUE) pdi_free(owner->ctx, (size_t)entry->count, entry->size, entry->at);
 }
 
+/* Visitor: allocates one array, zeroed, unless an earlier allocation failed. */
 static void pdi_owner_take_build(pdi_owner *owner, const pdi_owned *entry)
 {
     void *none = NULL;
     if (entry->kind == PDI_OWNED_VALUE || entry->kind == PDI_OWNED_ROOM) return;
-    memcpy(entry->at, &none, sizeof none); /* those behind a failure, too */
+    memcpy(entry->at, &none, sizeof none); /* also after a failure, so that freeing is safe */
     if (owner->status == PD_OK)
         owner->status = pdi_alloc(owner->ctx, entry->name, (size_t)entry->count, entry->size, entry->at);
 }
@@ -69,6 +72,7 @@ PDI_FN pd_status pdi_owner_renew(pd_ctx *ctx, pdi_list_fn list, void *object, in
 
 /* ---- bytes ---- */
 
+/* Visitor: adds the size of one array. */
 static void pdi_owner_take_bytes(pdi_owner *owner, const pdi_owned *entry)
 {
     if (entry->kind != PDI_OWNED_VALUE) owner->bytes += (entry->count ? entry->count : 1) * (int64_t)entry->size;
@@ -85,6 +89,7 @@ PDI_FN int64_t pdi_owner_bytes(pdi_list_fn list, void *object)
 
 /* ---- checkpoints ---- */
 
+/* Visitor: writes or reads one state array or scalar. */
 static void pdi_owner_take_store(pdi_owner *owner, const pdi_owned *entry)
 {
     void *data = entry->at;

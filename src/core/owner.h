@@ -1,7 +1,7 @@
-/* owner: the arrays of an object in one list.
+/* owner: registry of the arrays of an object: one list function describes them all.
  *
- * One function of a module names each array with its length, its unit and whether checkpoints keep it. The object is
- * built, freed, counted and kept by walks through that list, so each length stands once:
+ * The list function of a module names each array with its length, its unit and whether checkpoints store it. To
+ * allocate, free, count or checkpoint the object, a visitor is called for each entry, so each length is written once:
  *
  *   static void pdi_flow_list(pdi_owner *owner, void *object)
  *   {
@@ -13,9 +13,9 @@
  *       PDI_VALUE(owner, flow, tau, "s");
  *   }
  *
- * A list depends on members that stay from the build to the free, and reads no array. It takes an object of zeros.
- * Arrays that are made at another time than the others have a list of their own. An object that is not built, but has
- * the members that the list reads, can be counted.
+ * A list function depends on members that do not change between build and free, and reads no array. It accepts an
+ * object of zeros. Arrays that are allocated at another time than the others have a list function of their own. An
+ * object that is not built, but has the members that the list reads, can be counted.
  */
 #ifndef PD_OWNER_H
 #define PD_OWNER_H
@@ -23,49 +23,52 @@
 
 #ifdef PDI_INTERNAL
 typedef enum pdi_owned_kind {
-    PDI_OWNED_ARRAY, /* work, and what follows from the state */
-    PDI_OWNED_RAW,   /* an array that is written before it is read: an arena lends it without zeros */
-    PDI_OWNED_STATE, /* an array that steps carry on: checkpoints keep it */
-    PDI_OWNED_ROOM,  /* an array that grows: the module makes it, and the length is that of the allocation */
-    PDI_OWNED_VALUE  /* a number that steps carry on */
+    PDI_OWNED_ARRAY, /* work array, or derived from the state: not in checkpoints */
+    PDI_OWNED_RAW,   /* uninitialised work array, written before it is read: an arena lends it without zeroing */
+    PDI_OWNED_STATE, /* state array: checkpoints store it */
+    PDI_OWNED_ROOM,  /* growing array: allocated by the module; the length is the allocated capacity */
+    PDI_OWNED_VALUE  /* scalar state: checkpoints store it */
 } pdi_owned_kind;
 
+/* One entry of a list: an array, or a scalar of the state. */
 typedef struct pdi_owned {
     const char *name; /* "flow.u" */
-    const char *unit; /* "m/s"; "1": none, and indices; "": several */
-    void *at;         /* the address of the pointer, or of the number */
+    const char *unit; /* "m/s"; "1": dimensionless, or indices; "": mixed units */
+    void *at;         /* address of the pointer to the array, or of the scalar */
     size_t size;      /* [byte] of an element */
-    int64_t count;
+    int64_t count;    /* elements */
     pdi_owned_kind kind;
 } pdi_owned;
 
-/* A walk through a list. */
+/* Visitor of a list: a callback and what it needs. */
 typedef struct pdi_owner {
-    void (*take)(struct pdi_owner *owner, const pdi_owned *entry); /* gets each entry in turn */
+    void (*take)(struct pdi_owner *owner, const pdi_owned *entry); /* called for each entry */
     pd_ctx *ctx;
-    pd_archive *archive;
-    int64_t bytes;
+    pd_archive *archive; /* of pdi_owner_store */
+    int64_t bytes;       /* [byte] total so far */
     pd_status status; /* the first failure */
 } pdi_owner;
 
+/* List function of a module: calls pdi_owner_add for each array of the object. */
 typedef void (*pdi_list_fn)(pdi_owner *owner, void *object);
 
-/* Make all arrays of the list, whatever their pointers hold, filled with zeros. On failure none is left. */
+/* Allocate all arrays of the list, zeroed, whatever their pointers held. On failure none is left allocated. */
 PDI_FN PDI_ONCE pd_status pdi_owner_build(pd_ctx *ctx, pdi_list_fn list, void *object);
-/* Free them. Pointers become NULL; those that are NULL stay so. */
+/* Free all arrays of the list. Their pointers become NULL; NULL is allowed. */
 PDI_FN PDI_ONCE void pdi_owner_free(pd_ctx *ctx, pdi_list_fn list, void *object);
-/* Free arrays that go by *capacity, and make them with another one. On failure it is 0. */
+/* Reallocate arrays whose lengths depend on *capacity with the capacity `count`; the content is lost. On failure
+ * *capacity is 0. */
 PDI_FN PDI_ONCE pd_status pdi_owner_renew(pd_ctx *ctx, pdi_list_fn list, void *object, int32_t *capacity,
                                           int32_t count);
-/* [byte] of all arrays; nothing has to be built. */
+/* Size [byte] of all arrays. The object need not be built. */
 PDI_FN PDI_ONCE int64_t pdi_owner_bytes(pdi_list_fn list, void *object);
-/* Move states and values out of the object, or back into it, in the order of the list. */
+/* Write all state arrays and scalars to a checkpoint, or read them back, in the order of the list. */
 PDI_FN PDI_ONCE pd_status pdi_owner_store(pd_ctx *ctx, pdi_list_fn list, void *object, pd_archive *archive);
 
-/* Name one entry to the walk. */
+/* Pass one entry to the visitor; called by list functions. */
 PDI_FN PDI_ONCE void pdi_owner_add(pdi_owner *owner, pdi_owned_kind kind, const char *name, const char *unit,
                                    int64_t count, size_t size, void *at);
-/* PDI_ARRAY(owner, flow, u, n, "m/s") names "flow.u", n elements of *flow->u. */
+/* PDI_ARRAY(owner, flow, u, n, "m/s") describes the array "flow.u" of n elements of *flow->u. */
 #define PDI_OWN(owner, kind, object, member, count, unit) \
     pdi_owner_add((owner), (kind), #object "." #member, (unit), (int64_t)(count), sizeof *(object)->member, \
                   &(object)->member)

@@ -4,25 +4,26 @@
 
 /* [s] Times are compared over windows of this length: several time slices, which are 1 to 24 ms long. */
 #define PDI_PACE_WINDOW 0.05
-/* Share of their times that loops keep from one window to the next: what counts is a quarter of a second, since one
- * hold-up of a time slice in a window says little. */
+/* [-] Factor of the exponential weighting from one window to the next: the average covers a quarter of a second, since
+ * one lost time slice in a window says little. */
 #define PDI_PACE_KEPT 0.8
-/* [s] Times are left out for this long after a change of threads: threads that wait spin for up to 14 ms first. */
+/* [s] Times are ignored for this long after a change of the thread count: idle threads spin for up to 14 ms first. */
 #define PDI_PACE_SKIP 0.015
-/* Share of the time in loops that may be lost: 1/6 makes them 1.2 times as long. */
+/* [-] Tolerated fraction of the loop time that is lost: 1/6 makes loops 1.2 times as long. */
 #define PDI_PACE_LOST (1.0 / 6.0)
 /* [s] One thread needs less than this for a scalar operation of a loop: 0.02e-9 to 1.6e-9 are measured. A loop that
  * takes longer is late. A machine that is slower than this makes a trial now and then. */
 #define PDI_PACE_SLOW 2e-9
-/* A trial is followed by this many times its own length without one, so that trials take 1/20 of the time at most. */
+/* [-] After a trial comes a pause of this many times its length, so that trials take 1/20 of the time at most. */
 #define PDI_PACE_REST 20.0
-/* Share of that rest before all threads are tried for the first time: hold-ups are mostly short. It doubles. */
+/* [-] Fraction of that pause before the first trial of all threads: contention is mostly short. It doubles. */
 #define PDI_PACE_SOON 0.2
-/* [s] After this time without one there is a trial even where no loop is late, since all may be: 0.3 % at most. */
+/* [s] After this time without a trial there is one even if no loop is late, since all may be: 0.3 % of the time. */
 #define PDI_PACE_CHECK 10.0
-/* [s] A pause is doubled up to this, so that trials without success become rare. */
+/* [s] Longest pause: it doubles after each unsuccessful trial. */
 #define PDI_PACE_PAUSE 30.0
 
+/* Entry of a key in the hash table; an entry of another key is replaced by an empty one. */
 static pd_pace_loop *pdi_pace_find(pd_pace *pace, uint64_t key)
 {
     pd_pace_loop *loop = &pace->loop[(key * UINT64_C(0x9e3779b97f4a7c15)) >> 58];
@@ -33,6 +34,7 @@ static pd_pace_loop *pdi_pace_find(pd_pace *pace, uint64_t key)
     return loop;
 }
 
+/* Start a new window at `now` [s] on one thread (1) or all (0); old timings are discounted, or dropped for a trial. */
 static void pdi_pace_open(pd_pace *pace, int one, int trying, double now)
 {
     pace->one = one;
@@ -45,7 +47,7 @@ static void pdi_pace_open(pd_pace *pace, int one, int trying, double now)
     }
 }
 
-/* Time on one thread over that on all, for the loops of the last windows of `one`. 0: no loop ran on both. */
+/* Ratio of the time on one thread to that on all threads, for the mix of loops of the present choice. 0: unknown. */
 static double pdi_pace_ratio(const pd_pace *pace)
 {
     double all = 0.0, alone = 0.0;
@@ -59,8 +61,8 @@ static double pdi_pace_ratio(const pd_pace *pace)
     return all > 0.0 ? alone / all : 0.0;
 }
 
-/* The end of a trial. Where all threads win over one that had the work, nothing keeps from trying one again; where no
- * loop ran on both, one is tried again soon. */
+/* End a trial: choose the faster of one thread and all, and set the pause before the next trial. Without comparable
+ * loops the next trial comes soon. */
 static void pdi_pace_judge(pd_pace *pace, double now)
 {
     double ratio = pdi_pace_ratio(pace), rest = PDI_PACE_REST * (now - pace->since);
@@ -73,7 +75,7 @@ static void pdi_pace_judge(pd_pace *pace, double now)
     pdi_pace_open(pace, one, 0, now);
 }
 
-/* The end of a window without a trial. */
+/* End a window without a trial: start a trial of the other choice where it is due, else a new window. */
 static void pdi_pace_switch(pd_pace *pace, double now)
 {
     int late = pace->lost > PDI_PACE_LOST * pace->spent || now - pace->until > PDI_PACE_CHECK;
@@ -83,20 +85,21 @@ static void pdi_pace_switch(pd_pace *pace, double now)
 
 PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work, double start, double end)
 {
-    double took = end - start, most = PDI_PACE_SLOW * work;
+    double elapsed = end - start, slowest = PDI_PACE_SLOW * work;
     if (pace->since <= 0.0) {
         pace->until = start;
         pdi_pace_open(pace, 0, 0, start);
     }
-    if (took > 0.0 && (!pace->trying || start - pace->since > PDI_PACE_SKIP)) {
+    if (elapsed > 0.0 && (!pace->trying || start - pace->since > PDI_PACE_SKIP)) {
         pd_pace_loop *loop = pdi_pace_find(pace, key);
-        loop->sum[pace->one] += took;
+        loop->sum[pace->one] += elapsed;
         loop->count[pace->one] += 1.0;
         if (!pace->one) {
-            if (loop->best <= 0.0 || took < loop->best) loop->best = took;
-            /* one thread needs the least of threads * best and most */
-            if (took > pdi_min(threads * loop->best, most)) pace->lost += took - pdi_min(loop->best, most);
-            pace->spent += took;
+            if (loop->best <= 0.0 || elapsed < loop->best) loop->best = elapsed;
+            /* one thread takes at most the smaller of threads * best and slowest */
+            if (elapsed > pdi_min(threads * loop->best, slowest))
+                pace->lost += elapsed - pdi_min(loop->best, slowest);
+            pace->spent += elapsed;
         }
     }
     if (end - pace->since < PDI_PACE_WINDOW + (pace->trying ? PDI_PACE_SKIP : 0.0)) return;

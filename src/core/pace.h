@@ -1,9 +1,9 @@
-/* pace: whether several threads get on faster than one.
+/* pace: detects contention of threads with other programs, and decides between one thread and all.
  *
- * Threads of a loop wait for the last of them. When another program has its processor, all of them wait for a time
- * slice of that program, which may be a thousand times the loop. Loops of known work are timed: one that takes longer
- * than one thread would need is late. When what they lose is a share that matters, one thread is tried on the same
- * loops, and keeps the work as long as it is the faster; from time to time all threads are tried again.
+ * Threads of a parallel loop wait for the last one. Where another program occupies a core, all wait for its time slice,
+ * which may be a thousand times the loop. Loops of known work are timed: one that takes longer than a single thread
+ * would is late. When late loops lose a relevant fraction of the time, a trial runs the same loops on one thread, which
+ * is kept as long as it is faster; from time to time a trial runs on all threads again.
  */
 #ifndef PD_PACE_H
 #define PD_PACE_H
@@ -11,28 +11,28 @@
 
 enum { PD_PACE_LOOPS = 64 };
 
-/* Loops of one sort and size: what they took on all threads (0) and on one (1). */
+/* Timings of loops of one kind and size, on all threads [0] and on one thread [1]. */
 typedef struct pd_pace_loop {
     uint64_t key;
-    double best;     /* [s] least on all threads, 0: none */
-    double sum[2];   /* [s] in the last windows of either sort, the latest counts most */
-    double count[2]; /* [-] */
+    double best;     /* [s] shortest time on all threads; 0: not measured */
+    double sum[2];   /* [s] time, exponentially weighted over the last windows */
+    double count[2]; /* [-] number of loops, weighted likewise */
 } pd_pace_loop;
 
-/* Zeros are a start. */
+/* State of the detector. Zero-initialise. */
 typedef struct pd_pace {
-    int one;       /* 1: one thread does all */
-    int trying;    /* 1: for a trial */
-    double since;  /* [s] begin of the window */
+    int one;       /* 1: loops run on one thread */
+    int trying;    /* 1: the present choice is a trial */
+    double since;  /* [s] start of the present window */
     double until;  /* [s] when the next trial may begin */
-    double pause;  /* [s] between trials that fail */
-    double spent, lost; /* [s] of the window, by loops on all threads */
+    double pause;  /* [s] between unsuccessful trials */
+    double spent, lost; /* [s] in this window, loops on all threads: total time, and excess over the expected time */
     pd_pace_loop loop[PD_PACE_LOOPS];
 } pd_pace;
 
 #ifdef PDI_INTERNAL
-/* A loop of `work` scalar operations that is worth `threads` threads ran from start to end [s, of a clock that does not
- * turn back]. Loops of one key take the same time on one machine. */
+/* Record one timed loop of `work` scalar operations, worth `threads` threads, that ran from start to end [s, monotonic
+ * clock], and update the choice between one thread and all. Loops of one key take the same time on one machine. */
 PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work, double start, double end);
 #endif
 

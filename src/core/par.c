@@ -12,10 +12,10 @@
 
 /* Blocks of fixed length make the order of additions independent of the thread count. */
 #define PDI_PAR_BLOCK 2048
-/* Partial sums of a block. */
+/* Independent partial sums in a block. */
 #define PDI_PAR_CHAINS 16
-/* Scalar operations of a loop that several threads are worth: 10 us on one thread. Threads that spin meet in 1 us,
- * those that sleep in 50. */
+/* Least scalar operations of a loop that pay for several threads: 10 us on one thread. A barrier takes spinning threads
+ * 1 us, sleeping ones 50. */
 #define PDI_PAR_WORTH 20000
 /* Block sums are kept on the stack in batches of this many. */
 #define PDI_PAR_BATCH 512
@@ -38,18 +38,18 @@ PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work)
     return offered > 1 && ctx->pace.one ? 1 : offered;
 }
 
-PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_timing *timing)
+PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int repeats, uint64_t kind, pdi_par_timing *timing)
 {
     timing->threads = pdi_par_offered(ctx, work);
     if (timing->threads == 1) return 1;
-    timing->key = (((uint64_t)work * UINT64_C(0x9e3779b97f4a7c15) ^ sort) * 16 + (uint64_t)times) * 1024 +
+    timing->key = (((uint64_t)work * UINT64_C(0x9e3779b97f4a7c15) ^ kind) * 16 + (uint64_t)repeats) * 1024 +
                  (uint64_t)timing->threads;
-    timing->work = (double)work * times;
+    timing->work = (double)work * repeats;
     timing->start = pdi_par_clock();
     return ctx->pace.one ? 1 : timing->threads;
 }
 
-/* A context is never const itself, and its pace is no part of what a call promises to leave as it is. */
+/* The cast is safe: a context object is never const, and its detector is a cache. */
 PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing)
 {
     if (timing->threads == 1) return;
@@ -72,6 +72,7 @@ PDI_FN void pdi_par_meet(pdi_par_team team)
     PDI_BARRIER
 }
 
+/* x.y over one block, in double precision. */
 static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
 {
     /* chains let the compiler use vectors without reassociating */
@@ -85,7 +86,7 @@ static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
     return total;
 }
 
-/* The same with x in single precision. */
+/* x.y over one block with x in single precision. */
 static double pdi_par_block_dot_single(const float *x, const double *y, int64_t n)
 {
     double s[PDI_PAR_CHAINS], total = 0.0;
@@ -98,7 +99,7 @@ static double pdi_par_block_dot_single(const float *x, const double *y, int64_t 
     return total;
 }
 
-/* The same with x as integers times the scales of their blocks. */
+/* x.y over one block with x as integers times scales. */
 static double pdi_par_block_dot_integer(const int16_t *x, const float *scale, const double *y, int64_t n)
 {
     double s[PDI_PAR_CHAINS], total = 0.0;
@@ -116,6 +117,7 @@ static double pdi_par_block_dot_integer(const int16_t *x, const float *scale, co
     return total;
 }
 
+/* v[m].w over n entries from lo on, in the precision of v[m]. */
 static double pdi_par_block_product(const pdi_par_vectors *v, int m, const double *w, int64_t lo, int64_t n)
 {
     if (v->v[m]) return pdi_par_block_dot(v->v[m] + lo, w + lo, n);
@@ -132,7 +134,7 @@ PDI_FN void pdi_par_block_dots(int64_t n, int64_t block, int count, const pdi_pa
     for (int m = 0; m < count; m++) products[m] = pdi_par_block_product(v, m, w, lo, length);
 }
 
-/* Products of the blocks from `first` on: the share of one thread. */
+/* partial[b][m] = v[m].w over the blocks first + b, b < batch: the part of one thread. */
 static void pdi_par_products(int64_t n, int64_t first, int batch, int count, const pdi_par_vectors *v, const double *w,
                              double (*partial)[PDI_PAR_GROUP])
 {
@@ -157,7 +159,7 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
     pdi_par_end(ctx, &timing);
 }
 
-/* w += a times integers with scales. */
+/* w += a x with x as integers times scales. */
 static void pdi_par_add_integer(int64_t n, double a, const int16_t *x, const float *scale, double *w)
 {
     for (int64_t lo = 0; lo < n; lo += PDI_PAR_SCALED) {
@@ -182,7 +184,7 @@ PDI_FN void pdi_par_block_axpys(int64_t n, int64_t block, int count, const doubl
     }
 }
 
-/* The share of one thread in w += sum a[m] v[m]. */
+/* w += sum over m of a[m] v[m]: the part of one thread. */
 static void pdi_par_add(int64_t n, int count, const double *a, const pdi_par_vectors *v, double *w)
 {
     PDI_FOR
@@ -198,7 +200,7 @@ PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double 
     pdi_par_end(ctx, &timing);
 }
 
-/* The share of one thread. */
+/* v = a v, compressed to integers with scales: the part of one thread. */
 static void pdi_par_round(int64_t n, double a, double *v, int16_t *integer, float *scale)
 {
     PDI_FOR
@@ -222,7 +224,7 @@ static void pdi_par_round(int64_t n, double a, double *v, int16_t *integer, floa
     }
 }
 
-/* The share of one thread. */
+/* v = a v with a copy in double or single precision: the part of one thread. */
 static void pdi_par_scaled(int64_t n, double a, double *PD_RESTRICT v, double *PD_RESTRICT kept,
                            float *PD_RESTRICT single)
 {
@@ -257,24 +259,25 @@ PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const d
     return dot;
 }
 
+/* max |x| of one block; NaN if any element is NaN. */
 static double pdi_par_block_max(const double *x, int64_t n)
 {
     double largest[PDI_PAR_CHAINS], most = 0.0;
-    int64_t i = 0, odd = 0;
+    int64_t i = 0, nan_count = 0;
     for (int c = 0; c < PDI_PAR_CHAINS; c++) largest[c] = 0.0;
     for (; i + PDI_PAR_CHAINS <= n; i += PDI_PAR_CHAINS)
         for (int c = 0; c < PDI_PAR_CHAINS; c++) {
             double value = fabs(x[i + c]);
             largest[c] = value > largest[c] ? value : largest[c];
-            odd += value != value;
+            nan_count += value != value;
         }
     for (; i < n; i++) {
         double value = fabs(x[i]);
         most = value > most ? value : most;
-        odd += value != value;
+        nan_count += value != value;
     }
     for (int c = 0; c < PDI_PAR_CHAINS; c++) most = largest[c] > most ? largest[c] : most;
-    return odd ? NAN : most;
+    return nan_count ? NAN : most;
 }
 
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
@@ -298,7 +301,7 @@ PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
     return largest;
 }
 
-/* y += a x: the share of one thread. */
+/* y += a x: the part of one thread. */
 static void pdi_par_move(int64_t n, double a, const double *x, double *y)
 {
     PDI_FOR

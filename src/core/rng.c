@@ -24,7 +24,7 @@ PDI_FN void pdi_rng_philox(const uint32_t *counter, const uint32_t *key, uint32_
     out[3] = c3;
 }
 
-/* Key: the seed. Counter: low words the counter, high words the stream. */
+/* Two numbers of 64 random bits by Philox. Key: the seed. Counter: low words the counter, high words the stream. */
 static void pdi_rng_block(uint64_t seed, uint64_t stream, uint64_t counter, uint64_t *pair)
 {
     uint32_t key[2], block[4], out[4];
@@ -39,7 +39,7 @@ static void pdi_rng_block(uint64_t seed, uint64_t stream, uint64_t counter, uint
     pair[1] = ((uint64_t)out[3] << 32) | out[2];
 }
 
-/* 52 bits and a half: symmetric, never 0 or 1. */
+/* Uniform in (0, 1) from 64 random bits: (52 high bits + 1/2) 2^-52, symmetric about 1/2, never 0 or 1. */
 static double pdi_rng_open(uint64_t bits) { return ((double)(bits >> 12) + 0.5) * (1.0 / 4503599627370496.0); }
 
 PDI_FN uint64_t pdi_rng_u64(uint64_t seed, uint64_t stream, uint64_t counter)

@@ -18,7 +18,8 @@ PDI_FN double pdi_vec_least(const double *a)
     return least;
 }
 
-/* Gauss-Jordan with column pivoting on [a | b] with nb right-hand sides. */
+/* Gauss-Jordan elimination with column pivoting on [a | b], nb right-hand sides, in place. Returns the smallest pivot
+ * over max |a|; 0: singular. */
 static double pdi_vec_eliminate(double *a, double *b, int nb)
 {
     double largest = 0.0, smallest = 1.0;
@@ -95,7 +96,7 @@ PDI_FN int pdi_vec_factor_any(int n, int stride, const double *least, double *a)
 {
     double column[PDI_VEC_ROWS];
     if (!pdi_vec_factor(n, stride, least, a)) return 0;
-    for (int r = 0; r < n; r++) { /* the last pivot is 1 over the element of the inverse */
+    for (int r = 0; r < n; r++) { /* were row r last, its pivot would be 1 / (A^-1)_rr */
         for (int c = 0; c < n; c++) column[c] = c == r ? 1.0 : 0.0;
         pdi_vec_substitute(n, stride, a, column);
         if (!(column[r] * least[r] < 1.0)) return 0;
