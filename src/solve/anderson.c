@@ -3,9 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-/* A change of steps that the kept ones leave so little of has no direction of its own. */
+/* [-] A difference of residuals is linearly dependent when orthogonalisation leaves less than this fraction of it. */
 #define PDI_ANDERSON_NEW 1e-6
-/* A change of steps by so little of the step is of rounding. */
+/* [-] A difference of residuals below this fraction of the residual is rounding. */
 #define PDI_ANDERSON_ROUNDING 1e-12
 
 PDI_FN void pdi_anderson_list(pdi_owner *owner, void *object)
@@ -19,6 +19,7 @@ PDI_FN void pdi_anderson_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, anderson, way, anderson->n * PD_ANDERSON_KEPT, "1");
 }
 
+/* Dot product x.y, in fixed order. */
 static double pdi_anderson_dot(const pd_anderson *a, const double *x, const double *y)
 {
     double sum = 0.0;
@@ -26,8 +27,8 @@ static double pdi_anderson_dot(const pd_anderson *a, const double *x, const doub
     return sum;
 }
 
-/* Keeps the change from the last place to this one. Where the kept ones leave nothing of it, the map is not what they
- * say of it: they are dropped for this one. */
+/* Add the differences of residual and iterate since the previous iterate to the history, by modified Gram-Schmidt. A
+ * linearly dependent residual difference contradicts the linear model: the history is cleared first. */
 static void pdi_anderson_keep(pd_anderson *a, const double *x, const double *step)
 {
     if (a->count == PD_ANDERSON_KEPT) a->count = 0;
@@ -59,7 +60,7 @@ static void pdi_anderson_keep(pd_anderson *a, const double *x, const double *ste
     }
 }
 
-/* The place becomes the last one. */
+/* Store x and its residual, of norm `size`, as the previous iterate. */
 static void pdi_anderson_last(pd_anderson *a, const double *x, const double *step, double size)
 {
     memcpy(a->x, x, (size_t)a->n * sizeof *x);
@@ -68,7 +69,8 @@ static void pdi_anderson_last(pd_anderson *a, const double *x, const double *ste
     a->known = 1;
 }
 
-/* 1: steps have grown twice in turn beyond the least. The place is then that of the least step. */
+/* Track the best iterate. Returns 1 on divergence, after residuals that grew twice in a row: x and step are then
+ * replaced by the best iterate and its residual. */
 static int pdi_anderson_astray(pd_anderson *a, double *x, double *step, double size)
 {
     if (!a->known || size <= a->least) {

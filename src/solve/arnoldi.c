@@ -1,18 +1,20 @@
 /* arnoldi: see arnoldi.h
  *
- * A thread has the same blocks of w in all sums and products, so that threads meet once a group.
+ * A thread has the same blocks of w in all dot products and updates, so that one barrier per group of vectors is
+ * enough.
  */
 #include "solve/arnoldi.h"
 #include <math.h>
 
-/* Orthogonalise again when the norm fell below this share (Daniel, Gragg, Kaufman and Stewart 1976). */
+/* [-] Orthogonalise again when the norm fell below this fraction (Daniel, Gragg, Kaufman and Stewart 1976). */
 #define PDI_ARNOLDI_CANCEL 0.1
-/* Sums of this many blocks are kept at a time. */
+/* Blocks whose partial sums are stored at a time. */
 #define PDI_ARNOLDI_BATCH 512
 
-/* Sums of blocks that all threads see, in turns: one half is read while the other one is written. */
+/* Partial sums of blocks, shared by all threads, double-buffered: one half is read while the other one is written. */
 typedef double (*pdi_arnoldi_sums)[PDI_ARNOLDI_BATCH][PDI_PAR_GROUP];
 
+/* The arguments of one orthogonalisation, shared by all threads. */
 typedef struct pdi_arnoldi_job {
     int64_t n;
     int j;
@@ -20,16 +22,16 @@ typedef struct pdi_arnoldi_job {
     const void *user;
     double *w, *h;
     pdi_arnoldi_sums sums; /* [2] */
-    double before;
+    double before; /* [unit of w] |w| at the start */
 } pdi_arnoldi_job;
 
-/* What one thread knows. */
+/* State of one thread. */
 typedef struct pdi_arnoldi_thread {
     pdi_par_team team;
-    int turn;
+    int turn; /* half of the double buffer to write to next */
 } pdi_arnoldi_thread;
 
-/* dots[m] = v[m].w: the same bits on every thread. */
+/* dots[m] = v[m].w for m < count, the same bits on every thread. All threads of the team have to call it. */
 static void pdi_arnoldi_dots(const pdi_arnoldi_job *q, pdi_arnoldi_thread *thread, int count, const pdi_par_vectors *v,
                              double *dots)
 {
@@ -47,7 +49,7 @@ static void pdi_arnoldi_dots(const pdi_arnoldi_job *q, pdi_arnoldi_thread *threa
     }
 }
 
-/* w -= sum dots[m] v[m]: the share of one thread. */
+/* w -= sum over m of dots[m] v[m]: the part of one thread. */
 static void pdi_arnoldi_take(const pdi_arnoldi_job *q, pdi_par_team team, int count, const pdi_par_vectors *v,
                              const double *dots)
 {
@@ -61,6 +63,7 @@ static void pdi_arnoldi_take(const pdi_arnoldi_job *q, pdi_par_team team, int co
     }
 }
 
+/* |w|, the same bits on every thread. */
 static double pdi_arnoldi_norm(const pdi_arnoldi_job *q, pdi_arnoldi_thread *thread)
 {
     pdi_par_vectors v;
@@ -70,7 +73,7 @@ static double pdi_arnoldi_norm(const pdi_arnoldi_job *q, pdi_arnoldi_thread *thr
     return sqrt(square);
 }
 
-/* The share of one thread. */
+/* The whole orthogonalisation, as each thread of the team runs it. Thread 0 writes h and `before`. */
 static void pdi_arnoldi_work(pdi_par_team team, pdi_arnoldi_job *q)
 {
     pdi_arnoldi_thread thread;

@@ -16,8 +16,8 @@ PDI_FN void pdi_eliminate(int rows, int columns, int stride, double *a)
             row[j] = factor * swap;
         }
         for (int i = 0; i < rows; i++) {
-            double *other = a + (int64_t)i * stride, share = other[p];
-            for (int j = 0; j < columns && i != p; j++) other[j] -= share * row[j];
+            double *other = a + (int64_t)i * stride, scale = other[p];
+            for (int j = 0; j < columns && i != p; j++) other[j] -= scale * row[j];
         }
     }
 }

@@ -2,7 +2,7 @@
 #include "solve/hessenberg.h"
 #include <math.h>
 
-/* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
+/* [-] Pivots below this fraction of the largest count as zero: rounding of a singular operator. */
 #define PDI_HESSENBERG_PIVOT 1e-13
 
 PDI_FN void pdi_hessenberg_rotate(int j, double *h, double *cs, double *sn, double *g)

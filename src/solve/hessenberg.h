@@ -1,16 +1,16 @@
-/* hessenberg: the least squares of GMRES: a Hessenberg matrix that grows by columns, made triangular by rotations. */
+/* hessenberg: the least-squares problem of GMRES: QR of a growing Hessenberg matrix by Givens rotations. */
 #ifndef PD_HESSENBERG_H
 #define PD_HESSENBERG_H
 #include "core/base.h"
 
 #ifdef PDI_INTERNAL
-/* Column j, j + 2 entries long, begins behind the columns before it. */
+/* Offset of column j, which has j + 2 entries, in the packed matrix. */
 static inline int64_t pdi_hessenberg_column(int64_t j) { return j * (j + 3) / 2; }
-/* Rotate column h, the j-th one, to upper triangular form, and with it the right-hand side g. cs, sn: rotations so far,
- * which get one more. */
+/* Apply the Givens rotations cs, sn [j] to the new column h (number j), and add one that makes it upper triangular; it
+ * is applied to the right-hand side g [j + 2], too. |g[j + 1]| is then the residual norm. */
 PDI_FN void pdi_hessenberg_rotate(int j, double *h, double *cs, double *sn, double *g);
-/* y of `count` columns by back substitution. A singular operator leaves a pivot of rounding size; its direction is left
- * out. */
+/* Solve the triangular system of `count` columns for y [count] by back substitution. A pivot of rounding size, as of a
+ * singular operator, gives y = 0. */
 PDI_FN void pdi_hessenberg_back(int count, const double *hess, const double *g, double *y);
 #endif
 

@@ -3,17 +3,18 @@
 #include "core/vec.h"
 #include <math.h>
 
-/* What a piece misses may cost this share of the tolerance of what is taken, and this share of the size that it is
- * taken from. */
+/* [-] Error allowed in an interval, over rtol: this fraction of the amount removed, plus this fraction of the amount
+ * that is there. */
 #define PDI_QUADRATURE_COST 0.1
 #define PDI_QUADRATURE_FAINT 1e-4
-/* Bounds are wider than the values between them by what an expression says twice: this often is still seen. */
+/* [-] Interval arithmetic overestimates the range where a variable occurs twice: bounds may be this many times wider
+ * than the range of the point values. */
 #define PDI_QUADRATURE_WIDE 4.0
-/* Parts of a piece whose bounds are together at most half as wide as its own. */
+/* Subintervals whose bounds have to be, on average, at most half as wide as those of the interval. */
 #define PDI_QUADRATURE_PARTS 4
-/* A shorter piece, over the step, is a jump whatever its bounds. */
+/* [-] An interval below this fraction of the step is a jump whatever its bounds. */
 #define PDI_QUADRATURE_SHORT 1e-15
-/* Share of a time by which the last value of a piece lies before its end, where the function may jump. */
+/* [-] The last value is taken this fraction of the time before the end, where the function may jump. */
 #define PDI_QUADRATURE_BEFORE 1e-15
 
 PDI_FN double pdi_quadrature_instant(double from, double to, int second)
@@ -22,15 +23,15 @@ PDI_FN double pdi_quadrature_instant(double from, double to, int second)
     return from + half + (second ? half : -half) / sqrt(3.0);
 }
 
-/* Mean by Gauss' rule. */
+/* Mean over [from, to] by two-point Gauss quadrature. */
 static double pdi_quadrature_gauss(const pdi_quadrature *q, double from, double to)
 {
     return 0.5 * (q->value(q->user, pdi_quadrature_instant(from, to, 0)) +
                   q->value(q->user, pdi_quadrature_instant(from, to, 1)));
 }
 
-/* 1: bounds become narrower with the piece: a smooth function is straight over its parts. Those of a function that
- * swings within each part do not, whatever its instants happen to show. */
+/* 1: bounds of subintervals are at most half as wide as `width`, as of a smooth function. Those of a function that
+ * oscillates within each subinterval are not, whatever its point values happen to be. */
 static int pdi_quadrature_narrows(const pdi_quadrature *q, double from, double to, double width)
 {
     double sum = 0.0, least, most;
@@ -52,7 +53,7 @@ PDI_FN pdi_quadrature_piece pdi_quadrature_judge(const pdi_quadrature *q, double
     double gauss = pdi_quadrature_gauss(q, from, to);
     *mean = middle ? centre : gauss;
     if (!(fabs(first) + fabs(centre) + fabs(last) + fabs(gauss) < HUGE_VAL))
-        return PDI_QUADRATURE_FITS; /* who asks for that value will say so */
+        return PDI_QUADRATURE_FITS; /* an error at the evaluation of that value is reported elsewhere */
     if (q->bounds) q->bounds(q->user, from, to, &least, &most);
     double room = q->rtol * (PDI_QUADRATURE_COST * q->share * pdi_min(fabs(simpson), fabs(*mean)) +
                              PDI_QUADRATURE_FAINT * q->size);

@@ -3,38 +3,39 @@
 #include <math.h>
 #include <string.h>
 
-/* Columns of the table of extrapolation: steps are taken as 1, 2, ... of them. */
+/* Columns of the extrapolation table: a step is divided into 1, 2, ... COLUMNS substeps. */
 #define PDI_STIFF_COLUMNS 5
-/* Steps at most, and the least of one over the whole way. */
+/* Most steps, and the least step as a fraction of the whole interval. */
 #define PDI_STIFF_STEPS 5000
 #define PDI_STIFF_LEAST 1e-13
-/* Least first step over the whole way. */
+/* [-] Least first step as a fraction of the whole interval. */
 #define PDI_STIFF_FIRST 1e-10
-/* A step that leaves less than that of what is left goes to the end. */
+/* [-] A step that would leave less than this fraction of the remaining time is extended to the end. */
 #define PDI_STIFF_REST 1e-6
-/* Share of the step that the error allows; a step is at most this many times the last one, at least that share. */
+/* [-] Step size control: safety factor, largest growth and strongest reduction of a step. */
 #define PDI_STIFF_SAFETY 0.8
 #define PDI_STIFF_GROWTH 8.0
 #define PDI_STIFF_SHRINK 0.1
-/* Relative change of a value, and of its size, by which slopes of rates are found. */
+/* [-] Relative increment of the finite differences of the Jacobian. */
 #define PDI_STIFF_STRIDE 1e-7
 
 typedef double pdi_stiff_matrix[PD_STIFF_MOST][PD_STIFF_MOST];
 
-/* A step at hand. */
+/* State of the integration. */
 typedef struct pdi_stiff_work {
     const pd_stiff *s;
-    int held[PD_STIFF_MOST];     /* 1: it stands at a bound, with its rate outwards */
-    pdi_stiff_matrix slope;      /* [1/s] of rates by values */
+    int held[PD_STIFF_MOST];     /* 1: the component is fixed at a bound, its rate points outwards */
+    pdi_stiff_matrix slope;      /* [1/s] Jacobian df/dy */
     int bad;                     /* equation whose rate is not finite; -1: none */
 } pdi_stiff_work;
 
+/* Component y clipped to its bounds. */
 static double pdi_stiff_within(const pd_stiff *s, int k, double y)
 {
     return pdi_min(pdi_max(y, s->low[k]), s->high[k]);
 }
 
-/* Rates at values within bounds; those that are held have none. */
+/* Evaluate the rates at y clipped to its bounds; 0 for components fixed at a bound. Notes rates that are not finite. */
 static void pdi_stiff_rates(pdi_stiff_work *w, double t, const double *y, double *rate)
 {
     const pd_stiff *s = w->s;
@@ -47,7 +48,7 @@ static void pdi_stiff_rates(pdi_stiff_work *w, double t, const double *y, double
     }
 }
 
-/* Which values stand at a bound and want out. */
+/* Mark the components that are at a bound with a rate that points outwards. */
 static void pdi_stiff_hold(pdi_stiff_work *w, double t, const double *y)
 {
     const pd_stiff *s = w->s;
@@ -58,7 +59,7 @@ static void pdi_stiff_hold(pdi_stiff_work *w, double t, const double *y)
         w->held[k] = (y[k] >= s->high[k] && rate[k] > 0.0) || (y[k] <= s->low[k] && rate[k] < 0.0);
 }
 
-/* How the rates follow the values, by differences away from upper bounds. */
+/* Jacobian of the rates by one-sided finite differences within the bounds. */
 static void pdi_stiff_slopes(pdi_stiff_work *w, double t, const double *y)
 {
     const pd_stiff *s = w->s;
@@ -75,7 +76,7 @@ static void pdi_stiff_slopes(pdi_stiff_work *w, double t, const double *y)
     }
 }
 
-/* The factors of 1 - h slope, with rows exchanged; 0: it is singular. */
+/* LU factorisation of I - h J with row pivoting. Returns 0 when singular. */
 static int pdi_stiff_factor(const pdi_stiff_work *w, double h, pdi_stiff_matrix a, int *row)
 {
     int n = w->s->count;
@@ -99,6 +100,7 @@ static int pdi_stiff_factor(const pdi_stiff_work *w, double h, pdi_stiff_matrix 
     return 1;
 }
 
+/* Solve with these LU factors, x [n] in place. */
 static void pdi_stiff_back(int n, pdi_stiff_matrix a, const int *row, double *x)
 {
     for (int p = 0; p < n; p++) {
@@ -114,7 +116,7 @@ static void pdi_stiff_back(int n, pdi_stiff_matrix a, const int *row, double *x)
     }
 }
 
-/* `parts` steps of Euler over h; 0: a matrix is singular. */
+/* `parts` linearly implicit Euler substeps over h [s] from y to `end`. Returns 0 when the matrix is singular. */
 static int pdi_stiff_euler(pdi_stiff_work *w, double t, double h, int parts, const double *y, double *end)
 {
     int n = w->s->count, row[PD_STIFF_MOST];
@@ -131,7 +133,7 @@ static int pdi_stiff_euler(pdi_stiff_work *w, double t, double h, int parts, con
     return 1;
 }
 
-/* A step of h from y to `end`: its error over what it may be; HUGE_VAL: there is no result. */
+/* One extrapolated step of h [s] from y to `end`. Returns the error over its tolerance; HUGE_VAL: no result. */
 static double pdi_stiff_step(pdi_stiff_work *w, double t, double h, const double *y, double *end)
 {
     const pd_stiff *s = w->s;
@@ -154,8 +156,8 @@ static double pdi_stiff_step(pdi_stiff_work *w, double t, double h, const double
     return worst;
 }
 
-/* Share of the step after which the first value meets a bound; 1: none does. What is within the tolerance of a bound
- * before or after the step gets there. */
+/* Fraction of the step after which the first component reaches a bound; 1: none does. Components within the tolerance
+ * of a bound before or after the step are set to it. */
 static double pdi_stiff_met(const pd_stiff *s, const double *y, double *end)
 {
     double share = 1.0;
@@ -169,7 +171,8 @@ static double pdi_stiff_met(const pd_stiff *s, const double *y, double *end)
     return share;
 }
 
-/* 1: a value that was held over a step of h has come off its bound in it, by more than the tolerance. */
+/* 1: a component that was fixed at a bound in a step of h [s] would leave it by more than the tolerance: its rate
+ * points inwards at the end. */
 static int pdi_stiff_left(const pdi_stiff_work *w, double t, double h, const double *end)
 {
     const pd_stiff *s = w->s;
@@ -187,8 +190,8 @@ static int pdi_stiff_left(const pdi_stiff_work *w, double t, double h, const dou
     return 0;
 }
 
-/* A first step over which no value changes by more than its size at the present rates: over a step that is far too long
- * all columns of the table damp to nothing, and their differences say that there is no error. */
+/* First step [s]: no component changes by more than its size at the present rates. In a far too long step all columns
+ * of the table are damped to zero, and their differences wrongly show no error. */
 static double pdi_stiff_first(pdi_stiff_work *w, double t, double whole, const double *y)
 {
     const pd_stiff *s = w->s;

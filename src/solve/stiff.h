@@ -1,35 +1,39 @@
-/* stiff: a few ordinary differential equations, stiff or not, from one time to another with a controlled error.
+/* stiff: integrator of a small system of stiff ordinary differential equations dy/dt = f(t, y) with bounds on y and
+ * error control.
  *
- * Linearly implicit steps of Euler, extrapolated to order 5 (Deuflhard 1985; Hairer and Wanner 1996, IV.9). A value
- * that reaches a bound stays there as long as its rate points outwards: the step ends where the bound is met. Rates are
- * asked within bounds only. Nothing is allocated and nothing is global, so threads may solve side by side.
+ * Linearly implicit Euler steps, extrapolated to order 5 (Deuflhard 1985; Hairer and Wanner 1996, IV.9). A component
+ * that reaches a bound stays there as long as its rate points outwards; the step ends where the bound is reached. Rates
+ * are evaluated within the bounds only. Nothing is allocated or global: thread-safe.
  */
 #ifndef PD_STIFF_H
 #define PD_STIFF_H
 #include "core/base.h"
 
-#define PD_STIFF_MOST 8 /* equations */
+#define PD_STIFF_MOST 8 /* most equations */
 
-/* Rates [count] [unit of y per s] of y [count] at time t [s]. */
+/* The right-hand side f: rates [count] [unit of y per s] of y [count] at time t [s]. */
 typedef void (*pd_stiff_fn)(void *user, double t, const double *y, double *rate);
 
+/* The system of equations. */
 typedef struct pd_stiff {
-    int count;
+    int count; /* equations */
     pd_stiff_fn rate;
     void *user;
     const double *low, *high; /* [count] [unit of y] bounds; infinite: none */
-    const double *size;       /* [count] [unit of y] errors count against that, or against a larger value */
-    double tolerance;         /* [-] of a step */
+    const double *size;       /* [count] [unit of y] typical values: errors are relative to the larger of size and
+                               * |y| */
+    double tolerance;         /* [-] relative error allowed in a step */
 } pd_stiff;
 
 typedef enum pd_stiff_end {
     PD_STIFF_DONE = 0,
-    PD_STIFF_NOT_FINITE, /* a rate is not */
-    PD_STIFF_STUCK       /* the error does not fall with the step, as where a rate jumps back and forth */
+    PD_STIFF_NOT_FINITE, /* a rate is NaN or infinite */
+    PD_STIFF_STUCK       /* step underflow or too many steps, as where a rate jumps back and forth */
 } pd_stiff_end;
 
 #ifdef PDI_INTERNAL
-/* y [count] at `from` [s] becomes that at `to`. *which: the equation that is not finite, else unchanged. */
+/* Integrate y [count] in place from time `from` to `to` [s]. *which: index of the equation whose rate is not finite,
+ * else unchanged. */
 PDI_FN pd_stiff_end pdi_stiff_solve(const pd_stiff *stiff, double from, double to, double *y, int *which);
 #endif
 
