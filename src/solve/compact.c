@@ -38,10 +38,11 @@ PDI_FN void pdi_compact_plan(const pd_grid *grid, int with_flux, pd_compact *c)
     c->with_flux = with_flux;
 }
 
-/* Ratio of spacings from which on a lattice is stretched. */
+/* [-] Ratio of spacings above which a grid counts as stretched. */
 #define PDI_COMPACT_STRETCHED 4.0
 
-/* Diffusivity that stays on a face beside the compact upwinding, which adds |flux| h^2/2 itself. */
+/* Diffusivity [m2/s] of the face along axis d between node and other: physical plus numerical diffusivity of
+ * peridynamic upwinding, less that of the compact upwind scheme, |u| h/2. */
 static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convection *v, double diffusivity, int32_t node,
                                  int32_t other, int d)
 {
@@ -54,8 +55,8 @@ static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convecti
     return pdi_max(diffusivity, 0.0);
 }
 
-/* Spacings from a node to what its lower or upper face along axis d holds. A node that a curved wall all but touches
- * rubs on it a thousand times as much as on one half a cell away. */
+/* Distance, in spacings, from a node to the wall behind its lower or upper face along axis d. The friction on a curved
+ * wall that nearly touches a node is a thousand times that of a wall half a cell away. */
 static double pdi_compact_leg(const pdi_compact_faces *faces, int32_t node, uint8_t kind, int d, int up)
 {
     const pd_bonds *walls = pdi_grid_open(kind) ? NULL : faces->walls;
@@ -63,6 +64,7 @@ static double pdi_compact_leg(const pdi_compact_faces *faces, int32_t node, uint
     return row >= 0 ? fabs(walls->leg[((int64_t)row * PD_DIM + d) * 2 + up]) : 0.5;
 }
 
+/* Assemble the coefficients of one fluid cell: faces, Dirichlet terms, outflow. */
 static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double constant, const pd_media *media,
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {

@@ -1,8 +1,9 @@
-/* compact: the nearest-neighbour (2d+1 point) picture of a scene that multigrid preconditioners work on.
+/* compact: the compact (nearest-neighbour, 2d+1 point) finite-volume operator of a grid, for multigrid preconditioners.
  *
- * The peridynamic operators act on whole families; their compact counterparts have the same continuum limit and
- * bounded spectral ratio, which is all that a preconditioner needs. Arrays run over the cells of the box without
- * ghosts, axis 0 fastest, as multigrid.h wants them. On an axisymmetric grid all coefficients count the circumference.
+ * The peridynamic operators act on families of nodes within the horizon; their compact counterparts have the same
+ * continuum limit and a bounded spectral ratio, which is all that a preconditioner needs. Arrays run over the cells of
+ * the box without ghosts, axis 0 fastest, as multigrid.h wants them. On an axisymmetric grid all coefficients are
+ * multiplied by the circumference.
  */
 #ifndef PD_COMPACT_H
 #define PD_COMPACT_H
@@ -11,53 +12,57 @@
 #include "lattice/media.h"
 #include "solve/multigrid.h"
 
+/* Coefficients of the compact operator. */
 typedef struct pd_compact {
     const pd_grid *grid;
-    int64_t cells;
-    int with_flux;
+    int64_t cells; /* of the box, without ghosts */
+    int with_flux; /* 1: there is convection */
     uint8_t *active;         /* [cells] 1: fluid */
-    float *conduct[PD_DIM];  /* [cells] [1/s or 1/m2] diffusive coefficient of the face towards + */
-    float *flux[PD_DIM];     /* [cells] [1/s] flow through that face towards +, NULL without flow */
-    float *wall;             /* [cells] boundary values held at walls, inlets or outlets */
-    float *mass;             /* [cells] outflow and time terms */
+    float *conduct[PD_DIM];  /* [cells] [1/s or 1/m2] diffusive coefficient of the upper face */
+    float *flux[PD_DIM];     /* [cells] [1/s] volume flow through that face upwards over cell volume, NULL without
+                              * flow */
+    float *wall;             /* [cells] Dirichlet coefficients of walls, inlets and outlets */
+    float *mass;             /* [cells] diagonal terms: outflow, and 1/dt of the time derivative */
 } pd_compact;
 
 #ifdef PDI_INTERNAL
-/* Which boundary faces hold a value (1) or let nothing through (0). */
+/* Boundary conditions of the faces: Dirichlet (1) or zero flux (0). */
 typedef struct pdi_compact_faces {
     int closed, inlet, outlet;
-    const pd_bonds *walls; /* how far off closed faces hold theirs; NULL: half a cell. Borrowed */
+    const pd_bonds *walls; /* distances of the walls behind closed faces; NULL: half a cell. Borrowed */
 } pdi_compact_faces;
 
-/* Arrays of a pd_compact: of the cells, and of their faces, which go into a multigrid at once. One without them can be
- * counted. */
+/* List functions: the arrays of the cells, and those of the faces, which a multigrid setup consumes at once. */
 PDI_FN void pdi_compact_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_compact_face_list(pdi_owner *owner, void *object);
+/* Initialise the sizes without any array; with_flux 1: with convection. */
 PDI_FN void pdi_compact_plan(const pd_grid *grid, int with_flux, pd_compact *compact);
-/* What becomes of the convective term. */
+/* The convective term. */
 typedef struct pdi_compact_convection {
     const double *u;      /* [PD_DIM][total] [m/s]; NULL: none */
-    const double *spread; /* [PD_DIM][PD_DIM] [m] diffusivity along the second axis per speed along the first, that the
-                           * peridynamic operator adds by upwinding; NULL: central */
+    const double *spread; /* [PD_DIM][PD_DIM] [m] numerical diffusivity along the second axis per speed along the first
+                           * by which the peridynamic operator upwinds; NULL: central differences */
 } pdi_compact_convection;
-/* Upwinding bond by bond spreads along b by 1/2 sum |g_a| xi_b^2 per speed along a; times `share`. */
+/* Numerical diffusivity of upwinding bond by bond: spread[a][b] = share/2 sum over bonds of |g_a| xi_b^2 [m], with the
+ * gradient weights g of the stencil. */
 PDI_FN void pdi_compact_upwind(const pd_stencil *stencil, double share, double *spread);
-/* diffusivity [m2/s, or 1], or that of media when not NULL; mass: value for every fluid cell [1/s]. */
+/* Assemble the operator. diffusivity [m2/s, or 1], or that of media where not NULL; mass [1/s]: diagonal term of every
+ * fluid cell; faces: boundary conditions. */
 PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_media *media,
                              const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
                              pd_compact *compact);
-/* 1: single precision does not do. The rounding of a field is a share eps of the field and changes from cell to cell,
- * so its Laplacian goes with eps over the square of the least spacing. It may exceed the Laplacian of the field itself,
- * which may change over the whole box. */
+/* 1: single precision is not enough on n cells of spacing h [m]. Rounding is a relative error eps that varies from cell
+ * to cell, so its Laplacian is of size eps / min(h)^2. It may exceed the Laplacian of a field that varies over the
+ * whole box, of size 1 / L^2. */
 PDI_FN int pdi_compact_contrast(const int *n, const double *h);
-/* 1: spacings differ so much that the rounding of a cycle shows at a few digits already. */
+/* 1: the spacings h [m] of the axes differ so much that the rounding of a cycle matters at a few digits already. */
 PDI_FN int pdi_compact_stretched(const double *h);
-/* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
+/* Fill the multigrid desc from the grid; `symmetric` is set to 0. */
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
-/* What 1/(Laplacian) of a wide family exceeds that of the compact one by in short waves, on average [m2]: a wide family
- * gives waves of all short lengths nearly the same (eq. 5.15). At least 0. */
+/* Difference [m2] between the inverse symbols of the peridynamic and the compact Laplacian at short wavelengths, where
+ * that of a wide family is nearly constant (theory, eq. 5.15). At least 0. */
 PDI_FN double pdi_compact_excess(const pd_stencil *stencil);
-/* Box cell of a node inside the box, and back. */
+/* Cell number of the node with indices i [PD_DIM] inside the box. */
 PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);
 #endif
 

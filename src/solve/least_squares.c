@@ -6,37 +6,40 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_LEAST_SQUARES_PROBES 4     /* differences that the noise is measured from */
-#define PDI_LEAST_SQUARES_SPACING 1.618e-4 /* [-] of the bounds, between them: no round part of any digits cut off */
+#define PDI_LEAST_SQUARES_PROBES 4     /* equidistant evaluations beside the start from which the noise is measured */
+#define PDI_LEAST_SQUARES_SPACING 1.618e-4 /* [-] of the bounds, between them: no round number, so that it is no
+                                            * multiple of an input resolution */
 #define PDI_LEAST_SQUARES_STEPS 100 /* most steps */
-#define PDI_LEAST_SQUARES_FIRST 1e-2   /* [-] of the bounds: step of the first quotients */
-#define PDI_LEAST_SQUARES_LEAST 1e-6   /* [-] of the bounds: least step of later ones */
-#define PDI_LEAST_SQUARES_MOST 0.1 /* [-] of the bounds: largest step of later ones */
+#define PDI_LEAST_SQUARES_FIRST 1e-2   /* [-] of the bounds: increment of the first finite differences */
+#define PDI_LEAST_SQUARES_LEAST 1e-6   /* [-] of the bounds: least increment of later ones */
+#define PDI_LEAST_SQUARES_MOST 0.1 /* [-] of the bounds: largest increment of later ones */
 
 enum { PDI_LEAST_SQUARES_N = PD_LEAST_SQUARES_PARAMETERS };
 
+/* State of a fit. */
 typedef struct pdi_least_squares {
     pd_ctx *ctx;
     const pd_least_squares_desc *desc;
     pd_least_squares_result *result;
     int n;                      /* parameters */
     int m;                      /* points */
-    double q[PDI_LEAST_SQUARES_N];    /* [-] present parameters, 0 .. 1 between their bounds */
-    double step[PDI_LEAST_SQUARES_N]; /* [-] of the quotients */
-    double *r;                  /* [m] residuals there */
-    double *trial;              /* [m] */
-    double *jacobian;           /* [n][m] */
+    double q[PDI_LEAST_SQUARES_N];    /* [-] present parameters, scaled to 0 .. 1 between their bounds */
+    double step[PDI_LEAST_SQUARES_N]; /* [-] increments of the finite differences */
+    double *r;                  /* [m] residuals at q */
+    double *trial;              /* [m] residuals at a trial point */
+    double *jacobian;           /* [n][m] d residual / d q */
     double *work;               /* [(probes + 1)][m] */
-    double sum, damping;
-    double from[PDI_LEAST_SQUARES_N]; /* [-] parameters at which it consists of quotients */
+    double sum, damping;        /* [-] sum of squares at q; Levenberg-Marquardt damping */
+    double from[PDI_LEAST_SQUARES_N]; /* [-] parameters at which the Jacobian was computed by finite differences */
 } pdi_least_squares;
 
-/* Parameters over decades go by their logarithm. */
+/* 1: parameter k is scaled by its logarithm, since its bounds are at least a decade apart. */
 static int pdi_least_squares_log(const pd_least_squares_desc *d, int k)
 {
     return d->low[k] > 0.0 && d->high[k] >= 10.0 * d->low[k];
 }
 
+/* Value of parameter k from its scaled value q, 0 .. 1. */
 static double pdi_least_squares_value(const pd_least_squares_desc *d, int k, double q)
 {
     if (q <= 0.0) return d->low[k];
@@ -45,15 +48,17 @@ static double pdi_least_squares_value(const pd_least_squares_desc *d, int k, dou
     return (1.0 - q) * d->low[k] + q * d->high[k];
 }
 
-/* d value/d q */
+/* Derivative of the value of parameter k by its scaled value q. */
 static double pdi_least_squares_slope(const pd_least_squares_desc *d, int k, double q)
 {
     if (pdi_least_squares_log(d, k)) return pdi_least_squares_value(d, k, q) * log(d->high[k] / d->low[k]);
     return d->high[k] - d->low[k];
 }
 
+/* Column k of the Jacobian, [m]. */
 static double *pdi_least_squares_column(const pdi_least_squares *s, int k) { return s->jacobian + (int64_t)k * s->m; }
 
+/* Evaluate the residuals [m] and their sum of squares at scaled parameters q. Errors of the function. */
 static pd_status pdi_least_squares_evaluate(pdi_least_squares *s, const double *q, double *residual, double *sum)
 {
     double value[PDI_LEAST_SQUARES_N];
@@ -66,8 +71,8 @@ static pd_status pdi_least_squares_evaluate(pdi_least_squares *s, const double *
     return pdi_fail(s->ctx, PD_ERR_STATE, "squares", "a residual is not finite at %g of parameter 1", value[0]);
 }
 
-/* Noise of a residual from differences of high order along a line, where what is smooth cancels: the mean square of the
- * k-th ones is that of the noise times (2k)!/(k!)^2 (Hamming; More and Wild 2011). */
+/* Estimate the noise of a residual from k-th differences along a line, in which smooth parts cancel: their mean square
+ * is the variance of the noise times (2k)!/(k!)^2 (Hamming; More and Wild 2011). */
 static pd_status pdi_least_squares_noise(pdi_least_squares *s)
 {
     double q[PDI_LEAST_SQUARES_N], sum, square = 0.0, gamma = 1.0;
@@ -89,7 +94,7 @@ static pd_status pdi_least_squares_noise(pdi_least_squares *s)
     return PD_OK;
 }
 
-/* A quotient of second order, inside the bounds. */
+/* Column k of the Jacobian by a finite difference of second order within the bounds. */
 static pd_status pdi_least_squares_quotient(pdi_least_squares *s, int k)
 {
     double q[PDI_LEAST_SQUARES_N], sum, h = s->step[k], *j = pdi_least_squares_column(s, k);
@@ -108,6 +113,7 @@ static pd_status pdi_least_squares_quotient(pdi_least_squares *s, int k)
     return PD_OK;
 }
 
+/* Dot product over the points. */
 static double pdi_least_squares_dot(const pdi_least_squares *s, const double *a, const double *b)
 {
     double sum = 0.0;
@@ -115,15 +121,16 @@ static double pdi_least_squares_dot(const pdi_least_squares *s, const double *a,
     return sum;
 }
 
-/* A parameter on a bound that the sum would fall beyond. */
+/* -1, 1: parameter k is on its low, high bound, and the sum of squares would decrease beyond it (active bound); else
+ * 0. */
 static int pdi_least_squares_at_bound(const pdi_least_squares *s, int k)
 {
     double slope = pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
     return s->q[k] <= 0.0 && slope > 0.0 ? -1 : s->q[k] >= 1.0 && slope < 0.0 ? 1 : 0;
 }
 
-/* Cholesky factor of the normal matrix of the free parameters with (1 + damping) on its diagonal; held ones get 1.
- * 0: it is singular. */
+/* Cholesky factor of the normal matrix J^T J with its diagonal times (1 + damping); parameters on active bounds get a
+ * unit row. Returns 0 when singular. */
 static int pdi_least_squares_factor(const pdi_least_squares *s, double damping,
                                     double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
 {
@@ -142,8 +149,8 @@ static int pdi_least_squares_factor(const pdi_least_squares *s, double damping,
     return pdi_vec_factor(s->n, PDI_LEAST_SQUARES_N, least, a[0]);
 }
 
-/* Noise e and a third derivative of the size of the first make the error of a quotient e/h + h^2/6 of it: least at the
- * cube root of 3 e. */
+/* Compute the Jacobian by finite differences, and their next increments h: with relative noise e, and a third
+ * derivative of the size of the first one, the relative error e/h + h^2/6 is least at h = (3 e)^(1/3). */
 static pd_status pdi_least_squares_jacobian(pdi_least_squares *s)
 {
     double noise = s->result->noise * sqrt((double)s->m), a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
@@ -162,7 +169,7 @@ static pd_status pdi_least_squares_jacobian(pdi_least_squares *s)
     return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not distinguish the %d parameters", s->n);
 }
 
-/* The step from q, cut at the bounds. 0: there is none. */
+/* q: the parameters after a Levenberg-Marquardt step, clipped to the bounds. Returns 0 when the matrix is singular. */
 static int pdi_least_squares_step(const pdi_least_squares *s, double *q)
 {
     double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N], x[PDI_LEAST_SQUARES_N];
@@ -174,7 +181,7 @@ static int pdi_least_squares_step(const pdi_least_squares *s, double *q)
     return 1;
 }
 
-/* Factor of the variances: 1 for a known spread that the residuals do not pass. */
+/* Factor of the covariance: the reduced chi-square; with known standard deviations at least 1. */
 static double pdi_least_squares_scale(const pdi_least_squares *s)
 {
     int freedom = s->result->freedom;
@@ -183,7 +190,7 @@ static double pdi_least_squares_scale(const pdi_least_squares *s)
     return reduced > 1.0 ? reduced : 1.0;
 }
 
-/* Freedom, bounds, covariance. 0: the matrix is singular. */
+/* Compute degrees of freedom, active bounds and the covariance matrix. Returns 0 when the normal matrix is singular. */
 static int pdi_least_squares_spread(pdi_least_squares *s, double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
 {
     double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
@@ -203,7 +210,7 @@ static int pdi_least_squares_spread(pdi_least_squares *s, double cov[PDI_LEAST_S
     return 1;
 }
 
-/* The step to q is small: against the standard errors, or against what the noise leaves open. */
+/* 1: the step to q is below the tolerance times the standard errors, plus the uncertainty due to noise. */
 static int pdi_least_squares_small(pdi_least_squares *s, const double *q)
 {
     double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N],
@@ -218,7 +225,7 @@ static int pdi_least_squares_small(pdi_least_squares *s, const double *q)
     return 1;
 }
 
-/* Secant update: then the Jacobian gives the change that the step has shown. */
+/* Broyden update: the Jacobian then reproduces the change of the residuals in the step to q. */
 static void pdi_least_squares_update(pdi_least_squares *s, const double *q)
 {
     double length = 0.0;
@@ -231,7 +238,7 @@ static void pdi_least_squares_update(pdi_least_squares *s, const double *q)
     }
 }
 
-/* The quotients were taken no farther away than they reach. */
+/* 1: the Jacobian is up to date: its finite differences were taken within one increment of q. */
 static int pdi_least_squares_fresh(const pdi_least_squares *s)
 {
     for (int k = 0; k < s->n; k++)
@@ -239,7 +246,7 @@ static int pdi_least_squares_fresh(const pdi_least_squares *s)
     return 1;
 }
 
-/* One step; *done: 1 converged, -1 nothing is lower. */
+/* One iteration. *done: 1 converged, -1 no step decreases the sum of squares. */
 static pd_status pdi_least_squares_advance(pdi_least_squares *s, int *done)
 {
     double q[PDI_LEAST_SQUARES_N], sum;
@@ -258,7 +265,7 @@ static pd_status pdi_least_squares_advance(pdi_least_squares *s, int *done)
     int lower = sum < s->sum;
     if (!lower && !pdi_least_squares_fresh(s)) return pdi_least_squares_jacobian(s);
     if (!lower) {
-        *done = small ? -1 : 0; /* a step that damping has made small and that still leads up */
+        *done = small ? -1 : 0; /* a strongly damped step that still increases the sum */
         s->damping = pdi_max(10.0 * s->damping, 1e-3);
         return PD_OK;
     }
@@ -270,6 +277,7 @@ static pd_status pdi_least_squares_advance(pdi_least_squares *s, int *done)
     return PD_OK;
 }
 
+/* Call the progress callback. */
 static void pdi_least_squares_tell(const pdi_least_squares *s)
 {
     double value[PDI_LEAST_SQUARES_N];
@@ -277,6 +285,7 @@ static void pdi_least_squares_tell(const pdi_least_squares *s)
     if (s->desc->report) s->desc->report(s->desc->user, value, s->sum, s->result->evaluations);
 }
 
+/* Fill the result: values, standard errors, 95 % intervals, correlations. */
 static void pdi_least_squares_report(pdi_least_squares *s)
 {
     double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
@@ -294,6 +303,7 @@ static void pdi_least_squares_report(pdi_least_squares *s)
     }
 }
 
+/* The iteration from the start to convergence. */
 static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
 {
     int done = 0;
@@ -362,7 +372,8 @@ PDI_FN pd_status pdi_least_squares_solve(pd_ctx *ctx, const pd_least_squares_des
     return status;
 }
 
-/* Share of Student's t within +-t for a whole freedom (Abramowitz and Stegun 26.7.3 and 26.7.4). */
+/* Probability that |Student's t| < t for an integer number of degrees of freedom (Abramowitz and Stegun 26.7.3,
+ * 26.7.4). */
 static double pdi_least_squares_student(double t, int freedom)
 {
     double angle = atan(t / sqrt((double)freedom)), c = cos(angle), term = 1.0, sum = 0.0;

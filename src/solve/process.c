@@ -3,11 +3,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Attempts at one step at most. */
+/* Most attempts of one step. */
 #define PDI_PROCESS_TRIALS 1000
 
-/* Steps that are looked at together, and how many to the end are too many: of the smallest scene, of microseconds each,
- * they take hours, of a thousand nodes a year. */
+/* The progress of a run is checked over this many steps, and a run is refused when it needs more than MOST further
+ * steps: of the smallest scene, at microseconds each, those take hours, of a thousand nodes a year. */
 #define PDI_PROCESS_STEPS 1000
 #define PDI_PROCESS_MOST 1e10
 
@@ -21,6 +21,7 @@ PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Report step underflow or too many attempts. Returns an error. */
 static pd_status pdi_process_stuck(pd_ctx *ctx, const pd_process *p, const pd_step *s)
 {
     if (p->stuck) return p->stuck(ctx, p->self, s);
@@ -40,7 +41,7 @@ PDI_FN pd_status pdi_process_pace(pd_ctx *ctx, const char *name, pdi_pace *pace,
                     PDI_PROCESS_STEPS, by, time, end, PDI_PROCESS_MOST);
 }
 
-/* Say what is tried, before the caller is asked whether to go on. */
+/* Publish the present attempt as progress information. */
 static void pdi_process_show(const pd_process *p, const pd_step *s)
 {
     if (!s->now) return;

@@ -1,126 +1,129 @@
-/* process: a physics that moves in time, as the driver of a run sees it.
+/* process: the interface between one physics and the time loop: a table of callbacks, and the step control with
+ * retries.
  *
- * A process owns the equations of some fields. It is quasi-steady (`at`) or it moves by steps (`attempt`). A list of
- * processes is what couple.h runs, and one process alone is what the `_run` function of a physics runs: the loop of
- * limits, attempts, retries and times is here and nowhere else. Each function may be NULL unless noted.
+ * A process is the solver of the equations of one physics. It is quasi-steady (`at`) or it advances by time steps
+ * (`attempt`). The time loop of couple.h runs a list of processes; the `_run` function of a physics runs one alone. The
+ * loop of step limits, attempts and retries is in this module only. Each callback may be NULL unless noted.
  */
 #ifndef PD_PROCESS_H
 #define PD_PROCESS_H
 #include "core/archive.h"
 
-/* Bring the quasi-steady processes to time t [s]. */
+/* Solve the quasi-steady processes at time t [s]. */
 typedef pd_status (*pd_at_fn)(pd_ctx *ctx, void *user, double t);
 
-/* What is being tried, for those who wait. */
+/* Progress information: the step that is being attempted. */
 typedef struct pd_attempt {
-    const char *name; /* of the process; NULL: none has a step at hand */
-    double time;      /* [s] where its step begins */
-    double dt;        /* [s] of the attempt; 0: it is quasi-steady, or starts */
-    double error;     /* [-] of the attempt before this one, over what is allowed; HUGE_VAL: it had no solution */
-    int trial;        /* attempts before this one */
-    int64_t steps;    /* that have been accepted since the last step of the run */
+    const char *name; /* of the process; NULL: none is in a step */
+    double time;      /* [s] start of its step */
+    double dt;        /* [s] step size; 0: the process is quasi-steady, or is being initialised */
+    double error;     /* [-] error over tolerance of the previous attempt; HUGE_VAL: it did not converge */
+    int trial;        /* rejected attempts of this step */
+    int64_t steps;    /* substeps accepted since the last step of the run */
 } pd_attempt;
 
-/* A step at hand. */
+/* One time step of a process, and what it needs to know of the run. */
 typedef struct pd_step {
-    double time;      /* [s] where it begins */
-    double limit;     /* [s] where it ends at the latest */
-    double dt;        /* [s] of the next attempt */
-    double end;       /* [s] where the attempt ends: limit, or time + dt */
-    double error;     /* [-] how good the attempt is, as its process counts it, for its `accept` and `reject` */
-    int trial;        /* attempts before this one */
-    int ends;         /* 1: from `accept`: those behind the process have to move before it does again */
-    double fraction;  /* [-] of the run: largest share of a node's content that a step takes */
-    double rtol;      /* [-] of the run: error in time of what is lost, over all that is lost */
-    double max_step;  /* [s] of the run; 0: none */
-    double lost;      /* [unit of its elements] solid of the process lost since the start of the run */
-    pd_at_fn at;      /* call before equations at a time are solved; NULL: nothing is quasi-steady */
+    double time;      /* [s] start of the step */
+    double limit;     /* [s] latest end of the step */
+    double dt;        /* [s] step size of the next attempt */
+    double end;       /* [s] end of the attempt: limit, or time + dt */
+    double error;     /* [-] error of the attempt over its tolerance, for `accept` and `reject` of the process */
+    int trial;        /* rejected attempts of this step */
+    int ends;         /* 1: set by `accept`: the processes after this one have to step before it steps again */
+    double fraction;  /* [-] of the run: largest fraction of the metal of a node that dissolves in a step */
+    double rtol;      /* [-] of the run: relative time discretisation error of the amount dissolved */
+    double max_step;  /* [s] of the run; 0: no limit */
+    double lost;      /* [unit of its elements] solid dissolved by the process since the start of the run */
+    pd_at_fn at;      /* to be called before equations at a time are solved; NULL: nothing is quasi-steady */
     void *at_user;
-    double (*until)(void *user, double t, double end); /* where a step from t ends at the latest, so that it sees what
-                                                        * depends on time; NULL: nothing does */
+    double (*until)(void *user, double t, double end); /* latest end [s] of a step from t that resolves the
+                                                        * time-dependent inputs; NULL: there are none */
     void *until_user;
-    pd_attempt *now;       /* gets what is being tried; NULL: nobody asks */
-    const int32_t *turned; /* [turned_count] from `accept`: the nodes of metal that have turned fluid */
+    pd_attempt *now;       /* receives progress information; NULL: not wanted */
+    const int32_t *turned; /* [turned_count] set by `accept`: the solid nodes that became fluid */
     int32_t turned_count;
 } pd_step;
 
-/* What is conserved. Processes that name the same element share a ledger. */
+/* A conserved quantity. Processes that name the same element share one mass balance. */
 typedef struct pd_element {
     const char *name, *unit;
 } pd_element;
 
-/* Amounts of one element that enter the ledger [unit of the element; per m depth in planar 2D, per m2 in 1D]. */
+/* Amounts of one element in the mass balance [unit of the element; per m depth in planar 2D, per m2 in 1D]. */
 typedef struct pd_amounts {
     double solid;     /* [unit] in metal */
-    double volume;    /* [m3] (m2 in planar 2D, m in 1D) of that */
+    double volume;    /* [m3] (m2 in planar 2D, m in 1D) of that metal */
     double dissolved; /* [unit] in fluid */
-    double carry;     /* [unit] what the last linear solve left undone or debris owes; delivered by the next step */
-    double out, in;   /* [unit] through the sides since the start */
+    double carry;     /* [unit] undelivered: residual of the last linear solve, or debris; the next step delivers it */
+    double out, in;   /* [unit] outflow and inflow through the sides since the start */
 } pd_amounts;
 
+/* The callbacks of one physics. */
 typedef struct pd_process {
     const char *name; /* for polls, messages and checkpoints */
     void *self;
-    const double *time; /* [s] where it stands; NULL: it runs with others only */
+    const double *time; /* [s] its present time; NULL: it cannot run alone */
     const pd_element *element; /* [elements] */
     int elements;
-    int inner;            /* 1: a step of the run takes it through steps of its own */
-    /* Where an attempt from t ends at the latest, so that it sees what its own laws do in time, with all else as it is:
-     * `tried` 0: at t, before the attempt; 1: at `end`, after it. NULL: nothing depends on time */
+    int inner;            /* 1: it takes substeps within a step of the run */
+    /* Latest end [s] of an attempt from t to `end` that resolves the time dependence of its own rate laws, all else
+     * being as it is at t (tried = 0: before the attempt) or at `end` (1: after it). NULL: nothing depends on time */
     double (*until)(void *user, double t, double end, int tried);
     void *until_user;
-    const int64_t *steps; /* its own ones; NULL: not counted */
-    /* Once, before the opening balance, at time t [s]. */
+    const int64_t *steps; /* count of its substeps; NULL: not counted */
+    /* Called once at the initial time t [s], before the first mass balance. */
     pd_status (*start)(pd_ctx *ctx, void *self, double t);
-    /* Quasi-steady processes: become those of time t [s]. */
+    /* Quasi-steady processes: solve at time t [s]. */
     pd_at_fn at;
-    /* Lower step->dt to the longest step of the run that suits the process. Called when the first process takes several
-     * steps of its own in a step of the run; a process that takes a single step says what it may be by `limit`. */
+    /* Lower step->dt to the largest step of the run that suits the process. Called when the first process takes several
+     * substeps in a step of the run; a process that takes a single step limits it by `limit`. */
     pd_status (*longest)(pd_ctx *ctx, void *self, pd_step *step);
-    /* Begin a step and lower step->dt to what it may be; step->limit may come nearer, too. */
+    /* Begin a step: lower step->dt to the largest admissible step; step->limit may be lowered, too. */
     pd_status (*limit)(pd_ctx *ctx, void *self, pd_step *step);
-    /* Take a step of step->dt from step->time. PD_RETRY: it is not good enough, `reject` follows. */
+    /* Compute a step of step->dt from step->time. PD_RETRY: its error is too large, `reject` follows. */
     pd_status (*attempt)(pd_ctx *ctx, void *self, pd_step *step);
-    /* The attempt is the step. */
+    /* Accept the attempt as the step. */
     pd_status (*accept)(pd_ctx *ctx, void *self, pd_step *step);
-    /* Go back to the start of the step, and make step->dt shorter. It fails when no shorter step helps. Never NULL
+    /* Restore the state at the start of the step and reduce step->dt. Fails when no smaller step helps. Never NULL
      * where `attempt` may return PD_RETRY. */
     pd_status (*reject)(pd_ctx *ctx, void *self, pd_step *step);
-    /* Fails with a message: steps of step->dt are lost in the rounding of time. NULL: there is a message that fits
-     * all. */
+    /* Report step underflow with a message of this physics: step->dt is below the rounding error of time. Returns an
+     * error. NULL: a general message. */
     pd_status (*stuck)(pd_ctx *ctx, void *self, const pd_step *step);
-    /* A step of the run ends at t [s]. Quasi-steady processes: after the balance; others: when they have reached it. */
+    /* End of a step of the run at t [s]. Quasi-steady processes: after the mass balance; others: when they reach t. */
     pd_status (*finish)(pd_ctx *ctx, void *self, double t);
-    /* Nodes of metal have turned fluid; the rows of bonds know it. */
+    /* Solid nodes [count] became fluid; the bonds have been updated. */
     pd_status (*changed)(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count);
-    /* Write all that steps carry on, or read it. */
+    /* Write the state to a checkpoint, or read it. */
     pd_status (*store)(pd_ctx *ctx, void *self, pd_archive *archive);
-    /* Add the present amounts of element k of this process. */
+    /* Add the present amounts of element k of this process to the mass balance. */
     void (*balance)(pd_ctx *ctx, void *self, int k, pd_amounts *amounts);
-    /* Worst relative imbalance [-] of what the process keeps a balance of by itself. */
+    /* Largest relative error [-] of the balances that the process keeps itself. */
     double (*imbalance)(pd_ctx *ctx, void *self);
 } pd_process;
 
 #define pd_process_run PD_NAME(pd_process_run)
 
-/* Steps of a process alone up to t_end [s]. PD_NOT_CONVERGED: one of them said so. PD_ERR_ARGUMENT: t_end is past, or
- * the process has no time. */
+/* Run a process alone up to t_end [s]. PD_NOT_CONVERGED: a step returned it. PD_ERR_ARGUMENT: t_end is past, or the
+ * process has no time. */
 PD_API pd_status pd_process_run(pd_ctx *ctx, pd_process process, double t_end);
 
 #ifdef PDI_INTERNAL
-/* Steps and the time [s] since which they count. Zero but for the time at first. */
+/* Progress of a run: steps since the time `from`. Initialise with the initial time and 0 steps. */
 typedef struct pdi_pace {
-    double from;
+    double from; /* [s] */
     int steps;
 } pdi_pace;
-/* After each step that stands, at its end: PD_ERR_STATE: at this pace `end` [s] is not reached in 1e10 steps. */
+/* Check the progress after each accepted step, at its end `time` [s]. PD_ERR_STATE: with steps like the last 1000,
+ * `end` [s] is not reached in 1e10 steps. */
 PDI_FN pd_status pdi_process_pace(pd_ctx *ctx, const char *name, pdi_pace *pace, double time, double end);
-/* Equal steps of at most dt [s] over `left` [s]: the length of one. */
+/* Size [s] of equal steps of at most dt [s] that divide the time `left` [s]. */
 PDI_FN double pdi_process_even(double left, double dt);
-/* A `longest`: max_step of the run. */
+/* A `longest` callback: limits step->dt to max_step of the run. */
 PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *step);
-/* One accepted step from step->time that ends at step->end, by step->limit at the latest. Errors and PD_NOT_CONVERGED
- * are those of the process. */
+/* Take one accepted step from step->time to step->end, at most to step->limit: attempts are repeated with smaller steps
+ * until one is accepted. Errors and PD_NOT_CONVERGED are those of the process. */
 PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *process, pd_step *step);
 #endif
 
