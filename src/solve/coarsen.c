@@ -5,29 +5,29 @@
 #include <math.h>
 #include <string.h>
 
-/* An axis is halved when its typical coefficient is at least this share of the strongest. */
+/* [-] An axis is halved when its mean coefficient is at least this fraction of that of the strongest axis. */
 #define PDI_COARSEN_STRONG 0.25
-/* A pocket whose mass is below this share of its links' coefficients drowns in single precision rounding: its mean is
- * then solved with this share, and the Krylov solver does the rest. */
+/* [-] Least diagonal of an isolated coarse cell, as a fraction of the diagonals of its cells: a smaller mass of a
+ * closed region is below single precision rounding. The Krylov solver corrects the error. */
 #define PDI_COARSEN_FLOOR 1e-6f
-/* This share where coefficients have contrast. */
+/* [-] The same with contrast, where coarse corrections are in double precision. */
 #define PDI_COARSEN_FLOOR_CONTRAST 1e-10f
-/* With flow: a cell is held when conductances are less than this share of its diagonal, and so many pairs of sweeps
- * leave less than that share of a uniform error there. */
+/* With flow: a cell is excluded from coarser levels when its conductances are less than HELD of its diagonal, and PAIRS
+ * pairs of sweeps leave less than LEFT of a uniform error there. */
 #define PDI_COARSEN_HELD 0.05f
 #define PDI_COARSEN_PAIRS 4
 #define PDI_COARSEN_LEFT 0.3f
-/* Entries of a coarse row that are looked through one by one; rows with more are found by marks, on one thread. */
+/* Coarse rows of up to this many entries are searched linearly; longer ones use the array of marks, on one thread. */
 #define PDI_COARSEN_FEW 64
-/* Links of a level that there is room for beside those of now: later setups join other cells, and steps take no
- * memory. */
+/* Spare capacity of links of a level: later setups merge other cells, and time steps allocate nothing. */
 #define PDI_COARSEN_SPARE 64
-/* No cell, and one that has not been joined to another. */
+/* Values of parent during the setup: excluded cell; root of a set of merged cells. */
 #define PDI_COARSEN_NONE (-1)
 #define PDI_COARSEN_ROOT (-2)
 
 /* ---- memory ---- */
 
+/* List function: the arrays of a coarse level that go by its cells. */
 static void pdi_coarsen_list(pdi_owner *owner, void *object)
 {
     pd_smoother_level *level = (pd_smoother_level *)object;
@@ -39,6 +39,7 @@ static void pdi_coarsen_list(pdi_owner *owner, void *object)
     PDI_ROOM(owner, level, line, level->line_capacity, "1");
 }
 
+/* List function: the arrays of a coarse level that go by its links. */
 static void pdi_coarsen_link_list(pdi_owner *owner, void *object)
 {
     pd_smoother_level *level = (pd_smoother_level *)object;
@@ -55,7 +56,7 @@ PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *level)
     level->cell_capacity = level->link_capacity = level->child_capacity = level->line_capacity = 0;
 }
 
-/* Room for `count` entries of a list; old content is of no value, so release before taking. */
+/* Ensure the capacity `count` of an array; the content is lost. */
 static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *capacity, int32_t count)
 {
     if (count <= *capacity) return PD_OK;
@@ -66,6 +67,7 @@ static pd_status pdi_coarsen_reserve_list(pd_ctx *ctx, int32_t **list, int32_t *
     return PD_OK;
 }
 
+/* Ensure the capacity of a coarse level for `cells` cells, and set the pointers into its storage. */
 static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoother_level *level, int32_t cells)
 {
     if (cells <= level->cell_capacity && level->values && level->contrast == contrast) return PD_OK;
@@ -85,6 +87,7 @@ static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoothe
     return PD_OK;
 }
 
+/* Ensure the capacity of a coarse level for `links` links. */
 static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smoother_level *level, int32_t links)
 {
     int other = level->symmetric != symmetric;
@@ -98,12 +101,13 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smooth
 
 /* ---- links ---- */
 
-/* 1: cell c of level 0 has no link for certain. Only the diagonal of symmetric levels shows that. */
+/* 1: cell c of level 0 is inactive, by its zero diagonal; known for symmetric storage only. */
 static int pdi_coarsen_alone(const pd_smoother_level *level, int32_t c)
 {
     return level->shared && !(level->inv[c] > 0.0f);
 }
 
+/* Indices i [PD_DIM] of the block of cell c. */
 static void pdi_coarsen_block_index(const pd_smoother_level *level, int32_t c, int *i)
 {
     int32_t rest = level->block ? level->block[c] : c;
@@ -115,12 +119,13 @@ static void pdi_coarsen_block_index(const pd_smoother_level *level, int32_t c, i
 
 /* ---- cells ---- */
 
-/* Sums and counts of the coefficients of the links along each axis. */
+/* [-] Sums and counts of the link coefficients along each axis. */
 typedef struct pdi_coarsen_strength {
     double sum[PD_DIM], count[PD_DIM];
 } pdi_coarsen_strength;
 
-/* 1: mass or flow holds cell c, and sweeps solve for it: coarser levels would only cost. */
+/* 1: mass or flow dominates the diagonal of cell c, and sweeps alone solve for it: coarser levels would only add
+ * cost. */
 static int pdi_coarsen_held(const pd_smoother_level *level, int32_t c)
 {
     float shared = 0.0f;
@@ -130,7 +135,8 @@ static int pdi_coarsen_held(const pd_smoother_level *level, int32_t c)
     return shared * level->inv[c] < PDI_COARSEN_HELD;
 }
 
-/* Which cells take part in the next level, too: those that have a link, but for those that are held. */
+/* Sum the link coefficients of the cells first .. end-1, and mark those that take part in the next level: cells with a
+ * link that sweeps alone do not solve for. */
 static void pdi_coarsen_strengths(const pdi_coarsen *how, const pd_smoother_level *level, int32_t first, int32_t end,
                                   pdi_coarsen_strength *s)
 {
@@ -149,7 +155,7 @@ static void pdi_coarsen_strengths(const pdi_coarsen *how, const pd_smoother_leve
     }
 }
 
-/* Pairs of sweeps: the share of one thread. */
+/* PDI_COARSEN_PAIRS pairs of line sweeps, as each thread of the team runs them. */
 static void pdi_coarsen_sweep(pdi_par_team team, const pd_smoother_level *level)
 {
     for (int sweep = 0; sweep < 2 * PDI_COARSEN_PAIRS; sweep++) {
@@ -158,12 +164,12 @@ static void pdi_coarsen_sweep(pdi_par_team team, const pd_smoother_level *level)
     }
 }
 
-/* With flow: r = what pairs of sweeps leave of a uniform error (compatible relaxation: Brandt 2000). Next to nothing
- * where the flow comes from a held value, or mass holds a cell; next to all where the flow turns in itself. */
+/* With flow: r = what pairs of sweeps leave of a uniform error 1 (compatible relaxation: Brandt 2000). Nearly 0 where
+ * the flow comes from a Dirichlet value, or mass dominates; nearly 1 in recirculating flow. */
 static void pdi_coarsen_try(const pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level)
 {
     size_t bytes = (size_t)level->cells * sizeof(float);
-    memcpy(level->parent, level->x, bytes); /* lists that are not in use yet */
+    memcpy(level->parent, level->x, bytes); /* arrays that are not in use yet hold copies */
     memcpy(how->mark, level->b, bytes);
     for (int32_t c = 0; c < level->cells; c++) {
         level->x[c] = level->inv[c] > 0.0f ? 1.0f : 0.0f;
@@ -203,7 +209,7 @@ PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
     return any;
 }
 
-/* Coarse block of a cell. key: what coarse cells are sorted by, the colour for red-black sweeps, else the block. */
+/* Coarse block of cell c. key: the sort key of coarse cells: the colour for red-black sweeps, else the block. */
 static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smoother_level *level,
                                  const pd_smoother_level *coarse, int32_t c, int32_t *key)
 {
@@ -219,7 +225,8 @@ static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smoother_level
     return block;
 }
 
-/* Union-find in parent: values >= 0 point on, values up to PDI_COARSEN_ROOT are roots. */
+/* Root of cell c in the union-find structure of parent: values >= 0 are links to it, values <= PDI_COARSEN_ROOT roots.
+ * Paths are compressed. */
 static int32_t pdi_coarsen_root(int32_t *parent, int32_t c)
 {
     int32_t root = c;
@@ -232,7 +239,7 @@ static int32_t pdi_coarsen_root(int32_t *parent, int32_t c)
     return root;
 }
 
-/* Join the cells first .. end-1, whole blocks. */
+/* Merge linked cells of each block among the cells first .. end-1, which are whole blocks. */
 static void pdi_coarsen_join_part(pd_smoother_level *level, int32_t first, int32_t end)
 {
     int32_t *parent = level->parent;
@@ -254,8 +261,8 @@ static void pdi_coarsen_join_part(pd_smoother_level *level, int32_t first, int32
     }
 }
 
-/* Join linked cells of one block, as far as they take part. Only on level 0 the cells of a layer of blocks follow each
- * other. */
+/* Merge linked cells of each block, as far as they take part. In parallel on level 0 only, where the cells of a layer
+ * of blocks are consecutive. */
 static void pdi_coarsen_join(const pd_ctx *ctx, pd_smoother_level *level)
 {
     int last = PD_DIM - 1;
@@ -268,7 +275,7 @@ static void pdi_coarsen_join(const pd_ctx *ctx, pd_smoother_level *level)
         pdi_coarsen_join_part(level, first, layer < level->cells - first ? first + layer : level->cells);
 }
 
-/* Where the colours or the lines begin, from the key counts; turns counts into offsets. */
+/* Turn the counts of keys in how->mark into offsets, and set from them where the colours or the lines begin. */
 static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *coarse, int32_t keys)
 {
     int32_t *offset = how->mark;
@@ -282,7 +289,7 @@ static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
     return PD_OK;
 }
 
-/* Number the joined cells and turn parent into those numbers. */
+/* Number the merged cells in the order of their keys, and replace parent by these numbers. */
 static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
                                     pd_smoother_level *coarse)
 {
@@ -317,6 +324,7 @@ static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
     return PD_OK;
 }
 
+/* Build the lists of the fine cells of each coarse cell. */
 static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     int32_t *first = coarse->child_first;
@@ -325,7 +333,7 @@ static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smoother_level *leve
         if (level->parent[c] >= 0) first[level->parent[c] + 1]++;
     for (int32_t p = 0; p < coarse->cells; p++) first[p + 1] += first[p];
     int32_t children = first[coarse->cells];
-    /* other links join other cells in a later setup, and steps take no memory: as many as there can be */
+    /* a later setup may merge other cells, and time steps allocate nothing: the largest possible number */
     int32_t most = level->block && level->cell_capacity > children ? level->cell_capacity : children;
     PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->child, &coarse->child_capacity, most));
     for (int32_t c = level->cells - 1; c >= 0; c--) /* each list from its end: first[p + 1] becomes its begin */
@@ -335,7 +343,7 @@ static pd_status pdi_coarsen_children(pd_ctx *ctx, const pd_smoother_level *leve
     return PD_OK;
 }
 
-/* Widths of the last blocks, which odd sizes leave thinner (unit: width of the others). */
+/* Widths of the last blocks, which are thinner for odd sizes [unit: width of the other blocks]. */
 static void pdi_coarsen_widths(const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -344,7 +352,7 @@ static void pdi_coarsen_widths(const pd_smoother_level *level, pd_smoother_level
     }
 }
 
-/* Share of the conductance of a face that is left when the distance of its cells grows from this level to the next. */
+/* Factor of the conductance of a face: ratio of the distances of its cell centres on this level and on the next. */
 static float pdi_coarsen_link_factor(const pd_smoother_level *level, const pd_smoother_level *coarse, const int *i,
                                      const pdi_coarsen_link *link)
 {
@@ -356,9 +364,9 @@ static float pdi_coarsen_link_factor(const pd_smoother_level *level, const pd_sm
     return fine / (above / 2 == coarse->n[d] - 1 ? 1.0f + coarse->last[d] : 2.0f);
 }
 
-/* The same for the half cell before a Dirichlet wall. Its normal is unknown; when all axes are halved any will do but
- * for last blocks, which mostly face the side of the box. Otherwise the strong axis is halved alone: its walls then
- * become too stiff, which does less harm than soft walls on the others. */
+/* The same for the half cell at a Dirichlet wall. The normal of the wall is unknown; where all axes are halved it does
+ * not matter, except for last blocks, which mostly touch the side of the box. Otherwise the factor is 1, which makes
+ * walls normal to a halved axis too stiff: that harms less than walls that are too soft on the other axes. */
 static float pdi_coarsen_wall_factor(const pd_smoother_level *level, const pd_smoother_level *coarse, int32_t p)
 {
     int i[PD_DIM];
@@ -372,7 +380,7 @@ static float pdi_coarsen_wall_factor(const pd_smoother_level *level, const pd_sm
     return factor;
 }
 
-/* 1: a link across the box that the next level does without. */
+/* 1: a periodic link that does not exist on the next level. */
 static int pdi_coarsen_parted(const pd_smoother_level *level, const pd_smoother_level *coarse, const int *i,
                               const pdi_coarsen_link *link)
 {
@@ -380,8 +388,8 @@ static int pdi_coarsen_parted(const pd_smoother_level *level, const pd_smoother_
     return level->wrap[d] && !coarse->wrap[d] && i[d] == (link->upper ? level->n[d] - 1 : 0);
 }
 
-/* Where q stands among the entries start to end of a row; end: it is new. mark: of the last place of each cell; without
- * it the entries are looked through. */
+/* Index of column q among the entries start .. end-1 of a row; `end` when it is new. mark: last index of each column;
+ * NULL: linear search. */
 static inline int32_t pdi_coarsen_find(const int32_t *mark, const int32_t *entry, int32_t start, int32_t end, int32_t q)
 {
     if (mark) return mark[q] < start || mark[q] >= end ? end : mark[q];
@@ -390,11 +398,11 @@ static inline int32_t pdi_coarsen_find(const int32_t *mark, const int32_t *entry
     return at;
 }
 
-/* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
- * distance of the centres grows; flows are summed and taken upwind anew. What goes to cells that take no part is
- * summed in r, and what comes from them in x, until the diagonal is found.
- * fill 0: only count. mark NULL: the row has PDI_COARSEN_FEW entries at most. Returns the end of the row; below the
- * start when there are more. */
+/* Assemble row p of the coarse links from its fine cells: conductances of faces are summed and reduced by the growth of
+ * the distance of centres; flows are summed and upwinded again. Coefficients of excluded neighbours are summed in r (in
+ * their rows) and x (in this row) until the diagonal is computed.
+ * fill 0: only count. mark NULL: at most PDI_COARSEN_FEW entries. Returns the end of the row; start - 1 when there are
+ * more. */
 static int32_t pdi_coarsen_row(const pd_smoother_level *level, pd_smoother_level *coarse, int32_t p, int32_t start,
                                int fill, int32_t *mark)
 {
@@ -440,8 +448,8 @@ static int32_t pdi_coarsen_row(const pd_smoother_level *level, pd_smoother_level
     return end;
 }
 
-/* The rows of few entries, from row[p] on; fill 0: how many they have into row[p + 1], -1: more than few. The share of
- * one thread. */
+/* Assemble the rows of at most PDI_COARSEN_FEW entries, from row[p] on; fill 0: only count their entries into row[p +
+ * 1], -1: more. The part of one thread. */
 static void pdi_coarsen_rows(const pd_smoother_level *level, pd_smoother_level *coarse, int fill)
 {
     PDI_FOR
@@ -452,6 +460,7 @@ static void pdi_coarsen_rows(const pd_smoother_level *level, pd_smoother_level *
     }
 }
 
+/* Assemble the coarse links: count, allocate, fill. */
 static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level,
                                    pd_smoother_level *coarse)
 {
@@ -477,9 +486,9 @@ PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *how, const pd_smoother_level
 {
     float least = coarse->sum ? PDI_COARSEN_FLOOR_CONTRAST : PDI_COARSEN_FLOOR;
     for (int32_t p = 0; p < coarse->cells; p++) {
-        /* cells that take no part stay as they are */
+        /* excluded cells keep their values: they act as Dirichlet neighbours */
         float mass = how->symmetric ? 0.0f : coarse->r[p], wall = 0.0f, links = 0.0f, stiff = 0.0f;
-        double free = how->symmetric ? 0.0 : (double)coarse->x[p]; /* excess that is not of walls */
+        double free = how->symmetric ? 0.0 : (double)coarse->x[p]; /* excess without the part of walls */
         for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
             int32_t c = coarse->child[j];
             mass += level->b[c];

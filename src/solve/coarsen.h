@@ -1,28 +1,30 @@
-/* coarsen: the next coarser level of a multigrid hierarchy.
+/* coarsen: builds the next coarser level of a multigrid hierarchy by aggregation of cells.
  *
- * Cells that are linked within a block of two cells along each halved axis become one. Conductances of faces between
- * the same two are summed and reduced as the distance of the centres grows; flows are summed and taken upwind anew.
+ * Cells that are connected within a block of two cells along each halved axis become one coarse cell. Conductances of
+ * faces between the same two coarse cells are summed and reduced by the growth of the distance of their centres; flows
+ * are summed and upwinded again. A link is the pair of coefficients that couples two neighbouring cells.
  */
 #ifndef PD_COARSEN_H
 #define PD_COARSEN_H
 #include "solve/smoother.h"
 
 #ifdef PDI_INTERNAL
+/* Options of the coarsening, and its work array. */
 typedef struct pdi_coarsen {
     int symmetric, contrast; /* as in pd_multigrid_desc */
-    int all;                 /* 1: no cell is left out: for the room that a setup may need one day */
-    int32_t *mark;           /* [cells of level 0 + 3] counts and marks */
-    int32_t lines;           /* along axis 0 of level 0 */
+    int all;                 /* 1: no cell is excluded, to allocate for all later setups */
+    int32_t *mark;           /* [cells of level 0 + 3] work array: counts and marks */
+    int32_t lines;           /* lines of cells along axis 0 of level 0 */
 } pdi_coarsen;
 
-/* The same view of the links of all levels; only setups use it. */
+/* A link of a cell, the same on all levels; only setups use it. */
 typedef struct pdi_coarsen_link {
     int32_t cell;  /* the neighbour */
-    float a, back; /* coefficient of the neighbour here, of this cell there */
-    int axis, upper;
+    float a, back; /* coefficient of the neighbour in the row of this cell; of this cell in the row of the neighbour */
+    int axis, upper; /* direction; 1: upwards along the axis */
 } pdi_coarsen_link;
 
-/* Link k of cell c; 0: closed. */
+/* Get link k of cell c. Returns 0 when both coefficients are zero (closed face), or there is no neighbour. */
 static inline int pdi_coarsen_link_get(const pd_smoother_level *level, int32_t c, int32_t k, pdi_coarsen_link *link)
 {
     if (level->row) {
@@ -54,21 +56,24 @@ static inline int pdi_coarsen_link_get(const pd_smoother_level *level, int32_t c
     for (int32_t k = (level)->row ? (level)->row[c] : 0; k < ((level)->row ? (level)->row[(c) + 1] : 2 * PD_DIM); k++) \
         if (pdi_coarsen_link_get((level), (c), k, &(link)))
 
-/* Floats of a cell beside x and the coefficients of level 0: b, r, inv, excess. */
+/* Floats per cell for b, r, inv and, with contrast, excess. */
 static inline size_t pdi_coarsen_values(int contrast) { return contrast ? 4 : 3; }
-/* 1: the ends of an axis of n blocks are linked, when its ends on the level above are. Red-black sweeps need an even
- * number, else both ends have one colour. */
+/* 1: an axis of n blocks stays periodic when it is on the finer level. Red-black sweeps need an even number of blocks,
+ * else both ends have the same colour. */
 static inline int pdi_coarsen_wraps(int symmetric, int n, int above)
 {
     return above && n > 2 && !(symmetric && n % 2);
 }
-/* Choose the axes of a level to halve, and mark in parent which cells take part in the next one; 0: none does. */
+/* Choose the axes to halve (semi-coarsening along strong couplings), and mark in parent the cells that take part in the
+ * next level. Returns 0 when no axis is halved: the level is the coarsest. */
 PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level);
-/* The level below one whose axes are chosen. During setup x holds the wall and b the mass of each cell of a level. */
+/* Build the next level after pdi_coarsen_choose. During setup x holds the Dirichlet coefficients and b the masses of
+ * the cells. */
 PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
                                    pd_smoother_level *coarse);
-/* Only its diagonals, after those of `level` have changed: symmetric. */
+/* Recompute only the diagonals of the coarse level, after those of `level` have changed. */
 PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse);
+/* Free the arrays of a coarse level. */
 PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *coarse);
 #endif
 

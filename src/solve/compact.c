@@ -69,12 +69,13 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
     const pd_grid *grid = c->grid;
-    double wall = 0.0, around = pdi_grid_circumference(grid, node), mass = around * c->mass[cell], leaves = 0.0;
+    double wall = 0.0, outflow = 0.0;
+    double circumference = pdi_grid_circumference(grid, node), mass = circumference * c->mass[cell];
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = v->u ? v->u + (int64_t)d * grid->total : NULL;
         for (int up = 0; up < 2; up++) {
             int32_t other = up ? node + grid->stride[d] : node - grid->stride[d];
-            double face = 0.5 * (around + pdi_grid_circumference(grid, other));
+            double face = 0.5 * (circumference + pdi_grid_circumference(grid, other));
             double inverse = face / (grid->h[d] * grid->h[d]);
             uint8_t kind = grid->kind[other];
             double diffusivity = media ? media->at[node] : constant;
@@ -83,7 +84,7 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                 kind = PD_FLUID;
             }
             if (kind == PD_FLUID) {
-                if (u) leaves += (up ? face : -face) * 0.5 * (u[node] + u[other]) / grid->h[d];
+                if (u) outflow += (up ? face : -face) * 0.5 * (u[node] + u[other]) / grid->h[d];
                 if (!up) continue;
                 if (media) diffusivity = pdi_media_bond(media, node, other, media->unit[d]);
                 c->conduct[d][cell] =
@@ -91,15 +92,15 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                 if (u) c->flux[d][cell] = (float)(face * 0.5 * (u[node] + u[other]) / grid->h[d]);
                 continue;
             }
-            int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
-            if (held) wall += diffusivity * inverse / pdi_compact_leg(faces, node, kind, d, up);
+            int dirichlet = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
+            if (dirichlet) wall += diffusivity * inverse / pdi_compact_leg(faces, node, kind, d, up);
             if (!u || kind != PD_OUTLET) continue;
             mass += face * pdi_max((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
-            leaves += face * pdi_max((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
+            outflow += face * pdi_max((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
         }
     }
-    /* velocities of nodes leave compact faces a divergence: what does not leave must not gather */
-    if (v->spread) mass += pdi_max(-leaves, 0.0);
+    /* interpolated face velocities are not divergence-free: a net inflow must not accumulate */
+    if (v->spread) mass += pdi_max(-outflow, 0.0);
     c->wall[cell] = (float)wall;
     c->mass[cell] = (float)mass;
 }
@@ -139,22 +140,22 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_med
 
 PDI_FN int pdi_compact_stretched(const double *h)
 {
-    double least = h[0], most = h[0];
+    double smallest = h[0], largest = h[0];
     for (int d = 1; d < PD_DIM; d++) {
-        least = pdi_min(least, h[d]);
-        most = pdi_max(most, h[d]);
+        smallest = pdi_min(smallest, h[d]);
+        largest = pdi_max(largest, h[d]);
     }
-    return most > PDI_COMPACT_STRETCHED * least;
+    return largest > PDI_COMPACT_STRETCHED * smallest;
 }
 
 PDI_FN int pdi_compact_contrast(const int *n, const double *h)
 {
-    double far = 0.0, near = HUGE_VAL;
+    double length = 0.0, spacing = HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) {
-        far = pdi_max(far, n[d] * h[d]);
-        near = pdi_min(near, h[d]);
+        length = pdi_max(length, n[d] * h[d]);
+        spacing = pdi_min(spacing, h[d]);
     }
-    return FLT_EPSILON * far * far > near * near;
+    return FLT_EPSILON * length * length > spacing * spacing;
 }
 
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc)

@@ -1,16 +1,18 @@
 /* multigrid: see multigrid.h
  *
- * V(2,2) cycle with piecewise constant transfers (restriction sums, interpolation copies). Galerkin coarse operators
+ * V(2,2) cycle with piecewise constant transfers (restriction sums, prolongation copies). Galerkin coarse operators
  * would be twice too stiff along a halved axis for these transfers, so conductances are rediscretised; this beats
  * linear interpolation at equal cost. Two smoothers:
  *   symmetric: red-black Gauss-Seidel, red first from zero; the sweeps after the coarse correction run backwards, which
- *     keeps the cycle symmetric. After a black half sweep the residual lives on red cells, and interpolation to black
- *     cells would be overwritten, so both are done for red cells only.
- *   with flow: from x = b / diag (a third fewer iterations than from zero) each line along axis 0 is swept forth and
- *     back, lines ascending before the coarse correction and descending after it: upwind information crosses the box
+ *     keeps the cycle symmetric. After a black half sweep the residual is zero on black cells, and prolongation to
+ *     black cells would be overwritten, so both are done for red cells only.
+ *   with flow: from x = b / diag (a third fewer iterations than from zero) each line along axis 0 is swept forwards
+ *     and backwards, lines ascending before the coarse correction and descending after it: upwind information crosses
+ * the box
  *     in any direction within one cycle, where red-black sweeps carry it a few cells (rotating flow, cell Peclet 1000,
- *     128^2 cells: 19 instead of 80 GMRES iterations). Cells that flow or mass holds, so that these sweeps solve for
- *     them, take no part in coarser levels (pin in a stream: the same iterations in 0.6 of the time).
+ *     128^2 cells: 19 instead of 80 GMRES iterations). Cells whose diagonal flow or mass dominates, so that these
+ *     sweeps solve for them, are excluded from coarser levels (pin in a stream: the same iterations in 0.6 of the
+ * time).
  */
 #include "solve/multigrid.h"
 #include "core/par.h"
@@ -19,16 +21,16 @@
 #include <math.h>
 #include <string.h>
 
-/* Largest mass in the unit of a level. */
+/* [-] Upper limit of scaled masses and walls: they act as infinite, and single precision does not overflow. */
 #define PDI_MULTIGRID_LARGEST 1e30
-/* Operations of a loop over a level that all threads share: those of a region meet in 0.3 us, the time of 600. */
+/* Least operations of a loop over a level that pay for all threads: a barrier takes 0.3 us, the time of 600. */
 #define PDI_MULTIGRID_WORTH 4000
-/* Loops over the finest level that take as long as a cycle. */
+/* A cycle takes as long as this many loops over the finest level. */
 #define PDI_MULTIGRID_LOOPS 4
 
 /* ---- memory ---- */
 
-/* Floats of level 0: the coefficients with their pads, inv, excess; and x with its pads, b, r. */
+/* Number of floats of level 0 for the coefficients with their pads, inv and excess. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
 {
     size_t padded = mg->desc.symmetric ? PD_DIM : 2 * PD_DIM, cells = (size_t)mg->level[0].cells;
@@ -39,7 +41,7 @@ PDI_FN size_t pdi_multigrid_fields(const pd_multigrid *mg)
     return 3 * (size_t)mg->level[0].cells + 2 * (size_t)mg->pad;
 }
 
-/* Doubles of level 0: sum with its pads. */
+/* Number of doubles of level 0 for sum with its pads. */
 static size_t pdi_multigrid_sums(const pd_multigrid *mg)
 {
     return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
@@ -66,6 +68,7 @@ PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, mg, mark, mg->level[0].cells + 3, "1");
 }
 
+/* Mark the cells of level 0 that have periodic neighbours. */
 static void pdi_multigrid_edges(pd_smoother_level *fine)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -102,7 +105,7 @@ PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     return PD_OK;
 }
 
-/* Zeros in the pads of a padded array of the store, or in all of it. */
+/* Zero the pads of a padded array of level 0, or (all = 1) the whole array. */
 static void pdi_multigrid_blank(const pd_multigrid *mg, float *values, int all)
 {
     int64_t cells = mg->level[0].cells, pad = mg->pad;
@@ -110,7 +113,7 @@ static void pdi_multigrid_blank(const pd_multigrid *mg, float *values, int all)
     if (!all) memset(values + cells, 0, (size_t)pad * sizeof *values);
 }
 
-/* Off the list of those that do not work, if it stands there. */
+/* Remove a multigrid from the stack of unused ones of its arena. */
 static void pdi_multigrid_wake(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
@@ -121,7 +124,7 @@ static void pdi_multigrid_wake(pd_multigrid *mg)
     arena->idles = kept;
 }
 
-/* The coarse levels of the multigrid that ended its work last: those that work by turns have one memory for them. */
+/* Take over the memory of the coarse levels of the multigrid that was used last, if this one has none. */
 static void pdi_multigrid_inherit(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
@@ -135,6 +138,7 @@ static void pdi_multigrid_inherit(pd_multigrid *mg)
     }
 }
 
+/* Put a multigrid on the stack of unused ones of its arena. */
 static void pdi_multigrid_leave(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
@@ -192,13 +196,14 @@ PDI_COLD_END
 
 /* ---- setup: the finest level ---- */
 
-/* 1: a coefficient that may be taken. */
+/* 1: a valid coefficient: finite and, unless sign_free, not negative. */
 static int pdi_multigrid_good(float value, int sign_free)
 {
     return fabsf(value) <= FLT_MAX && (sign_free || !(value < 0.0f));
 }
 
-/* Raises *largest to the largest size in a field. */
+/* Check all coefficients of a field (NULL: none), and raise *largest to the largest absolute value. PD_ERR_ARGUMENT:
+ * one is not valid. */
 PDI_ONCE static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *mg, const float *field, int sign_free,
                                               const char *name, float *largest)
 {
@@ -221,7 +226,7 @@ PDI_ONCE static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *m
                     (double)field[bad], (int)bad, sign_free ? "" : " and >= 0");
 }
 
-/* Power of two that brings `largest` near 1, or as near as its own range goes; 1 for zero, NaN and infinity. */
+/* Power of two that scales `largest` to about 1, as far as the range of double allows; 1 for zero, NaN and infinity. */
 static double pdi_multigrid_scale(double largest)
 {
     int exponent = 0;
@@ -229,7 +234,7 @@ static double pdi_multigrid_scale(double largest)
     return ldexp(1.0, exponent > -DBL_MAX_EXP ? -exponent : DBL_MAX_EXP - 1);
 }
 
-/* Coefficients of the faces of axis d. */
+/* Compute the upwind coefficients of level 0 for the faces normal to axis d. */
 static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d, const uint8_t *active,
                                      const float *conduct, const float *flux)
 {
@@ -247,13 +252,13 @@ static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d,
         float g = open ? (float)(scale * (double)conduct[c]) : 0.0f;
         float f = open && flux ? (float)(scale * (double)flux[c]) : 0.0f;
         hi[c] = g + (f < 0.0f ? -f : 0.0f);
-        /* with symmetric storage both are the same element, which across the box is found by the neighbour */
+        /* with symmetric storage both are the same element; a periodic one is found through the neighbour */
         if (inside || (above >= 0 && !fine->shared)) lo[above] = g + (f > 0.0f ? f : 0.0f);
     }
 }
 
-/* What leaves cell c of level 0 less what enters it, through its open faces. It is taken from the flows themselves:
- * beside strong conductances the coefficients have lost them to rounding. */
+/* Net outflow of cell c of level 0 through its open faces, scaled. It is computed from the flows: in the coefficients
+ * they are lost to rounding beside strong conductances. */
 static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *const *flux)
 {
     const pd_smoother_level *fine = &mg->level[0];
@@ -267,13 +272,14 @@ static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *
     return mg->scale * net;
 }
 
-/* A wall or a mass in the unit of the level; as good as infinite when it leaves the range of the unit. */
+/* A wall or a mass in scaled units, at most PDI_MULTIGRID_LARGEST. */
 static float pdi_multigrid_scaled(const pd_multigrid *mg, float given)
 {
     return (float)pdi_min(mg->scale * (double)given, PDI_MULTIGRID_LARGEST);
 }
 
-/* Diagonals of level 0, from its faces. During setup x holds the wall and b the mass of each cell of a level. */
+/* Compute the diagonals of level 0 from its faces, walls and masses. During setup x holds the wall and b the mass of
+ * each cell. */
 static void pdi_multigrid_fine_diagonal(const pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
                                         const float *const *flux, const float *wall, const float *mass)
 {
@@ -295,7 +301,7 @@ static void pdi_multigrid_fine_diagonal(const pd_ctx *ctx, pd_multigrid *mg, con
     }
 }
 
-/* Begin and end of the rows of level 0. */
+/* Find the first and last active cell of each row of level 0. */
 static void pdi_multigrid_rows(pd_smoother_level *fine)
 {
     int32_t n = fine->n[0];
@@ -308,6 +314,7 @@ static void pdi_multigrid_rows(pd_smoother_level *fine)
     }
 }
 
+/* Options of the coarsening. */
 static pdi_coarsen pdi_multigrid_how(const pd_multigrid *mg)
 {
     pdi_coarsen how;
@@ -319,6 +326,7 @@ static pdi_coarsen pdi_multigrid_how(const pd_multigrid *mg)
     return how;
 }
 
+/* Build all coarser levels. */
 static pd_status pdi_multigrid_levels(pd_ctx *ctx, const pdi_coarsen *how, pd_multigrid *mg)
 {
     mg->levels = 1;
@@ -332,16 +340,18 @@ static pd_status pdi_multigrid_levels(pd_ctx *ctx, const pdi_coarsen *how, pd_mu
     return PD_OK;
 }
 
+/* Build all coarser levels; the first time with all cells, so that later setups allocate nothing. */
 static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
 {
     pdi_coarsen how = pdi_multigrid_how(mg), all = how;
     all.all = 1;
-    /* a later setup may need the room of all cells, and steps take no memory */
+    /* a later setup may need memory for all cells, and time steps allocate nothing */
     if (!how.all && !mg->roomy) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
     mg->roomy = 1;
     return pdi_multigrid_levels(ctx, &how, mg);
 }
 
+/* The same with the work array of the arena. */
 static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
@@ -393,9 +403,9 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
 
 /* ---- cycle: x of a level from its b ---- */
 
-/* All threads of a team call what follows, and have met where it returns, unless it says otherwise. */
+/* All threads of a team have to call the following functions, which end with a barrier unless they say otherwise. */
 
-/* b of the next level = sum of r over the children. */
+/* Restriction: b of the next level = sum of r over the fine cells. */
 static void pdi_multigrid_restrict(pdi_par_team team, const pd_smoother_level *level)
 {
     const pd_smoother_level *coarse = level + 1;
@@ -407,6 +417,7 @@ static void pdi_multigrid_restrict(pdi_par_team team, const pd_smoother_level *l
     pdi_par_meet(team);
 }
 
+/* Apply an operation to one colour, to all cells; sweep all lines. Each with a barrier. */
 static void pdi_multigrid_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job, int colour)
 {
     pdi_smoother_colour(team, level, job, colour);
@@ -425,6 +436,7 @@ static void pdi_multigrid_lines(pdi_par_team team, const pd_smoother_level *leve
     pdi_par_meet(team);
 }
 
+/* Pre-smoothing, residual and restriction of a level. */
 static void pdi_multigrid_down(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (mg->desc.symmetric) {
@@ -441,9 +453,8 @@ static void pdi_multigrid_down(pdi_par_team team, const pd_multigrid *mg, const 
     pdi_multigrid_restrict(team, level);
 }
 
-/* Add the correction of the coarser levels to x. With contrast it is kept apart in double precision, and its defect is
- * smoothed: in single precision its rounding would change from cell to cell, and outweigh in a good conductor what is
- * sought. */
+/* Prolongation: add the coarse correction to x. With contrast it is kept separately in double precision, and its defect
+ * is smoothed: in single precision its rounding, which varies from cell to cell, would dominate in a good conductor. */
 static void pdi_multigrid_interpolate(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (level->sum) {
@@ -455,6 +466,7 @@ static void pdi_multigrid_interpolate(pdi_par_team team, const pd_multigrid *mg,
         pdi_multigrid_range(team, level, PDI_SMOOTHER_PROLONG);
 }
 
+/* Prolongation and post-smoothing of a level. */
 static void pdi_multigrid_up(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     pdi_multigrid_interpolate(team, mg, level);
@@ -466,7 +478,7 @@ static void pdi_multigrid_up(pdi_par_team team, const pd_multigrid *mg, const pd
     if (level->sum) pdi_multigrid_range(team, level, PDI_SMOOTHER_COLLECT);
 }
 
-/* The last level, and those from `first` on around it. */
+/* The V-cycle of the levels from `first` to the coarsest, which only has START and, with flow, line sweeps. */
 static void pdi_multigrid_bottom(pdi_par_team team, const pd_multigrid *mg, int first)
 {
     const pd_smoother_level *last = &mg->level[mg->levels - 1];
@@ -477,7 +489,7 @@ static void pdi_multigrid_bottom(pdi_par_team team, const pd_multigrid *mg, int 
     for (int l = mg->levels - 2; l >= first; l--) pdi_multigrid_up(team, mg, &mg->level[l]);
 }
 
-/* First node of row r of the box on the padded lattice. */
+/* First node, on the padded lattice, of row r of the box. */
 static int32_t pdi_multigrid_row_node(const pd_multigrid *mg, int32_t r)
 {
     int32_t node = mg->desc.first, rest = r;
@@ -496,7 +508,7 @@ static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
     return mg->desc.weight[PD_DIM == 3 ? r / n[PD_DIM - 2] : r];
 }
 
-/* max |rhs| over the cells of row r that take part. */
+/* max |rhs| over the active cells of row r, times the weight of the row. */
 static double pdi_multigrid_row_size(const pd_multigrid *mg, int32_t r, const double *rhs)
 {
     enum { lanes = 16 };
@@ -519,7 +531,7 @@ static double pdi_multigrid_row_size(const pd_multigrid *mg, int32_t r, const do
     return largest * pdi_multigrid_weight(mg, r);
 }
 
-/* part [PDI_SMOOTHER_PARTS]: the same of parts of the rows. Threads have not met. */
+/* part [PDI_SMOOTHER_PARTS]: max |rhs| over parts of the rows. No barrier. */
 static void pdi_multigrid_parts(pdi_par_team team, const pd_multigrid *mg, const double *rhs, double *part)
 {
     int32_t rows = mg->level[0].cells / mg->level[0].n[0];
@@ -531,18 +543,19 @@ static void pdi_multigrid_parts(pdi_par_team team, const pd_multigrid *mg, const
     }
 }
 
-/* Zeros where x, b and r of row r of level 0 have none after others have used their memory. */
+/* Zero x, r and the inactive parts of b in row r of level 0, since others have used their memory. */
 static void pdi_multigrid_wipe(const pd_smoother_level *fine, int32_t r)
 {
     int32_t n0 = fine->n[0], first = r * n0, begin = fine->begin[r], end = fine->end[r];
     size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
-    memset(fine->x + first, 0, (size_t)n0 * sizeof *fine->x); /* closed links lead to what is not written yet, too */
+    memset(fine->x + first, 0, (size_t)n0 * sizeof *fine->x); /* zero coefficients may multiply values that are not
+                                                               * written yet */
     memset(fine->b + first, 0, before * sizeof *fine->b);
     memset(fine->b + end, 0, behind * sizeof *fine->b);
     memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
 }
 
-/* b of row r of level 0 = in rhs. */
+/* b = in * rhs in row r of level 0, from the padded lattice. */
 static void pdi_multigrid_take(const pd_multigrid *mg, int32_t r, const double *rhs, double in)
 {
     const pd_smoother_level *fine = &mg->level[0];
@@ -557,7 +570,7 @@ static void pdi_multigrid_take(const pd_multigrid *mg, int32_t r, const double *
         for (int32_t c = 0; c < count; c++) b[c] = inv[c] > 0.0f ? (float)(factor * given[c * s0]) : 0.0f;
 }
 
-/* x = out times what row r of level 0 has found. */
+/* x = out * solution of row r of level 0, to the padded lattice. */
 static void pdi_multigrid_give(const pd_multigrid *mg, int32_t r, double out, double *x)
 {
     const pd_smoother_level *fine = &mg->level[0];
@@ -573,7 +586,7 @@ static void pdi_multigrid_give(const pd_multigrid *mg, int32_t r, double out, do
         for (int32_t i = 0; i < n0; i++) to[i * s0] = out * (double)single[i];
 }
 
-/* The share of one thread in a cycle. part [PDI_SMOOTHER_PARTS]: room that all of them see. */
+/* One V-cycle, as each thread of the team runs it. part [PDI_SMOOTHER_PARTS]: work array that all threads share. */
 static void pdi_multigrid_work(pdi_par_team team, const pd_multigrid *mg, double *part, const double *rhs, double *x)
 {
     const pd_smoother_level *fine = &mg->level[0];

@@ -1,26 +1,29 @@
 /* smoother: see smoother.h
  *
- * Sums of level 0 have the loop over axes inside that over cells: the other way round gcc exchanges them, and gathers.
+ * Sums of level 0 have the loop over axes inside that over cells: the other way round gcc interchanges the loops, and
+ * uses gather instructions.
  */
 #include "solve/smoother.h"
 
-/* Lines are swept in blocks of lines, colour by colour; the partition depends on the size only. This is the largest
- * number of blocks along an axis. */
+/* Lines are swept in blocks of lines, which are coloured for threads; the partition depends on the size of the level
+ * only. This is the largest number of blocks along an axis. */
 #define PDI_SMOOTHER_BLOCKS 8
-/* Least lines across a block. */
+/* Least number of lines across a block. */
 #define PDI_SMOOTHER_BLOCK_LINES 7
-/* A level with fewer cells is one block. */
+/* A level with fewer cells is a single block. */
 #define PDI_SMOOTHER_BLOCK_CELLS 4096
-/* Cells of level 0 whose defects or residuals are summed at a time. */
+/* Cells of level 0 that are computed at a time (vectorised). */
 #define PDI_SMOOTHER_BLOCK 256
 
-/* From a row of level 0 along axis 0 to the rows at its sides. Behind an end of the box that does not wrap there is a
- * row or a pad, whose coefficients are 0. */
+/* Neighbours of a row of level 0 along axis 0. Beyond an end of an axis that is not periodic lies another row or a pad,
+ * whose coefficients are 0. */
 typedef struct pdi_smoother_beside {
-    int32_t below[PD_DIM], above[PD_DIM]; /* axes 1 and up */
+    int32_t below[PD_DIM], above[PD_DIM]; /* index offsets of the neighbours along each axis; periodic for axes 1 and
+                                           * up */
     const float *lo[PD_DIM], *hi[PD_DIM]; /* coefficients of all axes, by cell; lo[0] not for the first cell */
 } pdi_smoother_beside;
 
+/* Set the neighbour offsets and coefficients of a row of level 0. */
 static void pdi_smoother_look(const pd_smoother_level *fine, const int32_t *stride, int32_t row,
                               pdi_smoother_beside *beside)
 {
@@ -38,7 +41,7 @@ static void pdi_smoother_look(const pd_smoother_level *fine, const int32_t *stri
     }
 }
 
-/* sum over links of a x */
+/* Sum over links of a x for a cell of level 0 that may have periodic neighbours. */
 PDI_ONCE static float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
@@ -50,6 +53,7 @@ PDI_ONCE static float pdi_smoother_edge_sum(const pd_smoother_level *fine, const
     return sum;
 }
 
+/* Sum over links of a x for a cell of level 0, of a coarse level, and of any level. */
 static inline float pdi_smoother_fine_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
@@ -71,8 +75,8 @@ static inline float pdi_smoother_sum(const pd_smoother_level *level, const int32
     return level->row ? pdi_smoother_coarse_sum(level, c) : pdi_smoother_fine_sum(level, stride, c);
 }
 
-/* A sum, from differences: where the links are strong and the cells nearly equal, as in a good conductor, the rounding
- * of the products would exceed the excess. */
+/* (A sum)_c of level 0 from the row sum and differences of neighbours: where links are strong and values nearly equal,
+ * as in a good conductor, the rounding of the products would exceed the row sum. */
 static inline float pdi_smoother_fine_defect(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     double leave = (double)fine->excess[c] * fine->sum[c];
@@ -85,6 +89,7 @@ static inline float pdi_smoother_fine_defect(const pd_smoother_level *fine, cons
     return (float)leave;
 }
 
+/* The same on a coarse level. */
 static inline float pdi_smoother_coarse_defect(const pd_smoother_level *level, int32_t c)
 {
     double leave = (double)level->excess[c] * level->sum[c];
@@ -93,7 +98,7 @@ static inline float pdi_smoother_coarse_defect(const pd_smoother_level *level, i
     return (float)leave;
 }
 
-/* b -= A sum on count cells of level 0, no axis of which wraps, bond by bond for the sake of vectors. */
+/* b -= A sum on `count` cells of level 0 without periodic axes (vectorised). */
 static void pdi_smoother_block_defect(const pd_smoother_level *fine, const int32_t *stride, int32_t first,
                                       int32_t count)
 {
@@ -115,6 +120,7 @@ static void pdi_smoother_block_defect(const pd_smoother_level *fine, const int32
     }
 }
 
+/* b -= A sum on the cells first .. end-1 of any level. */
 static void pdi_smoother_defect(const pd_smoother_level *level, const int32_t *stride, int32_t first, int32_t end)
 {
     float *b = level->b;
@@ -127,7 +133,7 @@ static void pdi_smoother_defect(const pd_smoother_level *level, const int32_t *s
             pdi_smoother_block_defect(level, stride, c, end - c < PDI_SMOOTHER_BLOCK ? end - c : PDI_SMOOTHER_BLOCK);
 }
 
-/* One job on the cells first, first + step, ... before end. */
+/* Apply one operation to the cells first, first + step, ... before end. */
 static inline void pdi_smoother_cells(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_job job,
                                     int32_t first, int32_t end, int32_t step)
 {
@@ -161,6 +167,7 @@ static inline void pdi_smoother_cells(const pd_smoother_level *level, const int3
     }
 }
 
+/* Index strides [PD_DIM] of the blocks of a level. */
 static void pdi_smoother_strides(const pd_smoother_level *level, int32_t *stride)
 {
     for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_smoother_stride(level->n, d);
@@ -177,8 +184,8 @@ static int pdi_smoother_row_colour(const pd_smoother_level *fine, int32_t r)
     return sum & 1;
 }
 
-/* r = b + sum - x/inv on cells of a row of level 0, every `step`-th from `first` on, none of which is linked across the
- * box along axis 0. Cells between are computed for the sake of vectors, and left as they are. */
+/* Residual r = b + sum - x/inv on every `step`-th cell from `first` on of a row of level 0, none of which has a
+ * periodic neighbour along axis 0. Cells between are computed too, for vectorisation, but not stored. */
 static void pdi_smoother_residuals(const pd_smoother_level *fine, const pdi_smoother_beside *beside, int32_t first,
                                    int32_t end, int32_t step)
 {
@@ -202,8 +209,8 @@ static void pdi_smoother_residuals(const pd_smoother_level *fine, const pdi_smoo
     }
 }
 
-/* A job on every `step`-th cell of a row of level 0 from `first` on. Where axis 0 wraps, the first and the last cell of
- * the row are linked, and are met one by one. */
+/* Residual on every `step`-th cell of a row of level 0 from `first` on. Where axis 0 is periodic, the first and the
+ * last cell of the row are treated separately. */
 static void pdi_smoother_row_residual(const pd_smoother_level *fine, const int32_t *stride, int32_t row, int32_t first,
                                       int32_t end, int32_t step)
 {
@@ -237,9 +244,9 @@ PDI_FN void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level
         pdi_smoother_row_residual(level, stride, r, r * n0, (r + 1) * n0, 1);
 }
 
-/* x = b/a (START) or (b + sum)/a (SWEEP) on every second cell from `first` of a row of level 0, none of which is linked
- * across the box along axis 0. The cells between, which the sums read, are computed too, for the sake of vectors, and
- * left as they are. */
+/* x = b/diag (sweep 0) or (b + sum)/diag (sweep 1) on every second cell from `first` of a row of level 0, none of which
+ * has a periodic neighbour along axis 0. The cells between, which the sums read, are computed too, for vectorisation,
+ * but not stored. */
 static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_smoother_beside *beside, int sweep,
                                       int32_t first, int32_t end)
 {
@@ -265,8 +272,8 @@ static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_s
     }
 }
 
-/* START or SWEEP on every second cell of row r of level 0 from `first`. Where axis 0 wraps, the first and the last cell
- * of the row are linked, and are met one by one. */
+/* START or SWEEP on every second cell of row r of level 0 from `first` (one colour). Where axis 0 is periodic, the
+ * first and the last cell of the row are treated separately. */
 static void pdi_smoother_row(const pd_smoother_level *fine, const int32_t *stride, pdi_smoother_job job, int32_t r,
                              int32_t first)
 {
@@ -303,7 +310,7 @@ PDI_FN void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *leve
     }
 }
 
-/* Gauss-Seidel forth and back along one line of a coarse level. */
+/* Gauss-Seidel forwards and backwards over the cells first .. end-1, one line of a coarse level. */
 PDI_ONCE static void pdi_smoother_linked_line(const pd_smoother_level *level, int32_t first, int32_t end)
 {
     float *x = level->x;
@@ -312,7 +319,7 @@ PDI_ONCE static void pdi_smoother_linked_line(const pd_smoother_level *level, in
     for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smoother_coarse_sum(level, c)) * inv[c];
 }
 
-/* What the other lines give a line of level 0, into r: it does not change while the line is swept. */
+/* r = b + contributions of the other lines to a line of level 0, which are constant while the line is swept. */
 PDI_ONCE static void pdi_smoother_fine_given(const pd_smoother_level *fine, const int32_t *stride, int32_t line)
 {
     int32_t n = fine->n[0], first = line * n;
@@ -332,8 +339,8 @@ PDI_ONCE static void pdi_smoother_fine_given(const pd_smoother_level *fine, cons
     }
 }
 
-/* The same as above on `lines` (1 or 2) lines of level 0 that do not touch each other. Only one product and one sum
- * wait for the cell before, and two lines wait together. Where axis 0 wraps, the ends of a line are neighbours. */
+/* Gauss-Seidel forwards and backwards along `lines` (1 or 2) lines of level 0 that are not neighbours. Only one product
+ * and one sum depend on the cell before; two lines at a time hide that latency. */
 static inline void pdi_smoother_fine_lines(const pd_smoother_level *fine, const int32_t *stride, const int32_t *line,
                                            int lines)
 {
@@ -370,7 +377,7 @@ static inline void pdi_smoother_fine_lines(const pd_smoother_level *fine, const 
     }
 }
 
-/* Lines line[0] and, where `lines` is 2, line[1]. */
+/* Gauss-Seidel along the lines line[0] and, where `lines` is 2, line[1], of any level. */
 PDI_ONCE static void pdi_smoother_line(const pd_smoother_level *level, const int32_t *stride, const int32_t *line,
                                        int lines)
 {
@@ -381,12 +388,13 @@ PDI_ONCE static void pdi_smoother_line(const pd_smoother_level *level, const int
     else pdi_smoother_fine_lines(level, stride, line, 1);
 }
 
-/* A block of lines: where it begins along the axes from 1 on, and how many lines it has. */
+/* A block of lines: its first line and its size along the axes 1 and up, and its number of lines. */
 typedef struct pdi_smoother_block {
     int32_t first[PD_DIM], n[PD_DIM], lines;
 } pdi_smoother_block;
 
-/* Blocks along axis 1 and up: 1, or an even number, since the last may touch the first. */
+/* Number of blocks along the axes 1 and up: 1, or an even number, since the last may be a periodic neighbour of the
+ * first. */
 static void pdi_smoother_partition(const pd_smoother_level *level, int *blocks)
 {
     for (int d = 1; d < PD_DIM; d++) {
@@ -397,7 +405,8 @@ static void pdi_smoother_partition(const pd_smoother_level *level, int *blocks)
     }
 }
 
-/* Blocks of a colour, whose bits tell even blocks from odd ones along axis 1 and up: they do not touch each other. */
+/* Number of blocks of a colour, which are not neighbours. Bits of colour: even or odd blocks along the axes 1 and
+ * up. */
 static int pdi_smoother_block_count(const int *blocks, int colour)
 {
     int count = 1;
@@ -405,6 +414,7 @@ static int pdi_smoother_block_count(const int *blocks, int colour)
     return count;
 }
 
+/* Block number k of a colour. */
 static pdi_smoother_block pdi_smoother_block_get(const pd_smoother_level *level, const int *blocks, int colour, int k)
 {
     pdi_smoother_block block;
@@ -421,6 +431,7 @@ static pdi_smoother_block pdi_smoother_block_get(const pd_smoother_level *level,
     return block;
 }
 
+/* Line number q of a block, as a line of the level. */
 static int32_t pdi_smoother_block_line(const pd_smoother_level *level, const pdi_smoother_block *block, int32_t q)
 {
     int32_t line = 0, stride = 1;
@@ -432,7 +443,7 @@ static int32_t pdi_smoother_block_line(const pd_smoother_level *level, const pdi
     return line;
 }
 
-/* Blocks k .. k + by of a colour, `by` (1 or 2) at a time. */
+/* Gauss-Seidel on the lines of the blocks k .. k + by - 1 of a colour, `by` (1 or 2) blocks side by side. */
 static void pdi_smoother_blocks(const pd_smoother_level *level, const int32_t *stride, const int *blocks, int colour,
                                 int k, int by, int descending)
 {
@@ -455,7 +466,6 @@ static void pdi_smoother_blocks(const pd_smoother_level *level, const int32_t *s
     }
 }
 
-/* Lines of the blocks, ascending or descending, colour by colour. */
 PDI_FN void pdi_smoother_lines(pdi_par_team team, const pd_smoother_level *level, int descending)
 {
     int32_t stride[PD_DIM];
