@@ -6,12 +6,12 @@
 #include <math.h>
 #include <string.h>
 
-/* A restart that lowers the true residual by less than this factor counts as stagnation. */
+/* [-] Stagnation: a restart cycle reduces the true residual by less than this factor. */
 #define PDI_KRYLOV_PROGRESS 0.999
-/* Stiffness p.Ap over p.Dp that is rounding: a few digits of the last place for the bonds of a row. */
+/* [-] Ratio p.Ap / p.Dp that is rounding: a few units in the last place for the sum over the bonds of a row. */
 #define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
 
-/* One solve: what all methods share. */
+/* State of one solve, for both methods. */
 typedef struct pdi_krylov_run {
     pd_ctx *ctx;
     pd_krylov *k;
@@ -19,25 +19,25 @@ typedef struct pdi_krylov_run {
     void *user;
     const double *b;
     double *x;
-    double *v, *w; /* GMRES: [n] the two work vectors, which change their places */
-    double b_norm, target, reached; /* reached: GMRES, the residual of a cycle by its recurrence */
+    double *v, *w; /* GMRES: [n] the two work vectors, which are swapped */
+    double b_norm, target, reached; /* [unit of b] |b|; tolerance; GMRES: residual of a cycle by its recurrence */
     pd_krylov_result *result;
 } pdi_krylov_run;
 
-/* The matrix lies behind the rotations, the right-hand side and the coefficients, so that it can grow. */
+/* Size of `small`: rotations, right-hand side, coefficients, and last the Hessenberg matrix, which may grow. */
 static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
 {
     int64_t most = desc->most + 1;
     return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_hessenberg_column(columns) : 0;
 }
 
-/* Vectors of the basis that an iterate of double precision takes the place of. */
+/* Basis vectors whose memory an iterate in double precision takes. */
 static int pdi_krylov_iterate(const pd_krylov_desc *desc)
 {
     return desc->compressed == PD_KRYLOV_INTEGER ? 4 : desc->compressed == PD_KRYLOV_SINGLE ? 2 : 1;
 }
 
-/* Entries of single precision that hold integers, and their scales: an even number of each. */
+/* Floats that store the integers of a vector, and those of its scales; both even. */
 static int64_t pdi_krylov_integers(int64_t length) { return (length + 3) / 4 * 2; }
 static int64_t pdi_krylov_scales(int64_t length) { return (length / (2 * PDI_PAR_SCALED) + 1) * 2; }
 
@@ -56,14 +56,14 @@ static void pdi_krylov_small_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, krylov, small, pdi_krylov_small(&krylov->desc, krylov->columns), "1");
 }
 
-/* Columns that the basis grows by, from those that it was built with. */
+/* Columns of a chunk by which the basis grows: at most PD_KRYLOV_MORE chunks reach `most`. */
 static int pdi_krylov_step(const pd_krylov *krylov)
 {
     int more = krylov->desc.most - krylov->base;
     return more > 0 ? (more + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE : 0;
 }
 
-/* Strides and sizes for the form in desc. */
+/* Compute strides and capacities of the basis for the storage format in desc. */
 static void pdi_krylov_lay(pd_krylov *krylov)
 {
     const pd_krylov_desc *d = &krylov->desc;
@@ -71,7 +71,7 @@ static void pdi_krylov_lay(pd_krylov *krylov)
     krylov->stride = length;
     if (d->compressed == PD_KRYLOV_INTEGER) krylov->stride = pdi_krylov_integers(length) + pdi_krylov_scales(length);
     if (!krylov->built) krylov->built = krylov->stride * krylov->basis_vectors;
-    int64_t vectors = krylov->stride ? krylov->built / krylov->stride : krylov->basis_vectors; /* 0: no node is left */
+    int64_t vectors = krylov->stride ? krylov->built / krylov->stride : krylov->basis_vectors; /* 0: no node at all */
     int64_t columns = (vectors - 1) / (d->flexible ? 2 : 1);
     krylov->base = (int)(columns < d->most ? columns : d->most);
     krylov->grow = pdi_krylov_step(krylov);
@@ -144,18 +144,19 @@ PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kr
 }
 PDI_COLD_END
 
-/* Entries of one chunk of what has grown: `grow` vectors, and as many preconditioned ones. */
+/* Entries of one chunk: `grow` vectors and, when flexible, as many preconditioned ones. */
 static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
 {
     return krylov->stride * krylov->grow * (krylov->desc.flexible ? 2 : 1);
 }
 
+/* Size [byte] of an entry of the basis. */
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
 {
     return krylov->desc.compressed ? sizeof *krylov->single : sizeof *krylov->basis;
 }
 
-/* Bring the Hessenberg matrix to that many columns. */
+/* Resize the Hessenberg matrix to a number of columns. */
 static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
 {
     PDI_TRY(PDI_GROW(ctx, "krylov", pdi_krylov_small(&krylov->desc, krylov->columns),
@@ -174,7 +175,7 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
     ctx->message[0] = '\0';
 }
 
-/* Columns of the basis as it is now. */
+/* Present capacity in columns of the basis and the Hessenberg matrix. */
 static int pdi_krylov_room(const pd_krylov *krylov)
 {
     int columns = krylov->base - krylov->shift + krylov->chunks * krylov->grow;
@@ -182,7 +183,7 @@ static int pdi_krylov_room(const pd_krylov *krylov)
     return columns < krylov->desc.most ? columns : krylov->desc.most;
 }
 
-/* The chunk behind those that there are. */
+/* List function: the next chunk. */
 static void pdi_krylov_chunk_list(pdi_owner *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
@@ -190,7 +191,7 @@ static void pdi_krylov_chunk_list(pdi_owner *owner, void *object)
                   &krylov->more[krylov->chunks]);
 }
 
-/* Room for one more chunk: of the arena, or else a new one. */
+/* Get memory for one more chunk: from the arena, or else allocated. */
 static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
 {
     pd_arena *arena = krylov->desc.arena;
@@ -199,11 +200,11 @@ static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
     return pdi_owner_build(ctx, pdi_krylov_chunk_list, krylov);
 }
 
-/* Room for more basis vectors; 0: there is none, negative: fixed, and memory is refused. */
+/* Enlarge the basis. Returns 1; 0: not possible; negative: desc.fixed, and memory is refused. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
     int columns = krylov->base + krylov->chunks * krylov->grow; /* without a shift */
-    int chunk = krylov->columns >= columns;                     /* the matrix has room for what there is */
+    int chunk = krylov->columns >= columns;                     /* the basis limits, not the matrix */
     if (pdi_krylov_room(krylov) == krylov->desc.most) return 0;
     if (chunk && (!krylov->grow || krylov->chunks == PD_KRYLOV_MORE)) return 0;
     if (chunk) columns += krylov->grow;
@@ -214,12 +215,12 @@ static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
         return 1;
     }
     if (krylov->desc.fixed) return status;
-    ctx->status = PD_OK; /* it goes on with what it has */
+    ctx->status = PD_OK; /* continue without growth */
     ctx->message[0] = '\0';
     return 0;
 }
 
-/* The arena takes back what it has lent to the basis; what was allocated moves up for the next solve. */
+/* Return the chunks of the arena; allocated ones are kept for the next solve. Returns `status` or an error. */
 static pd_status pdi_krylov_return(pd_ctx *ctx, pd_krylov *krylov, pd_status status)
 {
     int kept = 0, chunks = krylov->chunks;
@@ -236,7 +237,7 @@ static pd_status pdi_krylov_return(pd_ctx *ctx, pd_krylov *krylov, pd_status sta
     return status;
 }
 
-/* Entries of single precision that take the room of a list. */
+/* Number of floats in the memory of the arrays of a list. */
 static int64_t pdi_krylov_floats(pdi_list_fn list, void *object)
 {
     return (int64_t)(pdi_arena_bytes(list, object) / sizeof(float));
@@ -268,6 +269,7 @@ PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
     memset(krylov, 0, sizeof *krylov);
 }
 
+/* Work vector i, [n]. */
 static double *pdi_krylov_vector(const pdi_krylov_run *run, int i)
 {
     return run->k->work + (int64_t)i * run->k->desc.n;
@@ -276,7 +278,7 @@ static double *pdi_krylov_vector(const pdi_krylov_run *run, int i)
 /* Number of the first vector of the preconditioned basis. */
 static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
 
-/* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
+/* Offset of basis vector i in its chunk; *chunk -1: the basis as built, k->chunks: there is no such vector. */
 static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
 {
     int base = k->base - k->shift, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
@@ -288,7 +290,7 @@ static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
     return k->stride * ((at - base) % grow + (flexible ? grow : 0));
 }
 
-/* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
+/* Basis vector i in double or in compressed storage; NULL: there is none. */
 static double *pdi_krylov_double(const pd_krylov *k, int i)
 {
     int chunk;
@@ -305,7 +307,7 @@ static float *pdi_krylov_single(const pd_krylov *k, int i)
     return chunk < 0 ? k->single + at : (float *)k->more[chunk] + at;
 }
 
-/* Up to PDI_PAR_GROUP vectors of the basis from `first`; those of the preconditioned one follow after all. */
+/* Up to PDI_PAR_GROUP basis vectors from `first` on; the preconditioned basis is numbered after the basis. */
 static pdi_par_vectors pdi_krylov_basis(const void *user, int first)
 {
     const pdi_krylov_run *run = (const pdi_krylov_run *)user;
@@ -321,7 +323,7 @@ static pdi_par_vectors pdi_krylov_basis(const void *user, int first)
     return v;
 }
 
-/* Entries of a vector that are not zero for certain. */
+/* Number of entries from desc.first to desc.end. */
 static int64_t pdi_krylov_entries(const pd_krylov_desc *d) { return d->end ? d->end - d->first : d->n; }
 
 static double pdi_krylov_dot(const pdi_krylov_run *run, const double *u, const double *v)
@@ -395,7 +397,7 @@ static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
 
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
 
-/* The entries of a full vector that the basis has: the vector itself, or a copy in `room`, whose content is lost. */
+/* Gather the entries of a vector that the basis stores: returns `full` itself without spans, else a copy in `room`. */
 static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full, double *room)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -404,21 +406,22 @@ static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full, double *
     return room;
 }
 
-/* Bring them to a full vector, which is zero between. */
+/* Scatter them into a full vector, which is zero elsewhere. */
 static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, double *full)
 {
     const pd_krylov_desc *d = &run->k->desc;
     if (d->spans) pdi_spans_unpack(run->ctx, d->spans, d->components, packed, full);
 }
 
-/* What was `room` becomes a vector that callbacks write to: zero where they do not. */
+/* Zero a work vector before callbacks write to it: they do not write all entries. */
 static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
 {
     const pd_krylov_desc *d = &run->k->desc;
     if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, room);
 }
 
-/* v = a v, kept as vector i of the basis. v loses what its precision does: A Z = V H holds for what is kept. */
+/* v = a v, stored as basis vector i. v is rounded to the stored precision, so that A Z = V H holds for stored
+ * vectors. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
     int64_t n = run->k->length;
@@ -430,7 +433,7 @@ static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int 
     pdi_par_keep(run->ctx, n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i));
 }
 
-/* v = sum y_j times vector first + j of the basis, j < count. */
+/* v = sum over j < count of y[j] times basis vector first + j. */
 static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *room,
                                double *v)
 {
@@ -444,8 +447,8 @@ static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, 
     pdi_krylov_unpack(run, sum, v);
 }
 
-/* Power of two that brings the largest entry of the first preconditioned vector near 1: units of x may leave the range
- * of single precision. */
+/* Power of two that scales the largest entry of the first preconditioned vector to about 1: in the unit of x it may
+ * exceed the range of single precision. */
 static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
 {
     int exponent = 0;
@@ -454,7 +457,7 @@ static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
     return ldexp(1.0, -exponent);
 }
 
-/* Rotations, right-hand side, coefficients and Hessenberg matrix of a cycle. */
+/* Views of `small`: rotations, right-hand side, coefficients and Hessenberg matrix of a cycle. */
 typedef struct pdi_krylov_dense {
     double *cs, *sn, *g, *y, *hess;
 } pdi_krylov_dense;
@@ -478,7 +481,7 @@ static void pdi_krylov_swap(pdi_krylov_run *run)
     run->w = v;
 }
 
-/* w, packed = A M^-1 v. The preconditioned vector, v and what is packed take their turns in two vectors. */
+/* Returns A M^-1 v, packed, for column j; all vectors of this share v and w. Flexible: stores M^-1 v times *unit. */
 static double *pdi_krylov_next(pdi_krylov_run *run, int j, int flexible, double *unit)
 {
     if (!run->precond) {
@@ -498,7 +501,7 @@ static double *pdi_krylov_next(pdi_krylov_run *run, int j, int flexible, double 
     return pdi_krylov_pack(run, run->v, run->w);
 }
 
-/* The correction of `count` columns into v, and the x before into w; x becomes the next iterate (lean: v alone). */
+/* v = the correction from `count` columns, w = the old x, x += v (lean: only v). */
 static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count, const double *y)
 {
     int first = flexible ? pdi_krylov_flexible(run->k) : 0;
@@ -515,8 +518,8 @@ static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count
     return PD_OK;
 }
 
-/* One cycle from the residual in v (norm beta). The correction is added to x; w keeps the x before (lean: it is left in
- * v). */
+/* One restart cycle of GMRES from the residual in v (norm beta). The correction is added to x, w = the old x (lean: it
+ * is left in v). */
 static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -546,7 +549,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         count++;
         double next = h[j + 1];
         pdi_hessenberg_rotate(j, h, s.cs, s.sn, s.g);
-        /* lucky breakdown: the space is invariant */
+        /* lucky breakdown: the Krylov space is invariant */
         if (next <= DBL_EPSILON * before || fabs(s.g[count]) <= 0.9 * run->target) break;
         pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
         pdi_krylov_unpack(run, packed, run->v);
@@ -557,9 +560,9 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
     return pdi_krylov_correct(run, flexible, count, s.y);
 }
 
-/* ---- lean: iterates live in the basis between the cycles ---- */
+/* ---- lean: iterates are stored in the memory of the basis between the cycles ---- */
 
-/* Place of an iterate: 0 is that of the best one, in front of the basis; 1 that of the next one, within the basis. */
+/* Packed storage of an iterate: 0: the best one, in front of the basis; 1: the next one, within the basis. */
 static double *pdi_krylov_packed(const pdi_krylov_run *run, int which)
 {
     const pd_krylov *k = run->k;
@@ -573,7 +576,7 @@ static void pdi_krylov_whole(const pdi_krylov_run *run, const double *packed, do
     else pdi_par_copy(run->ctx, run->k->length, packed, full);
 }
 
-/* The next iterate from the correction in v, and its residual into v unless it is trusted; returns the norm. */
+/* Compute the next iterate from the correction in v, and its residual into v (not if trusting). Returns its norm. */
 static double pdi_krylov_next_residual(pdi_krylov_run *run)
 {
     double *next = pdi_krylov_packed(run, 1);
@@ -590,14 +593,14 @@ static double pdi_krylov_next_residual(pdi_krylov_run *run)
     return sqrt(pdi_krylov_dot(run, run->v, run->v));
 }
 
-/* It is the best one. */
+/* The next iterate becomes the best one. */
 static void pdi_krylov_accept(const pdi_krylov_run *run)
 {
     pdi_par_copy(run->ctx, run->k->length, pdi_krylov_packed(run, 1), pdi_krylov_packed(run, 0));
     run->k->shift = pdi_krylov_iterate(&run->k->desc);
 }
 
-/* x becomes the best one, and the basis is as it was. */
+/* End of a lean solve: copy the best iterate to x, and give its memory back to the basis. */
 static void pdi_krylov_leave(const pdi_krylov_run *run)
 {
     if (run->k->shift) pdi_krylov_whole(run, pdi_krylov_packed(run, 0), run->x);
@@ -605,6 +608,7 @@ static void pdi_krylov_leave(const pdi_krylov_run *run)
     run->k->shift = 0;
 }
 
+/* GMRES with restarts, from the residual in v of norm `norm` to the tolerance. */
 static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -613,7 +617,7 @@ static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
         PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
         double fresh = d->lean ? pdi_krylov_next_residual(run) : pdi_krylov_residual(run, run->v);
         if (!pdi_krylov_finite(fresh) || fresh > norm) {
-            /* rounding, a singular operator or a preconditioner that is not linear: the iterate before was better */
+            /* rounding, a singular operator or a nonlinear preconditioner: the previous iterate was better */
             if (!d->lean) pdi_krylov_copy(run, run->w, run->x);
             if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
             return pdi_krylov_stopped(run, "stagnation");
@@ -628,10 +632,10 @@ static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
 
 /* ---- conjugate gradients ---- */
 
-/* The best iterate is copied only when the next one is worse, before x moves on. */
+/* Best iterate of CG. It is copied only when the next one is worse, before x changes. */
 typedef struct pdi_krylov_best {
     double *x;
-    double norm, current; /* of the best and of the present iterate */
+    double norm, current; /* [unit of b] residuals of the best and of the present iterate */
     int saved;            /* x differs from the present iterate */
 } pdi_krylov_best;
 
@@ -647,7 +651,7 @@ static void pdi_krylov_best_move(const pdi_krylov_run *run, pdi_krylov_best *bes
     best->current = next;
 }
 
-/* Return to the best iterate and take the true residual there. */
+/* Restore the best iterate and compute its true residual. */
 static void pdi_krylov_best_restore(const pdi_krylov_run *run, pdi_krylov_best *best, double *scratch)
 {
     if (best->saved) pdi_krylov_copy(run, best->x, run->x);
@@ -655,9 +659,7 @@ static void pdi_krylov_best_restore(const pdi_krylov_run *run, pdi_krylov_best *
     run->result->residual = pdi_krylov_residual(run, scratch);
 }
 
-/* CG from the residual r (norm) until the recurrence says done, breaks down or runs out. Flexible form of beta:
- * a cycle in single precision is symmetric to its rounding only. */
-/* The stiffness p.Ap that is rounding. Takes work vector 2. */
+/* Rounding level of p.Ap; 0 without desc.diagonal. Overwrites work vector 2. */
 static double pdi_krylov_flat(const pdi_krylov_run *run)
 {
     const double *d = run->k->desc.diagonal, *p = pdi_krylov_vector(run, 1);
@@ -671,6 +673,8 @@ static double pdi_krylov_flat(const pdi_krylov_run *run)
     return PDI_KRYLOV_FLAT * pdi_krylov_dot(run, p, z);
 }
 
+/* CG from the residual r until the recurrence converges, breaks down or reaches the iteration limit. Flexible beta
+ * (Notay 2000), since a multigrid cycle in single precision is symmetric to its rounding only. */
 static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *best)
 {
     double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
@@ -709,7 +713,7 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
     return PD_OK;
 }
 
-/* Run a recurrence, check the true residual, restart from it while that helps. */
+/* CG with restarts from the true residual while that reduces it. */
 static pd_status pdi_krylov_cg(const pdi_krylov_run *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -734,6 +738,7 @@ static pd_status pdi_krylov_cg(const pdi_krylov_run *run, double norm)
 
 PDI_FN double pdi_krylov_least(void) { return sqrt(DBL_MIN / DBL_EPSILON); }
 
+/* Set |b|, the tolerance and the residual of the initial guess, of norm *norm, in v. */
 static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -776,11 +781,11 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
     run.v = krylov->desc.lean ? x : pdi_krylov_vector(&run, 0);
     run.w = pdi_krylov_vector(&run, krylov->desc.lean ? 0 : 1);
-    pdi_krylov_clear(&run, run.v); /* the last solve may have ended with room in them */
+    pdi_krylov_clear(&run, run.v); /* the last solve may have left other data in them */
     pdi_krylov_clear(&run, run.w);
     PDI_TRY(pdi_krylov_start(&run, &norm));
     pd_status status = PD_OK;
-    if (run.b_norm == 0.0 && norm > run.target) { /* the one solution needs no iteration */
+    if (run.b_norm == 0.0 && norm > run.target) { /* x = 0 is the solution */
         pdi_par_zero(ctx, krylov->desc.n, x);
         run.result->residual = 0.0;
     } else
