@@ -86,13 +86,13 @@ static inline int pdi_is_final(pd_status status)
 {
     return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_STOPPED;
 }
-/* 1: step underflow: a step dt [s], with `left` [s] remaining from `time` [s], is below the rounding error of one of
+/* 1: step underflow: a step dt [s], with `remaining` [s] to go from `time` [s], is below the rounding error of one of
  * them, so that such steps never reach the end. */
-static inline int pdi_stands_still(double time, double left, double dt)
+static inline int pdi_stands_still(double time, double remaining, double dt)
 {
     double size = time < 0.0 ? -time : time;
-    if (left > size) size = left;
-    return dt < left && !(dt > DBL_EPSILON * size);
+    if (remaining > size) size = remaining;
+    return dt < remaining && !(dt > DBL_EPSILON * size);
 }
 /* Ask the cancellation callback. PD_STOPPED: the caller cancels. A step then leaves the state at its start, or at the
  * end of its last substep. */

@@ -3,12 +3,12 @@
 #include <string.h>
 
 PDI_FN void pdi_owner_add(pdi_owner *owner, pdi_owned_kind kind, const char *name, const char *unit, int64_t count,
-                          size_t size, void *at)
+                          size_t size, void *address)
 {
     pdi_owned entry;
     entry.name = name;
     entry.unit = unit;
-    entry.at = at;
+    entry.at = address;
     entry.size = size;
     entry.count = count;
     entry.kind = kind;

@@ -67,7 +67,7 @@ PDI_FN PDI_ONCE pd_status pdi_owner_store(pd_ctx *ctx, pdi_list_fn list, void *o
 
 /* Pass one entry to the visitor; called by list functions. */
 PDI_FN PDI_ONCE void pdi_owner_add(pdi_owner *owner, pdi_owned_kind kind, const char *name, const char *unit,
-                                   int64_t count, size_t size, void *at);
+                                   int64_t count, size_t size, void *address);
 /* PDI_ARRAY(owner, flow, u, n, "m/s") describes the array "flow.u" of n elements of *flow->u. */
 #define PDI_OWN(owner, kind, object, member, count, unit) \
     pdi_owner_add((owner), (kind), #object "." #member, (unit), (int64_t)(count), sizeof *(object)->member, \

@@ -4,11 +4,11 @@
 #include "core/base.h"
 
 #ifdef PDI_INTERNAL
-/* Find the root of the set of a, which is its smallest member. set[n]: the parent of n, or n itself, as at the start.
- * Paths are shortened by halving (Tarjan and van Leeuwen 1984). */
-PDI_FN int32_t pdi_sets_root(int32_t *set, int32_t a);
+/* Find the root of the set of a, which is its smallest member. parent[n]: the parent of n, or n itself, as at the
+ * start. Paths are shortened by halving (Tarjan and van Leeuwen 1984). */
+PDI_FN int32_t pdi_sets_root(int32_t *parent, int32_t a);
 /* Merge the sets of a and b. */
-PDI_FN void pdi_sets_unite(int32_t *set, int32_t a, int32_t b);
+PDI_FN void pdi_sets_unite(int32_t *parent, int32_t a, int32_t b);
 #endif
 
 #endif

@@ -137,14 +137,14 @@ static int pdi_coarsen_held(const pd_smoother_level *level, int32_t c)
 
 /* Sum the link coefficients of the cells first .. end-1, and mark those that take part in the next level: cells with a
  * link that sweeps alone do not solve for. */
-static void pdi_coarsen_strengths(const pdi_coarsen *how, const pd_smoother_level *level, int32_t first, int32_t end,
-                                  pdi_coarsen_strength *s)
+static void pdi_coarsen_strengths(const pdi_coarsen *options, const pd_smoother_level *level, int32_t first,
+                                  int32_t end, pdi_coarsen_strength *s)
 {
     pdi_coarsen_link link;
     for (int d = 0; d < PD_DIM; d++) s->sum[d] = s->count[d] = 0.0;
     for (int32_t c = first; c < end; c++) {
         level->parent[c] = PDI_COARSEN_NONE;
-        if (pdi_coarsen_alone(level, c) || (!how->all && pdi_coarsen_held(level, c))) continue;
+        if (pdi_coarsen_alone(level, c) || (!options->all && pdi_coarsen_held(level, c))) continue;
         PDI_COARSEN_LINKS(level, c, k, link)
         {
             level->parent[c] = PDI_COARSEN_ROOT;
@@ -166,11 +166,11 @@ static void pdi_coarsen_sweep(pdi_par_team team, const pd_smoother_level *level)
 
 /* With flow: r = what pairs of sweeps leave of a uniform error 1 (compatible relaxation: Brandt 2000). Nearly 0 where
  * the flow comes from a Dirichlet value, or mass dominates; nearly 1 in recirculating flow. */
-static void pdi_coarsen_try(const pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level)
+static void pdi_coarsen_try(const pd_ctx *ctx, const pdi_coarsen *options, const pd_smoother_level *level)
 {
     size_t bytes = (size_t)level->cells * sizeof(float);
     memcpy(level->parent, level->x, bytes); /* arrays that are not in use yet hold copies */
-    memcpy(how->mark, level->b, bytes);
+    memcpy(options->mark, level->b, bytes);
     for (int32_t c = 0; c < level->cells; c++) {
         level->x[c] = level->inv[c] > 0.0f ? 1.0f : 0.0f;
         level->b[c] = 0.0f;
@@ -179,20 +179,20 @@ static void pdi_coarsen_try(const pd_ctx *ctx, const pdi_coarsen *how, const pd_
     PDI_TEAM(nt, pdi_coarsen_sweep(team, level));
     memcpy(level->r, level->x, bytes);
     memcpy(level->x, level->parent, bytes);
-    memcpy(level->b, how->mark, bytes);
+    memcpy(level->b, options->mark, bytes);
 }
 
-PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level)
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *options, pd_smoother_level *level)
 {
     pdi_coarsen_strength part[PDI_SMOOTHER_PARTS];
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
     (void)nt;
-    if (!how->all) pdi_coarsen_try(ctx, how, level);
+    if (!options->all) pdi_coarsen_try(ctx, options, level);
     PDI_PARALLEL_FOR(nt)
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
-        pdi_coarsen_strengths(how, level, pdi_smoother_part(level->cells, q), pdi_smoother_part(level->cells, q + 1),
-                              &part[q]);
+        pdi_coarsen_strengths(options, level, pdi_smoother_part(level->cells, q),
+                              pdi_smoother_part(level->cells, q + 1), &part[q]);
     for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
         for (int d = 0; d < PD_DIM; d++) {
@@ -210,7 +210,7 @@ PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
 }
 
 /* Coarse block of cell c. key: the sort key of coarse cells: the colour for red-black sweeps, else the block. */
-static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smoother_level *level,
+static int32_t pdi_coarsen_block(const pdi_coarsen *options, const pd_smoother_level *level,
                                  const pd_smoother_level *coarse, int32_t c, int32_t *key)
 {
     int i[PD_DIM], sum = 0;
@@ -221,7 +221,7 @@ static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smoother_level
         block = block * coarse->n[d] + j;
         sum += j;
     }
-    *key = how->symmetric ? sum & 1 : block;
+    *key = options->symmetric ? sum & 1 : block;
     return block;
 }
 
@@ -275,45 +275,45 @@ static void pdi_coarsen_join(const pd_ctx *ctx, pd_smoother_level *level)
         pdi_coarsen_join_part(level, first, layer < level->cells - first ? first + layer : level->cells);
 }
 
-/* Turn the counts of keys in how->mark into offsets, and set from them where the colours or the lines begin. */
-static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *coarse, int32_t keys)
+/* Turn the counts of keys in options->mark into offsets, and set from them where the colours or the lines begin. */
+static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *options, pd_smoother_level *coarse, int32_t keys)
 {
-    int32_t *offset = how->mark;
+    int32_t *offset = options->mark;
     for (int32_t k = 0; k < keys; k++) offset[k + 1] += offset[k];
-    coarse->red = how->symmetric ? offset[1] : 0;
-    if (how->symmetric) return PD_OK;
+    coarse->red = options->symmetric ? offset[1] : 0;
+    if (options->symmetric) return PD_OK;
     int32_t lines = keys / coarse->n[0];
     /* as many as there can be, whichever axes are halved */
-    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, how->lines + 1));
+    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, options->lines + 1));
     for (int32_t j = 0; j <= lines; j++) coarse->line[j] = offset[j * coarse->n[0]];
     return PD_OK;
 }
 
 /* Number the merged cells in the order of their keys, and replace parent by these numbers. */
-static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
+static pd_status pdi_coarsen_number(pd_ctx *ctx, const pdi_coarsen *options, pd_smoother_level *level,
                                     pd_smoother_level *coarse)
 {
-    int32_t *parent = level->parent, *offset = how->mark, keys = how->symmetric ? 2 : 1, cells = 0, key;
+    int32_t *parent = level->parent, *offset = options->mark, keys = options->symmetric ? 2 : 1, cells = 0, key;
     for (int d = 0; d < PD_DIM; d++) {
         coarse->n[d] = level->halve[d] ? (level->n[d] + 1) / 2 : level->n[d];
-        coarse->wrap[d] = pdi_coarsen_wraps(how->symmetric, coarse->n[d], level->wrap[d]);
-        if (!how->symmetric) keys *= coarse->n[d];
+        coarse->wrap[d] = pdi_coarsen_wraps(options->symmetric, coarse->n[d], level->wrap[d]);
+        if (!options->symmetric) keys *= coarse->n[d];
     }
     for (int32_t k = 0; k <= keys; k++) offset[k] = 0;
     for (int32_t c = 0; c < level->cells; c++) {
         if (parent[c] >= PDI_COARSEN_NONE) continue;
-        pdi_coarsen_block(how, level, coarse, c, &key);
+        pdi_coarsen_block(options, level, coarse, c, &key);
         offset[key + 1]++;
         cells++;
     }
     coarse->cells = cells;
-    PDI_TRY(pdi_coarsen_reserve_cells(ctx, how->contrast, coarse, cells));
-    PDI_TRY(pdi_coarsen_order(ctx, how, coarse, keys));
+    PDI_TRY(pdi_coarsen_reserve_cells(ctx, options->contrast, coarse, cells));
+    PDI_TRY(pdi_coarsen_order(ctx, options, coarse, keys));
     for (int32_t c = 0; c < level->cells; c++)
         if (parent[c] >= 0) parent[c] = pdi_coarsen_root(parent, c);
     for (int32_t c = 0; c < level->cells; c++) {
         if (parent[c] >= PDI_COARSEN_NONE) continue;
-        int32_t block = pdi_coarsen_block(how, level, coarse, c, &key), p = offset[key]++;
+        int32_t block = pdi_coarsen_block(options, level, coarse, c, &key), p = offset[key]++;
         coarse->block[p] = block;
         parent[c] = -p - 2;
     }
@@ -461,10 +461,10 @@ static void pdi_coarsen_rows(const pd_smoother_level *level, pd_smoother_level *
 }
 
 /* Assemble the coarse links: count, allocate, fill. */
-static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level,
+static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *options, const pd_smoother_level *level,
                                    pd_smoother_level *coarse)
 {
-    int32_t *row = coarse->row, *mark = how->mark;
+    int32_t *row = coarse->row, *mark = options->mark;
     int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
     for (int32_t p = 0; p < coarse->cells; p++) {
         mark[p] = -1;
@@ -474,7 +474,7 @@ static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd
     row[0] = 0;
     for (int32_t p = 0; p < coarse->cells; p++)
         row[p + 1] = row[p + 1] < 0 ? pdi_coarsen_row(level, coarse, p, row[p], 0, mark) : row[p] + row[p + 1];
-    PDI_TRY(pdi_coarsen_reserve_links(ctx, how->symmetric, coarse, row[coarse->cells]));
+    PDI_TRY(pdi_coarsen_reserve_links(ctx, options->symmetric, coarse, row[coarse->cells]));
     PDI_SHARE(nt, pdi_coarsen_rows(level, coarse, 1));
     for (int32_t p = 0; p < coarse->cells; p++) mark[p] = -1;
     for (int32_t p = 0; p < coarse->cells; p++)
@@ -482,13 +482,13 @@ static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd
     return PD_OK;
 }
 
-PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse)
+PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *options, const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     float least = coarse->sum ? PDI_COARSEN_FLOOR_CONTRAST : PDI_COARSEN_FLOOR;
     for (int32_t p = 0; p < coarse->cells; p++) {
         /* excluded cells keep their values: they act as Dirichlet neighbours */
-        float mass = how->symmetric ? 0.0f : coarse->r[p], wall = 0.0f, links = 0.0f, stiff = 0.0f;
-        double free = how->symmetric ? 0.0 : (double)coarse->x[p]; /* excess without the part of walls */
+        float mass = options->symmetric ? 0.0f : coarse->r[p], wall = 0.0f, links = 0.0f, stiff = 0.0f;
+        double free = options->symmetric ? 0.0 : (double)coarse->x[p]; /* excess without the part of walls */
         for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
             int32_t c = coarse->child[j];
             mass += level->b[c];
@@ -508,14 +508,14 @@ PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *how, const pd_smoother_level
     }
 }
 
-PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
+PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *options, pd_smoother_level *level,
                                    pd_smoother_level *coarse)
 {
     pdi_coarsen_join(ctx, level);
-    PDI_TRY(pdi_coarsen_number(ctx, how, level, coarse));
+    PDI_TRY(pdi_coarsen_number(ctx, options, level, coarse));
     PDI_TRY(pdi_coarsen_children(ctx, level, coarse));
     pdi_coarsen_widths(level, coarse);
-    PDI_TRY(pdi_coarsen_links(ctx, how, level, coarse));
-    pdi_coarsen_diagonal(how, level, coarse);
+    PDI_TRY(pdi_coarsen_links(ctx, options, level, coarse));
+    pdi_coarsen_diagonal(options, level, coarse);
     return PD_OK;
 }

@@ -66,13 +66,13 @@ static inline int pdi_coarsen_wraps(int symmetric, int n, int above)
 }
 /* Choose the axes to halve (semi-coarsening along strong couplings), and mark in parent the cells that take part in the
  * next level. Returns 0 when no axis is halved: the level is the coarsest. */
-PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level);
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *options, pd_smoother_level *level);
 /* Build the next level after pdi_coarsen_choose. During setup x holds the Dirichlet coefficients and b the masses of
  * the cells. */
-PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
+PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *options, pd_smoother_level *level,
                                    pd_smoother_level *coarse);
 /* Recompute only the diagonals of the coarse level, after those of `level` have changed. */
-PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse);
+PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *options, const pd_smoother_level *level, pd_smoother_level *coarse);
 /* Free the arrays of a coarse level. */
 PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *coarse);
 #endif

@@ -397,13 +397,14 @@ static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
 
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
 
-/* Gather the entries of a vector that the basis stores: returns `full` itself without spans, else a copy in `room`. */
-static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full, double *room)
+/* Gather the entries of a vector that the basis stores: returns `full` itself without spans, else a copy in
+ * `scratch`. */
+static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full, double *scratch)
 {
     const pd_krylov_desc *d = &run->k->desc;
     if (!d->spans) return full;
-    pdi_spans_pack(run->ctx, d->spans, d->components, full, room);
-    return room;
+    pdi_spans_pack(run->ctx, d->spans, d->components, full, scratch);
+    return scratch;
 }
 
 /* Scatter them into a full vector, which is zero elsewhere. */
@@ -414,10 +415,10 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
 }
 
 /* Zero a work vector before callbacks write to it: they do not write all entries. */
-static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
+static void pdi_krylov_clear(const pdi_krylov_run *run, double *scratch)
 {
     const pd_krylov_desc *d = &run->k->desc;
-    if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, room);
+    if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, scratch);
 }
 
 /* v = a v, stored as basis vector i. v is rounded to the stored precision, so that A Z = V H holds for stored
@@ -434,10 +435,10 @@ static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int 
 }
 
 /* v = sum over j < count of y[j] times basis vector first + j. */
-static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *room,
+static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *scratch,
                                double *v)
 {
-    double *sum = run->k->desc.spans ? room : v;
+    double *sum = run->k->desc.spans ? scratch : v;
     pdi_par_zero(run->ctx, run->k->length, sum);
     for (int j = 0; j < count; j += PDI_PAR_GROUP) {
         pdi_par_vectors basis = pdi_krylov_basis(run, first + j);

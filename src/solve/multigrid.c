@@ -317,24 +317,24 @@ static void pdi_multigrid_rows(pd_smoother_level *fine)
 /* Options of the coarsening. */
 static pdi_coarsen pdi_multigrid_how(const pd_multigrid *mg)
 {
-    pdi_coarsen how;
-    how.symmetric = mg->desc.symmetric;
-    how.contrast = mg->desc.contrast;
-    how.all = mg->desc.symmetric;
-    how.mark = mg->mark;
-    how.lines = mg->level[0].cells / mg->level[0].n[0];
-    return how;
+    pdi_coarsen options;
+    options.symmetric = mg->desc.symmetric;
+    options.contrast = mg->desc.contrast;
+    options.all = mg->desc.symmetric;
+    options.mark = mg->mark;
+    options.lines = mg->level[0].cells / mg->level[0].n[0];
+    return options;
 }
 
 /* Build all coarser levels. */
-static pd_status pdi_multigrid_levels(pd_ctx *ctx, const pdi_coarsen *how, pd_multigrid *mg)
+static pd_status pdi_multigrid_levels(pd_ctx *ctx, const pdi_coarsen *options, pd_multigrid *mg)
 {
     mg->levels = 1;
-    for (int l = 0; pdi_coarsen_choose(ctx, how, &mg->level[l]); l++) {
+    for (int l = 0; pdi_coarsen_choose(ctx, options, &mg->level[l]); l++) {
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
         PDI_TRY(pdi_poll(ctx, "multigrid", l));
-        PDI_TRY(pdi_coarsen_level(ctx, how, &mg->level[l], &mg->level[l + 1]));
+        PDI_TRY(pdi_coarsen_level(ctx, options, &mg->level[l], &mg->level[l + 1]));
         mg->levels = l + 2;
     }
     return PD_OK;
@@ -343,12 +343,12 @@ static pd_status pdi_multigrid_levels(pd_ctx *ctx, const pdi_coarsen *how, pd_mu
 /* Build all coarser levels; the first time with all cells, so that later setups allocate nothing. */
 static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
 {
-    pdi_coarsen how = pdi_multigrid_how(mg), all = how;
+    pdi_coarsen options = pdi_multigrid_how(mg), all = options;
     all.all = 1;
     /* a later setup may need memory for all cells, and time steps allocate nothing */
-    if (!how.all && !mg->roomy) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
+    if (!options.all && !mg->roomy) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
     mg->roomy = 1;
-    return pdi_multigrid_levels(ctx, &how, mg);
+    return pdi_multigrid_levels(ctx, &options, mg);
 }
 
 /* The same with the work array of the arena. */
@@ -396,8 +396,8 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
     PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
     pdi_multigrid_fine_diagonal(ctx, mg, active, NULL, wall, mass);
     pdi_multigrid_rows(&mg->level[0]);
-    pdi_coarsen how = pdi_multigrid_how(mg);
-    for (int l = 0; l + 1 < mg->levels; l++) pdi_coarsen_diagonal(&how, &mg->level[l], &mg->level[l + 1]);
+    pdi_coarsen options = pdi_multigrid_how(mg);
+    for (int l = 0; l + 1 < mg->levels; l++) pdi_coarsen_diagonal(&options, &mg->level[l], &mg->level[l + 1]);
     return PD_OK;
 }
 
@@ -418,15 +418,15 @@ static void pdi_multigrid_restrict(pdi_par_team team, const pd_smoother_level *l
 }
 
 /* Apply an operation to one colour, to all cells; sweep all lines. Each with a barrier. */
-static void pdi_multigrid_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job, int colour)
+static void pdi_multigrid_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op, int colour)
 {
-    pdi_smoother_colour(team, level, job, colour);
+    pdi_smoother_colour(team, level, op, colour);
     pdi_par_meet(team);
 }
 
-static void pdi_multigrid_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job)
+static void pdi_multigrid_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op)
 {
-    pdi_smoother_range(team, level, job, 0, level->cells);
+    pdi_smoother_range(team, level, op, 0, level->cells);
     pdi_par_meet(team);
 }
 
@@ -555,23 +555,23 @@ static void pdi_multigrid_wipe(const pd_smoother_level *fine, int32_t r)
     memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
 }
 
-/* b = in * rhs in row r of level 0, from the padded lattice. */
-static void pdi_multigrid_take(const pd_multigrid *mg, int32_t r, const double *rhs, double in)
+/* b = scale * rhs in row r of level 0, from the padded lattice. */
+static void pdi_multigrid_take(const pd_multigrid *mg, int32_t r, const double *rhs, double scale)
 {
     const pd_smoother_level *fine = &mg->level[0];
     int32_t s0 = mg->desc.stride[0], begin = fine->begin[r], count = fine->end[r] - begin;
     const double *PD_RESTRICT given = rhs + pdi_multigrid_row_node(mg, r) + (begin - r * fine->n[0]) * s0;
     const float *PD_RESTRICT inv = fine->inv + begin;
     float *PD_RESTRICT b = fine->b + begin;
-    double factor = in * pdi_multigrid_weight(mg, r);
+    double factor = scale * pdi_multigrid_weight(mg, r);
     if (s0 == 1)
         for (int32_t c = 0; c < count; c++) b[c] = inv[c] > 0.0f ? (float)(factor * given[c]) : 0.0f;
     else
         for (int32_t c = 0; c < count; c++) b[c] = inv[c] > 0.0f ? (float)(factor * given[c * s0]) : 0.0f;
 }
 
-/* x = out * solution of row r of level 0, to the padded lattice. */
-static void pdi_multigrid_give(const pd_multigrid *mg, int32_t r, double out, double *x)
+/* x = scale * solution of row r of level 0, to the padded lattice. */
+static void pdi_multigrid_give(const pd_multigrid *mg, int32_t r, double scale, double *x)
 {
     const pd_smoother_level *fine = &mg->level[0];
     int32_t n0 = fine->n[0], s0 = mg->desc.stride[0];
@@ -579,11 +579,11 @@ static void pdi_multigrid_give(const pd_multigrid *mg, int32_t r, double out, do
     const float *PD_RESTRICT single = fine->x + r * n0;
     double *PD_RESTRICT to = x + pdi_multigrid_row_node(mg, r);
     if (sum)
-        for (int32_t i = 0; i < n0; i++) to[i * s0] = out * sum[i];
+        for (int32_t i = 0; i < n0; i++) to[i * s0] = scale * sum[i];
     else if (s0 == 1)
-        for (int32_t i = 0; i < n0; i++) to[i] = out * (double)single[i];
+        for (int32_t i = 0; i < n0; i++) to[i] = scale * (double)single[i];
     else
-        for (int32_t i = 0; i < n0; i++) to[i * s0] = out * (double)single[i];
+        for (int32_t i = 0; i < n0; i++) to[i * s0] = scale * (double)single[i];
 }
 
 /* One V-cycle, as each thread of the team runs it. part [PDI_SMOOTHER_PARTS]: work array that all threads share. */

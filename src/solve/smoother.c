@@ -25,19 +25,19 @@ typedef struct pdi_smoother_beside {
 
 /* Set the neighbour offsets and coefficients of a row of level 0. */
 static void pdi_smoother_look(const pd_smoother_level *fine, const int32_t *stride, int32_t row,
-                              pdi_smoother_beside *beside)
+                              pdi_smoother_beside *adjacent)
 {
-    beside->below[0] = -1;
-    beside->above[0] = 1;
+    adjacent->below[0] = -1;
+    adjacent->above[0] = 1;
     for (int d = 1; d < PD_DIM; d++) {
         int32_t n = fine->n[d], i = row % n, across = (n - 1) * stride[d];
-        beside->below[d] = i == 0 && fine->wrap[d] ? across : -stride[d];
-        beside->above[d] = i == n - 1 && fine->wrap[d] ? -across : stride[d];
+        adjacent->below[d] = i == 0 && fine->wrap[d] ? across : -stride[d];
+        adjacent->above[d] = i == n - 1 && fine->wrap[d] ? -across : stride[d];
         row /= n;
     }
     for (int d = 0; d < PD_DIM; d++) {
-        beside->lo[d] = fine->shared ? fine->hi[d] + beside->below[d] : fine->lo[d];
-        beside->hi[d] = fine->hi[d];
+        adjacent->lo[d] = fine->shared ? fine->hi[d] + adjacent->below[d] : fine->lo[d];
+        adjacent->hi[d] = fine->hi[d];
     }
 }
 
@@ -134,12 +134,12 @@ static void pdi_smoother_defect(const pd_smoother_level *level, const int32_t *s
 }
 
 /* Apply one operation to the cells first, first + step, ... before end. */
-static inline void pdi_smoother_cells(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_job job,
+static inline void pdi_smoother_cells(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_job op,
                                     int32_t first, int32_t end, int32_t step)
 {
     float *x = level->x;
     const float *b = level->b, *inv = level->inv;
-    switch (job) {
+    switch (op) {
     case PDI_SMOOTHER_START:
         for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
         break;
@@ -186,7 +186,7 @@ static int pdi_smoother_row_colour(const pd_smoother_level *fine, int32_t r)
 
 /* Residual r = b + sum - x/inv on every `step`-th cell from `first` on of a row of level 0, none of which has a
  * periodic neighbour along axis 0. Cells between are computed too, for vectorisation, but not stored. */
-static void pdi_smoother_residuals(const pd_smoother_level *fine, const pdi_smoother_beside *beside, int32_t first,
+static void pdi_smoother_residuals(const pd_smoother_level *fine, const pdi_smoother_beside *adjacent, int32_t first,
                                    int32_t end, int32_t step)
 {
     float next[PDI_SMOOTHER_BLOCK];
@@ -195,13 +195,13 @@ static void pdi_smoother_residuals(const pd_smoother_level *fine, const pdi_smoo
         const float *b = fine->b + at, *inv = fine->inv + at, *x = fine->x + at, *lo[PD_DIM], *hi[PD_DIM];
         float *r = fine->r + at;
         for (int d = 0; d < PD_DIM; d++) {
-            lo[d] = beside->lo[d] + at;
-            hi[d] = beside->hi[d] + at;
+            lo[d] = adjacent->lo[d] + at;
+            hi[d] = adjacent->hi[d] + at;
         }
         for (int c = 0; c < n; c++) {
             float sum = 0.0f, share = inv[c] > 0.0f ? inv[c] : 1.0f;
             for (int d = 0; d < PD_DIM; d++)
-                sum += lo[d][c] * x[c + beside->below[d]] + hi[d][c] * x[c + beside->above[d]];
+                sum += lo[d][c] * x[c + adjacent->below[d]] + hi[d][c] * x[c + adjacent->above[d]];
             float left = b[c] + sum - x[c] / share;
             next[c] = inv[c] > 0.0f ? left : 0.0f;
         }
@@ -214,9 +214,9 @@ static void pdi_smoother_residuals(const pd_smoother_level *fine, const pdi_smoo
 static void pdi_smoother_row_residual(const pd_smoother_level *fine, const int32_t *stride, int32_t row, int32_t first,
                                       int32_t end, int32_t step)
 {
-    pdi_smoother_beside beside;
+    pdi_smoother_beside adjacent;
     int32_t begin = row * fine->n[0], last = begin + fine->n[0] - 1, inner = end;
-    pdi_smoother_look(fine, stride, row, &beside);
+    pdi_smoother_look(fine, stride, row, &adjacent);
     if (fine->wrap[0]) {
         if (first == begin && first < end) {
             pdi_smoother_cells(fine, stride, PDI_SMOOTHER_RESIDUAL, first, first + 1, 1);
@@ -224,18 +224,18 @@ static void pdi_smoother_row_residual(const pd_smoother_level *fine, const int32
         }
         if (end > last) inner = last;
     }
-    pdi_smoother_residuals(fine, &beside, first, inner, step);
+    pdi_smoother_residuals(fine, &adjacent, first, inner, step);
     if (inner < end && first <= last && (last - first) % step == 0)
         pdi_smoother_cells(fine, stride, PDI_SMOOTHER_RESIDUAL, last, last + 1, 1);
 }
 
-PDI_FN void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job, int32_t first,
+PDI_FN void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op, int32_t first,
                                int32_t count)
 {
     int32_t stride[PD_DIM], n0 = level->n[0];
     pdi_smoother_strides(level, stride);
-    if (level->row || job != PDI_SMOOTHER_RESIDUAL) {
-        pdi_smoother_cells(level, stride, job, first + pdi_par_first(team, count), first + pdi_par_behind(team, count),
+    if (level->row || op != PDI_SMOOTHER_RESIDUAL) {
+        pdi_smoother_cells(level, stride, op, first + pdi_par_first(team, count), first + pdi_par_behind(team, count),
                            1);
         return;
     }
@@ -247,7 +247,7 @@ PDI_FN void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level
 /* x = b/diag (sweep 0) or (b + sum)/diag (sweep 1) on every second cell from `first` of a row of level 0, none of which
  * has a periodic neighbour along axis 0. The cells between, which the sums read, are computed too, for vectorisation,
  * but not stored. */
-static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_smoother_beside *beside, int sweep,
+static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_smoother_beside *adjacent, int sweep,
                                       int32_t first, int32_t end)
 {
     float next[PDI_SMOOTHER_BLOCK];
@@ -256,14 +256,14 @@ static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_s
         const float *b = fine->b + at, *inv = fine->inv + at, *lo[PD_DIM], *hi[PD_DIM];
         float *x = fine->x + at;
         for (int d = 0; d < PD_DIM; d++) {
-            lo[d] = beside->lo[d] + at;
-            hi[d] = beside->hi[d] + at;
+            lo[d] = adjacent->lo[d] + at;
+            hi[d] = adjacent->hi[d] + at;
         }
         if (sweep)
             for (int c = 0; c < n; c++) {
                 float sum = 0.0f;
                 for (int d = 0; d < PD_DIM; d++)
-                    sum += lo[d][c] * x[c + beside->below[d]] + hi[d][c] * x[c + beside->above[d]];
+                    sum += lo[d][c] * x[c + adjacent->below[d]] + hi[d][c] * x[c + adjacent->above[d]];
                 next[c] = (b[c] + sum) * inv[c];
             }
         else
@@ -274,39 +274,39 @@ static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_s
 
 /* START or SWEEP on every second cell of row r of level 0 from `first` (one colour). Where axis 0 is periodic, the
  * first and the last cell of the row are treated separately. */
-static void pdi_smoother_row(const pd_smoother_level *fine, const int32_t *stride, pdi_smoother_job job, int32_t r,
+static void pdi_smoother_row(const pd_smoother_level *fine, const int32_t *stride, pdi_smoother_job op, int32_t r,
                              int32_t first)
 {
-    pdi_smoother_beside beside;
+    pdi_smoother_beside adjacent;
     int32_t begin = r * fine->n[0], last = begin + fine->n[0] - 1, end = fine->end[r], inner = end;
-    pdi_smoother_look(fine, stride, r, &beside);
+    pdi_smoother_look(fine, stride, r, &adjacent);
     if (fine->wrap[0]) {
         if (first == begin && first < end) {
-            pdi_smoother_cells(fine, stride, job, first, first + 1, 1);
+            pdi_smoother_cells(fine, stride, op, first, first + 1, 1);
             first += 2;
         }
         if (end > last) inner = last;
     }
-    pdi_smoother_every_second(fine, &beside, job == PDI_SMOOTHER_SWEEP, first, inner);
+    pdi_smoother_every_second(fine, &adjacent, op == PDI_SMOOTHER_SWEEP, first, inner);
     if (inner < end && first <= last && (last - first) % 2 == 0)
-        pdi_smoother_cells(fine, stride, job, last, last + 1, 1);
+        pdi_smoother_cells(fine, stride, op, last, last + 1, 1);
 }
 
-PDI_FN void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job, int colour)
+PDI_FN void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op, int colour)
 {
     int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
     if (level->row) {
-        pdi_smoother_range(team, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
+        pdi_smoother_range(team, level, op, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
         return;
     }
     pdi_smoother_strides(level, stride);
     for (int32_t r = pdi_par_first(team, rows); r < pdi_par_behind(team, rows); r++) {
         int32_t first = level->begin[r];
         first += ((first - r * n0) ^ pdi_smoother_row_colour(level, r) ^ colour) & 1;
-        if (job == PDI_SMOOTHER_START || job == PDI_SMOOTHER_SWEEP) pdi_smoother_row(level, stride, job, r, first);
-        else if (job == PDI_SMOOTHER_RESIDUAL)
+        if (op == PDI_SMOOTHER_START || op == PDI_SMOOTHER_SWEEP) pdi_smoother_row(level, stride, op, r, first);
+        else if (op == PDI_SMOOTHER_RESIDUAL)
             pdi_smoother_row_residual(level, stride, r, first, level->end[r], 2);
-        else pdi_smoother_cells(level, stride, job, first, level->end[r], 2);
+        else pdi_smoother_cells(level, stride, op, first, level->end[r], 2);
     }
 }
 
@@ -325,16 +325,16 @@ PDI_ONCE static void pdi_smoother_fine_given(const pd_smoother_level *fine, cons
     int32_t n = fine->n[0], first = line * n;
     const float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT b = fine->b + first, *lo[PD_DIM], *hi[PD_DIM];
     float *PD_RESTRICT given = fine->r + first;
-    pdi_smoother_beside beside;
-    pdi_smoother_look(fine, stride, line, &beside);
+    pdi_smoother_beside adjacent;
+    pdi_smoother_look(fine, stride, line, &adjacent);
     for (int d = 0; d < PD_DIM; d++) {
-        lo[d] = beside.lo[d] + first;
-        hi[d] = beside.hi[d] + first;
+        lo[d] = adjacent.lo[d] + first;
+        hi[d] = adjacent.hi[d] + first;
     }
     for (int32_t c = 0; c < n; c++) {
         float sum = b[c];
         for (int d = 1; d < PD_DIM; d++)
-            sum += lo[d][c] * x[c + beside.below[d]] + hi[d][c] * x[c + beside.above[d]];
+            sum += lo[d][c] * x[c + adjacent.below[d]] + hi[d][c] * x[c + adjacent.above[d]];
         given[c] = sum;
     }
 }

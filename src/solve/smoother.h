@@ -88,10 +88,10 @@ static inline float pdi_smoother_edge_coefficient(const pd_smoother_level *fine,
 }
 /* All threads of a team have to call the following functions. There is no barrier at their end. */
 /* Apply an operation to `count` cells from `first`, in any order. */
-PDI_FN PDI_ONCE void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job,
+PDI_FN PDI_ONCE void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op,
                                         int32_t first, int32_t count);
 /* Apply an operation to the cells of one colour of the red-black ordering. */
-PDI_FN PDI_ONCE void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job job,
+PDI_FN PDI_ONCE void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op,
                                          int colour);
 /* Gauss-Seidel forwards and backwards along every line of axis 0, lines in ascending or descending order. */
 PDI_FN PDI_ONCE void pdi_smoother_lines(pdi_par_team team, const pd_smoother_level *level, int descending);
