@@ -150,13 +150,11 @@ static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
     return krylov->stride * krylov->grow * (krylov->desc.flexible ? 2 : 1);
 }
 
-/* Size [byte] of an entry of the basis. */
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
 {
     return krylov->desc.compressed ? sizeof *krylov->single : sizeof *krylov->basis;
 }
 
-/* Resize the Hessenberg matrix to a number of columns. */
 static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
 {
     PDI_TRY(PDI_GROW(ctx, "krylov", pdi_krylov_small(&krylov->desc, krylov->columns),
@@ -269,13 +267,12 @@ PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
     memset(krylov, 0, sizeof *krylov);
 }
 
-/* Work vector i, [n]. */
 static double *pdi_krylov_vector(const pdi_krylov_run *run, int i)
 {
     return run->k->work + (int64_t)i * run->k->desc.n;
 }
 
-/* Number of the first vector of the preconditioned basis. */
+/* First vector of the preconditioned basis. */
 static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
 
 /* Offset of basis vector i in its chunk; *chunk -1: the basis as built, k->chunks: there is no such vector. */
@@ -397,8 +394,7 @@ static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
 
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
 
-/* Gather the entries of a vector that the basis stores: returns `full` itself without spans, else a copy in
- * `scratch`. */
+/* Gather the entries that the basis stores: returns `full` itself without spans, else a copy in `scratch`. */
 static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full, double *scratch)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -421,8 +417,7 @@ static void pdi_krylov_clear(const pdi_krylov_run *run, double *scratch)
     if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, scratch);
 }
 
-/* v = a v, stored as basis vector i. v is rounded to the stored precision, so that A Z = V H holds for stored
- * vectors. */
+/* v = a v, stored as basis vector i, and rounded to the stored precision: A Z = V H holds for stored vectors. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
     int64_t n = run->k->length;
@@ -448,8 +443,7 @@ static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, 
     pdi_krylov_unpack(run, sum, v);
 }
 
-/* Power of two that scales the largest entry of the first preconditioned vector to about 1: in the unit of x it may
- * exceed the range of single precision. */
+/* Power of two that scales the largest entry of z to about 1, since x may exceed the range of single precision. */
 static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
 {
     int exponent = 0;
@@ -519,8 +513,7 @@ static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count
     return PD_OK;
 }
 
-/* One restart cycle of GMRES from the residual in v (norm beta). The correction is added to x, w = the old x (lean: it
- * is left in v). */
+/* One restart cycle from the residual in v (norm beta): x += correction, w = old x (lean: correction left in v). */
 static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -594,7 +587,6 @@ static double pdi_krylov_next_residual(pdi_krylov_run *run)
     return sqrt(pdi_krylov_dot(run, run->v, run->v));
 }
 
-/* The next iterate becomes the best one. */
 static void pdi_krylov_accept(const pdi_krylov_run *run)
 {
     pdi_par_copy(run->ctx, run->k->length, pdi_krylov_packed(run, 1), pdi_krylov_packed(run, 0));
@@ -674,8 +666,8 @@ static double pdi_krylov_flat(const pdi_krylov_run *run)
     return PDI_KRYLOV_FLAT * pdi_krylov_dot(run, p, z);
 }
 
-/* CG from the residual r until the recurrence converges, breaks down or reaches the iteration limit. Flexible beta
- * (Notay 2000), since a multigrid cycle in single precision is symmetric to its rounding only. */
+/* CG from the residual r until convergence, breakdown or the iteration limit. Flexible beta (Notay 2000): symmetry of a
+ * single-precision multigrid cycle holds to rounding only. */
 static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *best)
 {
     double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
