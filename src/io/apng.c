@@ -2,7 +2,7 @@
 #include "io/apng.h"
 #include <string.h>
 
-#define PDI_APNG_LAST 10 /* times the delay: how long the last image stays */
+#define PDI_APNG_LAST 10 /* display time of the last frame, in units of the delay */
 
 PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film)
 {
@@ -15,7 +15,7 @@ PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int d
     return pdi_file_create(ctx, path, &film->file);
 }
 
-/* What stands before the first image. */
+/* Write the PNG header and the animation control chunk (acTL) before the first frame. */
 static pd_status pdi_apng_begin(pd_ctx *ctx, pdi_apng *film, const pd_image *image)
 {
     uint8_t control[8];
@@ -28,6 +28,7 @@ static pd_status pdi_apng_begin(pd_ctx *ctx, pdi_apng *film, const pd_image *ima
     return pdi_png_chunk(ctx, &film->file, "acTL", control, sizeof control);
 }
 
+/* Write the frame control chunk (fcTL): size and display time of the next frame. */
 static pd_status pdi_apng_control(pd_ctx *ctx, pdi_apng *film)
 {
     uint8_t control[26] = {0};

@@ -1,5 +1,4 @@
-/* apng: films: images of one size one after the other in a PNG file (APNG 1.0). Readers that know PNG alone show the
- * first image.
+/* apng: animated PNG files (APNG 1.0): frames of one size. Readers that know PNG alone show the first frame.
  *
  *   pdi_apng_create(&ctx, path, count, delay, &film), pdi_apng_add(&ctx, &film, &image) count times,
  *   pdi_apng_commit(&ctx, &film)
@@ -10,23 +9,24 @@
 #include "io/png.h"
 
 #ifdef PDI_INTERNAL
-/* Zero-initialise. */
+/* An animated PNG while it is written. Zero-initialise. */
 typedef struct pdi_apng {
     pd_file file;
     int width, height, channels;
-    int count, done;   /* images in all and so far */
-    int delay;         /* [ms] between two */
-    uint32_t sequence; /* number of the next chunk of the film */
+    int count, done;   /* number of frames in all, and written so far */
+    int delay;         /* [ms] display time of a frame */
+    uint32_t sequence; /* sequence number of the next fcTL or fdAT chunk */
 } pdi_apng;
 
-/* Begin a film of `count` images, aside. The last one stays ten times as long; then the first one comes again.
- * PD_ERR_ARGUMENT, PD_ERR_FILE. */
+/* Begin an animation of `count` frames of `delay` [ms] in a temporary file. The last frame stays ten times as long;
+ * then the animation repeats. PD_ERR_ARGUMENT, PD_ERR_FILE. */
 PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film);
-/* Errors as of pdi_png_write; PD_ERR_ARGUMENT also: it is not of the size of the first one, or one too many. */
+/* Append a frame. Errors as of a single PNG; PD_ERR_ARGUMENT also: another size than the first frame, or one frame too
+ * many. */
 PDI_FN pd_status pdi_apng_add(pd_ctx *ctx, pdi_apng *film, const pd_image *image);
-/* Put the file in place. PD_ERR_ARGUMENT: images are missing. Closed on failure, too. */
+/* End the file and give it its final name; it is closed on failure, too. PD_ERR_ARGUMENT: frames are missing. */
 PDI_FN pd_status pdi_apng_commit(pd_ctx *ctx, pdi_apng *film);
-/* Remove what was written aside. Allowed on a closed or zeroed film. */
+/* Close and delete the temporary file. A closed or zeroed animation is allowed. */
 PDI_FN void pdi_apng_abandon(pdi_apng *film);
 #endif
 

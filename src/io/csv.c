@@ -4,6 +4,7 @@
 
 /* Writing. */
 
+/* Check the number of columns and their names. */
 static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *const *names, int columns)
 {
     if (columns < 1 || columns > PD_CSV_COLUMNS)
@@ -23,7 +24,7 @@ static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *
     return PD_OK;
 }
 
-/* A name that would be misread goes into quotes. */
+/* Write a column name, in quotes when it would be misread without them. */
 static pd_status pdi_csv_name(pd_ctx *ctx, pd_file *file, const char *name)
 {
     if (!strpbrk(name, ",\"") && name[0] != '#' && name[0] != ' ' && name[strlen(name) - 1] != ' ')
@@ -33,6 +34,7 @@ static pd_status pdi_csv_name(pd_ctx *ctx, pd_file *file, const char *name)
     return pdi_file_text(ctx, file, "\"");
 }
 
+/* Write the header line. */
 static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *const *names, int columns)
 {
     for (int k = 0; k < columns; k++) {
@@ -42,6 +44,7 @@ static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *const *nam
     return pdi_file_text(ctx, file, "\n");
 }
 
+/* Write one row of numbers. */
 static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values, int columns)
 {
     char row[PD_CSV_COLUMNS * PDI_NUMBER_SIZE];
@@ -104,18 +107,21 @@ PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv)
 
 /* Reading. */
 
+/* State of parsing a table. */
 typedef struct pdi_csv_reader {
     pd_table *table;
-    size_t at;     /* in table->text */
-    int line;
-    size_t fields; /* so far */
+    size_t at;     /* position in table->text */
+    int line;      /* number of the line, from 1 */
+    size_t fields; /* number of fields so far */
 } pdi_csv_reader;
 
+/* Report an error at the current line as PD_ERR_PARSE. */
 static pd_status pdi_csv_bad(pd_ctx *ctx, const pdi_csv_reader *r, const char *text)
 {
     return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: %s", r->table->path, r->line, text);
 }
 
+/* Append the offset of a field to the table. */
 static pd_status pdi_csv_keep(pd_ctx *ctx, pdi_csv_reader *r, size_t offset)
 {
     pd_table *t = r->table;
@@ -128,8 +134,9 @@ static pd_status pdi_csv_keep(pd_ctx *ctx, pdi_csv_reader *r, size_t offset)
     return PD_OK;
 }
 
-/* A quoted field at text[r->at], unquoted in place; r->at moves to its separator. *stop: where its end mark belongs,
- * which may be the separator, so that it is set only when that has been looked at. */
+/* Read a quoted field at the current position and remove its quotes in place; the position moves to the separator
+ * behind it. *stop: where its terminating 0 belongs. That may be the separator itself, so the caller sets it after
+ * looking at it. */
 static pd_status pdi_csv_quoted(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
 {
     char *text = r->table->text;
@@ -152,7 +159,7 @@ static pd_status pdi_csv_quoted(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
     return PD_OK;
 }
 
-/* The same for a plain field; blanks around it are dropped. */
+/* Read an unquoted field in the same way; white space around it is dropped. */
 static pd_status pdi_csv_plain(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
 {
     char *text = r->table->text;
@@ -164,7 +171,7 @@ static pd_status pdi_csv_plain(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
     return PD_OK;
 }
 
-/* All fields of a line, which ends up behind its newline. */
+/* Read all fields of a line; the position moves to the next line. *fields: their number. */
 static pd_status pdi_csv_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
 {
     char *text = r->table->text;
@@ -181,6 +188,7 @@ static pd_status pdi_csv_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
     }
 }
 
+/* Take the first line as the column names, and check that none is empty or occurs twice. */
 static pd_status pdi_csv_names(pd_ctx *ctx, pdi_csv_reader *r, int fields)
 {
     pd_table *t = r->table;
@@ -194,6 +202,7 @@ static pd_status pdi_csv_names(pd_ctx *ctx, pdi_csv_reader *r, int fields)
     return PD_OK;
 }
 
+/* Append a row to the table, and check its number of fields. */
 static pd_status pdi_csv_keep_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
 {
     pd_table *t = r->table;
@@ -209,6 +218,7 @@ static pd_status pdi_csv_keep_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
     return PD_OK;
 }
 
+/* Parse table->text: header line and rows. */
 static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
 {
     pdi_csv_reader r = {table, 0, 0, 0};

@@ -1,19 +1,18 @@
-/* csv: tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
+/* csv: tables of numbers as CSV text: a writer that flushes every row, and a reader.
  *
- * The first line names the columns ("time [s]"), and every other one is a row: what reads CSV reads these without an
- * option. Of tables that are read, lines that begin with '#' are comments. Fields are separated by commas and may stand
- * in double quotes ("" inside for one quote). Numbers are written as the shortest text that reads back as
- * the same bits.
+ * The first line names the columns ("time [s]"), every other line is a row. The reader ignores lines that begin with
+ * '#'. Fields are separated by commas and may stand in double quotes ("" inside for one quote). Numbers are written as
+ * the shortest text that reads back as the same bits.
  */
 #ifndef PD_CSV_H
 #define PD_CSV_H
 #include "core/archive.h"
 #include "io/file.h"
 
-#define PD_CSV_COLUMNS 256       /* most columns of a table */
+#define PD_CSV_COLUMNS 256       /* maximum number of columns */
 #define PD_CSV_FILE_LIMIT 536870912 /* [byte] largest table that is read */
 
-/* Rows on their way to a file. Zero-initialise. */
+/* A CSV file that rows are appended to. Zero-initialise. */
 typedef struct pd_csv {
     pd_file file;
     int columns;
@@ -23,7 +22,7 @@ typedef struct pd_csv {
 typedef struct pd_table {
     char path[PD_PATH_SIZE];
     int columns, rows;
-    char *text;      /* [text_size] the file, fields ended by 0 */
+    char *text;      /* [text_size] content of the file, each field terminated by 0 */
     size_t text_size;
     size_t *field;   /* [capacity] offset of each field in text; the names come first */
     size_t capacity;
@@ -32,32 +31,34 @@ typedef struct pd_table {
 } pd_table;
 
 #ifdef PDI_INTERNAL
-/* Start a file with the names of its columns, "time [s]", written aside and renamed, then open it for appending. An
- * older file is replaced. PD_ERR_ARGUMENT: names that are empty, twice there or hold a control character. */
+/* Create a CSV file with its header line, names[columns] such as "time [s]", and open it to append rows. An older file
+ * is replaced. PD_ERR_ARGUMENT: names that are empty, occur twice or hold a control character. */
 PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,
                                 pd_csv *csv);
-/* Append values[columns] and flush: the row is in the file when this returns. PD_ERR_FILE. */
+/* Append a row values[columns] and flush it. PD_ERR_FILE. */
 PDI_FN pd_status pdi_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
-/* Close. Allowed on one that is not open. PD_ERR_FILE. */
+/* Close the file. One that is not open is allowed. PD_ERR_FILE. */
 PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv);
 
-/* A whole table values[rows][columns] at once, written aside and renamed. Errors as above. */
+/* Write a whole table values[rows][columns] through a temporary file. Errors as above. */
 PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *const *names, int columns,
                                const double *values, int64_t rows);
 
-/* Read a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than names, an open quote,
- * a name twice. */
+/* Read a CSV file into a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than the
+ * header, an open quote, a column name twice. */
 PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table);
-/* Number of the column of this name, with its unit or, where one column alone begins so, without; -1: none. */
+/* Index of a column by name, with its unit, or without it where that is unambiguous; -1: none. */
 PDI_FN int pdi_table_find(const pd_table *table, const char *name);
-/* Text of a field; row -1 is the row of names. */
+/* Text of a field; row -1 is the header line. */
 PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column);
-/* values[rows] of the column of this name. PD_ERR_PARSE with file:line: no such column, not a number. */
+/* Parse the column of this name into values[rows]. PD_ERR_PARSE with file:line: no such column, or a field that is no
+ * number. */
 PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
+/* Free the table. A zeroed one is allowed. */
 PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table);
 
-/* Note the length of a table that is open; or, reading, open that of `path` and go on from this length: rows behind it
- * are cut off. PD_ERR_FILE: it is shorter, or another one. */
+/* Checkpoint of an open CSV file: write its length; or, when reading, truncate the file `path` to that length and open
+ * it to append. PD_ERR_FILE: it is shorter, or no row ends there. */
 PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *path, int columns, pd_csv *csv);
 #endif
 

@@ -31,13 +31,14 @@ extern ssize_t readlink(const char *path, char *text, size_t size);
 #endif
 #define PDI_FILE_SEPARATORS "/"
 #endif
-/* No numbers of the C library. */
+/* Error numbers of this module, beside the positive ones of errno. */
 #define PDI_FILE_HELD (-1)
 #define PDI_FILE_PIPE (-2)
 #define PDI_FILE_DEVICE (-3)
 #define PDI_FILE_LINK (-4)
-#define PDI_FILE_TRIES 8 /* files that appear between their removal and their making */
+#define PDI_FILE_TRIES 8 /* attempts to create a file that another program recreates */
 
+/* Text of an error number: errno, or one of the negative numbers above. */
 static const char *pdi_file_reason(int error)
 {
     switch (error) {
@@ -50,11 +51,13 @@ static const char *pdi_file_reason(int error)
     }
 }
 
+/* Report "cannot <what> '<path>': <reason>" as PD_ERR_FILE. */
 static pd_status pdi_file_fail(pd_ctx *ctx, const char *what, const char *path, int error)
 {
     return pdi_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path, pdi_file_reason(error));
 }
 
+/* Check that a path is not empty and fits PD_PATH_SIZE. */
 static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
 {
     if (!path || !path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "the path is empty");
@@ -76,6 +79,7 @@ PDI_FN const wchar_t *pdi_file_wide(const char *path, wchar_t *wide)
 #endif
 
 #if defined(_WIN32)
+/* Attributes of a path. Returns 0 or an error number. */
 static int pdi_file_stat(const char *path, struct __stat64 *info)
 {
     wchar_t wide[PDI_FILE_WIDE_SIZE];
@@ -83,7 +87,7 @@ static int pdi_file_stat(const char *path, struct __stat64 *info)
     return _wstat64(pdi_file_wide(path, wide), info) == 0 ? 0 : errno ? errno : EACCES;
 }
 
-/* 0: a plain file, else what is wrong with it. */
+/* Returns 0 for a regular file, else an error number that says what it is. */
 static int pdi_file_sort(const struct __stat64 *info)
 {
     if (info->st_mode & _S_IFREG) return 0;
@@ -102,7 +106,7 @@ PDI_FN int pdi_file_exists(const char *path)
     return pdi_file_stat(path, &info) == 0;
 }
 
-/* A plain file to be read. NULL and *error: it is none, or cannot be opened. */
+/* Open a regular file to read. *size: its length [byte]. NULL with *error set: it is none, or cannot be opened. */
 static FILE *pdi_file_plain(const char *path, double *size, int *error)
 {
     wchar_t wide[PDI_FILE_WIDE_SIZE];
@@ -116,7 +120,8 @@ static FILE *pdi_file_plain(const char *path, double *size, int *error)
     return stream;
 }
 
-/* A file that was not there before. */
+/* Create a file that must not exist, and open it to write; exclusive creation follows no link. NULL with *error set on
+ * failure. */
 static FILE *pdi_file_fresh(const char *path, int *error)
 {
     wchar_t wide[PDI_FILE_WIDE_SIZE];
@@ -129,7 +134,8 @@ static FILE *pdi_file_fresh(const char *path, int *error)
     return stream;
 }
 
-/* A plain file, to write behind its end. */
+/* Open a regular file to append, but none that is reached through a symbolic or a hard link. NULL with *error set on
+ * failure. */
 static FILE *pdi_file_behind(const char *path, int *error)
 {
     wchar_t wide[PDI_FILE_WIDE_SIZE];
@@ -139,7 +145,7 @@ static FILE *pdi_file_behind(const char *path, int *error)
     return stream;
 }
 #else
-/* 0: a plain file, else what is wrong with it. */
+/* Returns 0 for a regular file, else an error number that says what it is. */
 static int pdi_file_sort(const struct stat *info)
 {
     if (S_ISREG(info->st_mode)) return 0;
@@ -159,7 +165,8 @@ PDI_FN int pdi_file_exists(const char *path)
     return stat(path, &info) == 0;
 }
 
-/* Open a plain file that is there, without waiting for what is none. A descriptor, or -1 and *error. */
+/* Open an existing regular file with these flags, without blocking on a pipe. Returns a descriptor, or -1 with *error
+ * set; *size: its length [byte]. */
 static int pdi_file_descriptor(const char *path, int flags, double *size, int *error)
 {
     struct stat info;
@@ -176,7 +183,7 @@ static int pdi_file_descriptor(const char *path, int flags, double *size, int *e
     return *error ? -1 : descriptor;
 }
 
-/* A stream of a descriptor, which goes with it. NULL and *error: there is none. */
+/* Wrap a descriptor in a stream of the C library, which closes it. NULL with *error set on failure. */
 static FILE *pdi_file_buffer(int descriptor, const char *mode, int *error)
 {
     FILE *stream = descriptor < 0 ? NULL : fdopen(descriptor, mode);
@@ -186,14 +193,15 @@ static FILE *pdi_file_buffer(int descriptor, const char *mode, int *error)
     return NULL;
 }
 
-/* A plain file to be read. NULL and *error: it is none, or cannot be opened. */
+/* Open a regular file to read. *size: its length [byte]. NULL with *error set: it is none, or cannot be opened. */
 static FILE *pdi_file_plain(const char *path, double *size, int *error)
 {
     int descriptor = pdi_file_descriptor(path, O_RDONLY, size, error);
     return pdi_file_buffer(descriptor, "rb", error);
 }
 
-/* A file that was not there before: exclusive creation follows no link. */
+/* Create a file that must not exist, and open it to write; exclusive creation follows no link. NULL with *error set on
+ * failure. */
 static FILE *pdi_file_fresh(const char *path, int *error)
 {
     errno = 0;
@@ -202,7 +210,8 @@ static FILE *pdi_file_fresh(const char *path, int *error)
     return pdi_file_buffer(descriptor, "wb", error);
 }
 
-/* A plain file, to write behind its end, and none that a link leads to. */
+/* Open a regular file to append, but none that is reached through a symbolic or a hard link. NULL with *error set on
+ * failure. */
 static FILE *pdi_file_behind(const char *path, int *error)
 {
     struct stat ours, there;
@@ -219,6 +228,7 @@ static FILE *pdi_file_behind(const char *path, int *error)
 }
 #endif
 
+/* Delete one file, whose absence is no error. */
 static void pdi_file_delete(const char *path)
 {
 #if defined(_WIN32)
@@ -241,6 +251,7 @@ PDI_FN int pdi_file_is_absolute(const char *path)
     return pdi_file_is_separator(path[0]);
 }
 
+/* Returns 1 for an existing directory. */
 static int pdi_file_is_directory(const char *path)
 {
 #if defined(_WIN32)
@@ -253,7 +264,7 @@ static int pdi_file_is_directory(const char *path)
 #endif
 }
 
-/* 0 or the error number; a directory that is already there is no error. */
+/* Create one directory. Returns 0 or an error number; an existing directory is no error. */
 static int pdi_file_mkdir(const char *path)
 {
     int error = 0;
@@ -272,7 +283,7 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
     char partial[PD_PATH_SIZE];
     PDI_TRY(pdi_file_check_path(ctx, path));
     strcpy(partial, path);
-    /* Failures on the way up are left to the last call: a parent may exist and be closed to us. */
+    /* Failures at parents are ignored: a parent may exist without write permission. The last call reports. */
     for (size_t i = 1; partial[i]; i++) {
         char separator = partial[i];
         if (!pdi_file_is_separator(separator)) continue;
@@ -285,7 +296,7 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
     return PD_OK;
 }
 
-/* Nothing can be made in that directory. */
+/* Returns 1 when files cannot be created in a directory; errno says why. */
 static int pdi_file_is_closed(const char *path)
 {
     errno = 0;
@@ -365,14 +376,16 @@ PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame,
     return PD_OK;
 }
 
-/* Reading. What is read counts, not the size that was found before: files may grow. */
+/* Reading. The number of bytes read counts, not the length found before: files may grow. */
 
+/* Report that a file exceeds its size limit, as PD_ERR_FILE. */
 static pd_status pdi_file_too_large(pd_ctx *ctx, const char *path, size_t limit)
 {
     return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' is larger than %.0f bytes, the limit for this kind of file", path,
                     (double)limit);
 }
 
+/* Read a stream to its end into a growing buffer: data[capacity], *size bytes used, at most `limit`. */
 static pd_status pdi_file_read_stream(pd_ctx *ctx, const char *path, FILE *stream, size_t limit, char **data,
                                       size_t *size, size_t *capacity)
 {
@@ -432,11 +445,11 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     }
     if (file->stream) return PD_OK;
     pd_status status = pdi_file_fail(ctx, "create", file->part, error);
-    file->part[0] = 0; /* it is another's */
+    file->part[0] = 0; /* it belongs to another program */
     return status;
 }
 
-/* The file itself for `file`; `verb` for the message. */
+/* Open the file itself, without a temporary one, to append or to read. verb: for the message. */
 static pd_status pdi_file_direct(pd_ctx *ctx, const char *path, int append, const char *verb, pd_file *file)
 {
     double size;
@@ -453,6 +466,7 @@ PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file)
     return pdi_file_direct(ctx, path, 1, "append to", file);
 }
 
+/* Name under which the file is open now: the temporary or the final one. */
 static const char *pdi_file_open_name(const pd_file *file) { return file->part[0] ? file->part : file->path; }
 
 PDI_FN pd_status pdi_file_write(pd_ctx *ctx, pd_file *file, const void *data, size_t size)
@@ -477,7 +491,7 @@ PDI_FN pd_status pdi_file_flush(pd_ctx *ctx, pd_file *file)
     return PD_OK;
 }
 
-/* One that is there is replaced, at once: there is a whole file under that name at every moment. */
+/* Rename a file and replace an existing one atomically. Returns 0 or an error number. */
 static int pdi_file_rename(const char *from, const char *to)
 {
 #if defined(_WIN32)
@@ -526,7 +540,7 @@ PDI_FN void pdi_file_remove(const char *path)
     pdi_file_delete(path);
 }
 
-/* Going on, and reading piece by piece. */
+/* Truncating, and reading in parts. */
 
 PDI_FN pd_status pdi_file_open(pd_ctx *ctx, const char *path, pd_file *file)
 {
@@ -551,6 +565,7 @@ PDI_FN pd_status pdi_file_length(pd_ctx *ctx, pd_file *file, int64_t *length)
     return PD_OK;
 }
 
+/* Copy the first `length` bytes of a file, which must end a line. PD_ERR_FILE: it is shorter, or no line ends there. */
 static pd_status pdi_file_copy(pd_ctx *ctx, pd_file *from, int64_t length, pd_file *to)
 {
     char bytes[4096], last = '\n';

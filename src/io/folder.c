@@ -17,20 +17,23 @@
 #endif
 
 #define PDI_FOLDER_HEAD "# pdcorr: files of the run that is named below; its next start removes them\n"
-#define PDI_FOLDER_TRIES 8 /* locks that go while they are taken */
-#define PDI_FOLDER_LOCK_SIZE 21 /* [byte] of a lock: the number of a process, and the end of its line */
+#define PDI_FOLDER_TRIES 8 /* attempts when the lock file is deleted by another run meanwhile */
+#define PDI_FOLDER_LOCK_SIZE 21 /* [byte] of a lock file: a process id and a newline */
 
+/* Result of an attempt to lock a folder. */
 typedef enum pdi_folder_state {
-    PDI_FOLDER_OURS = 0,
-    PDI_FOLDER_BUSY,
-    PDI_FOLDER_GONE, /* the file was removed in between */
-    PDI_FOLDER_ALIEN, /* what stands there is no lock of a run */
+    PDI_FOLDER_OURS = 0, /* this run holds the lock */
+    PDI_FOLDER_BUSY, /* another run holds it */
+    PDI_FOLDER_GONE, /* there is no lock file, or it was deleted meanwhile */
+    PDI_FOLDER_ALIEN, /* the file is no lock file of a run */
     PDI_FOLDER_ERROR
 } pdi_folder_state;
 
 /* ---- the lock ---- */
 
 #if defined(_WIN32)
+/* Try to lock the lock file at `path`. make 1: create it when it is missing. *lock: its descriptor, when the lock is
+ * ours. */
 static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
 {
     wchar_t wide[PDI_FILE_WIDE_SIZE];
@@ -42,17 +45,21 @@ static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
     return _wstat(wide, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_ERROR;
 }
 
+/* Process id for the lock file. */
 static long pdi_folder_process(void) { return (long)_getpid(); }
 
+/* Write a text into the lock file; failures do not matter. */
 static void pdi_folder_write(int lock, const char *text) { (void)_write(lock, text, (unsigned)strlen(text)); }
 
+/* Delete the lock file while its lock is held, then release it, so that no other run loses its lock. */
 static void pdi_folder_drop(const char *path, int lock)
 {
     (void)path; /* goes with its last descriptor */
     _close(lock);
 }
 #else
-/* 0: ours, or the file system has no locks. */
+/* Lock an open lock file without waiting. Returns 1 when another run holds it; 0: locked, or the file system has no
+ * locks. */
 static int pdi_folder_busy(int lock)
 {
     errno = 0;
@@ -71,7 +78,7 @@ static int pdi_folder_busy(int lock)
 #endif
 }
 
-/* Nothing but the number of a process, in a file that has no other name. */
+/* Returns 1 when a file is a lock file: regular, without other links, nothing in it but a process id. */
 static int pdi_folder_is_lock(const char *path, int lock, const struct stat *ours)
 {
     char text[PDI_FOLDER_LOCK_SIZE + 1];
@@ -83,6 +90,8 @@ static int pdi_folder_is_lock(const char *path, int lock, const struct stat *our
     return 1;
 }
 
+/* Try to lock the lock file at `path`. make 1: create it when it is missing. *lock: its descriptor, when the lock is
+ * ours. */
 static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
 {
     struct stat ours, there;
@@ -108,18 +117,21 @@ static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
 }
 
 #if defined(__wasi__)
+/* Process id for the lock file. */
 static long pdi_folder_process(void) { return 0; } /* processes have no numbers there */
 #else
+/* Process id for the lock file. */
 static long pdi_folder_process(void) { return (long)getpid(); }
 #endif
 
+/* Write a text into the lock file; failures do not matter. */
 static void pdi_folder_write(int lock, const char *text)
 {
     ssize_t written = write(lock, text, strlen(text));
-    (void)written; /* the number is for the message of others alone */
+    (void)written; /* the process id serves messages only */
 }
 
-/* The file is removed while this run holds its lock, so no other run loses one. */
+/* Delete the lock file while its lock is held, then release it, so that no other run loses its lock. */
 static void pdi_folder_drop(const char *path, int lock)
 {
     remove(path);
@@ -127,6 +139,7 @@ static void pdi_folder_drop(const char *path, int lock)
 }
 #endif
 
+/* Report that another run holds the lock, with its process id, as PD_ERR_STATE. */
 static pd_status pdi_folder_in_use(pd_ctx *ctx, const char *folder, const char *lock)
 {
     char number[24] = "";
@@ -139,12 +152,14 @@ static pd_status pdi_folder_in_use(pd_ctx *ctx, const char *folder, const char *
                     "choose another folder; if none runs, remove '%.200s'", strtod(number, NULL), folder, lock);
 }
 
+/* Report that the file in place of the lock is none, as PD_ERR_STATE. */
 static pd_status pdi_folder_alien(pd_ctx *ctx, const char *lock)
 {
     return pdi_fail(ctx, PD_ERR_STATE, "folder",
                     "'%.300s' is a link or holds something else, expected the lock of a run or none: remove it", lock);
 }
 
+/* Lock the folder and write the process id into the lock file. */
 static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
 {
     char path[PD_PATH_SIZE], number[32];
@@ -163,7 +178,8 @@ static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
 
 /* ---- the list ---- */
 
-/* What a run writes: its script, or a name without folder and with one of these endings. */
+/* Returns 1 for a name that a run may write: the ParaView script, or a name without folder and with a known
+ * extension. */
 static int pdi_folder_own(const char *name)
 {
     static const char *const ends[] = {".csv", ".png", ".svg", ".vti", ".pvd", ".bin"};
@@ -175,7 +191,8 @@ static int pdi_folder_own(const char *name)
     return 0;
 }
 
-/* One line without its end; 0 at the end of the file. Lines that are too long or cut off come out empty. */
+/* Read one line without its newline, line[PD_PATH_SIZE]. Returns 0 at the end of the file. A line that is too long or
+ * cut off is empty. */
 static int pdi_folder_line(pd_file *file, char *line)
 {
     if (!fgets(line, PD_PATH_SIZE, (FILE *)file->stream)) return 0;
@@ -184,7 +201,7 @@ static int pdi_folder_line(pd_file *file, char *line)
     return 1;
 }
 
-/* Open the list and read its head: run[PD_PATH_SIZE]. *found 0: there is none. */
+/* Open the list of files and read the name of its run, run[PD_PATH_SIZE]. *found 0: there is no list. */
 static pd_status pdi_folder_head(pd_ctx *ctx, const char *folder, pd_file *file, char *run, int *found)
 {
     char path[PD_PATH_SIZE], line[PD_PATH_SIZE];
@@ -202,6 +219,7 @@ static pd_status pdi_folder_head(pd_ctx *ctx, const char *folder, pd_file *file,
     return pdi_fail(ctx, PD_ERR_FILE, "folder", "'%.300s' is not the list of files that a run keeps: remove it", path);
 }
 
+/* Delete the files that the rest of the list names, and count them. */
 static void pdi_folder_remove_listed(pd_ctx *ctx, pd_folder *f, pd_file *file)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
@@ -212,6 +230,7 @@ static void pdi_folder_remove_listed(pd_ctx *ctx, pd_folder *f, pd_file *file)
     }
 }
 
+/* Check that the list belongs to this run: PD_ERR_ARGUMENT when its run `found` has another name than `run`. */
 static pd_status pdi_folder_other(pd_ctx *ctx, const char *folder, const char *run, const char *found)
 {
     if (strcmp(run, found) == 0) return PD_OK;
@@ -220,6 +239,7 @@ static pd_status pdi_folder_other(pd_ctx *ctx, const char *folder, const char *r
                     "folder, or remove '%.200s'", folder, found, run, folder);
 }
 
+/* Delete the files of the previous run and begin a new list. */
 static pd_status pdi_folder_begin(pd_ctx *ctx, pd_folder *f)
 {
     char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
@@ -240,9 +260,9 @@ static pd_status pdi_folder_begin(pd_ctx *ctx, pd_folder *f)
     return status == PD_OK ? pdi_file_append(ctx, path, &f->list) : status;
 }
 
-/* ---- life ---- */
+/* ---- open, add, close ---- */
 
-/* Path and name into a zeroed folder; what ends a line is none of the name. */
+/* Set path and name of a zeroed folder; newlines in the name become underscores. */
 static pd_status pdi_folder_init(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
 {
     memset(f, 0, sizeof *f);

@@ -1,11 +1,11 @@
-/* folder: the folder of a run: which files are its own, and that no other run writes there.
+/* folder: the output folder of a run: the list of its files, and a lock against other runs.
  *
- * The list of the files, PD_FOLDER_LIST, holds the name of the run and a line for each file, written before the file
- * appears. The next run of that name removes them, so that frames of two runs never stand side by side; files that no
- * list names stay. A folder with the list of another run is refused.
+ * The list PD_FOLDER_LIST holds the name of the run and one line for each file, written before the file appears. The
+ * next run of that name deletes the listed files, so that frames of two runs are never mixed; other files stay. A
+ * folder with the list of another run is refused.
  *
- * The lock, PD_FOLDER_LOCK, is held by the operating system and goes with the process, whatever ends it. Where there
- * are no such locks, a file that exists is one, and the message says which to remove.
+ * The lock file PD_FOLDER_LOCK is locked by the operating system, which releases it when the process ends. Where files
+ * cannot be locked, an existing lock file counts as locked, and the message says which file to remove.
  */
 #ifndef PD_FOLDER_H
 #define PD_FOLDER_H
@@ -20,29 +20,29 @@
 typedef struct pd_folder {
     char path[PD_PATH_SIZE];
     char run[PD_PATH_SIZE]; /* name of the run */
-    pd_file list;
-    int64_t length;         /* [byte] of the list when the checkpoint was made that a run goes on from */
-    int held;               /* the lock is ours: */
-    int lock;               /* its descriptor */
-    int removed;            /* files of the former run that went */
+    pd_file list;           /* list of output files, open to append */
+    int64_t length;         /* [byte] length of the list when the checkpoint was written */
+    int held;               /* 1: this run holds the lock */
+    int lock;               /* descriptor of the lock file */
+    int removed;            /* number of deleted files of the previous run */
 } pd_folder;
 
 #ifdef PDI_INTERNAL
-/* Make the folder, lock it, remove the files of the former run, begin the list. PD_ERR_STATE: another run is at work
- * there, or what stands in the place of its lock is none. PD_ERR_ARGUMENT: it holds the files of a run of another
- * name. */
+/* Create and lock the output folder `path` of the run named `run`, delete the files of its previous run and begin the
+ * list of files. PD_ERR_STATE: another run writes there, or its lock file is none. PD_ERR_ARGUMENT: it holds the files
+ * of a run of another name. */
 PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
-/* What pdi_folder_open would refuse; writes nothing. */
+/* Check, without writing, whether the folder could be opened. Same errors. */
 PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run);
-/* Lock a folder, if it is there, whose run goes on. */
+/* Lock the existing output folder of a run that restarts from a checkpoint; a missing folder is no error. */
 PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
-/* path[PD_PATH_SIZE] of a file that is about to be written, and its line in the list. */
+/* Enter an output file in the list before it is written. path[PD_PATH_SIZE]: its path. */
 PDI_FN pd_status pdi_folder_add(pd_ctx *ctx, pd_folder *folder, const char *name, char *path);
-/* Note the length of the list, or read it back. */
+/* Write the length of the list of files to the checkpoint, or read it back. */
 PDI_FN pd_status pdi_folder_store(pd_ctx *ctx, pd_folder *folder, pd_archive *archive);
-/* Then go on with the list: files behind that length are removed, since the run writes them again. */
+/* After a restart: delete the files that were listed after the checkpoint, and reopen the list at its length. */
 PDI_FN pd_status pdi_folder_resume(pd_ctx *ctx, pd_folder *folder);
-/* Give the lock back. Allowed on a zeroed folder, and twice. */
+/* Close the list and release the lock. A zeroed folder is allowed, and closing twice. */
 PDI_FN void pdi_folder_close(pd_folder *folder);
 #endif
 

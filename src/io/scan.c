@@ -25,6 +25,7 @@ PDI_FN pd_status pdi_scan_fail(const pdi_scan *s, const char *at, const char *fo
     return pdi_fail(s->ctx, PD_ERR_PARSE, s->where, "%.250s:%d: %s", s->path, line, text);
 }
 
+/* Returns 1 for white space. */
 static int pdi_scan_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
 PDI_FN size_t pdi_scan_word(pdi_scan *s, const char **word)
@@ -43,7 +44,7 @@ PDI_FN int pdi_scan_line(pdi_scan *s)
     return nothing;
 }
 
-/* A word that is not what it has to be. */
+/* Report the word that was found and what was expected, as PD_ERR_PARSE. */
 static pd_status pdi_scan_wrong(const pdi_scan *s, const char *word, size_t size, const char *expected)
 {
     if (size == 0) return pdi_scan_fail(s, s->end, "the file ends here, expected %s", expected);

@@ -1,37 +1,40 @@
-/* scan: words and numbers of a text, and failures that name its line.
+/* scan: tokenizer: reads words and numbers from a text, and reports errors with the line number.
  *
- * Words are separated by blanks and line ends. A failure is PD_ERR_PARSE with "path:line: ".
+ * Words are separated by white space. An error is PD_ERR_PARSE with "path:line: ".
  */
 #ifndef PD_SCAN_H
 #define PD_SCAN_H
 #include "core/base.h"
 
 #ifdef PDI_INTERNAL
+/* State of reading a text. */
 typedef struct pdi_scan {
     pd_ctx *ctx;
-    const char *where; /* the module, for messages */
+    const char *where; /* name of the module, for messages */
     const char *path;
     const char *text, *end; /* *end is 0 */
-    const char *at;
-    int any_case; /* 1: words that are expected may have capital letters */
+    const char *at; /* next character to read */
+    int any_case; /* 1: comparisons ignore the case of letters */
 } pdi_scan;
 
-/* The text from its first byte, or behind a mark of the order of bytes. */
+/* Start at the first byte of text[size], after a byte order mark. */
 PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size);
+/* Report an error at position `at` of the text as PD_ERR_PARSE "path:line: ...". */
 PDI_FN pd_status pdi_scan_fail(const pdi_scan *scan, const char *at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
-/* The next word; its length, 0 at the end of the text. */
+/* Read the next word. Returns its length, 0 at the end of the text. */
 PDI_FN size_t pdi_scan_word(pdi_scan *scan, const char **word);
-/* Go behind the end of the line; 1: there was nothing left on it. */
+/* Skip to the next line. Returns 1 when the rest of the line was blank. */
 PDI_FN int pdi_scan_line(pdi_scan *scan);
-/* The next word as a finite number, or as a whole one from low to high. what: its name, for the message. */
+/* Read the next word as a finite number. what: its name for the message. */
 PDI_FN pd_status pdi_scan_number(pdi_scan *scan, const char *what, double *value);
+/* Read the next word as an integer from low to high. */
 PDI_FN pd_status pdi_scan_integer(pdi_scan *scan, const char *what, int64_t low, int64_t high, int64_t *value);
-/* The next word as a number of entries of at least so many bytes each: a file that names more of them than it can hold
- * is refused before memory is asked for. */
+/* Read the next word as a number of entries of at least `bytes` bytes each. A count that the rest of the file cannot
+ * hold is refused before memory is allocated. */
 PDI_FN pd_status pdi_scan_count(pdi_scan *scan, const char *what, int bytes, int64_t *count);
-/* 1: a word is this one. */
+/* Returns 1 when the word of `size` characters equals `name`. */
 PDI_FN int pdi_scan_is(const pdi_scan *scan, const char *word, size_t size, const char *name);
-/* The next word has to be this one. */
+/* Read the next word, which must equal `word`. */
 PDI_FN pd_status pdi_scan_expect(pdi_scan *scan, const char *word);
 #endif
 

@@ -4,24 +4,26 @@
 #include <string.h>
 
 #define PDI_STORE_MAGIC "PDSTORE\n"
-#define PDI_STORE_ORDER 0x01020304u /* mark of the byte order */
-#define PDI_STORE_FOREIGN 0x04030201u /* that mark in the other order */
-#define PDI_STORE_HEAD 64 /* [byte] */
-#define PDI_STORE_ITEM 48 /* [byte] before the elements */
+#define PDI_STORE_ORDER 0x01020304u /* byte order mark */
+#define PDI_STORE_FOREIGN 0x04030201u /* that mark in the other byte order */
+#define PDI_STORE_HEAD 64 /* [byte] length of the file header */
+#define PDI_STORE_ITEM 48 /* [byte] length of an item header, before the elements */
 #define PDI_STORE_END "end"
 
-/* Where the numbers of both heads stand; each ends with its checksum. */
+/* Offsets [byte] of the numbers in the file header and in item headers; each header ends with its checksum. */
 enum { PDI_STORE_AT_ORDER = 8, PDI_STORE_AT_FORMAT = 12, PDI_STORE_AT_DIM = 16, PDI_STORE_AT_VERSION = 24 };
 enum { PDI_STORE_AT_COUNT = 32, PDI_STORE_AT_SIZE = 40 };
 
+/* Header of an item. */
 typedef struct pdi_store_item {
     char name[PD_STORE_NAME];
-    uint64_t count;
-    uint32_t size; /* [byte] of an element */
+    uint64_t count; /* number of elements */
+    uint32_t size;  /* [byte] of an element */
 } pdi_store_item;
 
-/* ---- heads ---- */
+/* ---- file header and item headers ---- */
 
+/* Read a 32-bit number in the byte order of the machine. */
 static uint32_t pdi_store_word(const uint8_t *at)
 {
     uint32_t word;
@@ -29,18 +31,22 @@ static uint32_t pdi_store_word(const uint8_t *at)
     return word;
 }
 
+/* Write a 32-bit number in the byte order of the machine. */
 static void pdi_store_put(uint8_t *at, uint32_t word) { memcpy(at, &word, sizeof word); }
 
+/* Set the CRC-32 in the last four bytes of a header of `size` bytes. */
 static void pdi_store_seal(uint8_t *head, size_t size)
 {
     pdi_store_put(head + size - 4, pdi_zlib_crc(0, head, size - 4));
 }
 
+/* Returns 1 when the CRC-32 of a header is right. */
 static int pdi_store_sealed(const uint8_t *head, size_t size)
 {
     return pdi_store_word(head + size - 4) == pdi_zlib_crc(0, head, size - 4);
 }
 
+/* Fill in the file header of this version, dimension and byte order. */
 static void pdi_store_head(uint8_t head[PDI_STORE_HEAD])
 {
     memset(head, 0, PDI_STORE_HEAD);
@@ -52,22 +58,26 @@ static void pdi_store_head(uint8_t head[PDI_STORE_HEAD])
     pdi_store_seal(head, PDI_STORE_HEAD);
 }
 
+/* Report that format or dimension of the file differ from the expected one, as PD_ERR_ARGUMENT. */
 static pd_status pdi_store_other(pd_ctx *ctx, const pd_store *s, const char *what, unsigned found, unsigned expected)
 {
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of %s %u, expected %u", s->file.path, what, found,
                     expected);
 }
 
+/* Report a damaged file as PD_ERR_FILE: "'<path>' <what>". */
 static pd_status pdi_store_broken(pd_ctx *ctx, const pd_store *s, const char *what)
 {
     return pdi_fail(ctx, PD_ERR_FILE, "store", "'%s' %s", s->file.path, what);
 }
 
+/* Report a damaged item `name` as PD_ERR_FILE. */
 static pd_status pdi_store_broken_item(pd_ctx *ctx, const pd_store *s, const char *what, const char *name)
 {
     return pdi_fail(ctx, PD_ERR_FILE, "store", "'%s' is %s in the item '%s'", s->file.path, what, name);
 }
 
+/* Read the file header and check format, dimension, byte order and version. */
 static pd_status pdi_store_read_head(pd_ctx *ctx, pd_store *s)
 {
     uint8_t head[PDI_STORE_HEAD], wanted[PDI_STORE_HEAD];
@@ -91,6 +101,7 @@ static pd_status pdi_store_read_head(pd_ctx *ctx, pd_store *s)
     return PD_OK;
 }
 
+/* Read and check an item header. after: name of the item before it, for the message. */
 static pd_status pdi_store_read_item(pd_ctx *ctx, pd_store *s, const char *after, pdi_store_item *item)
 {
     uint8_t head[PDI_STORE_ITEM];
@@ -105,9 +116,9 @@ static pd_status pdi_store_read_item(pd_ctx *ctx, pd_store *s, const char *after
     return PD_OK;
 }
 
-/* ---- whole files ---- */
+/* ---- check of a whole file ---- */
 
-/* Read the elements of an item and drop them. */
+/* Read the elements of an item without keeping them, and verify their CRC-32. */
 static pd_status pdi_store_skip(pd_ctx *ctx, pd_store *s, const pdi_store_item *item)
 {
     uint8_t bytes[4096];
@@ -124,6 +135,7 @@ static pd_status pdi_store_skip(pd_ctx *ctx, pd_store *s, const pdi_store_item *
     return pdi_store_word(bytes) == crc ? PD_OK : pdi_store_broken_item(ctx, s, "damaged", item->name);
 }
 
+/* Read a whole file and verify all checksums and the number of items. */
 static pd_status pdi_store_verify(pd_ctx *ctx, pd_store *s)
 {
     pdi_store_item item;
@@ -147,6 +159,7 @@ static pd_status pdi_store_verify(pd_ctx *ctx, pd_store *s)
 
 /* ---- in memory ---- */
 
+/* Append bytes to the file or to its copy in memory. */
 static pd_status pdi_store_append(pd_ctx *ctx, pd_store *s, const void *data, size_t size)
 {
     if (!s->kept) return pdi_file_write(ctx, &s->file, data, size);
@@ -160,8 +173,10 @@ static pd_status pdi_store_append(pd_ctx *ctx, pd_store *s, const void *data, si
     return PD_OK;
 }
 
-/* ---- the archive ---- */
+/* ---- callbacks of the archive ---- */
 
+/* Write an item: header, `count` elements of `size` bytes, and their CRC-32 (in memory: 0, computed when it goes to
+ * disk). */
 static pd_status pdi_store_write(pd_ctx *ctx, pd_store *s, const char *name, const void *data, size_t size,
                                  int64_t count)
 {
@@ -180,6 +195,7 @@ static pd_status pdi_store_write(pd_ctx *ctx, pd_store *s, const char *name, con
     return pdi_store_append(ctx, s, tail, sizeof tail);
 }
 
+/* Read the next item into data. PD_ERR_ARGUMENT: another name, count or element size than expected. */
 static pd_status pdi_store_read(pd_ctx *ctx, pd_store *s, const char *name, void *data, size_t size, int64_t count)
 {
     pdi_store_item item;
@@ -199,6 +215,7 @@ static pd_status pdi_store_read(pd_ctx *ctx, pd_store *s, const char *name, void
     return PD_OK;
 }
 
+/* Callback of the archive: write or read an item, whichever the store is open for. */
 static pd_status pdi_store_bytes(pd_ctx *ctx, void *user, const char *name, void *data, size_t size, int64_t count)
 {
     pd_store *s = (pd_store *)user;
@@ -207,6 +224,7 @@ static pd_status pdi_store_bytes(pd_ctx *ctx, void *user, const char *name, void
                               : pdi_store_write(ctx, s, name, data, size, count);
 }
 
+/* Callback of the archive: write a number, or check that the file holds the same one. PD_ERR_ARGUMENT: it differs. */
 static pd_status pdi_store_check(pd_ctx *ctx, void *user, const char *name, double value)
 {
     pd_store *s = (pd_store *)user;
@@ -223,6 +241,7 @@ static pd_status pdi_store_check(pd_ctx *ctx, void *user, const char *name, doub
                     was, is);
 }
 
+/* Set the callbacks of the archive. reading 1: they read. */
 static void pdi_store_wire(pd_store *s, int reading)
 {
     s->archive.item = pdi_store_bytes;
@@ -245,7 +264,7 @@ PDI_FN pd_status pdi_store_keep(pd_ctx *ctx, pd_store *s)
     return pdi_store_append(ctx, s, head, sizeof head);
 }
 
-/* What is kept in memory gets its checksums when it goes to a file. */
+/* Compute the checksums of all items held in memory. */
 static void pdi_store_sum_items(pd_store *s)
 {
     uint64_t count;
@@ -274,7 +293,7 @@ PDI_FN void pdi_store_drop(pd_ctx *ctx, pd_store *s)
     memset(s, 0, sizeof *s);
 }
 
-/* ---- life ---- */
+/* ---- create, open, close ---- */
 
 pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *s)
 {
@@ -303,6 +322,7 @@ pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *s)
 
 PDI_FN void pdi_store_abandon(pd_store *s) { pdi_file_abandon(&s->file); }
 
+/* Reading: check that the end was reached. Writing: write the end item and commit the file. */
 static pd_status pdi_store_finish(pd_ctx *ctx, pd_store *s)
 {
     pdi_store_item item;
