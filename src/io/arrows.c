@@ -5,15 +5,15 @@
 #include <string.h>
 
 #define PDI_ARROWS_LINE 1.3 /* [pixel] width of lines */
-#define PDI_ARROWS_RIM 3.1 /* [pixel] width with the light rim that sets them off */
-#define PDI_ARROWS_HEAD 9.0 /* [pixel] length of a head */
-#define PDI_ARROWS_HALF 3.6 /* [pixel] half its width */
-#define PDI_ARROWS_FAN 3 /* strokes on each side of a head's middle that fill it */
-#define PDI_ARROWS_EVERY 7.0 /* times the distance between streamlines: from head to head */
-#define PDI_ARROWS_SHARE 0.45 /* of an arrow that its head takes, at most */
+#define PDI_ARROWS_RIM 3.1 /* [pixel] width of the light outline below them */
+#define PDI_ARROWS_HEAD 9.0 /* [pixel] length of an arrow head */
+#define PDI_ARROWS_HALF 3.6 /* [pixel] half the width of a head */
+#define PDI_ARROWS_FAN 3 /* strokes on each side of the axis of a head that fill it */
+#define PDI_ARROWS_EVERY 7.0 /* distance between heads on a streamline over the distance between streamlines */
+#define PDI_ARROWS_SHARE 0.45 /* maximum length of the head over that of the arrow */
 #define PDI_ARROWS_LEAST 3.0 /* [pixel] shorter arrows are not drawn */
 
-/* A head of this length with its tip there; (dx, dy): unit vector. */
+/* Draw an arrow head with its tip at (x, y), of this length [pixel], along the unit vector (dx, dy). */
 static void pdi_arrows_head(pdi_canvas *canvas, double x, double y, double dx, double dy, double length)
 {
     double half = PDI_ARROWS_HALF / PDI_ARROWS_HEAD * length;
@@ -23,6 +23,7 @@ static void pdi_arrows_head(pdi_canvas *canvas, double x, double y, double dx, d
     }
 }
 
+/* Draw an arrow from (xa, ya) to (xb, yb). */
 static void pdi_arrows_arrow(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
 {
     double length = pdi_canvas_length(xb - xa, yb - ya), head = pdi_min(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
@@ -31,7 +32,7 @@ static void pdi_arrows_arrow(pdi_canvas *canvas, double xa, double ya, double xb
     pdi_arrows_head(canvas, xb, yb, dx, dy, head);
 }
 
-/* The rim (core = 0), then what it sets off. */
+/* Begin a set of strokes: the light outline (core 0), or the lines themselves (core 1). */
 static pd_status pdi_arrows_begin(pd_ctx *ctx, pdi_canvas *canvas, int core)
 {
     return pdi_canvas_strokes(ctx, canvas, core ? PDI_ARROWS_LINE : PDI_ARROWS_RIM,
@@ -40,7 +41,8 @@ static pd_status pdi_arrows_begin(pd_ctx *ctx, pdi_canvas *canvas, int core)
 
 /* ---- streamlines ---- */
 
-/* One line, upward or downward from the bottom. A head stands in its middle, others at equal distances from there. */
+/* Draw one streamline of `count` points at[2], mirrored at the bottom where up is -1. One arrow head stands in its
+ * middle, others at equal distances from there. */
 static void pdi_arrows_line(const pdi_arrows *a, pdi_canvas *canvas, const double *at, int64_t count, int up)
 {
     double length = 0.0, along = 0.0, every = PDI_ARROWS_EVERY * a->stream->apart;
@@ -51,11 +53,11 @@ static void pdi_arrows_line(const pdi_arrows *a, pdi_canvas *canvas, const doubl
     for (int64_t k = 1; k < count; k++) {
         double x = a->left + at[2 * k - 2], y = a->bottom - up * at[2 * k - 1];
         double dx = at[2 * k] - at[2 * k - 2], dy = -up * (at[2 * k + 1] - at[2 * k - 1]);
-        double piece = pdi_canvas_length(dx, dy);
+        double segment = pdi_canvas_length(dx, dy);
         pdi_canvas_stroke(canvas, x, y, x + dx, y + dy);
-        along += piece;
+        along += segment;
         if (along < next || next > length - 0.25 * a->stream->apart) continue;
-        pdi_arrows_head(canvas, x + dx, y + dy, dx / piece, dy / piece, PDI_ARROWS_HEAD);
+        pdi_arrows_head(canvas, x + dx, y + dy, dx / segment, dy / segment, PDI_ARROWS_HEAD);
         next += every;
     }
 }
@@ -78,7 +80,7 @@ PDI_FN pd_status pdi_arrows_lines(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *
 
 /* ---- arrows ---- */
 
-/* The arrow at a place of the paper; 0: there is none. */
+/* Arrow end[2] [pixel] for the velocity at a point; 0: nothing flows there, or the arrow is too short. */
 static int pdi_arrows_at(const pdi_arrows *a, const double *at, double *end)
 {
     const pdi_stream *f = a->stream;
@@ -108,13 +110,13 @@ PDI_FN pd_status pdi_arrows_grid(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *c
     return status;
 }
 
-PDI_FN double pdi_arrows_scale(double fastest, char *text)
+PDI_FN double pdi_arrows_scale(double max_speed, char *text)
 {
     static const char *const units[] = {"nm/s", "\xC2\xB5m/s", "mm/s", "m/s", "km/s"};
     static const double sizes[] = {1e-9, 1e-6, 1e-3, 1.0, 1e3};
     int unit = 0;
-    double power = pow(10.0, floor(log10(fastest) + 1e-9)), lead = fastest / power * (1.0 + 1e-9);
-    double speed = (lead >= 5.0 ? 5.0 : lead >= 2.0 ? 2.0 : 1.0) * power;
+    double power = pow(10.0, floor(log10(max_speed) + 1e-9)), mantissa = max_speed / power * (1.0 + 1e-9);
+    double speed = (mantissa >= 5.0 ? 5.0 : mantissa >= 2.0 ? 2.0 : 1.0) * power;
     while (unit < 4 && speed >= 0.04 * sizes[unit + 1]) unit++;
     snprintf(text, 32, "%.3g %s", speed / sizes[unit], units[unit]);
     return speed;

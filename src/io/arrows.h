@@ -1,25 +1,26 @@
-/* arrows: a flow over a picture, as streamlines with heads and as arrows on a regular grid. */
+/* arrows: draws a velocity field over a picture: streamlines with arrow heads, and arrows on a regular grid. */
 #ifndef PD_ARROWS_H
 #define PD_ARROWS_H
 #include "io/canvas.h"
 #include "io/streamline.h"
 
 #ifdef PDI_INTERNAL
+/* A velocity field and where it is drawn. */
 typedef struct pdi_arrows {
-    const pdi_stream *stream; /* its paper has the unit pixel */
-    double left, bottom;      /* [pixel] where its corner stands; y is upward from there */
-    double fastest;           /* [m/s] of an arrow as long as `longest` */
-    double longest;           /* [pixel], and the distance between arrows */
+    const pdi_stream *stream; /* velocity field; its lengths on paper are in pixels */
+    double left, bottom;      /* [pixel] lower left corner of the field on the canvas; y is upward from there */
+    double fastest;           /* [m/s] speed of an arrow of the length `longest` */
+    double longest;           /* [pixel] length of the longest arrow, and distance between arrows */
 } pdi_arrows;
 
-/* With stream->mirrored also below the bottom. */
+/* Draw evenly spaced streamlines with arrow heads; where the field is mirrored, also their mirror images below. */
 PDI_FN pd_status pdi_arrows_lines(pd_ctx *ctx, const pdi_arrows *arrows, pdi_canvas *canvas);
-/* Arrows with their middles on a regular grid, as long as the fluid is fast. */
+/* Draw arrows centred on a regular grid, with lengths proportional to the speed. */
 PDI_FN pd_status pdi_arrows_grid(pd_ctx *ctx, const pdi_arrows *arrows, pdi_canvas *canvas);
-/* Of the arrow that explains their length: its speed [m/s], the largest of 1, 2 and 5 times a power of ten that is not
- * longer than `longest`; text[32]: "2 mm/s". */
-PDI_FN double pdi_arrows_scale(double fastest, char *text);
-/* An arrow from (x, y) to the right. */
+/* Speed [m/s] of the reference arrow in the key: the largest of 1, 2 and 5 times a power of ten that does not exceed
+ * `max_speed` [m/s]. text[32]: its label, "2 mm/s". */
+PDI_FN double pdi_arrows_scale(double max_speed, char *text);
+/* Draw one arrow from (x, y) to the right, its length in pixels. */
 PDI_FN pd_status pdi_arrows_one(pd_ctx *ctx, pdi_canvas *canvas, double x, double y, double length);
 #endif
 

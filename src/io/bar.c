@@ -13,10 +13,10 @@ PDI_FN int pdi_bar_widest(const pdi_ticks *axis)
     return widest;
 }
 
-PDI_FN uint32_t pdi_bar_colour(const uint32_t *table, double place)
+PDI_FN uint32_t pdi_bar_colour(const uint32_t *table, double fraction)
 {
-    place = !(place > 0) ? 0 : place > 1 ? 1 : place;
-    return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
+    fraction = !(fraction > 0) ? 0 : fraction > 1 ? 1 : fraction;
+    return table[(int)(fraction * (PDI_COLOUR_COUNT - 1) + 0.5)];
 }
 
 PDI_FN void pdi_bar_draw(const pdi_bar *b, pdi_canvas *canvas)

@@ -3,10 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_CANVAS_COLUMNS 5 /* width of a glyph */
-#define PDI_CANVAS_ROWS 9 /* seven above the baseline, two below */
+#define PDI_CANVAS_COLUMNS 5 /* dots of a glyph across */
+#define PDI_CANVAS_ROWS 9 /* dots of a glyph down: seven above the baseline, two below */
 
-/* Glyphs of ASCII 32..126 and of four signs; bit 5 r + c is the dot in row r, column c. */
+/* Bitmap font: glyphs of ASCII 32..126 and of four signs; bit 5 r + c is the dot in row r, column c. */
 static const uint64_t pdi_canvas_font[99] = {
     0x000000000000ULL, 0x000040108421ULL, 0x0000000014A5ULL, 0x000295F57D4AULL, 0x00011F4717C4ULL,
     0x000674222173ULL, 0x000593511526ULL, 0x000000000421ULL, 0x000104108444ULL, 0x000044421041ULL,
@@ -30,17 +30,18 @@ static const uint64_t pdi_canvas_font[99] = {
     0x010DF318C400ULL, 0x000000318000ULL, 0x000000032526ULL, 0x000454454400ULL /* micro, middle dot, degree, times */
 };
 
-/* Letters of texts: an index into the glyphs, from 32 on; raised ones are smaller. */
+/* Characters beyond ASCII: index of the glyph + 32; superscripts are smaller. */
 enum {
     PDI_CANVAS_MICRO = 127,
     PDI_CANVAS_DOT,
     PDI_CANVAS_DEGREE,
     PDI_CANVAS_TIMES,
-    PDI_CANVAS_RAISED = 256 /* added to the letter */
+    PDI_CANVAS_RAISED = 256 /* added to a character: superscript */
 };
 
 PDI_FN double pdi_canvas_length(double x, double y) { return sqrt(x * x + y * y); }
 
+/* Check the size of a canvas against the limit of pixels. */
 static pd_status pdi_canvas_size(pd_ctx *ctx, int width, int height)
 {
     if (width >= 1 && height >= 1 && width <= PD_PNG_MAX_PIXELS / height) return PD_OK;
@@ -66,6 +67,7 @@ PDI_FN void pdi_canvas_image(pdi_canvas *canvas, int left, int top, const pd_ima
     pdi_svg_image(canvas->svg, left, top, image);
 }
 
+/* Returns 1 when a path ends in ".svg". */
 static int pdi_canvas_is_vector(const char *path)
 {
     size_t length = strlen(path);
@@ -130,14 +132,14 @@ PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas)
     pdi_canvas_clip(canvas, 0, 0, canvas->image.width, canvas->image.height);
 }
 
-/* Mix a colour in; share 0..1. */
-static void pdi_canvas_blend(pdi_canvas *canvas, int x, int y, uint32_t colour, double share)
+/* Blend a colour into a pixel inside the clip rectangle, with an opacity 0..1. */
+static void pdi_canvas_blend(pdi_canvas *canvas, int x, int y, uint32_t colour, double opacity)
 {
     if (x < canvas->left || x >= canvas->right || y < canvas->top || y >= canvas->bottom) return;
     uint8_t *p = canvas->image.pixels + 3 * ((size_t)y * (size_t)canvas->image.width + (size_t)x);
     for (int c = 0; c < 3; c++) {
         double ink = (double)(colour >> (16 - 8 * c) & 255);
-        p[c] = (uint8_t)(p[c] + (ink - p[c]) * share + 0.5);
+        p[c] = (uint8_t)(p[c] + (ink - p[c]) * opacity + 0.5);
     }
 }
 
@@ -171,7 +173,7 @@ PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, i
     pdi_canvas_fill(canvas, right, top, right + 1, bottom, colour);
 }
 
-/* Distance of a point from the segment a-b. */
+/* Distance of the point (x, y) from the segment that starts at (xa, ya) with the vector (dx, dy). */
 static double pdi_canvas_distance(double x, double y, double xa, double ya, double dx, double dy)
 {
     double length2 = dx * dx + dy * dy, s = length2 > 0 ? ((x - xa) * dx + (y - ya) * dy) / length2 : 0;
@@ -179,7 +181,7 @@ static double pdi_canvas_distance(double x, double y, double xa, double ya, doub
     return pdi_canvas_length(x - xa - s * dx, y - ya - s * dy);
 }
 
-/* Cut the segment a-b to one band of one coordinate; 0 when nothing is left. */
+/* Clip the segment (pa, qa)-(pb, qb) to lo <= p <= hi. Returns 0 when nothing is left. */
 static int pdi_canvas_cut(double *pa, double *qa, double *pb, double *qb, double lo, double hi)
 {
     if ((*pa < lo && *pb < lo) || (*pa > hi && *pb > hi)) return 0;
@@ -194,13 +196,13 @@ static int pdi_canvas_cut(double *pa, double *qa, double *pb, double *qb, double
     return 1;
 }
 
-/* A stroke covers this share of a pixel. */
-static void pdi_canvas_cover(pdi_canvas *canvas, int x, int y, double share)
+/* Record that a stroke covers this fraction 0..1 of a pixel; the largest fraction of all strokes counts. */
+static void pdi_canvas_cover(pdi_canvas *canvas, int x, int y, double fraction)
 {
     if (x < canvas->left || x >= canvas->right || y < canvas->top || y >= canvas->bottom) return;
     uint8_t *cover = canvas->cover + (size_t)y * (size_t)canvas->image.width + (size_t)x;
-    uint8_t now = (uint8_t)(255.0 * share + 0.5);
-    if (now > *cover) *cover = now;
+    uint8_t value = (uint8_t)(255.0 * fraction + 0.5);
+    if (value > *cover) *cover = value;
 }
 
 PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
@@ -220,7 +222,7 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
     double dx = xb - xa, dy = yb - ya;
     int steep = fabs(dy) > fabs(dx);
     double from = steep ? pdi_min(ya, yb) : pdi_min(xa, xb), to = steep ? pdi_max(ya, yb) : pdi_max(xa, xb);
-    /* Walk along the longer axis and paint the short span across the stroke. */
+    /* Loop over pixels along the longer axis, and across the stroke; coverage from the distance to the segment. */
     double across = reach * 1.5;
     for (int i = (int)floor(from - reach); i <= (int)ceil(to + reach); i++) {
         double along = i + 0.5 < from ? from : i + 0.5 > to ? to : i + 0.5, centre;
@@ -270,23 +272,25 @@ PDI_FN void pdi_canvas_strokes_end(pd_ctx *ctx, pdi_canvas *canvas)
     PDI_DELETE(ctx, (size_t)width * (size_t)height, canvas->cover);
 }
 
-/* Text. A glyph is enlarged four times by the Scale2x rule, which rounds its diagonals, and halved again: the letters
- * come out at twice the size of the table with smooth edges. Raised ones are divided by three. */
+/* Text. A glyph is enlarged four times by the Scale2x rule, which rounds its diagonals, and averaged over 2 x 2 dots:
+ * twice the size of the table, with smooth edges. Superscripts are averaged over 3 x 3 dots. */
 
-#define PDI_CANVAS_GLYPH 40 /* room for four times rows and columns with a margin */
+#define PDI_CANVAS_GLYPH 40 /* size of the enlarged bitmap: four times the rows and columns of a glyph, with a margin */
 
+/* Dot of a glyph, 0 or 1; 0 outside. */
 static int pdi_canvas_dot(uint64_t glyph, int column, int row)
 {
     if (column < 0 || column >= PDI_CANVAS_COLUMNS || row < 0 || row >= PDI_CANVAS_ROWS) return 0;
     return (int)(glyph >> (PDI_CANVAS_COLUMNS * row + column) & 1);
 }
 
+/* Dot (x, y) of a bitmap of width x height dots, 0 or 1; 0 outside. */
 static int pdi_canvas_at(uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH], int width, int height, int x, int y)
 {
     return x < 0 || x >= width || y < 0 || y >= height ? 0 : dots[y][x];
 }
 
-/* Double a bitmap of width x height dots in place, corners rounded or left square. */
+/* Enlarge a bitmap of width x height dots twice in place by the Scale2x rule. square 1: keep its corners square. */
 static void pdi_canvas_double(uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH], int width, int height, int square)
 {
     uint8_t old[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH];
@@ -304,7 +308,7 @@ static void pdi_canvas_double(uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH], 
         }
 }
 
-/* First ink column and number of columns; digits keep one width so that numbers line up. */
+/* First column with ink of a character, and number of columns; digits keep one width so that numbers line up. */
 static void pdi_canvas_extent(int letter, int *first, int *columns)
 {
     uint64_t glyph = pdi_canvas_font[letter % PDI_CANVAS_RAISED - 32];
@@ -320,13 +324,13 @@ static void pdi_canvas_extent(int letter, int *first, int *columns)
     *columns = fixed ? PDI_CANVAS_COLUMNS : hi < 0 ? 2 : hi - lo + 1;
 }
 
-/* Pixels that a letter takes, with the gap behind it. */
+/* Pixels from this character to the next one. */
 static int pdi_canvas_advance(int letter, int columns)
 {
     return letter < PDI_CANVAS_RAISED ? 2 * columns + 2 : (4 * columns + 2) / 3 + 1;
 }
 
-/* The letter of a code of Unicode, '?' where there is none. */
+/* Character of a Unicode code point, '?' where the font has none. */
 static int pdi_canvas_code(uint32_t code)
 {
     switch (code) {
@@ -345,7 +349,7 @@ static int pdi_canvas_code(uint32_t code)
     return code >= 32 && code < 127 ? (int)code : '?';
 }
 
-/* The next letter of a UTF-8 text, 0 at its end. */
+/* Read the next character of a UTF-8 text; 0 at its end. */
 static int pdi_canvas_letter(const char **text)
 {
     const unsigned char *p = (const unsigned char *)*text;
@@ -368,6 +372,7 @@ PDI_FN int pdi_canvas_text_width(const char *text)
     return width ? width - 2 : 0;
 }
 
+/* Enlarged bitmap of a character, four times the size of its glyph. */
 static void pdi_canvas_letter_dots(int letter, uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH])
 {
     memset(dots, 0, sizeof(uint8_t) * PDI_CANVAS_GLYPH * PDI_CANVAS_GLYPH);
@@ -379,7 +384,7 @@ static void pdi_canvas_letter_dots(int letter, uint8_t dots[PDI_CANVAS_GLYPH][PD
     pdi_canvas_double(dots, 2 * PDI_CANVAS_COLUMNS, 2 * PDI_CANVAS_ROWS, square);
 }
 
-/* (x, y): corner of the text; along +x, or upward along -y when `up`. */
+/* Draw a text with the bitmap font. (x, y): its corner; it runs along +x, or along -y where up is 1. */
 static void pdi_canvas_write(pdi_canvas *canvas, int x, int y, int up, uint32_t colour, const char *text)
 {
     uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH];
@@ -404,7 +409,7 @@ static void pdi_canvas_write(pdi_canvas *canvas, int x, int y, int up, uint32_t 
     }
 }
 
-/* The same as text of vectors, which know where they are aligned. */
+/* Draw the text in SVG, which aligns it itself. Returns 0 when the canvas is an image. */
 static int pdi_canvas_set(pdi_canvas *canvas, int x, int y, pdi_align align, int up, int bold, uint32_t colour,
                           const char *text)
 {
@@ -415,6 +420,7 @@ static int pdi_canvas_set(pdi_canvas *canvas, int x, int y, pdi_align align, int
     return 1;
 }
 
+/* Pixels from the start of a text to its anchor. */
 static int pdi_canvas_shift(pdi_align align, const char *text)
 {
     int width = align == PDI_ALIGN_START ? 0 : pdi_canvas_text_width(text);

@@ -2,14 +2,15 @@
 #include "io/colour.h"
 #include <math.h>
 
-#define PDI_COLOUR_FINE 2048 /* samples for the arc length */
+#define PDI_COLOUR_FINE 2048 /* samples of a map from which its arc length in OKLab is computed */
 #define PDI_COLOUR_DEGREE 0.017453292519943295 /* [rad] one degree */
 
+/* A colour in OKLab: lightness l, green-red a, blue-yellow b. */
 typedef struct pdi_colour_lab {
     double l, a, b;
 } pdi_colour_lab;
 
-/* Linear sRGB of an OKLab colour; 1 when it can be shown. */
+/* Convert an OKLab colour to linear RGB, rgb[3] (Ottosson 2020). Returns 1 when it lies in the sRGB gamut. */
 static int pdi_colour_linear(pdi_colour_lab c, double *rgb)
 {
     double l = c.l + 0.3963377774 * c.a + 0.2158037573 * c.b, m = c.l - 0.1055613458 * c.a - 0.0638541728 * c.b;
@@ -25,12 +26,14 @@ static int pdi_colour_linear(pdi_colour_lab c, double *rgb)
     return 1;
 }
 
+/* Linear value 0..1 of one 8-bit channel of an sRGB colour (IEC 61966-2-1); shift: its bit position. */
 static double pdi_colour_decode(uint32_t srgb, int shift)
 {
     double x = (double)(srgb >> shift & 255) / 255;
     return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
 }
 
+/* Convert an sRGB colour 0xRRGGBB to OKLab (Ottosson 2020). */
 static pdi_colour_lab pdi_colour_of_srgb(uint32_t srgb)
 {
     double r = pdi_colour_decode(srgb, 16), g = pdi_colour_decode(srgb, 8), b = pdi_colour_decode(srgb, 0);
@@ -44,6 +47,7 @@ static pdi_colour_lab pdi_colour_of_srgb(uint32_t srgb)
     return c;
 }
 
+/* Convert an OKLab colour to sRGB 0xRRGGBB (IEC 61966-2-1), clamped to the gamut. */
 static uint32_t pdi_colour_srgb(pdi_colour_lab c)
 {
     double rgb[3];
@@ -57,7 +61,8 @@ static uint32_t pdi_colour_srgb(pdi_colour_lab c)
     return packed;
 }
 
-/* Lightness, chroma, hue [degree]; the chroma is lowered until the colour can be shown. */
+/* OKLab colour from lightness, chroma and hue [degree]; the chroma is reduced until the colour lies in the sRGB
+ * gamut. */
 static pdi_colour_lab pdi_colour_polar(double lightness, double chroma, double hue)
 {
     pdi_colour_lab c;
@@ -70,7 +75,7 @@ static pdi_colour_lab pdi_colour_polar(double lightness, double chroma, double h
     }
 }
 
-/* A smooth curve through five equidistant values (Catmull-Rom). */
+/* Catmull-Rom spline through five equidistant values, at t = 0..1. */
 static double pdi_colour_curve(const double *v, double t)
 {
     int k = t >= 1 ? 3 : (int)(4 * t);
@@ -78,7 +83,7 @@ static double pdi_colour_curve(const double *v, double t)
     return b + 0.5 * s * (c - a + s * (2 * a - 5 * b + 4 * c - d + s * (3 * (b - c) + d - a)));
 }
 
-/* Straight pieces between equidistant colours. */
+/* Colour of viridis at t = 0..1: linear interpolation in OKLab between ten of its colours. */
 static pdi_colour_lab pdi_colour_viridis(double t)
 {
     static const uint32_t table[10] = {0x440154u, 0x482878u, 0x3E4989u, 0x31688Eu, 0x26828Eu,
@@ -92,6 +97,7 @@ static pdi_colour_lab pdi_colour_viridis(double t)
     return a;
 }
 
+/* OKLab colour of a map at its parameter t = 0..1, before equalising the arc length. */
 static pdi_colour_lab pdi_colour_path(pd_map map, double t)
 {
     static const double chroma[5] = {0.120, 0.100, 0.088, 0.150, 0.180}, hue[5] = {316, 268, 194, 152, 106};
@@ -99,8 +105,9 @@ static pdi_colour_lab pdi_colour_path(pd_map map, double t)
         return pdi_colour_polar(0.27 + 0.65 * t, pdi_colour_curve(chroma, t), pdi_colour_curve(hue, t));
     if (map == PD_MAP_VIRIDIS) return pdi_colour_viridis(t);
     if (map == PD_MAP_GREY) return pdi_colour_polar(0.2 + 0.78 * t, 0, 0);
-    double s = 2 * t - 1, away = fabs(s);
-    return pdi_colour_polar(0.965 - 0.525 * away, 0.165 * sqrt(away) * (0.6 + 0.4 * away), s < 0 ? 255 : 28);
+    double s = 2 * t - 1, distance = fabs(s);
+    return pdi_colour_polar(0.965 - 0.525 * distance, 0.165 * sqrt(distance) * (0.6 + 0.4 * distance),
+                            s < 0 ? 255 : 28);
 }
 
 PDI_FN void pdi_colour_table(pd_map map, uint32_t *table)
@@ -114,7 +121,7 @@ PDI_FN void pdi_colour_table(pd_map map, uint32_t *table)
         length[i] = length[i - 1] + sqrt(dl * dl + da * da + db * db);
         before = c;
     }
-    /* Equal steps along the path look equally large. */
+    /* Equal steps of the table are equal arc lengths in OKLab. */
     for (int k = 0, i = 0; k < PDI_COLOUR_COUNT; k++) {
         double want = length[PDI_COLOUR_FINE] * k / (PDI_COLOUR_COUNT - 1);
         while (i < PDI_COLOUR_FINE - 1 && length[i + 1] < want) i++;
@@ -125,7 +132,7 @@ PDI_FN void pdi_colour_table(pd_map map, uint32_t *table)
 
 PDI_FN uint32_t pdi_colour_label(int64_t number)
 {
-    /* Turning by the golden angle keeps neighbouring numbers far apart. */
+    /* Hues by the golden angle 137.5 degrees: neighbouring numbers get different colours. */
     double hue = 137.50776405003785 * (double)(number % 1000003);
     int shade = (int)((number % 3 + 3) % 3);
     return pdi_colour_srgb(pdi_colour_polar(0.58 + 0.12 * shade, 0.115, fmod(hue, 360.0)));

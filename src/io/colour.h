@@ -1,8 +1,9 @@
-/* colour: tables for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different. */
+/* colour: colour maps for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different. */
 #ifndef PD_COLOUR_H
 #define PD_COLOUR_H
 #include "core/config.h"
 
+/* Colour maps. */
 typedef enum pd_map {
     PD_MAP_SEQUENTIAL = 0, /* dark violet over teal to light yellow */
     PD_MAP_DIVERGING = 1,  /* blue over near white (the middle) to red, for signed fields */
@@ -13,11 +14,11 @@ typedef enum pd_map {
 
 #ifdef PDI_INTERNAL
 #define PDI_COLOUR_COUNT 256 /* colours of a table */
-/* 0xRRGGBB from low to high, for all maps but labels. */
+/* Fill table[PDI_COLOUR_COUNT] with the colours 0xRRGGBB of a map from low to high, for all maps but labels. */
 PDI_FN void pdi_colour_table(pd_map map, uint32_t *table);
-/* The colour of a whole number. */
+/* Colour 0xRRGGBB of a whole number, for PD_MAP_LABELS. */
 PDI_FN uint32_t pdi_colour_label(int64_t number);
-/* Colour of curve k of a plot (Okabe and Ito 2008: colour-blind readers can distinguish them). */
+/* Colour 0xRRGGBB of curve k of a plot (Okabe and Ito 2008: distinguishable for colour-blind readers). */
 PDI_FN uint32_t pdi_colour_series(int k);
 #endif
 

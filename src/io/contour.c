@@ -2,14 +2,15 @@
 #include "io/contour.h"
 #include <math.h>
 
-/* Value of a cell; NaN: it has none, or lies outside. */
+/* Value of the cell (i, j); NaN: it has none, or lies outside. */
 static double pdi_contour_value(const pdi_contour *c, int i, int j)
 {
     if (i < 0 || i >= c->nx || j < 0 || j >= c->ny) return (double)NAN;
     return c->value[(size_t)j * (size_t)c->nx + (size_t)i];
 }
 
-/* In the middle of the face of a cell, a step (di, dj) of one cell away. */
+/* Value in the middle of the face of a cell towards its neighbour (di, dj), interpolated, or extrapolated when that has
+ * none. */
 static double pdi_contour_face(const pdi_contour *c, int i, int j, int di, int dj)
 {
     double own = pdi_contour_value(c, i, j), next = pdi_contour_value(c, i + di, j + dj);
@@ -18,7 +19,7 @@ static double pdi_contour_face(const pdi_contour *c, int i, int j, int di, int d
     return isnan(back) ? own : own + 0.5 * (own - back);
 }
 
-/* In a corner of a cell. Cells with a value that share a face find the same one. */
+/* Value in the corner of a cell towards (di, dj). All cells with a value that share a face get the same one. */
 static double pdi_contour_corner(const pdi_contour *c, int i, int j, int di, int dj)
 {
     double own = pdi_contour_value(c, i, j), x = pdi_contour_value(c, i + di, j), y = pdi_contour_value(c, i, j + dj);
@@ -30,20 +31,21 @@ static double pdi_contour_corner(const pdi_contour *c, int i, int j, int di, int
     return pdi_contour_face(c, i, j, di, 0) + pdi_contour_face(c, i, j, 0, dj) - own;
 }
 
-/* Four corners in turn, at x, y [cells]. */
+/* A square for marching squares: its corners in turn, at x, y [cells]. */
 typedef struct pdi_contour_square {
     double x[4], y[4], value[4];
 } pdi_contour_square;
 
-/* Where the line crosses the side from corner k to the next one. */
+/* Point where the contour crosses the side from corner k to the next one, by linear interpolation. */
 static void pdi_contour_cross(const pdi_contour_square *s, double level, int k, double *at)
 {
     int next = (k + 1) % 4;
-    double share = (level - s->value[k]) / (s->value[next] - s->value[k]);
-    at[0] = s->x[k] + share * (s->x[next] - s->x[k]);
-    at[1] = s->y[k] + share * (s->y[next] - s->y[k]);
+    double fraction = (level - s->value[k]) / (s->value[next] - s->value[k]);
+    at[0] = s->x[k] + fraction * (s->x[next] - s->x[k]);
+    at[1] = s->y[k] + fraction * (s->y[next] - s->y[k]);
 }
 
+/* Segments of a contour in one square (marching squares); a saddle is decided by the mean of its corners. */
 static void pdi_contour_march(const pdi_contour_square *s, double level, pdi_contour_piece piece, void *user)
 {
     double at[4][2];
@@ -56,14 +58,14 @@ static void pdi_contour_march(const pdi_contour_square *s, double level, pdi_con
     }
     if (count == 2) piece(user, at[0], at[1]);
     if (count < 4) return;
-    /* A saddle: the mean tells which pair of corners holds together. */
+    /* A saddle: the mean decides which pair of opposite corners is connected. */
     int mean_in = 0.25 * (s->value[0] + s->value[1] + s->value[2] + s->value[3]) >= level;
     int shift = mean_in == in[side[0]] ? 0 : 3; /* corners 1 and 3 are cut off, else 0 and 2 */
     piece(user, at[shift], at[(shift + 1) % 4]);
     piece(user, at[(shift + 2) % 4], at[(shift + 3) % 4]);
 }
 
-/* A quarter of a cell, towards (di, dj). */
+/* Segments in the quarter of the cell (i, j) towards (di, dj). */
 static void pdi_contour_quarter(const pdi_contour *c, int i, int j, int di, int dj, double level,
                                 pdi_contour_piece piece, void *user)
 {

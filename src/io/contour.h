@@ -1,22 +1,24 @@
-/* contour: lines of one value in a field on a two-dimensional lattice, by marching squares.
+/* contour: contour lines of a cell-centred field on a two-dimensional grid, by marching squares.
  *
- * Values stand in the middles of cells. Between four middles the field is bilinear; up to a cell without a value, and
- * to the edge of the lattice, it goes on linearly. So lines end at the face of such a cell and never enter it.
+ * Between four cell centres the field is interpolated bilinearly; towards a cell without a value, and towards the edge
+ * of the grid, it is extrapolated linearly. So lines end at the face of a cell without a value and never enter it.
  */
 #ifndef PD_CONTOUR_H
 #define PD_CONTOUR_H
 #include "core/config.h"
 
 #ifdef PDI_INTERNAL
+/* The field. */
 typedef struct pdi_contour {
     int nx, ny;
-    const double *value; /* [nx * ny] [-], i to the right first; NaN: none */
+    const double *value; /* [nx * ny] [-] at cell centres, value[j * nx + i]; NaN: no value */
 } pdi_contour;
 
-/* A piece of a line [cells] from the lower left corner of the lattice: from (a[0], a[1]) to (b[0], b[1]). */
+/* Callback for a segment of a contour line from a[2] to b[2], in units of cells from the lower left corner of the
+ * grid. */
 typedef void (*pdi_contour_piece)(void *user, const double *a, const double *b);
 
-/* All pieces of the lines of this level, cell by cell. */
+/* Call `piece` for all segments of the contour lines of this level, cell by cell. */
 PDI_FN void pdi_contour_lines(const pdi_contour *contour, double level, pdi_contour_piece piece, void *user);
 #endif
 

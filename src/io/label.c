@@ -5,6 +5,7 @@
 static int pdi_label_digit(char c) { return c >= '0' && c <= '9'; }
 static int pdi_label_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
+/* Append bytes to out[PDI_LABEL_SIZE]; what does not fit is left out. */
 static void pdi_label_add(const char *bytes, size_t size, char *out, size_t *used)
 {
     if (*used + size >= PDI_LABEL_SIZE) return;
@@ -20,7 +21,8 @@ PDI_FN const char *pdi_label_raised(char sign)
     return raised[pdi_label_digit(sign) ? sign - '0' : 10];
 }
 
-/* What stands at text[at] of a unit, printed; returns how many characters it is. */
+/* Typeset the characters of a unit at text[at]: u to µ, exponents to superscripts. Returns how many characters were
+ * read. */
 static size_t pdi_label_unit(const char *text, size_t at, char *out, size_t *used)
 {
     char before = at ? text[at - 1] : ' ', here = text[at], after = here ? text[at + 1] : '\0';
@@ -40,7 +42,7 @@ static size_t pdi_label_unit(const char *text, size_t at, char *out, size_t *use
     return length;
 }
 
-/* inside: units begin at once. */
+/* Typeset a text; inside 1: it begins within a unit, not before an opening bracket. */
 static const char *pdi_label_text(const char *text, int inside, char *out)
 {
     size_t used = 0;

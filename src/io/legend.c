@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#define PDI_LEGEND_ROW 24  /* [pixel] */
-#define PDI_LEGEND_MARK 16 /* [pixel] */
+#define PDI_LEGEND_ROW 24  /* [pixel] height of a row */
+#define PDI_LEGEND_MARK 16 /* [pixel] size of a coloured square */
 
 PDI_FN void pdi_legend_show(pdi_legend *legend, double value)
 {
@@ -18,7 +18,7 @@ PDI_FN uint32_t pdi_legend_colour(const pdi_legend *legend, double value)
     return legend->colours && label >= 0 && label < legend->count ? legend->colours[label] : pdi_colour_label(label);
 }
 
-/* Rows that there is room for, those of the whole series; 0: there are too many. */
+/* Number of rows for all labels of the series; 0: more than fit. */
 static int pdi_legend_rows(const pdi_legend *l)
 {
     double rows = l->names ? l->count : floor(l->hi + 0.5) + 1;
@@ -26,14 +26,14 @@ static int pdi_legend_rows(const pdi_legend *l)
     return rows * PDI_LEGEND_ROW <= l->height + PDI_LEGEND_ROW ? (int)rows : 0;
 }
 
-/* text[32]: what is said of label k. */
+/* text[32]: name or number of label k. */
 static void pdi_legend_name(const pdi_legend *l, int k, char *text)
 {
     if (l->names) snprintf(text, 32, "%.31s", l->names[k] ? l->names[k] : "");
     else snprintf(text, 32, "%d", k);
 }
 
-/* In place of too many labels. */
+/* text[32]: the range of the labels, shown when there are too many for a list. */
 static void pdi_legend_many(const pdi_legend *l, char *text)
 {
     snprintf(text, 32, "%.0f to %.0f", floor(l->lo + 0.5), floor(l->hi + 0.5));

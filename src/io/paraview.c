@@ -1,7 +1,7 @@
 /* paraview: see paraview.h */
 #include "io/paraview.h"
 
-/* C99 promises no literals as long as this in one piece. */
+/* The lines of the script; C99 does not guarantee string literals of that length. */
 static const char *const pdi_paraview_line[] = {
     "\"\"\"Opens this run in ParaView 5.10 or later, coloured and with one range of colours for all times:",
     "",

@@ -2,7 +2,7 @@
 #include "io/progress.h"
 #include <stdio.h>
 
-#define PDI_PROGRESS_BAR 12 /* characters */
+#define PDI_PROGRESS_BAR 12 /* [-] characters of the bar */
 
 PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size)
 {

@@ -4,17 +4,19 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_SVG_FONT 19 /* [pixel] size of letters, whose capitals are as high as those of the canvas */
+#define PDI_SVG_FONT 19 /* [pixel] font size whose capitals are as high as those of the bitmap font */
 #define PDI_SVG_LARGEST 1e6 /* [pixel] largest coordinate */
 
+/* Append bytes to the text of the drawing. */
 static void pdi_svg_add(pdi_svg *svg, const void *data, size_t size)
 {
     if (svg->status == PD_OK) svg->status = pdi_bytes_add(svg->ctx, &svg->text, data, size);
 }
 
+/* Append a string. */
 static void pdi_svg_string(pdi_svg *svg, const char *text) { pdi_svg_add(svg, text, strlen(text)); }
 
-/* A length between two texts, whatever the locale. */
+/* Append a number with two decimals between two strings, in any locale. */
 static void pdi_svg_number(pdi_svg *svg, const char *before, double value, const char *after)
 {
     char text[64];
@@ -24,7 +26,7 @@ static void pdi_svg_number(pdi_svg *svg, const char *before, double value, const
     pdi_svg_string(svg, text);
 }
 
-/* name="value" of a length. */
+/* Append an attribute name="value" with a length [pixel]. */
 static void pdi_svg_length(pdi_svg *svg, const char *name, double value)
 {
     pdi_svg_string(svg, " ");
@@ -32,6 +34,7 @@ static void pdi_svg_length(pdi_svg *svg, const char *name, double value)
     pdi_svg_number(svg, "=\"", value, "\"");
 }
 
+/* Append an attribute name="#rrggbb" with a colour. */
 static void pdi_svg_colour(pdi_svg *svg, const char *name, uint32_t colour)
 {
     char text[48];
@@ -113,7 +116,7 @@ PDI_FN void pdi_svg_path_end(pdi_svg *svg, double width, uint32_t colour)
     pdi_svg_string(svg, " stroke-linecap=\"round\" stroke-linejoin=\"round\"/>\n");
 }
 
-/* Bytes of the letter of UTF-8 that stands there; 0: it is none, or one that XML does not have. */
+/* Number of bytes of the UTF-8 character at `text`; 0: invalid, or not allowed in XML. */
 static size_t pdi_svg_letter(const char *text)
 {
     const unsigned char *p = (const unsigned char *)text;
@@ -122,8 +125,8 @@ static size_t pdi_svg_letter(const char *text)
     for (size_t k = 1; k < size; k++)
         if ((p[k] & 0xC0) != 0x80) return 0;
     if (p[0] < 32 || p[0] == 127) return 0;
-    if (p[0] == 0xE0 && p[1] < 0xA0) return 0; /* longer than need be */
-    if (p[0] == 0xED && p[1] >= 0xA0) return 0; /* halves of letters */
+    if (p[0] == 0xE0 && p[1] < 0xA0) return 0; /* overlong encoding */
+    if (p[0] == 0xED && p[1] >= 0xA0) return 0; /* surrogates */
     if (p[0] == 0xEF && p[1] == 0xBF && p[2] >= 0xBE) return 0;
     if ((p[0] == 0xF0 && p[1] < 0x90) || (p[0] == 0xF4 && p[1] >= 0x90)) return 0;
     return size;
@@ -154,7 +157,7 @@ PDI_FN void pdi_svg_text(pdi_svg *svg, double x, double y, const char *anchor, i
     pdi_svg_string(svg, "</text>\n");
 }
 
-/* Base 64 (RFC 4648). */
+/* Append bytes in base64 (RFC 4648). */
 static void pdi_svg_base64(pdi_svg *svg, const uint8_t *data, size_t size)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Append a tick at the value `at`; an empty label makes a minor tick. */
 static void pdi_ticks_add(pdi_ticks *axis, double at, const char *label)
 {
     if (axis->count >= PDI_TICKS_TICKS) return;
@@ -22,7 +23,7 @@ PDI_FN void pdi_ticks_power(int exponent, char *text)
     for (const char *d = digits; *d; d++) strcat(text, pdi_label_raised(*d));
 }
 
-/* The smallest of 1, 2, 5 times a power of ten that is at least x. */
+/* Smallest of 1, 2, 5 times a power of ten that is at least x. */
 static double pdi_ticks_nice(double x)
 {
     double power = pow(10.0, floor(log10(x)));
@@ -30,10 +31,12 @@ static double pdi_ticks_nice(double x)
     return power * (mantissa <= 1 ? 1 : mantissa <= 2 ? 2 : mantissa <= 5 ? 5 : 10);
 }
 
-static void pdi_ticks_linear(int most, pdi_ticks *axis)
+/* Ticks of a linear axis, or of a logarithmic one within a decade. */
+static void pdi_ticks_linear(int max_labels, pdi_ticks *axis)
 {
     char label[64];
-    double step = pdi_ticks_nice(axis->hi / (most > 1 ? most : 1) - axis->lo / (most > 1 ? most : 1));
+    double step = pdi_ticks_nice(axis->hi / (max_labels > 1 ? max_labels : 1) -
+                                 axis->lo / (max_labels > 1 ? max_labels : 1));
     double size = pdi_max(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
     /* Numbers of five digits or many zeros are shown with a common factor, a power of 1000. */
     axis->exponent = 0;
@@ -51,10 +54,11 @@ static void pdi_ticks_linear(int most, pdi_ticks *axis)
     }
 }
 
-static void pdi_ticks_logarithmic(int most, pdi_ticks *axis)
+/* Ticks of a logarithmic axis: decades with labels, and minor ticks at 2..9 times a power of ten. */
+static void pdi_ticks_logarithmic(int max_labels, pdi_ticks *axis)
 {
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);
-    int decades = last - first, skip = (decades + most - 1) / most;
+    int decades = last - first, skip = (decades + max_labels - 1) / max_labels;
     int plain = first >= -3 && last <= 5;
     char label[PDI_NUMBER_SIZE], power[24];
     if (skip < 1) skip = 1;
@@ -76,14 +80,14 @@ static void pdi_ticks_logarithmic(int most, pdi_ticks *axis)
     for (int k = 0; k < axis->count; k++) count += axis->label[k][0] != 0;
     if (count > 1) return;
     axis->count = 0; /* within a decade */
-    pdi_ticks_linear(most, axis);
+    pdi_ticks_linear(max_labels, axis);
 }
 
-PDI_FN void pdi_ticks_ticks(int most, pdi_ticks *axis)
+PDI_FN void pdi_ticks_ticks(int max_labels, pdi_ticks *axis)
 {
     axis->count = axis->exponent = 0;
-    if (axis->log) pdi_ticks_logarithmic(most > 1 ? most : 1, axis);
-    else pdi_ticks_linear(most, axis);
+    if (axis->log) pdi_ticks_logarithmic(max_labels > 1 ? max_labels : 1, axis);
+    else pdi_ticks_linear(max_labels, axis);
 }
 
 PDI_FN double pdi_ticks_place(const pdi_ticks *axis, double value)
@@ -93,7 +97,7 @@ PDI_FN double pdi_ticks_place(const pdi_ticks *axis, double value)
     return (0.5 * value - 0.5 * axis->lo) / (0.5 * axis->hi - 0.5 * axis->lo);
 }
 
-PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
+PDI_FN void pdi_ticks_widen(double margin_fraction, pdi_ticks *axis)
 {
     double size = pdi_max(fabs(axis->lo), fabs(axis->hi));
     if (axis->log) {
@@ -101,7 +105,7 @@ PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
             axis->lo /= 2;
             axis->hi *= 2;
         }
-        double factor = exp(share * (log(axis->hi) - log(axis->lo)));
+        double factor = exp(margin_fraction * (log(axis->hi) - log(axis->lo)));
         axis->lo /= factor;
         axis->hi *= factor;
         return;
@@ -113,7 +117,7 @@ PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
         axis->lo -= 0.05 * size;
         axis->hi += 0.05 * size;
     }
-    double margin = share * (axis->hi - axis->lo), lo = axis->lo - margin, hi = axis->hi + margin;
+    double margin = margin_fraction * (axis->hi - axis->lo), lo = axis->lo - margin, hi = axis->hi + margin;
     axis->lo = axis->lo >= 0 && lo < 0 ? 0 : lo;
     axis->hi = axis->hi <= 0 && hi > 0 ? 0 : hi;
 }

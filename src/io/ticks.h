@@ -1,29 +1,31 @@
-/* ticks: where the ticks of an axis stand and what is written beside them. */
+/* ticks: tick positions and tick labels of a linear or logarithmic axis. */
 #ifndef PD_TICKS_H
 #define PD_TICKS_H
 #include "core/config.h"
 
 #ifdef PDI_INTERNAL
-#define PDI_TICKS_TICKS 96 /* most ticks */
+#define PDI_TICKS_TICKS 96 /* maximum number of ticks */
 
+/* An axis: its range and ticks. */
 typedef struct pdi_ticks {
-    double lo, hi;
-    int log;      /* logarithmic; lo > 0 */
-    int exponent; /* the labels show value / 10^exponent (linear axes) */
-    int count;
-    double at[PDI_TICKS_TICKS];
+    double lo, hi; /* [-] range */
+    int log;      /* 1: logarithmic, with lo > 0 */
+    int exponent; /* labels show value / 10^exponent (linear axes) */
+    int count;    /* number of ticks */
+    double at[PDI_TICKS_TICKS]; /* [-] values at the ticks */
     char label[PDI_TICKS_TICKS][32]; /* UTF-8; empty: a minor tick */
 } pdi_ticks;
 
-/* Choose at most about `most` labelled ticks inside lo..hi: steps of 1, 2 or 5 times a power of ten, or decades. */
-PDI_FN void pdi_ticks_ticks(int most, pdi_ticks *axis);
-/* "10" with raised digits, into text[32]. */
+/* Compute ticks inside lo..hi with about `max_labels` labels at most: multiples of 1, 2 or 5 times a power of ten, or
+ * decades. */
+PDI_FN void pdi_ticks_ticks(int max_labels, pdi_ticks *axis);
+/* Format 10^exponent as "10" with superscript digits, into text[32]. */
 PDI_FN void pdi_ticks_power(int exponent, char *text);
-/* Place of a value along the axis: 0 at lo, 1 at hi. */
+/* Position of a value along the axis: 0 at lo, 1 at hi, linear or logarithmic. */
 PDI_FN double pdi_ticks_place(const pdi_ticks *axis, double value);
-/* Open a range that is empty to the eye (hi - lo below 1e-9 of its size; zero alone: 0 .. 1), then a margin of `share`
- * on both sides, which a linear range does not carry beyond zero. */
-PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis);
+/* Widen a range that is practically empty (hi - lo below 1e-9 of its size; zero alone: 0 .. 1), then extend it on both
+ * sides by `margin_fraction` times its length; a linear range is not extended across zero. */
+PDI_FN void pdi_ticks_widen(double margin_fraction, pdi_ticks *axis);
 #endif
 
 #endif
