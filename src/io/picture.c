@@ -12,40 +12,42 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_PICTURE_LARGEST 1.4 /* times the wanted width: beyond, cells are merged */
-#define PDI_PICTURE_SMALLEST 120 /* below, the field is stretched */
-#define PDI_PICTURE_DECADES 8 /* of a logarithmic range that is not given, at most */
+#define PDI_PICTURE_LARGEST 1.4 /* pixels over the wanted width from which on several cells share a pixel */
+#define PDI_PICTURE_SMALLEST 120 /* [pixel] smaller fields are stretched */
+#define PDI_PICTURE_DECADES 8 /* maximum decades of a logarithmic range that is not given */
 #define PDI_PICTURE_SOLID 0x9A9DA1u /* colour of metal */
 #define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
-#define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
-#define PDI_PICTURE_LINE 1.5 /* [pixel] width of lines in the field */
-#define PDI_PICTURE_RIM 3.5 /* [pixel] width with the light rim that sets them off */
+#define PDI_PICTURE_NAN 0xFF00FFu /* colour of NaN */
+#define PDI_PICTURE_LINE 1.5 /* [pixel] width of contour lines */
+#define PDI_PICTURE_RIM 3.5 /* [pixel] width of the light outline below them */
 
-/* How cells of one axis become pixels: `each` pixels a cell, or `merged` cells a pixel. */
+/* Scale of one axis: `each` pixels a cell, or `merged` cells a pixel. */
 typedef struct pdi_picture_scale {
     int cells, each, merged, pixels;
-    int smooth; /* any number of pixels a cell */
+    int smooth; /* 1: interpolated, with any number of pixels a cell */
 } pdi_picture_scale;
 
+/* Positions [pixel] of all parts of a picture, axes and texts. */
 typedef struct pdi_picture_layout {
     pdi_picture_scale x, y;
-    int left, top;   /* corner of the field */
-    int bar;         /* left edge of the colour bar */
-    int bar_label;   /* place of its label */
+    int left, top;   /* upper left corner of the field */
+    int bar;         /* left edge of the colour bar or legend */
+    int bar_label;   /* left edge of the label of the colour bar */
     int width, height;
-    int y_label;
-    pdi_ticks axis_x, axis_y, axis_bar; /* positions in their unit; values */
+    int y_label;     /* left edge of the label of the y axis */
+    pdi_ticks axis_x, axis_y, axis_bar; /* axes of positions in unit_x and unit_y, and of the values */
     const char *unit_x, *unit_y;
     char x_label[160], label[PDI_LABEL_SIZE];
     int x_label_start;
-    double fastest;             /* [m/s] of the longest arrow */
-    double longest, scale;      /* [pixel] of it, and of the arrow that explains it; scale 0: there are none */
+    double fastest;             /* [m/s] speed of the longest arrow */
+    double longest, scale;      /* [pixel] lengths of the longest and of the reference arrow; scale 0: no arrows */
     char scale_label[32];
-    double aspect;  /* y against x */
-    int has_bar, has_solid, has_wall, has_blank;
+    double aspect;  /* [-] scale of y over that of x */
+    int has_bar, has_solid, has_wall, has_blank; /* 1: it has a bar; solid, walls, values <= 0 of a log scale occur */
     pdi_legend legend;
 } pdi_picture_layout;
 
+/* Check all members of a picture; PD_ERR_ARGUMENT names the wrong one. */
 static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
 {
     if (p->nx < 1 || p->ny < 1 || p->nx > INT32_MAX / p->ny || !p->values)
@@ -84,6 +86,7 @@ static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
     return PD_OK;
 }
 
+/* What a cell shows; without a paint array all cells show the field. */
 static pd_paint pdi_picture_paint(const pd_picture *p, size_t cell)
 {
     return p->paint ? (pd_paint)p->paint[cell] : PD_PAINT_FIELD;
@@ -102,7 +105,8 @@ PDI_FN void pdi_picture_span(pd_map map, int log_scale, double *lo, double *hi)
     }
 }
 
-/* Range of the colours, and what occurs. */
+/* Range of values of the field, set as range of the bar and the legend; also notes whether solid, walls and blank
+ * values occur. */
 static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
 {
     double lo = INFINITY, hi = -INFINITY;
@@ -133,7 +137,8 @@ static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
     l->has_bar = p->map != PD_MAP_LABELS;
 }
 
-static pdi_picture_scale pdi_picture_fit(int cells, double wanted, int largest, int smooth)
+/* Scale of an axis of `cells` cells that are wanted on `wanted` pixels, with at most `max_pixels` pixels. */
+static pdi_picture_scale pdi_picture_fit(int cells, double wanted, int max_pixels, int smooth)
 {
     pdi_picture_scale s = {cells, 1, 1, 0, 0};
     if (smooth && wanted >= cells) {
@@ -143,13 +148,13 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted, int largest, 
     }
     /* The small shift lets equal spacings round alike. */
     if (wanted > cells) s.each = (int)floor(wanted / cells + 0.5 + 1e-6);
-    if (cells > largest) s.merged = (cells + largest - 1) / largest;
+    if (cells > max_pixels) s.merged = (cells + max_pixels - 1) / max_pixels;
     if (cells * s.each < PDI_PICTURE_SMALLEST) s.each = (PDI_PICTURE_SMALLEST + cells - 1) / cells;
     s.pixels = s.merged > 1 ? (cells + s.merged - 1) / s.merged : cells * s.each;
     return s;
 }
 
-/* Beside an axis of merged cells those of the other one are merged, too, so that their scales stay equal. */
+/* Merge cells along an axis of which the other one has merged cells, so that the scales of both stay equal. */
 static void pdi_picture_even(double wanted, pdi_picture_scale *s)
 {
     int merged = (int)pdi_max(1.0, floor(s->cells / pdi_max(wanted, 1.0) + 0.5));
@@ -159,7 +164,7 @@ static void pdi_picture_even(double wanted, pdi_picture_scale *s)
     s->pixels = pixels;
 }
 
-/* Set the ends of an axis [m] in the unit that suits its size; returns the unit. */
+/* Set the ends of an axis [m] in nm, µm, mm or m by its size [m]. Returns the unit. */
 static const char *pdi_picture_unit(double size, double lo, double hi, pdi_ticks *axis)
 {
     double unit = size < 2e-6 ? 1e-9 : size < 2e-3 ? 1e-6 : size < 2 ? 1e-3 : 1;
@@ -168,6 +173,7 @@ static const char *pdi_picture_unit(double size, double lo, double hi, pdi_ticks
     return size < 2e-6 ? "nm" : size < 2e-3 ? "\xC2\xB5m" : size < 2 ? "mm" : "m";
 }
 
+/* Scales, units and ticks of the axes and of the colour bar. */
 static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
 {
     double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
@@ -193,18 +199,19 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
             memmove(l->axis_y.label[k], l->axis_y.label[k] + 1, strlen(l->axis_y.label[k]));
 }
 
+/* Name of an axis. */
 static const char *pdi_picture_axis(const pd_picture *p, int axis)
 {
     return p->axes[axis] ? p->axes[axis] : axis ? "y" : "x";
 }
 
-/* [pixel] of a place in cells along an axis of the field. */
-static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
+/* Convert a position along an axis from cells to pixels. */
+static double pdi_picture_pixel(const pdi_picture_scale *scale, double cells)
 {
-    return s->smooth ? cells * s->pixels / s->cells : cells * s->each / s->merged;
+    return scale->smooth ? cells * scale->pixels / scale->cells : cells * scale->each / scale->merged;
 }
 
-/* The flow in pixels of the field. */
+/* The velocity field of the picture, with lengths on paper in pixels. */
 static pdi_stream pdi_picture_stream(const pd_picture *p, const pdi_picture_layout *l)
 {
     pdi_stream f;
@@ -222,7 +229,7 @@ static pdi_stream pdi_picture_stream(const pd_picture *p, const pdi_picture_layo
     return f;
 }
 
-/* How long arrows are. */
+/* Length of the longest arrow and of the reference arrow. */
 static void pdi_picture_arrow(const pd_picture *p, pdi_picture_layout *l)
 {
     if (!p->vectors) return;
@@ -234,13 +241,13 @@ static void pdi_picture_arrow(const pd_picture *p, pdi_picture_layout *l)
     l->scale = pdi_arrows_scale(l->fastest, l->scale_label) / l->fastest * l->longest;
 }
 
-/* [pixel] of the arrow that explains the others, with its text. */
+/* Width [pixel] of the reference arrow with its label. */
 static int pdi_picture_scale_width(const pdi_picture_layout *l)
 {
     return (int)ceil(l->scale) + 10 + pdi_canvas_text_width(l->scale_label);
 }
 
-/* The label of the x axis also confesses a stretched axis. */
+/* Label of the x axis; it says when one axis is stretched against the other. */
 static void pdi_picture_x_label(const pd_picture *p, pdi_picture_layout *l)
 {
     const char *axis = pdi_picture_axis(p, l->aspect > 1), *x = pdi_picture_axis(p, 0);
@@ -251,6 +258,7 @@ static void pdi_picture_x_label(const pd_picture *p, pdi_picture_layout *l)
     else snprintf(l->x_label, sizeof l->x_label, "%.30s [%s]", x, l->unit_x);
 }
 
+/* Positions of all parts and the size of the picture. */
 static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
 {
     int title = p->title ? pdi_canvas_text_width(p->title) + 1 : 0;
@@ -283,16 +291,17 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     l->height = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 14 + PDI_CANVAS_CAPITAL + 22;
 }
 
+/* Colour of a cell by its paint. */
 static const uint32_t pdi_picture_flat[4] = {0, PDI_PICTURE_SOLID, PDI_PICTURE_WALL, PDI_CANVAS_PAPER};
 
-/* The cell has a place on the bar. */
+/* Returns 1 when the cell has a value that the colour bar shows. */
 static int pdi_picture_placed(const pd_picture *p, const pdi_picture_layout *l, size_t cell)
 {
     return pdi_picture_paint(p, cell) == PD_PAINT_FIELD && !isnan(p->values[cell]) &&
            (!l->axis_bar.log || p->values[cell] > 0);
 }
 
-/* Between the middles of cells; the edge of what has no value stays that of its cells. */
+/* Colour of pixel (px, py), interpolated bilinearly between cell centres; cells without a value keep their edges. */
 static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int px,
                                     int py)
 {
@@ -311,9 +320,9 @@ static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layou
         double weight = 1;
         for (int d = 0; d < 2; d++) {
             int up = corner >> d & 1;
-            double share = at[d] - 0.5 - low[d];
+            double fraction = at[d] - 0.5 - low[d];
             i[d] = low[d] + up < 0 ? 0 : low[d] + up >= n[d] ? n[d] - 1 : low[d] + up;
-            weight *= up ? share : 1 - share;
+            weight *= up ? fraction : 1 - fraction;
         }
         size_t cell = (size_t)i[1] * (size_t)p->nx + (size_t)i[0];
         if (!pdi_picture_placed(p, l, cell)) continue;
@@ -323,12 +332,12 @@ static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layou
     return pdi_bar_colour(table, sum / weights);
 }
 
-/* What a pixel shows: its cell, or of merged cells the most frequent paint and the mean of the field. */
+/* Colour of pixel (px, py): that of its cell, or of several cells the most frequent paint and the mean of the field. */
 static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int px,
                                    int py)
 {
     if (l->x.smooth) return pdi_picture_between(p, l, table, px, py);
-    int i0 = px / l->x.each * l->x.merged, j0 = py / l->y.each * l->y.merged, count[4] = {0, 0, 0, 0}, most = 0;
+    int i0 = px / l->x.each * l->x.merged, j0 = py / l->y.each * l->y.merged, count[4] = {0, 0, 0, 0}, frequent = 0;
     double sum = 0, first = 0;
     for (int j = j0; j < j0 + l->y.merged && j < p->ny; j++)
         for (int i = i0; i < i0 + l->x.merged && i < p->nx; i++) {
@@ -339,8 +348,8 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
             count[paint]++;
         }
     for (int k = 1; k < 4; k++)
-        if (count[k] > count[most]) most = k;
-    if (most) return pdi_picture_flat[most];
+        if (count[k] > count[frequent]) frequent = k;
+    if (frequent) return pdi_picture_flat[frequent];
     double value = count[0] > 1 ? sum / count[0] : first; /* one cell: no rounding */
     if (isnan(value)) return PDI_PICTURE_NAN;
     /* Means of labels mean nothing. */
@@ -349,6 +358,7 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     return pdi_bar_colour(table, pdi_ticks_place(&l->axis_bar, value));
 }
 
+/* Draw the cells, the upper left corner of the field at (left, top). */
 static void pdi_picture_pixels(const pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l,
                                const uint32_t *table, int left, int top, pdi_canvas *canvas)
 {
@@ -363,20 +373,22 @@ static void pdi_picture_pixels(const pd_ctx *ctx, const pd_picture *p, const pdi
         }
 }
 
-/* ---- lines of one value ---- */
+/* ---- contour lines ---- */
 
-/* Where contour k stands on the bar: 0 to 1; beyond, colours do not show it. */
+/* Position 0..1 of contour k on the colour bar; outside 0..1 the colours do not show its value. */
 static double pdi_picture_level(const pd_picture *p, const pdi_picture_layout *l, int k)
 {
     if (!p->contours) return (k + 1.0) / (p->contour_count + 1.0);
     return l->axis_bar.log && !(p->contours[k] > 0) ? (double)NAN : pdi_ticks_place(&l->axis_bar, p->contours[k]);
 }
 
+/* What the callback for contour segments needs. */
 typedef struct pdi_picture_pen {
     const pdi_picture_layout *l;
     pdi_canvas *canvas;
 } pdi_picture_pen;
 
+/* Callback for a contour segment from a[2] to b[2] [cells]: draw it. */
 static void pdi_picture_piece(void *user, const double *a, const double *b)
 {
     const pdi_picture_pen *pen = (const pdi_picture_pen *)user;
@@ -386,25 +398,26 @@ static void pdi_picture_piece(void *user, const double *a, const double *b)
                       l->left + pdi_picture_pixel(&l->x, b[0]), bottom - pdi_picture_pixel(&l->y, b[1]));
 }
 
-/* Places on the bar; NaN where a cell has none. */
-static void pdi_picture_places(const pd_picture *p, const pdi_picture_layout *l, double *place)
+/* Position 0..1 of each cell on the colour bar, position[nx * ny]; NaN: the cell has no value. */
+static void pdi_picture_places(const pd_picture *p, const pdi_picture_layout *l, double *position)
 {
     for (size_t k = 0; k < (size_t)p->nx * (size_t)p->ny; k++) {
         int placed = pdi_picture_placed(p, l, k) && !isinf(p->values[k]);
-        place[k] = placed ? pdi_ticks_place(&l->axis_bar, p->values[k]) : (double)NAN;
+        position[k] = placed ? pdi_ticks_place(&l->axis_bar, p->values[k]) : (double)NAN;
     }
 }
 
+/* Draw the contour lines. */
 static pd_status pdi_picture_contours(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l,
                                       pdi_canvas *canvas)
 {
     size_t cells = (size_t)p->nx * (size_t)p->ny;
-    double *place = NULL;
+    double *position = NULL;
     pd_status status = PD_OK;
     if (!p->contour_count) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "picture", cells, place));
-    pdi_picture_places(p, l, place);
-    pdi_contour contour = {p->nx, p->ny, place};
+    PDI_TRY(PDI_NEW(ctx, "picture", cells, position));
+    pdi_picture_places(p, l, position);
+    pdi_contour contour = {p->nx, p->ny, position};
     pdi_picture_pen pen = {l, canvas};
     pdi_canvas_clip(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels);
     for (int core = 0; core < 2 && status == PD_OK; core++) {
@@ -415,11 +428,11 @@ static pd_status pdi_picture_contours(pd_ctx *ctx, const pd_picture *p, const pd
         pdi_canvas_strokes_end(ctx, canvas);
     }
     pdi_canvas_unclip(canvas);
-    PDI_DELETE(ctx, cells, place);
+    PDI_DELETE(ctx, cells, position);
     return status;
 }
 
-/* The flow over the cells. Of a mirrored picture the upper half has streamlines, which are drawn twice. */
+/* Draw arrows and streamlines. In a mirrored picture streamlines are computed in the upper half and drawn twice. */
 static pd_status pdi_picture_flow(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     pd_status status = PD_OK;
@@ -440,7 +453,7 @@ static pd_status pdi_picture_flow(pd_ctx *ctx, const pd_picture *p, const pdi_pi
     return status;
 }
 
-/* Marks on the bar where contours stand. */
+/* Mark the values of the contours on the colour bar. */
 static void pdi_picture_levels(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     int bottom = l->top + l->y.pixels, right = l->bar + PDI_BAR_WIDTH;
@@ -454,7 +467,7 @@ static void pdi_picture_levels(const pd_picture *p, const pdi_picture_layout *l,
     }
 }
 
-/* The cells, among vectors an image. */
+/* Draw the cells (in SVG an embedded image), contours and velocity. */
 static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
                                    pdi_canvas *canvas)
 {
@@ -471,6 +484,7 @@ static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_p
     return pdi_picture_flow(ctx, p, l, canvas);
 }
 
+/* Draw ticks and labels of both axes. */
 static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     int bottom = l->top + l->y.pixels;
@@ -492,6 +506,7 @@ static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, p
     pdi_canvas_text_up(canvas, l->y_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, text);
 }
 
+/* Draw the colour bar with the marks of the contours. */
 static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
                             pdi_canvas *canvas)
 {
@@ -500,8 +515,8 @@ static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, co
     pdi_picture_levels(p, l, canvas);
 }
 
-/* Right of the x label the arrow that explains the others, and as far as there is room a key of what has no colour of
- * the bar. */
+/* Draw the reference arrow right of the x label and, where they fit, a key of the colours of walls, solid and values <=
+ * 0. */
 static pd_status pdi_picture_key(pd_ctx *ctx, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     static const char *const name[3] = {"wall", "solid", "zero or less"};
@@ -527,6 +542,7 @@ static pd_status pdi_picture_key(pd_ctx *ctx, const pdi_picture_layout *l, pdi_c
     return PD_OK;
 }
 
+/* Draw title, label (of fields with a legend) and time stamp above the field. */
 static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     int y = 24, right = l->left + l->x.pixels;
@@ -541,7 +557,7 @@ static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l,
     pdi_canvas_text(canvas, start > taken ? start : taken, y, PDI_ALIGN_START, PDI_CANVAS_INK, p->stamp);
 }
 
-/* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
+/* Draw the picture `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg. */
 static pd_status pdi_picture_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
     const pd_picture *picture = (const pd_picture *)what;

@@ -12,31 +12,35 @@
 #define PDI_PLOT_DASH 12.0 /* [pixel] length of a dash and of its gap */
 #define PDI_PLOT_LINE 2.5 /* [pixel] width of a curve */
 #define PDI_PLOT_BAR 1.5 /* [pixel] width of an error bar */
-#define PDI_PLOT_CAP 5.0 /* [pixel] half the stroke at its ends */
-#define PDI_PLOT_LEGEND_ROW 26 /* [pixel] height of a row */
+#define PDI_PLOT_CAP 5.0 /* [pixel] half the length of the stroke at its ends */
+#define PDI_PLOT_LEGEND_ROW 26 /* [pixel] height of a row of the legend */
 
+/* Position of the axes on the canvas, and their ranges and ticks. */
 typedef struct pdi_plot_layout {
-    int left, top, right, bottom; /* of the axes */
+    int left, top, right, bottom; /* [pixel] frame of the axes */
     pdi_ticks x, y;
 } pdi_plot_layout;
 
+/* Returns 1 when an axis can show a value: finite, and positive on a logarithmic axis. */
 static int pdi_plot_usable(double value, int log_axis)
 {
     return !isnan(value) && !isinf(value) && (!log_axis || value > 0);
 }
 
+/* Returns 1 when both axes can show point i of a series. */
 static int pdi_plot_shown(const pd_plot *plot, const pd_series *s, int i)
 {
     return pdi_plot_usable(s->x[i], plot->x_log) && pdi_plot_usable(s->y[i], plot->y_log);
 }
 
-/* The low (-1) or high (1) end of an error bar, the point itself where the axis cannot show it. */
+/* Lower (side -1) or upper (side 1) end of the error bar of point i; the point itself where the axis cannot show it. */
 static double pdi_plot_end(const pd_plot *plot, const pd_series *s, int i, int side)
 {
     double end = s->spread ? s->y[i] + side * s->spread[i] : s->y[i];
     return pdi_plot_usable(end, plot->y_log) ? end : s->y[i];
 }
 
+/* Check the series and the size of a plot; PD_ERR_ARGUMENT names what is wrong. */
 static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
 {
     if (plot->count < 1 || plot->count > PD_PLOT_SERIES)
@@ -53,7 +57,7 @@ static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
     return PD_OK;
 }
 
-/* A given range is taken as it is, one from the data gets a margin. */
+/* Set the range of an axis: lo..hi as given, or, where lo == hi, that of the data with a margin. */
 static pd_status pdi_plot_range(pd_ctx *ctx, const char *name, int log_axis, double lo, double hi, double data_lo,
                                 double data_hi, pdi_ticks *axis)
 {
@@ -69,7 +73,7 @@ static pd_status pdi_plot_range(pd_ctx *ctx, const char *name, int log_axis, dou
     return PD_OK;
 }
 
-/* Range of all places along x, whatever stands there. */
+/* Range lo..hi of all x of the series, also of points whose y cannot be shown; 0..1 without any. */
 static void pdi_plot_places(const pd_plot *plot, double *lo, double *hi)
 {
     for (int k = 0; k < plot->count; k++)
@@ -84,6 +88,7 @@ static void pdi_plot_places(const pd_plot *plot, double *lo, double *hi)
     *hi = plot->x_log ? 10.0 : 1.0;
 }
 
+/* Ranges of both axes, error bars included. */
 static pd_status pdi_plot_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layout *l)
 {
     double x_lo = INFINITY, x_hi = -INFINITY, y_lo = INFINITY, y_hi = -INFINITY;
@@ -105,6 +110,7 @@ static pd_status pdi_plot_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layo
     return pdi_plot_range(ctx, "y", plot->y_log, plot->y_lo, plot->y_hi, y_lo, y_hi, &l->y);
 }
 
+/* Position of the axes for the width of their labels, and the ticks. */
 static void pdi_plot_place(const pd_plot *plot, int width, int height, pdi_plot_layout *l)
 {
     int widest = 0;
@@ -121,17 +127,19 @@ static void pdi_plot_place(const pd_plot *plot, int width, int height, pdi_plot_
     pdi_ticks_ticks((l->right - l->left) / 120 + 1, &l->x);
 }
 
+/* Horizontal pixel position of a value x. */
 static double pdi_plot_x(const pdi_plot_layout *l, double x)
 {
     return l->left + pdi_ticks_place(&l->x, x) * (l->right - l->left);
 }
 
+/* Vertical pixel position of a value y. */
 static double pdi_plot_y(const pdi_plot_layout *l, double y)
 {
     return l->bottom - pdi_ticks_place(&l->y, y) * (l->bottom - l->top);
 }
 
-/* The common factor of the labels of an axis. */
+/* Draw the common power of ten of the tick labels of an axis. */
 static void pdi_plot_factor(pdi_canvas *canvas, const pdi_ticks *axis, int x, int y, pdi_align align)
 {
     char text[40], power[32];
@@ -141,6 +149,7 @@ static void pdi_plot_factor(pdi_canvas *canvas, const pdi_ticks *axis, int x, in
     pdi_canvas_text(canvas, x, y, align, PDI_CANVAS_INK, text);
 }
 
+/* Draw grid lines, ticks, tick labels, frame, axis labels and title. */
 static void pdi_plot_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int middle_x = (l->left + l->right) / 2, middle_y = (l->top + l->bottom) / 2;
@@ -175,7 +184,7 @@ static void pdi_plot_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_can
     }
 }
 
-/* Six shapes, so that curves differ in gray print too. */
+/* Draw marker k at (x, y): one of six shapes, so that curves differ in grey print, too. */
 static void pdi_plot_marker(pdi_canvas *canvas, int k, double x, double y, uint32_t colour)
 {
     static const double corner[6][8] = {
@@ -197,26 +206,27 @@ static void pdi_plot_marker(pdi_canvas *canvas, int k, double x, double y, uint3
         }
 }
 
-/* Dashes run on along the whole curve; `run` is the length so far. */
+/* Draw a dashed segment; `run`: length of the curve so far, which keeps the dashes regular across its points. */
 static void pdi_plot_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *run,
                             uint32_t colour)
 {
-    double length = pdi_canvas_length(xb - xa, yb - ya), at = 0;
+    double length = pdi_canvas_length(xb - xa, yb - ya), position = 0;
     /* Pieces far outside would only cost time. */
     double limit = 4.0 * (canvas->image.width + canvas->image.height);
     if (!(length > 0) || length > 64 * limit) return;
-    while (at < length) {
+    while (position < length) {
         double phase = fmod(*run, 2 * PDI_PLOT_DASH);
-        double rest = phase < PDI_PLOT_DASH ? PDI_PLOT_DASH - phase : 2 * PDI_PLOT_DASH - phase;
-        double next = pdi_min(at + pdi_max(rest, 1e-6), length), s = at / length, t = next / length;
+        double remaining = phase < PDI_PLOT_DASH ? PDI_PLOT_DASH - phase : 2 * PDI_PLOT_DASH - phase;
+        double next = pdi_min(position + pdi_max(remaining, 1e-6), length), s = position / length, t = next / length;
         if (phase < PDI_PLOT_DASH)
             pdi_canvas_line(canvas, xa + s * (xb - xa), ya + s * (yb - ya), xa + t * (xb - xa), ya + t * (yb - ya),
                             PDI_PLOT_LINE, colour);
-        *run += next - at;
-        at = next;
+        *run += next - position;
+        position = next;
     }
 }
 
+/* Draw the line of series k, solid or dashed, with gaps at points that cannot be shown. */
 static void pdi_plot_series(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
@@ -239,7 +249,7 @@ static void pdi_plot_series(const pd_plot *plot, const pdi_plot_layout *l, int k
     }
 }
 
-/* Bars with a short stroke at either end. */
+/* Draw the error bars of series k, with a short stroke at either end. */
 static void pdi_plot_bars(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
@@ -254,7 +264,7 @@ static void pdi_plot_bars(const pd_plot *plot, const pdi_plot_layout *l, int k, 
     }
 }
 
-/* Markers on the edge are drawn whole, those beyond it not at all. */
+/* Draw the markers of series k inside the axes; those on the frame are not clipped. */
 static void pdi_plot_markers(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
@@ -267,10 +277,11 @@ static void pdi_plot_markers(const pd_plot *plot, const pdi_plot_layout *l, int 
     }
 }
 
-/* How much of the curves a rectangle would hide: points inside, and points along the lines between. */
+/* How much of the curves a rectangle would hide: number of points inside, and of points along the lines between
+ * them. */
 static int pdi_plot_crowd(const pd_plot *plot, const pdi_plot_layout *l, int left, int top, int right, int bottom)
 {
-    int crowd = 0;
+    int count = 0;
     for (int k = 0; k < plot->count; k++)
         for (int i = 0; i < plot->series[k].count; i++) {
             const pd_series *s = &plot->series[k];
@@ -283,13 +294,13 @@ static int pdi_plot_crowd(const pd_plot *plot, const pdi_plot_layout *l, int lef
             }
             for (int step = 0; step < (line ? 16 : 1); step++) {
                 double px = x + (xa - x) * step / 16, py = y + (ya - y) * step / 16;
-                crowd += px > left && px < right && py > top && py < bottom;
+                count += px > left && px < right && py > top && py < bottom;
             }
         }
-    return crowd;
+    return count;
 }
 
-/* In the legend: a name, and a point at which it is seen. */
+/* Returns 1 when a series is listed in the legend: it has a name and a point that is shown. */
 static int pdi_plot_named(const pd_plot *plot, const pd_series *s)
 {
     for (int i = 0; s->name && i < s->count; i++)
@@ -297,6 +308,7 @@ static int pdi_plot_named(const pd_plot *plot, const pd_series *s)
     return 0;
 }
 
+/* Draw the legend in the corner where it hides least of the curves. */
 static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int rows = 0, widest = 0, best = -1, left = 0, top = 0;
@@ -333,7 +345,7 @@ static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_c
     }
 }
 
-/* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
+/* Draw the plot `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg. */
 static pd_status pdi_plot_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
     const pd_plot *plot = (const pd_plot *)what;

@@ -1,17 +1,19 @@
-/* plot: curves and markers over two axes as a PNG or SVG. */
+/* plot: line plot: curves and markers over two axes, as PNG or SVG. */
 #ifndef PD_PLOT_H
 #define PD_PLOT_H
 #include "io/png.h"
 
-#define PD_PLOT_SERIES 12 /* a colour serves two: a line and a dashed one */
+#define PD_PLOT_SERIES 12 /* maximum number of series; six colours, each for a solid and a dashed line */
 
+/* How a series is drawn. */
 typedef enum pd_stroke {
     PD_STROKE_LINE = 0,
     PD_STROKE_DASHED = 1,
     PD_STROKE_MARKERS = 2, /* no line */
-    PD_STROKE_BOTH = 3
+    PD_STROKE_BOTH = 3 /* line and markers */
 } pd_stroke;
 
+/* A series of points. */
 typedef struct pd_series {
     const char *name;    /* in the legend, if a point is shown; NULL: not listed */
     const double *x, *y; /* [count] [-] in the unit of the labels; points that an axis cannot show (NaN, <= 0 on a log
@@ -34,8 +36,8 @@ typedef struct pd_plot {
 #define pd_plot_write PD_NAME(pd_plot_write)
 
 #ifdef PDI_INTERNAL
-/* Draw into an RGB image (freed by pdi_image_free); an empty frame where no point can be shown. PD_ERR_ARGUMENT: a bad
- * range or size. */
+/* Draw into an RGB image (freed by its own function); an empty frame where no point can be shown. PD_ERR_ARGUMENT: a
+ * bad range or size. */
 PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
 #endif
 /* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */

@@ -9,23 +9,25 @@
 
 #define PDI_RELIEF_METAL 0xC9CED6u /* colour of metal in full light */
 #define PDI_RELIEF_EDGE 0x5F6368u /* colour of edges of the box */
-#define PDI_RELIEF_LEFT 24 /* [pixel] of the view */
-#define PDI_RELIEF_SCALE 0.22 /* times the width of the view: the longest scale */
-#define PDI_RELIEF_OUT 15.0 /* [pixel] from an edge to the letter of its axis */
-#define PDI_RELIEF_BAR 0.8 /* height of the bar over that of the view */
+#define PDI_RELIEF_LEFT 24 /* [pixel] left margin of the view */
+#define PDI_RELIEF_SCALE 0.22 /* maximum length of the scale bar over the width of the view */
+#define PDI_RELIEF_OUT 15.0 /* [pixel] distance from an edge to the letter of its axis */
+#define PDI_RELIEF_BAR 0.8 /* height of the colour bar over that of the view */
 
+/* Positions [pixel] of all parts of the picture. */
 typedef struct pdi_relief_layout {
-    int left, top, width, height;
+    int left, top; /* upper left corner of the view */
+    int width, height; /* size of the picture */
     pdi_ticks axis;
     pdi_bar bar;
     pdi_legend legend;
     int legend_left; /* [pixel] */
     uint32_t table[PDI_COLOUR_COUNT];
     char label[PDI_LABEL_SIZE], scale_label[32];
-    double scale; /* [pixel] */
+    double scale; /* [pixel] length of the scale bar */
 } pdi_relief_layout;
 
-/* A round length that is not longer than the longest scale. */
+/* Length of the scale bar: the largest of 1, 2 and 5 times a power of ten [m] that fits, and its label. */
 static void pdi_relief_scale(const pd_shade *s, pdi_relief_layout *l)
 {
     static const char *const units[] = {"nm", "\xC2\xB5m", "mm", "m"};
@@ -38,7 +40,7 @@ static void pdi_relief_scale(const pd_shade *s, pdi_relief_layout *l)
     l->scale = length / s->size;
 }
 
-/* The labels that are seen. */
+/* Set up the legend with the labels that are visible. */
 static void pdi_relief_legend(const pdi_relief *r, pdi_relief_layout *l)
 {
     const pd_shade *s = r->shade;
@@ -51,6 +53,7 @@ static void pdi_relief_legend(const pdi_relief *r, pdi_relief_layout *l)
         if (s->cover[k]) pdi_legend_show(&l->legend, (double)s->value[k]);
 }
 
+/* Positions of all parts and the size of the picture. */
 static void pdi_relief_place(const pdi_relief *r, pdi_relief_layout *l)
 {
     const pd_shade *s = r->shade;
@@ -84,6 +87,7 @@ static void pdi_relief_place(const pdi_relief *r, pdi_relief_layout *l)
     l->height = l->top + s->height + 14 + PDI_CANVAS_CAPITAL + 22;
 }
 
+/* Colour of the surface for a value, before shading. */
 static uint32_t pdi_relief_base(const pdi_relief *r, const pdi_relief_layout *l, double value)
 {
     if (!r->coloured || isnan(value)) return PDI_RELIEF_METAL;
@@ -92,7 +96,7 @@ static uint32_t pdi_relief_base(const pdi_relief *r, const pdi_relief_layout *l,
     return pdi_bar_colour(l->table, pdi_ticks_place(&l->axis, value));
 }
 
-/* The colour of a pixel: that of the surface in its light, over paper, under edges. */
+/* Colour of pixel k: the shaded surface over the background, below the edges of the box. */
 static uint32_t pdi_relief_colour(const pdi_relief *r, const pdi_relief_layout *l, size_t k)
 {
     const pd_shade *s = r->shade;
@@ -107,6 +111,7 @@ static uint32_t pdi_relief_colour(const pdi_relief *r, const pdi_relief_layout *
     return colour;
 }
 
+/* Draw the view, its upper left corner at (left, top). */
 static void pdi_relief_pixels(const pdi_relief *r, const pdi_relief_layout *l, int left, int top, pdi_canvas *canvas)
 {
     for (int y = 0; y < r->shade->height; y++)
@@ -116,7 +121,8 @@ static void pdi_relief_pixels(const pdi_relief *r, const pdi_relief_layout *l, i
         }
 }
 
-/* The letter of an axis stands outside, beside an edge of the outline: of x and y the lower one, of z the left one. */
+/* Draw the letter of axis d outside the box, beside an edge of its silhouette: of x and y the lowest edge, of z the
+ * leftmost. */
 static void pdi_relief_axis(const pd_shade *s, const pdi_relief_layout *l, int d, pdi_canvas *canvas)
 {
     int e = (d + 1) % 3, g = (d + 2) % 3, edge = -1;
@@ -144,6 +150,7 @@ static void pdi_relief_axis(const pd_shade *s, const pdi_relief_layout *l, int d
                     PDI_CANVAS_INK, letter);
 }
 
+/* Draw title, time stamp, scale bar and the letters of the axes. */
 static void pdi_relief_words(const pdi_relief *r, const pdi_relief_layout *l, pdi_canvas *canvas)
 {
     int y = l->top + r->shade->height + 14, right = l->left + r->shade->width, wide = (int)(l->scale + 0.5);
@@ -159,7 +166,7 @@ static void pdi_relief_words(const pdi_relief *r, const pdi_relief_layout *l, pd
     for (int d = 0; d < 3; d++) pdi_relief_axis(r->shade, l, d, canvas);
 }
 
-/* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
+/* Draw the picture `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg. */
 static pd_status pdi_relief_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
     const pdi_relief *r = (const pdi_relief *)what;

@@ -1,4 +1,5 @@
-/* relief: a shaded view of a surface as a PNG or SVG with the edges of its box, a scale, bar or legend, and title. */
+/* relief: picture of a rendered 3D surface as PNG or SVG, with the edges of the domain, a scale bar, colour bar or
+ * legend, and title. */
 #ifndef PD_RELIEF_H
 #define PD_RELIEF_H
 #include "io/colour.h"
@@ -8,21 +9,21 @@
 #ifdef PDI_INTERNAL
 /* Zero-initialise, then fill in. */
 typedef struct pdi_relief {
-    const pd_shade *shade;
-    int coloured;           /* 1: by the values, in this range; else in the colour of metal */
+    const pd_shade *shade;  /* the rendered surface */
+    int coloured;           /* 1: coloured by its values in the range lo..hi; 0: in the colour of metal */
     pd_map map;             /* PD_MAP_LABELS: a colour for each whole number, and a legend of those that are seen */
-    int log;
-    double lo, hi;          /* [-] in the unit of the label */
-    const char *const *names; /* [name_count] of the labels 0, 1, ..., in the legend; NULL: their numbers */
+    int log;                /* 1: logarithmic colours */
+    double lo, hi;          /* [-] range of colours, in the unit of the label */
+    const char *const *names; /* [name_count] legend of the labels 0, 1, ...; NULL: their numbers */
     const uint32_t *colours;  /* [name_count] of these; NULL: those of pdi_colour_label */
     int name_count;
     const char *title, *stamp, *label; /* NULL: none */
-    const char *widest;     /* stamp for which there is room; NULL: the own one */
+    const char *widest;     /* longest stamp of a series, so that all its pictures have one size; NULL: stamp */
 } pdi_relief;
 
-/* Draw into an RGB image (freed by pdi_image_free). */
+/* Draw into an RGB image (freed by its own function). */
 PDI_FN pd_status pdi_relief_draw(pd_ctx *ctx, const pdi_relief *relief, pd_image *image);
-/* Draw and write as pd_picture_write. */
+/* Draw and write as PNG, or as SVG where the path ends in ".svg". */
 PDI_FN pd_status pdi_relief_write(pd_ctx *ctx, const char *path, const pdi_relief *relief);
 #endif
 

@@ -5,31 +5,34 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_SHADE_HIGH 0.9 /* height over width of the paper, at most */
+#define PDI_SHADE_HIGH 0.9 /* maximum height of the image over its width */
 #define PDI_SHADE_MARGIN 26.0 /* [pixel] around the box */
-#define PDI_SHADE_LINE 1.4 /* [pixel] width of edges of the box */
-#define PDI_SHADE_LIFT 1.5 /* [pixel] that edges are put nearer, so that a face beside does not hide them */
+#define PDI_SHADE_LINE 1.4 /* [pixel] width of the edges of the box */
+#define PDI_SHADE_LIFT 1.5 /* [pixel] depth offset towards the eye, so that adjacent faces do not hide edges */
 
-/* One sample of each pixel. */
+/* The z-buffer for one sample of each pixel. */
 typedef struct pdi_shade_sample {
-    float *depth; /* [width * height] [pixel] of the nearest face so far */
-    float *value;
-    uint8_t *light;
-    double shift[2];   /* [pixel] of the sample in its pixel */
+    float *depth;      /* [width * height] [pixel] depth of the nearest face so far */
+    float *value;      /* [width * height] its value */
+    uint8_t *light;    /* [width * height] its brightness, 1/255 */
+    double shift[2];   /* [pixel] offset of the sample in its pixel */
 } pdi_shade_sample;
 
-/* A corner of a triangle: place on the paper, depth, normal, value. */
+/* A corner of a triangle: projected position and depth, unit normal, value. */
 typedef struct pdi_shade_corner {
     double at[3], normal[3], value;
 } pdi_shade_corner;
 
+/* Dot product of two vectors [3]. */
 static double pdi_shade_dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
+/* Cross product c = a x b. */
 static void pdi_shade_cross(const double *a, const double *b, double *c)
 {
     for (int d = 0; d < 3; d++) c[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
 }
 
+/* Normalise a vector [3]; a zero vector stays. */
 static void pdi_shade_unit(double *v)
 {
     double length = sqrt(pdi_shade_dot(v, v));
@@ -38,13 +41,13 @@ static void pdi_shade_unit(double *v)
 
 /* ---- the view ---- */
 
-PDI_FN void pdi_shade_size(const double *lo, const double *hi, const double *way, int width, pd_shade *s)
+PDI_FN void pdi_shade_size(const double *lo, const double *hi, const double *direction, int width, pd_shade *s)
 {
     double least[2] = {HUGE_VAL, HUGE_VAL}, most[2] = {-HUGE_VAL, -HUGE_VAL}, above[3] = {0.0, 0.0, 1.0};
     memset(s, 0, sizeof *s);
     memcpy(s->lo, lo, sizeof s->lo);
     memcpy(s->hi, hi, sizeof s->hi);
-    memcpy(s->eye, way, sizeof s->eye);
+    memcpy(s->eye, direction, sizeof s->eye);
     pdi_shade_unit(s->eye);
     if (fabs(s->eye[2]) > 1.0 - 1e-6) { /* along z: y is above */
         above[1] = 1.0;
@@ -68,10 +71,10 @@ PDI_FN void pdi_shade_size(const double *lo, const double *hi, const double *way
     for (int d = 0; d < 2; d++) s->corner[d] = least[d] - PDI_SHADE_MARGIN * s->size;
 }
 
-PDI_FN pd_status pdi_shade_build(pd_ctx *ctx, const double *lo, const double *hi, const double *way, int width,
+PDI_FN pd_status pdi_shade_build(pd_ctx *ctx, const double *lo, const double *hi, const double *direction, int width,
                                  pd_shade *s)
 {
-    pdi_shade_size(lo, hi, way, width, s);
+    pdi_shade_size(lo, hi, direction, width, s);
     int64_t pixels = (int64_t)s->width * s->height;
     PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->value));
     PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->light));
@@ -89,11 +92,11 @@ PDI_FN void pdi_shade_free(pd_ctx *ctx, pd_shade *s)
     memset(s, 0, sizeof *s);
 }
 
-PDI_FN void pdi_shade_project(const pd_shade *s, const double *x, double *at)
+PDI_FN void pdi_shade_project(const pd_shade *s, const double *x, double *position)
 {
-    at[0] = (pdi_shade_dot(x, s->right) - s->corner[0]) / s->size;
-    at[1] = s->height - (pdi_shade_dot(x, s->up) - s->corner[1]) / s->size;
-    at[2] = pdi_shade_dot(x, s->eye) - pdi_shade_dot(s->lo, s->eye);
+    position[0] = (pdi_shade_dot(x, s->right) - s->corner[0]) / s->size;
+    position[1] = s->height - (pdi_shade_dot(x, s->up) - s->corner[1]) / s->size;
+    position[2] = pdi_shade_dot(x, s->eye) - pdi_shade_dot(s->lo, s->eye);
 }
 
 PDI_FN double pdi_shade_light(const pd_shade *s, const double *normal)
@@ -107,40 +110,42 @@ PDI_FN double pdi_shade_light(const pd_shade *s, const double *normal)
 
 /* ---- faces ---- */
 
+/* Edge function: twice the signed area of the triangle a, b, (x, y). */
 static double pdi_shade_turn(const double *a, const double *b, double x, double y)
 {
     return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
 }
 
-/* A triangle whose front is seen; y down turns its sense. */
+/* Rasterise a triangle into the z-buffer, front faces alone. flat 1: one `value`; 0: values interpolated between
+ * corners. */
 static void pdi_shade_triangle(const pd_shade *s, const pdi_shade_corner *const *c, int flat, double value,
                                pdi_shade_sample *p)
 {
     double area = pdi_shade_turn(c[0]->at, c[1]->at, c[2]->at[0], c[2]->at[1]), lo[2], hi[2];
-    int first[2], last[2], most[2] = {s->width - 1, s->height - 1};
+    int first[2], last[2], last_pixel[2] = {s->width - 1, s->height - 1};
     if (!(area < 0.0)) return;
     for (int d = 0; d < 2; d++) {
         lo[d] = pdi_min(c[0]->at[d], pdi_min(c[1]->at[d], c[2]->at[d])) - p->shift[d];
         hi[d] = pdi_max(c[0]->at[d], pdi_max(c[1]->at[d], c[2]->at[d])) - p->shift[d];
         first[d] = (int)pdi_max(0.0, ceil(lo[d]));
-        last[d] = (int)pdi_min(floor(hi[d]), most[d]);
+        last[d] = (int)pdi_min(floor(hi[d]), last_pixel[d]);
     }
     for (int y = first[1]; y <= last[1]; y++)
         for (int x = first[0]; x <= last[0]; x++) {
-            double share[3], depth = 0.0, normal[3] = {0.0, 0.0, 0.0}, mean = 0.0;
+            double weight[3], depth = 0.0, normal[3] = {0.0, 0.0, 0.0}, mean = 0.0;
             int in = 1;
             for (int k = 0; k < 3; k++) {
-                share[k] = pdi_shade_turn(c[(k + 1) % 3]->at, c[(k + 2) % 3]->at, x + p->shift[0], y + p->shift[1]);
-                share[k] /= area;
-                in = in && share[k] >= 0.0;
+                weight[k] = pdi_shade_turn(c[(k + 1) % 3]->at, c[(k + 2) % 3]->at, x + p->shift[0], y + p->shift[1]);
+                weight[k] /= area;
+                in = in && weight[k] >= 0.0;
             }
             if (!in) continue;
-            for (int k = 0; k < 3; k++) depth += share[k] * c[k]->at[2];
+            for (int k = 0; k < 3; k++) depth += weight[k] * c[k]->at[2];
             size_t to = (size_t)y * (size_t)s->width + (size_t)x;
             if (!((float)(depth / s->size) > p->depth[to])) continue;
             for (int k = 0; k < 3; k++) {
-                for (int d = 0; d < 3; d++) normal[d] += share[k] * c[k]->normal[d];
-                mean += share[k] * c[k]->value;
+                for (int d = 0; d < 3; d++) normal[d] += weight[k] * c[k]->normal[d];
+                mean += weight[k] * c[k]->value;
             }
             pdi_shade_unit(normal);
             p->depth[to] = (float)(depth / s->size);
@@ -149,6 +154,7 @@ static void pdi_shade_triangle(const pd_shade *s, const pdi_shade_corner *const 
         }
 }
 
+/* Rasterise all faces of the mesh, each as two triangles along its shorter diagonal. */
 static void pdi_shade_faces(const pd_shade *s, const pdi_shell *shell, int labels, pdi_shade_sample *p)
 {
     for (int64_t f = 0; f < shell->faces; f++) {
@@ -187,8 +193,7 @@ PDI_FN void pdi_shade_ends(const pd_shade *s, int d, int k, double *a, double *b
     pdi_shade_project(s, x, b);
 }
 
-/* The pixels whose sample lies on the edge from a to b and that no face hides: next to its place in each row or column,
- * within the margin of the paper. */
+/* Count a sample for each pixel on the line a-b that no face hides. */
 static void pdi_shade_edge(pd_shade *s, const pdi_shade_sample *p, const double *a, const double *b)
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
@@ -196,21 +201,21 @@ static void pdi_shade_edge(pd_shade *s, const pdi_shade_sample *p, const double 
     if (!(square > 0.0)) return;
     int first = (int)floor(pdi_min(a[along], b[along]) - 1.0), last = (int)ceil(pdi_max(a[along], b[along]));
     for (int i = first; i <= last; i++) {
-        double part = pdi_min(1.0, pdi_max(0.0, (i + p->shift[along] - a[along]) / (b[along] - a[along])));
-        int middle = (int)floor(a[1 - along] + part * (b[1 - along] - a[1 - along]));
+        double fraction = pdi_min(1.0, pdi_max(0.0, (i + p->shift[along] - a[along]) / (b[along] - a[along])));
+        int middle = (int)floor(a[1 - along] + fraction * (b[1 - along] - a[1 - along]));
         for (int j = middle - 1; j <= middle + 1; j++) {
             int x = steep ? j : i, y = steep ? i : j;
             double px = x + p->shift[0] - a[0], py = y + p->shift[1] - a[1];
-            double share = pdi_min(1.0, pdi_max(0.0, (px * dx + py * dy) / square));
-            if (pdi_canvas_length(px - share * dx, py - share * dy) > 0.5 * PDI_SHADE_LINE) continue;
+            double along_edge = pdi_min(1.0, pdi_max(0.0, (px * dx + py * dy) / square));
+            if (pdi_canvas_length(px - along_edge * dx, py - along_edge * dy) > 0.5 * PDI_SHADE_LINE) continue;
             size_t to = (size_t)y * (size_t)s->width + (size_t)x;
-            double depth = (a[2] + share * (b[2] - a[2])) / s->size + PDI_SHADE_LIFT;
+            double depth = (a[2] + along_edge * (b[2] - a[2])) / s->size + PDI_SHADE_LIFT;
             if (depth > (double)p->depth[to] && s->edge[to] < PDI_SHADE_SIDE * PDI_SHADE_SIDE) s->edge[to]++;
         }
     }
 }
 
-/* Those behind the body and around it: an edge between two sides that are seen would lie over it. */
+/* Draw the edges of the box, but those between two sides that face the eye, which would lie over the body. */
 static void pdi_shade_edges(pd_shade *s, const pdi_shade_sample *p)
 {
     for (int d = 0; d < 3; d++)
@@ -225,13 +230,14 @@ static void pdi_shade_edges(pd_shade *s, const pdi_shade_sample *p)
 
 /* ---- samples ---- */
 
-/* Sums of the samples of each pixel. */
+/* Sums over the samples of each pixel. */
 typedef struct pdi_shade_sums {
     double *value;
     uint16_t *light;
-    uint8_t *valued;
+    uint8_t *valued; /* [width * height] number of samples with a value */
 } pdi_shade_sums;
 
+/* Add one sample of each pixel to the sums; labels 1: the first value counts, since means of labels mean nothing. */
 static void pdi_shade_add(pd_shade *s, const pdi_shade_sample *p, int labels, pdi_shade_sums *sums)
 {
     for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++) {
@@ -244,6 +250,7 @@ static void pdi_shade_add(pd_shade *s, const pdi_shade_sample *p, int labels, pd
     }
 }
 
+/* Render all samples of the pixels and average them. */
 static void pdi_shade_samples(pd_shade *s, const pdi_shell *shell, int labels, pdi_shade_sample *p,
                               pdi_shade_sums *sums)
 {

@@ -3,29 +3,30 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_SHELL_MOVES 5 /* times that corners move towards their neighbours */
-#define PDI_SHELL_PULL 0.5 /* of the way there */
-#define PDI_SHELL_TURNS 6 /* times that normals of faces turn towards those around */
-#define PDI_SHELL_EDGE 0.5 /* cosine of the angle between faces from which on there is an edge */
-#define PDI_SHELL_LEAST 0.02 /* [cells] from the middle of a cell of the set to the surface */
+#define PDI_SHELL_MOVES 5 /* sweeps that smooth the vertices */
+#define PDI_SHELL_PULL 0.5 /* relaxation factor of a sweep: fraction of the way to the mean of the neighbours */
+#define PDI_SHELL_TURNS 6 /* sweeps that smooth the normals */
+#define PDI_SHELL_EDGE 0.5 /* cosine of the angle between face normals below which the surface has a sharp edge */
+#define PDI_SHELL_LEAST 0.02 /* [cells] minimum distance from the centre of a cell of the set to the surface */
 
-/* The lattice, a layer of cells around it, and where corners stand in it. */
+/* Work arrays of the construction. The grid is extended by a layer of empty cells. */
 typedef struct pdi_shell_work {
     pd_ctx *ctx;
     const pdi_shell_desc *desc;
     pdi_shell *s;
-    int m[3];            /* corners along each axis: one more than cells */
-    double *share[2];    /* [(n[0] + 2) * (n[1] + 2)] of two layers of cells */
-    int32_t *number[2];  /* [m[0] * m[1]] of the corners of two layers, -1: none */
-    double *low;         /* [corner_room][3] [cells] the middles between which a corner stays: low .. low + 1 */
+    int m[3];            /* possible vertices along each axis: number of cells + 1 */
+    double *share[2];    /* [(n[0] + 2) * (n[1] + 2)] volume fractions of two layers of cells */
+    int32_t *number[2];  /* [m[0] * m[1]] vertex indices of two layers, -1: none */
+    double *low;         /* [low_room][3] [cells] bounds of a vertex: low .. low + 1, the adjacent cell centres */
     int64_t low_room;
-    double *sum;         /* [corners][3] */
-    double *weight;      /* [corners] */
-    double *flat[2];     /* [faces][3] normals of faces, and the next ones */
-    int64_t *first;      /* [corners + 1] of the faces around a corner, in: */
-    int32_t *around;     /* [4 faces] */
+    double *sum;         /* [corners][3] sum over the neighbours of a vertex */
+    double *weight;      /* [corners] number of these */
+    double *flat[2];     /* [faces][3] normals of faces, and those of the next sweep */
+    int64_t *first;      /* [corners + 1] start of the faces at a vertex in the next array */
+    int32_t *around;     /* [4 faces] faces at all vertices */
 } pdi_shell_work;
 
+/* Make room for one more vertex. */
 static pd_status pdi_shell_room(pdi_shell_work *w)
 {
     pdi_shell *s = w->s;
@@ -40,12 +41,13 @@ static pd_status pdi_shell_room(pdi_shell_work *w)
     return pdi_fail(w->ctx, PD_ERR_SIZE, "shell", "a surface of more than %ld corners", (long)s->corners);
 }
 
-/* The share of a cell of a layer, 0: it is not in the set. */
+/* Volume fraction of cell (i, j) of a layer; 0: it is not in the set. */
 static double pdi_shell_share(const pdi_shell_work *w, int layer, int i, int j)
 {
     return w->share[layer][(int64_t)(j + 1) * (w->desc->n[0] + 2) + i + 1];
 }
 
+/* Evaluate the volume fractions of layer k of cells, with a margin of one empty cell. */
 static void pdi_shell_shares(pdi_shell_work *w, int layer, int k)
 {
     const int *n = w->desc->n;
@@ -60,15 +62,16 @@ static void pdi_shell_shares(pdi_shell_work *w, int layer, int k)
         }
 }
 
-/* Does the lattice end, along an axis, in the middle of the eight cells around a corner? */
+/* Returns 1 when a vertex lies on a side of the grid along axis d. */
 static int pdi_shell_side(const pdi_shell_work *w, const int *at, int d)
 {
     return at[d] == 0 || at[d] == w->desc->n[d];
 }
 
-/* Mean of the places, between 0 and 1 from the lower to the upper middles of eight cells, where edges between these
- * cross the surface. f[8]: shares; bit d of a number is set for the upper cell along axis d. Where the lattice ends the
- * corner stands there, and edges across count where there are no others. 0: the surface is not there. */
+/* Position of a vertex in the cube of the eight cell centres around it, 0..1 along each axis: mean of the points where
+ * edges of the cube cross the surface. f[8]: volume fractions; bit d of the index: upper cell along axis d. On a side
+ * of the grid the vertex lies in it, and edges across that side count only where there are no others. Returns 0 without
+ * a surface. */
 static int pdi_shell_mean(const pdi_shell_work *w, const int *at, const double *f, double *mean)
 {
     double sum[2][3] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
@@ -87,7 +90,8 @@ static int pdi_shell_mean(const pdi_shell_work *w, const int *at, const double *
     return count[side];
 }
 
-/* A corner among the eight cells of which (i - 1, j - 1, k - 1) is the lowest. */
+/* Add a vertex for the eight cells of which (i - 1, j - 1, k - 1) is the lowest; *number: its index, unchanged without
+ * a surface. */
 static pd_status pdi_shell_corner(pdi_shell_work *w, const int *at, const double *f, int32_t *number)
 {
     double mean[3];
@@ -102,6 +106,7 @@ static pd_status pdi_shell_corner(pdi_shell_work *w, const int *at, const double
     return PD_OK;
 }
 
+/* Add a face with its value, between the cells `in` and `out`. */
 static pd_status pdi_shell_face(pdi_shell_work *w, const int32_t *corner, const int *in, const int *out)
 {
     pdi_shell *s = w->s;
@@ -119,7 +124,7 @@ static pd_status pdi_shell_face(pdi_shell_work *w, const int32_t *corner, const 
     return PD_OK;
 }
 
-/* The faces around the three edges from the lowest of the eight cells of a corner upward. */
+/* Add the faces across the three edges from the lowest of the eight cells of a vertex upward. */
 static pd_status pdi_shell_faces(pdi_shell_work *w, const int *at, const double *f)
 {
     for (int d = 0; d < 3; d++) {
@@ -140,7 +145,7 @@ static pd_status pdi_shell_faces(pdi_shell_work *w, const int *at, const double 
     return PD_OK;
 }
 
-/* Layer by layer: layer 0 of the work is the one before. */
+/* Build vertices and faces layer by layer; layer 0 of the work arrays is the one before. */
 static pd_status pdi_shell_march(pdi_shell_work *w)
 {
     pdi_shell_shares(w, 1, -1);
@@ -167,7 +172,7 @@ static pd_status pdi_shell_march(pdi_shell_work *w)
     return PD_OK;
 }
 
-/* Does the face lie in a side of the lattice? */
+/* Returns 1 when a face lies in a side of the grid. */
 static int pdi_shell_cut(const pdi_shell_work *w, const int32_t *corner)
 {
     for (int d = 0; d < 3; d++) {
@@ -181,7 +186,7 @@ static int pdi_shell_cut(const pdi_shell_work *w, const int32_t *corner)
     return 0;
 }
 
-/* Sums over the neighbours of each corner; where a side cuts the set, the surface ends. */
+/* Sum the positions of the neighbours of each vertex, without faces in a side of the grid. */
 static void pdi_shell_neighbours(pdi_shell_work *w)
 {
     const pdi_shell *s = w->s;
@@ -199,6 +204,7 @@ static void pdi_shell_neighbours(pdi_shell_work *w)
         }
 }
 
+/* Smooth the vertices (Jacobi sweeps), each within its bounds; vertices in a side of the grid stay in it. */
 static void pdi_shell_relax(pdi_shell_work *w)
 {
     const pdi_shell *s = w->s;
@@ -213,13 +219,14 @@ static void pdi_shell_relax(pdi_shell_work *w)
     }
 }
 
+/* Normalise a vector [3]; a zero vector stays. */
 static void pdi_shell_unit(double *v)
 {
     double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
     for (int d = 0; d < 3 && length > 0.0; d++) v[d] /= length;
 }
 
-/* Normals of faces: half the product of the diagonals, of length 1. */
+/* Unit normals of the faces from the cross product of their diagonals. */
 static void pdi_shell_flat(pdi_shell_work *w)
 {
     const pdi_shell *s = w->s;
@@ -235,6 +242,7 @@ static void pdi_shell_flat(pdi_shell_work *w)
     }
 }
 
+/* List the faces at each vertex, in CSR form. */
 static void pdi_shell_around(pdi_shell_work *w)
 {
     const pdi_shell *s = w->s;
@@ -246,7 +254,8 @@ static void pdi_shell_around(pdi_shell_work *w)
     w->first[s->corners] = 4 * s->faces;
 }
 
-/* Add the normals around a corner as a face sees them: the less, the more they differ from its own. */
+/* Add the normals of the faces at a vertex as one face sees them: weights fall with the angle to its own normal, to 0
+ * at an edge. */
 static void pdi_shell_gather(const pdi_shell_work *w, int64_t face, int64_t corner, double *sum)
 {
     const double *own = &w->flat[0][3 * face];
@@ -257,7 +266,7 @@ static void pdi_shell_gather(const pdi_shell_work *w, int64_t face, int64_t corn
     }
 }
 
-/* Normals turn towards those around, but not across an edge; then corners take the mean of those around. */
+/* Smooth the face normals, but not across sharp edges; then set the normals of each face at its vertices. */
 static void pdi_shell_normals(pdi_shell_work *w)
 {
     pdi_shell *s = w->s;
@@ -282,6 +291,7 @@ static void pdi_shell_normals(pdi_shell_work *w)
     }
 }
 
+/* Mean value of the faces at each vertex. */
 static void pdi_shell_means(pdi_shell_work *w)
 {
     pdi_shell *s = w->s;
@@ -295,7 +305,7 @@ static void pdi_shell_means(pdi_shell_work *w)
     for (int64_t c = 0; c < s->corners; c++) s->mean[c] = w->weight[c] > 0.0 ? s->mean[c] / w->weight[c] : (double)NAN;
 }
 
-/* From cells to metres; normals are those of the surface in metres. */
+/* Smooth the mesh, convert it from cells to metres, and compute normals and values. */
 static void pdi_shell_finish(pdi_shell_work *w)
 {
     pdi_shell *s = w->s;
@@ -305,7 +315,7 @@ static void pdi_shell_finish(pdi_shell_work *w)
     pdi_shell_means(w);
 }
 
-/* Corners and faces, in cells. */
+/* Build vertices and faces, in units of cells. */
 static pd_status pdi_shell_find(pdi_shell_work *w)
 {
     const pdi_shell_desc *desc = w->desc;

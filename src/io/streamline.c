@@ -5,40 +5,42 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_STREAMLINE_NEAR 0.5 /* times the distance between lines: nearer to another one a line ends */
-#define PDI_STREAMLINE_REST 1e-4 /* times the largest speed: slower fluid is at rest */
-#define PDI_STREAMLINE_MEET 0.02 /* times the distance between lines: a line that comes back so near is closed */
-#define PDI_STREAMLINE_SHORT 1.5 /* times that distance: shorter open lines are not drawn */
-#define PDI_STREAMLINE_CLEAR 0.3 /* times that distance: nearer to a face a line does not begin, but in a narrow gap */
-#define PDI_STREAMLINE_STEP 0.25 /* [cells] of a step, at most */
-#define PDI_STREAMLINE_STEPS 8.0 /* steps over the distance between lines, at least */
-#define PDI_STREAMLINE_FINE 64.0 /* the same, at most */
-#define PDI_STREAMLINE_STORED 12.0 /* stored points over that distance */
-#define PDI_STREAMLINE_HALVES 6 /* how often a step is halved where it leaves the flow */
+/* Lengths over the distance between lines, unless another unit is given. */
+#define PDI_STREAMLINE_NEAR 0.5 /* a line ends at this distance from another one (d_test of Jobard and Lefer) */
+#define PDI_STREAMLINE_REST 1e-4 /* speed over the largest speed below which the fluid is at rest */
+#define PDI_STREAMLINE_MEET 0.02 /* a line that returns to its seed within this distance is closed */
+#define PDI_STREAMLINE_SHORT 1.5 /* minimum length of open lines */
+#define PDI_STREAMLINE_CLEAR 0.3 /* minimum distance of a seed from a face without flow, but in a narrow gap */
+#define PDI_STREAMLINE_STEP 0.25 /* [cells] maximum length of a step */
+#define PDI_STREAMLINE_STEPS 8.0 /* [-] minimum number of steps over the distance between lines */
+#define PDI_STREAMLINE_FINE 64.0 /* [-] maximum number of these */
+#define PDI_STREAMLINE_STORED 12.0 /* [-] stored points over that distance */
+#define PDI_STREAMLINE_HALVES 6 /* [-] maximum halvings of a step that leaves the fluid */
 
-/* A stored point in the lists by which near lines are found. */
+/* A point of a line in the bucket grid by which near lines are found. */
 typedef struct pdi_streamline_mark {
     double x, y;
-    double along; /* length of the line from its seed, with its sign */
-    int64_t line;
-    int64_t next; /* -1: none */
+    double along; /* [pixel] arc length from the seed, negative upstream */
+    int64_t line; /* index of the line */
+    int64_t next; /* next point of the bucket, -1: none */
 } pdi_streamline_mark;
 
+/* State of the computation. */
 typedef struct pdi_streamline_search {
     pd_ctx *ctx;
     const pdi_stream *f;
     pdi_streamlines *lines;
-    double step, least;      /* least: speed on paper over that of the velocity's unit */
+    double step, least;      /* [pixel] length of a step, [pixel/s] minimum speed */
     int every;               /* steps between stored points */
-    int columns, rows;       /* of squares as wide as lines are apart */
-    int64_t *head;           /* [columns * rows] first mark of a square, -1: none */
+    int columns, rows;       /* of the bucket grid, whose squares are as wide as the distance between lines */
+    int64_t *head;           /* [columns * rows] first point of a bucket, -1: none */
     pdi_streamline_mark *mark;
     int64_t marks, mark_room;
 } pdi_streamline_search;
 
 /* ---- velocity ---- */
 
-/* The cell, or beyond an open side the nearest one; -1: nothing flows there. */
+/* Index of the cell (i, j), or of the nearest one beyond an open side; -1: no fluid, or beyond a closed side. */
 static int64_t pdi_streamline_cell(const pdi_stream *f, int i, int j)
 {
     if ((i < 0 && f->closed[0]) || (i >= f->nx && f->closed[1]) || (j < 0 && f->closed[2]) ||
@@ -50,15 +52,16 @@ static int64_t pdi_streamline_cell(const pdi_stream *f, int i, int j)
     return isnan(f->u[0][cell]) || isnan(f->u[1][cell]) ? -1 : cell;
 }
 
-/* Component d in the middle of the face between two cells that lie side by side along an axis, of which the first one
- * flows. */
+/* Velocity component d in the middle of the face between the cells `own` and `next` along an axis. Without fluid in
+ * `next` (-1) the normal component is 0 and the tangential one that of `own`. */
 static double pdi_streamline_face(const pdi_stream *f, int64_t own, int64_t next, int d, int axis)
 {
     if (next >= 0) return 0.5 * (f->u[d][own] + f->u[d][next]);
     return d == axis ? 0.0 : f->u[d][own];
 }
 
-/* Component d where four cells meet: cell[k] lies to the right for k & 1, above for k & 2. */
+/* Velocity component d at the corner of four cells, cell[k] to the right for k & 1, above for k & 2; 0 at a face
+ * without flow across d. */
 static double pdi_streamline_corner(const pdi_stream *f, const int64_t *cell, int d)
 {
     double sum = 0.0;
@@ -100,7 +103,7 @@ PDI_FN double pdi_stream_fastest(const pdi_stream *f)
     return fastest;
 }
 
-/* The same on paper; *cell: where it is. */
+/* Largest speed [pixel/s]; *cell: where it is, -1: nowhere. */
 static double pdi_streamline_peak(const pdi_stream *f, int64_t *cell)
 {
     double fastest = 0.0;
@@ -114,8 +117,9 @@ static double pdi_streamline_peak(const pdi_stream *f, int64_t *cell)
     return fastest;
 }
 
-/* ---- what is near ---- */
+/* ---- distance to other lines ---- */
 
+/* Head of the bucket that holds the point (x, y). */
 static int64_t *pdi_streamline_square(const pdi_streamline_search *s, double x, double y)
 {
     int column = (int)(x / s->f->apart), row = (int)(y / s->f->apart);
@@ -124,6 +128,7 @@ static int64_t *pdi_streamline_square(const pdi_streamline_search *s, double x, 
     return &s->head[(int64_t)row * s->columns + column];
 }
 
+/* Add a point of the current line to its bucket. */
 static pd_status pdi_streamline_put(pdi_streamline_search *s, const double *at, double along)
 {
     if (s->marks == s->mark_room) {
@@ -142,7 +147,7 @@ static pd_status pdi_streamline_put(pdi_streamline_search *s, const double *at, 
     return PD_OK;
 }
 
-/* Take back the last marks, down to `marks`. */
+/* Remove the last points from their buckets, down to `marks` points. */
 static void pdi_streamline_take_back(pdi_streamline_search *s, int64_t marks)
 {
     while (s->marks > marks) {
@@ -151,10 +156,11 @@ static void pdi_streamline_take_back(pdi_streamline_search *s, int64_t marks)
     }
 }
 
-/* Is there a mark within `reach`? own: of the line that is being made, as far as it has come round; else: of others. */
-static int pdi_streamline_near(const pdi_streamline_search *s, const double *at, double reach, int own, double along)
+/* Returns 1 when a point lies within `distance` of `at`. own 1: points of the current line, more than half a turn away
+ * along it; 0: points of other lines. */
+static int pdi_streamline_near(const pdi_streamline_search *s, const double *at, double distance, int own, double along)
 {
-    double bend = PDI_PI * PDI_STREAMLINE_NEAR * s->f->apart;
+    double half_turn = PDI_PI * PDI_STREAMLINE_NEAR * s->f->apart;
     int column = (int)(at[0] / s->f->apart), row = (int)(at[1] / s->f->apart);
     for (int j = row - 1; j <= row + 1; j++)
         for (int i = column - 1; i <= column + 1; i++) {
@@ -162,8 +168,8 @@ static int pdi_streamline_near(const pdi_streamline_search *s, const double *at,
             for (int64_t k = s->head[(int64_t)j * s->columns + i]; k >= 0; k = s->mark[k].next) {
                 const pdi_streamline_mark *mark = &s->mark[k];
                 if ((mark->line == s->lines->count) != own) continue;
-                if (own && fabs(mark->along - along) < bend) continue;
-                if (pdi_canvas_length(mark->x - at[0], mark->y - at[1]) < reach) return 1;
+                if (own && fabs(mark->along - along) < half_turn) continue;
+                if (pdi_canvas_length(mark->x - at[0], mark->y - at[1]) < distance) return 1;
             }
         }
     return 0;
@@ -171,33 +177,34 @@ static int pdi_streamline_near(const pdi_streamline_search *s, const double *at,
 
 /* ---- one line ---- */
 
-/* The unit vector of the velocity; 0: nothing flows there. */
-static int pdi_streamline_way(const pdi_streamline_search *s, const double *at, double sense, double *way)
+/* Unit vector of the velocity times sense (1 downstream, -1 upstream); 0: no fluid, or at rest. */
+static int pdi_streamline_way(const pdi_streamline_search *s, const double *at, double sense, double *direction)
 {
     double u[2];
     if (!pdi_stream_velocity(s->f, at, u)) return 0;
     double speed = pdi_canvas_length(u[0], u[1]);
     if (!(speed > s->least)) return 0;
-    way[0] = sense * u[0] / speed;
-    way[1] = sense * u[1] / speed;
+    direction[0] = sense * u[0] / speed;
+    direction[1] = sense * u[1] / speed;
     return 1;
 }
 
-/* A step of the classical Runge-Kutta method of order 4; 0: it leaves the flow. */
+/* A step of the classical Runge-Kutta method of order 4 along the line; 0: it leaves the fluid. */
 static int pdi_streamline_step(const pdi_streamline_search *s, const double *from, double sense, double step,
                                double *to)
 {
-    static const double part[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
-    double way[2] = {0.0, 0.0}, sum[2] = {0.0, 0.0};
+    static const double node[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+    double direction[2] = {0.0, 0.0}, sum[2] = {0.0, 0.0};
     for (int stage = 0; stage < 4; stage++) {
-        double at[2] = {from[0] + part[stage] * step * way[0], from[1] + part[stage] * step * way[1]};
-        if (!pdi_streamline_way(s, at, sense, way)) return 0;
-        for (int d = 0; d < 2; d++) sum[d] += weight[stage] * way[d];
+        double at[2] = {from[0] + node[stage] * step * direction[0], from[1] + node[stage] * step * direction[1]};
+        if (!pdi_streamline_way(s, at, sense, direction)) return 0;
+        for (int d = 0; d < 2; d++) sum[d] += weight[stage] * direction[d];
     }
     for (int d = 0; d < 2; d++) to[d] = from[d] + step * sum[d];
-    return pdi_streamline_way(s, to, sense, way);
+    return pdi_streamline_way(s, to, sense, direction);
 }
 
+/* Append a point to the current line and to its bucket. */
 static pd_status pdi_streamline_store(pdi_streamline_search *s, const double *at, double along)
 {
     pdi_streamlines *l = s->lines;
@@ -211,16 +218,16 @@ static pd_status pdi_streamline_store(pdi_streamline_search *s, const double *at
     return pdi_streamline_put(s, at, along);
 }
 
-/* Does the piece from a to b pass the seed? */
+/* Returns 1 when the segment a-b passes the seed, so that the line is closed. */
 static int pdi_streamline_meets(const pdi_streamline_search *s, const double *seed, const double *a, const double *b)
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], x = seed[0] - a[0], y = seed[1] - a[1];
-    double share = (x * dx + y * dy) / (dx * dx + dy * dy);
-    if (!(share >= 0.0 && share <= 1.0)) return 0;
+    double fraction = (x * dx + y * dy) / (dx * dx + dy * dy);
+    if (!(fraction >= 0.0 && fraction <= 1.0)) return 0;
     return fabs(x * dy - y * dx) < PDI_STREAMLINE_MEET * s->f->apart * pdi_canvas_length(dx, dy);
 }
 
-/* Does a face lie beside the place, on one side of it alone? A line along it would be drawn on that face. */
+/* Returns 1 when a face without flow is near on one side alone; a line there would be drawn on that face. */
 static int pdi_streamline_beside_face(const pdi_stream *f, const double *at)
 {
     for (int d = 0; d < 2; d++) {
@@ -235,18 +242,20 @@ static int pdi_streamline_beside_face(const pdi_stream *f, const double *at)
     return 0;
 }
 
-static int pdi_streamline_crowded(const pdi_streamline_search *s, const double *at, double reach)
+/* Returns 1 when another line, or the mirror line, is nearer than `distance` [pixel]. */
+static int pdi_streamline_crowded(const pdi_streamline_search *s, const double *at, double distance)
 {
-    return pdi_streamline_near(s, at, reach, 0, 0.0) || (s->f->mirrored && at[1] < 0.5 * reach);
+    return pdi_streamline_near(s, at, distance, 0, 0.0) || (s->f->mirrored && at[1] < 0.5 * distance);
 }
 
-/* From the seed on; the points are stored behind it. A line that comes back to itself goes on for a while: perhaps it
- * closes. */
+/* Trace the line from its seed downstream (sense 1) or upstream (-1) and store its points. *length: its length, *closed
+ * 1: a closed loop. A line that comes near itself is traced on for a while, since it may close, and cut back there
+ * otherwise. */
 static pd_status pdi_streamline_half(pdi_streamline_search *s, const double *seed, double sense, double *length,
                                      int *closed)
 {
     pdi_streamlines *l = s->lines;
-    double at[2] = {seed[0], seed[1]}, to[2], step = s->step, back = HUGE_VAL;
+    double at[2] = {seed[0], seed[1]}, to[2], step = s->step, near_self = HUGE_VAL;
     int64_t points = 0, marks = 0;
     *length = 0.0;
     *closed = 0;
@@ -262,23 +271,24 @@ static pd_status pdi_streamline_half(pdi_streamline_search *s, const double *see
             *length = along;
             return pdi_streamline_store(s, seed, sense * along);
         }
-        if (back > along && pdi_streamline_near(s, to, PDI_STREAMLINE_NEAR * s->f->apart, 1, sense * along)) {
-            back = along;
+        if (near_self > along && pdi_streamline_near(s, to, PDI_STREAMLINE_NEAR * s->f->apart, 1, sense * along)) {
+            near_self = along;
             points = l->points;
             marks = s->marks;
         }
-        if (along > back + PDI_PI * s->f->apart) break;
+        if (along > near_self + PDI_PI * s->f->apart) break;
         memcpy(at, to, sizeof at);
         *length = along;
         if (n % s->every == 0 || step < s->step) PDI_TRY(pdi_streamline_store(s, at, sense * along));
     }
-    if (!(back < HUGE_VAL)) return PD_OK;
+    if (!(near_self < HUGE_VAL)) return PD_OK;
     l->points = points;
     pdi_streamline_take_back(s, marks);
-    *length = back;
+    *length = near_self;
     return PD_OK;
 }
 
+/* Reverse the order of `count` points at[2]. */
 static void pdi_streamline_reverse(double *at, int64_t count)
 {
     for (int64_t a = 0, b = count - 1; a < b; a++, b--)
@@ -289,14 +299,14 @@ static void pdi_streamline_reverse(double *at, int64_t count)
         }
 }
 
-/* A line through the seed, where there is room for one. */
+/* Trace a line through the seed, where it is far enough from others, and keep it if it is long enough. */
 static pd_status pdi_streamline_try(pdi_streamline_search *s, const double *seed)
 {
     pdi_streamlines *l = s->lines;
     int64_t first = l->points, marks = s->marks;
-    double way[2], length[2] = {0.0, 0.0};
+    double direction[2], length[2] = {0.0, 0.0};
     int closed = 0;
-    if (!pdi_streamline_way(s, seed, 1.0, way) || pdi_streamline_beside_face(s->f, seed)) return PD_OK;
+    if (!pdi_streamline_way(s, seed, 1.0, direction) || pdi_streamline_beside_face(s->f, seed)) return PD_OK;
     if (pdi_streamline_crowded(s, seed, s->f->apart)) return PD_OK;
     if (l->count == l->room) {
         int64_t room = 2 * l->room + 64;
@@ -318,7 +328,7 @@ static pd_status pdi_streamline_try(pdi_streamline_search *s, const double *seed
     return PD_OK;
 }
 
-/* Lines beside those from `from` on, and beside those that this adds. */
+/* Try seeds at both sides of all lines from index `from` on, and of the lines that this adds. */
 static pd_status pdi_streamline_beside(pdi_streamline_search *s, int64_t from)
 {
     pdi_streamlines *l = s->lines;
@@ -333,6 +343,8 @@ static pd_status pdi_streamline_beside(pdi_streamline_search *s, int64_t from)
     return PD_OK;
 }
 
+/* Compute all lines: first through the fastest cell and beside it, then from a grid of seeds in what is not connected
+ * with these. */
 static pd_status pdi_streamline_all(pdi_streamline_search *s, int64_t fastest)
 {
     const pdi_stream *f = s->f;

@@ -3,12 +3,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Displacements over the size of the picture, at most. */
+/* Maximum displacement over the size of the picture. */
 #define PDI_WARP_MOST 10.0
-/* Share of a pixel by which cells reach farther than they do, so that rounding leaves no gap between them. */
+/* Tolerance [pixel] by which cells are enlarged, so that rounding leaves no gap between them. */
 #define PDI_WARP_SEAM 1e-6
 
-/* The paper: square pixels. */
+/* The raster that deformed cells are drawn into: square pixels. */
 typedef struct pdi_warp_paper {
     double lo[2], size; /* [m] corner, width of a pixel */
     int n[2];
@@ -16,8 +16,8 @@ typedef struct pdi_warp_paper {
     uint8_t *paint;     /* [n[0] * n[1]] */
 } pdi_warp_paper;
 
-/* The corner of the cell (i, j), s = 0 or 1 to the right, t = 0 or 1 upward [m]: the mean over the cells that meet
- * there and that a chain of pairs joins to this one. */
+/* Position at[2] [m] of the displaced corner of the cell (i, j) at its right (s 1) or left, upper (t 1) or lower end:
+ * it moves by the mean over the cells that meet there and are connected with this one, directly or through others. */
 static void pdi_warp_corner(const pdi_warp *w, int i, int j, int s, int t, double *at)
 {
     const pd_picture *p = w->still;
@@ -42,7 +42,7 @@ static void pdi_warp_corner(const pdi_warp *w, int i, int j, int s, int t, doubl
     at[1] = p->lo[1] + (j + t) * (p->hi[1] - p->lo[1]) / p->ny + sum[1] / count;
 }
 
-/* Four corners, in turn, of the cell. */
+/* Displaced corners at[4][2] [m] of a cell, in turn. */
 static void pdi_warp_cell(const pdi_warp *w, int cell, double (*at)[2])
 {
     for (int k = 0; k < 4; k++)
@@ -73,6 +73,7 @@ PDI_FN pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, double *lo, dou
     return PD_OK;
 }
 
+/* Size of the raster for the extent lo[2] .. hi[2] [m]. */
 static void pdi_warp_size(const pdi_warp *w, const double *lo, const double *hi, pdi_warp_paper *paper)
 {
     double wide[2], width = w->still->width ? w->still->width : PD_PICTURE_WIDTH; /* [pixel] */
@@ -84,7 +85,7 @@ static void pdi_warp_size(const pdi_warp *w, const double *lo, const double *hi,
     for (int d = 0; d < 2; d++) paper->n[d] = (int)pdi_max(1.0, ceil(wide[d] / paper->size - 1e-6));
 }
 
-/* What stays: blank paper outside of the box, and where cells have gone. */
+/* Draw the cells without displacement; background where cells have moved away and outside of the picture. */
 static void pdi_warp_ground(const pdi_warp *w, pdi_warp_paper *paper)
 {
     const pd_picture *p = w->still;
@@ -102,7 +103,7 @@ static void pdi_warp_ground(const pdi_warp *w, pdi_warp_paper *paper)
         }
 }
 
-/* Does the triangle of the corners a, b, c hold the point? On either side of its plane. */
+/* Returns 1 when the triangle a, b, c contains the point x; the triangle may have either orientation. */
 static int pdi_warp_holds(const double *a, const double *b, const double *c, const double *x)
 {
     const double *corner[4] = {a, b, c, a};
@@ -117,7 +118,7 @@ static int pdi_warp_holds(const double *a, const double *b, const double *c, con
     return left || right;
 }
 
-/* Paint the pixels whose middles lie in the cell. */
+/* Draw a displaced cell: all pixels whose centres lie in it. */
 static void pdi_warp_fill(const pdi_warp *w, int cell, pdi_warp_paper *paper)
 {
     double at[4][2], lo[2] = {HUGE_VAL, HUGE_VAL}, hi[2] = {-HUGE_VAL, -HUGE_VAL};
@@ -143,7 +144,7 @@ static void pdi_warp_fill(const pdi_warp *w, int cell, pdi_warp_paper *paper)
         }
 }
 
-/* Into the image, or, where there is none, into a file. */
+/* Draw all cells, then the picture of the raster into the image, or into the file `path` where image is NULL. */
 static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper, const char *path,
                                 pd_image *image)
 {
@@ -167,6 +168,7 @@ static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *
     return image ? pdi_picture_draw(ctx, &picture, image) : pd_picture_write(ctx, path, &picture);
 }
 
+/* Determine the extent and draw into the image, or into the file `path` where image is NULL. */
 static pd_status pdi_warp_show(pd_ctx *ctx, const pdi_warp *w, const char *path, pd_image *image)
 {
     pdi_warp_paper paper;
