@@ -11,11 +11,13 @@
 
 /* ---- tables ---- */
 
+/* Columns of a table: coordinates 0 to 2, and these. */
 enum { PDI_MESH_VOLUME = 3, PDI_MESH_TAG, PDI_MESH_COLUMNS };
 
+/* Lower-case form of an ASCII letter. */
 static char pdi_mesh_lower(char c) { return (char)(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); }
 
-/* "Volume [m3]" is volume. */
+/* Returns 1 when a column header names the quantity, case ignored: "Volume [m3]" is volume. */
 static int pdi_mesh_names(const char *text, const char *name)
 {
     for (; *name; text++, name++)
@@ -23,7 +25,7 @@ static int pdi_mesh_names(const char *text, const char *name)
     return !*text || *text == ' ' || *text == '[' || *text == '(';
 }
 
-/* The column of each quantity; -1: there is none. */
+/* Find the column of each quantity, column[PDI_MESH_COLUMNS]; -1: there is none. */
 static pd_status pdi_mesh_columns(pd_ctx *ctx, const pd_table *t, int *column)
 {
     static const char *const names[PDI_MESH_COLUMNS] = {"x", "y", "z", "volume", "tag"};
@@ -42,6 +44,7 @@ static pd_status pdi_mesh_columns(pd_ctx *ctx, const pd_table *t, int *column)
     return PD_OK;
 }
 
+/* Parse a field of the table as a finite number. */
 static pd_status pdi_mesh_number(pd_ctx *ctx, const pd_table *t, int row, int column, double *value)
 {
     const char *text = pdi_table_text(t, row, column);
@@ -50,15 +53,16 @@ static pd_status pdi_mesh_number(pd_ctx *ctx, const pd_table *t, int row, int co
                     t->line[row], pdi_table_text(t, -1, column), text);
 }
 
+/* Add the point of a row. beyond[3]: coordinates beyond PD_DIM, set by the first row and equal in all others. */
 static pd_status pdi_mesh_row(pd_ctx *ctx, const pd_table *t, const int *column, int row, double scale,
                               double *beyond, pd_points *points)
 {
-    double value[PDI_MESH_COLUMNS] = {0.0}, place[PD_DIM], whole = 1.0;
+    double value[PDI_MESH_COLUMNS] = {0.0}, position[PD_DIM], volume_scale = 1.0;
     for (int k = 0; k < PDI_MESH_COLUMNS; k++)
         if (column[k] >= 0) PDI_TRY(pdi_mesh_number(ctx, t, row, column[k], &value[k]));
     for (int d = 0; d < PD_DIM; d++) {
-        place[d] = value[d] * scale;
-        whole *= scale;
+        position[d] = value[d] * scale;
+        volume_scale *= scale;
     }
     for (int d = PD_DIM; d < 3; d++) {
         if (row == 0) beyond[d] = value[d];
@@ -66,16 +70,17 @@ static pd_status pdi_mesh_row(pd_ctx *ctx, const pd_table *t, const int *column,
             return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: %c = %g, expected %g as in the first row: this program"
                             " has %d dimensions", t->path, t->line[row], "xyz"[d], value[d], beyond[d], PD_DIM);
     }
-    double volume = value[PDI_MESH_VOLUME] * whole, tag = value[PDI_MESH_TAG];
+    double volume = value[PDI_MESH_VOLUME] * volume_scale, tag = value[PDI_MESH_TAG];
     if (!(volume > 0.0) || !(volume < 1e100))
         return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the volume %g, expected a positive one", t->path,
                         t->line[row], value[PDI_MESH_VOLUME]);
     if (!(fabs(tag) <= 2147483647.0) || tag > floor(tag))
         return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the tag %g, expected a whole number of 32 bits", t->path,
                         t->line[row], tag);
-    return pdi_points_add(ctx, points, place, volume, (int32_t)tag);
+    return pdi_points_add(ctx, points, position, volume, (int32_t)tag);
 }
 
+/* Read all points of a CSV table. */
 static pd_status pdi_mesh_table(pd_ctx *ctx, const char *path, double scale, pd_points *points)
 {
     pd_table table;
@@ -91,6 +96,7 @@ static pd_status pdi_mesh_table(pd_ctx *ctx, const char *path, double scale, pd_
 
 /* ---- files ---- */
 
+/* Returns 1 when a path has this extension, case ignored. */
 static int pdi_mesh_ends(const char *path, const char *ending)
 {
     size_t size = strlen(path), more = strlen(ending);
@@ -99,8 +105,10 @@ static int pdi_mesh_ends(const char *path, const char *ending)
     return 1;
 }
 
+/* Returns 1 when a text begins with another one. */
 static int pdi_mesh_begins(const char *text, const char *with) { return strncmp(text, with, strlen(with)) == 0; }
 
+/* Read a file in the format that its extension or its first bytes show. */
 static pd_status pdi_mesh_any(pd_ctx *ctx, const char *path, double scale, pd_points *points)
 {
     char *text;

@@ -4,52 +4,56 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Largest number of a node or an entity. */
+/* Largest number (id) of a node or an entity. */
 #define PDI_MSH_MOST 999999999999999
 
+/* A node of the mesh. */
 typedef struct pdi_msh_node {
     int64_t id;
-    double x[3];
+    double x[3]; /* in units of the file */
 } pdi_msh_node;
 
-/* An entity of PD_DIM dimensions and its group. */
+/* A geometric entity of PD_DIM dimensions and its physical group. */
 typedef struct pdi_msh_entity {
     int64_t id;
     int32_t tag;
 } pdi_msh_entity;
 
-/* The nodes of a cell: their places in the list plus 1, ascending; 0: there are no more. */
+/* Key of a cell in the hash table: its nodes, as indices in the list of nodes plus 1, ascending; 0: unused. */
 typedef struct pdi_msh_cell_key {
     int32_t node[8];
 } pdi_msh_cell_key;
 
+/* State of reading a file. */
 typedef struct pdi_msh {
     pdi_scan *scan;
-    pdi_cells cells;
-    pdi_skin skin;
-    int version; /* 2 or 4 */
-    int64_t nodes, entities;
+    pdi_cells cells; /* conversion of cells to points */
+    pdi_skin skin;   /* faces of the cells */
+    int version;     /* 2: format 2.2, 4: format 4.1 */
+    int64_t nodes, entities; /* number of them */
     pdi_msh_node *node;     /* [nodes] by id */
     pdi_msh_entity *entity; /* [entities] by id */
-    int has_nodes, has_entities, has_elements;
-    int64_t surface; /* of the cell before */
-    int64_t known, slots;
-    pdi_msh_cell_key *slot; /* [slots] cells by a hash of their nodes, at most half of them in use */
+    int has_nodes, has_entities, has_elements; /* number of these sections so far */
+    int64_t surface; /* entity of the previous cell */
+    int64_t known, slots; /* number of cells in the hash table, and its size, a power of two */
+    pdi_msh_cell_key *slot; /* [slots] hash table of cells by their nodes, at most half full */
 } pdi_msh;
 
+/* Order of nodes by id, for qsort and bsearch. */
 static int pdi_msh_compare(const void *a, const void *b)
 {
     const pdi_msh_node *p = (const pdi_msh_node *)a, *q = (const pdi_msh_node *)b;
     return (p->id > q->id) - (p->id < q->id);
 }
 
+/* Order of entities by id, for qsort and bsearch. */
 static int pdi_msh_compare_entities(const void *a, const void *b)
 {
     const pdi_msh_entity *p = (const pdi_msh_entity *)a, *q = (const pdi_msh_entity *)b;
     return (p->id > q->id) - (p->id < q->id);
 }
 
-/* Whole numbers and others that are read and left. */
+/* Skip `count` numbers. what: their name for messages. */
 static pd_status pdi_msh_pass(pdi_msh *m, const char *what, int64_t count)
 {
     double value;
@@ -59,6 +63,7 @@ static pd_status pdi_msh_pass(pdi_msh *m, const char *what, int64_t count)
 
 /* ---- $MeshFormat, $Entities, $Nodes ---- */
 
+/* Read the section $MeshFormat: version and file type. */
 static pd_status pdi_msh_format(pdi_msh *m)
 {
     const char *at = m->scan->at;
@@ -73,7 +78,7 @@ static pd_status pdi_msh_format(pdi_msh *m)
     return pdi_scan_expect(m->scan, "$EndMeshFormat");
 }
 
-/* Numbers of groups, the first one of them into *tag. */
+/* Read the list of physical groups of an entity; *tag: the first one, 0 without any. */
 static pd_status pdi_msh_groups(pdi_msh *m, int64_t *tag)
 {
     int64_t count, group;
@@ -86,6 +91,7 @@ static pd_status pdi_msh_groups(pdi_msh *m, int64_t *tag)
     return PD_OK;
 }
 
+/* Read the section $Entities of format 4.1, and keep the groups of entities of PD_DIM dimensions. */
 static pd_status pdi_msh_entities(pdi_msh *m)
 {
     int64_t count[4], id, tag, bounds;
@@ -110,6 +116,7 @@ static pd_status pdi_msh_entities(pdi_msh *m)
     return pdi_scan_expect(s, "$EndEntities");
 }
 
+/* Read the three coordinates of a node. */
 static pd_status pdi_msh_place(pdi_msh *m, pdi_msh_node *node)
 {
     for (int d = 0; d < 3; d++) {
@@ -120,7 +127,7 @@ static pd_status pdi_msh_place(pdi_msh *m, pdi_msh_node *node)
     return PD_OK;
 }
 
-/* Blocks of 4.1: ids, then places, which parameters may follow on their line. */
+/* Read the blocks of nodes of format 4.1: ids, then coordinates, which parameters may follow on their line. */
 static pd_status pdi_msh_node_blocks(pdi_msh *m, int64_t blocks)
 {
     int64_t value, count, done = 0;
@@ -145,6 +152,7 @@ static pd_status pdi_msh_node_blocks(pdi_msh *m, int64_t blocks)
     return pdi_scan_fail(s, s->at, "%.0f nodes in blocks, expected %.0f", (double)done, (double)m->nodes);
 }
 
+/* Read the section $Nodes, and sort the nodes by id. */
 static pd_status pdi_msh_nodes(pdi_msh *m)
 {
     int64_t blocks = 0, bound;
@@ -174,7 +182,7 @@ static pd_status pdi_msh_nodes(pdi_msh *m)
 
 /* ---- $Elements ---- */
 
-/* The form of a type of elements, and its dimension: -1 where it is not known. */
+/* Cell type of a Gmsh element type, and its dimension, -1 when unknown. PDI_CELL_NONE: not supported. */
 static pdi_cell_form pdi_msh_form(int64_t type, int *dimension)
 {
     static const int8_t of[32] = {-1, 1, 2, 2, 3, 3, 3, 3, 1, 2, 2, 3, 3, 3, 3, 0,
@@ -183,21 +191,21 @@ static pdi_cell_form pdi_msh_form(int64_t type, int *dimension)
     return type >= 1 && type <= 7 ? (pdi_cell_form)type : PDI_CELL_NONE;
 }
 
-/* 1: cells of this type count. PD_ERR_PARSE: they ought to, and cannot. */
-static pd_status pdi_msh_counts(pdi_msh *m, const char *at, int64_t type, int *counts)
+/* *is_used 1: elements of this type become points. PD_ERR_PARSE: unknown, of higher dimension or of higher order. */
+static pd_status pdi_msh_counts(pdi_msh *m, const char *at, int64_t type, int *is_used)
 {
     int dimension;
     pdi_cell_form form = pdi_msh_form(type, &dimension);
-    *counts = dimension == PD_DIM;
+    *is_used = dimension == PD_DIM;
     if (dimension < 0) return pdi_scan_fail(m->scan, at, "elements of type %.0f, which is not known", (double)type);
     if (dimension > PD_DIM) return pdi_scan_fail(m->scan, at, "elements of %dD in a program of %dD", dimension, PD_DIM);
-    if (*counts && form == PDI_CELL_NONE)
+    if (*is_used && form == PDI_CELL_NONE)
         return pdi_scan_fail(m->scan, at, "elements of type %.0f, expected straight ones: save the mesh with order 1",
                              (double)type);
     return PD_OK;
 }
 
-/* Where a cell is, or would be. */
+/* Slot of the hash table that holds a cell, or the empty one where it belongs. */
 static pdi_msh_cell_key *pdi_msh_slot(const pdi_msh *m, const pdi_msh_cell_key *key)
 {
     uint64_t hash = 0;
@@ -207,46 +215,48 @@ static pdi_msh_cell_key *pdi_msh_slot(const pdi_msh *m, const pdi_msh_cell_key *
     return &m->slot[at];
 }
 
-/* Room for one more cell. */
+/* Make room for one more cell in the hash table: double it when it is half full. */
 static pd_status pdi_msh_widen(pdi_msh *m)
 {
-    pdi_msh wider = *m;
+    pdi_msh larger = *m;
     if (2 * m->known < m->slots) return PD_OK;
-    wider.slots = m->slots ? 2 * m->slots : 1024;
-    wider.slot = NULL;
-    PDI_TRY(PDI_NEW(m->scan->ctx, "mesh", wider.slots, wider.slot));
+    larger.slots = m->slots ? 2 * m->slots : 1024;
+    larger.slot = NULL;
+    PDI_TRY(PDI_NEW(m->scan->ctx, "mesh", larger.slots, larger.slot));
     for (int64_t k = 0; k < m->slots; k++)
-        if (m->slot[k].node[0]) *pdi_msh_slot(&wider, &m->slot[k]) = m->slot[k];
+        if (m->slot[k].node[0]) *pdi_msh_slot(&larger, &m->slot[k]) = m->slot[k];
     PDI_DELETE(m->scan->ctx, m->slots, m->slot);
-    m->slots = wider.slots;
-    m->slot = wider.slot;
+    m->slots = larger.slots;
+    m->slot = larger.slot;
     return PD_OK;
 }
 
-/* *again: a cell of these nodes has been read: files of Gmsh repeat a cell for each group that it is in. */
-static pd_status pdi_msh_repeats(pdi_msh *m, pdi_cell_form form, const int32_t *place, int *again)
+/* Enter a cell into the hash table. *is_repeated 1: a cell of these nodes has been read before (Gmsh repeats a cell for
+ * each of its groups). */
+static pd_status pdi_msh_repeats(pdi_msh *m, pdi_cell_form form, const int32_t *node_index, int *is_repeated)
 {
     pdi_msh_cell_key key;
     memset(&key, 0, sizeof key);
     PDI_TRY(pdi_msh_widen(m));
     for (int k = 0; k < pdi_points_corners(form); k++) {
         int to = k;
-        for (; to > 0 && key.node[to - 1] > place[k]; to--) key.node[to] = key.node[to - 1];
-        key.node[to] = place[k];
+        for (; to > 0 && key.node[to - 1] > node_index[k]; to--) key.node[to] = key.node[to - 1];
+        key.node[to] = node_index[k];
     }
     pdi_msh_cell_key *slot = pdi_msh_slot(m, &key);
-    *again = slot->node[0] != 0;
-    if (!*again) m->known++;
+    *is_repeated = slot->node[0] != 0;
+    if (!*is_repeated) m->known++;
     *slot = key;
     return PD_OK;
 }
 
-/* The rest of a line: the corners of a cell of `surface`, and the cell. */
+/* Read the nodes of a cell from the rest of its line, and add its point and faces. surface: its entity; within one
+ * entity all cells have one orientation. */
 static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, int32_t tag)
 {
     const double *corner[8];
     int64_t node[8];
-    int32_t place[8];
+    int32_t node_index[8];
     int again;
     const char *begin = m->scan->at, *fault;
     for (int k = 0; k < pdi_points_corners(form); k++) {
@@ -256,20 +266,20 @@ static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, i
         if (!found) return pdi_scan_fail(m->scan, begin, "an element with the unknown node %.0f", (double)key.id);
         corner[k] = ((const pdi_msh_node *)found)->x;
         node[k] = key.id;
-        place[k] = (int32_t)((const pdi_msh_node *)found - m->node) + 1;
+        node_index[k] = (int32_t)((const pdi_msh_node *)found - m->node) + 1;
     }
-    PDI_TRY(pdi_msh_repeats(m, form, place, &again));
+    PDI_TRY(pdi_msh_repeats(m, form, node_index, &again));
     if (surface != m->surface) m->cells.sign = 0.0;
     m->surface = surface;
     PDI_TRY(pdi_cells_add(m->scan->ctx, &m->cells, form, corner, 0, tag, &fault));
     if (fault) return pdi_scan_fail(m->scan, begin, "%s", fault);
-    if (again) m->cells.points->count--; /* it had to be looked at: it may be turned */
+    if (again) m->cells.points->count--; /* it was added to check its orientation only */
     else PDI_TRY(pdi_skin_add(m->scan->ctx, &m->skin, form, node, corner, m->cells.points->count - 1));
     if (pdi_scan_line(m->scan)) return PD_OK;
     return pdi_scan_fail(m->scan, begin, "an element that does not end with its node %d", pdi_points_corners(form));
 }
 
-/* Lines of 2.2: number, type, groups, nodes. */
+/* Read an element of format 2.2: number, type, tags (physical group first), nodes. */
 static pd_status pdi_msh_element(pdi_msh *m)
 {
     int64_t id, type, count, tag[2] = {0, 0}, value;
@@ -290,8 +300,8 @@ static pd_status pdi_msh_element(pdi_msh *m)
     return PD_OK;
 }
 
-/* A block of 4.1; *left: elements that the section still has. */
-static pd_status pdi_msh_block(pdi_msh *m, int64_t *left)
+/* Read a block of elements of format 4.1; *remaining: number of elements that remain in the section. */
+static pd_status pdi_msh_block(pdi_msh *m, int64_t *remaining)
 {
     int64_t dimension, type, count, id;
     int counts, known;
@@ -303,8 +313,8 @@ static pd_status pdi_msh_block(pdi_msh *m, int64_t *left)
     PDI_TRY(pdi_scan_integer(s, "the type of elements", 0, PDI_MSH_MOST, &type));
     PDI_TRY(pdi_msh_counts(m, at, type, &counts));
     PDI_TRY(pdi_scan_integer(s, "the number of elements of a block", 0, PDI_MSH_MOST, &count));
-    if (count > *left) return pdi_scan_fail(s, at, "blocks with more elements than their section");
-    *left -= count;
+    if (count > *remaining) return pdi_scan_fail(s, at, "blocks with more elements than their section");
+    *remaining -= count;
     if (counts && m->entities)
         found = (pdi_msh_entity *)bsearch(&key, m->entity, (size_t)m->entities, sizeof key, pdi_msh_compare_entities);
     if (counts && m->has_entities && !found)
@@ -317,6 +327,7 @@ static pd_status pdi_msh_block(pdi_msh *m, int64_t *left)
     return PD_OK;
 }
 
+/* Read the section $Elements. */
 static pd_status pdi_msh_elements(pdi_msh *m)
 {
     int64_t blocks = 0, count, bound;
@@ -336,7 +347,7 @@ static pd_status pdi_msh_elements(pdi_msh *m)
 
 /* ---- sections ---- */
 
-/* Go behind the end of a section that nothing is wanted from. */
+/* Skip an unused section to its end. */
 static pd_status pdi_msh_skip(pdi_msh *m, const char *name, size_t size)
 {
     const char *word;
@@ -346,6 +357,7 @@ static pd_status pdi_msh_skip(pdi_msh *m, const char *name, size_t size)
     return pdi_scan_fail(m->scan, name, "the section %.*s has no end", size < 40 ? (int)size : 40, name);
 }
 
+/* Read all sections of the file. */
 static pd_status pdi_msh_sections(pdi_msh *m)
 {
     const char *word;

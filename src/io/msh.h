@@ -1,8 +1,8 @@
-/* msh: cells of Gmsh files as points: MSH 2.2 and 4.1, as text.
+/* msh: reads Gmsh meshes, MSH 2.2 and 4.1 as text, as material points.
  *
- * Cells of PD_DIM dimensions count (lines; triangles, quads; tetrahedra, hexahedra, wedges, pyramids), those of fewer
- * are left out. The tag of a point is the physical group of its cell: the first one where there are several, without
- * its sign; 0 where there is none. A cell that a file has once for each of its groups is one cell.
+ * Cells of PD_DIM dimensions become points (lines; triangles, quads; tetrahedra, hexahedra, wedges, pyramids); others
+ * are ignored. The tag of a point is the physical group of its cell: the first one where there are several, without
+ * its sign; 0 where there is none. A cell that a file repeats for each of its groups is one cell.
  */
 #ifndef PD_MSH_H
 #define PD_MSH_H
@@ -11,8 +11,8 @@
 #include "io/skin.h"
 
 #ifdef PDI_INTERNAL
-/* All cells of the text, whose lengths are times scale in metres. PD_ERR_PARSE with path:line: what the format does not
- * allow, cells of higher order, folded or turned cells. */
+/* Add the cells of the text as points; lengths times scale are in metres. PD_ERR_PARSE with path:line: a format error,
+ * cells of higher order, folded or inverted cells. */
 PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points);
 #endif
 

@@ -4,12 +4,14 @@
 #include <string.h>
 
 #define PDI_PNG_MAX_FILE ((size_t)256 << 20)
-#define PDI_PNG_PIECE 4096 /* bytes of a row at a time */
+#define PDI_PNG_PIECE 4096 /* [byte] block of a row that is filtered at a time */
 
+/* Filters of rows (PNG 9.2). */
 enum { PDI_PNG_NONE, PDI_PNG_SUB, PDI_PNG_UP, PDI_PNG_AVERAGE, PDI_PNG_PAETH, PDI_PNG_FILTERS };
 
 static const uint8_t pdi_png_signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 
+/* Bytes of all pixels of an image. */
 static size_t pdi_png_bytes(const pd_image *image)
 {
     return (size_t)image->width * (size_t)image->height * (size_t)image->channels;
@@ -30,7 +32,7 @@ PDI_FN int pdi_image_gray(const pd_image *image, int column, int row)
     return (luma / 1000 * alpha + 127) / 255;
 }
 
-/* The better predictor of left, above and above left (PNG 9.4). */
+/* Paeth predictor of the bytes left, above and above left (PNG 9.4). */
 static int pdi_png_paeth(int a, int b, int c)
 {
     int pa = b > c ? b - c : c - b, pb = a > c ? a - c : c - a, pc = a + b - 2 * c;
@@ -38,7 +40,7 @@ static int pdi_png_paeth(int a, int b, int c)
     return pa <= pb && pa <= pc ? a : pb <= pc ? b : c;
 }
 
-/* What a filter predicts from the bytes left, above and above left. */
+/* Prediction of a filter from the bytes left (a), above (b) and above left (c). */
 static inline int pdi_png_combine(int filter, int a, int b, int c)
 {
     switch (filter) {
@@ -50,7 +52,7 @@ static inline int pdi_png_combine(int filter, int a, int b, int c)
     }
 }
 
-/* The same for byte i of a row; `step`: bytes per pixel; above: NULL in the first row. */
+/* Prediction of a filter for byte i of a row; `step`: bytes per pixel; above: NULL in the first row. */
 static int pdi_png_predict(int filter, const uint8_t *row, const uint8_t *above, size_t i, size_t step)
 {
     int a = i >= step ? row[i - step] : 0, b = above ? above[i] : 0, c = above && i >= step ? above[i - step] : 0;
@@ -64,7 +66,8 @@ PDI_FN void pdi_png_put32(uint8_t *at, uint32_t value)
     for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (24 - 8 * i));
 }
 
-/* A row less what a filter predicts; above: zeros for the first row. Inlined for one filter, the loops are vectors. */
+/* Row minus its prediction; above: zeros for the first row. Inlined for one constant filter, so that the loops are
+ * vectorised. */
 static inline void pdi_png_residuals(int filter, const uint8_t *PD_RESTRICT row, const uint8_t *PD_RESTRICT above,
                                      size_t stride, size_t step, uint8_t *PD_RESTRICT out)
 {
@@ -73,7 +76,7 @@ static inline void pdi_png_residuals(int filter, const uint8_t *PD_RESTRICT row,
         out[i] = (uint8_t)(row[i] - pdi_png_combine(filter, row[i - step], above[i], above[i - step]));
 }
 
-/* The same for each filter, with one copy of each loop. */
+/* Row minus its prediction for any filter, with one copy of each loop. */
 static void pdi_png_leave(int filter, const uint8_t *PD_RESTRICT row, const uint8_t *PD_RESTRICT above, size_t stride,
                           size_t step, uint8_t *PD_RESTRICT out)
 {
@@ -86,24 +89,25 @@ static void pdi_png_leave(int filter, const uint8_t *PD_RESTRICT row, const uint
     }
 }
 
-/* The sum of their magnitudes. */
+/* Sum of the magnitudes of the residuals of a filter. */
 static uint64_t pdi_png_magnitude(int filter, const uint8_t *row, const uint8_t *above, size_t stride, size_t step)
 {
-    uint8_t left[PDI_PNG_PIECE];
+    uint8_t residual[PDI_PNG_PIECE];
     uint64_t sum = 0;
     size_t count, skip;
     for (size_t at = 0; at + step < stride; at += count) { /* each piece begins with a pixel of the one before */
         count = stride - step - at < PDI_PNG_PIECE - step ? stride - step - at : PDI_PNG_PIECE - step;
         skip = at ? step : 0;
-        pdi_png_leave(filter, row + at, above + at, count + step, step, left);
+        pdi_png_leave(filter, row + at, above + at, count + step, step, residual);
         uint32_t part = 0;
-        for (size_t i = skip; i < count + step; i++) part += left[i] < 128 ? left[i] : 256u - left[i];
+        for (size_t i = skip; i < count + step; i++) part += residual[i] < 128 ? residual[i] : 256u - residual[i];
         sum += part;
     }
     return sum;
 }
 
-/* Filter a row with the filter whose residuals have the smallest sum of magnitudes (PNG 12.8). */
+/* Filter a row with the filter of the smallest sum of magnitudes (heuristic of PNG 12.8). out[0]: the filter, then the
+ * residuals. */
 static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t stride, size_t step, uint8_t *out)
 {
     uint64_t sum[PDI_PNG_FILTERS];
@@ -120,7 +124,7 @@ static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t 
     pdi_png_leave(out[0], row, above, stride, step, out + 1);
 }
 
-/* What stands before and behind the data of a chunk. */
+/* Length and type before the data of a chunk, and CRC behind them. */
 static void pdi_png_ends(const char *type, const uint8_t *data, size_t size, uint8_t head[8], uint8_t tail[4])
 {
     pdi_png_put32(head, (uint32_t)size);
@@ -138,6 +142,7 @@ PDI_FN pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, con
     return pdi_file_write(ctx, file, tail, sizeof tail);
 }
 
+/* Content of the IHDR chunk of an image. */
 static void pdi_png_header_of(const pd_image *image, uint8_t header[13])
 {
     memset(header, 0, 13);
@@ -155,6 +160,7 @@ PDI_FN pd_status pdi_png_head(pd_ctx *ctx, pd_file *file, const pd_image *image)
     return pdi_png_chunk(ctx, file, "IHDR", header, sizeof header);
 }
 
+/* Write a PNG file of compressed pixels. */
 static pd_status pdi_png_save(pd_ctx *ctx, const char *path, const pd_image *image, const pdi_bytes *packed)
 {
     pd_file file;
@@ -209,6 +215,7 @@ PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *im
     return status;
 }
 
+/* Append a chunk to a buffer. */
 static pd_status pdi_png_add(pd_ctx *ctx, pdi_bytes *out, const char *type, const uint8_t *data, size_t size)
 {
     uint8_t head[8], tail[4];
@@ -234,29 +241,33 @@ PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *o
 
 /* Reading. */
 
+/* A PNG file while it is read. */
 typedef struct pdi_png_file {
     const char *path;
     int width, height, depth, colour; /* as in IHDR */
-    int samples;                      /* stored per pixel */
+    int samples;                      /* number of samples per pixel */
     uint8_t palette[256 * 3], alpha[256];
     int palette_count, alpha_count;
-    int has_key;                      /* 1: pixels of these samples are transparent: gray or RGB */
+    int has_key;                      /* 1: grey or RGB pixels with the samples of key are transparent */
     uint32_t key[3];
-    pdi_bytes packed;                 /* all IDAT chunks joined */
-    int ended;
+    pdi_bytes packed;                 /* data of all IDAT chunks */
+    int ended;                        /* 1: IEND has been read */
 } pdi_png_file;
 
 PDI_COLD_BEGIN
+/* Read a big-endian number of four bytes. */
 static uint32_t pdi_png_get32(const uint8_t *at)
 {
     return (uint32_t)at[0] << 24 | (uint32_t)at[1] << 16 | (uint32_t)at[2] << 8 | at[3];
 }
 
+/* Report a damaged or unsupported file as PD_ERR_PARSE. */
 static pd_status pdi_png_bad(pd_ctx *ctx, const pdi_png_file *png, const char *text)
 {
     return pdi_fail(ctx, PD_ERR_PARSE, "png", "%s: %s", png->path, text);
 }
 
+/* Read and check the IHDR chunk. */
 static pd_status pdi_png_header(pd_ctx *ctx, pdi_png_file *png, const uint8_t *data, size_t size)
 {
     if (png->width) return pdi_png_bad(ctx, png, "a second IHDR chunk");
@@ -286,6 +297,7 @@ static pd_status pdi_png_header(pd_ctx *ctx, pdi_png_file *png, const uint8_t *d
     return PD_OK;
 }
 
+/* Read one chunk: IHDR, PLTE, tRNS, IDAT or IEND; unknown optional ones are ignored. */
 static pd_status pdi_png_take_chunk(pd_ctx *ctx, pdi_png_file *png, const uint8_t *type, const uint8_t *data,
                                     size_t size)
 {
@@ -320,6 +332,7 @@ static pd_status pdi_png_take_chunk(pd_ctx *ctx, pdi_png_file *png, const uint8_
     return PD_OK;
 }
 
+/* Read all chunks of a file and verify their CRC. */
 static pd_status pdi_png_chunks(pd_ctx *ctx, pdi_png_file *png, const uint8_t *data, size_t size)
 {
     size_t at = sizeof pdi_png_signature;
@@ -339,6 +352,7 @@ static pd_status pdi_png_chunks(pd_ctx *ctx, pdi_png_file *png, const uint8_t *d
     return PD_OK;
 }
 
+/* Undo the filters of all rows in place; step: bytes per pixel. */
 static pd_status pdi_png_unfilter(pd_ctx *ctx, const pdi_png_file *png, uint8_t *raw, size_t stride, size_t step)
 {
     for (int r = 0; r < png->height; r++) {
@@ -353,15 +367,15 @@ static pd_status pdi_png_unfilter(pd_ctx *ctx, const pdi_png_file *png, uint8_t 
     return PD_OK;
 }
 
-/* Samples of up to 8 bits. */
+/* Sample of up to 8 bits in a row of single samples. */
 static int pdi_png_sample(const pdi_png_file *png, const uint8_t *row, size_t column)
 {
     size_t bit = column * (size_t)png->depth;
-    int most = (1 << png->depth) - 1;
-    return (row[bit / 8] >> (8 - png->depth - (int)(bit % 8))) & most;
+    int mask = (1 << png->depth) - 1;
+    return (row[bit / 8] >> (8 - png->depth - (int)(bit % 8))) & mask;
 }
 
-/* Alpha of a pixel of these samples: 0 for those of the key. */
+/* Alpha of a pixel: 0 where its samples equal the transparent key, else 255. */
 static uint8_t pdi_png_keyed(const pdi_png_file *png, const uint8_t *sample)
 {
     for (int c = 0; c < png->samples; c++)
@@ -369,6 +383,7 @@ static uint8_t pdi_png_keyed(const pdi_png_file *png, const uint8_t *sample)
     return 0;
 }
 
+/* Convert unfiltered rows to the pixels of the image: palette to RGB, grey to 8 bits, transparency to alpha. */
 static pd_status pdi_png_expand(pd_ctx *ctx, const pdi_png_file *png, const uint8_t *raw, size_t stride,
                                 pd_image *image)
 {
@@ -401,6 +416,7 @@ static pd_status pdi_png_expand(pd_ctx *ctx, const pdi_png_file *png, const uint
     return PD_OK;
 }
 
+/* Decompress, unfilter and convert the pixels. */
 static pd_status pdi_png_pixels(pd_ctx *ctx, const pdi_png_file *png, pd_image *image)
 {
     size_t bits = (size_t)png->samples * (size_t)png->depth;

@@ -1,43 +1,44 @@
-/* png: reading and writing PNG images (W3C PNG, second edition), without any other library.
+/* png: reads and writes PNG images (W3C PNG, second edition), without any other library.
  *
  * Written: 8-bit gray and RGB. Read: gray and palette of 1, 2, 4 or 8 bits, gray with alpha, RGB and RGBA of 8 bits,
- * not interlaced. Rows run from the top of the picture down.
+ * not interlaced. Row 0 is at the top.
  */
 #ifndef PD_PNG_H
 #define PD_PNG_H
 #include "io/file.h"
 #include "io/zlib.h"
 
-#define PD_PNG_MAX_PIXELS 67108864 /* largest image that is read or written */
+#define PD_PNG_MAX_PIXELS 67108864 /* maximum pixels of an image that is read or written */
 
-/* Zero-initialise. pixels[(row * width + column) * channels + c], row 0 on top; channels: 1 gray, 2 gray and alpha,
- * 3 RGB, 4 RGBA. */
+/* An image. Zero-initialise. pixels[(row * width + column) * channels + c], row 0 on top; channels: 1 grey, 2 grey and
+ * alpha, 3 RGB, 4 RGBA. */
 typedef struct pd_image {
     int width, height, channels;
     uint8_t *pixels;
 } pd_image;
 
 #ifdef PDI_INTERNAL
+/* Free the pixels. A zeroed image is allowed. */
 PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image);
-/* Luminance 0..255 (Rec. 601 weights) of a pixel, times its opacity: what is transparent has none; row 0 on top. */
+/* Luminance 0..255 of a pixel (Rec. 601 weights) times its opacity: transparent pixels have 0; row 0 on top. */
 PDI_FN int pdi_image_gray(const pd_image *image, int column, int row);
-/* Write an image with 1 or 3 channels aside and rename it. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
+/* Write an image with 1 or 3 channels to a file. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
 PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
-/* Parts of such a file, for those that hold more than one image. */
-/* A big-endian number of four bytes. */
+/* Parts of a PNG file, for files that hold more than one image. */
+/* Write a big-endian number of four bytes. */
 PDI_FN void pdi_png_put32(uint8_t *at, uint32_t value);
-/* PD_OK: the image can be written. */
+/* Check that an image can be written: pixels, channels and size. */
 PDI_FN pd_status pdi_png_check(pd_ctx *ctx, const pd_image *image);
-/* Signature and IHDR. */
+/* Write the signature and the IHDR chunk. */
 PDI_FN pd_status pdi_png_head(pd_ctx *ctx, pd_file *file, const pd_image *image);
-/* A chunk; data may be NULL where size is 0. */
+/* Write a chunk with its length and CRC; data may be NULL where size is 0. */
 PDI_FN pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size);
-/* Append a whole file. */
+/* Append an image as a whole PNG file to a buffer. */
 PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
-/* Append the packed pixels. */
+/* Append the filtered and compressed pixels of an image to a buffer. */
 PDI_FN pd_status pdi_png_pack(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);
-/* Read an image; palettes become RGB; those, gray and RGB get an alpha channel when they carry transparency.
- * PD_ERR_FILE: not readable; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
+/* Read an image. Palettes become RGB; an alpha channel is added where they, grey or RGB have transparency. PD_ERR_FILE:
+ * not readable; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
 PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);
 #endif
 

@@ -3,12 +3,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Least volume of a cell, over its extent to the power of its dimension. */
+/* Minimum volume of a cell over its extent to the power of its dimension. */
 #define PDI_POINTS_THIN 1e-12
-/* Coordinates beyond the dimension of the program that count as the same, over the extent of the mesh. */
+/* Tolerance for coordinates beyond the dimension of the program to be equal, over the extent of the mesh. */
 #define PDI_POINTS_FLAT 1e-9
 
-enum { PDI_POINTS_CORNERS = 1 << PD_DIM }; /* of a line, a quad, a hexahedron */
+enum { PDI_POINTS_CORNERS = 1 << PD_DIM }; /* corners of a line, a quad, a hexahedron */
 
 void pd_points_free(pd_ctx *ctx, pd_points *p)
 {
@@ -20,17 +20,17 @@ void pd_points_free(pd_ctx *ctx, pd_points *p)
     memset(p, 0, sizeof *p);
 }
 
-/* Move one array to another length. */
-static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t room)
+/* Reallocate all arrays for this capacity of points. */
+static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t capacity)
 {
     pd_points larger;
     memset(&larger, 0, sizeof larger);
-    larger.room = room;
+    larger.room = capacity;
     larger.count = p->count;
-    pd_status status = PDI_NEW(ctx, "points", (int64_t)room * PD_DIM, larger.position);
-    if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.volume);
-    if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.tag);
-    if (status == PD_OK) status = PDI_NEW(ctx, "points", (int64_t)room * PD_DIM, larger.surface);
+    pd_status status = PDI_NEW(ctx, "points", (int64_t)capacity * PD_DIM, larger.position);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", capacity, larger.volume);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", capacity, larger.tag);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", (int64_t)capacity * PD_DIM, larger.surface);
     if (status != PD_OK) {
         pd_points_free(ctx, &larger);
         return status;
@@ -80,8 +80,8 @@ PDI_FN int pdi_points_corners(pdi_cell_form form)
     return corners[form];
 }
 
-/* Corner k of the line, quad or hexahedron that a cell is, with corners that coincide. Bit d of k: the end along the
- * axis d of the map. */
+/* Corner of the cell at corner k of the line, quad or hexahedron that it is a degenerate case of. Bit d of k: upper end
+ * along axis d of the reference cube. */
 static int pdi_points_corner(pdi_cell_form form, int k)
 {
     static const int8_t of[8][8] = {{0, 0, 0, 0, 0, 0, 0, 0}, {0, 1, 0, 0, 0, 0, 0, 0}, {0, 1, 2, 2, 0, 0, 0, 0},
@@ -90,6 +90,7 @@ static int pdi_points_corner(pdi_cell_form form, int k)
     return of[form][k];
 }
 
+/* Determinant of a PD_DIM x PD_DIM matrix. */
 static double pdi_points_determinant(const double *j)
 {
     if (PD_DIM == 1) return j[0];
@@ -98,29 +99,30 @@ static double pdi_points_determinant(const double *j)
            j[2] * (j[3] * j[7] - j[4] * j[6]);
 }
 
-/* The place and the volume of Gauss point g, of corners x. */
-static double pdi_points_gauss(const double *x, int g, double *place)
+/* Volume of Gauss point g (weight times Jacobian determinant) of a cell with corners x, and its position[PD_DIM]. */
+static double pdi_points_gauss(const double *x, int g, double *position)
 {
     const double at = 0.5 / sqrt(3.0);
     double jacobian[9] = {0.0}; /* of the unit cube */
-    for (int d = 0; d < PD_DIM; d++) place[d] = 0.0;
+    for (int d = 0; d < PD_DIM; d++) position[d] = 0.0;
     for (int k = 0; k < PDI_POINTS_CORNERS; k++) {
-        double share[PD_DIM], shape = 1.0;
+        double axis_shape[PD_DIM], shape = 1.0;
         for (int d = 0; d < PD_DIM; d++) {
-            share[d] = ((g ^ k) >> d) & 1 ? 0.5 - at : 0.5 + at;
-            shape *= share[d];
+            axis_shape[d] = ((g ^ k) >> d) & 1 ? 0.5 - at : 0.5 + at;
+            shape *= axis_shape[d];
         }
         for (int d = 0; d < PD_DIM; d++) {
-            double slope = k >> d & 1 ? 1.0 : -1.0;
-            for (int e = 0; e < PD_DIM; e++) slope *= e == d ? 1.0 : share[e];
-            for (int e = 0; e < PD_DIM; e++) jacobian[e * PD_DIM + d] += slope * x[k * PD_DIM + e];
+            double derivative = k >> d & 1 ? 1.0 : -1.0;
+            for (int e = 0; e < PD_DIM; e++) derivative *= e == d ? 1.0 : axis_shape[e];
+            for (int e = 0; e < PD_DIM; e++) jacobian[e * PD_DIM + d] += derivative * x[k * PD_DIM + e];
         }
-        for (int d = 0; d < PD_DIM; d++) place[d] += shape * x[k * PD_DIM + d];
+        for (int d = 0; d < PD_DIM; d++) position[d] += shape * x[k * PD_DIM + d];
     }
     return pdi_points_determinant(jacobian) / (double)PDI_POINTS_CORNERS;
 }
 
-/* Volume of a cell, with the sign of its turn, and its centroid. 0: it is folded, or has none. */
+/* Signed volume of a cell by Gauss quadrature, and its centroid. 0: the Jacobian changes sign (folded), or no
+ * volume. */
 static double pdi_points_integrate(pdi_cell_form form, const double *const *corner, double *centre)
 {
     double x[PDI_POINTS_CORNERS * PD_DIM], volume = 0.0, size = 0.0, first = 0.0, whole = 1.0;
@@ -132,11 +134,11 @@ static double pdi_points_integrate(pdi_cell_form form, const double *const *corn
         }
     for (int d = 0; d < PD_DIM; d++) whole *= size;
     for (int g = 0; g < PDI_POINTS_CORNERS; g++) {
-        double place[PD_DIM], part = pdi_points_gauss(x, g, place);
-        if (g == 0) first = part;
-        if (!(part / first > 0.0)) return 0.0;
-        volume += part;
-        for (int d = 0; d < PD_DIM; d++) centre[d] += part * place[d];
+        double position[PD_DIM], part_volume = pdi_points_gauss(x, g, position);
+        if (g == 0) first = part_volume;
+        if (!(part_volume / first > 0.0)) return 0.0;
+        volume += part_volume;
+        for (int d = 0; d < PD_DIM; d++) centre[d] += part_volume * position[d];
     }
     if (!(fabs(volume) > PDI_POINTS_THIN * whole)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) centre[d] = corner[0][d] + centre[d] / volume;

@@ -6,20 +6,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Cells around a face that take part of what it bears. */
+/* Maximum number of cells that the area of a face is distributed to. */
 #define PDI_SKIN_CELLS 96
-/* Least part of a direction that the others leave of the centroids around a face, of its square. */
+/* Relative pivot below which the centroids around a face count as linearly dependent (squared lengths). */
 #define PDI_SKIN_SPAN 1e-6
-/* Rounding of shares. */
+/* Tolerance of negative weights for rounding. */
 #define PDI_SKIN_ROUNDING 1e-12
 
-/* Corners of the faces of a form, around each of them so that the right hand points out of a cell of positive volume;
- * -1 behind the last corner of a face. */
+/* Faces of a cell type and their corners, in turn by the right-hand rule with the normal out of a cell of positive
+ * volume; -1 behind the last corner of a face. */
 typedef struct pdi_skin_form {
     int faces;
     int8_t corner[6][4];
 } pdi_skin_form;
 
+/* Faces of a cell type. */
 static const pdi_skin_form *pdi_skin_of(pdi_cell_form form)
 {
     static const pdi_skin_form forms[8] = {
@@ -34,7 +35,8 @@ static const pdi_skin_form *pdi_skin_of(pdi_cell_form form)
     return &forms[form];
 }
 
-/* The area of a face, a vector. In 3D half the product of the diagonals, which holds for a face that is not plane. */
+/* Area vector of a face. In 3D half the cross product of the diagonals, which also holds for a face that is not
+ * plane. */
 static void pdi_skin_area(int corners, const double *const *x, double *area)
 {
     if (PD_DIM == 2) {
@@ -50,8 +52,8 @@ static void pdi_skin_area(int corners, const double *const *x, double *area)
     }
 }
 
-/* Its centroid: of a quadrilateral from its two triangles. */
-static void pdi_skin_middle(int corners, const double *const *x, double *middle)
+/* Centroid of a face; of a quadrilateral from its two triangles. */
+static void pdi_skin_middle(int corners, const double *const *x, double *centroid)
 {
     double size[2] = {1.0, 0.0};
     for (int t = 0; t < 2 && PD_DIM == 3 && corners == 4; t++) {
@@ -62,14 +64,15 @@ static void pdi_skin_middle(int corners, const double *const *x, double *middle)
     }
     for (int d = 0; d < PD_DIM; d++) {
         double sum = 0.0;
-        middle[d] = 0.0;
+        centroid[d] = 0.0;
         for (int k = 0; k < corners; k++) sum += (x[k][d] - x[0][d]) / corners;
         for (int t = 0; t < 2 && corners == 4; t++)
-            middle[d] += size[t] / (size[0] + size[1]) * ((x[1 + t][d] - x[0][d]) + (x[2 + t][d] - x[0][d])) / 3.0;
-        middle[d] = x[0][d] + (corners == 4 ? middle[d] : sum);
+            centroid[d] += size[t] / (size[0] + size[1]) * ((x[1 + t][d] - x[0][d]) + (x[2 + t][d] - x[0][d])) / 3.0;
+        centroid[d] = x[0][d] + (corners == 4 ? centroid[d] : sum);
     }
 }
 
+/* Double the capacity. */
 static pd_status pdi_skin_grow(pd_ctx *ctx, pdi_skin *s)
 {
     pdi_skin_face *face;
@@ -82,7 +85,7 @@ static pd_status pdi_skin_grow(pd_ctx *ctx, pdi_skin *s)
     return PD_OK;
 }
 
-/* Ascending. */
+/* Sort four node ids ascending. */
 static void pdi_skin_sort(int64_t *node)
 {
     for (int a = 1; a < 4; a++)
@@ -93,7 +96,8 @@ static void pdi_skin_sort(int64_t *node)
         }
 }
 
-/* 1: the area of a face points away from the middle of the cell, else -1. A cell may be turned or mirrored. */
+/* Returns 1 when the area vector of a face points away from the centre of its cell, else -1: a cell may be inverted or
+ * mirrored. */
 static int8_t pdi_skin_sense(pdi_cell_form form, const double *const *corner, const double *const *x, int corners)
 {
     double along = 0.0, area[3] = {1.0, 0.0, 0.0};
@@ -108,14 +112,14 @@ static int8_t pdi_skin_sense(pdi_cell_form form, const double *const *corner, co
     return along < 0.0 ? -1 : 1;
 }
 
-/* Outward area [of the file's unit to the power of PD_DIM - 1] and centroid [the file's unit] of a face. */
-static void pdi_skin_measure(const pdi_skin_face *face, double *area, double *middle)
+/* Outward area vector [the file's unit to the power PD_DIM - 1] and centroid [the file's unit] of a face. */
+static void pdi_skin_measure(const pdi_skin_face *face, double *area, double *centroid)
 {
     const double *x[4];
     for (int k = 0; k < 4; k++) x[k] = face->x[k < face->corners ? k : 0];
     area[0] = 1.0;
     pdi_skin_area(face->corners, x, area);
-    pdi_skin_middle(face->corners, x, middle);
+    pdi_skin_middle(face->corners, x, centroid);
     for (int d = 0; d < PD_DIM; d++) area[d] *= face->sense;
 }
 
@@ -144,6 +148,7 @@ PDI_FN pd_status pdi_skin_add(pd_ctx *ctx, pdi_skin *s, pdi_cell_form form, cons
     return PD_OK;
 }
 
+/* Order of faces by their nodes, then by cell, for qsort. */
 static int pdi_skin_compare(const void *a, const void *b)
 {
     const pdi_skin_face *p = (const pdi_skin_face *)a, *q = (const pdi_skin_face *)b;
@@ -152,12 +157,13 @@ static int pdi_skin_compare(const void *a, const void *b)
     return (p->cell > q->cell) - (p->cell < q->cell);
 }
 
-/* A cell at a node. */
+/* A pair of a node and a cell that has it. */
 typedef struct pdi_skin_link {
     int64_t node;
     int32_t cell;
 } pdi_skin_link;
 
+/* Order of these pairs by node, then by cell, for qsort. */
 static int pdi_skin_compare_links(const void *a, const void *b)
 {
     const pdi_skin_link *p = (const pdi_skin_link *)a, *q = (const pdi_skin_link *)b;
@@ -165,7 +171,7 @@ static int pdi_skin_compare_links(const void *a, const void *b)
     return (p->cell > q->cell) - (p->cell < q->cell);
 }
 
-/* The cells at all nodes, by nodes: *count of them. */
+/* List all pairs of nodes and cells, sorted and without duplicates; *count of them. */
 static void pdi_skin_links(const pdi_skin *s, pdi_skin_link *link, int64_t *count)
 {
     int64_t n = 0, all = 0;
@@ -181,7 +187,7 @@ static void pdi_skin_links(const pdi_skin *s, pdi_skin_link *link, int64_t *coun
     *count = n;
 }
 
-/* The cells that share a node with a face, its own first; cell [PDI_SKIN_CELLS]. */
+/* Cells that share a node with a face, its own first, into cell[PDI_SKIN_CELLS]. Returns their number. */
 static int pdi_skin_around(const pdi_skin_face *face, const pdi_skin_link *link, int64_t count, int32_t *cell)
 {
     int n = 1;
@@ -202,20 +208,21 @@ static int pdi_skin_around(const pdi_skin_face *face, const pdi_skin_link *link,
     return n;
 }
 
-/* Cells on their way to shares of a face. */
+/* The cells that a face is distributed to, and their weights. */
 typedef struct pdi_skin_part {
     int cells;
     int32_t cell[PDI_SKIN_CELLS];
-    double along[PDI_SKIN_CELLS * PD_DIM]; /* [-] their centroids from that of the face, in its plane, over a length */
-    double ease[PDI_SKIN_CELLS];           /* [-] less for those deep below it; 0: it takes no part */
-    double share[PDI_SKIN_CELLS];
+    double along[PDI_SKIN_CELLS * PD_DIM]; /* [-] centroids relative to that of the face, in its plane, scaled */
+    double ease[PDI_SKIN_CELLS];           /* [-] inverse penalty of a weight: less for cells deep below; 0: excluded */
+    double share[PDI_SKIN_CELLS];          /* [-] the weights */
 } pdi_skin_part;
 
-/* The shares nearest to the cell alone whose centroid lies on the normal of the face. 0: there are none. */
+/* Weights nearest to the own cell alone with sum 1 and a centroid on the normal of the face, by the normal equations of
+ * constrained least squares. Returns 0 when they are singular. */
 static int pdi_skin_solve(const double *normal, pdi_skin_part *s)
 {
     enum { ROWS = PD_DIM + 1 };
-    double a[ROWS * ROWS], x[ROWS], least[ROWS];
+    double a[ROWS * ROWS], x[ROWS], min_pivot[ROWS];
     for (int p = 0; p < ROWS; p++) {
         for (int q = 0; q < ROWS; q++) {
             a[p * ROWS + q] = p && q ? normal[p - 1] * normal[q - 1] : 0.0; /* that direction is free */
@@ -224,19 +231,20 @@ static int pdi_skin_solve(const double *normal, pdi_skin_part *s)
                                    (q ? s->along[k * PD_DIM + q - 1] : 1.0);
         }
         x[p] = p ? -s->along[p - 1] : 0.0;
-        least[p] = PDI_SKIN_SPAN * a[p * ROWS + p];
+        min_pivot[p] = PDI_SKIN_SPAN * a[p * ROWS + p];
     }
-    if (!pdi_vec_factor(ROWS, ROWS, least, a)) return 0;
+    if (!pdi_vec_factor(ROWS, ROWS, min_pivot, a)) return 0;
     pdi_vec_substitute(ROWS, ROWS, a, x);
     for (int k = 0; k < s->cells; k++) {
-        double more = x[0];
-        for (int d = 0; d < PD_DIM; d++) more += x[1 + d] * s->along[k * PD_DIM + d];
-        s->share[k] = (k == 0) + s->ease[k] * more;
+        double correction = x[0];
+        for (int d = 0; d < PD_DIM; d++) correction += x[1 + d] * s->along[k * PD_DIM + d];
+        s->share[k] = (k == 0) + s->ease[k] * correction;
     }
     return 1;
 }
 
-/* None below zero where that can be: cells that would get such a share are left out, one after another. */
+/* Non-negative weights where possible: cells with the most negative weight are excluded one by one (active set).
+ * Otherwise the first solution stays, or the own cell alone. */
 static void pdi_skin_shares(const double *normal, pdi_skin_part *s)
 {
     double first[PDI_SKIN_CELLS] = {1.0};
@@ -253,35 +261,35 @@ static void pdi_skin_shares(const double *normal, pdi_skin_part *s)
     }
 }
 
-/* Give a face's area to the cells around it. size: of areas in SI units. */
+/* Distribute the area of a face to the points around it. size: factor from areas of the file to SI units. */
 static void pdi_skin_give(const pdi_skin_face *face, const pdi_skin_link *link, int64_t links, double scale,
                           double size, pd_points *points)
 {
     pdi_skin_part s;
-    double whole[PD_DIM], middle[PD_DIM], normal[PD_DIM], longest = 0.0, depth = 0.0;
-    pdi_skin_measure(face, whole, middle);
-    double area = pdi_vec_norm(whole);
+    double area_vector[PD_DIM], centroid[PD_DIM], normal[PD_DIM], longest = 0.0, depth = 0.0;
+    pdi_skin_measure(face, area_vector, centroid);
+    double area = pdi_vec_norm(area_vector);
     s.cells = area > 0.0 ? pdi_skin_around(face, link, links, s.cell) : 0;
-    for (int d = 0; d < PD_DIM; d++) normal[d] = area > 0.0 ? whole[d] / area : 0.0;
+    for (int d = 0; d < PD_DIM; d++) normal[d] = area > 0.0 ? area_vector[d] / area : 0.0;
     for (int k = 0; k < s.cells; k++) {
-        double *along = s.along + k * PD_DIM, below = 0.0;
+        double *along = s.along + k * PD_DIM, cell_depth = 0.0;
         for (int d = 0; d < PD_DIM; d++) {
-            along[d] = points->position[(int64_t)s.cell[k] * PD_DIM + d] - scale * middle[d];
-            below -= along[d] * normal[d];
+            along[d] = points->position[(int64_t)s.cell[k] * PD_DIM + d] - scale * centroid[d];
+            cell_depth -= along[d] * normal[d];
         }
-        for (int d = 0; d < PD_DIM; d++) along[d] += below * normal[d];
-        if (k == 0) depth = below;
-        s.ease[k] = below > depth ? depth / below * (depth / below) : 1.0;
+        for (int d = 0; d < PD_DIM; d++) along[d] += cell_depth * normal[d];
+        if (k == 0) depth = cell_depth;
+        s.ease[k] = cell_depth > depth ? depth / cell_depth * (depth / cell_depth) : 1.0;
         longest = pdi_max(longest, pdi_vec_norm(along));
     }
     for (int k = 0; k < s.cells * PD_DIM && longest > 0.0; k++) s.along[k] /= longest;
     if (s.cells) pdi_skin_shares(normal, &s);
     for (int k = 0; k < s.cells; k++)
         for (int d = 0; d < PD_DIM; d++)
-            points->surface[(int64_t)s.cell[k] * PD_DIM + d] += s.share[k] * size * whole[d];
+            points->surface[(int64_t)s.cell[k] * PD_DIM + d] += s.share[k] * size * area_vector[d];
 }
 
-/* Faces that one cell alone has come first: how many. */
+/* Move the faces that belong to one cell only to the front. Returns their number. */
 static int64_t pdi_skin_single(pdi_skin *s)
 {
     int64_t count = 0;
@@ -294,14 +302,15 @@ static int64_t pdi_skin_single(pdi_skin *s)
     return count;
 }
 
-/* ---- nodes at one place ---- */
+/* ---- coincident nodes ---- */
 
-/* A face of the surface by its places. */
+/* A boundary face by its merged vertices. */
 typedef struct pdi_skin_place {
     int32_t vertex[4]; /* ascending; INT32_MAX behind the last one */
     int64_t face;
 } pdi_skin_place;
 
+/* Order of faces by merged vertices, then by index, for qsort. */
 static int pdi_skin_compare_places(const void *a, const void *b)
 {
     const pdi_skin_place *p = (const pdi_skin_place *)a, *q = (const pdi_skin_place *)b;
@@ -310,13 +319,14 @@ static int pdi_skin_compare_places(const void *a, const void *b)
     return (p->face > q->face) - (p->face < q->face);
 }
 
+/* Order of integers, for qsort. */
 static int pdi_skin_compare_numbers(const void *a, const void *b)
 {
     int64_t p = *(const int64_t *)a, q = *(const int64_t *)b;
     return (p > q) - (p < q);
 }
 
-/* How many numbers there are. */
+/* Number of distinct values among n integers, which are sorted. */
 static int64_t pdi_skin_distinct(int64_t *number, int64_t n)
 {
     int64_t count = 0;
@@ -325,7 +335,7 @@ static int64_t pdi_skin_distinct(int64_t *number, int64_t n)
     return count;
 }
 
-/* The vertex of each corner of the first `count` faces, 4 a face: corners at one place have the same one. */
+/* Merged vertex of each corner of the first `count` faces, 4 a face: coincident corners have the same one. */
 static pd_status pdi_skin_vertices(pd_ctx *ctx, const pdi_skin *s, int64_t count, double *corner, int32_t *vertex)
 {
     int32_t *root = NULL, joined = 0, n = (int32_t)(4 * count);
@@ -339,8 +349,8 @@ static pd_status pdi_skin_vertices(pd_ctx *ctx, const pdi_skin *s, int64_t count
     return status;
 }
 
-/* Faces at one place, in order: those of two parts are shared, others are seams. at [2][4 count]: nodes of these, and
- * their places. Returns how many numbers each has. */
+/* Find coincident faces in the sorted list: those of two pieces of the file are shared (no boundary), others are seams.
+ * at[2][4 count]: nodes of the seams, and their merged vertices. Returns how many entries each has. */
 static int64_t pdi_skin_pairs(const pdi_skin *s, const pdi_skin_place *place, int64_t count, uint8_t *shared,
                               int64_t *at, pd_points *points)
 {
@@ -362,7 +372,7 @@ static int64_t pdi_skin_pairs(const pdi_skin *s, const pdi_skin_place *place, in
     return n;
 }
 
-/* Marks what parts share of the first `count` faces, and counts seams. */
+/* Mark the faces that pieces of the file share among the first `count`, and count seams and coincident nodes. */
 static pd_status pdi_skin_match(pd_ctx *ctx, const pdi_skin *s, int64_t count, uint8_t *shared, pd_points *points)
 {
     pdi_skin_place *place = NULL;
@@ -396,9 +406,9 @@ static pd_status pdi_skin_match(pd_ctx *ctx, const pdi_skin *s, int64_t count, u
     return status;
 }
 
-/* ---- surface ---- */
+/* ---- boundary ---- */
 
-/* The faces that are left, as simplices. */
+/* Store the boundary faces as simplices (points, segments, triangles). */
 static pd_status pdi_skin_faces(pd_ctx *ctx, const pdi_skin *s, int64_t count, const uint8_t *shared, double scale,
                                 pd_points *points)
 {

@@ -1,42 +1,45 @@
-/* skin: the surface of a mesh, as the faces that one cell alone has.
+/* skin: boundary of a mesh: the faces that belong to one cell only, and their areas distributed to the points.
  *
- * Cells share a face where they share its nodes. A crack or a joint whose sides have nodes of their own is surface; the
- * nodes at one place are counted. Pieces of a VTU file have nodes of their own: there cells share a face where its
- * corners are at the same places.
+ * Cells share a face where they share its nodes. Both sides of a crack or joint with duplicated nodes are boundary;
+ * coincident nodes are counted. Pieces of a VTU file have separate nodes: there cells share a face where its corners
+ * coincide.
  *
- * What a face bears goes to its cell and to those that share a node with it, in shares w with sum w = 1 whose centroid
- * sum w x lies on the normal through that of the face: at the centroids of cells alone pressures would have other
- * moments than on the faces, and turn the body. Shares are as near to the cell alone as that allows (theory: 8.6).
+ * The area of a face is distributed to its cell and the cells that share a node with it, with weights w, sum w = 1,
+ * whose centroid sum w x lies on the normal through the centroid of the face. So a pressure has the same moment on the
+ * points as on the faces; with the area given to its own cell alone it would turn the body. Among these the weights
+ * nearest to the cell alone are taken (constrained least squares; theory: 8.6).
  */
 #ifndef PD_SKIN_H
 #define PD_SKIN_H
 #include "io/points.h"
 
 #ifdef PDI_INTERNAL
-enum { PDI_SKIN_CORNERS = PD_DIM == 3 ? 4 : PD_DIM };
+enum { PDI_SKIN_CORNERS = PD_DIM == 3 ? 4 : PD_DIM }; /* maximum corners of a face */
 
 /* A face of a cell. */
 typedef struct pdi_skin_face {
-    int64_t node[4];     /* ascending; INT64_MAX behind the last one */
-    double x[PDI_SKIN_CORNERS][PD_DIM]; /* [the file's unit] corners, around it */
-    int32_t cell;        /* the point that the cell has become */
-    int32_t part;        /* of the file */
-    int8_t corners;
-    int8_t sense;        /* -1: its corners go around inward */
+    int64_t node[4];     /* its nodes, ascending; INT64_MAX behind the last one */
+    double x[PDI_SKIN_CORNERS][PD_DIM]; /* [the file's unit] corners in turn */
+    int32_t cell;        /* index of the point of its cell */
+    int32_t part;        /* number of the piece of the file */
+    int8_t corners;      /* number of corners */
+    int8_t sense;        /* 1: the area vector by its corners points outward, -1: inward */
 } pdi_skin_face;
 
-/* Faces on their way to a surface. Zero it at the start. */
+/* All faces of a mesh. Zero it at the start. */
 typedef struct pdi_skin {
-    int64_t count, room;
-    int32_t part;        /* of the file, which the next faces belong to */
+    int64_t count, room; /* number of faces, and capacity */
+    int32_t part;        /* piece of the file that the next faces belong to */
     pdi_skin_face *face; /* [room] */
 } pdi_skin;
 
-/* The faces of a cell. node: numbers of its corners; cell: the point that it has become. */
+/* Add the faces of a cell. node: ids of its corners; corner[][3]: their coordinates; cell: index of its point. */
 PDI_FN pd_status pdi_skin_add(pd_ctx *ctx, pdi_skin *skin, pdi_cell_form form, const int64_t *node,
                               const double *const *corner, int32_t cell);
-/* points->surface of all cells, points->face, seams and twins; lengths are times scale in metres. Sorts the faces. */
+/* Find the boundary faces and set surface, faces, seams and twins of the points; lengths times scale are in metres.
+ * Sorts the faces. */
 PDI_FN pd_status pdi_skin_close(pd_ctx *ctx, pdi_skin *skin, double scale, pd_points *points);
+/* Free the faces. A zeroed object is allowed. */
 PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *skin);
 #endif
 

@@ -6,33 +6,36 @@
 
 /* Largest STL file that is read. */
 #define PDI_STL_FILE_LIMIT 2147483648
-/* [byte] of the head of a binary file, and of each of its triangles. */
+/* [byte] length of the header of a binary file, and of each of its triangles. */
 #define PDI_STL_HEAD 84
 #define PDI_STL_EACH 50
 
-/* Corners on their way. */
+/* Triangles read so far. */
 typedef struct pdi_stl_corners {
-    double *x;             /* [room][9] [m] */
-    int64_t count, room;   /* triangles */
-    double scale, shift[3]; /* [-], [m] */
+    double *x;             /* [room][9] [m] three corners each */
+    int64_t count, room;   /* number of triangles, and capacity */
+    double scale, shift[3]; /* [-], [m] transformation from the file */
 } pdi_stl_corners;
 
+/* Read a 32-bit little-endian integer. */
 static uint32_t pdi_stl_whole(const char *at)
 {
     const unsigned char *byte = (const unsigned char *)at;
     return (uint32_t)byte[0] | (uint32_t)byte[1] << 8 | (uint32_t)byte[2] << 16 | (uint32_t)byte[3] << 24;
 }
 
-static pd_status pdi_stl_room(pd_ctx *ctx, pdi_stl_corners *c, int64_t room)
+/* Set the capacity for triangles. */
+static pd_status pdi_stl_room(pd_ctx *ctx, pdi_stl_corners *c, int64_t capacity)
 {
-    PDI_TRY(PDI_GROW(ctx, "stl", c->room * 9, room * 9, c->x));
-    c->room = room;
+    PDI_TRY(PDI_GROW(ctx, "stl", c->room * 9, capacity * 9, c->x));
+    c->room = capacity;
     return PD_OK;
 }
 
+/* Coordinate [m] along an axis of a number of the file. */
 static double pdi_stl_place(const pdi_stl_corners *c, double x, int axis) { return x * c->scale + c->shift[axis]; }
 
-/* Triangles of a normal, three corners and two bytes, numbers little-endian. */
+/* Read `count` binary triangles: normal, three corners and two bytes each, numbers little-endian. */
 static pd_status pdi_stl_binary(pd_ctx *ctx, const char *text, uint32_t count, pdi_stl_corners *c)
 {
     PDI_TRY(pdi_stl_room(ctx, c, count));
@@ -47,7 +50,7 @@ static pd_status pdi_stl_binary(pd_ctx *ctx, const char *text, uint32_t count, p
     return PD_OK;
 }
 
-/* facet normal N N N  outer loop  vertex X Y Z (three times)  endloop  endfacet */
+/* Read a triangle as text: facet normal N N N outer loop vertex X Y Z (three times) endloop endfacet. */
 static pd_status pdi_stl_facet(pdi_scan *s, pdi_stl_corners *c)
 {
     const char *word;
@@ -70,14 +73,14 @@ static pd_status pdi_stl_facet(pdi_scan *s, pdi_stl_corners *c)
     return PD_OK;
 }
 
-/* What fills a file up behind its text. */
+/* Returns 1 when nothing but padding stands between `at` and `end`. */
 static int pdi_stl_filling(const char *at, const char *end)
 {
     while (at < end && (*at == '\0' || *at == '\x1A' || *at == ' ' || *at == '\t' || *at == '\r' || *at == '\n')) at++;
     return at == end;
 }
 
-/* solid NAME .. endsolid NAME, once or more often. */
+/* Read a text file: solid NAME .. endsolid NAME, once or more often. */
 static pd_status pdi_stl_text(pdi_scan *s, pdi_stl_corners *c)
 {
     const char *word;
@@ -98,6 +101,7 @@ static pd_status pdi_stl_text(pdi_scan *s, pdi_stl_corners *c)
     return open ? pdi_scan_fail(s, s->end, "the file ends before endsolid") : PD_OK;
 }
 
+/* Read a file, binary when its size fits its number of triangles, else text. */
 static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_corners *c)
 {
     double count = size >= PDI_STL_HEAD ? (double)pdi_stl_whole(text + PDI_STL_HEAD - 4) : -1.0;

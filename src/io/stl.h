@@ -1,9 +1,13 @@
-/* stl: closed surfaces from STL files, as text or binary. Their normals are not read: the corners have them. */
+/* stl: reads closed triangulated surfaces from STL files, text or binary. Normals of the file are ignored: they follow
+ * from the corners. */
 #ifndef PD_STL_H
 #define PD_STL_H
 #include "io/scan.h"
 #include "lattice/facets.h"
 
+/* Read a surface. Lengths of the file times scale are in metres; the surface is translated by shift[3] [m] (NULL: not).
+ * PD_ERR_ARGUMENT: scale is not positive. PD_ERR_FILE. PD_ERR_PARSE: no STL file (path:line), or one that is cut off.
+ * Else as pd_facets_build. */
 #define pd_facets_read PD_NAME(pd_facets_read)
 
 /* Lengths of the file times scale are metres; all is moved by shift[3] [m] (NULL: by nothing). PD_ERR_ARGUMENT: scale

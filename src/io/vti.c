@@ -4,11 +4,13 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_VTI_TEXT 2048 /* [byte] of a name or of the head */
+#define PDI_VTI_TEXT 2048 /* [byte] buffer for a name or the header */
 
+/* VTK name and size [byte] of each number type. */
 static const char *const pdi_vti_names[4] = {"Float64", "Float32", "UInt8", "Int32"};
 static const size_t pdi_vti_sizes[4] = {8, 4, 1, 4};
 
+/* Byte order of the machine as VTK names it. */
 static const char *pdi_vti_byte_order(void)
 {
     const uint16_t probe = 1;
@@ -17,7 +19,7 @@ static const char *pdi_vti_byte_order(void)
     return first ? "LittleEndian" : "BigEndian";
 }
 
-/* Text as an XML attribute. 0 when it does not fit or holds a control character. */
+/* Escape a text for an XML attribute. Returns 0 when it does not fit or holds a control character. */
 static int pdi_vti_escape(const char *text, char *out, size_t size)
 {
     size_t used = 0;
@@ -34,8 +36,10 @@ static int pdi_vti_escape(const char *text, char *out, size_t size)
     return 1;
 }
 
+/* Number of components in the file: 3 of a vector, 1 of a scalar. */
 static size_t pdi_vti_components(const pd_vti_field *field) { return field->vector ? 3 : 1; }
 
+/* Number of cells of the box. */
 static int64_t pdi_vti_cells(const pd_grid *grid)
 {
     int64_t cells = 1;
@@ -43,6 +47,7 @@ static int64_t pdi_vti_cells(const pd_grid *grid)
     return cells;
 }
 
+/* Check the time, the grid and the fields. */
 static pd_status pdi_vti_check(pd_ctx *ctx, const pd_grid *grid, double time, const pd_vti_field *fields, int count)
 {
     char name[PDI_VTI_TEXT];
@@ -64,7 +69,7 @@ static pd_status pdi_vti_check(pd_ctx *ctx, const pd_grid *grid, double time, co
     return PD_OK;
 }
 
-/* Element (component, node) of a field in the type of the file. */
+/* Convert one component of a field at a node to the number type of the file; components beyond PD_DIM are 0. */
 static void pdi_vti_element(const pd_grid *grid, const pd_vti_field *f, int component, int32_t node, uint8_t *out)
 {
     size_t size = pdi_vti_sizes[f->type];
@@ -82,7 +87,7 @@ static void pdi_vti_element(const pd_grid *grid, const pd_vti_field *f, int comp
     } else memcpy(out, (const uint8_t *)f->data + at * size, size);
 }
 
-/* One field, one row of the box (axis 0) at a time. */
+/* Write the data of a field, one row of the box (axis 0) at a time. row: buffer. */
 static pd_status pdi_vti_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *f, uint8_t *row)
 {
     size_t size = pdi_vti_sizes[f->type], components = pdi_vti_components(f);
@@ -106,6 +111,7 @@ static pd_status pdi_vti_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, c
     return PD_OK;
 }
 
+/* Write the XML header: extent, origin, spacing, time. */
 static pd_status pdi_vti_head(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time)
 {
     char text[PDI_VTI_TEXT], extent[96], number[7][PDI_NUMBER_SIZE];
@@ -135,7 +141,7 @@ static pd_status pdi_vti_head(pd_ctx *ctx, pd_file *file, const pd_grid *grid, d
     return pdi_file_text(ctx, file, text);
 }
 
-/* A text as VTK writes lists of texts: codes of its bytes, 0 behind each. */
+/* Write the names of the values of a field as a VTK string array: byte codes in text, 0 after each name. */
 static pd_status pdi_vti_codes(pd_ctx *ctx, pd_file *file, const pd_vti_field *f)
 {
     char text[PDI_VTI_TEXT], name[256];
@@ -154,7 +160,7 @@ static pd_status pdi_vti_codes(pd_ctx *ctx, pd_file *file, const pd_vti_field *f
     return pdi_file_text(ctx, file, "</Array>\n");
 }
 
-/* The lists of texts, the piece, and which arrays are the active ones. */
+/* Write the string arrays, and open the piece and its cell data with the active scalar and vector. */
 static pd_status pdi_vti_open(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *fields, int count)
 {
     char text[PDI_VTI_TEXT], name[256], active[2][256] = {"", ""};
@@ -175,7 +181,7 @@ static pd_status pdi_vti_open(pd_ctx *ctx, pd_file *file, const pd_grid *grid, c
     return pdi_file_text(ctx, file, text);
 }
 
-/* The entry of an array among the cell data. */
+/* Write the DataArray tag of a field; offset [byte] in the appended data. */
 static pd_status pdi_vti_entry(pd_ctx *ctx, pd_file *file, const pd_vti_field *f, uint64_t offset)
 {
     char text[PDI_VTI_TEXT], name[256], unit[64] = "";
@@ -192,6 +198,7 @@ static pd_status pdi_vti_entry(pd_ctx *ctx, pd_file *file, const pd_vti_field *f
     return pdi_file_text(ctx, file, text);
 }
 
+/* Write the whole file. */
 static pd_status pdi_vti_body(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time,
                               const pd_vti_field *fields, int count, uint8_t *row)
 {
@@ -245,7 +252,7 @@ PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
     memset(pvd, 0, sizeof *pvd);
 }
 
-/* The name as seen from the directory of the collection. */
+/* Path of a file relative to the folder of the collection, where it lies below that. */
 static const char *pdi_vti_relative(const pd_pvd *pvd, const char *file)
 {
     size_t length = strlen(pvd->path);
@@ -253,6 +260,7 @@ static const char *pdi_vti_relative(const pd_pvd *pvd, const char *file)
     return length && strncmp(pvd->path, file, length) == 0 ? file + length : file;
 }
 
+/* Write the collection file. */
 static pd_status pdi_vti_save_series(pd_ctx *ctx, const pd_pvd *pvd)
 {
     char head[160];

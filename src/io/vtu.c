@@ -5,64 +5,68 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Bytes that one byte of a zlib stream gives at most (RFC 1951: 258 bytes for two bits). */
+/* Maximum bytes out of one byte of a zlib stream (RFC 1951: 258 bytes for two bits). */
 #define PDI_VTU_UNPACKED 1032
 
-/* A piece of the text. */
+/* A substring of the file. */
 typedef struct pdi_vtu_text {
     const char *at;
     size_t size;
 } pdi_vtu_text;
 
-/* <name attributes> or </name>. */
+/* An XML tag: <name attributes> or </name>. */
 typedef struct pdi_vtu_tag {
     const char *begin;
     pdi_vtu_text name, attributes;
-    int closes, empty;
+    int closes, empty; /* 1: </name>; 1: <name/> */
 } pdi_vtu_tag;
 
-/* A <DataArray>: what its tag says, and the text up to the next tag. */
+/* A <DataArray>: its tag, and the text up to the next tag. */
 typedef struct pdi_vtu_array {
     int found;
     pdi_vtu_tag tag;
     const char *body, *end;
 } pdi_vtu_array;
 
+/* The data arrays that are read. */
 enum { PDI_VTU_PLACES = 0, PDI_VTU_CONNECTIVITY, PDI_VTU_OFFSETS, PDI_VTU_TYPES, PDI_VTU_CELL_TAG, PDI_VTU_POINT_TAG,
        PDI_VTU_VOLUME, PDI_VTU_ARRAYS };
 
+/* State of reading a file. */
 typedef struct pdi_vtu {
     pdi_scan *scan;
-    pdi_cells cells;
-    const char *limit;    /* of the XML: the end of the text, or of the tag before the appended data */
-    const char *appended; /* NULL: there is none */
-    int plain;            /* appended data are raw */
-    int swap, wide, packed; /* other byte order; sizes of 8 bytes; blocks of zlib */
-    int64_t points, count;  /* of the piece: points and cells */
-    int64_t before;         /* points of the pieces before it */
-    pdi_skin skin;
+    pdi_cells cells;        /* conversion of cells to points */
+    const char *limit;      /* end of the XML text: where the appended data begin, or the end of the file */
+    const char *appended;   /* first byte of the appended data; NULL: there are none */
+    int plain;              /* 1: appended data are raw, 0: base64 */
+    int swap, wide, packed; /* 1: other byte order; 1: sizes have 8 bytes, 0: 4; 1: zlib blocks */
+    int64_t points, count;  /* number of points and of cells of the current piece */
+    int64_t before;         /* number of points of the pieces before it */
+    pdi_skin skin;          /* faces of the cells */
     int section;            /* 0: none; 'P', 'C', 'c', 'p': Points, Cells, CellData, PointData */
-    int rank;               /* of the names of tags, of the cell data so far */
+    int rank;               /* priority of the name of the region array found so far; 0: highest */
     pdi_vtu_array array[PDI_VTU_ARRAYS];
-    double *value[PDI_VTU_ARRAYS]; /* decoded */
+    double *value[PDI_VTU_ARRAYS]; /* decoded arrays */
     int64_t length[PDI_VTU_ARRAYS];
 } pdi_vtu;
 
 /* ---- tags ---- */
 
+/* Returns 1 when a substring equals a word. */
 static int pdi_vtu_is(pdi_vtu_text text, const char *word)
 {
     return text.size == strlen(word) && memcmp(text.at, word, text.size) == 0;
 }
 
+/* Returns 1 for white space. */
 static int pdi_vtu_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-/* The next tag in front of `limit`; comments and declarations are passed. *more 0: there is none. */
-static pd_status pdi_vtu_next(pdi_vtu *v, pdi_vtu_tag *tag, int *more)
+/* Read the next tag before the limit, skipping comments and declarations. *found 0: there is none. */
+static pd_status pdi_vtu_next(pdi_vtu *v, pdi_vtu_tag *tag, int *found)
 {
     pdi_scan *s = v->scan;
     memset(tag, 0, sizeof *tag);
-    for (*more = 0;;) {
+    for (*found = 0;;) {
         while (s->at < v->limit && *s->at != '<') s->at++;
         if (s->at >= v->limit) return PD_OK;
         tag->begin = s->at++;
@@ -85,11 +89,11 @@ static pd_status pdi_vtu_next(pdi_vtu *v, pdi_vtu_tag *tag, int *more)
     tag->name.size = (size_t)(at - tag->name.at);
     tag->attributes.at = at;
     tag->attributes.size = (size_t)(end - at);
-    *more = 1;
+    *found = 1;
     return PD_OK;
 }
 
-/* The value of an attribute; 0: the tag has none of this name, and *value stays. */
+/* Value of an attribute of a tag. Returns 0 when the tag has none of this name; *value is unchanged then. */
 static int pdi_vtu_attribute(const pdi_vtu_tag *tag, const char *name, pdi_vtu_text *value)
 {
     const char *at = tag->attributes.at, *end = at + tag->attributes.size;
@@ -115,7 +119,7 @@ static int pdi_vtu_attribute(const pdi_vtu_tag *tag, const char *name, pdi_vtu_t
     return 0;
 }
 
-/* A number of a tag; absent: `fallback`, or an error where that is negative. */
+/* Read an integer attribute from 0 to high; absent: `fallback`, or an error where that is negative. */
 static pd_status pdi_vtu_integer(const pdi_vtu *v, const pdi_vtu_tag *tag, const char *name, int64_t high,
                                  int64_t fallback, int64_t *value)
 {
@@ -133,13 +137,14 @@ static pd_status pdi_vtu_integer(const pdi_vtu *v, const pdi_vtu_tag *tag, const
 
 /* ---- data ---- */
 
-/* Bytes as they are or as base64, where padding may stand within. */
+/* A stream of bytes, raw or decoded from base64, where padding may stand within. */
 typedef struct pdi_vtu_stream {
-    const char *at, *end;
-    int plain, held;
-    uint8_t hold[3];
+    const char *at, *end; /* characters still to read */
+    int plain, held; /* 1: raw; number of decoded bytes in hold */
+    uint8_t hold[3]; /* decoded bytes in reverse order */
 } pdi_vtu_stream;
 
+/* Value 0..63 of a base64 character (RFC 4648), -1 for others. */
 static int pdi_vtu_digit(char c)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -147,7 +152,7 @@ static int pdi_vtu_digit(char c)
     return found ? (int)(found - digits) : -1;
 }
 
-/* Four characters; 0: there are none, or no base64. */
+/* Decode the next four base64 characters. Returns 0 at the end, or when they are no base64. */
 static int pdi_vtu_group(pdi_vtu_stream *s)
 {
     uint32_t bits = 0;
@@ -166,7 +171,7 @@ static int pdi_vtu_group(pdi_vtu_stream *s)
     return 1;
 }
 
-/* The next bytes; 0: there are fewer. */
+/* Read `size` bytes from the stream. Returns 0 when there are fewer. */
 static int pdi_vtu_take(pdi_vtu_stream *s, uint8_t *out, size_t size)
 {
     if (s->plain) {
@@ -182,7 +187,7 @@ static int pdi_vtu_take(pdi_vtu_stream *s, uint8_t *out, size_t size)
     return 1;
 }
 
-/* A whole number of `size` bytes, in the byte order of the file. */
+/* Decode an unsigned integer of `size` bytes in the byte order of the file. */
 static uint64_t pdi_vtu_whole(const pdi_vtu *v, const uint8_t *at, int size)
 {
     const uint16_t probe = 1;
@@ -194,6 +199,7 @@ static uint64_t pdi_vtu_whole(const pdi_vtu *v, const uint8_t *at, int size)
     return value;
 }
 
+/* Read a size of 4 or 8 bytes from the stream. Returns 0 at its end. */
 static int pdi_vtu_size(const pdi_vtu *v, pdi_vtu_stream *s, uint64_t *size)
 {
     uint8_t bytes[8];
@@ -203,7 +209,7 @@ static int pdi_vtu_size(const pdi_vtu *v, pdi_vtu_stream *s, uint64_t *size)
     return 1;
 }
 
-/* Blocks of zlib into out[size]. *fault: what is wrong. */
+/* Inflate the zlib blocks of an array into out[size]. *fault: an error text, NULL when all is well. */
 static pd_status pdi_vtu_unpack(const pdi_vtu *v, pdi_vtu_stream *s, uint8_t *out, size_t size, const char **fault)
 {
     uint64_t blocks, each, last, packed, left = (uint64_t)(s->end - s->at);
@@ -212,7 +218,7 @@ static pd_status pdi_vtu_unpack(const pdi_vtu *v, pdi_vtu_stream *s, uint8_t *ou
     if (blocks > left / 4 || each > INT32_MAX || last > each) return PD_OK;
     uint64_t whole = blocks ? (blocks - 1) * each + (last ? last : each) : 0;
     if (whole != size) return PD_OK;
-    pdi_vtu_stream sizes = *s; /* a second look at the sizes while the blocks are read */
+    pdi_vtu_stream sizes = *s; /* a second stream reads the sizes again while the blocks are read */
     for (uint64_t b = 0; b < blocks; b++)
         if (!pdi_vtu_size(v, s, &packed)) return PD_OK;
     s->held = 0;
@@ -231,9 +237,10 @@ static pd_status pdi_vtu_unpack(const pdi_vtu *v, pdi_vtu_stream *s, uint8_t *ou
     return PD_OK;
 }
 
+/* Number types of data arrays. */
 typedef enum pdi_vtu_type { PDI_VTU_SIGNED = 0, PDI_VTU_UNSIGNED, PDI_VTU_FLOAT } pdi_vtu_type;
 
-/* "Int32", "UInt8", "Float64", ..; size in bytes, 0: no such type. */
+/* Number type of "Int32", "UInt8", "Float64", ... Returns its size in bytes, 0 for an unknown one. */
 static int pdi_vtu_kind(pdi_vtu_text text, pdi_vtu_type *type)
 {
     static const struct {
@@ -252,6 +259,7 @@ static int pdi_vtu_kind(pdi_vtu_text text, pdi_vtu_type *type)
     return 0;
 }
 
+/* Decode one number of this type and size. */
 static double pdi_vtu_number(const pdi_vtu *v, const uint8_t *at, int size, pdi_vtu_type type)
 {
     uint64_t bits = pdi_vtu_whole(v, at, size);
@@ -271,7 +279,7 @@ static double pdi_vtu_number(const pdi_vtu *v, const uint8_t *at, int size, pdi_
     return value;
 }
 
-/* Bytes of an array in the file: where they begin. */
+/* Open the stream of an array, inline or appended. */
 static pd_status pdi_vtu_open(const pdi_vtu *v, const pdi_vtu_array *a, pdi_vtu_stream *s)
 {
     pdi_vtu_text format;
@@ -289,6 +297,7 @@ static pd_status pdi_vtu_open(const pdi_vtu *v, const pdi_vtu_array *a, pdi_vtu_
     return PD_OK;
 }
 
+/* Decode a binary array of `count` numbers. */
 static pd_status pdi_vtu_binary(const pdi_vtu *v, const pdi_vtu_array *a, int64_t count, double *value)
 {
     pdi_vtu_text text = {"", 0};
@@ -314,6 +323,7 @@ static pd_status pdi_vtu_binary(const pdi_vtu *v, const pdi_vtu_array *a, int64_
     return fault && status == PD_OK ? pdi_scan_fail(v->scan, a->tag.begin, "%s", fault) : status;
 }
 
+/* Parse a text array of `count` numbers. */
 static pd_status pdi_vtu_ascii(const pdi_vtu *v, const pdi_vtu_array *a, int64_t count, double *value)
 {
     pdi_scan part = *v->scan;
@@ -328,7 +338,7 @@ static pd_status pdi_vtu_ascii(const pdi_vtu *v, const pdi_vtu_array *a, int64_t
     return pdi_scan_fail(&part, word, "an array of more than its %.0f numbers", (double)count);
 }
 
-/* count numbers of array `which` into memory. */
+/* Decode the array `which`, of `count` numbers, into new memory. what: its name for messages. */
 static pd_status pdi_vtu_decode(pdi_vtu *v, int which, const char *what, int64_t count)
 {
     const pdi_vtu_array *a = &v->array[which];
@@ -355,7 +365,7 @@ static pd_status pdi_vtu_decode(pdi_vtu *v, int which, const char *what, int64_t
 
 /* ---- pieces ---- */
 
-/* The form of a VTK cell and its dimension; -1: not known. */
+/* Cell type of a VTK cell type, and its dimension, -1 when unknown. PDI_CELL_NONE: not supported. */
 static pdi_cell_form pdi_vtu_form(int type, int *dimension)
 {
     static const int8_t dimensions[15] = {-1, 0, 0, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3};
@@ -378,7 +388,7 @@ static pdi_cell_form pdi_vtu_form(int type, int *dimension)
     return type > 0 && type < 15 ? (pdi_cell_form)form[type] : PDI_CELL_NONE;
 }
 
-/* The region of entry k. */
+/* Region (tag) number k of an array; 0 without the array. */
 static pd_status pdi_vtu_region(const pdi_vtu *v, int which, int64_t k, int32_t *tag)
 {
     double value = v->value[which] ? v->value[which][k] : 0.0;
@@ -390,8 +400,9 @@ static pd_status pdi_vtu_region(const pdi_vtu *v, int which, int64_t k, int32_t 
     return PD_OK;
 }
 
-/* Cell k, whose corners begin at `first` of the connectivity; *counts += 1 when it has PD_DIM dimensions. */
-static pd_status pdi_vtu_cell(pdi_vtu *v, int64_t k, int64_t first, int64_t corners, int64_t *counts)
+/* Add cell k, whose nodes begin at `first` of the connectivity, as a point; *count_used is incremented when it has
+ * PD_DIM dimensions. */
+static pd_status pdi_vtu_cell(pdi_vtu *v, int64_t k, int64_t first, int64_t corners, int64_t *count_used)
 {
     static const int8_t swapped[8] = {0, 1, 3, 2, 4, 5, 7, 6};
     int64_t number[8];
@@ -418,12 +429,13 @@ static pd_status pdi_vtu_cell(pdi_vtu *v, int64_t k, int64_t first, int64_t corn
     int32_t tag;
     PDI_TRY(pdi_vtu_region(v, PDI_VTU_CELL_TAG, k, &tag));
     PDI_TRY(pdi_cells_add(v->scan->ctx, &v->cells, form, corner, of == 13, tag, &fault));
-    ++*counts;
+    ++*count_used;
     if (fault) return pdi_scan_fail(v->scan, at, "cell %.0f: %s", (double)k, fault);
     return pdi_skin_add(v->scan->ctx, &v->skin, form, number, corner, v->cells.points->count - 1);
 }
 
-static pd_status pdi_vtu_all_cells(pdi_vtu *v, int64_t *counts)
+/* Decode the cells of a piece and add them as points. */
+static pd_status pdi_vtu_all_cells(pdi_vtu *v, int64_t *count_used)
 {
     double last = 0.0;
     PDI_TRY(pdi_vtu_decode(v, PDI_VTU_TYPES, "types", v->count));
@@ -439,13 +451,13 @@ static pd_status pdi_vtu_all_cells(pdi_vtu *v, int64_t *counts)
     v->cells.sign = 0.0;
     for (int64_t k = 0, first = 0; k < v->count; k++) {
         int64_t end = (int64_t)v->value[PDI_VTU_OFFSETS][k];
-        PDI_TRY(pdi_vtu_cell(v, k, first, end - first, counts));
+        PDI_TRY(pdi_vtu_cell(v, k, first, end - first, count_used));
         first = end;
     }
     return PD_OK;
 }
 
-/* The points themselves. */
+/* Add the points of a piece themselves, with their volumes. */
 static pd_status pdi_vtu_all_points(pdi_vtu *v)
 {
     double scale = 1.0;
@@ -454,9 +466,9 @@ static pd_status pdi_vtu_all_points(pdi_vtu *v)
     if (v->array[PDI_VTU_POINT_TAG].found) PDI_TRY(pdi_vtu_decode(v, PDI_VTU_POINT_TAG, "of tags", v->points));
     for (int64_t k = 0; k < v->points; k++) {
         const double *x = v->value[PDI_VTU_PLACES] + 3 * k;
-        double place[PD_DIM], volume = v->value[PDI_VTU_VOLUME][k] * scale;
+        double position[PD_DIM], volume = v->value[PDI_VTU_VOLUME][k] * scale;
         int32_t tag;
-        for (int d = 0; d < PD_DIM; d++) place[d] = x[d] * v->cells.scale;
+        for (int d = 0; d < PD_DIM; d++) position[d] = x[d] * v->cells.scale;
         for (int d = PD_DIM; d < 3; d++)
             if (fabs(x[d] - v->value[PDI_VTU_PLACES][d]) > 1e-9 * v->cells.extent)
                 return pdi_scan_fail(v->scan, v->array[PDI_VTU_PLACES].tag.begin, "point %.0f lies off the %dD of the"
@@ -465,11 +477,12 @@ static pd_status pdi_vtu_all_points(pdi_vtu *v)
             return pdi_scan_fail(v->scan, v->array[PDI_VTU_VOLUME].tag.begin, "point %.0f has the volume %g, expected"
                                  " positive ones", (double)k, v->value[PDI_VTU_VOLUME][k]);
         PDI_TRY(pdi_vtu_region(v, PDI_VTU_POINT_TAG, k, &tag));
-        PDI_TRY(pdi_points_add(v->scan->ctx, v->cells.points, place, volume, tag));
+        PDI_TRY(pdi_points_add(v->scan->ctx, v->cells.points, position, volume, tag));
     }
     return PD_OK;
 }
 
+/* Add the cells, or else the points, of a piece whose arrays have been located. */
 static pd_status pdi_vtu_piece(pdi_vtu *v, const char *begin)
 {
     int64_t counts = 0, components;
@@ -489,6 +502,7 @@ static pd_status pdi_vtu_piece(pdi_vtu *v, const char *begin)
                          PD_DIM);
 }
 
+/* Free the arrays of a piece. */
 static void pdi_vtu_forget(pdi_vtu *v)
 {
     for (int k = 0; k < PDI_VTU_ARRAYS; k++) {
@@ -499,7 +513,7 @@ static void pdi_vtu_forget(pdi_vtu *v)
     v->rank = 99;
 }
 
-/* Which array this one is; -1: one that nobody needs. */
+/* Which of the known arrays a DataArray tag is, by its section and name; -1: none. */
 static int pdi_vtu_which(pdi_vtu *v, const pdi_vtu_tag *tag)
 {
     static const char *const tags[] = {"tag", "region", "material", "gmsh:physical"};
@@ -522,6 +536,7 @@ static int pdi_vtu_which(pdi_vtu *v, const pdi_vtu_tag *tag)
     return -1;
 }
 
+/* Note the position of a DataArray that is needed. */
 static void pdi_vtu_keep(pdi_vtu *v, const pdi_vtu_tag *tag)
 {
     int which = pdi_vtu_which(v, tag);
@@ -536,6 +551,7 @@ static void pdi_vtu_keep(pdi_vtu *v, const pdi_vtu_tag *tag)
 
 /* ---- the file ---- */
 
+/* Read the VTKFile tag: type, byte order, size of headers, compressor. */
 static pd_status pdi_vtu_head(pdi_vtu *v, const pdi_vtu_tag *tag)
 {
     const uint16_t probe = 1;
@@ -553,7 +569,7 @@ static pd_status pdi_vtu_head(pdi_vtu *v, const pdi_vtu_tag *tag)
     return PD_OK;
 }
 
-/* The appended data begin behind an underscore. */
+/* Locate the appended data, which begin behind an underscore. */
 static pd_status pdi_vtu_find_appended(pdi_vtu *v)
 {
     pdi_vtu_tag tag;
@@ -574,7 +590,7 @@ static pd_status pdi_vtu_find_appended(pdi_vtu *v)
     return PD_OK;
 }
 
-/* What a tag of this name opens or closes; 0: none of these. */
+/* Section that a tag of this name opens or closes; 0: none. */
 static int pdi_vtu_section(pdi_vtu_text name)
 {
     return pdi_vtu_is(name, "Points")      ? 'P'
@@ -584,6 +600,7 @@ static int pdi_vtu_section(pdi_vtu_text name)
                                            : 0;
 }
 
+/* Handle an opening tag. *headed 1: VTKFile has been read; *piece: begin of the current piece, NULL outside. */
 static pd_status pdi_vtu_enter(pdi_vtu *v, const pdi_vtu_tag *tag, int *headed, const char **piece)
 {
     if (pdi_vtu_is(tag->name, "VTKFile")) {
@@ -601,6 +618,7 @@ static pd_status pdi_vtu_enter(pdi_vtu *v, const pdi_vtu_tag *tag, int *headed, 
     return PD_OK;
 }
 
+/* Read the file tag by tag; a piece is converted at its closing tag. */
 static pd_status pdi_vtu_file(pdi_vtu *v)
 {
     int more = 1, headed = 0, ended = 0;

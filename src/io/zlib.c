@@ -4,19 +4,19 @@
 #include <string.h>
 
 #define PDI_ZLIB_WINDOW 32768 /* [byte] how far back a match may lie */
-#define PDI_ZLIB_CHAIN 64       /* candidates looked at per position */
+#define PDI_ZLIB_CHAIN 64       /* maximum length of a hash chain that is searched */
 #define PDI_ZLIB_MAX_MATCH 258 /* [byte] longest match */
 #define PDI_ZLIB_BLOCK 16384    /* symbols per block */
-#define PDI_ZLIB_LONG 64        /* such a match is good enough; inside of it, few positions begin another */
-#define PDI_ZLIB_ENDING 16      /* those at its end */
-#define PDI_ZLIB_LITERALS 286 /* symbols of literals and lengths */
-#define PDI_ZLIB_DISTANCES 30 /* symbols of distances */
-#define PDI_ZLIB_LENGTH_CODES 19 /* symbols of code lengths */
-#define PDI_ZLIB_FIXED 288 /* symbols of the fixed code */
-#define PDI_ZLIB_CRC_LONG 8192 /* [byte] from which tables for a checksum pay */
-#define PDI_ZLIB_PIECE 262144 /* [byte] what one thread packs at a time */
-#define PDI_ZLIB_BEFORE 8192 /* [byte] in front of a piece that its first matches may lie in */
-#define PDI_ZLIB_TEAM 4 /* threads that pack, at most: each takes half a megabyte */
+#define PDI_ZLIB_LONG 64        /* [byte] a match of this length is taken without looking for a longer one */
+#define PDI_ZLIB_ENDING 16      /* [byte] end of such a match whose positions enter the hash chains */
+#define PDI_ZLIB_LITERALS 286 /* number of literal and length codes (RFC 1951, 3.2.5) */
+#define PDI_ZLIB_DISTANCES 30 /* number of distance codes */
+#define PDI_ZLIB_LENGTH_CODES 19 /* number of codes for code lengths */
+#define PDI_ZLIB_FIXED 288 /* number of fixed literal codes (RFC 1951, 3.2.6) */
+#define PDI_ZLIB_CRC_LONG 8192 /* [byte] size from which a CRC uses tables */
+#define PDI_ZLIB_PIECE 262144 /* [byte] chunk that one thread compresses at a time */
+#define PDI_ZLIB_BEFORE 8192 /* [byte] window before a chunk that its first matches may refer to */
+#define PDI_ZLIB_TEAM 4 /* maximum number of threads: each needs half a megabyte */
 
 /* Order in which a dynamic block lists the lengths of its length codes (RFC 1951, 3.2.7). */
 static const uint8_t pdi_zlib_order[PDI_ZLIB_LENGTH_CODES] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
@@ -59,8 +59,7 @@ static uint32_t pdi_zlib_word(const uint8_t *at)
     return at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
 }
 
-/* Of `words` words of eight bytes at once (slicing by 8: Kounavis, Berry, IEEE Trans. Comput. 57 (2008), 1550).
- * table[k]: remainder of a byte with k bytes behind it. */
+/* CRC-32 of eight bytes at a time (slicing by 8: Kounavis and Berry, IEEE Trans. Comput. 57 (2008), 1550). */
 static uint32_t pdi_zlib_crc_words(uint32_t crc, const uint8_t *data, size_t words)
 {
     uint32_t table[8][256];
@@ -118,8 +117,7 @@ PDI_FN uint32_t pdi_zlib_adler(const uint8_t *data, size_t size)
 
 /* ---- compression ---- */
 
-/* [byte] A piece has at most 17 blocks, each no longer than stored. A block that is too long to be stored has 31 bits a
- * symbol at most with fixed codes, which is less than its bytes. */
+/* [byte] Largest output of a chunk: 17 blocks at most, none longer than stored (fixed codes: 31 bits a symbol). */
 #define PDI_ZLIB_ROOM (PDI_ZLIB_PIECE + 256)
 
 typedef struct pdi_zlib_writer {
@@ -129,12 +127,12 @@ typedef struct pdi_zlib_writer {
     int symbol_count;
     size_t block_start;
     uint32_t literal_freq[PDI_ZLIB_LITERALS + 2], distance_freq[PDI_ZLIB_DISTANCES];
-    uint64_t bits; /* not yet written */
+    uint64_t bits; /* bits that do not fill a byte yet */
     int bit_count;
     uint8_t out[PDI_ZLIB_ROOM];
-    size_t used; /* of out */
+    size_t used; /* [byte] of out */
     const uint8_t *data;
-    size_t start, size; /* of the piece: the data behind do not count */
+    size_t start, size; /* begin and end of the chunk in data */
     uint32_t adler;
 } pdi_zlib_writer;
 
@@ -143,7 +141,7 @@ typedef struct pdi_zlib_codes {
     uint16_t literal[PDI_ZLIB_LITERALS + 2], distance[PDI_ZLIB_DISTANCES];
 } pdi_zlib_codes;
 
-/* A value split into its code and extra bits. */
+/* A length or distance as its code and extra bits (RFC 1951, 3.2.5). */
 typedef struct pdi_zlib_split {
     int code, extra_bits;
     uint32_t extra;
@@ -156,7 +154,7 @@ static int pdi_zlib_log2(uint32_t x)
     return n;
 }
 
-/* Codes 257..285: four codes share each number of extra bits. */
+/* Code 257..285 and extra bits of a match length: four codes have the same number of extra bits. */
 static pdi_zlib_split pdi_zlib_length_code(uint32_t length)
 {
     pdi_zlib_split s = {0, 0, 0};
@@ -172,7 +170,7 @@ static pdi_zlib_split pdi_zlib_length_code(uint32_t length)
     return s;
 }
 
-/* Codes 0..29: two codes share each number of extra bits. */
+/* Code 0..29 and extra bits of a distance: two codes have the same number of extra bits. */
 static pdi_zlib_split pdi_zlib_distance_code(uint32_t distance)
 {
     pdi_zlib_split s = {0, 0, 0};
@@ -198,7 +196,7 @@ static void pdi_zlib_put(pdi_zlib_writer *s, uint32_t value, int count)
     }
 }
 
-/* Code lengths of a Huffman tree by the two-queue method. Returns the longest. Symbols that occur: at least two. */
+/* Code lengths of a Huffman tree by the two-queue method. Returns the longest. At least two symbols must occur. */
 static int pdi_zlib_tree(const uint32_t *freq, int n, uint8_t *lengths)
 {
     int order[PDI_ZLIB_LITERALS + 2], parent[2 * (PDI_ZLIB_LITERALS + 2)], depth[2 * (PDI_ZLIB_LITERALS + 2)];
@@ -233,7 +231,7 @@ static int pdi_zlib_tree(const uint32_t *freq, int n, uint8_t *lengths)
     return longest;
 }
 
-/* Lengths of at most `limit` bits: frequencies are flattened until the tree is shallow enough. freq is changed. */
+/* Code lengths of at most `limit` bits: frequencies are flattened until the tree is shallow enough. freq is changed. */
 static void pdi_zlib_lengths(uint32_t *freq, int n, int limit, uint8_t *lengths)
 {
     int used = 0;
@@ -249,7 +247,7 @@ static void pdi_zlib_lengths(uint32_t *freq, int n, int limit, uint8_t *lengths)
             if (freq[i]) freq[i] = freq[i] / 4 + 1;
 }
 
-/* Canonical codes, bit-reversed as they are sent. */
+/* Canonical Huffman codes from their lengths (RFC 1951, 3.2.2), bit-reversed as they are sent. */
 static void pdi_zlib_canonical(const uint8_t *lengths, int n, uint16_t *codes)
 {
     uint32_t count[16] = {0}, next[16] = {0};
@@ -272,6 +270,7 @@ static void pdi_zlib_fixed(pdi_zlib_codes *codes)
     pdi_zlib_canonical(codes->distance_len, PDI_ZLIB_DISTANCES, codes->distance);
 }
 
+/* Number of bits of the symbols of the current block with these codes, without extra bits. */
 static uint64_t pdi_zlib_cost(const pdi_zlib_writer *s, const pdi_zlib_codes *codes)
 {
     uint64_t bits = 0;
@@ -291,6 +290,7 @@ typedef struct pdi_zlib_header {
 
 static int pdi_zlib_token_bits(int token) { return token == 16 ? 2 : token == 17 ? 3 : token == 18 ? 7 : 0; }
 
+/* Run-length code the code lengths of a dynamic block (RFC 1951, 3.2.7). */
 static void pdi_zlib_tokens(const uint8_t *lengths, int n, pdi_zlib_header *header)
 {
     header->token_count = 0;
@@ -311,6 +311,7 @@ static void pdi_zlib_tokens(const uint8_t *lengths, int n, pdi_zlib_header *head
     }
 }
 
+/* Prepare the header of a dynamic block and count its bits. */
 static void pdi_zlib_plan_header(const pdi_zlib_codes *codes, pdi_zlib_header *header)
 {
     uint8_t all[PDI_ZLIB_LITERALS + PDI_ZLIB_DISTANCES];
@@ -371,7 +372,8 @@ static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
     s->used += length;
 }
 
-/* Write what was collected, as the shortest of the three kinds of block. `end`: input position behind it. */
+/* End the current block and write it as the shortest of the three kinds. end: input position behind it; last 1: final
+ * block. */
 static void pdi_zlib_flush(pdi_zlib_writer *s, size_t end, int last)
 {
     pdi_zlib_codes dynamic, fixed;
@@ -422,36 +424,37 @@ static void pdi_zlib_insert(pdi_zlib_writer *s, size_t at)
     s->head[hash] = (int32_t)at;
 }
 
-/* How many of the first `most` bytes agree. */
-static uint32_t pdi_zlib_common(const uint8_t *here, const uint8_t *there, uint32_t most)
+/* Number of equal bytes at the start of two sequences, at most `most`. */
+static uint32_t pdi_zlib_common(const uint8_t *here, const uint8_t *there, uint32_t max_length)
 {
     uint32_t length = 0;
-    for (uint64_t a, b; length + sizeof a <= most; length += (uint32_t)sizeof a) {
+    for (uint64_t a, b; length + sizeof a <= max_length; length += (uint32_t)sizeof a) {
         memcpy(&a, here + length, sizeof a);
         memcpy(&b, there + length, sizeof b);
         if (a != b) break;
     }
-    while (length < most && there[length] == here[length]) length++;
+    while (length < max_length && there[length] == here[length]) length++;
     return length;
 }
 
-/* The longest match of at least 3 bytes for the position just inserted; the nearest among equals. */
+/* Longest match of at least 3 bytes for the position just inserted; the nearest among equal ones. Returns its length or
+ * 0. */
 static uint32_t pdi_zlib_match(const pdi_zlib_writer *s, size_t at, uint32_t *distance)
 {
-    uint32_t best = 2, most = PDI_ZLIB_MAX_MATCH;
+    uint32_t best = 2, max_length = PDI_ZLIB_MAX_MATCH;
     if (at + 3 > s->size) return 0;
-    if (s->size - at < most) most = (uint32_t)(s->size - at);
+    if (s->size - at < max_length) max_length = (uint32_t)(s->size - at);
     const uint8_t *here = s->data + at;
     int32_t candidate = s->prev[at % PDI_ZLIB_WINDOW];
     for (int tries = 0; tries < PDI_ZLIB_CHAIN && candidate >= 0; tries++) {
         if (at - (size_t)candidate > PDI_ZLIB_WINDOW - 1) break;
         const uint8_t *there = s->data + candidate;
         if (there[best] == here[best]) {
-            uint32_t length = pdi_zlib_common(here, there, most);
+            uint32_t length = pdi_zlib_common(here, there, max_length);
             if (length > best) {
                 best = length;
                 *distance = (uint32_t)(at - (size_t)candidate);
-                if (best == most) break;
+                if (best == max_length) break;
             }
         }
         int32_t older = s->prev[(size_t)candidate % PDI_ZLIB_WINDOW];
@@ -472,6 +475,7 @@ static void pdi_zlib_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t distan
     if (s->symbol_count == PDI_ZLIB_BLOCK) pdi_zlib_flush(s, end, 0);
 }
 
+/* Compress a chunk: LZ77 with one step of lazy matching. */
 static void pdi_zlib_pack(pdi_zlib_writer *s)
 {
     size_t at = s->start;
@@ -505,7 +509,7 @@ static void pdi_zlib_pack(pdi_zlib_writer *s)
     }
 }
 
-/* Piece k of `size` bytes. All but the last one end with a stored block of no bytes, and so with a whole byte. */
+/* Compress chunk k of data[size]. All but the last one end with an empty stored block, and so with a whole byte. */
 static void pdi_zlib_piece(pdi_zlib_writer *s, const uint8_t *data, size_t size, size_t k)
 {
     int last = size - k * PDI_ZLIB_PIECE <= PDI_ZLIB_PIECE;
@@ -525,7 +529,7 @@ static void pdi_zlib_piece(pdi_zlib_writer *s, const uint8_t *data, size_t size,
     s->adler = pdi_zlib_adler(data + s->start, s->size - s->start);
 }
 
-/* Adler-32 of data and of `size` more bytes, from that of either. */
+/* Adler-32 of two sequences from that of each; size [byte] of the second one. */
 static uint32_t pdi_zlib_join(uint32_t adler, uint32_t more, size_t size)
 {
     uint32_t a = adler & 0xffff, b = adler >> 16, n = (uint32_t)(size % 65521);
@@ -534,7 +538,7 @@ static uint32_t pdi_zlib_join(uint32_t adler, uint32_t more, size_t size)
     return b << 16 | a;
 }
 
-/* Pieces side by side, as many at a time as there are writers. */
+/* Compress all chunks in parallel, as many at a time as there are writers, and append them to out. */
 static pd_status pdi_zlib_pieces(pd_ctx *ctx, pdi_zlib_writer *writer, int writers, const uint8_t *data, size_t size,
                                  pdi_bytes *out)
 {
@@ -573,7 +577,7 @@ PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size,
 
 typedef struct pdi_zlib_reader {
     const uint8_t *data;
-    size_t size, at;
+    size_t size, at; /* [byte] length of data, and position */
     uint32_t bits;
     int bit_count;
     uint8_t *out;
@@ -588,7 +592,7 @@ typedef struct pdi_zlib_decoder {
 } pdi_zlib_decoder;
 
 PDI_COLD_BEGIN
-/* The first error stands. */
+/* Note an error, unless there is one already. Returns 0. */
 static int pdi_zlib_error(pdi_zlib_reader *s, const char *text)
 {
     if (!s->error) s->error = text;
@@ -611,7 +615,8 @@ static uint32_t pdi_zlib_get(pdi_zlib_reader *s, int count)
     return value;
 }
 
-/* 1 when the lengths make a full set of codes; a single code of one bit is allowed where `single`. */
+/* Build a decoder from code lengths. Returns 1 for a complete code; a single code of one bit is allowed where
+ * `single`. */
 static int pdi_zlib_decoder_prepare(pdi_zlib_decoder *codes, const uint8_t *lengths, int n, int single)
 {
     int offset[16], left = 1, used = 0;
@@ -630,7 +635,7 @@ static int pdi_zlib_decoder_prepare(pdi_zlib_decoder *codes, const uint8_t *leng
     return left == 0 || (single && (used == 0 || (used == 1 && codes->count[1] == 1)));
 }
 
-/* Next symbol, -1 on error. */
+/* Decode the next symbol, -1 on error. */
 static int pdi_zlib_read_symbol(pdi_zlib_reader *s, const pdi_zlib_decoder *codes)
 {
     int code = 0, first = 0, index = 0;
@@ -707,7 +712,7 @@ static int pdi_zlib_read_fixed(pdi_zlib_reader *s)
     return pdi_zlib_read_coded(s, &literals, &distances);
 }
 
-/* Read the run-length coded lengths of both code sets. */
+/* Read the run-length coded code lengths of both code sets. */
 static int pdi_zlib_read_lengths(pdi_zlib_reader *s, const pdi_zlib_decoder *codes, uint8_t *lengths, int n)
 {
     for (int i = 0; i < n;) {
