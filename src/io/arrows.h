@@ -7,7 +7,7 @@
 #ifdef PDI_INTERNAL
 /* A velocity field and where it is drawn. */
 typedef struct pdi_arrows {
-    const pdi_stream *stream; /* velocity field; its lengths on paper are in pixels */
+    const pdi_stream *stream; /* velocity field; its lengths in the picture are in pixels */
     double left, bottom;      /* [pixel] lower left corner of the field on the canvas; y is upward from there */
     double fastest;           /* [m/s] speed of an arrow of the length `longest` */
     double longest;           /* [pixel] length of the longest arrow, and distance between arrows */

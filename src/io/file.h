@@ -23,15 +23,13 @@ typedef struct pd_file {
     char part[PD_PATH_SIZE + 8];     /* name of the temporary file; empty: the file itself is read or appended to */
 } pd_file;
 
-/* Create a directory and its missing parents; an existing directory is no error. Status PD_ERR_FILE. */
 #define pd_file_make_directory PD_NAME(pd_file_make_directory)
-/* Join a directory and a file name: path[PD_PATH_SIZE] = "directory/name". An empty directory gives the name.
- * PD_ERR_SIZE when it does not fit. */
 #define pd_file_join PD_NAME(pd_file_join)
 
-/* Make a directory and the missing ones above it; an existing directory is fine. PD_ERR_FILE. */
+/* Create a directory and its missing parents; an existing directory is no error. Status PD_ERR_FILE. */
 PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
-/* path[PD_PATH_SIZE] = "directory/name"; an empty directory gives the name. PD_ERR_SIZE when it does not fit. */
+/* Join a directory and a file name: path[PD_PATH_SIZE] = "directory/name". An empty directory gives the name.
+ * PD_ERR_SIZE when it does not fit. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
 #ifdef PDI_INTERNAL
 /* Paths are UTF-8, separated by '/' and on Windows also by '\\', there also with drive letters. */

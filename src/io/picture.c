@@ -211,7 +211,7 @@ static double pdi_picture_pixel(const pdi_picture_scale *scale, double cells)
     return scale->smooth ? cells * scale->pixels / scale->cells : cells * scale->each / scale->merged;
 }
 
-/* The velocity field of the picture, with lengths on paper in pixels. */
+/* The velocity field of the picture, with lengths in the picture in pixels. */
 static pdi_stream pdi_picture_stream(const pd_picture *p, const pdi_picture_layout *l)
 {
     pdi_stream f;

@@ -49,7 +49,6 @@ typedef struct pd_picture {
     int closed[4];            /* 1: nothing flows through the side x-, x+, y-, y+ */
 } pd_picture;
 
-/* Draw and write as PNG, or as SVG where the path ends in ".svg". Also PD_ERR_FILE. */
 #define pd_picture_write PD_NAME(pd_picture_write)
 
 #ifdef PDI_INTERNAL
@@ -61,7 +60,7 @@ PDI_FN void pdi_picture_span(pd_map map, int log_scale, double *lo, double *hi);
  * thinner than 120 pixels is stretched, and the axis label says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
 PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image);
 #endif
-/* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */
+/* Draw and write as PNG, or as SVG where the path ends in ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture);
 
 #endif

@@ -95,7 +95,7 @@ static uint64_t pdi_png_magnitude(int filter, const uint8_t *row, const uint8_t 
     uint8_t residual[PDI_PNG_PIECE];
     uint64_t sum = 0;
     size_t count, skip;
-    for (size_t at = 0; at + step < stride; at += count) { /* each piece begins with a pixel of the one before */
+    for (size_t at = 0; at + step < stride; at += count) { /* each block begins with the last pixel of the one before */
         count = stride - step - at < PDI_PNG_PIECE - step ? stride - step - at : PDI_PNG_PIECE - step;
         skip = at ? step : 0;
         pdi_png_leave(filter, row + at, above + at, count + step, step, residual);

@@ -103,9 +103,9 @@ static uint32_t pdi_relief_colour(const pdi_relief *r, const pdi_relief_layout *
     double samples = PDI_SHADE_SIDE * PDI_SHADE_SIDE, cover = s->cover[k] / samples, edge = s->edge[k] / samples;
     uint32_t base = s->cover[k] ? pdi_relief_base(r, l, (double)s->value[k]) : PDI_CANVAS_PAPER, colour = 0;
     for (int c = 16; c >= 0; c -= 8) {
-        double paper = (double)(PDI_CANVAS_PAPER >> c & 255), ink = (double)(PDI_RELIEF_EDGE >> c & 255);
-        double body = (double)(base >> c & 255) * s->light[k] / 255.0, mixed = paper + cover * (body - paper);
-        mixed += edge * (ink - mixed);
+        double background = (double)(PDI_CANVAS_PAPER >> c & 255), edge_colour = (double)(PDI_RELIEF_EDGE >> c & 255);
+        double body = (double)(base >> c & 255) * s->light[k] / 255.0, mixed = background + cover * (body - background);
+        mixed += edge * (edge_colour - mixed);
         colour |= (uint32_t)(mixed + 0.5) << c;
     }
     return colour;

@@ -5,14 +5,11 @@
 #include "io/scan.h"
 #include "lattice/facets.h"
 
+#define pd_facets_read PD_NAME(pd_facets_read)
+
 /* Read a surface. Lengths of the file times scale are in metres; the surface is translated by shift[3] [m] (NULL: not).
  * PD_ERR_ARGUMENT: scale is not positive. PD_ERR_FILE. PD_ERR_PARSE: no STL file (path:line), or one that is cut off.
  * Else as pd_facets_build. */
-#define pd_facets_read PD_NAME(pd_facets_read)
-
-/* Lengths of the file times scale are metres; all is moved by shift[3] [m] (NULL: by nothing). PD_ERR_ARGUMENT: scale
- * is not positive. PD_ERR_FILE. PD_ERR_PARSE: no STL file (path:line), or one that is cut off. Else as
- * pd_facets_build. */
 PD_API pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets);
 
 #endif

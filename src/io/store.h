@@ -26,23 +26,18 @@ typedef struct pd_store {
     size_t length, capacity; /* [byte] */
 } pd_store;
 
-/* Begin to write a checkpoint to a temporary file; a file of this name stays until it is closed. PD_ERR_FILE. */
 #define pd_store_create PD_NAME(pd_store_create)
+#define pd_store_open PD_NAME(pd_store_open)
+#define pd_store_close PD_NAME(pd_store_close)
+
+/* Begin to write a checkpoint to a temporary file; a file of this name stays until it is closed. PD_ERR_FILE. */
+PD_API pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *store);
 /* Open a checkpoint to read. All checksums are verified first. PD_ERR_FILE: it cannot be read, is cut off or damaged.
  * PD_ERR_ARGUMENT: another format, version, dimension or byte order. Reading an item later fails with PD_ERR_ARGUMENT
  * when the next item of the file has another name or length. */
-#define pd_store_open PD_NAME(pd_store_open)
+PD_API pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *store);
 /* After writing: end the file and give it its final name. After reading: check that everything was read. It is closed
  * on failure, too. */
-#define pd_store_close PD_NAME(pd_store_close)
-
-/* Begin a file aside; one under this name stays until pd_store_close. PD_ERR_FILE. */
-PD_API pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *store);
-/* Open a file that is whole: all checksums are looked at before anything is handed out. PD_ERR_FILE: it cannot be read,
- * is cut off or damaged. PD_ERR_ARGUMENT: of another format, version, dimension or byte order; an item then is one when
- * what comes next in the file has another name or length. */
-PD_API pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *store);
-/* Put the file in place, or see that all of it was read. Closed on failure, too. */
 PD_API pd_status pd_store_close(pd_ctx *ctx, pd_store *store);
 
 #ifdef PDI_INTERNAL

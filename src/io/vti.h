@@ -41,12 +41,10 @@ typedef struct pd_pvd {
     int count;       /* number of files */
 } pd_pvd;
 
-/* Write `count` fields of the box at time [s] to a file. PD_ERR_ARGUMENT: a field without name or data, two of one
- * name, time not finite; PD_ERR_FILE. */
 #define pd_vti_write PD_NAME(pd_vti_write)
 
-/* Write `count` fields of the box at time [s], aside and renamed. PD_ERR_ARGUMENT: a field without name or data, two
- * of one name, time not finite; PD_ERR_FILE. */
+/* Write `count` fields of the box at time [s] to a file. PD_ERR_ARGUMENT: a field without name or data, two of one
+ * name, time not finite; PD_ERR_FILE. */
 PD_API pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, double time,
                               const pd_vti_field *fields, int count);
 

@@ -74,32 +74,32 @@ PDI_FN pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, double *lo, dou
 }
 
 /* Size of the raster for the extent lo[2] .. hi[2] [m]. */
-static void pdi_warp_size(const pdi_warp *w, const double *lo, const double *hi, pdi_warp_paper *paper)
+static void pdi_warp_size(const pdi_warp *w, const double *lo, const double *hi, pdi_warp_paper *raster)
 {
     double wide[2], width = w->still->width ? w->still->width : PD_PICTURE_WIDTH; /* [pixel] */
     for (int d = 0; d < 2; d++) {
-        paper->lo[d] = lo[d];
+        raster->lo[d] = lo[d];
         wide[d] = hi[d] - lo[d];
     }
-    paper->size = pdi_max(wide[0] / width, wide[1] / (PD_PICTURE_SQUAT * width));
-    for (int d = 0; d < 2; d++) paper->n[d] = (int)pdi_max(1.0, ceil(wide[d] / paper->size - 1e-6));
+    raster->size = pdi_max(wide[0] / width, wide[1] / (PD_PICTURE_SQUAT * width));
+    for (int d = 0; d < 2; d++) raster->n[d] = (int)pdi_max(1.0, ceil(wide[d] / raster->size - 1e-6));
 }
 
 /* Draw the cells without displacement; background where cells have moved away and outside of the picture. */
-static void pdi_warp_ground(const pdi_warp *w, pdi_warp_paper *paper)
+static void pdi_warp_ground(const pdi_warp *w, pdi_warp_paper *raster)
 {
     const pd_picture *p = w->still;
-    for (int y = 0; y < paper->n[1]; y++)
-        for (int x = 0; x < paper->n[0]; x++) {
-            size_t to = (size_t)y * (size_t)paper->n[0] + (size_t)x;
-            double column = (paper->lo[0] + (x + 0.5) * paper->size - p->lo[0]) / (p->hi[0] - p->lo[0]) * p->nx;
-            double row = (paper->lo[1] + (y + 0.5) * paper->size - p->lo[1]) / (p->hi[1] - p->lo[1]) * p->ny;
-            paper->paint[to] = PD_PAINT_OUTSIDE;
+    for (int y = 0; y < raster->n[1]; y++)
+        for (int x = 0; x < raster->n[0]; x++) {
+            size_t to = (size_t)y * (size_t)raster->n[0] + (size_t)x;
+            double column = (raster->lo[0] + (x + 0.5) * raster->size - p->lo[0]) / (p->hi[0] - p->lo[0]) * p->nx;
+            double row = (raster->lo[1] + (y + 0.5) * raster->size - p->lo[1]) / (p->hi[1] - p->lo[1]) * p->ny;
+            raster->paint[to] = PD_PAINT_OUTSIDE;
             if (!(column >= 0.0 && column < p->nx && row >= 0.0 && row < p->ny)) continue;
             size_t cell = (size_t)row * (size_t)p->nx + (size_t)column;
             if (!isnan(w->move[cell])) continue;
-            paper->value[to] = p->values[cell];
-            paper->paint[to] = p->paint ? p->paint[cell] : (uint8_t)PD_PAINT_FIELD;
+            raster->value[to] = p->values[cell];
+            raster->paint[to] = p->paint ? p->paint[cell] : (uint8_t)PD_PAINT_FIELD;
         }
 }
 
@@ -119,51 +119,51 @@ static int pdi_warp_holds(const double *a, const double *b, const double *c, con
 }
 
 /* Draw a displaced cell: all pixels whose centres lie in it. */
-static void pdi_warp_fill(const pdi_warp *w, int cell, pdi_warp_paper *paper)
+static void pdi_warp_fill(const pdi_warp *w, int cell, pdi_warp_paper *raster)
 {
     double at[4][2], lo[2] = {HUGE_VAL, HUGE_VAL}, hi[2] = {-HUGE_VAL, -HUGE_VAL};
     int first[2], last[2];
     pdi_warp_cell(w, cell, at);
     for (int k = 0; k < 8; k++) { /* in pixels */
         double *x = &at[k / 2][k % 2];
-        *x = (*x - paper->lo[k % 2]) / paper->size;
+        *x = (*x - raster->lo[k % 2]) / raster->size;
         lo[k % 2] = pdi_min(lo[k % 2], *x);
         hi[k % 2] = pdi_max(hi[k % 2], *x);
     }
     for (int d = 0; d < 2; d++) {
         first[d] = (int)pdi_max(0.0, floor(lo[d] - 0.5));
-        last[d] = (int)pdi_min(paper->n[d] - 1.0, ceil(hi[d]));
+        last[d] = (int)pdi_min(raster->n[d] - 1.0, ceil(hi[d]));
     }
     for (int y = first[1]; y <= last[1]; y++)
         for (int x = first[0]; x <= last[0]; x++) {
             double middle[2] = {x + 0.5, y + 0.5};
-            size_t to = (size_t)y * (size_t)paper->n[0] + (size_t)x;
+            size_t to = (size_t)y * (size_t)raster->n[0] + (size_t)x;
             if (!pdi_warp_holds(at[0], at[1], at[2], middle) && !pdi_warp_holds(at[0], at[2], at[3], middle)) continue;
-            paper->value[to] = w->still->values[cell];
-            paper->paint[to] = w->still->paint ? w->still->paint[cell] : (uint8_t)PD_PAINT_FIELD;
+            raster->value[to] = w->still->values[cell];
+            raster->paint[to] = w->still->paint ? w->still->paint[cell] : (uint8_t)PD_PAINT_FIELD;
         }
 }
 
 /* Draw all cells, then the picture of the raster into the image, or into the file `path` where image is NULL. */
-static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper, const char *path,
+static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *raster, const char *path,
                                 pd_image *image)
 {
     pd_picture picture = *w->still;
-    int64_t pixels = (int64_t)paper->n[0] * paper->n[1];
-    PDI_TRY(PDI_NEW(ctx, "warp", pixels, paper->value));
-    PDI_TRY(PDI_NEW(ctx, "warp", pixels, paper->paint));
-    pdi_warp_ground(w, paper);
+    int64_t pixels = (int64_t)raster->n[0] * raster->n[1];
+    PDI_TRY(PDI_NEW(ctx, "warp", pixels, raster->value));
+    PDI_TRY(PDI_NEW(ctx, "warp", pixels, raster->paint));
+    pdi_warp_ground(w, raster);
     for (int cell = 0; cell < w->still->nx * w->still->ny; cell++)
-        if (!isnan(w->move[cell])) pdi_warp_fill(w, cell, paper);
-    picture.nx = paper->n[0];
-    picture.ny = paper->n[1];
-    picture.values = paper->value;
-    picture.paint = paper->paint;
+        if (!isnan(w->move[cell])) pdi_warp_fill(w, cell, raster);
+    picture.nx = raster->n[0];
+    picture.ny = raster->n[1];
+    picture.values = raster->value;
+    picture.paint = raster->paint;
     picture.magnification = 1;
     picture.smooth = 0;
     for (int d = 0; d < 2; d++) {
-        picture.lo[d] = paper->lo[d];
-        picture.hi[d] = paper->lo[d] + paper->n[d] * paper->size;
+        picture.lo[d] = raster->lo[d];
+        picture.hi[d] = raster->lo[d] + raster->n[d] * raster->size;
     }
     return image ? pdi_picture_draw(ctx, &picture, image) : pd_picture_write(ctx, path, &picture);
 }
@@ -171,19 +171,19 @@ static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *
 /* Determine the extent and draw into the image, or into the file `path` where image is NULL. */
 static pd_status pdi_warp_show(pd_ctx *ctx, const pdi_warp *w, const char *path, pd_image *image)
 {
-    pdi_warp_paper paper;
+    pdi_warp_paper raster;
     double lo[2], hi[2];
     int given = w->lo[0] < w->hi[0] && w->lo[1] < w->hi[1];
-    memset(&paper, 0, sizeof paper);
+    memset(&raster, 0, sizeof raster);
     for (int d = 0; d < 2; d++) {
         lo[d] = given ? w->lo[d] : HUGE_VAL;
         hi[d] = given ? w->hi[d] : -HUGE_VAL;
     }
     if (!given) PDI_TRY(pdi_warp_extent(ctx, w, lo, hi));
-    pdi_warp_size(w, lo, hi, &paper);
-    pd_status status = pdi_warp_paint(ctx, w, &paper, path, image);
-    PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.value);
-    PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.paint);
+    pdi_warp_size(w, lo, hi, &raster);
+    pd_status status = pdi_warp_paint(ctx, w, &raster, path, image);
+    PDI_DELETE(ctx, (int64_t)raster.n[0] * raster.n[1], raster.value);
+    PDI_DELETE(ctx, (int64_t)raster.n[0] * raster.n[1], raster.paint);
     return status;
 }
 
