@@ -41,18 +41,18 @@ static pd_status pdi_arrows_begin(pd_ctx *ctx, pdi_canvas *canvas, int core)
 
 /* ---- streamlines ---- */
 
-/* Draw one streamline of `count` points at[2], mirrored at the bottom where up is -1. One arrow head stands in its
- * middle, others at equal distances from there. */
-static void pdi_arrows_line(const pdi_arrows *a, pdi_canvas *canvas, const double *at, int64_t count, int up)
+/* Draw one streamline of `count` points point[][2]; y_sign 1: as it is, -1: mirrored at the bottom. One arrow head
+ * stands in its middle, others at equal distances from there. */
+static void pdi_arrows_line(const pdi_arrows *a, pdi_canvas *canvas, const double *point, int64_t count, int y_sign)
 {
     double length = 0.0, along = 0.0, every = PDI_ARROWS_EVERY * a->stream->apart;
     for (int64_t k = 1; k < count; k++)
-        length += pdi_canvas_length(at[2 * k] - at[2 * k - 2], at[2 * k + 1] - at[2 * k - 1]);
+        length += pdi_canvas_length(point[2 * k] - point[2 * k - 2], point[2 * k + 1] - point[2 * k - 1]);
     double next = fmod(0.5 * length, every);
     if (next < 0.5 * a->stream->apart) next += every;
     for (int64_t k = 1; k < count; k++) {
-        double x = a->left + at[2 * k - 2], y = a->bottom - up * at[2 * k - 1];
-        double dx = at[2 * k] - at[2 * k - 2], dy = -up * (at[2 * k + 1] - at[2 * k - 1]);
+        double x = a->left + point[2 * k - 2], y = a->bottom - y_sign * point[2 * k - 1];
+        double dx = point[2 * k] - point[2 * k - 2], dy = -y_sign * (point[2 * k + 1] - point[2 * k - 1]);
         double segment = pdi_canvas_length(dx, dy);
         pdi_canvas_stroke(canvas, x, y, x + dx, y + dy);
         along += segment;
@@ -80,12 +80,13 @@ PDI_FN pd_status pdi_arrows_lines(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *
 
 /* ---- arrows ---- */
 
-/* Arrow end[2] [pixel] for the velocity at a point; 0: nothing flows there, or the arrow is too short. */
-static int pdi_arrows_at(const pdi_arrows *a, const double *at, double *end)
+/* Arrow end[2] [pixel], relative to its start, for the velocity at a position; 0: nothing flows there, or the arrow is
+ * too short. */
+static int pdi_arrows_at(const pdi_arrows *a, const double *position, double *end)
 {
     const pdi_stream *f = a->stream;
     double u[2];
-    if (!pdi_stream_velocity(f, at, u)) return 0;
+    if (!pdi_stream_velocity(f, position, u)) return 0;
     for (int d = 0; d < 2; d++) end[d] = u[d] * f->cell[d] / f->size[d] / a->fastest * a->longest; /* [pixel] */
     return pdi_canvas_length(end[0], end[1]) >= PDI_ARROWS_LEAST;
 }

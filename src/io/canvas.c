@@ -74,28 +74,28 @@ static int pdi_canvas_is_vector(const char *path)
     return length >= 4 && strcmp(path + length - 4, ".svg") == 0;
 }
 
-PDI_FN pd_status pdi_canvas_draw(pd_ctx *ctx, pdi_canvas_fn on, const void *what, pd_image *image)
+PDI_FN pd_status pdi_canvas_draw(pd_ctx *ctx, pdi_canvas_fn draw, const void *what, pd_image *image)
 {
     pdi_canvas canvas;
-    pd_status status = on(ctx, what, NULL, &canvas);
+    pd_status status = draw(ctx, what, NULL, &canvas);
     if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
     *image = canvas.image;
     return status;
 }
 
-PDI_FN pd_status pdi_canvas_file(pd_ctx *ctx, const char *path, pdi_canvas_fn on, const void *what)
+PDI_FN pd_status pdi_canvas_file(pd_ctx *ctx, const char *path, pdi_canvas_fn draw, const void *what)
 {
     pd_image image;
     pdi_canvas canvas;
     pdi_svg svg;
     memset(&svg, 0, sizeof svg);
     if (pdi_canvas_is_vector(path)) {
-        pd_status drawn = on(ctx, what, &svg, &canvas);
+        pd_status drawn = draw(ctx, what, &svg, &canvas);
         if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
         pdi_svg_free(&svg);
         return drawn;
     }
-    PDI_TRY(pdi_canvas_draw(ctx, on, what, &image));
+    PDI_TRY(pdi_canvas_draw(ctx, draw, what, &image));
     pd_status status = pdi_png_write(ctx, path, &image);
     pdi_image_free(ctx, &image);
     return status;
@@ -384,8 +384,8 @@ static void pdi_canvas_letter_dots(int letter, uint8_t dots[PDI_CANVAS_GLYPH][PD
     pdi_canvas_double(dots, 2 * PDI_CANVAS_COLUMNS, 2 * PDI_CANVAS_ROWS, square);
 }
 
-/* Draw a text with the bitmap font. (x, y): its corner; it runs along +x, or along -y where up is 1. */
-static void pdi_canvas_write(pdi_canvas *canvas, int x, int y, int up, uint32_t colour, const char *text)
+/* Draw a text with the bitmap font. (x, y): its corner; it runs along +x, or along -y where upward is 1. */
+static void pdi_canvas_write(pdi_canvas *canvas, int x, int y, int upward, uint32_t colour, const char *text)
 {
     uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH];
     int at = 0, first, columns;
@@ -402,7 +402,7 @@ static void pdi_canvas_write(pdi_canvas *canvas, int x, int y, int up, uint32_t 
                 }
                 if (!ink) continue;
                 int down = by > 2 ? v - 2 : v;
-                pdi_canvas_blend(canvas, up ? x + down : x + at + u, up ? y - at - u : y + down, colour,
+                pdi_canvas_blend(canvas, upward ? x + down : x + at + u, upward ? y - at - u : y + down, colour,
                                  (double)ink / (by * by));
             }
         at += pdi_canvas_advance(letter, columns);
@@ -410,13 +410,13 @@ static void pdi_canvas_write(pdi_canvas *canvas, int x, int y, int up, uint32_t 
 }
 
 /* Draw the text in SVG, which aligns it itself. Returns 0 when the canvas is an image. */
-static int pdi_canvas_set(pdi_canvas *canvas, int x, int y, pdi_align align, int up, int bold, uint32_t colour,
+static int pdi_canvas_set(pdi_canvas *canvas, int x, int y, pdi_align align, int upward, int bold, uint32_t colour,
                           const char *text)
 {
     static const char *const anchor[3] = {"start", "middle", "end"};
     if (!canvas->svg) return 0;
-    pdi_svg_text(canvas->svg, up ? x + PDI_CANVAS_CAPITAL : x, up ? y : y + PDI_CANVAS_CAPITAL, anchor[align], up, bold,
-                 colour, text);
+    pdi_svg_text(canvas->svg, upward ? x + PDI_CANVAS_CAPITAL : x, upward ? y : y + PDI_CANVAS_CAPITAL, anchor[align],
+                 upward, bold, colour, text);
     return 1;
 }
 

@@ -41,10 +41,10 @@ PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas 
 PDI_FN pd_status pdi_canvas_vectors(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas);
 /* Embed an image in an SVG drawing, its upper left corner at (left, top). */
 PDI_FN void pdi_canvas_image(pdi_canvas *canvas, int left, int top, const pd_image *image);
-/* Draw `what` with the callback `on` into a new image. */
-PDI_FN pd_status pdi_canvas_draw(pd_ctx *ctx, pdi_canvas_fn on, const void *what, pd_image *image);
-/* Draw `what` with the callback `on` into a file: SVG where its name ends in .svg, else PNG. */
-PDI_FN pd_status pdi_canvas_file(pd_ctx *ctx, const char *path, pdi_canvas_fn on, const void *what);
+/* Draw `what` with the callback `draw` into a new image. */
+PDI_FN pd_status pdi_canvas_draw(pd_ctx *ctx, pdi_canvas_fn draw, const void *what, pd_image *image);
+/* Draw `what` with the callback `draw` into a file: SVG where its name ends in .svg, else PNG. */
+PDI_FN pd_status pdi_canvas_file(pd_ctx *ctx, const char *path, pdi_canvas_fn draw, const void *what);
 /* Set the clip rectangle [left, right) x [top, bottom). */
 PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 /* Set the clip rectangle to the whole canvas. */

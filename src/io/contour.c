@@ -37,16 +37,16 @@ typedef struct pdi_contour_square {
 } pdi_contour_square;
 
 /* Point where the contour crosses the side from corner k to the next one, by linear interpolation. */
-static void pdi_contour_cross(const pdi_contour_square *s, double level, int k, double *at)
+static void pdi_contour_cross(const pdi_contour_square *s, double level, int k, double *point)
 {
     int next = (k + 1) % 4;
     double fraction = (level - s->value[k]) / (s->value[next] - s->value[k]);
-    at[0] = s->x[k] + fraction * (s->x[next] - s->x[k]);
-    at[1] = s->y[k] + fraction * (s->y[next] - s->y[k]);
+    point[0] = s->x[k] + fraction * (s->x[next] - s->x[k]);
+    point[1] = s->y[k] + fraction * (s->y[next] - s->y[k]);
 }
 
 /* Segments of a contour in one square (marching squares); a saddle is decided by the mean of its corners. */
-static void pdi_contour_march(const pdi_contour_square *s, double level, pdi_contour_piece piece, void *user)
+static void pdi_contour_march(const pdi_contour_square *s, double level, pdi_contour_piece add_segment, void *user)
 {
     double at[4][2];
     int in[4], side[4], count = 0;
@@ -56,18 +56,18 @@ static void pdi_contour_march(const pdi_contour_square *s, double level, pdi_con
         pdi_contour_cross(s, level, k, at[count]);
         side[count++] = k;
     }
-    if (count == 2) piece(user, at[0], at[1]);
+    if (count == 2) add_segment(user, at[0], at[1]);
     if (count < 4) return;
     /* A saddle: the mean decides which pair of opposite corners is connected. */
     int mean_in = 0.25 * (s->value[0] + s->value[1] + s->value[2] + s->value[3]) >= level;
     int shift = mean_in == in[side[0]] ? 0 : 3; /* corners 1 and 3 are cut off, else 0 and 2 */
-    piece(user, at[shift], at[(shift + 1) % 4]);
-    piece(user, at[(shift + 2) % 4], at[(shift + 3) % 4]);
+    add_segment(user, at[shift], at[(shift + 1) % 4]);
+    add_segment(user, at[(shift + 2) % 4], at[(shift + 3) % 4]);
 }
 
 /* Segments in the quarter of the cell (i, j) towards (di, dj). */
 static void pdi_contour_quarter(const pdi_contour *c, int i, int j, int di, int dj, double level,
-                                pdi_contour_piece piece, void *user)
+                                pdi_contour_piece add_segment, void *user)
 {
     pdi_contour_square s;
     double x = i + 0.5, y = j + 0.5;
@@ -79,15 +79,15 @@ static void pdi_contour_quarter(const pdi_contour *c, int i, int j, int di, int 
     s.value[1] = pdi_contour_face(c, i, j, di, 0);
     s.value[2] = pdi_contour_corner(c, i, j, di, dj);
     s.value[3] = pdi_contour_face(c, i, j, 0, dj);
-    pdi_contour_march(&s, level, piece, user);
+    pdi_contour_march(&s, level, add_segment, user);
 }
 
-PDI_FN void pdi_contour_lines(const pdi_contour *c, double level, pdi_contour_piece piece, void *user)
+PDI_FN void pdi_contour_lines(const pdi_contour *c, double level, pdi_contour_piece add_segment, void *user)
 {
     for (int j = 0; j < c->ny; j++)
         for (int i = 0; i < c->nx; i++) {
             if (isnan(pdi_contour_value(c, i, j))) continue;
             for (int k = 0; k < 4; k++)
-                pdi_contour_quarter(c, i, j, k & 1 ? 1 : -1, k & 2 ? 1 : -1, level, piece, user);
+                pdi_contour_quarter(c, i, j, k & 1 ? 1 : -1, k & 2 ? 1 : -1, level, add_segment, user);
         }
 }

@@ -18,8 +18,8 @@ typedef struct pdi_contour {
  * grid. */
 typedef void (*pdi_contour_piece)(void *user, const double *a, const double *b);
 
-/* Call `piece` for all segments of the contour lines of this level, cell by cell. */
-PDI_FN void pdi_contour_lines(const pdi_contour *contour, double level, pdi_contour_piece piece, void *user);
+/* Call add_segment for all segments of the contour lines of this level, cell by cell. */
+PDI_FN void pdi_contour_lines(const pdi_contour *contour, double level, pdi_contour_piece add_segment, void *user);
 #endif
 
 #endif

@@ -32,14 +32,14 @@ typedef enum pdi_folder_state {
 /* ---- the lock ---- */
 
 #if defined(_WIN32)
-/* Try to lock the lock file at `path`. make 1: create it when it is missing. *lock: its descriptor, when the lock is
+/* Try to lock the lock file at `path`. create 1: create it when it is missing. *lock: its descriptor, when the lock is
  * ours. */
-static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
+static pdi_folder_state pdi_folder_take(const char *path, int create, int *lock)
 {
     wchar_t wide[PDI_FILE_WIDE_SIZE];
     struct _stat info;
     pdi_file_wide(path, wide);
-    if (!make) return _wstat(wide, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_GONE;
+    if (!create) return _wstat(wide, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_GONE;
     *lock = _wopen(wide, _O_CREAT | _O_EXCL | _O_RDWR | _O_TEMPORARY, _S_IREAD | _S_IWRITE);
     if (*lock >= 0) return PDI_FOLDER_OURS;
     return _wstat(wide, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_ERROR;
@@ -90,16 +90,16 @@ static int pdi_folder_is_lock(const char *path, int lock, const struct stat *our
     return 1;
 }
 
-/* Try to lock the lock file at `path`. make 1: create it when it is missing. *lock: its descriptor, when the lock is
+/* Try to lock the lock file at `path`. create 1: create it when it is missing. *lock: its descriptor, when the lock is
  * ours. */
-static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
+static pdi_folder_state pdi_folder_take(const char *path, int create, int *lock)
 {
     struct stat ours, there;
     errno = 0;
     if (pdi_file_is_link(path)) return PDI_FOLDER_ALIEN;
     *lock = open(path, O_RDWR | O_NONBLOCK);
-    if (*lock < 0 && errno != ENOENT) return make ? PDI_FOLDER_ERROR : PDI_FOLDER_GONE;
-    if (*lock < 0 && !make) return PDI_FOLDER_GONE;
+    if (*lock < 0 && errno != ENOENT) return create ? PDI_FOLDER_ERROR : PDI_FOLDER_GONE;
+    if (*lock < 0 && !create) return PDI_FOLDER_GONE;
     if (*lock < 0) *lock = open(path, O_RDWR | O_CREAT | O_EXCL, 0666); /* which follows no link */
     if (*lock < 0) return errno == EEXIST ? PDI_FOLDER_GONE : PDI_FOLDER_ERROR;
     if (pdi_folder_busy(*lock)) {
@@ -201,8 +201,8 @@ static int pdi_folder_line(pd_file *file, char *line)
     return 1;
 }
 
-/* Open the list of files and read the name of its run, run[PD_PATH_SIZE]. *found 0: there is no list. */
-static pd_status pdi_folder_head(pd_ctx *ctx, const char *folder, pd_file *file, char *run, int *found)
+/* Open the list of files and read the name of its run, run_name[PD_PATH_SIZE]. *found 0: there is no list. */
+static pd_status pdi_folder_head(pd_ctx *ctx, const char *folder, pd_file *file, char *run_name, int *found)
 {
     char path[PD_PATH_SIZE], line[PD_PATH_SIZE];
     PDI_TRY(pd_file_join(ctx, folder, PD_FOLDER_LIST, path));
@@ -212,7 +212,7 @@ static pd_status pdi_folder_head(pd_ctx *ctx, const char *folder, pd_file *file,
     PDI_TRY(pdi_file_open(ctx, path, file));
     int head = pdi_folder_line(file, line) && strncmp(line, PDI_FOLDER_HEAD, strlen(PDI_FOLDER_HEAD) - 1) == 0;
     if (head && pdi_folder_line(file, line) && strncmp(line, "run ", 4) == 0) {
-        memcpy(run, line + 4, strlen(line + 4) + 1);
+        memcpy(run_name, line + 4, strlen(line + 4) + 1);
         return PD_OK;
     }
     pdi_file_abandon(file);
@@ -230,13 +230,13 @@ static void pdi_folder_remove_listed(pd_ctx *ctx, pd_folder *f, pd_file *file)
     }
 }
 
-/* Check that the list belongs to this run: PD_ERR_ARGUMENT when its run `found` has another name than `run`. */
-static pd_status pdi_folder_other(pd_ctx *ctx, const char *folder, const char *run, const char *found)
+/* Check that the list belongs to this run: PD_ERR_ARGUMENT when its run has another name than run_name. */
+static pd_status pdi_folder_other(pd_ctx *ctx, const char *folder, const char *run_name, const char *found_name)
 {
-    if (strcmp(run, found) == 0) return PD_OK;
+    if (strcmp(run_name, found_name) == 0) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "folder",
                     "'%.200s' holds the files of the run '%.80s', expected those of '%.80s' or none: choose another "
-                    "folder, or remove '%.200s'", folder, found, run, folder);
+                    "folder, or remove '%.200s'", folder, found_name, run_name, folder);
 }
 
 /* Delete the files of the previous run and begin a new list. */
@@ -263,21 +263,21 @@ static pd_status pdi_folder_begin(pd_ctx *ctx, pd_folder *f)
 /* ---- open, add, close ---- */
 
 /* Set path and name of a zeroed folder; newlines in the name become underscores. */
-static pd_status pdi_folder_init(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
+static pd_status pdi_folder_init(pd_ctx *ctx, const char *path, const char *run_name, pd_folder *f)
 {
     memset(f, 0, sizeof *f);
-    if (strlen(path) >= PD_PATH_SIZE || strlen(run) >= PD_PATH_SIZE - 8)
+    if (strlen(path) >= PD_PATH_SIZE || strlen(run_name) >= PD_PATH_SIZE - 8)
         return pdi_fail(ctx, PD_ERR_SIZE, "folder", "the path '%.60s...' is too long", path);
     memcpy(f->path, path, strlen(path) + 1);
-    memcpy(f->run, run, strlen(run) + 1);
+    memcpy(f->run, run_name, strlen(run_name) + 1);
     for (char *c = f->run; *c; c++)
         if (*c == '\n' || *c == '\r') *c = '_';
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
+PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run_name, pd_folder *f)
 {
-    PDI_TRY(pdi_folder_init(ctx, path, run, f));
+    PDI_TRY(pdi_folder_init(ctx, path, run_name, f));
     PDI_TRY(pd_file_make_directory(ctx, path));
     pd_status status = pdi_folder_claim(ctx, f);
     if (status == PD_OK) status = pdi_folder_begin(ctx, f);
@@ -285,13 +285,13 @@ PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run,
     return status;
 }
 
-PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run)
+PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run_name)
 {
     char found[PD_PATH_SIZE], lock[PD_PATH_SIZE];
     pd_folder f;
     pd_file list;
     int listed;
-    PDI_TRY(pdi_folder_init(ctx, path, run, &f));
+    PDI_TRY(pdi_folder_init(ctx, path, run_name, &f));
     PDI_TRY(pdi_file_can_make(ctx, path));
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LOCK, lock));
     pdi_folder_state state = pdi_folder_take(lock, 0, &f.lock);
@@ -303,10 +303,10 @@ PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run
     return listed ? pdi_folder_other(ctx, path, f.run, found) : PD_OK;
 }
 
-PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
+PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run_name, pd_folder *f)
 {
     char list[PD_PATH_SIZE];
-    PDI_TRY(pdi_folder_init(ctx, path, run, f));
+    PDI_TRY(pdi_folder_init(ctx, path, run_name, f));
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LIST, list));
     /* nothing to go on with: reading the checkpoint fails later, with a message */
     if (!pdi_file_exists(list)) return PD_OK;

@@ -28,14 +28,14 @@ typedef struct pd_folder {
 } pd_folder;
 
 #ifdef PDI_INTERNAL
-/* Create and lock the output folder `path` of the run named `run`, delete the files of its previous run and begin the
- * list of files. PD_ERR_STATE: another run writes there, or its lock file is none. PD_ERR_ARGUMENT: it holds the files
- * of a run of another name. */
-PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
+/* Create and lock the output folder `path` of a run, delete the files of its previous run and begin the list of files.
+ * PD_ERR_STATE: another run writes there, or its lock file is none. PD_ERR_ARGUMENT: it holds the files of a run of
+ * another name. */
+PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run_name, pd_folder *folder);
 /* Check, without writing, whether the folder could be opened. Same errors. */
-PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run);
+PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run_name);
 /* Lock the existing output folder of a run that restarts from a checkpoint; a missing folder is no error. */
-PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
+PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run_name, pd_folder *folder);
 /* Enter an output file in the list before it is written. path[PD_PATH_SIZE]: its path. */
 PDI_FN pd_status pdi_folder_add(pd_ctx *ctx, pd_folder *folder, const char *name, char *path);
 /* Write the length of the list of files to the checkpoint, or read it back. */

@@ -21,11 +21,11 @@ PDI_FN const char *pdi_label_raised(char sign)
     return raised[pdi_label_digit(sign) ? sign - '0' : 10];
 }
 
-/* Typeset the characters of a unit at text[at]: u to µ, exponents to superscripts. Returns how many characters were
- * read. */
-static size_t pdi_label_unit(const char *text, size_t at, char *out, size_t *used)
+/* Typeset the characters of a unit at text[position]: u to µ, exponents to superscripts. Returns how many characters
+ * were read. */
+static size_t pdi_label_unit(const char *text, size_t position, char *out, size_t *used)
 {
-    char before = at ? text[at - 1] : ' ', here = text[at], after = here ? text[at + 1] : '\0';
+    char before = position ? text[position - 1] : ' ', here = text[position], after = here ? text[position + 1] : '\0';
     size_t length = 0;
     if (here == 'u' && pdi_label_letter(after) && !pdi_label_letter(before) && !pdi_label_digit(before)) {
         pdi_label_add("\xC2\xB5", 2, out, used);
@@ -36,9 +36,9 @@ static size_t pdi_label_unit(const char *text, size_t at, char *out, size_t *use
         return 1;
     }
     do {
-        const char *sign = pdi_label_raised(text[at + length++]);
+        const char *sign = pdi_label_raised(text[position + length++]);
         pdi_label_add(sign, strlen(sign), out, used);
-    } while (pdi_label_digit(text[at + length]));
+    } while (pdi_label_digit(text[position + length]));
     return length;
 }
 

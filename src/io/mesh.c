@@ -53,9 +53,9 @@ static pd_status pdi_mesh_number(pd_ctx *ctx, const pd_table *t, int row, int co
                     t->line[row], pdi_table_text(t, -1, column), text);
 }
 
-/* Add the point of a row. beyond[3]: coordinates beyond PD_DIM, set by the first row and equal in all others. */
+/* Add the point of a row. constant[3]: coordinates beyond PD_DIM, set by the first row and equal in all others. */
 static pd_status pdi_mesh_row(pd_ctx *ctx, const pd_table *t, const int *column, int row, double scale,
-                              double *beyond, pd_points *points)
+                              double *constant, pd_points *points)
 {
     double value[PDI_MESH_COLUMNS] = {0.0}, position[PD_DIM], volume_scale = 1.0;
     for (int k = 0; k < PDI_MESH_COLUMNS; k++)
@@ -65,10 +65,10 @@ static pd_status pdi_mesh_row(pd_ctx *ctx, const pd_table *t, const int *column,
         volume_scale *= scale;
     }
     for (int d = PD_DIM; d < 3; d++) {
-        if (row == 0) beyond[d] = value[d];
-        if (value[d] < beyond[d] || value[d] > beyond[d])
+        if (row == 0) constant[d] = value[d];
+        if (value[d] < constant[d] || value[d] > constant[d])
             return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: %c = %g, expected %g as in the first row: this program"
-                            " has %d dimensions", t->path, t->line[row], "xyz"[d], value[d], beyond[d], PD_DIM);
+                            " has %d dimensions", t->path, t->line[row], "xyz"[d], value[d], constant[d], PD_DIM);
     }
     double volume = value[PDI_MESH_VOLUME] * volume_scale, tag = value[PDI_MESH_TAG];
     if (!(volume > 0.0) || !(volume < 1e100))
@@ -85,11 +85,11 @@ static pd_status pdi_mesh_table(pd_ctx *ctx, const char *path, double scale, pd_
 {
     pd_table table;
     int column[PDI_MESH_COLUMNS];
-    double beyond[3] = {0.0};
+    double constant[3] = {0.0};
     PDI_TRY(pdi_table_read(ctx, path, &table));
     pd_status status = pdi_mesh_columns(ctx, &table, column);
     for (int row = 0; row < table.rows && status == PD_OK; row++)
-        status = pdi_mesh_row(ctx, &table, column, row, scale, beyond, points);
+        status = pdi_mesh_row(ctx, &table, column, row, scale, constant, points);
     pdi_table_free(ctx, &table);
     return status;
 }

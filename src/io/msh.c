@@ -192,15 +192,18 @@ static pdi_cell_form pdi_msh_form(int64_t type, int *dimension)
 }
 
 /* *is_used 1: elements of this type become points. PD_ERR_PARSE: unknown, of higher dimension or of higher order. */
-static pd_status pdi_msh_counts(pdi_msh *m, const char *at, int64_t type, int *is_used)
+static pd_status pdi_msh_counts(pdi_msh *m, const char *position, int64_t type, int *is_used)
 {
     int dimension;
     pdi_cell_form form = pdi_msh_form(type, &dimension);
     *is_used = dimension == PD_DIM;
-    if (dimension < 0) return pdi_scan_fail(m->scan, at, "elements of type %.0f, which is not known", (double)type);
-    if (dimension > PD_DIM) return pdi_scan_fail(m->scan, at, "elements of %dD in a program of %dD", dimension, PD_DIM);
+    if (dimension < 0)
+        return pdi_scan_fail(m->scan, position, "elements of type %.0f, which is not known", (double)type);
+    if (dimension > PD_DIM)
+        return pdi_scan_fail(m->scan, position, "elements of %dD in a program of %dD", dimension, PD_DIM);
     if (*is_used && form == PDI_CELL_NONE)
-        return pdi_scan_fail(m->scan, at, "elements of type %.0f, expected straight ones: save the mesh with order 1",
+        return pdi_scan_fail(m->scan, position,
+                             "elements of type %.0f, expected straight ones: save the mesh with order 1",
                              (double)type);
     return PD_OK;
 }

@@ -206,8 +206,8 @@ static void pdi_plot_marker(pdi_canvas *canvas, int k, double x, double y, uint3
         }
 }
 
-/* Draw a dashed segment; `run`: length of the curve so far, which keeps the dashes regular across its points. */
-static void pdi_plot_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *run,
+/* Draw a dashed segment; *arc_length: length of the curve so far, which keeps the dashes regular across its points. */
+static void pdi_plot_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *arc_length,
                             uint32_t colour)
 {
     double length = pdi_canvas_length(xb - xa, yb - ya), position = 0;
@@ -215,13 +215,13 @@ static void pdi_plot_dashes(pdi_canvas *canvas, double xa, double ya, double xb,
     double limit = 4.0 * (canvas->image.width + canvas->image.height);
     if (!(length > 0) || length > 64 * limit) return;
     while (position < length) {
-        double phase = fmod(*run, 2 * PDI_PLOT_DASH);
+        double phase = fmod(*arc_length, 2 * PDI_PLOT_DASH);
         double remaining = phase < PDI_PLOT_DASH ? PDI_PLOT_DASH - phase : 2 * PDI_PLOT_DASH - phase;
         double next = pdi_min(position + pdi_max(remaining, 1e-6), length), s = position / length, t = next / length;
         if (phase < PDI_PLOT_DASH)
             pdi_canvas_line(canvas, xa + s * (xb - xa), ya + s * (yb - ya), xa + t * (xb - xa), ya + t * (yb - ya),
                             PDI_PLOT_LINE, colour);
-        *run += next - position;
+        *arc_length += next - position;
         position = next;
     }
 }
@@ -231,7 +231,7 @@ static void pdi_plot_series(const pd_plot *plot, const pdi_plot_layout *l, int k
 {
     const pd_series *s = &plot->series[k];
     uint32_t colour = pdi_colour_series(k);
-    double xa = 0, ya = 0, run = 0;
+    double xa = 0, ya = 0, arc_length = 0;
     int before = 0; /* the point before is shown */
     for (int i = 0; i < s->count; i++) {
         int shown = pdi_plot_shown(plot, s, i);
@@ -240,7 +240,7 @@ static void pdi_plot_series(const pd_plot *plot, const pdi_plot_layout *l, int k
             continue;
         }
         double x = pdi_plot_x(l, s->x[i]), y = pdi_plot_y(l, s->y[i]);
-        if (s->stroke == PD_STROKE_DASHED && before) pdi_plot_dashes(canvas, xa, ya, x, y, &run, colour);
+        if (s->stroke == PD_STROKE_DASHED && before) pdi_plot_dashes(canvas, xa, ya, x, y, &arc_length, colour);
         else if (s->stroke != PD_STROKE_MARKERS && s->stroke != PD_STROKE_DASHED && before)
             pdi_canvas_line(canvas, xa, ya, x, y, PDI_PLOT_LINE, colour);
         xa = x;
@@ -334,9 +334,9 @@ static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_c
     for (int k = 0, row = 0; k < plot->count; k++) {
         const pd_series *s = &plot->series[k];
         if (!pdi_plot_named(plot, s)) continue;
-        double y = top + 5 + (row++ + 0.5) * PDI_PLOT_LEGEND_ROW, run = 0;
+        double y = top + 5 + (row++ + 0.5) * PDI_PLOT_LEGEND_ROW, arc_length = 0;
         uint32_t colour = pdi_colour_series(k);
-        if (s->stroke == PD_STROKE_DASHED) pdi_plot_dashes(canvas, left + 12, y, left + 48, y, &run, colour);
+        if (s->stroke == PD_STROKE_DASHED) pdi_plot_dashes(canvas, left + 12, y, left + 48, y, &arc_length, colour);
         else if (s->stroke != PD_STROKE_MARKERS)
             pdi_canvas_line(canvas, left + 12, y, left + 48, y, PDI_PLOT_LINE, colour);
         if (s->stroke == PD_STROKE_MARKERS || s->stroke == PD_STROKE_BOTH)

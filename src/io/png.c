@@ -61,9 +61,9 @@ static int pdi_png_predict(int filter, const uint8_t *row, const uint8_t *above,
 
 /* Writing. */
 
-PDI_FN void pdi_png_put32(uint8_t *at, uint32_t value)
+PDI_FN void pdi_png_put32(uint8_t *bytes, uint32_t value)
 {
-    for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (24 - 8 * i));
+    for (int i = 0; i < 4; i++) bytes[i] = (uint8_t)(value >> (24 - 8 * i));
 }
 
 /* Row minus its prediction; above: zeros for the first row. Inlined for one constant filter, so that the loops are
@@ -256,9 +256,9 @@ typedef struct pdi_png_file {
 
 PDI_COLD_BEGIN
 /* Read a big-endian number of four bytes. */
-static uint32_t pdi_png_get32(const uint8_t *at)
+static uint32_t pdi_png_get32(const uint8_t *bytes)
 {
-    return (uint32_t)at[0] << 24 | (uint32_t)at[1] << 16 | (uint32_t)at[2] << 8 | at[3];
+    return (uint32_t)bytes[0] << 24 | (uint32_t)bytes[1] << 16 | (uint32_t)bytes[2] << 8 | bytes[3];
 }
 
 /* Report a damaged or unsupported file as PD_ERR_PARSE. */

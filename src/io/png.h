@@ -26,7 +26,7 @@ PDI_FN int pdi_image_gray(const pd_image *image, int column, int row);
 PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
 /* Parts of a PNG file, for files that hold more than one image. */
 /* Write a big-endian number of four bytes. */
-PDI_FN void pdi_png_put32(uint8_t *at, uint32_t value);
+PDI_FN void pdi_png_put32(uint8_t *bytes, uint32_t value);
 /* Check that an image can be written: pixels, channels and size. */
 PDI_FN pd_status pdi_png_check(pd_ctx *ctx, const pd_image *image);
 /* Write the signature and the IHDR chunk. */

@@ -13,7 +13,7 @@ PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path,
     return scan;
 }
 
-PDI_FN pd_status pdi_scan_fail(const pdi_scan *s, const char *at, const char *format, ...)
+PDI_FN pd_status pdi_scan_fail(const pdi_scan *s, const char *position, const char *format, ...)
 {
     char text[300];
     int line = 1;
@@ -21,7 +21,7 @@ PDI_FN pd_status pdi_scan_fail(const pdi_scan *s, const char *at, const char *fo
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
-    for (const char *c = s->text; c < at && c < s->end; c++) line += *c == '\n';
+    for (const char *c = s->text; c < position && c < s->end; c++) line += *c == '\n';
     return pdi_fail(s->ctx, PD_ERR_PARSE, s->where, "%.250s:%d: %s", s->path, line, text);
 }
 

@@ -19,8 +19,9 @@ typedef struct pdi_scan {
 
 /* Start at the first byte of text[size], after a byte order mark. */
 PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size);
-/* Report an error at position `at` of the text as PD_ERR_PARSE "path:line: ...". */
-PDI_FN pd_status pdi_scan_fail(const pdi_scan *scan, const char *at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
+/* Report an error at a position of the text as PD_ERR_PARSE "path:line: ...". */
+PDI_FN pd_status pdi_scan_fail(const pdi_scan *scan, const char *position, const char *format, ...)
+    PD_PRINTF_LIKE(3, 4);
 /* Read the next word. Returns its length, 0 at the end of the text. */
 PDI_FN size_t pdi_scan_word(pdi_scan *scan, const char **word);
 /* Skip to the next line. Returns 1 when the rest of the line was blank. */

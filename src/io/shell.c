@@ -62,45 +62,46 @@ static void pdi_shell_shares(pdi_shell_work *w, int layer, int k)
         }
 }
 
-/* Returns 1 when a vertex lies on a side of the grid along axis d. */
-static int pdi_shell_side(const pdi_shell_work *w, const int *at, int d)
+/* Returns 1 when the vertex index[3] lies on a side of the grid along axis d. */
+static int pdi_shell_side(const pdi_shell_work *w, const int *index, int d)
 {
-    return at[d] == 0 || at[d] == w->desc->n[d];
+    return index[d] == 0 || index[d] == w->desc->n[d];
 }
 
-/* Position of a vertex in the cube of the eight cell centres around it, 0..1 along each axis: mean of the points where
- * edges of the cube cross the surface. f[8]: volume fractions; bit d of the index: upper cell along axis d. On a side
- * of the grid the vertex lies in it, and edges across that side count only where there are no others. Returns 0 without
- * a surface. */
-static int pdi_shell_mean(const pdi_shell_work *w, const int *at, const double *f, double *mean)
+/* Position of the vertex index[3] in the cube of the eight cell centres around it, 0..1 along each axis: mean of the
+ * points where edges of the cube cross the surface. fraction[8]: volume fractions; bit d of their index: upper cell
+ * along axis d. On a side of the grid the vertex lies in it, and edges across that side count only where there are no
+ * others. Returns 0 without a surface. */
+static int pdi_shell_mean(const pdi_shell_work *w, const int *index, const double *fraction, double *position)
 {
     double sum[2][3] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     int count[2] = {0, 0};
     for (int a = 0; a < 8; a++)
         for (int d = 0; d < 3; d++) {
-            int b = a | 1 << d, side = pdi_shell_side(w, at, d);
-            if (b == a || (f[a] > 0.0) == (f[b] > 0.0)) continue;
+            int b = a | 1 << d, side = pdi_shell_side(w, index, d);
+            if (b == a || (fraction[a] > 0.0) == (fraction[b] > 0.0)) continue;
             /* the middle of the cell that is in the set */
-            double from = pdi_max(PDI_SHELL_LEAST, pdi_max(f[a], f[b]) - 0.5);
-            for (int e = 0; e < 3; e++) sum[side][e] += e != d ? a >> e & 1 : f[a] > 0.0 ? from : 1.0 - from;
+            double from = pdi_max(PDI_SHELL_LEAST, pdi_max(fraction[a], fraction[b]) - 0.5);
+            for (int e = 0; e < 3; e++) sum[side][e] += e != d ? a >> e & 1 : fraction[a] > 0.0 ? from : 1.0 - from;
             count[side]++;
         }
     int side = !count[0];
-    for (int d = 0; d < 3 && count[side]; d++) mean[d] = pdi_shell_side(w, at, d) ? 0.5 : sum[side][d] / count[side];
+    for (int d = 0; d < 3 && count[side]; d++)
+        position[d] = pdi_shell_side(w, index, d) ? 0.5 : sum[side][d] / count[side];
     return count[side];
 }
 
-/* Add a vertex for the eight cells of which (i - 1, j - 1, k - 1) is the lowest; *number: its index, unchanged without
- * a surface. */
-static pd_status pdi_shell_corner(pdi_shell_work *w, const int *at, const double *f, int32_t *number)
+/* Add the vertex index[3] between the eight cells of which index - 1 is the lowest; *number: its number, unchanged
+ * without a surface. */
+static pd_status pdi_shell_corner(pdi_shell_work *w, const int *index, const double *fraction, int32_t *number)
 {
     double mean[3];
-    if (!pdi_shell_mean(w, at, f, mean)) return PD_OK;
+    if (!pdi_shell_mean(w, index, fraction, mean)) return PD_OK;
     PDI_TRY(pdi_shell_room(w));
     *number = (int32_t)w->s->corners;
     for (int d = 0; d < 3; d++) {
-        w->low[3 * w->s->corners + d] = at[d] - 0.5;
-        w->s->x[3 * w->s->corners + d] = at[d] - 0.5 + mean[d];
+        w->low[3 * w->s->corners + d] = index[d] - 0.5;
+        w->s->x[3 * w->s->corners + d] = index[d] - 0.5 + mean[d];
     }
     w->s->corners++;
     return PD_OK;
@@ -124,22 +125,22 @@ static pd_status pdi_shell_face(pdi_shell_work *w, const int32_t *corner, const 
     return PD_OK;
 }
 
-/* Add the faces across the three edges from the lowest of the eight cells of a vertex upward. */
-static pd_status pdi_shell_faces(pdi_shell_work *w, const int *at, const double *f)
+/* Add the faces across the three edges from the lowest of the eight cells of the vertex index[3] upward. */
+static pd_status pdi_shell_faces(pdi_shell_work *w, const int *index, const double *fraction)
 {
     for (int d = 0; d < 3; d++) {
         int e = (d + 1) % 3, g = (d + 2) % 3, in[3], out[3];
         int32_t corner[4];
-        if ((f[0] > 0.0) == (f[1 << d] > 0.0)) continue;
+        if ((fraction[0] > 0.0) == (fraction[1 << d] > 0.0)) continue;
         for (int k = 0; k < 4; k++) { /* around the edge: none, e, both, g lower */
-            int to[3] = {at[0], at[1], at[2]};
+            int to[3] = {index[0], index[1], index[2]};
             to[e] -= k == 1 || k == 2;
             to[g] -= k >= 2;
-            int turned = f[0] > 0.0 ? k : 3 - k;
-            corner[turned] = w->number[(at[2] - to[2]) ? 0 : 1][(int64_t)to[1] * w->m[0] + to[0]];
+            int turned = fraction[0] > 0.0 ? k : 3 - k;
+            corner[turned] = w->number[(index[2] - to[2]) ? 0 : 1][(int64_t)to[1] * w->m[0] + to[0]];
         }
-        for (int a = 0; a < 3; a++) in[a] = out[a] = at[a] - 1;
-        (f[0] > 0.0 ? out : in)[d]++;
+        for (int a = 0; a < 3; a++) in[a] = out[a] = index[a] - 1;
+        (fraction[0] > 0.0 ? out : in)[d]++;
         PDI_TRY(pdi_shell_face(w, corner, in, out));
     }
     return PD_OK;

@@ -262,14 +262,14 @@ static void pdi_skin_shares(const double *normal, pdi_skin_part *s)
 }
 
 /* Distribute the area of a face to the points around it. size: factor from areas of the file to SI units. */
-static void pdi_skin_give(const pdi_skin_face *face, const pdi_skin_link *link, int64_t links, double scale,
+static void pdi_skin_give(const pdi_skin_face *face, const pdi_skin_link *link, int64_t link_count, double scale,
                           double size, pd_points *points)
 {
     pdi_skin_part s;
     double area_vector[PD_DIM], centroid[PD_DIM], normal[PD_DIM], longest = 0.0, depth = 0.0;
     pdi_skin_measure(face, area_vector, centroid);
     double area = pdi_vec_norm(area_vector);
-    s.cells = area > 0.0 ? pdi_skin_around(face, link, links, s.cell) : 0;
+    s.cells = area > 0.0 ? pdi_skin_around(face, link, link_count, s.cell) : 0;
     for (int d = 0; d < PD_DIM; d++) normal[d] = area > 0.0 ? area_vector[d] / area : 0.0;
     for (int k = 0; k < s.cells; k++) {
         double *along = s.along + k * PD_DIM, cell_depth = 0.0;
@@ -350,9 +350,9 @@ static pd_status pdi_skin_vertices(pd_ctx *ctx, const pdi_skin *s, int64_t count
 }
 
 /* Find coincident faces in the sorted list: those of two pieces of the file are shared (no boundary), others are seams.
- * at[2][4 count]: nodes of the seams, and their merged vertices. Returns how many entries each has. */
+ * nodes[2][4 count]: nodes of the seams, and their merged vertices. Returns how many entries each has. */
 static int64_t pdi_skin_pairs(const pdi_skin *s, const pdi_skin_place *place, int64_t count, uint8_t *shared,
-                              int64_t *at, pd_points *points)
+                              int64_t *nodes, pd_points *points)
 {
     int64_t n = 0;
     for (int64_t k = 0, next; k < count; k = next) {
@@ -364,8 +364,8 @@ static int64_t pdi_skin_pairs(const pdi_skin *s, const pdi_skin_place *place, in
             shared[place[m].face] = (uint8_t)parts;
             points->seams += !parts;
             for (int c = 0; c < face->corners && !parts; c++) {
-                at[n] = face->node[c];
-                at[4 * count + n++] = place[m].vertex[c];
+                nodes[n] = face->node[c];
+                nodes[4 * count + n++] = place[m].vertex[c];
             }
         }
     }
@@ -378,12 +378,12 @@ static pd_status pdi_skin_match(pd_ctx *ctx, const pdi_skin *s, int64_t count, u
     pdi_skin_place *place = NULL;
     double *corner = NULL;
     int32_t *vertex = NULL;
-    int64_t *at = NULL;
+    int64_t *nodes = NULL;
     if (count == 0 || 4 * count > INT32_MAX) return PD_OK;
     pd_status status = PDI_NEW(ctx, "skin", count, place);
     if (status == PD_OK) status = PDI_NEW(ctx, "skin", 12 * count, corner);
     if (status == PD_OK) status = PDI_NEW(ctx, "skin", 4 * count, vertex);
-    if (status == PD_OK) status = PDI_NEW(ctx, "skin", 8 * count, at);
+    if (status == PD_OK) status = PDI_NEW(ctx, "skin", 8 * count, nodes);
     if (status == PD_OK) status = pdi_skin_vertices(ctx, s, count, corner, vertex);
     for (int64_t k = 0; k < count && status == PD_OK; k++) {
         place[k].face = k;
@@ -396,10 +396,10 @@ static pd_status pdi_skin_match(pd_ctx *ctx, const pdi_skin *s, int64_t count, u
     }
     if (status == PD_OK) {
         qsort(place, (size_t)count, sizeof *place, pdi_skin_compare_places);
-        int64_t n = pdi_skin_pairs(s, place, count, shared, at, points);
-        points->twins = pdi_skin_distinct(at, n) - pdi_skin_distinct(at + 4 * count, n);
+        int64_t n = pdi_skin_pairs(s, place, count, shared, nodes, points);
+        points->twins = pdi_skin_distinct(nodes, n) - pdi_skin_distinct(nodes + 4 * count, n);
     }
-    PDI_DELETE(ctx, 8 * count, at);
+    PDI_DELETE(ctx, 8 * count, nodes);
     PDI_DELETE(ctx, 4 * count, vertex);
     PDI_DELETE(ctx, 12 * count, corner);
     PDI_DELETE(ctx, count, place);

@@ -18,9 +18,9 @@ typedef struct pdi_stl_corners {
 } pdi_stl_corners;
 
 /* Read a 32-bit little-endian integer. */
-static uint32_t pdi_stl_whole(const char *at)
+static uint32_t pdi_stl_whole(const char *bytes)
 {
-    const unsigned char *byte = (const unsigned char *)at;
+    const unsigned char *byte = (const unsigned char *)bytes;
     return (uint32_t)byte[0] | (uint32_t)byte[1] << 8 | (uint32_t)byte[2] << 16 | (uint32_t)byte[3] << 24;
 }
 
@@ -73,11 +73,13 @@ static pd_status pdi_stl_facet(pdi_scan *s, pdi_stl_corners *c)
     return PD_OK;
 }
 
-/* Returns 1 when nothing but padding stands between `at` and `end`. */
-static int pdi_stl_filling(const char *at, const char *end)
+/* Returns 1 when nothing but padding stands between begin and end. */
+static int pdi_stl_filling(const char *begin, const char *end)
 {
-    while (at < end && (*at == '\0' || *at == '\x1A' || *at == ' ' || *at == '\t' || *at == '\r' || *at == '\n')) at++;
-    return at == end;
+    while (begin < end && (*begin == '\0' || *begin == '\x1A' || *begin == ' ' || *begin == '\t' || *begin == '\r' ||
+                           *begin == '\n'))
+        begin++;
+    return begin == end;
 }
 
 /* Read a text file: solid NAME .. endsolid NAME, once or more often. */

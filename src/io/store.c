@@ -24,15 +24,15 @@ typedef struct pdi_store_item {
 /* ---- file header and item headers ---- */
 
 /* Read a 32-bit number in the byte order of the machine. */
-static uint32_t pdi_store_word(const uint8_t *at)
+static uint32_t pdi_store_word(const uint8_t *bytes)
 {
     uint32_t word;
-    memcpy(&word, at, sizeof word);
+    memcpy(&word, bytes, sizeof word);
     return word;
 }
 
 /* Write a 32-bit number in the byte order of the machine. */
-static void pdi_store_put(uint8_t *at, uint32_t word) { memcpy(at, &word, sizeof word); }
+static void pdi_store_put(uint8_t *bytes, uint32_t word) { memcpy(bytes, &word, sizeof word); }
 
 /* Set the CRC-32 in the last four bytes of a header of `size` bytes. */
 static void pdi_store_seal(uint8_t *head, size_t size)
@@ -268,12 +268,12 @@ PDI_FN pd_status pdi_store_keep(pd_ctx *ctx, pd_store *s)
 static void pdi_store_sum_items(pd_store *s)
 {
     uint64_t count;
-    for (uint8_t *at = s->image + PDI_STORE_HEAD; strcmp((const char *)at, PDI_STORE_END) != 0;) {
-        memcpy(&count, at + PDI_STORE_AT_COUNT, sizeof count);
-        size_t size = (size_t)count * pdi_store_word(at + PDI_STORE_AT_SIZE);
-        at += PDI_STORE_ITEM;
-        pdi_store_put(at + size, pdi_zlib_crc(0, at, size));
-        at += size + 4;
+    for (uint8_t *item = s->image + PDI_STORE_HEAD; strcmp((const char *)item, PDI_STORE_END) != 0;) {
+        memcpy(&count, item + PDI_STORE_AT_COUNT, sizeof count);
+        size_t size = (size_t)count * pdi_store_word(item + PDI_STORE_AT_SIZE);
+        item += PDI_STORE_ITEM;
+        pdi_store_put(item + size, pdi_zlib_crc(0, item, size));
+        item += size + 4;
     }
 }
 

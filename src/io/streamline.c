@@ -75,9 +75,9 @@ static double pdi_streamline_corner(const pdi_stream *f, const int64_t *cell, in
     return sum / count;
 }
 
-PDI_FN int pdi_stream_velocity(const pdi_stream *f, const double *at, double *velocity)
+PDI_FN int pdi_stream_velocity(const pdi_stream *f, const double *position, double *velocity)
 {
-    double x = at[0] / f->size[0], y = at[1] / f->size[1];
+    double x = position[0] / f->size[0], y = position[1] / f->size[1];
     if (!(x >= 0.0 && x <= f->nx && y >= 0.0 && y <= f->ny)) return 0;
     int i = x < f->nx ? (int)x : f->nx - 1, j = y < f->ny ? (int)y : f->ny - 1;
     int di = x - i >= 0.5 ? 1 : -1, dj = y - j >= 0.5 ? 1 : -1;
@@ -129,7 +129,7 @@ static int64_t *pdi_streamline_square(const pdi_streamline_search *s, double x, 
 }
 
 /* Add a point of the current line to its bucket. */
-static pd_status pdi_streamline_put(pdi_streamline_search *s, const double *at, double along)
+static pd_status pdi_streamline_put(pdi_streamline_search *s, const double *point, double arc_length)
 {
     if (s->marks == s->mark_room) {
         int64_t room = 2 * s->mark_room + 1024;
@@ -137,10 +137,10 @@ static pd_status pdi_streamline_put(pdi_streamline_search *s, const double *at, 
         s->mark_room = room;
     }
     pdi_streamline_mark *mark = &s->mark[s->marks];
-    int64_t *head = pdi_streamline_square(s, at[0], at[1]);
-    mark->x = at[0];
-    mark->y = at[1];
-    mark->along = along;
+    int64_t *head = pdi_streamline_square(s, point[0], point[1]);
+    mark->x = point[0];
+    mark->y = point[1];
+    mark->along = arc_length;
     mark->line = s->lines->count;
     mark->next = *head;
     *head = s->marks++;
@@ -156,20 +156,21 @@ static void pdi_streamline_take_back(pdi_streamline_search *s, int64_t marks)
     }
 }
 
-/* Returns 1 when a point lies within `distance` of `at`. own 1: points of the current line, more than half a turn away
- * along it; 0: points of other lines. */
-static int pdi_streamline_near(const pdi_streamline_search *s, const double *at, double distance, int own, double along)
+/* Returns 1 when a point lies within `distance` of the position. own 1: points of the current line, more than half a
+ * turn away along it; 0: points of other lines. */
+static int pdi_streamline_near(const pdi_streamline_search *s, const double *position, double distance, int own,
+                               double arc_length)
 {
     double half_turn = PDI_PI * PDI_STREAMLINE_NEAR * s->f->apart;
-    int column = (int)(at[0] / s->f->apart), row = (int)(at[1] / s->f->apart);
+    int column = (int)(position[0] / s->f->apart), row = (int)(position[1] / s->f->apart);
     for (int j = row - 1; j <= row + 1; j++)
         for (int i = column - 1; i <= column + 1; i++) {
             if (i < 0 || i >= s->columns || j < 0 || j >= s->rows) continue;
             for (int64_t k = s->head[(int64_t)j * s->columns + i]; k >= 0; k = s->mark[k].next) {
                 const pdi_streamline_mark *mark = &s->mark[k];
                 if ((mark->line == s->lines->count) != own) continue;
-                if (own && fabs(mark->along - along) < half_turn) continue;
-                if (pdi_canvas_length(mark->x - at[0], mark->y - at[1]) < distance) return 1;
+                if (own && fabs(mark->along - arc_length) < half_turn) continue;
+                if (pdi_canvas_length(mark->x - position[0], mark->y - position[1]) < distance) return 1;
             }
         }
     return 0;
@@ -178,10 +179,10 @@ static int pdi_streamline_near(const pdi_streamline_search *s, const double *at,
 /* ---- one line ---- */
 
 /* Unit vector of the velocity times sense (1 downstream, -1 upstream); 0: no fluid, or at rest. */
-static int pdi_streamline_way(const pdi_streamline_search *s, const double *at, double sense, double *direction)
+static int pdi_streamline_way(const pdi_streamline_search *s, const double *position, double sense, double *direction)
 {
     double u[2];
-    if (!pdi_stream_velocity(s->f, at, u)) return 0;
+    if (!pdi_stream_velocity(s->f, position, u)) return 0;
     double speed = pdi_canvas_length(u[0], u[1]);
     if (!(speed > s->least)) return 0;
     direction[0] = sense * u[0] / speed;
@@ -205,7 +206,7 @@ static int pdi_streamline_step(const pdi_streamline_search *s, const double *fro
 }
 
 /* Append a point to the current line and to its bucket. */
-static pd_status pdi_streamline_store(pdi_streamline_search *s, const double *at, double along)
+static pd_status pdi_streamline_store(pdi_streamline_search *s, const double *point, double arc_length)
 {
     pdi_streamlines *l = s->lines;
     if (l->points == l->point_room) {
@@ -213,9 +214,9 @@ static pd_status pdi_streamline_store(pdi_streamline_search *s, const double *at
         PDI_TRY(PDI_GROW(s->ctx, "streamline", 2 * l->point_room, 2 * room, l->at));
         l->point_room = room;
     }
-    l->at[2 * l->points] = at[0];
-    l->at[2 * l->points++ + 1] = at[1];
-    return pdi_streamline_put(s, at, along);
+    l->at[2 * l->points] = point[0];
+    l->at[2 * l->points++ + 1] = point[1];
+    return pdi_streamline_put(s, point, arc_length);
 }
 
 /* Returns 1 when the segment a-b passes the seed, so that the line is closed. */
@@ -228,12 +229,12 @@ static int pdi_streamline_meets(const pdi_streamline_search *s, const double *se
 }
 
 /* Returns 1 when a face without flow is near on one side alone; a line there would be drawn on that face. */
-static int pdi_streamline_beside_face(const pdi_stream *f, const double *at)
+static int pdi_streamline_beside_face(const pdi_stream *f, const double *position)
 {
     for (int d = 0; d < 2; d++) {
         int blocked[2];
         for (int up = 0; up < 2; up++) {
-            double to[2] = {at[0], at[1]};
+            double to[2] = {position[0], position[1]};
             to[d] += (up ? 1 : -1) * PDI_STREAMLINE_CLEAR * f->apart;
             blocked[up] = pdi_streamline_cell(f, (int)floor(to[0] / f->size[0]), (int)floor(to[1] / f->size[1])) < 0;
         }
@@ -243,9 +244,9 @@ static int pdi_streamline_beside_face(const pdi_stream *f, const double *at)
 }
 
 /* Returns 1 when another line, or the mirror line, is nearer than `distance` [pixel]. */
-static int pdi_streamline_crowded(const pdi_streamline_search *s, const double *at, double distance)
+static int pdi_streamline_crowded(const pdi_streamline_search *s, const double *position, double distance)
 {
-    return pdi_streamline_near(s, at, distance, 0, 0.0) || (s->f->mirrored && at[1] < 0.5 * distance);
+    return pdi_streamline_near(s, position, distance, 0, 0.0) || (s->f->mirrored && position[1] < 0.5 * distance);
 }
 
 /* Trace the line from its seed downstream (sense 1) or upstream (-1) and store its points. *length: its length, *closed
@@ -264,22 +265,23 @@ static pd_status pdi_streamline_half(pdi_streamline_search *s, const double *see
             step *= 0.5;
             continue;
         }
-        double along = *length + step;
+        double arc_length = *length + step;
         if (pdi_streamline_crowded(s, to, PDI_STREAMLINE_NEAR * s->f->apart)) break;
-        *closed = along > 4.0 * s->step && pdi_streamline_meets(s, seed, at, to);
+        *closed = arc_length > 4.0 * s->step && pdi_streamline_meets(s, seed, at, to);
         if (*closed) {
-            *length = along;
-            return pdi_streamline_store(s, seed, sense * along);
+            *length = arc_length;
+            return pdi_streamline_store(s, seed, sense * arc_length);
         }
-        if (near_self > along && pdi_streamline_near(s, to, PDI_STREAMLINE_NEAR * s->f->apart, 1, sense * along)) {
-            near_self = along;
+        if (near_self > arc_length &&
+            pdi_streamline_near(s, to, PDI_STREAMLINE_NEAR * s->f->apart, 1, sense * arc_length)) {
+            near_self = arc_length;
             points = l->points;
             marks = s->marks;
         }
-        if (along > near_self + PDI_PI * s->f->apart) break;
+        if (arc_length > near_self + PDI_PI * s->f->apart) break;
         memcpy(at, to, sizeof at);
-        *length = along;
-        if (n % s->every == 0 || step < s->step) PDI_TRY(pdi_streamline_store(s, at, sense * along));
+        *length = arc_length;
+        if (n % s->every == 0 || step < s->step) PDI_TRY(pdi_streamline_store(s, at, sense * arc_length));
     }
     if (!(near_self < HUGE_VAL)) return PD_OK;
     l->points = points;
@@ -288,14 +290,14 @@ static pd_status pdi_streamline_half(pdi_streamline_search *s, const double *see
     return PD_OK;
 }
 
-/* Reverse the order of `count` points at[2]. */
-static void pdi_streamline_reverse(double *at, int64_t count)
+/* Reverse the order of `count` points [2]. */
+static void pdi_streamline_reverse(double *points, int64_t count)
 {
     for (int64_t a = 0, b = count - 1; a < b; a++, b--)
         for (int d = 0; d < 2; d++) {
-            double other = at[2 * a + d];
-            at[2 * a + d] = at[2 * b + d];
-            at[2 * b + d] = other;
+            double other = points[2 * a + d];
+            points[2 * a + d] = points[2 * b + d];
+            points[2 * b + d] = other;
         }
 }
 

@@ -37,7 +37,7 @@ typedef struct pdi_streamlines {
 } pdi_streamlines;
 
 /* Interpolated velocity at a point [pixel], scaled to the picture [pixel/s]; 0: no fluid there, or outside. */
-PDI_FN int pdi_stream_velocity(const pdi_stream *stream, const double *at, double *velocity);
+PDI_FN int pdi_stream_velocity(const pdi_stream *stream, const double *position, double *velocity);
 /* Largest speed of a cell [m/s], 0 without any fluid. */
 PDI_FN double pdi_stream_fastest(const pdi_stream *stream);
 /* Compute evenly spaced streamlines of a field. */

@@ -132,15 +132,15 @@ static size_t pdi_svg_letter(const char *text)
     return size;
 }
 
-PDI_FN void pdi_svg_text(pdi_svg *svg, double x, double y, const char *anchor, int up, int bold, uint32_t colour,
+PDI_FN void pdi_svg_text(pdi_svg *svg, double x, double y, const char *anchor, int upward, int bold, uint32_t colour,
                          const char *text)
 {
     if (!text[0]) return;
     pdi_svg_string(svg, "<text");
-    pdi_svg_length(svg, "x", up ? -y : x);
-    pdi_svg_length(svg, "y", up ? x : y);
+    pdi_svg_length(svg, "x", upward ? -y : x);
+    pdi_svg_length(svg, "y", upward ? x : y);
     pdi_svg_colour(svg, "fill", colour);
-    if (up) pdi_svg_string(svg, " transform=\"rotate(-90)\"");
+    if (upward) pdi_svg_string(svg, " transform=\"rotate(-90)\"");
     if (bold) pdi_svg_string(svg, " font-weight=\"bold\"");
     pdi_svg_string(svg, " text-anchor=\"");
     pdi_svg_string(svg, anchor);

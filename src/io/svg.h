@@ -29,9 +29,9 @@ PDI_FN void pdi_svg_path(pdi_svg *svg);
 PDI_FN void pdi_svg_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb);
 /* End the path and set its line width and colour. */
 PDI_FN void pdi_svg_path_end(pdi_svg *svg, double width, uint32_t colour);
-/* Add a UTF-8 text with (x, y) on its baseline. anchor: "start", "middle" or "end"; up 1: rotated to read upward.
+/* Add a UTF-8 text with (x, y) on its baseline. anchor: "start", "middle" or "end"; upward 1: rotated to read upward.
  * Characters that XML does not allow become question marks. */
-PDI_FN void pdi_svg_text(pdi_svg *svg, double x, double y, const char *anchor, int up, int bold, uint32_t colour,
+PDI_FN void pdi_svg_text(pdi_svg *svg, double x, double y, const char *anchor, int upward, int bold, uint32_t colour,
                          const char *text);
 /* Embed an image, as PNG in base64, with its upper left corner at (left, top). */
 PDI_FN void pdi_svg_image(pdi_svg *svg, int left, int top, const pd_image *image);

@@ -7,11 +7,11 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Append a tick at the value `at`; an empty label makes a minor tick. */
-static void pdi_ticks_add(pdi_ticks *axis, double at, const char *label)
+/* Append a tick at a value; an empty label makes a minor tick. */
+static void pdi_ticks_add(pdi_ticks *axis, double value, const char *label)
 {
     if (axis->count >= PDI_TICKS_TICKS) return;
-    axis->at[axis->count] = at;
+    axis->at[axis->count] = value;
     snprintf(axis->label[axis->count++], sizeof axis->label[0], "%.31s", label);
 }
 

@@ -188,14 +188,14 @@ static int pdi_vtu_take(pdi_vtu_stream *s, uint8_t *out, size_t size)
 }
 
 /* Decode an unsigned integer of `size` bytes in the byte order of the file. */
-static uint64_t pdi_vtu_whole(const pdi_vtu *v, const uint8_t *at, int size)
+static uint64_t pdi_vtu_whole(const pdi_vtu *v, const uint8_t *bytes, int size)
 {
     const uint16_t probe = 1;
     uint8_t first;
     uint64_t value = 0;
     memcpy(&first, &probe, 1);
     int low_first = (first == 1) != (v->swap == 1);
-    for (int k = 0; k < size; k++) value = value << 8 | at[low_first ? size - 1 - k : k];
+    for (int k = 0; k < size; k++) value = value << 8 | bytes[low_first ? size - 1 - k : k];
     return value;
 }
 
@@ -260,9 +260,9 @@ static int pdi_vtu_kind(pdi_vtu_text text, pdi_vtu_type *type)
 }
 
 /* Decode one number of this type and size. */
-static double pdi_vtu_number(const pdi_vtu *v, const uint8_t *at, int size, pdi_vtu_type type)
+static double pdi_vtu_number(const pdi_vtu *v, const uint8_t *bytes, int size, pdi_vtu_type type)
 {
-    uint64_t bits = pdi_vtu_whole(v, at, size);
+    uint64_t bits = pdi_vtu_whole(v, bytes, size);
     if (type == PDI_VTU_UNSIGNED) return (double)bits;
     if (type == PDI_VTU_SIGNED) {
         uint64_t minus = UINT64_C(1) << (8 * size - 1);

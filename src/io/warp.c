@@ -16,9 +16,9 @@ typedef struct pdi_warp_paper {
     uint8_t *paint;     /* [n[0] * n[1]] */
 } pdi_warp_paper;
 
-/* Position at[2] [m] of the displaced corner of the cell (i, j) at its right (s 1) or left, upper (t 1) or lower end:
- * it moves by the mean over the cells that meet there and are connected with this one, directly or through others. */
-static void pdi_warp_corner(const pdi_warp *w, int i, int j, int s, int t, double *at)
+/* Position[2] [m] of the displaced corner of the cell (i, j) at its right (s 1) or left, upper (t 1) or lower end: it
+ * moves by the mean over the cells that meet there and are connected with this one, directly or through others. */
+static void pdi_warp_corner(const pdi_warp *w, int i, int j, int s, int t, double *position)
 {
     const pd_picture *p = w->still;
     int cell[4], in[4] = {1, 0, 0, 0}, count = 0;
@@ -38,8 +38,8 @@ static void pdi_warp_corner(const pdi_warp *w, int i, int j, int s, int t, doubl
         for (int d = 0; d < 2; d++) sum[d] += w->move[(size_t)d * cells + (size_t)cell[k]];
         count++;
     }
-    at[0] = p->lo[0] + (i + s) * (p->hi[0] - p->lo[0]) / p->nx + sum[0] / count;
-    at[1] = p->lo[1] + (j + t) * (p->hi[1] - p->lo[1]) / p->ny + sum[1] / count;
+    position[0] = p->lo[0] + (i + s) * (p->hi[0] - p->lo[0]) / p->nx + sum[0] / count;
+    position[1] = p->lo[1] + (j + t) * (p->hi[1] - p->lo[1]) / p->ny + sum[1] / count;
 }
 
 /* Displaced corners at[4][2] [m] of a cell, in turn. */

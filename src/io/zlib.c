@@ -54,9 +54,9 @@ static uint32_t pdi_zlib_crc_byte(uint32_t byte)
     return byte;
 }
 
-static uint32_t pdi_zlib_word(const uint8_t *at)
+static uint32_t pdi_zlib_word(const uint8_t *bytes)
 {
-    return at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+    return bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
 /* CRC-32 of eight bytes at a time (slicing by 8: Kounavis and Berry, IEEE Trans. Comput. 57 (2008), 1550). */
@@ -415,13 +415,13 @@ static void pdi_zlib_flush(pdi_zlib_writer *s, size_t end, int last)
     PD_ASSERT(s->used + 8 <= PDI_ZLIB_ROOM);
 }
 
-static void pdi_zlib_insert(pdi_zlib_writer *s, size_t at)
+static void pdi_zlib_insert(pdi_zlib_writer *s, size_t pos)
 {
-    if (at + 3 > s->size) return;
-    uint32_t key = (uint32_t)s->data[at] | (uint32_t)s->data[at + 1] << 8 | (uint32_t)s->data[at + 2] << 16;
+    if (pos + 3 > s->size) return;
+    uint32_t key = (uint32_t)s->data[pos] | (uint32_t)s->data[pos + 1] << 8 | (uint32_t)s->data[pos + 2] << 16;
     uint32_t hash = (key * 0x9E3779B1u) >> 17;
-    s->prev[at % PDI_ZLIB_WINDOW] = s->head[hash];
-    s->head[hash] = (int32_t)at;
+    s->prev[pos % PDI_ZLIB_WINDOW] = s->head[hash];
+    s->head[hash] = (int32_t)pos;
 }
 
 /* Number of equal bytes at the start of two sequences, at most `most`. */
@@ -439,21 +439,21 @@ static uint32_t pdi_zlib_common(const uint8_t *here, const uint8_t *there, uint3
 
 /* Longest match of at least 3 bytes for the position just inserted; the nearest among equal ones. Returns its length or
  * 0. */
-static uint32_t pdi_zlib_match(const pdi_zlib_writer *s, size_t at, uint32_t *distance)
+static uint32_t pdi_zlib_match(const pdi_zlib_writer *s, size_t position, uint32_t *distance)
 {
     uint32_t best = 2, max_length = PDI_ZLIB_MAX_MATCH;
-    if (at + 3 > s->size) return 0;
-    if (s->size - at < max_length) max_length = (uint32_t)(s->size - at);
-    const uint8_t *here = s->data + at;
-    int32_t candidate = s->prev[at % PDI_ZLIB_WINDOW];
+    if (position + 3 > s->size) return 0;
+    if (s->size - position < max_length) max_length = (uint32_t)(s->size - position);
+    const uint8_t *here = s->data + position;
+    int32_t candidate = s->prev[position % PDI_ZLIB_WINDOW];
     for (int tries = 0; tries < PDI_ZLIB_CHAIN && candidate >= 0; tries++) {
-        if (at - (size_t)candidate > PDI_ZLIB_WINDOW - 1) break;
+        if (position - (size_t)candidate > PDI_ZLIB_WINDOW - 1) break;
         const uint8_t *there = s->data + candidate;
         if (there[best] == here[best]) {
             uint32_t length = pdi_zlib_common(here, there, max_length);
             if (length > best) {
                 best = length;
-                *distance = (uint32_t)(at - (size_t)candidate);
+                *distance = (uint32_t)(position - (size_t)candidate);
                 if (best == max_length) break;
             }
         }
