@@ -210,7 +210,7 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
 {
     double reach = width / 2 + 1;
     if (!(fabs(xa) + fabs(ya) + fabs(xb) + fabs(yb) < 1e300)) return;
-    /* Far points would cost time and overflow an int. */
+    /* Clip: far points would cost time and overflow an int. */
     if (!pdi_canvas_cut(&xa, &ya, &xb, &yb, canvas->left - reach, canvas->right + reach) ||
         !pdi_canvas_cut(&ya, &xa, &yb, &xb, canvas->top - reach, canvas->bottom + reach))
         return;

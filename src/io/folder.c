@@ -54,7 +54,7 @@ static void pdi_folder_write(int lock, const char *text) { (void)_write(lock, te
 /* Delete the lock file while its lock is held, then release it, so that no other run loses its lock. */
 static void pdi_folder_drop(const char *path, int lock)
 {
-    (void)path; /* goes with its last descriptor */
+    (void)path; /* deleted with its last descriptor */
     _close(lock);
 }
 #else

@@ -61,7 +61,7 @@ PDI_FN const char *pdi_label_value(const char *text, char *out)
 {
     size_t number = strcspn(text, " ");
     if (!text[number] || number >= PDI_LABEL_SIZE) return pdi_label_text(text, 0, out);
-    pdi_label_text(text + number, 1, out); /* a blank comes first */
+    pdi_label_text(text + number, 1, out); /* begins with a space */
     size_t length = strlen(out);
     if (number + length >= PDI_LABEL_SIZE) length = PDI_LABEL_SIZE - 1 - number;
     memmove(out + number, out, length);

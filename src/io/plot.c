@@ -101,7 +101,7 @@ static pd_status pdi_plot_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layo
             y_lo = pdi_min(y_lo, pdi_plot_end(plot, s, i, -1));
             y_hi = pdi_max(y_hi, pdi_plot_end(plot, s, i, 1));
         }
-    if (!(x_lo <= x_hi)) { /* nothing is known: an empty frame, over the places that are */
+    if (!(x_lo <= x_hi)) { /* no point can be shown: an empty frame over the x that are known */
         pdi_plot_places(plot, &x_lo, &x_hi);
         y_lo = plot->y_log ? 1.0 : 0.0;
         y_hi = plot->y_log ? 10.0 : 1.0;

@@ -128,7 +128,7 @@ static double pdi_points_integrate(pdi_cell_form form, const double *const *corn
     double x[PDI_POINTS_CORNERS * PD_DIM], volume = 0.0, size = 0.0, first = 0.0, whole = 1.0;
     for (int d = 0; d < PD_DIM; d++) centre[d] = 0.0;
     for (int k = 0; k < PDI_POINTS_CORNERS; k++)
-        for (int d = 0; d < PD_DIM; d++) { /* from the first corner, which keeps digits */
+        for (int d = 0; d < PD_DIM; d++) { /* relative to the first corner, against cancellation */
             x[k * PD_DIM + d] = corner[pdi_points_corner(form, k)][d] - corner[0][d];
             size = pdi_max(size, fabs(x[k * PD_DIM + d]));
         }

@@ -80,7 +80,7 @@ static int pdi_shell_mean(const pdi_shell_work *w, const int *index, const doubl
         for (int d = 0; d < 3; d++) {
             int b = a | 1 << d, side = pdi_shell_side(w, index, d);
             if (b == a || (fraction[a] > 0.0) == (fraction[b] > 0.0)) continue;
-            /* the middle of the cell that is in the set */
+            /* from the centre of the cell that is in the set */
             double from = pdi_max(PDI_SHELL_LEAST, pdi_max(fraction[a], fraction[b]) - 0.5);
             for (int e = 0; e < 3; e++) sum[side][e] += e != d ? a >> e & 1 : fraction[a] > 0.0 ? from : 1.0 - from;
             count[side]++;
@@ -214,7 +214,7 @@ static void pdi_shell_relax(pdi_shell_work *w)
         for (int64_t c = 0; c < s->corners; c++)
             for (int d = 0; d < 3 && w->weight[c] > 0.0; d++) {
                 double low = w->low[3 * c + d], *x = &s->x[3 * c + d];
-                if (low < 0.0 || low > w->desc->n[d] - 1.0) continue; /* it stays in the side of the lattice */
+                if (low < 0.0 || low > w->desc->n[d] - 1.0) continue; /* it stays in the side of the grid */
                 *x = pdi_min(pdi_max(*x + PDI_SHELL_PULL * (w->sum[3 * c + d] / w->weight[c] - *x), low), low + 1.0);
             }
     }

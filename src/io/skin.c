@@ -339,7 +339,7 @@ static int64_t pdi_skin_distinct(int64_t *number, int64_t n)
 static pd_status pdi_skin_vertices(pd_ctx *ctx, const pdi_skin *s, int64_t count, double *corner, int32_t *vertex)
 {
     int32_t *root = NULL, joined = 0, n = (int32_t)(4 * count);
-    for (int64_t k = 0; k < n; k++) /* the first one stands for corners that a face does not have */
+    for (int64_t k = 0; k < n; k++) /* missing corners of a face repeat its first one */
         for (int d = 0; d < PD_DIM; d++)
             corner[3 * k + d] = s->face[k / 4].x[k % 4 < s->face[k / 4].corners ? k % 4 : 0][d];
     PDI_TRY(pdi_weld_exact(ctx, corner, n, vertex));

@@ -108,7 +108,7 @@ static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, 
 {
     double count = size >= PDI_STL_HEAD ? (double)pdi_stl_whole(text + PDI_STL_HEAD - 4) : -1.0;
     double whole = PDI_STL_HEAD + PDI_STL_EACH * count;
-    /* what a text has there is a number that no file holds; other bytes may follow the last triangle */
+    /* text at this position gives a count beyond any file size; other bytes may follow the last triangle */
     if (count > 0.0 && (double)size >= whole) return pdi_stl_binary(ctx, text, (uint32_t)count, c);
     pdi_scan scan = pdi_scan_begin(ctx, "stl", path, text, size), first = scan;
     const char *word;

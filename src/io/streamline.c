@@ -353,7 +353,7 @@ static pd_status pdi_streamline_all(pdi_streamline_search *s, int64_t fastest)
     double seed[2] = {((double)(fastest % f->nx) + 0.5) * f->size[0], ((double)(fastest / f->nx) + 0.5) * f->size[1]};
     PDI_TRY(pdi_streamline_try(s, seed));
     PDI_TRY(pdi_streamline_beside(s, 0));
-    for (int j = 0; j < 2 * s->rows; j++) /* what has no way to the lines so far */
+    for (int j = 0; j < 2 * s->rows; j++) /* regions that no line so far is connected with */
         for (int i = 0; i < 2 * s->columns; i++) {
             int64_t count = s->lines->count;
             seed[0] = (i + 0.5) * f->nx * f->size[0] / (2.0 * s->columns);

@@ -110,7 +110,7 @@ PDI_FN void pdi_ticks_widen(double margin_fraction, pdi_ticks *axis)
         axis->hi *= factor;
         return;
     }
-    if (size < 1e-300) { /* below, shares of it are rounded to nothing */
+    if (size < 1e-300) { /* below, fractions of it underflow */
         axis->lo = 0;
         axis->hi = 1;
     } else if (axis->hi - axis->lo <= 1e-9 * size) {

@@ -424,7 +424,7 @@ static void pdi_zlib_insert(pdi_zlib_writer *s, size_t pos)
     s->head[hash] = (int32_t)pos;
 }
 
-/* Number of equal bytes at the start of two sequences, at most `most`. */
+/* Number of equal bytes at the start of two sequences, at most max_length. */
 static uint32_t pdi_zlib_common(const uint8_t *here, const uint8_t *there, uint32_t max_length)
 {
     uint32_t length = 0;
