@@ -280,7 +280,7 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     }
     int header = l->left + title + stamp + (title && stamp ? 30 : 0);
     if (!l->has_bar && p->label) header += pdi_canvas_text_width(l->label) + 30;
-    if (l->has_bar && l->axis_bar.exponent && header + 10 > l->bar) l->top += 22; /* room for the power of ten above the bar */
+    if (l->has_bar && l->axis_bar.exponent && header + 10 > l->bar) l->top += 22; /* room for the power of ten */
     /* Under a narrow field the label is wider than the field. */
     int label = pdi_canvas_text_width(l->x_label), centred = l->left + (l->x.pixels - label) / 2;
     l->x_label_start = centred > l->y_label ? centred : l->y_label;

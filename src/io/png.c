@@ -423,7 +423,7 @@ static pd_status pdi_png_pixels(pd_ctx *ctx, const pdi_png_file *png, pd_image *
     size_t stride = ((size_t)png->width * bits + 7) / 8, step = bits < 8 ? 1 : bits / 8;
     size_t size = (size_t)png->height * (stride + 1);
     uint8_t *raw = NULL;
-    /* Deflate compresses at most 1032 to 1: a small file that claims a huge image is refused before memory is allocated. */
+    /* Deflate compresses at most 1032 to 1: a small file that claims a huge image is refused before allocation. */
     if (size / 1032 > png->packed.size) return pdi_png_bad(ctx, png, "too few data for this number of pixels");
     PDI_TRY(PDI_NEW(ctx, "png", size, raw));
     pd_status status = pdi_zlib_inflate(ctx, png->path, png->packed.data, png->packed.size, raw, size);

@@ -25,7 +25,6 @@ typedef struct pd_points {
     int64_t twins;    /* number of boundary nodes that coincide with another one */
 } pd_points;
 
-/* Free the points. A zeroed object is allowed. */
 #define pd_points_free PD_NAME(pd_points_free)
 
 /* Free the points. A zeroed object is allowed. */
