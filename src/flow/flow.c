@@ -1,8 +1,5 @@
-/* flow: see flow.h
- *
- * Design: sweeps work on blocks of neighbours along axis 0, bond by bond; their own values and their sums stay in
- * registers. All terms of a bond are taken in one pass. Rows blank out their closed bonds.
- */
+/* flow: see flow.h. Sweeps work on blocks of neighbours along axis 0, bond by bond, and take all terms of a bond in one
+ * pass. Rows (nodes with cut families) blank out their closed bonds. */
 #include "flow/flow.h"
 #include "core/sets.h"
 #include "core/par.h"
@@ -13,8 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* [cells] A place on an inlet counts as outside. */
-#define PDI_FLOW_BEYOND 1e-6
+#define PDI_FLOW_BEYOND 1e-6 /* [cells] offset that puts a point on an inlet outside of the box */
 
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
@@ -24,24 +20,24 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
-/* v becomes K v at `node` with the tensor of row r, mirrored along the axes of `odd`. */
+/* v = K v at `node`, with the tensor K of row r (eq. 4.2b), mirrored along the axes whose bits are set in `odd`. */
 static void pdi_flow_advect(const pd_flow *flow, int32_t r, int32_t node, int odd, double *v)
 {
     const double *k = flow->bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
     int64_t total = flow->grid->total;
-    double before[PD_DIM];
-    for (int b = 0; b < PD_DIM; b++) before[b] = v[b * total + node];
+    double old[PD_DIM];
+    for (int b = 0; b < PD_DIM; b++) old[b] = v[b * total + node];
     for (int a = 0; a < PD_DIM; a++) {
         double sum = 0.0;
         for (int b = 0; b < PD_DIM; b++) {
-            double part = k[a * PD_DIM + b] * before[b];
+            double part = k[a * PD_DIM + b] * old[b];
             sum += ((odd >> a ^ odd >> b) & 1) ? -part : part;
         }
         v[a * total + node] = sum;
     }
 }
 
-/* 1: row r has the divergence (4.2c). */
+/* 1: row r takes the pointwise divergence (4.2c). */
 static int pdi_flow_evened(const pd_flow *flow, int32_t r) { return flow->even && flow->bonds->smooth[r]; }
 
 PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *bend,
@@ -70,8 +66,7 @@ PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const dou
 }
 
 /* ---- divergence beside smooth surfaces ---- */
-
-/* (4.2c) of row r less its bond fluxes. */
+/* Pointwise divergence (4.2c) at row r less the sum of its bond fluxes [1/s]. */
 static double pdi_flow_more(const pd_flow *flow, const double *u, const double *advecting, int32_t r, int held)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -138,7 +133,7 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
 }
 
 PDI_COLD_BEGIN
-/* Row r and the rows that its open bonds lead to are of one patch. */
+/* Merges the patch of row r with those of the rows at the far ends of its open bonds (disjoint sets). */
 static void pdi_flow_join(pd_flow *flow, int32_t r)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -152,6 +147,7 @@ static void pdi_flow_join(pd_flow *flow, int32_t r)
     }
 }
 
+/* Lists the arrays over rows. */
 static void pdi_flow_rim_list(pdi_owner *owner, void *object)
 {
     pd_flow *flow = (pd_flow *)object;
@@ -199,23 +195,23 @@ PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow)
     pdi_flow_advecting(ctx, flow, flow->u, flow->sharp.bend, flow->advecting);
 }
 
-/* Nodes of a block: one vector, or two short ones, so that all that belongs to its nodes stays in registers. */
-#define PDI_FLOW_BLOCK PDI_VECTOR
+#define PDI_FLOW_BLOCK PDI_VECTOR /* nodes of a block: their values and sums stay in registers */
 
-/* Twice the sums of a block. The convective term is the skew-symmetric sum of 1/2 g.(w_i + w_j) v_j (eq. 4.3). That of
- * the velocity under the Laplacian is taken as v_i + (v_j - v_i), so that both terms share the difference. */
+/* Twice the sums of a block. Convection is the skew-symmetric 1/2 g.(w_i + w_j) v_j (eq. 4.3), whose v_j is taken as
+ * v_i + (v_j - v_i), so that convection and friction share the difference. */
 typedef struct pdi_flow_sums {
     double momentum[PD_DIM][PDI_FLOW_BLOCK]; /* convective and viscous terms but for v_i times the fluxes */
     double flux[PDI_FLOW_BLOCK];             /* of `mass` */
     double stabiliser[PDI_FLOW_BLOCK];              /* fourth-order pressure difference (eq. 4.4) */
 } pdi_flow_sums;
 
-/* What a block of nodes i .. i+count-1 reads again for each of its bonds. */
+/* Values of a block of nodes i .. i+count-1, which every bond reads again. */
 typedef struct pdi_flow_own {
     double mass[PD_DIM][PDI_FLOW_BLOCK], u[PD_DIM][PDI_FLOW_BLOCK], grad[PD_DIM][PDI_FLOW_BLOCK], p[PDI_FLOW_BLOCK];
     double open[PDI_FLOW_BLOCK]; /* 1 or 0: the bond in hand is open or closed */
 } pdi_flow_own;
 
+/* Copies the values of `count` nodes from i. */
 PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count,
                                   pdi_flow_own *PD_RESTRICT own)
 {
@@ -228,8 +224,8 @@ PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, 
     for (int b = 0; b < count; b++) own->p[b] = t->p[i + b];
 }
 
-/* Add bond k of the nodes i .. i+count-1. open: 1 or 0 for each of them, NULL: 1. pressure: 1, or 0 when the bond
- * carries none. Inlined with constants for `count` and `open`. */
+/* Adds bond k of nodes i .. i+count-1. open: 1 or 0 for each, NULL: all open. pressure 0: it carries no pressure
+ * flux. */
 PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, const pdi_flow_own *PD_RESTRICT own,
                               int32_t i, int k, int count, const double *PD_RESTRICT open, double pressure,
                               pdi_flow_sums *PD_RESTRICT sums)
@@ -257,7 +253,7 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
     }
 }
 
-/* All bonds of nodes with whole families. Inlined with a constant for `count`. */
+/* Adds all bonds of nodes with full families. Inlined with a constant for `count`. */
 PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count,
                                pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
@@ -266,7 +262,7 @@ PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int
         pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, sums);
 }
 
-/* The open bonds of the rows from r; all of whole families (-1). Bonds to inlets carry no pressure. */
+/* Adds the open bonds of the rows from r; r = -1: full families. Bonds to inlets carry no pressure flux. */
 PDI_SHARED void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
                              pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
@@ -282,16 +278,15 @@ PDI_SHARED void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32
     }
 }
 
+/* Not inlined: for blocks shorter than a vector. */
 PDI_FEW void pdi_flow_few(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t row, int count,
                           pdi_flow_own *own, pdi_flow_sums *sums)
 {
     pdi_flow_cut(flow, t, i, row, count, own, sums);
 }
 
-/* `count` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). The wall enters the
- * Laplacian through wall_lap, and the curvature of the velocity at the wall, known from the momentum balance there
- * (nu u'' = G - f), through wall_curv (eq. 3.3, 3.4). The radial component of a vector turns with the circumference:
- * lap u_r - u_r/r^2 (eq. 3.10). */
+/* Residuals of `count` nodes from i: rows from `row`, or full families (-1). Wall friction enters by wall_lap,
+ * curvature at the wall, nu u'' = G - f, by wall_curv (eq. 3.3, 3.4); `turn`: lap u_r - u_r/r^2 (3.10). */
 static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t row, int count, double *ru,
                            double *rc)
 {
@@ -324,13 +319,13 @@ static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     }
 }
 
-/* The operands of a sweep. */
 typedef struct pdi_flow_sweep {
     const pd_flow *flow;
     const pdi_flow_terms *terms;
     double *ru, *rc; /* [m/s2] [1/s] */
 } pdi_flow_sweep;
 
+/* Sweep callback: a range of nodes. */
 static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_flow_sweep *s = (const pdi_flow_sweep *)user;
@@ -428,6 +423,7 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
     return flux - (flow->impulse ? 1.0 : flow->stabilisation) * a * (0.5 * stabiliser);
 }
 
+/* Callback: flux of a bond. */
 static double pdi_flow_section_bond(const void *user, int32_t i, int k)
 {
     return pdi_flow_bond_flux((const pd_flow *)user, i, k);
@@ -440,7 +436,7 @@ double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 }
 
 PDI_COLD_BEGIN
-/* What the inlet ghost beside node i behind the face `up` of axis d pushes through it [m^d/s]. */
+/* Volume flux [m^d/s] into the box by the velocity of the inlet ghost beside node i, behind the face `up` of axis d. */
 static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
 {
     const pd_grid *grid = flow->grid;
@@ -452,11 +448,11 @@ static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
 
-/* The same of a developed inlet at the end `up` of axis d, by the bonds of the node to ghosts. */
+/* The same for an inlet of developed flow at the end `up` of axis d, from the bonds of the node to ghosts. */
 static double pdi_flow_developed(const pd_flow *flow, int32_t i, int d, int up)
 {
     const pd_grid *grid = flow->grid;
-    int at = pdi_grid_along(grid, i, d), shift = up ? 2 * (grid->n[d] - at) - 1 : -2 * at - 1;
+    int position = pdi_grid_along(grid, i, d), shift = up ? 2 * (grid->n[d] - position) - 1 : -2 * position - 1;
     int32_t ghost = i + shift * grid->stride[d];
     if (abs(shift) > 2 * grid->ghost || grid->kind[ghost] != PD_INLET) return 0.0;
     const double *v = flow->advecting + (int64_t)d * grid->total;
@@ -489,6 +485,7 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
     return taken;
 }
 
+/* Lists the arrays over inlet ghosts. */
 static void pdi_flow_inlet_list(pdi_owner *owner, void *object)
 {
     pd_flow *flow = (pd_flow *)object;
@@ -497,7 +494,7 @@ static void pdi_flow_inlet_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, flow, entry, flow->inlets, "1");
 }
 
-/* Room for what inlets hold: solid in them may dissolve. */
+/* Reallocates them when their number has changed: solid behind an inlet may dissolve. */
 static pd_status pdi_flow_hold(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
@@ -506,8 +503,7 @@ static pd_status pdi_flow_hold(pd_ctx *ctx, pd_flow *flow)
     return pdi_owner_renew(ctx, pdi_flow_inlet_list, flow, &flow->inlets, inlets);
 }
 
-/* Inlet values follow the kinds of the ghosts; behind periodic and mirror sides they are images too. *moved: at least
- * the largest change [m/s]. */
+/* Evaluates the inlet velocity at all inlet ghosts, images included. *moved: raised to the largest change [m/s]. */
 static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
 {
     const pd_grid *grid = flow->grid;
@@ -545,12 +541,13 @@ PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow)
     return pdi_flow_inlets(ctx, flow, &moved);
 }
 
-/* The velocity of walls, and the largest component of it so far. */
+/* User data of pdi_flow_wall: the velocity callback and the largest component so far. */
 typedef struct pdi_flow_walls {
     const pd_flow *flow;
     double fastest; /* [m/s] */
 } pdi_flow_walls;
 
+/* Velocity u of the wall at x; records the largest component. */
 static void pdi_flow_wall(void *user, const double *x, double *u)
 {
     pdi_flow_walls *walls = (pdi_flow_walls *)user;
@@ -558,7 +555,7 @@ static void pdi_flow_wall(void *user, const double *x, double *u)
     for (int d = 0; d < PD_DIM; d++) walls->fastest = pdi_max(walls->fastest, fabs(u[d]));
 }
 
-/* What moving walls do to row r (eq. 3.3), and their acceleration from t - half to t + half (eq. 4.17b). */
+/* motion [PD_DIM] [1/m/s] = wall terms of row r beside moving walls (eq. 3.3), with their acceleration (eq. 4.17b). */
 static void pdi_flow_move_wall(pd_flow *flow, int32_t r, double half, pdi_flow_walls *walls, double *motion)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -575,14 +572,14 @@ static void pdi_flow_move_wall(pd_flow *flow, int32_t r, double half, pdi_flow_w
 }
 
 /* ---- scales of the problem (eq. 4.5b) ---- */
-
-/* Mean speed [m/s] of a plane channel of width L that the force drives: 12 nu U/L^2 + U^2/L = force. */
+/* Mean speed [m/s] of a plane channel of width L driven by `force` [m/s2]: 12 nu U/L^2 + U^2/L = force (eq. 4.5b). */
 static double pdi_flow_forced_speed(const pd_flow *flow, double force)
 {
     double friction = 6.0 * flow->nu / flow->length;
     return force * flow->length / (friction + sqrt(friction * friction + force * flow->length));
 }
 
+/* Weight tau of the pressure flux (eq. 4.5), and blending of the isotropic friction (eq. 4.1f), from U. */
 static void pdi_flow_stabilise(pd_flow *flow)
 {
     double rate = 0.0;
@@ -592,17 +589,18 @@ static void pdi_flow_stabilise(pd_flow *flow)
     flow->isotropy = pdi_isotropic_share(&flow->isotropic, flow->speed / flow->nu);
 }
 
-/* A force along a periodic axis drives a flow; along others it counts where nothing else moves the fluid. */
+/* Estimates L and U (eq. 4.5b). A force along a periodic axis drives a flow; other forces count where nothing else
+ * does. walls: largest wall speed [m/s]. */
 static void pdi_flow_scale(pd_flow *flow, double walls)
 {
     double force = 0.0, around = 0.0;
     flow->length = pdi_scales_fluid(flow->grid);
     for (int d = 0; d < PD_DIM; d++) {
-        double most = fabs(flow->force[d]);
+        double largest = fabs(flow->force[d]);
         for (int32_t node = 0; node < flow->grid->total && flow->body; node++)
-            if (flow->grid->kind[node] == PD_FLUID) most = pdi_max(most, fabs(pdi_flow_force(flow, d, node)));
-        force = pdi_max(force, most);
-        if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = pdi_max(around, most);
+            if (flow->grid->kind[node] == PD_FLUID) largest = pdi_max(largest, fabs(pdi_flow_force(flow, d, node)));
+        force = pdi_max(force, largest);
+        if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = pdi_max(around, largest);
     }
     flow->speed = pdi_max(pdi_max(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_forced_speed(flow, around));
     if (!(flow->speed > 0.0)) flow->speed = pdi_flow_forced_speed(flow, force);
@@ -620,7 +618,8 @@ PDI_FN void pdi_flow_start(pd_flow *flow)
     pdi_flow_stabilise(flow);
 }
 
-/* What moving walls do to all rows. *fastest: their speed [m/s]. */
+/* Updates the wall terms of all rows. *fastest: largest wall speed [m/s]; *moved: raised to the largest change
+ * [m/s]. */
 static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half, double *moved, double *fastest)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -646,7 +645,7 @@ static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half, do
     return PD_OK;
 }
 
-/* The body force at fluid nodes, metal included: it may dissolve. *moved: at least its largest change [m/s2]. */
+/* Evaluates the body force at fluid nodes and metal (it may dissolve). *moved: raised to its largest change [m/s2]. */
 static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *moved)
 {
     const pd_grid *grid = flow->grid;
@@ -666,7 +665,8 @@ static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *moved)
     return PD_OK;
 }
 
-/* *walls: speed of the walls [m/s]. */
+/* Sets all boundary data and the body force to those of time t. *walls: largest wall speed [m/s]; others:
+ * pdi_flow_at. */
 static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double half, double *moved, double *walls)
 {
     double velocity = 0.0, force = 0.0;
@@ -709,6 +709,7 @@ PDI_FN void pdi_flow_list(pdi_owner *owner, void *object)
     if (flow->clock) PDI_VALUE(owner, flow, time, "s");
 }
 
+/* Inner part of the build: checks desc and fills the fields. The caller frees after an error. */
 static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
                                pd_flow *flow)
 {

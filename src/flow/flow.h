@@ -102,21 +102,24 @@ PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
  * fluid neighbours. */
 PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow);
 #ifdef PDI_INTERNAL
-/* Ghosts, pressure gradient and advecting velocity of the u and p that the caller has put in: all that transport needs
- * of a given flow. */
+/* Updates all that follows from the u and p that the caller has put in: velocity ghosts, pressure ghosts, pressure
+ * gradient and advecting velocity. Transport needs no more of a given flow. */
 PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow);
-/* Velocities of inlets and walls and the body force become those of time t [s]; nothing happens without a clock. half
- * [s]: walls accelerate as they do on average from t - half to t + half; 0: not at all, as in steady flow. moved may be
- * NULL, or gets [-] the largest change: of velocities over U, of forces over U^2/L. */
+/* Sets inlet velocities, wall velocities and the body force to those of time t [s]. Without a clock nothing happens.
+ * half [s]: wall acceleration is the mean from t - half to t + half (eq. 4.17b); 0: none, as in steady flow. moved,
+ * NULL allowed, gets [-] the largest change: of velocities over U, of forces over U^2/L. Returns an error for a
+ * non-finite value. */
 PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half, double *moved);
-/* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
+/* Residuals of the present state: momentum ru [PD_DIM][total] [m/s2] and continuity rc [total] [1/s], 0 outside of
+ * fluid nodes (eq. 4.1, 4.2). Updates the derived fields first (pdi_flow_prepare). */
 PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
 #endif
 /* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s] of all bonds that cross the plane between cells
  * `index - 1` and `index` of `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
 PD_API double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
 #ifdef PDI_INTERNAL
-/* The same from node velocities of the layer `index` of `axis`: sum u_axis times the face of a cell. */
+/* Volume flux through the same section from the node velocities of the layer `index` of `axis`: sum of u_axis times the
+ * face of a cell [m^d/s]. Ghosts are not used. */
 static inline double pdi_flow_section_nodes(const pd_flow *flow, int axis, int index)
 {
     const pd_grid *grid = flow->grid;
@@ -134,9 +137,9 @@ static inline double pdi_flow_section_nodes(const pd_flow *flow, int axis, int i
 PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_flow that it has from the start. */
+/* Lists the arrays of a pd_flow (`object`) that it has from the start, for allocation, checkpoint and freeing. */
 PDI_FN void pdi_flow_list(pdi_owner *owner, void *object);
-/* Fields of one evaluation. */
+/* Input fields of one evaluation of momentum and continuity. */
 typedef struct pdi_flow_terms {
     const double *mass;    /* advecting velocity: convects u; its divergence is the continuity term [m/s] */
     const double *u;       /* [m/s] */
@@ -145,31 +148,37 @@ typedef struct pdi_flow_terms {
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
     const double *wall_motion; /* [1/m/s] of moving walls, or NULL */
 } pdi_flow_terms;
-/* advecting velocity = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts
- * are given. bend: second differences of v, which then is sharpened (eq. 4.6c); NULL: second order. */
+/* advecting [PD_DIM][total] [m/s] = the velocity that makes the bond fluxes: K v at nodes with cut families (K: tensor
+ * of eq. 4.2b), v elsewhere. v with its inlet ghosts is given, other ghosts are filled. bend: second differences of v
+ * for the fourth-order correction (eq. 4.6c); NULL: second order. */
 PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *bend,
                                double *advecting);
-/* [s] weight of the present pressure in the pressure flux. */
+/* Weight [s] of the present pressure in the stabilising pressure flux: tau of eq. 4.4, or that of a stage in time. */
 static inline double pdi_flow_weight(const pd_flow *flow) { return flow->impulse ? flow->now : flow->stabilisation; }
-/* From here on inlets hold their velocity on the side. */
+/* From here on inlets hold their velocity on the side of the box: ghosts are odd about it (eq. 4.5c). */
 PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow);
-/* Ghosts of a velocity, or of a step of one (held 0). */
+/* Fills the ghosts of a velocity v [PD_DIM][total] [m/s]. held 0: v is a Newton increment, 0 at inlets. */
 PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v);
-/* grad = G p at fluid nodes, images and outlet ghosts (eq. 3.5). */
+/* grad [PD_DIM][total] [m/s2] = pressure gradient G p at fluid nodes, mirror images and outlet ghosts (eq. 3.5, beside
+ * smooth surfaces 3.5b). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
-/* Momentum and continuity terms M(u, P) (eq. 4.1, 4.2); ghosts must be filled. */
+/* ru, rc = momentum [m/s2] and continuity [1/s] sums over all open bonds (eq. 4.1, 4.2): convection, friction, pressure
+ * gradient, pressure flux. Ghosts must be filled. Fourth order and fitted walls are added by other functions. */
 PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
                                  double *rc);
-/* Take the body force off ru [PD_DIM][total] [m/s2]; beside walls as much of it as of the pressure gradient. */
+/* Subtracts the position-dependent body force from the momentum residual ru [PD_DIM][total] [m/s2]. Beside walls it is
+ * scaled as the pressure gradient is (eq. 3.4). */
 PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru);
-/* Force per mass [m/s2] along axis d at a fluid node. */
+/* Body force per mass [m/s2] along axis d at a fluid node: the uniform one and that of the callback. */
 static inline double pdi_flow_force(const pd_flow *flow, int d, int32_t node)
 {
     return flow->force[d] + (flow->body ? flow->body[(int64_t)d * flow->grid->total + node] : 0.0);
 }
-/* Find the patches of rows that (4.2c) is for, as the geometry is. */
+/* Groups the rows (nodes with cut families) beside smooth surfaces into connected patches, over which the divergence
+ * (4.2c) is made conservative. Call after the geometry has changed. */
 PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow);
-/* 1: row r has (3.4b) in the place of (3.3) and (3.4). A surface that moves there keeps these. */
+/* 1: row r takes the wall terms of the quadratic fit (3.4b) in place of the parabola of (3.3) and (3.4). Rows beside a
+ * moving surface keep the parabola. */
 static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
 {
     if (!flow->even || !pdi_reconstruct_bent(&flow->slopes, r)) return 0;
@@ -177,42 +186,45 @@ static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
         if (fabs(flow->wall_motion[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
     return 1;
 }
-/* ru += what (3.4b) and (3.4c) have more than (3.3) and (3.4) of the velocity u, of the pressure p and of its gradient.
- * held: the body force counts. */
+/* ru += the difference between the fitted wall terms (3.4b, 3.4c) and those of (3.3), (3.4), for velocity u, pressure p
+ * and its gradient. held 1: a state, the body force counts; 0: a Newton increment. */
 PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p, const double *grad,
                           int held, double *ru);
-/* rc += sign times what (4.2c) has more than the bond fluxes of `advecting`, made from u by pdi_flow_advecting. */
+/* rc += sign times the difference between the pointwise divergence (4.2c) and the bond fluxes of `advecting`, beside
+ * smooth surfaces. Its mean over each patch is 0, so no volume passes the body. held 1: a state; 0: an increment. */
 PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting, int held,
                           double sign, double *rc);
-/* ru += what fourth order has more of the momentum of u, or of its derivative along a step u, with the advecting
- * velocity and the pressure gradient of it. */
+/* ru += the fourth-order correction of momentum (eq. 4.6e to 4.6g). u == flow->u: of the state; else its derivative
+ * along the increment u, whose advecting velocity and pressure gradient are given. */
 PDI_FN void pdi_flow_sharpen(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
                              const double *grad, double *ru);
-/* What steps carry on; with all that follows from it after reading. */
+/* Writes the state to a checkpoint, or reads it and then updates all derived fields. */
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive);
-/* The speed of the problem is no less than that of the velocity in flow: the start of a flow in time. */
+/* Raises the velocity scale U to the largest velocity component present: the start of a flow in time. Updates tau. */
 PDI_FN void pdi_flow_start(pd_flow *flow);
-/* Residuals of momentum [m/s2] and of continuity [1/s] are measured against U^2/L + nu U/L^2 and U/L. */
+/* Scale of the momentum residual, U^2/L + nu U/L^2 [m/s2] (eq. 4.7). That of continuity is U/L. */
 static inline double pdi_flow_momentum(const pd_flow *flow, double speed, double length)
 {
     return speed / length * (speed + flow->nu / length);
 }
 /* ---- volume flux of a bond (eq. 4.4): share g.(w_i + w_j) - tau/2 a stabiliser. It is linear: that of a step is its
  * derivative, in single precision for the products of solvers ---- */
-/* g.w at one end; components of w are `stride` apart. */
+/* Dot product g.w at one end of a bond; components of w are `stride` apart. */
 PDI_INLINE double pdi_flow_along(const double *g, const double *w, int64_t stride)
 {
     double sum = g[0] * w[0];
     for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
     return sum;
 }
+/* The same in single precision. */
 PDI_INLINE float pdi_flow_along_single(const float *g, const float *w, int64_t stride)
 {
     float sum = g[0] * w[0];
     for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
     return sum;
 }
-/* g.(w_i + w_j): what the advecting velocity w brings through the bond, and into the momentum (eq. 4.3). */
+/* g.(w_i + w_j): volume flux per volume [1/s] that the advecting velocity w carries through the bond (eq. 4.2, 4.3).
+ * near, far: w at the two ends. */
 PDI_INLINE double pdi_flow_convected(const double *g, const double *near, int64_t near_stride, const double *far,
                                    int64_t far_stride)
 {
@@ -220,7 +232,8 @@ PDI_INLINE double pdi_flow_convected(const double *g, const double *near, int64_
     for (int d = 0; d < PD_DIM; d++) sum += g[d] * (near[d * near_stride] + far[d * far_stride]);
     return sum;
 }
-/* stabiliser = 2 (p_j - p_i) - xi.(G_i + G_j): the pressure difference less that of the gradients, of fourth order. */
+/* Pressure stabilisation of a bond, 2 (p_j - p_i) - xi.(G_i + G_j) (eq. 4.4): pressure difference less that of the
+ * gradients, of fourth order. step: p_j - p_i; near, far: gradients at the two ends. */
 PDI_INLINE double pdi_flow_stabiliser(const double *xi, double step, const double *near, int64_t near_stride,
                                       const double *far, int64_t far_stride)
 {
@@ -228,6 +241,7 @@ PDI_INLINE double pdi_flow_stabiliser(const double *xi, double step, const doubl
     for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (near[d * near_stride] + far[d * far_stride]);
     return stabiliser;
 }
+/* The same in single precision. */
 PDI_INLINE float pdi_flow_stabiliser_single(const float *xi, float step, const float *near, int64_t near_stride,
                                             const float *far, int64_t far_stride)
 {
@@ -235,11 +249,11 @@ PDI_INLINE float pdi_flow_stabiliser_single(const float *xi, float step, const f
     for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (near[d * near_stride] + far[d * far_stride]);
     return stabiliser;
 }
-/* Volume flux per volume [1/s] of the bond k from node i to its far end, that of the potential included (eq. 4.10b).
- * Bonds to inlets carry no pressure. */
+/* Volume flux per volume [1/s] through bond k from node i to its far end, with pressure flux and divergence-free
+ * correction (eq. 4.4, 4.10b). Bonds to inlets carry no pressure flux. It is what advects solutes. */
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
-/* Volume per time [m3/s, per m in planar 2D] that bonds to inlets bring. *pushed: what the velocities of the inlets
- * make on the faces of the cells beside them, in sum; *gross: the sum of their sizes. */
+/* Returns the volume per time [m3/s; planar 2D: m2/s] that the bonds to inlets carry into the box. *pushed: what the
+ * inlet velocities give on the faces of the cells beside them, net; *gross: the sum of their sizes. */
 PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, double *gross);
 #endif
 

@@ -2,7 +2,8 @@
 #include "flow/impulse.h"
 #include "core/par.h"
 
-/* The pressure flux of the impulse of `count` consecutive nodes from i, which are the rows from `row`. */
+/* Sweep callback: pressure flux of the impulse at `count` consecutive nodes from i, which are the rows from `row` (-1:
+ * full families). */
 static void pdi_impulse_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pd_flow *flow = (const pd_flow *)user;

@@ -6,10 +6,10 @@
 #include "flow/flow.h"
 
 #ifdef PDI_INTERNAL
-/* The pressure flux becomes that of `share` times flow->impulse, and of the pressure of flow times `now` [s], the
- * weight that a stage has for it; 0: no stage is being solved. Fills the ghosts of flow->impulse. */
+/* Computes the known part of the pressure flux from `share` times the pressure impulse; `now` [s]: weight of the
+ * present pressure in the stage that is solved, 0: none is (eq. 4.15c). Fills the ghosts of flow->impulse. */
 PDI_FN void pdi_impulse_set(const pd_ctx *ctx, pd_flow *flow, double share, double now);
-/* The impulse of fluid nodes becomes share times itself and weight [s] times the pressure above that of outlets. */
+/* Updates the pressure impulse at fluid nodes: I = share I + weight (p - p_out), weight [s]. */
 PDI_FN void pdi_impulse_move(pd_flow *flow, double share, double weight);
 #endif
 

@@ -5,10 +5,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Cell Reynolds number at which half of the excess is left: from 2 on central differences of advection waver. */
+/* Cell Reynolds number at which half of the correction is left: from 2 on central differences of convection
+ * oscillate. */
 #define PDI_ISOTROPIC_CELL 2.0
 
-/* L u of component f at `node`, by the bonds of a square that are open (eq. 4.1d). */
+/* Mixed second difference of component f over a square with a missing bond, to be taken off (eq. 4.1d); 0: it is
+ * complete. */
 static double pdi_isotropic_square(const pd_bonds *bonds, const pd_square *square, int32_t r, const double *f)
 {
     int32_t node = bonds->node[r];
@@ -116,7 +118,7 @@ PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate)
     return 1.0 / (1.0 + times * times);
 }
 
-/* The bond with the offset n; -1: none. */
+/* Bond with the offset n; -1: none. */
 static int pdi_isotropic_find(const pd_stencil *s, const int *n)
 {
     for (int k = 0; k < s->count; k++)
@@ -124,7 +126,7 @@ static int pdi_isotropic_find(const pd_stencil *s, const int *n)
     return -1;
 }
 
-/* The four squares beside a node in the plane of the axes a and b. 0: the family has no diagonals. */
+/* Adds the four squares around a node in the plane of axes a and b. 0: the family has no diagonal bonds. */
 static int pdi_isotropic_plane(const pd_stencil *s, int a, int b, pd_isotropic *isotropic)
 {
     double wanted = (1.0 / (s->h[a] * s->h[a]) + 1.0 / (s->h[b] * s->h[b])) / 12.0;
@@ -146,7 +148,7 @@ static int pdi_isotropic_plane(const pd_stencil *s, int a, int b, pd_isotropic *
     return 1;
 }
 
-/* The third moments of the gradient: M_dd/6 less the mean of M_bd/2 over the other axes (eq. 4.2d). */
+/* Third moments of the gradient: M_dd/6 less the mean of M_bd/2 over the other axes (eq. 4.2d). */
 static double pdi_isotropic_bent(const pd_stencil *s, int d)
 {
     double bend = 0.0;

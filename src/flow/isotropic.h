@@ -27,7 +27,7 @@ typedef struct pd_isotropic {
 } pd_isotropic;
 
 #ifdef PDI_INTERNAL
-/* A row beside a surface with the velocity `wall`; NULL: 0. */
+/* A row (node with a cut family) beside a surface with the velocity `wall`; NULL: at rest. */
 typedef struct pdi_slope_place {
     const pd_bonds *bonds;
     int32_t r;
@@ -35,22 +35,24 @@ typedef struct pdi_slope_place {
     void *user;
 } pdi_slope_place;
 
-/* Families of the nearest neighbours on planar lattices get weights; others none. */
+/* Weights with isotropic leading error for families of the nearest neighbours on planar lattices (eq. 4.1c); for others
+ * isotropic->bonds stays NULL. */
 PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
-/* Share of the excess that a flow takes whose Reynolds number is `rate` [1/m] a length: it falls from 1 to 0 as that of
- * the longest spacing grows, where advection errs by more than friction (theory: eq. 4.1f). */
+/* Blending factor of the isotropic weights, 1 to 0 (eq. 4.1f): 1/(1 + (U h/(2 nu))^2) with the longest spacing h, since
+ * convection errs by more than friction in fast flow. rate: U/nu [1/m]. */
 PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate);
-/* What the squares of row r that are not complete take off the Laplacian of a component f [total]. */
+/* Correction of the Laplacian of component f [total] at row r for squares that cut bonds leave incomplete (eq.
+ * 4.1d). */
 PDI_FN double pdi_isotropic_row(const pd_isotropic *isotropic, int32_t r, const double *f);
-/* ru += what `excess` brings too much to friction nu of u [PD_DIM][total] by squares that are not complete. */
+/* ru += the same for all rows and components of u [PD_DIM][total], times the viscosity nu [m2/s]. */
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru);
-/* advecting -= bend times the second difference of v [PD_DIM][total] at fluid nodes between two open ones. */
+/* advecting -= third-moment correction (4.2d): a factor times the second difference of v [PD_DIM][total] along its own
+ * axis, at fluid nodes between two open ones. */
 PDI_FN void pdi_isotropic_velocity(const pd_ctx *ctx, const pd_isotropic *isotropic, const double *v,
                                    double *advecting);
-/* Derivative [1/s] of component d of u along axis d: of the parabola through both neighbours, or the surface where it
- * comes before one of them; with the nearest neighbours in the plane then of the cubic through the node behind the
- * other, too. */
+/* Derivative [1/s] of component d of u along axis d: parabola through both neighbours, or through the surface where it
+ * is nearer. In 2D on nearest neighbours a cubic with the node behind the open neighbour (for eq. 4.2c). */
 PDI_FN double pdi_isotropic_slope(const pdi_slope_place *place, int d, const double *u);
 #endif
 

@@ -5,11 +5,10 @@
 
 #ifdef PDI_INTERNAL
 
-/* Mean speed [m/s] through the inlet nodes next to the box, of the side where it is largest; u
- * [PD_DIM][total]. */
+/* Largest mean inlet speed [m/s] over the sides, from the inlet ghosts next to the box. u [PD_DIM][total]. */
 PDI_FN double pdi_scales_entry(const pd_grid *grid, const double *u);
-/* Smallest extent [m] of the fluid across which it stands between walls; of a box without them, between its sides. What
- * lies in front of a mirror counts twice. */
+/* Length scale L [m] (eq. 4.5b): smallest extent of the fluid between walls; without walls, between the sides of the
+ * box. An extent that ends at a mirror counts twice. */
 PDI_FN double pdi_scales_fluid(const pd_grid *grid);
 
 #endif

@@ -4,20 +4,21 @@
 #include <math.h>
 #include <string.h>
 
-/* Largest Reynolds number of a flow, and of the longest spacing, at which fourth order is known to pay. */
-#define PDI_SHARP_REYNOLDS 1000.0
-#define PDI_SHARP_REYNOLDS_CELL 16.0
+#define PDI_SHARP_REYNOLDS 1000.0 /* largest Reynolds number at which fourth order is measured to pay (eq. 4.6h) */
+#define PDI_SHARP_REYNOLDS_CELL 16.0 /* the same of the longest spacing (eq. 4.6h) */
 
-static const double *pdi_sharp_along(const pd_sharp *sharp, const double *bend, int axis, int of)
+/* Second differences along `axis` of component `of`: [total]. */
+static const double *pdi_sharp_along(const pd_sharp *sharp, const double *bend, int axis, int component)
 {
-    return bend + (int64_t)(axis * PD_DIM + of) * sharp->bonds->grid->total;
+    return bend + (int64_t)(axis * PD_DIM + component) * sharp->bonds->grid->total;
 }
 
+/* 1: the node is fluid, or a ghost that stands for fluid. */
 static int pdi_sharp_open(const pd_sharp *sharp, int32_t node) { return pdi_grid_open(sharp->bonds->grid->kind[node]); }
 
 /* ---- second differences ---- */
 
-/* Second derivative at 0 of the polynomial through `count` values f at the places x (Lagrange). */
+/* Second derivative at 0 of the Lagrange polynomial through `count` values f at the places x. */
 static double pdi_sharp_second(const double *x, const double *f, int count)
 {
     double sum = 0.0;
@@ -39,15 +40,15 @@ static double pdi_sharp_second(const double *x, const double *f, int count)
     return sum;
 }
 
-/* That of component `of` of v along axis d at row r beside a wall, by the cubic through the wall, the node and the next
- * two; the quadratic where there is less. */
+/* Second difference of component `of` of v along axis d at row r beside a wall: cubic through the wall value, the node
+ * and the next two (eq. 4.6b); a quadratic where there are fewer. */
 static double pdi_sharp_beside(const pd_sharp *sharp, pd_velocity_fn wall, void *user, const double *v, int32_t r,
-                               int d, int of)
+                               int d, int component)
 {
     const pd_grid *grid = sharp->bonds->grid;
     const double *leg = sharp->bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
     int32_t node = sharp->bonds->node[r];
-    const double *f = v + (int64_t)of * grid->total + node;
+    const double *f = v + (int64_t)component * grid->total + node;
     double place[5], value[5];
     int count = 1;
     place[0] = 0.0;
@@ -70,14 +71,14 @@ static double pdi_sharp_beside(const pd_sharp *sharp, pd_velocity_fn wall, void 
             pd_grid_position(grid, node, x);
             x[d] += place[count] * grid->h[d];
             wall(user, x, u);
-            value[count] = u[of];
+            value[count] = u[component];
         }
         count++;
     }
     return pdi_sharp_second(place, value, count);
 }
 
-/* Behind inlets the velocity is odd about what they hold. */
+/* Second differences along `axis` at ghosts. Behind inlets the velocity is odd about the value of the inlet. */
 static void pdi_sharp_behind(const pd_sharp *sharp, int axis, double *bend)
 {
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
@@ -118,7 +119,7 @@ PDI_FN void pdi_sharp_bend(const pd_ctx *ctx, const pd_sharp *sharp, pd_velocity
 
 /* ---- advecting velocity ---- */
 
-/* The differences of f from `node` to its neighbours along axis b, in sum; those of the kind `only` (0: open ones). */
+/* Sum of the differences of f from `node` to its neighbours along axis b: open ones, or those of the kind `only`. */
 static double pdi_sharp_spread(const pd_sharp *sharp, const double *f, int32_t node, int b, int only)
 {
     const pd_grid *grid = sharp->bonds->grid;
@@ -130,14 +131,15 @@ static double pdi_sharp_spread(const pd_sharp *sharp, const double *f, int32_t n
     return sum;
 }
 
-/* Half the number of neighbours along axis d: (4.2b) makes up for a closed one, which a node that knows its wall needs
- * not. 0: between two walls nothing passes. */
+/* Half the number of open neighbours along axis d: 1, 0.5 beside a wall, 0 between two. The tensor of (4.2b) doubles a
+ * component that points at a wall, which (4.6c) needs not. */
 static double pdi_sharp_sides(const pd_sharp *sharp, int32_t node, int d)
 {
     int32_t stride = sharp->bonds->grid->stride[d];
     return 0.5 * (pdi_sharp_open(sharp, node - stride) + pdi_sharp_open(sharp, node + stride));
 }
 
+/* Component d of the advecting velocity (4.6c) at a node. */
 static double pdi_sharp_component(const pd_sharp *sharp, const double *v, const double *bend, int32_t node, int d)
 {
     const double *f = v + (int64_t)d * sharp->bonds->grid->total;
@@ -152,8 +154,8 @@ static double pdi_sharp_component(const pd_sharp *sharp, const double *v, const 
     return sides * value;
 }
 
-/* Second difference of f along the inlet, of a node at its end that of the next one: a wall is no part of what an inlet
- * holds. */
+/* Second difference of the inlet profile f along axis b; at its end that of the next node, since a wall is no part of
+ * it. */
 static double pdi_sharp_held_bend(const pd_sharp *sharp, const double *f, int32_t node, int b)
 {
     const pd_grid *grid = sharp->bonds->grid;
@@ -165,8 +167,8 @@ static double pdi_sharp_held_bend(const pd_sharp *sharp, const double *f, int32_
     return grid->kind[node + 2 * to] == PD_INLET ? f[node] - 2.0 * f[node + to] + f[node + 2 * to] : 0.0;
 }
 
-/* The ghost at place k of the list gets what makes the mean with the node that it mirrors that of the inlet, whose
- * velocity on the side of the box is in `work`. */
+/* Sets the inlet ghost at place k of the list so that its mean with the node that it mirrors is (4.6c) of the inlet
+ * profile, which is in `work`. */
 static void pdi_sharp_inlet(const pd_sharp *sharp, int32_t k, double *sharpened)
 {
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
@@ -188,7 +190,7 @@ static void pdi_sharp_inlet(const pd_sharp *sharp, int32_t k, double *sharpened)
     }
 }
 
-/* All ghosts of inlets; those behind periodic and mirror sides as well repeat others. */
+/* Sets all inlet ghosts. Those behind periodic and mirror sides repeat others. */
 static void pdi_sharp_inlets(const pd_sharp *sharp, const double *v, double *sharpened)
 {
     const pd_grid *grid = sharp->bonds->grid;
@@ -232,13 +234,13 @@ PDI_FN void pdi_sharp_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const d
 
 /* ---- pressure gradient ---- */
 
-/* 1: the node has a pressure. */
+/* 1: the node has a pressure: it is open and no inlet. */
 static int pdi_sharp_presses(const pd_sharp *sharp, int32_t node)
 {
     return pdi_sharp_open(sharp, node) && sharp->bonds->grid->kind[node] != PD_INLET;
 }
 
-/* Second difference of p with the stride `to`; at the end of a line what the next ones have, on a straight line. */
+/* Second difference of p with `stride`. At the end of a line it is extrapolated linearly from the next ones. */
 static double pdi_sharp_pressed(const pd_sharp *sharp, const double *p, int32_t i, int32_t stride)
 {
     int below = pdi_sharp_presses(sharp, i - stride), above = pdi_sharp_presses(sharp, i + stride);
@@ -251,8 +253,8 @@ static double pdi_sharp_pressed(const pd_sharp *sharp, const double *p, int32_t 
     return 2.0 * next - (p[i + to] - 2.0 * p[i + 2 * to] + p[i + 3 * to]);
 }
 
-/* The gradient from p and its second differences q along the stride: of cubics and more between two nodes, of cubics at
- * the end of a line. */
+/* Derivative of p along the stride, times h, with its second differences q (eq. 4.6d): one-sided at the end of a line.
+ * Exact for cubics. */
 static double pdi_sharp_slope(const pd_sharp *sharp, const double *p, const double *q, int32_t stride, int32_t i)
 {
     int below = pdi_sharp_presses(sharp, i - stride), above = pdi_sharp_presses(sharp, i + stride);
@@ -285,14 +287,14 @@ PDI_FN void pdi_sharp_gradient(const pd_ctx *ctx, const pd_sharp *sharp, const d
 
 /* ---- momentum through faces ---- */
 
-/* What passes a face upwards, per volume. */
+/* Volume and momentum that pass a face upwards, per cell volume. */
 typedef struct pdi_sharp_face {
     double flux;              /* [1/s] of volume */
     double convected[PD_DIM]; /* [m/s2] */
     double rubbed[PD_DIM];    /* [1/m/s] what friction brings the node below, over nu */
 } pdi_sharp_face;
 
-/* 1: no smooth surface is at the face between i and j, or beside it across axis d. */
+/* 1: no smooth surface is at the face between i and j, or beside it across axis d: the face gets the correction. */
 static int pdi_sharp_face_calm(const pd_sharp *sharp, int32_t i, int32_t j, int d)
 {
     const int32_t *stride = sharp->bonds->grid->stride;
@@ -306,7 +308,8 @@ static int pdi_sharp_face_calm(const pd_sharp *sharp, int32_t i, int32_t j, int 
     return 1;
 }
 
-/* Fourth order between i and j, neighbours along d: the bonds of one and of two spacings that pass the face. */
+/* Fourth-order fluxes through the face between i and j, neighbours along d, from bonds of one and of two spacings
+ * (4.6e). */
 static void pdi_sharp_face_fill(const pd_sharp *sharp, int32_t i, int32_t j, int d, const pdi_sharp_field *w,
                                 const pdi_sharp_field *u, pdi_sharp_face *face)
 {
@@ -324,7 +327,7 @@ static void pdi_sharp_face_fill(const pd_sharp *sharp, int32_t i, int32_t j, int
     }
 }
 
-/* Take off what bond k from i to j gives, the share of it that goes this way. */
+/* Subtracts the second-order fluxes of bond k from i to j; share: the part of the bond that passes this face. */
 static void pdi_sharp_face_less(const pd_sharp *sharp, int32_t i, int32_t j, int k, double share,
                                 const pdi_sharp_field *w, const pdi_sharp_field *u, pdi_sharp_face *face)
 {
@@ -341,8 +344,8 @@ static void pdi_sharp_face_less(const pd_sharp *sharp, int32_t i, int32_t j, int
     }
 }
 
-/* What fourth order adds at the upper face of i along d. Half of each bond across an edge of the lattice goes through
- * each of the two ways around it: so do its ends get what they had. 0: the face has nothing. */
+/* Fourth-order less second-order fluxes through the upper face of i along d. Half of each diagonal bond goes each way
+ * round the edge, so that its ends lose what they had. Returns 0 when the face gets no correction. */
 static int pdi_sharp_face_more(const pd_sharp *sharp, int32_t i, int d, const pdi_sharp_field *w,
                                const pdi_sharp_field *u, pdi_sharp_face *face)
 {
@@ -365,7 +368,7 @@ static int pdi_sharp_face_more(const pd_sharp *sharp, int32_t i, int d, const pd
     return 1;
 }
 
-/* The upper face along d of each fluid node, and the one below it, into `work`: what it adds to momentum, then the
+/* Corrections at the upper face along d of each fluid node, and the one below it, into `work`: momentum, then
  * volume. */
 static void pdi_sharp_faces(const pd_ctx *ctx, const pd_sharp *sharp, int d, const pdi_sharp_field *w,
                             const pdi_sharp_field *u, double nu)
@@ -454,6 +457,7 @@ PDI_FN void pdi_sharp_friction(const pd_ctx *ctx, const pd_sharp *sharp, const p
 /* ---- objects ---- */
 
 PDI_COLD_BEGIN
+/* Lists the arrays of a pd_sharp. */
 PDI_FN void pdi_sharp_list(pdi_owner *owner, void *object)
 {
     pd_sharp *sharp = (pd_sharp *)object;
@@ -475,13 +479,13 @@ PDI_FN void pdi_sharp_update(const pd_sharp *sharp)
     for (int32_t g = 0; g < ghosts->listed; g++) sharp->calm[ghosts->node[g]] = sharp->calm[ghosts->source[g]];
 }
 
-/* The bond of the stencil with the offset of one spacing along d and `along` spacings along b; -1: none. */
-static int pdi_sharp_find(const pd_stencil *s, int d, int b, int along)
+/* Bond of the stencil with offset 1 along d and `along` along b; -1: none. */
+static int pdi_sharp_find(const pd_stencil *s, int d, int b, int offset)
 {
     for (int k = 0; k < s->count; k++) {
         int same = 1;
         for (int e = 0; e < PD_DIM; e++)
-            same = same && s->offset[k * PD_DIM + e] == (e == d ? 1 : e == b ? along : 0);
+            same = same && s->offset[k * PD_DIM + e] == (e == d ? 1 : e == b ? offset : 0);
         if (same) return k;
     }
     return -1;

@@ -23,46 +23,53 @@ typedef struct pd_sharp {
 } pd_sharp;
 
 #ifdef PDI_INTERNAL
-/* A velocity in the sums of momentum. Ghosts are filled. */
+/* A velocity field in the momentum sums, with what derives from it. Ghosts are filled. */
 typedef struct pdi_sharp_field {
     const double *advecting; /* [PD_DIM][total] [m/s] what makes the fluxes of the bonds */
     const double *v, *bend;  /* [m/s] */
 } pdi_sharp_field;
 
-/* side [2 PD_DIM]. 1: fluid neither enters nor leaves, and there are walls across two axes or more: they meet. */
+/* 1: no side of the box is an inlet or outlet, and there are walls across two axes or more, which meet in edges. side
+ * [2 PD_DIM]. */
 PDI_FN int pdi_sharp_closed(const pd_side *side);
-/* 1: a closed box without bodies, whose walls meet. */
+/* 1: such a closed box that holds fluid alone, no walls or metal inside. */
 PDI_FN int pdi_sharp_box(const pd_grid *grid);
-/* 1: such a box on nearest neighbours, and a flow that is slow enough: it has less error there for the same time.
- * rate [1/m]: Reynolds number over the length [m] of the flow. */
+/* 1: fourth order is known to be more accurate for the same time: a closed box on nearest neighbours with slow flow
+ * (eq. 4.6h). rate: U/nu [1/m], length [m]: that of the flow. */
 PDI_FN int pdi_sharp_pays(const pd_bonds *bonds, double rate, double length);
-/* PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or nodes are rings. */
+/* Prepares the corrections for these bonds. PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or the
+ * lattice is axisymmetric. */
 PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp);
+/* Lists the arrays of a pd_sharp (`object`). */
 PDI_FN void pdi_sharp_list(pdi_owner *owner, void *object);
-/* Which nodes are calm, as the geometry is. */
+/* Marks the nodes that get the correction (fluid beside no smooth surface, and their ghosts) after a change of
+ * geometry. */
 PDI_FN void pdi_sharp_update(const pd_sharp *sharp);
-/* Second differences of v [PD_DIM][total] along all axes (eq. 4.6b). wall: velocity of the walls; NULL: at rest. */
+/* bend [PD_DIM axes][PD_DIM][total] = second differences of v [PD_DIM][total] along all axes (eq. 4.6b), not divided by
+ * h^2. wall: velocity of the walls; NULL: at rest. */
 PDI_FN void pdi_sharp_bend(const pd_ctx *ctx, const pd_sharp *sharp, pd_velocity_fn wall, void *user, const double *v,
                            double *bend);
-/* sharpened = v less what the bonds err in the flux of it, at fluid nodes and behind inlets (eq. 4.6c). It holds v. The
- * tensor of (4.2b) comes on top. */
+/* sharpened [PD_DIM][total] [m/s] = advecting velocity of fourth order: v less the third-derivative error of the bond
+ * fluxes, at fluid nodes and inlet ghosts (eq. 4.6c). Holds v on entry. The tensor of (4.2b) is applied after it. */
 PDI_FN void pdi_sharp_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const double *v, const double *bend,
                                double *sharpened);
-/* grad of p at calm nodes (eq. 4.6d). */
+/* grad [PD_DIM][total] = pressure gradient of fourth order, at marked nodes alone (eq. 4.6d). */
 PDI_FN void pdi_sharp_gradient(const pd_ctx *ctx, const pd_sharp *sharp, const double *p, double *grad);
-/* ru += convection of u by w less friction nu of u, beyond what the bonds give (eq. 4.6e, 4.6f). */
+/* ru += fourth-order correction of convection of u by w and of friction nu of u, face by face (eq. 4.6e, 4.6f). nu
+ * [m2/s], 0: convection alone. */
 PDI_FN void pdi_sharp_momentum(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_sharp_field *w,
                                const pdi_sharp_field *u, double nu, double *ru);
-/* What (3.3) and (3.4) take of the friction of walls. NULL: none. */
+/* Terms by which (3.3) and (3.4) take the wall friction that is replaced. NULL: none. */
 typedef struct pdi_sharp_drive {
     const double *grad;        /* [PD_DIM][total] [m/s2] of the pressure */
     const double *force, *body; /* [PD_DIM], [PD_DIM][total] [m/s2] */
     const double *motion;      /* [PD_DIM][total] [1/m/s] of moving walls */
 } pdi_sharp_drive;
-/* ru += friction nu of flat walls by (4.6g), in the place of that by (3.3) and (3.4). */
+/* ru += friction nu of flat walls by the cubic (4.6g), in place of that by the parabola of (3.3) and (3.4). */
 PDI_FN void pdi_sharp_friction(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_sharp_field *u,
                                const pdi_sharp_drive *drive, double nu, double *ru);
-/* lap [PD_DIM] [1/m/s] = what walls bring to the Laplacian of v at row r (eq. 4.6g). 1: the row has it. */
+/* lap [PD_DIM] [1/m/s] = wall part of the Laplacian of v at row r (eq. 4.6g). Returns 1 when the row is beside a flat
+ * wall and has one. */
 PDI_FN int pdi_sharp_rub(const pd_sharp *sharp, int32_t r, const double *v, const double *bend, double *lap);
 PDI_FN void pdi_sharp_free(pd_ctx *ctx, pd_sharp *sharp);
 #endif
