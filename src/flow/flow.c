@@ -448,7 +448,8 @@ static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
 
-/* The same for an inlet of developed flow at the end `up` of axis d, from the bonds of the node to ghosts. */
+/* Volume flux [m^d/s] into the box through node i from an inlet of developed flow at the end `up` of axis d, by its
+ * bonds. */
 static double pdi_flow_developed(const pd_flow *flow, int32_t i, int d, int up)
 {
     const pd_grid *grid = flow->grid;

@@ -118,8 +118,8 @@ PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc
  * `index - 1` and `index` of `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
 PD_API double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
 #ifdef PDI_INTERNAL
-/* Volume flux through the same section from the node velocities of the layer `index` of `axis`: sum of u_axis times the
- * face of a cell [m^d/s]. Ghosts are not used. */
+/* Volume flux [m^d/s] through a section from the node velocities of the layer `index` of `axis`: sum of u_axis times
+ * the face of a cell. */
 static inline double pdi_flow_section_nodes(const pd_flow *flow, int axis, int index)
 {
     const pd_grid *grid = flow->grid;
@@ -216,7 +216,7 @@ PDI_INLINE double pdi_flow_along(const double *g, const double *w, int64_t strid
     for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
     return sum;
 }
-/* The same in single precision. */
+/* Dot product g.w at one end of a bond in single precision; components of w are `stride` apart. */
 PDI_INLINE float pdi_flow_along_single(const float *g, const float *w, int64_t stride)
 {
     float sum = g[0] * w[0];
@@ -241,7 +241,7 @@ PDI_INLINE double pdi_flow_stabiliser(const double *xi, double step, const doubl
     for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (near[d * near_stride] + far[d * far_stride]);
     return stabiliser;
 }
-/* The same in single precision. */
+/* Pressure stabilisation of a bond, 2 (p_j - p_i) - xi.(G_i + G_j) (eq. 4.4), in single precision. step: p_j - p_i. */
 PDI_INLINE float pdi_flow_stabiliser_single(const float *xi, float step, const float *near, int64_t near_stride,
                                             const float *far, int64_t far_stride)
 {

@@ -6,16 +6,12 @@
 #include <math.h>
 #include <string.h>
 
-/* A step is at most this many times the one before. */
-#define PDI_IMPLICIT_GROWTH 3.0
-/* A step that is repeated is at least this share of the one that failed. */
-#define PDI_IMPLICIT_SHRINK 0.2
-/* Default tolerance of the stages over that of a step. */
-#define PDI_IMPLICIT_STAGE 1e-3
-/* Share of the first step below which no shorter step is tried: the run fails. */
-#define PDI_IMPLICIT_SMALLEST 1e-12
-/* Weight of the pressure flux beside the impulse of a start. What it leaves of the divergence is that share of the
- * error that the lattice makes in the impulse. */
+#define PDI_IMPLICIT_GROWTH 3.0 /* [-] a step is at most this many times the one before */
+#define PDI_IMPLICIT_SHRINK 0.2 /* [-] a repeated step is at least this part of the one that failed */
+#define PDI_IMPLICIT_STAGE 1e-3 /* [-] default tolerance of the stages over that of a step */
+#define PDI_IMPLICIT_SMALLEST 1e-12 /* [-] shortest step over the first one: below it the run fails */
+/* Weight of the pressure flux beside the pressure impulse of a start (eq. 4.15b). What it leaves of the divergence is
+ * this part of the error that the lattice makes in the impulse. */
 #define PDI_IMPLICIT_IMPULSE 1e-2
 
 PDI_COLD_BEGIN
@@ -38,7 +34,7 @@ PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, implicit, evaluations, "1");
 }
 
-/* What is lent for a step, below that of the steady solver. */
+/* Lists the scratch arrays of a step, beside those of the steady solver. */
 static void pdi_implicit_work_list(pdi_owner *owner, void *object)
 {
     pd_implicit *implicit = (pd_implicit *)object;
@@ -48,6 +44,7 @@ static void pdi_implicit_work_list(pdi_owner *owner, void *object)
 
 PDI_FN size_t pdi_implicit_room(pd_implicit *im) { return pdi_arena_bytes(pdi_implicit_work_list, im); }
 
+/* Inner part of the build: checks desc, sets defaults, allocates. The caller frees after an error. */
 static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
                                    pd_implicit *im)
 {
@@ -82,7 +79,7 @@ pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const
 }
 PDI_COLD_END
 
-/* Velocity, pressure and impulse from the flow into `start`. */
+/* Copies velocity, pressure and pressure impulse of the flow to `start`. */
 static void pdi_implicit_keep(const pd_ctx *ctx, pd_implicit *im)
 {
     int64_t total = im->flow->grid->total, split = PD_DIM * total;
@@ -91,7 +88,7 @@ static void pdi_implicit_keep(const pd_ctx *ctx, pd_implicit *im)
     pdi_par_copy(ctx, total, im->impulse, im->start + split + total);
 }
 
-/* And back. */
+/* Copies velocity, pressure and pressure impulse from `start` back to the flow. */
 static void pdi_implicit_restore(const pd_ctx *ctx, pd_implicit *im)
 {
     int64_t total = im->flow->grid->total, split = PD_DIM * total;
@@ -101,37 +98,37 @@ static void pdi_implicit_restore(const pd_ctx *ctx, pd_implicit *im)
     pdi_impulse_set(ctx, im->flow, 1.0, 0.0);
 }
 
-/* Solve a stage of `rate` [1/s] from `target` and the impulse in flow. share [-]: of that impulse in the one at its
- * end, weight [s]: of the pressure. */
-static pd_status pdi_implicit_solve(pd_ctx *ctx, pd_implicit *im, double rate, const double *target, double share,
-                                    double weight)
+/* Solves a stage R(u) + rate (u - target) = 0. share [-], weight [s]: the pressure impulse at its end is share times
+ * the present one plus weight times the pressure. */
+static pd_status pdi_implicit_solve(pd_ctx *ctx, pd_implicit *im, double rate, const double *target,
+                                    double impulse_factor, double pressure_weight)
 {
     pd_steady_result result;
     pd_flow *flow = im->flow;
-    pdi_impulse_set(ctx, flow, share, weight);
+    pdi_impulse_set(ctx, flow, impulse_factor, pressure_weight);
     pd_status status = pdi_steady_stage(ctx, im->steady, rate, target, im->desc.tolerance, &result);
     im->evaluations += result.evaluations;
-    if (status == PD_OK) pdi_impulse_move(flow, share, weight);
+    if (status == PD_OK) pdi_impulse_move(flow, impulse_factor, pressure_weight);
     return status;
 }
 
-/* The same of a step in time: dI/dt = p - I/tau for the impulse I (eq. 4.15c). */
+/* Solves a stage of a time step, R(u) + rate (u - target) = 0, with the pressure impulse I of dI/dt = p - I/tau by
+ * backward Euler (eq. 4.15c). */
 static pd_status pdi_implicit_relax(pd_ctx *ctx, pd_implicit *im, double rate, const double *target)
 {
     double tau = im->flow->stabilisation, weight = tau / (1.0 + tau * rate);
     return pdi_implicit_solve(ctx, im, rate, target, weight * rate, weight);
 }
 
-/* The stage at the share c of the step. */
+/* The stage at time + c dt of an SDIRK step, with the boundary data of that time. */
 static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, double c, const double *target)
 {
     PDI_TRY(pdi_flow_at(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
     return pdi_implicit_relax(ctx, im, 1.0 / (PDI_SDIRK_GAMMA * dt), target);
 }
 
-/* A start that breaks continuity or what inlets hold becomes the nearest field that does not: u + G q = u0 with q the
- * impulse of the pressure, by a stage so short that friction and convection are below its tolerance. The impulse that
- * the pressure flux is made of starts with a small share of it (eq. 4.15b). */
+/* Projects a start that violates continuity or the inlets onto the nearest velocity that does not: u + G q = u0, by a
+ * stage so short that friction and convection are below its tolerance (eq. 4.15b). q is the pressure impulse. */
 static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
 {
     pd_flow *flow = im->flow;
@@ -150,8 +147,8 @@ static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
     return status;
 }
 
-/* error = gamma dt max |f1 - f2| / U, the distance to the step of first order with f1 alone, from `slope` = gamma dt f1
- * and u - u* = gamma dt f2. */
+/* Embedded error estimate [-]: gamma dt max |f1 - f2|/U, the distance to the first-order step with f1 alone; `slope` =
+ * gamma dt f1, u - u* = gamma dt f2. */
 static double pdi_implicit_error(pd_implicit *im)
 {
     const pd_flow *flow = im->flow;
@@ -166,7 +163,8 @@ static double pdi_implicit_error(pd_implicit *im)
     return worst / flow->speed;
 }
 
-/* First guess of the first stage: along the slope at the end of the last step, which is (u - u*)/(gamma dt) there. */
+/* First guess of the first stage: u extrapolated by the time derivative at the end of the last step, (u - u*)/(gamma
+ * dt). */
 static void pdi_implicit_extrapolate(const pd_ctx *ctx, pd_implicit *im, double dt)
 {
     int64_t split = PD_DIM * (int64_t)im->flow->grid->total;
@@ -176,7 +174,7 @@ static void pdi_implicit_extrapolate(const pd_ctx *ctx, pd_implicit *im, double 
     im->last = 0.0;
 }
 
-/* Both stages from the state in `start`. */
+/* Both SDIRK stages from the state in `start`, and the error estimate. */
 static pd_status pdi_implicit_stages(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_flow *flow = im->flow;
@@ -196,7 +194,7 @@ static pd_status pdi_implicit_stages(pd_ctx *ctx, pd_implicit *im, double dt)
     return status;
 }
 
-/* A step with all that is lent for it. */
+/* A step while the scratch memory is lent. PD_RETRY: a stage did not converge, the state is restored. */
 static pd_status pdi_implicit_take(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_status status = pdi_implicit_project(ctx, im);
@@ -231,7 +229,7 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
 }
 
 PDI_COLD_BEGIN
-/* The last step was too coarse: back to its start. */
+/* Undoes the last accepted step. */
 static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pdi_implicit_restore(ctx, im);
@@ -241,7 +239,8 @@ static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
     im->rejected++;
 }
 
-/* The last step was too coarse, or did not converge (its error is infinite then): a shorter one. */
+/* Process callback after a rejected attempt: undoes it and proposes a shorter step. s->error is infinite when it did
+ * not converge. */
 static pd_status pdi_implicit_again(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_implicit *im = (pd_implicit *)self;
@@ -266,6 +265,7 @@ static pd_status pdi_implicit_again(pd_ctx *ctx, void *self, pd_step *s)
 
 /* ---- the process ---- */
 
+/* Process callback at the start of a run: updates the derived fields of the flow. */
 static pd_status pdi_implicit_start(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
@@ -273,15 +273,17 @@ static pd_status pdi_implicit_start(pd_ctx *ctx, void *self, double t)
     return PD_OK;
 }
 
+/* Step [s] that is tried next. */
 static double pdi_implicit_wanted(const pd_implicit *im) { return im->dt > 0.0 ? im->dt : im->desc.first; }
 
-/* What moves with the flow sees it at the ends of steps as long as its own. */
+/* Process callback: longest outer step [s]. Other processes see the flow at the ends of steps as long as its own. */
 static pd_status pdi_implicit_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     s->dt = pdi_min(s->dt, pdi_implicit_wanted((const pd_implicit *)self));
     return pdi_process_longest(ctx, self, s);
 }
 
+/* Process callback: next inner step [s], clipped to the end of the outer one. */
 static pd_status pdi_implicit_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_implicit *im = (pd_implicit *)self;
@@ -292,6 +294,7 @@ static pd_status pdi_implicit_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Process callback: tries one step. PD_RETRY: it did not converge, or its error exceeds rtol. */
 static pd_status pdi_implicit_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_implicit *im = (pd_implicit *)self;
@@ -300,6 +303,7 @@ static pd_status pdi_implicit_attempt(pd_ctx *ctx, void *self, pd_step *s)
     return status < 0 || !(s->error > 1.0) ? status : PD_RETRY;
 }
 
+/* Process callback: sets the time and plans the next step by the error of the last one. */
 static pd_status pdi_implicit_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_implicit *im = (pd_implicit *)self;
@@ -309,6 +313,7 @@ static pd_status pdi_implicit_accept(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Process callback: fails with a message, since steps have become too short for the time to advance. */
 static pd_status pdi_implicit_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_implicit *im = (const pd_implicit *)self;
@@ -317,13 +322,15 @@ static pd_status pdi_implicit_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                     "step (%g s, 0: none)", s->dt, s->time, s->limit, im->desc.rtol, im->desc.largest);
 }
 
+/* Process callback after the last inner step: makes the fluxes for transport free of divergence. */
 static pd_status pdi_implicit_finish(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
     return pdi_steady_even(ctx, ((pd_implicit *)self)->steady);
 }
 
-/* The projection, and by a stage as short as the first step the pressure that goes with it. */
+/* Projects the velocity after a change of geometry, and solves for its pressure by a stage as short as the first
+ * step. */
 static pd_status pdi_implicit_balance(pd_ctx *ctx, pd_implicit *im)
 {
     pd_status status = pdi_implicit_project(ctx, im);
@@ -335,16 +342,15 @@ static pd_status pdi_implicit_balance(pd_ctx *ctx, pd_implicit *im)
     return status;
 }
 
-/* The slope at the end of the last step is unknown in fluid that is new. The nodes beside it have new families, so that
- * the velocity is no longer free of divergence: a step that began with it would be off by as much, however short. Where
- * the projection fails the next step tries again. */
-static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+/* Process callback: nodes `converted` have become fluid. New families make the velocity divergent, which would be an error
+ * of the next step however short: the velocity is projected. If that fails the next step tries again. */
+static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count)
 {
     pd_implicit *im = (pd_implicit *)self;
     pd_arena *arena = pdi_steady_arena(im->steady);
     im->last = 0.0;
     im->fresh = 1;
-    PDI_TRY(pd_flow_update(ctx, turned, count, im->flow));
+    PDI_TRY(pd_flow_update(ctx, converted, count, im->flow));
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_implicit_work_list, im));
     pd_status status = pdi_steady_hold(ctx, im->steady);
     if (status == PD_OK) status = pdi_steady_release(ctx, im->steady, pdi_implicit_balance(ctx, im));
@@ -354,6 +360,7 @@ static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *tu
     return pdi_steady_even(ctx, im->steady); /* fluxes through the families that are new */
 }
 
+/* Process callback: writes or reads the checkpoint of flow, solver and integrator. */
 static pd_status pdi_implicit_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_implicit *im = (pd_implicit *)self;

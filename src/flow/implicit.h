@@ -52,8 +52,9 @@ PD_API pd_process pd_implicit_process(pd_implicit *implicit);
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_implicit that the build makes, and the [byte] that a step needs beside those of the steady solver. */
+/* Lists the arrays of a pd_implicit that the build makes. */
 PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object);
+/* Scratch memory [byte] of a step beside that of the steady solver. */
 PDI_FN size_t pdi_implicit_room(pd_implicit *implicit);
 #endif
 

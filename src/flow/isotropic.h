@@ -41,10 +41,11 @@ PDI_FN void pdi_isotropic_build(const pd_bonds *bonds, pd_isotropic *isotropic);
 /* Blending factor of the isotropic weights, 1 to 0 (eq. 4.1f): 1/(1 + (U h/(2 nu))^2) with the longest spacing h, since
  * convection errs by more than friction in fast flow. rate: U/nu [1/m]. */
 PDI_FN double pdi_isotropic_share(const pd_isotropic *isotropic, double rate);
-/* Correction of the Laplacian of component f [total] at row r for squares that cut bonds leave incomplete (eq.
- * 4.1d). */
+/* Correction of the Laplacian [1/m2 times f] of component f [total] at row r, for squares that cut bonds leave
+ * incomplete (eq. 4.1d). */
 PDI_FN double pdi_isotropic_row(const pd_isotropic *isotropic, int32_t r, const double *f);
-/* ru += the same for all rows and components of u [PD_DIM][total], times the viscosity nu [m2/s]. */
+/* ru += nu [m2/s] times the correction of the Laplacian of u [PD_DIM][total] for squares that cut bonds leave
+ * incomplete (eq. 4.1d), at all rows. */
 PDI_FN void pdi_isotropic_rows(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu, const double *u,
                                double *ru);
 /* advecting -= third-moment correction (4.2d): a factor times the second difference of v [PD_DIM][total] along its own

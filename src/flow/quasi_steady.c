@@ -6,17 +6,15 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A residual that may do as a tolerance. */
-#define PDI_QUASI_STEADY_NEARLY 1e-3
+#define PDI_QUASI_STEADY_NEARLY 1e-3 /* a residual below this is proposed to the user as a tolerance */
 
-/* Part of what inlets push by which what enters may differ from it. Bonds to inlets carry what these hold to rounding,
- * unless the open ones of a node do not span space. */
+/* Relative difference allowed between the inlet velocities and what bonds let in. It is rounding, unless the open bonds
+ * of a node do not span space. */
 #define PDI_QUASI_STEADY_ENTERS 1e-6
-/* Inlets whose sum is below this share of them feed each other. */
-#define PDI_QUASI_STEADY_FEEDS 1e-6
+#define PDI_QUASI_STEADY_FEEDS 1e-6 /* net over gross inflow below which inlets are taken to feed each other */
 
-/* Fails when the fluxes contradict each other. Where a horizon spans the gap between metal and walls, a solution of the
- * equations of the lattice may be no flow. */
+/* Checks the solved flow: fails where the inflow differs from that of the inlets, or sections of the flow from each
+ * other. Where a horizon spans the gap between metal and walls, a solution on the lattice may be no flow. */
 static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     char place[PDI_GRID_PLACE];
@@ -38,8 +36,8 @@ static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
     return PD_OK;
 }
 
-/* Fails with a message where what enters cannot leave, which is why the flow solve failed. Returns `status` where there
- * is another reason. */
+/* After a failed solve: fails with a message where no open path leads from an inlet to an outlet, else returns
+ * `status`. */
 static pd_status pdi_quasi_steady_blocked(pd_ctx *ctx, const pd_quasi_steady *q, pd_status status)
 {
     double pushed, gross;
@@ -55,7 +53,7 @@ static pd_status pdi_quasi_steady_blocked(pd_ctx *ctx, const pd_quasi_steady *q,
                     q->time, pdi_grid_place(q->flow->grid, node, place));
 }
 
-/* A message for a flow solve that made no more progress: what it has reached, and what helps. */
+/* Fails with a message for a solve that stalled: what it has reached, and what helps. */
 static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     const pd_steady_result *r = &q->result;
@@ -78,6 +76,7 @@ static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q
                     accept);
 }
 
+/* Solves for the steady flow if it is out of date, and checks it. */
 static pd_status pdi_quasi_steady_solve(pd_ctx *ctx, pd_quasi_steady *q)
 {
     if (!q->stale) return PD_OK;
@@ -94,7 +93,7 @@ static pd_status pdi_quasi_steady_solve(pd_ctx *ctx, pd_quasi_steady *q)
     return PD_OK;
 }
 
-/* Inlets, walls and forces become those of time t. The flow is solved again when they have moved by more than its
+/* Process callback: sets boundary data of time t [s]; solves again when they have changed by more than the
  * tolerance. */
 static pd_status pdi_quasi_steady_at(pd_ctx *ctx, void *self, double t)
 {
@@ -107,19 +106,22 @@ static pd_status pdi_quasi_steady_at(pd_ctx *ctx, void *self, double t)
     return pdi_quasi_steady_solve(ctx, q);
 }
 
+/* Process callback at the end of an outer step: solves if the flow is out of date. */
 static pd_status pdi_quasi_steady_finish(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
     return pdi_quasi_steady_solve(ctx, (pd_quasi_steady *)self);
 }
 
-static pd_status pdi_quasi_steady_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+/* Process callback: nodes `converted` have become fluid. */
+static pd_status pdi_quasi_steady_changed(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;
     q->stale = 1;
-    return pd_flow_update(ctx, turned, count, q->flow);
+    return pd_flow_update(ctx, converted, count, q->flow);
 }
 
+/* Writes or reads the checkpoint. */
 static pd_status pdi_quasi_steady_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;

@@ -5,9 +5,10 @@
 #include <string.h>
 
 #define PDI_SHARP_REYNOLDS 1000.0 /* largest Reynolds number at which fourth order is measured to pay (eq. 4.6h) */
-#define PDI_SHARP_REYNOLDS_CELL 16.0 /* the same of the longest spacing (eq. 4.6h) */
+/* largest cell Reynolds number at which fourth order is measured to pay (eq. 4.6h) */
+#define PDI_SHARP_REYNOLDS_CELL 16.0
 
-/* Second differences along `axis` of component `of`: [total]. */
+/* Second differences of component `component` along `axis`, [total], in the array of pdi_sharp_bend. */
 static const double *pdi_sharp_along(const pd_sharp *sharp, const double *bend, int axis, int component)
 {
     return bend + (int64_t)(axis * PD_DIM + component) * sharp->bonds->grid->total;
@@ -40,8 +41,8 @@ static double pdi_sharp_second(const double *x, const double *f, int count)
     return sum;
 }
 
-/* Second difference of component `of` of v along axis d at row r beside a wall: cubic through the wall value, the node
- * and the next two (eq. 4.6b); a quadratic where there are fewer. */
+/* Second difference of a component of v along axis d at row r beside a wall: cubic through the wall value, the node and
+ * the next two (eq. 4.6b); a quadratic where there are fewer. */
 static double pdi_sharp_beside(const pd_sharp *sharp, pd_velocity_fn wall, void *user, const double *v, int32_t r,
                                int d, int component)
 {
@@ -479,7 +480,7 @@ PDI_FN void pdi_sharp_update(const pd_sharp *sharp)
     for (int32_t g = 0; g < ghosts->listed; g++) sharp->calm[ghosts->node[g]] = sharp->calm[ghosts->source[g]];
 }
 
-/* Bond of the stencil with offset 1 along d and `along` along b; -1: none. */
+/* Bond of the stencil with offset 1 along d and `offset` along b; -1: none. */
 static int pdi_sharp_find(const pd_stencil *s, int d, int b, int offset)
 {
     for (int k = 0; k < s->count; k++) {

@@ -6,63 +6,50 @@
 #include <math.h>
 #include <string.h>
 
-/* First pseudo time step: L/U over this. */
-#define PDI_STEADY_SHIFT 1.0
-/* First pseudo time step after a change of geometry: L/U over this. The old state is near. */
-#define PDI_STEADY_AGAIN 0.1
-/* A step that lets the residual grow by more than this factor is taken back. */
-#define PDI_STEADY_GROWTH 10.0
-/* Times that it is halved before it is given up. */
-#define PDI_STEADY_HALVINGS 3
-/* Newton steps in which the residual is halved, or the solve ends. */
-#define PDI_STEADY_PATIENCE 40
+#define PDI_STEADY_SHIFT 1.0 /* [-] first pseudo time rate over U/L (b of eq. 4.10) */
+#define PDI_STEADY_AGAIN 0.1 /* [-] first pseudo time rate over U/L after a change of geometry: the old state is near */
+#define PDI_STEADY_GROWTH 10.0 /* a step that lets the residual norm grow by more than this factor is shortened */
+#define PDI_STEADY_HALVINGS 3 /* times that it is halved before it is given up */
+#define PDI_STEADY_PATIENCE 40 /* Newton steps in which the residual has to be halved, or the solve ends */
 
-/* A pseudo time step that is this many times shorter than the planned one is hopeless. */
-#define PDI_STEADY_MAX_BOOST 1e8
-/* Share of the residual that the linearisation may miss in a step. Above it the next pseudo time step is shorter, below
- * a quarter of it longer. */
+#define PDI_STEADY_MAX_BOOST 1e8 /* factor on the pseudo time rate above which the solve ends */
+/* Part of the residual that the linearisation may miss (q of eq. 4.10a). Above it the pseudo time step becomes shorter,
+ * below a quarter of it longer. */
 #define PDI_STEADY_BEND 1.0
 
-/* Basis vectors that a linear solve starts with room for. */
-#define PDI_STEADY_LEAST 10
+#define PDI_STEADY_LEAST 10 /* GMRES basis vectors that a solve starts with room for */
 
-/* The last Newton step aims at this share of the tolerance. */
-#define PDI_STEADY_ENOUGH 0.3
+#define PDI_STEADY_ENOUGH 0.3 /* [-] part of the tolerance that the last Newton step aims at */
 
-/* Share of the divergence left by the potential that takes it off. */
-#define PDI_STEADY_EVEN 3e-11
-/* Basis vectors for that potential. */
-#define PDI_STEADY_EVEN_RESTART 24
-/* Most iterations for that potential: rounding may be more than that share. */
-#define PDI_STEADY_EVEN_MOST 600
-/* Divergence over U/L that is none. */
-#define PDI_STEADY_ROUNDING 1e-19
+#define PDI_STEADY_EVEN 3e-11 /* [-] relative tolerance of the potential (eq. 4.10b), close to rounding */
+#define PDI_STEADY_EVEN_RESTART 24 /* GMRES basis vectors for that potential */
+#define PDI_STEADY_EVEN_MOST 600 /* most iterations for it: rounding may prevent the tolerance */
+#define PDI_STEADY_ROUNDING 1e-19 /* [-] divergence over U/L that counts as zero */
 
-/* Most Newton steps of a stage in time. */
-#define PDI_STEADY_STAGE 8
-/* Loosest linear tolerance of such a Newton step. */
-#define PDI_STEADY_STAGE_FORCING 0.1
-/* A linear solve that just misses costs a whole Newton step more. */
+#define PDI_STEADY_STAGE 8 /* most Newton steps of a stage in time */
+#define PDI_STEADY_STAGE_FORCING 0.1 /* loosest linear tolerance of such a Newton step */
+/* [-] part of the stage tolerance that a linear solve aims at: just missing it costs a Newton step */
 #define PDI_STEADY_STAGE_ENOUGH 0.1
 
-/* What the solver callbacks see. */
+/* User data of the solver callbacks. */
 typedef struct pdi_steady_user {
     pd_ctx *ctx;
     pd_steady *steady;
 } pdi_steady_user;
 
+/* Number of unknowns. */
 static int64_t pdi_steady_size(const pd_flow *flow) { return (int64_t)(PD_DIM + 1) * flow->grid->total; }
 
-/* The units that both residuals are scaled with. In a stage in time momentum counts in U rate where that is more. Then
- * an error of the velocity counts as its size over U in either residual, and neither drowns in the rounding of the
- * other. */
+/* Scale of the momentum residual [m/s2]: U^2/L + nu U/L^2 (eq. 4.7), in a stage in time at least U rate. Then an error
+ * of the velocity counts as its size over U in both residuals. */
 static double pdi_steady_force(const pd_steady *s)
 {
     return pdi_max(pdi_flow_momentum(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
 }
+/* Scale of the continuity residual, U/L [1/s] (eq. 4.8). */
 static double pdi_steady_strain(const pd_flow *flow) { return flow->speed / flow->length; }
 
-/* x times a factor for the momentum and one for the continuity residuals. */
+/* Scales x [PD_DIM+1][total]: the momentum rows and the continuity row. */
 static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double momentum, double continuity, double *x)
 {
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
@@ -72,15 +59,15 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
-/* du = F^-1 r */
+/* du = F^-1 r: one multigrid cycle for each component of the velocity block F (eq. 4.9a). */
 static void pdi_steady_push(pd_ctx *ctx, pd_steady *s, const double *r, double *du)
 {
     int64_t total = s->flow->grid->total;
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, du + d * total);
 }
 
-/* 1: div F^-1 ru is known. At a mirror the component across it is held and the others are not, which the cycle does not
- * know; beside long cells the rounding of the cycle is too rough. */
+/* 1: the block factorisation takes F^-1 before the pressure, too. Not with mirror sides, where the cycle does not know
+ * that the component across is held, nor with stretched cells, where its rounding is too rough. */
 static int pdi_steady_factors(const pd_grid *grid)
 {
     if (pdi_compact_stretched(grid->h)) return 0;
@@ -89,7 +76,7 @@ static int pdi_steady_factors(const pd_grid *grid)
     return 1;
 }
 
-/* rc -= div du. du gets its ghosts; div [total]: work. */
+/* rc -= div du. Fills the ghosts of du; div [total]: work. */
 static void pdi_steady_diverge(pd_ctx *ctx, pd_steady *s, double *du, double *div, double *rc)
 {
     pd_flow *flow = s->flow;
@@ -102,7 +89,8 @@ static void pdi_steady_diverge(pd_ctx *ctx, pd_steady *s, double *du, double *di
     pdi_par_axpy(ctx, total, -1.0, div, rc);
 }
 
-/* y = M^-1 y, and flow->grad the pressure gradient of it. r: scratch. */
+/* y = M^-1 y by the block factorisation (eq. 4.9a; in closed boxes 4.9d), flow->grad = its pressure gradient. r:
+ * work. */
 static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double *r)
 {
     pd_flow *flow = s->flow;
@@ -137,8 +125,8 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double
     pdi_steady_push(ctx, s, r, y);
 }
 
-/* y = scaled J (du, dp), whose pressure gradient is in flow->grad, and whose ghosts are filled:
- * (conv(du, u) + conv(u, du) + G dp - nu lap du, div du - tau ...). */
+/* y = J (du, dp), scaled, for du with dp behind it, whose pressure gradient is in flow->grad: (conv(du, u) + conv(u,
+ * du) + G dp - nu lap du + shift du, div du - pressure flux). Fills the ghosts of du. */
 static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y)
 {
     pd_flow *flow = s->flow;
@@ -162,7 +150,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y
     flow->evaluations++;
 }
 
-/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. x becomes M^-1 x. */
+/* Operator of GMRES, preconditioned from the right: y = J M^-1 x, where x becomes M^-1 x. */
 static void pdi_steady_apply(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
@@ -171,7 +159,7 @@ static void pdi_steady_apply(void *user, const double *x, double *y)
     pdi_steady_jacobian(u->ctx, u->steady, step, y);
 }
 
-/* Coefficients of pressures pass through `compact`, and on to a multigrid. */
+/* Sets up multigrid mg for a pressure Laplacian with the coefficients media; NULL: 1. */
 static pd_status pdi_steady_pressure(pd_ctx *ctx, pd_steady *s, const pd_media *media, pd_multigrid *mg)
 {
     const pdi_compact_faces pressure = {0, 0, 1, NULL}; /* outlets hold it */
@@ -182,7 +170,7 @@ static pd_status pdi_steady_pressure(pd_ctx *ctx, pd_steady *s, const pd_media *
     return pdi_multigrid_setup(ctx, mg, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
 }
 
-/* That of the Laplacian depends on the geometry alone. */
+/* Sets up the multigrid of the pressure Laplacian, once for each geometry. */
 static pd_status pdi_steady_potentials(pd_ctx *ctx, pd_steady *s)
 {
     if (s->poisson == s->flow->bonds->version) return PD_OK;
@@ -191,7 +179,7 @@ static pd_status pdi_steady_potentials(pd_ctx *ctx, pd_steady *s)
     return PD_OK;
 }
 
-/* One multigrid after the other. */
+/* Sets up all multigrids one after the other: mobility, velocity block, Laplacian. */
 static pd_status pdi_steady_fill_all(pd_ctx *ctx, pd_steady *s)
 {
     const pdi_compact_faces velocity = {1, 1, 0, s->flow->bonds}; /* outlets alone let it free */
@@ -211,6 +199,7 @@ static pd_status pdi_steady_fill_all(pd_ctx *ctx, pd_steady *s)
     return pdi_steady_potentials(ctx, s);
 }
 
+/* Sets up all multigrids; an overflow of single precision gets a message. */
 static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
 {
     pd_status status = pdi_steady_fill_all(ctx, s);
@@ -225,7 +214,7 @@ static void pdi_steady_compact_list(pdi_owner *owner, void *object)
     pdi_compact_face_list(owner, object);
 }
 
-/* `fill` with what coefficients pass through. */
+/* Runs `fill` while the arena lends the coefficient arrays. */
 static pd_status pdi_steady_lent(pd_ctx *ctx, pd_steady *s, pd_status (*fill)(pd_ctx *ctx, pd_steady *s))
 {
     pd_arena *arena = pdi_steady_arena(s);
@@ -233,6 +222,7 @@ static pd_status pdi_steady_lent(pd_ctx *ctx, pd_steady *s, pd_status (*fill)(pd
     return pdi_arena_return(ctx, arena, pdi_steady_compact_list, &s->compact, fill(ctx, s));
 }
 
+/* Sets up the preconditioner for the pseudo time rate shift [1/s]. */
 static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
 {
     s->shift = shift;
@@ -242,7 +232,7 @@ static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
     return PD_OK;
 }
 
-/* Largest residuals of s->residual: against the tolerance, and for reports. */
+/* Largest scaled residuals in s->residual: over the tolerance, and with the reference scales for reports. */
 static void pdi_steady_report(const pd_ctx *ctx, const pd_steady *s, pd_steady_result *result)
 {
     const pd_flow *flow = s->flow;
@@ -255,7 +245,7 @@ static void pdi_steady_report(const pd_ctx *ctx, const pd_steady *s, pd_steady_r
     result->continuity = continuity * (pdi_steady_strain(flow) / (speed / length));
 }
 
-/* Scaled residual of the present state into s->residual; its norm. */
+/* Assembles the scaled residual of the present state into s->residual; returns its weighted norm. */
 static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pd_flow *flow = s->flow;
@@ -273,8 +263,7 @@ static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *r
     return sqrt(s->weight * s->weight * pdi_par_dot(ctx, split, r, r) + continuity); /* not hypot: see krylov.c */
 }
 
-/* The largest component of the velocity of fluid and inlets [m/s]; what stands in the ghosts depends on who filled them
- * last. s->step is work. */
+/* Largest velocity component of fluid and inlets [m/s]; other ghosts may be out of date. s->step is work. */
 static double pdi_steady_fastest(const pd_ctx *ctx, const pd_steady *s)
 {
     const pd_flow *flow = s->flow;
@@ -288,9 +277,8 @@ static double pdi_steady_fastest(const pd_ctx *ctx, const pd_steady *s)
     return pdi_max(pdi_par_max_abs(ctx, PD_DIM * total, s->step), pdi_par_max_abs(ctx, held, flow->held));
 }
 
-/* The weight of the momentum residuals that keeps both off-diagonal blocks of the preconditioned matrix of one size:
- * they carry momentum into continuity with at most 1/U and sqrt(mobility/nu)/2, and continuity into momentum with
- * nu/h + X/mobility (eq. 4.9c). */
+/* Weight of the momentum residual in norms that keeps both off-diagonal blocks of the preconditioned matrix of one size
+ * (eq. 4.9c). */
 static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
 {
     const pd_flow *flow = s->flow;
@@ -308,6 +296,7 @@ static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
     s->weight = pdi_steady_force(s) / pdi_steady_strain(flow) / (speed + slow);
 }
 
+/* Adds factor times the Newton step to velocity and pressure. */
 static void pdi_steady_move(const pd_ctx *ctx, pd_steady *s, double factor)
 {
     pd_flow *flow = s->flow;
@@ -325,7 +314,7 @@ PDI_FN void pdi_steady_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, steady, norm0, "1");
 }
 
-/* What is lent for a solve. */
+/* Lists the scratch arrays of one solve. */
 static void pdi_steady_work_list(pdi_owner *owner, void *object)
 {
     pd_steady *steady = (pd_steady *)object;
@@ -341,6 +330,7 @@ static void pdi_steady_work_list(pdi_owner *owner, void *object)
 
 PDI_FN pd_arena *pdi_steady_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own; }
 
+/* Options of GMRES for Newton steps. */
 static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
@@ -358,6 +348,7 @@ static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->compressed = s->timed || pdi_compact_stretched(s->flow->grid->h) ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER;
 }
 
+/* Options of GMRES for the potential. */
 static void pdi_steady_even_krylov(const pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
@@ -372,6 +363,7 @@ static void pdi_steady_even_krylov(const pd_steady *s, pd_krylov_desc *kd)
     kd->compressed = PD_KRYLOV_SINGLE;
 }
 
+/* Options of the multigrids. */
 static void pdi_steady_multigrid(pd_steady *s, pd_multigrid_desc *md)
 {
     pdi_compact_multigrid(s->flow->grid, md);
@@ -409,7 +401,7 @@ PDI_FN size_t pdi_steady_room(pd_steady *s)
     return pdi_arena_bytes(pdi_steady_work_list, s) + (setup > linear ? setup : linear);
 }
 
-/* The order of a flow that has none yet: it stays, whatever the flow becomes. */
+/* Decides on the order of a flow that leaves it open (eq. 4.6h). It stays, whatever the flow becomes. */
 static void pdi_steady_order(pd_flow *flow)
 {
     if (flow->order != PD_FLOW_PAYING) return;
@@ -419,6 +411,7 @@ static void pdi_steady_order(pd_flow *flow)
     flow->isotropy = 0.0;
 }
 
+/* Inner part of the build: checks desc and prepares the solvers. The caller frees after an error. */
 static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
 {
     memset(s, 0, sizeof *s);
@@ -464,7 +457,6 @@ PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
 }
 
 /* ---- what is lent ---- */
-
 PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
 {
     if (!s->held) {
@@ -507,7 +499,7 @@ PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *s, pd_status status)
     return pdi_arena_return(ctx, pdi_steady_arena(s), pdi_steady_work_list, s, status);
 }
 
-/* A linear system with the right-hand side s->residual, into s->step, both from component `first` on. */
+/* Solves a linear system with the right-hand side s->residual into s->step, both from component `first` on. */
 static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *krylov, int first, pd_apply_fn apply,
                                    pd_apply_fn precond, pd_krylov_result *linear)
 {
@@ -521,9 +513,8 @@ static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *krylov,
     return pdi_arena_return(ctx, arena, pdi_krylov_list, krylov, status);
 }
 
-/* One linearised step with the term `shift` of pseudo time, for which the preconditioner is set up, about the state
- * that is frozen; the state moves by s->step. *effort: Krylov iterations, beyond the limit when the tolerance was
- * missed. */
+/* One Newton step about the frozen state with the preconditioner that is set up; moves the state. forcing: linear
+ * tolerance. *effort: Krylov iterations, above the limit when the tolerance was missed. */
 static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result, int *effort)
 {
     pd_krylov_result linear;
@@ -540,8 +531,7 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
 }
 
 /* ---- what is left of the divergence ---- */
-
-/* y = lap x. x gets its ghosts. */
+/* y = lap x. Fills the ghosts of x. */
 static void pdi_steady_laplacian(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
@@ -550,13 +540,14 @@ static void pdi_steady_laplacian(void *user, const double *x, double *y)
     pd_op_laplacian(u->ctx, flow->bonds, x, y);
 }
 
+/* y = one multigrid cycle for the Laplacian. */
 static void pdi_steady_poisson(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
     pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x, y);
 }
 
-/* The largest volume of a node [m^d]. */
+/* Largest cell volume [m^d]. */
 static double pdi_steady_volume(const pd_flow *flow)
 {
     const pd_grid *grid = flow->grid;
@@ -565,8 +556,8 @@ static double pdi_steady_volume(const pd_flow *flow)
     return around * flow->bonds->stencil->volume;
 }
 
-/* Solve lap q = div for the divergence that the tolerance has left, so that transport finds fluxes that carry as much
- * into a node as out of it, to rounding (eq. 4.10b). s->residual is the residual of the present state. */
+/* Solves lap q = Rc for the divergence that the tolerance has left, so that the fluxes given to transport are free of
+ * divergence to rounding (eq. 4.10b). s->residual is that of the present state. */
 static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
 {
     pd_krylov_result linear;
@@ -604,7 +595,7 @@ PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *s)
     return pdi_steady_release(ctx, s, pdi_steady_solenoid(ctx, s));
 }
 
-/* How a solve goes: what decides on the next step. */
+/* Progress of the pseudo time continuation. */
 typedef struct pdi_steady_path {
     double norm;         /* [-] of the residual */
     double boost, least; /* [-] of the pseudo time rate, and its smallest value */
@@ -613,8 +604,8 @@ typedef struct pdi_steady_path {
     int since;           /* Newton steps since it was */
 } pdi_steady_path;
 
-/* The state has moved by s->step and its residual has grown. Try shorter steps along this direction, then none. Returns
- * the norm of the residual there; *taken: 0 or 1. */
+/* Line search: halves the last step until the norm falls below `norm`, or takes it back. Returns the norm there;
+ * *taken: 0 or 1. */
 static double pdi_steady_shorten(pd_ctx *ctx, pd_steady *s, double norm, int *taken, pd_steady_result *result)
 {
     double factor = 1.0, fresh = HUGE_VAL;
@@ -629,7 +620,7 @@ static double pdi_steady_shorten(pd_ctx *ctx, pd_steady *s, double norm, int *ta
     return pdi_steady_residual(ctx, s, result);
 }
 
-/* The part of the residual after a step that the linearisation does not give: |r + sigma du|. */
+/* Part of the residual after a step that the linearisation does not give, |r + sigma du| (eq. 4.10a). */
 static double pdi_steady_bend(const pd_ctx *ctx, const pd_steady *s)
 {
     int64_t size = pdi_steady_size(s->flow), split = size - s->flow->grid->total;
@@ -641,8 +632,8 @@ static double pdi_steady_bend(const pd_ctx *ctx, const pd_steady *s)
     return sqrt(pdi_max(s->weight * s->weight * momentum, 0.0) + continuity);
 }
 
-/* Switched evolution relaxation: the pseudo time step grows as the residual falls (eq. 4.10). A step that is taken back
- * or whose linear system is hard makes the next one shorter, an easy one longer. */
+/* One Newton step of pseudo time continuation by switched evolution relaxation: the pseudo time step grows as the
+ * residual falls (eq. 4.10). A rejected step or a hard linear system shortens it, an easy one lengthens it. */
 static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *path, pd_steady_result *result)
 {
     int effort = 0, taken = 1;
@@ -670,6 +661,7 @@ static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *
     return PD_OK;
 }
 
+/* Iterates to the steady state. PD_NOT_CONVERGED: no progress, or the limit of steps. */
 static pd_status pdi_steady_find(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pdi_steady_path path;
@@ -714,13 +706,13 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
     return status;
 }
 
-/* 1: the preconditioner is set up for the rate of the stage. A stage that begins within its tolerance sets up none. */
+/* 1: the preconditioner is set up for the rate of the stage. */
 static int pdi_steady_is_prepared(const pd_steady *s)
 {
     return s->prepared && !(s->shift < s->rate) && !(s->shift > s->rate);
 }
 
-/* A stage with the rate and the target in s. */
+/* Newton iterations of a stage, with rate and target in s. */
 static pd_status pdi_steady_find_stage(pd_ctx *ctx, pd_steady *s, double tolerance, pd_steady_result *result)
 {
     const pd_flow *flow = s->flow;

@@ -71,25 +71,29 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 #ifdef PDI_INTERNAL
 /* Default restart of GMRES: it keeps one basis vector more. */
 #define PDI_STEADY_RESTART 20
-/* After stages: the potential of the flow, where bond fluxes alone are not free of divergence (eq. 4.2c, 4.10b). */
+/* After implicit stages: solves for the potential that takes the remaining divergence off the bond fluxes (eq. 4.10b),
+ * where bond fluxes alone are not free of it (eq. 4.2c); elsewhere clears it. */
 PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *steady);
-/* Arrays of a pd_steady that the build makes, beside those of its solvers. */
+/* Lists the arrays of a pd_steady that last between solves, beside those of its solvers. */
 PDI_FN void pdi_steady_list(pdi_owner *owner, void *object);
-/* Its solvers, from desc and flow, without arrays; and then the [byte] that a solve needs for its time. */
+/* Sets defaults and sizes of the linear solvers, without arrays: enough to count memory. */
 PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *steady);
+/* Scratch memory [byte] of one solve. */
 PDI_FN size_t pdi_steady_room(pd_steady *steady);
+/* The arena that lends the scratch memory: that of desc, or its own. */
 PDI_FN pd_arena *pdi_steady_arena(pd_steady *steady);
-/* Hold what a solve needs from here on until the release, so that stages in a row share a preconditioner. Returns
- * `status`, or an error. */
+/* Takes the scratch memory of a solve until pdi_steady_release; calls may nest. Stages within share a
+ * preconditioner. */
 PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *steady);
+/* Gives it back. Returns `status`, or the error of a corrupted arena. */
 PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *steady, pd_status status);
-/* What solves carry on beside the flow. */
+/* Writes or reads what solves carry on beside the flow: the potential and the reference norm. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_archive *archive);
-/* Make ready for pdi_steady_stage, once: room in the arena, and `more` [byte] for whoever takes the steps. */
+/* Prepares for pdi_steady_stage, once: fits the arena to a solve and `more` [byte] for the time integrator. */
 PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *steady, size_t more);
-/* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
- * velocity against the reference speed, and of the continuity residual. A preconditioner of the same rate that was held
- * since serves again. PD_RETRY: not reached, flow holds no solution. */
+/* Solves R(u, p) + rate (u - target) = 0 from the state in flow: one stage of an implicit time step. tolerance [-]: of
+ * the velocity error over U and of the continuity residual. A preconditioner of the same rate is used again. PD_RETRY:
+ * not converged, flow holds no solution. */
 PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target, double tolerance,
                                   pd_steady_result *result);
 #endif

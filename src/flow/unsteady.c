@@ -4,9 +4,9 @@
 #include <math.h>
 #include <string.h>
 
-/* How often a step that leaves the admissible range is halved. */
-#define PDI_UNSTEADY_HALVINGS 20
+#define PDI_UNSTEADY_HALVINGS 20 /* most halvings of a step that leaves the admissible range */
 
+/* Kinematic pressure p/rho0 [m2/s2] of rho/rho0 by the equation of state (eq. 4.11). */
 static double pdi_unsteady_pressure(const pd_unsteady_desc *d, double density)
 {
     double c2 = d->sound * d->sound;
@@ -14,6 +14,7 @@ static double pdi_unsteady_pressure(const pd_unsteady_desc *d, double density)
     return c2 / d->gamma * (pow(density, d->gamma) - 1.0);
 }
 
+/* Density rho/rho0 [-] of a kinematic pressure [m2/s2] by the equation of state. */
 static double pdi_unsteady_density(const pd_unsteady_desc *d, double pressure)
 {
     double c2 = d->sound * d->sound;
@@ -34,6 +35,8 @@ PDI_FN void pdi_unsteady_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, unsteady, steps, "1");
 }
 
+/* Inner part of the build: checks desc, sets defaults, initial density from the pressure. The caller frees after an
+ * error. */
 static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *un)
 {
     const pd_stencil *s = flow->bonds->stencil;
@@ -76,7 +79,8 @@ pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *
 }
 PDI_COLD_END
 
-/* Fill pressure and ghosts from the state. Inlets bring fluid of rest density. */
+/* Updates pressure, ghosts, momentum rho v, advecting velocity and pressure gradient from velocity and density. Inlets
+ * bring fluid of rest density. */
 static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
 {
     pd_flow *flow = un->flow;
@@ -99,8 +103,8 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
 }
 
-/* Time derivatives of velocity and density (eq. 4.12, 4.13). The convective term of flow.h is half the divergence of
- * (rho v) v; half of v div(rho v) is taken off to make it rho v.grad v. */
+/* Time derivatives of velocity [m/s2] and density [1/s] (eq. 4.12, 4.13). The bond sums give half of div(rho v v); half
+ * of v div(rho v) is taken off to make it rho v.grad v. */
 static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
 {
     pd_flow *flow = un->flow;
@@ -132,7 +136,8 @@ static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
     }
 }
 
-/* state = old_share * start + (1 - old_share) * (state + dt rate). 0: a value left the admissible range. */
+/* One Runge-Kutta stage (Shu and Osher 1988): state = old_share start + (1 - old_share) (state + dt rate). 0: a value
+ * left the admissible range. */
 static int pdi_unsteady_stage(const pd_ctx *ctx, pd_unsteady *un, double old_share, double dt)
 {
     pd_flow *flow = un->flow;
@@ -182,12 +187,12 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
     return PD_OK;
 }
 
-/* Rounded up to whole parts of 1/128. So a limit is computed again when the state has changed by as much, and depends
- * on the state alone. */
+/* Rounds up to multiples of 1/128, so that a limit is computed again only after such a change, and depends on the state
+ * alone. */
 static double pdi_unsteady_parts(double x) { return ceil(128.0 * x) / 128.0; }
 
-/* Upper bounds of the present state, key [PD_DIM+2]: the largest components of the velocity over c0, the largest speed
- * of sound over that at rest, the largest specific volume over that at rest. */
+/* Rounded upper bounds of the present state, key [PD_DIM+2]: velocity components over c0, speed of sound and specific
+ * volume over those at rest. */
 static void pdi_unsteady_extremes(const pd_unsteady *un, double *key)
 {
     const pd_grid *grid = un->flow->grid;
@@ -226,6 +231,7 @@ double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *un)
 /* ---- the process ---- */
 
 PDI_COLD_BEGIN
+/* Process callback at the start of a run: updates the derived fields of the flow. */
 static pd_status pdi_unsteady_start(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
@@ -233,6 +239,7 @@ static pd_status pdi_unsteady_start(pd_ctx *ctx, void *self, double t)
     return PD_OK;
 }
 
+/* Process callback: the step is cfl times the stability limit. */
 static pd_status pdi_unsteady_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_unsteady *un = (pd_unsteady *)self;
@@ -240,11 +247,13 @@ static pd_status pdi_unsteady_longest(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Process callback: tries one step. */
 static pd_status pdi_unsteady_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     return pd_unsteady_step(ctx, (pd_unsteady *)self, s->dt);
 }
 
+/* Process callback: sets the time. */
 static pd_status pdi_unsteady_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)ctx;
@@ -252,6 +261,7 @@ static pd_status pdi_unsteady_accept(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Process callback: halves a rejected step; fails after too many. */
 static pd_status pdi_unsteady_again(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)self;
@@ -261,6 +271,7 @@ static pd_status pdi_unsteady_again(pd_ctx *ctx, void *self, pd_step *s)
                     s->time);
 }
 
+/* Process callback: fails with a message, since steps have become too short for the time to advance. */
 static pd_status pdi_unsteady_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_unsteady *un = (const pd_unsteady *)self;
@@ -269,18 +280,20 @@ static pd_status pdi_unsteady_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                     "(%g m2/s) asks for them on this lattice", s->dt, s->time, s->limit, un->desc.sound, un->flow->nu);
 }
 
-/* New fluid has the density of its pressure; the lattice is another one for the limit. */
-static pd_status pdi_unsteady_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+/* Process callback: nodes `converted` have become fluid. They get the density of their pressure; the stability limit is
+ * set up anew. */
+static pd_status pdi_unsteady_changed(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count)
 {
     pd_unsteady *un = (pd_unsteady *)self;
-    PDI_TRY(pd_flow_update(ctx, turned, count, un->flow));
+    PDI_TRY(pd_flow_update(ctx, converted, count, un->flow));
     for (int32_t n = 0; n < count; n++)
-        un->density[turned[n]] = pdi_unsteady_density(&un->desc, un->flow->p[turned[n]]);
+        un->density[converted[n]] = pdi_unsteady_density(&un->desc, un->flow->p[converted[n]]);
     un->limit = 0.0;
     pdi_spectrum_free(ctx, &un->spectrum);
     return pdi_spectrum_build(ctx, un->flow, &un->spectrum);
 }
 
+/* Process callback: writes or reads the checkpoint. */
 static pd_status pdi_unsteady_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_unsteady *un = (pd_unsteady *)self;

@@ -55,7 +55,7 @@ PD_API pd_process pd_unsteady_process(pd_unsteady *unsteady);
 PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_unsteady. */
+/* Lists the arrays of a pd_unsteady. */
 PDI_FN void pdi_unsteady_list(pdi_owner *owner, void *object);
 #endif
 
