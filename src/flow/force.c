@@ -8,15 +8,15 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_FORCE_STEP 1e-3 /* [cells] A place that is nearer to a surface lies on it. */
+#define PDI_FORCE_STEP 1e-3 /* [cells] a point closer to a surface lies on it */
 
-/* Around an axis radial forces cancel. */
+/* Sets the radial force to 0: around an axis it cancels. */
 static void pdi_force_cancel(const pd_grid *grid, double *force)
 {
     if (grid->circumference) force[PD_DIM - 1] = 0.0;
 }
 
-/* The wanted force: on surfaces between lo and hi, of one shape, of the sides or of all. Sums: friction, pressure. */
+/* What is asked for: surfaces between lo and hi, of one shape, of the sides or of all. sum: friction, then pressure. */
 typedef struct pdi_force_query {
     const pd_flow *flow;
     const double *lo, *hi;
@@ -26,7 +26,8 @@ typedef struct pdi_force_query {
     pdi_sum sum[2 * PD_DIM];
 } pdi_force_query;
 
-/* 1 when the closed cell at the end of a bond, or behind a face, belongs to the shape that is asked for. */
+/* 1: the closed cell at the end of a bond, or behind a face, belongs to the shape that is asked for. side: 1 for sides
+ * of the box. */
 static int pdi_force_owned(const pdi_force_query *q, int32_t closed, int side)
 {
     double x[PD_DIM];
@@ -36,7 +37,7 @@ static int pdi_force_owned(const pdi_force_query *q, int32_t closed, int side)
     return pdi_grid_level(q->flow->grid, q->shape, x) <= pdi_shape_tie(q->flow->grid->h, x);
 }
 
-/* Share of the closed bonds of row r, by their areas, that end on what is asked for. */
+/* Fraction of the closed bonds of row r, by their areas, that end on the surface asked for. */
 static double pdi_force_share(const pdi_force_query *q, int32_t r)
 {
     const pd_bonds *bonds = q->flow->bonds;
@@ -52,8 +53,8 @@ static double pdi_force_share(const pdi_force_query *q, int32_t r)
     return all > 0.0 ? owned / all : 0.0;
 }
 
-/* Friction of row r over rho: V (nu (W u - motion) - Q (G P - f)), or - V nu times (3.4b), as its momentum residual
- * holds it (eq. 4.27). Of one shape: the parts of its bonds, or its share of them. */
+/* rub [PD_DIM] = wall friction of row r over rho: V (nu (W u - motion) - Q (G P - f)), or -V nu times the fit (3.4b),
+ * as the momentum residual has it (eq. 4.27). For one shape: the parts of its bonds, or its fraction. */
 static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
 {
     const pd_flow *flow = q->flow;
@@ -100,8 +101,8 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
 
 #define PDI_FORCE_AXES ((1 << PD_DIM) - 1)
 
-/* Axis along which the cell at the end of a closed bond lies outside of the box, behind a flat side; -1: there is none,
- * or it lies behind an edge of the box. */
+/* Axis across which the end of a closed bond lies behind a flat side of the box; -1: none, or behind an edge of the
+ * box. */
 static int pdi_force_side_axis(const pd_grid *grid, const pdi_bond_end *end)
 {
     int i[PD_DIM], axis = -1;
@@ -114,7 +115,7 @@ static int pdi_force_side_axis(const pd_grid *grid, const pdi_bond_end *end)
     return axis;
 }
 
-/* Axes of the flat sides that row r sees; PDI_FORCE_AXES: it sees other surfaces, or none. */
+/* Bits of the axes of the flat sides that row r touches; PDI_FORCE_AXES: it touches other surfaces, or none. */
 static int pdi_force_flat(const pd_flow *flow, int32_t r)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -130,7 +131,7 @@ static int pdi_force_flat(const pd_flow *flow, int32_t r)
     return axes ? axes : PDI_FORCE_AXES;
 }
 
-/* Axes along which x lies outside of the box; it goes to the side there. */
+/* Moves x to the side along the axes where it is outside of the box; returns the bits of these axes. */
 static int pdi_force_beyond(const pd_grid *grid, double *x)
 {
     int axes = 0;
@@ -142,8 +143,8 @@ static int pdi_force_beyond(const pd_grid *grid, double *x)
     return axes;
 }
 
-/* Axes along which momentum passes what the row belongs to: a side of the box, a surface that is flat, or one that is
- * not asked for, is part of it. A flat side of the box is met along its normal only. */
+/* Bits of the axes along which the patch of row r exchanges momentum with something else: a side of the box, a flat
+ * surface or one that is not asked for. A flat side is met along its normal only. */
 static int pdi_force_bars(const pdi_force_query *q, int32_t r)
 {
     const pd_bonds *bonds = q->flow->bonds;
@@ -170,10 +171,10 @@ static int pdi_force_bars(const pdi_force_query *q, int32_t r)
     return bars;
 }
 
-/* 1 when the flow has patches of rows, and those of the present geometry. */
+/* 1: the flow has patches of rows, of the present geometry. */
 static int pdi_force_patched(const pd_flow *flow) { return flow->patch && flow->patched == flow->bonds->version; }
 
-/* Finds them for each patch of rows, in place of its leak. */
+/* Collects those axes for each patch of rows; they are kept in `leak`. */
 static void pdi_force_bar(const pdi_force_query *q)
 {
     const pd_flow *flow = q->flow;
@@ -185,14 +186,14 @@ static void pdi_force_bar(const pdi_force_query *q)
             flow->leak[flow->patch[r]] = (int)flow->leak[flow->patch[r]] | pdi_force_bars(q, r);
 }
 
-/* Axes along which nothing passes the body beside row r. */
+/* Bits of the axes along which the body beside row r exchanges no momentum with other surfaces. */
 static int pdi_force_free(const pd_flow *flow, int32_t r)
 {
     if (!pdi_force_patched(flow) || flow->patch[r] < 0) return 0;
     return PDI_FORCE_AXES & ~(int)flow->leak[flow->patch[r]];
 }
 
-/* 1 when the surface that row r sees is smooth and has no edge. */
+/* 1: the surface beside row r is smooth and has no edge. */
 static int pdi_force_smooth(const pd_flow *flow, int32_t r)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -207,15 +208,15 @@ static int pdi_force_smooth(const pd_flow *flow, int32_t r)
     return 1;
 }
 
-/* Axes along which row r has the friction of what it sees. Beside a smooth surface that goes on elsewhere the pieces of
- * the surface have it: rows have it in the mean over many, and not where a box ends. */
+/* Bits of the axes along which row r gives the friction of its surface. Beside a smooth surface that goes on elsewhere
+ * the surface pieces give it: rows are right only in the mean over many, and not where a box ends. */
 static int pdi_force_rows(const pd_flow *flow, int32_t r)
 {
     int free = flow->bonds->smooth[r] && !flow->grid->circumference ? pdi_force_free(flow, r) : PDI_FORCE_AXES;
     return free == PDI_FORCE_AXES || !pdi_force_smooth(flow, r) ? PDI_FORCE_AXES : free;
 }
 
-/* The row of a fluid node. Of one without a row, that of a neighbour beside a smooth surface; -1: there is none. */
+/* Row of a fluid node. For a node without one, that of a neighbour beside a smooth surface; -1: none. */
 static int32_t pdi_force_row(const pd_flow *flow, int32_t node)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -226,7 +227,7 @@ static int32_t pdi_force_row(const pd_flow *flow, int32_t node)
     return row;
 }
 
-/* The axes of such a row; pieces often ask for the same one again. */
+/* The axes of pdi_force_rows for row r, cached: pieces often ask for the same row again. */
 static int pdi_force_rows_of(pdi_force_query *q, int32_t r)
 {
     if (r < 0) return PDI_FORCE_AXES;
@@ -235,7 +236,7 @@ static int pdi_force_rows_of(pdi_force_query *q, int32_t r)
     return q->axes;
 }
 
-/* The fluid node that a closed bond which ends on a flat side has as its image there; -1: there is none. */
+/* Fluid node that is the mirror image of the far end of a closed bond on a flat side, whose axis is *axis; -1: none. */
 static int32_t pdi_force_image(const pd_flow *flow, int32_t r, int k, int *axis)
 {
     const pd_grid *grid = flow->grid;
@@ -251,9 +252,8 @@ static int32_t pdi_force_image(const pd_flow *flow, int32_t r, int k, int *axis)
     return grid->kind[image] == PD_FLUID ? image : -1;
 }
 
-/* Row r of such a body takes what of G P no bond hands on, G P - sum_open (P_i + P_j) g. Bonds between two rows take
- * from one what they give to the other: the sum over the body is what passes a box around it. So do bonds that a flat
- * side reflects, along the side. */
+/* Adds the pressure force at row r of an isolated body, by the discrete momentum balance: V (G P - sum_open (P_i + P_j)
+ * g). Bond terms are antisymmetric, so the sum over the body is the flux through a box around it. */
 static void pdi_force_take(pdi_force_query *q, int32_t r)
 {
     const pd_flow *flow = q->flow;
@@ -278,18 +278,19 @@ static void pdi_force_take(pdi_force_query *q, int32_t r)
 
 /* ---- cell by cell ---- */
 
-#define PDI_FORCE_WAYS 4    /* half cells along the normal at which a piece of the surface looks for fluid */
-#define PDI_FORCE_GROUPS 8  /* fluid nodes that the surface in a cell sees */
-#define PDI_FORCE_INTO 0.05 /* [cells] A place so far behind a piece lies in the body that has it. */
+#define PDI_FORCE_WAYS 4 /* half cells along the normal within which a surface piece looks for fluid */
+#define PDI_FORCE_GROUPS 8 /* most groups of surface pieces in a cell */
+#define PDI_FORCE_INTO 0.05 /* [cells] a point this far behind a piece is inside of its body */
 
-/* Pieces of one surface in a cell that see the same fluid node, or all from the one that found no room. */
+/* A group of pieces of one surface in a cell that see the same fluid node; without room for more groups, all the
+ * rest. */
 typedef struct pdi_force_rubbed {
     int32_t node, closed; /* as of the piece */
     int axes;      /* those along which friction is that of the surface */
     double size, x[PD_DIM], into[PD_DIM]; /* area, and sums over it of place and normal */
 } pdi_force_rubbed;
 
-/* What the pieces in a cell add up to. */
+/* Sums over the surface pieces in a cell. */
 typedef struct pdi_force_cell {
     pdi_force_query *query;
     double all, asked;     /* area */
@@ -299,8 +300,8 @@ typedef struct pdi_force_cell {
     pdi_force_rubbed rubbed[PDI_FORCE_GROUPS];
 } pdi_force_cell;
 
-/* The fluid node beside a piece whose unit normal into the wall is `into`: that of its cell, or the next one along the
- * normal. -1: none. */
+/* Fluid node beside a surface piece with the unit normal `into` the wall: its cell, or the next one along the normal.
+ * -1: none. */
 static int32_t pdi_force_beside(const pd_grid *grid, const double *x, const double *into)
 {
     for (int half = 0; half <= PDI_FORCE_WAYS; half++) {
@@ -317,7 +318,7 @@ static int32_t pdi_force_beside(const pd_grid *grid, const double *x, const doub
     return -1;
 }
 
-/* 1 when a piece belongs to what is asked for. On a smooth surface the shape that is nearest, or that it lies in. */
+/* 1: a surface piece belongs to the shape asked for. On a smooth surface: the shape that is nearest, or contains it. */
 static int pdi_force_has(const pdi_force_query *q, const pdi_wetted_piece *piece, const double *into)
 {
     const pd_grid *grid = q->flow->grid;
@@ -329,7 +330,7 @@ static int pdi_force_has(const pdi_force_query *q, const pdi_wetted_piece *piece
     return pdi_grid_level(grid, q->shape, x) <= pdi_max(least, 0.0) + pdi_shape_tie(grid->h, x);
 }
 
-/* 1 when the piece belongs to the others: behind an edge another surface begins. */
+/* 1: the piece belongs to this group: same node, same surface, normals within 60 degrees. */
 static int pdi_force_joins(const pdi_force_rubbed *rubbed, const pdi_wetted_piece *piece, int32_t node, int axes)
 {
     double both = pdi_vec_norm(rubbed->into) * pdi_vec_norm(piece->area);
@@ -337,7 +338,7 @@ static int pdi_force_joins(const pdi_force_rubbed *rubbed, const pdi_wetted_piec
            pdi_vec_dot(rubbed->into, piece->area) > 0.5 * both;
 }
 
-/* A piece that is asked for counts for the friction of the node that it sees. */
+/* Adds a piece to the group of its fluid node for the friction. */
 static void pdi_force_gather(pdi_force_cell *cell, const pdi_wetted_piece *piece, int32_t node, int axes, double size)
 {
     int k = 0;
@@ -358,7 +359,7 @@ static void pdi_force_gather(pdi_force_cell *cell, const pdi_wetted_piece *piece
     }
 }
 
-/* The friction of such pieces. Where the surface is not known, at an edge, that of a parabola from the node. */
+/* Adds the friction of a group: wall shear by least squares, or at an edge by a parabola from the node. */
 static void pdi_force_rub_pieces(pdi_force_query *q, const pdi_force_rubbed *rubbed)
 {
     const pd_flow *flow = q->flow;
@@ -389,6 +390,7 @@ static void pdi_force_rub_pieces(pdi_force_query *q, const pdi_force_rubbed *rub
         if (rubbed->axes >> a & 1) pdi_sum_add(&q->sum[a], flow->rho * flow->nu * slope[a] * rubbed->size);
 }
 
+/* Callback for each surface piece of a cell: adds its area, its pressure force, and its friction group. */
 static void pdi_force_piece(void *user, const pdi_wetted_piece *piece)
 {
     pdi_force_cell *cell = (pdi_force_cell *)user;
@@ -418,8 +420,8 @@ static void pdi_force_piece(void *user, const pdi_wetted_piece *piece)
         if (!(free >> d & 1)) pdi_sum_add(&q->sum[PD_DIM + d], flow->rho * p * piece->area[d]);
 }
 
-/* Pressure on the surface in the cell of `node`. What friction of rows takes from whole cells of fluid is too much, or
- * too little, by the balance of momentum of what the surface cuts off, or leaves open. */
+/* Adds pressure and friction of the surface in the cell of `node`. Rows count the friction and forces of whole cells:
+ * the difference to the cut cell is corrected by the momentum balance. */
 static void pdi_force_press(pdi_force_query *q, int32_t node)
 {
     const pd_flow *flow = q->flow;
@@ -439,7 +441,7 @@ static void pdi_force_press(pdi_force_query *q, int32_t node)
     }
 }
 
-/* All cells of the box. One that is further from smooth surfaces than it is long has none of them. */
+/* Adds them for all cells of the box; cells farther from smooth surfaces than their size have none. */
 static void pdi_force_cells_press(pdi_force_query *q)
 {
     const pd_grid *grid = q->flow->grid;
@@ -491,18 +493,19 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, c
 
 /* ---- around the body ---- */
 
-/* Field f on the face between node - stride and node, and its derivative across it times the spacing: cubics. */
+/* Field f interpolated at the face between node - stride and node by a cubic. */
 static double pdi_force_mid(const double *f, int32_t node, int32_t stride)
 {
     return (9.0 * (f[node] + f[node - stride]) - (f[node + stride] + f[node - 2 * stride])) / 16.0;
 }
 
+/* Derivative of f across that face times the spacing, by a cubic. */
 static double pdi_force_slope(const double *f, int32_t node, int32_t stride)
 {
     return (27.0 * (f[node] - f[node - stride]) - (f[node + stride] - f[node - 2 * stride])) / 24.0;
 }
 
-/* Momentum that passes the face before `node` towards + of `axis`, over its area: u u_n + P n - nu du/dn. */
+/* pass [PD_DIM] = momentum flux over rho through the face before `node` along +axis: u u_n + P n - nu du/dn. */
 static void pdi_force_pass(const pd_flow *flow, int32_t node, int axis, double *pass)
 {
     const pd_grid *grid = flow->grid;
@@ -515,13 +518,13 @@ static void pdi_force_pass(const pd_flow *flow, int32_t node, int axis, double *
     pass[axis] += pdi_force_mid(flow->p, node, stride);
 }
 
-/* 1 when the low side of axis d is the axis of rings, which nothing passes. */
+/* 1: the low side of axis d is the axis of symmetry, which nothing passes. */
 static int pdi_force_axis(const pd_grid *grid, int d)
 {
     return grid->circumference && d == PD_DIM - 1 && grid->side[2 * d] == PD_SIDE_MIRROR;
 }
 
-/* First and last cells of the box. */
+/* first, last [PD_DIM] = cell range of the box lo .. hi. PD_ERR_GEOMETRY: not two cells inside of the lattice. */
 static pd_status pdi_force_cells(pd_ctx *ctx, const pd_grid *grid, const double *lo, const double *hi, int *first,
                                  int *last)
 {
@@ -540,7 +543,7 @@ static pd_status pdi_force_cells(pd_ctx *ctx, const pd_grid *grid, const double 
     return PD_OK;
 }
 
-/* Adds what leaves through both sides of `axis`. */
+/* Adds the momentum flux out of the box through both faces across `axis`. */
 static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *first, const int *last, int axis,
                                  pdi_sum *sum)
 {

@@ -13,37 +13,36 @@
 #include <math.h>
 #include <string.h>
 
-/* Places of the fields. */
-#define PDI_GAS_V 1
-#define PDI_GAS_P (PD_DIM + 1)
-/* Most halvings of a step before the run fails. */
-#define PDI_GAS_HALVINGS 20
-/* Rounds in which nodes fall back to first order within a stage. */
-#define PDI_GAS_ROUNDS 8
-/* Values beyond this count as infinite. */
-#define PDI_GAS_HUGE 1e200
+#define PDI_GAS_V 1 /* index of the first velocity or momentum component in a state */
+#define PDI_GAS_P (PD_DIM + 1) /* index of the pressure or energy in a state */
+#define PDI_GAS_HALVINGS 20 /* most halvings of a step before the run fails */
+#define PDI_GAS_ROUNDS 8 /* most rounds in which nodes fall back to first order within a stage */
+#define PDI_GAS_HUGE 1e200 /* values beyond this count as infinite */
 
-/* Both sides of a face: primitive states at the middle of the bond. */
+/* Primitive states on both sides of a face, the middle of a bond, for a block of nodes. */
 typedef struct pdi_gas_face {
     double left[PD_GAS_FIELDS][PDI_PIECE], right[PD_GAS_FIELDS][PDI_PIECE];
     double u_left[PDI_PIECE], u_right[PDI_PIECE]; /* [m/s] v.n */
     double s_left[PDI_PIECE], s_right[PDI_PIECE]; /* [m/s] speeds of the outer waves */
 } pdi_gas_face;
 
-/* A sweep over `count` consecutive nodes from i, which are the rows from `row` (-1: whole families). */
+/* Kernel over `count` consecutive nodes from i, which are the rows from `row` (-1: full families). */
 typedef void (*pdi_gas_lanes_fn)(const pd_gas *gas, int32_t i, int32_t row, int count);
 
+/* Arguments of a sweep. */
 typedef struct pdi_gas_sweeping {
     const pd_gas *gas;
     pdi_gas_lanes_fn lanes;
 } pdi_gas_sweeping;
 
+/* Sweep callback: runs the kernel on a range of nodes. */
 static void pdi_gas_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_gas_sweeping *s = (const pdi_gas_sweeping *)user;
     s->lanes(s->gas, i, row, count);
 }
 
+/* Runs a kernel over all fluid nodes. */
 static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn lanes)
 {
     pdi_gas_sweeping s;
@@ -54,8 +53,8 @@ static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn
 }
 
 /* ---- states ---- */
-
-/* q = (rho, v, p) of u = (rho, rho v, rho E). 0: not admissible. */
+/* Primitive state q = (rho, v, p) of the conserved one u = (rho, rho v, rho E). 0: density or pressure is not positive
+ * and finite. */
 static int pdi_gas_primitive(double gamma, const double *u, double *q)
 {
     double kinetic = 0.0;
@@ -68,6 +67,7 @@ static int pdi_gas_primitive(double gamma, const double *u, double *q)
     return u[0] > 0.0 && u[0] < PDI_GAS_HUGE && p > 0.0 && p < PDI_GAS_HUGE && kinetic < PDI_GAS_HUGE;
 }
 
+/* Primitive state of node i. 0: not admissible. */
 static int pdi_gas_convert(const pd_gas *gas, int32_t i)
 {
     int64_t total = gas->grid->total;
@@ -78,9 +78,10 @@ static int pdi_gas_convert(const pd_gas *gas, int32_t i)
     return good;
 }
 
+/* 1: the kind of node has a state of its own. */
 static int pdi_gas_has_state(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
 
-/* Primitive states of fluid nodes and inlets. Returns the first node that is not admissible, or -1. */
+/* Primitive states of all fluid nodes and inlets. Returns the first node that is not admissible, or -1. */
 static int32_t pdi_gas_convert_all(const pd_ctx *ctx, const pd_gas *gas)
 {
     const uint8_t *kind = gas->grid->kind;
@@ -96,7 +97,7 @@ static int32_t pdi_gas_convert_all(const pd_ctx *ctx, const pd_gas *gas)
     return bad;
 }
 
-/* Ghosts of the primitive states, and of their gradients when they are there. */
+/* Fills the ghosts of the primitive states, or with_slopes 1 of their gradients. */
 PDI_ONCE static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
 {
     const pd_ghosts *g = &gas->bonds->ghosts;
@@ -117,9 +118,9 @@ PDI_ONCE static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
     }
 }
 
-/* Factors of the gradients of density and pressure, into the fields of rate: half a bond must not lead further from
- * the value of the node than the least and the largest value of its family are away, both of them (eq. 4.23). At a
- * minimum the gradient is zero, so that nothing drains it. */
+/* Kernel: factors that limit the gradients of density and pressure, into fields of rate: half a bond must not change
+ * the value by more than the distance to the nearer one of the extremes of the family (eq. 4.23). At an extremum it is
+ * 0. */
 static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -154,7 +155,7 @@ static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
     }
 }
 
-/* Ghosts and gradients of admissible primitive states. */
+/* Fills ghosts and limited gradients of admissible primitive states. */
 static void pdi_gas_fill(const pd_ctx *ctx, const pd_gas *gas)
 {
     const uint8_t *kind = gas->grid->kind;
@@ -177,16 +178,15 @@ static void pdi_gas_fill(const pd_ctx *ctx, const pd_gas *gas)
 }
 
 /* ---- faces ---- */
-
-/* Harmonic mean of the ratio b/a limited to one sign (van Leer 1974): 0 at an extremum, never beyond 2a or 2b. */
+/* Slope limiter: harmonic mean 2ab/(a + b), 0 for different signs (van Leer 1974; H of eq. 4.22). */
 static inline double pdi_gas_limited(double a, double b)
 {
     double product = a * b, positive = product > 0.0 ? product : 0.0, sum = product > 0.0 ? a + b : 1.0;
     return 2.0 * positive / sum;
 }
 
-/* States on both sides of the middle of bond k (eq. 4.22). They lie between those of its ends. open: 1.0 or 0.0 for
- * each lane, NULL: all open. */
+/* States on both sides of the middle of bond k by limited linear reconstruction (eq. 4.22). They lie between those of
+ * its ends. open: 1.0 or 0.0 for each node, NULL: all open. */
 static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, const double *open, pdi_gas_face *f)
 {
     const double *xi = gas->bonds->stencil->xi + k * PD_DIM;
@@ -214,10 +214,10 @@ static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, 
     }
 }
 
-/* Weight of the jump of the normal velocity in the mean speed of sound: at least that of Roe's mean. */
+/* Weight eta of the velocity jump in the mean speed of sound (eq. 4.21): at least that of Roe's mean. */
 static double pdi_gas_spread(double gamma) { return gamma > 2.0 ? 0.5 * (gamma - 1.0) : 0.5; }
 
-/* Slowest wave of a face [m/s] (eq. 4.21); the fastest one is that of the mirrored face with its sign changed. */
+/* Slowest wave of a face [m/s] (eq. 4.21, Einfeldt 1988). The fastest one is that of the mirrored face, negative. */
 static inline double pdi_gas_slowest(double gamma, double spread, double rho_l, double u_l, double p_l, double rho_r,
                                      double u_r, double p_r)
 {
@@ -229,7 +229,7 @@ static inline double pdi_gas_slowest(double gamma, double spread, double rho_l, 
     return own < roe ? own : roe;
 }
 
-/* Normal velocities and wave speeds of a face with the normal n. */
+/* Normal velocities and outer wave speeds of a face with the normal n. */
 static void pdi_gas_waves(const pd_gas *gas, const double *n, int count, pdi_gas_face *f)
 {
     double gamma = gas->desc.gamma, spread = pdi_gas_spread(gamma);
@@ -246,7 +246,8 @@ static void pdi_gas_waves(const pd_gas *gas, const double *n, int count, pdi_gas
     }
 }
 
-/* Add `weight` times the flux through faces with the normal n, less the pressure p of the nodes (eq. 4.19, 4.20). */
+/* Adds `weight` times the HLLC flux through faces with the normal n, less the pressure p of the nodes (eq. 4.19,
+ * 4.20). */
 PDI_ONCE static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
                                   const double *open, const pdi_gas_face *f, double (*sum)[PDI_PIECE])
 {
@@ -274,9 +275,8 @@ PDI_ONCE static void pdi_gas_hllc(const pd_gas *gas, const double *n, double wei
     }
 }
 
-/* Outflow velocity at wall w of row r and its normal. The wall is the middle of a bond to the mirror image, with the
- * reconstruction of the others; of scalars and along the wall it finds nothing to add. Returns the weight
- * 2 |wall_face| [1/m]; 0: no wall, or equal ones on both sides. */
+/* Outflow velocity *u at slip wall w of row r, and its normal n (eq. 4.24). The wall is the middle of a bond to the
+ * mirror image, with the same reconstruction. Returns the weight 2 |wall_face| [1/m]; 0: there is no such wall. */
 static double pdi_gas_wall(const pd_gas *gas, int32_t i, int32_t r, int w, double *n, double *u)
 {
     int64_t total = gas->grid->total, place = (int64_t)r * PD_DIM + w;
@@ -298,7 +298,7 @@ static double pdi_gas_wall(const pd_gas *gas, int32_t i, int32_t r, int w, doubl
     return 2.0 * sqrt(square);
 }
 
-/* Slowest wave [m/s] between a node and its mirror image, with the velocity u towards the wall. */
+/* Slowest wave [m/s] between node i and its mirror image, for the velocity u towards the wall. */
 static double pdi_gas_wall_wave(const pd_gas *gas, int32_t i, double u)
 {
     double gamma = gas->desc.gamma, rho = gas->primitive[i];
@@ -307,8 +307,7 @@ static double pdi_gas_wall_wave(const pd_gas *gas, int32_t i, double u)
 }
 
 /* ---- sums over bonds ---- */
-
-/* Time derivatives (eq. 4.19, 4.24). */
+/* Kernel: time derivatives of the state by bonds and slip walls (eq. 4.19, 4.24). */
 static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -339,7 +338,6 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
 }
 
 /* ---- open sides ---- */
-
 /* Adds twice the sum of g times the fluxes of the bonds of node i through open sides. */
 static void pdi_gas_bonds_through(const pd_gas *gas, int32_t i, double (*sum)[PDI_PIECE])
 {
@@ -355,7 +353,8 @@ static void pdi_gas_bonds_through(const pd_gas *gas, int32_t i, double (*sum)[PD
     }
 }
 
-/* Twice the flux of the faces of node i on open sides, between its state there and the one beyond (eq. 4.24b). */
+/* Adds twice the flux through the faces of node i on open sides, between its state there and the one beyond (eq.
+ * 4.24b). */
 static void pdi_gas_faces_through(const pd_gas *gas, int32_t i, const pdi_gas_opening *t,
                                   double (*sum)[PDI_PIECE])
 {
@@ -377,8 +376,8 @@ static void pdi_gas_faces_through(const pd_gas *gas, int32_t i, const pdi_gas_op
     }
 }
 
-/* Faces of open sides in the rates, in the place of bonds. passes [4]: mass and energy [kg/s], [J/s] (1D: per m2; 2D:
- * per m) that go out, and that come in. */
+/* Replaces the bonds through open sides by faces in the rates. passes [4]: mass and energy [kg/s], [J/s] (1D: per m2;
+ * 2D: per m) that go out, and that come in. */
 static void pdi_gas_open(const pd_gas *gas, double *passes)
 {
     int64_t total = gas->grid->total;
@@ -398,7 +397,7 @@ static void pdi_gas_open(const pd_gas *gas, double *passes)
     }
 }
 
-/* Sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
+/* Kernel: sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
 static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -428,7 +427,7 @@ static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int c
 }
 
 /* ---- steps ---- */
-
+/* Fails with a message about an inadmissible state. */
 static pd_status pdi_gas_refuse(pd_ctx *ctx, const pd_gas *gas, int32_t node)
 {
     int64_t total = gas->grid->total;
@@ -454,12 +453,12 @@ pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)
     return PD_OK;
 }
 
-/* A stage: state = old_share * start + (1 - old_share) * (state + dt rate). */
+/* A Runge-Kutta stage (Shu and Osher 1988): state = old_share start + (1 - old_share) (state + dt rate). */
 typedef struct pdi_gas_stage {
     double old_share, dt;
 } pdi_gas_stage;
 
-/* The result for node i; so written that a state without rate keeps its bits. */
+/* State u of node i after the stage. A state without rate keeps its bits. */
 static void pdi_gas_next(const pd_gas *gas, const pdi_gas_stage *g, int32_t i, double *u)
 {
     int64_t total = gas->grid->total;
@@ -470,8 +469,8 @@ static void pdi_gas_next(const pd_gas *gas, const pdi_gas_stage *g, int32_t i, d
     }
 }
 
-/* Flag the nodes that the stage would leave inadmissible: 1 now, 2 in an earlier round. *last: one of them. Returns how
- * many there are, or -1 when a node was flagged before, so that first order has not helped. */
+/* Flags the nodes that the stage would leave inadmissible: 1 now, 2 in an earlier round. *last: one of them. Returns
+ * their number, or -1 when a node was flagged before, so that first order has not helped. */
 static int64_t pdi_gas_flag(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *g, int32_t *last)
 {
     const uint8_t *kind = gas->grid->kind;
@@ -496,8 +495,8 @@ static int64_t pdi_gas_flag(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage 
     return again ? -1 : found;
 }
 
-/* No slopes at flagged nodes and at the far ends of their bonds, so that all their faces see the states of nodes. Far
- * ends that are images count for their sources. */
+/* First order at flagged nodes: zero gradients there and at the far ends of their bonds; images count for their
+ * sources. */
 static void pdi_gas_flatten(pd_gas *gas)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -515,8 +514,8 @@ static void pdi_gas_flatten(pd_gas *gas)
     pdi_gas_ghosts(gas, 1);
 }
 
-/* 1: done; passes [4]: what went out and in meanwhile, as the faces have it. 0: *lost is a node whose density or
- * pressure would turn non-positive; the state is that before the stage. */
+/* Does a stage. 1: done; passes [4]: flow rates through open sides (pdi_gas_open). 0: *lost is a node whose density or
+ * pressure would not stay positive; the state is that before the stage. */
 static int pdi_gas_advance(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *g, int32_t *lost, double *passes)
 {
     const uint8_t *kind = gas->grid->kind;
@@ -578,6 +577,7 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
 /* ---- the process ---- */
 
 PDI_COLD_BEGIN
+/* Process callback: the step is cfl times the step limit. */
 static pd_status pdi_gas_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_gas *gas = (pd_gas *)self;
@@ -586,11 +586,13 @@ static pd_status pdi_gas_longest(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Process callback: tries one step. */
 static pd_status pdi_gas_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     return pd_gas_step(ctx, (pd_gas *)self, s->dt);
 }
 
+/* Process callback: sets the time. */
 static pd_status pdi_gas_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)ctx;
@@ -598,6 +600,7 @@ static pd_status pdi_gas_accept(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Process callback: halves a rejected step; fails after too many. */
 static pd_status pdi_gas_again(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_gas *gas = (pd_gas *)self;
@@ -609,6 +612,7 @@ static pd_status pdi_gas_again(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Process callback: fails, since steps have become too short for the time to advance. */
 static pd_status pdi_gas_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
     (void)self;
@@ -617,6 +621,7 @@ static pd_status pdi_gas_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                     s->time, s->limit);
 }
 
+/* Process callback: writes or reads the checkpoint. */
 static pd_status pdi_gas_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_gas *gas = (pd_gas *)self;
@@ -627,6 +632,7 @@ static pd_status pdi_gas_store(pd_ctx *ctx, void *self, pd_archive *archive)
 
 static const pd_element pdi_gas_element[2] = {{"mass", "kg"}, {"energy", "J"}};
 
+/* Process callback: adds mass (k = 0) or energy (k = 1) to the balance. */
 static void pdi_gas_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
 {
     const pd_gas *gas = (const pd_gas *)self;
@@ -672,8 +678,7 @@ PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
 }
 
 /* ---- build ---- */
-
-/* Fluid nodes whose family reaches through an open side. */
+/* Lists the fluid nodes with bonds through open sides. */
 static pd_status pdi_gas_find_open(pd_ctx *ctx, pd_gas *gas)
 {
     const pd_bonds *bonds = gas->bonds;
@@ -694,7 +699,7 @@ static pd_status pdi_gas_find_open(pd_ctx *ctx, pd_gas *gas)
     return PD_OK;
 }
 
-/* The state of a node from the callback, mirrored where an inlet lies behind a mirror side. */
+/* Sets the initial state of a node by the callback, mirrored for an inlet behind a mirror side. */
 static pd_status pdi_gas_start(pd_ctx *ctx, const pd_gas *gas, int32_t node)
 {
     const pd_grid *grid = gas->grid;
@@ -740,6 +745,7 @@ PDI_FN void pdi_gas_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, gas, lowered, "1");
 }
 
+/* Inner part of the build. The caller frees after an error. */
 static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
                               pd_gas *gas)
 {

@@ -75,13 +75,13 @@ PD_API pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt);
  * PD_ERR_STATE: 20 halvings did not help. */
 PD_API pd_process pd_gas_process(pd_gas *gas);
 #ifdef PDI_INTERNAL
-/* stock [PD_GAS_FIELDS]: mass [kg], momentum [kg m/s], energy [J] of all fluid nodes (1D: per m2; 2D: per m). */
+/* stock [PD_GAS_FIELDS] = mass [kg], momentum [kg m/s], energy [J] of all fluid nodes (1D: per m2; 2D: per m). */
 PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock);
 #endif
 PD_API void pd_gas_free(pd_ctx *ctx, pd_gas *gas);
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_gas. */
+/* Lists the arrays of a pd_gas (`object`). */
 PDI_FN void pdi_gas_list(pdi_owner *owner, void *object);
 #endif
 

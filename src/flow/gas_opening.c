@@ -13,7 +13,7 @@ PDI_FN void pdi_gas_opening_signs(const pd_ghosts *g, int32_t k, int *flip, int 
     (void)pdi_grid_image(g->grid, g->node[k], flip);
 }
 
-/* The open side of the box that ghost j lies behind. */
+/* Open side of the box, 2 axis + (0 or 1), that ghost j is behind; -1: none. */
 static int pdi_gas_opening_side(const pd_grid *grid, int32_t j)
 {
     int index[PD_DIM];
@@ -49,7 +49,7 @@ PDI_FN void pdi_gas_opening_extend(const pd_bonds *bonds, int fields, int vector
     }
 }
 
-/* The ghost of an inlet that faces node i through `side`: the first one in its line, else `other`. */
+/* First inlet ghost in front of node i through `side`; `other` where there is none. */
 static int32_t pdi_gas_opening_facing(const pd_grid *grid, int32_t i, int side, int32_t other)
 {
     int index[PD_DIM], d = side / 2;

@@ -4,14 +4,14 @@
 #include "lattice/bond.h"
 
 #ifdef PDI_INTERNAL
-/* The bonds of a node through open sides, summed for each side. */
+/* Faces of a node on open sides (inlets, outlets): its bonds through them, summed for each side. */
 typedef struct pdi_gas_opening {
     double area[2 * PD_DIM][PD_DIM]; /* [1/m] of g */
     double middle[2 * PD_DIM];       /* [-] of g times the way to the middle of the bond */
     int32_t beyond[2 * PD_DIM];      /* the ghost with the state beyond; -1: that of the node */
 } pdi_gas_opening;
 
-/* 1: the kind of a node behind an open side. */
+/* 1: the kind of a ghost behind an open side. */
 static inline int pdi_gas_opening_behind(uint8_t kind) { return kind == PD_OUTLET || kind == PD_INLET; }
 /* 1: bond k of node i is open and leads through an open side. */
 static inline int pdi_gas_opening_passed(const pd_bonds *bonds, int32_t i, int k)
@@ -20,14 +20,14 @@ static inline int pdi_gas_opening_passed(const pd_bonds *bonds, int32_t i, int k
     return pdi_gas_opening_behind(bonds->paths.grid->kind[i + bonds->paths.shift[k]]) &&
            (row < 0 || pdi_bond_open(bonds, row, k));
 }
-/* Those of node i. */
+/* Sums the bonds of node i through open sides to one face for each side (eq. 4.24b). */
 PDI_FN void pdi_gas_opening_find(const pd_bonds *bonds, int32_t i, pdi_gas_opening *t);
-/* Axes along which a ghost is a mirror image, and the components of the velocity that change their sign there: those
- * of the axes with mirror sides. Behind an outlet the state is even, which lets pass what comes. */
+/* Signs of ghost k, as bits of axes: flip, along which it is a mirror image; odd, velocity components that change sign
+ * there. Behind an outlet the state is even: what comes passes. */
 PDI_FN void pdi_gas_opening_signs(const pd_ghosts *g, int32_t k, int *flip, int *odd);
-/* Ghosts of outlets become straight lines through the next two nodes, from which gradients beside them are made: with
- * even ghosts those would be too small, and what bonds at an angle make of that comes back. Lines have no such
- * bonds. q [fields][total]: of which PD_DIM from `vector` on are those of a vector. */
+/* Extrapolates q [fields][total] linearly from the last two nodes to the ghosts of outlets, for gradients beside them:
+ * even ghosts would make these too small and reflect waves at an angle (not in 1D). vector: first of PD_DIM vector
+ * components. */
 PDI_FN void pdi_gas_opening_extend(const pd_bonds *bonds, int fields, int vector, double *q);
 #endif
 

@@ -4,39 +4,35 @@
 #include <math.h>
 #include <string.h>
 
-/* Walls whose normals have a smaller cosine between them meet in an edge; other surfaces count as smooth. */
+/* [-] walls whose normals have a smaller cosine meet in an edge; other surfaces are smooth */
 #define PDI_GAS_WALL_EDGE 0.5
-/* Walls that face each other beyond this cosine are those of a channel. */
-#define PDI_GAS_WALL_CHANNEL 0.9
-/* Three walls whose normals span a larger volume meet in a corner. */
-#define PDI_GAS_WALL_SOLID_ANGLE 0.3
-/* [cells] Step of the differences that tell edges. */
-#define PDI_GAS_WALL_STEP 1e-3
-/* Parts of an area and differences of cosines that are rounding. */
-#define PDI_GAS_WALL_NOTHING 1e-9
+#define PDI_GAS_WALL_CHANNEL 0.9 /* [-] walls whose normals have a cosine below minus this are those of a channel */
+#define PDI_GAS_WALL_SOLID_ANGLE 0.3 /* [-] three walls whose unit normals span a larger volume meet in a corner */
+#define PDI_GAS_WALL_STEP 1e-3 /* [cells] step of finite differences that find edges */
+#define PDI_GAS_WALL_NOTHING 1e-9 /* [-] parts of an area and differences of cosines that are rounding */
 
 PDI_COLD_BEGIN
-/* Places of walls [m] that the closed bonds of a row meet, and normals towards the gas: no two are the same. */
+/* Different walls that the closed bonds of a row meet: points [m] and normals towards the gas. */
 typedef struct pdi_gas_wall_places {
     int count;
     int *met;               /* [count] bonds */
     double *place, *normal; /* [count][PD_DIM] */
 } pdi_gas_wall_places;
 
-/* 1: the walls at places a and b face each other across a concave edge. */
+/* 1: the walls a and b face each other across a concave edge. */
 static int pdi_gas_wall_concave(const pdi_gas_wall_places *w, int a, int b)
 {
     const double *na = w->normal + a * PD_DIM, *nb = w->normal + b * PD_DIM;
     double dot = pdi_vec_dot(na, nb), front_a = 0.0, front_b = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
-        double way = w->place[b * PD_DIM + d] - w->place[a * PD_DIM + d];
-        front_a += way * na[d];
-        front_b -= way * nb[d];
+        double offset = w->place[b * PD_DIM + d] - w->place[a * PD_DIM + d];
+        front_a += offset * na[d];
+        front_b -= offset * nb[d];
     }
     return dot < PDI_GAS_WALL_EDGE && dot > -PDI_GAS_WALL_CHANNEL && front_a > 0.0 && front_b > 0.0;
 }
 
-/* Volume that the normals at places a, b, c span, 1 when they are at right angles; PD_DIM < 3: 0. */
+/* Volume that the normals of walls a, b, c span, 1 when they are orthogonal; 0 in 1D and 2D. */
 static double pdi_gas_wall_volume(const pdi_gas_wall_places *w, int a, int b, int c)
 {
     const double *na = w->normal + a * PD_DIM, *nb = w->normal + b * PD_DIM, *nc = w->normal + c * PD_DIM;
@@ -49,8 +45,8 @@ static double pdi_gas_wall_volume(const pdi_gas_wall_places *w, int a, int b, in
     return fabs(volume);
 }
 
-/* Places on the walls of a concave edge or corner, as far from parallel as any. Returns how many: 0, or 2 to PD_DIM.
- * Where several would do alike, as between a ball and a floor, none of them is the right one. */
+/* Finds the walls of a concave edge or corner, those farthest from parallel. Returns their number: 0, or 2 to PD_DIM. 0
+ * where several choices are equal, as between a ball and a floor. */
 static int pdi_gas_wall_corner(const pdi_gas_wall_places *w, int *wall)
 {
     double least = 1.0, widest = PDI_GAS_WALL_SOLID_ANGLE;
@@ -80,8 +76,8 @@ static int pdi_gas_wall_corner(const pdi_gas_wall_places *w, int *wall)
     return alike ? 0 : found;
 }
 
-/* Parts of the area vector `face` that belong to the walls of a corner, into face [walls][PD_DIM]; what they cannot
- * make up goes with them. 0: one of them would push from behind. */
+/* Splits the area vector `face` among the walls of a corner, into face [walls][PD_DIM]; the remainder goes with them.
+ * 0: one of them would have a negative area. */
 static int pdi_gas_wall_part(const pdi_gas_wall_places *w, const int *wall, int walls, double *face)
 {
     double gram[PD_DIM * PD_DIM], inverse[PD_DIM * PD_DIM], part[3] = {0.0}, rest[PD_DIM];
@@ -111,7 +107,7 @@ static int pdi_gas_wall_part(const pdi_gas_wall_places *w, const int *wall, int 
     return 1;
 }
 
-/* Where closed bond k of row r meets a wall, and its normal. 0: on an edge, which has none. */
+/* Point x where closed bond k of row r meets a wall, and its normal n. 0: on an edge, which has none. */
 static int pdi_gas_wall_plane(const pd_bonds *bonds, int32_t r, int k, double *x, double *n)
 {
     double distance, slope[PD_DIM], most = 0.0;
@@ -123,8 +119,8 @@ static int pdi_gas_wall_plane(const pd_bonds *bonds, int32_t r, int k, double *x
     return most > 1.0 - PDI_GAS_WALL_NOTHING;
 }
 
-/* Distance of the wall with the area vector `face`, over the bonds that meet it: those that no other wall of the corner
- * fits better. Opposite bonds that are both closed take no part. */
+/* Distance [m] of wall `at` with the area vector `face`: weighted mean over the bonds that meet it, rather than another
+ * wall of the corner. Opposite bonds that are both closed take no part. */
 static double pdi_gas_wall_gap(const pd_bonds *bonds, int32_t r, const pdi_gas_wall_places *w, const int *wall,
                                int walls, int at, const double *face)
 {
@@ -147,8 +143,8 @@ static double pdi_gas_wall_gap(const pd_bonds *bonds, int32_t r, const pdi_gas_w
     return weights > 0.0 ? along / (weights * size) : 0.0;
 }
 
-/* A wall at place x, with the normal n, unless it would push from behind. Of parallel walls the nearest one counts,
- * with the mean of its places: at an edge a place alone does not tell to which side the other wall leads. */
+/* Adds a wall at point x with normal n, unless it faces away from the gas. Of parallel walls the nearest counts, at the
+ * mean of its points, since a single point at an edge does not tell on which side the other wall is. */
 static void pdi_gas_wall_place(pdi_gas_wall_places *w, const double *face, const double *x, const double *n,
                                double slack)
 {
@@ -166,8 +162,7 @@ static void pdi_gas_wall_place(pdi_gas_wall_places *w, const double *face, const
     if (at == w->count) w->count++;
 }
 
-/* What the closed bonds of row r stand for: one wall, or those of a concave edge or corner. Opposite bonds that are
- * both closed cancel. */
+/* Slip walls of row r: one, or those of a concave edge or corner. Opposite bonds that are both closed cancel. */
 static void pdi_gas_wall_row(const pd_bonds *bonds, int32_t r, pdi_gas_wall_places *w, double *face, double *gap)
 {
     const pd_stencil *s = bonds->stencil;

@@ -7,15 +7,15 @@
 #ifdef PDI_INTERNAL
 #include "core/vec.h"
 
-/* Weight 2 |g| [1/m] and normal of bond k. */
+/* Weight 2 |g| [1/m] of bond k as a face, and its unit normal n. */
 static inline double pdi_gas_wall_bond(const pd_stencil *s, int k, double *n)
 {
     double size = pdi_vec_norm(s->grad + k * PD_DIM);
     for (int d = 0; d < PD_DIM; d++) n[d] = s->grad[k * PD_DIM + d] / size;
     return 2.0 * size;
 }
-/* face [rows][PD_DIM walls][PD_DIM] [1/m]: area vectors into the walls, whose sum is that of g over closed bonds; zero
- * for walls that there are not. gap [rows][PD_DIM walls] [m]: their distances. */
+/* Slip walls of all rows, up to PD_DIM each. face [rows][PD_DIM][PD_DIM] [1/m]: area vectors into the walls, in sum
+ * that of g over closed bonds, 0 for unused ones. gap [rows][PD_DIM] [m]: distances of the walls. */
 PDI_FN pd_status pdi_gas_wall_build(pd_ctx *ctx, const pd_bonds *bonds, int32_t rows, double *face, double *gap);
 #endif
 

@@ -342,8 +342,8 @@ static pd_status pdi_implicit_balance(pd_ctx *ctx, pd_implicit *im)
     return status;
 }
 
-/* Process callback: nodes `converted` have become fluid. New families make the velocity divergent, which would be an error
- * of the next step however short: the velocity is projected. If that fails the next step tries again. */
+/* Process callback: nodes `converted` have become fluid. New families make the velocity divergent, which would be an
+ * error of the next step however short, so it is projected. If that fails the next step tries again. */
 static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count)
 {
     pd_implicit *im = (pd_implicit *)self;

@@ -2,10 +2,9 @@
 #include "flow/inflow.h"
 #include <math.h>
 
-/* [of the weight of a bond] Less than this is rounding. */
-#define PDI_INFLOW_BALANCE 1e-9
+#define PDI_INFLOW_BALANCE 1e-9 /* [-] sum of bond weights over their sizes that counts as zero */
 
-/* 1: the bonds of row r to inlets have a part along the side, for the ghost of which `across` has the axis. */
+/* 1: the bonds of row r to inlets have a part along the side. across: bits of the axes that the ghost is behind. */
 static int pdi_inflow_along(const pd_bonds *bonds, int32_t r, int across)
 {
     const pd_stencil *s = bonds->stencil;
@@ -40,8 +39,8 @@ PDI_FN double pdi_inflow_weight(const pd_bonds *bonds, int32_t i, int axis, int 
     return sum * s->volume * pdi_grid_circumference(grid, i);
 }
 
-/* The speed that ghost g and the node in front of it have to have in the mean, over that on the side: the nodes in
- * front of a face together carry what passes the face. */
+/* Mean normal speed of ghost g and its source over that on the side: the nodes in front of a face together carry what
+ * passes the face. */
 static double pdi_inflow_ratio(const pd_bonds *bonds, int32_t g)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;
@@ -60,7 +59,7 @@ static double pdi_inflow_ratio(const pd_bonds *bonds, int32_t g)
     return have > 0.0 ? face / have : 0.0;
 }
 
-/* 1: behind the side of ghost g stands developed flow. */
+/* 1: ghost g is behind a side with developed flow. */
 static int pdi_inflow_developed(const pd_bonds *bonds, int32_t g, int developed)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;
@@ -84,15 +83,14 @@ PDI_FN void pdi_inflow_find(const pd_bonds *bonds, int developed, uint8_t *sided
     }
 }
 
-/* Component d of v at the node that ghost g mirrors, as it is in front of the ghost: behind mirror sides its images
- * are. */
+/* Component d of v at the source of ghost g, with the sign that it has in front of the ghost (mirror sides flip it). */
 static double pdi_inflow_front(const pd_ghosts *ghosts, int32_t g, int d, const double *v)
 {
     double there = v[d * (int64_t)ghosts->grid->total + ghosts->source[g]];
     return (ghosts->odd[g] ^ ghosts->across[g]) >> d & 1 ? -there : there;
 }
 
-/* 1: ghost g mirrors fluid. Others hold the velocity of the side itself. */
+/* 1: the source of ghost g is fluid. Other ghosts hold the velocity of the side itself. */
 static int pdi_inflow_mirrors(const pd_bonds *bonds, int32_t g)
 {
     int32_t source = bonds->ghosts.source[g];
@@ -107,8 +105,7 @@ PDI_FN void pdi_inflow_twice(const pd_bonds *bonds, double *v)
             v[d * (int64_t)ghosts->grid->total + ghosts->node[g]] += pdi_inflow_front(ghosts, g, d, v);
 }
 
-/* What the inlet at the end `up` of the radius pushes [m^d/s over the stencil's volume]. v: of ghosts twice that on the
- * side. */
+/* Flux [m^d/s over the cell volume] of the inlet faces at the end `up` of the radius. v: doubled at ghosts. */
 static double pdi_inflow_pushed(const pd_bonds *bonds, int up, const double *v)
 {
     const pd_grid *grid = bonds->grid;
@@ -123,7 +120,8 @@ static double pdi_inflow_pushed(const pd_bonds *bonds, int up, const double *v)
     return (up ? -1.0 : 1.0) * sum / grid->h[axis];
 }
 
-/* What bonds carry through that side; *weight: what they would carry of a speed of 1 of all ghosts. */
+/* Flux that bonds carry through the inlet at the end `up` of the radius; *weight: its derivative by the speed of all
+ * ghosts. */
 static double pdi_inflow_carried(const pd_bonds *bonds, int up, const double *v, double *weight)
 {
     const pd_stencil *s = bonds->stencil;
@@ -151,15 +149,15 @@ static double pdi_inflow_carried(const pd_bonds *bonds, int up, const double *v,
     return sum;
 }
 
-/* 1: ghost g lies behind the end `up` of the radius. */
+/* 1: ghost g is behind the end `up` of the radius. */
 static int pdi_inflow_behind(const pd_bonds *bonds, int32_t g, int up)
 {
     int at = pdi_grid_along(bonds->grid, bonds->ghosts.node[g], PD_DIM - 1);
     return up ? at >= bonds->grid->n[PD_DIM - 1] : at < 0;
 }
 
-/* Bonds of rings from i to the ghost of j and from j to that of i have other weights, so that what a flow changes by
- * towards its inlet does not cancel: the ghosts of the end `up` of the radius make up for that together. */
+/* Shifts the radial speed of all ghosts at the end `up` of the radius so that bonds carry `pushed`. Bonds between rings
+ * have unequal weights in both directions, so the ghosts cannot balance one by one. */
 static void pdi_inflow_even(const pd_bonds *bonds, int up, double pushed, double *v)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;

@@ -6,19 +6,19 @@
 #include "lattice/bond.h"
 
 #ifdef PDI_INTERNAL
-/* sided [inlet ghosts]: 1 where the bonds through the side of the node that a ghost mirrors do not balance along it.
- * ratio [inlet ghosts]: mean speed of both over that on the side, with which bonds carry what passes the side; below 0:
- * that of the tensor of the row, on the sides whose bits are set in `developed`. */
+/* Per inlet ghost: sided = 1 where the bonds of its source node through the side do not balance along the side; ratio =
+ * mean normal speed of ghost and source over that on the side, with which bonds carry the flux of the face (eq. 4.5d),
+ * or -1: the tensor of the row is used. developed: bits of the sides with developed flow, which get -1. */
 PDI_FN void pdi_inflow_find(const pd_bonds *bonds, int developed, uint8_t *sided, double *ratio);
-/* Sum of the weights of open bonds from node i through the inlet at the end `up` of `axis`, times its volume
- * [m^(d-1)]. */
+/* Sum of the gradient weights of the open bonds from node i through the inlet at the end `up` of `axis`, times its
+ * volume [m^(d-1)]: flux per unit speed. */
 PDI_FN double pdi_inflow_weight(const pd_bonds *bonds, int32_t i, int axis, int up);
-/* 1: inlets at the ends of the radius carry what passes their faces, in sum over each end. */
+/* 1: axisymmetric with m > 1: inlets at the ends of the radius carry the flux of their faces in sum over each end. */
 PDI_FN int pdi_inflow_rings(const pd_bonds *bonds);
-/* v [PD_DIM][total] [m/s] of ghosts becomes twice that on the side. */
+/* Sets v [PD_DIM][total] [m/s] of inlet ghosts to twice the velocity on the side, from ghost and source values. */
 PDI_FN void pdi_inflow_twice(const pd_bonds *bonds, double *v);
-/* v of nodes makes fluxes by now: that of the ghosts, from twice that on the side. even: rows on smooth surfaces keep
- * v = u. */
+/* Turns those doubled values into the advecting velocity of the inlet ghosts (eq. 4.5d); v of nodes already is one.
+ * even 1: rows on smooth surfaces keep v = u, without the tensor of (4.2b). */
 PDI_FN void pdi_inflow_enter(const pd_bonds *bonds, const uint8_t *sided, const double *ratio, int even, double *v);
 #endif
 

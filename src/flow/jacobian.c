@@ -10,30 +10,29 @@
 #include <math.h>
 #include <string.h>
 
-/* Nodes of a block. */
-#define PDI_JACOBIAN_BLOCK PDI_VECTOR
-/* Weights of a bond. */
-#define PDI_JACOBIAN_WEIGHTS (2 * PD_DIM + 2)
+#define PDI_JACOBIAN_BLOCK PDI_VECTOR /* nodes of a block */
+#define PDI_JACOBIAN_WEIGHTS (2 * PD_DIM + 2) /* floats of a bond: gradient, offset, Laplacian, friction */
 
-/* What a block of nodes reads again for each of its bonds. */
+/* Values of a block of nodes, which every bond reads again. */
 typedef struct pdi_jacobian_own {
     float frozen[PD_DIM][PDI_JACOBIAN_BLOCK]; /* advecting velocity of the state */
     float advecting[PD_DIM][PDI_JACOBIAN_BLOCK], u[PD_DIM][PDI_JACOBIAN_BLOCK], grad[PD_DIM][PDI_JACOBIAN_BLOCK];
     float p[PDI_JACOBIAN_BLOCK];
 } pdi_jacobian_own;
 
-/* Twice the sums of a block; that of the momentum less u_i times the fluxes of the state. */
+/* Twice the sums of a block; that of momentum less u_i times the fluxes of the state. */
 typedef struct pdi_jacobian_sums {
     float momentum[PD_DIM][PDI_JACOBIAN_BLOCK], flux[PDI_JACOBIAN_BLOCK], stabiliser[PDI_JACOBIAN_BLOCK];
 } pdi_jacobian_sums;
 
-/* The arrays of a sweep, from a node on. */
+/* Pointers into the packed arrays, from a node on. */
 typedef struct pdi_jacobian_view {
     const float *frozen, *state;         /* advecting and node velocity of the state */
     const float *advecting, *u, *grad, *p; /* of the step */
     int64_t total;
 } pdi_jacobian_view;
 
+/* Pointers to the values of `node` and those behind it. */
 PDI_INLINE pdi_jacobian_view pdi_jacobian_look(const pd_jacobian *q, int64_t node)
 {
     pdi_jacobian_view v;
@@ -47,6 +46,7 @@ PDI_INLINE pdi_jacobian_view pdi_jacobian_look(const pd_jacobian *q, int64_t nod
     return v;
 }
 
+/* Copies the values of `count` nodes. */
 PDI_INLINE void pdi_jacobian_load(const pdi_jacobian_view *at, int count, pdi_jacobian_own *PD_RESTRICT own)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -58,8 +58,8 @@ PDI_INLINE void pdi_jacobian_load(const pdi_jacobian_view *at, int count, pdi_ja
     for (int b = 0; b < count; b++) own->p[b] = at->p[b];
 }
 
-/* Add a bond and the opposite one, which end at `far` and `back`. weight: those of the bond; friction = 2 nu a. Inlined
- * with a constant for `count`. */
+/* Adds a bond and the opposite one, whose far ends are `far` and `back`, for full families. weight: those of the bond;
+ * friction: 2 nu a, scaled. Inlined with a constant for `count`. */
 PDI_INLINE void pdi_jacobian_pair(const pdi_jacobian_own *PD_RESTRICT own, const float *weight, float friction,
                                   const pdi_jacobian_view *far, const pdi_jacobian_view *back, int count,
                                   pdi_jacobian_sums *PD_RESTRICT sums)
@@ -86,8 +86,8 @@ PDI_INLINE void pdi_jacobian_pair(const pdi_jacobian_own *PD_RESTRICT own, const
     }
 }
 
-/* Add a single bond. share: of the circumference half way; open: 1 or 0 for each node; pressure: 0 when the bond
- * carries none. */
+/* Adds a single bond. share: factor of an axisymmetric face; open: 1 or 0 for each node; pressure 0: no pressure
+ * flux. */
 PDI_INLINE void pdi_jacobian_bond(const pdi_jacobian_own *PD_RESTRICT own, const float *weight, float lap,
                                   float friction, float share, const float *PD_RESTRICT open, float pressure,
                                   const pdi_jacobian_view *far, int count, pdi_jacobian_sums *PD_RESTRICT sums)
@@ -110,8 +110,8 @@ PDI_INLINE void pdi_jacobian_bond(const pdi_jacobian_own *PD_RESTRICT own, const
     }
 }
 
-/* All bonds of `count` nodes from i: of whole families (row -1), or those that the rows from `row` have open. Bonds to
- * inlets carry no pressure. Inlined with a constant for `count`. */
+/* Adds all bonds of `count` nodes from i: of full families (row -1), or the open ones of the rows from `row`. Bonds to
+ * inlets carry no pressure flux. Inlined with a constant for `count`. */
 PDI_SHARED void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, int count,
                                  pdi_jacobian_sums *PD_RESTRICT sums)
 {
@@ -149,19 +149,20 @@ PDI_SHARED void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
     }
 }
 
+/* Not inlined: for blocks shorter than a vector. */
 PDI_FEW void pdi_jacobian_few(const pd_jacobian *q, int32_t i, int32_t row, int count, pdi_jacobian_sums *sums)
 {
     pdi_jacobian_sum(q, i, row, count, sums);
 }
 
-/* The operands of a sweep. */
+/* Arguments of the sweep over all nodes. */
 typedef struct pdi_jacobian_sweep {
     const pd_jacobian *jacobian;
     const pdi_jacobian_step *step;
     double *yu, *yc; /* [m/s2] [1/s] */
 } pdi_jacobian_sweep;
 
-/* What follows from the walls and the hoop (eq. 3.3, 3.4, 3.10) is that of the residual. */
+/* Sweep callback: product for `count` nodes from i, with the linear wall and hoop terms (eq. 3.3, 3.4, 3.10). */
 static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_jacobian_sweep *w = (const pdi_jacobian_sweep *)user;
@@ -191,7 +192,7 @@ static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t c
     }
 }
 
-/* out = factor x */
+/* out [count] = factor x, in single precision. */
 static void pdi_jacobian_pack(const pd_ctx *ctx, const double *x, double factor, int64_t count, float *out)
 {
     int nt = pdi_par_threads(ctx, count);
@@ -200,7 +201,7 @@ static void pdi_jacobian_pack(const pd_ctx *ctx, const double *x, double factor,
     for (int64_t i = 0; i < count; i++) out[i] = (float)(x[i] * factor);
 }
 
-/* Friction of whole families, whose share of isotropy follows the speed of the flow. */
+/* Updates the friction weights of full families, whose isotropic part depends on the speed of the flow (eq. 4.1f). */
 static void pdi_jacobian_rub(pd_jacobian *q)
 {
     const pd_flow *flow = q->flow;
@@ -242,7 +243,7 @@ PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pd
 }
 
 PDI_COLD_BEGIN
-/* The next power of two. */
+/* The next power of two above x: scaling by it is exact. */
 static double pdi_jacobian_unit(double x)
 {
     int exponent;

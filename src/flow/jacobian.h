@@ -18,22 +18,24 @@ typedef struct pd_jacobian {
 } pd_jacobian;
 
 #ifdef PDI_INTERNAL
-/* A step (du, dp) with filled ghosts. */
+/* A Newton increment (du, dp) with filled ghosts. */
 typedef struct pdi_jacobian_step {
     const double *advecting; /* [PD_DIM][total] [m/s] of du (pdi_flow_advecting) */
     const double *u;       /* [PD_DIM][total] [m/s] */
     const double *p;       /* [total] [m2/s2] */
     const double *grad;    /* [PD_DIM][total] [m/s2] gradient of p */
 } pdi_jacobian_step;
-/* Arrays of a pd_jacobian that the build makes, and those that are lent for a solve. */
+/* Lists the arrays of a pd_jacobian (`object`) that the build makes. */
 PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object);
+/* Lists the single-precision arrays of a pd_jacobian that are lent for a solve. */
 PDI_FN void pdi_jacobian_work_list(pdi_owner *owner, void *object);
+/* Packs the bond weights in single precision, scaled by powers of two near the reference speed and the spacing. */
 PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *jacobian);
 PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *jacobian);
-/* Linearise about the state that the flow was prepared with last (pdi_flow_prepare). */
+/* Sets the state to linearise about: the one that pdi_flow_prepare has seen last. */
 PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *jacobian);
-/* yu [PD_DIM][total] [m/s2], yc [total] [1/s] = derivative of the residuals of pdi_flow_residual along the step, to
- * seven digits of their largest terms. */
+/* yu [PD_DIM][total] [m/s2], yc [total] [1/s] = Jacobian of the bond sums of momentum and continuity times the
+ * increment, in single precision: to seven digits of the largest terms. */
 PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *jacobian, const pdi_jacobian_step *step,
                                double *yu, double *yc);
 #endif

@@ -6,19 +6,16 @@
 #include <math.h>
 #include <string.h>
 
-/* [cells] Step of differences of a distance; a place that is nearer to a surface lies on it. */
+/* [cells] step of finite differences of a distance; closer than this is on the surface */
 #define PDI_NEAR_WALL_STEP 1e-3
-/* A surface that bends more than this over one cell is an edge, as for bonds. */
-#define PDI_NEAR_WALL_SHARP 0.5
-/* Nodes that count lie within this squared distance [cells] of the one that sees them. */
-#define PDI_NEAR_WALL_NEAR 5
-#define PDI_NEAR_WALL_SEEN 57
-/* [cells] Furthest surface whose slope counts. */
-#define PDI_NEAR_WALL_BESIDE 1.5
-#define PDI_NEAR_WALL_TERMS (PD_DIM + 1)
-/* Normal velocities whose moments, over their own, have a pivot below this are not told apart. */
-#define PDI_NEAR_WALL_DEPENDS 1e-4
+#define PDI_NEAR_WALL_SHARP 0.5 /* [-] curvature times cell size above which a surface is an edge, as for bonds */
+#define PDI_NEAR_WALL_NEAR 5 /* squared distance [cells] within which nodes take part in a fit */
+#define PDI_NEAR_WALL_SEEN 57 /* most nodes of a fit: those within sqrt(5) cells in 3D */
+#define PDI_NEAR_WALL_BESIDE 1.5 /* [cells] farthest surface whose pressure slope is used */
+#define PDI_NEAR_WALL_TERMS (PD_DIM + 1) /* unknowns of the fit of eq. 3.11b */
+#define PDI_NEAR_WALL_DEPENDS 1e-4 /* pivot over diagonal below which a fit is singular */
 
+/* Nodes of a fit, and the surface beside the point. */
 typedef struct pdi_near_wall_sight {
     const pd_bonds *bonds;
     int count;
@@ -28,6 +25,7 @@ typedef struct pdi_near_wall_sight {
     int32_t closed;
 } pdi_near_wall_sight;
 
+/* Adds a node at the offset `step` [cells] from the first one, if it is near enough and new. */
 static void pdi_near_wall_add(pdi_near_wall_sight *sight, int32_t node, const int *step)
 {
     int square = 0;
@@ -39,7 +37,7 @@ static void pdi_near_wall_add(pdi_near_wall_sight *sight, int32_t node, const in
     memcpy(sight->step[sight->count++], step, sizeof sight->step[0]);
 }
 
-/* The node, those that its bonds to the cells around it lead to, and those that the bonds of these lead to. */
+/* Collects the nodes of a fit: `node`, the ends of its open bonds to adjacent cells, and of theirs. */
 static void pdi_near_wall_look(pdi_near_wall_sight *sight, int32_t node)
 {
     const pd_bonds *bonds = sight->bonds;
@@ -55,13 +53,13 @@ static void pdi_near_wall_look(pdi_near_wall_sight *sight, int32_t node)
             if (bonds->grid->kind[sight->node[q]] != PD_FLUID) continue;
             for (int k = 0; k < s->count; k++) {
                 int32_t far = sight->node[q] + bonds->paths.shift[k];
-                int step[PD_DIM], most = 0;
+                int step[PD_DIM], largest = 0;
                 for (int d = 0; d < PD_DIM; d++) {
                     int n = s->offset[k * PD_DIM + d];
                     step[d] = sight->step[q][d] + n;
-                    most = n > most ? n : -n > most ? -n : most;
+                    largest = n > largest ? n : -n > largest ? -n : largest;
                 }
-                if (most > 1 || bonds->grid->kind[far] == PD_INLET || (row >= 0 && !pdi_bond_open(bonds, row, k)))
+                if (largest > 1 || bonds->grid->kind[far] == PD_INLET || (row >= 0 && !pdi_bond_open(bonds, row, k)))
                     continue;
                 pdi_near_wall_add(sight, far, step);
             }
@@ -70,7 +68,7 @@ static void pdi_near_wall_look(pdi_near_wall_sight *sight, int32_t node)
     }
 }
 
-/* Distance [m] of x from the surface, and the normal of that. 0: it is not known. */
+/* Distance [m] of x from the surface, and its normal. 0: not known. */
 static int pdi_near_wall_rise(const pdi_near_wall_sight *sight, const double *x, double *distance, double *normal)
 {
     const pd_bonds *bonds = sight->bonds;
@@ -86,8 +84,8 @@ static int pdi_near_wall_rise(const pdi_near_wall_sight *sight, const double *x,
     return pdi_surface_rise(bonds, sight->closed, x, PDI_NEAR_WALL_STEP, distance, normal);
 }
 
-/* Slope of the pressure along the normal: what friction of the normal velocity, which begins with the square of the
- * distance, and the body force leave (eq. 3.11b). 0: it is not known. */
+/* *slope [m/s2] = wall-normal derivative of the pressure, from the friction of the normal velocity, which begins with
+ * the square of the distance, and the body force (eq. 3.11b). 0: not known. */
 static int pdi_near_wall_lean(const pdi_near_wall_sight *sight, const pd_flow *flow, double *slope)
 {
     enum { terms = PDI_NEAR_WALL_TERMS };

@@ -4,16 +4,16 @@
 #include "flow/flow.h"
 
 #ifdef PDI_INTERNAL
-/* Value at the place x [m] that fluid node `node` sees of the kinematic pressure p [total]: of the quadratic (3.11)
- * through the nodes within two cells, and the slope that friction of `flow` gives it on a smooth surface or side of the
- * box at rest beside x (eq. 3.11b). flow NULL: of the nodes alone. Ghosts must be filled. */
+/* Kinematic pressure p [total] interpolated at x [m], as seen from fluid node `node`: least-squares quadratic (3.11)
+ * through the nodes within two cells, with the wall-normal slope of eq. 3.11b beside a smooth surface at rest. flow
+ * NULL: without that slope. Ghosts must be filled. */
 PDI_FN double pdi_near_wall_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p, int32_t node,
                                      const double *x);
-/* Sum of the curvatures [1/m] of the smooth surface that node `closed` is a cell of, at the place x on it: the
- * Laplacian of the distance. Where an inlet or outlet mirrors it, that of the part in front. 0: an edge is nearby. */
+/* *mean [1/m] = sum of the principal curvatures (Laplacian of the distance) of the smooth surface of cell `closed` at
+ * x. Where an inlet or outlet mirrors the surface, that of the part inside. Returns 0 near an edge. */
 PDI_FN int pdi_near_wall_curved(const pd_bonds *bonds, int32_t closed, const double *x, double *mean);
-/* Slope of the velocity along the normal [1/s] on the smooth surface beside x, as fluid node `node` sees it (4.27c),
- * by least squares over the nodes around. 0: it is not known. */
+/* slope [PD_DIM] [1/s] = wall-normal derivative of the tangential velocity on the smooth surface beside x, as seen from
+ * fluid node `node`, by least squares (eq. 4.27c). Returns 0 when it cannot be determined. */
 PDI_FN int pdi_near_wall_shear(const pd_flow *flow, int32_t node, const double *x, double *slope);
 #endif
 

@@ -3,14 +3,13 @@
 #include "core/par.h"
 #include <math.h>
 
-/* Share of the convective part of the pressure flux in what stands for the friction of smooth fields. */
+/* Factor on the convective part of 1/tau in the viscosity for smooth residuals, c of eq. 4.9. */
 #define PDI_PRECOND_ROUGH 0.3
 
-/* Values of a field on both sides of a closed face or an inlet, one over the other. */
-#define PDI_PRECOND_EVEN 1.0   /* of a scalar */
-#define PDI_PRECOND_ODD (-1.0) /* of a vector */
+#define PDI_PRECOND_EVEN 1.0 /* ratio of a scalar on both sides of a closed face */
+#define PDI_PRECOND_ODD (-1.0) /* ratio of a vector on both sides of a closed face */
 
-/* The operands of a sweep. */
+/* Arguments of a sweep: reads `from`, writes `to`. */
 typedef struct pdi_precond_sweep {
     const pd_flow *flow;
     const double *from;
@@ -19,20 +18,22 @@ typedef struct pdi_precond_sweep {
 
 /* ---- mobility ---- */
 
-/* Add the drag of the walls at the ends of `count` fluid nodes in a line from `first`. Fluid between two walls moves as
- * a parabola, so 1/drag = (way to one wall)(way to the other)/(2 nu). An end without wall is a mirror. */
+/* Adds the wall drag [1/s] of `count` fluid nodes in a line from `first`. Between two walls flow is a parabola, so
+ * 1/drag = (distance to one wall)(distance to the other)/(2 nu). below, above: 1 where a wall ends the line, else a
+ * mirror. */
 static void pdi_precond_drag(const pd_flow *flow, int axis, int32_t first, int count, int below, int above,
                              double *drag)
 {
     const pd_grid *grid = flow->grid;
     double rate = 2.0 * flow->nu / (grid->h[axis] * grid->h[axis]), width = (below && above ? 1.0 : 2.0) * count;
     for (int k = 0; k < count && (below || above); k++) {
-        double way = below ? k + 0.5 : count - k - 0.5;
-        drag[first + k * grid->stride[axis]] += rate / (way * (width - way));
+        double distance = below ? k + 0.5 : count - k - 0.5;
+        drag[first + k * grid->stride[axis]] += rate / (distance * (width - distance));
     }
 }
 
-/* The same for the line of cells along `axis` that begins at `node`. */
+/* Adds the wall drag [1/s] along the grid line of `axis` that begins at `node`, for each stretch of fluid nodes in
+ * it. */
 static void pdi_precond_line(const pd_flow *flow, int axis, int32_t node, double *drag)
 {
     const pd_grid *grid = flow->grid;
@@ -76,7 +77,7 @@ PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double 
 
 /* ---- commutator ---- */
 
-/* f at the lower or upper neighbour of node i along axis d. */
+/* f at the lower or upper neighbour of node i along axis d; behind a closed face `closed` times f of the node. */
 static double pdi_precond_beside(const pd_grid *grid, const double *f, int32_t i, int d, int up, double closed)
 {
     int32_t j = up ? i + grid->stride[d] : i - grid->stride[d];
@@ -84,13 +85,13 @@ static double pdi_precond_beside(const pd_grid *grid, const double *f, int32_t i
     return pdi_grid_open(kind) && kind != PD_INLET ? f[j] : closed * f[i];
 }
 
-/* Difference of f across node i along axis d, from neighbour to neighbour. */
+/* Central difference f(upper) - f(lower) at node i along axis d; closed: ratio of f behind a closed face. */
 static double pdi_precond_across(const pd_grid *grid, const double *f, int32_t i, int d, double closed)
 {
     return pdi_precond_beside(grid, f, i, d, 1, closed) - pdi_precond_beside(grid, f, i, d, 0, closed);
 }
 
-/* to_d = df/dx_d */
+/* Sweep callback: to [PD_DIM] = gradient of the scalar `from` by central differences. */
 static void pdi_precond_gradient(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_precond_sweep *s = (const pdi_precond_sweep *)user;
@@ -104,7 +105,7 @@ static void pdi_precond_gradient(const void *user, int32_t i, int32_t row, int32
     }
 }
 
-/* to_e = u.grad from_e */
+/* Sweep callback: to [PD_DIM] = u.grad of the vector `from`. */
 static void pdi_precond_convect(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_precond_sweep *s = (const pdi_precond_sweep *)user;
@@ -124,7 +125,7 @@ static void pdi_precond_convect(const void *user, int32_t i, int32_t row, int32_
     }
 }
 
-/* to = -div from */
+/* Sweep callback: to = -div of the vector `from`. */
 static void pdi_precond_diverge(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_precond_sweep *s = (const pdi_precond_sweep *)user;
@@ -141,6 +142,7 @@ static void pdi_precond_diverge(const void *user, int32_t i, int32_t row, int32_
     }
 }
 
+/* Applies a sweep callback to all fluid nodes. */
 static void pdi_precond_run(const pd_ctx *ctx, const pd_flow *flow, pdi_traverse_fn run, const double *from, double *to)
 {
     pdi_precond_sweep s;
@@ -152,7 +154,7 @@ static void pdi_precond_run(const pd_ctx *ctx, const pd_flow *flow, pdi_traverse
 
 /* ---- short waves ---- */
 
-/* to = B from: 0 of what is uniform, 1 of what alternates from node to node along all axes. */
+/* Sweep callback: to = B from, a checkerboard filter: 0 of a uniform field, 1 of one that alternates along all axes. */
 static void pdi_precond_alternate(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pdi_precond_sweep *s = (const pdi_precond_sweep *)user;
@@ -171,7 +173,7 @@ static void pdi_precond_alternate(const void *user, int32_t i, int32_t row, int3
     }
 }
 
-/* What -lap of the family makes of a field that alternates along all axes [1/m2]. */
+/* Symbol of -lap of the family at the checkerboard mode [1/m2]. */
 static double pdi_precond_shortest(const pd_stencil *stencil)
 {
     double sum = 0.0;
@@ -183,15 +185,15 @@ static double pdi_precond_shortest(const pd_stencil *stencil)
     return sum;
 }
 
-/* Of a residual that is smooth: the friction, and where cells convect more, a share of what their pressure flux has
- * for it [m2/s]. rate [1/s]: half the diagonal of momentum (eq. 4.5). */
+/* Viscosity for smooth residuals [m2/s]: nu, and in convective cells a part of the weight of the pressure flux. rate
+ * [1/s]: 1/tau (eq. 4.5). */
 static double pdi_precond_smooth(const pd_flow *flow, double rate)
 {
     for (int d = 0; d < PD_DIM; d++) rate -= flow->nu / (flow->grid->h[d] * flow->grid->h[d]);
     return flow->nu + PDI_PRECOND_ROUGH * pdi_max(rate, 0.0) / flow->bonds->stencil->lap_sum;
 }
 
-/* dp += q + nu r where r is smooth. Of what alternates in r the pressure flux alone knows. */
+/* dp += q + viscosity r: the smooth part of r by the friction, the checkerboard part by the pressure flux (eq. 4.9). */
 static void pdi_precond_rub(const pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, const double *r,
                             const double *q, double *dp)
 {
@@ -211,7 +213,7 @@ static void pdi_precond_rub(const pd_ctx *ctx, const pd_flow *flow, const pdi_pr
         if (grid->kind[i] == PD_FLUID) dp[i] += smooth * r[i] + more * alternate[i] + q[i];
 }
 
-/* dp += -lap^-1 of what the convection of the gradient of q brings. */
+/* dp = -lap^-1 of the divergence of u.grad(grad q): least-squares commutator for convection. q gets its ghosts. */
 static void pdi_precond_convected(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, double *q, double *dp)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;

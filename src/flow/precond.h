@@ -7,7 +7,7 @@
 #include "flow/flow.h"
 
 #ifdef PDI_INTERNAL
-/* Work of an application. */
+/* Operators and work arrays of the Schur complement preconditioner. */
 typedef struct pdi_precond {
     pd_multigrid *poisson;    /* one cycle of it stands for the inverse of -lap */
     pd_multigrid *seep;       /* one cycle of it stands for the inverse of -div(mobility grad) */
@@ -15,12 +15,13 @@ typedef struct pdi_precond {
     double *grad, *convected; /* [PD_DIM][total] */
 } pdi_precond;
 
-/* mobility [total] [s]: about the velocity of the fluid over a uniform pressure gradient. It is one over the sum of
- * `shift` [1/s] and the drag of the walls (theory: eq. 4.9b). 0 outside of the fluid. */
+/* mobility [total] [s] = 1/(shift + wall drag) at fluid nodes, 0 elsewhere: velocity over a uniform pressure gradient
+ * (eq. 4.9b). shift [1/s]: rate of (pseudo) time. */
 PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility);
 
-/* dp = S^-1 r, with the velocity in flow. q [total]: a cycle of `poisson` for r, then work, its ghosts too. All arrays
- * are over the nodes of the grid, r and dp mean something at fluid nodes only. */
+/* dp [total] [m2/s2] = S^-1 r, approximate inverse of the Schur complement of the pressure (eq. 4.9), with the velocity
+ * in flow. r [1/s]; q: one cycle of `poisson` for r, then work with its ghosts. Arrays are over nodes, r and dp at
+ * fluid nodes. */
 PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, const double *r, double *q,
                             double *dp);
 #endif

@@ -7,17 +7,17 @@
 #include <math.h>
 #include <string.h>
 
-/* Waves along an axis for each node of the reach: between two of them an eigenvalue rises by 3 % at most, and the
- * worst is looked for between them. */
+/* Wave numbers along an axis for each node of the reach: eigenvalues rise by 3 % at most between two of them. */
 #define PDI_SPECTRUM_WAVES 4
-#define PDI_SPECTRUM_REFINED 6  /* halvings of the distance of waves around the worst */
-#define PDI_SPECTRUM_LANCZOS 40 /* steps for the norm of a gradient with cut families */
-#define PDI_SPECTRUM_ANGLES 48 /* steps of the share of the energy in the density, from none to all */
-#define PDI_SPECTRUM_SAFETY 0.98 /* [-] for what lies between waves, and what Lanczos steps have not found */
-#define PDI_SPECTRUM_IMAGINARY 1.7320508075688772 /* end of the region on the imaginary axis */
+#define PDI_SPECTRUM_REFINED 6 /* halvings of the spacing of wave numbers around the worst */
+#define PDI_SPECTRUM_LANCZOS 40 /* Lanczos steps for the norm of a gradient with cut families */
+#define PDI_SPECTRUM_ANGLES 48 /* samples of the part of the energy that is in the density */
+#define PDI_SPECTRUM_SAFETY 0.98 /* [-] for waves between the sampled ones, and unconverged Lanczos steps */
+#define PDI_SPECTRUM_IMAGINARY 1.7320508075688772 /* sqrt(3): stability limit on the imaginary axis */
 
 /* ---- the region of 1 + z + z^2/2 + z^3/6 ---- */
 
+/* 1: z = re + i im is in the stability region |1 + z + z^2/2 + z^3/6| <= 1. */
 static int pdi_spectrum_inside(double re, double im)
 {
     double pr = 0.5 + re / 6.0, pi = im / 6.0, next;
@@ -29,7 +29,7 @@ static int pdi_spectrum_inside(double re, double im)
     return pr * pr + pi * pi <= 1.0 + 1e-10;
 }
 
-/* *dt is lowered until the eigenvalue re + i im [1/s] is inside. Waves that grow by themselves do so at any step. */
+/* Lowers *dt until dt times the eigenvalue re + i im [1/s] is stable, by bisection. A positive re counts as 0. */
 static void pdi_spectrum_lower(double re, double im, double *dt)
 {
     re = pdi_min(re, 0.0);
@@ -45,7 +45,8 @@ static void pdi_spectrum_lower(double re, double im, double *dt)
 
 /* ---- waves ---- */
 
-/* Symbols at the wave vector k [rad per node]. Bonds with opposite ends go in pairs. */
+/* Symbols of the stencil at the wave vector k [rad per node]: slope [PD_DIM] of the gradient, *spread of -Laplacian,
+ * *damp of the density diffusion. Opposite bonds go in pairs. */
 static void pdi_spectrum_symbol(const pd_stencil *s, const double *k, double *slope, double *spread, double *damp)
 {
     double g[PD_DIM], flux[PD_DIM];
@@ -68,9 +69,9 @@ static void pdi_spectrum_symbol(const pd_stencil *s, const double *k, double *sl
     }
 }
 
-/* Lowers *dt to what a wave asks for in a stream of `speed` [m/s] along its gradient. With the symbols i G and -L, and
- * the stabilisation T, sound has l = -i G v + m, m^2 + (nu L + T) m + nu L T + G^2 c^2 + i G v T/2 = 0,
- * shear -i G v - nu L. */
+/* Lowers *dt for one wave in a stream of `speed` [m/s] along its gradient. With symbols i G and -L and the
+ * stabilisation T: sound l = -i G v + m, m^2 + (nu L + T) m + nu L T + G^2 c^2 + i G v T/2 = 0; shear l = -i G v - nu L
+ * (eq. 4.14). */
 static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double spread, double damp, double speed,
                               double *dt)
 {
@@ -84,7 +85,7 @@ static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double 
     pdi_spectrum_lower(-v, shift, dt);
 }
 
-/* The same in the fastest stream and in none: what lies between has its eigenvalues between. */
+/* Lowers *dt for one wave in the fastest stream and in a fluid at rest: eigenvalues of all others lie between. */
 static void pdi_spectrum_streams(const pdi_spectrum_state *q, const double *slope, double spread, double damp,
                                  double *dt)
 {
@@ -98,6 +99,7 @@ static void pdi_spectrum_streams(const pdi_spectrum_state *q, const double *slop
     if (along > 0.0) pdi_spectrum_wave(q, size, spread, damp, along / size, dt);
 }
 
+/* Wave vector k [PD_DIM] [rad per node] of the wave with this index. */
 static void pdi_spectrum_vector(const pd_spectrum *sp, int wave, double *k)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -106,7 +108,7 @@ static void pdi_spectrum_vector(const pd_spectrum *sp, int wave, double *k)
     }
 }
 
-/* The worst wave between those around k, along one axis after the other. */
+/* Lowers *dt by a search for the worst wave around k, along one axis after the other. */
 static void pdi_spectrum_refine(const pd_spectrum *sp, const pdi_spectrum_state *q, double *k, double *dt)
 {
     double step = PDI_PI / (sp->along - 1), slope[PD_DIM], spread, damp;
@@ -123,6 +125,7 @@ static void pdi_spectrum_refine(const pd_spectrum *sp, const pdi_spectrum_state 
     }
 }
 
+/* Longest stable step [s] without cut families: the worst of all waves (eq. 4.14). */
 static double pdi_spectrum_waves(const pd_spectrum *sp, const pdi_spectrum_state *q)
 {
     double dt, k[PD_DIM];
@@ -141,9 +144,8 @@ static double pdi_spectrum_waves(const pd_spectrum *sp, const pdi_spectrum_state
 
 /* ---- surfaces ---- */
 
-/* Energy of the linear flow changes by a symmetric part, dissipation, and a skew one, sound and stream. In a state
- * with the share cos^2 of its energy in the density the first is at most x, the second y: the numerical range lies in
- * these rectangles. */
+/* Longest stable step [s] with cut families, from operator norms (eq. 4.14b): with the part cos^2 of the energy in the
+ * density, dissipation is at most x, sound and stream at most y, so the numerical range lies in these rectangles. */
 static double pdi_spectrum_norms(const pd_spectrum *sp, const pdi_spectrum_state *q)
 {
     double speed = 0.0, dt = HUGE_VAL;
@@ -167,14 +169,14 @@ PDI_FN double pdi_spectrum_limit(const pd_spectrum *sp, const pdi_spectrum_state
 
 /* ---- build ---- */
 
-/* Fields for the norm of the gradient. */
+/* Fields of the Lanczos iteration. */
 typedef struct pdi_spectrum_work {
     const pd_flow *flow;
     double *now, *before, *after; /* [total] */
     double *grad, *advecting;     /* [PD_DIM][total] */
 } pdi_spectrum_work;
 
-/* after = -div (1 - bend) grad now, as sound has it: self-adjoint. */
+/* after = -div (1 - wall curvature weight) grad now: the self-adjoint acoustic operator with walls. */
 static void pdi_spectrum_sound(const pd_ctx *ctx, pdi_spectrum_work *w)
 {
     const pd_bonds *bonds = w->flow->bonds;
@@ -191,6 +193,7 @@ static void pdi_spectrum_sound(const pd_ctx *ctx, pdi_spectrum_work *w)
         w->after[i] = w->flow->grid->kind[i] == PD_FLUID ? -w->after[i] : 0.0;
 }
 
+/* Inner product over fluid nodes, weighted by the circumference in axisymmetric lattices. */
 static double pdi_spectrum_dot(const pd_grid *grid, const double *a, const double *b)
 {
     double sum = 0.0;
@@ -199,7 +202,8 @@ static double pdi_spectrum_dot(const pd_grid *grid, const double *a, const doubl
     return sum;
 }
 
-/* Largest eigenvalue of the symmetric tridiagonal matrix with the squares `off` beside its diagonal. */
+/* Largest eigenvalue of a symmetric tridiagonal matrix by Sturm bisection. off: squares of the elements beside the
+ * diagonal. */
 static double pdi_spectrum_tridiagonal(int n, const double *diagonal, const double *off)
 {
     double high = 0.0, low = 0.0;
@@ -221,7 +225,7 @@ static double pdi_spectrum_tridiagonal(int n, const double *diagonal, const doub
     return high;
 }
 
-/* Largest eigenvalue of pdi_spectrum_sound by Lanczos steps from a field of random numbers. */
+/* Largest eigenvalue [1/m2] of pdi_spectrum_sound by Lanczos steps from random numbers. */
 static double pdi_spectrum_lanczos(const pd_ctx *ctx, pdi_spectrum_work *w)
 {
     const pd_grid *grid = w->flow->grid;
@@ -246,6 +250,7 @@ static double pdi_spectrum_lanczos(const pd_ctx *ctx, pdi_spectrum_work *w)
     return n ? pdi_spectrum_tridiagonal(n, diagonal, off) : 0.0;
 }
 
+/* *norm [1/m] = norm of the gradient with cut families. */
 static pd_status pdi_spectrum_norm(pd_ctx *ctx, const pd_flow *flow, double *norm)
 {
     int64_t total = flow->grid->total, size = (2 * PD_DIM + 3) * total;
@@ -263,8 +268,8 @@ static pd_status pdi_spectrum_norm(pd_ctx *ctx, const pd_flow *flow, double *nor
     return PD_OK;
 }
 
-/* By how much walls raise the largest eigenvalue of -lap at most: a bond that is cut counts 1/t of its weight at the
- * node itself, where without the wall it would count once (eq. 3.3). */
+/* Largest increase [1/m2] of the eigenvalues of -lap by walls: a cut bond counts 1/t of its weight at the node, where
+ * without the wall it would count once (eq. 3.3). */
 static double pdi_spectrum_wall(const pd_bonds *bonds)
 {
     double most = 0.0;
@@ -278,7 +283,7 @@ static double pdi_spectrum_wall(const pd_bonds *bonds)
     return most;
 }
 
-/* On rings the weights change from layer to layer: by rows. */
+/* Bound [1/m2] of the eigenvalues of -lap on axisymmetric lattices: largest row sum. */
 static double pdi_spectrum_rings(const pd_bonds *bonds)
 {
     double most = 0.0;
@@ -292,6 +297,7 @@ static double pdi_spectrum_rings(const pd_bonds *bonds)
     return most;
 }
 
+/* Lists the arrays of a pd_spectrum. */
 static void pdi_spectrum_list(pdi_owner *owner, void *object)
 {
     pd_spectrum *spectrum = (pd_spectrum *)object;

@@ -23,7 +23,7 @@ typedef struct pd_spectrum {
 } pd_spectrum;
 
 #ifdef PDI_INTERNAL
-/* Of the linear flow: waves in a stream along no matter which diagonal of a box of velocities. */
+/* Coefficients of the linearised flow: waves in a stream within a box of velocities. */
 typedef struct pdi_spectrum_state {
     double sound;         /* [m/s] */
     double viscosity;     /* [m2/s] */
@@ -31,9 +31,10 @@ typedef struct pdi_spectrum_state {
     double speed[PD_DIM]; /* [m/s] largest components */
 } pdi_spectrum_state;
 
-/* Bonds and grid of the flow must not change. */
+/* Symbols of gradient, Laplacian and density diffusion for all sampled waves, and with cut families the operator norms.
+ * Bonds and grid of the flow must not change afterwards. */
 PDI_FN pd_status pdi_spectrum_build(pd_ctx *ctx, const pd_flow *flow, pd_spectrum *spectrum);
-/* Longest stable step [s] of the three-stage method. */
+/* Longest stable step [s] of the three-stage Runge-Kutta method for a state (eq. 4.14, 4.14b). */
 PDI_FN double pdi_spectrum_limit(const pd_spectrum *spectrum, const pdi_spectrum_state *state);
 PDI_FN void pdi_spectrum_free(pd_ctx *ctx, pd_spectrum *spectrum);
 #endif
