@@ -2,9 +2,9 @@
 #include "chemistry/activity.h"
 #include <math.h>
 
-#define PDI_ACTIVITY_DEBYE 1.82e6 /* [(L/mol)^0.5 K^1.5] over (permittivity times temperature)^1.5 */
-#define PDI_ACTIVITY_DAVIES 0.3      /* [L/mol] */
-#define PDI_ACTIVITY_ZERO 273.15     /* [K] */
+#define PDI_ACTIVITY_DEBYE 1.82e6 /* [(L/mol)^0.5 K^1.5] A times (permittivity temperature)^1.5 (eq. 5b.4) */
+#define PDI_ACTIVITY_DAVIES 0.3 /* [L/mol] linear coefficient of Davies 1962 */
+#define PDI_ACTIVITY_ZERO 273.15 /* [K] 0 degrees Celsius */
 
 /* Relative permittivity of water: Malmberg and Maryott 1956. */
 PDI_FN double pdi_activity_debye(double temperature)

@@ -5,36 +5,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A combination of stoichiometric numbers below this is zero. */
-#define PDI_COMPONENTS_ZERO 1e-9
-/* [mol/m3] Least concentration that a logarithm is taken of. */
-#define PDI_COMPONENTS_LEAST 1e-200
-/* Most steps of Newton, and most halvings of one. */
-#define PDI_COMPONENTS_STEPS 200
-#define PDI_COMPONENTS_HALVINGS 12
-/* Roundings of the sums that a total may be off by. */
-#define PDI_COMPONENTS_ROUND 4.0
-/* A total that is off by this share of its terms, and comes no nearer, is met. */
-#define PDI_COMPONENTS_NEAR 1e-11
-/* A formed species above this many times one that forms it becomes one of those. */
-#define PDI_COMPONENTS_SWAP 2.0
-/* Most change of a logarithm in a step. */
-#define PDI_COMPONENTS_LONGEST 700.0
-/* [-] change of the ionic strength, relative, at which its iteration ends, and most of its steps. */
-#define PDI_COMPONENTS_STRENGTH 1e-15
-#define PDI_COMPONENTS_STRENGTHS 40
-/* [-] such a change, that a step does not halve, is rounding. */
-#define PDI_COMPONENTS_SETTLED 1e-12
-/* Sizes of charges whose factors are kept. */
-#define PDI_COMPONENTS_CHARGES 10
-/* A logarithm beyond this is not taken apart. */
-#define PDI_COMPONENTS_FAR 600.0
-#define PDI_COMPONENTS_MOLAR 1e3 /* [mol/m3] in mol/L */
+#define PDI_COMPONENTS_ZERO 1e-9 /* a combination of stoichiometric numbers below this is zero */
+#define PDI_COMPONENTS_LEAST 1e-200 /* [mol/m3] lower bound of concentrations in logarithms */
+#define PDI_COMPONENTS_STEPS 200 /* most Newton steps */
+#define PDI_COMPONENTS_HALVINGS 12 /* most halvings of a Newton step */
+#define PDI_COMPONENTS_ROUND 4.0 /* error of a total in rounding units of its terms that counts as met */
+#define PDI_COMPONENTS_NEAR 1e-11 /* [-] error of a total over its terms that counts as met when Newton stalls */
+#define PDI_COMPONENTS_SWAP 2.0 /* [-] a formed species above this many times a basis species replaces it */
+#define PDI_COMPONENTS_LONGEST 700.0 /* largest change of a logarithm in a step */
+#define PDI_COMPONENTS_STRENGTH 1e-15 /* [-] relative change of the ionic strength at which its iteration ends */
+#define PDI_COMPONENTS_STRENGTHS 40 /* most steps of that iteration */
+#define PDI_COMPONENTS_SETTLED 1e-12 /* [-] a change below this that a step does not halve is rounding */
+#define PDI_COMPONENTS_CHARGES 10 /* charges below this have a stored activity factor */
+#define PDI_COMPONENTS_FAR 600.0 /* |ln c| above which an activity is applied to the logarithm, against overflow */
+#define PDI_COMPONENTS_MOLAR 1e3 /* [mol/m3] one mol/L */
 
-/* A matrix of solutes that are members, by joined components. */
+/* A matrix with a row for each joined component and a column for each member. */
 typedef double pdi_components_rows[PD_SPECIES_MOST][PD_SPECIES_MOST];
 
-/* A volume at work: the frequent members `head` form the others, by the rows of `m`. */
+/* Solver state of one volume: the most frequent independent members, the basis `head`, form the others by the rows of
+ * `m`. */
 typedef struct pdi_components_work {
     const pd_components *s;
     int rows, live;
@@ -63,9 +53,10 @@ PDI_FN void pdi_components_totals(const pd_components *s, const double *c, doubl
     }
 }
 
+/* Square of a charge. */
 static double pdi_components_square(int charge) { return (double)(charge * charge); }
 
-/* Half of the sum of z^2 times what is not joined: concentrations c of all, or changes of totals. */
+/* Ionic strength of the solutes that no equilibrium reaction joins, from totals (or their changes). */
 static double pdi_components_others(const pd_components *s, const double *total)
 {
     double sum = 0.0;
@@ -93,7 +84,8 @@ PDI_FN double pdi_components_activity(const pd_components *s, const double *c)
     return pdi_components_davies(s, c, &slope);
 }
 
-/* Broensted and Bjerrum: the complex that both ways pass has the sum of the charges of either side. */
+/* Kinetic salt effect (Broensted, Bjerrum; eq. 5b.3): exponents of ln gamma for both ways. The activated complex has
+ * the sum of the charges of either side. */
 static void pdi_components_salt(const pd_components *s, pd_kinetic *kinetic)
 {
     double charge = 0.0;
@@ -106,7 +98,7 @@ static void pdi_components_salt(const pd_components *s, pd_kinetic *kinetic)
     kinetic->salt[1] -= charge * charge;
 }
 
-/* Gauss and Jordan: from the most frequent member on, those that no others make are the heads. */
+/* Chooses the basis, from the most frequent member on, and rewrites (5b.8) in its terms by Gauss-Jordan elimination. */
 static void pdi_components_reduce(pdi_components_work *w)
 {
     const pd_components *s = w->s;
@@ -160,7 +152,7 @@ static void pdi_components_reduce(pdi_components_work *w)
     }
 }
 
-/* 1: a member is far more frequent than one of the heads that make it. */
+/* 1: a member is far more frequent than a basis member that forms it: the basis has to be chosen anew. */
 static int pdi_components_stale(const pdi_components_work *w)
 {
     for (int r = 0; r < w->rows; r++)
@@ -171,7 +163,7 @@ static int pdi_components_stale(const pdi_components_work *w)
     return 0;
 }
 
-/* Factors by which activities of each size of charge change concentrations. */
+/* factor [charge] = 1/gamma for each size of charge. */
 static void pdi_components_factors(const pdi_components_work *w, double *factor)
 {
     int seen[PDI_COMPONENTS_CHARGES] = {0};
@@ -183,8 +175,8 @@ static void pdi_components_factors(const pdi_components_work *w, double *factor)
     }
 }
 
-/* c of the members with the present strength, from ideal ones or (< 0) by the logarithm; the sum of z^2 c/2, and
- * *fourth, that of z^4 c/2. */
+/* Concentrations of the members at the present ionic strength, from ideal ones, or by the logarithm where those are
+ * negative. Returns the sum of z^2 c/2; *fourth: that of z^4 c/2. */
 static double pdi_components_ions(pdi_components_work *w, const double *ideal, double *fourth)
 {
     double factor[PDI_COMPONENTS_CHARGES], sum = w->others;
@@ -200,8 +192,8 @@ static double pdi_components_ions(pdi_components_work *w, const double *ideal, d
     return sum;
 }
 
-/* Concentrations of the members from y. The ionic strength is that of its own concentrations: Newton's method, until
- * rounding makes it go to and fro. */
+/* Concentrations of the members from the basis activities y, with the ionic strength that they have (Newton's method,
+ * until rounding stops it). */
 static void pdi_components_members(pdi_components_work *w)
 {
     double ideal[PD_SPECIES_MOST], last = HUGE_VAL;
@@ -226,8 +218,8 @@ static void pdi_components_members(pdi_components_work *w)
     for (int n = 0; n < w->live; n++) w->x[n] -= w->davies * pdi_components_square(w->charge[n]);
 }
 
-/* Changes of the members with y, scaled: with y over the concentrations of the heads. `each`: those of their logarithms
- * with the ionic strength of the others. */
+/* weight [rows][live] = derivatives of the members by y; scaled 1: over the basis concentrations. each [live]:
+ * derivatives of their logarithms by the ionic strength of other solutes. */
 static void pdi_components_weights(const pdi_components_work *w, int scaled, pdi_components_rows weight, double *each)
 {
     double fourth = 0.0;
@@ -247,7 +239,8 @@ static void pdi_components_weights(const pdi_components_work *w, int scaled, pdi
     }
 }
 
-/* Solve a x = b of `rows` equations with `columns` right-hand sides, pivoted; x in b. What is singular stays 0. */
+/* Solves a x = b, `rows` equations with `columns` right-hand sides, by pivoted Gauss-Jordan elimination; x in b.
+ * Singular unknowns are 0. */
 static void pdi_components_linear(int rows, int columns, pdi_components_rows a, pdi_components_rows b)
 {
     int at[PD_SPECIES_MOST], used[PD_SPECIES_MOST];
@@ -278,7 +271,7 @@ static void pdi_components_linear(int rows, int columns, pdi_components_rows a, 
         for (int k = 0; k < columns; k++) b[c][k] = x[c][k];
 }
 
-/* off[r] = ln(P/Q) of the two sides P = Q of the balance of row r, all terms positive; the largest size. *wrong: their
+/* off [rows] = residuals ln(P/Q) of the mass balances (eq. 5b.9); side: P and Q. Returns the largest size; *wrong: the
  * largest difference over the sum of the terms. Totals that no concentrations have get Q next to 0. */
 static double pdi_components_off(const pdi_components_work *w, double (*side)[2], double *off, double *wrong)
 {
@@ -304,7 +297,7 @@ static double pdi_components_off(const pdi_components_work *w, double (*side)[2]
     return worst;
 }
 
-/* Changes dy of y by Newton for the logarithms of the sides, which are nearly linear in it at any distance. */
+/* dy [rows] = Newton step for ln(P/Q) = 0, which is nearly linear in y at any distance (eq. 5b.9). */
 static void pdi_components_newton(const pdi_components_work *w, double (*side)[2], const double *off, double *dy)
 {
     pdi_components_rows a, b, weight;
@@ -324,7 +317,7 @@ static void pdi_components_newton(const pdi_components_work *w, double (*side)[2
         dy[r] = pdi_min(pdi_max(b[r][0], -PDI_COMPONENTS_LONGEST), PDI_COMPONENTS_LONGEST);
 }
 
-/* The members of the totals. 0: none were found. */
+/* Newton iterations for the members of the given totals, with line search. 0: not converged. */
 static int pdi_components_find(pdi_components_work *w)
 {
     double side[PD_SPECIES_MOST][2], off[PD_SPECIES_MOST], dy[PD_SPECIES_MOST], start[PD_SPECIES_MOST], wrong;
@@ -352,8 +345,8 @@ static int pdi_components_find(pdi_components_work *w)
     return 0;
 }
 
-/* 1: a balance asks for members that count against the others and that are next to nothing: a step that went too far
- * ends there, where no step leads back. */
+/* 1: a balance needs members that count negative and that are next to nothing: a step went too far, and no step leads
+ * back. */
 static int pdi_components_gone(const pdi_components_work *w)
 {
     for (int r = 0; r < w->rows; r++) {
@@ -369,6 +362,7 @@ static int pdi_components_gone(const pdi_components_work *w)
     return 0;
 }
 
+/* Starts the solver state from concentrations c [solutes]. */
 static void pdi_components_begin(const pd_components *s, const double *c, pdi_components_work *w)
 {
     w->s = s;
@@ -383,7 +377,7 @@ static void pdi_components_begin(const pd_components *s, const double *c, pdi_co
     }
 }
 
-/* Ionic strength and activities of the concentrations. */
+/* Ionic strength and activities of the present concentrations. */
 static void pdi_components_ionic(pdi_components_work *w)
 {
     if (!(w->debye > 0.0)) return;
@@ -392,7 +386,8 @@ static void pdi_components_ionic(pdi_components_work *w)
     w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
 }
 
-/* Members that are gone are sought from equal amounts of all. Totals that no concentrations have end there again. */
+/* Solves once more from equal amounts of all solutes, where members have vanished. Totals that no concentrations have
+ * end there again. */
 static void pdi_components_again(const pd_components *s, pdi_components_work *w)
 {
     pdi_components_work anew = *w;
@@ -485,7 +480,7 @@ PDI_FN void pdi_components_follow(const pd_components *s, const float *by, const
     for (int k = s->joined; k < s->count; k++) c[s->master[k]] = total[k];
 }
 
-/* c^n and its derivative. */
+/* c^n; *by: its derivative. */
 static double pdi_components_power(double c, double n, double *by)
 {
     if (n == 1.0) {
@@ -524,8 +519,8 @@ PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kin
     return product[0] - product[1];
 }
 
-/* Extent [mol/m3] of a kinetic reaction that makes solutes of the solvent alone, where both ways are as fast; 0: it
- * needs others, or does not stop. */
+/* Extent [mol/m3] of a kinetic reaction that makes solutes of the solvent alone, in its equilibrium; 0: it needs other
+ * solutes, or has no equilibrium. */
 static double pdi_components_dissociation(const pd_components *s, const pd_kinetic *kinetic)
 {
     double order[2] = {0.0, 0.0}, product[2];
@@ -558,7 +553,7 @@ PDI_FN pd_status pdi_components_water(const pd_components *s, double *c)
 
 /* ---- the system ---- */
 
-/* Rows of reactions in equilibrium among solutes, reduced. */
+/* Equilibrium reactions among solutes during elimination. */
 typedef struct pdi_components_reactions {
     int rows;
     double nu[PD_REACTION_MOST][PD_SPECIES_MOST], ln_k[PD_REACTION_MOST];
@@ -566,14 +561,14 @@ typedef struct pdi_components_reactions {
     const char *name[PD_REACTION_MOST];
 } pdi_components_reactions;
 
-/* What is told of a solute that a row could make. */
+/* A candidate pivot: a solute that a reaction can make, and what decides on it. */
 typedef struct pdi_components_choice {
     int row, solute, beside, rank;
     double cost, ln_k;
 } pdi_components_choice;
 
-/* 1: a is made rather than b. One that few rows have, and with a number of 1; of these one that stands alone on its
- * side of the reaction; then names decide, so that the order of species and of reactions does not. */
+/* 1: pivot a is better than b: in fewer rows, with the number 1, alone on its side of the reaction; then by name, so
+ * that the order of species and reactions does not matter. */
 static int pdi_components_rather(const pdi_components_choice *a, const pdi_components_choice *b)
 {
     if (b->row < 0 || a->cost < b->cost || a->cost > b->cost) return b->row < 0 || a->cost < b->cost;
@@ -582,7 +577,7 @@ static int pdi_components_rather(const pdi_components_choice *a, const pdi_compo
     return fabs(a->ln_k) < fabs(b->ln_k);
 }
 
-/* Solutes of row r on the side of solute i, but for that. */
+/* Number of other solutes on the same side of reaction r as solute i. */
 static int pdi_components_beside(const pd_components *s, const pdi_components_reactions *e, int r, int i)
 {
     int count = -1;
@@ -591,7 +586,7 @@ static int pdi_components_beside(const pd_components *s, const pdi_components_re
     return count;
 }
 
-/* The row that makes a solute next, and that solute; row -1: those that are left are empty. */
+/* Next pivot: a reaction and the solute that it makes; row -1: the reactions that are left are empty. */
 static pdi_components_choice pdi_components_choose(const pd_components *s, const pdi_components_reactions *e,
                                                    const int *rank)
 {
@@ -608,7 +603,7 @@ static pdi_components_choice pdi_components_choose(const pd_components *s, const
     return best;
 }
 
-/* rank [solutes]: place of their names in the alphabet. */
+/* rank [solutes] = position of their names in alphabetical order. */
 static void pdi_components_rank(const pd_species *species, int count, const pd_components *s, int *rank)
 {
     for (int i = 0; i < count; i++) {
@@ -622,6 +617,7 @@ static void pdi_components_rank(const pd_species *species, int count, const pd_c
     }
 }
 
+/* Eliminates the solute that reaction r makes from all others. */
 static void pdi_components_eliminate(const pd_components *s, pdi_components_reactions *e, int r)
 {
     int made = e->made[r];
@@ -639,7 +635,7 @@ static void pdi_components_eliminate(const pd_components *s, pdi_components_reac
     }
 }
 
-/* Components in order: those that are joined first. */
+/* Numbers the components, joined ones first, and fills m and ln K of (5b.8). */
 static void pdi_components_order(const pdi_components_reactions *e, pd_components *s)
 {
     int row[PD_SPECIES_MOST], joined[PD_SPECIES_MOST];
@@ -670,6 +666,7 @@ static void pdi_components_order(const pdi_components_reactions *e, pd_component
     }
 }
 
+/* Adds a reaction: a kinetic one to s, an equilibrium one to e. */
 static pd_status pdi_components_reaction(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reaction,
                                          pdi_components_reactions *e, pd_components *s)
 {
@@ -696,6 +693,7 @@ static pd_status pdi_components_reaction(pd_ctx *ctx, const pd_species *species,
     return PD_OK;
 }
 
+/* Inner part of the build. The caller clears s after an error. */
 static pd_status pdi_components_fill(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
                                      int reaction_count, pd_components *s)
 {

@@ -10,8 +10,8 @@
 #include "chemistry/activity.h"
 #include "chemistry/reaction.h"
 
-/* Room for slopes: each reaction in equilibrium makes a member that is no component, so that one column more than
- * joined components is at most one for each member. */
+/* Largest size of the derivatives, [members][joined + 1]: each equilibrium reaction makes a member that is no
+ * component, so there are fewer joined components than members. */
 #define PD_COMPONENTS_SLOPES (PD_SPECIES_MOST * PD_SPECIES_MOST)
 
 /* A reaction at finite rate, by mass action with rate constants of infinite dilution. */
@@ -38,39 +38,42 @@ typedef struct pd_components {
 } pd_components;
 
 #ifdef PDI_INTERNAL
-/* A system of `count` species and the reactions of solutes and the solvent; solids have no part in it. temperature [K]
- * is that of Davies' equation. PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each other. */
+/* Builds the component system of `count` species from the reactions among solutes and solvent; solids have no part in
+ * it. temperature [K]: for Davies' equation. PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each
+ * other. */
 PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
                                       int reaction_count, pd_activity activity, double temperature,
                                       pd_components *components);
-/* c [solutes] [mol/m3], the guess: concentrations in equilibrium with the given totals [count] [mol/m3]. A total that
- * no concentrations have leaves the nearest, which are next to 0. PD_NOT_CONVERGED: c is unchanged. */
+/* Concentrations c [solutes] [mol/m3] in equilibrium with the totals total [count] [mol/m3] (eq. 5b.9); c is the first
+ * guess on entry. Totals that no concentrations have give the nearest, close to 0. PD_NOT_CONVERGED: c is unchanged. */
 PDI_FN pd_status pdi_components_solve(const pd_components *components, const double *total, double *c);
-/* total [count] [mol/m3] of concentrations. */
+/* Totals of the components T_k = sum_i m_ki c_i, total [count] [mol/m3], of concentrations c [solutes] (eq. 5b.8). */
 PDI_FN void pdi_components_totals(const pd_components *components, const double *c, double *total);
-/* How the solutes `member` follow the totals in equilibrium: by [live][joined + (1: with activities)] [-], the last
- * column by the ionic strength of the others. */
+/* Derivatives dc/dT of the members by the joined totals in equilibrium (eq. 5b.10), single precision: by [live][joined
+ * + 1 with activities] [-]; the last column is by the ionic strength of all other solutes. */
 PDI_FN void pdi_components_derive(const pd_components *components, const double *c, float *by);
-/* The same in double precision. */
+/* Derivatives dc/dT of the members by the joined totals in equilibrium (eq. 5b.10): by [live][joined + 1 with
+ * activities] [-]; the last column is by the ionic strength of all other solutes. */
 PDI_FN void pdi_components_slopes(const pd_components *components, const double *c, double *by);
-/* Change of the concentrations with that of the totals. */
+/* Change of concentrations c [solutes] for a change `total` [count] of the totals, with the derivatives `by`. */
 PDI_FN void pdi_components_follow(const pd_components *components, const float *by, const double *total, double *c);
+/* Number of columns of the derivatives: joined components, and one for the ionic strength when activities are on. */
 static inline int pdi_components_columns(const pd_components *components)
 {
     return components->joined + (components->debye > 0.0);
 }
-/* Speed [mol/m3/s] of a kinetic reaction (theory: eq. 5b.3), 0 where activities give K. by [solutes], its derivatives
- * [1/s], and size, the sum of both of its ways, may be NULL. */
+/* Rate [mol/m3/s] of a kinetic reaction by mass action with activities (eq. 5b.3). NULL allowed: by [solutes], its
+ * derivatives [1/s]; *size, forward plus backward rate. */
 PDI_FN double pdi_components_speed(const pd_components *components, const pd_kinetic *kinetic, const double *c,
                                    double *by, double *size);
-/* c [PD_SPECIES_MOST] [mol/m3] of the solvent alone: its own reactions, at finite rate or not, are in equilibrium.
+/* c [PD_SPECIES_MOST] [mol/m3] = pure solvent: its own dissociation, kinetic reactions included, is in equilibrium.
  * PD_NOT_CONVERGED: c is 0. */
 PDI_FN pd_status pdi_components_water(const pd_components *components, double *c);
-/* Ionic strength [mol/m3]. */
+/* Ionic strength [mol/m3] of concentrations c [solutes]; negative ones count as 0. */
 PDI_FN double pdi_components_strength(const pd_components *components, const double *c);
-/* ln gamma of a charge of 1, and its derivative by the ionic strength [m3/mol]. */
+/* ln gamma of a unit charge at concentrations c [solutes]; *slope: its derivative by the ionic strength [m3/mol]. */
 PDI_FN double pdi_components_davies(const pd_components *components, const double *c, double *slope);
-/* ln gamma of a charge of 1. */
+/* ln gamma of a unit charge at concentrations c [solutes]; 0 for ideal solutes. */
 PDI_FN double pdi_components_activity(const pd_components *components, const double *c);
 #endif
 

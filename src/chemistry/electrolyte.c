@@ -5,13 +5,10 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Sum of charges over the ionic strength below which a recipe is neutral. */
-#define PDI_ELECTROLYTE_NEUTRAL 1e-6
-/* Difference of pH at which a set one is met. */
-#define PDI_ELECTROLYTE_PH 1e-12
-/* [mol/m3] of acid or base that is tried first and last to meet a pH. */
-#define PDI_ELECTROLYTE_FIRST 1e-9
-#define PDI_ELECTROLYTE_LAST 2e4
+#define PDI_ELECTROLYTE_NEUTRAL 1e-6 /* [-] sum of charges over ionic strength below which a recipe is neutral */
+#define PDI_ELECTROLYTE_PH 1e-12 /* difference at which a given pH is met */
+#define PDI_ELECTROLYTE_FIRST 1e-9 /* [mol/m3] of acid or base that is tried first to meet a pH */
+#define PDI_ELECTROLYTE_LAST 2e4 /* [mol/m3] of acid or base that is tried last */
 
 PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name)
 {
@@ -27,6 +24,7 @@ PDI_FN double pdi_electrolyte_total(const pd_electrolyte *e, const double *c, in
     return sum;
 }
 
+/* Sum of charges [mol/m3] of concentrations c; *strength: ionic strength [mol/m3]. */
 static double pdi_electrolyte_charge(const pd_electrolyte *e, const double *c, double *strength)
 {
     double sum = 0.0;
@@ -38,7 +36,7 @@ static double pdi_electrolyte_charge(const pd_electrolyte *e, const double *c, d
     return sum;
 }
 
-/* 1: the reaction is held in equilibrium: it has a constant, and its minerals may form or are there. */
+/* 1: the reaction is in equilibrium at c: it has a constant, and its minerals may form or are present. */
 static int pdi_electrolyte_holds(const pd_electrolyte *e, const pd_reaction *r, const double *c)
 {
     if (!r->has_k) return 0;
@@ -59,7 +57,7 @@ PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, con
     return pd_speciation_build(ctx, e->species, e->count, held, count, e->activity, e->temperature, system);
 }
 
-/* Decimal logarithms of IAP/K of minerals, of the one solid of each reaction. */
+/* Saturation indices log10(IAP/K) of minerals, from the reactions with one solid. */
 static void pdi_electrolyte_saturation(const pd_electrolyte *e, pd_electrolyte_state *s)
 {
     for (int i = 0; i < e->count; i++) s->saturation[i] = NAN;
@@ -82,7 +80,7 @@ static void pdi_electrolyte_saturation(const pd_electrolyte *e, pd_electrolyte_s
     }
 }
 
-/* Take out species k; reactions do not name it. */
+/* Removes species k, which no reaction names. */
 static void pdi_electrolyte_remove(pd_electrolyte *e, int k)
 {
     e->count--;
@@ -138,7 +136,8 @@ pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, 
     return PD_OK;
 }
 
-/* The recipe with `acid` [mol/m3] of H+ and its counter ion, or as much base where it is negative. */
+/* c = recipe `from` with `acid` [mol/m3] of H+ and its counter ion, negative: OH- (eq. 5b.11); *ph: that of its
+ * equilibrium. */
 static pd_status pdi_electrolyte_ph(pd_ctx *ctx, const pd_electrolyte *e, const double *from, double acid, double *c,
                                     double *ph)
 {
@@ -155,7 +154,7 @@ static pd_status pdi_electrolyte_ph(pd_ctx *ctx, const pd_electrolyte *e, const 
     return PD_OK;
 }
 
-/* Bracket the amount of acid or base between a[0] and a[1], pH f[0] and f[1] above the one that is wanted. */
+/* Brackets the amount of acid or base [mol/m3] that gives `ph`: a[0], a[1], with the pH differences f[0], f[1]. */
 static pd_status pdi_electrolyte_bracket(pd_ctx *ctx, const pd_electrolyte *e, double ph, const double *from, double *a,
                                          double *f)
 {
@@ -182,7 +181,7 @@ static pd_status pdi_electrolyte_bracket(pd_ctx *ctx, const pd_electrolyte *e, d
     return PD_OK;
 }
 
-/* The amount of acid or base of a pH. */
+/* Adds the acid or base to c that gives `ph`, by the Illinois method (eq. 5b.11). */
 static pd_status pdi_electrolyte_set(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
     double from[PD_SPECIES_MOST], a[2], f[2];
@@ -204,7 +203,7 @@ static pd_status pdi_electrolyte_set(pd_ctx *ctx, const pd_electrolyte *e, doubl
     return pdi_electrolyte_ph(ctx, e, from, acid, c, &found);
 }
 
-/* The ion of which there is most, as a proposal. */
+/* Name of the most frequent ion, as a proposal in messages. */
 static const char *pdi_electrolyte_most(const pd_electrolyte *e, const double *c)
 {
     int best = -1;

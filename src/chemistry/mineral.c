@@ -5,36 +5,25 @@
 #include <math.h>
 #include <string.h>
 
-/* [mol/m3] Least concentration that a logarithm is taken of. */
-#define PDI_MINERAL_LEAST 1e-200
-/* ln Omega where totals have no concentrations. */
-#define PDI_MINERAL_LOST (-1e3)
-/* Most rounds over all minerals. */
-#define PDI_MINERAL_ROUNDS 200
-/* Equilibria that a volume solves at most for its minerals, and the logarithm of Omega off its law with which it is
- * then given up: the step is taken in parts. */
-#define PDI_MINERAL_SOLVES 500
-#define PDI_MINERAL_LOOSE 1e-4
-/* Nearer than this the derivative of the logarithm of Omega is right, and says what the rounding of amounts changes. */
-#define PDI_MINERAL_REGULAR 1.0
-/* A volume within this share of its room is full, where ln Omega is off the law by more. */
+#define PDI_MINERAL_LEAST 1e-200 /* [mol/m3] lower bound of concentrations in logarithms */
+#define PDI_MINERAL_LOST (-1e3) /* ln Omega - law where totals have no concentrations */
+#define PDI_MINERAL_ROUNDS 200 /* most sweeps over all minerals */
+#define PDI_MINERAL_SOLVES 500 /* most equilibria that are solved for the minerals of a volume */
+#define PDI_MINERAL_LOOSE 1e-4 /* |ln Omega - law| accepted when these are used up */
+#define PDI_MINERAL_REGULAR 1.0 /* |ln Omega - law| below which its derivative tells what rounding of amounts changes */
+/* [-] a volume within this of its free volume is full, and a law off by more is not met */
 #define PDI_MINERAL_FULL 1e-9
-/* Share of the room within which several minerals fill it. */
-#define PDI_MINERAL_MARGIN 1e-12
-/* Roundings of the totals within which amounts are the same. */
-#define PDI_MINERAL_ROUND 16.0
-/* Shortest share of a step of Newton, and share of the distance from the laws that it has to leave at most. */
-#define PDI_MINERAL_SHORTEST 1e-4
-#define PDI_MINERAL_BETTER 0.99
-/* Nearer than this, a step has to leave at most this share: what does not is rounding, and met. */
-#define PDI_MINERAL_NEAR 1e-11
-#define PDI_MINERAL_HALF 0.5
-/* First step [-] of a search without a bound, over the totals. */
-#define PDI_MINERAL_FIRST 1e-3
-#define PDI_MINERAL_MOLAR 1e3 /* [mol/m3] in mol/L */
+#define PDI_MINERAL_MARGIN 1e-12 /* [-] part of the free volume within which several minerals fill it */
+#define PDI_MINERAL_ROUND 16.0 /* rounding units of the totals within which amounts are equal */
+#define PDI_MINERAL_SHORTEST 1e-4 /* shortest fraction of a Newton step */
+#define PDI_MINERAL_BETTER 0.99 /* most of the residual that an accepted step leaves */
+#define PDI_MINERAL_NEAR 1e-11 /* residual below which PDI_MINERAL_HALF holds: what remains is rounding */
+#define PDI_MINERAL_HALF 0.5 /* most of such a residual that an accepted step leaves */
+#define PDI_MINERAL_FIRST 1e-3 /* [-] first step of a search without bounds, over the totals */
+#define PDI_MINERAL_MOLAR 1e3 /* [mol/m3] one mol/L */
 
 /* ---- the system ---- */
-
+/* Number of solids in a reaction. */
 static int pdi_mineral_solids(const pd_species *species, int count, const pd_reaction *r)
 {
     int solids = 0;
@@ -51,9 +40,10 @@ PDI_FN int pdi_mineral_rest(const pd_species *species, int count, const pd_react
     return kept;
 }
 
+/* 1: negative or not finite. */
 static int pdi_mineral_bad(double value) { return !(value >= 0.0) || !(value < 1e100); }
 
-/* Mineral s dissolves by reaction r. */
+/* Sets stoichiometry and ln K of mineral s, which dissolves by reaction r. */
 static void pdi_mineral_take(const pd_components *c, const pd_species *species, int count, const pd_reaction *r,
                               pd_minerals *m, int s)
 {
@@ -69,6 +59,7 @@ static void pdi_mineral_take(const pd_components *c, const pd_species *species, 
     pdi_components_totals(c, m->nu[s], m->gain[s]);
 }
 
+/* Checks all minerals and finds their reactions. */
 static pd_status pdi_mineral_fill(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
                                    const pd_reaction *reactions, int reaction_count, pd_minerals *m)
 {
@@ -123,6 +114,7 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd
     return pdi_mineral_fill(ctx, c, species, count, reactions, reaction_count, m);
 }
 
+/* Volume of minerals n over that of the cell. */
 static double pdi_mineral_volume(const pd_minerals *m, const double *n)
 {
     double sum = 0.0;
@@ -178,13 +170,13 @@ static int pdi_mineral_moves(const pd_mineral_start *start, int s)
     return start->rate[s] > 0.0 || start->grow[s] > 0.0;
 }
 
-/* [mol/m3] by which it dissolves in the step far below saturation, with an amount n at its end. */
+/* Rate times step [mol/m3] at the end amount n: what dissolves far below saturation. */
 static double pdi_mineral_reacts(const pd_mineral_start *start, int s, double n)
 {
     return (start->rate[s] + start->grow[s] * n) * start->dt;
 }
 
-/* [mol/m3] by which its amount of the start grows at Omega^p - 1 = excess, of any sign; HUGE_VAL: beyond bounds. */
+/* Growth in the step [mol/m3] at Omega^p - 1 = excess, of any sign; HUGE_VAL: unbounded. */
 static double pdi_mineral_growth(const pd_mineral_start *start, int s, double excess)
 {
     double more = start->dt * start->grow[s] * excess;
@@ -192,15 +184,14 @@ static double pdi_mineral_growth(const pd_mineral_start *start, int s, double ex
     return pdi_mineral_reacts(start, s, start->start[s]) * excess / (1.0 - more);
 }
 
-/* [mol/m3] of mineral s that dissolves in the step at most, by its law. */
+/* Most that dissolves of mineral s in the step by its law [mol/m3]. */
 static double pdi_mineral_most_gone(const pd_mineral_start *start, int s)
 {
     double rate = start->rate[s] < HUGE_VAL ? -pdi_mineral_growth(start, s, -1.0) : HUGE_VAL;
     return start->start[s] - pdi_max(start->start[s] - rate, 0.0);
 }
 
-/* [mol/m3] by which it grows in the step at most, by its law and by the room that the others leave, which what was
- * there before does not need; negative: there is too much of it. */
+/* Most that mineral s grows in the step [mol/m3], by its law and the free volume. Negative: there is too much of it. */
 static double pdi_mineral_most_grown(const pd_minerals *m, const pd_mineral_start *start, int s)
 {
     double rate = pdi_mineral_growth(start, s, 1.0), room = 1.0 - m->of[s].porosity - m->of[s].volume * start->start[s];
@@ -239,7 +230,7 @@ PDI_FN int pdi_mineral_turned(const pd_minerals *m, const double *had, const dou
 }
 
 /* ---- one volume ---- */
-
+/* Solver state of one volume. */
 typedef struct pdi_mineral_work {
     const pd_components *c;
     const pd_minerals *m;
@@ -253,7 +244,7 @@ typedef struct pdi_mineral_work {
     int left;                       /* equilibria that may still be solved */
 } pdi_mineral_work;
 
-/* ln Omega of mineral s less that of its law with an amount n that is by `over` above that of the start. */
+/* Residual of (5b.16): ln Omega of mineral s less that of its law at amount n, `over` above that of the start. */
 static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
                               const double *at, double n, double over)
 {
@@ -262,20 +253,20 @@ static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, cons
     return rate < HUGE_VAL ? off - log1p(pdi_max(over / rate, -1.0)) / m->of[s].exponent : off;
 }
 
-/* Mineral s has grown by so much. */
+/* Sets the growth of mineral s. */
 static void pdi_mineral_set(pdi_mineral_work *w, int s, double grown)
 {
     w->grown[s] = grown;
     w->n[s] = pdi_max(w->base[s] + grown, 0.0);
 }
 
-/* Its amount above that of the start of the step. */
+/* Amount above that of the start of the step. */
 static double pdi_mineral_over(const pdi_mineral_work *w, int s)
 {
     return w->n[s] > 0.0 ? w->grown[s] + (w->base[s] - w->start->start[s]) : -w->start->start[s];
 }
 
-/* The law with the concentrations that belong to a growth of mineral s; it falls with that. */
+/* Residual of (5b.16) of mineral s with the concentrations for this growth; it falls with the growth. */
 static double pdi_mineral_off(pdi_mineral_work *w, int s, double grown)
 {
     double total[PD_SPECIES_MOST];
@@ -291,8 +282,7 @@ static double pdi_mineral_off(pdi_mineral_work *w, int s, double grown)
     return pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s], pdi_mineral_over(w, s));
 }
 
-/* The growth of mineral s by what totals hold, from `least` to `most`, and by its room in the volume; -HUGE_VAL,
- * HUGE_VAL: no component bounds it. */
+/* Bounds of the growth of mineral s: least, most by the totals (-HUGE_VAL, HUGE_VAL: none), room by the free volume. */
 static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *least, double *most, double *room)
 {
     double taken = 0.0;
@@ -319,7 +309,7 @@ static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *least, 
     *room = pdi_max(*room, w->start->initial[s]) - w->base[s]; /* what is there stays */
 }
 
-/* A bracket of the growth of mineral s above x[0], where its law is off by a positive f[0]. 0: up to `room` it is. */
+/* Brackets the growth of mineral s above x[0], where the residual f[0] is positive. 0: it is positive up to `room`. */
 static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
 {
     double index = w->m->of[s].exponent * pdi_mineral_index(w->c, w->m, s, w->at), size = 0.0;
@@ -336,8 +326,7 @@ static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double r
     }
 }
 
-/* A place in the bracket of the growth of a mineral. The law is nearly linear in the logarithms of what is left of the
- * components that bound it below and above: secants of these. */
+/* Next point in the bracket of a growth: secant in ln((n - least)/(most - n)), in which the law is nearly linear. */
 static double pdi_mineral_between(const pdi_bracket *b, double least, double most, double next)
 {
     double ends[2] = {b->a, b->b}, ratio[2], width = most - least;
@@ -355,7 +344,7 @@ static double pdi_mineral_between(const pdi_bracket *b, double least, double mos
     return x > b->a && x < b->b ? x : next;
 }
 
-/* The amount of mineral s with those of the others. */
+/* Solves for the amount of mineral s with those of the others fixed. */
 static void pdi_mineral_one(pdi_mineral_work *w, int s)
 {
     double start = w->start->start[s], least, most, room, x[2], f[2];
@@ -387,8 +376,8 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
 }
 
 /* ---- derivatives ---- */
-
-/* slope [components]: those of ln Omega of mineral s. `table`: of the concentrations with the totals. */
+/* slope [components] = derivatives of ln Omega of mineral s by the totals. table: those of the concentrations
+ * (dc/dT). */
 static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int s, const double *table,
                               const double *at, double *slope)
 {
@@ -409,7 +398,7 @@ static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int 
         slope[k] += others * 0.5 * (double)(c->charge[c->master[k]] * c->charge[c->master[k]]);
 }
 
-/* 1: mineral s would grow and has no room. */
+/* 1: mineral s would grow and has no free volume. */
 static int pdi_mineral_full(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
                              const double *at, const double *n)
 {
@@ -419,8 +408,7 @@ static int pdi_mineral_full(const pd_components *c, const pd_minerals *m, const 
     return pdi_mineral_law(c, m, start, s, at, n[s], n[s] - start->start[s]) > PDI_MINERAL_FULL;
 }
 
-/* Gauss and Jordan for count equations with `columns` right-hand sides; the matrix is positive definite but for
- * rounding. */
+/* Gauss-Jordan elimination of `count` equations, positive definite but for rounding; solutions in b. */
 static void pdi_mineral_eliminate(int count, int columns, double (*a)[PD_MINERAL_MOST], double (*b)[PD_SPECIES_MOST])
 {
     for (int p = 0; p < count; p++) {
@@ -436,7 +424,7 @@ static void pdi_mineral_eliminate(int count, int columns, double (*a)[PD_MINERAL
         for (int k = 0; k < columns; k++) b[p][k] = fabs(a[p][p]) > 0.0 ? b[p][k] / a[p][p] : 0.0;
 }
 
-/* Slope of the law of mineral s by its amount. */
+/* Derivative of the law of mineral s by its amount (L of theory 5b.6). */
 static double pdi_mineral_bend(const pd_minerals *m, const pd_mineral_start *start, int s, double n)
 {
     double rate = pdi_mineral_reacts(start, s, n), slope = 1.0;
@@ -445,8 +433,7 @@ static double pdi_mineral_bend(const pd_minerals *m, const pd_mineral_start *sta
     return slope / (m->of[s].exponent * pdi_max(rate + n - start->start[s], DBL_EPSILON * rate));
 }
 
-/* a [count][count]: how ln Omega of the active minerals, less that of their laws, falls with their amounts; slope: how
- * it grows with totals. */
+/* Newton matrix a [count][count] of the active minerals, W + L; slope [count]: d ln Omega/dT (theory 5b.6). */
 static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                const double *at, const double *n, const int *active, int count,
                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
@@ -464,8 +451,8 @@ static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, con
     }
 }
 
-/* 1: in the step its amount changes by less than its rounding: the derivative of ln Omega, which grows without bounds
- * where nothing is dissolved, says nothing of it. */
+/* 1: its amount changes in the step by less than rounding, so the derivative of ln Omega, unbounded where nothing is
+ * dissolved, says nothing. */
 static int pdi_mineral_inert(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
                              const double *at, double n)
 {
@@ -474,7 +461,7 @@ static int pdi_mineral_inert(const pd_components *c, const pd_minerals *m, const
     return rate * exp(m->of[s].exponent * pdi_mineral_index(c, m, s, at)) < DBL_EPSILON * n;
 }
 
-/* active: minerals that are there and follow; how many. */
+/* active [return value] = minerals that are present and change. */
 static int pdi_mineral_active(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                               const double *at, const double *n, int *active)
 {
@@ -517,9 +504,8 @@ PDI_FN void pdi_mineral_damp(const pd_components *c, const pd_minerals *m, const
 }
 
 /* ---- all minerals ---- */
-
-/* Concentrations of the present amounts, and off [minerals]: their distances from the laws; the largest of those that
- * an amount could mend. */
+/* Residuals off [minerals] of (5b.16) at the present amounts; returns the largest one that a change of amounts can
+ * lower. */
 static double pdi_mineral_distance(pdi_mineral_work *w, double *off)
 {
     double worst = 0.0, first = pdi_mineral_off(w, 0, w->grown[0]);
@@ -533,7 +519,7 @@ static double pdi_mineral_distance(pdi_mineral_work *w, double *off)
     return worst;
 }
 
-/* slope[][0]: from distances to changes of the active minerals; those that would be less than nothing go to 0. */
+/* slope[][0]: from residuals to changes of the active minerals. Amounts that would be negative become 0, one by one. */
 static void pdi_mineral_changes(const pdi_mineral_work *w, const int *active, int count,
                                 double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
 {
@@ -558,7 +544,7 @@ static void pdi_mineral_changes(const pdi_mineral_work *w, const int *active, in
     for (int p = 0; p < count; p++) slope[p][0] = change[p][0];
 }
 
-/* 1: the changes slope[][0] of the active minerals are within the rounding of amounts, or of the least total that they
+/* 1: the changes slope[][0] of the active minerals are within rounding of amounts, or of the smallest total they
  * change. */
 static int pdi_mineral_rounded(const pdi_mineral_work *w, const int *active, int count,
                                double (*slope)[PD_SPECIES_MOST])
@@ -573,9 +559,8 @@ static int pdi_mineral_rounded(const pdi_mineral_work *w, const int *active, int
     return 1;
 }
 
-/* The growth of mineral s changed by so much. Where it is the only one that follows, and the change is more than half
- * of what is left of a component that bounds it, the change is one of the logarithm of this rest, in which the law is
- * nearly linear. */
+/* Growth of mineral s after `change`. If it is alone and the change exceeds half of what a limiting component has left,
+ * the change is one of the logarithm of that rest. */
 static double pdi_mineral_changed(const pdi_mineral_work *w, int s, int alone, double had, double from, double change)
 {
     double least, most, room, none = -w->base[s], grown = from + change;
@@ -589,8 +574,8 @@ static double pdi_mineral_changed(const pdi_mineral_work *w, int s, int alone, d
     return pdi_min(pdi_max(grown, none), room);
 }
 
-/* A step of Newton of all minerals that are there, halved until they are nearer to their laws; *worst: how near, 0
- * where rounding says no more. 0: it does not help. */
+/* A Newton step of all minerals that are present, with line search; *worst: residual after it, 0 when it is rounding.
+ * 0: no progress. */
 static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
 {
     const pd_components *c = w->c;
@@ -630,7 +615,8 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     return 0;
 }
 
-/* Amounts that laws and bounds give. Of several minerals that meet their room the first ones have it. */
+/* Amounts by laws and bounds: Newton for all, else one by one. If several meet their free volume, the first ones have
+ * it. */
 static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                   const double *total, double *at, double *n)
 {
@@ -674,9 +660,8 @@ static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, 
     return PD_OK;
 }
 
-/* ---- the room of several minerals ---- */
-
-/* 1: one has no more room, or more than that, and another one changes, too: how they divide it is open. */
+/* ---- several minerals that share the free volume ---- */
+/* 1: a mineral is out of free volume while another one changes, too: how they share it is open. */
 static int pdi_mineral_divided(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                const double *at, const double *n)
 {
@@ -692,7 +677,7 @@ static int pdi_mineral_divided(const pd_components *c, const pd_minerals *m, con
     return full && moved && count > 1;
 }
 
-/* A volume whose minerals grow together until one after the other has no room. */
+/* Minerals that share the free volume of a cell. */
 typedef struct pdi_mineral_room {
     const pd_components *c;
     const pd_minerals *m;
@@ -704,7 +689,7 @@ typedef struct pdi_mineral_room {
     double at[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
 } pdi_mineral_room;
 
-/* Amounts within the limits. 0: not found. */
+/* Solves for the amounts within the limits. 0: not found. */
 static int pdi_mineral_within(pdi_mineral_room *r)
 {
     memset(r->at, 0, sizeof r->at);
@@ -713,7 +698,7 @@ static int pdi_mineral_within(pdi_mineral_room *r)
     return pdi_mineral_seek(r->c, r->m, &r->start, r->total, r->at, r->n) == PD_OK;
 }
 
-/* The same with this share of the growth of the open ones; *over: by how much they pass the room. */
+/* Amounts if open minerals grow by `share` of their free growth; *over: volume above `room`. 0: not found. */
 static int pdi_mineral_grown(pdi_mineral_room *r, double share, double room, double *over)
 {
     for (int s = 0; s < r->m->count; s++)
@@ -723,7 +708,7 @@ static int pdi_mineral_grown(pdi_mineral_room *r, double share, double room, dou
     return found;
 }
 
-/* The open minerals grow until the room is full, which they would pass by `high` [-]. 0: not found. */
+/* Finds that share for which the open minerals just fill `room`; `high`: the excess at share 1. 0: not found. */
 static int pdi_mineral_full_room(pdi_mineral_room *r, double room, double high)
 {
     double low, share = 0.0, x;
@@ -740,7 +725,7 @@ static int pdi_mineral_full_room(pdi_mineral_room *r, double room, double high)
     return pdi_mineral_grown(r, share, room, &low);
 }
 
-/* The room of the open minerals that have least of it; HUGE_VAL: none is open. */
+/* Smallest free volume of the open minerals, 1 - porosity; HUGE_VAL: none is open. */
 static double pdi_mineral_least_room(const pdi_mineral_room *r)
 {
     double room = HUGE_VAL;
@@ -749,8 +734,8 @@ static double pdi_mineral_least_room(const pdi_mineral_room *r)
     return room;
 }
 
-/* Minerals that meet their room grow together: each has the same share of what it would grow without that. Those that
- * leave pores too narrow for others go on without them. 0: not found. */
+/* Minerals that share the free volume grow by the same share of their free growth. Those with a lower porosity go on
+ * without the others. 0: not found. */
 static int pdi_mineral_divide(pdi_mineral_room *r)
 {
     double room;

@@ -4,17 +4,15 @@
 #include <stdio.h>
 #include <string.h>
 
-/* [byte] of a term of the text with its end */
-#define PDI_REACTION_TERM 48
-/* Sums of stoichiometric numbers that differ by less are the same. */
-#define PDI_REACTION_SAME 1e-9
-/* Largest stoichiometric number, and exponent of a unit. */
-#define PDI_REACTION_LARGEST 99.0
-#define PDI_REACTION_LITRE 1e-3 /* [m3] */
+#define PDI_REACTION_TERM 48 /* [byte] of a term of the text with its end */
+#define PDI_REACTION_SAME 1e-9 /* sums of stoichiometric numbers that differ by less are equal */
+#define PDI_REACTION_LARGEST 99.0 /* largest stoichiometric number, and exponent of a unit */
+#define PDI_REACTION_LITRE 1e-3 /* [m3] one litre */
 
+/* 1: white space. */
 static int pdi_reaction_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-/* A number of digits and a point at *at, which moves behind it; -1: none. */
+/* Parses an unsigned decimal number at *at, which moves behind it; -1: none. */
 static double pdi_reaction_number(const char **at)
 {
     double value = 0.0, place = 0.0;
@@ -30,7 +28,8 @@ static double pdi_reaction_number(const char **at)
     return *at == from ? -1.0 : place > 0.0 ? value / place : value;
 }
 
-/* A unit of mol, mmol, L, m and s with whole exponents: its size in mol, m, s and its exponents. 0: it is none. */
+/* Parses a unit of mol, mmol, L, m and s with whole exponents: *scale, its size in mol, m, s, and its exponents. 0:
+ * invalid. */
 static int pdi_reaction_unit(const char *at, double *scale, double exponent[3])
 {
     int divide = 0, factors = 0;
@@ -80,7 +79,7 @@ static int pdi_reaction_unit(const char *at, double *scale, double exponent[3])
     return 1;
 }
 
-/* "mol2/L2/s" of a power of the concentration, and a rate or not. */
+/* Formats the expected unit such as "mol2/L2/s": power `order` of a concentration, per second with rate 1. */
 static void pdi_reaction_expected(double order, double rate, char *text, size_t size)
 {
     const char *end = rate > 0.0 ? "/s" : "";
@@ -90,7 +89,7 @@ static void pdi_reaction_expected(double order, double rate, char *text, size_t 
     else snprintf(text, size, order > 0.0 ? "mol%g/L%g%s" : "L%g/mol%g%s", n, n, end);
 }
 
-/* *scale of a unit that has to be (mol/L)^order, per second with rate 1. */
+/* Checks that a unit is (mol/L)^order, per second with rate 1; *scale: its size in SI units. */
 static pd_status pdi_reaction_fits(pd_ctx *ctx, const char *name, const char *what, const char *unit, double order,
                                    double rate, double *scale)
 {
@@ -107,7 +106,7 @@ static pd_status pdi_reaction_fits(pd_ctx *ctx, const char *name, const char *wh
                     expected, rate > 0.0 ? "" : ", or log10_K without unit");
 }
 
-/* One term "2 OH-" of side -1 or 1. */
+/* Parses one term "2 OH-" on the left (side -1) or right (1) of a reaction. */
 static pd_status pdi_reaction_term(pd_ctx *ctx, const char *term, double side, const pd_species *species, int count,
                                    pd_reaction *r)
 {
@@ -133,7 +132,7 @@ static pd_status pdi_reaction_term(pd_ctx *ctx, const char *term, double side, c
                     "one of %s", r->name, at, known);
 }
 
-/* Both sides of a reaction, or with side 1 a sum alone. */
+/* Parses both sides of a reaction from side -1 on, or with side 1 a sum alone. */
 static pd_status pdi_reaction_terms(pd_ctx *ctx, const char *text, const pd_species *species, int count, double side,
                                     pd_reaction *r)
 {
@@ -164,7 +163,7 @@ static pd_status pdi_reaction_terms(pd_ctx *ctx, const char *text, const pd_spec
     return PD_OK;
 }
 
-/* Elements and charge of both sides. */
+/* Checks that every element and the charge balance (eq. 5b.1). */
 static pd_status pdi_reaction_balance(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *r)
 {
     for (int i = 0; i < count; i++) {
@@ -194,6 +193,7 @@ static pd_status pdi_reaction_balance(pd_ctx *ctx, const pd_species *species, in
                     right);
 }
 
+/* Sets K and rate constants from desc, after a check of their units; kb = kf/K where one is missing (eq. 5b.3). */
 static pd_status pdi_reaction_constants(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
                                         pd_reaction *r)
 {
@@ -240,6 +240,7 @@ static pd_status pdi_reaction_constants(pd_ctx *ctx, const pd_reaction_desc *des
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "a rate of '%s' overflows with its K", r->name);
 }
 
+/* Inner part of the reading. The caller clears r after an error. */
 static pd_status pdi_reaction_fill(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
                                    pd_reaction *r)
 {

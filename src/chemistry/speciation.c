@@ -3,34 +3,22 @@
 #include <math.h>
 #include <string.h>
 
-/* Most iterations of Newton between two changes of the minerals. */
-#define PDI_SPECIATION_ROUNDS 600
-/* Most changes of the minerals. */
-#define PDI_SPECIATION_CHANGES 100
-/* A combination of stoichiometric numbers below this is zero. */
-#define PDI_SPECIATION_ZERO 1e-9
-/* |ln(IAP/K)| from where one more step of Newton reaches rounding. */
-#define PDI_SPECIATION_NEAR 1e-7
-/* A mineral precipitates above this ln(IAP/K). */
-#define PDI_SPECIATION_ABOVE 1e-10
-/* Share of a concentration that a reaction takes of it to make what is absent. */
-#define PDI_SPECIATION_SEED 1e-3
-/* [mol/m3] that a reaction of water alone makes at the start. */
-#define PDI_SPECIATION_WATER 1e-4
-/* Least share of a concentration that a step leaves. */
-#define PDI_SPECIATION_LEFT 0.05
-/* Most share of a concentration that one reaction may take in a step. */
-#define PDI_SPECIATION_TAKE 0.9
-/* A formed species above this many times one that forms it becomes one of those. */
-#define PDI_SPECIATION_SWAP 2.0
-/* Most halvings of a step. */
-#define PDI_SPECIATION_HALVINGS 60
-/* Of a bounded step, before Newton's own is taken. */
-#define PDI_SPECIATION_TRIES 6
-/* Share of a whole step by which the reactions have to come nearer. */
-#define PDI_SPECIATION_NEARER 0.1
-#define PDI_SPECIATION_MOLAR 1e3 /* [mol/m3] in mol/L */
+#define PDI_SPECIATION_ROUNDS 600 /* most Newton steps for one set of present minerals */
+#define PDI_SPECIATION_CHANGES 100 /* most changes of that set */
+#define PDI_SPECIATION_ZERO 1e-9 /* a combination of stoichiometric numbers below this is zero */
+#define PDI_SPECIATION_NEAR 1e-7 /* |ln(IAP/K)| from where one more Newton step reaches rounding */
+#define PDI_SPECIATION_ABOVE 1e-10 /* ln(IAP/K) above which a mineral precipitates */
+#define PDI_SPECIATION_SEED 1e-3 /* part of the reactants that a reaction uses at the start to make absent species */
+#define PDI_SPECIATION_WATER 1e-4 /* [mol/m3] extent at the start of a reaction of water alone */
+#define PDI_SPECIATION_LEFT 0.05 /* least part of a concentration that a step leaves */
+#define PDI_SPECIATION_TAKE 0.9 /* most of a concentration that one reaction takes in a step */
+#define PDI_SPECIATION_SWAP 2.0 /* a formed species above this many times a basis species replaces it */
+#define PDI_SPECIATION_HALVINGS 60 /* most halvings of a step */
+#define PDI_SPECIATION_TRIES 6 /* most halvings of a bounded step, before the Newton step is tried */
+#define PDI_SPECIATION_NEARER 0.1 /* part of a full step by which the residual has to fall */
+#define PDI_SPECIATION_MOLAR 1e3 /* [mol/m3] one mol/L */
 
+/* State of a species in the active set. */
 typedef enum pdi_speciation_state {
     PDI_SPECIATION_OUT = 0, /* zero, and nothing makes it */
     PDI_SPECIATION_ABSENT,  /* a mineral that is not there */
@@ -38,7 +26,7 @@ typedef enum pdi_speciation_state {
     PDI_SPECIATION_HELD     /* activity 1: water, a mineral that is there */
 } pdi_speciation_state;
 
-/* Reduced reactions: each makes one species, its pivot, of others that are no pivots. */
+/* Solver state: reduced reactions, each of which makes one species, its pivot, of others that are no pivots. */
 typedef struct pdi_speciation_work {
     const pd_speciation *s;
     double n[PD_SPECIES_MOST]; /* [mol/m3] */
@@ -49,6 +37,7 @@ typedef struct pdi_speciation_work {
     int rows;
 } pdi_speciation_work;
 
+/* Ionic strength [mol/m3]. */
 static double pdi_speciation_strength(const pdi_speciation_work *w)
 {
     double sum = 0.0;
@@ -57,12 +46,13 @@ static double pdi_speciation_strength(const pdi_speciation_work *w)
     return sum;
 }
 
-/* ln of the activity of a solute: x + z^2 davies. */
+/* ln of the activity of species i: x + z^2 davies of a solute, 0 of others. */
 static double pdi_speciation_ln(const pdi_speciation_work *w, int i, double davies)
 {
     return w->state[i] == PDI_SPECIATION_FREE ? w->x[i] + davies * w->s->charge[i] * w->s->charge[i] : 0.0;
 }
 
+/* Residual ln(IAP/K) of reduced reaction r (eq. 5b.7). */
 static double pdi_speciation_off(const pdi_speciation_work *w, int r, double davies)
 {
     double sum = -w->ln_k[r];
@@ -71,7 +61,7 @@ static double pdi_speciation_off(const pdi_speciation_work *w, int r, double dav
     return sum;
 }
 
-/* Gauss and Jordan: column i becomes a pivot, where it can. */
+/* Gauss-Jordan step: species i becomes a pivot, where it can. */
 static void pdi_speciation_eliminate(pdi_speciation_work *w, int i)
 {
     int best = -1;
@@ -99,7 +89,7 @@ static void pdi_speciation_eliminate(pdi_speciation_work *w, int i)
     }
 }
 
-/* Reduce: first what is out, then absent minerals, then solutes from the rarest. */
+/* Chooses the pivots: impossible species first, then absent minerals, then solutes from the rarest on. */
 static void pdi_speciation_reduce(pdi_speciation_work *w)
 {
     int order[PD_SPECIES_MOST], count = 0;
@@ -121,42 +111,43 @@ static void pdi_speciation_reduce(pdi_speciation_work *w)
     for (int k = 0; k < count; k++) pdi_speciation_eliminate(w, order[k]);
 }
 
-/* 1: row r is a reaction among solutes. */
+/* 1: reduced reaction r makes a solute. */
 static int pdi_speciation_runs(const pdi_speciation_work *w, int r)
 {
     return w->pivot[r] >= 0 && w->state[w->pivot[r]] == PDI_SPECIATION_FREE;
 }
 
-/* Extents xi [mol/m3] of row r added to all species. */
+/* Adds the extent xi [mol/m3] of a reaction with the numbers nu to the amounts. */
 static void pdi_speciation_run(pdi_speciation_work *w, const double *nu, double xi)
 {
     for (int i = 0; i < w->s->species; i++) w->n[i] += nu[i] * xi;
 }
 
-/* Small extents until every species that can be made is there. */
+/* Adds small extents until every solute that reactions can make is present. */
 static void pdi_speciation_seed(pdi_speciation_work *w)
 {
     for (int again = 1; again;) {
         again = 0;
         for (int r = 0; r < w->s->reactions; r++) {
-            for (double way = -1.0; way < 2.0; way += 2.0) {
+            for (double sign = -1.0; sign < 2.0; sign += 2.0) {
                 double most = HUGE_VAL;
                 int makes = 0;
                 for (int i = 0; i < w->s->species; i++) {
-                    double nu = way * w->s->nu[r][i];
+                    double nu = sign * w->s->nu[r][i];
                     if (w->s->phase[i] == PD_PHASE_SOLVENT) continue;
                     if (nu < 0.0) most = pdi_min(most, w->n[i] / -nu);
                     if (nu > 0.0 && !(w->n[i] > 0.0) && w->s->phase[i] == PD_PHASE_SOLUTE) makes = 1;
                 }
                 if (!makes || !(most > 0.0)) continue;
                 double xi = most < HUGE_VAL ? PDI_SPECIATION_SEED * most : PDI_SPECIATION_WATER;
-                pdi_speciation_run(w, w->s->nu[r], way * xi);
+                pdi_speciation_run(w, w->s->nu[r], sign * xi);
                 again = again || xi > DBL_MIN;
             }
         }
     }
 }
 
+/* Sets the state of every species from its amount. */
 static void pdi_speciation_begin(pdi_speciation_work *w)
 {
     for (int i = 0; i < w->s->species; i++) {
@@ -168,7 +159,7 @@ static void pdi_speciation_begin(pdi_speciation_work *w)
     }
 }
 
-/* Solve a x = b of `rows` equations, pivoted; x in b. 0: singular. */
+/* Solves a x = b of `rows` equations by pivoted elimination; x in b. 0: singular. */
 static int pdi_speciation_linear(int rows, double a[PD_REACTION_MOST][PD_REACTION_MOST], double *b)
 {
     for (int c = 0; c < rows; c++) {
@@ -197,7 +188,8 @@ static int pdi_speciation_linear(int rows, double a[PD_REACTION_MOST][PD_REACTIO
     return 1;
 }
 
-/* Changes dy of the logarithms of the pivots by Newton. `list` are the rows that run. 0: there is none. */
+/* dy [rows] = Newton step for the logarithms of the pivots of the reactions in `list` (eq. 5b.7), with the rank-one
+ * term of Davies' equation. slope: its derivative. 0: singular. */
 static int pdi_speciation_newton(const pdi_speciation_work *w, const int *list, int rows, const double *off,
                                  double slope, double *dy)
 {
@@ -225,7 +217,7 @@ static int pdi_speciation_newton(const pdi_speciation_work *w, const int *list, 
     return 1;
 }
 
-/* No reaction takes more than there is. */
+/* Shortens dy so that no reaction takes more of a solute than there is. */
 static void pdi_speciation_bound(const pdi_speciation_work *w, const int *list, int rows, double *dy)
 {
     for (int r = 0; r < rows; r++) {
@@ -238,7 +230,7 @@ static void pdi_speciation_bound(const pdi_speciation_work *w, const int *list, 
     }
 }
 
-/* *w moved by t dy. 0: a solute would fall too far. */
+/* Moves *w by t dy. 0: a solute would fall too far. */
 static int pdi_speciation_move(pdi_speciation_work *w, const int *list, int rows, const double *dy, double t)
 {
     double start[PD_SPECIES_MOST];
@@ -262,6 +254,7 @@ static int pdi_speciation_move(pdi_speciation_work *w, const int *list, int rows
     return 1;
 }
 
+/* Residuals off [rows] of the reactions in `list`; returns the largest. */
 static double pdi_speciation_worst(const pdi_speciation_work *w, const int *list, int rows, double *off)
 {
     double slope, worst = 0.0;
@@ -273,7 +266,7 @@ static double pdi_speciation_worst(const pdi_speciation_work *w, const int *list
     return worst;
 }
 
-/* 1: a pivot is larger than what forms it. */
+/* 1: a pivot is larger than a basis species that forms it: the pivots have to be chosen anew. */
 static int pdi_speciation_large(const pdi_speciation_work *w)
 {
     for (int r = 0; r < w->rows; r++) {
@@ -286,7 +279,8 @@ static int pdi_speciation_large(const pdi_speciation_work *w)
     return 0;
 }
 
-/* A step along dy, halved until the free energy falls along it or the reactions come nearer. 0: none does. */
+/* Line search along dy, until the free energy falls along it or the residual falls. 0: neither does, *w is
+ * unchanged. */
 static int pdi_speciation_search(pdi_speciation_work *w, const int *list, int rows, const double *dy,
                                  const double *off, double worst, int halvings)
 {
@@ -308,7 +302,7 @@ static int pdi_speciation_search(pdi_speciation_work *w, const int *list, int ro
     return 0;
 }
 
-/* Equilibrium of the solutes with the minerals that are there, whose amounts may become negative. */
+/* Newton iterations for the solutes with the present minerals, whose amounts may become negative. */
 static pd_status pdi_speciation_face(pdi_speciation_work *w, int *iterations)
 {
     int list[PD_REACTION_MOST];
@@ -339,39 +333,41 @@ static pd_status pdi_speciation_face(pdi_speciation_work *w, int *iterations)
     return PD_NOT_CONVERGED;
 }
 
+/* Mineral i becomes absent. */
 static void pdi_speciation_remove(pdi_speciation_work *w, int i)
 {
     w->n[i] = 0.0;
     w->state[i] = PDI_SPECIATION_ABSENT;
 }
 
-/* Minerals that stand in each other's way, where all are saturated at any composition: the less stable one turns into
- * the others as far as it can. 1: one is gone. -1: nothing ends it. */
+/* Minerals that cannot be present together at any composition: the less stable one converts into the others as far as
+ * it can. 1: one is gone; -1: nothing ends it; 0: there are none. */
 static int pdi_speciation_convert(pdi_speciation_work *w)
 {
     for (int r = 0; r < w->rows; r++) {
         int first = -1;
-        double most = HUGE_VAL, way = w->ln_k[r] < 0.0 ? -1.0 : 1.0;
+        double most = HUGE_VAL, sign = w->ln_k[r] < 0.0 ? -1.0 : 1.0;
         if (w->pivot[r] >= 0) continue;
         for (int i = 0; i < w->s->species; i++)
-            if (w->s->phase[i] == PD_PHASE_SOLID && way * w->row[r][i] < 0.0 && w->n[i] / (-way * w->row[r][i]) <
+            if (w->s->phase[i] == PD_PHASE_SOLID && sign * w->row[r][i] < 0.0 && w->n[i] / (-sign * w->row[r][i]) <
             most) {
                 first = i;
-                most = w->n[i] / (-way * w->row[r][i]);
+                most = w->n[i] / (-sign * w->row[r][i]);
             }
         if (first < 0) {
             for (int i = 0; i < w->s->species; i++)
                 if (w->row[r][i] != 0.0) return -1;
             continue; /* the sum of others */
         }
-        pdi_speciation_run(w, w->row[r], way * most);
+        pdi_speciation_run(w, w->row[r], sign * most);
         pdi_speciation_remove(w, first);
         return 1;
     }
     return 0;
 }
 
-/* The mineral that runs out first on the way from n0, where there is one: *w stands at its end then. -1: none. */
+/* Finds the mineral that is used up first on the way from n0 to the present amounts, and goes back to that point. -1:
+ * none. */
 static int pdi_speciation_shrink(pdi_speciation_work *w, const double *n0)
 {
     int first = -1;
@@ -393,7 +389,7 @@ static int pdi_speciation_shrink(pdi_speciation_work *w, const double *n0)
     return first;
 }
 
-/* Activities; the absent mineral that is most above its saturation, but not `spared`; -1: none. */
+/* Activities of the result; returns the most supersaturated absent mineral other than `spared`, -1: none. */
 static int pdi_speciation_judge(pdi_speciation_work *w, int spared, pd_speciation_result *result)
 {
     double slope, most = PDI_SPECIATION_ABOVE;
@@ -459,6 +455,7 @@ pd_status pd_speciation_solve(const pd_speciation *s, double *c, pd_speciation_r
     return PD_NOT_CONVERGED;
 }
 
+/* Inner part of the build. The caller clears s after an error. */
 static pd_status pdi_speciation_fill(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
                                      int reaction_count, pd_speciation *s)
 {

@@ -3,12 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-/* Most parentheses inside each other. */
-#define PDI_SPECIES_DEPTH 4
-/* Largest number in a formula. */
-#define PDI_SPECIES_NUMBER 999
-/* Largest charge. */
-#define PDI_SPECIES_CHARGE 20
+#define PDI_SPECIES_DEPTH 4 /* most nested parentheses */
+#define PDI_SPECIES_NUMBER 999 /* largest number in a formula */
+#define PDI_SPECIES_CHARGE 20 /* largest charge */
 
 /* Symbols by atomic number, two bytes each. */
 static const char pdi_species_symbols[] =
@@ -33,7 +30,7 @@ PDI_FN int pdi_species_atoms(const pd_species *s, int element)
     return 0;
 }
 
-/* The atomic number of the symbol at `at`, its length in *size; 0: there is none. */
+/* Parses a chemical symbol at `at`; returns its atomic number and its length in *size, or 0. */
 static int pdi_species_element(const char *at, const char *end, int *size)
 {
     char second = at + 1 < end && pdi_species_lower(at[1]) ? at[1] : ' ';
@@ -44,7 +41,7 @@ static int pdi_species_element(const char *at, const char *end, int *size)
     return 0;
 }
 
-/* A number, 1 where none stands; 0: it is too large or zero. */
+/* Parses a count, 1 where none is given; 0: too large or zero. */
 static int pdi_species_number(const char **at, const char *end)
 {
     int value = 0;
@@ -54,6 +51,7 @@ static int pdi_species_number(const char **at, const char *end)
     return value <= PDI_SPECIES_NUMBER ? value : 0;
 }
 
+/* Adds `count` atoms of an element. 0: no room, or too many. */
 static int pdi_species_add(pd_species *s, int element, int count)
 {
     int k = 0;
@@ -65,7 +63,8 @@ static int pdi_species_add(pd_species *s, int element, int count)
     return s->count[k] <= PDI_SPECIES_NUMBER * PDI_SPECIES_NUMBER;
 }
 
-/* Atoms of the text from `at` to `end`, times `factor`. 0: it is no formula. */
+/* Parses a formula without charge from `at` to `end`, recursively through parentheses, and adds its atoms times
+ * `factor`. 0: invalid. */
 static int pdi_species_group(pd_species *s, const char *at, const char *end, int factor, int depth)
 {
     if (at == end || depth > PDI_SPECIES_DEPTH || factor > PDI_SPECIES_NUMBER) return 0;
@@ -91,7 +90,7 @@ static int pdi_species_group(pd_species *s, const char *at, const char *end, int
     return 1;
 }
 
-/* A formula with water of crystallisation behind ':'. */
+/* Parses a formula with water of crystallisation behind ':'. 0: invalid. */
 static int pdi_species_formula(pd_species *s, const char *at, const char *end)
 {
     s->elements = 0;
@@ -106,7 +105,7 @@ static int pdi_species_formula(pd_species *s, const char *at, const char *end)
     return 1;
 }
 
-/* The charge at the end of a name; *end moves before it. 0: it cannot be read. */
+/* Parses the charge at the end of a name; *end moves before it. 0: invalid. */
 static int pdi_species_charge(const char *begin, const char **end, int *charge)
 {
     const char *at = *end, *digits = at;
@@ -147,6 +146,7 @@ static int pdi_species_charge(const char *begin, const char **end, int *charge)
     return value > 0 && value <= PDI_SPECIES_CHARGE;
 }
 
+/* 1: the name ends in `with`; *end moves before it. */
 static int pdi_species_ends(const char *begin, const char **end, const char *with)
 {
     size_t size = strlen(with);
@@ -155,6 +155,7 @@ static int pdi_species_ends(const char *begin, const char **end, const char *wit
     return 1;
 }
 
+/* 1: both have the same atoms. */
 static int pdi_species_same(const pd_species *a, const pd_species *b)
 {
     if (a->elements != b->elements) return 0;
@@ -163,6 +164,7 @@ static int pdi_species_same(const pd_species *a, const pd_species *b)
     return 1;
 }
 
+/* Inner part of the reading. The caller clears s after an error. */
 static pd_status pdi_species_fill(pd_ctx *ctx, const pd_species_desc *desc, pd_species *s)
 {
     pd_species given;
