@@ -14,7 +14,7 @@
 #define PDI_COMPONENTS_SWAP 2.0 /* [-] a formed species above this many times a basis species replaces it */
 #define PDI_COMPONENTS_LONGEST 700.0 /* largest change of a logarithm in a step */
 #define PDI_COMPONENTS_STRENGTH 1e-15 /* [-] relative change of the ionic strength at which its iteration ends */
-#define PDI_COMPONENTS_STRENGTHS 40 /* most steps of that iteration */
+#define PDI_COMPONENTS_STRENGTHS 40 /* most steps of the iteration of the ionic strength */
 #define PDI_COMPONENTS_SETTLED 1e-12 /* [-] a change below this that a step does not halve is rounding */
 #define PDI_COMPONENTS_CHARGES 10 /* charges below this have a stored activity factor */
 #define PDI_COMPONENTS_FAR 600.0 /* |ln c| above which an activity is applied to the logarithm, against overflow */
@@ -271,12 +271,13 @@ static void pdi_components_linear(int rows, int columns, pdi_components_rows a, 
         for (int k = 0; k < columns; k++) b[c][k] = x[c][k];
 }
 
-/* off [rows] = residuals ln(P/Q) of the mass balances (eq. 5b.9); side: P and Q. Returns the largest size; *wrong: the
- * largest difference over the sum of the terms. Totals that no concentrations have get Q next to 0. */
-static double pdi_components_off(const pdi_components_work *w, double (*side)[2], double *off, double *wrong)
+/* off [rows] = residuals ln(P/Q) of the mass balances (eq. 5b.9); side: P and Q. Returns the largest size;
+ * *relative_error: the largest difference over the sum of the terms. Totals that no concentrations have get Q next to
+ * 0. */
+static double pdi_components_off(const pdi_components_work *w, double (*side)[2], double *off, double *relative_error)
 {
     double worst = 0.0;
-    *wrong = 0.0;
+    *relative_error = 0.0;
     for (int r = 0; r < w->rows; r++) {
         double plus = 0.0, minus = 0.0, terms = w->terms[r];
         for (int n = 0; n < w->live; n++) {
@@ -290,7 +291,7 @@ static double pdi_components_off(const pdi_components_work *w, double (*side)[2]
         plus = pdi_max(plus, DBL_MIN);
         off[r] = log(plus / minus);
         worst = pdi_max(worst, fabs(off[r]));
-        *wrong = pdi_max(*wrong, fabs(plus - minus) / (terms + plus + minus));
+        *relative_error = pdi_max(*relative_error, fabs(plus - minus) / (terms + plus + minus));
         side[r][0] = plus;
         side[r][1] = minus;
     }
@@ -320,27 +321,27 @@ static void pdi_components_newton(const pdi_components_work *w, double (*side)[2
 /* Newton iterations for the members of the given totals, with line search. 0: not converged. */
 static int pdi_components_find(pdi_components_work *w)
 {
-    double side[PD_SPECIES_MOST][2], off[PD_SPECIES_MOST], dy[PD_SPECIES_MOST], start[PD_SPECIES_MOST], wrong;
+    double side[PD_SPECIES_MOST][2], off[PD_SPECIES_MOST], dy[PD_SPECIES_MOST], start[PD_SPECIES_MOST], relative_error;
     pdi_components_reduce(w);
     pdi_components_members(w);
-    double worst = pdi_components_off(w, side, off, &wrong);
+    double worst = pdi_components_off(w, side, off, &relative_error);
     for (int step = 0; step < PDI_COMPONENTS_STEPS; step++) {
-        if (!(wrong > PDI_COMPONENTS_ROUND * DBL_EPSILON)) return 1;
+        if (!(relative_error > PDI_COMPONENTS_ROUND * DBL_EPSILON)) return 1;
         if (pdi_components_stale(w)) {
             pdi_components_reduce(w);
             pdi_components_members(w);
-            worst = pdi_components_off(w, side, off, &wrong);
+            worst = pdi_components_off(w, side, off, &relative_error);
         }
-        double before = worst, had = wrong, share = 1.0;
+        double before = worst, had = relative_error, share = 1.0;
         pdi_components_newton(w, side, off, dy);
         memcpy(start, w->y, sizeof start);
         for (int halving = 0; halving <= PDI_COMPONENTS_HALVINGS; halving++, share *= 0.5) {
             for (int r = 0; r < w->rows; r++) w->y[r] = start[r] + share * dy[r];
             pdi_components_members(w);
-            worst = pdi_components_off(w, side, off, &wrong);
+            worst = pdi_components_off(w, side, off, &relative_error);
             if (worst < before) break;
         }
-        if (!(worst < before)) return wrong < PDI_COMPONENTS_NEAR || had < PDI_COMPONENTS_NEAR;
+        if (!(worst < before)) return relative_error < PDI_COMPONENTS_NEAR || had < PDI_COMPONENTS_NEAR;
     }
     return 0;
 }
@@ -427,7 +428,7 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
     return PD_OK;
 }
 
-PDI_FN void pdi_components_slopes(const pd_components *s, const double *c, double *by)
+PDI_FN void pdi_components_slopes(const pd_components *s, const double *c, double *derivatives)
 {
     pdi_components_work w;
     pdi_components_rows a, b, weight;
@@ -455,47 +456,47 @@ PDI_FN void pdi_components_slopes(const pd_components *s, const double *c, doubl
         for (int k = 0; k < columns; k++) {
             double sum = k < s->joined ? 0.0 : each[n] * w.c[n];
             for (int r = 0; r < w.rows; r++) sum += weight[r][n] * b[r][k];
-            by[n * columns + k] = sum;
+            derivatives[n * columns + k] = sum;
         }
 }
 
-PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float *by)
+PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float *derivatives)
 {
     double exact[PD_COMPONENTS_SLOPES];
     int count = s->live * pdi_components_columns(s);
     pdi_components_slopes(s, c, exact);
-    for (int k = 0; k < count; k++) by[k] = (float)exact[k];
+    for (int k = 0; k < count; k++) derivatives[k] = (float)exact[k];
 }
 
-PDI_FN void pdi_components_follow(const pd_components *s, const float *by, const double *total, double *c)
+PDI_FN void pdi_components_follow(const pd_components *s, const float *derivatives, const double *total, double *c)
 {
     int columns = pdi_components_columns(s);
     double others = columns > s->joined ? pdi_components_others(s, total) : 0.0;
     for (int n = 0; n < s->live; n++) {
-        double sum = columns > s->joined ? (double)by[s->joined] * others : 0.0;
-        for (int k = 0; k < s->joined; k++) sum += (double)by[k] * total[k];
+        double sum = columns > s->joined ? (double)derivatives[s->joined] * others : 0.0;
+        for (int k = 0; k < s->joined; k++) sum += (double)derivatives[k] * total[k];
         c[s->member[n]] = sum;
-        by += columns;
+        derivatives += columns;
     }
     for (int k = s->joined; k < s->count; k++) c[s->master[k]] = total[k];
 }
 
-/* c^n; *by: its derivative. */
-static double pdi_components_power(double c, double n, double *by)
+/* c^n; *derivative: that by c. */
+static double pdi_components_power(double c, double n, double *derivative)
 {
     if (n == 1.0) {
-        *by = 1.0;
+        *derivative = 1.0;
         return c;
     }
-    *by = n * pow(c, n - 1.0);
+    *derivative = n * pow(c, n - 1.0);
     return pow(c, n);
 }
 
-PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kinetic, const double *c, double *by,
-                                   double *size)
+PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kinetic, const double *c,
+                                   double *derivatives, double *gross_rate)
 {
-    double product[2], constant[2], power[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], bends;
-    double davies = pdi_components_davies(s, c, &bends);
+    double product[2], constant[2], power[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], davies_slope;
+    double davies = pdi_components_davies(s, c, &davies_slope);
     constant[0] = kinetic->forward;
     constant[1] = kinetic->backward;
     for (int way = 0; way < 2 && s->debye > 0.0; way++) constant[way] *= exp(kinetic->salt[way] * davies);
@@ -505,17 +506,17 @@ PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kin
         power[i] = pdi_components_power(c[i], fabs(kinetic->nu[i]), &slope[i]);
         product[kinetic->nu[i] > 0.0] *= power[i];
     }
-    for (int i = 0; i < s->solutes && by; i++) {
+    for (int i = 0; i < s->solutes && derivatives; i++) {
         int way = kinetic->nu[i] > 0.0;
-        by[i] = 0.5 * pdi_components_square(s->charge[i]) * bends *
+        derivatives[i] = 0.5 * pdi_components_square(s->charge[i]) * davies_slope *
                 (kinetic->salt[0] * product[0] - kinetic->salt[1] * product[1]);
         if (kinetic->nu[i] == 0.0) continue;
         double rest = (way ? -constant[1] : constant[0]) * slope[i];
         for (int j = 0; j < s->solutes; j++)
             if (j != i && kinetic->nu[j] != 0.0 && (kinetic->nu[j] > 0.0) == way) rest *= power[j];
-        by[i] += rest;
+        derivatives[i] += rest;
     }
-    if (size) *size = fabs(product[0]) + fabs(product[1]);
+    if (gross_rate) *gross_rate = fabs(product[0]) + fabs(product[1]);
     return product[0] - product[1];
 }
 

@@ -49,23 +49,25 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
 PDI_FN pd_status pdi_components_solve(const pd_components *components, const double *total, double *c);
 /* Totals of the components T_k = sum_i m_ki c_i, total [count] [mol/m3], of concentrations c [solutes] (eq. 5b.8). */
 PDI_FN void pdi_components_totals(const pd_components *components, const double *c, double *total);
-/* Derivatives dc/dT of the members by the joined totals in equilibrium (eq. 5b.10), single precision: by [live][joined
- * + 1 with activities] [-]; the last column is by the ionic strength of all other solutes. */
-PDI_FN void pdi_components_derive(const pd_components *components, const double *c, float *by);
-/* Derivatives dc/dT of the members by the joined totals in equilibrium (eq. 5b.10): by [live][joined + 1 with
- * activities] [-]; the last column is by the ionic strength of all other solutes. */
-PDI_FN void pdi_components_slopes(const pd_components *components, const double *c, double *by);
-/* Change of concentrations c [solutes] for a change `total` [count] of the totals, with the derivatives `by`. */
-PDI_FN void pdi_components_follow(const pd_components *components, const float *by, const double *total, double *c);
+/* Derivatives dc/dT of the members by the joined totals in equilibrium (eq. 5b.10), single precision: [live][joined + 1
+ * with activities] [-]; the last column is by the ionic strength of all other solutes. */
+PDI_FN void pdi_components_derive(const pd_components *components, const double *c, float *derivatives);
+/* Derivatives dc/dT of the members by the joined totals in equilibrium (eq. 5b.10): [live][joined + 1 with activities]
+ * [-]; the last column is by the ionic strength of all other solutes. */
+PDI_FN void pdi_components_slopes(const pd_components *components, const double *c, double *derivatives);
+/* Change of concentrations c [solutes] [mol/m3] for a change `total` [count] of the totals, by
+ * pdi_components_derive. */
+PDI_FN void pdi_components_follow(const pd_components *components, const float *derivatives, const double *total,
+                                  double *c);
 /* Number of columns of the derivatives: joined components, and one for the ionic strength when activities are on. */
 static inline int pdi_components_columns(const pd_components *components)
 {
     return components->joined + (components->debye > 0.0);
 }
-/* Rate [mol/m3/s] of a kinetic reaction by mass action with activities (eq. 5b.3). NULL allowed: by [solutes], its
- * derivatives [1/s]; *size, forward plus backward rate. */
+/* Rate [mol/m3/s] of a kinetic reaction by mass action with activities (eq. 5b.3). NULL allowed: derivatives [solutes]
+ * [1/s] by c; *gross_rate, forward plus backward rate. */
 PDI_FN double pdi_components_speed(const pd_components *components, const pd_kinetic *kinetic, const double *c,
-                                   double *by, double *size);
+                                   double *derivatives, double *gross_rate);
 /* c [PD_SPECIES_MOST] [mol/m3] = pure solvent: its own dissociation, kinetic reactions included, is in equilibrium.
  * PD_NOT_CONVERGED: c is 0. */
 PDI_FN pd_status pdi_components_water(const pd_components *components, double *c);

@@ -9,7 +9,7 @@
 #define PDI_MINERAL_LOST (-1e3) /* ln Omega - law where totals have no concentrations */
 #define PDI_MINERAL_ROUNDS 200 /* most sweeps over all minerals */
 #define PDI_MINERAL_SOLVES 500 /* most equilibria that are solved for the minerals of a volume */
-#define PDI_MINERAL_LOOSE 1e-4 /* |ln Omega - law| accepted when these are used up */
+#define PDI_MINERAL_LOOSE 1e-4 /* |ln Omega - law| accepted when the equilibria are used up */
 #define PDI_MINERAL_REGULAR 1.0 /* |ln Omega - law| below which its derivative tells what rounding of amounts changes */
 /* [-] a volume within this of its free volume is full, and a law off by more is not met */
 #define PDI_MINERAL_FULL 1e-9
@@ -40,7 +40,7 @@ PDI_FN int pdi_mineral_rest(const pd_species *species, int count, const pd_react
     return kept;
 }
 
-/* 1: negative or not finite. */
+/* 1: a parameter is negative or not finite. */
 static int pdi_mineral_bad(double value) { return !(value >= 0.0) || !(value < 1e100); }
 
 /* Sets stoichiometry and ln K of mineral s, which dissolves by reaction r. */
@@ -93,7 +93,7 @@ static pd_status pdi_mineral_fill(pd_ctx *ctx, const pd_components *c, const pd_
 }
 
 PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
-                                    const pd_reaction *reactions, int reaction_count, const pd_mineral *of,
+                                    const pd_reaction *reactions, int reaction_count, const pd_mineral *list,
                                     int mineral_count, pd_minerals *m)
 {
     memset(m, 0, sizeof *m);
@@ -101,14 +101,14 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%d minerals, expected at most %d", mineral_count,
                         PD_MINERAL_MOST);
     for (int s = 0; s < mineral_count; s++) {
-        m->of[s] = of[s];
-        if (of[s].species < 0 || of[s].species >= count || species[of[s].species].phase != PD_PHASE_SOLID)
+        m->of[s] = list[s];
+        if (list[s].species < 0 || list[s].species >= count || species[list[s].species].phase != PD_PHASE_SOLID)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "mineral %d is species %d, which is no solid", s,
-                            of[s].species);
+                            list[s].species);
         for (int t = 0; t < s; t++)
-            if (of[t].species == of[s].species)
+            if (list[t].species == list[s].species)
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s is there twice",
-                                species[of[s].species].name);
+                                species[list[s].species].name);
     }
     m->count = mineral_count;
     return pdi_mineral_fill(ctx, c, species, count, reactions, reaction_count, m);
@@ -127,20 +127,20 @@ PDI_FN double pdi_mineral_fraction(const pd_minerals *m, const double *n)
     return pdi_min(pdi_max(pdi_mineral_volume(m, n), 0.0), 1.0);
 }
 
-PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *at)
+PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *conc)
 {
-    double sum = m->square[s] * pdi_components_activity(c, at) - m->ln_k[s], more = 0.0;
+    double sum = m->square[s] * pdi_components_activity(c, conc) - m->ln_k[s], more = 0.0;
     int lacks = 0;
     for (int i = 0; i < c->solutes; i++) {
-        double size = m->nu[s][i] != 0.0 ? m->nu[s][i] * log(pdi_max(at[i], PDI_MINERAL_LEAST)) : 0.0;
-        lacks |= m->nu[s][i] > 0.0 && !(at[i] > 1.01 * PDI_MINERAL_LEAST);
+        double size = m->nu[s][i] != 0.0 ? m->nu[s][i] * log(pdi_max(conc[i], PDI_MINERAL_LEAST)) : 0.0;
+        lacks |= m->nu[s][i] > 0.0 && !(conc[i] > 1.01 * PDI_MINERAL_LEAST);
         if (m->nu[s][i] < 0.0) more += size;
         else sum += size;
     }
     return sum + (lacks ? pdi_min(more, 0.0) : more); /* no acid makes a mineral of ions that are not there */
 }
 
-PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n, const double *at,
+PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n, const double *conc,
                                pd_mineral_start *start)
 {
     start->limited = 0;
@@ -151,32 +151,33 @@ PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, cons
         int free = !(of->rate > 0.0) && !(of->surface > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
         start->rate[s] = free ? HUGE_VAL : of->rate;
         start->grow[s] = of->rate > 0.0 || n[s] > 0.0 ? of->surface : 0.0;
-        if (bare && pdi_mineral_index(c, m, s, at) < of->nucleation * log(10.0)) start->rate[s] = start->grow[s] = 0.0;
+        if (bare && pdi_mineral_index(c, m, s, conc) < of->nucleation * log(10.0))
+            start->rate[s] = start->grow[s] = 0.0;
     }
 }
 
-PDI_FN int pdi_mineral_resume(pd_mineral_start *start, int s, double first, double longer, double *amount)
+PDI_FN int pdi_mineral_resume(pd_mineral_start *start, int s, double first_amount, double step_ratio, double *amount)
 {
     if (!(start->grow[s] > 0.0) || start->rate[s] + start->grow[s] * *amount > 0.0) return 0;
-    *amount = pdi_max(first, 0.0);
-    start->rate[s] *= longer;
-    start->grow[s] *= longer;
+    *amount = pdi_max(first_amount, 0.0);
+    start->rate[s] *= step_ratio;
+    start->grow[s] *= step_ratio;
     return 1;
 }
 
-/* 1: it forms or dissolves in the step. */
+/* 1: mineral s forms or dissolves in the step. */
 static int pdi_mineral_moves(const pd_mineral_start *start, int s)
 {
     return start->rate[s] > 0.0 || start->grow[s] > 0.0;
 }
 
-/* Rate times step [mol/m3] at the end amount n: what dissolves far below saturation. */
+/* Rate times step [mol/m3] of mineral s at the end amount n: what dissolves far below saturation. */
 static double pdi_mineral_reacts(const pd_mineral_start *start, int s, double n)
 {
     return (start->rate[s] + start->grow[s] * n) * start->dt;
 }
 
-/* Growth in the step [mol/m3] at Omega^p - 1 = excess, of any sign; HUGE_VAL: unbounded. */
+/* Growth of mineral s in the step [mol/m3] at Omega^p - 1 = excess, of any sign; HUGE_VAL: unbounded. */
 static double pdi_mineral_growth(const pd_mineral_start *start, int s, double excess)
 {
     double more = start->dt * start->grow[s] * excess;
@@ -218,12 +219,12 @@ PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const
     return 0;
 }
 
-PDI_FN int pdi_mineral_turned(const pd_minerals *m, const double *had, const double *has)
+PDI_FN int pdi_mineral_turned(const pd_minerals *m, const double *n_before, const double *after)
 {
-    double before = pdi_mineral_fraction(m, had), now = pdi_mineral_fraction(m, has);
+    double before = pdi_mineral_fraction(m, n_before), now = pdi_mineral_fraction(m, after);
     for (int s = 0; s < m->count; s++) {
         double full = (1.0 - m->of[s].porosity) * (1.0 - PDI_MINERAL_FULL);
-        if (had[s] > 0.0 && !(has[s] > 0.0)) return 1;
+        if (n_before[s] > 0.0 && !(after[s] > 0.0)) return 1;
         if (m->of[s].volume > 0.0 && before < full && now >= full) return 1;
     }
     return 0;
@@ -246,21 +247,21 @@ typedef struct pdi_mineral_work {
 
 /* Residual of (5b.16): ln Omega of mineral s less that of its law at amount n, `over` above that of the start. */
 static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
-                              const double *at, double n, double over)
+                              const double *conc, double n, double over)
 {
-    double rate = pdi_mineral_reacts(start, s, n), off = pdi_mineral_index(c, m, s, at);
+    double rate = pdi_mineral_reacts(start, s, n), off = pdi_mineral_index(c, m, s, conc);
     if (!(rate > 0.0) && start->grow[s] > 0.0) return over < 0.0 ? HUGE_VAL : -HUGE_VAL; /* none has no surface */
     return rate < HUGE_VAL ? off - log1p(pdi_max(over / rate, -1.0)) / m->of[s].exponent : off;
 }
 
-/* Sets the growth of mineral s. */
+/* Sets the growth of mineral s [mol/m3], and its amount. */
 static void pdi_mineral_set(pdi_mineral_work *w, int s, double grown)
 {
     w->grown[s] = grown;
     w->n[s] = pdi_max(w->base[s] + grown, 0.0);
 }
 
-/* Amount above that of the start of the step. */
+/* Amount of mineral s above that of the start of the step [mol/m3]. */
 static double pdi_mineral_over(const pdi_mineral_work *w, int s)
 {
     return w->n[s] > 0.0 ? w->grown[s] + (w->base[s] - w->start->start[s]) : -w->start->start[s];
@@ -379,15 +380,16 @@ static void pdi_mineral_one(pdi_mineral_work *w, int s)
 /* slope [components] = derivatives of ln Omega of mineral s by the totals. table: those of the concentrations
  * (dc/dT). */
 static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int s, const double *table,
-                              const double *at, double *slope)
+                              const double *conc, double *slope)
 {
     int columns = pdi_components_columns(c);
     double strength = 0.0, davies = 0.0, share[PD_SPECIES_MOST], others = 0.0;
-    for (int i = 0; i < c->solutes; i++) strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * pdi_max(at[i], 0.0);
+    for (int i = 0; i < c->solutes; i++)
+        strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * pdi_max(conc[i], 0.0);
     if (c->debye > 0.0) pdi_activity_davies(c->debye, strength, &davies);
     for (int i = 0; i < c->solutes; i++) {
         share[i] = m->square[s] * davies * 0.5 * (double)(c->charge[i] * c->charge[i]);
-        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / pdi_max(at[i], PDI_MINERAL_LEAST);
+        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / pdi_max(conc[i], PDI_MINERAL_LEAST);
     }
     for (int k = 0; k < c->count; k++) slope[k] = k < c->joined ? 0.0 : share[c->master[k]];
     for (int n = 0; n < c->live; n++) {
@@ -400,12 +402,12 @@ static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int 
 
 /* 1: mineral s would grow and has no free volume. */
 static int pdi_mineral_full(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
-                             const double *at, const double *n)
+                             const double *conc, const double *n)
 {
     double full = start->limited ? start->limit[s] : 1.0 - m->of[s].porosity;
     double found = start->limited ? n[s] : pdi_mineral_fraction(m, n);
     if (!(m->of[s].volume > 0.0) || found < full * (1.0 - PDI_MINERAL_FULL)) return 0;
-    return pdi_mineral_law(c, m, start, s, at, n[s], n[s] - start->start[s]) > PDI_MINERAL_FULL;
+    return pdi_mineral_law(c, m, start, s, conc, n[s], n[s] - start->start[s]) > PDI_MINERAL_FULL;
 }
 
 /* Gauss-Jordan elimination of `count` equations, positive definite but for rounding; solutions in b. */
@@ -435,14 +437,14 @@ static double pdi_mineral_bend(const pd_minerals *m, const pd_mineral_start *sta
 
 /* Newton matrix a [count][count] of the active minerals, W + L; slope [count]: d ln Omega/dT (theory 5b.6). */
 static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                               const double *at, const double *n, const int *active, int count,
+                               const double *conc, const double *n, const int *active, int count,
                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
 {
     double table[PD_COMPONENTS_SLOPES];
-    pdi_components_slopes(c, at, table);
+    pdi_components_slopes(c, conc, table);
     for (int p = 0; p < count; p++) {
         int s = active[p];
-        pdi_mineral_slope(c, m, s, table, at, slope[p]);
+        pdi_mineral_slope(c, m, s, table, conc, slope[p]);
         for (int q = 0; q < count; q++) {
             a[p][q] = 0.0;
             for (int k = 0; k < c->count; k++) a[p][q] += slope[p][k] * m->gain[active[q]][k];
@@ -451,56 +453,56 @@ static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, con
     }
 }
 
-/* 1: its amount changes in the step by less than rounding, so the derivative of ln Omega, unbounded where nothing is
- * dissolved, says nothing. */
+/* 1: the amount of mineral s changes in the step by less than rounding, so the derivative of ln Omega, unbounded where
+ * nothing is dissolved, says nothing. */
 static int pdi_mineral_inert(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
-                             const double *at, double n)
+                             const double *conc, double n)
 {
     double rate = pdi_mineral_reacts(start, s, n);
     if (!(rate < DBL_EPSILON * n)) return 0;
-    return rate * exp(m->of[s].exponent * pdi_mineral_index(c, m, s, at)) < DBL_EPSILON * n;
+    return rate * exp(m->of[s].exponent * pdi_mineral_index(c, m, s, conc)) < DBL_EPSILON * n;
 }
 
-/* active [return value] = minerals that are present and change. */
+/* Finds the minerals that are present and change, into active; returns their number. */
 static int pdi_mineral_active(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                              const double *at, const double *n, int *active)
+                              const double *conc, const double *n, int *active)
 {
     int count = 0;
     for (int s = 0; s < m->count; s++) {
-        int there = n[s] > 0.0 && pdi_mineral_moves(start, s) && !pdi_mineral_inert(c, m, start, s, at, n[s]);
-        if (there && !pdi_mineral_full(c, m, start, s, at, n)) active[count++] = s;
+        int there = n[s] > 0.0 && pdi_mineral_moves(start, s) && !pdi_mineral_inert(c, m, start, s, conc, n[s]);
+        if (there && !pdi_mineral_full(c, m, start, s, conc, n)) active[count++] = s;
     }
     return count;
 }
 
 PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                               const double *at, const double *n, double *by)
+                               const double *conc, const double *n, double *derivatives)
 {
     double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
-    int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, at, n, active);
-    for (int k = 0; k < m->count * c->count; k++) by[k] = 0.0;
+    int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, conc, n, active);
+    for (int k = 0; k < m->count * c->count; k++) derivatives[k] = 0.0;
     if (!count) return;
-    pdi_mineral_matrix(c, m, start, at, n, active, count, a, slope);
+    pdi_mineral_matrix(c, m, start, conc, n, active, count, a, slope);
     pdi_mineral_eliminate(count, c->count, a, slope);
     for (int p = 0; p < count; p++)
-        for (int k = 0; k < c->count; k++) by[active[p] * c->count + k] = slope[p][k];
+        for (int k = 0; k < c->count; k++) derivatives[active[p] * c->count + k] = slope[p][k];
 }
 
 PDI_FN void pdi_mineral_damp(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                             const double *at, const double *n, double *off)
+                             const double *conc, const double *n, double *change)
 {
     double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
-    int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, at, n, active);
+    int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, conc, n, active);
     if (!count) return;
-    pdi_mineral_matrix(c, m, start, at, n, active, count, a, slope);
+    pdi_mineral_matrix(c, m, start, conc, n, active, count, a, slope);
     for (int p = 0; p < count; p++) {
         int s = active[p];
-        slope[p][0] = pdi_mineral_bend(m, start, s, n[s]) * off[s];
+        slope[p][0] = pdi_mineral_bend(m, start, s, n[s]) * change[s];
     }
     pdi_mineral_eliminate(count, 1, a, slope);
-    for (int p = 0; p < count; p++) off[active[p]] = slope[p][0];
+    for (int p = 0; p < count; p++) change[active[p]] = slope[p][0];
 }
 
 /* ---- all minerals ---- */
@@ -618,7 +620,7 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
 /* Amounts by laws and bounds: Newton for all, else one by one. If several meet their free volume, the first ones have
  * it. */
 static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                                  const double *total, double *at, double *n)
+                                  const double *total, double *conc, double *n)
 {
     pdi_mineral_work w;
     double size = 0.0, off[PD_MINERAL_MOST];
@@ -628,7 +630,7 @@ static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, 
     w.failed = 0;
     w.left = PDI_MINERAL_SOLVES;
     memset(w.at, 0, sizeof w.at);
-    memcpy(w.at, at, (size_t)c->solutes * sizeof *at);
+    memcpy(w.at, conc, (size_t)c->solutes * sizeof *conc);
     memcpy(w.guess, w.at, sizeof w.guess);
     memcpy(w.total, total, (size_t)c->count * sizeof *total);
     for (int k = 0; k < c->count; k++) size = pdi_max(size, fabs(total[k]));
@@ -655,7 +657,7 @@ static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, 
         if (!(moved > PDI_MINERAL_ROUND * DBL_EPSILON * size)) break;
     }
     if (!(pdi_mineral_distance(&w, off) < (w.left > 0 ? HUGE_VAL : PDI_MINERAL_LOOSE))) return PD_NOT_CONVERGED;
-    memcpy(at, w.at, (size_t)c->solutes * sizeof *at);
+    memcpy(conc, w.at, (size_t)c->solutes * sizeof *conc);
     memcpy(n, w.n, (size_t)m->count * sizeof *n);
     return PD_OK;
 }
@@ -663,7 +665,7 @@ static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, 
 /* ---- several minerals that share the free volume ---- */
 /* 1: a mineral is out of free volume while another one changes, too: how they share it is open. */
 static int pdi_mineral_divided(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                               const double *at, const double *n)
+                               const double *conc, const double *n)
 {
     double volume = pdi_mineral_volume(m, n);
     int full = 0, moved = 0, count = 0;
@@ -671,7 +673,7 @@ static int pdi_mineral_divided(const pd_components *c, const pd_minerals *m, con
         if (!(m->of[s].volume > 0.0) || !pdi_mineral_moves(start, s)) continue;
         count++;
         moved |= fabs(n[s] - start->initial[s]) * m->of[s].volume > PDI_MINERAL_FULL * volume;
-        full |= pdi_mineral_full(c, m, start, s, at, n);
+        full |= pdi_mineral_full(c, m, start, s, conc, n);
         full |= n[s] > start->initial[s] && volume > (1.0 - m->of[s].porosity) * (1.0 + PDI_MINERAL_FULL);
     }
     return full && moved && count > 1;
@@ -708,7 +710,8 @@ static int pdi_mineral_grown(pdi_mineral_room *r, double share, double room, dou
     return found;
 }
 
-/* Finds that share for which the open minerals just fill `room`; `high`: the excess at share 1. 0: not found. */
+/* Finds the share of their free growth at which the open minerals just fill `room`; high: the excess at share 1. 0:
+ * none. */
 static int pdi_mineral_full_room(pdi_mineral_room *r, double room, double high)
 {
     double low, share = 0.0, x;
@@ -762,10 +765,10 @@ static int pdi_mineral_divide(pdi_mineral_room *r)
 }
 
 PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                                    const double *total, double *at, double *n)
+                                    const double *total, double *conc, double *n)
 {
     pdi_mineral_room r;
-    memcpy(r.at, at, (size_t)c->solutes * sizeof *at);
+    memcpy(r.at, conc, (size_t)c->solutes * sizeof *conc);
     memcpy(r.n, n, (size_t)m->count * sizeof *n);
     pd_status status = pdi_mineral_seek(c, m, start, total, r.at, r.n);
     if (status == PD_OK && pdi_mineral_divided(c, m, start, r.at, r.n)) {
@@ -773,13 +776,13 @@ PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
         r.m = m;
         r.start = *start;
         r.total = total;
-        r.guess = at;
+        r.guess = conc;
         r.amounts = n;
         memset(r.open, 0, sizeof r.open);
         if (!pdi_mineral_divide(&r)) status = PD_NOT_CONVERGED;
     }
     if (status != PD_OK) return status;
-    memcpy(at, r.at, (size_t)c->solutes * sizeof *at);
+    memcpy(conc, r.at, (size_t)c->solutes * sizeof *conc);
     memcpy(n, r.n, (size_t)m->count * sizeof *n);
     return PD_OK;
 }

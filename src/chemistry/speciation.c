@@ -4,7 +4,7 @@
 #include <string.h>
 
 #define PDI_SPECIATION_ROUNDS 600 /* most Newton steps for one set of present minerals */
-#define PDI_SPECIATION_CHANGES 100 /* most changes of that set */
+#define PDI_SPECIATION_CHANGES 100 /* most changes of the set of present minerals */
 #define PDI_SPECIATION_ZERO 1e-9 /* a combination of stoichiometric numbers below this is zero */
 #define PDI_SPECIATION_NEAR 1e-7 /* |ln(IAP/K)| from where one more Newton step reaches rounding */
 #define PDI_SPECIATION_ABOVE 1e-10 /* ln(IAP/K) above which a mineral precipitates */

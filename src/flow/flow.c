@@ -40,7 +40,7 @@ static void pdi_flow_advect(const pd_flow *flow, int32_t r, int32_t node, int od
 /* 1: row r takes the pointwise divergence (4.2c). */
 static int pdi_flow_evened(const pd_flow *flow, int32_t r) { return flow->even && flow->bonds->smooth[r]; }
 
-PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *bend,
+PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *second,
                                double *advecting)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -49,9 +49,9 @@ PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const dou
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * PD_DIM);
     (void)nt;
     pdi_par_copy(ctx, PD_DIM * total, v, advecting);
-    if (bend) pdi_sharp_velocity(ctx, &flow->sharp, v, bend, advecting);
+    if (second) pdi_sharp_velocity(ctx, &flow->sharp, v, second, advecting);
     if (flow->mirrors) pdi_inflow_twice(bonds, advecting);
-    if (flow->even && !bend) pdi_isotropic_velocity(ctx, &flow->isotropic, v, advecting);
+    if (flow->even && !second) pdi_isotropic_velocity(ctx, &flow->isotropic, v, advecting);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
         if (!pdi_flow_evened(flow, r)) pdi_flow_advect(flow, r, bonds->node[r], 0, advecting);
@@ -67,25 +67,25 @@ PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const dou
 
 /* ---- divergence beside smooth surfaces ---- */
 /* Pointwise divergence (4.2c) at row r less the sum of its bond fluxes [1/s]. */
-static double pdi_flow_more(const pd_flow *flow, const double *u, const double *advecting, int32_t r, int held)
+static double pdi_flow_more(const pd_flow *flow, const double *u, const double *advecting, int32_t r, int is_state)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[r];
     int64_t total = flow->grid->total;
-    pdi_slope_place place = {bonds, r, held ? flow->wall : NULL, flow->wall_user};
-    double more = 0.0;
-    for (int d = 0; d < PD_DIM; d++) more += pdi_isotropic_slope(&place, d, u);
+    pdi_slope_place place = {bonds, r, is_state ? flow->wall : NULL, flow->wall_user};
+    double excess = 0.0;
+    for (int d = 0; d < PD_DIM; d++) excess += pdi_isotropic_slope(&place, d, u);
     for (int k = 0; k < s->count; k++) {
         if (!pdi_bond_open(bonds, r, k)) continue;
         const double *v = advecting + node, *far = v + bonds->paths.shift[k];
-        for (int d = 0; d < PD_DIM; d++) more -= s->grad[k * PD_DIM + d] * (v[d * total] + far[d * total]);
+        for (int d = 0; d < PD_DIM; d++) excess -= s->grad[k * PD_DIM + d] * (v[d * total] + far[d * total]);
     }
-    return more;
+    return excess;
 }
 
-PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting, int held,
-                          double sign, double *rc)
+PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
+                          int is_state, double sign, double *rc)
 {
     const pd_bonds *bonds = flow->bonds;
     if (!flow->even) return;
@@ -93,7 +93,7 @@ PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
-        flow->more[r] = flow->patch[r] < 0 ? 0.0 : pdi_flow_more(flow, u, advecting, r, held);
+        flow->more[r] = flow->patch[r] < 0 ? 0.0 : pdi_flow_more(flow, u, advecting, r, is_state);
     /* nothing passes the surface of a body in the sum */
     for (int32_t r = 0; r < 2 * bonds->rows; r++) flow->leak[r] = 0.0;
     for (int32_t r = 0; r < bonds->rows; r++) {
@@ -109,7 +109,7 @@ PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *
 }
 
 PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p, const double *grad,
-                          int held, double *ru)
+                          int is_state, double *ru)
 {
     const pd_bonds *bonds = flow->bonds;
     if (!flow->even) return;
@@ -118,16 +118,16 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < flow->slopes.count; q++) {
         int32_t r = flow->slopes.row[q], node = bonds->node[r];
-        double wall[PD_DIM], miss[PD_DIM], share = flow->isotropic.bonds ? flow->isotropy : 0.0;
+        double wall[PD_DIM], pressure_part[PD_DIM], share = flow->isotropic.bonds ? flow->isotropy : 0.0;
         if (!pdi_flow_bends(flow, r)) continue;
         pdi_reconstruct_bend(&flow->slopes, r, u, wall);
-        pdi_reconstruct_miss(&flow->slopes, r, p, miss);
+        pdi_reconstruct_miss(&flow->slopes, r, p, pressure_part);
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + node;
-            double force = held ? pdi_flow_force(flow, d, node) : 0.0;
+            double force = is_state ? pdi_flow_force(flow, d, node) : 0.0;
             wall[d] += bonds->wall_lap[r] * u[at];
             if (share > 0.0) wall[d] += share * pdi_isotropic_row(&flow->isotropic, r, u + at - node);
-            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * wall[d] + miss[d];
+            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * wall[d] + pressure_part[d];
         }
     }
 }
@@ -179,10 +179,10 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
 }
 PDI_COLD_END
 
-PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v)
+PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int is_state, double *v)
 {
     pd_ghosts_vector(&flow->bonds->ghosts, v);
-    if (flow->mirrors && flow->held) pdi_ghosts_held(&flow->bonds->ghosts, held ? flow->held : NULL, v);
+    if (flow->mirrors && flow->held) pdi_ghosts_held(&flow->bonds->ghosts, is_state ? flow->held : NULL, v);
 }
 
 PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow)
@@ -460,13 +460,13 @@ static double pdi_flow_developed(const pd_flow *flow, int32_t i, int d, int up)
     return (up ? -1.0 : 1.0) * pdi_inflow_weight(flow->bonds, i, d, up) * (v[i] + v[ghost]);
 }
 
-PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, double *gross)
+PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *net_inlet, double *gross_inlet)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_grid *grid = flow->grid;
     const pd_stencil *s = bonds->stencil;
-    double taken = 0.0;
-    *pushed = *gross = 0.0;
+    double entering = 0.0;
+    *net_inlet = *gross_inlet = 0.0;
     pdi_flow_prepare(ctx, flow);
     for (int32_t i = 0; i < grid->total; i++) {
         int32_t row = bonds->row[i];
@@ -474,16 +474,16 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
         double volume = s->volume * pdi_grid_circumference(grid, i);
         for (int k = 0; k < s->count; k++)
             if (grid->kind[i + bonds->paths.shift[k]] == PD_INLET && pdi_bond_open(bonds, row, k))
-                taken -= volume * pdi_flow_bond_flux(flow, i, k);
+                entering -= volume * pdi_flow_bond_flux(flow, i, k);
         for (int side = 0; side < 2 * PD_DIM; side++) {
             int faces = side / 2 == PD_DIM - 1 && pdi_inflow_rings(bonds);
             double part = flow->mirrors && flow->developed >> side & 1 && !faces ?
                 pdi_flow_developed(flow, i, side / 2, side % 2) : pdi_flow_pushed(flow, i, side / 2, side % 2);
-            *pushed += part;
-            *gross += fabs(part);
+            *net_inlet += part;
+            *gross_inlet += fabs(part);
         }
     }
-    return taken;
+    return entering;
 }
 
 /* Lists the arrays over inlet ghosts. */
@@ -495,7 +495,7 @@ static void pdi_flow_inlet_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, flow, entry, flow->inlets, "1");
 }
 
-/* Reallocates them when their number has changed: solid behind an inlet may dissolve. */
+/* Reallocates the arrays over inlet ghosts when their number has changed: solid behind an inlet may dissolve. */
 static pd_status pdi_flow_hold(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
@@ -504,8 +504,8 @@ static pd_status pdi_flow_hold(pd_ctx *ctx, pd_flow *flow)
     return pdi_owner_renew(ctx, pdi_flow_inlet_list, flow, &flow->inlets, inlets);
 }
 
-/* Evaluates the inlet velocity at all inlet ghosts, images included. *moved: raised to the largest change [m/s]. */
-static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
+/* Evaluates the inlet velocity at all inlet ghosts, images included. *change: raised to the largest change [m/s]. */
+static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *change)
 {
     const pd_grid *grid = flow->grid;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
@@ -528,7 +528,7 @@ static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *moved)
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
                                 u[d]);
             double *value = &flow->held[d * flow->inlets + k], fresh = flip >> d & 1 ? -u[d] : u[d];
-            *moved = pdi_max(*moved, fabs(fresh - *value));
+            *change = pdi_max(*change, fabs(fresh - *value));
             *value = flow->u[(int64_t)d * grid->total + node] = fresh;
         }
     }
@@ -557,19 +557,19 @@ static void pdi_flow_wall(void *user, const double *x, double *u)
 }
 
 /* motion [PD_DIM] [1/m/s] = wall terms of row r beside moving walls (eq. 3.3), with their acceleration (eq. 4.17b). */
-static void pdi_flow_move_wall(pd_flow *flow, int32_t r, double half, pdi_flow_walls *walls, double *motion)
+static void pdi_flow_move_wall(pd_flow *flow, int32_t r, double half_step, pdi_flow_walls *walls, double *motion)
 {
     const pd_bonds *bonds = flow->bonds;
     double curved[2][PD_DIM];
     pdi_bond_wall_motion(bonds, r, pdi_flow_wall, walls, motion, NULL);
-    if (!flow->clock || !(half > 0.0)) return;
+    if (!flow->clock || !(half_step > 0.0)) return;
     for (int k = 0; k < 2; k++) {
         double unread[PD_DIM];
-        *flow->clock = flow->time + (k ? half : -half);
+        *flow->clock = flow->time + (k ? half_step : -half_step);
         pdi_bond_wall_motion(bonds, r, flow->wall, flow->wall_user, unread, curved[k]);
     }
     *flow->clock = flow->time;
-    for (int d = 0; d < PD_DIM; d++) motion[d] += (curved[1][d] - curved[0][d]) / (2.0 * half * flow->nu);
+    for (int d = 0; d < PD_DIM; d++) motion[d] += (curved[1][d] - curved[0][d]) / (2.0 * half_step * flow->nu);
 }
 
 /* ---- scales of the problem (eq. 4.5b) ---- */
@@ -619,9 +619,9 @@ PDI_FN void pdi_flow_start(pd_flow *flow)
     pdi_flow_stabilise(flow);
 }
 
-/* Updates the wall terms of all rows. *fastest: largest wall speed [m/s]; *moved: raised to the largest change
+/* Updates the wall terms of all rows. *max_speed: largest wall speed [m/s]; *change: raised to the largest change
  * [m/s]. */
-static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half, double *moved, double *fastest)
+static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half_step, double *change, double *max_speed)
 {
     const pd_bonds *bonds = flow->bonds;
     double motion[PD_DIM], largest = 0.0;
@@ -629,7 +629,7 @@ static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half, do
     walls.flow = flow;
     walls.fastest = 0.0;
     for (int32_t r = 0; r < bonds->rows && flow->wall; r++) {
-        pdi_flow_move_wall(flow, r, half, &walls, motion);
+        pdi_flow_move_wall(flow, r, half_step, &walls, motion);
         for (int d = 0; d < PD_DIM; d++) {
             double *value = &flow->wall_motion[(int64_t)d * flow->grid->total + bonds->node[r]];
             if (!(fabs(motion[d]) < 1e100)) {
@@ -641,13 +641,13 @@ static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half, do
             *value = motion[d];
         }
     }
-    *moved = pdi_max(*moved, largest);
-    *fastest = walls.fastest;
+    *change = pdi_max(*change, largest);
+    *max_speed = walls.fastest;
     return PD_OK;
 }
 
-/* Evaluates the body force at fluid nodes and metal (it may dissolve). *moved: raised to its largest change [m/s2]. */
-static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *moved)
+/* Evaluates the body force at fluid nodes and metal (it may dissolve). *change: raised to its largest change [m/s2]. */
+static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *change)
 {
     const pd_grid *grid = flow->grid;
     for (int32_t node = 0; node < grid->total && flow->body; node++) {
@@ -659,7 +659,7 @@ static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *moved)
             double *value = &flow->body[(int64_t)d * grid->total + node];
             if (!(fabs(f[d]) < 1e100))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the body force at (%g, ...) m is %g m/s2", x[0], f[d]);
-            *moved = pdi_max(*moved, fabs(f[d] - *value));
+            *change = pdi_max(*change, fabs(f[d] - *value));
             *value = f[d];
         }
     }
@@ -668,24 +668,24 @@ static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *moved)
 
 /* Sets all boundary data and the body force to those of time t. *walls: largest wall speed [m/s]; others:
  * pdi_flow_at. */
-static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double half, double *moved, double *walls)
+static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change, double *walls)
 {
     double velocity = 0.0, force = 0.0;
     flow->time = t;
     if (flow->clock) *flow->clock = t;
     PDI_TRY(pdi_flow_inlets(ctx, flow, &velocity));
-    PDI_TRY(pdi_flow_move_walls(ctx, flow, half, &velocity, walls));
+    PDI_TRY(pdi_flow_move_walls(ctx, flow, half_step, &velocity, walls));
     PDI_TRY(pdi_flow_body(ctx, flow, &force));
-    if (moved) *moved = pdi_max(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
+    if (change) *change = pdi_max(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half, double *moved)
+PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change)
 {
     double walls;
-    if (moved) *moved = 0.0;
+    if (change) *change = 0.0;
     if (!flow->clock) return PD_OK;
-    PDI_TRY(pdi_flow_data(ctx, flow, t, half, moved, &walls));
+    PDI_TRY(pdi_flow_data(ctx, flow, t, half_step, change, &walls));
     double speed = pdi_max(pdi_scales_entry(flow->grid, flow->u), walls);
     if (!(speed > flow->speed)) return PD_OK;
     flow->speed = speed; /* the problem has become a faster one */

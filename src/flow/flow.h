@@ -106,10 +106,10 @@ PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t cou
  * gradient and advecting velocity. Transport needs no more of a given flow. */
 PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow);
 /* Sets inlet velocities, wall velocities and the body force to those of time t [s]. Without a clock nothing happens.
- * half [s]: wall acceleration is the mean from t - half to t + half (eq. 4.17b); 0: none, as in steady flow. moved,
- * NULL allowed, gets [-] the largest change: of velocities over U, of forces over U^2/L. Returns an error for a
- * non-finite value. */
-PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half, double *moved);
+ * half_step [s]: wall acceleration is the mean over t +- half_step (eq. 4.17b); 0: none, as in steady flow. change,
+ * NULL allowed, gets [-] the largest change: of velocities over U, of forces over U^2/L. Fails for a non-finite
+ * value. */
+PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change);
 /* Residuals of the present state: momentum ru [PD_DIM][total] [m/s2] and continuity rc [total] [1/s], 0 outside of
  * fluid nodes (eq. 4.1, 4.2). Updates the derived fields first (pdi_flow_prepare). */
 PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
@@ -149,16 +149,16 @@ typedef struct pdi_flow_terms {
     const double *wall_motion; /* [1/m/s] of moving walls, or NULL */
 } pdi_flow_terms;
 /* advecting [PD_DIM][total] [m/s] = the velocity that makes the bond fluxes: K v at nodes with cut families (K: tensor
- * of eq. 4.2b), v elsewhere. v with its inlet ghosts is given, other ghosts are filled. bend: second differences of v
+ * of eq. 4.2b), v elsewhere. v with its inlet ghosts is given, other ghosts are filled. second: second differences of v
  * for the fourth-order correction (eq. 4.6c); NULL: second order. */
-PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *bend,
+PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *second,
                                double *advecting);
 /* Weight [s] of the present pressure in the stabilising pressure flux: tau of eq. 4.4, or that of a stage in time. */
 static inline double pdi_flow_weight(const pd_flow *flow) { return flow->impulse ? flow->now : flow->stabilisation; }
 /* From here on inlets hold their velocity on the side of the box: ghosts are odd about it (eq. 4.5c). */
 PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow);
-/* Fills the ghosts of a velocity v [PD_DIM][total] [m/s]. held 0: v is a Newton increment, 0 at inlets. */
-PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v);
+/* Fills the ghosts of a velocity v [PD_DIM][total] [m/s]. is_state 0: v is a Newton increment, 0 at inlets. */
+PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int is_state, double *v);
 /* grad [PD_DIM][total] [m/s2] = pressure gradient G p at fluid nodes, mirror images and outlet ghosts (eq. 3.5, beside
  * smooth surfaces 3.5b). */
 PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
@@ -187,13 +187,13 @@ static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
     return 1;
 }
 /* ru += the difference between the fitted wall terms (3.4b, 3.4c) and those of (3.3), (3.4), for velocity u, pressure p
- * and its gradient. held 1: a state, the body force counts; 0: a Newton increment. */
+ * and its gradient. is_state 1: the body force counts; 0: a Newton increment. */
 PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p, const double *grad,
-                          int held, double *ru);
+                          int is_state, double *ru);
 /* rc += sign times the difference between the pointwise divergence (4.2c) and the bond fluxes of `advecting`, beside
- * smooth surfaces. Its mean over each patch is 0, so no volume passes the body. held 1: a state; 0: an increment. */
-PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting, int held,
-                          double sign, double *rc);
+ * smooth surfaces. Its mean over each patch is 0, so no volume passes the body. is_state 0: u is a Newton increment. */
+PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
+                          int is_state, double sign, double *rc);
 /* ru += the fourth-order correction of momentum (eq. 4.6e to 4.6g). u == flow->u: of the state; else its derivative
  * along the increment u, whose advecting velocity and pressure gradient are given. */
 PDI_FN void pdi_flow_sharpen(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
@@ -252,9 +252,9 @@ PDI_INLINE float pdi_flow_stabiliser_single(const float *xi, float step, const f
 /* Volume flux per volume [1/s] through bond k from node i to its far end, with pressure flux and divergence-free
  * correction (eq. 4.4, 4.10b). Bonds to inlets carry no pressure flux. It is what advects solutes. */
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
-/* Returns the volume per time [m3/s; planar 2D: m2/s] that the bonds to inlets carry into the box. *pushed: what the
- * inlet velocities give on the faces of the cells beside them, net; *gross: the sum of their sizes. */
-PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, double *gross);
+/* Returns the volume per time [m3/s; planar 2D: m2/s] that the bonds to inlets carry into the box. *net_inlet: what the
+ * inlet velocities give on the faces of the cells beside them; *gross_inlet: the sum of the sizes of these. */
+PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *net_inlet, double *gross_inlet);
 #endif
 
 #endif

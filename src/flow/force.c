@@ -174,7 +174,7 @@ static int pdi_force_bars(const pdi_force_query *q, int32_t r)
 /* 1: the flow has patches of rows, of the present geometry. */
 static int pdi_force_patched(const pd_flow *flow) { return flow->patch && flow->patched == flow->bonds->version; }
 
-/* Collects those axes for each patch of rows; they are kept in `leak`. */
+/* Collects for each patch of rows the axes along which it exchanges momentum with other surfaces, as bits in `leak`. */
 static void pdi_force_bar(const pdi_force_query *q)
 {
     const pd_flow *flow = q->flow;
@@ -441,7 +441,7 @@ static void pdi_force_press(pdi_force_query *q, int32_t node)
     }
 }
 
-/* Adds them for all cells of the box; cells farther from smooth surfaces than their size have none. */
+/* Adds pressure and friction for all cells of the box; cells farther from smooth surfaces than their size have none. */
 static void pdi_force_cells_press(pdi_force_query *q)
 {
     const pd_grid *grid = q->flow->grid;
@@ -499,7 +499,7 @@ static double pdi_force_mid(const double *f, int32_t node, int32_t stride)
     return (9.0 * (f[node] + f[node - stride]) - (f[node + stride] + f[node - 2 * stride])) / 16.0;
 }
 
-/* Derivative of f across that face times the spacing, by a cubic. */
+/* Derivative of field f across the face between node - stride and node, times the spacing, by a cubic. */
 static double pdi_force_slope(const double *f, int32_t node, int32_t stride)
 {
     return (27.0 * (f[node] - f[node - stride]) - (f[node + stride] - f[node - 2 * stride])) / 24.0;

@@ -17,8 +17,9 @@ PDI_FN double pdi_inflow_weight(const pd_bonds *bonds, int32_t i, int axis, int 
 PDI_FN int pdi_inflow_rings(const pd_bonds *bonds);
 /* Sets v [PD_DIM][total] [m/s] of inlet ghosts to twice the velocity on the side, from ghost and source values. */
 PDI_FN void pdi_inflow_twice(const pd_bonds *bonds, double *v);
-/* Turns those doubled values into the advecting velocity of the inlet ghosts (eq. 4.5d); v of nodes already is one.
- * even 1: rows on smooth surfaces keep v = u, without the tensor of (4.2b). */
+/* Sets the advecting velocity of inlet ghosts (eq. 4.5d), from the doubled velocity on the side (pdi_inflow_twice) and
+ * v of nodes, which is an advecting velocity already. even 1: rows on smooth surfaces keep v = u, without the tensor of
+ * (4.2b). */
 PDI_FN void pdi_inflow_enter(const pd_bonds *bonds, const uint8_t *sided, const double *ratio, int even, double *v);
 #endif
 

@@ -135,11 +135,11 @@ static int pdi_near_wall_lean(const pdi_near_wall_sight *sight, const pd_flow *f
     return 1;
 }
 
-PDI_FN int pdi_near_wall_curved(const pd_bonds *bonds, int32_t closed, const double *x, double *mean)
+PDI_FN int pdi_near_wall_curved(const pd_bonds *bonds, int32_t wall_cell, const double *x, double *curvature)
 {
     const pd_grid *grid = bonds->grid;
     double at[PD_DIM], sharpest = 0.0;
-    *mean = 0.0;
+    *curvature = 0.0;
     memcpy(at, x, sizeof at);
     pdi_grid_fold_position(grid, at);
     for (int d = 0; d < PD_DIM; d++) {
@@ -147,15 +147,15 @@ PDI_FN int pdi_near_wall_curved(const pd_bonds *bonds, int32_t closed, const dou
         if (pdi_grid_port(grid->side[2 * d])) at[d] = pdi_max(at[d], grid->lo[d] + reach);
         if (pdi_grid_port(grid->side[2 * d + 1])) at[d] = pdi_min(at[d], grid->hi[d] - reach);
     }
-    double middle = pdi_bond_smooth(bonds, closed, at);
+    double middle = pdi_bond_smooth(bonds, wall_cell, at);
     for (int d = 0; d < PD_DIM; d++) {
         double eps = PDI_NEAR_WALL_STEP * grid->h[d], second = -2.0 * middle, here = at[d];
         for (int up = 0; up < 2; up++) {
             at[d] = here + (up ? eps : -eps);
-            second += pdi_bond_smooth(bonds, closed, at);
+            second += pdi_bond_smooth(bonds, wall_cell, at);
         }
         at[d] = here;
-        *mean += second / (eps * eps);
+        *curvature += second / (eps * eps);
         sharpest = pdi_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
     }
     return sharpest < PDI_NEAR_WALL_SHARP;

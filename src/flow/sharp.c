@@ -9,9 +9,9 @@
 #define PDI_SHARP_REYNOLDS_CELL 16.0
 
 /* Second differences of component `component` along `axis`, [total], in the array of pdi_sharp_bend. */
-static const double *pdi_sharp_along(const pd_sharp *sharp, const double *bend, int axis, int component)
+static const double *pdi_sharp_along(const pd_sharp *sharp, const double *second, int axis, int component)
 {
-    return bend + (int64_t)(axis * PD_DIM + component) * sharp->bonds->grid->total;
+    return second + (int64_t)(axis * PD_DIM + component) * sharp->bonds->grid->total;
 }
 
 /* 1: the node is fluid, or a ghost that stands for fluid. */
@@ -80,22 +80,22 @@ static double pdi_sharp_beside(const pd_sharp *sharp, pd_velocity_fn wall, void 
 }
 
 /* Second differences along `axis` at ghosts. Behind inlets the velocity is odd about the value of the inlet. */
-static void pdi_sharp_behind(const pd_sharp *sharp, int axis, double *bend)
+static void pdi_sharp_behind(const pd_sharp *sharp, int axis, double *second)
 {
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
     int64_t total = sharp->bonds->grid->total;
-    pd_ghosts_vector(ghosts, bend);
+    pd_ghosts_vector(ghosts, second);
     for (int of = 0; of < PD_DIM; of++)
         for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
             int odd = ghosts->across[g] >> axis & 1;
             int turned = (ghosts->odd[g] ^ ghosts->across[g]) >> of & 1;
-            double there = bend[of * total + ghosts->source[g]];
-            bend[of * total + ghosts->node[g]] = odd != turned ? -there : there;
+            double there = second[of * total + ghosts->source[g]];
+            second[of * total + ghosts->node[g]] = odd != turned ? -there : there;
         }
 }
 
 PDI_FN void pdi_sharp_bend(const pd_ctx *ctx, const pd_sharp *sharp, pd_velocity_fn wall, void *user, const double *v,
-                           double *bend)
+                           double *second)
 {
     const pd_grid *grid = sharp->bonds->grid;
     int64_t total = grid->total;
@@ -109,13 +109,13 @@ PDI_FN void pdi_sharp_bend(const pd_ctx *ctx, const pd_sharp *sharp, pd_velocity
             int between = pdi_sharp_open(sharp, up) && pdi_sharp_open(sharp, down);
             for (int of = 0; of < PD_DIM; of++) {
                 const double *f = v + of * total;
-                bend[(d * PD_DIM + of) * total + i] =
+                second[(d * PD_DIM + of) * total + i] =
                     between ? f[up] - 2.0 * f[i] + f[down]
                             : pdi_sharp_beside(sharp, wall, user, v, sharp->bonds->row[i], d, of);
             }
         }
     }
-    for (int d = 0; d < PD_DIM; d++) pdi_sharp_behind(sharp, d, bend + (int64_t)d * PD_DIM * total);
+    for (int d = 0; d < PD_DIM; d++) pdi_sharp_behind(sharp, d, second + (int64_t)d * PD_DIM * total);
 }
 
 /* ---- advecting velocity ---- */
@@ -141,13 +141,13 @@ static double pdi_sharp_sides(const pd_sharp *sharp, int32_t node, int d)
 }
 
 /* Component d of the advecting velocity (4.6c) at a node. */
-static double pdi_sharp_component(const pd_sharp *sharp, const double *v, const double *bend, int32_t node, int d)
+static double pdi_sharp_component(const pd_sharp *sharp, const double *v, const double *second, int32_t node, int d)
 {
     const double *f = v + (int64_t)d * sharp->bonds->grid->total;
     double sides = pdi_sharp_sides(sharp, node, d), value = f[node];
     if (!(sides > 0.0)) return value;
     for (int b = 0; b < PD_DIM; b++) {
-        double bent = pdi_sharp_along(sharp, bend, b, d)[node];
+        double bent = pdi_sharp_along(sharp, second, b, d)[node];
         value += bent / 24.0; /* from the middle of a face to its mean */
         if (b == d) value -= sharp->third[d][d] / 6.0 * bent;
         else value -= 0.5 * sharp->third[d][b] * pdi_sharp_spread(sharp, f, node, b, 0);
@@ -170,14 +170,14 @@ static double pdi_sharp_held_bend(const pd_sharp *sharp, const double *f, int32_
 
 /* Sets the inlet ghost at place k of the list so that its mean with the node that it mirrors is (4.6c) of the inlet
  * profile, which is in `work`. */
-static void pdi_sharp_inlet(const pd_sharp *sharp, int32_t k, double *sharpened)
+static void pdi_sharp_inlet(const pd_sharp *sharp, int32_t k, double *corrected)
 {
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
     int32_t node = ghosts->node[k], source = ghosts->source[k];
     int64_t total = sharp->bonds->grid->total;
     for (int d = 0; d < PD_DIM; d++) {
         const double *f = sharp->work + d * total;
-        double sides = pdi_sharp_sides(sharp, source, d), value = f[node], there = sharpened[d * total + source];
+        double sides = pdi_sharp_sides(sharp, source, d), value = f[node], there = corrected[d * total + source];
         if (!(sides > 0.0)) continue;
         for (int b = 0; b < PD_DIM; b++) {
             if (ghosts->across[k] >> b & 1) continue;
@@ -186,13 +186,13 @@ static void pdi_sharp_inlet(const pd_sharp *sharp, int32_t k, double *sharpened)
             if (b == d) value -= sharp->third[d][d] / 6.0 * bent;
             else value -= 0.5 * sharp->third[d][b] * pdi_sharp_spread(sharp, f, node, b, PD_INLET);
         }
-        sharpened[d * total + node] =
+        corrected[d * total + node] =
             2.0 * sides * value + ((ghosts->odd[k] ^ ghosts->across[k]) >> d & 1 ? there : -there);
     }
 }
 
 /* Sets all inlet ghosts. Those behind periodic and mirror sides repeat others. */
-static void pdi_sharp_inlets(const pd_sharp *sharp, const double *v, double *sharpened)
+static void pdi_sharp_inlets(const pd_sharp *sharp, const double *v, double *corrected)
 {
     const pd_grid *grid = sharp->bonds->grid;
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
@@ -212,14 +212,14 @@ static void pdi_sharp_inlets(const pd_sharp *sharp, const double *v, double *sha
             int flip = pdi_grid_fold(grid, i);
             int32_t first = pd_grid_node(grid, i);
             if (!sharp->calm[ghosts->source[k]] || pass != (first != node)) continue;
-            if (!pass) pdi_sharp_inlet(sharp, k, sharpened);
+            if (!pass) pdi_sharp_inlet(sharp, k, corrected);
             for (int d = 0; d < PD_DIM && pass; d++)
-                sharpened[d * total + node] = (flip >> d & 1 ? -1.0 : 1.0) * sharpened[d * total + first];
+                corrected[d * total + node] = (flip >> d & 1 ? -1.0 : 1.0) * corrected[d * total + first];
         }
 }
 
-PDI_FN void pdi_sharp_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const double *v, const double *bend,
-                               double *sharpened)
+PDI_FN void pdi_sharp_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const double *v, const double *second,
+                               double *corrected)
 {
     const pd_grid *grid = sharp->bonds->grid;
     int nt = pdi_par_threads(ctx, (int64_t)grid->total * PD_DIM * PD_DIM * 4);
@@ -228,9 +228,9 @@ PDI_FN void pdi_sharp_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const d
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID || !sharp->calm[i]) continue;
         for (int d = 0; d < PD_DIM; d++)
-            sharpened[(int64_t)d * grid->total + i] = pdi_sharp_component(sharp, v, bend, i, d);
+            corrected[(int64_t)d * grid->total + i] = pdi_sharp_component(sharp, v, second, i, d);
     }
-    pdi_sharp_inlets(sharp, v, sharpened);
+    pdi_sharp_inlets(sharp, v, corrected);
 }
 
 /* ---- pressure gradient ---- */
@@ -413,7 +413,7 @@ PDI_FN void pdi_sharp_momentum(const pd_ctx *ctx, const pd_sharp *sharp, const p
     }
 }
 
-PDI_FN int pdi_sharp_rub(const pd_sharp *sharp, int32_t r, const double *v, const double *bend, double *lap)
+PDI_FN int pdi_sharp_rub(const pd_sharp *sharp, int32_t r, const double *v, const double *second, double *lap)
 {
     const pd_grid *grid = sharp->bonds->grid;
     int32_t i = sharp->bonds->node[r];
@@ -423,7 +423,7 @@ PDI_FN int pdi_sharp_rub(const pd_sharp *sharp, int32_t r, const double *v, cons
         if (!(pdi_sharp_sides(sharp, i, d) < 1.0)) continue;
         walls = 1;
         for (int c = 0; c < PD_DIM; c++) {
-            const double *f = v + (int64_t)c * grid->total, *q = pdi_sharp_along(sharp, bend, d, c);
+            const double *f = v + (int64_t)c * grid->total, *q = pdi_sharp_along(sharp, second, d, c);
             double part = q[i];
             for (int side = 0; side < 2; side++) {
                 int32_t j = side ? i + grid->stride[d] : i - grid->stride[d];

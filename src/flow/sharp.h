@@ -45,14 +45,14 @@ PDI_FN void pdi_sharp_list(pdi_owner *owner, void *object);
 /* Marks the nodes that get the correction (fluid beside no smooth surface, and their ghosts) after a change of
  * geometry. */
 PDI_FN void pdi_sharp_update(const pd_sharp *sharp);
-/* bend [PD_DIM axes][PD_DIM][total] = second differences of v [PD_DIM][total] along all axes (eq. 4.6b), not divided by
- * h^2. wall: velocity of the walls; NULL: at rest. */
+/* second [PD_DIM axes][PD_DIM][total] = second differences of v [PD_DIM][total] along all axes (eq. 4.6b), not divided
+ * by h^2. wall: velocity of the walls; NULL: at rest. */
 PDI_FN void pdi_sharp_bend(const pd_ctx *ctx, const pd_sharp *sharp, pd_velocity_fn wall, void *user, const double *v,
-                           double *bend);
-/* sharpened [PD_DIM][total] [m/s] = advecting velocity of fourth order: v less the third-derivative error of the bond
+                           double *second);
+/* corrected [PD_DIM][total] [m/s] = advecting velocity of fourth order: v less the third-derivative error of the bond
  * fluxes, at fluid nodes and inlet ghosts (eq. 4.6c). Holds v on entry. The tensor of (4.2b) is applied after it. */
-PDI_FN void pdi_sharp_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const double *v, const double *bend,
-                               double *sharpened);
+PDI_FN void pdi_sharp_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const double *v, const double *second,
+                               double *corrected);
 /* grad [PD_DIM][total] = pressure gradient of fourth order, at marked nodes alone (eq. 4.6d). */
 PDI_FN void pdi_sharp_gradient(const pd_ctx *ctx, const pd_sharp *sharp, const double *p, double *grad);
 /* ru += fourth-order correction of convection of u by w and of friction nu of u, face by face (eq. 4.6e, 4.6f). nu
@@ -70,7 +70,7 @@ PDI_FN void pdi_sharp_friction(const pd_ctx *ctx, const pd_sharp *sharp, const p
                                const pdi_sharp_drive *drive, double nu, double *ru);
 /* lap [PD_DIM] [1/m/s] = wall part of the Laplacian of v at row r (eq. 4.6g). Returns 1 when the row is beside a flat
  * wall and has one. */
-PDI_FN int pdi_sharp_rub(const pd_sharp *sharp, int32_t r, const double *v, const double *bend, double *lap);
+PDI_FN int pdi_sharp_rub(const pd_sharp *sharp, int32_t r, const double *v, const double *second, double *lap);
 PDI_FN void pdi_sharp_free(pd_ctx *ctx, pd_sharp *sharp);
 #endif
 

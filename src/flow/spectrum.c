@@ -45,38 +45,39 @@ static void pdi_spectrum_lower(double re, double im, double *dt)
 
 /* ---- waves ---- */
 
-/* Symbols of the stencil at the wave vector k [rad per node]: slope [PD_DIM] of the gradient, *spread of -Laplacian,
- * *damp of the density diffusion. Opposite bonds go in pairs. */
-static void pdi_spectrum_symbol(const pd_stencil *s, const double *k, double *slope, double *spread, double *damp)
+/* Symbols of the stencil at the wave vector k [rad per node]: gradient [PD_DIM] [1/m]; laplacian, of -Laplacian [1/m2];
+ * diffusion, of the density diffusion [1/m2]. Opposite bonds go in pairs. */
+static void pdi_spectrum_symbol(const pd_stencil *s, const double *k, double *gradient, double *laplacian,
+                                double *diffusion)
 {
     double g[PD_DIM], flux[PD_DIM];
-    *spread = 0.0;
+    *laplacian = 0.0;
     for (int d = 0; d < PD_DIM; d++) g[d] = flux[d] = 0.0;
     for (int n = 0; n < s->count / 2; n++) {
         double phase = 0.0;
         for (int d = 0; d < PD_DIM; d++) phase += k[d] * s->offset[n * PD_DIM + d];
         double sine = sin(phase);
-        *spread += 2.0 * s->lap[n] * (1.0 - cos(phase));
+        *laplacian += 2.0 * s->lap[n] * (1.0 - cos(phase));
         for (int d = 0; d < PD_DIM; d++) {
             g[d] += 2.0 * s->grad[n * PD_DIM + d] * sine;
             flux[d] += s->lap[n] * s->xi[n * PD_DIM + d] * sine;
         }
     }
-    *damp = *spread;
+    *diffusion = *laplacian;
     for (int d = 0; d < PD_DIM; d++) {
-        slope[d] = fabs(g[d]);
-        *damp -= flux[d] * g[d];
+        gradient[d] = fabs(g[d]);
+        *diffusion -= flux[d] * g[d];
     }
 }
 
 /* Lowers *dt for one wave in a stream of `speed` [m/s] along its gradient. With symbols i G and -L and the
  * stabilisation T: sound l = -i G v + m, m^2 + (nu L + T) m + nu L T + G^2 c^2 + i G v T/2 = 0; shear l = -i G v - nu L
  * (eq. 4.14). */
-static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double spread, double damp, double speed,
-                              double *dt)
+static void pdi_spectrum_wave(const pdi_spectrum_state *q, double gradient, double laplacian, double diffusion,
+                              double speed, double *dt)
 {
-    double v = q->viscosity * spread, t = q->stabilisation * damp, shift = -slope * speed;
-    double re = 0.25 * (v - t) * (v - t) - slope * slope * q->sound * q->sound, im = -0.5 * slope * speed * t;
+    double v = q->viscosity * laplacian, t = q->stabilisation * diffusion, shift = -gradient * speed;
+    double re = 0.25 * (v - t) * (v - t) - gradient * gradient * q->sound * q->sound, im = -0.5 * gradient * speed * t;
     double size = sqrt(re * re + im * im);
     double root_re = sqrt(0.5 * pdi_max(size + re, 0.0)), root_im = sqrt(0.5 * pdi_max(size - re, 0.0));
     if (im < 0.0) root_im = -root_im;
@@ -86,17 +87,17 @@ static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double 
 }
 
 /* Lowers *dt for one wave in the fastest stream and in a fluid at rest: eigenvalues of all others lie between. */
-static void pdi_spectrum_streams(const pdi_spectrum_state *q, const double *slope, double spread, double damp,
-                                 double *dt)
+static void pdi_spectrum_streams(const pdi_spectrum_state *q, const double *gradient, double laplacian,
+                                 double diffusion, double *dt)
 {
     double square = 0.0, along = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
-        square += slope[d] * slope[d];
-        along += slope[d] * q->speed[d];
+        square += gradient[d] * gradient[d];
+        along += gradient[d] * q->speed[d];
     }
     double size = sqrt(square);
-    pdi_spectrum_wave(q, size, spread, damp, 0.0, dt);
-    if (along > 0.0) pdi_spectrum_wave(q, size, spread, damp, along / size, dt);
+    pdi_spectrum_wave(q, size, laplacian, diffusion, 0.0, dt);
+    if (along > 0.0) pdi_spectrum_wave(q, size, laplacian, diffusion, along / size, dt);
 }
 
 /* Wave vector k [PD_DIM] [rad per node] of the wave with this index. */
@@ -111,15 +112,15 @@ static void pdi_spectrum_vector(const pd_spectrum *sp, int wave, double *k)
 /* Lowers *dt by a search for the worst wave around k, along one axis after the other. */
 static void pdi_spectrum_refine(const pd_spectrum *sp, const pdi_spectrum_state *q, double *k, double *dt)
 {
-    double step = PDI_PI / (sp->along - 1), slope[PD_DIM], spread, damp;
+    double step = PDI_PI / (sp->along - 1), gradient[PD_DIM], laplacian, diffusion;
     for (int level = 0; level < PDI_SPECTRUM_REFINED; level++) {
         step *= 0.5;
         for (int d = 0; d < PD_DIM; d++)
             for (int side = 0; side < 2; side++) {
                 double before = *dt, at = k[d];
                 k[d] = side ? at + step : at - step;
-                pdi_spectrum_symbol(sp->stencil, k, slope, &spread, &damp);
-                pdi_spectrum_streams(q, slope, spread, damp, dt);
+                pdi_spectrum_symbol(sp->stencil, k, gradient, &laplacian, &diffusion);
+                pdi_spectrum_streams(q, gradient, laplacian, diffusion, dt);
                 if (!(*dt < before)) k[d] = at;
             }
     }

@@ -208,6 +208,7 @@ static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
                     "of numbers of the solver: expected those of a fluid", s->flow->nu, s->flow->grid->h[0]);
 }
 
+/* Lists the coefficient arrays of the nearest-neighbour operator. */
 static void pdi_steady_compact_list(pdi_owner *owner, void *object)
 {
     pdi_compact_list(owner, object);

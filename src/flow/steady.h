@@ -58,6 +58,8 @@ typedef struct pd_steady_result {
     int converged;
 } pd_steady_result;
 
+/* Prepares the solver for a flow, which is borrowed. Inlets of the flow hold their velocity on the side from here on.
+ * PD_ERR_ARGUMENT: a tolerance or limit is negative. */
 #define pd_steady_build PD_NAME(pd_steady_build)
 #define pd_steady_solve PD_NAME(pd_steady_solve)
 #define pd_steady_free PD_NAME(pd_steady_free)

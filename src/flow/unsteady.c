@@ -136,9 +136,9 @@ static void pdi_unsteady_rates(const pd_ctx *ctx, pd_unsteady *un)
     }
 }
 
-/* One Runge-Kutta stage (Shu and Osher 1988): state = old_share start + (1 - old_share) (state + dt rate). 0: a value
- * left the admissible range. */
-static int pdi_unsteady_stage(const pd_ctx *ctx, pd_unsteady *un, double old_share, double dt)
+/* One Runge-Kutta stage (Shu and Osher 1988): state = start_weight start + (1 - start_weight) (state + dt rate). 0: a
+ * value left the admissible range. */
+static int pdi_unsteady_stage(const pd_ctx *ctx, pd_unsteady *un, double start_weight, double dt)
 {
     pd_flow *flow = un->flow;
     const uint8_t *kind = flow->grid->kind;
@@ -152,7 +152,7 @@ static int pdi_unsteady_stage(const pd_ctx *ctx, pd_unsteady *un, double old_sha
         for (int d = 0; d <= PD_DIM; d++) {
             int64_t at = (int64_t)d * total + i;
             double *x = d < PD_DIM ? &flow->u[at] : &un->density[i];
-            *x = old_share * un->start[at] + (1.0 - old_share) * (*x + dt * un->rate[at]);
+            *x = start_weight * un->start[at] + (1.0 - start_weight) * (*x + dt * un->rate[at]);
         }
     }
     for (int32_t i = 0; i < total && good; i++) {
