@@ -1,5 +1,4 @@
-/* flow: see flow.h. Sweeps work on blocks of neighbours along axis 0, bond by bond, and take all terms of a bond in one
- * pass. Rows (nodes with cut families) blank out their closed bonds. */
+/* flow: see flow.h. Sweeps take blocks of neighbours along axis 0, bond by bond; rows blank out their closed bonds. */
 #include "flow/flow.h"
 #include "core/sets.h"
 #include "core/par.h"
@@ -224,8 +223,7 @@ PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, 
     for (int b = 0; b < count; b++) own->p[b] = t->p[i + b];
 }
 
-/* Adds bond k of nodes i .. i+count-1. open: 1 or 0 for each, NULL: all open. pressure 0: it carries no pressure
- * flux. */
+/* Adds bond k of nodes i .. i+count-1. open: 1 or 0 for each, NULL: all open. pressure 0: no pressure flux. */
 PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, const pdi_flow_own *PD_RESTRICT own,
                               int32_t i, int k, int count, const double *PD_RESTRICT open, double pressure,
                               pdi_flow_sums *PD_RESTRICT sums)
@@ -448,8 +446,7 @@ static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
 
-/* Volume flux [m^d/s] into the box through node i from an inlet of developed flow at the end `up` of axis d, by its
- * bonds. */
+/* Volume flux [m^d/s] into the box through node i by its bonds to an inlet of developed flow, end `up` of axis d. */
 static double pdi_flow_developed(const pd_flow *flow, int32_t i, int d, int up)
 {
     const pd_grid *grid = flow->grid;
@@ -590,8 +587,7 @@ static void pdi_flow_stabilise(pd_flow *flow)
     flow->isotropy = pdi_isotropic_share(&flow->isotropic, flow->speed / flow->nu);
 }
 
-/* Estimates L and U (eq. 4.5b). A force along a periodic axis drives a flow; other forces count where nothing else
- * does. walls: largest wall speed [m/s]. */
+/* Estimates L and U (eq. 4.5b); forces off periodic axes count where nothing else drives. walls: wall speed [m/s]. */
 static void pdi_flow_scale(pd_flow *flow, double walls)
 {
     double force = 0.0, around = 0.0;
@@ -619,8 +615,7 @@ PDI_FN void pdi_flow_start(pd_flow *flow)
     pdi_flow_stabilise(flow);
 }
 
-/* Updates the wall terms of all rows. *max_speed: largest wall speed [m/s]; *change: raised to the largest change
- * [m/s]. */
+/* Updates the wall terms of all rows. *max_speed: of walls [m/s]; *change: raised to the largest change [m/s]. */
 static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half_step, double *change, double *max_speed)
 {
     const pd_bonds *bonds = flow->bonds;
@@ -666,8 +661,7 @@ static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *change)
     return PD_OK;
 }
 
-/* Sets all boundary data and the body force to those of time t. *walls: largest wall speed [m/s]; others:
- * pdi_flow_at. */
+/* Sets all boundary data and the body force to those of time t. *walls: largest wall speed [m/s]. See pdi_flow_at. */
 static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change, double *walls)
 {
     double velocity = 0.0, force = 0.0;
