@@ -32,10 +32,10 @@ typedef struct pdi_components_work {
     double total[PD_SPECIES_MOST]; /* [mol/m3] joined */
     double debye, others;          /* as of the system; [mol/m3] ionic strength of those that are not joined */
     double ln_k[PD_SPECIES_MOST];  /* of members, by the heads */
-    int head[PD_SPECIES_MOST];     /* member of each row */
+    int head[PD_SPECIES_MOST];     /* basis member of each row */
     pdi_components_rows m, inverse; /* [rows][live], [rows][rows] */
-    double sum[PD_SPECIES_MOST], terms[PD_SPECIES_MOST]; /* [mol/m3] totals by the rows, and sizes of their terms */
-    double y[PD_SPECIES_MOST];     /* ln of activities of heads, with mol/m3 */
+    double sum[PD_SPECIES_MOST], terms[PD_SPECIES_MOST]; /* [mol/m3] totals T_r in the basis, sums of term sizes */
+    double y[PD_SPECIES_MOST];     /* unknowns: ln of activities of the basis, with mol/m3 */
     double x[PD_SPECIES_MOST], c[PD_SPECIES_MOST]; /* members: ln of [mol/m3], [mol/m3] */
     double strength, davies, slope; /* [mol/m3], ln gamma of a charge of 1, [m3/mol] */
 } pdi_components_work;

@@ -1,10 +1,7 @@
-/* components: what reactions in equilibrium leave free: totals of components, and the concentrations that belong to
- * them (theory: 5b.4).
- *
- * Each reaction in equilibrium makes one species of others. Those that none makes are the components; the total of one
- * is T_k = sum_i m_ki c_i, which no such reaction changes. The totals give all concentrations, at least 0. Nothing is
- * allocated, and nothing but the arguments is written: many threads may use one system.
- */
+/* components: component totals and the concentrations in equilibrium that belong to them (theory: 5b.4). Each
+ * equilibrium reaction makes one solute of others; solutes that none makes are the components. The total of one is T_k
+ * = sum_i m_ki c_i, which no such reaction changes. The totals give all concentrations, at least 0. Nothing is
+ * allocated, and nothing but the arguments is written: many threads may use one system. */
 #ifndef PD_COMPONENTS_H
 #define PD_COMPONENTS_H
 #include "chemistry/activity.h"
@@ -14,23 +11,24 @@
  * component, so there are fewer joined components than members. */
 #define PD_COMPONENTS_SLOPES (PD_SPECIES_MOST * PD_SPECIES_MOST)
 
-/* A reaction at finite rate, by mass action with rate constants of infinite dilution. */
+/* A kinetic reaction by mass action, with rate constants at infinite dilution (eq. 5b.3). */
 typedef struct pd_kinetic {
     double forward, backward;     /* [unit of a rate: mol/m3/s over concentrations in mol/m3] */
-    double salt[2];               /* [-] squares of charges of what each way begins with, less that of the complex */
-    double nu[PD_SPECIES_MOST];   /* [-] of solutes */
-    double gain[PD_SPECIES_MOST]; /* [-] of totals */
+    double salt[2];               /* [-] exponents of ln gamma for both ways, kinetic salt effect */
+    double nu[PD_SPECIES_MOST];   /* [-] stoichiometric numbers of solutes, products positive */
+    double gain[PD_SPECIES_MOST]; /* [-] change of the totals by one unit of the reaction */
 } pd_kinetic;
 
-/* Solutes are numbered without the solvent. The components that reactions in equilibrium join come first. */
+/* A component system. Solutes are numbered without the solvent. Components that equilibrium reactions join come
+ * first. */
 typedef struct pd_components {
-    int solutes, count;          /* count: of components */
-    int joined;                  /* components that take part in reactions in equilibrium */
-    int place[PD_SPECIES_MOST];  /* solute of a species; -1: the solvent, a solid */
+    int solutes, count;          /* numbers of solutes and of components */
+    int joined;                  /* components that take part in equilibrium reactions */
+    int place[PD_SPECIES_MOST];  /* solute index of a species; -1: the solvent, a solid */
     int charge[PD_SPECIES_MOST]; /* of solutes */
-    int master[PD_SPECIES_MOST]; /* solute that is the component */
-    double m[PD_SPECIES_MOST][PD_SPECIES_MOST]; /* [-] of component and solute */
-    int live, member[PD_SPECIES_MOST];          /* solutes that take part in reactions in equilibrium */
+    int master[PD_SPECIES_MOST]; /* solute index of a component */
+    double m[PD_SPECIES_MOST][PD_SPECIES_MOST]; /* [-] m_ki of component k and solute i (eq. 5b.8) */
+    int live, member[PD_SPECIES_MOST];          /* number and solute indices of members of equilibrium reactions */
     double ln_k[PD_SPECIES_MOST]; /* [-] of solutes: ln a = ln_k + sum_k m_k ln a_master, with mol/m3 */
     int kinetics;
     pd_kinetic kinetic[PD_REACTION_MOST];

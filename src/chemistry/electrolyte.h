@@ -4,6 +4,7 @@
 #define PD_ELECTROLYTE_H
 #include "chemistry/speciation.h"
 
+/* A solution as a recipe: species, reactions, amounts at the start and inlet, pH values, and how charge is balanced. */
 typedef struct pd_electrolyte {
     pd_species species[PD_SPECIES_MOST];
     int count; /* of the species */
@@ -24,6 +25,7 @@ typedef struct pd_electrolyte {
     int precipitates;    /* 1: every mineral forms when it can; 0: those alone that are there */
 } pd_electrolyte;
 
+/* Equilibrium of a solution. */
 typedef struct pd_electrolyte_state {
     double ph;       /* [-] NaN: there is no H+ */
     double strength; /* [mol/m3] ionic strength */

@@ -242,7 +242,7 @@ typedef struct pdi_mineral_work {
     double n[PD_MINERAL_MOST], at[PD_SPECIES_MOST]; /* n: base + grown, but for its rounding */
     double guess[PD_SPECIES_MOST];  /* [mol/m3] to begin from anew */
     int failed;                     /* 1: the last amounts have no concentrations */
-    int left;                       /* equilibria that may still be solved */
+    int left;                       /* number of equilibria that may still be solved */
 } pdi_mineral_work;
 
 /* Residual of (5b.16): ln Omega of mineral s less that of its law at amount n, `over` above that of the start. */

@@ -11,37 +11,37 @@
 
 #define PD_MINERAL_MOST 8 /* minerals of a system */
 
-/* Zero-initialise. The speed is (rate + surface n) (Omega^exponent - 1) with Omega = IAP/K and the amount n [mol/m3];
- * without rate and surface the mineral is in equilibrium. */
+/* Zero-initialise. Rate law (rate + surface n) (Omega^exponent - 1) with Omega = IAP/K and the amount n [mol/m3] (eq.
+ * 5b.15); without rate and surface the mineral is in equilibrium. */
 typedef struct pd_mineral {
     int species;       /* number of the solid */
-    double rate;       /* [mol/m3/s] */
-    double surface;    /* [1/s] */
+    double rate;       /* [mol/m3/s] part that does not depend on the amount */
+    double surface;    /* [1/s] part in proportion to the amount, as its surface */
     double exponent;   /* [-] of Omega; 0: 1 */
-    double nucleation; /* [-] log10 Omega at the start of a step from which it forms where none is */
-    double volume;     /* [m3/mol] 0: it takes no room */
-    double porosity;   /* [-] of a cell that is full of it */
+    double nucleation; /* [-] log10 Omega at the start of a step from which an absent mineral forms */
+    double volume;     /* [m3/mol] molar volume; 0: it fills no pores */
+    double porosity;   /* [-] left in a cell that is full of it */
 } pd_mineral;
 
 typedef struct pd_minerals {
     int count;
     pd_mineral of[PD_MINERAL_MOST];                /* exponents filled in */
-    double nu[PD_MINERAL_MOST][PD_SPECIES_MOST];   /* [-] solutes that one unit gives as it dissolves */
-    double gain[PD_MINERAL_MOST][PD_SPECIES_MOST]; /* [-] totals that one unit holds */
-    double ln_k[PD_MINERAL_MOST];                  /* [-] of that reaction, with mol/m3 */
+    double nu[PD_MINERAL_MOST][PD_SPECIES_MOST];   /* [-] stoichiometric numbers of solutes in the dissolution */
+    double gain[PD_MINERAL_MOST][PD_SPECIES_MOST]; /* [-] totals g_sk that one unit holds (theory 5b.6) */
+    double ln_k[PD_MINERAL_MOST];                  /* [-] ln K of the dissolution, with mol/m3 */
     double square[PD_MINERAL_MOST];                /* [-] sum of nu z^2 */
 } pd_minerals;
 
-/* A volume at the start of a step. */
+/* Rate laws and bounds of the minerals of a volume in a step. */
 typedef struct pd_mineral_start {
     double dt;                       /* [s] */
-    const double *start;             /* [count] [mol/m3] amounts that speeds count from */
-    double rate[PD_MINERAL_MOST];    /* [mol/m3/s] of this volume where there is none; HUGE_VAL: in equilibrium */
-    double grow[PD_MINERAL_MOST];    /* [1/s] by which its amount adds to that; both 0: it does not form */
-    double initial[PD_MINERAL_MOST]; /* [mol/m3] amounts that are there before the step: they need no room */
-    int limited;                     /* 1: minerals grow up to `limit`, 0: up to their room */
+    const double *start;             /* [count] [mol/m3] amounts n_old of the backward Euler step (eq. 5b.16) */
+    double rate[PD_MINERAL_MOST];    /* [mol/m3/s] rate without amount; HUGE_VAL: in equilibrium */
+    double grow[PD_MINERAL_MOST];    /* [1/s] rate per amount; both 0: it does not form */
+    double initial[PD_MINERAL_MOST]; /* [mol/m3] amounts before the step: they stay even without free volume */
+    int limited;                     /* 1: minerals grow up to `limit`, 0: up to the free volume */
     double limit[PD_MINERAL_MOST];   /* [mol/m3] HUGE_VAL: none */
-    const double *near_;             /* [count] [mol/m3] amounts where the search begins; NULL: those of the totals */
+    const double *near_;             /* [count] [mol/m3] first guess of the amounts; NULL: n of the solve */
 } pd_mineral_start;
 
 #ifdef PDI_INTERNAL

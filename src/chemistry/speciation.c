@@ -20,10 +20,10 @@
 
 /* State of a species in the active set. */
 typedef enum pdi_speciation_state {
-    PDI_SPECIATION_OUT = 0, /* zero, and nothing makes it */
-    PDI_SPECIATION_ABSENT,  /* a mineral that is not there */
-    PDI_SPECIATION_FREE,    /* a solute */
-    PDI_SPECIATION_HELD     /* activity 1: water, a mineral that is there */
+    PDI_SPECIATION_OUT = 0, /* zero, and no reaction can make it */
+    PDI_SPECIATION_ABSENT,  /* a mineral that is not present */
+    PDI_SPECIATION_FREE,    /* a solute, an unknown */
+    PDI_SPECIATION_HELD     /* activity 1: water, a mineral that is present */
 } pdi_speciation_state;
 
 /* Solver state: reduced reactions, each of which makes one species, its pivot, of others that are no pivots. */

@@ -19,17 +19,17 @@ typedef struct pd_flow_desc {
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
     double force[PD_DIM];   /* [m/s2] body force per mass */
-    pd_velocity_fn body;    /* [m/s2] body force at places of fluid nodes, on top of `force`; NULL: none */
+    pd_velocity_fn body;    /* [m/s2] position-dependent body force, on top of `force`; NULL: none */
     void *body_user;
     double *clock;          /* [s] where inlet, wall and body read the time: it is written there before they are asked.
                              * NULL: they do not depend on time. Borrowed */
     double p_out;           /* [Pa] at outlets */
-    double speed;           /* [m/s] reference U that results report residuals against; 0: that of the flow */
-    double length;          /* [m] reference L of the same reports; 0: that of the flow */
-    pd_velocity_fn inlet;   /* NULL: fluid at rest in the inlet ghosts */
+    double speed;           /* [m/s] reference U of reported residuals; 0: the scale U of the flow (eq. 4.5b) */
+    double length;          /* [m] reference L of reported residuals; 0: the scale L of the flow (eq. 4.5b) */
+    pd_velocity_fn inlet;   /* [m/s] velocity at inlets (Dirichlet); NULL: fluid at rest in the inlet ghosts */
     void *inlet_user;
-    int developed;          /* bit s: side s holds a flow that does not change along itself: it stays as it is */
-    pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
+    int developed;          /* bit s: the inlet on side s has developed flow, constant along its normal */
+    pd_velocity_fn wall;    /* [m/s] tangential velocity of walls and solids at points on them; NULL: no slip at rest */
     void *wall_user;
     int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice.
                              * PD_FLOW_PAYING: 4 in steady flows where that is known to pay (theory: eq. 4.6h), else 2;
@@ -42,50 +42,49 @@ typedef struct pd_flow {
     double rho;             /* [kg/m3] */
     double nu;              /* [m2/s] */
     double force[PD_DIM];   /* [m/s2] */
-    pd_velocity_fn push;
+    pd_velocity_fn push;    /* [m/s2] callback of the position-dependent body force */
     void *push_user;
-    double *body;           /* [PD_DIM][total] [m/s2] of `push`; NULL: none */
+    double *body;           /* [PD_DIM][total] [m/s2] body force by `push` at nodes; NULL: none */
     double *clock, time;    /* [s] `time`: of the boundary data and of the body force */
     double p_out;           /* [m2/s2] kinematic */
-    double speed, length;   /* [m/s] [m] scales U and L of the problem (eq. 4.5b), which solvers work with */
+    double speed, length;   /* [m/s] [m] scales U and L of the problem (eq. 4.5b), for tolerances and stabilisation */
     double reference_speed, reference_length; /* [m/s] [m] for reports alone */
-    double stabilisation;   /* [s] weight of the pressure flux (eq. 4.4) */
-    double *impulse;        /* [total] [m2/s] what the pressure flux of a flow in time is made of (eq. 4.15c); NULL:
-                             * that is stabilisation times p. Borrowed from the solver, as the next two */
+    double stabilisation;   /* [s] weight tau of the pressure flux (eq. 4.4, 4.5) */
+    double *impulse;        /* [total] [m2/s] pressure impulse, which the pressure flux of implicit flow is made of (eq.
+                             * 4.15c); NULL: it is tau times p. Borrowed from the integrator, as the next two */
     double *impulse_grad;   /* [PD_DIM][total] [m/s] its gradient */
-    double *impulse_flux;   /* [total] [1/s] what nodes lose by the part of it that is known */
-    double now;             /* [s] weight of the present pressure in the rest: a stage is being solved */
+    double *impulse_flux;   /* [total] [1/s] divergence of the known part of that pressure flux */
+    double now;             /* [s] weight of the unknown pressure in it while a stage is solved; 0: no stage is */
     pd_velocity_fn inlet;
     void *inlet_user;
     int developed;
     pd_velocity_fn wall;
     void *wall_user;
-    int mirrors;            /* 1: inlets hold their velocity on the side of the box and ghosts are odd about it, as a
-                             * steady solver asks for (eq. 4.5c); 0: at the places of the ghosts */
-    int32_t inlets;         /* inlet ghosts with a place in */
-    double *held;           /* [PD_DIM][inlets] [m/s] what they hold, in the order of the ghosts */
-    uint8_t *sided;         /* [inlets] 1: velocities along the side would let more or less in (eq. 4.5d) */
-    double *entry;          /* [inlets] [-] what the velocity across it counts there; -1: as the tensor of the row */
-    double *wall_motion;    /* [PD_DIM][total] [1/m/s] of moving walls (pdi_bond_wall_motion), with what their
-                             * acceleration does to the curvature beside them (eq. 4.17b); NULL: walls at rest */
+    int mirrors;            /* 1: inlet velocities hold on the side of the box, and ghosts are odd about them (eq.
+                             * 4.5c), as the steady solver needs; 0: they hold at the ghosts */
+    int32_t inlets;         /* number of inlet ghosts */
+    double *held;           /* [PD_DIM][inlets] [m/s] prescribed (Dirichlet) velocity, in the order of the ghosts */
+    uint8_t *sided;         /* [inlets] 1: tangential velocity would contribute to the inflow by bonds (eq. 4.5d) */
+    double *entry;          /* [inlets] [-] factor k on the normal velocity (eq. 4.5d); -1: the tensor of the row */
+    double *wall_motion;    /* [PD_DIM][total] [1/m/s] Laplacian terms of moving walls (pdi_bond_wall_motion), with
+                             * their acceleration (eq. 4.17b); NULL: walls at rest */
     double *u;              /* [PD_DIM][total] [m/s] */
     double *p;              /* [total] [m2/s2] kinematic pressure */
     double *grad;           /* [PD_DIM][total] [m/s2] gradient of p */
     double *advecting;      /* [PD_DIM][total] [m/s] velocity that makes the bond fluxes (eq. 4.2b) */
-    const double *potential; /* [total] [m2/s] its Laplacian takes from the bond fluxes the divergence that a steady
-                             * solve has left (eq. 4.10b). Nothing of it passes inlets. NULL: none. Borrowed from the
-                             * solver */
-    int even;               /* 1: rows beside smooth surfaces have the divergence (4.2c): a solver of steady flows has
-                             * asked for it, which gives transport the potential that it needs then */
-    int32_t rim;            /* length of the next three */
-    int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
-    uint32_t patched;       /* version of the bonds that the patches are of */
-    pd_reconstruct slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
-    int order;              /* 4: a solver of steady flows makes `sharp`; PD_FLOW_PAYING: it will decide */
-    pd_sharp sharp;         /* empty: second order */
-    pd_isotropic isotropic; /* friction of second order; empty: that of the Laplacian (explicit flows) */
-    double isotropy;        /* [-] share of its excess */
-    double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
+    const double *potential; /* [total] [m2/s] correction potential: its gradient makes the bond fluxes divergence-free
+                             * (eq. 4.10b), without flux through inlets. NULL: none. Borrowed from the solver */
+    int even;               /* 1: rows beside smooth surfaces take the pointwise divergence (4.2c). The steady solver
+                             * sets it, since its potential then makes fluxes for transport free of divergence */
+    int32_t rim;            /* rows that patch, more and leak have room for */
+    int32_t *patch;         /* [rim] connected patch of a row beside a smooth surface: its first row; -1: other rows */
+    uint32_t patched;       /* version of the bonds (geometry) that the patches belong to */
+    pd_reconstruct slopes;  /* quadratic fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
+    int order;              /* 2 or 4; the steady solver builds `sharp` for 4. PD_FLOW_PAYING: it decides which */
+    pd_sharp sharp;         /* corrections of fourth order; empty: second order */
+    pd_isotropic isotropic; /* isotropic friction weights of second order (eq. 4.1c); empty: those of the Laplacian */
+    double isotropy;        /* [-] blending factor of these weights (eq. 4.1f) */
+    double *more, *leak;    /* [rim] [1/s] work of (4.2c): excess of a row; [2 rim] sum over a patch, row count */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
 
@@ -141,7 +140,7 @@ PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 PDI_FN void pdi_flow_list(pdi_owner *owner, void *object);
 /* Input fields of one evaluation of momentum and continuity. */
 typedef struct pdi_flow_terms {
-    const double *mass;    /* advecting velocity: convects u; its divergence is the continuity term [m/s] */
+    const double *mass;    /* [m/s] advecting velocity: it convects u, and its divergence is the continuity term */
     const double *u;       /* [m/s] */
     const double *p;       /* [m2/s2] */
     const double *grad;    /* gradient of p [m/s2] */

@@ -1,4 +1,5 @@
-/* gas_opening: what the open sides of the box are to a gas: one face a node, and ghosts (theory: eq. 4.24b). */
+/* gas_opening: open sides of the box (inlets and outlets) for a gas: one face a node, and ghost states (theory: eq.
+ * 4.24b). */
 #ifndef PD_GAS_OPENING_H
 #define PD_GAS_OPENING_H
 #include "lattice/bond.h"

@@ -28,10 +28,10 @@ typedef struct pd_implicit {
     double *target;        /* [PD_DIM][total] [m/s] u* of the second stage, kept for the next step */
     double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage; lent for a step */
     double time;           /* [s] */
-    double dt;             /* [s] that a run would try next; 0: not known yet */
-    double last;           /* [s] the last step; 0: the next step does not use it */
-    int projected;         /* the start obeys continuity and the inlets */
-    int64_t fresh;         /* fluid has appeared: the next step begins with the nearest field that does */
+    double dt;             /* [s] step that is tried next; 0: not known yet */
+    double last;           /* [s] last step, for extrapolation; 0: do not extrapolate */
+    int projected;         /* 1: the start has been projected onto continuity and the inlets */
+    int64_t fresh;         /* 1: nodes have become fluid, so the next step begins with a projection */
     double error;          /* [-] estimated error of the last step against the reference speed */
     int64_t steps, rejected, evaluations;
 } pd_implicit;

@@ -1,6 +1,5 @@
-/* impulse: the pressure flux of flow in time, made of the pressure that has acted within its weight in time (theory:
- * eq. 4.15c, 4.15d).
- */
+/* impulse: pressure impulse (time integral of the pressure) of implicit flow, and the stabilising pressure flux that is
+ * made of it instead of the pressure (theory: eq. 4.15c, 4.15d). */
 #ifndef PD_IMPULSE_H
 #define PD_IMPULSE_H
 #include "flow/flow.h"

@@ -1,6 +1,5 @@
-/* inflow: advecting velocities of inlet ghosts: with them the flux that enters is what the inlet holds, whatever the
- * fluid in front of it does (theory: eq. 4.5d).
- */
+/* inflow: advecting velocity of inlet ghosts, so that the flux that bonds let in is that of the inlet velocity,
+ * whatever the fluid in front of it does (theory: eq. 4.5d). */
 #ifndef PD_INFLOW_H
 #define PD_INFLOW_H
 #include "lattice/bond.h"

@@ -1,29 +1,24 @@
-/* isotropic: weights of friction whose leading error is a Laplacian of the Laplacian, and fluxes whose leading error is
- * that of the divergence.
- *
- * On the nearest neighbours the Laplacian errs by fourth derivatives along the axes and mixed ones, and by other shares
- * of them than h^2/12 lap lap, which vanishes in slow steady flow. What is missing is mixed differences over squares of
- * four nodes: what one takes up the others give. Squares that miss a node have none (theory: eq. 4.1b to 4.1e). The
- * divergence errs by third derivatives along the axes: the advecting velocity takes off what makes it a Laplacian of
- * the divergence, which vanishes (eq. 4.2d).
- */
+/* isotropic: friction weights with isotropic leading error (a Laplacian of the Laplacian, which vanishes in slow steady
+ * flow), and fluxes whose leading error is a Laplacian of the divergence, on nearest neighbours. Friction gains mixed
+ * differences over squares of four nodes; incomplete squares beside walls have none (theory: eq. 4.1b to 4.1e). The
+ * advecting velocity loses third-derivative terms (eq. 4.2d). */
 #ifndef PD_ISOTROPIC_H
 #define PD_ISOTROPIC_H
 #include "core/base.h"
 #include "lattice/bond.h"
 
-/* A node and three others in the plane of two axes. */
+/* A square of four neighbouring nodes in the plane of two axes, seen from one of them. */
 typedef struct pd_square {
-    int across, side[2]; /* bonds of the node: through the middle, along both axes */
-    double more;         /* [1/m2] what `across` gains, and both sides lose */
+    int across, side[2]; /* bonds of the node: the diagonal, and those along both axes */
+    double more;         /* [1/m2] weight c_ab that the diagonal gains and both sides lose (eq. 4.1d) */
 } pd_square;
 
 typedef struct pd_isotropic {
     const pd_bonds *bonds; /* NULL: friction has the weights of the Laplacian */
     int squares;
     pd_square square[2 * PD_DIM * PD_DIM];
-    double excess[2 * PD_DIM * PD_DIM]; /* [1/m2] of bonds over those of the Laplacian, where squares are complete */
-    double bend[PD_DIM]; /* [-] of its second difference along its axis, which the advecting velocity loses */
+    double excess[2 * PD_DIM * PD_DIM]; /* [1/m2] isotropic less Laplacian weight of bonds in complete squares */
+    double bend[PD_DIM]; /* [-] factor on the second difference of each velocity component along its own axis (4.2d) */
 } pd_isotropic;
 
 #ifdef PDI_INTERNAL

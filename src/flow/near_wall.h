@@ -1,4 +1,4 @@
-/* near_wall: pressure and slopes of the velocity at places beside surfaces, from the nodes of the fluid around. */
+/* near_wall: pressure and wall shear at points beside surfaces, by least-squares fits over the fluid nodes around. */
 #ifndef PD_NEAR_WALL_H
 #define PD_NEAR_WALL_H
 #include "flow/flow.h"

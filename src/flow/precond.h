@@ -1,6 +1,5 @@
-/* precond: the inverse of the Schur complement of the pressure, as nearly as a preconditioner needs it (theory:
- * eq. 4.9).
- */
+/* precond: approximate inverse of the Schur complement of the pressure, for the preconditioner of the flow solver
+ * (theory: eq. 4.9). */
 #ifndef PD_PRECOND_H
 #define PD_PRECOND_H
 #include "solve/multigrid.h"

@@ -1,9 +1,7 @@
-/* quasi_steady: a flow that is steady at every instant of a run, as a process.
- *
- * Acoustics take ns, advection ms, dissolution h: the flow of an instant is the steady one of the geometry and of what
- * stands outside at that instant. It is solved again when metal has turned fluid, or when inlets, walls and forces have
- * moved by more than the tolerance of the solver (theory: section 7).
- */
+/* quasi_steady: a flow that is steady at every instant of a run, as a process. Acoustics take ns, advection ms,
+ * dissolution h: the flow is the steady one for the present geometry and boundary data. It is solved again when metal
+ * has turned fluid, or when inlets, walls and forces have changed by more than the tolerance of the solver (theory:
+ * section 7). */
 #ifndef PD_QUASI_STEADY_H
 #define PD_QUASI_STEADY_H
 #include "flow/steady.h"
@@ -13,9 +11,9 @@ typedef struct pd_quasi_steady {
     pd_flow *flow;
     pd_steady *steady;
     pd_steady_result result; /* of the last solve */
-    int stale;               /* the geometry, or what stands outside, has changed since */
-    double moved;            /* [-] by how much what stands outside has, see pdi_flow_at */
-    double time;             /* [s] of what stands outside */
+    int stale;               /* 1: geometry or boundary data have changed since: solve again */
+    double moved;            /* [-] accumulated change of the boundary data, see pdi_flow_at */
+    double time;             /* [s] of the boundary data */
     int64_t solves, krylov, evaluations;
 } pd_quasi_steady;
 

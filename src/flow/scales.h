@@ -1,4 +1,4 @@
-/* scales: how large a flow is and how fast it comes in, from the lattice alone. */
+/* scales: velocity and length scale of a flow from its lattice and boundary data (theory: eq. 4.5b). */
 #ifndef PD_SCALES_H
 #define PD_SCALES_H
 #include "lattice/grid.h"

@@ -1,10 +1,7 @@
-/* sharp: the flow of fourth order on the nearest neighbours.
- *
- * Sums over a narrow family err by third and fourth derivatives. Second differences along the axes take these errors
- * off: node by node from the advecting velocity and from the pressure gradient, face by face from the momentum. At
- * walls cubics through the wall and three nodes give the second differences. Nodes beside smooth surfaces stay as they
- * are (theory: eq. 4.6b to 4.6g).
- */
+/* sharp: the flow of fourth order on the nearest neighbours: corrections of advecting velocity, pressure gradient,
+ * convection and friction by second differences along the axes. Node by node for the advecting velocity and the
+ * pressure gradient, face by face for momentum. At walls a cubic through the wall and three nodes gives the second
+ * difference. Nodes beside smooth surfaces stay of second order (theory: eq. 4.6b to 4.6g). */
 #ifndef PD_SHARP_H
 #define PD_SHARP_H
 #include "core/owner.h"
@@ -14,8 +11,8 @@ typedef struct pd_sharp {
     const pd_bonds *bonds;        /* NULL: second order */
     double third[PD_DIM][PD_DIM]; /* [-] third moments sum g_d xi_d n_b^2 of the gradient */
     int facing[PD_DIM][2 * PD_DIM - 1]; /* bonds through the upper face along axis d: the one along d, and for each
-                                         * other axis those that sink and rise along it; -1: none */
-    uint8_t *calm;                /* [total] 1: fluid beside no smooth surface, and what stands for it */
+                                         * other axis the two diagonals, down and up along it; -1: none */
+    uint8_t *calm;                /* [total] 1: the node is corrected: fluid beside no smooth surface, and its ghosts */
     double *bend, *bend_step;     /* [PD_DIM axes][PD_DIM][total] [m/s] second differences of the velocity, and of the
                                    * step of a solver */
     double *work;                 /* [PD_DIM+1][total] velocity behind inlets [m/s]; of the pressure [m2/s2]; momentum
@@ -25,8 +22,8 @@ typedef struct pd_sharp {
 #ifdef PDI_INTERNAL
 /* A velocity field in the momentum sums, with what derives from it. Ghosts are filled. */
 typedef struct pdi_sharp_field {
-    const double *advecting; /* [PD_DIM][total] [m/s] what makes the fluxes of the bonds */
-    const double *v, *bend;  /* [m/s] */
+    const double *advecting; /* [PD_DIM][total] [m/s] velocity that makes the bond fluxes (eq. 4.6c) */
+    const double *v, *bend;  /* [m/s] node velocity and its second differences (eq. 4.6b) */
 } pdi_sharp_field;
 
 /* 1: no side of the box is an inlet or outlet, and there are walls across two axes or more, which meet in edges. side

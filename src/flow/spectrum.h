@@ -1,25 +1,22 @@
-/* spectrum: how long explicit steps of a flow with sound may be.
- *
- * On a lattice without surfaces the waves of the linear flow about a uniform stream are known: eigenvalues from the
- * symbols of gradient and Laplacian, computed once per stencil (theory: eq. 4.14). A step is stable when all of them,
- * times the step, lie in the region of the three-stage method. With cut families the norms of the operators take their
- * place (eq. 4.14b).
- */
+/* spectrum: stability limit of explicit steps of weakly compressible flow. Without surfaces by von Neumann analysis:
+ * all plane waves of the linear flow about a uniform stream, from the symbols of gradient and Laplacian, computed once
+ * per stencil (theory: eq. 4.14); a step is stable when their eigenvalues, times the step, lie in the region of the
+ * three-stage Runge-Kutta method. With cut families norms of the operators bound them (eq. 4.14b). */
 #ifndef PD_SPECTRUM_H
 #define PD_SPECTRUM_H
 #include "flow/flow.h"
 
 typedef struct pd_spectrum {
     const pd_stencil *stencil;
-    int waves;        /* of the first octant, `along` an axis */
-    int along;
+    int waves;        /* sampled wave vectors of the first octant */
+    int along;        /* wave numbers along an axis */
     double *slope;    /* [waves][PD_DIM] [1/m] size of the symbol of the gradient */
-    double *spread;   /* [waves] [1/m2] that of the Laplacian */
-    double *stabilisation; /* [waves] [1/m2] that of the pressure flux over its weight (eq. 4.4) */
-    int cut;          /* 1: some families are not whole, or rings */
-    double laplacian; /* [1/m2] largest eigenvalue, no walls */
-    double wall;      /* [1/m2] by which walls add to it at most */
-    double gradient;  /* [1/m] norm; 0 where nothing is cut */
+    double *spread;   /* [waves] [1/m2] symbol of -Laplacian */
+    double *stabilisation; /* [waves] [1/m2] symbol of the pressure flux over its weight (eq. 4.4) */
+    int cut;          /* 1: some families are cut by walls, or the lattice is axisymmetric: norms are used */
+    double laplacian; /* [1/m2] largest eigenvalue of -Laplacian without walls */
+    double wall;      /* [1/m2] by which walls raise it at most */
+    double gradient;  /* [1/m] norm of the gradient; 0: not needed, no cut families */
 } pd_spectrum;
 
 #ifdef PDI_INTERNAL

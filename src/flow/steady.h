@@ -24,27 +24,27 @@ typedef struct pd_steady_desc {
 typedef struct pd_steady {
     pd_steady_desc desc;
     pd_flow *flow;
-    pd_arena own;                       /* without one from the desc */
-    int held;                           /* solves, one within the other, for which is lent what has `lent` below */
-    pd_compact compact;                 /* in a setup */
-    pd_multigrid mg_u, mg_p, mg_seep;   /* lent */
+    pd_arena own;                       /* scratch memory, where desc has none */
+    int held;                           /* nesting of solves that share the scratch arrays, marked `lent` below */
+    pd_compact compact;                 /* nearest-neighbour coefficients, while multigrids are set up */
+    pd_multigrid mg_u, mg_p, mg_seep;   /* for the velocity block, the Laplacian and div(mobility grad); lent */
     int timed;                          /* 1: ready for stages of steps in time */
     int boxed;                          /* 1: fluid alone fills a closed box: corrections are projected (eq. 4.9d) */
-    uint32_t poisson;                   /* version of the bonds that mg_p is set up for; 0: it is not */
-    pd_krylov krylov;                   /* of Newton's steps */
-    pd_krylov even;                     /* of the potential */
+    uint32_t poisson;                   /* version of the bonds that mg_p is set up for; 0: none */
+    pd_krylov krylov;                   /* GMRES of Newton steps */
+    pd_krylov even;                     /* GMRES of the divergence-free correction (eq. 4.10b) */
     pd_jacobian jacobian;
-    double *residual;                   /* [PD_DIM+1][total] [-] scaled; lent */
-    double *step;                       /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
+    double *residual;                   /* [PD_DIM+1][total] [-] scaled momentum and continuity residuals; lent */
+    double *step;                       /* [PD_DIM+1][total] Newton step: velocity [m/s], pressure [m2/s2]; lent */
     double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work; lent, or of second
                                          * order that of the flow, which is made anew after the solve */
-    double *potential;                  /* [total] [m2/s] of the flow, after a solve */
+    double *potential;                  /* [total] [m2/s] correction potential q (eq. 4.10b), after a solve */
     int32_t worst;                      /* the node with the largest residual of the last solve */
-    double uneven;                      /* [m^d/s] most that sections of the flow differ by, after a solve */
-    int prepared;                       /* 1: the preconditioner is set up for `shift`, since the solve is held */
+    double uneven;                      /* [m^d/s] largest difference of fluxes through sections, after a solve */
+    int prepared;                       /* 1: the preconditioner is set up for `shift` in the present solve */
     double shift;                       /* [1/s] 1 over the pseudo time step */
     double rate;                        /* [1/s] rate (u - target) joins the momentum residual; 0: steady */
-    const double *target;               /* [PD_DIM][total] [m/s] */
+    const double *target;               /* [PD_DIM][total] [m/s] u* of a stage in time */
     double weight;                      /* [-] of momentum against continuity in norms (eq. 4.9c) */
     double norm0;                       /* [-] largest initial residual norm of all solves */
 } pd_steady;

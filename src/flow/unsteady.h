@@ -30,7 +30,7 @@ typedef struct pd_unsteady {
     double *start;         /* [PD_DIM+1][total] [m/s], [-] state at the start of the step: v, then density */
     double *rate;          /* [PD_DIM+1][total] [m/s2], [1/s] time derivatives of the stage */
     pd_spectrum spectrum;  /* of the linear flow, for the limit */
-    double key[PD_DIM + 2], limit; /* [-] [s] the last limit, and its state */
+    double key[PD_DIM + 2], limit; /* [-] [s] the last stability limit, and the rounded state that it belongs to */
     double time;           /* [s] */
     int64_t steps;
 } pd_unsteady;
