@@ -13,16 +13,16 @@ typedef struct pd_electrolyte {
     double enthalpy[PD_REACTION_MOST]; /* [J/mol] with which K went from 25 C to the temperature; NaN: K is as given */
     double volume[PD_SPECIES_MOST];  /* [m3/mol] of solids; 0: not known */
     double recipe[PD_SPECIES_MOST];  /* [mol/m3] as written, of the start */
-    double initial[PD_SPECIES_MOST]; /* [mol/m3] the same, closed; a solid per volume of water */
-    double inlet[PD_SPECIES_MOST];   /* [mol/m3] of what enters, closed */
-    double inside[PD_SPECIES_MOST];  /* [mol/m3] of what shapes hold at the start, closed */
-    double ph, inlet_ph, inside_ph; /* [-] set at the start, of what enters, of what shapes hold; NaN: they follow from
-                                     * the amounts */
-    int balance;         /* index of the ion that makes up for the sum of charges; -1: none, the sum has to be 0 */
-    int counter;         /* index of the ion that comes with the acid or base that sets the pH; -1: none */
+    double initial[PD_SPECIES_MOST]; /* [mol/m3] the same, made neutral; a solid per volume of water */
+    double inlet[PD_SPECIES_MOST];   /* [mol/m3] at inlets, made neutral */
+    double inside[PD_SPECIES_MOST];  /* [mol/m3] initial concentrations inside of shapes, made neutral */
+    double ph, inlet_ph, inside_ph; /* [-] given pH of the start, of inlets, inside of shapes; NaN: it follows from the
+                                     * amounts */
+    int balance;         /* index of the ion that is adjusted for electroneutrality; -1: none, charges must sum to 0 */
+    int counter;         /* index of the counter ion of the acid or base that sets the pH; -1: none */
     pd_activity activity;
     double temperature;  /* [K] */
-    int precipitates;    /* 1: every mineral forms when it can; 0: those alone that are there */
+    int precipitates;    /* 1: every mineral forms when supersaturated; 0: only those that are present */
 } pd_electrolyte;
 
 /* Equilibrium of a solution. */
@@ -34,8 +34,15 @@ typedef struct pd_electrolyte_state {
     pd_speciation_result result;
 } pd_electrolyte_state;
 
+/* Makes the recipe c [mol/m3] electroneutral by the ion e.balance, and adds acid or base until its equilibrium has the
+ * pH `ph` (NaN: any). c holds the recipe, not the equilibrium. PD_ERR_ARGUMENT: charges do not sum to 0 and there is no
+ * such ion, or it would become negative; a pH without a counter ion, or one that cannot be reached. */
 #define pd_electrolyte_close PD_NAME(pd_electrolyte_close)
+/* Brings c [mol/m3] to equilibrium of all reactions that have a constant K, also those with rates. PD_ERR_ARGUMENT,
+ * PD_ERR_DIVERGED: there is none, c is unchanged. */
 #define pd_electrolyte_solve PD_NAME(pd_electrolyte_solve)
+/* per [e.count]: species in one unit of a neutral reagent "Na+ + OH-". PD_ERR_PARSE: an unknown species, a net
+ * charge. */
 #define pd_electrolyte_reagent PD_NAME(pd_electrolyte_reagent)
 
 /* Make the recipe c [mol/m3] neutral by the ion e.balance, and add acid or base until the pH of its equilibrium is `ph`

@@ -1,4 +1,4 @@
-/* species: what takes part in reactions: charge, phase and elements, read from a name such as Mg2+ or Mg(OH)2(s). */
+/* species: chemical species: charge, phase and elements, parsed from a name such as Mg2+ or Mg(OH)2(s). */
 #ifndef PD_SPECIES_H
 #define PD_SPECIES_H
 #include "core/base.h"

@@ -16,18 +16,19 @@ static void pdi_force_cancel(const pd_grid *grid, double *force)
     if (grid->circumference) force[PD_DIM - 1] = 0.0;
 }
 
-/* What is asked for: surfaces between lo and hi, of one shape, of the sides or of all. sum: friction, then pressure. */
+/* Arguments of a surface force: between lo and hi, of one shape, of the sides or of all. sum: friction, then
+ * pressure. */
 typedef struct pdi_force_query {
     const pd_flow *flow;
     const double *lo, *hi;
     int shape;
-    int32_t last; /* row that was asked for its axes last, and these */
+    int32_t last; /* row whose friction axes are cached in `axes` */
     int axes;
     pdi_sum sum[2 * PD_DIM];
 } pdi_force_query;
 
-/* 1: the closed cell at the end of a bond, or behind a face, belongs to the shape that is asked for. side: 1 for sides
- * of the box. */
+/* 1: the closed cell at the end of a bond, or behind a face, is on the shape of the query. side: 1 for sides of the
+ * box. */
 static int pdi_force_owned(const pdi_force_query *q, int32_t closed, int side)
 {
     double x[PD_DIM];
@@ -37,7 +38,7 @@ static int pdi_force_owned(const pdi_force_query *q, int32_t closed, int side)
     return pdi_grid_level(q->flow->grid, q->shape, x) <= pdi_shape_tie(q->flow->grid->h, x);
 }
 
-/* Fraction of the closed bonds of row r, by their areas, that end on the surface asked for. */
+/* Fraction of the closed bonds of row r, by their areas, that end on the shape of the query. */
 static double pdi_force_share(const pdi_force_query *q, int32_t r)
 {
     const pd_bonds *bonds = q->flow->bonds;
@@ -144,7 +145,7 @@ static int pdi_force_beyond(const pd_grid *grid, double *x)
 }
 
 /* Bits of the axes along which the patch of row r exchanges momentum with something else: a side of the box, a flat
- * surface or one that is not asked for. A flat side is met along its normal only. */
+ * surface or one outside of the query. A flat side is met along its normal only. */
 static int pdi_force_bars(const pdi_force_query *q, int32_t r)
 {
     const pd_bonds *bonds = q->flow->bonds;
@@ -293,7 +294,7 @@ typedef struct pdi_force_rubbed {
 /* Sums over the surface pieces in a cell. */
 typedef struct pdi_force_cell {
     pdi_force_query *query;
-    double all, asked;     /* area */
+    double all, asked;     /* area of all pieces, and of those on the shape of the query */
     double drive[PD_DIM];  /* area times gradient of the pressure less body force, where rows have the friction */
     double hand[PD_DIM];   /* area times that gradient, of bodies whose rows take pressure */
     int count;
@@ -318,7 +319,7 @@ static int32_t pdi_force_beside(const pd_grid *grid, const double *x, const doub
     return -1;
 }
 
-/* 1: a surface piece belongs to the shape asked for. On a smooth surface: the shape that is nearest, or contains it. */
+/* 1: a surface piece is on the shape of the query. On a smooth surface: the shape that is nearest, or contains it. */
 static int pdi_force_has(const pdi_force_query *q, const pdi_wetted_piece *piece, const double *into)
 {
     const pd_grid *grid = q->flow->grid;
@@ -420,8 +421,8 @@ static void pdi_force_piece(void *user, const pdi_wetted_piece *piece)
         if (!(free >> d & 1)) pdi_sum_add(&q->sum[PD_DIM + d], flow->rho * p * piece->area[d]);
 }
 
-/* Adds pressure and friction of the surface in the cell of `node`. Rows count the friction and forces of whole cells:
- * the difference to the cut cell is corrected by the momentum balance. */
+/* Adds pressure and friction of the surface in the cell of `node`. Rows count the friction and forces of complete
+ * cells: the difference to the cut cell is corrected by the momentum balance. */
 static void pdi_force_press(pdi_force_query *q, int32_t node)
 {
     const pd_flow *flow = q->flow;

@@ -1,18 +1,24 @@
-/* force: what a flow does to walls and solids, in two ways that share nothing but the fields.
- *
- * On the surface: cut bonds carry friction (the wall terms of eq. 3.3 and 3.4), and pressure acts on the pieces of the
- * surface in each cell. Around the body: momentum that passes the sides of a box of cells. Both are of second order
- * where the surface is smooth; their difference measures the error (theory: eq. 4.27, 4.28).
- */
+/* force: force of a flow on walls and solids, computed in two independent ways. On the surface: friction from the wall
+ * terms of cut bonds (eq. 3.3, 3.4) or the wall shear, pressure on the pieces of the surface in each cell. Around the
+ * body: momentum flux through the faces of a box of cells. Both are of second order where the surface is smooth; their
+ * difference measures the error (theory: eq. 4.27, 4.28). */
 #ifndef PD_FORCE_H
 #define PD_FORCE_H
 #include "flow/flow.h"
 
+/* Force of the present flow on the surface of walls and solids between lo and hi [m]: force [PD_DIM] [N; 1D: N/m2, 2D:
+ * N/m, axisymmetric: N along z, 0 across]. friction and pressure: its parts, NULL allowed. A constant pressure gives
+ * itself times the area; friction takes the steady momentum balance at the surface. shape: PD_FORCE_ALL, PD_FORCE_SIDES
+ * or an index in the shapes of the grid (walls, metal that has not dissolved). Pieces of a smooth surface count for the
+ * nearest shape, faces of closed cells for every shape that contains the centre. */
 #define pd_force_surface PD_NAME(pd_force_surface)
+/* Force [PD_DIM] on everything inside the box of cells next to lo .. hi [m], from the momentum flux through its faces
+ * in steady flow; the body force acts on the fluid inside. PD_ERR_GEOMETRY: a closed node or the edge of the lattice is
+ * within two cells of a face. */
 #define pd_force_balance PD_NAME(pd_force_balance)
 
-#define PD_FORCE_ALL (-1)   /* as shape: everything */
-#define PD_FORCE_SIDES (-2) /* as shape: the sides of the box, which are no part of a shape */
+#define PD_FORCE_ALL (-1) /* as shape: all surfaces */
+#define PD_FORCE_SIDES (-2) /* as shape: the sides of the box alone */
 /* force [PD_DIM] [N; 1D: N/m2, 2D: N/m, axisymmetric: N along z, 0 across] that the present state of the flow exerts on
  * the surface of walls and solids between lo and hi [m]. A constant pressure gives itself times the area there.
  * friction and pressure are its parts (NULL: not wanted). Friction takes the steady balance of momentum on the

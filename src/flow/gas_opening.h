@@ -24,7 +24,7 @@ static inline int pdi_gas_opening_passed(const pd_bonds *bonds, int32_t i, int k
 /* Sums the bonds of node i through open sides to one face for each side (eq. 4.24b). */
 PDI_FN void pdi_gas_opening_find(const pd_bonds *bonds, int32_t i, pdi_gas_opening *t);
 /* Signs of ghost k, as bits of axes: flip, along which it is a mirror image; odd, velocity components that change sign
- * there. Behind an outlet the state is even: what comes passes. */
+ * there. Behind an outlet the state is even, so that waves leave. */
 PDI_FN void pdi_gas_opening_signs(const pd_ghosts *g, int32_t k, int *flip, int *odd);
 /* Extrapolates q [fields][total] linearly from the last two nodes to the ghosts of outlets, for gradients beside them:
  * even ghosts would make these too small and reflect waves at an angle (not in 1D). vector: first of PD_DIM vector

@@ -21,7 +21,7 @@ typedef struct pdi_near_wall_sight {
     int count;
     int32_t node[PDI_NEAR_WALL_SEEN];
     int step[PDI_NEAR_WALL_SEEN][PD_DIM]; /* from the first one */
-    double place[PD_DIM], normal[PD_DIM]; /* the surface beside what is asked for */
+    double place[PD_DIM], normal[PD_DIM]; /* [m] a point on the surface beside x, and its normal there */
     int32_t closed;
 } pdi_near_wall_sight;
 

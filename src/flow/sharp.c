@@ -292,7 +292,7 @@ PDI_FN void pdi_sharp_gradient(const pd_ctx *ctx, const pd_sharp *sharp, const d
 typedef struct pdi_sharp_face {
     double flux;              /* [1/s] of volume */
     double convected[PD_DIM]; /* [m/s2] */
-    double rubbed[PD_DIM];    /* [1/m/s] what friction brings the node below, over nu */
+    double rubbed[PD_DIM];    /* [1/m/s] viscous momentum flux into the node below, over nu */
 } pdi_sharp_face;
 
 /* 1: no smooth surface is at the face between i and j, or beside it across axis d: the face gets the correction. */

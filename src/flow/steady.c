@@ -457,7 +457,7 @@ PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
     return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s) + more);
 }
 
-/* ---- what is lent ---- */
+/* ---- scratch memory ---- */
 PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
 {
     if (!s->held) {
@@ -531,7 +531,7 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     return PD_OK;
 }
 
-/* ---- what is left of the divergence ---- */
+/* ---- divergence-free correction of bond fluxes ---- */
 /* y = lap x. Fills the ghosts of x. */
 static void pdi_steady_laplacian(void *user, const double *x, double *y)
 {
@@ -585,7 +585,7 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
 PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *s)
 {
     pd_steady_result result;
-    if (!s->flow->even) { /* that of surfaces that have dissolved takes off what is not there */
+    if (!s->flow->even) { /* no smooth surfaces are left: an old potential would be wrong */
         if (s->flow->potential) pdi_par_zero(ctx, s->flow->grid->total, s->potential);
         s->flow->potential = NULL;
         return PD_OK;
@@ -656,7 +656,7 @@ static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *
     else if (bend > PDI_STEADY_BEND) path->boost *= pdi_min(2.0 * bend / PDI_STEADY_BEND, 10.0);
     else if (bend < 0.25 * PDI_STEADY_BEND) path->boost = pdi_max(path->least, path->boost * 0.5);
     if (!taken) return PD_OK;
-    /* no better than asked for */
+    /* the last linear solve need not be better than the tolerance */
     path->forcing = pdi_max(pdi_krylov_forcing(path->norm / norm), PDI_STEADY_ENOUGH / pdi_max(result->excess, 1.0));
     path->forcing = pdi_min(PDI_KRYLOV_LOOSE, path->forcing);
     return PD_OK;

@@ -17,8 +17,8 @@ typedef struct pd_steady_desc {
     int max_newton;     /* 0: as many as make progress */
     int max_krylov;     /* of one Newton step; 0: 300 */
     int restart;        /* GMRES; 0: 20 */
-    pd_arena *arena;    /* lends what a solve needs for its time, and may lend it to others at other times. Borrowed;
-                         * NULL: one of its own */
+    pd_arena *arena;    /* scratch memory of a solve, which other solvers may use at other times. Borrowed; NULL: one
+                         * of its own */
 } pd_steady_desc;
 
 typedef struct pd_steady {
