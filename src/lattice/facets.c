@@ -1,6 +1,7 @@
 /* facets: see facets.h
  *
- * Sources: trees of boxes and the closest points of triangles as in Ericson 2005, ch. 5 and 6.
+ * Sources: bounding volume hierarchies and closest points of triangles as in Ericson 2005, Real-Time Collision
+ * Detection, ch. 5 and 6.
  */
 #include "lattice/facets.h"
 #include "lattice/weld.h"
@@ -10,23 +11,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Most triangles of a box without children. */
+/* Largest number of triangles in a leaf of the tree. */
 #define PDI_FACETS_LEAF 4
-/* Rounding of places, over the largest coordinate of the surface. */
+/* [-] Rounding error of a distance over the largest coordinate of the surface: about 50 units of double precision. */
 #define PDI_FACETS_ROUNDING 1e-14
-/* Least square of the double area of a triangle that has a plane, over the fourth power of its longest edge. */
+/* [-] Degenerate triangles: (twice the area)^2 is below this fraction of the fourth power of the longest edge. They are
+ * treated as three segments. */
 #define PDI_FACETS_SLIVER 1e-16
-/* Distances to shells that a place keeps apart; where more bodies overlap the distance is one to them. */
+/* Number of overlapping bodies for which the distance is evaluated as documented; with more it is a bound. */
 #define PDI_FACETS_NEARER 16
-/* Triangles that are looked at from their front, about; and the least component of a normal along axis 0. */
+/* Approximate number of triangles whose orientation is tested, and the smallest component along axis 0 of a unit normal
+ * that a ray along axis 0 can test. */
 #define PDI_FACETS_LOOKS 20000
 #define PDI_FACETS_STEEP 0.1
-/* Depth of the tree: boxes halve, and there are fewer than 2^31 triangles. */
+/* Stack size of tree traversals: each level halves the triangles, of which there are fewer than 2^31. */
 #define PDI_FACETS_DEPTH 64
-/* A line meets a triangle that it passes so much beyond an edge, over the length of the edge; of boxes over the largest
- * coordinate. A place too many does no harm. */
+/* [-] A segment that misses an edge by this fraction of its length still intersects the triangle; for boxes, a fraction
+ * of the largest coordinate. A superfluous intersection does no harm. */
 #define PDI_FACETS_EDGE 1e-9
 
+/* Describes the arrays of the surface (name, size, unit) to the array registry. */
 static void pdi_facets_list(pdi_owner *owner, void *object)
 {
     pd_facets *facets = (pd_facets *)object;
@@ -45,33 +49,35 @@ PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets)
     return pdi_owner_bytes(pdi_facets_list, &copy);
 }
 
-/* ---- is it closed? ---- */
+/* ---- is the surface closed? ---- */
 
+/* A directed edge of a triangle, for sorting. */
 typedef struct pdi_facets_edge {
     int32_t low, high; /* vertices */
-    int32_t at;        /* corner where it begins */
+    int32_t at;        /* corner (3 triangle + 0..2) where it begins */
     int32_t sense;     /* 1: from low to high */
 } pdi_facets_edge;
 
-/* A triangle by its vertices. */
+/* A triangle by its sorted vertices, to find pairs of coincident triangles. */
 typedef struct pdi_facets_face {
     int32_t vertex[3]; /* ascending */
-    int32_t sense;     /* 1: they go around as in the triangle, -1: against it */
-    int32_t at;
+    int32_t sense;     /* 1: the sorted order is the orientation of the triangle, -1: the opposite one */
+    int32_t at;        /* triangle */
 } pdi_facets_face;
 
-/* Triangles on their way. */
+/* Working arrays while the surface is built. */
 typedef struct pdi_facets_work {
     const double *corner; /* [count][3][3] [m] as they were given */
     int32_t count;
-    int32_t *vertex;      /* [3 count] the first of the corners at one place */
-    int32_t *part;        /* [count] the first triangle of those that hang together by edges; -1: it is left out */
-    int32_t *root;        /* [3 count] work */
-    int32_t joined;       /* corners that lie beside their vertex */
-    int32_t open;         /* edges that have not as many triangles along them as against them; the first of them: */
-    int32_t at, triangles, along;
+    int32_t *vertex;      /* [3 count] vertex of a corner: the first corner at that point */
+    int32_t *part;        /* [count] shell of a triangle: its first triangle; -1: left out */
+    int32_t *root;        /* [3 count] parents of disjoint sets, and other scratch */
+    int32_t joined;       /* corners merged with a vertex nearby */
+    int32_t open;         /* unmatched edges: more triangles in one direction than in the other. The first of them: */
+    int32_t at, triangles, along; /* its first corner, its triangles, those in the direction of that corner */
 } pdi_facets_work;
 
+/* qsort: order edges by vertices, then direction, then corner. */
 static int pdi_facets_compare_edges(const void *a, const void *b)
 {
     const pdi_facets_edge *p = (const pdi_facets_edge *)a, *q = (const pdi_facets_edge *)b;
@@ -81,6 +87,7 @@ static int pdi_facets_compare_edges(const void *a, const void *b)
     return (p->at > q->at) - (p->at < q->at);
 }
 
+/* qsort: order triangles by vertices, then orientation, then number. */
 static int pdi_facets_compare_faces(const void *a, const void *b)
 {
     const pdi_facets_face *p = (const pdi_facets_face *)a, *q = (const pdi_facets_face *)b;
@@ -90,7 +97,8 @@ static int pdi_facets_compare_faces(const void *a, const void *b)
     return (p->at > q->at) - (p->at < q->at);
 }
 
-/* Triangles without a plane are left out, and those that lie on each other back to back: bodies touch there. */
+/* Excludes triangles with two equal vertices, and pairs of coincident triangles of opposite orientation (touching
+ * bodies): part[k] = -1. Others get part[k] = k. */
 static pd_status pdi_facets_choose(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_face *face = NULL;
@@ -121,28 +129,30 @@ static pd_status pdi_facets_choose(pd_ctx *ctx, pdi_facets_work *w)
     return PD_OK;
 }
 
-/* Triangles that share an edge hang together. */
+/* From the sorted directed edges edge[count]: unites triangles that share an edge into shells (part), and counts the
+ * edges whose directions do not balance (w->open). */
 static void pdi_facets_pairs(pdi_facets_work *w, const pdi_facets_edge *edge, int32_t count)
 {
     w->open = 0;
     for (int32_t k = 0; k < w->count; k++) w->root[k] = k;
     for (int32_t k = 0, next; k < count; k = next) {
-        int32_t forth = 0;
+        int32_t forward = 0;
         for (next = k; next < count && edge[next].low == edge[k].low && edge[next].high == edge[k].high; next++) {
-            forth += edge[next].sense;
+            forward += edge[next].sense;
             pdi_sets_unite(w->root, edge[k].at / 3, edge[next].at / 3);
         }
-        if (2 * forth == next - k) continue;
+        if (2 * forward == next - k) continue;
         if (!w->open++) {
             w->at = edge[k].at;
             w->triangles = next - k;
-            w->along = edge[k].sense ? forth : next - k - forth;
+            w->along = edge[k].sense ? forward : next - k - forward;
         }
     }
     for (int32_t k = 0; k < w->count; k++)
         if (w->part[k] >= 0) w->part[k] = pdi_sets_root(w->root, k);
 }
 
+/* Builds and sorts the edge list of all triangles that count, and finds shells and unmatched edges with it. */
 static pd_status pdi_facets_edges(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_edge *edge = NULL;
@@ -163,7 +173,8 @@ static pd_status pdi_facets_edges(pd_ctx *ctx, pdi_facets_work *w)
     return PD_OK;
 }
 
-/* As it is, or with vertices joined that lie side by side. */
+/* PD_OK: the surface is closed, with identical corners merged, or corners within tolerance too. PD_ERR_GEOMETRY: it
+ * has unmatched edges; the message names the first one. */
 static pd_status pdi_facets_closed(pd_ctx *ctx, pdi_facets_work *w)
 {
     PDI_TRY(pdi_weld_exact(ctx, w->corner, 3 * w->count, w->vertex));
@@ -183,6 +194,7 @@ static pd_status pdi_facets_closed(pd_ctx *ctx, pdi_facets_work *w)
                     w->triangles > 1 ? "s" : "", (int)w->along, more);
 }
 
+/* PD_ERR_ARGUMENT: number of triangles outside 4 .. INT32_MAX/9, or a coordinate that is not finite. */
 static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t count)
 {
     if (count < 4 || count > INT32_MAX / 9)
@@ -195,7 +207,7 @@ static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t cou
     return PD_OK;
 }
 
-/* Six times the volume [m3] of triangles over a place. */
+/* Six times the signed volume [m3] enclosed by `count` triangles, as a sum of tetrahedra with apex `origin` [m]. */
 static double pdi_facets_volume(const double *corner, int32_t count, const double *origin)
 {
     double volume = 0.0;
@@ -211,11 +223,13 @@ static double pdi_facets_volume(const double *corner, int32_t count, const doubl
 
 /* ---- the tree ---- */
 
+/* Sort key of a triangle. */
 typedef struct pdi_facets_key {
-    double middle; /* [m] along an axis */
-    int32_t at;
+    double middle; /* [m] coordinate of its centroid along the axis of the split */
+    int32_t at;    /* triangle */
 } pdi_facets_key;
 
+/* qsort: order by the coordinate of the centroid, then by number. */
 static int pdi_facets_compare_keys(const void *a, const void *b)
 {
     const pdi_facets_key *p = (const pdi_facets_key *)a, *q = (const pdi_facets_key *)b;
@@ -223,15 +237,16 @@ static int pdi_facets_compare_keys(const void *a, const void *b)
     return (p->at > q->at) - (p->at < q->at);
 }
 
-/* The box of the triangles first .. first + size - 1 of `key`, and those below it. */
+/* Builds the box of the triangles first .. first + size - 1 of `key`, and recursively its two children: a median
+ * split along the longest edge of the box. Reorders `key`. */
 static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key *key, int32_t first, int32_t size)
 {
-    int32_t own = f->boxes++;
-    double *box = f->box + 6 * (int64_t)own;
+    int32_t index = f->boxes++;
+    double *box = f->box + 6 * (int64_t)index;
     int axis = 0;
-    f->first[own] = first;
-    f->size[own] = size;
-    f->second[own] = 0;
+    f->first[index] = first;
+    f->size[index] = size;
+    f->second[index] = 0;
     for (int d = 0; d < 3; d++) {
         box[d] = HUGE_VAL;
         box[3 + d] = -HUGE_VAL;
@@ -250,7 +265,7 @@ static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key
     }
     qsort(key + first, (size_t)size, sizeof *key, pdi_facets_compare_keys);
     pdi_facets_divide(f, corner, key, first, size / 2);
-    f->second[own] = f->boxes;
+    f->second[index] = f->boxes;
     pdi_facets_divide(f, corner, key, first + size / 2, size - size / 2);
 }
 
@@ -258,24 +273,25 @@ static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key
 
 static double pdi_facets_dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/* Square of the distance from x to the segment from a to b. */
+/* Squared distance [m2] of point x from the segment a b. */
 static double pdi_facets_segment(const double *a, const double *b, const double *x)
 {
-    double edge[3], off[3];
+    double edge[3], offset[3];
     for (int d = 0; d < 3; d++) {
         edge[d] = b[d] - a[d];
-        off[d] = x[d] - a[d];
+        offset[d] = x[d] - a[d];
     }
-    double along = pdi_facets_dot(off, edge), whole = pdi_facets_dot(edge, edge);
-    double share = along > 0.0 ? along < whole ? along / whole : 1.0 : 0.0;
-    for (int d = 0; d < 3; d++) off[d] -= share * edge[d];
-    return pdi_facets_dot(off, off);
+    double along = pdi_facets_dot(offset, edge), square = pdi_facets_dot(edge, edge);
+    double t = along > 0.0 ? along < square ? along / square : 1.0 : 0.0;
+    for (int d = 0; d < 3; d++) offset[d] -= t * edge[d];
+    return pdi_facets_dot(offset, offset);
 }
 
-/* To the triangle: its plane where x is above it, else the edges that x is beyond. Slivers are edges alone. */
+/* Squared distance [m2] of point x from a triangle corner [3][3]: to its plane where x projects into it, else to the
+ * nearest edge. Degenerate triangles count as their edges. */
 static double pdi_facets_square(const double *corner, const double *x)
 {
-    double e[3][3], off[3], normal[3], longest = 0.0, best = HUGE_VAL;
+    double e[3][3], offset[3], normal[3], longest = 0.0, best = HUGE_VAL;
     for (int k = 0; k < 3; k++) {
         for (int d = 0; d < 3; d++) e[k][d] = corner[(3 * k + 3) % 9 + d] - corner[3 * k + d];
         double edge = pdi_facets_dot(e[k], e[k]);
@@ -284,10 +300,10 @@ static double pdi_facets_square(const double *corner, const double *x)
     for (int d = 0; d < 3; d++) {
         int p = (d + 1) % 3, q = (d + 2) % 3;
         normal[d] = e[0][p] * e[1][q] - e[0][q] * e[1][p];
-        off[d] = x[d] - corner[d];
+        offset[d] = x[d] - corner[d];
     }
     double area = pdi_facets_dot(normal, normal);
-    int plane = area > PDI_FACETS_SLIVER * longest * longest, beyond = 0;
+    int plane = area > PDI_FACETS_SLIVER * longest * longest, outside = 0;
     for (int k = 0; k < 3; k++) {
         const double *from = corner + 3 * k;
         double side = 0.0;
@@ -296,50 +312,50 @@ static double pdi_facets_square(const double *corner, const double *x)
             side += (x[d] - from[d]) * (normal[p] * e[k][q] - normal[q] * e[k][p]);
         }
         if (plane && side >= 0.0) continue;
-        beyond = 1;
+        outside = 1;
         double square = pdi_facets_segment(from, corner + (3 * k + 3) % 9, x);
         best = square < best ? square : best;
     }
-    if (beyond) return best;
-    double height = pdi_facets_dot(normal, off);
+    if (outside) return best;
+    double height = pdi_facets_dot(normal, offset);
     return height * height / area;
 }
 
-/* Square of the distance from x to box k. */
+/* Squared distance [m2] of point x from box k; 0 inside. */
 static double pdi_facets_beyond(const pd_facets *f, int32_t k, const double *x)
 {
     const double *box = f->box + 6 * (int64_t)k;
     double square = 0.0;
     for (int d = 0; d < 3; d++) {
-        double below = box[d] - x[d], above = x[d] - box[3 + d], off = below > above ? below : above;
-        square += off > 0.0 ? off * off : 0.0;
+        double below = box[d] - x[d], above = x[d] - box[3 + d], outside = below > above ? below : above;
+        square += outside > 0.0 ? outside * outside : 0.0;
     }
     return square;
 }
 
-/* Square of the distance to the nearest triangle below a box, but `but`; `best` where none is nearer than that. Nearer
- * children are looked at first. */
-static double pdi_facets_nearest(const pd_facets *f, int32_t root, int32_t but, const double *x, double best)
+/* Squared distance [m2] of x from the nearest triangle in the tree below `root`, without triangle `skip` (-1: none);
+ * `best` when none is nearer. Branch and bound, the nearer child first. */
+static double pdi_facets_nearest(const pd_facets *f, int32_t root, int32_t skip, const double *x, double best)
 {
     int32_t stack[PDI_FACETS_DEPTH];
-    double far[PDI_FACETS_DEPTH];
+    double bound[PDI_FACETS_DEPTH];
     int depth = 1;
     stack[0] = root;
-    far[0] = 0.0;
+    bound[0] = 0.0;
     while (depth) {
-        int32_t own = stack[--depth], second = f->second[own];
-        if (far[depth] >= best) continue;
+        int32_t index = stack[--depth], second = f->second[index];
+        if (bound[depth] >= best) continue;
         if (second) {
-            double left = pdi_facets_beyond(f, own + 1, x), right = pdi_facets_beyond(f, second, x);
+            double left = pdi_facets_beyond(f, index + 1, x), right = pdi_facets_beyond(f, second, x);
             int swap = left < right;
-            stack[depth] = swap ? second : own + 1;
-            far[depth++] = swap ? right : left;
-            stack[depth] = swap ? own + 1 : second;
-            far[depth++] = swap ? left : right;
+            stack[depth] = swap ? second : index + 1;
+            bound[depth++] = swap ? right : left;
+            stack[depth] = swap ? index + 1 : second;
+            bound[depth++] = swap ? left : right;
             continue;
         }
-        for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++) {
-            double square = k == but ? best : pdi_facets_square(f->corner + 9 * (int64_t)k, x);
+        for (int32_t k = f->first[index]; k < f->first[index] + f->size[index]; k++) {
+            double square = k == skip ? best : pdi_facets_square(f->corner + 9 * (int64_t)k, x);
             best = square < best ? square : best;
         }
     }
@@ -348,8 +364,8 @@ static double pdi_facets_nearest(const pd_facets *f, int32_t root, int32_t but, 
 
 /* ---- inside or outside ---- */
 
-/* Does the edge from p to q pass the ray from x along axis 0 on its far side along axis 1? 1: up axis 2, -1: down. Both
- * triangles at the edge get the same answer. */
+/* Does the edge p q, projected along axis 0, cross the half-line from x towards +axis 1? 1: upwards along axis 2, -1:
+ * downwards, 0: no. Evaluates the same expression for both triangles at an edge. */
 static int pdi_facets_passes(const double *p, const double *q, const double *x)
 {
     if ((p[2] <= x[2]) == (q[2] <= x[2])) return 0;
@@ -360,7 +376,7 @@ static int pdi_facets_passes(const double *p, const double *q, const double *x)
     return (high[1] - low[1]) * (x[2] - low[2]) - (high[2] - low[2]) * (x[1] - low[1]) > 0.0 ? up : 0;
 }
 
-/* Does the ray from x up axis 0 meet the triangle? 1: it leaves by it, -1: it enters. */
+/* Does the ray from x towards +axis 0 intersect the triangle? 1: it leaves the body there, -1: it enters, 0: no. */
 static int pdi_facets_meets(const double *corner, const double *x)
 {
     const double *a = corner, *b = corner + 3, *c = corner + 6;
@@ -376,56 +392,56 @@ static int pdi_facets_meets(const double *corner, const double *x)
     return (slope[0] > 0.0 ? height < 0.0 : height > 0.0) ? leaves : 0;
 }
 
-/* How often the triangles below a box, but `but`, go around x. */
-static int pdi_facets_winding(const pd_facets *f, int32_t root, int32_t but, const double *x)
+/* Winding number about x of the triangles in the tree below `root`, without triangle `skip` (-1: none): signed count
+ * of ray intersections. */
+static int pdi_facets_winding(const pd_facets *f, int32_t root, int32_t skip, const double *x)
 {
     int32_t stack[PDI_FACETS_DEPTH];
     int depth = 1, sum = 0;
     stack[0] = root;
     while (depth) {
-        int32_t own = stack[--depth];
-        const double *box = f->box + 6 * (int64_t)own;
+        int32_t index = stack[--depth];
+        const double *box = f->box + 6 * (int64_t)index;
         if (x[0] >= box[3] || x[1] < box[1] || x[1] >= box[4] || x[2] < box[2] || x[2] >= box[5]) continue;
-        if (f->second[own]) {
-            stack[depth++] = own + 1;
-            stack[depth++] = f->second[own];
+        if (f->second[index]) {
+            stack[depth++] = index + 1;
+            stack[depth++] = f->second[index];
             continue;
         }
-        for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++)
-            if (k != but) sum += pdi_facets_meets(f->corner + 9 * (int64_t)k, x);
+        for (int32_t k = f->first[index]; k < f->first[index] + f->size[index]; k++)
+            if (k != skip) sum += pdi_facets_meets(f->corner + 9 * (int64_t)k, x);
     }
     return sum;
 }
 
-/* 1: x lies within what shell s bounds. */
+/* 1: x lies in the region that shell s encloses, whatever the direction of its normals. */
 static int pdi_facets_within(const pd_facets *f, int32_t s, const double *x)
 {
     return f->sense[s] * pdi_facets_winding(f, f->root[s], -1, x) > 0;
 }
 
-/* Several shells. Grown by t [m], one that bounds metal holds x where its signed distance is below t, and a cavity
- * where its own is below -t: with t the number of the first ones grows and that of the others falls, and the signed
- * distance is the t at which the first ones become more. Between 0 and t lie as many of all distances as the numbers
- * differ. */
+/* Unsigned distance [m] to the surface of a union of several shells; *inside: 1 when x is in the body. Offsetting
+ * every shell by t changes how many of them contain x; the distance is the offset t at which bodies minus cavities
+ * changes sign, which is the `wanted`-th smallest distance of those shells that can bring it about. */
 static double pdi_facets_among(const pd_facets *f, const double *x, int *inside)
 {
-    double near[PDI_FACETS_NEARER];
-    int more = 0, found = 0;
-    for (int32_t s = 0; s < f->shells; s++) more += f->sense[s] * pdi_facets_within(f, s, x);
-    *inside = more > 0;
-    int wanted = *inside ? more : 1 - more;
+    double nearest[PDI_FACETS_NEARER];
+    int depth = 0, found = 0;
+    for (int32_t s = 0; s < f->shells; s++) depth += f->sense[s] * pdi_facets_within(f, s, x);
+    *inside = depth > 0;
+    int wanted = *inside ? depth : 1 - depth;
     if (wanted > PDI_FACETS_NEARER) wanted = PDI_FACETS_NEARER;
     for (int32_t s = 0; s < f->shells; s++) {
-        double bound = found < wanted ? HUGE_VAL : near[wanted - 1];
+        double bound = found < wanted ? HUGE_VAL : nearest[wanted - 1];
         if (pdi_facets_beyond(f, f->root[s], x) >= bound) continue;
         if ((f->sense[s] > 0) != (pdi_facets_within(f, s, x) == *inside)) continue;
         double square = pdi_facets_nearest(f, f->root[s], -1, x, bound);
         if (!(square < bound)) continue;
         int k = found < wanted ? found++ : wanted - 1;
-        for (; k > 0 && near[k - 1] > square; k--) near[k] = near[k - 1];
-        near[k] = square;
+        for (; k > 0 && nearest[k - 1] > square; k--) nearest[k] = nearest[k - 1];
+        nearest[k] = square;
     }
-    return sqrt(near[wanted - 1]);
+    return sqrt(nearest[wanted - 1]);
 }
 
 PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
@@ -441,21 +457,22 @@ PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
 
 /* ---- do all normals point outward? ---- */
 
-/* How often all shells go around what lies in front of triangle k, which is not along axis 0: less than 0 where the
- * triangle is turned over. */
-static int pdi_facets_front(const pd_facets *f, int32_t k, double tilt, const double *middle)
+/* Winding number of all shells just in front (outside) of triangle k: below 0 where the triangle is oriented the
+ * wrong way. normal_x: component of its normal along axis 0, not 0; middle [m]: its centroid. */
+static int pdi_facets_front(const pd_facets *f, int32_t k, double normal_x, const double *middle)
 {
-    int around = tilt > 0.0 ? 0 : -1;
-    for (int32_t s = 0; s < f->shells; s++) around += pdi_facets_winding(f, f->root[s], k, middle);
-    if (around >= 0) return around;
-    double far = 0.0, near = HUGE_VAL; /* triangles that lie on each other are in front of nothing */
-    for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
-    for (int32_t s = 0; s < f->shells; s++) near = pdi_facets_nearest(f, f->root[s], k, middle, near);
-    return near > PDI_WELD_NEAR * PDI_WELD_NEAR * far * far ? around : 0;
+    int winding = normal_x > 0.0 ? 0 : -1;
+    for (int32_t s = 0; s < f->shells; s++) winding += pdi_facets_winding(f, f->root[s], k, middle);
+    if (winding >= 0) return winding;
+    double largest = 0.0, nearest = HUGE_VAL; /* triangles that lie on each other are in front of nothing */
+    for (int d = 0; d < 6; d++) largest = pdi_max(largest, fabs(f->box[d]));
+    for (int32_t s = 0; s < f->shells; s++) nearest = pdi_facets_nearest(f, f->root[s], k, middle, nearest);
+    return nearest > PDI_WELD_NEAR * PDI_WELD_NEAR * largest * largest ? winding : 0;
 }
 
-/* 1: triangle k can be looked at along axis 0: its middle, and the component of its normal. */
-static int pdi_facets_faces(const pd_facets *f, int32_t k, double *tilt, double *middle)
+/* 1: the orientation of triangle k can be tested by a ray along axis 0, its normal not being across it. *normal_x:
+ * component of the normal along axis 0 [m2]; middle [m]: the centroid. */
+static int pdi_facets_faces(const pd_facets *f, int32_t k, double *normal_x, double *middle)
 {
     const double *a = f->corner + 9 * (int64_t)k, *b = a + 3, *c = a + 6;
     double normal[3];
@@ -464,21 +481,23 @@ static int pdi_facets_faces(const pd_facets *f, int32_t k, double *tilt, double 
         normal[d] = (b[p] - a[p]) * (c[q] - a[q]) - (b[q] - a[q]) * (c[p] - a[p]);
         middle[d] = a[d] / 3.0 + b[d] / 3.0 + c[d] / 3.0;
     }
-    *tilt = normal[0];
+    *normal_x = normal[0];
     return fabs(normal[0]) > PDI_FACETS_STEEP * sqrt(pdi_facets_dot(normal, normal));
 }
 
+/* PD_ERR_GEOMETRY: a sampled triangle has its normal towards the inside of the body. Samples at least 8 triangles of
+ * each shell, about PDI_FACETS_LOOKS in all. */
 static pd_status pdi_facets_face_out(pd_ctx *ctx, const pd_facets *f)
 {
-    int32_t looked = 0, wrong = 0, first = 0, step = 1 + f->count / PDI_FACETS_LOOKS;
+    int32_t tested = 0, wrong = 0, first = 0, step = 1 + f->count / PDI_FACETS_LOOKS;
     double place[3] = {0.0, 0.0, 0.0};
     for (int32_t s = 0; s < f->shells; s++) {
-        int32_t size = f->size[f->root[s]], each = step < 1 + size / 8 ? step : 1 + size / 8;
-        for (int32_t k = first; k < first + size; k += each) {
-            double tilt, middle[3];
-            if (!pdi_facets_faces(f, k, &tilt, middle)) continue;
-            looked++;
-            if (pdi_facets_front(f, k, tilt, middle) >= 0) continue;
+        int32_t size = f->size[f->root[s]], stride = step < 1 + size / 8 ? step : 1 + size / 8;
+        for (int32_t k = first; k < first + size; k += stride) {
+            double normal_x, middle[3];
+            if (!pdi_facets_faces(f, k, &normal_x, middle)) continue;
+            tested++;
+            if (pdi_facets_front(f, k, normal_x, middle) >= 0) continue;
             for (int d = 0; d < 3 && !wrong; d++) place[d] = middle[d];
             wrong++;
         }
@@ -487,12 +506,13 @@ static pd_status pdi_facets_face_out(pd_ctx *ctx, const pd_facets *f)
     if (!wrong) return PD_OK;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the triangle around (%.9g %.9g %.9g) m is turned over, as "
                     "are %d of the %d that were looked at: expected normals that point outward, and into cavities",
-                    place[0], place[1], place[2], (int)wrong, (int)looked);
+                    place[0], place[1], place[2], (int)wrong, (int)tested);
 }
 
-/* ---- life ---- */
+/* ---- build and free ---- */
 
-/* The triangles that count, those of a shell one after another, with their normals outward: into `corner`. */
+/* Copies the triangles that count to corner [count][3][3], shell by shell; size [shells] receives their numbers.
+ * Flips all of them when the enclosed volume is negative. */
 static void pdi_facets_sort(const pdi_facets_work *w, pd_facets *f, double *corner, int32_t *size)
 {
     int32_t count = 0, shells = 0;
@@ -521,7 +541,8 @@ static void pdi_facets_sort(const pdi_facets_work *w, pd_facets *f, double *corn
         }
 }
 
-/* A tree for each shell, behind a box of all where there are several. */
+/* Builds one tree for each shell (below a common box when there are several), sets the sign of each shell by its
+ * volume, and stores the triangles in the order of the leaves. */
 static void pdi_facets_plant(pd_facets *f, const double *corner, pdi_facets_key *key, const int32_t *size)
 {
     int32_t first = 0;
@@ -532,8 +553,8 @@ static void pdi_facets_plant(pd_facets *f, const double *corner, pdi_facets_key 
         for (int d = 0; d < 6; d++) f->box[d] = d < 3 ? HUGE_VAL : -HUGE_VAL;
     }
     for (int32_t s = 0; s < f->shells; s++) {
-        const double *own = corner + 9 * (int64_t)first;
-        f->sense[s] = pdi_facets_volume(own, size[s], own) < 0.0 ? -1 : 1;
+        const double *shell = corner + 9 * (int64_t)first;
+        f->sense[s] = pdi_facets_volume(shell, size[s], shell) < 0.0 ? -1 : 1;
         f->root[s] = f->boxes;
         pdi_facets_divide(f, corner, key, first, size[s]);
         const double *box = f->box + 6 * (int64_t)f->root[s];
@@ -547,7 +568,7 @@ static void pdi_facets_plant(pd_facets *f, const double *corner, pdi_facets_key 
         for (int c = 0; c < 9; c++) f->corner[9 * (int64_t)k + c] = corner[9 * (int64_t)key[k].at + c] + 0.0;
 }
 
-/* What is closed, as shells. */
+/* Allocates the surface and fills it from the closed triangles of w. PD_ERR_GEOMETRY: no volume. */
 static pd_status pdi_facets_shells(pd_ctx *ctx, const pdi_facets_work *w, pd_facets *f)
 {
     pdi_facets_key *key = NULL;
@@ -576,6 +597,7 @@ static pd_status pdi_facets_shells(pd_ctx *ctx, const pdi_facets_work *w, pd_fac
     return status;
 }
 
+/* Inner part of pd_facets_build: what it leaves behind on failure is freed by the caller. */
 static pd_status pdi_facets_make(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *f)
 {
     pdi_facets_work w;
@@ -608,14 +630,14 @@ void pd_facets_free(pd_ctx *ctx, pd_facets *facets)
     memset(facets, 0, sizeof *facets);
 }
 
-/* ---- lines ---- */
+/* ---- intersections with segments ---- */
 
-/* Does the line x + t xi, 0 <= t <= 1, pass the box of the tree? */
-static int pdi_facets_through(const double *box, const double *x, const double *xi, double slack)
+/* 1: the segment x + t xi, 0 <= t <= 1, intersects the box [6] enlarged by `tolerance` [m] (slab test). */
+static int pdi_facets_through(const double *box, const double *x, const double *xi, double tolerance)
 {
     double from = 0.0, to = 1.0;
     for (int d = 0; d < 3; d++) {
-        double low = box[d] - slack - x[d], high = box[3 + d] + slack - x[d];
+        double low = box[d] - tolerance - x[d], high = box[3 + d] + tolerance - x[d];
         if (fabs(xi[d]) > 0.0) {
             double a = low / xi[d], b = high / xi[d];
             from = pdi_max(from, pdi_min(a, b));
@@ -625,43 +647,44 @@ static int pdi_facets_through(const double *box, const double *x, const double *
     return from <= to;
 }
 
-/* t where the line meets the triangle; HUGE_VAL: it does not. By the volumes of line and edges. */
+/* Parameter t at which the line x + t xi intersects the triangle; HUGE_VAL: it does not. Moeller and Trumbore 1997,
+ * with the tolerance PDI_FACETS_EDGE. */
 static double pdi_facets_hit(const double *corner, const double *x, const double *xi)
 {
-    double e[2][3], off[3], across[3], turned[3];
+    double e[2][3], offset[3], across[3], cross[3];
     for (int d = 0; d < 3; d++) {
         e[0][d] = corner[3 + d] - corner[d];
         e[1][d] = corner[6 + d] - corner[d];
-        off[d] = x[d] - corner[d];
+        offset[d] = x[d] - corner[d];
     }
     for (int d = 0; d < 3; d++) {
         int p = (d + 1) % 3, q = (d + 2) % 3;
         across[d] = xi[p] * e[1][q] - xi[q] * e[1][p];
-        turned[d] = off[p] * e[0][q] - off[q] * e[0][p];
+        cross[d] = offset[p] * e[0][q] - offset[q] * e[0][p];
     }
     double volume = pdi_facets_dot(e[0], across);
     if (!(fabs(volume) > 0.0)) return HUGE_VAL;
-    double u = pdi_facets_dot(off, across) / volume, v = pdi_facets_dot(xi, turned) / volume;
+    double u = pdi_facets_dot(offset, across) / volume, v = pdi_facets_dot(xi, cross) / volume;
     if (u < -PDI_FACETS_EDGE || v < -PDI_FACETS_EDGE || u + v > 1.0 + PDI_FACETS_EDGE) return HUGE_VAL;
-    return pdi_facets_dot(e[1], turned) / volume;
+    return pdi_facets_dot(e[1], cross) / volume;
 }
 
 PDI_FN double pdi_facets_crossing(const pd_facets *f, const double *x, const double *xi, double after)
 {
     int32_t stack[PDI_FACETS_DEPTH];
     int depth = 1;
-    double best = HUGE_VAL, far = 0.0;
-    for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
+    double best = HUGE_VAL, largest = 0.0;
+    for (int d = 0; d < 6; d++) largest = pdi_max(largest, fabs(f->box[d]));
     stack[0] = 0;
     while (depth) {
-        int32_t own = stack[--depth];
-        if (!pdi_facets_through(f->box + 6 * (int64_t)own, x, xi, PDI_FACETS_EDGE * far)) continue;
-        if (f->second[own]) {
-            stack[depth++] = own + 1;
-            stack[depth++] = f->second[own];
+        int32_t index = stack[--depth];
+        if (!pdi_facets_through(f->box + 6 * (int64_t)index, x, xi, PDI_FACETS_EDGE * largest)) continue;
+        if (f->second[index]) {
+            stack[depth++] = index + 1;
+            stack[depth++] = f->second[index];
             continue;
         }
-        for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++) {
+        for (int32_t k = f->first[index]; k < f->first[index] + f->size[index]; k++) {
             double t = pdi_facets_hit(f->corner + 9 * (int64_t)k, x, xi);
             if (t > after && t < best) best = t;
         }

@@ -1,16 +1,17 @@
 /* shape: see shape.h
  *
- * Sources: signed distances of primitives and their min/max algebra as in Ricci 1973 and Hart 1996 (sphere tracing).
+ * Sources: signed distances of primitives and their minimum/maximum algebra as in Ricci 1973 and Hart 1996 (sphere
+ * tracing).
  */
 #include "lattice/shape.h"
 #include "core/vec.h"
 #include <float.h>
 #include <math.h>
 
-/* Rounding of a coordinate and of what is computed from it, over the coordinate. */
+/* [-] Rounding error of a distance over the largest coordinate: 16 units of double precision. */
 #define PDI_SHAPE_ROUNDING (16.0 * DBL_EPSILON)
 
-/* max over axes outside, negative inside: the exact distance to an axis-aligned box. */
+/* Signed distance [m] of x from the axis-aligned box lo .. hi, exact. */
 static double pdi_shape_box(const double *lo, const double *hi, const double *x)
 {
     double outside[PD_DIM], inside = -HUGE_VAL;
@@ -22,25 +23,28 @@ static double pdi_shape_box(const double *lo, const double *hi, const double *x)
     return inside > 0.0 ? pdi_vec_norm(outside) : inside;
 }
 
-/* The lower or upper face of a shape along axis d at x_d = `face`: 1 when the shape goes on behind it. */
+/* 1: the lower (upper 0) or upper (upper 1) face of a shape across axis d, at the coordinate `face` [m], lies on or
+ * behind a plane of the frame f where shapes continue, and so is no surface. */
 static int pdi_shape_goes_on(const pdi_shape_frame *f, int d, int upper, double face)
 {
     if (!(f->sides >> (2 * d + upper) & 1)) return 0;
     return upper ? face >= f->hi[d] - f->slack : face <= f->lo[d] + f->slack;
 }
 
-/* A face behind which the shape goes on moves away by the distance between the planes of the frame. */
+/* Signed distance [m] of x from box s, whose faces behind planes of the frame are moved away by the distance between
+ * the planes. */
 static double pdi_shape_box_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
 {
     double lo[PD_DIM], hi[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
-        double far = f->hi[d] - f->lo[d];
-        lo[d] = pdi_shape_goes_on(f, d, 0, s->a[d]) ? f->lo[d] - far : s->a[d];
-        hi[d] = pdi_shape_goes_on(f, d, 1, s->b[d]) ? f->hi[d] + far : s->b[d];
+        double length = f->hi[d] - f->lo[d];
+        lo[d] = pdi_shape_goes_on(f, d, 0, s->a[d]) ? f->lo[d] - length : s->a[d];
+        hi[d] = pdi_shape_goes_on(f, d, 1, s->b[d]) ? f->hi[d] + length : s->b[d];
     }
     return pdi_shape_box(lo, hi, x);
 }
 
+/* Signed distance [m] of x from an unbounded cylinder (2D: a disc or a slab). */
 static double pdi_shape_cylinder(const pd_shape *s, const double *x)
 {
     double radial[PD_DIM];
@@ -48,15 +52,16 @@ static double pdi_shape_cylinder(const pd_shape *s, const double *x)
     return pdi_vec_norm(radial) - s->r;
 }
 
+/* Signed distance [m] of x from a half-space. */
 static double pdi_shape_half_space(const pd_shape *s, const double *x)
 {
-    double from[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) from[d] = x[d] - s->a[d];
-    return pdi_vec_dot(from, s->b) / pdi_vec_norm(s->b);
+    double offset[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) offset[d] = x[d] - s->a[d];
+    return pdi_vec_dot(offset, s->b) / pdi_vec_norm(s->b);
 }
 
-/* A face across an axis, on a plane of the frame or behind it, moves away by the distance between the planes. Then all
- * that lies between the planes is on one side of the face. */
+/* Signed distance [m] of x from a half-space. A face normal to an axis, on or behind a plane of the frame, is moved
+ * away by the distance between the planes, so that all points between them are on one side of it. */
 static double pdi_shape_half_space_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
 {
     int axis = -1, axes = 0;
@@ -68,13 +73,13 @@ static double pdi_shape_half_space_framed(const pd_shape *s, const pdi_shape_fra
         axes++;
     }
     if (axes != 1) return pdi_shape_half_space(s, x);
-    double far = f->hi[axis] - f->lo[axis];
-    if (pdi_shape_goes_on(f, axis, 0, s->a[axis])) at[axis] += far;
-    else if (pdi_shape_goes_on(f, axis, 1, s->a[axis])) at[axis] -= far;
+    double length = f->hi[axis] - f->lo[axis];
+    if (pdi_shape_goes_on(f, axis, 0, s->a[axis])) at[axis] += length;
+    else if (pdi_shape_goes_on(f, axis, 1, s->a[axis])) at[axis] -= length;
     return pdi_shape_half_space(s, at);
 }
 
-/* Cells beyond the mask are empty. */
+/* 1: voxel i[] of the mask is set. Voxels outside of the mask are empty. */
 static int pdi_shape_cell(const pd_shape *s, const int64_t *i)
 {
     size_t cell = 0, stride = 1;
@@ -86,8 +91,8 @@ static int pdi_shape_cell(const pd_shape *s, const int64_t *i)
     return s->mask[cell] != 0;
 }
 
-/* The distance to the nearest cell of the other value, cut off at the shortest cell edge (which no cell but the
- * neighbours can undercut); outside also at least the distance to the box of the mask. */
+/* Signed distance [m] of x from a voxel mask: to the nearest voxel of the other value, at most the shortest edge of a
+ * voxel (only direct neighbours can be nearer); outside at least the distance to the box of the mask. */
 static double pdi_shape_voxels(const pd_shape *s, const double *x)
 {
     double hi[PD_DIM], nearest = HUGE_VAL;
@@ -118,16 +123,17 @@ static double pdi_shape_voxels(const pd_shape *s, const double *x)
     return value ? -nearest : pdi_max(nearest, box);
 }
 
-/* frame NULL: no plane. */
+/* Signed distance [m] of x from shape `index`, set operations by minimum and maximum of their children; frame NULL:
+ * no planes behind which shapes continue. */
 static double pdi_shape_level(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x)
 {
     const pd_shape *s = &shapes[index];
-    double from[PD_DIM], distance;
+    double offset[PD_DIM], distance;
     switch (s->type) {
     case PD_SHAPE_BOX: return frame ? pdi_shape_box_framed(s, frame, x) : pdi_shape_box(s->a, s->b, x);
     case PD_SHAPE_BALL:
-        for (int d = 0; d < PD_DIM; d++) from[d] = x[d] - s->a[d];
-        return pdi_vec_norm(from) - s->r;
+        for (int d = 0; d < PD_DIM; d++) offset[d] = x[d] - s->a[d];
+        return pdi_vec_norm(offset) - s->r;
     case PD_SHAPE_CYLINDER: return pdi_shape_cylinder(s, x);
     case PD_SHAPE_HALF_SPACE: return frame ? pdi_shape_half_space_framed(s, frame, x) : pdi_shape_half_space(s, x);
     case PD_SHAPE_VOXELS: return pdi_shape_voxels(s, x);
@@ -155,9 +161,9 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
 
 PDI_FN double pdi_shape_tie(const double *h, const double *x)
 {
-    double most = 0.0;
-    for (int d = 0; d < PD_DIM; d++) most = pdi_max(most, fabs(x[d]));
-    return pdi_max(PDI_SHAPE_TIE * pdi_vec_least(h), PDI_SHAPE_ROUNDING * most);
+    double largest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) largest = pdi_max(largest, fabs(x[d]));
+    return pdi_max(PDI_SHAPE_TIE * pdi_vec_least(h), PDI_SHAPE_ROUNDING * largest);
 }
 
 PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x)
@@ -165,32 +171,35 @@ PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shap
     return pdi_shape_level(shapes, index, frame, x);
 }
 
-/* The lesser one of t and best that is larger than `after`. */
+/* The smaller one of t and best, as far as it is larger than `after`. */
 static double pdi_shape_next(double t, double after, double best) { return t > after && t < best ? t : best; }
 
-/* Where the line meets a sphere or a cylinder around `centre`; axis `along` (-1: none) does not count. */
+/* First intersection, behind t = after, of the line with a sphere or a cylinder; axis `along` (-1: none) is not
+ * counted in the radius. A line that passes within `tie` [m] of the surface touches it once. */
 static double pdi_shape_crossing_round(const pd_shape *s, int along, const double *x, const double *xi, double after,
                                        double tie)
 {
-    double square = 0.0, middle = 0.0, out = -s->r * s->r;
+    double square = 0.0, linear = 0.0, constant = -s->r * s->r;
     for (int d = 0; d < PD_DIM; d++) {
-        double off = x[d] - s->a[d];
+        double offset = x[d] - s->a[d];
         if (d == along) continue;
         square += xi[d] * xi[d];
-        middle += off * xi[d];
-        out += off * off;
+        linear += offset * xi[d];
+        constant += offset * offset;
     }
-    double under = middle * middle - square * out;
+    double discriminant = linear * linear - square * constant;
     if (!(square > 0.0)) return HUGE_VAL;
-    if (fabs(under) <= 2.0 * s->r * tie * square) return pdi_shape_next(-middle / square, after, HUGE_VAL);
-    if (!(under > 0.0)) return HUGE_VAL;
-    double first = pdi_shape_next((-middle - sqrt(under)) / square, after, HUGE_VAL);
-    return pdi_shape_next((-middle + sqrt(under)) / square, after, first);
+    if (fabs(discriminant) <= 2.0 * s->r * tie * square) return pdi_shape_next(-linear / square, after, HUGE_VAL);
+    if (!(discriminant > 0.0)) return HUGE_VAL;
+    double first = pdi_shape_next((-linear - sqrt(discriminant)) / square, after, HUGE_VAL);
+    return pdi_shape_next((-linear + sqrt(discriminant)) / square, after, first);
 }
 
+/* First intersection, behind t = after, of the line x + t xi with the surface of one primitive; HUGE_VAL: none, or s
+ * is a set operation. */
 static double pdi_shape_crossing_one(const pd_shape *s, const double *x, const double *xi, double after, double tie)
 {
-    double best = HUGE_VAL, off[PD_DIM];
+    double best = HUGE_VAL, offset[PD_DIM];
     switch (s->type) {
     case PD_SHAPE_BOX:
         for (int d = 0; d < PD_DIM; d++) {
@@ -202,9 +211,9 @@ static double pdi_shape_crossing_one(const pd_shape *s, const double *x, const d
     case PD_SHAPE_BALL: return pdi_shape_crossing_round(s, -1, x, xi, after, tie);
     case PD_SHAPE_CYLINDER: return pdi_shape_crossing_round(s, PD_DIM > 1 ? s->axis : -1, x, xi, after, tie);
     case PD_SHAPE_HALF_SPACE:
-        for (int d = 0; d < PD_DIM; d++) off[d] = s->a[d] - x[d];
+        for (int d = 0; d < PD_DIM; d++) offset[d] = s->a[d] - x[d];
         if (fabs(pdi_vec_dot(xi, s->b)) > 0.0)
-            best = pdi_shape_next(pdi_vec_dot(off, s->b) / pdi_vec_dot(xi, s->b), after, best);
+            best = pdi_shape_next(pdi_vec_dot(offset, s->b) / pdi_vec_dot(xi, s->b), after, best);
         return best;
     case PD_SHAPE_FACETS: return PD_DIM == 3 ? pdi_facets_crossing(s->facets, x, xi, after) : HUGE_VAL;
     default: return HUGE_VAL;
@@ -244,6 +253,7 @@ PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index)
 }
 
 PDI_COLD_BEGIN
+/* PD_ERR_ARGUMENT: an edge of the box is not positive and finite. k: index for the message. */
 static pd_status pdi_shape_check_box(pd_ctx *ctx, const pd_shape *s, int k)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -253,6 +263,7 @@ static pd_status pdi_shape_check_box(pd_ctx *ctx, const pd_shape *s, int k)
     return PD_OK;
 }
 
+/* PD_ERR_ARGUMENT: point a is not finite. */
 static pd_status pdi_shape_check_centre(pd_ctx *ctx, const pd_shape *s, int k, const char *name)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -262,6 +273,7 @@ static pd_status pdi_shape_check_centre(pd_ctx *ctx, const pd_shape *s, int k, c
     return PD_OK;
 }
 
+/* PD_ERR_ARGUMENT: centre, radius or axis of a ball or cylinder is not valid. */
 static pd_status pdi_shape_check_round(pd_ctx *ctx, const pd_shape *s, int k, const char *name)
 {
     PDI_TRY(pdi_shape_check_centre(ctx, s, k, name));
@@ -274,6 +286,7 @@ static pd_status pdi_shape_check_round(pd_ctx *ctx, const pd_shape *s, int k, co
     return PD_OK;
 }
 
+/* PD_ERR_ARGUMENT: point or normal of a half-space is not finite, or the normal is zero. */
 static pd_status pdi_shape_check_half_space(pd_ctx *ctx, const pd_shape *s, int k)
 {
     PDI_TRY(pdi_shape_check_centre(ctx, s, k, "half-space"));
@@ -284,6 +297,7 @@ static pd_status pdi_shape_check_half_space(pd_ctx *ctx, const pd_shape *s, int 
     return PD_OK;
 }
 
+/* PD_ERR_ARGUMENT: a voxel mask is missing, or its size or spacing is not positive. */
 static pd_status pdi_shape_check_voxels(pd_ctx *ctx, const pd_shape *s, int k)
 {
     PDI_TRY(pdi_shape_check_centre(ctx, s, k, "voxels"));
@@ -299,15 +313,16 @@ static pd_status pdi_shape_check_voxels(pd_ctx *ctx, const pd_shape *s, int k)
     return PD_OK;
 }
 
+/* PD_ERR_ARGUMENT: a set operation has the wrong number of children, or one that is not an earlier shape. */
 static pd_status pdi_shape_check_children(pd_ctx *ctx, const pd_shape *shapes, int k, const char *name)
 {
     const pd_shape *s = &shapes[k];
-    int most = (int)(sizeof s->child / sizeof s->child[0]);
-    int least = s->type == PD_SHAPE_DIFFERENCE ? 2 : 1;
-    if (s->type == PD_SHAPE_COMPLEMENT) most = 1;
-    if (s->children < least || s->children > most)
+    int max = (int)(sizeof s->child / sizeof s->child[0]);
+    int min = s->type == PD_SHAPE_DIFFERENCE ? 2 : 1;
+    if (s->type == PD_SHAPE_COMPLEMENT) max = 1;
+    if (s->children < min || s->children > max)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has %d children, expected %d to %d", k, name,
-                        s->children, least, most);
+                        s->children, min, max);
     for (int c = 0; c < s->children; c++)
         if (s->child[c] < 0 || s->child[c] >= k)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has child %d, expected the index of an "
@@ -315,6 +330,7 @@ static pd_status pdi_shape_check_children(pd_ctx *ctx, const pd_shape *shapes, i
     return PD_OK;
 }
 
+/* Checks the parameters of shape k by its type. */
 static pd_status pdi_shape_check(pd_ctx *ctx, const pd_shape *shapes, int k)
 {
     const pd_shape *s = &shapes[k];

@@ -1,7 +1,8 @@
-/* shape: signed distances and set operations. Negative inside the shape.
+/* shape: signed distance functions of primitives and their set operations (constructive solid geometry); negative
+ * inside.
  *
- * A scene is an array of shapes; later nodes of the array refer to earlier ones by index (children first), so a tree
- * is one flat array without pointers.
+ * A geometry is an array of shapes. Set operations refer to earlier entries by index (children first), so a tree is one
+ * flat array without pointers.
  */
 #ifndef PD_SHAPE_H
 #define PD_SHAPE_H
@@ -44,36 +45,40 @@ typedef struct pd_shape {
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
 #ifdef PDI_INTERNAL
-/* [m] A place that is nearer to the surface of a shape lies on it: PDI_SHAPE_TIE of the least spacing, or the rounding
- * of coordinates of that size. */
+/* [-] of the smallest spacing: a point nearer than that to a surface counts as on it. */
 #define PDI_SHAPE_TIE 1e-9
+/* [m] Distance below which a point x counts as on a surface: PDI_SHAPE_TIE of the smallest spacing h [PD_DIM], or the
+ * rounding of coordinates of the size of x. */
 PDI_FN double pdi_shape_tie(const double *h, const double *x);
-/* 1: the place belongs to the shape. What lies on a surface does, on both sides of every body, so that mirrored, turned
- * and shifted bodies have the same nodes. */
+/* 1: the point x belongs to the shape. Points on the surface do, so that mirrored, rotated and shifted bodies have
+ * the same nodes. */
 static inline int pdi_shape_has(const pd_shape *shapes, int index, const double *h, const double *x)
 {
     return pd_shape_distance(shapes, index, x) <= pdi_shape_tie(h, x);
 }
-/* Check the array of `count` shapes: parameters finite, radii positive, boxes not empty, children earlier.
- * PD_ERR_ARGUMENT: the first shape and parameter at fault. PD_ERR_SIZE: a limit above. */
+/* Checks `count` shapes: parameters finite, radii positive, boxes not empty, children earlier in the array.
+ * PD_ERR_ARGUMENT: names the first shape and parameter at fault. PD_ERR_SIZE: PD_SHAPE_MAX or
+ * PD_SHAPE_MAX_EVALUATIONS is exceeded. */
 PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
-/* Planes that a shape goes on behind: x_d = lo[d] (bit 2 d of `sides`) and x_d = hi[d] (bit 2 d + 1). */
+/* Planes of a box behind which shapes continue (periodic and mirror sides): x_d = lo[d] for bit 2 d of `sides`, and
+ * x_d = hi[d] for bit 2 d + 1. */
 typedef struct pdi_shape_frame {
     const double *lo, *hi; /* [m] */
-    double slack;          /* [m] what is nearer than that to a plane lies on it */
-    int sides;
+    double slack;          /* [m] tolerance: a point nearer than that to a plane lies on it */
+    int sides;             /* bits of the planes */
 } pdi_shape_frame;
-/* The same between the planes, where faces of boxes and half-spaces on these planes or behind them are no surface: it
- * is at least the distance between two planes from them. */
+/* Signed distance [m] of x between the planes, where faces of boxes and half-spaces on or behind a plane of the frame
+ * are no surface: they are moved away by the distance between the two planes. */
 PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x);
-/* Where the straight line x + t xi meets a face of one of the shapes 0 .. index next: the least t > after, at most 1;
- * HUGE_VAL: nowhere. Between two such places it is on one side of each shape's surface. A ball or cylinder that it
- * comes as near to as `tie` [m], or enters no deeper, it touches at one place. Not for voxel masks. */
+/* First intersection of the segment x + t xi with the surface of one of the shapes 0 .. index: the smallest t >
+ * after, at most 1; HUGE_VAL: none. Between two intersections the segment is on one side of each surface. A ball or
+ * cylinder that it only touches within `tie` [m] has one intersection. Not for voxel masks. */
 PDI_FN double pdi_shape_crossing(const pd_shape *shapes, int index, const double *x, const double *xi, double after,
                                  double tie);
-/* 1 when the shape is convex, as its type and those of its children say. */
+/* 1: the shape is convex, as its type and those of its children say; 0: it may not be. */
 PDI_FN int pdi_shape_convex(const pd_shape *shapes, int index);
-/* 1 when the zero level of the shape is a smooth description of the surface (no voxel mask below it). */
+/* 1: the zero level of the signed distance is a smooth description of the surface (there is no voxel mask in the
+ * tree). */
 PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index);
 #endif
 

@@ -3,17 +3,19 @@
 #include "core/sets.h"
 #include <stdlib.h>
 
+/* A corner, for sorting by its coordinates. */
 typedef struct pdi_weld_vertex {
-    double x[3];
-    int32_t at; /* of all corners */
+    double x[3]; /* [m] */
+    int32_t at;  /* number of the corner */
 } pdi_weld_vertex;
 
-/* The same with the cube of the tolerance that it lies in. */
+/* A vertex and the cell of a uniform hash grid (edge: the merge tolerance) that it lies in. */
 typedef struct pdi_weld_cube {
     int32_t index[3];
     int32_t at;
 } pdi_weld_cube;
 
+/* qsort: order by x, y, z, then by the number of the corner. */
 static int pdi_weld_compare(const void *a, const void *b)
 {
     const pdi_weld_vertex *p = (const pdi_weld_vertex *)a, *q = (const pdi_weld_vertex *)b;
@@ -22,6 +24,7 @@ static int pdi_weld_compare(const void *a, const void *b)
     return (p->at > q->at) - (p->at < q->at);
 }
 
+/* qsort: order by the index of the hash cell, then by the number of the corner. */
 static int pdi_weld_compare_cubes(const void *a, const void *b)
 {
     const pdi_weld_cube *p = (const pdi_weld_cube *)a, *q = (const pdi_weld_cube *)b;
@@ -52,7 +55,7 @@ PDI_FN pd_status pdi_weld_exact(pd_ctx *ctx, const double *corner, int32_t n, in
     return PD_OK;
 }
 
-/* The first of `count` cubes that does not come before `key`. */
+/* Binary search: index of the first of `count` sorted hash cells that is not less than `key`. */
 static int32_t pdi_weld_find(const pdi_weld_cube *cube, int32_t count, const pdi_weld_cube *key)
 {
     int32_t low = 0, high = count;
@@ -64,9 +67,9 @@ static int32_t pdi_weld_find(const pdi_weld_cube *cube, int32_t count, const pdi
     return low;
 }
 
-/* Join a vertex with those behind it in its cube and in the cubes around that lie no farther than `near` [m]. */
-static void pdi_weld_gather(const double *corner, const pdi_weld_cube *cube, int32_t count, int32_t k, double near,
-                            int32_t *root)
+/* Unites vertex k with all later vertices within the distance `tolerance` [m]; looks at the 27 hash cells around it. */
+static void pdi_weld_gather(const double *corner, const pdi_weld_cube *cube, int32_t count, int32_t k, double tolerance,
+                            int32_t *parent)
 {
     const double *x = corner + 3 * (int64_t)cube[k].at;
     for (int n = 0; n < 27; n++) {
@@ -84,13 +87,13 @@ static void pdi_weld_gather(const double *corner, const pdi_weld_cube *cube, int
                 double off = corner[3 * (int64_t)cube[o].at + d] - x[d];
                 square += off * off;
             }
-            if (o > k && square <= near * near) pdi_sets_unite(root, cube[k].at, cube[o].at);
+            if (o > k && square <= tolerance * tolerance) pdi_sets_unite(parent, cube[k].at, cube[o].at);
         }
     }
 }
 
-PDI_FN pd_status pdi_weld_near(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex, int32_t *root,
-                               int32_t *joined)
+PDI_FN pd_status pdi_weld_near(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex, int32_t *parent,
+                               int32_t *merged)
 {
     pdi_weld_cube *cube = NULL;
     int32_t count = 0;
@@ -103,20 +106,20 @@ PDI_FN pd_status pdi_weld_near(pd_ctx *ctx, const double *corner, int32_t n, int
         }
         extent = pdi_max(extent, high - low[d]);
     }
-    double near = PDI_WELD_NEAR * extent;
-    if (!(near > 0.0)) return PD_OK;
+    double tolerance = PDI_WELD_NEAR * extent;
+    if (!(tolerance > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "facets", n, cube));
     for (int32_t k = 0; k < n; k++) {
-        root[k] = k;
+        parent[k] = k;
         if (vertex[k] != k) continue;
-        for (int d = 0; d < 3; d++) cube[count].index[d] = (int32_t)((corner[3 * (int64_t)k + d] - low[d]) / near);
+        for (int d = 0; d < 3; d++) cube[count].index[d] = (int32_t)((corner[3 * (int64_t)k + d] - low[d]) / tolerance);
         cube[count++].at = k;
     }
     qsort(cube, (size_t)count, sizeof *cube, pdi_weld_compare_cubes);
-    for (int32_t k = 0; k < count; k++) pdi_weld_gather(corner, cube, count, k, near, root);
+    for (int32_t k = 0; k < count; k++) pdi_weld_gather(corner, cube, count, k, tolerance, parent);
     for (int32_t k = 0; k < n; k++) {
-        int32_t to = pdi_sets_root(root, vertex[k]);
-        *joined += to != vertex[k];
+        int32_t to = pdi_sets_root(parent, vertex[k]);
+        *merged += to != vertex[k];
         vertex[k] = to;
     }
     PDI_DELETE(ctx, n, cube);

@@ -1,21 +1,26 @@
-/* weld: corners of triangles at one place are one vertex: as they are, or as far as files round coordinates.
+/* weld: merges the corners of a triangle soup that coincide into shared vertices, exactly or within the rounding of
+ * coordinates in files.
  *
- * A vertex is named by the first of its corners. What is joined is a tree whose root is the first of its members.
+ * A vertex has the number of its first corner. Corners are merged as disjoint sets (union-find, core/sets) whose root
+ * is their lowest member.
  */
 #ifndef PD_WELD_H
 #define PD_WELD_H
 #include "core/owner.h"
 #ifdef PDI_INTERNAL
 
-/* Vertices of a surface that is open without it are the same within this share of its largest extent. */
+/* Vertices closer than this fraction of the largest extent of the surface are merged when the surface is not closed
+ * without it. Chosen above the rounding of single-precision STL files (6e-8), with a margin. */
 #define PDI_WELD_NEAR 3e-6
 
-/* Corners corner [n][3] [m] at the same places are one vertex: vertex [n]. */
+/* Merges corners with identical coordinates. corner [n][3] [m]; vertex [n] receives the number of the first corner at
+ * the same point.  */
 PDI_FN pd_status pdi_weld_exact(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex);
-/* Vertices that lie side by side are one: files round coordinates. root [n]: work. *joined grows by the corners that
- * lie beside their vertex. */
-PDI_FN pd_status pdi_weld_near(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex, int32_t *root,
-                               int32_t *joined);
+/* Merges vertices that lie closer than PDI_WELD_NEAR times the extent of the surface. vertex [n] goes in as
+ * pdi_weld_exact leaves it and is updated; parent [n] is scratch of the disjoint sets. *merged grows by the number of
+ * corners whose vertex changed. */
+PDI_FN pd_status pdi_weld_near(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex, int32_t *parent,
+                               int32_t *merged);
 #endif
 
 #endif
