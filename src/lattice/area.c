@@ -1,9 +1,9 @@
 /* area: see area.h
  *
  * The fit is a linear program: minimise t + lambda d.x over x >= 0 with |A_i x - 1| <= t in every sampled direction
- * and A_i x = 1 along the axes, where x_k is the share of the area that orbit k carries and d_k its length in cells.
- * Its dual has the slack basis as a feasible start, so that the plain primal simplex method on the dual solves it
- * without a first phase, and x is read off the objective row.
+ * and A_i x = 1 along the axes, where x_k is the fraction of the area that symmetry class k of bonds carries (an orbit
+ * of the symmetry group) and d_k its length in cells. Its dual has the slack basis as a feasible start, so that the
+ * primal simplex method on the dual needs no first phase, and x is read off the objective row.
  */
 #include "lattice/area.h"
 #include "core/owner.h"
@@ -12,27 +12,31 @@
 #include <math.h>
 #include <string.h>
 
-/* Isotropy given up per cell of bond length: keeps weights on near bonds where far ones gain next to nothing. */
+/* lambda of the linear program [-]: penalty per cell of bond length. Keeps weights on short bonds where long ones
+ * reduce the anisotropy by next to nothing. Chosen, not derived. */
 #define PDI_AREA_LAMBDA 1e-3
-/* Unknowns kept, nearest first: only 3D families on unequal spacings with m > 7 are cut. */
+/* Largest number of symmetry classes in the fit, the shortest ones first: only 3D families on unequal spacings with
+ * m > 7 have more. */
 #define PDI_AREA_ORBITS 200
-/* Subdivisions of the octant of directions for the fit and for the reported error. */
+/* Subdivisions of the octant (2D: quadrant) of directions for the fit, and for the anisotropy that is reported. */
 #define PDI_AREA_MESH_FIT (PD_DIM == 3 ? 72 : 90)
 #define PDI_AREA_MESH_CHECK (PD_DIM == 3 ? 110 : 1800)
 
+/* The linear program: unknowns by symmetry class, constraints by direction. */
 typedef struct pdi_area_fit {
     int bonds, orbits, bond_capacity;
     int directions, direction_capacity;
-    int *orbit_of;      /* [bonds] -1: carries no weight */
-    int *key;           /* [orbits][PD_DIM] sorted |n| */
+    int *orbit_of;      /* [bonds] symmetry class of a bond; -1: carries no weight */
+    int *key;           /* [orbits][PD_DIM] offset that stands for the class: |n|, sorted among axes of equal spacing */
     double *length;     /* [orbits] |n| [-] */
-    double *scale;      /* [orbits] [1/m] weight of one bond of the orbit when x = 1 */
-    double *normal;     /* [directions][PD_DIM]; the first PD_DIM are the axes */
-    double *table;      /* simplex tableau */
-    int *basis;
+    double *scale;      /* [orbits] [1/m] weight of one bond of the class when x = 1 */
+    double *normal;     /* [directions][PD_DIM] unit normals; the first PD_DIM are the axes */
+    double *table;      /* [rows + 1][columns] simplex tableau, the objective row last */
+    int *basis;         /* [rows] column of the basic variable of a row */
     int rows, columns;  /* without the objective row */
 } pdi_area_fit;
 
+/* Describes the arrays of symmetry classes and directions to the array registry. */
 static void pdi_area_orbit_list(pdi_owner *owner, void *object)
 {
     pdi_area_fit *fit = (pdi_area_fit *)object;
@@ -43,6 +47,7 @@ static void pdi_area_orbit_list(pdi_owner *owner, void *object)
     PDI_ROOM(owner, fit, normal, fit->direction_capacity * PD_DIM, "1");
 }
 
+/* Describes the simplex tableau to the array registry. */
 static void pdi_area_table_list(pdi_owner *owner, void *object)
 {
     pdi_area_fit *fit = (pdi_area_fit *)object;
@@ -61,19 +66,21 @@ PDI_FN double pdi_area_measure(int count, const double *xi, const double *area, 
     return 0.5 * sum;
 }
 
+/* 1: two spacings [m] are equal to rounding. */
 static int pdi_area_equal_spacing(double a, double b) { return fabs(a - b) <= 1e-9 * fabs(a); }
 
 static int pdi_area_gcd(int a, int b)
 {
     while (b) {
-        int rest = a % b;
+        int remainder = a % b;
         a = b;
-        b = rest;
+        b = remainder;
     }
     return a;
 }
 
-/* |n| sorted among axes of equal spacing: equal keys, equal weights. Returns the common divisor of the offset. */
+/* Computes the key of the symmetry class of a bond xi [m]: |n| sorted among axes of equal spacing; bonds with equal
+ * keys have equal weights. Returns the greatest common divisor of the offset. */
 static int pdi_area_key(const double *xi, const double *h, int *key)
 {
     int divisor = 0;
@@ -91,6 +98,7 @@ static int pdi_area_key(const double *xi, const double *h, int *key)
     return divisor;
 }
 
+/* 1: two keys belong to the same symmetry class. */
 static int pdi_area_same_key(const int *a, const int *b)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -98,24 +106,25 @@ static int pdi_area_same_key(const int *a, const int *b)
     return 1;
 }
 
-/* Drop the farthest orbits beyond PDI_AREA_ORBITS. */
+/* Removes the longest classes until PDI_AREA_ORBITS are left; their bonds carry no weight. */
 static void pdi_area_keep_near(pdi_area_fit *fit)
 {
     while (fit->orbits > PDI_AREA_ORBITS) {
-        int far = 0, last = fit->orbits - 1;
+        int longest = 0, last = fit->orbits - 1;
         for (int k = 1; k <= last; k++)
-            if (fit->length[k] > fit->length[far]) far = k;
-        for (int d = 0; d < PD_DIM; d++) fit->key[far * PD_DIM + d] = fit->key[last * PD_DIM + d];
-        fit->length[far] = fit->length[last];
+            if (fit->length[k] > fit->length[longest]) longest = k;
+        for (int d = 0; d < PD_DIM; d++) fit->key[longest * PD_DIM + d] = fit->key[last * PD_DIM + d];
+        fit->length[longest] = fit->length[last];
         for (int b = 0; b < fit->bonds; b++) {
-            if (fit->orbit_of[b] == far) fit->orbit_of[b] = -1;
-            if (fit->orbit_of[b] == last) fit->orbit_of[b] = far;
+            if (fit->orbit_of[b] == longest) fit->orbit_of[b] = -1;
+            if (fit->orbit_of[b] == last) fit->orbit_of[b] = longest;
         }
         fit->orbits = last;
     }
 }
 
-/* Only primitive offsets carry weight: 2n sees the same directions as n and reaches one layer further. */
+/* Sorts the bonds into symmetry classes, and checks that they are opposite in pairs, integer and within the horizon.
+ * Only primitive offsets carry weight: 2n measures the same direction as n and reaches one layer further. */
 static pd_status pdi_area_orbits(pd_ctx *ctx, const double *xi, const double *beta, double m, const double *h,
                                  pdi_area_fit *fit)
 {
@@ -150,6 +159,7 @@ static pd_status pdi_area_orbits(pd_ctx *ctx, const double *xi, const double *be
     return PD_OK;
 }
 
+/* Appends a direction, normalised to unit length, to fit->normal. */
 static pd_status pdi_area_add_direction(pd_ctx *ctx, pdi_area_fit *fit, const double *direction)
 {
     double square = 0.0;
@@ -165,8 +175,8 @@ static pd_status pdi_area_add_direction(pd_ctx *ctx, pdi_area_fit *fit, const do
     return PD_OK;
 }
 
-/* Barycentric mesh of the positive octant (quadrant), stretched by `scale`; of directions that exchanging axes of
- * equal spacing maps onto each other one is kept. */
+/* Adds the directions of a barycentric mesh of the positive octant (2D: quadrant), stretched by `scale`. Of
+ * directions that an exchange of axes with equal spacing maps onto each other, one is added. */
 static pd_status pdi_area_mesh(pd_ctx *ctx, pdi_area_fit *fit, const double *h, const double *scale, int divisions)
 {
     int index[3];
@@ -188,8 +198,9 @@ static pd_status pdi_area_mesh(pd_ctx *ctx, pdi_area_fit *fit, const double *h, 
     return PD_OK;
 }
 
-/* Axes first; then a mesh in space and, on unequal spacings, one in lattice coordinates, where the kinks of f lie
- * evenly. In 2D the kinks themselves (normals of the bonds) are added: the minima of f. */
+/* Builds the set of directions: the axes first, then a mesh in space and, on unequal spacings, one in lattice
+ * coordinates, where the kinks of f are evenly distributed. In 2D the kinks themselves (normals of the bonds) are
+ * added, at which f has its minima. */
 static pd_status pdi_area_directions(pd_ctx *ctx, pdi_area_fit *fit, const double *h, int divisions)
 {
     double ones[PD_DIM], inverse[PD_DIM];
@@ -217,7 +228,7 @@ static pd_status pdi_area_directions(pd_ctx *ctx, pdi_area_fit *fit, const doubl
     return PD_OK;
 }
 
-/* response[k] = f(normal) of orbit k with unit weights on its bonds [m] */
+/* response[class] = f(normal) [m] when all bonds of that class have unit weight. */
 static void pdi_area_response(const pdi_area_fit *fit, const double *xi, const double *normal, double *response)
 {
     for (int k = 0; k < fit->orbits; k++) response[k] = 0.0;
@@ -228,7 +239,8 @@ static void pdi_area_response(const pdi_area_fit *fit, const double *xi, const d
     }
 }
 
-/* Columns: u_i and v_i of every direction, then the slacks, then the right-hand side. */
+/* Builds the simplex tableau of the dual. Columns: two multipliers (upper and lower bound) of every direction, then
+ * the slacks, then the right-hand side. */
 static pd_status pdi_area_tableau(pd_ctx *ctx, pdi_area_fit *fit, const double *xi)
 {
     int orbits = fit->orbits, directions = fit->directions;
@@ -266,6 +278,7 @@ static pd_status pdi_area_tableau(pd_ctx *ctx, pdi_area_fit *fit, const double *
     return PD_OK;
 }
 
+/* One pivot step of the simplex method: `column` enters the basis in place of `row` (Gauss-Jordan elimination). */
 static void pdi_area_pivot(pdi_area_fit *fit, int row, int column)
 {
     double *pivot_row = fit->table + row * fit->columns;
@@ -282,7 +295,8 @@ static void pdi_area_pivot(pdi_area_fit *fit, int row, int column)
     fit->basis[row] = column;
 }
 
-/* Row that leaves for `column`: smallest ratio, of equal ones the largest pivot; -1: none. */
+/* Row that leaves the basis for `column`: smallest ratio, of equal ones the largest pivot; -1: the problem is
+ * unbounded. */
 static int pdi_area_leaving(const pdi_area_fit *fit, int column)
 {
     int best = -1;
@@ -300,17 +314,20 @@ static int pdi_area_leaving(const pdi_area_fit *fit, int column)
     return best;
 }
 
+/* Solves the linear program by the primal simplex method: the most negative reduced cost enters; after half of the
+ * permitted steps the first one does (Bland), which ends cycles. PD_ERR_INTERNAL: no solution, or the limit is
+ * reached. */
 static pd_status pdi_area_simplex(pd_ctx *ctx, pdi_area_fit *fit)
 {
     const double *objective = fit->table + fit->rows * fit->columns;
     int limit = 50 * (fit->rows + 20);
     for (int step = 0; step < limit; step++) {
         int enter = -1;
-        double most = -1e-12;
+        double lowest = -1e-12;
         for (int j = 0; j < fit->columns - 1; j++)
-            if (objective[j] < most) {
+            if (objective[j] < lowest) {
                 enter = j;
-                most = objective[j];
+                lowest = objective[j];
                 /* the first candidate instead of the best one breaks cycles */
                 if (step > limit / 2) break;
             }
@@ -322,7 +339,8 @@ static pd_status pdi_area_simplex(pd_ctx *ctx, pdi_area_fit *fit)
     return pdi_fail(ctx, PD_ERR_INTERNAL, "area", "the fit of the area weights did not end in %d pivots", limit);
 }
 
-/* x from the objective row; rounding along the axes goes to the unit bonds. */
+/* Weights area[bonds] [1/m] from the objective row. The rounding error of f along the axes is added to the bonds of
+ * one cell. */
 static void pdi_area_result(const pdi_area_fit *fit, const double *xi, const double *h, double *area)
 {
     const double *slack = fit->table + fit->rows * fit->columns + 2 * fit->directions;
@@ -331,16 +349,18 @@ static void pdi_area_result(const pdi_area_fit *fit, const double *xi, const dou
         area[b] = k < 0 ? 0.0 : pdi_max(slack[k], 0.0) * fit->scale[k];
     }
     for (int a = 0; a < PD_DIM; a++) {
-        double rest = 1.0 - pdi_area_measure(fit->bonds, xi, area, fit->normal + a * PD_DIM);
+        double remainder = 1.0 - pdi_area_measure(fit->bonds, xi, area, fit->normal + a * PD_DIM);
         for (int b = 0; b < fit->bonds; b++) {
             int unit = 1;
             for (int d = 0; d < PD_DIM; d++)
                 if (fabs(fabs(xi[b * PD_DIM + d]) - (d == a ? h[a] : 0.0)) > 0.5 * h[d]) unit = 0;
-            if (unit && area[b] > 0.0) area[b] = pdi_max(area[b] + rest / h[a], 0.0);
+            if (unit && area[b] > 0.0) area[b] = pdi_max(area[b] + remainder / h[a], 0.0);
         }
     }
 }
 
+/* Allocates the fit, solves it, and measures the remaining anisotropy on a finer set of directions. PD_ERR_ARGUMENT:
+ * an axis is not measured exactly, because the family lacks bonds. */
 static pd_status pdi_area_solve(pd_ctx *ctx, pdi_area_fit *fit, const double *xi, const double *beta, double m,
                                 const double *h, double *area, double *anisotropy)
 {

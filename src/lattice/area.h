@@ -1,26 +1,27 @@
-/* area: interface area of lattice bonds (Cauchy-Crofton on a lattice).
+/* area: weights of lattice bonds that measure the area of a solid-fluid interface (Cauchy-Crofton on a lattice).
  *
- * A sharp interface between solid and fluid nodes is measured by the bonds that cross it. A plane of unit normal N is
- * crossed by |xi.N| / V ordered bonds (solid to fluid) of offset xi per unit area, so that
+ * The area of a sharp interface between solid and fluid nodes is a weighted count of the bonds that cross it. A plane
+ * of unit normal N is crossed by |xi.N| / V ordered bonds (solid to fluid) of offset xi per unit area, so that
  *     sum over fluid neighbours of c(n)  [1/m]  =  interface area of a solid node over its cell volume
- * measures every plane right when  f(N) = 1/2 sum_n c(n) |xi.N| = 1  for all N  (theory: eq. 6.3). A finite family
+ * measures every plane exactly when  f(N) = 1/2 sum_n c(n) |xi.N| = 1  for all N  (theory: eq. 6.3). A finite family
  * has finitely many bond directions and f is the width of a polytope, never exactly 1: the weights minimise its
- * largest error.
+ * largest error over all directions.
  */
 #ifndef PD_AREA_H
 #define PD_AREA_H
 #include "core/base.h"
 
 #ifdef PDI_INTERNAL
-/* Weights c(n) >= 0 [1/m] of the `count` bonds xi[count][PD_DIM] [m] of a whole family of horizon ratio m with
- * partial volumes beta[count], on a lattice of spacing h. Equal on bonds that a symmetry of the lattice exchanges,
- * f exact along the axes, max |f - 1| least; among equally good weights near bonds are preferred, so that a front
- * stays thin. *anisotropy: the max |f - 1| reached [-].
- * Bond count-1-k must be the opposite of bond k. PD_ERR_ARGUMENT: the family is not that of m and h.
- * Source: Boykov and Kolmogorov 2003 (Cauchy-Crofton on lattices); the minimax fit is ours. */
+/* Computes the weights area[count] = c(n) >= 0 [1/m] of the bonds xi[count][PD_DIM] [m] of a full family of horizon
+ * ratio m with partial volumes beta[count], on a lattice of spacing h. Weights are equal on bonds that a symmetry of
+ * the lattice exchanges; f is exact along the axes and max |f - 1| minimal; among equally good weights short bonds
+ * are preferred, so that an interface stays thin. *anisotropy: the max |f - 1| reached [-]. Bond count-1-k must be
+ * the opposite of bond k. PD_ERR_ARGUMENT: the family is not that of m and h. Source: Boykov and Kolmogorov 2003
+ * (Cauchy-Crofton on lattices); the minimax fit is original to this code. */
 PDI_FN pd_status pdi_area_weights(pd_ctx *ctx, int count, const double *xi, const double *beta, double m,
                                   const double *h, double *area, double *anisotropy);
-/* f(N) of weights area[count] for a unit vector normal: 1 where the weights measure that plane exactly. */
+/* Area that the weights area[count] measure per unit area of a plane with the unit vector `normal`: f(N) of the file
+ * comment [-], 1 where that plane is measured exactly. */
 PDI_FN double pdi_area_measure(int count, const double *xi, const double *area, const double *normal);
 #endif
 

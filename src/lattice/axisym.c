@@ -1,6 +1,6 @@
 /* axisym: see axisym.h
  *
- * Radii are in cells here: node i of the rows at the axis has rho_i = i + 1/2, a bond the mean rho = (rho_i + rho_j)/2.
+ * Radii are in cells here: row i from the axis has rho_i = i + 1/2, a bond the mean rho = (rho_i + rho_j)/2.
  */
 #include "lattice/axisym.h"
 #include "core/owner.h"
@@ -8,34 +8,38 @@
 #include <math.h>
 #include <string.h>
 
-/* Most steps of Newton's method for the conductances near the axis. */
+/* Largest number of Newton steps for the conductances near the axis. */
 #define PDI_AXISYM_STEPS 60
-/* An error of the conditions that is rounding. */
+/* [-] Residual of the moment conditions (3.7) that is rounding: the iteration ends. */
 #define PDI_AXISYM_TOLERANCE 4e-16
-/* The error of the conditions that has to be reached. */
+/* [-] Residual of the moment conditions that has to be reached. */
 #define PDI_AXISYM_EXACT 1e-12
-/* Share of the largest pivot below which one counts as none: total fluxes near the axis are known twice. */
+/* [-] A pivot below this fraction of the largest one is zero: the conditions near the axis depend on each other, since
+ * the total radial flux follows from them twice. */
 #define PDI_AXISYM_PIVOT 1e-9
+
 /* The fit of one set of weights w(n): multipliers of the two conditions at each of the rows next to the axis. */
 typedef struct pdi_axisym_fit {
     const pd_stencil *stencil;
     const double *weight;      /* [count] */
-    double scale[PD_DIM];      /* of the weights: sum scale_a w n_a^2 = 1 over a family */
-    double excess;             /* kappa of eq. 3.8 */
-    double beyond, wire;       /* bonds at this mean radius in cells and beyond have the kappa `wire` of eq. 3.8b */
-    double first;              /* radius of the first row of the box in cells; 0.5: at the axis */
-    int32_t rows;              /* fitted, from the axis on; 0: the axis is not in reach */
-    double *axial, *radial;    /* [rows] multipliers of eq. 3.9, 3.10 */
-    double *matrix, *lack, *x; /* [2 rows][2 rows], [2 rows], [2 rows] of the Newton step */
-    int *row_of, *column_of;   /* [2 rows] pivots */
+    double scale[PD_DIM];      /* of the weights: sum scale_a w n_a^2 = 1 over a full family */
+    double excess;             /* [cells2] kappa of eq. 3.8 */
+    double beyond, wire;       /* [cells], [cells2] bonds of at least this mean radius have the kappa of eq. 3.8b */
+    double first;              /* [cells] radius of the first row of the box; 0.5: at the axis */
+    int32_t rows;              /* rows from the axis on with fitted conductances; 0: the axis is not within reach */
+    double *axial, *radial;    /* [rows] Lagrange multipliers lambda and mu of eq. 3.9 */
+    double *matrix, *lack, *x; /* [2 rows][2 rows], [2 rows], [2 rows] Jacobian, residual and Newton step */
+    int *row_of, *column_of;   /* [2 rows] permutations of the pivoting */
 } pdi_axisym_fit;
 
+/* Axial (radial 0) or radial (radial 1) offset of bond k [cells]. */
 static int pdi_axisym_offset(const pd_stencil *s, int k, int radial)
 {
     return s->offset[k * PD_DIM + (radial ? PD_DIM - 1 : 0)];
 }
 
-/* Conductance of bond k of row i over its weight, in cells: rho f; 0 across the axis. */
+/* Conductance of bond k of row i over its planar weight, in cells: the mean radius times the exponential of eq. 3.9
+ * in fitted rows, else less kappa over it (eq. 3.8); 0 across the axis. */
 static double pdi_axisym_conductance(const pdi_axisym_fit *f, int i, int k)
 {
     int axial = pdi_axisym_offset(f->stencil, k, 0), j = i + pdi_axisym_offset(f->stencil, k, 1);
@@ -48,7 +52,8 @@ static double pdi_axisym_conductance(const pdi_axisym_fit *f, int i, int k)
     return rho * exp(square * (f->axial[i] + f->axial[j]) + (to * to - from * from) * (f->radial[i] - f->radial[j]));
 }
 
-/* Gauss elimination with complete pivoting; what is left below the smallest pivot is consistent, its unknowns 0. */
+/* Solves matrix x = residual by Gauss elimination with complete pivoting. Conditions that depend on each other leave
+ * zero pivots: the corresponding unknowns are 0. */
 static void pdi_axisym_solve(pdi_axisym_fit *f)
 {
     int n = 2 * f->rows, rank = 0;
@@ -65,12 +70,12 @@ static void pdi_axisym_solve(pdi_axisym_fit *f)
         double pivot = a[f->row_of[row] * n + f->column_of[column]];
         largest = pdi_max(largest, fabs(pivot));
         if (!(fabs(pivot) > PDI_AXISYM_PIVOT * largest)) break;
-        int keep = f->row_of[rank];
+        int swap = f->row_of[rank];
         f->row_of[rank] = f->row_of[row];
-        f->row_of[row] = keep;
-        keep = f->column_of[rank];
+        f->row_of[row] = swap;
+        swap = f->column_of[rank];
         f->column_of[rank] = f->column_of[column];
-        f->column_of[column] = keep;
+        f->column_of[column] = swap;
         for (int r = rank + 1; r < n; r++) {
             double factor = a[f->row_of[r] * n + f->column_of[rank]] / pivot;
             for (int c = rank; c < n; c++)
@@ -86,12 +91,13 @@ static void pdi_axisym_solve(pdi_axisym_fit *f)
     }
 }
 
-/* What the conditions lack, relative, and its derivatives by the multipliers; the largest. */
+/* Computes the relative residuals of the moment conditions (3.7) at all fitted rows (lack) and their Jacobian by the
+ * multipliers (matrix). Returns the largest residual [-]. */
 static double pdi_axisym_conditions(pdi_axisym_fit *f)
 {
     const pd_stencil *s = f->stencil;
     int n = 2 * f->rows;
-    double worst = 0.0;
+    double largest = 0.0;
     for (int k = 0; k < n * n; k++) f->matrix[k] = 0.0;
     for (int i = 0; i < f->rows; i++) {
         double rho = f->first + i, *lack = f->lack + 2 * i;
@@ -112,11 +118,12 @@ static double pdi_axisym_conditions(pdi_axisym_fit *f)
                 row[2 * j + 1] -= part[e] * step;
             }
         }
-        worst = pdi_max(worst, pdi_max(fabs(lack[0]), fabs(lack[1])));
+        largest = pdi_max(largest, pdi_max(fabs(lack[0]), fabs(lack[1])));
     }
-    return worst;
+    return largest;
 }
 
+/* Newton's method for the multipliers. PD_ERR_GEOMETRY: not converged. */
 static pd_status pdi_axisym_newton(pd_ctx *ctx, pdi_axisym_fit *f)
 {
     double best = HUGE_VAL;
@@ -133,40 +140,43 @@ static pd_status pdi_axisym_newton(pd_ctx *ctx, pdi_axisym_fit *f)
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "ring", "the weights at the axis miss their conditions by %g", best);
 }
 
-/* Rows to fit: all that miss bonds, and so many that kappa is at most half of R^2 on all other bonds. */
+/* Number of rows to fit: all that lack bonds across the axis, and so many that kappa is at most half of R^2 on all
+ * other bonds. */
 static int pdi_axisym_rows(const pdi_axisym_fit *f)
 {
     int reach = f->stencil->reach, rows = reach;
     if (f->first > 0.5) return 0;
     for (;; rows++) {
-        double least = rows + 0.5 - 0.5 * reach;
-        if (least * least >= 2.0 * f->excess) return rows;
+        double innermost = rows + 0.5 - 0.5 * reach;
+        if (innermost * innermost >= 2.0 * f->excess) return rows;
     }
 }
 
-/* Rows next to the axis, or to the hollow, that hold no fluid. */
+/* Number of rows at the axis, or at the inner side of a hollow box, without fluid. */
 static int pdi_axisym_dry(const pd_grid *grid)
 {
-    int least = grid->n[PD_DIM - 1];
+    int innermost = grid->n[PD_DIM - 1];
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        least = i[PD_DIM - 1] < least ? i[PD_DIM - 1] : least;
+        innermost = i[PD_DIM - 1] < innermost ? i[PD_DIM - 1] : innermost;
     }
-    return least;
+    return innermost;
 }
 
-/* Mean radius of the innermost bond of the innermost row with fluid, when no bond of such rows reaches the fitted ones
- * and all such bonds keep half of their conductance; else infinite. */
+/* Mean radius [cells] from which conductances use the kappa of eq. 3.8b: that of the innermost bond of the innermost
+ * row with fluid. HUGE_VAL (nowhere) when bonds of such rows reach fitted ones or would lose more than half of their
+ * conductance. */
 static double pdi_axisym_beyond(const pdi_axisym_fit *f, const pd_grid *grid)
 {
-    int dry = pdi_axisym_dry(grid);
-    double beyond = f->first + dry - 0.5 * f->stencil->reach;
-    if (dry < f->rows + f->stencil->reach || !(beyond > 0.0) || beyond * beyond < 2.0 * f->wire) return HUGE_VAL;
+    int empty = pdi_axisym_dry(grid);
+    double beyond = f->first + empty - 0.5 * f->stencil->reach;
+    if (empty < f->rows + f->stencil->reach || !(beyond > 0.0) || beyond * beyond < 2.0 * f->wire) return HUGE_VAL;
     return beyond;
 }
 
+/* Describes the arrays of the fit to the array registry. */
 static void pdi_axisym_fit_list(pdi_owner *owner, void *object)
 {
     pdi_axisym_fit *fit = (pdi_axisym_fit *)object;
@@ -180,7 +190,8 @@ static void pdi_axisym_fit_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, fit, column_of, n, "1");
 }
 
-/* Fit the conductances of `weight` and put c_ij over the radius, times `unit`, into table[rows][count]. */
+/* Fits the conductances to the planar weights weight [count] and stores table [rows][count] = unit [count] (NULL: 1)
+ * times c_ij over the radius of the row. */
 static pd_status pdi_axisym_table(pd_ctx *ctx, pdi_axisym_fit *f, const pd_grid *grid, const double *weight,
                                 const double *unit, double *table)
 {
@@ -210,59 +221,63 @@ static pd_status pdi_axisym_table(pd_ctx *ctx, pdi_axisym_fit *f, const pd_grid 
     return PD_OK;
 }
 
-static void pdi_axisym_hoop(const pd_stencil *s, const pdi_axisym_fit *f, const pd_grid *grid, pd_axisym *ring)
+/* Computes hoop: sum of lap times the radial offset, over the radius (eq. 3.10). */
+static void pdi_axisym_hoop(const pd_stencil *s, const pdi_axisym_fit *f, const pd_grid *grid, pd_axisym *axisym)
 {
-    for (int row = 0; row < ring->rows; row++) {
+    for (int row = 0; row < axisym->rows; row++) {
         double rho = f->first + (row - grid->ghost), sum = 0.0;
         for (int k = 0; k < s->count; k++)
-            sum += ring->lap[(int64_t)row * s->count + k] * pdi_axisym_offset(s, k, 1);
-        ring->hoop[row] = rho > 0.0 ? sum / rho : 0.0;
+            sum += axisym->lap[(int64_t)row * s->count + k] * pdi_axisym_offset(s, k, 1);
+        axisym->hoop[row] = rho > 0.0 ? sum / rho : 0.0;
     }
 }
 
+/* Describes the arrays of pd_axisym to the array registry. */
 static void pdi_axisym_list(pdi_owner *owner, void *object)
 {
-    pd_axisym *ring = (pd_axisym *)object;
-    PDI_ARRAY(owner, ring, lap, (int64_t)ring->rows * ring->count, "1/m2");
-    PDI_ARRAY(owner, ring, flux, (int64_t)ring->rows * ring->count, "1");
-    PDI_ARRAY(owner, ring, hoop, ring->rows, "1/m2");
+    pd_axisym *axisym = (pd_axisym *)object;
+    PDI_ARRAY(owner, axisym, lap, (int64_t)axisym->rows * axisym->count, "1/m2");
+    PDI_ARRAY(owner, axisym, flux, (int64_t)axisym->rows * axisym->count, "1");
+    PDI_ARRAY(owner, axisym, hoop, axisym->rows, "1/m2");
 }
 
+/* Allocates and computes all weights: lap, flux, hoop. */
 static pd_status pdi_axisym_fill(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pdi_axisym_fit *f,
-                                 pd_axisym *ring)
+                                 pd_axisym *axisym)
 {
-    PDI_TRY(pdi_owner_build(ctx, pdi_axisym_list, ring));
-    PDI_TRY(pdi_axisym_table(ctx, f, grid, s->lap, s->lap, ring->lap));
-    PDI_TRY(pdi_axisym_table(ctx, f, grid, s->base, NULL, ring->flux));
-    pdi_axisym_hoop(s, f, grid, ring);
+    PDI_TRY(pdi_owner_build(ctx, pdi_axisym_list, axisym));
+    PDI_TRY(pdi_axisym_table(ctx, f, grid, s->lap, s->lap, axisym->lap));
+    PDI_TRY(pdi_axisym_table(ctx, f, grid, s->base, NULL, axisym->flux));
+    pdi_axisym_hoop(s, f, grid, axisym);
     return PD_OK;
 }
 
-static pd_status pdi_axisym_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring)
+/* Inner part of pdi_axisym_build: what it leaves behind on failure is freed by the caller. */
+static pd_status pdi_axisym_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *axisym)
 {
     pdi_axisym_fit f;
-    memset(ring, 0, sizeof *ring);
+    memset(axisym, 0, sizeof *axisym);
     memset(&f, 0, sizeof f);
     if (PD_DIM != 2 || !grid->circumference) return PD_OK;
-    ring->rows = grid->np[PD_DIM - 1];
-    ring->count = stencil->count;
+    axisym->rows = grid->np[PD_DIM - 1];
+    axisym->count = stencil->count;
     f.stencil = stencil;
     f.first = grid->circumference[grid->ghost] / (2.0 * PDI_PI * grid->h[PD_DIM - 1]);
     if (f.first < 1.0) f.first = 0.5; /* at the axis, but for rounding */
-    pd_status status = pdi_axisym_fill(ctx, stencil, grid, &f, ring);
+    pd_status status = pdi_axisym_fill(ctx, stencil, grid, &f, axisym);
     pdi_owner_free(ctx, pdi_axisym_fit_list, &f);
     return status;
 }
 
-PDI_FN pd_status pdi_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring)
+PDI_FN pd_status pdi_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *axisym)
 {
-    pd_status status = pdi_axisym_make(ctx, stencil, grid, ring);
-    if (status < 0) pdi_axisym_free(ctx, ring);
+    pd_status status = pdi_axisym_make(ctx, stencil, grid, axisym);
+    if (status < 0) pdi_axisym_free(ctx, axisym);
     return status;
 }
 
-PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *ring)
+PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *axisym)
 {
-    pdi_owner_free(ctx, pdi_axisym_list, ring);
-    memset(ring, 0, sizeof *ring);
+    pdi_owner_free(ctx, pdi_axisym_list, axisym);
+    memset(axisym, 0, sizeof *axisym);
 }

@@ -8,6 +8,7 @@
 
 #define PDI_STENCIL_MAX_M 12 /* largest horizon ratio */
 
+/* |n| of an offset [cells]. */
 static double pdi_stencil_lattice_length(const int *n)
 {
     double sum = 0.0;
@@ -15,7 +16,8 @@ static double pdi_stencil_lattice_length(const int *n)
     return sqrt(sum);
 }
 
-/* Next offset of the cube [-reach, reach]^d in lexicographic order, axis 0 fastest. 0 at the end. */
+/* Moves n to the next offset of the cube [-reach, reach]^d in lexicographic order, axis 0 fastest. 0: it was the last
+ * one. */
 static int pdi_stencil_next(int *n, int reach)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -25,14 +27,16 @@ static int pdi_stencil_next(int *n, int reach)
     return 0;
 }
 
-/* Partial volume beta of a cell (eq. 2.1); 0: not in the family. The last digits of sqrt must not decide on that. */
+/* Partial volume beta of the cell at offset n (eq. 2.1) [-]; 0: not in the family. The tolerance of 1e-12 keeps the
+ * rounding of sqrt from deciding on membership. */
 static double pdi_stencil_beta(const int *n, double m, pd_family family)
 {
-    double length = pdi_stencil_lattice_length(n), rim = family == PD_FAMILY_WHOLE ? m + 1e-12 : m + 0.5 - 1e-12;
-    if (!(length > 0.0) || !(length < rim)) return 0.0;
+    double length = pdi_stencil_lattice_length(n), limit = family == PD_FAMILY_WHOLE ? m + 1e-12 : m + 0.5 - 1e-12;
+    if (!(length > 0.0) || !(length < limit)) return 0.0;
     return family == PD_FAMILY_WHOLE ? 1.0 : pdi_min(m + 0.5 - length, 1.0);
 }
 
+/* Describes the arrays by bonds and grid lines to the array registry. */
 static void pdi_stencil_list(pdi_owner *owner, void *object)
 {
     pd_stencil *stencil = (pd_stencil *)object;
@@ -51,7 +55,7 @@ static void pdi_stencil_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, stencil, layer_lap, width, "1/m2");
 }
 
-/* Once the cells that the bonds pass are counted. */
+/* Describes the arrays of crossed cells to the array registry, once their number is known. */
 static void pdi_stencil_path_list(pdi_owner *owner, void *object)
 {
     pd_stencil *stencil = (pd_stencil *)object;
@@ -62,6 +66,8 @@ static void pdi_stencil_path_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, stencil, cell, stencil->cells * PD_DIM, "1");
 }
 
+/* Counts the bonds of the family, allocates the arrays, and fills offset, xi, beta and the base weights w(n) (eq.
+ * 2.2). */
 static pd_status pdi_stencil_family(pd_ctx *ctx, pd_family family, pd_stencil *s)
 {
     int limit = (int)(s->m + 0.5), n[PD_DIM];
@@ -92,8 +98,9 @@ static pd_status pdi_stencil_family(pd_ctx *ctx, pd_family family, pd_stencil *s
     return PD_OK;
 }
 
-/* Coefficients of the continuum: lap = k_L sum df/|xi|^2 V beta, grad = (d/V_H) sum df e/|xi| V beta.
- * Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (Jafarzadeh et al. 2022, eq. 16, corrected). */
+/* Sets lap and grad to the coefficients of the continuum as published: lap = k_L sum df/|xi|^2 V beta, grad = (d/V_H)
+ * sum df e/|xi| V beta. Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (Jafarzadeh et al. 2022, eq.
+ * 16, corrected). */
 static void pdi_stencil_printed(pd_stencil *s)
 {
     double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? PDI_PI : 4.0 * PDI_PI / 3.0;
@@ -110,25 +117,25 @@ static void pdi_stencil_printed(pd_stencil *s)
     }
 }
 
-/* Add the weights w(n) sum_b s_b e_b^2 with s = `scale` to the Laplacian. left: what is now missing of
- * sum_n a(n) xi_a^2 = 2, over h_a^2. */
-static void pdi_stencil_add_weights(pd_stencil *s, const double *scale, double *left)
+/* Adds the weights w(n) sum_b s_b e_b^2 with s = `scale` to lap. residual [PD_DIM]: what is now missing of sum_n a(n)
+ * xi_a^2 = 2, over h_a^2. */
+static void pdi_stencil_add_weights(pd_stencil *s, const double *scale, double *residual)
 {
-    for (int a = 0; a < PD_DIM; a++) left[a] = 2.0 / (s->h[a] * s->h[a]);
+    for (int a = 0; a < PD_DIM; a++) residual[a] = 2.0 / (s->h[a] * s->h[a]);
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         double xi2 = pdi_vec_dot(xi, xi), factor = 0.0;
         for (int b = 0; b < PD_DIM; b++) factor += scale[b] * xi[b] * xi[b] / xi2;
         s->lap[k] += s->base[k] * factor;
-        for (int a = 0; a < PD_DIM; a++) left[a] -= s->lap[k] * (xi[a] / s->h[a]) * (xi[a] / s->h[a]);
+        for (int a = 0; a < PD_DIM; a++) residual[a] -= s->lap[k] * (xi[a] / s->h[a]) * (xi[a] / s->h[a]);
     }
 }
 
-/* a(n) = w(n) sum_b s_b e_b^2 with sum_n a(n) xi_a^2 = 2 for every axis (eq. 2.3);
- * g(n) = w(n) xi / sum w xi_a^2 (eq. 2.4). */
+/* Calibrates the weights on discrete moments: a(n) = w(n) sum_b s_b e_b^2 with sum_n a(n) xi_a^2 = 2 for every axis
+ * (eq. 2.3), and g(n) = w(n) xi / sum w xi_a^2 (eq. 2.4). PD_ERR_GEOMETRY: singular moments, or a negative weight. */
 static pd_status pdi_stencil_calibrate(pd_ctx *ctx, pd_stencil *s)
 {
-    double matrix[PD_DIM * PD_DIM], left[PD_DIM], scale[PD_DIM], moment[PD_DIM];
+    double matrix[PD_DIM * PD_DIM], residual[PD_DIM], scale[PD_DIM], moment[PD_DIM];
     memset(matrix, 0, sizeof matrix);
     memset(moment, 0, sizeof moment);
     memset(scale, 0, sizeof scale);
@@ -142,12 +149,12 @@ static pd_status pdi_stencil_calibrate(pd_ctx *ctx, pd_stencil *s)
                 matrix[a * PD_DIM + b] += s->base[k] * (xi[a] / s->h[a]) * (xi[a] / s->h[a]) * xi[b] * xi[b] / xi2;
         }
     }
-    pdi_stencil_add_weights(s, scale, left);
+    pdi_stencil_add_weights(s, scale, residual);
     /* the second pass removes the rounding of the first: spacings of 1 : 10 : 100 cost three digits */
     for (int pass = 0; pass < 2; pass++) {
-        if (!(pdi_vec_solve(matrix, left, scale) > 0.0))
+        if (!(pdi_vec_solve(matrix, residual, scale) > 0.0))
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "stencil", "the moments of the family are singular (m = %g)", s->m);
-        pdi_stencil_add_weights(s, scale, left);
+        pdi_stencil_add_weights(s, scale, residual);
     }
     for (int k = 0; k < s->count; k++) {
         if (s->beta[k] > 0.0 && !(s->lap[k] > 0.0))
@@ -161,18 +168,20 @@ static pd_status pdi_stencil_calibrate(pd_ctx *ctx, pd_stencil *s)
     return PD_OK;
 }
 
-/* A crossing of the face number `step` of axis `axis` lies at (2 step + 1) / (2 |n_axis|) of the bond. */
+/* A face between two cells that a bond crosses: face number k normal to `axis` is crossed at the fraction
+ * numerator/denominator = (2 k + 1) / (2 |n_axis|) of the bond. */
 typedef struct pdi_crossing {
     int axis, numerator, denominator;
 } pdi_crossing;
 
+/* 1: the bond crosses face a before face b (exact, in integers). */
 static int pdi_stencil_earlier(const pdi_crossing *a, const pdi_crossing *b)
 {
     return a->numerator * b->denominator < b->numerator * a->denominator;
 }
 
-/* Append one group of alternatives: the cells from + subset of axes, for every subset whose bit is set in `members`.
- * Counts only when the arrays are NULL. */
+/* Appends one group of alternative cells: `from` plus one step along the axes of each subset of `axes` whose bit is
+ * set in `members`. Only counts while the arrays are NULL. entry: fraction of the bond. */
 static void pdi_stencil_group(pd_stencil *s, const int *from, const int *sign, int axes, int members, double entry)
 {
     if (s->group_cell) {
@@ -190,9 +199,9 @@ static void pdi_stencil_group(pd_stencil *s, const int *from, const int *sign, i
     s->groups++;
 }
 
-/* The cells beside a passage through an edge (two axes) or a corner (three). It is closed when no way from face to
- * face leads past it: both cells beside the edge, or a cut of the ring of six cells around the corner (the cells
- * after one face, those after two, or all but one cell and the one opposite of it). */
+/* Appends the groups of a bond that passes through a cell edge (two axes) or a corner (three). The passage is blocked
+ * when no path from face to face leads around it: both cells beside the edge are closed, or a cut of the ring of six
+ * cells around the corner (the cells after one face, those after two, or all but one cell and the opposite one). */
 static void pdi_stencil_passage(pd_stencil *s, const int *from, const int *sign, int axes, double entry)
 {
     int single = 0, twofold = 0;
@@ -208,8 +217,9 @@ static void pdi_stencil_passage(pd_stencil *s, const int *from, const int *sign,
         pdi_stencil_group(s, from, sign, axes, (single | twofold) & ~(1 << axis) & ~(1 << (axes ^ axis)), entry);
 }
 
-/* Walk the straight bond cell by cell. Where it passes through an edge or a corner the cells beside the passage are
- * alternatives, so that a solid without a way from face to face through it is tight, however thin. */
+/* Appends the groups of cells that the straight bond n crosses, cell by cell. Where it passes through an edge or a
+ * corner the cells beside the passage are alternatives, so that a solid without a path from face to face through it
+ * blocks all bonds, however thin it is. */
 static void pdi_stencil_path(pd_stencil *s, const int *n)
 {
     pdi_crossing list[PD_DIM * (PDI_STENCIL_MAX_M + 1)];
@@ -239,6 +249,7 @@ static void pdi_stencil_path(pd_stencil *s, const int *n)
     }
 }
 
+/* Counts the crossed cells of all bonds, allocates their arrays and fills them. */
 static pd_status pdi_stencil_paths(pd_ctx *ctx, pd_stencil *s)
 {
     for (int k = 0; k < s->count; k++) pdi_stencil_path(s, s->offset + k * PD_DIM);
@@ -253,10 +264,10 @@ static pd_status pdi_stencil_paths(pd_ctx *ctx, pd_stencil *s)
     return PD_OK;
 }
 
-/* Weights that differ by less than this, relative, are the same but for rounding. */
+/* [-] Weights that differ by less than this fraction are equal to rounding. */
 #define PDI_STENCIL_SAME 1e-13
 
-/* a(n) on the line through `line` at distance n_0, 0 where no bond ends. */
+/* Weight a(n) [1/m2] of the bond that ends on the grid line through `line` at n_0 = n0; 0: there is no such bond. */
 static double pdi_stencil_on_line(const pd_stencil *s, const int *line, int n0)
 {
     for (int k = 0; k < s->count; k++) {
@@ -267,7 +278,7 @@ static double pdi_stencil_on_line(const pd_stencil *s, const int *line, int n0)
     return 0.0;
 }
 
-/* 1 when the lines of the family through the bonds k and j have the same weights. */
+/* 1: the grid lines through the bonds k and j have the same weights. */
 static int pdi_stencil_same_kind(const pd_stencil *s, int k, int j)
 {
     for (int n0 = 0; n0 <= s->reach; n0++) {
@@ -278,7 +289,7 @@ static int pdi_stencil_same_kind(const pd_stencil *s, int k, int j)
     return 1;
 }
 
-/* Largest n_0 of the bonds on the line through bond k. */
+/* Largest n_0 of the bonds that end on the grid line through bond k. */
 static int pdi_stencil_line_reach(const pd_stencil *s, int k)
 {
     int reach = s->reach;
@@ -286,7 +297,8 @@ static int pdi_stencil_line_reach(const pd_stencil *s, int k)
     return reach;
 }
 
-/* Lines are named by their bonds with n_0 = 0. Kinds that reach far come first. */
+/* Sorts the family into grid lines along axis 0 by kinds of equal weights, those with the largest reach first (used
+ * by lattice/line). A line is represented by its bond with n_0 = 0. */
 static void pdi_stencil_lines(pd_stencil *s)
 {
     int width = s->reach + 1;
@@ -308,6 +320,7 @@ static void pdi_stencil_lines(pd_stencil *s)
         }
 }
 
+/* Inner part of pd_stencil_build: what it leaves behind on failure is freed by the caller. */
 static pd_status pdi_stencil_make(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
 {
     memset(stencil, 0, sizeof *stencil);

@@ -1,8 +1,8 @@
 /* stencil: the family of an interior node of a uniform lattice and its calibrated weights.
  *
  * A bond is an integer offset n != 0 with |n| < m + 1/2 (or |n| <= m) and xi = n h (componentwise); all weights are
- * shared by every node whose family is whole. Calibrated weights make the gradient, the divergence and the Laplacian
- * exact on all quadratics for any m, spacing ratio and dimension (theory: eq. 2.3, 2.4).
+ * shared by every node whose family is full, not truncated by a surface. Calibrated weights make the gradient, the
+ * divergence and the Laplacian exact on all quadratics for any m, spacing ratio and dimension (theory: eq. 2.3, 2.4).
  */
 #ifndef PD_STENCIL_H
 #define PD_STENCIL_H
@@ -14,8 +14,8 @@ typedef enum pd_weights {
 } pd_weights;
 
 typedef enum pd_family {
-    PD_FAMILY_PARTIAL = 0, /* |n| < m + 1/2; cells at the rim count with the part beta that lies within the horizon */
-    PD_FAMILY_WHOLE = 1    /* |n| <= m, whole cells, as in codes that sum by fast Fourier transforms */
+    PD_FAMILY_PARTIAL = 0, /* |n| < m + 1/2; cells at the horizon count with the part beta of their volume inside it */
+    PD_FAMILY_WHOLE = 1    /* |n| <= m, all cells in full, as in codes that sum by fast Fourier transforms */
 } pd_family;
 
 typedef struct pd_stencil_desc {
@@ -26,8 +26,8 @@ typedef struct pd_stencil_desc {
 } pd_stencil_desc;
 
 typedef struct pd_stencil {
-    int count;           /* bonds of a whole family */
-    int reach;           /* largest |n_a|: ghost layers that a whole family needs */
+    int count;           /* bonds of a full family */
+    int reach;           /* largest |n_a| of a bond: ghost layers that a full family needs */
     double m;            /* [-] */
     double h[PD_DIM];    /* [m] */
     double volume;       /* [m^d] of a cell */
@@ -40,28 +40,29 @@ typedef struct pd_stencil {
     double *base;        /* [count] [m^(d-2)] w(n), the weight before calibration */
     double *area;        /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 6.3) */
     double anisotropy;   /* [-] largest deviation of the area measure from 1 over all directions */
-    /* The family as lines along axis 0. Lines with the same weights are of one kind; the line through the node is none
-     * of them. */
-    int kinds;           /* of lines */
+    /* The family as grid lines along axis 0. Lines with the same weights are of one kind; the line through the node
+     * itself is not among them. */
+    int kinds;           /* number of different sets of weights of a line */
     int *line_first;     /* [kinds+1] into line */
-    int *line;           /* [lines][PD_DIM] offset of the line, 0 along axis 0 */
-    int *line_reach;     /* [kinds] largest |n_0| of the line */
+    int *line;           /* [lines][PD_DIM] offset of the line from the node, 0 along axis 0 */
+    int *line_reach;     /* [kinds] largest |n_0| of the bonds that end on the line */
     double *line_lap;    /* [kinds][reach+1] [1/m2] a(n) by |n_0| */
-    double *layer_lap;   /* [reach+1] [1/m2] sum of a(n) over all bonds with one n_0 > 0 */
-    /* Cells that the straight bond passes: groups of alternatives; the bond is blocked when every cell of one group
-     * is closed. The last group of each bond is its end node. */
+    double *layer_lap;   /* [reach+1] [1/m2] by n_0 > 0: sum of a(n) over all bonds with that n_0 */
+    /* Cells that the straight bond passes through, as groups of alternatives: the bond is blocked when every cell of
+     * one group is closed (solid or wall). The last group of each bond is its end node. */
     int *group_first;    /* [count+1] into group_* */
     int *group_cell;     /* [groups+1] first entry of the group in cell */
-    double *group_entry; /* [groups] [-] fraction of the bond at which the group is entered */
-    uint8_t *group_axes; /* [groups] bit a: a face of axis a is crossed on entering (several: an edge or a corner) */
-    int *cell;           /* [cells][PD_DIM] offsets from the start node */
+    double *group_entry; /* [groups] [-] fraction of the bond at which it enters the group */
+    uint8_t *group_axes; /* [groups] bit a: it enters through a face normal to axis a (several bits: edge or corner) */
+    int *cell;           /* [cells][PD_DIM] offset of a cell from the start node */
     int groups, cells;
 } pd_stencil;
 
 #define pd_stencil_build PD_NAME(pd_stencil_build)
 #define pd_stencil_free PD_NAME(pd_stencil_free)
 
-/* PD_ERR_ARGUMENT: m outside [1, 12], h not positive and finite. PD_ERR_GEOMETRY: calibrated weights turn negative.
+/* Builds the family of a node away from surfaces, its weights, its grid lines and the cells that its bonds cross.
+ * PD_ERR_ARGUMENT: m outside [1, 12], h not positive and finite. PD_ERR_GEOMETRY: a calibrated weight is negative.
  * Source: Tian and Du 2014 (asymptotic compatibility); Zhao and Bobaru 2022 (operators). */
 PD_API pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil);
 PD_API void pd_stencil_free(pd_ctx *ctx, pd_stencil *stencil);

@@ -14,7 +14,7 @@
 #define PDI_WELD_NEAR 3e-6
 
 /* Merges corners with identical coordinates. corner [n][3] [m]; vertex [n] receives the number of the first corner at
- * the same point.  */
+ * the same point. */
 PDI_FN pd_status pdi_weld_exact(pd_ctx *ctx, const double *corner, int32_t n, int32_t *vertex);
 /* Merges vertices that lie closer than PDI_WELD_NEAR times the extent of the surface. vertex [n] goes in as
  * pdi_weld_exact leaves it and is updated; parent [n] is scratch of the disjoint sets. *merged grows by the number of
