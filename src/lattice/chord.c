@@ -24,11 +24,11 @@ PDI_FN double pdi_chord_level(const pd_grid *grid, const double *x)
 PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *xi)
 {
     int last = grid->solid > grid->wall ? grid->solid : grid->wall;
-    double at[PD_DIM], touch = pdi_shape_tie(grid->h, x);
+    double middle[PD_DIM], tolerance = pdi_shape_tie(grid->h, x);
     for (double from = 0.0; from < 1.0;) {
-        double to = pdi_min(pdi_shape_crossing(grid->shapes, last, x, xi, from, touch), 1.0);
-        for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + 0.5 * (from + to) * xi[d];
-        if (pdi_chord_level(grid, at) > pdi_shape_tie(grid->h, at)) return 0;
+        double to = pdi_min(pdi_shape_crossing(grid->shapes, last, x, xi, from, tolerance), 1.0);
+        for (int d = 0; d < PD_DIM; d++) middle[d] = x[d] + 0.5 * (from + to) * xi[d];
+        if (pdi_chord_level(grid, middle) > pdi_shape_tie(grid->h, middle)) return 0;
         from = to;
     }
     return 1;
@@ -36,24 +36,25 @@ PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *
 
 /* ---- cells ---- */
 
-/* A staircase on its way. */
+/* A staircase of cells along a line. */
 typedef struct pdi_chord_way {
     pdi_chord_fn metal;
     const void *self;
     const int *from; /* cell at the start of the line */
-    const int *step;
-    int axis;      /* the longest one of the line */
-    int above;     /* bit d: cells are above the line along axis d, else below it */
+    const int *step; /* [cells] from its start to its end */
+    int axis;        /* axis of the largest step */
+    int above;       /* bit d: cells are on or above the line along axis d, else on or below it */
 } pdi_chord_way;
 
-/* Where cell `k` of the longest axis has the staircase along axis d, in cells from the start. */
+/* Offset [cells] from the start, along axis d, of the staircase at step k of its longest axis. */
 static int pdi_chord_height(const pdi_chord_way *w, int k, int d)
 {
     int step = w->step[w->axis], length = step < 0 ? -step : step, along = k * w->step[d];
-    int down = along >= 0 ? along / length : -((-along + length - 1) / length);
-    return (w->above >> d & 1) && down * length != along ? down + 1 : down;
+    int lower = along >= 0 ? along / length : -((-along + length - 1) / length);
+    return (w->above >> d & 1) && lower * length != along ? lower + 1 : lower;
 }
 
+/* 1: the cell at the offset `at` from the start is metal. */
 static int pdi_chord_cell(const pdi_chord_way *w, const int *at)
 {
     int cell[PD_DIM];
@@ -61,8 +62,8 @@ static int pdi_chord_cell(const pdi_chord_way *w, const int *at)
     return w->metal(w->self, cell);
 }
 
-/* 1: all cells at which the staircase goes from `from` to `to` along the axes of a set are metal, in one order of them
- * at least; the last one, too. */
+/* 1: the staircase can go from cell `from` to cell `to` along the axes of a bit set, in some order, through metal
+ * only; `to` is tested, too. */
 static int pdi_chord_climb(const pdi_chord_way *w, const int *from, const int *to, int axes)
 {
     if (!axes) return 1;
@@ -76,29 +77,30 @@ static int pdi_chord_climb(const pdi_chord_way *w, const int *from, const int *t
     return 0;
 }
 
-/* One cell on along the longest axis: axes along which the staircase leaves the line go behind that, others before. */
+/* 1: step k of the staircase along its longest axis is in metal. Axes along which it moves towards its side of the
+ * line go before that step, the others behind it. */
 static int pdi_chord_on(const pdi_chord_way *w, int k)
 {
-    int from[PD_DIM], to[PD_DIM], first = 0, then = 0, sign = w->step[w->axis] < 0 ? -1 : 1;
+    int from[PD_DIM], to[PD_DIM], before = 0, behind = 0, sign = w->step[w->axis] < 0 ? -1 : 1;
     for (int d = 0; d < PD_DIM; d++) {
         from[d] = d == w->axis ? sign * k : pdi_chord_height(w, k, d);
         to[d] = d == w->axis ? sign * (k + 1) : pdi_chord_height(w, k + 1, d);
         if (d == w->axis || from[d] == to[d]) continue;
-        if ((to[d] > from[d]) == (w->above >> d & 1)) first |= 1 << d;
-        else then |= 1 << d;
+        if ((to[d] > from[d]) == (w->above >> d & 1)) before |= 1 << d;
+        else behind |= 1 << d;
     }
-    if (!pdi_chord_climb(w, from, to, first)) return 0;
+    if (!pdi_chord_climb(w, from, to, before)) return 0;
     for (int d = 0; d < PD_DIM; d++)
-        if (first >> d & 1) from[d] = to[d];
+        if (before >> d & 1) from[d] = to[d];
     from[w->axis] = to[w->axis];
-    return pdi_chord_cell(w, from) && pdi_chord_climb(w, from, to, then);
+    return pdi_chord_cell(w, from) && pdi_chord_climb(w, from, to, behind);
 }
 
-PDI_FN int pdi_chord_stairs(const int *from, const int *step, pdi_chord_fn metal, const void *self)
+PDI_FN int pdi_chord_stairs(const int *from, const int *step, pdi_chord_fn is_metal, const void *self)
 {
     int length = 0;
     pdi_chord_way w;
-    w.metal = metal;
+    w.metal = is_metal;
     w.self = self;
     w.from = from;
     w.step = step;

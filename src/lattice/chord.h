@@ -1,32 +1,31 @@
-/* chord: whether the straight line between two metal nodes of a grid stays in the metal.
+/* chord: visibility criterion for bonds of metal: whether the straight line between two metal nodes stays in the metal.
  *
- * By the smooth surface of the metal, where it has one: the line leaves the metal where it is outside the shape over
- * any length, however thin the gap. By cells, where the shape is a mask of voxels or metal has dissolved: flat faces
- * that are inclined against the lattice are stairs, which the line between two nodes of a half-space may cross. So a
- * line stays in metal where one of the staircases of cells along it does: of each axis across the longest one of the
- * line, a staircase has all cells at the line or below it, or all at the line or above it, and its cells share faces. A
- * half-space that holds both ends holds each staircase on its inner side: if n points outwards, and all n_d of an axis
- * across are at least 0, cells below the line have a lesser n x than the line. So lines of a half-space stay, whatever
- * its normal. Metal on two sides of a gap that no staircase of faces crosses (one that is a cell wide, or wider) has no
- * line across.
+ * With a smooth surface the test is exact: the line leaves the metal where it is outside the shape over any length,
+ * however thin the gap. With cells (a voxel mask, or metal that has dissolved) inclined flat faces are staircases,
+ * which the line between two nodes of a half-space may cross. There a line stays in metal when one of the digital lines
+ * (staircases of cells that share faces) along it does: along each axis other than the longest one of the line, such a
+ * staircase has all cells on or below the line, or all on or above it. A half-space that holds both ends holds each
+ * staircase on its inner side, so that lines within a half-space stay in it, whatever its normal. A gap of one cell or
+ * more between two metals, which no staircase of faces crosses, blocks the line.
  */
 #ifndef PD_CHORD_H
 #define PD_CHORD_H
 #include "lattice/grid.h"
 
 #ifdef PDI_INTERNAL
-/* 1: the metal is convex and no wall is in it, so no line leaves it. */
+/* 1: the metal is convex and has no wall in it, so all lines between its nodes stay in it. */
 PDI_FN int pdi_chord_convex(const pd_grid *grid);
-/* 1: its surface is smooth. */
+/* 1: metal, and walls in it, have smooth surfaces. */
 PDI_FN int pdi_chord_smooth(const pd_grid *grid);
-/* Signed distance [m] of place x from the smooth surface of the metal of the start, negative inside, or a bound of it.
- */
+/* Signed distance [m] of x from the initial metal (shape of metal without walls), negative inside, or a bound of it. */
 PDI_FN double pdi_chord_level(const pd_grid *grid, const double *x);
-/* 1: the line x + t xi, 0 <= t <= 1, stays within the smooth surface, or on it. */
+/* 1: the segment x + t xi, 0 <= t <= 1, stays inside the smooth surface of the initial metal, or on it. */
 PDI_FN int pdi_chord_within(const pd_grid *grid, const double *x, const double *xi);
-/* 1: `metal` says so of all cells of one of the staircases between cell from[] and the one step[] cells on. */
+/* 1: the cell with this index is metal. */
 typedef int (*pdi_chord_fn)(const void *self, const int *cell);
-PDI_FN int pdi_chord_stairs(const int *from, const int *step, pdi_chord_fn metal, const void *self);
+/* 1: all cells of one of the staircases between cell from[] and the cell from[] + step[] are metal, as the callback
+ * says. */
+PDI_FN int pdi_chord_stairs(const int *from, const int *step, pdi_chord_fn is_metal, const void *self);
 #endif
 
 #endif

@@ -3,6 +3,7 @@
 #include "core/owner.h"
 #include <string.h>
 
+/* Describes the arrays of the list to the array registry. */
 static void pdi_ghost_list(pdi_owner *owner, void *object)
 {
     pd_ghosts *ghosts = (pd_ghosts *)object;
@@ -12,6 +13,7 @@ static void pdi_ghost_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, ghosts, across, ghosts->capacity, "1");
 }
 
+/* Inner part of pdi_ghosts_build: what it leaves behind on failure is freed by the caller. */
 static pd_status pdi_ghost_make(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
 {
     memset(g, 0, sizeof *g);
@@ -26,7 +28,7 @@ PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g
     return status;
 }
 
-/* The axis of the inlet or outlet that a ghost lies behind, as a bit. */
+/* Bit of the axis normal to the inlet or outlet behind which a ghost lies; 0: an image. */
 static int pdi_ghost_across(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM], across = 0;
@@ -37,6 +39,7 @@ static int pdi_ghost_across(const pd_grid *grid, int32_t node)
     return across;
 }
 
+/* Appends a ghost with its source, signs and normal axis. */
 static void pdi_ghost_add(pd_ghosts *g, int32_t node)
 {
     const pd_grid *grid = g->grid;
@@ -93,10 +96,10 @@ PDI_FN void pdi_ghosts_held(const pd_ghosts *g, const double *held, double *v)
         for (int32_t k = 0; k < inlets; k++) {
             int32_t at = g->count + k, source = g->source[at];
             double *value = &v[(int64_t)d * g->grid->total + g->node[at]], side = held ? held[d * inlets + k] : 0.0;
-            double there = v[(int64_t)d * g->grid->total + source];
+            double inside = v[(int64_t)d * g->grid->total + source];
             *value = side;
             if (g->grid->kind[source] != PD_FLUID) continue;
-            *value += side + ((g->odd[at] ^ g->across[at]) >> d & 1 ? there : -there);
+            *value += side + ((g->odd[at] ^ g->across[at]) >> d & 1 ? inside : -inside);
         }
 }
 

@@ -8,9 +8,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Cells beyond given bounds that count as between them; shorter parts of a line are none. */
+/* [cells] Tolerance of comparisons of positions with bounds; shorter parts of a line do not count. */
 #define PDI_GRID_SLACK 1e-6
-/* Nodes between two looks at the caller. */
+/* Nodes between two checks for cancellation by the caller. */
 #define PDI_GRID_POLL 65536
 
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
@@ -101,7 +101,7 @@ PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double 
     return 1;
 }
 
-/* The side of the box behind which index i lies; -1: inside; -2: behind an edge or corner. */
+/* Side of the box behind which index i[] lies; -1: inside the box; -2: behind an edge or corner. */
 static int pdi_grid_side(const pd_grid *grid, const int *i)
 {
     int side = -1;
@@ -113,18 +113,20 @@ static int pdi_grid_side(const pd_grid *grid, const int *i)
     return side;
 }
 
+/* i modulo period, not negative. */
 static int pdi_grid_wrap(int i, int period) { return ((i % period) + period) % period; }
 
-/* Mirror images have twice the period of the box; a box thinner than the horizon is mirrored more than once. */
+/* Index of the mirror image of i in a box of n cells; *flipped: 1 for an odd number of reflections. Images have twice
+ * the period of the box; a box thinner than the horizon is mirrored more than once. */
 static int pdi_grid_reflect(int i, int n, int *flipped)
 {
-    int place = pdi_grid_wrap(i, 2 * n);
-    *flipped = place >= n;
-    return *flipped ? 2 * n - 1 - place : place;
+    int wrapped = pdi_grid_wrap(i, 2 * n);
+    *flipped = wrapped >= n;
+    return *flipped ? 2 * n - 1 - wrapped : wrapped;
 }
 
-/* Fold index i of axis d back into the box through the side behind which it lies: a periodic or mirror side; with
- * `all`, any side. Returns the bit of the axis when it is mirrored. */
+/* Maps index *i of axis d back into the box through the side behind which it lies: periodic or mirror; with `all`,
+ * any side (mirrored). Returns the bit of the axis when it is mirrored. */
 static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
 {
     int flipped = 0;
@@ -154,17 +156,17 @@ PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i)
 
 PDI_FN int pdi_grid_fold_images(const pd_grid *grid, double *x)
 {
-    double at[PD_DIM], tie = pdi_shape_tie(grid->h, x);
+    double folded[PD_DIM], tolerance = pdi_shape_tie(grid->h, x);
     int flip = 0;
-    memcpy(at, x, sizeof at);
-    pdi_grid_fold_position(grid, at);
+    memcpy(folded, x, sizeof folded);
+    pdi_grid_fold_position(grid, folded);
     for (int d = 0; d < PD_DIM; d++) {
         pd_side side = grid->side[2 * d + (x[d] > grid->hi[d])];
-        if (pdi_grid_port(side) || (x[d] >= grid->lo[d] - tie && x[d] <= grid->hi[d] + tie)) continue;
+        if (pdi_grid_port(side) || (x[d] >= grid->lo[d] - tolerance && x[d] <= grid->hi[d] + tolerance)) continue;
         int once = grid->side[2 * d] == PD_SIDE_WALL || grid->side[2 * d + 1] == PD_SIDE_WALL;
         double boxes = floor((x[d] - grid->lo[d]) / (grid->hi[d] - grid->lo[d]));
         if (side == PD_SIDE_MIRROR && (once || fabs(fmod(boxes, 2.0)) > 0.5)) flip |= 1 << d;
-        x[d] = at[d];
+        x[d] = folded[d];
     }
     return flip;
 }
@@ -182,63 +184,64 @@ PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
             grid->side[2 * d + 1] == PD_SIDE_WALL)
             continue;
         /* farther than a box away: mirror images have twice its period */
-        double period = side == PD_SIDE_PERIODIC ? length : 2.0 * length, place = x[d] - grid->lo[d];
-        place -= period * floor(place / period);
-        x[d] = grid->lo[d] + (place > length ? period - place : place);
+        double period = side == PD_SIDE_PERIODIC ? length : 2.0 * length, offset = x[d] - grid->lo[d];
+        offset -= period * floor(offset / period);
+        x[d] = grid->lo[d] + (offset > length ? period - offset : offset);
     }
 }
 
-/* The distance from the shape and from its repetitions behind those periodic sides of the frame that lie across axis d
- * or a later one. */
+/* Signed distance [m] of x from a shape and its periodic images behind the sides of `frame` across axis d or a later
+ * one. */
 static double pdi_grid_periodic(const pd_grid *grid, int shape, const pdi_shape_frame *frame, int d, const double *x)
 {
     if (d == PD_DIM) return pdi_shape_framed(grid->shapes, shape, frame, x);
-    double level = pdi_grid_periodic(grid, shape, frame, d + 1, x), at[PD_DIM], length = grid->hi[d] - grid->lo[d];
+    double distance = pdi_grid_periodic(grid, shape, frame, d + 1, x), length = grid->hi[d] - grid->lo[d];
+    double shifted[PD_DIM];
     for (int up = 0; up < 2 && grid->side[2 * d] == PD_SIDE_PERIODIC; up++) {
         pdi_shape_frame next = *frame, alone = *frame;
         if (!(frame->sides >> (2 * d + up) & 1)) continue;
-        memcpy(at, x, sizeof at);
-        at[d] += up ? -length : length;
+        memcpy(shifted, x, sizeof shifted);
+        shifted[d] += up ? -length : length;
         next.sides ^= 3 << 2 * d;
         alone.sides &= ~(3 << 2 * d);
         double plane = up ? grid->hi[d] - x[d] : x[d] - grid->lo[d];
-        double other = pdi_grid_periodic(grid, shape, &next, d + 1, at);
-        double ends = level > 0.0 ? pdi_grid_periodic(grid, shape, &alone, d + 1, at) : 0.0;
-        if (level > 0.0) level = pdi_min(level, pdi_max(plane, pdi_max(other, ends)));
-        else level = pdi_max(level, -pdi_max(plane, -other));
+        double other = pdi_grid_periodic(grid, shape, &next, d + 1, shifted);
+        double ends = distance > 0.0 ? pdi_grid_periodic(grid, shape, &alone, d + 1, shifted) : 0.0;
+        if (distance > 0.0) distance = pdi_min(distance, pdi_max(plane, pdi_max(other, ends)));
+        else distance = pdi_max(distance, -pdi_max(plane, -other));
     }
-    return level;
+    return distance;
 }
 
 PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x)
 {
-    double at[PD_DIM], slack = PDI_GRID_SLACK * pdi_vec_least(grid->h);
+    double folded[PD_DIM], tolerance = PDI_GRID_SLACK * pdi_vec_least(grid->h);
     pdi_shape_frame frame;
-    memcpy(at, x, sizeof at);
-    pdi_grid_fold_position(grid, at);
-    double level = pd_shape_distance(grid->shapes, shape, at);
+    memcpy(folded, x, sizeof folded);
+    pdi_grid_fold_position(grid, folded);
+    double distance = pd_shape_distance(grid->shapes, shape, folded);
     frame.lo = grid->lo;
     frame.hi = grid->hi;
-    frame.slack = slack;
+    frame.slack = tolerance;
     frame.sides = 0;
     /* what is farther than the surface cannot change it */
     for (int s = 0; s < 2 * PD_DIM; s++) {
-        double plane = s % 2 ? grid->hi[s / 2] - at[s / 2] : at[s / 2] - grid->lo[s / 2];
-        if (grid->side[s] != PD_SIDE_WALL && plane <= fabs(level) + slack) frame.sides |= 1 << s;
+        double plane = s % 2 ? grid->hi[s / 2] - folded[s / 2] : folded[s / 2] - grid->lo[s / 2];
+        if (grid->side[s] != PD_SIDE_WALL && plane <= fabs(distance) + tolerance) frame.sides |= 1 << s;
     }
-    return frame.sides ? pdi_grid_periodic(grid, shape, &frame, 0, at) : level;
+    return frame.sides ? pdi_grid_periodic(grid, shape, &frame, 0, folded) : distance;
 }
 
-/* ---- where a line enters a shape ---- */
+/* ---- first intersection of a line with a shape ---- */
 
-/* A straight line x + t xi, and its image y + t eta in the box for t between `from` and `to`. */
+/* A straight line x + t xi [m], and its image y + t eta in the box, which is straight for from <= t <= to. */
 typedef struct pdi_grid_line {
     const pd_grid *grid;
     const double *x, *xi;
     double y[PD_DIM], eta[PD_DIM], from, to;
 } pdi_grid_line;
 
-/* Where the line next passes a plane through which places fold, behind l->from: at most `end`. */
+/* Smallest t > l->from, at most `end`, at which the line crosses a plane through which positions are folded. */
 static double pdi_grid_next_plane(const pdi_grid_line *l, double end)
 {
     const pd_grid *grid = l->grid;
@@ -252,7 +255,7 @@ static double pdi_grid_next_plane(const pdi_grid_line *l, double end)
     return end;
 }
 
-/* The image of the line from l->from on, up to the next plane. */
+/* Sets y, eta and to: the image of the line from l->from on, up to the next folding plane. */
 static void pdi_grid_straight(pdi_grid_line *l, double end)
 {
     double other[PD_DIM];
@@ -262,19 +265,21 @@ static void pdi_grid_straight(pdi_grid_line *l, double end)
         l->eta[d] = l->xi[d];
     }
     if (!(l->from > 0.0)) return;
-    double one = 0.75 * l->from + 0.25 * l->to, two = 0.25 * l->from + 0.75 * l->to;
+    double t0 = 0.75 * l->from + 0.25 * l->to, t1 = 0.25 * l->from + 0.75 * l->to;
     for (int d = 0; d < PD_DIM; d++) {
-        l->y[d] = l->x[d] + one * l->xi[d];
-        other[d] = l->x[d] + two * l->xi[d];
+        l->y[d] = l->x[d] + t0 * l->xi[d];
+        other[d] = l->x[d] + t1 * l->xi[d];
     }
     pdi_grid_fold_position(l->grid, l->y);
     pdi_grid_fold_position(l->grid, other);
     for (int d = 0; d < PD_DIM; d++) {
-        l->eta[d] = (other[d] - l->y[d]) / (two - one);
-        l->y[d] -= one * l->eta[d];
+        l->eta[d] = (other[d] - l->y[d]) / (t1 - t0);
+        l->y[d] -= t0 * l->eta[d];
     }
 }
 
+/* Signed distance [m] of the point at t from a shape of the grid; *tie (or NULL): tolerance of the surface there [m].
+ */
 static double pdi_grid_line_level(const pdi_grid_line *l, int shape, double t, double *tie)
 {
     double at[PD_DIM];
@@ -283,7 +288,8 @@ static double pdi_grid_line_level(const pdi_grid_line *l, int shape, double t, d
     return pdi_grid_level(l->grid, shape, at);
 }
 
-/* The line is outside at `from` and inside at `to`: the place between them where no face is known. */
+/* The line is outside at `from` and inside at `to`: t of the root of the signed distance between them, where no face
+ * is known; `from` when the distance has no sign change. */
 static double pdi_grid_sign_change(const pdi_grid_line *l, int shape, double from, double to)
 {
     double low = pdi_grid_line_level(l, shape, from, NULL), high = pdi_grid_line_level(l, shape, to, NULL);
@@ -319,7 +325,7 @@ PDI_FN double pdi_grid_enter(const pd_grid *grid, int shape, const double *x, co
     return HUGE_VAL;
 }
 
-/* 1: fluid enters in front of the ghost i[] behind a side that it passes. */
+/* 1: the ghost i[] behind the inlet or outlet `side` is an inlet. */
 static int pdi_grid_enters(const pd_grid *grid, const int *i, int side)
 {
     double x[PD_DIM];
@@ -329,8 +335,8 @@ static int pdi_grid_enters(const pd_grid *grid, const int *i, int side)
     return grid->entry(grid->entry_user, side, x);
 }
 
-/* A ghost of an inlet or outlet is open only in front of fluid; elsewhere it continues the wall. Behind periodic and
- * mirror sides it is what it stands for, solid being as closed as a wall. */
+/* Kind of a ghost. Behind inlets and outlets it is open only in front of fluid; elsewhere it continues the wall.
+ * Behind periodic and mirror sides it is that of its source; solid is as closed as a wall. */
 static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM];
@@ -344,6 +350,7 @@ static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
     return pdi_grid_enters(grid, i, side) ? PD_INLET : PD_OUTLET;
 }
 
+/* Sets the kinds of all ghosts. */
 static void pdi_grid_ghosts(pd_grid *grid)
 {
     for (int32_t node = 0; node < grid->total; node++) {
@@ -353,7 +360,7 @@ static void pdi_grid_ghosts(pd_grid *grid)
     }
 }
 
-/* The sides that are inlet at some places and outlet at others, whatever lies in front. */
+/* Sets grid->ends: sides that are an inlet at some points and an outlet at others, whatever lies in front. */
 static void pdi_grid_ends(pd_grid *grid)
 {
     int seen[2] = {0, 0};
@@ -367,7 +374,7 @@ static void pdi_grid_ends(pd_grid *grid)
     grid->ends = (uint8_t)(seen[0] & seen[1]);
 }
 
-/* Walls beyond the reach of every fluid node own nothing. */
+/* Marks walls out of reach of every fluid and solid node as PD_OUTSIDE. */
 static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
 {
     for (int32_t node = 0; node < grid->total; node++) {
@@ -385,7 +392,7 @@ static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
 }
 
 PDI_COLD_BEGIN
-/* Box around shape `index`; unbounded directions stay at +-infinity. */
+/* Bounding box lo .. hi [m] of shape `index`; unbounded directions are +-infinity. */
 static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, double *hi)
 {
     const pd_shape *s = &shapes[index];
@@ -406,9 +413,10 @@ static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, doubl
             hi[d] = s->facets->box[3 + d];
         }
     }
-    int hull = s->type == PD_SHAPE_UNION, cut = s->type == PD_SHAPE_INTERSECT || s->type == PD_SHAPE_DIFFERENCE;
+    int is_union = s->type == PD_SHAPE_UNION;
+    int is_intersection = s->type == PD_SHAPE_INTERSECT || s->type == PD_SHAPE_DIFFERENCE;
     int used = s->type == PD_SHAPE_DIFFERENCE ? 1 : s->children;
-    for (int c = 0; c < used && (hull || cut); c++) {
+    for (int c = 0; c < used && (is_union || is_intersection); c++) {
         double clo[PD_DIM], chi[PD_DIM];
         pdi_grid_bounds(shapes, s->child[c], clo, chi);
         for (int d = 0; d < PD_DIM; d++) {
@@ -417,20 +425,21 @@ static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, doubl
                 hi[d] = chi[d];
                 continue;
             }
-            lo[d] = hull ? pdi_min(lo[d], clo[d]) : pdi_max(lo[d], clo[d]);
-            hi[d] = hull ? pdi_max(hi[d], chi[d]) : pdi_min(hi[d], chi[d]);
+            lo[d] = is_union ? pdi_min(lo[d], clo[d]) : pdi_max(lo[d], clo[d]);
+            hi[d] = is_union ? pdi_max(hi[d], chi[d]) : pdi_min(hi[d], chi[d]);
         }
     }
 }
 
+/* PD_ERR_GEOMETRY: the metal reaches beyond a side that is a wall, inlet or outlet. */
 static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
 {
     double lo[PD_DIM], hi[PD_DIM];
     pdi_grid_bounds(grid->shapes, grid->solid, lo, hi);
     for (int d = 0; d < PD_DIM; d++) {
-        double slack = 1e-9 * (grid->hi[d] - grid->lo[d]);
-        int below = lo[d] < grid->lo[d] - slack && lo[d] > -HUGE_VAL && grid->side[2 * d] < PD_SIDE_PERIODIC;
-        int above = hi[d] > grid->hi[d] + slack && hi[d] < HUGE_VAL && grid->side[2 * d + 1] < PD_SIDE_PERIODIC;
+        double tolerance = 1e-9 * (grid->hi[d] - grid->lo[d]);
+        int below = lo[d] < grid->lo[d] - tolerance && lo[d] > -HUGE_VAL && grid->side[2 * d] < PD_SIDE_PERIODIC;
+        int above = hi[d] > grid->hi[d] + tolerance && hi[d] < HUGE_VAL && grid->side[2 * d + 1] < PD_SIDE_PERIODIC;
         if (below || above)
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
                             "the solid reaches from %g m to %g m on axis %d, outside of the box %g m .. %g m", lo[d],
@@ -439,6 +448,7 @@ static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
     return PD_OK;
 }
 
+/* Sets cells, spacings, strides and sides from desc, and checks them. */
 static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     double total = 1.0;
@@ -479,7 +489,8 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     return PD_OK;
 }
 
-/* The circumferences of the rows; what would not conserve is refused. */
+/* Computes the circumferences of an axisymmetric grid. Refuses boxes and sides with which fluxes would not be
+ * conservative. */
 static pd_status pdi_grid_rings(pd_ctx *ctx, pd_grid *grid)
 {
     int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
@@ -511,6 +522,7 @@ PDI_FN int pdi_grid_repeats(const pd_grid *grid)
     return images && grid->solid >= 0;
 }
 
+/* Describes the arrays of the grid to the array registry. */
 static void pdi_grid_list(pdi_owner *owner, void *object)
 {
     pd_grid *grid = (pd_grid *)object;
@@ -519,21 +531,23 @@ static void pdi_grid_list(pdi_owner *owner, void *object)
     PDI_ROOM(owner, grid, circumference, grid->np[PD_DIM - 1], "m");
 }
 
-/* 1: x belongs to shape `index`; those on its surface are counted. */
+/* 1: x belongs to shape `index` (-1: none). *touched grows by one when x is on its surface. */
 static int pdi_grid_has(const pd_grid *grid, int index, const double *x, int64_t *touched)
 {
     if (index < 0) return 0;
-    double level = pd_shape_distance(grid->shapes, index, x), tie = pdi_shape_tie(grid->h, x);
-    *touched += fabs(level) <= tie;
-    return level <= tie;
+    double distance = pd_shape_distance(grid->shapes, index, x), tolerance = pdi_shape_tie(grid->h, x);
+    *touched += fabs(distance) <= tolerance;
+    return distance <= tolerance;
 }
 
+/* Kind of a node of the box at x [m] by the shapes: wall before metal before fluid. Counts nodes on surfaces. */
 static uint8_t pdi_grid_kind(pd_grid *grid, const double *x)
 {
     if (pdi_grid_has(grid, grid->wall, x, &grid->touched[1])) return PD_WALL;
     return pdi_grid_has(grid, grid->solid, x, &grid->touched[0]) ? PD_SOLID : PD_FLUID;
 }
 
+/* Inner part of pd_grid_build: what it leaves behind on failure is freed by the caller. */
 static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);
@@ -583,7 +597,8 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
 }
 PDI_COLD_END
 
-/* 1 when the kind of a ghost with index j along axis d depends on a box node of index i: the ghost stands for it. */
+/* 1: the kind of a node with index j along axis d depends on a box node with index i: it is the node or a ghost that
+ * it is the source of. */
 static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
 {
     if (j >= 0 && j < grid->n[d]) return i == j;
@@ -593,7 +608,7 @@ static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
     return i == j;
 }
 
-/* The next index along axis d, after j, of a node that follows the box node of index i. */
+/* Next index after j, along axis d, of a node that depends on the box node with index i. */
 static int pdi_grid_follower(const pd_grid *grid, int d, int i, int j)
 {
     int end = grid->n[d] + grid->ghost;
@@ -621,14 +636,14 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
         if (++d < PD_DIM) continue;
         d = PD_DIM - 1;
         if (pdi_grid_inside(grid, j)) continue;
-        int32_t at = pd_grid_node(grid, j);
-        grid->kind[at] = pdi_grid_ghost_kind(grid, at);
+        int32_t ghost_node = pd_grid_node(grid, j);
+        grid->kind[ghost_node] = pdi_grid_ghost_kind(grid, ghost_node);
     }
 }
 
 enum { PDI_GRID_PARTS = 64 }; /* of a sum, by layers */
 
-/* The share of one thread in the sums of the parts. */
+/* Body of one thread: part[q] = compensated sum of the field over the nodes of a kind in part q of the layers. */
 static void pdi_grid_sums(const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted, const double *field,
                           pdi_sum *part)
 {

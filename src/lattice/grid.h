@@ -1,4 +1,5 @@
-/* grid: the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
+/* grid: the uniform lattice of nodes (cell centres) with ghost layers, the kind of every node (fluid, solid, wall,
+ * ghost), and the shapes that it was made from.
  *
  * Nodes are cell centres: x_a = lo_a + (i_a + 1/2) h_a, axis 0 fastest in memory. Ghost layers, as deep as the
  * longest stencil reaches, lie on every side, so that a bond of a fluid node never leaves the arrays.
@@ -10,25 +11,25 @@
 #include "lattice/stencil.h"
 
 typedef enum pd_kind {
-    PD_OUTSIDE = 0, /* owns nothing */
+    PD_OUTSIDE = 0, /* beyond the reach of all fluid: takes no part */
     PD_FLUID = 1,
-    PD_SOLID = 2,
+    PD_SOLID = 2,   /* metal that can dissolve */
     PD_WALL = 3,
     PD_INLET = 4,   /* ghost with prescribed velocity and concentration */
     PD_OUTLET = 5,  /* ghost behind a pressure outlet */
-    PD_IMAGE = 6    /* ghost that repeats a fluid node behind a periodic or mirror side */
+    PD_IMAGE = 6    /* ghost behind a periodic or mirror side: copy of a fluid node */
 } pd_kind;
 
-/* What closes a side of the box. */
+/* Boundary condition of a side of the box. */
 typedef enum pd_side {
-    PD_SIDE_WALL = 0,
-    PD_SIDE_INLET = 1,
-    PD_SIDE_OUTLET = 2,
+    PD_SIDE_WALL = 0,     /* no slip, no flux */
+    PD_SIDE_INLET = 1,    /* Dirichlet: velocity and concentration */
+    PD_SIDE_OUTLET = 2,   /* Dirichlet for the pressure; species leave by advection */
     PD_SIDE_PERIODIC = 3, /* both sides of the axis */
     PD_SIDE_MIRROR = 4    /* plane of symmetry: free slip, no flux */
 } pd_side;
 
-/* 1 when fluid enters the box at place x [m] of a side, 0 when it leaves. */
+/* 1: fluid enters the box at the point x [m] of a side (inlet), 0: it leaves there (outlet). */
 typedef int (*pd_entry_fn)(void *user, int side, const double *x);
 
 typedef struct pd_grid_desc {
@@ -37,8 +38,8 @@ typedef struct pd_grid_desc {
     const pd_shape *shapes;        /* array, borrowed for the life of the grid; NULL: none */
     const pd_shape *solid;         /* the one of them that is metal; NULL: none */
     const pd_shape *wall;          /* the one of them that is wall, also where metal is; NULL: none */
-    int ghost;                     /* layers of ghosts at least; 0: as deep as the stencil reaches */
-    pd_entry_fn entry;             /* on sides that are inlet or outlet, says which, place by place; NULL: as `side`
+    int ghost;                     /* minimum number of ghost layers; 0: as deep as the stencil reaches */
+    pd_entry_fn entry;             /* for sides that are inlet or outlet: which of both a point is; NULL: as `side`
                                     * says */
     void *entry_user;
     int axisymmetric;              /* 2D: axis 0 is z, axis 1 is r >= 0, and nodes are rings. A box that begins at r = 0
@@ -47,22 +48,22 @@ typedef struct pd_grid_desc {
 
 typedef struct pd_grid {
     int n[PD_DIM];        /* cells of the box */
-    int np[PD_DIM];       /* with ghosts */
+    int np[PD_DIM];       /* cells with ghosts */
     int ghost;            /* layers on every side */
-    int32_t stride[PD_DIM];
+    int32_t stride[PD_DIM]; /* difference of node ids of neighbours along an axis */
     int32_t total;        /* nodes with ghosts */
     double h[PD_DIM], lo[PD_DIM], hi[PD_DIM]; /* [m] */
     pd_side side[2 * PD_DIM];
     const pd_shape *shapes;
-    int solid, wall;      /* indices of the shapes, -1: none */
+    int solid, wall;      /* indices of the shapes of metal and wall, -1: none */
     pd_entry_fn entry;
     void *entry_user;
-    uint8_t ends;         /* bit s: fluid enters side s at some places and leaves at others */
+    uint8_t ends;         /* bit s: side s is an inlet at some points and an outlet at others */
     double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
-    int32_t *home;        /* [total] pdi_grid_image of each node; NULL: sides repeat nothing, or there is no metal */
+    int32_t *home;        /* [total] source node of each node (pdi_grid_image); NULL: no images, or no metal */
     int64_t fluid_count, solid_count;
-    int64_t touched[2];   /* nodes that lay on the surface of metal, and of walls, when the grid was built */
+    int64_t touched[2];   /* nodes exactly on the surface of metal, and of walls, when the grid was built */
 } pd_grid;
 
 #define pd_grid_build PD_NAME(pd_grid_build)
@@ -70,7 +71,8 @@ typedef struct pd_grid {
 #define pd_grid_position PD_NAME(pd_grid_position)
 #define pd_grid_node PD_NAME(pd_grid_node)
 
-/* PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
+/* Builds the lattice of the box and classifies its nodes by the shapes.
+ * PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
  * box (behind periodic and mirror sides it is cut off), no fluid node is left, an axisymmetric box does not begin at
  * the axis or a horizon away. PD_ERR_ARGUMENT: an axis is periodic on one side only; axisymmetric not in 2D, or with
  * sides across r other than the axis, walls, inlets and outlets; a solid or wall without the array of shapes. */
@@ -81,74 +83,79 @@ PD_API void pd_grid_position(const pd_grid *grid, int32_t node, double *x);
 /* Node of cell index i[] of the box (ghosts: -ghost .. n+ghost-1). */
 PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
 #ifdef PDI_INTERNAL
-/* 1: metal looks behind its sides for what they repeat. */
+/* 1: there is metal, and a periodic or mirror side behind which it has images. */
 PDI_FN int pdi_grid_repeats(const pd_grid *grid);
-/* Number of nodes of one kind inside the box. */
+/* Number of nodes of one kind, ghosts included. */
 PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind);
 
-/* Pieces of lattice lines shorter than this are not worth a vector. */
+/* Length of a vector of the inner loops: shorter pieces of grid lines are not worth one. */
 #define PDI_VECTOR 8
-/* Cell index (ghosts negative) of a node. */
+/* Cell index i[] of a node (negative or >= n in ghosts). */
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
-/* Index along one axis. */
+/* Cell index of a node along one axis. */
 static inline int pdi_grid_along(const pd_grid *grid, int32_t node, int axis)
 {
     return (int)(node / grid->stride[axis] % grid->np[axis]) - grid->ghost;
 }
-/* "(x, y, z)" [m] of a node, for messages: into text [PDI_GRID_PLACE], which is returned. */
+/* Formats the position of a node as "(x, y, z)" [m] for messages: into text [PDI_GRID_PLACE], which is returned. */
 #define PDI_GRID_PLACE 80
 PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
-/* 1 when the index lies inside the box. */
+/* 1: the cell index lies inside the box, not in ghost layers. */
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
-/* 1: the node lies behind a side of the box that is a wall. */
+/* 1: the node is a ghost behind a side of the box that is a wall. */
 PDI_FN int pdi_grid_walled(const pd_grid *grid, int32_t node);
-/* Nodes of the cube with `reach` cells on either side of one. */
+/* Number of nodes of a cube with `reach` cells on either side of its centre. */
 static inline int pdi_grid_cube(int reach)
 {
     int count = 1;
     for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
     return count;
 }
-/* Number k of them around `node`; *far: its largest distance along an axis [cells]. -1: it lies outside the box. */
+/* Node k of the cube with `reach` cells on either side of `node`; -1: it lies outside of the box. *far: its largest
+ * distance from the centre along an axis [cells]. */
 PDI_FN int32_t pdi_grid_near(const pd_grid *grid, int32_t node, int reach, int k, int *far);
-/* Node of the box that a ghost stands for: its place one period on behind periodic sides, its mirror image behind all
- * others; identity inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
+/* Node of the box that a ghost stands for: shifted by periods behind periodic sides, the mirror image behind all
+ * others; the node itself inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
 PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
-/* Factor of the cell volume in sums over volume: the circumference of an axisymmetric node [m], else 1. */
+/* Factor of the cell volume in sums over volume: the circumference of the ring of a node on an axisymmetric grid [m],
+ * else 1. */
 static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
 {
     return PD_DIM == 2 && grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
 }
-/* The same at the distance `out` [m] outwards from the node. */
-PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
+/* Circumference [m] of a ring whose radius is that of the node plus `offset` [m]; 1 on a planar grid. */
+PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double offset);
 /* Sum of a field over the nodes of a kind, times their circumferences; of those with which[node] == wanted only where
  * `which` is not NULL. Rounding is that of a few terms; the same bits for any number of threads. */
 PDI_FN double pdi_grid_sum(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
                            const double *field);
-/* 1 when place x [m] lies between lo and hi [m], bounds included: surfaces and nodes often lie on them. */
+/* 1: the point x [m] lies in the box lo .. hi [m] or, within tolerance, on its faces: surfaces and nodes often do. */
 PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
-/* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
+/* Maps a cell index i[] back into the box through periodic and mirror sides only. Returns the bits of the mirrored
+ * axes. */
 PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
-/* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold, too.
- * Walls do not. */
+/* Maps a position x [m] into the box through all sides but walls: behind inlets and outlets the geometry is continued
+ * by mirroring, too. */
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
-/* Signed distance [m] of place x [m] from the surface of a shape of the grid, which goes on behind all sides but walls:
- * where it meets such a side there is no surface, unless it ends there on a periodic one. Exact near the surface; a
- * bound of the right sign elsewhere. */
+/* Signed distance [m] of x [m] from a shape of the grid, continued behind all sides but walls: where the shape meets
+ * such a side there is no surface, unless it ends there on a periodic side. Exact near the surface; elsewhere a bound
+ * of the right sign. */
 PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x);
-/* Where the straight line x + t xi enters a shape of the grid that it begins outside of: the least t, at most `limit`;
- * HUGE_VAL: nowhere. A part of the line is judged by its middle, and one that lies on the surface belongs to the shape:
- * faces that two bodies of a union share are none. Not for voxel masks. */
+/* First point at which the line x + t xi, beginning outside, enters a shape of the grid: the smallest t, at most
+ * `limit`; HUGE_VAL: none. A part of the line is judged by its midpoint. A part on the surface belongs to the shape:
+ * faces shared by two bodies of a union are not entries. Not for voxel masks. */
 PDI_FN double pdi_grid_enter(const pd_grid *grid, int shape, const double *x, const double *xi, double limit);
-/* Through periodic and mirror sides only; what lies on them stays. Bit d of what it returns: axis d is mirrored. */
+/* Maps a position x [m] into the box through periodic and mirror sides only; points on them stay. Returns the bits of
+ * the mirrored axes. */
 PDI_FN int pdi_grid_fold_images(const pd_grid *grid, double *x);
-/* 1 for sides that fluid passes. */
+/* 1: fluid passes the side (inlet or outlet). */
 static inline int pdi_grid_port(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
-/* A solid node turns fluid: its kind, the counts, and the ghosts that stand for it or lie in front of it. */
+/* Converts a solid node to fluid: its kind, the counts, and the kinds of the ghosts that stand for it or lie in front
+ * of it. */
 PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node);
-/* shift [lines of the stencil]: node id on a line minus that of the node at its middle. */
+/* Computes shift [lines of the stencil]: node id on a grid line of the family minus that of the node at its middle. */
 PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift);
-/* Open: bonds between open nodes carry fluxes (fluid, inlet, outlet, image). */
+/* 1: nodes of this kind take part in fluxes (fluid, inlet, outlet, image), so bonds between them are not blocked. */
 static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind >= PD_INLET; }
 #endif
 

@@ -16,7 +16,7 @@ PDI_FN int pdi_path_closed_group(const pd_paths *paths, int32_t node, int k)
     return -1;
 }
 
-/* The kind that a cell stands for. */
+/* Kind of a cell; for a ghost that of its source node. */
 static uint8_t pdi_path_kind(const pd_grid *grid, int32_t cell)
 {
     if (grid->kind[cell] == PD_SOLID) return PD_SOLID;
@@ -49,6 +49,7 @@ PDI_FN int pdi_path_metal(const pd_paths *paths, int32_t node, int group, int *a
 }
 
 PDI_COLD_BEGIN
+/* Describes the arrays of the paths to the array registry. */
 static void pdi_path_list(pdi_owner *owner, void *object)
 {
     pd_paths *paths = (pd_paths *)object;

@@ -1,7 +1,7 @@
-/* path: the bonds of a stencil on a grid, as shifts of node ids, and the cells that their straight lines pass.
+/* path: the bonds of a stencil on a grid as differences of node ids, and the cells that their straight lines cross.
  *
- * Fluid and metal may have horizons of their own on one grid: each has its stencil and its paths, and the ghosts are
- * as deep as the longest of them.
+ * Fluid and metal may have different horizons on one grid: each has its stencil and its paths, and the ghost layers
+ * are as deep as the longest of them.
  */
 #ifndef PD_PATH_H
 #define PD_PATH_H
@@ -11,22 +11,23 @@
 typedef struct pd_paths {
     const pd_stencil *stencil;
     const pd_grid *grid;
-    int words;           /* of a mask of bits, one a bond */
+    int words;           /* 32-bit words of a mask with one bit for each bond */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
-    int32_t *cell_shift; /* [cells of the stencil] the same for the cells that bonds pass */
+    int32_t *cell_shift; /* [cells of the stencil] the same for the cells that bonds cross */
 } pd_paths;
 
 #ifdef PDI_INTERNAL
-/* Grid and stencil are borrowed. PD_ERR_ARGUMENT: the ghosts of the grid are fewer than the stencil reaches, or its
- * spacings are others. */
+/* Computes the differences of node ids. Grid and stencil are borrowed. PD_ERR_ARGUMENT: the grid has fewer ghost
+ * layers than the stencil reaches, or other spacings. */
 PDI_FN pd_status pdi_path_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_paths *paths);
 PDI_FN void pdi_path_free(pd_ctx *ctx, pd_paths *paths);
-/* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
+/* First closed group of cells on bond k from `node` (index into the stencil's groups): the bond is blocked there; -1:
+ * the bond is open. */
 PDI_FN int pdi_path_closed_group(const pd_paths *paths, int32_t node, int k);
-/* Cell of that group that stands for it: of cells at an edge or corner metal comes before a wall, and the wall of a
- * shape before the sides of the box, whatever their order. */
+/* Cell of a closed group that represents it: metal before walls, the wall of a shape before the sides of the box,
+ * whatever their order. */
 PDI_FN int32_t pdi_path_closed_cell(const pd_paths *paths, int32_t node, int group);
-/* 1 when a cell of the group is metal, or the image of metal; *all: each of them is. */
+/* 1: a cell of the group is metal or an image of metal; *all: 1 when each of them is. */
 PDI_FN int pdi_path_metal(const pd_paths *paths, int32_t node, int group, int *all);
 #endif
 

@@ -4,12 +4,13 @@
 #include "core/par.h"
 #include <string.h>
 
+/* 1: the node is fluid or solid. */
 static int pdi_span_within(const pd_grid *grid, int32_t node)
 {
     return grid->kind[node] == PD_FLUID || grid->kind[node] == PD_SOLID;
 }
 
-/* Count the runs and their nodes, or list them. */
+/* Counts the ranges and their nodes; with `list` also stores them. */
 static void pdi_span_scan(const pd_grid *grid, pd_spans *s, int list)
 {
     int32_t line = grid->np[0];
@@ -29,6 +30,7 @@ static void pdi_span_scan(const pd_grid *grid, pd_spans *s, int list)
     }
 }
 
+/* Describes the arrays of the ranges to the array registry. */
 static void pdi_span_list(pdi_owner *owner, void *object)
 {
     pd_spans *spans = (pd_spans *)object;
@@ -54,7 +56,8 @@ PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *s)
     memset(s, 0, sizeof *s);
 }
 
-/* Zeros in a full vector behind run k of a component, up to the next one; in front of the first one, too. */
+/* Sets to zero the nodes of one component of a full vector behind range k, up to the next one; in front of the first
+ * range, too. */
 static void pdi_span_between(const pd_spans *s, int32_t k, double *full)
 {
     int32_t behind = s->first[k] + s->length[k], next = k + 1 < s->count ? s->first[k + 1] : s->total;
@@ -62,7 +65,7 @@ static void pdi_span_between(const pd_spans *s, int32_t k, double *full)
     if (k == 0) memset(full, 0, (size_t)s->first[0] * sizeof *full);
 }
 
-/* From one layout to the other, run by run: the share of one thread. */
+/* Body of one thread: copies range by range from full to packed vectors (pack 1) or back (pack 0). */
 static void pdi_span_runs(const pd_spans *s, int components, const double *from, double *to, int pack)
 {
     PDI_FOR
@@ -74,6 +77,7 @@ static void pdi_span_runs(const pd_spans *s, int components, const double *from,
     }
 }
 
+/* Copies between full and packed vectors with all threads. */
 static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
                           int pack)
 {

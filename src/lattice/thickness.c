@@ -1,8 +1,9 @@
 /* thickness: see thickness.h */
 #include "lattice/thickness.h"
 
-/* Lines along axis d: a cell is marked when all cells (all 1), or any, from `low` before to `high` behind it are. line:
- * [n + low + high]. */
+/* Erosion (all 1) or dilation (all 0) of the marks along the lines of axis d: a cell is marked when all, or any,
+ * cells from `low` before to `high` behind it are. line [n + low + high] is scratch. Mirror sides continue the marks.
+ */
 static void pdi_thickness_pass(const pd_grid *grid, uint8_t *mark, int d, int low, int high, int all, uint8_t *line)
 {
     int n = grid->n[d];
@@ -13,8 +14,8 @@ static void pdi_thickness_pass(const pd_grid *grid, uint8_t *mark, int d, int lo
         if (at[d] || !pdi_grid_inside(grid, at)) continue;
         for (int i = -low; i < n + high; i++) {
             int j = i < 0 ? -1 - i : i < n ? i : 2 * n - 1 - i;
-            int there = j == i || (j >= 0 && j < n && grid->side[2 * d + (i >= n)] == PD_SIDE_MIRROR);
-            line[i + low] = there ? mark[node + j * stride] : 0;
+            int inside = j == i || (j >= 0 && j < n && grid->side[2 * d + (i >= n)] == PD_SIDE_MIRROR);
+            line[i + low] = inside ? mark[node + j * stride] : 0;
         }
         for (int i = 0; i < low + high; i++) count += line[i];
         for (int i = 0; i < n; i++) {
@@ -25,14 +26,14 @@ static void pdi_thickness_pass(const pd_grid *grid, uint8_t *mark, int d, int lo
     }
 }
 
-/* Marks of cells from `low` before to `high` behind marked ones along all axes, of metal alone. */
+/* Dilates the marks by `low` cells before and `high` cells behind along all axes, within metal. */
 static void pdi_thickness_spread(const pd_grid *grid, uint8_t *mark, int low, int high, uint8_t *line)
 {
     for (int d = 0; d < PD_DIM; d++) pdi_thickness_pass(grid, mark, d, high, low, 0, line);
     for (int32_t node = 0; node < grid->total; node++) mark[node] = mark[node] && grid->kind[node] == PD_SOLID;
 }
 
-PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int cells, double *share)
+PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int cells, double *fraction)
 {
     uint8_t *mark = NULL, *line = NULL;
     int longest = 0, low = cells / 2, high = cells - 1 - low;
@@ -56,7 +57,7 @@ PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int ce
         metal++;
         thin += !mark[node];
     }
-    *share = metal ? (double)thin / (double)metal : 0.0;
+    *fraction = metal ? (double)thin / (double)metal : 0.0;
     PDI_DELETE(ctx, longest, line);
     PDI_DELETE(ctx, grid->total, mark);
     return status;

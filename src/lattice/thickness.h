@@ -1,13 +1,13 @@
-/* thickness: how much of the metal of a grid is in thin parts. */
+/* thickness: the fraction of metal in parts that are thinner than a number of cells (morphological opening). */
 #ifndef PD_THICKNESS_H
 #define PD_THICKNESS_H
 #include "lattice/grid.h"
 
 #ifdef PDI_INTERNAL
-/* *share [-]: of the metal that is farther than half of `cells`, on a way through metal, from every cube of as many
- * cells of metal along each axis. It goes on behind mirror sides. Edges and caps of thick parts are near such a cube:
- * the cap of the smallest ball that holds one is 0.37 `cells` high. */
-PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int cells, double *share);
+/* *fraction [-]: of the metal nodes that are farther than half of `cells`, on a path through metal, from every cube of
+ * `cells` metal nodes along each axis. Metal continues behind mirror sides. Edges and caps of thick parts count as
+ * thick: the cap of the smallest ball that holds a cube is 0.37 `cells` high. */
+PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int cells, double *fraction);
 #endif
 
 #endif

@@ -4,60 +4,65 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_WETTED_HALVINGS 3 /* of a cell, along each axis */
+#define PDI_WETTED_HALVINGS 3 /* recursive halvings of a cut cell along each axis: parts of h/8 */
 #define PDI_WETTED_CORNERS (1 << PD_DIM)
-#define PDI_WETTED_ENDS (PD_DIM + 1) /* corners of a simplex */
+#define PDI_WETTED_ENDS (PD_DIM + 1) /* vertices of a simplex */
 #define PDI_WETTED_SIMPLICES (PD_DIM == 1 ? 1 : PD_DIM == 2 ? 2 : 6)
-/* What closes a cell: sums of these. */
+/* Bits of the shapes that can close a cell. */
 #define PDI_WETTED_WALL 1
 #define PDI_WETTED_SOLID 2
-#define PDI_WETTED_ALL (-1) /* the whole cell is closed, or its neighbour */
+#define PDI_WETTED_ALL (-1) /* the whole cell is closed */
 
+/* State while one cell is processed. */
 typedef struct pdi_wetted {
     const pd_grid *grid;
-    int shapes;  /* smooth shapes that cut the cell */
-    int beyond;  /* those of the neighbour; PDI_WETTED_ALL */
-    int axis;    /* of the face in hand */
-    double sign; /* of its normal */
+    int shapes;  /* bits of the smooth shapes that cut the cell */
+    int beyond;  /* the same for the neighbour at the present face */
+    int axis;    /* normal to the present face */
+    double sign; /* 1: the face is on the upper side of the cell, -1: on the lower one */
     pdi_wetted_fn take;
     void *user;
     double volume;
     pdi_wetted_piece piece;
 } pdi_wetted;
 
-/* Orders of the axes; the first ones are those of fewer axes. */
+/* Permutations of the axes, one for each simplex of a box (Kuhn's triangulation); the first 1, 2 or 6 in 1D, 2D, 3D. */
 static const uint8_t pdi_wetted_order[6][3] = {{0, 1, 2}, {1, 0, 2}, {0, 2, 1}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 
+/* Circumference [m] at radius r [m] on an axisymmetric grid; 1 on a planar one. */
 static double pdi_wetted_ring(const pd_grid *grid, double r)
 {
     return grid->circumference ? 2.0 * PDI_PI * fabs(r) : 1.0;
 }
 
+/* 1: the shape exists and has a smooth surface. */
 static int pdi_wetted_exact(const pd_grid *grid, int shape)
 {
     return shape >= 0 && pdi_shape_exact(grid->shapes, shape);
 }
 
-/* Distance of x from the nearest of `shapes`. A place on a surface is closed. */
+/* Signed distance [m] of x from the nearest of the shapes given by bits: negative inside, 0 on a surface, HUGE_VAL
+ * without shapes, -HUGE_VAL for a closed cell. */
 static double pdi_wetted_level(const pd_grid *grid, int shapes, const double *x)
 {
-    double level = HUGE_VAL;
+    double distance = HUGE_VAL;
     if (shapes == PDI_WETTED_ALL) return -HUGE_VAL;
-    if (shapes & PDI_WETTED_WALL) level = pdi_grid_level(grid, grid->wall, x);
-    if (shapes & PDI_WETTED_SOLID) level = pdi_min(level, pdi_grid_level(grid, grid->solid, x));
-    return fabs(level) <= pdi_shape_tie(grid->h, x) ? 0.0 : level;
+    if (shapes & PDI_WETTED_WALL) distance = pdi_grid_level(grid, grid->wall, x);
+    if (shapes & PDI_WETTED_SOLID) distance = pdi_min(distance, pdi_grid_level(grid, grid->solid, x));
+    return fabs(distance) <= pdi_shape_tie(grid->h, x) ? 0.0 : distance;
 }
 
 PDI_FN double pdi_wetted_clear(const pd_grid *grid, int32_t node)
 {
-    double x[PD_DIM], clear = HUGE_VAL;
+    double x[PD_DIM], distance = HUGE_VAL;
     pd_grid_position(grid, node, x);
-    if (pdi_wetted_exact(grid, grid->wall)) clear = fabs(pdi_grid_level(grid, grid->wall, x));
-    if (pdi_wetted_exact(grid, grid->solid)) clear = pdi_min(clear, fabs(pdi_grid_level(grid, grid->solid, x)));
-    return clear;
+    if (pdi_wetted_exact(grid, grid->wall)) distance = fabs(pdi_grid_level(grid, grid->wall, x));
+    if (pdi_wetted_exact(grid, grid->solid)) distance = pdi_min(distance, fabs(pdi_grid_level(grid, grid->solid, x)));
+    return distance;
 }
 
-/* The smooth shapes that cut the cell of a node. One that the node has receded from does not. */
+/* Bits of the smooth shapes that can cut the cell of a node; PDI_WETTED_ALL: the cell is closed as a whole. A shape
+ * inside which a fluid node lies has receded there and does not cut. */
 static int pdi_wetted_shapes(const pd_grid *grid, int32_t node)
 {
     static const int bit[2] = {PDI_WETTED_WALL, PDI_WETTED_SOLID};
@@ -79,26 +84,28 @@ static int pdi_wetted_shapes(const pd_grid *grid, int32_t node)
 
 /* ---- simplices ---- */
 
-/* Corners of a simplex of `axes` axes and the distance there, those in the fluid first; how many these are. */
+/* A simplex of dimension `axes`: its vertices [m] and the signed distances there [m]; the first `open` ones are in the
+ * fluid. */
 typedef struct pdi_wetted_simplex {
     double x[PDI_WETTED_ENDS][PD_DIM], level[PDI_WETTED_ENDS];
     int axes, open;
 } pdi_wetted_simplex;
 
+/* Fraction of the edge between two vertices, an open and a closed one, at which the distance is zero. */
 static double pdi_wetted_cut(const pdi_wetted_simplex *s, int from, int to)
 {
     return s->level[from] / (s->level[from] - s->level[to]);
 }
 
-/* Share of the simplex that is open. */
+/* Fraction of the simplex that is open (positive distance). */
 static double pdi_wetted_share(const pdi_wetted_simplex *s)
 {
-    int ends = s->axes + 1;
-    double share = 1.0;
-    if (s->open == 0 || s->open == ends) return s->open ? 1.0 : 0.0;
+    int vertices = s->axes + 1;
+    double fraction = 1.0;
+    if (s->open == 0 || s->open == vertices) return s->open ? 1.0 : 0.0;
     if (s->open == 1) {
-        for (int k = 1; k < ends; k++) share *= pdi_wetted_cut(s, 0, k);
-        return share;
+        for (int k = 1; k < vertices; k++) fraction *= pdi_wetted_cut(s, 0, k);
+        return fraction;
     }
 #if PD_DIM == 3
     if (s->open < s->axes) {
@@ -108,11 +115,11 @@ static double pdi_wetted_share(const pdi_wetted_simplex *s)
         return a * b + c * d * (1.0 - b) + c * b * (1.0 - a);
     }
 #endif
-    for (int k = 0; k < s->axes; k++) share *= 1.0 - pdi_wetted_cut(s, k, s->axes);
-    return 1.0 - share;
+    for (int k = 0; k < s->axes; k++) fraction *= 1.0 - pdi_wetted_cut(s, k, s->axes);
+    return 1.0 - fraction;
 }
 
-/* Adds a corner to the open or to the closed ones. */
+/* Adds vertex number `count`: open ones are kept in front of closed ones. */
 static void pdi_wetted_add(pdi_wetted_simplex *s, int count, const double *x, double level)
 {
     int at = count;
@@ -125,13 +132,14 @@ static void pdi_wetted_add(pdi_wetted_simplex *s, int count, const double *x, do
     s->level[at] = level;
 }
 
+/* Point x [m] of the surface on the edge between two vertices. */
 static void pdi_wetted_point(const pdi_wetted_simplex *s, int from, int to, double *x)
 {
     double t = pdi_wetted_cut(s, from, to);
     for (int d = 0; d < PD_DIM; d++) x[d] = s->x[from][d] + t * (s->x[to][d] - s->x[from][d]);
 }
 
-/* Hands on a piece with the corners p [PD_DIM]; `out` points from the fluid into the wall. */
+/* Passes on the surface piece with the corners p [PD_DIM]; `out` points from the fluid into the wall. */
 static void pdi_wetted_hand(pdi_wetted *w, double p[][PD_DIM], const double *out)
 {
     pdi_wetted_piece *piece = &w->piece;
@@ -157,7 +165,7 @@ static void pdi_wetted_hand(pdi_wetted *w, double p[][PD_DIM], const double *out
     if (w->take) w->take(w->user, piece);
 }
 
-/* The zero level in a simplex: a triangle or two, an edge, a point. */
+/* Passes on the zero level of the distance in a simplex: a point (1D), an edge (2D), one or two triangles (3D). */
 static void pdi_wetted_surface(pdi_wetted *w, const pdi_wetted_simplex *s)
 {
     double p[4][PD_DIM], out[PD_DIM];
@@ -169,7 +177,7 @@ static void pdi_wetted_surface(pdi_wetted *w, const pdi_wetted_simplex *s)
     if (count == 4) pdi_wetted_hand(w, p + 1, out); /* the edges of the four go by 0, 1, 3, 2 */
 }
 
-/* [m] Mean radius of the open part of a triangle. */
+/* Mean radius [m] of the open part of a triangle, by its open fraction `share`. */
 static double pdi_wetted_radius(const pdi_wetted_simplex *s, double share)
 {
     double all = 0.0, corner, x[PD_DIM];
@@ -185,8 +193,8 @@ static double pdi_wetted_radius(const pdi_wetted_simplex *s, double share)
     return lone ? (all - (1.0 - share) * corner) / share : corner;
 }
 
-/* The simplices of the box a .. b. All begin at the corner `anchor`: parts of a box that has been halved mirror each
- * other. */
+/* Adds volume and surface of the box a .. b, split into simplices that all begin at the corner `anchor`, so that the
+ * parts of a halved box mirror each other. */
 static void pdi_wetted_simplices(pdi_wetted *w, const double *a, const double *b, int anchor)
 {
     double level[PDI_WETTED_CORNERS], x[PDI_WETTED_CORNERS][PD_DIM], size = 1.0;
@@ -206,14 +214,14 @@ static void pdi_wetted_simplices(pdi_wetted *w, const double *a, const double *b
             pdi_wetted_add(&s, d + 1, x[c], level[c]);
         }
         if (s.open == 0) continue;
-        double share = pdi_wetted_share(&s), around = 1.0;
-        if (w->grid->circumference) around = pdi_wetted_ring(w->grid, pdi_wetted_radius(&s, share));
-        w->volume += size * share * around;
+        double share = pdi_wetted_share(&s), circumference = 1.0;
+        if (w->grid->circumference) circumference = pdi_wetted_ring(w->grid, pdi_wetted_radius(&s, share));
+        w->volume += size * share * circumference;
         if (s.open <= PD_DIM) pdi_wetted_surface(w, &s);
     }
 }
 
-/* Half of the diagonal of a .. b, and its middle. */
+/* Returns half of the diagonal [m] of the box a .. b; x: its centre [m]. */
 static double pdi_wetted_middle(const double *a, const double *b, double *x)
 {
     double square = 0.0;
@@ -224,7 +232,7 @@ static double pdi_wetted_middle(const double *a, const double *b, double *x)
     return 0.5 * sqrt(square);
 }
 
-/* The part k of a .. b, halved along all axes but `axis`. */
+/* Part k of the box a .. b: low .. high, halved along all axes but `axis` (-1: along all). */
 static void pdi_wetted_part(const double *a, const double *b, const double *middle, int axis, int k, double *low,
                             double *high)
 {
@@ -235,13 +243,15 @@ static void pdi_wetted_part(const double *a, const double *b, const double *midd
     }
 }
 
+/* Adds volume and surface of the box a .. b: as a whole where the surface cannot cut it, else by halves, and at last
+ * by simplices. */
 static void pdi_wetted_inside(pdi_wetted *w, const double *a, const double *b, int anchor, int halvings)
 {
     double x[PD_DIM], low[PD_DIM], high[PD_DIM], size = 1.0;
-    double reach = pdi_wetted_middle(a, b, x), level = pdi_wetted_level(w->grid, w->shapes, x);
-    if (fabs(level) >= reach) {
+    double radius = pdi_wetted_middle(a, b, x), distance = pdi_wetted_level(w->grid, w->shapes, x);
+    if (fabs(distance) >= radius) {
         for (int d = 0; d < PD_DIM; d++) size *= b[d] - a[d];
-        if (level > 0.0) w->volume += size * pdi_wetted_ring(w->grid, x[PD_DIM - 1]);
+        if (distance > 0.0) w->volume += size * pdi_wetted_ring(w->grid, x[PD_DIM - 1]);
     } else if (halvings == 0) {
         pdi_wetted_simplices(w, a, b, anchor);
     } else {
@@ -254,7 +264,8 @@ static void pdi_wetted_inside(pdi_wetted *w, const double *a, const double *b, i
 
 /* ---- faces of cells ---- */
 
-/* Share of the face a .. b that is open in the cell and closed in its neighbour, simplex by simplex as above. */
+/* Fraction of the face a .. b of the present axis that is open in the cell and closed in its neighbour, by simplices.
+ */
 static double pdi_wetted_simplices_face(const pdi_wetted *w, const double *a, const double *b, int anchor)
 {
     double sum = 0.0;
@@ -281,6 +292,7 @@ static double pdi_wetted_simplices_face(const pdi_wetted *w, const double *a, co
     return sum / orders;
 }
 
+/* Passes on the fraction `share` of the face a .. b as a surface piece. */
 static void pdi_wetted_put_face(pdi_wetted *w, const double *a, const double *b, double share)
 {
     pdi_wetted_piece *piece = &w->piece;
@@ -294,12 +306,13 @@ static void pdi_wetted_put_face(pdi_wetted *w, const double *a, const double *b,
     if (fabs(size) > 0.0 && w->take) w->take(w->user, piece);
 }
 
+/* Passes on the parts of the face a .. b that are open in the cell and closed in its neighbour, by halves. */
 static void pdi_wetted_face(pdi_wetted *w, const double *a, const double *b, int anchor, int halvings)
 {
-    double x[PD_DIM], low[PD_DIM], high[PD_DIM], reach = pdi_wetted_middle(a, b, x);
+    double x[PD_DIM], low[PD_DIM], high[PD_DIM], radius = pdi_wetted_middle(a, b, x);
     double mine = pdi_wetted_level(w->grid, w->shapes, x), other = pdi_wetted_level(w->grid, w->beyond, x);
-    if (mine <= -reach || (other > 0.0 && other >= reach)) return;
-    if (mine > 0.0 && mine >= reach && other <= -reach) pdi_wetted_put_face(w, a, b, 1.0);
+    if (mine <= -radius || (other > 0.0 && other >= radius)) return;
+    if (mine > 0.0 && mine >= radius && other <= -radius) pdi_wetted_put_face(w, a, b, 1.0);
     else if (halvings == 0) pdi_wetted_put_face(w, a, b, pdi_wetted_simplices_face(w, a, b, anchor));
     else
         for (int k = 0; k < PDI_WETTED_CORNERS; k++) {
@@ -311,7 +324,7 @@ static void pdi_wetted_face(pdi_wetted *w, const double *a, const double *b, int
 
 /* ---- cells ---- */
 
-/* The part of a cell between lo and hi: a .. b. 0: there is none. */
+/* Clips cell i[] to the box lo .. hi: a .. b [m]. 0: nothing is left. */
 static int pdi_wetted_between(const pd_grid *grid, const int *i, const double *lo, const double *hi, double *a,
                               double *b)
 {
@@ -325,12 +338,12 @@ static int pdi_wetted_between(const pd_grid *grid, const int *i, const double *l
 
 PDI_FN double pdi_wetted_overlap(const pd_grid *grid, int32_t node, const double *lo, const double *hi)
 {
-    double a[PD_DIM], b[PD_DIM], share = 1.0;
+    double a[PD_DIM], b[PD_DIM], fraction = 1.0;
     int i[PD_DIM];
     pdi_grid_index(grid, node, i);
     if (!pdi_wetted_between(grid, i, lo, hi, a, b)) return 0.0;
-    for (int d = 0; d < PD_DIM; d++) share *= pdi_min((b[d] - a[d]) / grid->h[d], 1.0);
-    return share;
+    for (int d = 0; d < PD_DIM; d++) fraction *= pdi_min((b[d] - a[d]) / grid->h[d], 1.0);
+    return fraction;
 }
 
 PDI_FN double pdi_wetted_cell(const pd_grid *grid, int32_t node, const double *lo, const double *hi, pdi_wetted_fn take,

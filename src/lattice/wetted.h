@@ -1,29 +1,32 @@
-/* wetted: the surface of walls and metal as planar pieces, cell by cell, and what they leave of each cell.
+/* wetted: cut cells: the fluid-wetted surface of walls and metal as planar pieces, cell by cell, and the open volume of
+ * each cell.
  *
- * A smooth shape cuts cells: where it does they are halved, and in simplices of the parts the signed distance is
- * linear. What has no smooth surface, and metal that has receded, has faces of cells. Neighbours cut their common face
- * alike, so the areas of all pieces of a closed body add up to zero, and those of a wall between two planes to the
- * openings in these, whatever the lattice (theory: eq. 4.27).
+ * A smooth shape cuts cells: these are halved recursively and split into simplices in which the signed distance is
+ * linear. Voxel masks, and metal that has receded by dissolution, have the faces of cells as surface. Neighbours cut
+ * their common face alike, so the area vectors of all pieces of a closed body add up to zero, and those of a wall
+ * between two planes to its openings in these, whatever the lattice (theory: eq. 4.27).
  */
 #ifndef PD_WETTED_H
 #define PD_WETTED_H
 #include "lattice/grid.h"
 
 #ifdef PDI_INTERNAL
+/* A planar piece of the wetted surface. */
 typedef struct pdi_wetted_piece {
-    double area[PD_DIM]; /* [m^(d-1); rings: m2] towards the wall */
-    double x[PD_DIM];    /* [m] its middle */
-    int32_t closed;      /* the closed node behind a face of the cell; -1: a piece of a smooth surface */
-    int side;            /* 1: that face is one of a side of the box */
+    double area[PD_DIM]; /* [m^(d-1); rings: m2] area vector, from the fluid into the wall */
+    double x[PD_DIM];    /* [m] centroid */
+    int32_t closed;      /* the piece is a cell face: the solid or wall node behind it; -1: on a smooth surface */
+    int side;            /* 1: that face lies on a side of the box */
 } pdi_wetted_piece;
+/* Receives one piece of the surface. */
 typedef void (*pdi_wetted_fn)(void *user, const pdi_wetted_piece *piece);
-/* Hands the pieces of the cell of `node`, which lies in the box, between lo and hi [m] to `take` (NULL: to nobody).
- * Volume [m^d; rings: m3] that is open there. */
+/* Calls `take` (may be NULL) for each surface piece in the cell of `node`, clipped to the box lo .. hi [m]. Returns the
+ * open (fluid) volume of the clipped cell [m^d; rings: m3]. `node` lies in the box of the grid. */
 PDI_FN double pdi_wetted_cell(const pd_grid *grid, int32_t node, const double *lo, const double *hi, pdi_wetted_fn take,
                               void *user);
-/* [m] No smooth surface comes nearer to the node; HUGE_VAL: there is none. */
+/* Distance [m] of the node from the nearest smooth surface, or a lower bound; HUGE_VAL: there is none. */
 PDI_FN double pdi_wetted_clear(const pd_grid *grid, int32_t node);
-/* Share of a cell's volume that lies between lo and hi. */
+/* Fraction of the volume of a node's cell that lies in the box lo .. hi [m]. */
 PDI_FN double pdi_wetted_overlap(const pd_grid *grid, int32_t node, const double *lo, const double *hi);
 #endif
 
